@@ -1,0 +1,302 @@
+//! The discrete Lagrangian and its slot derivatives.
+//!
+//! ```text
+//! L_d(q_n, q_{n+1}) = (1/2h) Δqᵀ M Δq − h Σ U_d(q_n, q_{n+1})            LMO08 (18) for U_d = V(q_{n+1/2})
+//! D_1 L_d           = −(1/h) M Δq − h D_1 U_d
+//! D_2 L_d           = +(1/h) M Δq − h D_2 U_d
+//! D_2 D_1 L_d       = −(1/h) M    − h D_2 D_1 U_d
+//! E_d               = ½ (Δq/h)ᵀ M (Δq/h) + U_d                            LMO08 (52)
+//! ```
+//! Forces enter in the sense of the discrete Lagrange–d'Alembert principle (Marsden & West 2001,
+//! part 3): `f_d^-(q_n, q_{n+1})` stands beside `D_1 L_d`, `f_d^+(q_n, q_{n+1})` beside `D_2 L_d`.
+//!
+//! Letters: `M` mass matrix (constant, symmetric, positive semi-definite), `U_d` discrete
+//! potential, `f_d^∓` discrete forces (N·s).
+#![allow(non_snake_case)] // M, L_d
+
+use crate::force::DiscreteForce;
+use crate::interval::Interval;
+use crate::potential::{DiscretePotential, Potential, Quadrature};
+use crate::sparse::{Entries, SparseMatrix};
+
+/// A mechanical system as the integrators see it: mass matrix, discrete Lagrangian, discrete forces.
+///
+/// Implementors provide the discrete functions of one [`Interval`]; the forced terms default to
+/// none. Open for extension: anything with these slot derivatives can be integrated.
+pub trait MechanicalSystem {
+    /// Number `n` of coordinates.
+    fn dim(&self) -> usize;
+    /// The constant mass matrix `M`, shape `n × n`.
+    fn mass(&self) -> &SparseMatrix;
+
+    /// `L_d(q_n, q_{n+1})`, J·s.
+    fn discrete_lagrangian(&self, s: &Interval) -> f64;
+    /// `out ← D_1 L_d(q_n, q_{n+1})`, shape `n`, unit of momentum.
+    fn d1(&self, s: &Interval, out: &mut [f64]);
+    /// `out ← D_2 L_d(q_n, q_{n+1})`, shape `n`, unit of momentum.
+    fn d2(&self, s: &Interval, out: &mut [f64]);
+    /// Emits `D_2 D_1 L_d`, shape `n × n`; always the same places in the same order.
+    fn d2_d1(&self, s: &Interval, out: &mut dyn Entries);
+
+    /// `out ← out + f_d^-(q_n, q_{n+1})`, N·s.
+    fn add_force_minus(&self, _s: &Interval, _out: &mut [f64]) {}
+    /// `out ← out + f_d^+(q_n, q_{n+1})`, N·s.
+    fn add_force_plus(&self, _s: &Interval, _out: &mut [f64]) {}
+    /// Emits `D_2 f_d^-`, shape `n × n`; always the same places in the same order.
+    fn force_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
+    /// `out ← out + f(t, q, v)`: the continuous generalized force, N.
+    fn add_force(&self, _t: f64, _q: &[f64], _v: &[f64], _out: &mut [f64]) {}
+    /// Whether any force dissipates: backward sub-steps of a composition are then refused.
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+
+    /// `E_d(q_n, q_{n+1})`, J, LMO08 (52).
+    fn discrete_energy(&self, s: &Interval) -> f64;
+    /// `V(q)`, J.
+    fn potential_energy(&self, q: &[f64]) -> f64;
+    /// `out ← out + scale ∇V(q)`, shape `n`.
+    fn add_potential_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
+
+    /// `½ vᵀ M v`, J.
+    fn kinetic_energy(&self, v: &[f64]) -> f64 {
+        0.5 * self.mass().bilinear(v, v)
+    }
+    /// `out ← D_1 L_d + f_d^-`: the bracket that balances `p̄_n`.
+    fn forced_d1(&self, s: &Interval, out: &mut [f64]) {
+        self.d1(s, out);
+        self.add_force_minus(s, out);
+    }
+    /// `out ← D_2 L_d + f_d^+`: the momentum `p̄_{n+1}` carried to the next step.
+    fn forced_d2(&self, s: &Interval, out: &mut [f64]) {
+        self.d2(s, out);
+        self.add_force_plus(s, out);
+    }
+    /// Emits `D_2 (D_1 L_d + f_d^-)`.
+    fn forced_d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
+        self.d2_d1(s, out);
+        self.force_minus_d2(s, out);
+    }
+}
+
+/// A system with constant mass matrix, any number of discrete potentials and discrete forces.
+pub struct SeparableSystem {
+    mass: SparseMatrix,
+    quadrature: Quadrature,
+    potentials: Vec<Box<dyn DiscretePotential>>,
+    forces: Vec<Box<dyn DiscreteForce>>,
+}
+
+impl SeparableSystem {
+    /// A free system with mass matrix `M` (kg, kg·m²; symmetric), shape `n × n`.
+    ///
+    /// # Panics
+    /// When `M` is not square.
+    #[must_use]
+    pub fn new(mass: SparseMatrix) -> Self {
+        assert_eq!(mass.shape().0, mass.shape().1, "the mass matrix must be square");
+        let quadrature = Quadrature::Midpoint;
+        Self { mass, quadrature, potentials: Vec::new(), forces: Vec::new() }
+    }
+
+    /// A free system with a diagonal mass matrix.
+    #[must_use]
+    pub fn with_diagonal_mass(mass: &[f64]) -> Self {
+        let n = mass.len();
+        Self::new(SparseMatrix::assemble(n, n, |out| {
+            for (i, m) in mass.iter().enumerate() {
+                out.add(i, i, *m);
+            }
+        }))
+    }
+
+    /// The quadrature of the potentials added from here on (midpoint unless said otherwise).
+    #[must_use]
+    pub fn quadrature(mut self, quadrature: Quadrature) -> Self {
+        self.quadrature = quadrature;
+        self
+    }
+
+    /// Adds a potential, discretized by the system's quadrature.
+    #[must_use]
+    pub fn potential(self, potential: impl Potential + 'static) -> Self {
+        let discrete = self.quadrature.discretize(potential);
+        self.discrete_potential(discrete)
+    }
+
+    /// Adds a discrete potential of its own kind.
+    #[must_use]
+    pub fn discrete_potential(mut self, potential: Box<dyn DiscretePotential>) -> Self {
+        self.potentials.push(potential);
+        self
+    }
+
+    /// Adds a discrete force.
+    #[must_use]
+    pub fn force(mut self, force: Box<dyn DiscreteForce>) -> Self {
+        self.forces.push(force);
+        self
+    }
+}
+
+impl MechanicalSystem for SeparableSystem {
+    fn dim(&self) -> usize {
+        self.mass.shape().0
+    }
+
+    fn mass(&self) -> &SparseMatrix {
+        &self.mass
+    }
+
+    fn discrete_lagrangian(&self, s: &Interval) -> f64 {
+        let U_d: f64 = self.potentials.iter().map(|u| u.value(s)).sum();
+        self.kinetic_energy(&s.dq) / s.h - s.h * U_d
+    }
+
+    fn d1(&self, s: &Interval, out: &mut [f64]) {
+        out.fill(0.0);
+        for potential in &self.potentials {
+            potential.add_d1(s, -s.h, out);
+        }
+        self.mass.mul_add(-1.0 / s.h, &s.dq, out);
+    }
+
+    fn d2(&self, s: &Interval, out: &mut [f64]) {
+        out.fill(0.0);
+        for potential in &self.potentials {
+            potential.add_d2(s, -s.h, out);
+        }
+        self.mass.mul_add(1.0 / s.h, &s.dq, out);
+    }
+
+    fn d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
+        for potential in &self.potentials {
+            potential.add_d2_d1(s, -s.h, out);
+        }
+        let mut scaled = crate::sparse::Block {
+            into: out,
+            row: 0,
+            column: 0,
+            scale: -1.0 / s.h,
+            transposed: false,
+        };
+        self.mass.emit(&mut scaled);
+    }
+
+    fn add_force_minus(&self, s: &Interval, out: &mut [f64]) {
+        for force in &self.forces {
+            force.add_minus(s, out);
+        }
+    }
+
+    fn add_force_plus(&self, s: &Interval, out: &mut [f64]) {
+        for force in &self.forces {
+            force.add_plus(s, out);
+        }
+    }
+
+    fn force_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        for force in &self.forces {
+            force.add_minus_d2(s, out);
+        }
+    }
+
+    fn add_force(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        for force in &self.forces {
+            force.add_continuous(t, q, v, out);
+        }
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.forces.iter().any(|force| force.is_dissipative())
+    }
+
+    fn discrete_energy(&self, s: &Interval) -> f64 {
+        let U_d: f64 = self.potentials.iter().map(|u| u.value(s)).sum();
+        self.kinetic_energy(&s.dq) / (s.h * s.h) + U_d
+    }
+
+    fn potential_energy(&self, q: &[f64]) -> f64 {
+        self.potentials.iter().map(|u| u.potential(q)).sum()
+    }
+
+    fn add_potential_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+        for potential in &self.potentials {
+            potential.add_gradient(q, scale, out);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::potential::{DualPotential, ScalarField};
+    use num_dual::DualNum;
+
+    /// A nonlinear coupling of three coordinates.
+    struct Quartic;
+    impl ScalarField<3> for Quartic {
+        fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D; 3]) -> D {
+            (q[0] * q[1] - q[2]).powi(2) + (q[2] * q[2] + q[0]).sin() * q[1]
+        }
+    }
+
+    fn system(quadrature: Quadrature) -> SeparableSystem {
+        SeparableSystem::with_diagonal_mass(&[2.0, 3.0, 0.5])
+            .quadrature(quadrature)
+            .potential(DualPotential(Quartic))
+    }
+
+    fn interval(q0: [f64; 3], q1: [f64; 3]) -> Interval {
+        let mut s = Interval::new(3);
+        s.open(0.0, 0.3, &q0);
+        s.q1.copy_from_slice(&q1);
+        s.close_from_end();
+        s
+    }
+
+    #[test]
+    fn slot_derivatives_are_those_of_the_discrete_lagrangian() {
+        let (q0, q1) = ([0.3, -0.4, 0.9], [0.5, -0.1, 0.7]);
+        for quadrature in [Quadrature::Midpoint, Quadrature::Trapezoidal] {
+            let system = system(quadrature);
+            let (mut d1, mut d2) = ([0.0; 3], [0.0; 3]);
+            let s = interval(q0, q1);
+            system.d1(&s, &mut d1);
+            system.d2(&s, &mut d2);
+            let mixed = SparseMatrix::assemble(3, 3, |out| system.d2_d1(&s, out)).to_dense();
+            let e = 1e-5;
+            for i in 0..3 {
+                let shifted = |q: [f64; 3], by: f64| {
+                    let mut q = q;
+                    q[i] += by;
+                    q
+                };
+                let L = |a, b| system.discrete_lagrangian(&interval(a, b));
+                let fd1 = (L(shifted(q0, e), q1) - L(shifted(q0, -e), q1)) / (2.0 * e);
+                let fd2 = (L(q0, shifted(q1, e)) - L(q0, shifted(q1, -e))) / (2.0 * e);
+                assert!((fd1 - d1[i]).abs() < 1e-8, "D1 [{i}]: {} vs {fd1}", d1[i]);
+                assert!((fd2 - d2[i]).abs() < 1e-8, "D2 [{i}]: {} vs {fd2}", d2[i]);
+                let (mut plus, mut minus) = ([0.0; 3], [0.0; 3]);
+                system.d1(&interval(q0, shifted(q1, e)), &mut plus);
+                system.d1(&interval(q0, shifted(q1, -e)), &mut minus);
+                for k in 0..3 {
+                    let fd = (plus[k] - minus[k]) / (2.0 * e);
+                    let exact = mixed[(k, i)];
+                    assert!((fd - exact).abs() < 1e-8, "D2D1 [{k},{i}]: {exact} vs {fd}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_discrete_lagrangian_is_self_adjoint() {
+        // L_d(q0, q1, h) = −L_d(q1, q0, −h)
+        let system = system(Quadrature::Midpoint);
+        let s = interval([0.3, -0.4, 0.9], [0.5, -0.1, 0.7]);
+        let mut back = interval([0.5, -0.1, 0.7], [0.3, -0.4, 0.9]);
+        back.h = -back.h;
+        let sum = system.discrete_lagrangian(&s) + system.discrete_lagrangian(&back);
+        assert!(sum.abs() < 1e-15, "L_d(q0,q1,h) + L_d(q1,q0,−h) = {sum:e}");
+    }
+}

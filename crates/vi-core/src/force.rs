@@ -1,0 +1,117 @@
+//! Non-conservative forces by the discrete Lagrange–d'Alembert principle.
+//!
+//! ```text
+//! f_d^-(q_n, q_{n+1}) stands beside D_1 L_d(q_n, q_{n+1}),
+//! f_d^+(q_n, q_{n+1}) stands beside D_2 L_d(q_n, q_{n+1}),
+//! midpoint choice: f_d^± = (h/2) f(t_{n+1/2}, q_{n+1/2}, Δq/h)
+//! ```
+//! Source: Marsden & West 2001, part 3. The midpoint choice keeps order 2 in q, p and λ.
+
+use crate::interval::Interval;
+use crate::sparse::{Block, Entries};
+
+/// A discrete force pair `(f_d^-, f_d^+)`, N·s.
+pub trait DiscreteForce: Send + Sync {
+    /// `out ← out + f_d^-(q_n, q_{n+1})`.
+    fn add_minus(&self, s: &Interval, out: &mut [f64]);
+    /// `out ← out + f_d^+(q_n, q_{n+1})`.
+    fn add_plus(&self, s: &Interval, out: &mut [f64]);
+    /// Emits `D_2 f_d^-`; always the same places in the same order.
+    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries);
+    /// `out ← out + f(t, q, v)`, N: the continuous force that the pair approximates.
+    fn add_continuous(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]);
+    /// Whether the force takes energy out whichever way time runs (dampers, friction).
+    fn is_dissipative(&self) -> bool;
+}
+
+/// A continuous generalized force `f(t, q, v)`, N.
+pub trait Force: Send + Sync {
+    /// `out ← out + scale f(t, q, v)`.
+    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]);
+    /// Emits `scale ∂f/∂q`; always the same places in the same order.
+    fn add_position_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    );
+    /// Emits `scale ∂f/∂v`; always the same places in the same order.
+    fn add_velocity_derivative(
+        &self,
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    );
+    /// Whether the force takes energy out whichever way time runs.
+    fn is_dissipative(&self) -> bool;
+}
+
+/// `f_d^± = (h/2) f(t_{n+1/2}, q_{n+1/2}, Δq/h)`.
+pub struct MidpointForce<F>(pub F);
+
+impl<F: Force> DiscreteForce for MidpointForce<F> {
+    fn add_minus(&self, s: &Interval, out: &mut [f64]) {
+        self.0.add(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * s.h, out);
+    }
+
+    fn add_plus(&self, s: &Interval, out: &mut [f64]) {
+        self.add_minus(s, out);
+    }
+
+    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        // d/dq_{n+1} of (h/2) f(q_{n+1/2}, Δq/h) = (h/4) f_q + ½ f_v
+        self.0.add_position_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.25 * s.h, out);
+        self.0.add_velocity_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.5, out);
+    }
+
+    fn add_continuous(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        self.0.add(t, q, v, 1.0, out);
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.0.is_dissipative()
+    }
+}
+
+/// Linear damping `f = −C v` with a constant matrix given by its entries `(row, column, value)`.
+pub struct LinearDamping {
+    /// Entries of `C`, N·s/m.
+    pub entries: Vec<(usize, usize, f64)>,
+}
+
+impl Force for LinearDamping {
+    fn add(&self, _t: f64, _q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        for &(i, j, c) in &self.entries {
+            out[i] -= scale * c * v[j];
+        }
+    }
+    fn add_position_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut dyn Entries,
+    ) {
+    }
+    fn add_velocity_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let mut block = Block { into: out, row: 0, column: 0, scale: -scale, transposed: false };
+        for &(i, j, c) in &self.entries {
+            block.add(i, j, c);
+        }
+    }
+    fn is_dissipative(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,108 @@
+//! The two-point argument `(q_n, q_{n+1})` of every discrete function.
+//!
+//! A discrete Lagrangian, force or potential is a function of two neighbouring configurations. It
+//! receives them as one [`Interval`], which also carries the increment `Δq` and the midpoint:
+//! whoever moves the end of the interval knows `Δq` to its own relative precision (a rotation
+//! increment, a Newton unknown), while the difference of two stored coordinates is only good to
+//! `ε|q|`, which divided by `h` would spoil the momenta.
+
+/// One time step `t_n → t_n + h` with its two end configurations.
+///
+/// Invariant, kept by [`Interval::close`] and [`Interval::close_from_end`]:
+/// `q1 = q0 + dq` to round-off of `q`, `q_mid = q0 + dq/2`, `v_mid = dq/h`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Interval {
+    /// Time at the start of the step, s.
+    pub t: f64,
+    /// Time step, s; negative when stepping backwards in time.
+    pub h: f64,
+    /// `q_n`, shape `n`.
+    pub q0: Vec<f64>,
+    /// `q_{n+1}`, shape `n`.
+    pub q1: Vec<f64>,
+    /// `Δq = q_{n+1} − q_n`, shape `n`, accurate relative to itself.
+    pub dq: Vec<f64>,
+    /// `q_{n+1/2} = q_n + Δq/2`, shape `n`; leaves the constraint manifold by intent.
+    pub q_mid: Vec<f64>,
+    /// `Δq/h`, shape `n`: the velocity of the midpoint rule.
+    pub v_mid: Vec<f64>,
+}
+
+impl Interval {
+    /// An interval of `n` coordinates, all zero.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        let zero = || vec![0.0; n];
+        Self { t: 0.0, h: 0.0, q0: zero(), q1: zero(), dq: zero(), q_mid: zero(), v_mid: zero() }
+    }
+
+    /// Opens a step of length `h` at `(t, q_n)`; the end is first put on the start.
+    pub fn open(&mut self, t: f64, h: f64, q_n: &[f64]) {
+        self.t = t;
+        self.h = h;
+        self.q0.copy_from_slice(q_n);
+        self.q1.copy_from_slice(q_n);
+        self.q_mid.copy_from_slice(q_n);
+        self.dq.fill(0.0);
+        self.v_mid.fill(0.0);
+    }
+
+    /// Completes the interval after `q1` and `dq` have been written.
+    pub fn close(&mut self) {
+        for (i, dq) in self.dq.iter().enumerate() {
+            self.q_mid[i] = self.q0[i] + 0.5 * dq;
+            self.v_mid[i] = dq / self.h;
+        }
+    }
+
+    /// Completes the interval after only `q1` has been written (`Δq` by subtraction).
+    pub fn close_from_end(&mut self) {
+        for ((dq, q0), q1) in self.dq.iter_mut().zip(&self.q0).zip(&self.q1) {
+            *dq = q1 - q0;
+        }
+        self.close();
+    }
+
+    /// Completes the interval after only `dq` has been written (`q1 = q0 + Δq`).
+    pub fn close_from_increment(&mut self) {
+        for ((q1, q0), dq) in self.q1.iter_mut().zip(&self.q0).zip(&self.dq) {
+            *q1 = q0 + dq;
+        }
+        self.close();
+    }
+
+    /// Number of coordinates.
+    #[must_use]
+    pub fn dim(&self) -> usize {
+        self.q0.len()
+    }
+
+    /// `t_{n+1/2}`, s.
+    #[must_use]
+    pub fn t_mid(&self) -> f64 {
+        self.t + 0.5 * self.h
+    }
+
+    /// `t_{n+1}`, s.
+    #[must_use]
+    pub fn t_end(&self) -> f64 {
+        self.t + self.h
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_increment_keeps_its_own_precision() {
+        let mut s = Interval::new(1);
+        s.open(0.0, 0.1, &[1e6]);
+        s.dq[0] = 1.2345678901234567e-9;
+        s.close_from_increment();
+        assert_eq!(s.dq[0].to_bits(), 1.2345678901234567e-9_f64.to_bits());
+        s.close_from_end();
+        let lost = (s.dq[0] - 1.2345678901234567e-9).abs();
+        assert!(lost > 1e-12, "subtraction of stored coordinates must lose digits here: {lost:e}");
+    }
+}

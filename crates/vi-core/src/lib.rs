@@ -1,0 +1,45 @@
+//! Discrete mechanics without constraints.
+//!
+//! The room of everything that knows a discrete Lagrangian but no constraint and no body: slot
+//! derivatives, discrete Legendre transforms, forces, Newton's method, symmetric compositions,
+//! trajectories.
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`interval`] | the two-point argument `(q_n, q_{n+1})` with its increment |
+//! | [`discrete_lagrangian`] | `L_d`, `D_1`, `D_2`, `D_2D_1`, `E_d` |
+//! | [`potential`] | `V`, `∇V`, `∇²V`; midpoint, trapezoidal and other discrete potentials |
+//! | [`force`] | discrete Lagrange–d'Alembert forces |
+//! | [`free`] | discrete Euler–Lagrange stepping of unconstrained systems |
+//! | [`newton`], [`predictor`] | the nonlinear solver and its start values |
+//! | [`linear`], [`sparse`] | factorizations; matrices refilled in place |
+//! | [`composition`] | orders 4, 6, 8 |
+//! | [`state`], [`trajectory`] | the state of the future; sinks of samples |
+//! | [`momentum_map`] | discrete Noether quantities |
+//!
+//! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, Variational integrators for constrained
+//! dynamical systems, ZAMM 88 (2008) 677–708, cited as LMO08 with its equation numbers.
+#![forbid(unsafe_code)]
+
+pub mod composition;
+pub mod discrete_lagrangian;
+pub mod force;
+pub mod free;
+pub mod interval;
+pub mod linear;
+pub mod momentum_map;
+pub mod newton;
+pub mod potential;
+pub mod predictor;
+pub mod sparse;
+pub mod state;
+pub mod trajectory;
+
+pub use composition::Composition;
+pub use discrete_lagrangian::{MechanicalSystem, SeparableSystem};
+pub use interval::Interval;
+pub use newton::{NewtonError, NewtonReport, NewtonSettings};
+pub use num_dual;
+pub use potential::{DiscretePotential, Potential, Quadrature};
+pub use sparse::{Entries, SparseMatrix};
+pub use state::State;

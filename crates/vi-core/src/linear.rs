@@ -1,0 +1,203 @@
+//! Linear solvers: dense and sparse LU with their memory sized once, and condition numbers.
+//!
+//! Factorizations are faer's. Every answer is checked to be finite: a sparse LU of a singular matrix
+//! may come back without an error and with NaN in it.
+
+use crate::sparse::SparseMatrix;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting as dense_lu;
+use faer::sparse::linalg::{SupernodalThreshold, lu as sparse_lu};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par};
+use nalgebra::DMatrix;
+
+/// The matrix is singular to working precision (or holds NaN or infinity).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the matrix is singular to working precision")]
+pub struct Singular;
+
+/// Dense LU with partial pivoting; nothing is allocated after `new`.
+pub struct DenseLu {
+    factors: DMatrix<f64>,
+    permutation: Vec<usize>,
+    inverse_permutation: Vec<usize>,
+    scratch: MemBuffer,
+}
+
+impl DenseLu {
+    /// A solver for `n × n` matrices.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        let scratch = MemBuffer::new(
+            dense_lu::factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default())
+                .or(dense_lu::solve::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq)),
+        );
+        let permutation = vec![0; n];
+        let inverse_permutation = vec![0; n];
+        Self { factors: DMatrix::zeros(n, n), permutation, inverse_permutation, scratch }
+    }
+
+    /// Solves `A x = b`; `b` is overwritten by `x`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the answer is not finite.
+    pub fn solve(&mut self, a: &DMatrix<f64>, b: &mut [f64]) -> Result<(), Singular> {
+        let n = b.len();
+        if n == 0 {
+            return Ok(());
+        }
+        self.factors.copy_from(a);
+        let stack = MemStack::new(&mut self.scratch);
+        let mut lu = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n);
+        let (_, permutation) = dense_lu::factor::lu_in_place(
+            lu.as_mut(),
+            &mut self.permutation,
+            &mut self.inverse_permutation,
+            Par::Seq,
+            stack,
+            Default::default(),
+        );
+        dense_lu::solve::solve_in_place(
+            lu.as_ref(),
+            lu.as_ref(),
+            permutation,
+            MatMut::from_column_major_slice_mut(b, n, 1),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+        finite(b)
+    }
+}
+
+/// Sparse LU: the symbolic factorization is made once for the pattern, the numbers each time.
+pub struct SparseLu {
+    symbolic: sparse_lu::SymbolicLu<usize>,
+    numeric: sparse_lu::NumericLu<usize, f64>,
+    scratch: MemBuffer,
+}
+
+impl SparseLu {
+    /// Analyses the pattern of a square matrix.
+    ///
+    /// # Errors
+    /// [`Singular`] when the pattern has no full transversal.
+    pub fn new(a: &SparseMatrix) -> Result<Self, Singular> {
+        // simplicial: refactorizations without a single allocation
+        let parameters = sparse_lu::LuSymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SIMPLICIAL,
+            ..Default::default()
+        };
+        let view = view(a);
+        let symbolic =
+            sparse_lu::factorize_symbolic_lu(view.symbolic(), parameters).map_err(|_| Singular)?;
+        let scratch = MemBuffer::new(
+            symbolic
+                .factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default())
+                .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq)),
+        );
+        Ok(Self { symbolic, numeric: sparse_lu::NumericLu::new(), scratch })
+    }
+
+    /// Solves `A x = b` for a matrix of the analysed pattern; `b` is overwritten by `x`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the factorization fails or the answer is not finite.
+    pub fn solve(&mut self, a: &SparseMatrix, b: &mut [f64]) -> Result<(), Singular> {
+        let factors = self
+            .symbolic
+            .factorize_numeric_lu(
+                &mut self.numeric,
+                view(a),
+                Par::Seq,
+                MemStack::new(&mut self.scratch),
+                Default::default(),
+            )
+            .map_err(|_| Singular)?;
+        let n = b.len();
+        factors.solve_in_place_with_conj(
+            Conj::No,
+            MatMut::from_column_major_slice_mut(b, n, 1),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+        finite(b)
+    }
+}
+
+fn view(a: &SparseMatrix) -> SparseColMatRef<'_, usize, f64> {
+    let matrix = a.as_sprs();
+    let (rows, columns) = matrix.shape();
+    let symbolic = SymbolicSparseColMatRef::new_checked(
+        rows,
+        columns,
+        a.column_pointers(),
+        None,
+        matrix.indices(),
+    );
+    SparseColMatRef::new(symbolic, matrix.data())
+}
+
+fn finite(x: &[f64]) -> Result<(), Singular> {
+    if x.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Singular) }
+}
+
+/// The 2-norm condition number `σ_max/σ_min`; infinite when singular, NaN when not finite.
+#[must_use]
+pub fn condition_number(a: &DMatrix<f64>) -> f64 {
+    if a.iter().any(|v| !v.is_finite()) {
+        return f64::NAN;
+    }
+    if a.is_empty() {
+        return 1.0;
+    }
+    let values = a.clone().svd(false, false).singular_values;
+    values.max() / values.min()
+}
+
+/// The largest absolute value; NaN if any entry is NaN (unlike a fold with `f64::max`).
+#[must_use]
+pub fn norm_inf(x: &[f64]) -> f64 {
+    x.iter().fold(0.0, |norm: f64, v| {
+        let v = v.abs();
+        if norm.is_nan() || v <= norm { norm } else { v }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn dense_and_sparse_lu_agree_and_refuse_singular_matrices() {
+        let a = dmatrix![0.0, 2.0, 1.0; 1.0, -1.0, 0.0; 3.0, 0.0, 4.0];
+        let emit = |out: &mut dyn crate::sparse::Entries| {
+            for i in 0..3 {
+                for j in 0..3 {
+                    out.add(i, j, a[(i, j)]);
+                }
+            }
+        };
+        let sparse = SparseMatrix::assemble(3, 3, emit);
+        let exact = [0.5, -1.5, 2.0];
+        let b = &a * nalgebra::DVector::from_column_slice(&exact);
+        let (mut x, mut y) = ([b[0], b[1], b[2]], [b[0], b[1], b[2]]);
+        DenseLu::new(3).solve(&a, &mut x).unwrap();
+        SparseLu::new(&sparse).unwrap().solve(&sparse, &mut y).unwrap();
+        for i in 0..3 {
+            assert!((x[i] - exact[i]).abs() < 1e-14 && (y[i] - exact[i]).abs() < 1e-14);
+        }
+        let singular = dmatrix![1.0, 2.0; 2.0, 4.0];
+        assert_eq!(DenseLu::new(2).solve(&singular, &mut [1.0, 0.0]), Err(Singular));
+        assert!(condition_number(&singular) > 1e15);
+    }
+
+    #[test]
+    fn the_norm_does_not_hide_nan() {
+        assert!(norm_inf(&[1.0, f64::NAN, 2.0]).is_nan());
+        assert!(norm_inf(&[f64::NAN, 1.0]).is_nan());
+        assert!(norm_inf(&[1.0, f64::NAN]).is_nan());
+        assert_eq!(norm_inf(&[1.0, -3.0, 2.0]), 3.0);
+        assert_eq!(norm_inf(&[]), 0.0);
+    }
+}

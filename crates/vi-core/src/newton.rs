@@ -1,0 +1,356 @@
+//! Newton's method to the round-off floor.
+//!
+//! One loop serves every implicit equation of the project. The tangent is exact, so the loop expects
+//! quadratic convergence and judges it by what it sees:
+//! ```text
+//! size_k   = max over blocks of |δx|_∞ / scale_block            relative size of the k-th correction
+//! ratio_k  = |r(x_k)| / |r(x_{k-1})|                            contraction of the residual
+//! done     when size_k · ratio_k ≤ ε/4                          what is left is below round-off
+//!          or   size_k ≤ 4ε                                     the correction itself was
+//!          or   the residual no longer contracts and size_k ≤ 1e-9    round-off floor
+//! ```
+//! `scale_block` is the largest entry of the unknowns of that block, at least its floor: increments
+//! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual after
+//! the last correction is evaluated anyway (it closes the interval), so the test costs no extra
+//! factorization. An optional line search halves steps that increase the residual.
+
+use crate::linear::{Singular, norm_inf};
+use std::ops::Range;
+
+/// What a part of the unknowns measures; errors name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BlockKind {
+    /// Coordinates or translational increments, m.
+    Position,
+    /// Rotation increments, rad.
+    Rotation,
+    /// Momenta.
+    Momentum,
+    /// Lagrange multipliers.
+    Multiplier,
+}
+
+impl std::fmt::Display for BlockKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Position => "position",
+            Self::Rotation => "rotation",
+            Self::Momentum => "momentum",
+            Self::Multiplier => "multiplier",
+        })
+    }
+}
+
+/// A block of unknowns that share a unit and a scale.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// What it measures.
+    pub kind: BlockKind,
+    /// Which unknowns.
+    pub range: Range<usize>,
+    /// Magnitude below which the unknowns of this block do not matter.
+    pub floor: f64,
+}
+
+/// Why an evaluation was refused.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Fault {
+    /// The tangent is singular.
+    #[error("the Newton matrix is singular to working precision")]
+    SingularTangent,
+    /// A rotation increment left the range in which the reparametrization is one-to-one.
+    #[error("a rotation of {angle:.3} rad in one step (unknown {unknown})")]
+    RotationTooLarge {
+        /// First unknown of the rotation increment.
+        unknown: usize,
+        /// Its norm, rad.
+        angle: f64,
+    },
+    /// The residual or the correction is not finite.
+    #[error("a value that is not finite")]
+    NotFinite,
+}
+
+impl From<Singular> for Fault {
+    fn from(_: Singular) -> Self {
+        Self::SingularTangent
+    }
+}
+
+/// A square system of equations `r(x) = 0`.
+pub trait NewtonProblem {
+    /// The blocks of the unknowns; together they cover all of them.
+    fn blocks(&self) -> &[Block];
+    /// Evaluates the residual at `x` and keeps what [`NewtonProblem::correction`] needs; `r`: shape
+    /// of `x`.
+    ///
+    /// # Errors
+    /// [`Fault`] when `x` is outside the domain of the equations.
+    fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault>;
+    /// `dx ← K⁻¹ dx` with `K = ∂r/∂x` at the point of the last residual; `dx` holds `r` on entry.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`].
+    fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault>;
+}
+
+/// Settings of the loop.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct NewtonSettings {
+    /// Corrections before the loop gives up.
+    pub max_iterations: usize,
+    /// Halve corrections that increase the residual.
+    pub line_search: bool,
+    /// Relative size of what may be left over; `0` asks for the round-off floor.
+    pub tolerance: f64,
+}
+
+impl Default for NewtonSettings {
+    fn default() -> Self {
+        Self { max_iterations: 30, line_search: false, tolerance: 0.0 }
+    }
+}
+
+/// How a solve went.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NewtonReport {
+    /// Corrections made (= factorizations).
+    pub iterations: usize,
+    /// Residual evaluations.
+    pub evaluations: usize,
+    /// `|r|_∞` at the solution.
+    pub residual: f64,
+    /// Relative size of the last correction.
+    pub last_correction: f64,
+}
+
+/// How a solve failed; the unknowns are left where the loop stood.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NewtonError {
+    /// The corrections do not become small.
+    #[error(
+        "Newton's method did not converge in {iterations} iterations: the {kind} block is still \
+         corrected by {correction:.1e} (relative), residual {residual:.1e}"
+    )]
+    NotConverged {
+        /// Corrections made.
+        iterations: usize,
+        /// Block with the largest correction.
+        kind: BlockKind,
+        /// Unknown with the largest correction.
+        unknown: usize,
+        /// Relative size of that correction.
+        correction: f64,
+        /// `|r|_∞`.
+        residual: f64,
+    },
+    /// An evaluation was refused.
+    #[error("{fault} (iteration {iteration})")]
+    Refused {
+        /// What was refused.
+        fault: Fault,
+        /// In which iteration.
+        iteration: usize,
+    },
+}
+
+/// The loop with its two work vectors.
+#[derive(Clone, Debug)]
+pub struct Newton {
+    /// Settings, changeable between solves.
+    pub settings: NewtonSettings,
+    r: Vec<f64>,  // residual, shape of x
+    dx: Vec<f64>, // correction, shape of x
+}
+
+struct Size {
+    relative: f64,
+    kind: BlockKind,
+    unknown: usize,
+}
+
+fn size(blocks: &[Block], x: &[f64], dx: &[f64]) -> Size {
+    let mut worst = Size { relative: 0.0, kind: BlockKind::Position, unknown: 0 };
+    for block in blocks.iter().filter(|block| !block.range.is_empty()) {
+        let scale = norm_inf(&x[block.range.clone()]).max(block.floor);
+        for i in block.range.clone() {
+            let relative = dx[i].abs() / scale;
+            if !(relative <= worst.relative) {
+                worst = Size { relative, kind: block.kind, unknown: i };
+            }
+        }
+    }
+    worst
+}
+
+impl Newton {
+    /// A loop for `n` unknowns.
+    #[must_use]
+    pub fn new(n: usize, settings: NewtonSettings) -> Self {
+        Self { settings, r: vec![0.0; n], dx: vec![0.0; n] }
+    }
+
+    /// Solves `r(x) = 0` from the start value in `x`.
+    ///
+    /// On success the problem was last evaluated at the solution.
+    ///
+    /// # Errors
+    /// [`NewtonError`]; nothing but `x` and the problem's own scratch has changed then.
+    pub fn solve(
+        &mut self,
+        problem: &mut impl NewtonProblem,
+        x: &mut [f64],
+    ) -> Result<NewtonReport, NewtonError> {
+        let refused = |iteration| move |fault| NewtonError::Refused { fault, iteration };
+        let mut report = NewtonReport::default();
+        let mut residual = self.evaluate(problem, x).map_err(refused(0))?;
+        report.evaluations = 1;
+        loop {
+            let iteration = report.iterations + 1;
+            self.dx.copy_from_slice(&self.r);
+            problem.correction(x, &mut self.dx).map_err(refused(iteration))?;
+            let size = size(problem.blocks(), x, &self.dx);
+            if !size.relative.is_finite() {
+                return Err(refused(iteration)(Fault::NotFinite));
+            }
+            for (x, dx) in x.iter_mut().zip(&self.dx) {
+                *x -= dx;
+            }
+            let next = self.evaluate_with_search(problem, x, residual, &mut report);
+            let next = next.map_err(refused(iteration))?;
+            report.iterations = iteration;
+            report.residual = next;
+            report.last_correction = size.relative;
+            let ratio = if next > 0.0 { next / residual } else { 0.0 };
+            let left = size.relative * ratio;
+            let at_floor = ratio > 0.5 && size.relative <= 1e-9;
+            let settled = size.relative <= 4.0 * f64::EPSILON;
+            let good = left <= self.settings.tolerance.max(0.25 * f64::EPSILON);
+            if (good && ratio < 1.0) || settled || at_floor {
+                return Ok(report);
+            }
+            if iteration >= self.settings.max_iterations {
+                return Err(NewtonError::NotConverged {
+                    iterations: iteration,
+                    kind: size.kind,
+                    unknown: size.unknown,
+                    correction: size.relative,
+                    residual: next,
+                });
+            }
+            residual = next;
+        }
+    }
+
+    fn evaluate(&mut self, problem: &mut impl NewtonProblem, x: &[f64]) -> Result<f64, Fault> {
+        problem.residual(x, &mut self.r)?;
+        let norm = norm_inf(&self.r);
+        if norm.is_finite() { Ok(norm) } else { Err(Fault::NotFinite) }
+    }
+
+    /// Evaluates at the corrected `x`; with line search on, takes back half of the correction until
+    /// the residual falls (at most ten times).
+    fn evaluate_with_search(
+        &mut self,
+        problem: &mut impl NewtonProblem,
+        x: &mut [f64],
+        before: f64,
+        report: &mut NewtonReport,
+    ) -> Result<f64, Fault> {
+        let halvings = if self.settings.line_search { 10 } else { 0 };
+        for _ in 0..halvings {
+            report.evaluations += 1;
+            match self.evaluate(problem, x) {
+                Ok(after) if after <= before || norm_inf(&self.dx) <= 1e-9 * norm_inf(x) => {
+                    return Ok(after);
+                }
+                _ => {
+                    for (x, dx) in x.iter_mut().zip(&mut self.dx) {
+                        *dx *= 0.5;
+                        *x += *dx;
+                    }
+                }
+            }
+        }
+        report.evaluations += 1;
+        self.evaluate(problem, x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `x³ = a`, and `arctan x = 0`, for which full steps diverge from `|x| > 1.39`.
+    enum Scalar {
+        CubeRoot(f64),
+        Arctan,
+    }
+    struct Problem(Scalar, [Block; 1]);
+    impl Problem {
+        fn new(f: Scalar) -> Self {
+            Self(f, [Block { kind: BlockKind::Position, range: 0..1, floor: 1e-8 }])
+        }
+    }
+    impl NewtonProblem for Problem {
+        fn blocks(&self) -> &[Block] {
+            &self.1
+        }
+        fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+            r[0] = match self.0 {
+                Scalar::CubeRoot(a) => x[0].powi(3) - a,
+                Scalar::Arctan => x[0].atan(),
+            };
+            Ok(())
+        }
+        fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
+            let slope = match self.0 {
+                Scalar::CubeRoot(_) => 3.0 * x[0] * x[0],
+                Scalar::Arctan => 1.0 / (1.0 + x[0] * x[0]),
+            };
+            if slope == 0.0 {
+                return Err(Fault::SingularTangent);
+            }
+            dx[0] /= slope;
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn converges_to_the_last_bit() {
+        for a in [1e-12_f64, 0.3, 7.0, 1e9] {
+            let mut x = [2.0 * a.cbrt()];
+            let report = Newton::new(1, NewtonSettings::default())
+                .solve(&mut Problem::new(Scalar::CubeRoot(a)), &mut x)
+                .unwrap();
+            let error = (x[0] / a.cbrt() - 1.0).abs();
+            assert!(error <= 4.0 * f64::EPSILON, "a = {a}: relative error {error:e}");
+            assert!(report.iterations <= 8, "{report:?}");
+        }
+    }
+
+    #[test]
+    fn the_line_search_rescues_a_divergent_start() {
+        let mut newton = Newton::new(1, NewtonSettings::default());
+        let failed = newton.solve(&mut Problem::new(Scalar::Arctan), &mut [3.0]);
+        assert!(failed.is_err(), "{failed:?}");
+        newton.settings.line_search = true;
+        let mut x = [3.0];
+        newton.solve(&mut Problem::new(Scalar::Arctan), &mut x).unwrap();
+        assert!(x[0].abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_failure_says_which_block() {
+        let mut newton =
+            Newton::new(1, NewtonSettings { max_iterations: 2, ..NewtonSettings::default() });
+        let error = newton.solve(&mut Problem::new(Scalar::CubeRoot(5.0)), &mut [100.0]);
+        let message = error.unwrap_err().to_string();
+        assert!(message.contains("position block"), "{message}");
+        let singular = newton.solve(&mut Problem::new(Scalar::CubeRoot(5.0)), &mut [0.0]);
+        assert!(singular.unwrap_err().to_string().contains("singular"));
+    }
+}

@@ -1,0 +1,212 @@
+//! Potentials `V(q)` and their discrete versions `U_d(q_n, q_{n+1})`.
+//!
+//! A discrete Lagrangian of this project is
+//! `L_d = (1/2h) Δqᵀ M Δq − h Σ U_d(q_n, q_{n+1})`; the choice of `U_d` is the choice of quadrature:
+//! ```text
+//! midpoint       U_d = V(q_{n+1/2})                          LMO08 (18)
+//! trapezoidal    U_d = ½ V(q_n) + ½ V(q_{n+1})
+//! ```
+//! Other consistent, symmetric choices (averaged strains of beams) implement [`DiscretePotential`]
+//! directly. All letters: `V` potential, `U_d` discrete potential, both in J.
+
+use crate::interval::Interval;
+use crate::sparse::{Block, Entries};
+use num_dual::{Dual64, DualNum, HyperDual64};
+
+/// A potential energy `V(q)`, J.
+pub trait Potential: Send + Sync {
+    /// `V(q)`, J.
+    fn value(&self, q: &[f64]) -> f64;
+    /// `out ← out + scale ∇V(q)`, shape `n`.
+    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
+    /// Emits `scale ∇²V(q)`; always the same places in the same order.
+    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries);
+}
+
+/// A discrete potential `U_d(q_n, q_{n+1})`, J, symmetric in its arguments and consistent with `V`.
+pub trait DiscretePotential: Send + Sync {
+    /// `U_d(q_n, q_{n+1})`, J.
+    fn value(&self, s: &Interval) -> f64;
+    /// `out ← out + scale D_1 U_d`, shape `n`.
+    fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]);
+    /// `out ← out + scale D_2 U_d`, shape `n`.
+    fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]);
+    /// Emits `scale D_2 D_1 U_d` (row: component of `D_1 U_d`, column: component of `q_{n+1}`);
+    /// always the same places in the same order.
+    fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
+    /// The continuous `V(q)` that `U_d` approximates, J.
+    fn potential(&self, q: &[f64]) -> f64;
+    /// `out ← out + scale ∇V(q)`.
+    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
+}
+
+/// The quadrature rule of a discrete Lagrangian.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quadrature {
+    /// `U_d = V(q_{n+1/2})`, LMO08 (18).
+    #[default]
+    Midpoint,
+    /// `U_d = ½ V(q_n) + ½ V(q_{n+1})`.
+    Trapezoidal,
+}
+
+impl Quadrature {
+    /// The discrete potential of `V` by this rule.
+    pub fn discretize<V: Potential + 'static>(self, potential: V) -> Box<dyn DiscretePotential> {
+        match self {
+            Self::Midpoint => Box::new(Midpoint(potential)),
+            Self::Trapezoidal => Box::new(Trapezoidal(potential)),
+        }
+    }
+}
+
+/// `U_d = V(q_{n+1/2})`, LMO08 (18).
+#[derive(Clone, Debug)]
+pub struct Midpoint<V>(pub V);
+
+impl<V: Potential> DiscretePotential for Midpoint<V> {
+    fn value(&self, s: &Interval) -> f64 {
+        self.0.value(&s.q_mid)
+    }
+    fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(&s.q_mid, 0.5 * scale, out);
+    }
+    fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(&s.q_mid, 0.5 * scale, out);
+    }
+    fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(&s.q_mid, 0.25 * scale, out);
+    }
+    fn potential(&self, q: &[f64]) -> f64 {
+        self.0.value(q)
+    }
+    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(q, scale, out);
+    }
+}
+
+/// `U_d = ½ V(q_n) + ½ V(q_{n+1})`.
+#[derive(Clone, Debug)]
+pub struct Trapezoidal<V>(pub V);
+
+impl<V: Potential> DiscretePotential for Trapezoidal<V> {
+    fn value(&self, s: &Interval) -> f64 {
+        0.5 * (self.0.value(&s.q0) + self.0.value(&s.q1))
+    }
+    fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(&s.q0, 0.5 * scale, out);
+    }
+    fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(&s.q1, 0.5 * scale, out);
+    }
+    fn add_d2_d1(&self, _s: &Interval, _scale: f64, _out: &mut dyn Entries) {
+        // D_1 U_d depends on q_n only
+    }
+    fn potential(&self, q: &[f64]) -> f64 {
+        self.0.value(q)
+    }
+    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(q, scale, out);
+    }
+}
+
+/// `V(q) = −w·q` with a constant generalized force `w` (gravity: `w = M γ`).
+#[derive(Clone, Debug)]
+pub struct LinearPotential {
+    /// `w`, shape `n`, N.
+    pub force: Vec<f64>,
+}
+
+impl Potential for LinearPotential {
+    fn value(&self, q: &[f64]) -> f64 {
+        -self.force.iter().zip(q).map(|(w, x)| w * x).sum::<f64>()
+    }
+    fn add_gradient(&self, _q: &[f64], scale: f64, out: &mut [f64]) {
+        for (o, w) in out.iter_mut().zip(&self.force) {
+            *o -= scale * w;
+        }
+    }
+    fn add_hessian(&self, _q: &[f64], _scale: f64, _out: &mut dyn Entries) {}
+}
+
+/// A potential of `N` coordinates written once for any number type; gradient and Hessian follow
+/// exactly, by dual numbers.
+///
+/// ```
+/// use vi_core::potential::{DualPotential, Potential, ScalarField};
+/// struct Spring { stiffness: f64 }
+/// impl ScalarField<2> for Spring {
+///     fn value<D: vi_core::num_dual::DualNum<Primitive = f64> + Copy>(&self, q: &[D; 2]) -> D {
+///         let length = (q[0] * q[0] + q[1] * q[1]).sqrt();
+///         (length - 1.0).powi(2) * (0.5 * self.stiffness)
+///     }
+/// }
+/// let v = DualPotential(Spring { stiffness: 8.0 });
+/// let mut gradient = [0.0; 2];
+/// v.add_gradient(&[3.0, 4.0], 1.0, &mut gradient);
+/// assert!((gradient[0] - 8.0 * 4.0 * 0.6).abs() < 1e-13);
+/// ```
+#[derive(Clone, Debug)]
+pub struct DualPotential<F, const N: usize>(pub F);
+
+/// A scalar function of `N` coordinates for any dual number type.
+pub trait ScalarField<const N: usize>: Send + Sync {
+    /// The function value at `q`.
+    fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D; N]) -> D;
+}
+
+impl<F: ScalarField<N>, const N: usize> Potential for DualPotential<F, N> {
+    fn value(&self, q: &[f64]) -> f64 {
+        let mut x = [0.0; N];
+        x.copy_from_slice(&q[..N]);
+        self.0.value(&x)
+    }
+
+    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+        for i in 0..N {
+            let x: [Dual64; N] =
+                std::array::from_fn(|k| Dual64::new(q[k], f64::from(u8::from(k == i))));
+            out[i] += scale * self.0.value(&x).eps;
+        }
+    }
+
+    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        for i in 0..N {
+            for j in 0..=i {
+                let x: [HyperDual64; N] = std::array::from_fn(|k| {
+                    let seed = |at: usize| f64::from(u8::from(k == at));
+                    HyperDual64::new(q[k], seed(i), seed(j), 0.0)
+                });
+                let second = scale * self.0.value(&x).eps1eps2;
+                out.add(i, j, second);
+                if i != j {
+                    out.add(j, i, second);
+                }
+            }
+        }
+    }
+}
+
+/// A potential that acts on the coordinates from `offset` on: one member of a larger system.
+#[derive(Clone, Debug)]
+pub struct Shifted<V> {
+    /// The potential of the member's own coordinates.
+    pub potential: V,
+    /// First coordinate of the member.
+    pub offset: usize,
+}
+
+impl<V: Potential> Potential for Shifted<V> {
+    fn value(&self, q: &[f64]) -> f64 {
+        self.potential.value(&q[self.offset..])
+    }
+    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+        self.potential.add_gradient(&q[self.offset..], scale, &mut out[self.offset..]);
+    }
+    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        let (row, column) = (self.offset, self.offset);
+        let mut block = Block { into: out, row, column, scale: 1.0, transposed: false };
+        self.potential.add_hessian(&q[self.offset..], scale, &mut block);
+    }
+}

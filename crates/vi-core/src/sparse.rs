@@ -1,0 +1,233 @@
+//! Sparse matrices that are assembled once and refilled for ever.
+//!
+//! Whoever knows a matrix emits its entries `(row, column, value)` in an order that does not depend
+//! on the values. The first emission fixes the pattern (an [`sprs::CsMat`] in compressed columns,
+//! repeated entries summed); every later emission only writes numbers, without a search and without
+//! an allocation.
+
+use sprs::CsMat;
+
+/// A sink of matrix entries; entries at the same place add up.
+pub trait Entries {
+    /// Adds `value` at `(row, column)`. Zeros are entries too: they keep the pattern fixed.
+    fn add(&mut self, row: usize, column: usize, value: f64);
+}
+
+/// Receives entries shifted, scaled and possibly transposed: one block of a larger matrix.
+pub struct Block<'a> {
+    /// Where the entries go.
+    pub into: &'a mut dyn Entries,
+    /// Offset added to the row.
+    pub row: usize,
+    /// Offset added to the column.
+    pub column: usize,
+    /// Factor on each value.
+    pub scale: f64,
+    /// Swap row and column before the offsets are added.
+    pub transposed: bool,
+}
+
+impl Entries for Block<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        let (i, j) = if self.transposed { (column, row) } else { (row, column) };
+        self.into.add(self.row + i, self.column + j, self.scale * value);
+    }
+}
+
+impl Entries for nalgebra::DMatrix<f64> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        self[(row, column)] += value;
+    }
+}
+
+/// A matrix with a fixed sparsity pattern, refilled by replaying its emission.
+#[derive(Clone, Debug)]
+pub struct SparseMatrix {
+    matrix: CsMat<f64>,
+    indptr: Vec<usize>, // column pointers once more, as a slice that can be lent out
+    slots: Vec<usize>,  // k-th emitted entry → position in the value array
+}
+
+struct Collector {
+    entries: Vec<(usize, usize, f64)>,
+}
+
+impl Entries for Collector {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        self.entries.push((column, row, value));
+    }
+}
+
+struct Replay<'a> {
+    values: &'a mut [f64],
+    slots: &'a [usize],
+    next: usize,
+}
+
+impl Entries for Replay<'_> {
+    fn add(&mut self, _row: usize, _column: usize, value: f64) {
+        self.values[self.slots[self.next]] += value;
+        self.next += 1;
+    }
+}
+
+impl SparseMatrix {
+    /// Assembles a `rows × columns` matrix from the entries that `emit` writes.
+    ///
+    /// # Panics
+    /// When an entry lies outside the shape: the emitter is broken, not the data.
+    pub fn assemble(rows: usize, columns: usize, emit: impl FnOnce(&mut dyn Entries)) -> Self {
+        let mut collector = Collector { entries: Vec::new() };
+        emit(&mut collector);
+        let entries = collector.entries;
+        let mut order: Vec<usize> = (0..entries.len()).collect();
+        order.sort_by_key(|&k| (entries[k].0, entries[k].1));
+        let mut indptr = vec![0_usize; columns + 1];
+        let mut indices = Vec::with_capacity(entries.len());
+        let mut values: Vec<f64> = Vec::with_capacity(entries.len());
+        let mut slots = vec![0; entries.len()];
+        let mut last = None;
+        for k in order {
+            let (column, row, value) = entries[k];
+            assert!(row < rows && column < columns, "entry ({row}, {column}) outside the matrix");
+            if last != Some((column, row)) {
+                indices.push(row);
+                values.push(0.0);
+                indptr[column + 1] += 1;
+                last = Some((column, row));
+            }
+            slots[k] = values.len() - 1;
+            *values.last_mut().expect("pushed above") += value;
+        }
+        for j in 0..columns {
+            indptr[j + 1] += indptr[j];
+        }
+        let matrix = CsMat::new_csc((rows, columns), indptr.clone(), indices, values);
+        Self { matrix, indptr, slots }
+    }
+
+    /// A matrix from one that exists already (converted to compressed columns).
+    #[must_use]
+    pub fn from_sprs(matrix: &CsMat<f64>) -> Self {
+        let (rows, columns) = matrix.shape();
+        Self::assemble(rows, columns, |out| {
+            for (value, (i, j)) in matrix {
+                out.add(i, j, *value);
+            }
+        })
+    }
+
+    /// Overwrites the values; `emit` must write the same places in the same order as at assembly.
+    pub fn refill(&mut self, emit: impl FnOnce(&mut dyn Entries)) {
+        let values = self.matrix.data_mut();
+        values.fill(0.0);
+        let mut replay = Replay { values, slots: &self.slots, next: 0 };
+        emit(&mut replay);
+        debug_assert_eq!(replay.next, self.slots.len(), "emission shorter than at assembly");
+    }
+
+    /// Emits the stored entries (for nesting in a larger matrix).
+    pub fn emit(&self, out: &mut dyn Entries) {
+        self.for_each(|i, j, value| out.add(i, j, value));
+    }
+
+    /// The matrix in compressed columns.
+    #[must_use]
+    pub fn as_sprs(&self) -> &CsMat<f64> {
+        &self.matrix
+    }
+
+    /// Column pointers of the compressed columns, `columns + 1` of them.
+    #[must_use]
+    pub fn column_pointers(&self) -> &[usize] {
+        &self.indptr
+    }
+
+    /// `(rows, columns)`.
+    #[must_use]
+    pub fn shape(&self) -> (usize, usize) {
+        self.matrix.shape()
+    }
+
+    /// `y ← y + a A x`.
+    pub fn mul_add(&self, a: f64, x: &[f64], y: &mut [f64]) {
+        self.for_each(|i, j, value| y[i] += a * value * x[j]);
+    }
+
+    /// `y ← y + a Aᵀ x`.
+    pub fn tr_mul_add(&self, a: f64, x: &[f64], y: &mut [f64]) {
+        self.for_each(|i, j, value| y[j] += a * value * x[i]);
+    }
+
+    /// `xᵀ A y`.
+    #[must_use]
+    pub fn bilinear(&self, x: &[f64], y: &[f64]) -> f64 {
+        let mut sum = 0.0;
+        self.for_each(|i, j, value| sum += x[i] * value * y[j]);
+        sum
+    }
+
+    /// `out ← out + a A X` for dense `X` (column by column).
+    pub fn mul_dense_add(
+        &self,
+        a: f64,
+        x: &nalgebra::DMatrix<f64>,
+        out: &mut nalgebra::DMatrix<f64>,
+    ) {
+        let (rows, columns) = self.shape();
+        for c in 0..x.ncols() {
+            let xc = &x.as_slice()[c * columns..(c + 1) * columns];
+            let yc = &mut out.as_mut_slice()[c * rows..(c + 1) * rows];
+            self.mul_add(a, xc, yc);
+        }
+    }
+
+    /// Dense copy, for tests and small problems.
+    #[must_use]
+    pub fn to_dense(&self) -> nalgebra::DMatrix<f64> {
+        let (rows, columns) = self.shape();
+        let mut dense = nalgebra::DMatrix::zeros(rows, columns);
+        self.for_each(|i, j, value| dense[(i, j)] += value);
+        dense
+    }
+
+    fn for_each(&self, mut visit: impl FnMut(usize, usize, f64)) {
+        let (indices, values) = (self.matrix.indices(), self.matrix.data());
+        for j in 0..self.matrix.cols() {
+            for k in self.indptr[j]..self.indptr[j + 1] {
+                visit(indices[k], j, values[k]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn emit(scale: f64) -> impl Fn(&mut dyn Entries) {
+        move |out| {
+            out.add(1, 0, 2.0 * scale);
+            out.add(0, 1, 3.0 * scale);
+            out.add(1, 0, 0.5 * scale); // same place again: adds
+            let mut block = Block { into: out, row: 1, column: 1, scale: 10.0, transposed: true };
+            block.add(0, 1, scale); // lands at (2, 1)
+        }
+    }
+
+    #[test]
+    fn refilling_replays_the_assembly() {
+        let mut a = SparseMatrix::assemble(3, 2, emit(1.0));
+        assert_eq!(a.as_sprs().nnz(), 3, "pattern");
+        assert_eq!(a.to_dense(), nalgebra::dmatrix![0.0, 3.0; 2.5, 0.0; 0.0, 10.0]);
+        a.refill(emit(-2.0));
+        assert_eq!(a.to_dense(), nalgebra::dmatrix![0.0, -6.0; -5.0, 0.0; 0.0, -20.0]);
+        let mut y = [1.0; 3];
+        a.mul_add(1.0, &[1.0, 2.0], &mut y);
+        assert_eq!(y, [-11.0, -4.0, -39.0]);
+        let mut x = [0.0; 2];
+        a.tr_mul_add(1.0, &[1.0, 1.0, 1.0], &mut x);
+        assert_eq!(x, [-5.0, -26.0]);
+        assert_eq!(a.bilinear(&[1.0, 1.0, 1.0], &[1.0, 2.0]), -5.0 - 52.0);
+    }
+}
