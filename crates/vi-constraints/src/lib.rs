@@ -1,1 +1,10 @@
-//! placeholder
+//! Holonomic constraints and the four equivalent variational schemes on any `q ∈ R^n`.
+//!
+//! This room knows constraints but no geometry.
+#![forbid(unsafe_code)]
+
+pub mod constraints;
+pub mod reparametrization;
+
+pub use constraints::{ConstraintFn, Constraints, Unconstrained};
+pub use reparametrization::{DenseNodal, NodalOperators, Reparametrization};

@@ -1,0 +1,127 @@
+//! Holonomic constraints `g(q, t) = 0`.
+//!
+//! Letters: `g ∈ R^m`, `G = ∂g/∂q ∈ R^{m×n}`, `D²g[v, w]` the second derivative in directions `v`,
+//! `w`. Source: LMO08 §2; rheonomic constraints are held at the nodes `t_{n+1}`, and the velocity at
+//! the start satisfies `G v + ∂g/∂t = 0`.
+
+use vi_core::sparse::Entries;
+
+/// Constraints `g(q, t) = 0` on `q ∈ R^n`.
+///
+/// Redundant constraints are allowed: rows of `G` may depend on one another.
+pub trait Constraints {
+    /// Number `n` of coordinates.
+    fn dim(&self) -> usize;
+    /// Number `m` of constraints.
+    fn len(&self) -> usize;
+    /// Whether there is no constraint.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// `out ← g(q, t)`, shape `m`.
+    fn value(&self, t: f64, q: &[f64], out: &mut [f64]);
+    /// Emits `G(q, t)`, shape `m × n`; always the same places in the same order.
+    fn jacobian(&self, t: f64, q: &[f64], out: &mut dyn Entries);
+    /// `out_i ← vᵀ D²g_i(q, t) w`, shape `m`.
+    fn second_derivative(&self, t: f64, q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]);
+    /// `out ← ∂g/∂t`, shape `m`; zero for scleronomic constraints.
+    fn time_derivative(&self, _t: f64, _q: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+    }
+    /// `out ← d²g/dt² − G q̈ = D²g[v, v] + 2 ∂G/∂t v + ∂²g/∂t²`, shape `m`.
+    fn acceleration_terms(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        self.second_derivative(t, q, v, v, out);
+    }
+    /// Whether `g` depends on time.
+    fn is_rheonomic(&self) -> bool {
+        false
+    }
+}
+
+/// No constraints at all: the schemes then reduce to discrete Euler–Lagrange stepping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unconstrained(
+    /// Number `n` of coordinates.
+    pub usize,
+);
+
+impl Constraints for Unconstrained {
+    fn dim(&self) -> usize {
+        self.0
+    }
+    fn len(&self) -> usize {
+        0
+    }
+    fn value(&self, _t: f64, _q: &[f64], _out: &mut [f64]) {}
+    fn jacobian(&self, _t: f64, _q: &[f64], _out: &mut dyn Entries) {}
+    fn second_derivative(&self, _t: f64, _q: &[f64], _v: &[f64], _w: &[f64], _out: &mut [f64]) {}
+}
+
+/// Constraints given by two functions, `g` and a dense `G`.
+///
+/// The second derivative is taken from central differences of `G` along `v`: exact to round-off for
+/// quadratic `g`, of order `1e-10` relative otherwise. It enters nothing but the acceleration-level
+/// multiplier.
+pub struct ConstraintFn<F, J> {
+    n: usize,
+    m: usize,
+    value: F,
+    jacobian: J,
+}
+
+impl<F, J> ConstraintFn<F, J>
+where
+    F: Fn(&[f64], &mut [f64]),
+    J: Fn(&[f64], &mut nalgebra::DMatrix<f64>),
+{
+    /// `value(q, g)` writes `g(q)` of shape `m`; `jacobian(q, G)` writes `G(q)` of shape `m × n`
+    /// into a zeroed matrix.
+    pub fn new(n: usize, m: usize, value: F, jacobian: J) -> Self {
+        Self { n, m, value, jacobian }
+    }
+
+    fn dense(&self, q: &[f64]) -> nalgebra::DMatrix<f64> {
+        let mut matrix = nalgebra::DMatrix::zeros(self.m, self.n);
+        (self.jacobian)(q, &mut matrix);
+        matrix
+    }
+}
+
+impl<F, J> Constraints for ConstraintFn<F, J>
+where
+    F: Fn(&[f64], &mut [f64]),
+    J: Fn(&[f64], &mut nalgebra::DMatrix<f64>),
+{
+    fn dim(&self) -> usize {
+        self.n
+    }
+    fn len(&self) -> usize {
+        self.m
+    }
+    fn value(&self, _t: f64, q: &[f64], out: &mut [f64]) {
+        (self.value)(q, out);
+    }
+    fn jacobian(&self, _t: f64, q: &[f64], out: &mut dyn Entries) {
+        let matrix = self.dense(q);
+        for j in 0..self.n {
+            for i in 0..self.m {
+                out.add(i, j, matrix[(i, j)]);
+            }
+        }
+    }
+    fn second_derivative(&self, _t: f64, q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]) {
+        let size = vi_core::linear::norm_inf(v);
+        out.fill(0.0);
+        if size <= 0.0 {
+            return;
+        }
+        let e = 1e-4 * (1.0 + vi_core::linear::norm_inf(q)) / size;
+        let shifted = |by: f64| -> Vec<f64> { q.iter().zip(v).map(|(q, v)| q + by * v).collect() };
+        let difference = self.dense(&shifted(e)) - self.dense(&shifted(-e));
+        for (i, o) in out.iter_mut().enumerate() {
+            for (j, w) in w.iter().enumerate() {
+                *o += difference[(i, j)] * w / (2.0 * e);
+            }
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Nodal reparametrization `q_{n+1} = F_d(u, q_n)` and the null space matrix `P(q)`.
+//!
+//! ```text
+//! G(q) P(q) = 0,  q̇ = P ν                          LMO08 (5), (6)
+//! g(F_d(u, q_n)) = 0 for every u,  F_d(0, q_n) = q_n      LMO08 (27)
+//! range ∂F_d/∂u (u, q_n) = range P(q_{n+1})
+//! ```
+//! Two levels of description. A [`Reparametrization`] writes `P` and `∂F_d/∂u` as dense matrices: ten
+//! lines for a small system, and the form in which all four schemes can use it. A [`NodalOperators`]
+//! only applies them, which is what large systems need; [`DenseNodal`] turns the first into the
+//! second.
+
+use nalgebra::DMatrix;
+use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::interval::Interval;
+use vi_core::linear::DenseLu;
+use vi_core::newton::{Block, Fault};
+use vi_core::sparse::SparseMatrix;
+
+/// Local coordinates of the constraint manifold around each node, as dense matrices.
+pub trait Reparametrization {
+    /// Degrees of freedom `d = n − rank G`.
+    fn dof(&self) -> usize;
+    /// Units and scales of the increments `u`.
+    fn blocks(&self) -> Vec<Block>;
+    /// `out ← P(q)`, shape `n × d`; `out` may hold anything on entry.
+    fn null_space(&self, q: &[f64], out: &mut DMatrix<f64>);
+    /// Writes `s.q1 = F_d(u, s.q0)` and the increment `s.dq`, accurate relative to itself. Time
+    /// dependent maps find the step in `s.t`, `s.h`.
+    ///
+    /// # Errors
+    /// [`Fault::RotationTooLarge`] when the map is not one-to-one there.
+    fn reparametrize(&self, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
+    /// `out ← ∂F_d/∂u (u, q_n)`, shape `n × d`, for the interval that
+    /// [`Reparametrization::reparametrize`] has written.
+    fn tangent(&self, u: &[f64], s: &Interval, out: &mut DMatrix<f64>);
+    /// Takes accumulated round-off out of `q` where the map only carries constraints along
+    /// (directors, relative attitudes); called once per step.
+    fn clean(&self, _t: f64, _q: &mut [f64]) {}
+}
+
+/// What the nodal scheme asks of a system, without matrices.
+///
+/// Call order within a step: `begin`, then for each iteration `reparametrize`, `pull_back`, `solve`.
+pub trait NodalOperators<S> {
+    /// Degrees of freedom `d`.
+    fn dof(&self) -> usize;
+    /// Units and scales of the increments `u`.
+    fn blocks(&self) -> &[Block];
+    /// Takes up the node `q_n = s.q0`: everything that depends on `P(q_n)` alone.
+    fn begin(&mut self, system: &S, s: &Interval);
+    /// Writes `s.q1`, `s.dq` and closes the interval.
+    ///
+    /// # Errors
+    /// [`Fault`] when `u` is outside the domain of the map.
+    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
+    /// `out ← P(q_n)ᵀ w`, shape `d`.
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]);
+    /// `x ← (P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u)⁻¹ x` at the last `reparametrize`d interval.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`].
+    fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault>;
+    /// See [`Reparametrization::clean`].
+    fn clean(&mut self, t: f64, q: &mut [f64]);
+}
+
+/// [`NodalOperators`] from a [`Reparametrization`], by dense matrices and a dense LU: `O(n d² + d³)`.
+pub struct DenseNodal<R> {
+    map: R,
+    blocks: Vec<Block>,
+    null_space: DMatrix<f64>,    // n × d  P(q_n)
+    tangent: DMatrix<f64>,       // n × d  ∂F_d/∂u
+    weighted: DMatrix<f64>,      // n × d  D_2 D_1 L_d ∂F_d/∂u
+    matrix: DMatrix<f64>,        // d × d  Pᵀ D_2 D_1 L_d ∂F_d/∂u
+    mixed: Option<SparseMatrix>, // n × n  D_2 D_1 L_d
+    lu: DenseLu,
+}
+
+impl<R: Reparametrization> DenseNodal<R> {
+    /// Operators for a map on `R^n`.
+    pub fn new(n: usize, map: R) -> Self {
+        let (d, blocks) = (map.dof(), map.blocks());
+        let nd = || DMatrix::zeros(n, d);
+        Self {
+            map,
+            blocks,
+            null_space: nd(),
+            tangent: nd(),
+            weighted: nd(),
+            matrix: DMatrix::zeros(d, d),
+            mixed: None,
+            lu: DenseLu::new(d),
+        }
+    }
+
+    /// The map.
+    pub fn map(&self) -> &R {
+        &self.map
+    }
+
+    /// `P(q_n)` of the last [`NodalOperators::begin`].
+    pub fn null_space(&self) -> &DMatrix<f64> {
+        &self.null_space
+    }
+
+    /// Puts another null space matrix of the same range in the place of `P(q_n)`: the reduced
+    /// scheme's `∂F_d/∂u (u_{n-1}, q_{n-1})`.
+    pub fn replace_null_space(&mut self, matrix: &DMatrix<f64>) {
+        self.null_space.copy_from(matrix);
+    }
+
+    /// The Newton matrix of the last [`NodalOperators::solve`].
+    pub fn newton_matrix(&self) -> &DMatrix<f64> {
+        &self.matrix
+    }
+
+    /// `∂F_d/∂u` of the last [`NodalOperators::solve`].
+    pub fn last_tangent(&self) -> &DMatrix<f64> {
+        &self.tangent
+    }
+
+    /// Evaluates `∂F_d/∂u` at a closed interval.
+    pub fn update_tangent(&mut self, u: &[f64], s: &Interval) {
+        self.map.tangent(u, s, &mut self.tangent);
+    }
+}
+
+impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal<R> {
+    fn dof(&self) -> usize {
+        self.matrix.ncols()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    fn begin(&mut self, _system: &S, s: &Interval) {
+        self.map.null_space(&s.q0, &mut self.null_space);
+    }
+
+    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.map.reparametrize(u, s)?;
+        s.close();
+        Ok(())
+    }
+
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
+        for (o, column) in out.iter_mut().zip(self.null_space.column_iter()) {
+            *o = column.iter().zip(w).map(|(p, w)| p * w).sum();
+        }
+    }
+
+    fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
+        let n = s.dim();
+        let emit = |out: &mut dyn vi_core::Entries| system.forced_d2_d1(s, out);
+        match &mut self.mixed {
+            Some(mixed) => mixed.refill(emit),
+            None => self.mixed = Some(SparseMatrix::assemble(n, n, emit)),
+        }
+        let mixed = self.mixed.as_ref().expect("just written");
+        self.map.tangent(u, s, &mut self.tangent);
+        self.weighted.fill(0.0);
+        mixed.mul_dense_add(1.0, &self.tangent, &mut self.weighted);
+        self.matrix.gemm_tr(1.0, &self.null_space, &self.weighted, 0.0);
+        Ok(self.lu.solve(&self.matrix, x)?)
+    }
+
+    fn clean(&mut self, t: f64, q: &mut [f64]) {
+        self.map.clean(t, q);
+    }
+}
