@@ -178,7 +178,7 @@ fn size(blocks: &[Block], x: &[f64], dx: &[f64]) -> Size {
         let scale = norm_inf(&x[block.range.clone()]).max(block.floor);
         for i in block.range.clone() {
             let relative = dx[i].abs() / scale;
-            if !(relative <= worst.relative) {
+            if relative.is_nan() || relative > worst.relative {
                 worst = Size { relative, kind: block.kind, unknown: i };
             }
         }
