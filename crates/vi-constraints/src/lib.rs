@@ -2,6 +2,8 @@
 //!
 //! This room knows constraints but no geometry.
 #![forbid(unsafe_code)]
+#![deny(missing_docs)]
+#![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod constraints;
 pub mod reparametrization;

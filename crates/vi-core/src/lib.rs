@@ -20,6 +20,8 @@
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, Variational integrators for constrained
 //! dynamical systems, ZAMM 88 (2008) 677–708, cited as LMO08 with its equation numbers.
 #![forbid(unsafe_code)]
+#![deny(missing_docs)]
+#![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod composition;
 pub mod discrete_lagrangian;

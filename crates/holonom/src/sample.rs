@@ -1,0 +1,71 @@
+//! What a run delivers at a node: the types between the simulation and everything that writes.
+
+use serde::{Deserialize, Serialize};
+use vi_core::momentum_map::Momentum;
+
+/// How a member of a system stores its coordinates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MemberKind {
+    /// A rigid body: 12 director coordinates `φ, d_1, d_2, d_3`.
+    Frame,
+    /// A point mass in the plane, 2 coordinates.
+    Particle2,
+    /// A point mass in space, 3 coordinates.
+    Particle3,
+}
+
+impl MemberKind {
+    /// Suffixes of its trajectory columns, in the order of its coordinates.
+    #[must_use]
+    pub fn columns(self) -> &'static [&'static str] {
+        const FRAME: [&str; 12] =
+            ["x", "y", "z", "d1x", "d1y", "d1z", "d2x", "d2y", "d2z", "d3x", "d3y", "d3z"];
+        match self {
+            Self::Frame => &FRAME,
+            Self::Particle2 => &FRAME[..2],
+            Self::Particle3 => &FRAME[..3],
+        }
+    }
+}
+
+/// A named member of a system; members follow one another in `q`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Member {
+    /// The name in the model file.
+    pub name: String,
+    /// Its coordinates.
+    pub kind: MemberKind,
+}
+
+/// Largest residuals of the constraints at a node, at three levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Residuals {
+    /// `|g(q_n)|_∞`.
+    pub position: f64,
+    /// `|G(q_{n+1/2}) Δq/h|_∞`, LMO08 (45).
+    pub velocity: f64,
+    /// `|G M⁻¹ p_n|_∞`, LMO08 (46); for singular `M` and composed steps with the projected momentum.
+    pub momentum: f64,
+}
+
+/// A node of the motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Sample {
+    /// Step index `n`.
+    pub step: u64,
+    /// `t_n`, s.
+    pub t: f64,
+    /// `q_n`, members one after the other.
+    pub q: Vec<f64>,
+    /// `E_d(q_n, q_{n+1})`, J, LMO08 (52); with composed steps (order above 2) equal to `hamiltonian`.
+    pub energy: f64,
+    /// `H_d(q_n, ᵠp_n)`, J, LMO08 (53) with the projected momentum.
+    pub hamiltonian: f64,
+    /// Momentum maps of the projected momentum `ᵠp_n`.
+    pub momentum: Momentum,
+    /// Constraint residuals.
+    pub residuals: Residuals,
+    /// Newton iterations of the step that led here (0 at the start; the mean over sub-steps).
+    pub newton_iterations: f64,
+}
