@@ -1,12 +1,41 @@
 //! Holonomic constraints and the four equivalent variational schemes on any `q ∈ R^n`.
 //!
-//! This room knows constraints but no geometry.
+//! This room knows constraints but no geometry. A mass matrix, a potential and `g(q)` are enough for
+//! schemes 1 and 2; with `P` and `F_d` all four run. [`integrator`] has the ten-line example.
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`constraints`] | `g`, `G`, second derivatives |
+//! | [`null_space`] | `P` and the rank by column-pivoted QR |
+//! | [`saddle_point`] | `[A Gᵀ; G 0]` over independent rows: `Q`, `R_d`, projections |
+//! | [`reparametrization`] | `P`, `F_d`, `∂F_d/∂u`, dense or as operators |
+//! | [`constrained`], [`dalembert`], [`nodal`] | schemes 1, 2, and 3 with 4 |
+//! | [`scheme`] | their common interface |
+//! | [`initialization`] | consistent starts |
+//! | [`node`] | multipliers, Legendre transforms, energies, hidden constraints |
+//! | [`integrator`] | all of it together |
+//!
+//! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708 (LMO08).
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
+pub mod constrained;
 pub mod constraints;
+pub mod dalembert;
+pub mod initialization;
+pub mod integrator;
+pub mod nodal;
+pub mod node;
+pub mod null_space;
 pub mod reparametrization;
+pub mod saddle_point;
+pub mod scheme;
 
 pub use constraints::{ConstraintFn, Constraints, Unconstrained};
+pub use integrator::{Integrator, Options};
 pub use reparametrization::{DenseNodal, NodalOperators, Reparametrization};
+pub use scheme::SchemeKind;
+
+#[cfg(test)]
+mod pendulum_tests;

@@ -13,7 +13,7 @@
 use nalgebra::DMatrix;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::linear::DenseLu;
+use vi_core::linear::{DenseLu, condition_number};
 use vi_core::newton::{Block, Fault};
 use vi_core::sparse::SparseMatrix;
 
@@ -47,8 +47,12 @@ pub trait NodalOperators<S> {
     fn dof(&self) -> usize;
     /// Units and scales of the increments `u`.
     fn blocks(&self) -> &[Block];
-    /// Takes up the node `q_n = s.q0`: everything that depends on `P(q_n)` alone.
-    fn begin(&mut self, system: &S, s: &Interval);
+    /// Takes up the node `q_n = s.q0`: everything that depends on `P(q_n)` alone. With `kept`, the
+    /// tangent kept by [`NodalOperators::keep_tangent`] stands for `P(q_n)`.
+    fn begin(&mut self, system: &S, s: &Interval, kept: bool);
+    /// Keeps `∂F_d/∂u (u, s.q0)` of a step just taken, for the reduced scheme; `false` when these
+    /// operators cannot.
+    fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool;
     /// Writes `s.q1`, `s.dq` and closes the interval.
     ///
     /// # Errors
@@ -63,6 +67,8 @@ pub trait NodalOperators<S> {
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault>;
     /// See [`Reparametrization::clean`].
     fn clean(&mut self, t: f64, q: &mut [f64]);
+    /// Condition number of the last Newton matrix, where there is a matrix.
+    fn condition(&self) -> Option<f64>;
 }
 
 /// [`NodalOperators`] from a [`Reparametrization`], by dense matrices and a dense LU: `O(n d² + d³)`.
@@ -98,32 +104,6 @@ impl<R: Reparametrization> DenseNodal<R> {
     pub fn map(&self) -> &R {
         &self.map
     }
-
-    /// `P(q_n)` of the last [`NodalOperators::begin`].
-    pub fn null_space(&self) -> &DMatrix<f64> {
-        &self.null_space
-    }
-
-    /// Puts another null space matrix of the same range in the place of `P(q_n)`: the reduced
-    /// scheme's `∂F_d/∂u (u_{n-1}, q_{n-1})`.
-    pub fn replace_null_space(&mut self, matrix: &DMatrix<f64>) {
-        self.null_space.copy_from(matrix);
-    }
-
-    /// The Newton matrix of the last [`NodalOperators::solve`].
-    pub fn newton_matrix(&self) -> &DMatrix<f64> {
-        &self.matrix
-    }
-
-    /// `∂F_d/∂u` of the last [`NodalOperators::solve`].
-    pub fn last_tangent(&self) -> &DMatrix<f64> {
-        &self.tangent
-    }
-
-    /// Evaluates `∂F_d/∂u` at a closed interval.
-    pub fn update_tangent(&mut self, u: &[f64], s: &Interval) {
-        self.map.tangent(u, s, &mut self.tangent);
-    }
 }
 
 impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal<R> {
@@ -135,8 +115,17 @@ impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal
         &self.blocks
     }
 
-    fn begin(&mut self, _system: &S, s: &Interval) {
-        self.map.null_space(&s.q0, &mut self.null_space);
+    fn begin(&mut self, _system: &S, s: &Interval, kept: bool) {
+        if kept {
+            self.null_space.copy_from(&self.tangent);
+        } else {
+            self.map.null_space(&s.q0, &mut self.null_space);
+        }
+    }
+
+    fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool {
+        self.map.tangent(u, s, &mut self.tangent);
+        true
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
@@ -168,5 +157,9 @@ impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal
 
     fn clean(&mut self, t: f64, q: &mut [f64]) {
         self.map.clean(t, q);
+    }
+
+    fn condition(&self) -> Option<f64> {
+        Some(condition_number(&self.matrix))
     }
 }

@@ -1,0 +1,167 @@
+//! Consistent initial values.
+//!
+//! ```text
+//! q_0:  closest point of g = 0 in the norm of W:   [W Gᵀ; G 0](q_{k+1} − q*, μ) = (0, −g_k + G (q_k − q*))
+//! v_0:  closest velocity with G v + ∂g/∂t = 0 in the norm of M:
+//!                                                  [M Gᵀ; G 0](v_0, μ) = (M v*, −∂g/∂t)
+//! p_0 = M v_0
+//! ```
+//! `W` is the mass matrix where it is regular, otherwise the identity. Nothing is projected silently:
+//! the [`StartReport`] says how far the start was off and how far it was moved.
+//!
+//! Source: LMO08 §3, initialization.
+
+use crate::constraints::Constraints;
+use crate::saddle_point::{IndependentRows, SaddlePoint};
+use serde::{Deserialize, Serialize};
+use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::linear::norm_inf;
+use vi_core::sparse::Entries;
+use vi_core::state::State;
+
+/// How consistent a start was, and what was done about it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StartReport {
+    /// `|g(q*)|_∞` of the configuration as given.
+    pub position_residual: f64,
+    /// `|G v* + ∂g/∂t|_∞` of the velocity as given (at the projected configuration).
+    pub velocity_residual: f64,
+    /// `|q_0 − q*|_∞`.
+    pub position_moved: f64,
+    /// `|v_0 − v*|_∞`.
+    pub velocity_moved: f64,
+}
+
+/// Why no consistent start was found.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The projection does not converge.
+    #[error(
+        "no configuration that meets the constraints was found near the given one: \
+         residual {residual:.1e} after {iterations} iterations"
+    )]
+    NoConfiguration {
+        /// `|g|_∞` reached.
+        residual: f64,
+        /// Iterations made.
+        iterations: usize,
+    },
+    /// The matrix `[M Gᵀ; G 0]` is singular.
+    #[error(
+        "a free direction carries no mass, or constraints depend on one another in a way that \
+         their rank does not show"
+    )]
+    Singular,
+    /// A number of the start is not finite.
+    #[error("the start holds a number that is not finite")]
+    NotFinite,
+}
+
+/// Projects `(q*, v*)` at time `t` onto the constraints and forms the start of the motion.
+///
+/// The independent rows are those found at `q*`; a consistent start is returned bit for bit.
+///
+/// # Errors
+/// [`StartError`].
+pub fn start(
+    system: &impl MechanicalSystem,
+    constraints: &impl Constraints,
+    rows: &IndependentRows,
+    t: f64,
+    (q, v): (&[f64], &[f64]),
+) -> Result<(State, Vec<f64>, StartReport), StartError> {
+    if q.iter().chain(v).any(|x| !x.is_finite()) {
+        return Err(StartError::NotFinite);
+    }
+    let (n, m) = (constraints.dim(), constraints.len());
+    let mut report = StartReport::default();
+    let mut g = vec![0.0; m];
+    constraints.value(t, q, &mut g);
+    report.position_residual = norm_inf(&g);
+    let mut q0 = q.to_vec();
+    let floor = 1e-14 * (1.0 + norm_inf(q)).powi(2);
+    if report.position_residual > floor {
+        q0 = closest(system, constraints, rows, (t, q), floor)?;
+        report.position_moved = distance(&q0, q);
+    }
+
+    let mut rate = vec![0.0; m]; // ∂g/∂t
+    constraints.time_derivative(t, &q0, &mut rate);
+    let mut violation = rate.clone();
+    let jacobian = vi_core::SparseMatrix::assemble(m, n, |out| constraints.jacobian(t, &q0, out));
+    jacobian.mul_add(1.0, v, &mut violation);
+    report.velocity_residual = norm_inf(&violation);
+    let mut v0 = v.to_vec();
+    if report.velocity_residual > 1e-14 * (1.0 + norm_inf(v)) * (1.0 + norm_inf(q)) {
+        let r = rows.len();
+        let mut x = vec![0.0; n + r];
+        system.mass().mul_add(1.0, v, &mut x[..n]);
+        rows.gather(&rate, &mut x[n..]);
+        x[n..].iter_mut().for_each(|b| *b = -*b);
+        let at = (t, &q0[..]);
+        let emit = |out: &mut dyn Entries| system.mass().emit(out);
+        SaddlePoint::new(n, rows.clone())
+            .solve(constraints, &emit, (at, 1.0, at), &mut x)
+            .map_err(|_| StartError::Singular)?;
+        v0.copy_from_slice(&x[..n]);
+        report.velocity_moved = distance(&v0, v);
+    }
+    let mut p0 = vec![0.0; n];
+    system.mass().mul_add(1.0, &v0, &mut p0);
+    Ok((State::new(t, q0, p0), v0, report))
+}
+
+fn closest(
+    system: &impl MechanicalSystem,
+    constraints: &impl Constraints,
+    rows: &IndependentRows,
+    (t, target): (f64, &[f64]),
+    floor: f64,
+) -> Result<Vec<f64>, StartError> {
+    const MAX_ITERATIONS: usize = 200;
+    let (n, m, r) = (constraints.dim(), constraints.len(), rows.len());
+    let weighted = |out: &mut dyn Entries| system.mass().emit(out);
+    let plain = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
+    let mut in_mass_norm = SaddlePoint::new(n, rows.clone());
+    let mut in_plain_norm = SaddlePoint::new(n, rows.clone());
+    let (mut g, mut chosen) = (vec![0.0; m], vec![0.0; r]);
+    let mut q = target.to_vec();
+    let mut residual = f64::INFINITY;
+    for _ in 0..MAX_ITERATIONS {
+        constraints.value(t, &q, &mut g);
+        residual = norm_inf(&g);
+        if !residual.is_finite() {
+            break;
+        }
+        let jacobian =
+            vi_core::SparseMatrix::assemble(m, n, |out| constraints.jacobian(t, &q, out));
+        let step: Vec<f64> = q.iter().zip(target).map(|(a, b)| a - b).collect();
+        let mut b = g.iter().map(|g| -g).collect::<Vec<_>>();
+        jacobian.mul_add(1.0, &step, &mut b);
+        rows.gather(&b, &mut chosen);
+        let mut x = vec![0.0; n + r];
+        x[n..].copy_from_slice(&chosen);
+        let backup = x.clone();
+        let at = (t, &q[..]);
+        if in_mass_norm.solve(constraints, &weighted, (at, 1.0, at), &mut x).is_err() {
+            x = backup;
+            in_plain_norm
+                .solve(constraints, &plain, (at, 1.0, at), &mut x)
+                .map_err(|_| StartError::Singular)?;
+        }
+        let next: Vec<f64> = target.iter().zip(&x).map(|(q, dx)| q + dx).collect();
+        let moved = distance(&next, &q);
+        q = next;
+        if residual <= floor && moved <= 1e-12 * (1.0 + norm_inf(&q)) {
+            constraints.value(t, &q, &mut g);
+            return Ok(q);
+        }
+    }
+    Err(StartError::NoConfiguration { residual, iterations: MAX_ITERATIONS })
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    norm_inf(&difference)
+}

@@ -1,0 +1,405 @@
+//! A system, its constraints, a scheme and an order: ready to step.
+//!
+//! ```
+//! use vi_constraints::{ConstraintFn, Integrator, Options, SchemeKind};
+//! use vi_core::{SeparableSystem, potential::LinearPotential};
+//!
+//! // a planar pendulum: M = I, V = −(0, −9.81)·q, g = ½(|q|² − 1), G = qᵀ
+//! let system = SeparableSystem::with_diagonal_mass(&[1.0, 1.0])
+//!     .potential(LinearPotential { force: vec![0.0, -9.81] });
+//! let rod = ConstraintFn::new(2, 1,
+//!     |q, g| g[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - 1.0),
+//!     |q, G| { G[(0, 0)] = q[0]; G[(0, 1)] = q[1]; });
+//! let options = Options::new(SchemeKind::Dalembert, 0.01);
+//! let mut run = Integrator::new(system, rod, options, (0.0, &[1.0, 0.0], &[0.0, 0.0]))?;
+//! for _ in 0..100 {
+//!     run.step()?;
+//! }
+//! let node = run.observe()?;
+//! assert!(node.position_residual < 1e-14);
+//! assert!((run.state().q[0] - -0.98629).abs() < 2e-3); // exact: −0.986291751132
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use crate::constrained::Constrained;
+use crate::constraints::Constraints;
+use crate::dalembert::{Dalembert, MapSource, QrSource};
+use crate::initialization::{StartError, StartReport, start};
+use crate::nodal::Nodal;
+use crate::node::{Node, NodeObserver};
+use crate::reparametrization::{DenseNodal, Reparametrization};
+use crate::saddle_point::IndependentRows;
+use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep};
+use vi_core::composition::Composition;
+use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::interval::Interval;
+use vi_core::linear::Singular;
+use vi_core::newton::NewtonSettings;
+use vi_core::state::State;
+
+/// What to integrate with.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// One of the four schemes.
+    pub scheme: SchemeKind,
+    /// Macro time step `h`, s; negative to run backwards in time.
+    pub step: f64,
+    /// Coefficients `γ` of the composition; `[1]` without one.
+    pub gammas: Vec<f64>,
+    /// Newton's method.
+    pub newton: NewtonSettings,
+}
+
+impl Options {
+    /// Order 2 with step `h` (s) and Newton's method to the round-off floor.
+    #[must_use]
+    pub fn new(scheme: SchemeKind, step: f64) -> Self {
+        Self { scheme, step, gammas: vec![1.0], newton: NewtonSettings::default() }
+    }
+
+    /// With a symmetric composition of order 4, 6 or 8.
+    #[must_use]
+    pub fn composition(mut self, composition: Composition) -> Self {
+        self.gammas = composition.gammas();
+        self
+    }
+}
+
+/// Why an integrator could not be set up.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SetupError {
+    /// The step is zero or not finite.
+    #[error("the time step is {0}: it must be a finite number other than zero")]
+    Step(f64),
+    /// No consistent start.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// The scheme needs `P` and `F_d`.
+    #[error(
+        "the scheme `{}` needs a null space matrix P(q) and a map F_d(u, q_n): give a \
+         reparametrization, or use the scheme `constrained` or `dalembert`",
+        .0.name()
+    )]
+    NeedsReparametrization(SchemeKind),
+    /// A composition steps backwards, which a dissipative force must not.
+    #[error(
+        "a composition has backward sub-steps, in which dampers would feed energy in: use order 2 \
+         with dissipative forces"
+    )]
+    DissipativeComposition,
+    /// Shapes do not match.
+    #[error("{what} has {found} entries where {expected} are needed")]
+    Shape {
+        /// Which input.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The right length.
+        expected: usize,
+    },
+}
+
+/// A running integration: macro steps of one scheme at one order.
+pub struct Integrator<S, C> {
+    system: S,
+    constraints: C,
+    scheme: Box<dyn Scheme<S, C>>,
+    observer: NodeObserver,
+    rows: IndependentRows,
+    gammas: Vec<f64>,
+    step: f64,
+    t0: f64,
+    macro_steps: u64,
+    state: State,
+    before: State, // the node the last macro step started from
+    start: StartReport,
+    initial_velocity: Vec<f64>,
+}
+
+/// Newton's work in one macro step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepReport {
+    /// Iterations, summed over sub-steps.
+    pub iterations: usize,
+    /// Sub-steps.
+    pub sub_steps: usize,
+    /// Largest `|r|_∞` left over.
+    pub residual: f64,
+}
+
+/// Time, configuration and velocity of a start.
+pub type Start<'a> = (f64, &'a [f64], &'a [f64]);
+
+impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
+    /// Schemes 1 and 2; `P` of scheme 2 from a pivoted QR of `Gᵀ`.
+    ///
+    /// # Errors
+    /// [`SetupError`].
+    pub fn new(
+        system: S,
+        constraints: C,
+        options: Options,
+        at: Start<'_>,
+    ) -> Result<Self, SetupError> {
+        let (n, m) = (constraints.dim(), constraints.len());
+        check_shapes(&system, &constraints, at)?;
+        let rows = IndependentRows::find(&constraints, at.0, at.1);
+        let lanes = options.gammas.len();
+        let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
+            SchemeKind::Constrained => {
+                Box::new(Constrained::new(n, rows.clone(), m, options.newton, lanes))
+            }
+            SchemeKind::Dalembert => {
+                let source = QrSource::new(n, m, rows.len());
+                Box::new(Dalembert::new(n, (rows.clone(), m), source, options.newton, lanes))
+            }
+            kind => return Err(SetupError::NeedsReparametrization(kind)),
+        };
+        Self::with_scheme(system, constraints, (scheme, rows), options, at)
+    }
+
+    /// All four schemes, with the user's `P` and `F_d`.
+    ///
+    /// # Errors
+    /// [`SetupError`].
+    pub fn with_reparametrization<R: Reparametrization + 'static>(
+        system: S,
+        constraints: C,
+        map: R,
+        options: Options,
+        at: Start<'_>,
+    ) -> Result<Self, SetupError> {
+        let (n, m, d) = (constraints.dim(), constraints.len(), map.dof());
+        check_shapes(&system, &constraints, at)?;
+        let rows = IndependentRows::find(&constraints, at.0, at.1);
+        if d != n - rows.len() {
+            let what = "the increment u of the reparametrization";
+            return Err(SetupError::Shape { what, found: d, expected: n - rows.len() });
+        }
+        let (lanes, newton) = (options.gammas.len(), options.newton);
+        let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
+            SchemeKind::Constrained => {
+                Box::new(Constrained::new(n, rows.clone(), m, newton, lanes))
+            }
+            SchemeKind::Dalembert => {
+                Box::new(Dalembert::new(n, (rows.clone(), m), MapSource(map), newton, lanes))
+            }
+            SchemeKind::Nodal | SchemeKind::Reduced => {
+                let reduced = options.scheme == SchemeKind::Reduced;
+                Box::new(Nodal::new(DenseNodal::new(n, map), (n, d), reduced, newton, lanes))
+            }
+        };
+        Self::with_scheme(system, constraints, (scheme, rows), options, at)
+    }
+
+    /// Any scheme, with an independent set of constraints that the caller knows.
+    ///
+    /// # Errors
+    /// [`SetupError`].
+    pub fn with_scheme(
+        system: S,
+        constraints: C,
+        (scheme, rows): (Box<dyn Scheme<S, C>>, IndependentRows),
+        options: Options,
+        at: Start<'_>,
+    ) -> Result<Self, SetupError> {
+        if !(options.step.is_finite() && options.step != 0.0) {
+            return Err(SetupError::Step(options.step));
+        }
+        let mut signs = options.gammas.iter().map(|gamma| gamma * options.gammas[0] > 0.0);
+        if system.is_dissipative() && signs.any(|same| !same) {
+            return Err(SetupError::DissipativeComposition);
+        }
+        check_shapes(&system, &constraints, at)?;
+        let (state, initial_velocity, report) =
+            start(&system, &constraints, &rows, at.0, (at.1, at.2))?;
+        let observer = NodeObserver::new(&system, constraints.len(), &rows);
+        Ok(Self {
+            system,
+            constraints,
+            scheme,
+            observer,
+            rows,
+            gammas: options.gammas,
+            step: options.step,
+            t0: at.0,
+            macro_steps: 0,
+            before: state.clone(),
+            state,
+            start: report,
+            initial_velocity,
+        })
+    }
+
+    /// One macro step.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before the macro step.
+    pub fn step(&mut self) -> Result<StepReport, StepError> {
+        copy(&self.state, &mut self.before);
+        let mut total = StepReport { sub_steps: self.gammas.len(), ..StepReport::default() };
+        for (lane, gamma) in self.gammas.iter().enumerate() {
+            let sub_step = SubStep { lane, h: gamma * self.step };
+            let advance =
+                self.scheme.advance(&self.system, &self.constraints, sub_step, &mut self.state);
+            match advance {
+                Ok(report) => {
+                    total.iterations += report.iterations;
+                    total.residual = total.residual.max(report.residual);
+                }
+                Err(error) => {
+                    copy(&self.before, &mut self.state);
+                    return Err(error);
+                }
+            }
+        }
+        self.macro_steps += 1;
+        self.state.t = self.t0 + self.macro_steps as f64 * self.step; // no sum of round-offs
+        self.state.step = self.macro_steps;
+        Ok(total)
+    }
+
+    /// The quantities of the node that the last macro step has left (the node before the state's).
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub fn node_before(&mut self) -> Result<&Node, Singular> {
+        let Self { observer, system, constraints, before, scheme, .. } = self;
+        if self.gammas.len() > 1 {
+            return observer.observe_state(system, constraints, before.t, &before.q, &before.p);
+        }
+        observer.observe(system, constraints, scheme.interval(), &before.p, before.step == 0)
+    }
+
+    /// The quantities of the current node. At order 2 most of them belong to the step that starts
+    /// here: it is taken, and taken back.
+    ///
+    /// # Errors
+    /// [`ObserveError`] when that step fails or the constraints have lost rank.
+    pub fn observe(&mut self) -> Result<&Node, ObserveError> {
+        if self.gammas.len() > 1 {
+            let Self { observer, system, constraints, state, .. } = self;
+            let (t, q, p) = (state.t, &state.q, &state.p);
+            return Ok(observer.observe_state(system, constraints, t, q, p)?);
+        }
+        let kept = (self.before.clone(), self.macro_steps);
+        self.step()?;
+        let outcome = self.node_before().map(|_| ());
+        copy(&self.before, &mut self.state);
+        (self.before, self.macro_steps) = kept;
+        self.scheme.reset();
+        outcome?;
+        Ok(self.observer.node())
+    }
+
+    /// The acceleration-level multiplier at the current node, with the velocity of the projected
+    /// momentum; it has the order of the composition.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
+        let Self { observer, system, constraints, state, .. } = self;
+        let (t, q, p) = (state.t, &state.q[..], &state.p);
+        let v = observer.observe_state(system, constraints, t, q, p)?.v.clone();
+        let mut lambda = vec![0.0; constraints.len()];
+        observer.acceleration_multiplier(system, constraints, (t, q, &v), &mut lambda)?;
+        Ok(lambda)
+    }
+
+    /// Reverses the direction of time; the next step retraces the last one.
+    pub fn reverse(&mut self) {
+        self.step = -self.step;
+        self.t0 = self.state.t;
+        self.macro_steps = 0;
+        self.scheme.reset();
+    }
+
+    /// The current state.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The state that the last macro step started from.
+    #[must_use]
+    pub fn before(&self) -> &State {
+        &self.before
+    }
+
+    /// The interval of the last (sub-)step.
+    #[must_use]
+    pub fn interval(&self) -> &Interval {
+        self.scheme.interval()
+    }
+
+    /// How consistent the start was.
+    #[must_use]
+    pub fn start_report(&self) -> &StartReport {
+        &self.start
+    }
+
+    /// The velocity at the start, after projection.
+    #[must_use]
+    pub fn initial_velocity(&self) -> &[f64] {
+        &self.initial_velocity
+    }
+
+    /// The system.
+    #[must_use]
+    pub fn system(&self) -> &S {
+        &self.system
+    }
+
+    /// The constraints.
+    #[must_use]
+    pub fn constraints(&self) -> &C {
+        &self.constraints
+    }
+
+    /// The independent constraints.
+    #[must_use]
+    pub fn rows(&self) -> &IndependentRows {
+        &self.rows
+    }
+
+    /// Condition numbers of the Newton matrix of the last step.
+    pub fn condition(&mut self) -> Option<Condition> {
+        self.scheme.condition(&self.system, &self.constraints)
+    }
+}
+
+/// Why a node could not be observed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ObserveError {
+    /// The step from the node failed.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// The constraints have lost rank.
+    #[error(transparent)]
+    Singular(#[from] Singular),
+}
+
+fn copy(from: &State, to: &mut State) {
+    (to.step, to.t) = (from.step, from.t);
+    to.q.copy_from_slice(&from.q);
+    to.p.copy_from_slice(&from.p);
+}
+
+fn check_shapes(
+    system: &impl MechanicalSystem,
+    constraints: &impl Constraints,
+    (_, q, v): Start<'_>,
+) -> Result<(), SetupError> {
+    let expected = system.dim();
+    for (what, found) in [
+        ("q(0)", q.len()),
+        ("v(0)", v.len()),
+        ("the argument of the constraints", constraints.dim()),
+    ] {
+        if found != expected {
+            return Err(SetupError::Shape { what, found, expected });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,193 @@
+//! Null space and rank of `G` by column-pivoted QR.
+//!
+//! ```text
+//! Gᵀ Π = [Q₁ Q₂] [R; 0],   P = Q₂,   rank = #{k : |R_kk| > tol |R_11|}
+//! ```
+//! The rows of `G` are scaled to unit length first, so the tolerance is a statement about geometry,
+//! not about units. The pivots name a set of independent constraints; the others are redundant.
+//!
+//! Letters: `G` constraint Jacobian `m × n`, `P` null space matrix `n × d`, `Π` the pivots.
+//! Source: LMO08 §2 (b); pivoting after Golub & Van Loan, §5.4.
+#![allow(non_snake_case)] // G, P, Q, R
+
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::householder;
+use faer::linalg::qr::{col_pivoting, no_pivoting};
+use faer::{Conj, Mat, MatMut, Par};
+use nalgebra::DMatrix;
+
+/// Relative size of a pivot below which a constraint counts as dependent on the others.
+///
+/// Permanent redundancy leaves pivots near `1e-16`; a mechanism at an angle `δ` from a singular
+/// placement keeps one near `0.1 δ`.
+pub const RANK_TOLERANCE: f64 = 1e-11;
+
+/// Pivoted QR of `Gᵀ` with all memory sized once.
+pub struct NullSpaceQr {
+    n: usize,
+    m: usize,
+    factors: DMatrix<f64>,  // n × m  scaled Gᵀ, then Householder vectors and R
+    coefficients: Mat<f64>, // block factors of the Householder vectors
+    pivots: Vec<usize>,     // m
+    pivots_inverse: Vec<usize>, // m
+    scratch: MemBuffer,
+    rank: usize,
+    last_kept: f64,
+    first_dropped: f64,
+}
+
+impl NullSpaceQr {
+    /// For `m` constraints on `n` coordinates.
+    #[must_use]
+    pub fn new(n: usize, m: usize) -> Self {
+        let size = n.min(m);
+        let block = no_pivoting::factor::recommended_block_size::<f64>(n.max(1), m.max(1));
+        let scratch = StackReq::any_of(&[
+            col_pivoting::factor::qr_in_place_scratch::<usize, f64>(
+                n,
+                m,
+                block,
+                Par::Seq,
+                Default::default(),
+            ),
+            householder::apply_block_householder_sequence_on_the_left_in_place_scratch::<f64>(
+                n, block, n,
+            ),
+        ]);
+        Self {
+            n,
+            m,
+            factors: DMatrix::zeros(n, m),
+            coefficients: Mat::zeros(block, size),
+            pivots: vec![0; m],
+            pivots_inverse: vec![0; m],
+            scratch: MemBuffer::new(scratch),
+            rank: 0,
+            last_kept: 1.0,
+            first_dropped: 0.0,
+        }
+    }
+
+    /// Factorizes `Gᵀ` and reads off the rank; returns it.
+    pub fn factorize(&mut self, G: &DMatrix<f64>) -> usize {
+        let (n, m) = (self.n, self.m);
+        debug_assert_eq!(G.shape(), (m, n));
+        if n.min(m) == 0 {
+            self.rank = 0;
+            return 0;
+        }
+        for i in 0..m {
+            let norm = G.row(i).norm();
+            let scale = if norm > 0.0 { 1.0 / norm } else { 1.0 };
+            for j in 0..n {
+                self.factors[(j, i)] = scale * G[(i, j)];
+            }
+        }
+        let _ = col_pivoting::factor::qr_in_place(
+            MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, m),
+            self.coefficients.as_mut(),
+            &mut self.pivots,
+            &mut self.pivots_inverse,
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+            Default::default(),
+        );
+        let size = n.min(m);
+        let diagonal = |k: usize| self.factors[(k, k)].abs();
+        let threshold = RANK_TOLERANCE * diagonal(0);
+        self.rank = (0..size).take_while(|&k| diagonal(k) > threshold).count();
+        self.last_kept = if self.rank > 0 { diagonal(self.rank - 1) } else { 1.0 };
+        self.first_dropped = if self.rank < size { diagonal(self.rank) } else { 0.0 };
+        self.rank
+    }
+
+    /// The numerical rank found by the last factorization.
+    #[must_use]
+    pub fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// The constraints in pivot order: the first `rank` are independent, the rest redundant.
+    #[must_use]
+    pub fn pivots(&self) -> &[usize] {
+        &self.pivots
+    }
+
+    /// `(last kept, first dropped)` diagonal entries of `R`: their ratio shows how clear the rank is.
+    #[must_use]
+    pub fn gap(&self) -> (f64, f64) {
+        (self.last_kept, self.first_dropped)
+    }
+
+    /// `out ← P`: the last `n − rank` columns of the orthogonal factor, shape `n × (n − rank)`.
+    ///
+    /// `rank` is the caller's: the generic rank of the system, which a momentary loss must not change.
+    pub fn null_space(&mut self, rank: usize, out: &mut DMatrix<f64>) {
+        let (n, m) = (self.n, self.m);
+        let d = n - rank;
+        debug_assert_eq!(out.shape(), (n, d));
+        out.fill(0.0);
+        for k in 0..d {
+            out[(rank + k, k)] = 1.0;
+        }
+        let size = n.min(m);
+        if size == 0 || d == 0 {
+            return;
+        }
+        let factors = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, m);
+        householder::apply_block_householder_sequence_on_the_left_in_place_with_conj(
+            factors.as_ref().subcols(0, size),
+            self.coefficients.as_ref(),
+            Conj::No,
+            MatMut::from_column_major_slice_mut(out.as_mut_slice(), n, d),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn matrix(m: usize, n: usize, seed: u64) -> DMatrix<f64> {
+        let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        DMatrix::from_fn(m, n, |_, _| {
+            x ^= x << 13;
+            x ^= x >> 7;
+            x ^= x << 17;
+            (x % 20_001) as f64 / 10_000.0 - 1.0
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn null_space_is_orthonormal_and_annihilated(
+            m in 1_usize..9, extra in 0_usize..6, redundant in 0_usize..4, seed in any::<u64>()
+        ) {
+            let n = m + extra;
+            let independent = matrix(m, n, seed);
+            // further rows: combinations of the others, in other units
+            let mix = matrix(redundant, m, seed ^ 77) * 1e3;
+            let mut G = DMatrix::zeros(m + redundant, n);
+            G.rows_mut(0, m).copy_from(&independent);
+            G.rows_mut(m, redundant).copy_from(&(mix * &independent));
+            let mut qr = NullSpaceQr::new(n, m + redundant);
+            let rank = qr.factorize(&G);
+            prop_assume!(independent.singular_values().min() > 1e-3);
+            prop_assert_eq!(rank, m);
+            let mut P = DMatrix::zeros(n, n - rank);
+            qr.null_space(rank, &mut P);
+            let annihilated = (&G * &P).amax() / G.amax();
+            let defect = (P.transpose() * &P - DMatrix::identity(n - rank, n - rank)).amax();
+            prop_assert!(extra == 0 || annihilated < 1e-13, "|G P| = {annihilated:e}");
+            prop_assert!(extra == 0 || defect < 1e-13, "|PᵀP − I| = {defect:e}");
+            let mut chosen = DMatrix::zeros(rank, n);
+            for (k, &row) in qr.pivots()[..rank].iter().enumerate() {
+                chosen.row_mut(k).copy_from(&G.row(row));
+            }
+            prop_assert_eq!(NullSpaceQr::new(n, rank).factorize(&chosen), rank);
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Sparse saddle-point systems over a set of independent constraints.
+//!
+//! ```text
+//! [ A   Gᵀ ] [x]   [a]
+//! [ G'  0  ] [y] = [b]
+//! ```
+//! `A` is `M`, the identity or a Newton matrix; `G`, `G'` are constraint Jacobians at one or two
+//! configurations. Only the rows of an independent set of constraints enter; the symbolic
+//! factorization is made once. `M` may be singular as long as it is definite on the null space.
+
+use crate::constraints::Constraints;
+use crate::null_space::NullSpaceQr;
+use vi_core::linear::{Singular, SparseLu};
+use vi_core::sparse::{Entries, SparseMatrix};
+
+const DROPPED: usize = usize::MAX;
+
+/// An independent subset of the rows of `G`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct IndependentRows {
+    position: Vec<usize>, // constraint → row among the chosen, or DROPPED
+    rows: Vec<usize>,     // chosen constraints, ascending
+}
+
+impl IndependentRows {
+    /// All of `m` constraints.
+    #[must_use]
+    pub fn all(m: usize) -> Self {
+        Self { position: (0..m).collect(), rows: (0..m).collect() }
+    }
+
+    /// The given constraints out of `m`.
+    #[must_use]
+    pub fn choose(m: usize, chosen: &[usize]) -> Self {
+        let mut rows = chosen.to_vec();
+        rows.sort_unstable();
+        let mut position = vec![DROPPED; m];
+        for (k, &row) in rows.iter().enumerate() {
+            position[row] = k;
+        }
+        Self { position, rows }
+    }
+
+    /// Finds an independent set at `(t, q)` by pivoted QR (dense, `O(n m²)`).
+    #[must_use]
+    pub fn find(constraints: &impl Constraints, t: f64, q: &[f64]) -> Self {
+        let (n, m) = (constraints.dim(), constraints.len());
+        let mut g = nalgebra::DMatrix::zeros(m, n);
+        constraints.jacobian(t, q, &mut g);
+        let mut qr = NullSpaceQr::new(n, m);
+        let rank = qr.factorize(&g);
+        Self::choose(m, &qr.pivots()[..rank])
+    }
+
+    /// The chosen constraints, ascending.
+    #[must_use]
+    pub fn rows(&self) -> &[usize] {
+        &self.rows
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// The constraints left out.
+    pub fn redundant(&self) -> impl Iterator<Item = usize> + '_ {
+        self.position.iter().enumerate().filter(|(_, p)| **p == DROPPED).map(|(i, _)| i)
+    }
+
+    /// Copies the chosen entries of a vector over all constraints.
+    pub fn gather(&self, all: &[f64], chosen: &mut [f64]) {
+        for (out, &row) in chosen.iter_mut().zip(&self.rows) {
+            *out = all[row];
+        }
+    }
+
+    /// Spreads chosen entries over all constraints, zero elsewhere.
+    pub fn scatter(&self, chosen: &[f64], all: &mut [f64]) {
+        all.fill(0.0);
+        for (value, &row) in chosen.iter().zip(&self.rows) {
+            all[row] = *value;
+        }
+    }
+
+    /// Emits `scale G` (chosen rows only), offset by `row` and `column`; transposed on demand.
+    pub fn emit_jacobian(
+        &self,
+        constraints: &impl Constraints,
+        (t, q): (f64, &[f64]),
+        place: JacobianPlace,
+        out: &mut dyn Entries,
+    ) {
+        constraints.jacobian(t, q, &mut Selected { rows: self, place, out });
+    }
+}
+
+/// Where a constraint Jacobian goes in a larger matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JacobianPlace {
+    /// First row of the block.
+    pub row: usize,
+    /// First column of the block.
+    pub column: usize,
+    /// Factor.
+    pub scale: f64,
+    /// `Gᵀ` instead of `G`.
+    pub transposed: bool,
+}
+
+struct Selected<'a> {
+    rows: &'a IndependentRows,
+    place: JacobianPlace,
+    out: &'a mut dyn Entries,
+}
+
+impl Entries for Selected<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        let row = self.rows.position[row];
+        if row == DROPPED {
+            return;
+        }
+        let JacobianPlace { row: r0, column: c0, scale, transposed } = self.place;
+        let (i, j) = if transposed { (column, row) } else { (row, column) };
+        self.out.add(r0 + i, c0 + j, scale * value);
+    }
+}
+
+/// A saddle-point matrix with its factorization.
+pub struct SaddlePoint {
+    rows: IndependentRows,
+    n: usize,
+    matrix: Option<(SparseMatrix, SparseLu)>,
+}
+
+impl SaddlePoint {
+    /// For `n` coordinates and the given constraints.
+    #[must_use]
+    pub fn new(n: usize, rows: IndependentRows) -> Self {
+        Self { rows, n, matrix: None }
+    }
+
+    /// The constraints in use.
+    #[must_use]
+    pub fn rows(&self) -> &IndependentRows {
+        &self.rows
+    }
+
+    /// Solves with `A` as emitted, `scale Gᵀ` at `(t0, q0)` and `G` at `(t1, q1)`;
+    /// `x` has shape `n + rank` and holds `(a, b)` on entry.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub fn solve(
+        &mut self,
+        constraints: &impl Constraints,
+        emit: &dyn Fn(&mut dyn Entries),
+        (upper, scale, lower): ((f64, &[f64]), f64, (f64, &[f64])),
+        x: &mut [f64],
+    ) -> Result<(), Singular> {
+        let (n, rows) = (self.n, &self.rows);
+        let fill = |out: &mut dyn Entries| {
+            emit(out);
+            let right = JacobianPlace { row: 0, column: n, scale, transposed: true };
+            rows.emit_jacobian(constraints, upper, right, out);
+            let below = JacobianPlace { row: n, column: 0, scale: 1.0, transposed: false };
+            rows.emit_jacobian(constraints, lower, below, out);
+        };
+        match &mut self.matrix {
+            Some((matrix, _)) => matrix.refill(fill),
+            None => {
+                let size = n + rows.len();
+                let matrix = SparseMatrix::assemble(size, size, fill);
+                let lu = SparseLu::new(&matrix)?;
+                self.matrix = Some((matrix, lu));
+            }
+        }
+        let (matrix, lu) = self.matrix.as_mut().expect("just written");
+        lu.solve(matrix, x)
+    }
+
+    /// The matrix of the last solve.
+    #[must_use]
+    pub fn matrix(&self) -> Option<&SparseMatrix> {
+        self.matrix.as_ref().map(|(matrix, _)| matrix)
+    }
+}

@@ -1,0 +1,163 @@
+//! The four equivalent schemes behind one interface.
+//!
+//! All of them advance the same state: `(q_n, p̄_n) → (q_{n+1}, p̄_{n+1})` with
+//! `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`, and differ only in how `q_{n+1}` is found. Their
+//! trajectories agree to solver tolerance (LMO08 Cor. 3.5).
+
+use serde::{Deserialize, Serialize};
+use vi_core::interval::Interval;
+use vi_core::newton::{BlockKind, Fault, Newton, NewtonError, NewtonProblem, NewtonReport};
+use vi_core::predictor::Predictor;
+use vi_core::state::State;
+
+/// Which scheme.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SchemeKind {
+    /// Constrained: unknowns `(q_{n+1}, λ_n) ∈ R^{n+m}`, LMO08 (22).
+    Constrained,
+    /// d'Alembert: unknown `q_{n+1} ∈ R^n`, LMO08 (25).
+    Dalembert,
+    /// d'Alembert with nodal reparametrization: unknown `u ∈ R^d`, LMO08 (28). The production scheme.
+    #[default]
+    Nodal,
+    /// Reduced variational: as nodal, with `P = ∂F_d/∂u` of the last step, LMO08 (30).
+    Reduced,
+}
+
+impl SchemeKind {
+    /// All four.
+    pub const ALL: [Self; 4] = [Self::Constrained, Self::Dalembert, Self::Nodal, Self::Reduced];
+
+    /// The name in model files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Constrained => "constrained",
+            Self::Dalembert => "dalembert",
+            Self::Nodal => "nodal",
+            Self::Reduced => "reduced",
+        }
+    }
+}
+
+/// A sub-step of a composition: its place in it, and its length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SubStep {
+    /// Index among the sub-steps of a macro step; 0 without composition.
+    pub lane: usize,
+    /// `γ_lane h`, s; negative for backward sub-steps.
+    pub h: f64,
+}
+
+/// Why a step was refused. The state is then what it was before the call.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// Newton's method failed from every start value that was tried.
+    #[error("{0}")]
+    Newton(#[from] NewtonError),
+    /// The constraints lost the rank that the scheme relies on.
+    #[error("the step matrix is singular: the constraints have lost rank")]
+    RankLost,
+}
+
+impl StepError {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::Newton(NewtonError::Refused {
+                fault: Fault::RotationTooLarge { .. }, ..
+            }) => "a step must turn no body by more than half a turn: reduce the time step",
+            Self::Newton(NewtonError::Refused { fault: Fault::SingularTangent, .. })
+            | Self::RankLost => {
+                "check for a singular placement, for masses or inertias that are zero in a free \
+                 direction, and for redundant constraints; or use another scheme"
+            }
+            _ => "reduce the time step",
+        }
+    }
+
+    /// The unknown the failure is about, if one is.
+    #[must_use]
+    pub fn unknown(&self) -> Option<(BlockKind, usize)> {
+        match self {
+            Self::Newton(NewtonError::NotConverged { kind, unknown, .. }) => {
+                Some((*kind, *unknown))
+            }
+            Self::Newton(NewtonError::Refused {
+                fault: Fault::RotationTooLarge { unknown, .. },
+                ..
+            }) => Some((BlockKind::Rotation, *unknown)),
+            _ => None,
+        }
+    }
+}
+
+/// Condition numbers of a Newton matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Condition {
+    /// Of the matrix as the equations are written.
+    pub as_written: f64,
+    /// Of the matrix that is factorized (scaled by powers of `h` where that differs).
+    pub scaled: f64,
+}
+
+/// One of the schemes, with its workspace.
+pub trait Scheme<S, C> {
+    /// Which one.
+    fn kind(&self) -> SchemeKind;
+    /// Takes the sub-step `lane` of length `h` (s): replaces `(t, q_n, p̄_n)` by the next node.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was.
+    fn advance(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        step: SubStep,
+        state: &mut State,
+    ) -> Result<NewtonReport, StepError>;
+    /// The interval of the last step.
+    fn interval(&self) -> &Interval;
+    /// Condition numbers of the Newton matrix of the last step (dense: for studies, not for runs).
+    fn condition(&mut self, system: &S, constraints: &C) -> Option<Condition>;
+    /// Forgets start values and last increments (after the state was changed from outside).
+    fn reset(&mut self);
+}
+
+/// Solves one step, from better and better tried start values: the extrapolated increment, the last
+/// one, nothing with a line search.
+pub(crate) fn solve_step<P: NewtonProblem>(
+    newton: &mut Newton,
+    predictor: &mut Predictor,
+    step: SubStep,
+    problem: &mut P,
+    x: &mut [f64],
+) -> Result<NewtonReport, StepError> {
+    let mut spent = 0;
+    let SubStep { lane, h } = step;
+    let known = predictor.predict(lane, h, x);
+    if !known {
+        x.fill(0.0);
+    }
+    let mut outcome = newton.solve(problem, x);
+    if outcome.is_err() && known {
+        spent += newton.settings.max_iterations;
+        predictor.shorten(lane);
+        predictor.predict(lane, h, x);
+        outcome = newton.solve(problem, x);
+    }
+    if outcome.is_err() && !newton.settings.line_search {
+        spent += newton.settings.max_iterations;
+        x.fill(0.0);
+        newton.settings.line_search = true;
+        outcome = newton.solve(problem, x);
+        newton.settings.line_search = false;
+    }
+    let mut report = outcome?;
+    report.iterations += spent;
+    predictor.remember(lane, h, x);
+    Ok(report)
+}
