@@ -24,12 +24,20 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+pub mod body;
+pub mod composite;
 pub mod directors;
+pub mod inertia;
 pub mod null_space;
 pub mod reparametrization;
 pub mod rotation;
+pub mod shape;
 
+pub use body::RigidBody;
+pub use composite::{Part, compose};
+pub use inertia::{EulerMoments, InertiaError, PrincipalInertia};
 pub use reparametrization::RotationTooLarge;
+pub use shape::{MassProperties, Shape};
 
 #[cfg(test)]
 mod sample;
