@@ -1,1 +1,43 @@
-//! placeholder
+//! One rigid body in director coordinates.
+//!
+//! The configuration of a body is a frame of twelve coordinates `q = (φ, d_1, d_2, d_3)`: its centre
+//! of mass `φ` and a body-fixed orthonormal triad along the principal axes of inertia. The mass
+//! matrix is then constant, at the price of six internal constraints per body, which the null space
+//! matrix `P_in` and the reparametrization by the exponential map take out again.
+//!
+//! | file | concept | LMO08 |
+//! |---|---|---|
+//! | [`rotation`] | `θ̂`, `exp θ̂`, its tangent, the polar step | §4 |
+//! | [`directors`] | a frame in a slice, internal constraints | (56) |
+//! | [`null_space`] | `P_in` | (59) |
+//! | [`reparametrization`] | `F_d` of one body and its tangent | (61) |
+//! | [`inertia`], [`shape`], [`composite`] | Euler tensor, homogeneous shapes, several parts | (57) |
+//! | [`body`] | mass matrix of one body | (58) |
+//! | [`load`], [`time_history`] | wrenches on a frame | |
+//! | [`single_body`] | a body that is free or held at one point | §4 |
+//!
+//! Directors are numbered from 0 in code and from 1 in formulas and messages. This room knows no
+//! joint except the fixed point and no system of bodies.
+//!
+//! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, Variational integrators for constrained
+//! dynamical systems, ZAMM 88 (2008) 677–708, cited as LMO08 with its equation numbers.
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod body;
+pub mod composite;
+pub mod directors;
+pub mod inertia;
+pub mod null_space;
+pub mod reparametrization;
+pub mod rotation;
+pub mod shape;
+
+pub use body::RigidBody;
+pub use composite::{Part, compose};
+pub use inertia::{EulerMoments, InertiaError, PrincipalInertia};
+pub use reparametrization::RotationTooLarge;
+pub use shape::{MassProperties, Shape};
+
+#[cfg(test)]
+mod sample;

@@ -1,0 +1,256 @@
+//! Rotations by the exponential map.
+//!
+//! ```text
+//! exp θ̂      = I + sin|θ|/|θ| θ̂ + (1 − cos|θ|)/|θ|² θ̂²                        Rodrigues
+//! T(θ)       = I + (1 − cos|θ|)/|θ|² θ̂ + (|θ| − sin|θ|)/|θ|³ θ̂²
+//! δ(exp θ̂)   = \widehat{T(θ) δθ} exp θ̂
+//! det T(θ)   = 2 (1 − cos|θ|)/|θ|²
+//! ```
+//! Letters: `θ` rotation vector (rad), `θ̂` its skew matrix, `θ̂ b = θ × b`. `T` turns the rate of the
+//! rotation vector into the spatial angular velocity. `det T = 0` first at `|θ| = 2π`; a step may
+//! turn a body by [`MAX_ROTATION`] at most.
+//!
+//! Round-off: a time step is divided by `h`, so `exp θ̂ − I` is formed from its own coefficients and
+//! never by subtracting the identity. The three coefficients are good to round-off relative to
+//! themselves on the whole range `[0, π]`; none of them is formed from `1 − cos`.
+//!
+//! Source: LMO08 §4, eq. (61).
+
+#![allow(non_snake_case)] // R, T, X: the matrices of the formulas above
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Largest rotation in one step, rad.
+pub const MAX_ROTATION: f64 = std::f64::consts::PI;
+
+/// `sin x / x`; the quotient is good to round-off for every `x`, however small.
+#[must_use]
+pub fn sinc(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x.sin() / x }
+}
+
+/// `(1 − cos x)/x² = ½ (sin(x/2)/(x/2))²`.
+#[must_use]
+pub fn cosine_gap(x: f64) -> f64 {
+    let half = sinc(0.5 * x);
+    0.5 * half * half
+}
+
+/// `(x − sin x)/x³`.
+///
+/// Power series `1/6 (1 − x²/(4·5) (1 − x²/(6·7) (1 − …)))` up to `x = 2`, where the difference in
+/// the numerator no longer loses a digit.
+#[must_use]
+pub fn sine_gap(x: f64) -> f64 {
+    /// `1/((2k+4)(2k+5))`; the first term left out is below `1e-20` of the sum.
+    const RECIPROCALS: [f64; 12] = [
+        1.0 / 20.0,
+        1.0 / 42.0,
+        1.0 / 72.0,
+        1.0 / 110.0,
+        1.0 / 156.0,
+        1.0 / 210.0,
+        1.0 / 272.0,
+        1.0 / 342.0,
+        1.0 / 420.0,
+        1.0 / 506.0,
+        1.0 / 600.0,
+        1.0 / 702.0,
+    ];
+    let square = x * x;
+    if square <= 4.0 {
+        RECIPROCALS.iter().rev().fold(1.0, |sum, r| 1.0 - square * r * sum) / 6.0
+    } else {
+        (x - x.sin()) / (square * x)
+    }
+}
+
+/// The skew matrix `v̂` with `v̂ b = v × b`.
+#[must_use]
+pub fn skew(v: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::new(0.0, -v.z, v.y, v.z, 0.0, -v.x, -v.y, v.x, 0.0)
+}
+
+/// `v̂²`, without cancellation on the diagonal.
+fn skew_square(v: &Vector3<f64>) -> Matrix3<f64> {
+    let (xx, yy, zz) = (v.x * v.x, v.y * v.y, v.z * v.z);
+    let (xy, xz, yz) = (v.x * v.y, v.x * v.z, v.y * v.z);
+    Matrix3::new(-(yy + zz), xy, xz, xy, -(xx + zz), yz, xz, yz, -(xx + yy))
+}
+
+/// `exp θ̂`, the rotation by `|θ|` about `θ`.
+#[must_use]
+pub fn exp(theta: &Vector3<f64>) -> Matrix3<f64> {
+    Matrix3::identity() + exp_minus_identity(theta)
+}
+
+/// `exp θ̂ − I`, accurate relative to its own size.
+#[must_use]
+pub fn exp_minus_identity(theta: &Vector3<f64>) -> Matrix3<f64> {
+    let angle = theta.norm();
+    skew(theta) * sinc(angle) + skew_square(theta) * cosine_gap(angle)
+}
+
+/// `T(θ)`: spatial angular velocity `ω = T(θ) θ̇` of the rotation `exp θ̂`.
+#[must_use]
+pub fn tangent(theta: &Vector3<f64>) -> Matrix3<f64> {
+    let angle = theta.norm();
+    Matrix3::identity() + skew(theta) * cosine_gap(angle) + skew_square(theta) * sine_gap(angle)
+}
+
+/// One Newton–Schulz step `X ← X (3I − XᵀX)/2` towards the orthogonal polar factor of `X`.
+///
+/// The defect `δ` of [`orthonormality_defect`] becomes `¾δ² + O(δ³)`, down to round-off.
+pub fn polar_step(triad: &mut Matrix3<f64>) {
+    let defect = triad.tr_mul(triad) - Matrix3::identity();
+    *triad -= *triad * defect * 0.5;
+}
+
+/// `max |XᵀX − I|` over the entries; NaN if any of them is.
+#[must_use]
+pub fn orthonormality_defect(triad: &Matrix3<f64>) -> f64 {
+    vi_core::linear::norm_inf((triad.tr_mul(triad) - Matrix3::identity()).as_slice())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::Sample;
+
+    /// `Σ (−1)^k x^{2k}/(2k+p)!` in double-double arithmetic, rounded once at the end.
+    fn series(x: f64, p: u32) -> f64 {
+        let two_sum = |a: f64, b: f64| {
+            let s = a + b;
+            let t = s - a;
+            (s, (a - (s - t)) + (b - t))
+        };
+        let mul = |a: (f64, f64), b: (f64, f64)| {
+            let hi = a.0 * b.0;
+            two_sum(hi, a.0.mul_add(b.0, -hi) + (a.0 * b.1 + a.1 * b.0))
+        };
+        let div = |a: (f64, f64), n: f64| {
+            let hi = a.0 / n;
+            two_sum(hi, ((-hi).mul_add(n, a.0) + a.1) / n)
+        };
+        let square = mul((x, 0.0), (x, 0.0));
+        let mut term = (1.0, 0.0);
+        for k in 2..=p {
+            term = div(term, f64::from(k));
+        }
+        let mut sum = term;
+        for k in 0..25 {
+            let n = f64::from((2 * k + p + 1) * (2 * k + p + 2));
+            term = div(mul(term, square), -n);
+            let (hi, lo) = two_sum(sum.0, term.0);
+            sum = two_sum(hi, lo + sum.1 + term.1);
+        }
+        sum.0 + sum.1
+    }
+
+    #[test]
+    fn the_coefficients_are_good_to_round_off_from_zero_to_pi() {
+        let mut worst = [0.0_f64; 3];
+        let mut sample = Sample::new(1);
+        let mut angles: Vec<f64> =
+            (0..4000).map(|_| MAX_ROTATION * 0.5 * (1.0 + sample.number())).collect();
+        angles.extend((0..60).map(|k| MAX_ROTATION * 0.5_f64.powi(k)));
+        angles.extend([0.0, 1e-300, 2.0, 2.0 + 4.0 * f64::EPSILON]);
+        for x in angles {
+            let values = [sinc(x), cosine_gap(x), sine_gap(x)];
+            for (p, value) in values.into_iter().enumerate() {
+                let exact = series(x, p as u32 + 1);
+                let error = if value.to_bits() == exact.to_bits() {
+                    0.0
+                } else {
+                    ((value - exact) / exact).abs()
+                };
+                worst[p] = worst[p].max(error);
+            }
+        }
+        println!("relative errors at most {:.1e}, {:.1e}, {:.1e}", worst[0], worst[1], worst[2]);
+        for (p, worst) in worst.into_iter().enumerate() {
+            assert!(worst < 5e-16, "coefficient {p}: relative error {worst:e}");
+        }
+    }
+
+    #[test]
+    fn exp_is_a_rotation_about_its_argument() {
+        let mut sample = Sample::new(2);
+        let mut worst = 0.0_f64;
+        for _ in 0..500 {
+            let angle = MAX_ROTATION * sample.number();
+            let theta = sample.of_length(angle);
+            let R = exp(&theta);
+            worst = worst.max(orthonormality_defect(&R)).max((R.determinant() - 1.0).abs());
+            worst = worst.max((R * theta - theta).norm() / 3.0);
+            let cos = 0.5 * (R.trace() - 1.0);
+            worst = worst.max((cos - angle.cos()).abs());
+            let back = exp(&-theta) * R - Matrix3::identity();
+            worst = worst.max(back.abs().max());
+        }
+        assert!(worst < 2e-15, "{worst:e}");
+    }
+
+    #[test]
+    fn the_small_part_of_exp_keeps_its_own_precision() {
+        let mut sample = Sample::new(3);
+        for size in [1e-3, 1e-6, 1e-12, 1e-100, 0.0] {
+            let theta = sample.of_length(size);
+            let (K, D) = (skew(&theta), exp_minus_identity(&theta));
+            // the exponential series; the next term is below 1e-18 of the first
+            let exact = [2.0, 3.0, 4.0, 5.0].into_iter().rev().fold(K, |sum, n| K + K * sum / n);
+            let error = (D - exact).abs().max();
+            assert!(error <= 4e-16 * size, "|θ| = {size:e}: error {error:e}");
+        }
+    }
+
+    #[test]
+    fn the_tangent_is_the_derivative_of_exp() {
+        let mut sample = Sample::new(4);
+        let mut worst = 0.0_f64;
+        for k in 0..200 {
+            let angle = MAX_ROTATION * f64::from(k) / 199.0;
+            let (theta, direction) = (sample.of_length(angle), sample.vector());
+            let e = 1e-5;
+            let plus = exp_minus_identity(&(theta + e * direction));
+            let minus = exp_minus_identity(&(theta - e * direction));
+            let exact = skew(&(tangent(&theta) * direction)) * exp(&theta);
+            worst = worst.max(((plus - minus) / (2.0 * e) - exact).abs().max());
+            let det = tangent(&theta).determinant();
+            worst = worst.max((det - 2.0 * cosine_gap(angle)).abs());
+            // T(θ)ᵀ exp θ̂ = T(θ): the same map in body and in spatial components
+            let both = tangent(&theta).tr_mul(&exp(&theta)).transpose();
+            worst =
+                worst.max((exp(&theta).tr_mul(&tangent(&theta)) - tangent(&-theta)).abs().max());
+            worst = worst.max((both - exp(&theta).tr_mul(&tangent(&theta))).abs().max());
+        }
+        assert!(worst < 1e-9, "{worst:e}");
+    }
+
+    #[test]
+    fn the_polar_step_squares_the_defect() {
+        let mut sample = Sample::new(5);
+        for size in [1e-2, 1e-4, 1e-7, 1e-15] {
+            let theta = sample.of_length(1.3);
+            let mut X = exp(&theta);
+            for x in X.iter_mut() {
+                *x += size * sample.number();
+            }
+            let before = orthonormality_defect(&X);
+            polar_step(&mut X);
+            let after = orthonormality_defect(&X);
+            assert!(after <= 4.0 * before * before + 2e-15, "{before:e} → {after:e}");
+        }
+        let mut broken = Matrix3::identity();
+        broken[(1, 2)] = f64::NAN;
+        assert!(orthonormality_defect(&broken).is_nan());
+    }
+
+    #[test]
+    fn skew_is_the_cross_product() {
+        let mut sample = Sample::new(6);
+        let (a, b) = (sample.vector(), sample.vector());
+        assert!((skew(&a) * b - a.cross(&b)).norm() < 1e-16);
+        assert!((skew(&a) * skew(&a) - skew_square(&a)).abs().max() < 1e-15);
+    }
+}
