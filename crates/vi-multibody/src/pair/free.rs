@@ -1,0 +1,74 @@
+//! No pair: a free root, LMO08 (59), (61).
+//!
+//! ```text
+//! P:   t² = (φ̇², ω²)
+//! F_d: φ²_{n+1} = φ²_n + u_φ,  A² = exp(θ̂)                                  (61)
+//! T:   diag(I, T(θ))
+//! ```
+
+use super::{Motion, TooLarge, Transfer, Twist, VelocityMap, check, relative_rotation_vector};
+use crate::form::Row;
+use crate::joint::{Joint, Placement};
+use nalgebra::{Matrix3, Vector3};
+use vi_rigid::rotation;
+
+/// Name in reports.
+pub const NAME: &str = "free";
+/// Freedoms.
+pub const FREEDOMS: usize = 6;
+
+/// None.
+#[must_use]
+pub fn rows(_joint: &Joint) -> Vec<Row> {
+    Vec::new()
+}
+
+/// `X = 0`, `S = I`.
+#[must_use]
+pub fn velocity_map(_at: &Placement) -> VelocityMap {
+    with_tangent(&Matrix3::identity())
+}
+
+fn with_tangent(tangent: &Matrix3<f64>) -> VelocityMap {
+    let zero = Vector3::zeros();
+    let slide = |k: usize| Twist::new(Vector3::ith(k, 1.0), zero);
+    let turn = |k: usize| Twist::new(zero, tangent.column(k).into());
+    let columns = [slide(0), slide(1), slide(2), turn(0), turn(1), turn(2)];
+    VelocityMap::new(Transfer::None, &columns)
+}
+
+/// (61).
+///
+/// # Errors
+/// [`TooLarge`].
+pub fn reparametrize(u: &[f64], _parent: &Motion, _at: &Placement) -> Result<Motion, TooLarge> {
+    let theta = Vector3::new(u[3], u[4], u[5]);
+    check(theta.norm(), 3)?;
+    let translation = Vector3::new(u[0], u[1], u[2]);
+    Ok(Motion { translation, turn: rotation::exp_minus_identity(&theta) })
+}
+
+/// `S' = diag(I, T(θ))`.
+#[must_use]
+pub fn tangent(u: &[f64], _at: &Placement) -> VelocityMap {
+    with_tangent(&rotation::tangent(&Vector3::new(u[3], u[4], u[5])))
+}
+
+/// Nothing to align.
+#[must_use]
+pub fn clean_attitude(_at: &Placement) -> Vector3<f64> {
+    Vector3::zeros()
+}
+
+/// Nothing to close.
+#[must_use]
+pub fn clean_gap(_at: &Placement) -> Vector3<f64> {
+    Vector3::zeros()
+}
+
+/// Gap vector and rotation vector.
+#[must_use]
+pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+    let v = relative_rotation_vector(at);
+    [at.gap[0], at.gap[1], at.gap[2], v[0], v[1], v[2]]
+}

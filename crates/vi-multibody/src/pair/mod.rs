@@ -1,0 +1,366 @@
+//! The kinematic pairs: LMO08 §5, one file each with the same sections in the same order.
+//!
+//! 1. constraints `g_ex` as rows,
+//! 2. velocity map: `t² = X t¹ + S τ` at a placement,
+//! 3. nodal reparametrization `F_d`: the motion of the child from that of the parent,
+//! 4. tangent: `S'` at the new placement, with the tangent map of the increments,
+//! 5. cleaning of what the map merely carries along,
+//! 6. joint coordinates.
+//!
+//! | pair | `g_ex` | freedoms | `τ` |
+//! |---|---|---|---|
+//! | [`spherical`] S (79) | `r` | 3 | `ω²` |
+//! | [`revolute`] R | `r`; `n·m_1'`, `n·m_2'` | 1 | `θ̇` |
+//! | [`cylindrical`] C | `m_1·r`, `m_2·r`; `n·m_1'`, `n·m_2'` | 2 | `(u̇, θ̇)` |
+//! | [`prismatic`] P | `m_1·r`, `m_2·r`; `m_1·m_2'`, `m_2·n'`, `n·m_1'` | 1 | `u̇` |
+//! | [`planar`] E | `n·r`; `n·m_1'`, `n·m_2'` | 3 | `(u̇_1, u̇_2, θ̇)` |
+//! | [`fixed`] | `r`; `m_1·m_2'`, `m_2·n'`, `n·m_1'` | 0 | |
+//! | [`universal`] | `r`; `n·m_1'` | 2 | `(θ̇_1, θ̇_2)` |
+//! | [`free`] | none | 6 | `(φ̇², ω²)` |
+//!
+//! Every row is of degree ≤ 2 in `q`.
+
+pub mod cylindrical;
+pub mod fixed;
+pub mod free;
+pub mod planar;
+pub mod prismatic;
+pub mod revolute;
+pub mod spherical;
+pub mod universal;
+
+use crate::form::{Form, Row};
+use crate::joint::{Joint, Placement};
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+use vi_rigid::rotation;
+
+/// Which kinematic pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PairKind {
+    /// S.
+    Spherical,
+    /// R.
+    Revolute,
+    /// C.
+    Cylindrical,
+    /// P.
+    Prismatic,
+    /// E.
+    Planar,
+    /// No relative motion.
+    Fixed,
+    /// Two crossing axes: `n` of the parent, `m_1'` of the child.
+    Universal,
+    /// No constraint: a root of the tree.
+    Free,
+}
+
+/// The largest number of freedoms of a pair.
+pub const MAX_FREEDOMS: usize = 6;
+
+/// A twist `(φ̇, ω)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Twist {
+    /// `φ̇`.
+    pub linear: Vector3<f64>,
+    /// `ω`.
+    pub angular: Vector3<f64>,
+}
+
+impl Twist {
+    /// A twist.
+    #[must_use]
+    pub fn new(linear: Vector3<f64>, angular: Vector3<f64>) -> Self {
+        Self { linear, angular }
+    }
+
+    /// Zero.
+    #[must_use]
+    pub fn zero() -> Self {
+        Self::new(Vector3::zeros(), Vector3::zeros())
+    }
+
+    /// `f·φ̇ + τ·ω` with a wrench `(f, τ)`.
+    #[must_use]
+    pub fn dot(&self, wrench: &Self) -> f64 {
+        self.linear.dot(&wrench.linear) + self.angular.dot(&wrench.angular)
+    }
+}
+
+/// How the parent's twist enters the child's: `t² = X t¹ + …`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Transfer {
+    /// `X = [I −â; 0 I]`: the child turns with the parent.
+    Rigid(
+        /// `a`.
+        Vector3<f64>,
+    ),
+    /// `X = [I −â; 0 0]`: only the point is carried along.
+    Point(
+        /// `a`.
+        Vector3<f64>,
+    ),
+    /// `X = 0`.
+    None,
+}
+
+impl Transfer {
+    /// `X t`.
+    #[must_use]
+    pub fn apply(&self, t: &Twist) -> Twist {
+        match self {
+            Self::Rigid(a) => Twist::new(t.linear + t.angular.cross(a), t.angular),
+            Self::Point(a) => Twist::new(t.linear + t.angular.cross(a), Vector3::zeros()),
+            Self::None => Twist::zero(),
+        }
+    }
+
+    /// `Xᵀ w`.
+    #[must_use]
+    pub fn apply_transposed(&self, w: &Twist) -> Twist {
+        match self {
+            Self::Rigid(a) => Twist::new(w.linear, w.angular + a.cross(&w.linear)),
+            Self::Point(a) => Twist::new(w.linear, a.cross(&w.linear)),
+            Self::None => Twist::zero(),
+        }
+    }
+}
+
+/// Velocity map of a pair at one placement: `t² = X t¹ + Σ_k S_k τ_k`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityMap {
+    /// `X`.
+    pub transfer: Transfer,
+    /// Columns of `S`; the first `freedoms` count.
+    pub s: [Twist; MAX_FREEDOMS],
+    /// Number of freedoms.
+    pub freedoms: usize,
+}
+
+impl VelocityMap {
+    /// From `X` and the columns of `S`.
+    #[must_use]
+    pub fn new(transfer: Transfer, columns: &[Twist]) -> Self {
+        let mut s = [Twist::zero(); MAX_FREEDOMS];
+        s[..columns.len()].copy_from_slice(columns);
+        Self { transfer, s, freedoms: columns.len() }
+    }
+
+    /// The columns of `S`.
+    #[must_use]
+    pub fn columns(&self) -> &[Twist] {
+        &self.s[..self.freedoms]
+    }
+}
+
+/// Motion of a frame in one step, accurate relative to itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// `Δφ`.
+    pub translation: Vector3<f64>,
+    /// `A − 1`.
+    pub turn: Matrix3<f64>,
+}
+
+impl Motion {
+    /// At rest (the ground).
+    #[must_use]
+    pub fn rest() -> Self {
+        Self { translation: Vector3::zeros(), turn: Matrix3::zeros() }
+    }
+
+    /// `A x`.
+    #[must_use]
+    pub fn carry(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        x + self.turn * x
+    }
+
+    /// The child of a joint that turns by `A² = A¹ B` (`B − 1` given) and slides by `slide` (world
+    /// vector at `q_n`, fixed in the parent):
+    /// `Δφ² = Δφ¹ + (A¹−1)(ϱ¹ + r) + A¹ slide − (A²−1) ϱ²`.
+    #[must_use]
+    pub fn child(
+        &self,
+        at: &Placement,
+        relative: &Matrix3<f64>,
+        slide: &Vector3<f64>,
+        gap: &Vector3<f64>,
+    ) -> Self {
+        let turn = self.turn + relative + self.turn * relative; // A¹B − 1
+        let translation = self.translation
+            + self.turn * (at.rho_parent + gap)
+            + self.carry(slide)
+            - turn * at.rho_child;
+        Self { translation, turn }
+    }
+}
+
+/// A rotation of more than half a turn about the unknown with this index within the joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TooLarge {
+    /// First freedom of the rotation.
+    pub freedom: usize,
+    /// Its size, rad.
+    pub angle: f64,
+}
+
+pub(crate) fn check(angle: f64, freedom: usize) -> Result<(), TooLarge> {
+    if angle.abs() <= rotation::MAX_ROTATION { Ok(()) } else { Err(TooLarge { freedom, angle }) }
+}
+
+/// Rotation about the joint axis `n_n` by `angle`, less the identity.
+pub(crate) fn about(axis: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
+    rotation::exp_minus_identity(&(angle * axis))
+}
+
+/// The rows `n·m_1'`, `n·m_2'`: parallel axes.
+pub(crate) fn parallel_axes(joint: &Joint) -> Vec<Row> {
+    let n = joint.parent.axis(2);
+    vec![
+        Row::product(n.clone(), joint.child.axis(0), 0.0),
+        Row::product(n, joint.child.axis(1), 0.0),
+    ]
+}
+
+/// The rows `m_1·m_2'`, `m_2·n'`, `n·m_1'`: equal attitude.
+pub(crate) fn equal_attitude(joint: &Joint) -> Vec<Row> {
+    let row = |i: usize, j: usize| Row::product(joint.parent.axis(i), joint.child.axis(j), 0.0);
+    vec![row(0, 1), row(1, 2), row(2, 0)]
+}
+
+/// The rows `m_1·r`, `m_2·r`: the gap stays on the axis.
+pub(crate) fn gap_on_axis(joint: &Joint, gap: &Form) -> Vec<Row> {
+    (0..2).map(|i| Row::product(joint.parent.axis(i), gap.clone(), 0.0)).collect()
+}
+
+/// Small rotation that brings `n'` onto `n`.
+pub(crate) fn align_axis(at: &Placement) -> Vector3<f64> {
+    at.axis_child(2).cross(&at.axis(2))
+}
+
+/// Small rotation that brings `(m_1', m_2', n')` onto `(m_1, m_2, n)`.
+pub(crate) fn align_attitude(at: &Placement) -> Vector3<f64> {
+    (0..3).map(|i| at.axis_child(i).cross(&at.axis(i))).sum::<Vector3<f64>>() * 0.5
+}
+
+/// Angle from `m_1` to `m_1'` about `n`, in `(−π, π]`.
+pub(crate) fn angle_about_axis(at: &Placement) -> f64 {
+    at.axis_child(0).dot(&at.axis(1)).atan2(at.axis_child(0).dot(&at.axis(0)))
+}
+
+/// Translation of the child's centre that removes the part of the gap in directions that the pair
+/// does not allow.
+pub(crate) fn close_gap(at: &Placement, allowed: &[usize]) -> Vector3<f64> {
+    let mut gap = at.gap;
+    for &i in allowed {
+        gap -= at.axis(i) * at.axis(i).dot(&at.gap);
+    }
+    -gap
+}
+
+macro_rules! each_pair {
+    ($kind:expr, $module:ident => $body:expr) => {
+        match $kind {
+            PairKind::Spherical => { use spherical as $module; $body }
+            PairKind::Revolute => { use revolute as $module; $body }
+            PairKind::Cylindrical => { use cylindrical as $module; $body }
+            PairKind::Prismatic => { use prismatic as $module; $body }
+            PairKind::Planar => { use planar as $module; $body }
+            PairKind::Fixed => { use fixed as $module; $body }
+            PairKind::Universal => { use universal as $module; $body }
+            PairKind::Free => { use free as $module; $body }
+        }
+    };
+}
+
+impl PairKind {
+    /// Its name in model files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        each_pair!(self, pair => pair::NAME)
+    }
+
+    /// Number of freedoms.
+    #[must_use]
+    pub fn freedoms(self) -> usize {
+        each_pair!(self, pair => pair::FREEDOMS)
+    }
+
+    /// Number of constraints `m_ex`.
+    #[must_use]
+    pub fn constraints(self) -> usize {
+        6 - self.freedoms()
+    }
+
+
+    /// Whether the pair needs an axis.
+    #[must_use]
+    pub fn has_axis(self) -> bool {
+        !matches!(self, Self::Spherical | Self::Fixed | Self::Free)
+    }
+
+    /// Which freedoms are angles (the others are lengths).
+    #[must_use]
+    pub fn is_angle(self, freedom: usize) -> bool {
+        match self {
+            Self::Spherical | Self::Revolute | Self::Universal => true,
+            Self::Prismatic | Self::Fixed => false,
+            Self::Cylindrical => freedom == 1,
+            Self::Planar => freedom == 2,
+            Self::Free => freedom >= 3,
+        }
+    }
+
+    /// The constraints `g_ex`.
+    #[must_use]
+    pub fn rows(self, joint: &Joint) -> Vec<Row> {
+        each_pair!(self, pair => pair::rows(joint))
+    }
+
+    /// `X` and `S` at a placement.
+    #[must_use]
+    pub fn velocity_map(self, at: &Placement) -> VelocityMap {
+        each_pair!(self, pair => pair::velocity_map(at))
+    }
+
+    /// `F_d`: the motion of the child from that of the parent and the increments `u`.
+    ///
+    /// # Errors
+    /// [`TooLarge`] for a rotation of more than half a turn.
+    pub fn reparametrize(self, u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+        each_pair!(self, pair => pair::reparametrize(u, parent, at))
+    }
+
+    /// `X'` and `S'` at the new placement.
+    #[must_use]
+    pub fn tangent(self, u: &[f64], at: &Placement) -> VelocityMap {
+        each_pair!(self, pair => pair::tangent(u, at))
+    }
+
+    /// Small rotation of the child that takes round-off out of the relative attitude.
+    #[must_use]
+    pub fn clean_attitude(self, at: &Placement) -> Vector3<f64> {
+        each_pair!(self, pair => pair::clean_attitude(at))
+    }
+
+    /// Translation of the child that takes round-off out of the gap.
+    #[must_use]
+    pub fn clean_gap(self, at: &Placement) -> Vector3<f64> {
+        each_pair!(self, pair => pair::clean_gap(at))
+    }
+
+    /// Joint coordinates at a placement, lengths in m and angles in `(−π, π]`; the first `freedoms`
+    /// entries count. S and free pairs give the rotation vector of the relative attitude.
+    #[must_use]
+    pub fn coordinates(self, at: &Placement) -> [f64; MAX_FREEDOMS] {
+        each_pair!(self, pair => pair::coordinates(at))
+    }
+}
+
+/// Rotation vector of the relative attitude `(m', n')` against `(m, n)`, in inertial components.
+pub(crate) fn relative_rotation_vector(at: &Placement) -> Vector3<f64> {
+    let relative = at.axes_child * at.axes.transpose();
+    nalgebra::Rotation3::from_matrix_unchecked(relative).scaled_axis()
+}

@@ -1,0 +1,64 @@
+//! Prismatic pair P: LMO08 §5.
+//!
+//! ```text
+//! g:   m_1·r = m_2·r = 0;  m_1·m_2' = m_2·n' = n·m_1' = 0
+//! P:   [I −ĉ n; 0 I 0],   τ = u̇
+//! F_d: A² = A¹,  φ²_{n+1} = φ¹_{n+1} + A¹(c_n + u n_n)
+//! T:   as P at q_{n+1}
+//! ```
+
+use super::{Motion, TooLarge, Transfer, Twist, VelocityMap};
+use crate::form::Row;
+use crate::joint::{Joint, Placement};
+use nalgebra::{Matrix3, Vector3};
+
+/// Name in model files.
+pub const NAME: &str = "prismatic";
+/// Freedoms.
+pub const FREEDOMS: usize = 1;
+
+/// `m_1·r = m_2·r = 0`; `m_1·m_2' = m_2·n' = n·m_1' = 0`.
+#[must_use]
+pub fn rows(joint: &Joint) -> Vec<Row> {
+    let mut rows = super::gap_on_axis(joint, &joint.gap());
+    rows.extend(super::equal_attitude(joint));
+    rows
+}
+
+/// `X = [I −ĉ; 0 I]`, `S = (n, 0)`.
+#[must_use]
+pub fn velocity_map(at: &Placement) -> VelocityMap {
+    VelocityMap::new(Transfer::Rigid(at.c), &[Twist::new(at.axis(2), Vector3::zeros())])
+}
+
+/// `A² = A¹`, slide `u n_n`.
+///
+/// # Errors
+/// None; the signature is that of all pairs.
+pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+    Ok(parent.child(at, &Matrix3::zeros(), &(u[0] * at.axis(2)), &at.gap))
+}
+
+/// As the velocity map.
+#[must_use]
+pub fn tangent(_u: &[f64], at: &Placement) -> VelocityMap {
+    velocity_map(at)
+}
+
+/// Equal attitude.
+#[must_use]
+pub fn clean_attitude(at: &Placement) -> Vector3<f64> {
+    super::align_attitude(at)
+}
+
+/// The gap across the axis.
+#[must_use]
+pub fn clean_gap(at: &Placement) -> Vector3<f64> {
+    super::close_gap(at, &[2])
+}
+
+/// `u`.
+#[must_use]
+pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+    [at.gap.dot(&at.axis(2)), 0.0, 0.0, 0.0, 0.0, 0.0]
+}

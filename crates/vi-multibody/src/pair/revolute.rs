@@ -1,0 +1,67 @@
+//! Revolute pair R: LMO08 §5.
+//!
+//! ```text
+//! g:   r = 0;  n·m_1' = n·m_2' = 0
+//! P:   [I −ĉ ϱ²×n; 0 I n],   τ = θ̇
+//! F_d: A² = A¹ exp(ϑ n̂_n),  φ²_{n+1} = φ¹_{n+1} + A¹ϱ¹_n − A²ϱ²_n
+//! T:   as P at q_{n+1}, since A¹ n_n = n_{n+1}
+//! ```
+
+use super::{Motion, TooLarge, Transfer, Twist, VelocityMap};
+use crate::form::Row;
+use crate::joint::{Joint, Placement};
+use nalgebra::Vector3;
+
+/// Name in model files.
+pub const NAME: &str = "revolute";
+/// Freedoms.
+pub const FREEDOMS: usize = 1;
+
+/// `r = 0`; `n·m_1' = n·m_2' = 0`.
+#[must_use]
+pub fn rows(joint: &Joint) -> Vec<Row> {
+    let mut rows = Row::vanishing(&joint.gap());
+    rows.extend(super::parallel_axes(joint));
+    rows
+}
+
+/// `X = [I −ĉ; 0 I]`, `S = (ϱ²×n, n)`.
+#[must_use]
+pub fn velocity_map(at: &Placement) -> VelocityMap {
+    let n = at.axis(2);
+    VelocityMap::new(Transfer::Rigid(at.c), &[Twist::new(at.rho_child.cross(&n), n)])
+}
+
+/// `A² = A¹ exp(ϑ n̂_n)`; the gap is closed anew.
+///
+/// # Errors
+/// [`TooLarge`].
+pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+    super::check(u[0], 0)?;
+    let relative = super::about(&at.axis(2), u[0]);
+    Ok(parent.child(at, &relative, &Vector3::zeros(), &Vector3::zeros()))
+}
+
+/// As the velocity map.
+#[must_use]
+pub fn tangent(_u: &[f64], at: &Placement) -> VelocityMap {
+    velocity_map(at)
+}
+
+/// `n'` onto `n`.
+#[must_use]
+pub fn clean_attitude(at: &Placement) -> Vector3<f64> {
+    super::align_axis(at)
+}
+
+/// The whole gap.
+#[must_use]
+pub fn clean_gap(at: &Placement) -> Vector3<f64> {
+    super::close_gap(at, &[])
+}
+
+/// `θ`.
+#[must_use]
+pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+    [super::angle_about_axis(at), 0.0, 0.0, 0.0, 0.0, 0.0]
+}
