@@ -82,6 +82,18 @@ impl Load {
         Ok(Self { offset, kind, force, torque, history })
     }
 
+    /// First coordinate of the frame.
+    #[must_use]
+    pub fn offset(&self) -> usize {
+        self.offset
+    }
+
+    /// Which components stay fixed.
+    #[must_use]
+    pub fn kind(&self) -> LoadKind {
+        self.kind
+    }
+
     /// The wrench `(f, τ)` in spatial components at time `t`, for the frame's coordinates `frame`.
     #[must_use]
     pub fn wrench(&self, t: f64, frame: &[f64]) -> (Vector3<f64>, Vector3<f64>) {

@@ -353,36 +353,6 @@ mod tests {
     }
 
     #[test]
-    fn small_increments_keep_their_precision() {
-        let mut sample = Sample::new(84);
-        let [_, body] = bodies(&mut sample);
-        let q0 = configuration(&body, &mut sample);
-        let u = increment(&body, &mut sample, 1e-12);
-        let s = moved(&body, &u, &q0);
-        let exact = body.velocity(&q0, &u); // to first order in u
-        let error = norm_inf(&(0..12).map(|i| s.dq[i] - exact[i]).collect::<Vec<_>>());
-        assert!(error < 1e-12 * 4e-12, "{error:e}");
-    }
-
-    #[test]
-    fn the_fixed_point_is_kept_for_a_hundred_thousand_steps() {
-        let mut sample = Sample::new(85);
-        for body in bodies(&mut sample) {
-            let mut q = configuration(&body, &mut sample).to_vec();
-            let u = increment(&body, &mut sample, 0.1);
-            let (mut s, mut worst) = (Interval::new(12), 0.0_f64);
-            for _ in 0..100_000 {
-                s.open(0.0, 0.1, &q);
-                body.reparametrize(&u, &mut s).unwrap();
-                q.copy_from_slice(&s.q1);
-                body.clean(0.0, &mut q);
-                worst = worst.max(gap(&body, &q) / (1.0 + norm_inf(&q)));
-            }
-            assert!(worst < 2e-15, "{:?}: {worst:e}", body.support);
-        }
-    }
-
-    #[test]
     fn the_start_carries_momentum_and_energy() {
         let mut sample = Sample::new(86);
         for body in bodies(&mut sample) {

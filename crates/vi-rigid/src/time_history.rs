@@ -31,7 +31,8 @@ pub enum HistoryError {
     },
     /// The times of a table decrease.
     #[error(
-        "the table of the time history goes back in time: point {index} is at {second} s, after {first} s"
+        "the table of the time history goes back in time: point {index} is at {second} s, after \
+         {first} s"
     )]
     UnsortedTable {
         /// Number of the point that is too early, from 1.
