@@ -119,6 +119,7 @@ impl TryFrom<MassProperties> for RigidBody {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // copies and zeros are expected to be exact
 mod tests {
     use super::*;
     use crate::directors::triad;
@@ -144,7 +145,7 @@ mod tests {
             let principal = PrincipalInertia::new(body.principal_inertia()).unwrap();
             expected.fixed_view_mut::<3, 3>(3, 3).copy_from(&principal.tensor(&triad(&q)));
             let reduced = P.transpose() * &M * P;
-            let error = (&reduced - expected).amax();
+            let error = (reduced - expected).amax();
             assert!(error < 2e-15, "PᵀMP off by {error:e}");
             let spatial = body.spatial_inertia(&q);
             let error = (spatial - reduced.fixed_view::<3, 3>(3, 3)).amax();

@@ -54,9 +54,8 @@ pub fn set_triad(q: &mut [f64], triad: &Matrix3<f64>) {
 
 /// `out ← g(q)`, shape 6.
 pub fn internal_value(q: &[f64], out: &mut [f64]) {
-    for i in 0..3 {
-        let d = director(q, i);
-        out[i] = 0.5 * (d.norm_squared() - 1.0);
+    for (i, out) in out.iter_mut().enumerate().take(3) {
+        *out = 0.5 * (director(q, i).norm_squared() - 1.0);
     }
     for (row, (i, j)) in PAIRS.into_iter().enumerate() {
         out[3 + row] = director(q, i).dot(&director(q, j));
@@ -85,8 +84,8 @@ pub fn internal_jacobian(q: &[f64], row: usize, column: usize, out: &mut dyn Ent
 
 /// `out_i ← vᵀ D²g_i w`, shape 6; the same at every `q`.
 pub fn internal_second_derivative(v: &[f64], w: &[f64], out: &mut [f64]) {
-    for i in 0..3 {
-        out[i] = director(v, i).dot(&director(w, i));
+    for (i, out) in out.iter_mut().enumerate().take(3) {
+        *out = director(v, i).dot(&director(w, i));
     }
     for (row, (i, j)) in PAIRS.into_iter().enumerate() {
         out[3 + row] = director(v, i).dot(&director(w, j)) + director(v, j).dot(&director(w, i));
@@ -113,6 +112,7 @@ pub fn add_momentum(q: &[f64], p: &[f64], out: &mut Momentum) {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // copies and zeros are expected to be exact
 mod tests {
     use super::*;
     use crate::sample::Sample;

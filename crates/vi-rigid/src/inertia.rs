@@ -232,6 +232,7 @@ fn jacobi(mut A: Matrix3<f64>) -> ([f64; 3], Matrix3<f64>) {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // copies and zeros are expected to be exact
 mod tests {
     use super::*;
     use crate::rotation::{exp, orthonormality_defect};

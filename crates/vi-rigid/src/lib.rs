@@ -28,16 +28,22 @@ pub mod body;
 pub mod composite;
 pub mod directors;
 pub mod inertia;
+pub mod load;
 pub mod null_space;
 pub mod reparametrization;
 pub mod rotation;
 pub mod shape;
+pub mod single_body;
+pub mod time_history;
 
 pub use body::RigidBody;
 pub use composite::{Part, compose};
 pub use inertia::{EulerMoments, InertiaError, PrincipalInertia};
+pub use load::{Load, LoadError, LoadKind};
 pub use reparametrization::RotationTooLarge;
 pub use shape::{MassProperties, Shape};
+pub use single_body::{SingleBody, Support};
+pub use time_history::{HistoryError, TimeHistory};
 
 #[cfg(test)]
 mod sample;

@@ -135,7 +135,7 @@ mod tests {
         let mut worst = 0.0_f64;
         for _ in 0..500 {
             let q0 = sample.frame();
-            let angle = 3.14 * sample.number();
+            let angle = MAX_ROTATION * sample.number();
             let u = increment(&mut sample, angle);
             let (q1, _) = moved(&u, &q0);
             let mut g = [0.0; 6];

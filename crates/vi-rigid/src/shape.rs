@@ -173,6 +173,7 @@ pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), InertiaErro
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // copies and zeros are expected to be exact
 mod tests {
     use super::*;
 

@@ -1,0 +1,296 @@
+//! Wrenches on a frame, dead or following.
+//!
+//! ```text
+//! P_in(q_n)ᵀ f_d^- = P_in(q_{n+1})ᵀ f_d^+ = (h/2) (f, τ)        impulse of a step: h (f, τ)
+//! f_d^-  = (h/2) (f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)                 with the directors of q_n
+//! f_d^+  = the same                                            with the directors of q_{n+1}
+//! dead       (f, τ) = c(t_{n+1/2}) (f_0, τ_0)                   spatial components
+//! follower   (f, τ) = c(t_{n+1/2}) (f_I d̄_I, τ_I d̄_I)            body components
+//! ```
+//! Letters: `f` force at the centre (N), `τ` torque (N·m), both spatial, `c` time history, `d̄_I` the
+//! (unnormalized) directors of `q_{n+1/2}`. Averaged directors in place of those of the ends would
+//! lose a part `sin²(ϑ/2)` of the torque. A dead load adds nothing to the Newton matrix
+//! `D_2 f_d^-`; a follower depends on `q_{n+1}` through `d̄_I`.
+//!
+//! Source: LMO08 §4 for the director form; Marsden & West 2001, part 3, for the discrete forces.
+
+use crate::directors::{FRAME, director};
+use crate::time_history::{HistoryError, TimeHistory};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use vi_core::force::DiscreteForce;
+use vi_core::interval::Interval;
+use vi_core::sparse::Entries;
+
+/// Which components of a load stay fixed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LoadKind {
+    /// The spatial components. A dead torque has no potential.
+    #[default]
+    Dead,
+    /// The components along the directors of the frame.
+    Follower,
+}
+
+/// A load that cannot be applied.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LoadError {
+    /// A component is NaN or infinite.
+    #[error("a component of the {what} is {value}; it must be a finite number")]
+    NotFinite {
+        /// Force or torque.
+        what: &'static str,
+        /// The component.
+        value: f64,
+    },
+    /// The time history is refused.
+    #[error(transparent)]
+    History(#[from] HistoryError),
+}
+
+/// A wrench on the frame whose coordinates begin at `offset`, times a time history.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Load {
+    offset: usize,
+    kind: LoadKind,
+    force: Vector3<f64>,
+    torque: Vector3<f64>,
+    history: TimeHistory,
+}
+
+impl Load {
+    /// Force at the centre (N) and torque (N·m) on the frame at coordinate `offset`, in spatial
+    /// components (dead) or in components along the directors (follower).
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn new(
+        offset: usize,
+        kind: LoadKind,
+        force: Vector3<f64>,
+        torque: Vector3<f64>,
+        history: TimeHistory,
+    ) -> Result<Self, LoadError> {
+        for (what, vector) in [("force", force), ("torque", torque)] {
+            if let Some(&value) = vector.iter().find(|value| !value.is_finite()) {
+                return Err(LoadError::NotFinite { what, value });
+            }
+        }
+        history.validate()?;
+        Ok(Self { offset, kind, force, torque, history })
+    }
+
+    /// First coordinate of the frame.
+    #[must_use]
+    pub fn offset(&self) -> usize {
+        self.offset
+    }
+
+    /// Which components stay fixed.
+    #[must_use]
+    pub fn kind(&self) -> LoadKind {
+        self.kind
+    }
+
+    /// The wrench `(f, τ)` in spatial components at time `t`, for the frame's coordinates `frame`.
+    #[must_use]
+    pub fn wrench(&self, t: f64, frame: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+        let c = self.history.value(t);
+        match self.kind {
+            LoadKind::Dead => (c * self.force, c * self.torque),
+            LoadKind::Follower => {
+                let spatial = |body: &Vector3<f64>| -> Vector3<f64> {
+                    (0..3).map(|i| body[i] * director(frame, i)).sum()
+                };
+                (c * spatial(&self.force), c * spatial(&self.torque))
+            }
+        }
+    }
+
+    fn frame<'a>(&self, q: &'a [f64]) -> &'a [f64] {
+        &q[self.offset..self.offset + FRAME]
+    }
+
+    /// The impulse of half a step with the directors of the end `q`.
+    fn add_half(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
+        let wrench = self.wrench(s.t_mid(), self.frame(&s.q_mid));
+        add_wrench(0.5 * s.h, wrench, self.frame(q), &mut out[self.offset..]);
+    }
+}
+
+/// `out ← out + scale (f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)` with the directors of `frame`.
+pub fn add_wrench(
+    scale: f64,
+    (force, torque): (Vector3<f64>, Vector3<f64>),
+    frame: &[f64],
+    out: &mut [f64],
+) {
+    for k in 0..3 {
+        out[k] += scale * force[k];
+    }
+    for i in 0..3 {
+        let w = torque.cross(&director(frame, i));
+        for k in 0..3 {
+            out[3 + 3 * i + k] += 0.5 * scale * w[k];
+        }
+    }
+}
+
+impl DiscreteForce for Load {
+    fn add_minus(&self, s: &Interval, out: &mut [f64]) {
+        self.add_half(s, &s.q0, out);
+    }
+
+    fn add_plus(&self, s: &Interval, out: &mut [f64]) {
+        self.add_half(s, &s.q1, out);
+    }
+
+    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        if self.kind == LoadKind::Dead {
+            return;
+        }
+        // (h/2) c, and ∂d̄_J/∂d_J = ½ I
+        let scale = 0.25 * s.h * self.history.value(s.t_mid());
+        let frame = self.frame(&s.q0);
+        for j in 0..3 {
+            let column = self.offset + 3 + 3 * j;
+            for k in 0..3 {
+                out.add(self.offset + k, column + k, scale * self.force[j]);
+            }
+            // ∂(½ τ×d_I)/∂d_J = −½ τ_J d̂_I ∂d̄_J/∂d_J
+            let factor = 0.5 * scale * self.torque[j];
+            for i in 0..3 {
+                let (row, d) = (self.offset + 3 + 3 * i, factor * director(frame, i));
+                for k in 0..3 {
+                    let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+                    out.add(row + next, column + last, d[k]);
+                    out.add(row + last, column + next, -d[k]);
+                }
+            }
+        }
+    }
+
+    fn add_continuous(&self, t: f64, q: &[f64], _v: &[f64], out: &mut [f64]) {
+        let frame = self.frame(q);
+        add_wrench(1.0, self.wrench(t, frame), frame, &mut out[self.offset..]);
+    }
+
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::null_space::pull_back;
+    use crate::sample::Sample;
+    use nalgebra::DMatrix;
+    use vi_core::linear::norm_inf;
+
+    const OFFSET: usize = 12;
+
+    fn load(sample: &mut Sample, kind: LoadKind) -> Load {
+        let history = TimeHistory::Ramp { start: 0.0, end: 1.0, amplitude: 2.0 };
+        Load::new(OFFSET, kind, sample.vector(), sample.vector(), history).unwrap()
+    }
+
+    /// A step of the second of two frames; the first must not be read.
+    fn interval(q0: &[f64; 12], q1: &[f64; 12]) -> Interval {
+        let mut s = Interval::new(24);
+        let other = [f64::NAN; 12];
+        s.open(0.3, 0.1, &[other, *q0].concat());
+        s.q1.copy_from_slice(&[other, *q1].concat());
+        s.close_from_end();
+        s
+    }
+
+    #[test]
+    fn the_impulse_of_a_step_is_that_of_the_wrench() {
+        let mut sample = Sample::new(71);
+        for kind in [LoadKind::Dead, LoadKind::Follower] {
+            for _ in 0..100 {
+                let (q0, q1) = (sample.frame(), sample.frame());
+                let load = load(&mut sample, kind);
+                let s = interval(&q0, &q1);
+                let (f, tau) = load.wrench(s.t_mid(), &s.q_mid[12..]);
+                let (mut minus, mut plus) = (vec![0.0; 24], vec![0.0; 24]);
+                load.add_minus(&s, &mut minus);
+                load.add_plus(&s, &mut plus);
+                for (q, half) in [(&q0, &minus), (&q1, &plus)] {
+                    assert!(half[..12].iter().all(|x| *x == 0.0), "the other frame is free");
+                    let pulled = pull_back(q, &half[12..]);
+                    for k in 0..3 {
+                        let error = (pulled[k] - 0.05 * f[k]).abs();
+                        let error = error.max((pulled[3 + k] - 0.05 * tau[k]).abs());
+                        assert!(error < 1e-15, "{kind:?}: impulse off by {error:e}");
+                    }
+                }
+                if kind == LoadKind::Dead {
+                    let expected = 0.7 * load.torque; // ramp to 2, t_{n+1/2} = 0.35
+                    assert!((tau - expected).norm() < 1e-15, "{tau} against {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_follower_has_fixed_body_components() {
+        let mut sample = Sample::new(72);
+        let load = load(&mut sample, LoadKind::Follower);
+        let q = sample.frame();
+        let (f, tau) = load.wrench(0.5, &q);
+        for i in 0..3 {
+            let d = director(&q, i);
+            assert!((f.dot(&d) - load.force[i]).abs() < 2e-15);
+            assert!((tau.dot(&d) - load.torque[i]).abs() < 2e-15);
+        }
+        let mut continuous = vec![0.0; 24];
+        load.add_continuous(0.5, &[q, q].concat(), &[], &mut continuous);
+        let pulled = pull_back(&q, &continuous[12..]);
+        let error = norm_inf((pulled.fixed_rows::<3>(3) - tau).as_slice());
+        assert!(error < 2e-15, "continuous torque off by {error:e}");
+    }
+
+    #[test]
+    fn the_derivative_matches_central_differences() {
+        let mut sample = Sample::new(73);
+        for kind in [LoadKind::Dead, LoadKind::Follower] {
+            let (q0, q1) = (sample.frame(), sample.frame());
+            let load = load(&mut sample, kind);
+            let mut exact = DMatrix::zeros(24, 24);
+            load.add_minus_d2(&interval(&q0, &q1), &mut exact);
+            assert_eq!(exact.amax() > 0.0, kind == LoadKind::Follower);
+            let e = 1e-3; // linear in q_{n+1}
+            for j in 0..12 {
+                let at = |by: f64| {
+                    let mut q1 = q1;
+                    q1[j] += by;
+                    let mut out = vec![0.0; 24];
+                    load.add_minus(&interval(&q0, &q1), &mut out);
+                    out
+                };
+                let (plus, minus) = (at(e), at(-e));
+                for i in 0..24 {
+                    let fd = (plus[i] - minus[i]) / (2.0 * e);
+                    let error = (fd - exact[(i, 12 + j)]).abs();
+                    assert!(error < 1e-13, "{kind:?} [{i}, {j}]: off by {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn impossible_loads_are_refused() {
+        let zero = Vector3::zeros();
+        let broken = Vector3::new(0.0, f64::NAN, 0.0);
+        let new = |force, history| Load::new(0, LoadKind::Dead, force, zero, history);
+        let message = new(broken, TimeHistory::default()).unwrap_err().to_string();
+        assert_eq!(message, "a component of the force is NaN; it must be a finite number");
+        let history = TimeHistory::Table { points: vec![] };
+        let message = new(zero, history).unwrap_err().to_string();
+        assert_eq!(message, "the table of the time history has no points");
+    }
+}

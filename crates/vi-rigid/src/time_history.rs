@@ -1,0 +1,287 @@
+//! Scalar functions of time that loads are multiplied by.
+//!
+//! Histories are sampled at `t_{n+1/2}`: those with kinks or jumps keep order 2 when these fall on
+//! step boundaries. Where a history jumps, its value is the one after the jump.
+
+use serde::{Deserialize, Serialize};
+
+/// A history that is no function of time.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum HistoryError {
+    /// A parameter is NaN or infinite.
+    #[error("the {what} of the time history is {value}; it must be a finite number")]
+    NotFinite {
+        /// Which parameter.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// Two times are in the wrong order.
+    #[error("the {later} of the time history, {second} s, is before its {earlier}, {first} s")]
+    WrongOrder {
+        /// What comes first.
+        earlier: &'static str,
+        /// Its time, s.
+        first: f64,
+        /// What comes later.
+        later: &'static str,
+        /// Its time, s.
+        second: f64,
+    },
+    /// The times of a table decrease.
+    #[error(
+        "the table of the time history goes back in time: point {index} is at {second} s, after \
+         {first} s"
+    )]
+    UnsortedTable {
+        /// Number of the point that is too early, from 1.
+        index: usize,
+        /// Time of the point before it, s.
+        first: f64,
+        /// Its time, s.
+        second: f64,
+    },
+    /// A table without points.
+    #[error("the table of the time history has no points")]
+    EmptyTable,
+}
+
+/// A factor as a function of time, `t` in s; amplitudes are 1 unless given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
+pub enum TimeHistory {
+    /// The same at all times.
+    Constant {
+        /// The value.
+        #[serde(default = "one")]
+        amplitude: f64,
+    },
+    /// Zero until `start`, then linear up to `amplitude` at `end`, then constant.
+    Ramp {
+        /// s.
+        start: f64,
+        /// s.
+        end: f64,
+        /// Value from `end` on.
+        #[serde(default = "one")]
+        amplitude: f64,
+    },
+    /// `amplitude` for `start ≤ t < end`, zero otherwise.
+    #[serde(alias = "rectangle")]
+    Pulse {
+        /// s.
+        start: f64,
+        /// s.
+        end: f64,
+        /// Height.
+        #[serde(default = "one")]
+        amplitude: f64,
+    },
+    /// Linear from zero at `start` to `amplitude` at `peak` and back to zero at `end`.
+    Triangle {
+        /// s.
+        start: f64,
+        /// s.
+        peak: f64,
+        /// s.
+        end: f64,
+        /// Height.
+        #[serde(default = "one")]
+        amplitude: f64,
+    },
+    /// `offset + amplitude sin(2π frequency t + phase)`.
+    Harmonic {
+        /// Hz.
+        frequency: f64,
+        /// rad.
+        #[serde(default)]
+        phase: f64,
+        /// Amplitude of the oscillation.
+        #[serde(default = "one")]
+        amplitude: f64,
+        /// Mean value.
+        #[serde(default)]
+        offset: f64,
+    },
+    /// Piecewise linear through points `[t, f]`; zero before the first, constant after the last.
+    Table {
+        /// Points in the order of time; equal times are a jump.
+        points: Vec<[f64; 2]>,
+    },
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl Default for TimeHistory {
+    /// One at all times.
+    fn default() -> Self {
+        Self::Constant { amplitude: 1.0 }
+    }
+}
+
+impl TimeHistory {
+    /// The factor at time `t`, s.
+    #[must_use]
+    pub fn value(&self, t: f64) -> f64 {
+        match *self {
+            Self::Constant { amplitude } => amplitude,
+            Self::Ramp { start, end, amplitude } => {
+                if t < start {
+                    0.0
+                } else if t < end {
+                    amplitude * (t - start) / (end - start)
+                } else {
+                    amplitude
+                }
+            }
+            Self::Pulse { start, end, amplitude } => {
+                if start <= t && t < end {
+                    amplitude
+                } else {
+                    0.0
+                }
+            }
+            Self::Triangle { start, peak, end, amplitude } => {
+                if t < start || t >= end {
+                    0.0
+                } else if t < peak {
+                    amplitude * (t - start) / (peak - start)
+                } else {
+                    amplitude * (end - t) / (end - peak)
+                }
+            }
+            Self::Harmonic { frequency, phase, amplitude, offset } => {
+                offset + amplitude * (std::f64::consts::TAU * frequency * t + phase).sin()
+            }
+            Self::Table { ref points } => table(points, t),
+        }
+    }
+
+    /// Refuses parameters that are not finite and times in the wrong order.
+    ///
+    /// # Errors
+    /// [`HistoryError`].
+    pub fn validate(&self) -> Result<(), HistoryError> {
+        match *self {
+            Self::Constant { amplitude } => finite(&[("amplitude", amplitude)]),
+            Self::Ramp { start, end, amplitude } | Self::Pulse { start, end, amplitude } => {
+                finite(&[("start", start), ("end", end), ("amplitude", amplitude)])?;
+                ordered(("start", start), ("end", end))
+            }
+            Self::Triangle { start, peak, end, amplitude } => {
+                finite(&[("start", start), ("peak", peak), ("end", end)])?;
+                finite(&[("amplitude", amplitude)])?;
+                ordered(("start", start), ("peak", peak))?;
+                ordered(("peak", peak), ("end", end))
+            }
+            Self::Harmonic { frequency, phase, amplitude, offset } => {
+                finite(&[("frequency", frequency), ("phase", phase)])?;
+                finite(&[("amplitude", amplitude), ("offset", offset)])
+            }
+            Self::Table { ref points } => {
+                if points.is_empty() {
+                    return Err(HistoryError::EmptyTable);
+                }
+                for [t, f] in points {
+                    finite(&[("table", *t), ("table", *f)])?;
+                }
+                for (k, pair) in points.windows(2).enumerate() {
+                    let (first, second) = (pair[0][0], pair[1][0]);
+                    if second < first {
+                        return Err(HistoryError::UnsortedTable { index: k + 2, first, second });
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Binary search for the points around `t`, then linear interpolation.
+fn table(points: &[[f64; 2]], t: f64) -> f64 {
+    let after = points.partition_point(|point| point[0] <= t);
+    if after == 0 {
+        return 0.0;
+    }
+    let [t0, f0] = points[after - 1];
+    match points.get(after) {
+        None => f0,
+        Some([t1, f1]) => f0 + (f1 - f0) * ((t - t0) / (t1 - t0)),
+    }
+}
+
+fn finite(values: &[(&'static str, f64)]) -> Result<(), HistoryError> {
+    match values.iter().find(|(_, value)| !value.is_finite()) {
+        Some(&(what, value)) => Err(HistoryError::NotFinite { what, value }),
+        None => Ok(()),
+    }
+}
+
+fn ordered(
+    (earlier, first): (&'static str, f64),
+    (later, second): (&'static str, f64),
+) -> Result<(), HistoryError> {
+    if first <= second {
+        Ok(())
+    } else {
+        Err(HistoryError::WrongOrder { earlier, first, later, second })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(history: &TimeHistory, pairs: &[(f64, f64)]) {
+        history.validate().unwrap();
+        for &(t, expected) in pairs {
+            let value = history.value(t);
+            assert!((value - expected).abs() < 1e-14, "{history:?} at {t}: {value}");
+        }
+    }
+
+    #[test]
+    fn histories_take_their_values() {
+        check(&TimeHistory::default(), &[(-1.0, 1.0), (5.0, 1.0)]);
+        let ramp = TimeHistory::Ramp { start: 1.0, end: 3.0, amplitude: 4.0 };
+        check(&ramp, &[(0.9, 0.0), (1.0, 0.0), (2.5, 3.0), (3.0, 4.0), (9.0, 4.0)]);
+        let step = TimeHistory::Ramp { start: 1.0, end: 1.0, amplitude: 4.0 };
+        check(&step, &[(0.9, 0.0), (1.0, 4.0)]);
+        let pulse = TimeHistory::Pulse { start: 1.0, end: 3.0, amplitude: 4.0 };
+        check(&pulse, &[(0.9, 0.0), (1.0, 4.0), (2.9, 4.0), (3.0, 0.0)]);
+        let triangle = TimeHistory::Triangle { start: 0.0, peak: 0.5, end: 1.0, amplitude: 100.0 };
+        check(&triangle, &[(-0.1, 0.0), (0.25, 50.0), (0.5, 100.0), (0.9, 20.0), (1.0, 0.0)]);
+        let saw = TimeHistory::Triangle { start: 0.0, peak: 0.0, end: 2.0, amplitude: 1.0 };
+        check(&saw, &[(-0.1, 0.0), (0.0, 1.0), (1.0, 0.5)]);
+        let wave =
+            TimeHistory::Harmonic { frequency: 0.5, phase: 0.0, amplitude: 2.0, offset: 1.0 };
+        check(&wave, &[(0.0, 1.0), (0.5, 3.0), (1.5, -1.0)]);
+        let points = vec![[1.0, 2.0], [2.0, 4.0], [2.0, 0.0], [4.0, 1.0]];
+        let table = TimeHistory::Table { points };
+        check(&table, &[(0.9, 0.0), (1.0, 2.0), (1.5, 3.0), (2.0, 0.0), (3.0, 0.5), (5.0, 1.0)]);
+    }
+
+    #[test]
+    fn impossible_histories_are_refused() {
+        let message = |history: TimeHistory| history.validate().unwrap_err().to_string();
+        assert_eq!(
+            message(TimeHistory::Pulse { start: 2.0, end: 1.0, amplitude: 1.0 }),
+            "the end of the time history, 1 s, is before its start, 2 s"
+        );
+        assert_eq!(
+            message(TimeHistory::Constant { amplitude: f64::NAN }),
+            "the amplitude of the time history is NaN; it must be a finite number"
+        );
+        assert_eq!(
+            message(TimeHistory::Table { points: vec![[0.0, 1.0], [2.0, 1.0], [1.5, 0.0]] }),
+            "the table of the time history goes back in time: point 3 is at 1.5 s, after 2 s"
+        );
+        assert_eq!(
+            message(TimeHistory::Table { points: vec![] }),
+            HistoryError::EmptyTable.to_string()
+        );
+    }
+}

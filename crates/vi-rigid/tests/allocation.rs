@@ -1,0 +1,58 @@
+//! Nothing that is called in a step allocates.
+#![allow(unsafe_code)] // a counting allocator cannot be written without
+#![allow(clippy::unwrap_used)] // helpers of tests
+
+mod common;
+
+use common::Stepper;
+use nalgebra::Vector3;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use vi_rigid::{
+    EulerMoments, Load, LoadKind, RigidBody, SingleBody, Support, TimeHistory, rotation,
+};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is handed on to the system allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller's contract is the system allocator's.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from the system allocator.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+#[test]
+fn a_thousand_steps_allocate_nothing() {
+    let anchor = Vector3::new(0.1, 0.0, -0.5);
+    for support in [Support::Free, Support::FixedPoint { anchor, point: Vector3::zeros() }] {
+        let body = RigidBody::new(1.0, EulerMoments([0.3, 0.7, 0.2])).unwrap();
+        let body = SingleBody::new(body, support);
+        let points = vec![[0.0, 0.0], [1.0, 0.5], [3.0, -0.5]];
+        let history = TimeHistory::Table { points };
+        let (force, torque) = (Vector3::new(0.1, 0.2, 0.3), Vector3::new(0.3, -0.1, 0.2));
+        let load = Load::new(0, LoadKind::Follower, force, torque, history).unwrap();
+        let system = body.system(&Vector3::new(0.0, 0.0, -9.81)).force(Box::new(load));
+        let q = body.configuration(&Vector3::zeros(), &rotation::exp(&Vector3::x()));
+        let nu = [0.5, -1.0, 2.0, 1.0, 0.3, -0.7];
+        let mut state = body.start(0.0, &q, &nu[..if support == Support::Free { 6 } else { 3 }]);
+        let mut stepper = Stepper::new(body, system);
+        stepper.step(0.005, &mut state);
+        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        for _ in 0..1000 {
+            stepper.step(0.005, &mut state);
+        }
+        let count = ALLOCATIONS.load(Ordering::Relaxed) - before;
+        assert_eq!(count, 0, "{support:?}: {count} allocations in 1000 steps");
+    }
+}
