@@ -1,1 +1,17 @@
-//! placeholder
+//! Rigid multibody systems: kinematic pairs, trees, closed loops.
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+#![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
+
+pub mod form;
+pub mod joint;
+pub mod map;
+pub mod mechanism;
+pub mod pair;
+pub mod particle;
+pub mod spring;
+pub mod tree;
+
+pub use joint::{FrameId, Joint, Side};
+pub use mechanism::{Description, Mechanism};
+pub use pair::PairKind;

@@ -189,9 +189,7 @@ impl Motion {
         gap: &Vector3<f64>,
     ) -> Self {
         let turn = self.turn + relative + self.turn * relative; // A¹B − 1
-        let translation = self.translation
-            + self.turn * (at.rho_parent + gap)
-            + self.carry(slide)
+        let translation = self.translation + self.turn * (at.rho_parent + gap) + self.carry(slide)
             - turn * at.rho_child;
         Self { translation, turn }
     }
@@ -263,14 +261,38 @@ pub(crate) fn close_gap(at: &Placement, allowed: &[usize]) -> Vector3<f64> {
 macro_rules! each_pair {
     ($kind:expr, $module:ident => $body:expr) => {
         match $kind {
-            PairKind::Spherical => { use spherical as $module; $body }
-            PairKind::Revolute => { use revolute as $module; $body }
-            PairKind::Cylindrical => { use cylindrical as $module; $body }
-            PairKind::Prismatic => { use prismatic as $module; $body }
-            PairKind::Planar => { use planar as $module; $body }
-            PairKind::Fixed => { use fixed as $module; $body }
-            PairKind::Universal => { use universal as $module; $body }
-            PairKind::Free => { use free as $module; $body }
+            PairKind::Spherical => {
+                use spherical as $module;
+                $body
+            }
+            PairKind::Revolute => {
+                use revolute as $module;
+                $body
+            }
+            PairKind::Cylindrical => {
+                use cylindrical as $module;
+                $body
+            }
+            PairKind::Prismatic => {
+                use prismatic as $module;
+                $body
+            }
+            PairKind::Planar => {
+                use planar as $module;
+                $body
+            }
+            PairKind::Fixed => {
+                use fixed as $module;
+                $body
+            }
+            PairKind::Universal => {
+                use universal as $module;
+                $body
+            }
+            PairKind::Free => {
+                use free as $module;
+                $body
+            }
         }
     };
 }
@@ -294,11 +316,16 @@ impl PairKind {
         6 - self.freedoms()
     }
 
-
     /// Whether the pair needs an axis.
     #[must_use]
     pub fn has_axis(self) -> bool {
         !matches!(self, Self::Spherical | Self::Fixed | Self::Free)
+    }
+
+    /// Whether the pair leaves no gap at all.
+    #[must_use]
+    pub fn closes_gap(self) -> bool {
+        matches!(self, Self::Spherical | Self::Revolute | Self::Fixed | Self::Universal)
     }
 
     /// Which freedoms are angles (the others are lengths).
@@ -329,7 +356,12 @@ impl PairKind {
     ///
     /// # Errors
     /// [`TooLarge`] for a rotation of more than half a turn.
-    pub fn reparametrize(self, u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+    pub fn reparametrize(
+        self,
+        u: &[f64],
+        parent: &Motion,
+        at: &Placement,
+    ) -> Result<Motion, TooLarge> {
         each_pair!(self, pair => pair::reparametrize(u, parent, at))
     }
 

@@ -1,0 +1,469 @@
+//! Bodies, point masses, joints and bars: one system on `q ∈ R^n`.
+//!
+//! Coordinates: 12 for each body in the order given (`φ, d_1, d_2, d_3`), then 2 or 3 for each point
+//! mass. Constraints: six internal ones for each body, LMO08 (56), then the rows of the joints, then
+//! those of the bars. A spanning tree carries the velocity map; joints and bars outside it close loops.
+
+use crate::form::{Form, Row};
+use crate::joint::{FrameId, Joint, Side};
+use crate::pair::PairKind;
+use crate::particle::{Bead, Carrier, ParticleTree};
+use crate::tree::{Link, Tree};
+use nalgebra::{Matrix3, Vector3};
+use std::collections::VecDeque;
+use std::ops::Range;
+use vi_constraints::Constraints;
+use vi_core::momentum_map::Momentum;
+use vi_core::potential::LinearPotential;
+use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::{Quadrature, SeparableSystem};
+use vi_rigid::body::RigidBody;
+use vi_rigid::directors;
+
+/// A frame with its start: a rigid body, or a frame whose mass comes from elsewhere (beam nodes).
+#[derive(Clone, Debug, PartialEq)]
+pub struct BodySpec {
+    /// Its name.
+    pub name: String,
+    /// Mass and Euler moments; `None`: no mass of its own.
+    pub body: Option<RigidBody>,
+    /// `φ(0)`, m.
+    pub center: Vector3<f64>,
+    /// Columns `d_1, d_2, d_3` at the start, principal axes of inertia.
+    pub triad: Matrix3<f64>,
+    /// `φ̇(0)`, m/s.
+    pub velocity: Vector3<f64>,
+    /// `ω(0)`, spatial, rad/s.
+    pub omega: Vector3<f64>,
+}
+
+/// A point mass with its start; in the plane the third components are not read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParticleSpec {
+    /// Its name.
+    pub name: String,
+    /// Mass, kg.
+    pub mass: f64,
+    /// `x(0)`, m.
+    pub position: Vector3<f64>,
+    /// `ẋ(0)`, m/s.
+    pub velocity: Vector3<f64>,
+}
+
+/// An end of a bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BarEnd {
+    /// A point of the ground.
+    Ground(Vector3<f64>),
+    /// A point mass.
+    Particle(usize),
+}
+
+/// A massless rigid bar.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// Its name.
+    pub name: String,
+    /// One end.
+    pub from: BarEnd,
+    /// The point mass at the other end.
+    pub to: usize,
+    /// Its length, m.
+    pub length: f64,
+}
+
+/// Everything that makes a mechanism, before springs and loads.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Description {
+    /// 3, or 2 for planar point masses.
+    pub dimension: usize,
+    /// Acceleration of gravity, m/s².
+    pub gravity: Vector3<f64>,
+    /// Rigid bodies.
+    pub bodies: Vec<BodySpec>,
+    /// Point masses.
+    pub particles: Vec<ParticleSpec>,
+    /// Joints between bodies, and to the ground.
+    pub joints: Vec<Joint>,
+    /// Bars between point masses, and to the ground.
+    pub bars: Vec<Bar>,
+}
+
+/// A mechanism: its constraints, its mass matrix, its spanning tree.
+#[derive(Clone, Debug)]
+pub struct Mechanism {
+    description: Description,
+    rows: Vec<Row>,                // joints, then bars
+    joint_rows: Vec<Range<usize>>, // into the constraints, for each joint
+    bar_rows: Vec<Range<usize>>,
+    tree: Tree,
+    particle_tree: ParticleTree,
+    cut_joints: Vec<usize>,
+    cut_bars: Vec<usize>,
+}
+
+impl Mechanism {
+    /// Assembles a mechanism; the spanning tree is found breadth first from the ground.
+    ///
+    /// # Panics
+    /// When a joint or a bar names a member that does not exist.
+    #[must_use]
+    pub fn new(description: Description) -> Self {
+        let bodies = description.bodies.len();
+        let mut rows = Vec::new();
+        let mut place = |new: Vec<Row>| {
+            let start = 6 * bodies + rows.len();
+            rows.extend(new);
+            start..6 * bodies + rows.len()
+        };
+        let joint_rows: Vec<_> =
+            description.joints.iter().map(|joint| place(joint.kind.rows(joint))).collect();
+        let bar_rows: Vec<_> = description
+            .bars
+            .iter()
+            .map(|bar| place(vec![Row::distance(&bar_form(&description, bar), bar.length)]))
+            .collect();
+        let (tree, cut_joints) = span_bodies(&description);
+        let (particle_tree, cut_bars) = span_particles(&description, tree.dof());
+        Self { description, rows, joint_rows, bar_rows, tree, particle_tree, cut_joints, cut_bars }
+    }
+
+    /// What it was made from.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// The spanning tree of the bodies.
+    #[must_use]
+    pub fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// The spanning tree of the point masses.
+    #[must_use]
+    pub fn particle_tree(&self) -> &ParticleTree {
+        &self.particle_tree
+    }
+
+    /// Joints outside the tree.
+    #[must_use]
+    pub fn cut_joints(&self) -> &[usize] {
+        &self.cut_joints
+    }
+
+    /// Bars outside the tree.
+    #[must_use]
+    pub fn cut_bars(&self) -> &[usize] {
+        &self.cut_bars
+    }
+
+    /// Whether a joint or a bar closes a loop.
+    #[must_use]
+    pub fn has_loops(&self) -> bool {
+        !self.cut_joints.is_empty() || !self.cut_bars.is_empty()
+    }
+
+    /// The constraints of joint `k`.
+    #[must_use]
+    pub fn joint_rows(&self, k: usize) -> Range<usize> {
+        self.joint_rows[k].clone()
+    }
+
+    /// The constraints outside the tree: those of the cut joints and bars.
+    #[must_use]
+    pub fn loop_rows(&self) -> Vec<usize> {
+        let joints = self.cut_joints.iter().map(|&k| self.joint_rows[k].clone());
+        let bars = self.cut_bars.iter().map(|&k| self.bar_rows[k].clone());
+        joints.chain(bars).flatten().collect()
+    }
+
+    /// What a constraint belongs to: the name of a body, a joint or a bar.
+    #[must_use]
+    pub fn constraint_name(&self, row: usize) -> &str {
+        let bodies = &self.description.bodies;
+        if row < 6 * bodies.len() {
+            return &bodies[row / 6].name;
+        }
+        let joint = self.joint_rows.iter().position(|r| r.contains(&row));
+        let bar = || self.bar_rows.iter().position(|r| r.contains(&row));
+        match joint {
+            Some(k) => &self.description.joints[k].name,
+            None => bar().map_or("", |k| &self.description.bars[k].name),
+        }
+    }
+
+    /// The member a coordinate belongs to.
+    #[must_use]
+    pub fn coordinate_name(&self, coordinate: usize) -> &str {
+        let bodies = &self.description.bodies;
+        if coordinate < 12 * bodies.len() {
+            return &bodies[coordinate / 12].name;
+        }
+        let k = (coordinate - 12 * bodies.len()) / self.description.dimension;
+        self.description.particles.get(k).map_or("", |p| &p.name)
+    }
+
+    /// Offset of the coordinates of a point mass.
+    #[must_use]
+    pub fn particle_offset(&self, k: usize) -> usize {
+        particle_offset(&self.description, k)
+    }
+
+    /// The constant mass matrix, LMO08 (58), (65), plus what `extra` emits (beam elements).
+    #[must_use]
+    pub fn mass(&self, extra: impl FnOnce(&mut dyn Entries)) -> SparseMatrix {
+        let n = self.dim();
+        SparseMatrix::assemble(n, n, |out| {
+            for (k, body) in self.description.bodies.iter().enumerate() {
+                if let Some(body) = &body.body {
+                    body.emit_mass(12 * k, out);
+                }
+            }
+            for (k, particle) in self.description.particles.iter().enumerate() {
+                let at = self.particle_offset(k);
+                (0..self.description.dimension)
+                    .for_each(|i| out.add(at + i, at + i, particle.mass));
+            }
+        })
+    }
+
+    /// The system with its mass matrix and gravity.
+    #[must_use]
+    pub fn system(&self, quadrature: Quadrature) -> SeparableSystem {
+        let system = SeparableSystem::new(self.mass()).quadrature(quadrature);
+        if self.description.gravity == Vector3::zeros() {
+            return system;
+        }
+        let mut force = vec![0.0; self.dim()];
+        let gravity = &self.description.gravity;
+        for (k, body) in self.description.bodies.iter().enumerate() {
+            (0..3).for_each(|i| force[12 * k + i] = body.body.mass() * gravity[i]);
+        }
+        for (k, particle) in self.description.particles.iter().enumerate() {
+            let at = self.particle_offset(k);
+            (0..self.description.dimension)
+                .for_each(|i| force[at + i] = particle.mass * gravity[i]);
+        }
+        system.potential(LinearPotential { force })
+    }
+
+    /// `(q(0), v(0))` of the description.
+    #[must_use]
+    pub fn start(&self) -> (Vec<f64>, Vec<f64>) {
+        let n = self.dim();
+        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+        for (k, body) in self.description.bodies.iter().enumerate() {
+            let own = 12 * k..12 * k + 12;
+            directors::set_frame(&mut q[own.clone()], &body.center, &body.triad);
+            let rate = directors::spin_velocity(&q[own.clone()], &body.velocity, &body.omega);
+            v[own].copy_from_slice(&rate);
+        }
+        for (k, particle) in self.description.particles.iter().enumerate() {
+            let at = self.particle_offset(k);
+            for i in 0..self.description.dimension {
+                (q[at + i], v[at + i]) = (particle.position[i], particle.velocity[i]);
+            }
+        }
+        (q, v)
+    }
+
+    /// Linear and angular momentum of a momentum vector `p` at `q`.
+    #[must_use]
+    pub fn momentum(&self, q: &[f64], p: &[f64]) -> Momentum {
+        let mut momentum = Momentum::default();
+        for k in 0..self.description.bodies.len() {
+            let own = 12 * k..12 * k + 12;
+            directors::add_momentum(&q[own.clone()], &p[own], &mut momentum);
+        }
+        for k in 0..self.description.particles.len() {
+            let (at, dimension) = (self.particle_offset(k), self.description.dimension);
+            let read =
+                |x: &[f64]| std::array::from_fn(|i| if i < dimension { x[at + i] } else { 0.0 });
+            momentum.add(read(q), read(p), true);
+        }
+        momentum
+    }
+
+    /// The point of a member as a form: body components from `φ`; `point` is not read for particles.
+    #[must_use]
+    pub fn point_of(&self, member: Attachment, point: &Vector3<f64>) -> Form {
+        match member {
+            Attachment::Ground => Form::constant(*point),
+            Attachment::Body(k) => Form::point(12 * k, point),
+            Attachment::Particle(k) => {
+                Form::particle(self.particle_offset(k), self.description.dimension)
+            }
+        }
+    }
+}
+
+/// Where a spring or a sensor is attached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Attachment {
+    /// A point of the ground.
+    Ground,
+    /// A point of a body.
+    Body(usize),
+    /// A point mass.
+    Particle(usize),
+}
+
+impl Constraints for Mechanism {
+    fn dim(&self) -> usize {
+        let d = &self.description;
+        12 * d.bodies.len() + d.dimension * d.particles.len()
+    }
+
+    fn len(&self) -> usize {
+        6 * self.description.bodies.len() + self.rows.len()
+    }
+
+    fn value(&self, _t: f64, q: &[f64], out: &mut [f64]) {
+        let bodies = self.description.bodies.len();
+        for k in 0..bodies {
+            directors::internal_value(&q[12 * k..12 * k + 12], &mut out[6 * k..6 * k + 6]);
+        }
+        for (row, g) in self.rows.iter().zip(&mut out[6 * bodies..]) {
+            *g = row.value(q);
+        }
+    }
+
+    fn jacobian(&self, _t: f64, q: &[f64], out: &mut dyn Entries) {
+        let bodies = self.description.bodies.len();
+        for k in 0..bodies {
+            directors::internal_jacobian(&q[12 * k..12 * k + 12], 6 * k, 12 * k, out);
+        }
+        for (i, row) in self.rows.iter().enumerate() {
+            row.emit(q, 6 * bodies + i, out);
+        }
+    }
+
+    fn second_derivative(&self, _t: f64, _q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]) {
+        let bodies = self.description.bodies.len();
+        for k in 0..bodies {
+            let own = 12 * k..12 * k + 12;
+            let rows = &mut out[6 * k..6 * k + 6];
+            directors::internal_second_derivative(&v[own.clone()], &w[own], rows);
+        }
+        for (row, g) in self.rows.iter().zip(&mut out[6 * bodies..]) {
+            *g = row.second(v, w);
+        }
+    }
+}
+
+fn particle_offset(description: &Description, k: usize) -> usize {
+    12 * description.bodies.len() + description.dimension * k
+}
+
+fn bar_form(description: &Description, bar: &Bar) -> Form {
+    let dimension = description.dimension;
+    let particle = |k| Form::particle(particle_offset(description, k), dimension);
+    let from = match bar.from {
+        BarEnd::Ground(point) => Form::constant(point),
+        BarEnd::Particle(k) => particle(k),
+    };
+    particle(bar.to).minus(&from)
+}
+
+/// Breadth-first spanning forest of the bodies; returns the joints left over.
+fn span_bodies(description: &Description) -> (Tree, Vec<usize>) {
+    let bodies = description.bodies.len();
+    let mut link_of: Vec<Option<usize>> = vec![None; bodies];
+    let mut used = vec![false; description.joints.len()];
+    let mut links: Vec<Link> = Vec::new();
+    let mut queue = VecDeque::from([FrameId::Ground]);
+    let mut next_root = 0;
+    loop {
+        while let Some(frame) = queue.pop_front() {
+            for (k, joint) in description.joints.iter().enumerate() {
+                if used[k] {
+                    continue;
+                }
+                let oriented = if joint.parent.frame == frame {
+                    joint.clone()
+                } else if joint.child.frame == frame {
+                    joint.reversed()
+                } else {
+                    continue;
+                };
+                let FrameId::Frame(child) = oriented.child.frame else { continue };
+                if link_of[child].is_some() {
+                    continue;
+                }
+                used[k] = true;
+                let parent = match frame {
+                    FrameId::Ground => None,
+                    FrameId::Frame(p) => link_of[p],
+                };
+                link_of[child] = Some(links.len());
+                links.push(Link { frame: child, parent, joint: oriented, offset: 0 });
+                queue.push_back(FrameId::Frame(child));
+            }
+        }
+        let Some(root) = (next_root..bodies).find(|&b| link_of[b].is_none()) else { break };
+        next_root = root + 1;
+        link_of[root] = Some(links.len());
+        let joint = free_joint(&description.bodies[root].name, root);
+        links.push(Link { frame: root, parent: None, joint, offset: 0 });
+        queue.push_back(FrameId::Frame(root));
+    }
+    let cut = used.iter().enumerate().filter(|(_, used)| !**used).map(|(k, _)| k).collect();
+    (Tree::new(links), cut)
+}
+
+fn free_joint(name: &str, frame: usize) -> Joint {
+    let side = |frame| Side { frame, anchor: Vector3::zeros(), axes: Matrix3::identity() };
+    Joint {
+        name: name.to_owned(),
+        kind: PairKind::Free,
+        parent: side(FrameId::Ground),
+        child: side(FrameId::Frame(frame)),
+    }
+}
+
+/// Breadth-first spanning forest of the point masses; returns the bars left over.
+fn span_particles(description: &Description, first: usize) -> (ParticleTree, Vec<usize>) {
+    let count = description.particles.len();
+    let mut bead_of: Vec<Option<usize>> = vec![None; count];
+    let mut used = vec![false; description.bars.len()];
+    let mut beads: Vec<Bead> = Vec::new();
+    let mut attach = |particle: usize, carrier, length, bead_of: &mut Vec<Option<usize>>| {
+        bead_of[particle] = Some(beads.len());
+        let offset = particle_offset(description, particle);
+        beads.push(Bead { offset, carrier, length, unknown: 0 });
+    };
+    let mut queue = VecDeque::new();
+    for (k, bar) in description.bars.iter().enumerate() {
+        if let BarEnd::Ground(point) = bar.from {
+            if bead_of[bar.to].is_none() {
+                used[k] = true;
+                attach(bar.to, Carrier::Ground(point), bar.length, &mut bead_of);
+                queue.push_back(bar.to);
+            }
+        }
+    }
+    loop {
+        while let Some(particle) = queue.pop_front() {
+            for (k, bar) in description.bars.iter().enumerate() {
+                let BarEnd::Particle(from) = bar.from else { continue };
+                let other = match (used[k], from == particle, bar.to == particle) {
+                    (false, true, _) => bar.to,
+                    (false, _, true) => from,
+                    _ => continue,
+                };
+                if bead_of[other].is_none() {
+                    used[k] = true;
+                    let carrier = Carrier::Particle(bead_of[particle].expect("queued beads exist"));
+                    attach(other, carrier, bar.length, &mut bead_of);
+                    queue.push_back(other);
+                }
+            }
+        }
+        let Some(root) = (0..count).find(|&p| bead_of[p].is_none()) else { break };
+        attach(root, Carrier::Free, 0.0, &mut bead_of);
+        queue.push_back(root);
+    }
+    let cut = used.iter().enumerate().filter(|(_, used)| !**used).map(|(k, _)| k).collect();
+    (ParticleTree::new(description.dimension, beads, first), cut)
+}

@@ -1,0 +1,123 @@
+//! Reference cases: reading, dispatch by kind, deviations over tolerances.
+
+use super::{pendulum, rigid};
+use serde::Deserialize;
+use std::path::Path;
+
+/// Vouched absolute tolerances.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tolerance {
+    pub q: f64,
+    pub p: f64,
+    pub constraint_force: f64,
+    pub energy: f64,
+    pub momentum: f64,
+}
+
+/// Worst deviation over tolerance, by quantity; NaN stays NaN.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Deviation {
+    pub q: f64,
+    pub p: f64,
+    pub force: f64,
+    pub energy: f64,
+    pub momentum: f64,
+}
+
+fn raise(worst: &mut f64, value: f64) {
+    if !(value <= *worst) {
+        *worst = value;
+    }
+}
+
+impl Deviation {
+    pub fn header() -> &'static str {
+        "      q       p   force  energy  moment   (deviation / tolerance)"
+    }
+
+    pub fn worst(&self) -> f64 {
+        let mut worst = 0.0;
+        for value in [self.q, self.p, self.force, self.energy, self.momentum] {
+            raise(&mut worst, value);
+            if worst.is_nan() {
+                break;
+            }
+        }
+        worst
+    }
+
+    pub fn q(&mut self, found: &[f64], reference: &[f64], tolerance: &Tolerance) {
+        raise(&mut self.q, distance(found, reference) / tolerance.q);
+    }
+    pub fn p(&mut self, found: &[f64], reference: &[f64], tolerance: &Tolerance) {
+        raise(&mut self.p, distance(found, reference) / tolerance.p);
+    }
+    pub fn force(&mut self, found: &[f64], reference: &[f64], tolerance: &Tolerance) {
+        raise(&mut self.force, distance(found, reference) / tolerance.constraint_force);
+    }
+    pub fn energy(&mut self, found: f64, reference: f64, tolerance: &Tolerance) {
+        raise(&mut self.energy, distance(&[found], &[reference]) / tolerance.energy);
+    }
+    pub fn momentum(&mut self, found: &[f64], reference: &[f64], tolerance: &Tolerance) {
+        raise(&mut self.momentum, distance(found, reference) / tolerance.momentum);
+    }
+}
+
+impl std::fmt::Display for Deviation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { q, p, force, energy, momentum } = self;
+        write!(f, "{q:>7.4} {p:>7.4} {force:>7.4} {energy:>7.4} {momentum:>7.4}")
+    }
+}
+
+/// Largest absolute difference; NaN when the shapes differ or a number is NaN.
+pub fn distance(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() != b.len() {
+        return f64::NAN;
+    }
+    let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    vi_core::linear::norm_inf(&difference)
+}
+
+/// A composition given by its coefficients.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CompositionCase {
+    #[serde(rename = "name")]
+    pub _name: String,
+    #[serde(rename = "order")]
+    pub _order: u32,
+    pub gammas: Vec<f64>,
+}
+
+/// A case of any kind.
+pub enum Case {
+    Pendulum(Box<pendulum::PendulumCase>),
+    Rigid(Box<rigid::RigidCase>),
+}
+
+/// Deviation of each scheme that applies.
+pub type Runs = Vec<(&'static str, Deviation)>;
+
+impl Case {
+    pub fn read(file: &Path) -> Result<Self, String> {
+        let text = std::fs::read_to_string(file).map_err(|e| format!("cannot be read: {e}"))?;
+        let value: serde_json::Value =
+            serde_json::from_str(&text).map_err(|e| format!("is no JSON: {e}"))?;
+        let kind = value.get("kind").and_then(|kind| kind.as_str()).unwrap_or("(none)").to_owned();
+        let unreadable = |e: serde_json::Error| format!("does not fit its kind `{kind}`: {e}");
+        match kind.as_str() {
+            "pendulum2d" => Ok(Self::Pendulum(serde_json::from_str(&text).map_err(unreadable)?)),
+            "rigid" => Ok(Self::Rigid(serde_json::from_str(&text).map_err(unreadable)?)),
+            _ => Err(format!("unknown kind `{kind}`")),
+        }
+    }
+
+    pub fn run(&self) -> Result<Runs, String> {
+        match self {
+            Self::Pendulum(case) => case.run(),
+            Self::Rigid(case) => case.run(),
+        }
+    }
+}

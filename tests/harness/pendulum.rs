@@ -1,0 +1,145 @@
+//! Cases of kind `pendulum2d`: the planar pendulum as a point mass on a bar.
+
+use super::case::{Deviation, Runs, Tolerance};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use vi_constraints::node::Node;
+use vi_constraints::{Integrator, Options, SchemeKind};
+use vi_core::{Quadrature, SeparableSystem, State};
+use vi_multibody::map::TreeMap;
+use vi_multibody::mechanism::{Bar, BarEnd, Description, Mechanism, ParticleSpec};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PendulumCase {
+    name: String,
+    #[serde(rename = "kind")]
+    _kind: String,
+    #[serde(rename = "description")]
+    _description: String,
+    #[serde(rename = "units")]
+    _units: String,
+    length: f64,
+    mass: f64,
+    gravity: [f64; 2],
+    q0: [f64; 2],
+    v0: [f64; 2],
+    scheme: String,
+    h: f64,
+    steps: u64,
+    output_steps: Vec<u64>,
+    tolerance: Tolerance,
+    #[serde(rename = "continuous_tolerance")]
+    _continuous_tolerance: Option<f64>,
+    #[serde(default, rename = "continuous")]
+    _continuous: Vec<serde_json::Value>,
+    #[serde(rename = "statistics")]
+    _statistics: Option<serde_json::Value>,
+    outputs: Vec<Output>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Output {
+    step: u64,
+    #[serde(rename = "t")]
+    _t: f64,
+    q: [f64; 2],
+    p: [f64; 2],
+    constraint_force: Option<[f64; 2]>,
+    lambda: Option<f64>,
+    #[serde(rename = "E_d")]
+    e_d: Option<f64>,
+    #[serde(rename = "H_d")]
+    h_d: Option<f64>,
+    #[serde(rename = "H_dQ")]
+    h_dq: Option<f64>,
+    #[serde(rename = "H")]
+    h: Option<f64>,
+    lambda_mid: Option<f64>,
+}
+
+impl PendulumCase {
+    pub fn mechanism(&self) -> Mechanism {
+        let plane = |x: [f64; 2]| Vector3::new(x[0], x[1], 0.0);
+        let particle = ParticleSpec {
+            name: "bob".into(),
+            mass: self.mass,
+            position: plane(self.q0),
+            velocity: plane(self.v0),
+        };
+        let bar = Bar {
+            name: "rod".into(),
+            from: BarEnd::Ground(Vector3::zeros()),
+            to: 0,
+            length: self.length,
+        };
+        Mechanism::new(Description {
+            dimension: 2,
+            gravity: plane(self.gravity),
+            particles: vec![particle],
+            bars: vec![bar],
+            ..Description::default()
+        })
+    }
+
+    pub fn run(&self) -> Result<Runs, String> {
+        match self.scheme.as_str() {
+            "variational" => SchemeKind::ALL
+                .into_iter()
+                .map(|kind| Ok((kind.name(), self.variational(kind)?)))
+                .collect(),
+            other => Err(format!("unknown scheme `{other}` in {}", self.name)),
+        }
+    }
+
+    fn variational(&self, kind: SchemeKind) -> Result<Deviation, String> {
+        let mechanism = self.mechanism();
+        let (q, v) = mechanism.start();
+        let (system, map) = (mechanism.system(Quadrature::Midpoint), TreeMap::new(&mechanism));
+        let options = Options::new(kind, self.h);
+        let mut run: Integrator<SeparableSystem, Mechanism> =
+            Integrator::with_reparametrization(system, mechanism, map, options, (0.0, &q, &v))
+                .map_err(|e| e.to_string())?;
+        let mut deviation = Deviation::default();
+        super::rigid::drive(&mut run, self.steps, &self.output_steps, |step, state, node| {
+            let output = self
+                .outputs
+                .iter()
+                .find(|o| o.step == step)
+                .ok_or_else(|| format!("no output at step {step}"))?;
+            self.compare(output, state, node, &mut deviation)
+        })?;
+        Ok(deviation)
+    }
+
+    fn compare(
+        &self,
+        output: &Output,
+        state: &State,
+        node: &Node,
+        deviation: &mut Deviation,
+    ) -> Result<(), String> {
+        let tolerance = &self.tolerance;
+        let missing = |what: &str| format!("output {} lacks {what}", output.step);
+        deviation.q(&state.q, &output.q, tolerance);
+        deviation.p(&node.p, &output.p, tolerance);
+        let force = output.constraint_force.ok_or_else(|| missing("constraint_force"))?;
+        deviation.force(&node.constraint_force, &force, tolerance);
+        let lambda = output.lambda.ok_or_else(|| missing("lambda"))?;
+        deviation.force(&node.lambda, &[lambda], tolerance);
+        deviation.energy(
+            node.discrete_energy,
+            output.e_d.ok_or_else(|| missing("E_d"))?,
+            tolerance,
+        );
+        let hamiltonian = node.hamiltonian.unwrap_or(f64::NAN);
+        deviation.energy(hamiltonian, output.h_d.ok_or_else(|| missing("H_d"))?, tolerance);
+        let projected = output.h_dq.ok_or_else(|| missing("H_dQ"))?;
+        deviation.energy(node.hamiltonian_projected, projected, tolerance);
+        if output.h.is_some() || output.lambda_mid.is_some() {
+            return Err("energy–momentum outputs in a variational case".into());
+        }
+        Ok(())
+    }
+}

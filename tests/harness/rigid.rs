@@ -1,0 +1,330 @@
+//! Cases of kind `rigid`: bodies, joints, springs.
+
+use super::case::{CompositionCase, Deviation, Runs, Tolerance};
+use nalgebra::{Matrix3, Vector3};
+use serde::Deserialize;
+use vi_constraints::node::Node;
+use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
+use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, State};
+use vi_multibody::joint::{FrameId, Joint, Side, complete_axis};
+use vi_multibody::map::TreeMap;
+use vi_multibody::mechanism::{Attachment, BodySpec, Description, Mechanism};
+use vi_multibody::pair::PairKind;
+use vi_multibody::spring::{Spring, SpringLaw};
+use vi_rigid::body::RigidBody;
+use vi_rigid::directors;
+use vi_rigid::inertia::PrincipalInertia;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RigidCase {
+    name: String,
+    #[serde(rename = "kind")]
+    _kind: String,
+    #[serde(rename = "description")]
+    _description: String,
+    #[serde(rename = "units")]
+    _units: String,
+    gravity: [f64; 3],
+    bodies: Vec<BodyCase>,
+    joints: Vec<JointCase>,
+    #[serde(default)]
+    springs: Vec<SpringCase>,
+    #[serde(default, rename = "cut_joints")]
+    _cut_joints: Vec<usize>,
+    scheme: String,
+    quadrature: Option<String>,
+    composition: Option<CompositionCase>,
+    h: f64,
+    steps: u64,
+    output_steps: Vec<u64>,
+    dof: usize,
+    constraints: usize,
+    redundant_constraints: usize,
+    tolerance: Tolerance,
+    #[serde(rename = "continuous_tolerance")]
+    _continuous_tolerance: Option<f64>,
+    #[serde(default, rename = "continuous")]
+    _continuous: Vec<serde_json::Value>,
+    #[serde(rename = "statistics")]
+    _statistics: Option<serde_json::Value>,
+    outputs: Vec<Output>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BodyCase {
+    name: String,
+    mass: f64,
+    principal_inertia: [f64; 3],
+    position: [f64; 3],
+    directors: [[f64; 3]; 3],
+    velocity: [f64; 3],
+    omega: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct JointCase {
+    #[serde(rename = "type")]
+    kind: String,
+    parent: i64,
+    child: i64,
+    anchor_parent: [f64; 3],
+    anchor_child: [f64; 3],
+    axis: Option<[f64; 3]>,
+    #[serde(rename = "name")]
+    _name: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SpringCase {
+    body_a: i64,
+    body_b: i64,
+    point_a: [f64; 3],
+    point_b: [f64; 3],
+    k: f64,
+    l0: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Output {
+    step: u64,
+    #[serde(rename = "t")]
+    _t: f64,
+    q: Vec<f64>,
+    p: Option<Vec<f64>>,
+    p_projected: Option<Vec<f64>>,
+    constraint_force: Option<Vec<f64>>,
+    constraint_force_mid: Option<Vec<f64>>,
+    #[serde(rename = "E_d")]
+    e_d: Option<f64>,
+    #[serde(rename = "H_d")]
+    h_d: Option<f64>,
+    #[serde(rename = "H_dQ")]
+    h_dq: Option<f64>,
+    #[serde(rename = "H")]
+    h: Option<f64>,
+    linear_momentum: [f64; 3],
+    angular_momentum: [f64; 3],
+}
+
+fn frame(index: i64) -> FrameId {
+    usize::try_from(index).map_or(FrameId::Ground, FrameId::Frame)
+}
+
+fn pair_kind(name: &str) -> Result<PairKind, String> {
+    match name {
+        "S" => Ok(PairKind::Spherical),
+        "R" => Ok(PairKind::Revolute),
+        "C" => Ok(PairKind::Cylindrical),
+        "P" => Ok(PairKind::Prismatic),
+        "E" => Ok(PairKind::Planar),
+        "fixed" => Ok(PairKind::Fixed),
+        _ => Err(format!("unknown joint type `{name}`")),
+    }
+}
+
+impl RigidCase {
+    pub fn mechanism(&self) -> Result<Mechanism, String> {
+        let body = |body: &BodyCase| -> Result<BodySpec, String> {
+            let inertia =
+                PrincipalInertia::new(body.principal_inertia).map_err(|e| e.to_string())?;
+            let rigid = RigidBody::from_inertia(body.mass, &inertia).map_err(|e| e.to_string())?;
+            Ok(BodySpec {
+                name: body.name.clone(),
+                body: Some(rigid),
+                center: body.position.into(),
+                triad: Matrix3::from_fn(|i, j| body.directors[i][j]),
+                velocity: body.velocity.into(),
+                omega: body.omega.into(),
+            })
+        };
+        let bodies: Vec<BodySpec> = self.bodies.iter().map(body).collect::<Result<_, _>>()?;
+        let coordinates = |id: FrameId| match id {
+            FrameId::Ground => vi_multibody::joint::GROUND,
+            FrameId::Frame(k) => {
+                let mut q = [0.0; 12];
+                directors::set_frame(&mut q, &bodies[k].center, &bodies[k].triad);
+                q
+            }
+        };
+        let joint = |(k, joint): (usize, &JointCase)| -> Result<Joint, String> {
+            let (parent, child) = (frame(joint.parent), frame(joint.child));
+            let kind = pair_kind(&joint.kind)?;
+            // child-fixed vectors follow from the initial placement
+            let axes_parent = match joint.axis {
+                Some(axis) => complete_axis(&Vector3::from(axis).normalize()),
+                None if kind.has_axis() => return Err(format!("joint {k} lacks its axis")),
+                None => Matrix3::identity(),
+            };
+            let world = directors::triad(&coordinates(parent)) * axes_parent;
+            let axes_child = directors::triad(&coordinates(child)).transpose() * world;
+            Ok(Joint {
+                name: format!("joint {k}"),
+                kind,
+                parent: Side {
+                    frame: parent,
+                    anchor: joint.anchor_parent.into(),
+                    axes: axes_parent,
+                },
+                child: Side { frame: child, anchor: joint.anchor_child.into(), axes: axes_child },
+            })
+        };
+        let joints = self.joints.iter().enumerate().map(joint).collect::<Result<_, _>>()?;
+        Ok(Mechanism::new(Description {
+            dimension: 3,
+            gravity: self.gravity.into(),
+            bodies,
+            joints,
+            ..Description::default()
+        }))
+    }
+
+    fn system(&self, mechanism: &Mechanism) -> Result<SeparableSystem, String> {
+        let quadrature = match self.quadrature.as_deref() {
+            None | Some("midpoint") => Quadrature::Midpoint,
+            Some("trapezoidal") => Quadrature::Trapezoidal,
+            Some(other) => return Err(format!("unknown quadrature `{other}`")),
+        };
+        let attach = |body: i64| match frame(body) {
+            FrameId::Ground => Attachment::Ground,
+            FrameId::Frame(k) => Attachment::Body(k),
+        };
+        let mut system = mechanism.system(quadrature);
+        for spring in &self.springs {
+            let end = |body, point: [f64; 3]| mechanism.point_of(attach(body), &point.into());
+            let between =
+                end(spring.body_b, spring.point_b).minus(&end(spring.body_a, spring.point_a));
+            let (stiffness, natural_length) = (spring.k, spring.l0);
+            let law = SpringLaw::Linear;
+            system = system.potential(Spring { between, stiffness, natural_length, law });
+        }
+        Ok(system)
+    }
+
+    pub fn run(&self) -> Result<Runs, String> {
+        match self.scheme.as_str() {
+            "variational" => {
+                let loops = self.mechanism()?.has_loops();
+                let schemes: &[SchemeKind] = if loops {
+                    &[SchemeKind::Constrained, SchemeKind::Dalembert]
+                } else {
+                    &SchemeKind::ALL
+                };
+                schemes.iter().map(|kind| Ok((kind.name(), self.variational(*kind)?))).collect()
+            }
+            other => Err(format!("unknown scheme `{other}` in {}", self.name)),
+        }
+    }
+
+    pub fn integrator(
+        &self,
+        kind: SchemeKind,
+    ) -> Result<Integrator<SeparableSystem, Mechanism>, String> {
+        let mechanism = self.mechanism()?;
+        let system = self.system(&mechanism)?;
+        let (q, v) = mechanism.start();
+        let mut options = Options::new(kind, self.h);
+        if let Some(composition) = &self.composition {
+            options.gammas = composition.gammas.clone();
+        }
+        let at = (0.0, &q[..], &v[..]);
+        let run = if mechanism.has_loops() {
+            Integrator::new(system, mechanism, options, at)
+        } else {
+            let map = TreeMap::new(&mechanism);
+            Integrator::with_reparametrization(system, mechanism, map, options, at)
+        };
+        run.map_err(|e| e.to_string())
+    }
+
+    fn variational(&self, kind: SchemeKind) -> Result<Deviation, String> {
+        let mut run = self.integrator(kind)?;
+        let (m, rank) = (run.constraints().len(), run.rows().len());
+        let found = (run.system().dim() - rank, m, m - rank);
+        let expected = (self.dof, self.constraints, self.redundant_constraints);
+        if found != expected {
+            return Err(format!(
+                "(dof, constraints, redundant) = {found:?}, expected {expected:?}"
+            ));
+        }
+        let mechanism = self.mechanism()?;
+        let mut deviation = Deviation::default();
+        drive(&mut run, self.steps, &self.output_steps, |step, state, node| {
+            let output = self
+                .outputs
+                .iter()
+                .find(|o| o.step == step)
+                .ok_or_else(|| format!("no output at step {step}"))?;
+            self.compare(output, &mechanism, (state, node), &mut deviation)
+        })?;
+        Ok(deviation)
+    }
+
+    fn compare(
+        &self,
+        output: &Output,
+        mechanism: &Mechanism,
+        (state, node): (&State, &Node),
+        deviation: &mut Deviation,
+    ) -> Result<(), String> {
+        let tolerance = &self.tolerance;
+        let missing = |what: &str| format!("output {} lacks {what}", output.step);
+        deviation.q(&state.q, &output.q, tolerance);
+        let composed = self.composition.is_some();
+        let p = if composed {
+            let p = output.p_projected.as_ref().ok_or_else(|| missing("p_projected"))?;
+            deviation.p(&node.p_projected, p, tolerance);
+            &node.p_projected
+        } else {
+            deviation.p(&node.p, output.p.as_ref().ok_or_else(|| missing("p"))?, tolerance);
+            let force = output.constraint_force.as_ref();
+            let force = force.ok_or_else(|| missing("constraint_force"))?;
+            deviation.force(&node.constraint_force, force, tolerance);
+            let e_d = output.e_d.ok_or_else(|| missing("E_d"))?;
+            deviation.energy(node.discrete_energy, e_d, tolerance);
+            if let (Some(found), Some(h_d)) = (node.hamiltonian, output.h_d) {
+                deviation.energy(found, h_d, tolerance);
+            } else if node.hamiltonian.is_some() != output.h_d.is_some() {
+                return Err("H_d with p_n exists on one side only".into());
+            }
+            &node.p
+        };
+        let projected = output.h_dq.ok_or_else(|| missing("H_dQ"))?;
+        deviation.energy(node.hamiltonian_projected, projected, tolerance);
+        let momentum = mechanism.momentum(&state.q, p);
+        deviation.momentum(&momentum.linear, &output.linear_momentum, tolerance);
+        deviation.momentum(&momentum.angular, &output.angular_momentum, tolerance);
+        if output.h.is_some() || output.constraint_force_mid.is_some() {
+            return Err("energy–momentum outputs in a variational case".into());
+        }
+        Ok(())
+    }
+}
+
+/// Steps to the end and hands over the listed nodes.
+pub fn drive<S: MechanicalSystem + 'static, C: Constraints + 'static>(
+    run: &mut Integrator<S, C>,
+    steps: u64,
+    output_steps: &[u64],
+    mut compare: impl FnMut(u64, &State, &Node) -> Result<(), String>,
+) -> Result<(), String> {
+    for n in 0..steps {
+        run.step().map_err(|e| format!("step {n}: {e}"))?;
+        if output_steps.contains(&n) {
+            let node = run.node_before().map_err(|e| format!("node {n}: {e}"))?.clone();
+            compare(n, run.before(), &node)?;
+        }
+    }
+    if output_steps.contains(&steps) {
+        let node = run.observe().map_err(|e| format!("node {steps}: {e}"))?.clone();
+        compare(steps, run.state(), &node)?;
+    }
+    if let Some(n) = output_steps.iter().find(|n| **n > steps) {
+        return Err(format!("output step {n} is beyond the last step {steps}"));
+    }
+    Ok(())
+}

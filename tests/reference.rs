@@ -1,0 +1,65 @@
+//! Every reference case found below `HOLONOM_REFERENCE` (default: `tests/reference`), by every scheme
+//! that applies.
+//!
+//! A case holds the trajectory of an independent implementation with the tolerances it vouches for.
+//! The discrete trajectory is unique, so each of the four schemes must reproduce it. One line is
+//! printed for each case and scheme: the worst deviation of q, p, force, energy and momentum over its
+//! tolerance. A file that cannot be read, or a kind or field that is not known, fails the test.
+
+#![allow(clippy::unwrap_used)] // a test
+
+mod harness;
+
+use harness::case::{Case, Deviation};
+use std::path::{Path, PathBuf};
+
+fn case_files(folder: &Path, found: &mut Vec<PathBuf>) {
+    let entries = std::fs::read_dir(folder)
+        .unwrap_or_else(|e| panic!("cannot read the folder {}: {e}", folder.display()));
+    for entry in entries {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            case_files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "json") {
+            found.push(path);
+        }
+    }
+}
+
+#[test]
+fn every_reference_case_is_met() {
+    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/reference");
+    let folder = std::env::var_os("HOLONOM_REFERENCE").unwrap_or_else(|| default.into());
+    let mut files = Vec::new();
+    case_files(Path::new(&folder), &mut files);
+    files.sort();
+    assert!(!files.is_empty(), "no case file below {}", Path::new(&folder).display());
+    let mut failed = Vec::new();
+    println!("{:<34} {:<13} {}", "case", "scheme", Deviation::header());
+    for file in &files {
+        let name = file.file_stem().unwrap().to_string_lossy().into_owned();
+        let outcome = Case::read(file).and_then(|case| case.run());
+        match outcome {
+            Ok(runs) => {
+                for (scheme, deviation) in runs {
+                    let verdict = if deviation.worst() <= 1.0 { "" } else { "  EXCEEDED" };
+                    println!("{name:<34} {scheme:<13} {deviation}{verdict}");
+                    // the comparison is written so that NaN fails too
+                    if deviation.worst().is_nan() || deviation.worst() > 1.0 {
+                        failed.push(format!("{name} by {scheme}: {deviation}"));
+                    }
+                }
+            }
+            Err(message) => {
+                println!("{name:<34} FAILED: {message}");
+                failed.push(format!("{name}: {message}"));
+            }
+        }
+    }
+    assert!(
+        failed.is_empty(),
+        "{} of the reference runs failed:\n{}",
+        failed.len(),
+        failed.join("\n")
+    );
+}
