@@ -225,25 +225,33 @@ impl Mechanism {
                 (0..self.description.dimension)
                     .for_each(|i| out.add(at + i, at + i, particle.mass));
             }
+            extra(out);
         })
     }
 
     /// The system with its mass matrix and gravity.
     #[must_use]
     pub fn system(&self, quadrature: Quadrature) -> SeparableSystem {
-        let system = SeparableSystem::new(self.mass()).quadrature(quadrature);
-        if self.description.gravity == Vector3::zeros() {
-            return system;
+        self.system_with_mass(self.mass(|_| {}), quadrature)
+    }
+
+    /// The system with a given mass matrix and gravity, `V = −(M γ)·q`.
+    #[must_use]
+    pub fn system_with_mass(&self, mass: SparseMatrix, quadrature: Quadrature) -> SeparableSystem {
+        let gravity = &self.description.gravity;
+        let mut acceleration = vec![0.0; self.dim()]; // γ at every point, 0 at every director
+        for k in 0..self.description.bodies.len() {
+            (0..3).for_each(|i| acceleration[12 * k + i] = gravity[i]);
+        }
+        for k in 0..self.description.particles.len() {
+            let at = self.particle_offset(k);
+            (0..self.description.dimension).for_each(|i| acceleration[at + i] = gravity[i]);
         }
         let mut force = vec![0.0; self.dim()];
-        let gravity = &self.description.gravity;
-        for (k, body) in self.description.bodies.iter().enumerate() {
-            (0..3).for_each(|i| force[12 * k + i] = body.body.mass() * gravity[i]);
-        }
-        for (k, particle) in self.description.particles.iter().enumerate() {
-            let at = self.particle_offset(k);
-            (0..self.description.dimension)
-                .for_each(|i| force[at + i] = particle.mass * gravity[i]);
+        mass.mul_add(1.0, &acceleration, &mut force);
+        let system = SeparableSystem::new(mass).quadrature(quadrature);
+        if gravity == &Vector3::zeros() {
+            return system;
         }
         system.potential(LinearPotential { force })
     }
