@@ -7,9 +7,9 @@ use vi_constraints::node::Node;
 use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
 use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, State};
 use vi_multibody::joint::{FrameId, Joint, Side, complete_axis};
-use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::{Attachment, BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use vi_multibody::spring::{Spring, SpringLaw};
 use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
@@ -208,13 +208,15 @@ impl RigidCase {
     pub fn run(&self) -> Result<Runs, String> {
         match self.scheme.as_str() {
             "variational" => {
-                let loops = self.mechanism()?.has_loops();
-                let schemes: &[SchemeKind] = if loops {
-                    &[SchemeKind::Constrained, SchemeKind::Dalembert]
-                } else {
-                    &SchemeKind::ALL
-                };
-                schemes.iter().map(|kind| Ok((kind.name(), self.variational(*kind)?))).collect()
+                let mut runs = Runs::new();
+                for kind in SchemeKind::ALL {
+                    runs.push((kind.name(), self.variational(kind, Solver::Auto)?));
+                }
+                if !self.mechanism()?.has_loops() {
+                    let deviation = self.variational(SchemeKind::Nodal, Solver::Dense)?;
+                    runs.push(("nodal, dense", deviation));
+                }
+                Ok(runs)
             }
             other => Err(format!("unknown scheme `{other}` in {}", self.name)),
         }
@@ -223,7 +225,8 @@ impl RigidCase {
     pub fn integrator(
         &self,
         kind: SchemeKind,
-    ) -> Result<Integrator<SeparableSystem, Mechanism>, String> {
+        solver: Solver,
+    ) -> Result<MechanismIntegrator, String> {
         let mechanism = self.mechanism()?;
         let system = self.system(&mechanism)?;
         let (q, v) = mechanism.start();
@@ -231,18 +234,12 @@ impl RigidCase {
         if let Some(composition) = &self.composition {
             options.gammas = composition.gammas.clone();
         }
-        let at = (0.0, &q[..], &v[..]);
-        let run = if mechanism.has_loops() {
-            Integrator::new(system, mechanism, options, at)
-        } else {
-            let map = TreeMap::new(&mechanism);
-            Integrator::with_reparametrization(system, mechanism, map, options, at)
-        };
+        let run = integrator(mechanism, system, options, solver, (0.0, &q, &v));
         run.map_err(|e| e.to_string())
     }
 
-    fn variational(&self, kind: SchemeKind) -> Result<Deviation, String> {
-        let mut run = self.integrator(kind)?;
+    fn variational(&self, kind: SchemeKind, solver: Solver) -> Result<Deviation, String> {
+        let mut run = self.integrator(kind, solver)?;
         let (m, rank) = (run.constraints().len(), run.rows().len());
         let found = (run.system().dim() - rank, m, m - rank);
         let expected = (self.dof, self.constraints, self.redundant_constraints);

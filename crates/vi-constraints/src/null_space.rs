@@ -3,7 +3,7 @@
 //! ```text
 //! Gᵀ Π = [Q₁ Q₂] [R; 0],   P = Q₂,   rank = #{k : |R_kk| > tol |R_11|}
 //! ```
-//! The rows of `G` are scaled to unit length first, so the tolerance is a statement about geometry,
+//! The rows of `G` are scaled first (to unit length, or by the caller), so the tolerance is a statement about geometry,
 //! not about units. The pivots name a set of independent constraints; the others are redundant.
 //!
 //! Letters: `G` constraint Jacobian `m × n`, `P` null space matrix `n × d`, `Π` the pivots.
@@ -68,8 +68,17 @@ impl NullSpaceQr {
         }
     }
 
-    /// Factorizes `Gᵀ` and reads off the rank; returns it.
+    /// Factorizes `Gᵀ`, rows of `G` scaled to unit length, and reads off the rank; returns it.
     pub fn factorize(&mut self, G: &DMatrix<f64>) -> usize {
+        let norm = |i: usize| G.row(i).norm();
+        self.factorize_scaled(G, |i| if norm(i) > 0.0 { 1.0 / norm(i) } else { 1.0 })
+    }
+
+    /// Factorizes `Gᵀ` with row `i` of `G` multiplied by `scale(i)`, and reads off the rank.
+    ///
+    /// For matrices in which whole rows may vanish up to round-off, so that their own length says
+    /// nothing.
+    pub fn factorize_scaled(&mut self, G: &DMatrix<f64>, scale: impl Fn(usize) -> f64) -> usize {
         let (n, m) = (self.n, self.m);
         debug_assert_eq!(G.shape(), (m, n));
         if n.min(m) == 0 {
@@ -77,8 +86,7 @@ impl NullSpaceQr {
             return 0;
         }
         for i in 0..m {
-            let norm = G.row(i).norm();
-            let scale = if norm > 0.0 { 1.0 / norm } else { 1.0 };
+            let scale = scale(i);
             for j in 0..n {
                 self.factors[(j, i)] = scale * G[(i, j)];
             }
@@ -123,15 +131,31 @@ impl NullSpaceQr {
     ///
     /// `rank` is the caller's: the generic rank of the system, which a momentary loss must not change.
     pub fn null_space(&mut self, rank: usize, out: &mut DMatrix<f64>) {
-        let (n, m) = (self.n, self.m);
-        let d = n - rank;
-        debug_assert_eq!(out.shape(), (n, d));
+        self.orthogonal_columns(rank, out);
+    }
+
+    /// `range ← Q₁`, `null ← Q₂`: orthonormal bases of `range Gᵀ` and of the null space of `G`, shapes
+    /// `n × rank` and `n × (n − rank)`.
+    pub fn range_and_null_space(
+        &mut self,
+        rank: usize,
+        range: &mut DMatrix<f64>,
+        null: &mut DMatrix<f64>,
+    ) {
+        self.orthogonal_columns(0, range);
+        self.orthogonal_columns(rank, null);
+    }
+
+    /// Columns `first ..` of the orthogonal factor, as many as `out` has.
+    fn orthogonal_columns(&mut self, first: usize, out: &mut DMatrix<f64>) {
+        let (n, m, count) = (self.n, self.m, out.ncols());
+        debug_assert!(out.nrows() == n && first + count <= n);
         out.fill(0.0);
-        for k in 0..d {
-            out[(rank + k, k)] = 1.0;
+        for k in 0..count {
+            out[(first + k, k)] = 1.0;
         }
         let size = n.min(m);
-        if size == 0 || d == 0 {
+        if size == 0 || count == 0 {
             return;
         }
         let factors = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, m);
@@ -139,7 +163,7 @@ impl NullSpaceQr {
             factors.as_ref().subcols(0, size),
             self.coefficients.as_ref(),
             Conj::No,
-            MatMut::from_column_major_slice_mut(out.as_mut_slice(), n, d),
+            MatMut::from_column_major_slice_mut(out.as_mut_slice(), n, count),
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );

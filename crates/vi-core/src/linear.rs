@@ -6,9 +6,10 @@
 use crate::sparse::SparseMatrix;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting as dense_lu;
+use faer::perm::PermRef;
 use faer::sparse::linalg::{SupernodalThreshold, lu as sparse_lu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, Par};
+use faer::{Conj, MatMut, MatRef, Par};
 use nalgebra::DMatrix;
 
 /// The matrix is singular to working precision (or holds NaN or infinity).
@@ -42,25 +43,41 @@ impl DenseLu {
     /// # Errors
     /// [`Singular`] when the answer is not finite.
     pub fn solve(&mut self, a: &DMatrix<f64>, b: &mut [f64]) -> Result<(), Singular> {
+        self.factorize(a);
+        self.solve_factorized(b)
+    }
+
+    /// Factorizes `A`.
+    pub fn factorize(&mut self, a: &DMatrix<f64>) {
+        let n = a.nrows();
+        self.factors.copy_from(a);
+        if n == 0 {
+            return;
+        }
+        dense_lu::factor::lu_in_place(
+            MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n),
+            &mut self.permutation,
+            &mut self.inverse_permutation,
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+            Default::default(),
+        );
+    }
+
+    /// Solves with the last factorization; `b` is overwritten by `x`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the answer is not finite.
+    pub fn solve_factorized(&mut self, b: &mut [f64]) -> Result<(), Singular> {
         let n = b.len();
         if n == 0 {
             return Ok(());
         }
-        self.factors.copy_from(a);
-        let stack = MemStack::new(&mut self.scratch);
-        let mut lu = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n);
-        let (_, permutation) = dense_lu::factor::lu_in_place(
-            lu.as_mut(),
-            &mut self.permutation,
-            &mut self.inverse_permutation,
-            Par::Seq,
-            stack,
-            Default::default(),
-        );
+        let lu = MatRef::from_column_major_slice(self.factors.as_slice(), n, n);
         dense_lu::solve::solve_in_place(
-            lu.as_ref(),
-            lu.as_ref(),
-            permutation,
+            lu,
+            lu,
+            PermRef::new_checked(&self.permutation, &self.inverse_permutation, n),
             MatMut::from_column_major_slice_mut(b, n, 1),
             Par::Seq,
             MemStack::new(&mut self.scratch),

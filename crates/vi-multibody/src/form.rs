@@ -10,6 +10,7 @@
 //! ```
 //! so `g(q_{n+1}) − g(q_n) = G(q_{n+1/2}) Δq` holds exactly, and the second derivative costs nothing.
 
+use crate::pair::Twist;
 use nalgebra::Vector3;
 use vi_core::sparse::Entries;
 
@@ -168,6 +169,24 @@ impl Row {
     pub fn emit(&self, q: &[f64], row: usize, out: &mut dyn Entries) {
         self.a.emit_row(row, &(self.scale * self.b.at(q)), out);
         self.b.emit_row(row, &(self.scale * self.a.at(q)), out);
+    }
+
+    /// The row of `G` as wrenches on the frames it touches (coordinates in twelves): force at `φ` and
+    /// torque, `P_inᵀ` of the gradient, term by term.
+    pub fn for_each_wrench(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
+        let (a, b) = (self.scale * self.a.at(q), self.scale * self.b.at(q));
+        for (form, f) in [(&self.a, b), (&self.b, a)] {
+            for term in form.terms() {
+                let f = term.coefficient * f;
+                let (frame, local) = (term.offset / 12, term.offset % 12);
+                if local == 0 {
+                    visit(frame, Twist::new(f, Vector3::zeros()));
+                } else {
+                    let d = Vector3::from_column_slice(&q[term.offset..term.offset + 3]);
+                    visit(frame, Twist::new(Vector3::zeros(), d.cross(&f)));
+                }
+            }
+        }
     }
 
     /// `D²g[v, w]`.

@@ -3,12 +3,15 @@
 #![deny(missing_docs)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
+pub mod articulated;
+pub mod closed_loop;
 pub mod form;
 pub mod joint;
 pub mod map;
 pub mod mechanism;
 pub mod pair;
 pub mod particle;
+pub mod run;
 pub mod spring;
 pub mod tree;
 

@@ -178,6 +178,14 @@ impl Mechanism {
         joints.chain(bars).flatten().collect()
     }
 
+    /// The rows of the cut joints (bars cut loops of point masses, which have no joint space).
+    #[must_use]
+    pub fn loop_constraints(&self) -> Vec<Row> {
+        let first = 6 * self.description.bodies.len();
+        let rows = self.cut_joints.iter().flat_map(|&k| self.joint_rows[k].clone());
+        rows.map(|row| self.rows[row - first].clone()).collect()
+    }
+
     /// What a constraint belongs to: the name of a body, a joint or a bar.
     #[must_use]
     pub fn constraint_name(&self, row: usize) -> &str {

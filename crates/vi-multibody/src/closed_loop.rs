@@ -1,0 +1,361 @@
+//! Closed loops on top of a tree: null space, redundancy, singular placements.
+//!
+//! Loops are cut at joints; `g_c` are the cut joints' constraints.
+//! ```text
+//! J_n = G_c(q_n) P_tree(q_n),      J_nᵀ Π = [W Z] [R; 0]        column-pivoted QR
+//! r(u) = [ Zᵀ P_treeᵀ (p̄_n + D_1 L_d + f_d^-) ;  g_c(F_d(u, q_n)) ] = 0,     u ∈ R^{d_tree}
+//! δ    = A⁻¹ (b + W μ),   (J' A⁻¹ W) μ = r_g − J' A⁻¹ b            A = P_treeᵀ D_2(…) ∂F_d/∂u
+//! ```
+//! `A` is solved by the articulated recursion (dense where the potential couples bodies); the complement `J' A⁻¹ W` is small and dense.
+//!
+//! **Rank.** Permanent redundancy (overconstrained loops) shows as a clear gap in `R`; only the rows
+//! of the first `rank` pivots are enforced, the others follow from them. The *generic* rank, the
+//! largest met, is kept when a placement loses rank momentarily (a flat four-bar): `Z` is then the
+//! last null space projected onto the new one, so the branch of the motion is the one its velocity
+//! points along, and the rows enforced are chosen at `q_{n+1}`.
+//!
+//! Source: LMO08 §5.4, §5.5.
+#![allow(non_snake_case)] // J, W, Z, A
+
+use crate::articulated::Articulated;
+use crate::form::Row;
+use crate::joint::Joint;
+use crate::map::TreeMap;
+use crate::mechanism::Mechanism;
+use crate::pair::Twist;
+use nalgebra::DMatrix;
+use vi_constraints::null_space::NullSpaceQr;
+use vi_constraints::{NodalOperators, Reparametrization};
+use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::interval::Interval;
+use vi_core::linear::DenseLu;
+use vi_core::newton::{Block, Fault};
+use vi_core::sparse::SparseMatrix;
+
+/// `A⁻¹` when the potential couples bodies: dense, `O(n d² + d³)`.
+struct Coupled {
+    map: TreeMap,
+    P: DMatrix<f64>,        // n × d_tree  P_tree(q_n)
+    tangent: DMatrix<f64>,  // n × d_tree  ∂F_d/∂u
+    weighted: DMatrix<f64>, // n × d_tree
+    A: DMatrix<f64>,        // d_tree × d_tree
+    mixed: SparseMatrix,    // n × n
+    lu: DenseLu,
+}
+
+impl Coupled {
+    fn new(mechanism: &Mechanism, system: &impl MechanicalSystem, s: &Interval) -> Self {
+        let (n, d) = (system.dim(), mechanism.tree().dof());
+        let nd = || DMatrix::zeros(n, d);
+        Self {
+            map: TreeMap::new(mechanism),
+            P: nd(),
+            tangent: nd(),
+            weighted: nd(),
+            A: DMatrix::zeros(d, d),
+            mixed: SparseMatrix::assemble(n, n, |out| system.forced_d2_d1(s, out)),
+            lu: DenseLu::new(d),
+        }
+    }
+
+    fn begin(&mut self, q: &[f64], kept: bool) {
+        if kept {
+            self.P.copy_from(&self.tangent);
+        } else {
+            self.map.null_space(q, &mut self.P);
+        }
+    }
+
+    fn factorize(&mut self, system: &impl MechanicalSystem, u: &[f64], s: &Interval) {
+        self.mixed.refill(|out| system.forced_d2_d1(s, out));
+        self.map.tangent(u, s, &mut self.tangent);
+        self.weighted.fill(0.0);
+        self.mixed.mul_dense_add(1.0, &self.tangent, &mut self.weighted);
+        self.A.gemm_tr(1.0, &self.P, &self.weighted, 0.0);
+        self.lu.factorize(&self.A);
+    }
+}
+
+/// [`NodalOperators`] of a mechanism with closed loops.
+pub struct LoopNodal {
+    tree: Articulated,
+    coupled: Option<Coupled>,
+    rows: Vec<Row>,  // g_c
+    scale: Vec<f64>, // of the rows of J in rank decisions
+    rank: usize,     // generic rank of J
+    blocks: Vec<Block>,
+    q_n: Vec<f64>,
+    jacobian: DMatrix<f64>, // m_c × d_tree
+    qr: NullSpaceQr,
+    Z: DMatrix<f64>,          // d_tree × d
+    Z_last: DMatrix<f64>,     // d_tree × d  null space of the last node, carried along
+    W: DMatrix<f64>,          // d_tree × rank
+    chosen: Vec<usize>,       // rank rows of g_c enforced at q_{n+1}
+    AW: DMatrix<f64>,         // d_tree × rank  A⁻¹ W
+    complement: DMatrix<f64>, // rank × rank
+    lu: DenseLu,
+    b: Vec<f64>,  // d_tree
+    mu: Vec<f64>, // rank
+    fresh: bool,  // rows not chosen yet in this step
+    has_last: bool,
+}
+
+impl LoopNodal {
+    /// For a mechanism with cut joints, and the generic rank of its loop constraints.
+    #[must_use]
+    pub fn new(
+        mechanism: &Mechanism,
+        rank: usize,
+        system: &impl MechanicalSystem,
+        s: &Interval,
+    ) -> Self {
+        let mut loops = Self::uncoupled(mechanism, rank);
+        if !loops.tree.applies(system, s) {
+            loops.coupled = Some(Coupled::new(mechanism, system, s));
+        }
+        loops
+    }
+
+    fn uncoupled(mechanism: &Mechanism, rank: usize) -> Self {
+        let tree = Articulated::new(mechanism.tree().clone());
+        let rows = mechanism.loop_constraints();
+        let (d, m) = (mechanism.tree().dof(), rows.len());
+        let zeros = |i, j| DMatrix::zeros(i, j);
+        let scale = row_scales(mechanism, &rows);
+        Self {
+            blocks: mechanism.tree().blocks(),
+            q_n: vec![0.0; 12 * mechanism.tree().links().len()],
+            jacobian: zeros(m, d),
+            qr: NullSpaceQr::new(d, m),
+            Z: zeros(d, d - rank),
+            Z_last: zeros(d, d - rank),
+            W: zeros(d, rank),
+            chosen: (0..rank).collect(),
+            AW: zeros(d, rank),
+            complement: zeros(rank, rank),
+            lu: DenseLu::new(rank),
+            b: vec![0.0; d],
+            mu: vec![0.0; rank],
+            fresh: true,
+            has_last: false,
+            tree,
+            coupled: None,
+            rows,
+            scale,
+            rank,
+        }
+    }
+
+    /// Rank of the loop constraints' Jacobian `J` at `q`.
+    #[must_use]
+    pub fn rank_at(mechanism: &Mechanism, q: &[f64]) -> usize {
+        let mut loops = Self::uncoupled(mechanism, 0);
+        loops.tree.begin_at(q, false);
+        loops.write_jacobian(q, false);
+        loops.factorize_jacobian()
+    }
+
+    /// `J` at `q`, with `S` of `q_n` or `S'` of `q_{n+1}`.
+    fn write_jacobian(&mut self, q: &[f64], next: bool) {
+        self.jacobian.fill(0.0);
+        for i in 0..self.rows.len() {
+            self.write_row(i, i, q, next);
+        }
+    }
+
+    /// Row `out` of `jacobian` ← row `i` of `G_c P_tree`: wrenches of the row, carried to the root.
+    fn write_row(&mut self, i: usize, out: usize, q: &[f64], next: bool) {
+        let (tree, jacobian) = (&self.tree, &mut self.jacobian);
+        self.rows[i].for_each_wrench(q, |frame, wrench: Twist| {
+            let (mut at, mut wrench) = (Some(tree.link_of(frame)), wrench);
+            while let Some(k) = at {
+                let link = &tree.tree().links()[k];
+                let map = if next { tree.map_next(k) } else { tree.map_at(k) };
+                for (j, column) in map.columns().iter().enumerate() {
+                    jacobian[(out, link.offset + j)] += column.dot(&wrench);
+                }
+                wrench = map.transfer.apply_transposed(&wrench);
+                at = link.parent;
+            }
+        });
+    }
+
+    fn factorize_jacobian(&mut self) -> usize {
+        let scale = &self.scale;
+        self.qr.factorize_scaled(&self.jacobian, |i| scale[i])
+    }
+
+    /// `W`, `Z` from the QR of `Jᵀ` at `q_n`; at a placement that loses rank, `Z` from the last one.
+    fn split(&mut self) {
+        let found = self.factorize_jacobian();
+        let d = self.Z.nrows();
+        if found < self.rank && self.has_last {
+            // extra columns: keep the part of the new null space that continues the last one
+            let mut wide = DMatrix::zeros(d, d - found);
+            self.qr.null_space(found, &mut wide);
+            let projected = &wide * (wide.transpose() * &self.Z_last);
+            self.Z.copy_from(&orthonormal(projected));
+            let complement = complement_of(&self.Z);
+            self.W.copy_from(&complement);
+            return;
+        }
+        self.qr.range_and_null_space(self.rank, &mut self.W, &mut self.Z);
+    }
+
+    /// Takes the rows of the leading pivots at the first trial of `q_{n+1}`.
+    fn choose_rows(&mut self, q1: &[f64]) {
+        self.write_jacobian(q1, true);
+        self.factorize_jacobian();
+        self.chosen.copy_from_slice(&self.qr.pivots()[..self.rank]);
+    }
+}
+
+/// One over the size of each row's wrench at the start, forces weighed by the longest lever arm.
+fn row_scales(mechanism: &Mechanism, rows: &[Row]) -> Vec<f64> {
+    let (q, _) = mechanism.start();
+    let arm = |joint: &Joint| {
+        let at = joint.placement(&q);
+        at.rho_parent.norm().max(at.rho_child.norm()).max(at.gap.norm())
+    };
+    let length = mechanism.description().joints.iter().map(arm).fold(0.0, f64::max);
+    let length = if length > 0.0 { length } else { 1.0 };
+    let scale = |row: &Row| {
+        let mut square = 0.0;
+        row.for_each_wrench(&q, |_, w| {
+            square += length * length * w.linear.norm_squared() + w.angular.norm_squared();
+        });
+        if square > 0.0 { 1.0 / square.sqrt() } else { 1.0 }
+    };
+    rows.iter().map(scale).collect()
+}
+
+/// `x ← A⁻¹ x` with the last factorization.
+fn apply_inverse(
+    tree: &mut Articulated,
+    coupled: &mut Option<Coupled>,
+    x: &mut [f64],
+) -> Result<(), Fault> {
+    match coupled {
+        Some(coupled) => Ok(coupled.lu.solve_factorized(x)?),
+        None => {
+            tree.solve_in_place(x);
+            Ok(())
+        }
+    }
+}
+
+/// Orthonormal basis of the range of a matrix of full column rank.
+fn orthonormal(m: DMatrix<f64>) -> DMatrix<f64> {
+    m.qr().q()
+}
+
+/// Orthonormal basis of the orthogonal complement of the range of `Z` (orthonormal columns).
+fn complement_of(Z: &DMatrix<f64>) -> DMatrix<f64> {
+    let (d, f) = Z.shape();
+    let mut qr = NullSpaceQr::new(d, f);
+    qr.factorize(&Z.transpose());
+    let mut out = DMatrix::zeros(d, d - f);
+    qr.null_space(f, &mut out);
+    out
+}
+
+impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
+    fn dof(&self) -> usize {
+        self.Z.nrows()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    fn begin(&mut self, _system: &S, s: &Interval, kept: bool) {
+        self.q_n.copy_from_slice(&s.q0);
+        self.tree.begin_at(&s.q0, kept);
+        if let Some(coupled) = &mut self.coupled {
+            coupled.begin(&s.q0, kept);
+        }
+        self.write_jacobian(&s.q0, false);
+        self.split();
+        self.Z_last.copy_from(&self.Z);
+        (self.fresh, self.has_last) = (true, true);
+    }
+
+    fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool {
+        self.tree.keep(u, &s.q1);
+        if let Some(coupled) = &mut self.coupled {
+            coupled.map.tangent(u, s, &mut coupled.tangent);
+        }
+        true
+    }
+
+    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.tree.move_to(u, s)?;
+        if self.fresh {
+            self.tree.keep(u, &s.q1);
+            self.choose_rows(&s.q1);
+            self.fresh = false;
+        }
+        for (g, &row) in self.mu.iter_mut().zip(&self.chosen) {
+            *g = self.rows[row].value(&s.q1);
+        }
+        Ok(())
+    }
+
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
+        self.tree.pull_back_at(&self.q_n, w, &mut self.b);
+        let (balance, closure) = out.split_at_mut(self.Z.ncols());
+        for (r, column) in balance.iter_mut().zip(self.Z.column_iter()) {
+            *r = column.iter().zip(&self.b).map(|(z, b)| z * b).sum();
+        }
+        closure.copy_from_slice(&self.mu); // g_c of the last reparametrize
+    }
+
+    fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
+        match &mut self.coupled {
+            Some(coupled) => {
+                self.tree.keep(u, &s.q1);
+                coupled.factorize(system, u, s);
+            }
+            None => self.tree.factorize(system, u, s)?,
+        }
+        let (d, f) = self.Z.shape();
+        // b with Zᵀ b given: its part in range W is free and absorbed by μ
+        self.b.fill(0.0);
+        for k in 0..f {
+            for i in 0..d {
+                self.b[i] += self.Z[(i, k)] * x[k];
+            }
+        }
+        self.mu.copy_from_slice(&x[f..]);
+        apply_inverse(&mut self.tree, &mut self.coupled, &mut self.b)?;
+        self.AW.copy_from(&self.W);
+        for k in 0..self.rank {
+            let column = &mut self.AW.as_mut_slice()[k * d..(k + 1) * d];
+            apply_inverse(&mut self.tree, &mut self.coupled, column)?;
+        }
+        self.jacobian.fill(0.0);
+        for k in 0..self.rank {
+            self.write_row(self.chosen[k], k, &s.q1, true);
+        }
+        for i in 0..self.rank {
+            let row = self.jacobian.row(i);
+            self.mu[i] -= row.iter().zip(&self.b).map(|(j, b)| j * b).sum::<f64>();
+        }
+        let J = self.jacobian.rows(0, self.rank);
+        self.complement.gemm(1.0, &J, &self.AW, 0.0);
+        self.lu.solve(&self.complement, &mut self.mu)?;
+        for (i, x) in x.iter_mut().enumerate() {
+            let correction: f64 = (0..self.rank).map(|k| self.AW[(i, k)] * self.mu[k]).sum();
+            *x = self.b[i] + correction;
+        }
+        if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
+    }
+
+    fn clean(&mut self, _t: f64, q: &mut [f64]) {
+        self.tree.tree().clean(q);
+    }
+
+    fn condition(&self) -> Option<f64> {
+        Some(vi_core::linear::condition_number(&self.complement))
+    }
+}

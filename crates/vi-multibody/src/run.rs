@@ -1,0 +1,119 @@
+//! From a mechanism to a running integrator: which operators carry the scheme.
+//!
+//! | mechanism | nodal and reduced | d'Alembert | constrained |
+//! |---|---|---|---|
+//! | tree of bodies, uncoupled potential | articulated recursion, `O(N)` | dense | sparse |
+//! | tree with couplings or point masses | dense | dense | sparse |
+//! | closed loops of bodies | articulated recursion + small complement | dense, QR | sparse |
+//! | loops of bars | none | dense, QR | sparse |
+
+use crate::articulated::TreeNodal;
+use crate::closed_loop::LoopNodal;
+use crate::map::TreeMap;
+use crate::mechanism::Mechanism;
+use serde::{Deserialize, Serialize};
+use vi_constraints::constrained::Constrained;
+use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
+use vi_constraints::integrator::{SetupError, Start};
+use vi_constraints::nodal::Nodal;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::scheme::Scheme;
+use vi_constraints::{Constraints, DenseNodal, Integrator, Options, Reparametrization, SchemeKind};
+use vi_core::interval::Interval;
+use vi_core::{MechanicalSystem, SeparableSystem};
+
+/// How the nodal and reduced schemes solve their linear systems.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Solver {
+    /// The fastest that applies.
+    #[default]
+    Auto,
+    /// Dense matrices, for comparison.
+    Dense,
+    /// The articulated recursion.
+    Articulated,
+}
+
+type BoxedScheme = Box<dyn Scheme<SeparableSystem, Mechanism>>;
+
+/// A running mechanism.
+pub type MechanismIntegrator = Integrator<SeparableSystem, Mechanism>;
+
+/// Sets up the integration of a mechanism from the start `at`.
+///
+/// # Errors
+/// [`SetupError`]; [`SetupError::NeedsReparametrization`] when bars of point masses close a loop.
+pub fn integrator(
+    mechanism: Mechanism,
+    system: SeparableSystem,
+    options: Options,
+    solver: Solver,
+    at: Start<'_>,
+) -> Result<MechanismIntegrator, SetupError> {
+    let rows = independent_rows(&mechanism, at.0, at.1);
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    let (lanes, newton) = (options.gammas.len(), options.newton);
+    let scheme: BoxedScheme = match options.scheme {
+        SchemeKind::Constrained => Box::new(Constrained::new(n, rows.clone(), m, newton, lanes)),
+        SchemeKind::Dalembert if mechanism.has_loops() => {
+            let source = QrSource::new(n, m, rows.len());
+            Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, lanes))
+        }
+        SchemeKind::Dalembert => {
+            let source = MapSource(TreeMap::new(&mechanism));
+            Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, lanes))
+        }
+        SchemeKind::Nodal | SchemeKind::Reduced => {
+            nodal(&mechanism, &system, &options, solver, rows.len())?
+        }
+    };
+    Integrator::with_scheme(system, mechanism, (scheme, rows), options, at)
+}
+
+/// An independent set of constraints: all of them on trees, by pivoted QR where loops are closed.
+#[must_use]
+pub fn independent_rows(mechanism: &Mechanism, t: f64, q: &[f64]) -> IndependentRows {
+    if mechanism.has_loops() {
+        IndependentRows::find(mechanism, t, q)
+    } else {
+        IndependentRows::all(mechanism.len())
+    }
+}
+
+fn nodal(
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+    options: &Options,
+    solver: Solver,
+    rank: usize,
+) -> Result<BoxedScheme, SetupError> {
+    let (n, newton, lanes) = (mechanism.dim(), options.newton, options.gammas.len());
+    let reduced = options.scheme == SchemeKind::Reduced;
+    if !mechanism.cut_bars().is_empty() {
+        return Err(SetupError::NeedsReparametrization(options.scheme));
+    }
+    if mechanism.has_loops() {
+        let d = mechanism.tree().dof();
+        let loop_rank = rank + d - n; // (n − d) tree constraints, the rest closes loops
+        let operators = LoopNodal::new(mechanism, loop_rank, system, &probe(mechanism, system));
+        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
+    }
+    let mut operators = TreeNodal::new(mechanism.tree().clone());
+    let only_bodies = mechanism.description().particles.is_empty();
+    let applies = only_bodies && operators.applies(system, &probe(mechanism, system));
+    if applies && solver != Solver::Dense {
+        let d = mechanism.tree().dof();
+        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
+    }
+    let map = TreeMap::new(mechanism);
+    let d = map.dof();
+    Ok(Box::new(Nodal::new(DenseNodal::new(n, map), (n, d), reduced, newton, lanes)))
+}
+
+/// An interval at the start, to look at the pattern of the Newton matrix.
+fn probe(mechanism: &Mechanism, system: &SeparableSystem) -> Interval {
+    let mut s = Interval::new(system.dim());
+    s.open(0.0, 1.0, &mechanism.start().0);
+    s
+}
