@@ -1,0 +1,234 @@
+//! Identities on random trees of all joint types: `G P = 0`, the pair maps stay on the constraints,
+//! tangents against differences, the articulated recursion against dense matrices.
+
+#![allow(clippy::unwrap_used)] // a test
+
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use proptest::prelude::*;
+use vi_constraints::{Constraints, DenseNodal, NodalOperators, Reparametrization};
+use vi_core::interval::Interval;
+use vi_core::linear::norm_inf;
+use vi_core::{Quadrature, SeparableSystem};
+use vi_multibody::articulated::TreeNodal;
+use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+use vi_multibody::map::TreeMap;
+use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
+use vi_multibody::pair::PairKind;
+use vi_rigid::body::RigidBody;
+use vi_rigid::directors;
+use vi_rigid::inertia::PrincipalInertia;
+use vi_rigid::rotation;
+
+const KINDS: [PairKind; 8] = [
+    PairKind::Spherical,
+    PairKind::Revolute,
+    PairKind::Cylindrical,
+    PairKind::Prismatic,
+    PairKind::Planar,
+    PairKind::Fixed,
+    PairKind::Universal,
+    PairKind::Free,
+];
+
+struct Random(u64);
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % 2_000_001) as f64 / 1e6 - 1.0
+    }
+    fn vector(&mut self) -> Vector3<f64> {
+        Vector3::new(self.next(), self.next(), self.next())
+    }
+    fn below(&mut self, n: usize) -> usize {
+        ((self.next() + 1.0) * 0.499_999 * n as f64) as usize
+    }
+}
+
+/// A random tree; every body hangs on an earlier one or on the ground, half of the joints are written
+/// from child to parent.
+fn random_tree(bodies: usize, seed: u64) -> Mechanism {
+    let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
+    for _ in 0..20 {
+        random.next();
+    }
+    let mut description = Description {
+        dimension: 3,
+        gravity: Vector3::new(0.3, -1.0, -9.0),
+        ..Description::default()
+    };
+    for k in 0..bodies {
+        let j = Vector3::new(1.0, 1.2, 1.5) + 0.15 * random.vector();
+        let inertia = PrincipalInertia::new(j.into()).unwrap();
+        let mass = 2.0 + random.next();
+        description.bodies.push(BodySpec {
+            name: format!("body {k}"),
+            body: Some(RigidBody::from_inertia(mass, &inertia).unwrap()),
+            center: 2.0 * random.vector(),
+            triad: rotation::exp(&random.vector()),
+            velocity: Vector3::zeros(),
+            omega: Vector3::zeros(),
+        });
+    }
+    for k in 0..bodies {
+        let kind = KINDS[random.below(KINDS.len())];
+        if kind == PairKind::Free {
+            continue;
+        }
+        let parent = random.below(k + 1);
+        let parent = if parent == k { FrameId::Ground } else { FrameId::Frame(parent) };
+        let coordinates = |id| match id {
+            FrameId::Ground => GROUND,
+            FrameId::Frame(k) => {
+                let mut q = [0.0; 12];
+                let body: &BodySpec = &description.bodies[k];
+                directors::set_frame(&mut q, &body.center, &body.triad);
+                q
+            }
+        };
+        let (point, axis) = (random.vector(), random.vector().normalize());
+        let axes: Matrix3<f64> = complete_axis(&axis);
+        let side = |id| Side::at(id, &coordinates(id), &point, &axes);
+        let (a, b) = (side(parent), side(FrameId::Frame(k)));
+        let (parent, child) = if random.next() > 0.0 { (a, b) } else { (b, a) };
+        description.joints.push(Joint { name: format!("joint {k}"), kind, parent, child });
+    }
+    Mechanism::new(description)
+}
+
+fn increments(d: usize, size: f64, seed: u64) -> Vec<f64> {
+    let mut random = Random(seed | 1);
+    (0..d + 5).map(|_| size * random.next()).skip(5).collect()
+}
+
+fn moved(map: &TreeMap, q: &[f64], u: &[f64]) -> Interval {
+    let mut s = Interval::new(q.len());
+    s.open(0.0, 0.1, q);
+    map.reparametrize(u, &mut s).unwrap();
+    s.close();
+    s
+}
+
+fn jacobian(mechanism: &Mechanism, q: &[f64]) -> DMatrix<f64> {
+    let mut g = DMatrix::zeros(mechanism.len(), mechanism.dim());
+    mechanism.jacobian(0.0, q, &mut g);
+    g
+}
+
+fn residual(mechanism: &Mechanism, q: &[f64]) -> f64 {
+    let mut g = vec![0.0; mechanism.len()];
+    mechanism.value(0.0, q, &mut g);
+    norm_inf(&g)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, ..ProptestConfig::default() })]
+
+    #[test]
+    fn maps_keep_the_constraints_and_tangents_are_derivatives(
+        bodies in 1_usize..7, seed in any::<u64>()
+    ) {
+        let mechanism = random_tree(bodies, seed);
+        let map = TreeMap::new(&mechanism);
+        let (q, _) = mechanism.start();
+        let (n, d) = (mechanism.dim(), map.dof());
+        prop_assert!(residual(&mechanism, &q) < 1e-13);
+        prop_assert_eq!(d, n - mechanism.len());
+
+        let mut p = DMatrix::zeros(n, d);
+        map.null_space(&q, &mut p);
+        if d > 0 {
+            let gp = (jacobian(&mechanism, &q) * &p).amax();
+            prop_assert!(gp < 1e-13, "|G P| = {gp:e}");
+            let smallest = p.singular_values().min();
+            prop_assert!(smallest > 1e-3, "P has lost rank: {smallest:e}");
+        }
+
+        let u = increments(d, 0.9, seed ^ 5);
+        let s = moved(&map, &q, &u);
+        let g = residual(&mechanism, &s.q1);
+        prop_assert!(g < 1e-13, "g(F_d(u, q)) = {g:e}");
+
+        let mut tangent = DMatrix::zeros(n, d);
+        map.tangent(&u, &s, &mut tangent);
+        let e = 1e-6;
+        for k in 0..d {
+            let shifted = |by: f64| {
+                let mut u = u.clone();
+                u[k] += by;
+                moved(&map, &q, &u)
+            };
+            let (plus, minus) = (shifted(e), shifted(-e));
+            for i in 0..n {
+                let difference = (plus.dq[i] - minus.dq[i]) / (2.0 * e);
+                let off = (difference - tangent[(i, k)]).abs();
+                prop_assert!(off < 2e-8, "∂F_d[{i}]/∂u[{k}] off by {off:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn quadratic_constraints_satisfy_the_midpoint_identity(bodies in 1_usize..7, seed in any::<u64>()) {
+        let mechanism = random_tree(bodies, seed);
+        let n = mechanism.dim();
+        let (q0, q1) = (increments(n, 1.5, seed ^ 11), increments(n, 1.5, seed ^ 12));
+        let mid: Vec<f64> = q0.iter().zip(&q1).map(|(a, b)| 0.5 * (a + b)).collect();
+        let dq = DVector::from_iterator(n, q0.iter().zip(&q1).map(|(a, b)| b - a));
+        let (mut g0, mut g1) = (vec![0.0; mechanism.len()], vec![0.0; mechanism.len()]);
+        mechanism.value(0.0, &q0, &mut g0);
+        mechanism.value(0.0, &q1, &mut g1);
+        let predicted = jacobian(&mechanism, &mid) * &dq;
+        let off: Vec<f64> = (0..g0.len()).map(|i| g1[i] - g0[i] - predicted[i]).collect();
+        prop_assert!(norm_inf(&off) < 1e-12, "g(q1) − g(q0) − G(q_mid) Δq = {:e}", norm_inf(&off));
+
+        // D²g is the derivative of G, constant in q
+        let mut second = vec![0.0; mechanism.len()];
+        mechanism.second_derivative(0.0, &q0, dq.as_slice(), dq.as_slice(), &mut second);
+        let difference = (jacobian(&mechanism, &q1) - jacobian(&mechanism, &q0)) * &dq;
+        let off: Vec<f64> = second.iter().zip(difference.iter()).map(|(a, b)| a - b).collect();
+        prop_assert!(norm_inf(&off) < 1e-12, "D²g[Δq, Δq] off by {:e}", norm_inf(&off));
+    }
+
+    #[test]
+    fn the_articulated_recursion_solves_the_dense_system(bodies in 1_usize..12, seed in any::<u64>()) {
+        let mechanism = random_tree(bodies, seed);
+        let system: SeparableSystem = mechanism.system(Quadrature::Midpoint);
+        let map = TreeMap::new(&mechanism);
+        let (n, d) = (mechanism.dim(), map.dof());
+        let (q, _) = mechanism.start();
+        let u = increments(d, 0.4, seed ^ 21);
+        let mut s = moved(&map, &q, &u);
+        s.h = 0.1;
+
+        let mut tree = TreeNodal::new(mechanism.tree().clone());
+        let mut dense = DenseNodal::new(n, map);
+        NodalOperators::<SeparableSystem>::begin(&mut tree, &system, &s, false);
+        NodalOperators::<SeparableSystem>::begin(&mut dense, &system, &s, false);
+
+        let w = increments(n, 1.0, seed ^ 31);
+        let (mut a, mut b) = (vec![0.0; d], vec![0.0; d]);
+        NodalOperators::<SeparableSystem>::pull_back(&mut tree, &w, &mut a);
+        NodalOperators::<SeparableSystem>::pull_back(&mut dense, &w, &mut b);
+        let off: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+        prop_assert!(norm_inf(&off) < 1e-13 * (1.0 + norm_inf(&b)), "Pᵀw off by {:e}", norm_inf(&off));
+
+        tree.solve(&system, &u, &s, &mut a).unwrap();
+        dense.solve(&system, &u, &s, &mut b).unwrap();
+        let off: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+        let relative = norm_inf(&off) / norm_inf(&b).max(1e-300);
+        prop_assert!(d == 0 || relative <= 1e-11, "relative difference {relative:e}");
+    }
+
+    #[test]
+    fn cleaning_brings_a_disturbed_tree_back(bodies in 1_usize..7, seed in any::<u64>()) {
+        let mechanism = random_tree(bodies, seed);
+        let (mut q, _) = mechanism.start();
+        let noise = increments(q.len(), 1e-9, seed ^ 41);
+        q.iter_mut().zip(&noise).for_each(|(q, e)| *q += e);
+        let before = residual(&mechanism, &q);
+        mechanism.tree().clean(&mut q);
+        let after = residual(&mechanism, &q);
+        prop_assert!(after < 1e-14, "|g| from {before:e} to {after:e}");
+    }
+}
