@@ -42,8 +42,10 @@ pub(crate) fn set<'i>(
     };
     let best =
         (0..entries.len()).filter_map(|i| Some((i, fits(&entries[i])?))).max_by_key(|b| b.1.0);
-    if let Some((i, (_, field))) = best {
-        return insert(&mut entries[i], field, parsed, base).map_err(wrong);
+    if let Some((i, (_, field))) = best
+        && let Some(entry) = entries.get_mut(i)
+    {
+        return insert(entry, field, parsed, base).map_err(wrong);
     }
     let word = rest.split('.').next().unwrap_or(rest);
     let names: Vec<&str> =
