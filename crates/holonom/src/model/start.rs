@@ -1,0 +1,114 @@
+//! The start configuration against bars and joints.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use super::problem::{Inconsistency, Level};
+use super::{Bar, Body, GROUND, Joint, JointKind, Model, Particle, Spring, spatial};
+
+/// Points of the start configuration, found by the names of members.
+pub struct StartPoints<'a> {
+    bodies: BTreeMap<&'a str, &'a Body>,
+    particles: BTreeMap<&'a str, &'a Particle>,
+}
+
+impl<'a> StartPoints<'a> {
+    /// The points of a model; of two members of one name the first counts.
+    #[must_use]
+    pub fn new(model: &'a Model) -> Self {
+        let bodies = model.bodies.iter().rev().map(|b| (b.name.as_str(), b)).collect();
+        let particles = model.particles.iter().rev().map(|p| (p.name.as_str(), p)).collect();
+        Self { bodies, particles }
+    }
+
+    /// A point, m: of a body by components from its centre of mass, of the ground, or a particle.
+    #[must_use]
+    pub fn point(&self, member: &str, components: Option<&[f64]>) -> Vector3<f64> {
+        let components = spatial(components.unwrap_or_default());
+        if let Some(body) = self.bodies.get(member) {
+            return body.point(components);
+        }
+        match self.particles.get(member) {
+            Some(particle) => Vector3::from(spatial(&particle.position)),
+            None => Vector3::from(components),
+        }
+    }
+
+    /// Where a bar begins and ends, m.
+    #[must_use]
+    pub fn bar(&self, bar: &Bar) -> [Vector3<f64>; 2] {
+        [&bar.from, &bar.to].map(|end| self.point(end, bar.point.as_deref()))
+    }
+
+    /// Where a spring begins and ends, m.
+    #[must_use]
+    pub fn spring(&self, spring: &Spring) -> [Vector3<f64>; 2] {
+        let Spring { from, to, point_from, point_to, .. } = spring;
+        [self.point(from, point_from.as_deref()), self.point(to, point_to.as_deref())]
+    }
+
+    /// Where a joint sits on its parent and on its child, m.
+    #[must_use]
+    pub fn joint(&self, joint: &Joint) -> [Vector3<f64>; 2] {
+        if let Some(position) = joint.position {
+            return [Vector3::from(position); 2];
+        }
+        let point = |member: &str, anchor: Option<[f64; 3]>| {
+            self.point(member, anchor.as_ref().map(<[f64; 3]>::as_slice))
+        };
+        [point(&joint.parent, joint.anchor_parent), point(&joint.child, joint.anchor_child)]
+    }
+}
+
+/// Distance of two points, m.
+pub(super) fn distance([a, b]: [Vector3<f64>; 2]) -> f64 {
+    (b - a).norm()
+}
+
+/// Bars and joints whose positions at the start miss by more than the tolerance.
+pub(super) fn inconsistencies(model: &Model) -> Vec<Inconsistency> {
+    let tolerance = model.settings.start_tolerance;
+    let points = StartPoints::new(model);
+    let bars = model.bars.iter().filter_map(|bar| {
+        let (start, length) = (distance(points.bar(bar)), bar.length?);
+        let detail = format!("its length is {length} m, its ends start {start} m apart");
+        missed(format!("bar.{}.length", bar.name), (start - length).abs(), tolerance, detail)
+    });
+    let joints = model.joints.iter().filter_map(|joint| {
+        let [parent, child] = points.joint(joint);
+        let distance = gap(joint, child - parent);
+        let detail = format!(
+            "anchor_parent is at {} m, anchor_child at {} m",
+            triple(parent),
+            triple(child)
+        );
+        missed(format!("joint.{}.anchor_child", joint.name), distance, tolerance, detail)
+    });
+    bars.chain(joints).collect()
+}
+
+fn missed(key: String, distance: f64, tolerance: f64, detail: String) -> Option<Inconsistency> {
+    let level = Level::Position;
+    (distance > tolerance).then_some(Inconsistency { key, level, distance, detail })
+}
+
+/// The part of the gap that a joint does not allow, m.
+fn gap(joint: &Joint, gap: Vector3<f64>) -> f64 {
+    let axis = joint.axis.map(|a| Vector3::from(a).normalize()).unwrap_or_default();
+    let along = gap.dot(&axis);
+    match joint.kind {
+        JointKind::Spherical | JointKind::Revolute | JointKind::Fixed => gap.norm(),
+        JointKind::Cylindrical | JointKind::Prismatic => (gap - axis * along).norm(),
+        JointKind::Planar => along.abs(),
+    }
+}
+
+fn triple(v: Vector3<f64>) -> String {
+    format!("({}, {}, {})", v.x, v.y, v.z)
+}
+
+/// Whether a name means the inertial frame.
+pub(super) fn is_ground(name: &str) -> bool {
+    name == GROUND
+}

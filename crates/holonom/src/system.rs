@@ -1,0 +1,247 @@
+//! From a validated model to numbers: mechanism, system, members.
+
+use crate::model::{self, Frame, JointKind, Model, ModelError, StartPoints};
+use crate::sample::{Member, MemberKind};
+use nalgebra::{Matrix3, Vector3};
+use std::collections::BTreeMap;
+use vi_core::SeparableSystem;
+use vi_core::force::MidpointForce;
+use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+use vi_multibody::mechanism::{
+    Attachment, Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec,
+};
+use vi_multibody::pair::PairKind;
+use vi_multibody::spring::{Damper, Spring, SpringLaw};
+use vi_rigid::body::RigidBody;
+use vi_rigid::directors;
+use vi_rigid::inertia::{InertiaError, PrincipalInertia};
+use vi_rigid::load::{Load, LoadKind};
+
+/// The numbers of a model.
+pub struct System {
+    /// Constraints, masses, spanning tree.
+    pub mechanism: Mechanism,
+    /// Discrete Lagrangian and forces.
+    pub system: SeparableSystem,
+    /// Members in the order of their coordinates.
+    pub members: Vec<Member>,
+}
+
+/// Where the names of a model are among its members.
+struct Names<'a> {
+    bodies: BTreeMap<&'a str, usize>,
+    particles: BTreeMap<&'a str, usize>,
+    principal: Vec<Matrix3<f64>>, // body components → principal components: its transpose
+}
+
+impl Names<'_> {
+    fn frame(&self, name: &str) -> FrameId {
+        self.bodies.get(name).map_or(FrameId::Ground, |&k| FrameId::Frame(k))
+    }
+
+    fn attachment(&self, name: &str) -> Attachment {
+        match (self.bodies.get(name), self.particles.get(name)) {
+            (Some(&k), _) => Attachment::Body(k),
+            (_, Some(&k)) => Attachment::Particle(k),
+            _ => Attachment::Ground,
+        }
+    }
+
+    /// Components along the directors of a vector given in the body's own frame.
+    fn along_directors(&self, name: &str, components: &Vector3<f64>) -> Vector3<f64> {
+        match self.bodies.get(name) {
+            Some(&k) => self.principal[k].transpose() * components,
+            None => *components,
+        }
+    }
+}
+
+/// Builds the system of a model.
+///
+/// # Errors
+/// [`ModelError`] for what only shows when numbers meet: inertias, loads.
+pub fn build(model: &Model) -> Result<System, ModelError> {
+    let mut names = Names {
+        bodies: model.bodies.iter().enumerate().map(|(k, b)| (b.name.as_str(), k)).collect(),
+        particles: model.particles.iter().enumerate().map(|(k, p)| (p.name.as_str(), k)).collect(),
+        principal: Vec::new(),
+    };
+    let mut bodies = Vec::new();
+    for body in &model.bodies {
+        let (spec, axes) = rigid_body(body)?;
+        bodies.push(spec);
+        names.principal.push(axes);
+    }
+    let point = |x: &[f64]| Vector3::from(model::spatial(x));
+    let particles = model.particles.iter().map(|particle| ParticleSpec {
+        name: particle.name.clone(),
+        mass: particle.mass,
+        position: point(&particle.position),
+        velocity: point(&particle.velocity),
+    });
+    let start = StartPoints::new(model);
+    let mut joints: Vec<Joint> =
+        model.joints.iter().map(|j| joint(j, &start, &bodies, &names)).collect();
+    joints.extend(model.bodies.iter().enumerate().filter(|(_, b)| b.fixed).map(|(k, body)| {
+        let sides = [FrameId::Ground, FrameId::Frame(k)];
+        let point = bodies[k].center;
+        make_joint(&body.name, PairKind::Fixed, sides, [point; 2], &Matrix3::identity(), &bodies)
+    }));
+    let description = Description {
+        dimension: model.header.dimension,
+        gravity: Vector3::from(model.gravity()),
+        particles: particles.collect(),
+        bars: model.bars.iter().map(|b| bar(b, &start, &names)).collect(),
+        bodies,
+        joints,
+    };
+    let mechanism = Mechanism::new(description);
+    let mut system = mechanism.system(model.settings.quadrature.into());
+    for spring in &model.springs {
+        system = add_spring(system, spring, &mechanism, &names);
+    }
+    for load in &model.loads {
+        system = add_load(system, load, &names)?;
+    }
+    Ok(System { members: members(model), mechanism, system })
+}
+
+fn members(model: &Model) -> Vec<Member> {
+    let particle =
+        if model.header.dimension == 2 { MemberKind::Particle2 } else { MemberKind::Particle3 };
+    let bodies = model.bodies.iter().map(|b| (&b.name, MemberKind::Frame));
+    let particles = model.particles.iter().map(|p| (&p.name, particle));
+    bodies.chain(particles).map(|(name, kind)| Member { name: name.clone(), kind }).collect()
+}
+
+/// A body with its directors along the principal axes; also returns these axes in its own frame.
+fn rigid_body(body: &model::Body) -> Result<(BodySpec, Matrix3<f64>), ModelError> {
+    let refuse = |error: InertiaError| {
+        let key = format!("body.{}.inertia", body.name);
+        let help = "check the unit (kg·m²) and that the moments are about the centre of mass";
+        ModelError::Invalid(vec![model::Problem::new(key, error.to_string()).help(help)])
+    };
+    let massless = body.fixed && body.mass() <= 0.0;
+    let (rigid, axes) = if massless {
+        (None, Matrix3::identity())
+    } else {
+        let (inertia, axes) =
+            PrincipalInertia::from_tensor(&body.inertia_tensor()).map_err(refuse)?;
+        (Some(RigidBody::from_inertia(body.mass(), &inertia).map_err(refuse)?), axes)
+    };
+    let moving = |v: Vector3<f64>| if body.fixed { Vector3::zeros() } else { v };
+    let spec = BodySpec {
+        name: body.name.clone(),
+        body: rigid,
+        center: Vector3::from(body.position),
+        triad: body.rotation() * axes,
+        velocity: moving(Vector3::from(body.velocity)),
+        omega: moving(body.spatial_angular_velocity()),
+    };
+    Ok((spec, axes))
+}
+
+fn joint(
+    joint: &model::Joint,
+    start: &StartPoints<'_>,
+    bodies: &[BodySpec],
+    names: &Names<'_>,
+) -> Joint {
+    let kind = match joint.kind {
+        JointKind::Spherical => PairKind::Spherical,
+        JointKind::Revolute => PairKind::Revolute,
+        JointKind::Cylindrical => PairKind::Cylindrical,
+        JointKind::Prismatic => PairKind::Prismatic,
+        JointKind::Planar => PairKind::Planar,
+        JointKind::Fixed => PairKind::Fixed,
+    };
+    let axes = match joint.axis {
+        Some(axis) => complete_axis(&Vector3::from(axis).normalize()),
+        None => Matrix3::identity(),
+    };
+    let sides = [names.frame(&joint.parent), names.frame(&joint.child)];
+    make_joint(&joint.name, kind, sides, start.joint(joint), &axes, bodies)
+}
+
+fn make_joint(
+    name: &str,
+    kind: PairKind,
+    [parent, child]: [FrameId; 2],
+    points: [Vector3<f64>; 2],
+    axes: &Matrix3<f64>,
+    bodies: &[BodySpec],
+) -> Joint {
+    let side = |frame: FrameId, point: &Vector3<f64>| match frame {
+        FrameId::Ground => Side::at(frame, &GROUND, point, axes),
+        FrameId::Frame(k) => {
+            let mut q = [0.0; 12];
+            directors::set_frame(&mut q, &bodies[k].center, &bodies[k].triad);
+            Side::at(frame, &q, point, axes)
+        }
+    };
+    let (parent, child) = (side(parent, &points[0]), side(child, &points[1]));
+    Joint { name: name.to_owned(), kind, parent, child }
+}
+
+fn bar(bar: &model::Bar, start: &StartPoints<'_>, names: &Names<'_>) -> Bar {
+    let [from, to] = start.bar(bar);
+    let length = bar.length.unwrap_or_else(|| (to - from).norm());
+    let end = |name: &str, point| match names.particles.get(name) {
+        Some(&k) => BarEnd::Particle(k),
+        None => BarEnd::Ground(point),
+    };
+    let (from, to) = match (end(&bar.from, from), end(&bar.to, to)) {
+        (from, BarEnd::Particle(to)) => (from, to),
+        (BarEnd::Particle(to), ground) => (ground, to),
+        (ground, _) => (ground, 0), // refused by the checks of the model: no particle at either end
+    };
+    Bar { name: bar.name.clone(), from, to, length }
+}
+
+fn add_spring(
+    system: SeparableSystem,
+    spring: &model::Spring,
+    mechanism: &Mechanism,
+    names: &Names<'_>,
+) -> SeparableSystem {
+    let end = |name: &str, point: &Option<Vec<f64>>| {
+        let own = Vector3::from(model::spatial(point.as_deref().unwrap_or_default()));
+        mechanism.point_of(names.attachment(name), &names.along_directors(name, &own))
+    };
+    let between =
+        end(&spring.to, &spring.point_to).minus(&end(&spring.from, &spring.point_from));
+    let law = match spring.law {
+        model::SpringLaw::Linear => SpringLaw::Linear,
+        model::SpringLaw::QuadraticStretch => SpringLaw::QuadraticStretch,
+    };
+    let natural_length = spring.natural_length.unwrap_or_default();
+    let damper = Damper { between: between.clone(), damping: spring.damping };
+    let system =
+        system.potential(Spring { between, stiffness: spring.stiffness, natural_length, law });
+    if spring.damping == 0.0 {
+        return system;
+    }
+    system.force(Box::new(MidpointForce(damper)))
+}
+
+fn add_load(
+    system: SeparableSystem,
+    load: &model::Load,
+    names: &Names<'_>,
+) -> Result<SeparableSystem, ModelError> {
+    let body = names.bodies.get(load.body.as_str()).copied().unwrap_or_default();
+    let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
+    let (kind, force, torque) = match load.frame {
+        Frame::Space => (LoadKind::Dead, force, torque),
+        Frame::Body => {
+            let turned = |v: &Vector3<f64>| names.along_directors(&load.body, v);
+            (LoadKind::Follower, turned(&force), turned(&torque))
+        }
+    };
+    let made = Load::new(12 * body, kind, force, torque, load.history.time_history());
+    let load = made.map_err(|error| {
+        let key = format!("load.{}", load.name);
+        ModelError::Invalid(vec![model::Problem::new(key, error.to_string())])
+    })?;
+    Ok(system.force(Box::new(load)))
+}
