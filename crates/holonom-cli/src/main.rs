@@ -1,1 +1,52 @@
-fn main() {}
+//! The program `holonom`: simulate constrained mechanical systems from a model file.
+//!
+//! Standard output carries data and `--json` only; people read standard error.
+//! Exit codes: 0 done, 1 the run failed, 2 usage, 3 the model is invalid.
+#![forbid(unsafe_code)]
+
+mod arguments;
+mod check;
+mod diagnostic;
+mod examples;
+mod failure;
+mod human;
+mod input;
+mod plot;
+mod run;
+mod stdout;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser};
+
+use arguments::{Cli, Verb};
+use failure::Failure;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let _ = error.print(); // a closed terminal is no reason to fail differently
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    match dispatch(cli.verb) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+fn dispatch(verb: Verb) -> Result<(), Failure> {
+    match verb {
+        Verb::Run(arguments) => run::run(&arguments),
+        Verb::Check(arguments) => check::check(&arguments),
+        Verb::Plot(arguments) => plot::plot(&arguments),
+        Verb::Schema => stdout::json(&holonom::Model::schema()),
+        Verb::Examples(arguments) => examples::examples(&arguments),
+        Verb::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "holonom", &mut script);
+            stdout::bytes(&script)
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+
+/// Variational integrators for constrained mechanical systems.
+#[derive(Parser)]
+#[command(name = "holonom", version, about, after_help = AFTER, propagate_version = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+}
+
+const AFTER: &str = "Start with:\n  holonom examples pendulum -o pendulum.toml\n  holonom run \
+                     pendulum.toml\n\nExit codes: 0 done, 1 the run failed, 2 usage, 3 the model \
+                     is invalid.";
+
+#[derive(Subcommand)]
+pub(crate) enum Verb {
+    /// Simulate a model; write trajectory, summary, plots and a report
+    Run(Run),
+    /// Validate and assemble a model: degrees of freedom, redundant joints, closure
+    Check(Check),
+    /// Draw the plots and the report of a finished run again
+    Plot(Plot),
+    /// Print the JSON schema of model files
+    Schema,
+    /// List the shipped models, or write them
+    Examples(Examples),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+}
+
+/// What `run` and `check` share: a model, and values of it to replace.
+#[derive(Args)]
+pub(crate) struct ModelArguments {
+    /// The model file (TOML)
+    pub(crate) model: PathBuf,
+    /// Replace a value of the model, such as body.top.mass=2.5; may be repeated
+    #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
+    pub(crate) set: Vec<(String, String)>,
+}
+
+fn key_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() && !value.trim().is_empty() => {
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("write KEY=VALUE, such as body.top.mass=2.5".to_owned()),
+    }
+}
+
+/// Formats of the trajectory.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// trajectory.csv
+    Csv,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Scheme {
+    Nodal,
+    Constrained,
+    Dalembert,
+    Reduced,
+}
+
+#[derive(Args)]
+pub(crate) struct Run {
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
+    /// Folder of the results; by default MODEL-out in the current directory
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Time-stepping scheme
+    #[arg(long)]
+    pub(crate) scheme: Option<Scheme>,
+    /// Order of accuracy: 2, 4, 6 or 8
+    #[arg(long, value_name = "K", value_parser = ["2", "4", "6", "8"])]
+    pub(crate) order: Option<String>,
+    /// Time step, s
+    #[arg(long, value_name = "H", allow_negative_numbers = true)]
+    pub(crate) step: Option<f64>,
+    /// End time, s
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub(crate) end: Option<f64>,
+    /// Record every K-th step
+    #[arg(long, value_name = "K")]
+    pub(crate) every: Option<u64>,
+    /// Formats of the trajectory
+    #[arg(long, value_delimiter = ',', default_value = "csv")]
+    pub(crate) format: Vec<Format>,
+    /// Replace the results of an earlier run
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print the summary as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// No progress bar
+    #[arg(long)]
+    pub(crate) no_progress: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+impl Run {
+    /// All replacements, the options before the keys, so that `--set` wins.
+    pub(crate) fn overrides(&self) -> Vec<(String, String)> {
+        let scheme = self.scheme.and_then(|s| s.to_possible_value());
+        let options = [
+            ("scheme", scheme.map(|s| format!("{:?}", s.get_name()))),
+            ("order", self.order.clone()),
+            ("step", self.step.map(number)),
+            ("end", self.end.map(number)),
+            ("every", self.every.map(|k| k.to_string())),
+        ];
+        let given = options.into_iter().filter_map(|(k, v)| Some((format!("simulation.{k}"), v?)));
+        given.chain(self.model.set.iter().cloned()).collect()
+    }
+}
+
+#[derive(Args)]
+pub(crate) struct Check {
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
+    /// Print the report as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct Plot {
+    /// The folder of a run
+    pub(crate) dir: PathBuf,
+}
+
+#[derive(Args)]
+pub(crate) struct Examples {
+    /// The model to write; without it, the list of all
+    #[arg(conflicts_with = "all")]
+    pub(crate) name: Option<String>,
+    /// Write it to this file instead of standard output
+    #[arg(short, long, value_name = "FILE", requires = "name")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write all models into this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) all: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+}
+
+/// A number as TOML writes it.
+fn number(value: f64) -> String {
+    if value.is_nan() { "nan".to_owned() } else { format!("{value:?}") }
+}

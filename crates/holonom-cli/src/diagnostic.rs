@@ -1,0 +1,133 @@
+//! Invalid models, shown with the lines concerned.
+
+use std::io::IsTerminal;
+use std::ops::Range;
+use std::path::PathBuf;
+
+use holonom::ModelError;
+use holonom::model::{Problem, line_column};
+use miette::{
+    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode,
+};
+use serde_json::{Value, json};
+
+/// One problem, for miette.
+#[derive(Debug, thiserror::Error)]
+#[error("{message}")]
+struct Shown {
+    message: String,
+    label: String,
+    span: Option<Range<usize>>,
+    source_code: NamedSource<String>,
+    help: Option<String>,
+}
+
+impl Diagnostic for Shown {
+    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
+        self.help.as_ref().map(|h| Box::new(h) as Box<dyn std::fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.span.as_ref().map(|_| &self.source_code as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let span = self.span.clone()?;
+        let label = LabeledSpan::new_with_span(Some(self.label.clone()), span);
+        Some(Box::new(std::iter::once(label)))
+    }
+}
+
+/// An invalid model with all that is needed to show why.
+#[derive(Debug)]
+pub(crate) struct InvalidModel {
+    pub(crate) path: PathBuf,
+    pub(crate) text: String,
+    pub(crate) overrides: Vec<(String, String)>,
+    pub(crate) error: ModelError,
+}
+
+impl InvalidModel {
+    /// All problems; those of replaced values do not point into the file.
+    fn problems(&self) -> Vec<Problem> {
+        let mut problems = self.error.problems(&self.text);
+        for problem in &mut problems {
+            let rest = |key: &str| problem.key.strip_prefix(key).map(str::to_owned);
+            let at =
+                |key: &str| rest(key).is_some_and(|r| r.is_empty() || r.starts_with(['.', '[']));
+            if let Some((key, value)) = self.overrides.iter().rev().find(|o| at(&o.0)) {
+                problem.span = None;
+                problem.message += &format!(" (set on the command line: {key}={value})");
+            }
+        }
+        problems
+    }
+
+    /// Prints the problems on standard error.
+    pub(crate) fn print(&self) {
+        let problems = self.problems();
+        let name = self.path.display().to_string();
+        let handler = GraphicalReportHandler::new_themed(theme()).with_width(width());
+        let mut out = String::new();
+        for problem in &problems {
+            if handler.render_report(&mut out, &shown(&name, &self.text, problem)).is_err() {
+                out += &format!("{name}: {problem}\n");
+            }
+            out.push('\n');
+        }
+        let count = problems.len();
+        let plural = if count == 1 { "" } else { "s" };
+        let verdict = "is not a valid model";
+        eprintln!("{out}error: {name} {verdict}: {count} problem{plural}, nothing written");
+    }
+
+    /// The problems for machines.
+    pub(crate) fn to_json(&self) -> Value {
+        let problem = |p: &Problem| {
+            let place = p.span.as_ref().map(|s| line_column(&self.text, s.start));
+            json!({
+                "message": p.message, "key": p.key, "help": p.help,
+                "line": place.map(|p| p.0), "column": place.map(|p| p.1),
+            })
+        };
+        let problems: Vec<Value> = self.problems().iter().map(problem).collect();
+        json!({ "valid": false, "file": self.path, "problems": problems })
+    }
+}
+
+fn shown(name: &str, text: &str, problem: &Problem) -> Shown {
+    let place = match &problem.span {
+        Some(span) => {
+            let (line, column) = line_column(text, span.start);
+            format!("{name}:{line}:{column}: ")
+        }
+        None => format!("{name}: "),
+    };
+    // A long value (a section, a table) is marked by its first line only.
+    let first_line = |span: &Range<usize>| {
+        let length = text.get(span.clone()).map_or(0, |t| t.lines().next().unwrap_or(t).len());
+        span.start..span.start + length
+    };
+    Shown {
+        message: format!("{place}{problem}"),
+        label: if problem.key.is_empty() { "here".into() } else { problem.key.clone() },
+        span: problem.span.as_ref().map(first_line),
+        source_code: NamedSource::new(name, text.to_owned()).with_language("toml"),
+        help: problem.help.clone(),
+    }
+}
+
+/// Colours on a terminal that wants them, else plain characters.
+fn theme() -> GraphicalTheme {
+    let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+    if std::io::stderr().is_terminal() && !plain {
+        GraphicalTheme::unicode()
+    } else {
+        GraphicalTheme::unicode_nocolor()
+    }
+}
+
+fn width() -> usize {
+    let columns = std::env::var("COLUMNS").ok().and_then(|c| c.parse::<usize>().ok());
+    columns.unwrap_or(100).clamp(60, 120)
+}

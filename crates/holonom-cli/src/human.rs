@@ -1,0 +1,69 @@
+//! Reports for people.
+
+use std::fmt::Write;
+
+use holonom::AssemblyReport;
+use holonom::model::Model;
+use holonom::output::Summary;
+use holonom::report::{counts, facts};
+use holonom::run::Finished;
+
+/// The summary of a run.
+pub(crate) fn summary(finished: &Finished) -> String {
+    let summary: &Summary = &finished.summary;
+    let mut text = format!("{}: {}\n", summary.model, counts(summary));
+    let facts = facts(summary);
+    let width = facts.iter().map(|f| f.subject.chars().count()).max().unwrap_or(0);
+    for fact in &facts {
+        let _ = writeln!(text, "  {:width$}  {}", fact.subject, fact.finding);
+    }
+    let folder = finished.files.first().and_then(|f| f.parent());
+    let names = finished.files.iter().map(|f| match folder.and_then(|d| f.strip_prefix(d).ok()) {
+        Some(relative) => relative.display().to_string(),
+        None => f.display().to_string(),
+    });
+    let names: Vec<String> = names.collect();
+    let place = folder.map_or_else(String::new, |d| d.display().to_string());
+    let (plots, others): (Vec<_>, Vec<_>) = names.iter().partition(|n| n.ends_with(".svg"));
+    let others = others.iter().map(|n| n.as_str()).collect::<Vec<_>>().join(", ");
+    let _ = writeln!(text, "  {:width$}  {place}: {others}, {} plots", "written", plots.len());
+    text
+}
+
+/// What the assembly of a model found.
+pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
+    let settings = &model.settings;
+    let redundant = match report.redundant.as_slice() {
+        [] => "none".to_owned(),
+        names => format!("{} in {}", report.redundant_constraints, names.join(", ")),
+    };
+    let rows = [
+        ("degrees of freedom", report.dof.to_string()),
+        ("bodies, joints", format!("{}, {}", report.bodies, report.joints)),
+        ("coordinates, constraints", format!("{}, {}", report.coordinates, report.constraints)),
+        ("redundant constraints", redundant),
+        ("start misses positions by", format!("{:.1e}", report.closure.position)),
+        ("start misses velocities by", format!("{:.1e}", report.closure.velocity)),
+        (
+            "simulation",
+            format!(
+                "{} steps of {} s, scheme {}, order {}",
+                settings.steps(),
+                settings.step,
+                settings.scheme.name(),
+                settings.order
+            ),
+        ),
+    ];
+    let mut text = format!("{}: valid\n", model.header.name);
+    for (subject, finding) in rows {
+        let _ = writeln!(text, "  {subject:26}  {finding}");
+    }
+    if let Some(distance) = report.projected {
+        let _ = writeln!(text, "  the start was moved onto the constraints by {distance:.3e} m");
+    }
+    for warning in &report.warnings {
+        let _ = writeln!(text, "  warning: {warning}");
+    }
+    text
+}

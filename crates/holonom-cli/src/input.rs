@@ -1,0 +1,50 @@
+//! Reading a model that the command line names.
+
+use holonom::{Model, ModelError, Simulation, model};
+
+use crate::arguments::ModelArguments;
+use crate::diagnostic::InvalidModel;
+use crate::failure::Failure;
+use crate::stdout;
+
+/// A model file, as far as it could be read.
+pub(crate) struct Input<'a> {
+    arguments: &'a ModelArguments,
+    overrides: Vec<(String, String)>,
+    json: bool,
+}
+
+impl<'a> Input<'a> {
+    pub(crate) fn new(
+        arguments: &'a ModelArguments,
+        overrides: Vec<(String, String)>,
+        json: bool,
+    ) -> Self {
+        Self { arguments, overrides, json }
+    }
+
+    /// Reads, checks and assembles the model. With `json`, problems go to standard output too.
+    pub(crate) fn assemble(self) -> Result<(Model, Simulation), Failure> {
+        let mut text = String::new();
+        let assembled = model::read_text(&self.arguments.model).and_then(|read| {
+            text = read;
+            let model = Model::from_toml_with(&text, &self.overrides)?;
+            let simulation = Simulation::new(&model)?;
+            Ok((model, simulation))
+        });
+        assembled.or_else(|error| Err(self.invalid(text, error)?))
+    }
+
+    fn invalid(self, text: String, error: ModelError) -> Result<Failure, Failure> {
+        let (path, overrides) = (self.arguments.model.clone(), self.overrides);
+        let invalid = InvalidModel { path, text, overrides, error };
+        if self.json {
+            // The exit code must say that the model is invalid, whoever reads.
+            match stdout::json(&invalid.to_json()) {
+                Ok(()) | Err(Failure::Closed) => {}
+                Err(other) => return Err(other),
+            }
+        }
+        Ok(Failure::Model(Box::new(invalid)))
+    }
+}

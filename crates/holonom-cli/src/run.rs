@@ -1,0 +1,59 @@
+//! `holonom run`: simulate and write everything.
+
+use std::time::Duration;
+
+use holonom::RunFolder;
+use holonom::output::Status;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::arguments::Run;
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::{human, stdout};
+
+pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
+    let input = Input::new(&arguments.model, arguments.overrides(), arguments.json);
+    let (model, mut simulation) = input.assemble()?;
+    let path = &arguments.model.model;
+    let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path));
+    let folder = RunFolder::create(folder, arguments.force)?;
+    if !arguments.quiet {
+        let warnings = &simulation.assembly().warnings;
+        warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    }
+    let bar = bar(!arguments.no_progress && !arguments.quiet);
+    let finished = holonom::run::run(&model, &mut simulation, &folder, &mut |step, of| {
+        bar.set_length(of);
+        bar.set_position(step);
+    });
+    bar.finish_and_clear();
+    let finished = finished?;
+    if !arguments.quiet {
+        eprint!("{}", human::summary(&finished));
+    }
+    if arguments.json {
+        let summary = serde_json::to_value(&finished.summary).unwrap_or_default();
+        match stdout::json(&summary) {
+            Err(Failure::Closed) => {} // a failed run is one even if nobody reads
+            other => other?,
+        }
+    }
+    match (finished.summary.status, finished.summary.failure) {
+        (Status::Failed, Some(failure)) => Err(Failure::Run { failure, files: finished.files }),
+        _ => Ok(()),
+    }
+}
+
+/// A progress bar on standard error; invisible when that is no terminal.
+fn bar(visible: bool) -> ProgressBar {
+    let template = "{bar:32} {percent:>3} %  step {human_pos}/{human_len}  {per_sec}  {eta} left";
+    let bar = if visible { ProgressBar::new(1) } else { ProgressBar::hidden() };
+    if visible {
+        bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+    }
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

@@ -1,0 +1,193 @@
+//! The model file: a validated description of a system, as TOML.
+//!
+//! ```text
+//! text ── Document (values with their places) ── sections (serde) ── checks ── Model
+//! ```
+//! All units are SI, angles in rad. Unknown keys are errors. What is wrong is said all at once where
+//! that is sensible: first everything that cannot be read, then everything that makes no sense, then
+//! every bar and joint that the stated start misses.
+
+mod body;
+mod checks;
+mod connection;
+mod load;
+mod overrides;
+mod problem;
+mod settings;
+mod shape;
+mod source;
+mod start;
+
+use std::io::Read;
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use body::{Body, Euler, Particle};
+pub use connection::{Bar, GROUND, Joint, JointKind, Spring, SpringLaw};
+pub use load::{Frame, History, Load};
+pub use problem::{Inconsistency, Level, ModelError, Problem, nearest};
+pub use settings::{Header, MAX_STEPS, Quadrature, Scheme, Settings};
+pub use shape::{Inertia, Shape, ShapeKind};
+pub use source::{line_column, locate};
+
+/// The greatest size of a model text, bytes.
+pub const MAX_BYTES: usize = 16 * 1024 * 1024;
+
+/// A model: what there is, how it is connected, how it is simulated.
+///
+/// One that comes from [`Model::from_toml`] is valid and resolved: lengths, masses and inertias that
+/// the text leaves open are filled in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// `[model]`.
+    #[serde(rename = "model")]
+    pub header: Header,
+    /// `[simulation]`.
+    #[serde(rename = "simulation")]
+    pub settings: Settings,
+    /// `[[body]]`: rigid bodies.
+    #[serde(default, rename = "body", skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<Body>,
+    /// `[[particle]]`: point masses.
+    #[serde(default, rename = "particle", skip_serializing_if = "Vec::is_empty")]
+    pub particles: Vec<Particle>,
+    /// `[[bar]]`: rigid bars between particles.
+    #[serde(default, rename = "bar", skip_serializing_if = "Vec::is_empty")]
+    pub bars: Vec<Bar>,
+    /// `[[joint]]`: joints between bodies.
+    #[serde(default, rename = "joint", skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<Joint>,
+    /// `[[spring]]`: springs and dampers.
+    #[serde(default, rename = "spring", skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<Spring>,
+    /// `[[load]]`: loads on bodies.
+    #[serde(default, rename = "load", skip_serializing_if = "Vec::is_empty")]
+    pub loads: Vec<Load>,
+}
+
+impl Model {
+    /// Reads, checks and resolves a model.
+    ///
+    /// # Errors
+    /// [`ModelError`], with everything that is wrong and where.
+    pub fn from_toml(text: &str) -> Result<Self, ModelError> {
+        Self::from_toml_with(text, &[])
+    }
+
+    /// The same with values of the text replaced: `("body.top.mass", "2.5")`. A value is TOML, or a
+    /// bare word.
+    ///
+    /// # Errors
+    /// [`ModelError`]; problems of replaced values have no place in the text.
+    pub fn from_toml_with(text: &str, overrides: &[(String, String)]) -> Result<Self, ModelError> {
+        if text.len() > MAX_BYTES {
+            return Err(ModelError::TooLarge { limit: MAX_BYTES });
+        }
+        let document = source::Document::parse(text, overrides).map_err(ModelError::Invalid)?;
+        let mut problems = document.bad_numbers();
+        problems.extend(document.unknown_sections());
+        let header = document.table("model", &mut problems);
+        let settings = document.table("simulation", &mut problems);
+        let lists = (
+            document.list("body", &mut problems),
+            document.list("particle", &mut problems),
+            document.list("bar", &mut problems),
+            document.list("joint", &mut problems),
+            document.list("spring", &mut problems),
+            document.list("load", &mut problems),
+        );
+        let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
+            problems.dedup_by(|b, a| a.span.is_some() && a.span == b.span);
+            return Err(ModelError::Invalid(problems));
+        };
+        let (bodies, particles, bars, joints, springs, loads) = lists;
+        let mut model = Self { header, settings, bodies, particles, bars, joints, springs, loads };
+        let problems = checks::problems(&model, &document);
+        if !problems.is_empty() {
+            return Err(ModelError::Invalid(problems));
+        }
+        model.resolve();
+        let missed = start::inconsistencies(&model);
+        if !missed.is_empty() && !model.settings.project_start {
+            return Err(ModelError::InconsistentStart(missed));
+        }
+        Ok(model)
+    }
+
+    /// This model with values replaced, checked again.
+    ///
+    /// # Errors
+    /// [`ModelError`], as [`Model::from_toml_with`].
+    pub fn with_overrides(&self, overrides: &[(String, String)]) -> Result<Self, ModelError> {
+        Self::from_toml_with(&self.to_toml(), overrides)
+    }
+
+    /// The text of this model, everything resolved; reading it again gives the same model.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("names, numbers and lists of them are TOML")
+    }
+
+    /// The JSON schema of model files.
+    #[must_use]
+    pub fn schema() -> serde_json::Value {
+        let mut schema = schemars::schema_for!(Self).to_value();
+        schema["title"] = "holonom model".into();
+        schema
+    }
+
+    /// Gravitational acceleration, m/s²; the third component is 0 in the plane.
+    #[must_use]
+    pub fn gravity(&self) -> [f64; 3] {
+        spatial(&self.header.gravity)
+    }
+
+    /// Fills in what the text leaves open.
+    fn resolve(&mut self) {
+        let dimension = self.header.dimension;
+        self.header.gravity.resize(dimension, 0.0);
+        for particle in &mut self.particles {
+            particle.velocity.resize(dimension, 0.0);
+        }
+        for body in self.bodies.iter_mut().filter(|b| b.shape.is_some()) {
+            let tensor = body.inertia_tensor();
+            body.mass = Some(body.mass());
+            body.inertia.get_or_insert(Inertia::Principal([tensor.m11, tensor.m22, tensor.m33]));
+        }
+        let mut lengths: Vec<f64> = (0..self.bars.len()).map(|i| self.bar_start(i)).collect();
+        for (bar, start) in self.bars.iter_mut().zip(lengths.drain(..)) {
+            bar.length.get_or_insert(start);
+        }
+        let mut lengths: Vec<f64> = (0..self.springs.len()).map(|i| self.spring_start(i)).collect();
+        for (spring, start) in self.springs.iter_mut().zip(lengths.drain(..)) {
+            spring.natural_length.get_or_insert(start);
+        }
+    }
+}
+
+/// A vector of the plane or of space, in space.
+pub(crate) fn spatial(vector: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|i| vector.get(i).copied().unwrap_or(0.0))
+}
+
+/// Reads a model text; never more than [`MAX_BYTES`] and a little.
+///
+/// # Errors
+/// [`ModelError::Unreadable`], [`ModelError::TooLarge`], [`ModelError::NotUtf8`].
+pub fn read_text(path: &Path) -> Result<String, ModelError> {
+    let unreadable = |e: std::io::Error| ModelError::Unreadable { reason: e.to_string() };
+    if path.is_dir() {
+        return Err(ModelError::Unreadable { reason: "this is a directory, not a file".into() });
+    }
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    file.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() > MAX_BYTES {
+        return Err(ModelError::TooLarge { limit: MAX_BYTES });
+    }
+    String::from_utf8(bytes)
+        .map_err(|e| ModelError::NotUtf8 { offset: e.utf8_error().valid_up_to() })
+}

@@ -1,0 +1,167 @@
+//! `[model]` and `[simulation]`: what is simulated, and how.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Steps that one run may take at most.
+pub const MAX_STEPS: f64 = 1e9;
+
+/// `[model]`: the system as a whole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Header {
+    /// Name of the model, for titles and summaries.
+    pub name: String,
+    /// What it shows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
+    /// 3 (default), or 2: point masses in the plane.
+    #[serde(default = "three")]
+    pub dimension: usize,
+    /// Gravitational acceleration, m/s²; `dimension` numbers, zero by default.
+    #[serde(default)]
+    pub gravity: Vec<f64>,
+}
+
+fn three() -> usize {
+    3
+}
+
+/// The time-stepping scheme; all give the same motion to round-off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Scheme {
+    /// Discrete null space method with nodal reparametrization, LMO08 (28).
+    #[default]
+    Nodal,
+    /// Constrained scheme with multipliers, LMO08 (22).
+    Constrained,
+    /// d'Alembert-type scheme, LMO08 (25).
+    Dalembert,
+    /// Reduced variational scheme, LMO08 (30).
+    Reduced,
+}
+
+impl Scheme {
+    /// All schemes.
+    pub const ALL: [Self; 4] = [Self::Nodal, Self::Constrained, Self::Dalembert, Self::Reduced];
+
+    /// Its name in model files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nodal => "nodal",
+            Self::Constrained => "constrained",
+            Self::Dalembert => "dalembert",
+            Self::Reduced => "reduced",
+        }
+    }
+}
+
+/// The quadrature rule of the discrete Lagrangian.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Quadrature {
+    /// `V` at the midpoint, LMO08 (18).
+    #[default]
+    Midpoint,
+    /// `V` averaged over both ends.
+    Trapezoidal,
+}
+
+impl From<Quadrature> for vi_core::Quadrature {
+    fn from(quadrature: Quadrature) -> Self {
+        match quadrature {
+            Quadrature::Midpoint => Self::Midpoint,
+            Quadrature::Trapezoidal => Self::Trapezoidal,
+        }
+    }
+}
+
+/// `[simulation]`: step, end and method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Settings {
+    /// Time step, s.
+    pub step: f64,
+    /// End time, s. The run takes the whole number of steps that reaches it.
+    pub end: f64,
+    /// Time-stepping scheme.
+    #[serde(default)]
+    pub scheme: Scheme,
+    /// Order of accuracy: 2, or 4, 6, 8 by symmetric composition.
+    #[serde(default = "two")]
+    pub order: u32,
+    /// Quadrature rule of the discrete Lagrangian.
+    #[serde(default)]
+    pub quadrature: Quadrature,
+    /// Record every k-th step (the first and the last always).
+    #[serde(default = "one")]
+    pub every: u64,
+    /// Move an inconsistent start onto the constraints instead of refusing it.
+    #[serde(default)]
+    pub project_start: bool,
+    /// What a consistent start may miss a constraint by: m, m/s, rad, rad/s.
+    #[serde(default = "start_tolerance")]
+    pub start_tolerance: f64,
+    /// Relative tolerance of Newton's method; 0 iterates to the round-off floor.
+    #[serde(default)]
+    pub newton_tolerance: f64,
+    /// Newton iterations of a step before it counts as failed.
+    #[serde(default = "thirty")]
+    pub newton_max_iterations: usize,
+}
+
+fn one() -> u64 {
+    1
+}
+fn two() -> u32 {
+    2
+}
+fn thirty() -> usize {
+    30
+}
+fn start_tolerance() -> f64 {
+    1e-8
+}
+
+impl Settings {
+    /// Default method with this step and end time, s.
+    #[must_use]
+    pub fn new(step: f64, end: f64) -> Self {
+        Self {
+            step,
+            end,
+            scheme: Scheme::default(),
+            order: two(),
+            quadrature: Quadrature::default(),
+            every: one(),
+            project_start: false,
+            start_tolerance: start_tolerance(),
+            newton_tolerance: 0.0,
+            newton_max_iterations: thirty(),
+        }
+    }
+
+    /// Number of steps to the end: `end/step`, rounded up unless it is whole to 1e-9.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        let ratio = self.end / self.step;
+        let whole = (ratio - ratio.round()).abs() <= 1e-9 * ratio.max(1.0);
+        let steps = if whole { ratio.round() } else { ratio.ceil() };
+        steps.clamp(0.0, MAX_STEPS) as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_reach_the_end() {
+        assert_eq!(Settings::new(0.1, 1.0).steps(), 10);
+        assert_eq!(Settings::new(0.3, 1.0).steps(), 4);
+        assert_eq!(Settings::new(0.01, 40.0).steps(), 4000);
+        assert_eq!(Settings::new(2.0, 1.0).steps(), 1);
+    }
+}

@@ -1,0 +1,182 @@
+//! Homogeneous shapes: mass properties from dimensions, and the picture of a body.
+
+use std::f64::consts::PI;
+
+use nalgebra::{Matrix3, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Kind of a shape; the origin is the centre of mass, axes of revolution are the body's third axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ShapeKind {
+    /// `dimensions = [x, y, z]`: edge lengths, m.
+    Box,
+    /// `dimensions = [radius, height]`, m.
+    Cylinder,
+    /// `dimensions = [radius]`, m.
+    Sphere,
+    /// `dimensions = [length, radius]`, m: a slender cylinder.
+    Rod,
+    /// `dimensions = [radius, height]`, m: base radius; the tip points along minus the third axis.
+    Cone,
+}
+
+impl ShapeKind {
+    /// What its dimensions are.
+    #[must_use]
+    pub fn dimensions(self) -> &'static [&'static str] {
+        match self {
+            Self::Box => &["x", "y", "z"],
+            Self::Cylinder | Self::Cone => &["radius", "height"],
+            Self::Sphere => &["radius"],
+            Self::Rod => &["length", "radius"],
+        }
+    }
+}
+
+/// `shape`: a homogeneous solid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Shape {
+    /// Kind of the shape.
+    #[serde(rename = "type")]
+    pub kind: ShapeKind,
+    /// Its dimensions, m: box `[x, y, z]`, cylinder and cone `[radius, height]`, sphere `[radius]`,
+    /// rod `[length, radius]`.
+    pub dimensions: Vec<f64>,
+    /// Density, kg/m³; needed when the body states no mass.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+}
+
+impl Shape {
+    /// Volume, m³. Premise: as many dimensions as the kind has.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        match (self.kind, self.dimensions.as_slice()) {
+            (ShapeKind::Box, &[x, y, z]) => x * y * z,
+            (ShapeKind::Cylinder, &[r, h]) | (ShapeKind::Rod, &[h, r]) => PI * r * r * h,
+            (ShapeKind::Sphere, &[r]) => 4.0 / 3.0 * PI * r.powi(3),
+            (ShapeKind::Cone, &[r, h]) => PI * r * r * h / 3.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Principal moments of inertia about the centre of mass per mass, m².
+    #[must_use]
+    pub fn inertia_per_mass(&self) -> [f64; 3] {
+        match (self.kind, self.dimensions.as_slice()) {
+            (ShapeKind::Box, &[x, y, z]) => {
+                [(y * y + z * z) / 12.0, (z * z + x * x) / 12.0, (x * x + y * y) / 12.0]
+            }
+            (ShapeKind::Cylinder, &[r, h]) | (ShapeKind::Rod, &[h, r]) => {
+                let across = (3.0 * r * r + h * h) / 12.0;
+                [across, across, r * r / 2.0]
+            }
+            (ShapeKind::Sphere, &[r]) => [0.4 * r * r; 3],
+            (ShapeKind::Cone, &[r, h]) => {
+                let across = 3.0 / 80.0 * (4.0 * r * r + h * h);
+                [across, across, 0.3 * r * r]
+            }
+            _ => [0.0; 3],
+        }
+    }
+}
+
+/// `inertia`: about the centre of mass, in the body's own frame, kg·m².
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    expecting = "inertia is 3 principal moments `[I1, I2, I3]` or a full tensor of 3 rows of 3 numbers"
+)]
+pub enum Inertia {
+    /// Principal moments about the body's axes, kg·m².
+    Principal([f64; 3]),
+    /// The full symmetric tensor, rows, kg·m².
+    Tensor([[f64; 3]; 3]),
+}
+
+impl Inertia {
+    /// The tensor.
+    #[must_use]
+    pub fn tensor(&self) -> Matrix3<f64> {
+        match self {
+            Self::Principal(moments) => Matrix3::from_diagonal(&Vector3::from(*moments)),
+            Self::Tensor(rows) => Matrix3::from_fn(|i, j| rows[i][j]),
+        }
+    }
+
+    /// What is not physical about it, in words.
+    #[must_use]
+    pub fn fault(&self) -> Option<String> {
+        let tensor = self.tensor();
+        let size = tensor.amax();
+        if (tensor - tensor.transpose()).amax() > 1e-12 * size {
+            return Some("the inertia tensor is not symmetric".into());
+        }
+        let symmetric = (tensor + tensor.transpose()) * 0.5;
+        let mut moments = match self {
+            Self::Principal(moments) => *moments,
+            Self::Tensor(_) => symmetric.symmetric_eigenvalues().into(),
+        };
+        moments.sort_by(f64::total_cmp);
+        let [a, b, c] = moments;
+        if a < -1e-12 * size {
+            return Some(format!("a principal moment of inertia is negative: {a}"));
+        }
+        if b <= 0.0 {
+            return Some("at least two principal moments of inertia must be positive".into());
+        }
+        if c > (a + b) * (1.0 + 1e-9) {
+            return Some(format!(
+                "no body has these moments of inertia: the largest exceeds the sum of the other \
+                 two, {c} > {a} + {b}"
+            ));
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shape_is_physical_and_the_cone_is_the_heavy_top_of_the_literature() {
+        let shape = |kind, dimensions: &[f64]| Shape {
+            kind,
+            dimensions: dimensions.to_vec(),
+            density: Some(2700.0),
+        };
+        let shapes = [
+            shape(ShapeKind::Box, &[0.1, 0.2, 0.3]),
+            shape(ShapeKind::Cylinder, &[0.1, 0.5]),
+            shape(ShapeKind::Sphere, &[0.1]),
+            shape(ShapeKind::Rod, &[1.0, 0.01]),
+            shape(ShapeKind::Cone, &[0.05, 0.1]),
+        ];
+        for shape in &shapes {
+            assert_eq!(Inertia::Principal(shape.inertia_per_mass()).fault(), None, "{shape:?}");
+            assert!(shape.volume() > 0.0);
+        }
+        let mass = 2700.0 * shapes[4].volume();
+        assert!((mass - 0.706_858_347_057_703_8).abs() < 1e-15, "{mass}");
+        let moments = shapes[4].inertia_per_mass().map(|i| i * mass);
+        for moment in moments {
+            assert!((moment - 5.301_437_602_932_793e-4).abs() < 1e-18, "{moment}");
+        }
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let fault = |i: Inertia| i.fault().unwrap_or_default();
+        assert!(fault(Inertia::Principal([1.0, 1.0, 3.0])).contains("3 > 1 + 1"));
+        assert!(fault(Inertia::Principal([-1.0, 1.0, 1.0])).contains("negative"));
+        assert!(fault(Inertia::Principal([0.0, 0.0, 0.0])).contains("two"));
+        let tensor = [[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        assert!(fault(Inertia::Tensor(tensor)).contains("symmetric"));
+        assert_eq!(Inertia::Principal([1.0, 1.0, 0.0]).fault(), None); // a rod
+        assert_eq!(Inertia::Principal([1.0, 1.0, 2.0]).fault(), None); // a lamina
+    }
+}

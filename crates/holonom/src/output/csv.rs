@@ -1,0 +1,262 @@
+//! `trajectory.csv` and `residuals.csv`: writing them row by row, reading them back.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use csv::{Reader, Writer};
+use serde::{Deserialize, Serialize};
+
+use crate::sample::{Member, Sample};
+
+/// Columns after those of the members: energies (J), angular (kg·m²/s) and linear momentum (kg·m/s).
+const TAIL: [&str; 8] = ["E", "H", "Lx", "Ly", "Lz", "Px", "Py", "Pz"];
+/// Columns before those of the members.
+const HEAD: [&str; 2] = ["step", "t"];
+
+/// A row of `residuals.csv`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ResidualRow {
+    /// Step index.
+    pub step: u64,
+    /// Time, s.
+    pub t: f64,
+    /// `|g(q_n)|_∞`.
+    pub position: f64,
+    /// LMO08 (45).
+    pub velocity: f64,
+    /// LMO08 (46).
+    pub momentum: f64,
+    /// Newton iterations of the step that led here.
+    pub newton_iterations: f64,
+}
+
+/// Writes both files, whole rows only.
+///
+/// Rows are handed to the file in blocks; [`TrajectoryWriter::finish`] and `Drop` hand over the rest.
+/// Numbers are the shortest decimals that read back as the same number.
+pub struct TrajectoryWriter<W: Write> {
+    trajectory: Rows<W>,
+    residuals: Rows<W>,
+}
+
+impl<W: Write> TrajectoryWriter<W> {
+    /// Writes both headers.
+    ///
+    /// # Errors
+    /// What the files say.
+    pub fn new(trajectory: W, residuals: W, members: &[Member]) -> io::Result<Self> {
+        let of = |m: &Member| m.kind.columns().iter().map(|c| format!("{}.{c}", m.name)).collect();
+        let columns: Vec<Vec<String>> = members.iter().map(of).collect();
+        let owned = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
+        let header = [owned(&HEAD), columns.concat(), owned(&TAIL)].concat();
+        let mut writer =
+            Self { trajectory: Rows::new(trajectory), residuals: Rows::new(residuals) };
+        writer.trajectory.push(|row| row.write_record(&header))?;
+        let residuals = ["step", "t", "position", "velocity", "momentum", "newton_iterations"];
+        writer.residuals.push(|row| row.write_record(residuals))?;
+        writer.flush()?; // a run that fails at once leaves two files with headers
+        Ok(writer)
+    }
+
+    /// Writes one node to both files.
+    ///
+    /// # Errors
+    /// What the files say.
+    pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
+        let Sample { step, t, q, energy, hamiltonian, momentum, residuals, .. } = sample;
+        let tail = [&[*energy, *hamiltonian][..], &momentum.angular, &momentum.linear].concat();
+        self.trajectory.push(|row| row.serialize((step, t, q, tail)))?;
+        let row = ResidualRow {
+            step: *step,
+            t: *t,
+            position: residuals.position,
+            velocity: residuals.velocity,
+            momentum: residuals.momentum,
+            newton_iterations: sample.newton_iterations,
+        };
+        let fields = (row.step, row.t, row.position, row.velocity, row.momentum);
+        self.residuals.push(|w| w.serialize((fields, row.newton_iterations)))
+    }
+
+    /// Hands everything to the files.
+    ///
+    /// # Errors
+    /// What the files say.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.trajectory.flush()?;
+        self.residuals.flush()
+    }
+
+    /// Ends both files.
+    ///
+    /// # Errors
+    /// What the files say.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.flush()
+    }
+}
+
+/// Collects whole rows and hands them over in blocks, so that a block never ends within a row.
+struct Rows<W: Write> {
+    sink: W,
+    block: Vec<u8>,
+}
+
+impl<W: Write> Rows<W> {
+    const BLOCK: usize = 64 * 1024;
+
+    fn new(sink: W) -> Self {
+        Self { sink, block: Vec::with_capacity(2 * Self::BLOCK) }
+    }
+
+    fn push(
+        &mut self,
+        row: impl FnOnce(&mut Writer<&mut Vec<u8>>) -> csv::Result<()>,
+    ) -> io::Result<()> {
+        let before = self.block.len();
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(&mut self.block);
+        let written = row(&mut writer).map_err(io::Error::from).and_then(|()| writer.flush());
+        drop(writer);
+        if written.is_err() {
+            self.block.truncate(before);
+        }
+        written?;
+        if self.block.len() >= Self::BLOCK { self.flush() } else { Ok(()) }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.sink.write_all(&self.block)?;
+        self.block.clear();
+        self.sink.flush()
+    }
+}
+
+impl<W: Write> Drop for Rows<W> {
+    fn drop(&mut self) {
+        let _ = self.flush(); // nobody is left to hear of it
+    }
+}
+
+/// A trajectory read back from its files.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trajectory {
+    /// Names of all columns of `trajectory.csv`.
+    pub columns: Vec<String>,
+    /// Their values, one list per column.
+    pub values: Vec<Vec<f64>>,
+    /// The rows of `residuals.csv`; empty when there is no such file.
+    pub residuals: Vec<ResidualRow>,
+}
+
+impl Trajectory {
+    /// Reads both files.
+    ///
+    /// # Errors
+    /// When a file cannot be read, or `trajectory.csv` is not one of ours.
+    pub fn read(trajectory: &Path, residuals: &Path) -> io::Result<Self> {
+        let mut reader = Reader::from_path(trajectory)?;
+        let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
+        let ends = columns.starts_with(&HEAD.map(str::to_owned))
+            && columns.ends_with(&TAIL.map(str::to_owned));
+        if !ends {
+            return Err(io::Error::new(io::ErrorKind::InvalidData, "not a trajectory"));
+        }
+        let mut values = vec![Vec::new(); columns.len()];
+        for row in reader.deserialize::<Vec<f64>>() {
+            for (column, value) in values.iter_mut().zip(row?) {
+                column.push(value);
+            }
+        }
+        let residuals = if residuals.exists() {
+            Reader::from_path(residuals)?.deserialize().collect::<csv::Result<_>>()?
+        } else {
+            Vec::new()
+        };
+        Ok(Self { columns, values, residuals })
+    }
+
+    /// The values of a column.
+    #[must_use]
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        let index = self.columns.iter().position(|c| c == name)?;
+        self.values.get(index).map(Vec::as_slice)
+    }
+
+    /// Names of the members, in order.
+    #[must_use]
+    pub fn members(&self) -> Vec<&str> {
+        let own = HEAD.len()..self.columns.len() - TAIL.len();
+        self.columns[own].iter().filter_map(|c| c.strip_suffix(".x")).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::{MemberKind, Residuals};
+    use vi_core::momentum_map::Momentum;
+
+    fn sample(step: u64) -> Sample {
+        Sample {
+            step,
+            t: step as f64 * 0.1,
+            q: vec![0.1 + 0.2, -1e-300],
+            energy: 1.0 / 3.0,
+            hamiltonian: 0.0,
+            momentum: Momentum { linear: [1.0, 2.0, 3.0], angular: [4.0, 5.0, 6.0] },
+            residuals: Residuals { position: 1e-16, velocity: 0.0, momentum: 2.5e-7 },
+            newton_iterations: 3.0,
+        }
+    }
+
+    #[test]
+    fn header_and_rows_are_those_of_the_contract() {
+        let members = [Member { name: "bob".into(), kind: MemberKind::Particle2 }];
+        let (mut trajectory, mut residuals) = (Vec::new(), Vec::new());
+        let mut writer = TrajectoryWriter::new(&mut trajectory, &mut residuals, &members).unwrap();
+        writer.record(&sample(0)).unwrap();
+        writer.record(&sample(3)).unwrap();
+        writer.finish().unwrap();
+        let text = String::from_utf8(trajectory).unwrap();
+        let mut lines = text.lines();
+        assert_eq!(lines.next(), Some("step,t,bob.x,bob.y,E,H,Lx,Ly,Lz,Px,Py,Pz"));
+        let first = "0,0.0,0.30000000000000004,-1e-300,0.3333333333333333,0.0,\
+                     4.0,5.0,6.0,1.0,2.0,3.0";
+        assert_eq!(lines.next(), Some(first));
+        assert!(lines.next().unwrap().starts_with("3,0.30000000000000004,"));
+        let text = String::from_utf8(residuals).unwrap();
+        let expected = "step,t,position,velocity,momentum,newton_iterations\n\
+                        0,0.0,1e-16,0.0,2.5e-7,3.0\n";
+        assert!(text.starts_with(expected), "{text}");
+    }
+
+    /// Fails after some bytes, keeping what it took.
+    struct Full(std::rc::Rc<std::cell::RefCell<Vec<u8>>>, usize);
+    impl Write for Full {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            if self.0.borrow().len() + bytes.len() > self.1 {
+                return Err(io::Error::other("no space left"));
+            }
+            self.0.borrow_mut().extend_from_slice(bytes);
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn blocks_end_with_whole_rows() {
+        let members = [Member { name: "bob".into(), kind: MemberKind::Particle2 }];
+        let disk = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
+        let other = std::rc::Rc::default();
+        let mut writer =
+            TrajectoryWriter::new(Full(disk.clone(), 200_000), Full(other, usize::MAX), &members)
+                .unwrap();
+        let failed = (0..10_000).find_map(|step| writer.record(&sample(step)).err());
+        assert!(failed.is_some());
+        drop(writer);
+        assert_eq!(disk.borrow().last(), Some(&b'\n'));
+        assert!(disk.borrow().len() > 60_000);
+    }
+}

@@ -1,0 +1,188 @@
+//! The folder of a run.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::csv::{Trajectory, TrajectoryWriter};
+use super::summary::Summary;
+use crate::sample::Member;
+
+/// Files that make a folder one of ours.
+const FILES: [&str; 5] =
+    ["trajectory.csv", "residuals.csv", "summary.json", "model.toml", "report.html"];
+
+/// What goes wrong with the files of a run.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The folder holds a run, and nobody said that it may go.
+    #[error("{} already holds a run ({file})", folder.display())]
+    Occupied {
+        /// The folder.
+        folder: PathBuf,
+        /// One of its files.
+        file: String,
+    },
+    /// The operating system refuses.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What it says.
+        source: io::Error,
+    },
+    /// The folder holds no readable run.
+    #[error("{}: not the summary of a run: {source}", path.display())]
+    Summary {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: serde_json::Error,
+    },
+    /// A plot cannot be drawn.
+    #[error("cannot draw {name}: {reason}")]
+    Plot {
+        /// The plot.
+        name: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// A folder with the files of one run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunFolder {
+    path: PathBuf,
+}
+
+impl RunFolder {
+    /// A folder for a new run; created, with its parents, if it does not exist. With `force`, the
+    /// files of an earlier run are removed.
+    ///
+    /// # Errors
+    /// [`OutputError::Occupied`], [`OutputError::Io`].
+    pub fn create(path: impl Into<PathBuf>, force: bool) -> Result<Self, OutputError> {
+        let path = path.into();
+        let present = FILES.iter().find(|file| path.join(file).exists());
+        if let Some(file) = present.filter(|_| !force) {
+            return Err(OutputError::Occupied { folder: path, file: (*file).to_owned() });
+        }
+        fs::create_dir_all(&path).map_err(|e| at(&path, e))?;
+        for file in FILES.iter().map(|f| path.join(f)).filter(|f| f.exists()) {
+            fs::remove_file(&file).map_err(|e| at(&file, e))?;
+        }
+        Ok(Self { path })
+    }
+
+    /// The folder of an earlier run.
+    #[must_use]
+    pub fn open(path: impl Into<PathBuf>) -> Self {
+        Self { path: path.into() }
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The default folder of a model file: `pendulum-out` for `…/pendulum.toml`.
+    #[must_use]
+    pub fn default_for(model: &Path) -> PathBuf {
+        let stem = model.file_stem().filter(|s| !s.is_empty());
+        let mut name = stem.unwrap_or_else(|| "model".as_ref()).to_owned();
+        name.push("-out");
+        PathBuf::from(name)
+    }
+
+    /// Begins `trajectory.csv` and `residuals.csv`.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn trajectory(&self, members: &[Member]) -> Result<TrajectoryWriter<File>, OutputError> {
+        let open = |name: &str| {
+            let path = self.path.join(name);
+            File::create(&path).map_err(|e| at(&path, e))
+        };
+        let files = (open("trajectory.csv")?, open("residuals.csv")?);
+        TrajectoryWriter::new(files.0, files.1, members).map_err(|e| at(&self.path, e))
+    }
+
+    /// Writes a file as a whole: a reader sees the old one or the new one, never a part.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn write(&self, name: &str, content: &str) -> Result<PathBuf, OutputError> {
+        let path = self.path.join(name);
+        write_atomically(&path, content.as_bytes()).map_err(|e| at(&path, e))?;
+        Ok(path)
+    }
+
+    /// Writes `summary.json`.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn write_summary(&self, summary: &Summary) -> Result<PathBuf, OutputError> {
+        let mut text = serde_json::to_string_pretty(summary)
+            .map_err(|source| OutputError::Summary { path: self.path.clone(), source })?;
+        text.push('\n');
+        self.write("summary.json", &text)
+    }
+
+    /// Reads `summary.json`.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`], [`OutputError::Summary`].
+    pub fn summary(&self) -> Result<Summary, OutputError> {
+        let path = self.path.join("summary.json");
+        let text = fs::read_to_string(&path).map_err(|e| at(&path, e))?;
+        serde_json::from_str(&text).map_err(|source| OutputError::Summary { path, source })
+    }
+
+    /// Reads `trajectory.csv` and `residuals.csv`.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn read_trajectory(&self) -> Result<Trajectory, OutputError> {
+        let path = self.path.join("trajectory.csv");
+        Trajectory::read(&path, &self.path.join("residuals.csv")).map_err(|e| at(&path, e))
+    }
+
+    /// The text of `model.toml`; empty when there is none.
+    #[must_use]
+    pub fn model_text(&self) -> String {
+        fs::read_to_string(self.path.join("model.toml")).unwrap_or_default()
+    }
+}
+
+/// An error of the operating system, at a path.
+pub(crate) fn at(path: &Path, source: io::Error) -> OutputError {
+    OutputError::Io { path: path.to_owned(), source }
+}
+
+/// Writes beside the file and renames.
+fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent)?;
+    }
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = path.with_file_name(name);
+    let written = fs::write(&temporary, content).and_then(|()| fs::rename(&temporary, path));
+    if written.is_err() {
+        let _ = fs::remove_file(&temporary); // the first error is the one to report
+    }
+    written
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_folder_has_the_name_of_the_model() {
+        assert_eq!(RunFolder::default_for(Path::new("a/b.toml")), Path::new("b-out"));
+        assert_eq!(RunFolder::default_for(Path::new("b.c.toml")), Path::new("b.c-out"));
+    }
+}

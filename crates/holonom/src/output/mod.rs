@@ -1,0 +1,20 @@
+//! The files of a run.
+//!
+//! | file | content |
+//! |---|---|
+//! | `trajectory.csv` | coordinates, energies and momentum maps of every recorded node |
+//! | `residuals.csv` | constraint residuals and Newton iterations of the same nodes |
+//! | `summary.json` | [`Summary`] |
+//! | `model.toml` | the model, resolved |
+//! | `report.html`, `plots/*.svg` | see [`crate::report`] |
+
+mod csv;
+mod folder;
+mod summary;
+
+pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
+pub use folder::{OutputError, RunFolder};
+pub use summary::{
+    ConstraintSummary, EnergySummary, Maximum, MomentumSummary, NewtonSummary, Status, Summary,
+    SummaryBuilder,
+};

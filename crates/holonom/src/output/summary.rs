@@ -1,0 +1,276 @@
+//! `summary.json`: a run in numbers, accumulated node by node.
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::Model;
+use crate::sample::Sample;
+use crate::simulation::{AssemblyReport, RunFailure, RunOutcome};
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// At its end time.
+    Done,
+    /// Before; `failure` says why.
+    Failed,
+}
+
+/// Newton iterations per step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NewtonSummary {
+    /// Mean over the recorded steps.
+    pub mean: f64,
+    /// Largest of the recorded steps.
+    pub max: f64,
+}
+
+/// The energy `H_d(q_n, ᵠp_n)` along the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EnergySummary {
+    /// `H_d` at the start, J.
+    pub initial: f64,
+    /// Largest deviation from it, J.
+    pub max_abs_error: f64,
+    /// Least-squares slope of the deviation per step, J.
+    pub drift_per_step: f64,
+}
+
+/// Largest deviation of the components of a momentum map from their initial values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MomentumSummary {
+    /// Linear momentum, kg·m/s.
+    pub linear: Drift,
+    /// Angular momentum, kg·m²/s.
+    pub angular: Drift,
+}
+
+/// Drift of one momentum map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Drift {
+    /// Largest over components and nodes.
+    pub max_abs_drift: f64,
+    /// Largest over nodes, per component.
+    pub components: [f64; 3],
+}
+
+/// The largest value of a quantity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Maximum {
+    /// Over all recorded nodes.
+    pub max: f64,
+}
+
+/// Constraint residuals at three levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ConstraintSummary {
+    /// `|g(q_n)|_∞`.
+    pub position: Maximum,
+    /// LMO08 (45).
+    pub velocity: Maximum,
+    /// LMO08 (46).
+    pub momentum: Maximum,
+}
+
+/// A run in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Name of the model.
+    pub model: String,
+    /// How the run ended.
+    pub status: Status,
+    /// Why it ended before its time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failure: Option<RunFailure>,
+    /// Time-stepping scheme.
+    pub scheme: String,
+    /// Order of accuracy.
+    pub order: u32,
+    /// Time step, s.
+    pub step: f64,
+    /// Time of the last node, s.
+    pub end_time: f64,
+    /// Steps taken.
+    pub steps: u64,
+    /// Nodes recorded.
+    pub recorded: u64,
+    /// Bodies and particles that move.
+    pub bodies: usize,
+    /// Joints and bars.
+    pub joints: usize,
+    /// Redundant coordinates `n`.
+    pub coordinates: usize,
+    /// Constraints `m`, redundant ones included.
+    pub constraints: usize,
+    /// Constraints that follow from the others.
+    pub redundant_constraints: usize,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// Newton iterations.
+    pub newton_iterations: NewtonSummary,
+    /// Time the run took, s, writing included.
+    pub wall_seconds: f64,
+    /// The same per step, s.
+    pub seconds_per_step: f64,
+    /// Energy.
+    pub energy: EnergySummary,
+    /// Momentum maps.
+    pub momentum: MomentumSummary,
+    /// Constraint residuals.
+    pub constraint_residual: ConstraintSummary,
+    /// What is worth knowing about the assembly.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// Version of the program.
+    pub version: String,
+}
+
+/// Accumulates a [`Summary`].
+#[derive(Clone, Debug, Default)]
+pub struct SummaryBuilder {
+    first: Option<Sample>,
+    last_step: u64,
+    last_time: f64,
+    recorded: u64,
+    newton_sum: f64,
+    newton_max: f64,
+    energy_error: f64,
+    slope: Slope,
+    linear: [f64; 3],
+    angular: [f64; 3],
+    residuals: [f64; 3],
+}
+
+impl SummaryBuilder {
+    /// Takes one node.
+    pub fn record(&mut self, sample: &Sample) {
+        let first = self.first.get_or_insert_with(|| sample.clone());
+        let error = sample.hamiltonian - first.hamiltonian;
+        self.energy_error = larger(self.energy_error, error);
+        self.slope.add((sample.step - first.step) as f64, error);
+        for i in 0..3 {
+            let (now, start) = (&sample.momentum, &first.momentum);
+            self.linear[i] = larger(self.linear[i], now.linear[i] - start.linear[i]);
+            self.angular[i] = larger(self.angular[i], now.angular[i] - start.angular[i]);
+        }
+        let residuals = &sample.residuals;
+        let levels = [residuals.position, residuals.velocity, residuals.momentum];
+        self.residuals = std::array::from_fn(|i| larger(self.residuals[i], levels[i]));
+        if self.recorded > 0 {
+            self.newton_sum += sample.newton_iterations;
+            self.newton_max = larger(self.newton_max, sample.newton_iterations);
+        }
+        self.recorded += 1;
+        (self.last_step, self.last_time) = (sample.step, sample.t);
+    }
+
+    /// The summary of what was recorded.
+    #[must_use]
+    pub fn finish(
+        self,
+        model: &Model,
+        assembly: &AssemblyReport,
+        outcome: &RunOutcome,
+        wall_seconds: f64,
+    ) -> Summary {
+        let [position, velocity, momentum] = self.residuals.map(|max| Maximum { max });
+        let drift = |components: [f64; 3]| Drift {
+            max_abs_drift: components.into_iter().fold(0.0, larger),
+            components,
+        };
+        let steps_recorded = self.recorded.saturating_sub(1).max(1) as f64;
+        let (status, failure) = match outcome {
+            RunOutcome::Done => (Status::Done, None),
+            RunOutcome::Failed(failure) => (Status::Failed, Some(failure.clone())),
+        };
+        Summary {
+            model: model.header.name.clone(),
+            status,
+            failure,
+            scheme: model.settings.scheme.name().to_owned(),
+            order: model.settings.order,
+            step: model.settings.step,
+            end_time: self.last_time,
+            steps: self.last_step,
+            recorded: self.recorded,
+            bodies: assembly.bodies,
+            joints: assembly.joints,
+            coordinates: assembly.coordinates,
+            constraints: assembly.constraints,
+            redundant_constraints: assembly.redundant_constraints,
+            dof: assembly.dof,
+            newton_iterations: NewtonSummary {
+                mean: self.newton_sum / steps_recorded,
+                max: self.newton_max,
+            },
+            wall_seconds,
+            seconds_per_step: wall_seconds / self.last_step.max(1) as f64,
+            energy: EnergySummary {
+                initial: self.first.as_ref().map_or(0.0, |s| s.hamiltonian),
+                max_abs_error: self.energy_error,
+                drift_per_step: self.slope.value(),
+            },
+            momentum: MomentumSummary { linear: drift(self.linear), angular: drift(self.angular) },
+            constraint_residual: ConstraintSummary { position, velocity, momentum },
+            warnings: assembly.warnings.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+        }
+    }
+}
+
+/// The larger magnitude; unlike `f64::max` it keeps what is not a number.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.abs() <= a { a } else { b.abs() }
+}
+
+/// Least-squares slope of points that come one by one (Welford's updates).
+#[derive(Clone, Copy, Debug, Default)]
+struct Slope {
+    count: f64,
+    mean_x: f64,
+    mean_y: f64,
+    xx: f64,
+    xy: f64,
+}
+
+impl Slope {
+    fn add(&mut self, x: f64, y: f64) {
+        self.count += 1.0;
+        let dx = x - self.mean_x;
+        self.mean_x += dx / self.count;
+        self.mean_y += (y - self.mean_y) / self.count;
+        self.xx += dx * (x - self.mean_x);
+        self.xy += dx * (y - self.mean_y);
+    }
+
+    fn value(self) -> f64 {
+        if self.xx > 0.0 { self.xy / self.xx } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slope_is_that_of_a_line_and_of_the_least_squares() {
+        let mut slope = Slope::default();
+        for k in 0..1000 {
+            let x = f64::from(k);
+            slope.add(x, 3.0 + 2e-5 * x);
+        }
+        assert!((slope.value() - 2e-5).abs() < 1e-17);
+        let mut slope = Slope::default();
+        for (x, y) in [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0), (3.0, 1.0)] {
+            slope.add(x, y);
+        }
+        assert!((slope.value() - 0.2).abs() < 1e-15);
+        assert!(Slope::default().value() == 0.0);
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_not_lost() {
+        assert!([1.0, f64::NAN, 2.0].into_iter().fold(0.0, larger).is_nan());
+        assert!((larger(1.0, -2.0) - 2.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,108 @@
+//! What was measured, in plain sentences.
+
+use crate::output::{Status, Summary};
+
+/// A measured fact.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fact {
+    /// What it is about.
+    pub subject: &'static str,
+    /// What was found.
+    pub finding: String,
+}
+
+/// One line with the size of the run.
+#[must_use]
+pub fn counts(summary: &Summary) -> String {
+    let Summary { steps, step, end_time, scheme, order, dof, .. } = summary;
+    let ended = match summary.status {
+        Status::Done => "",
+        Status::Failed => " (failed)",
+    };
+    let freedoms = plural(*dof as u64, "degree of freedom", "degrees of freedom");
+    let steps = plural(*steps, "step", "steps");
+    format!("{freedoms}; {steps} of {step} s to t = {end_time} s{ended}; {scheme}, order {order}")
+}
+
+fn plural(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// The facts of a run: constraints, momentum, energy, iterations, time.
+#[must_use]
+pub fn facts(summary: &Summary) -> Vec<Fact> {
+    let residual = &summary.constraint_residual;
+    let energy = &summary.energy;
+    let newton = &summary.newton_iterations;
+    let constraints = if summary.constraints == 0 {
+        "there are none".to_owned()
+    } else {
+        format!(
+            "met to {} at positions, {} at velocities, {} at momenta",
+            number(residual.position.max),
+            number(residual.velocity.max),
+            number(residual.momentum.max)
+        )
+    };
+    let facts = [
+        ("constraints", constraints),
+        ("linear momentum", kept(&summary.momentum.linear.components, "kg·m/s")),
+        ("angular momentum", kept(&summary.momentum.angular.components, "kg·m²/s")),
+        (
+            "energy",
+            format!(
+                "starts at {} J, is off by at most {} J, drifts by {} J per step",
+                energy.initial,
+                number(energy.max_abs_error),
+                number(energy.drift_per_step)
+            ),
+        ),
+        (
+            "Newton iterations",
+            format!("{:.2} per step on average, {} at most", newton.mean, newton.max),
+        ),
+        (
+            "time",
+            format!(
+                "{} per step, {} in all",
+                duration(summary.seconds_per_step),
+                duration(summary.wall_seconds)
+            ),
+        ),
+    ];
+    facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
+}
+
+/// How far the components of a momentum map stay what they were.
+fn kept(components: &[f64; 3], unit: &str) -> String {
+    let largest = components.iter().copied().fold(0.0, f64::max);
+    if components.iter().all(|c| *c < 1e-9) {
+        return format!("kept to {} {unit}", number(largest));
+    }
+    let name = |small: bool| {
+        let names = ["x", "y", "z"].iter().zip(components);
+        names.filter(|(_, c)| (**c < 1e-9) == small).map(|(n, _)| *n).collect::<Vec<_>>().join(", ")
+    };
+    let still = components.iter().copied().filter(|c| *c < 1e-9).fold(0.0, f64::max);
+    let others = name(true);
+    let rest = if others.is_empty() {
+        String::new()
+    } else {
+        format!("; {others} kept to {}", number(still))
+    };
+    format!("{} changes by up to {} {unit}{rest}", name(false), number(largest))
+}
+
+/// Two significant digits.
+fn number(value: f64) -> String {
+    if value == 0.0 { "0 (exactly)".to_owned() } else { format!("{value:.1e}") }
+}
+
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 1e-3 => format!("{:.2} µs", s * 1e6),
+        s if s < 1.0 => format!("{:.2} ms", s * 1e3),
+        s if s < 120.0 => format!("{s:.2} s"),
+        s => format!("{:.1} min", s / 60.0),
+    }
+}

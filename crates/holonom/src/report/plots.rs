@@ -1,0 +1,144 @@
+//! Which charts a run has.
+
+use super::chart::{Chart, Curve};
+use super::series::{Points, subsample};
+use crate::output::{ResidualRow, Trajectory};
+
+/// Members whose positions are drawn.
+const MEMBERS: usize = 12;
+
+/// A chart with the name of its file and words to go with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plot {
+    /// File name without extension.
+    pub name: String,
+    /// What to look for.
+    pub caption: String,
+    /// The chart.
+    pub chart: Chart,
+}
+
+/// All charts of a run.
+#[must_use]
+pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
+    let curves = Curves { trajectory, t: trajectory.column("t").unwrap_or_default() };
+    let mut plots = vec![curves.energy(), curves.energy_error()];
+    plots.push(curves.drift("angular", ["Lx", "Ly", "Lz"], "kg·m²/s"));
+    plots.push(curves.drift("linear", ["Px", "Py", "Pz"], "kg·m/s"));
+    if !trajectory.residuals.is_empty() {
+        plots.push(residuals(&trajectory.residuals));
+    }
+    let members = trajectory.members();
+    let several = members.len() > 1;
+    let shown = members.into_iter().take(MEMBERS).enumerate();
+    plots.extend(shown.map(|(i, name)| curves.position(i, name, several)));
+    plots
+}
+
+struct Curves<'a> {
+    trajectory: &'a Trajectory,
+    t: &'a [f64],
+}
+
+impl Curves<'_> {
+    fn of(&self, column: &str, name: &str, relative: bool) -> Option<Curve> {
+        let values = self.trajectory.column(column)?;
+        let start = if relative { values.first().copied().unwrap_or(0.0) } else { 0.0 };
+        let values: Vec<f64> = values.iter().map(|v| v - start).collect();
+        Some(Curve { name: name.to_owned(), points: subsample(self.t, &values) })
+    }
+
+    fn energy(&self) -> Plot {
+        let curves = [self.of("E", "E_d", false), self.of("H", "H_d", false)];
+        Plot {
+            name: "energy".into(),
+            caption: "Discrete energy E_d of a step and H_d at a node.".into(),
+            chart: linear("Energy", "energy", "J", curves),
+        }
+    }
+
+    fn energy_error(&self) -> Plot {
+        let curves = [self.of("E", "E_d − E_d(0)", true), self.of("H", "H_d − H_d(0)", true)];
+        Plot {
+            name: "energy_error".into(),
+            caption: "A variational integrator keeps this bounded, without a trend, as long as \
+                      nothing dissipates or drives."
+                .into(),
+            chart: linear("Energy error", "deviation", "J", curves),
+        }
+    }
+
+    fn drift(&self, kind: &str, columns: [&str; 3], unit: &str) -> Plot {
+        let curves = columns.map(|c| self.of(c, &format!("{c} − {c}(0)"), true));
+        let title = match kind {
+            "angular" => "Angular momentum: change since the start",
+            _ => "Linear momentum: change since the start",
+        };
+        Plot {
+            name: format!("{kind}_momentum"),
+            caption: "Components whose symmetry the system has change by round-off only; gravity, \
+                      loads and supports change the others."
+                .into(),
+            chart: linear(title, "change", unit, curves),
+        }
+    }
+
+    fn position(&self, index: usize, member: &str, several: bool) -> Plot {
+        let column = |axis: &str| self.of(&format!("{member}.{axis}"), axis, false);
+        let word =
+            |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+        let name: String = member.chars().map(word).collect();
+        let number = if several { format!("{:02}_", index + 1) } else { String::new() };
+        Plot {
+            name: format!("position_{number}{name}"),
+            caption: String::new(),
+            chart: linear(
+                &format!("Position of {member}"),
+                "position",
+                "m",
+                ["x", "y", "z"].map(column),
+            ),
+        }
+    }
+}
+
+fn linear<const N: usize>(
+    title: &str,
+    quantity: &str,
+    unit: &str,
+    curves: [Option<Curve>; N],
+) -> Chart {
+    Chart {
+        title: title.to_owned(),
+        quantity: quantity.to_owned(),
+        unit: unit.to_owned(),
+        logarithmic: false,
+        curves: curves.into_iter().flatten().collect(),
+    }
+}
+
+fn residuals(rows: &[ResidualRow]) -> Plot {
+    let t: Vec<f64> = rows.iter().map(|r| r.t).collect();
+    let curve = |name: &str, value: fn(&ResidualRow) -> f64| {
+        let values: Vec<f64> = rows.iter().map(value).collect();
+        let points: Points = subsample(&t, &values);
+        Curve { name: name.to_owned(), points }
+    };
+    Plot {
+        name: "residuals".into(),
+        caption: "Largest residual of the constraints: of positions |g(q)|, of velocities \
+                  |G(q_mid) Δq/h|, of momenta |G M⁻¹ p|. Values of zero are not drawn."
+            .into(),
+        chart: Chart {
+            title: "Constraint residuals".into(),
+            quantity: "largest residual".into(),
+            unit: "SI".into(),
+            logarithmic: true,
+            curves: vec![
+                curve("position", |r| r.position),
+                curve("velocity", |r| r.velocity),
+                curve("momentum", |r| r.momentum),
+            ],
+        },
+    }
+}

@@ -1,0 +1,51 @@
+//! A whole run: simulate, write, summarise, report.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use crate::model::Model;
+use crate::output::{OutputError, RunFolder, Summary, SummaryBuilder};
+use crate::report;
+use crate::sample::Sample;
+use crate::simulation::Simulation;
+
+/// What a run left behind.
+#[derive(Clone, Debug)]
+pub struct Finished {
+    /// The run in numbers; `status` says whether it reached its end.
+    pub summary: Summary,
+    /// The files it wrote.
+    pub files: Vec<PathBuf>,
+}
+
+/// Runs a simulation and writes all files of the run; `progress(step, of)` is called now and then.
+///
+/// A run that fails leaves valid files with everything up to the failure.
+///
+/// # Errors
+/// [`OutputError`] when a file cannot be written.
+pub fn run(
+    model: &Model,
+    simulation: &mut Simulation,
+    folder: &RunFolder,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Finished, OutputError> {
+    let mut files = vec![folder.write("model.toml", &model.to_toml())?];
+    let mut writer = folder.trajectory(simulation.members())?;
+    files.extend(["trajectory.csv", "residuals.csv"].map(|f| folder.path().join(f)));
+    let mut summary = SummaryBuilder::default();
+    let begin = Instant::now();
+    let mut observe = |sample: &Sample| {
+        summary.record(sample);
+        writer.record(sample)
+    };
+    let trajectory = &files[1];
+    let io = |source| OutputError::Io { path: trajectory.clone(), source };
+    let outcome = simulation.run(&mut observe, progress).map_err(io)?;
+    writer.finish().map_err(io)?;
+    let wall = begin.elapsed().as_secs_f64();
+    let summary = summary.finish(model, simulation.assembly(), &outcome, wall);
+    files.push(folder.write_summary(&summary)?);
+    files.extend(report::write(folder)?);
+    Ok(Finished { summary, files })
+}
