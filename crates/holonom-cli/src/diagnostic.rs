@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use holonom::ModelError;
-use holonom::model::{Problem, line_column};
+use holonom::model::{MAX_PROBLEMS, Problem, line_column};
 use miette::{
     Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode,
 };
@@ -76,7 +76,11 @@ impl InvalidModel {
             out.push('\n');
         }
         let count = problems.len();
-        let plural = if count == 1 { "" } else { "s" };
+        let plural = match count {
+            1 => "",
+            MAX_PROBLEMS => "s or more",
+            _ => "s",
+        };
         let verdict = "is not a valid model";
         eprintln!("{out}error: {name} {verdict}: {count} problem{plural}, nothing written");
     }
@@ -96,24 +100,41 @@ impl InvalidModel {
 }
 
 fn shown(name: &str, text: &str, problem: &Problem) -> Shown {
-    let place = match &problem.span {
-        Some(span) => {
+    let frame = problem.span.clone().map(|span| first_line(text, span)).filter(|s| fits(text, s));
+    let place = match (&frame, &problem.span) {
+        (Some(_), _) => String::new(),
+        (None, Some(span)) => {
             let (line, column) = line_column(text, span.start);
             format!("{name}:{line}:{column}: ")
         }
-        None => format!("{name}: "),
-    };
-    // A long value (a section, a table) is marked by its first line only.
-    let first_line = |span: &Range<usize>| {
-        let length = text.get(span.clone()).map_or(0, |t| t.lines().next().unwrap_or(t).len());
-        span.start..span.start + length
+        (None, None) => format!("{name}: "),
     };
     Shown {
-        message: format!("{place}{problem}"),
-        label: if problem.key.is_empty() { "here".into() } else { problem.key.clone() },
-        span: problem.span.as_ref().map(first_line),
-        source_code: NamedSource::new(name, text.to_owned()).with_language("toml"),
-        help: problem.help.clone(),
+        message: place + &clipped(&problem.to_string()),
+        label: if problem.key.is_empty() { "here".into() } else { clipped(&problem.key) },
+        source_code: NamedSource::new(name, if frame.is_some() { text } else { "" }.to_owned()),
+        span: frame,
+        help: problem.help.as_deref().map(clipped),
+    }
+}
+
+/// A long value (a section, a table) is marked by its first line only.
+fn first_line(text: &str, span: Range<usize>) -> Range<usize> {
+    let length = text.get(span.clone()).map_or(0, |t| t.lines().next().unwrap_or(t).len());
+    span.start..span.start + length
+}
+
+/// Whether the lines around a span can be shown.
+fn fits(text: &str, span: &Range<usize>) -> bool {
+    let (line, _) = line_column(text, span.start);
+    text.lines().skip(line.saturating_sub(2)).take(3).all(|l| l.len() < 400)
+}
+
+/// Words of bearable length.
+fn clipped(words: &str) -> String {
+    match words.char_indices().nth(400) {
+        Some((end, _)) => format!("{}…", &words[..end]),
+        None => words.to_owned(),
     }
 }
 

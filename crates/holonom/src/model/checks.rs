@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::problem::{Problem, nearest};
+use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::source::Document;
 use super::start::is_ground;
 use super::{Bar, Body, GROUND, Inertia, Joint, Load, MAX_STEPS, Model, Particle, Shape, Spring};
@@ -33,6 +33,9 @@ struct Checker<'a> {
 
 impl<'a> Checker<'a> {
     fn report(&mut self, key: impl Into<String>, message: String, help: impl Into<String>) {
+        if self.problems.len() >= MAX_PROBLEMS {
+            return;
+        }
         let key = key.into();
         let span = self.document.span(&key);
         self.problems.push(Problem::new(key, message).help(help).at(span));
@@ -64,9 +67,11 @@ impl<'a> Checker<'a> {
         } else if name.trim().is_empty() || name.trim() != name || name.contains(odd) {
             let help = "use letters, digits, `_` and `-`, such as `upper_arm`";
             self.report(key, format!("`{}` cannot be a name", name.escape_debug()), help);
-        } else if let Some(first) = self.kinds.insert(name, section) {
+        } else if let Some(first) = self.kinds.get(name) {
             let help = "names are unique in the whole model";
             self.report(key, format!("the name `{name}` is taken by a {first}"), help);
+        } else {
+            self.kinds.insert(name, section);
         }
     }
 

@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 pub use body::{Body, Euler, Particle};
 pub use connection::{Bar, GROUND, Joint, JointKind, Spring, SpringLaw};
 pub use load::{Frame, History, Load};
-pub use problem::{Inconsistency, Level, ModelError, Problem, nearest};
+pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
 pub use settings::{Header, MAX_STEPS, Quadrature, Scheme, Settings};
 pub use shape::{Inertia, Shape, ShapeKind};
 pub use source::{line_column, locate};
@@ -100,14 +100,13 @@ impl Model {
             document.list("load", &mut problems),
         );
         let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
-            problems.dedup_by(|b, a| a.span.is_some() && a.span == b.span);
-            return Err(ModelError::Invalid(problems));
+            return Err(ModelError::invalid(problems));
         };
         let (bodies, particles, bars, joints, springs, loads) = lists;
         let mut model = Self { header, settings, bodies, particles, bars, joints, springs, loads };
         let problems = checks::problems(&model, &document);
         if !problems.is_empty() {
-            return Err(ModelError::Invalid(problems));
+            return Err(ModelError::invalid(problems));
         }
         model.resolve();
         let missed = start::inconsistencies(&model);

@@ -5,6 +5,9 @@ use std::ops::Range;
 
 use serde::Serialize;
 
+/// Problems that are listed at most.
+pub const MAX_PROBLEMS: usize = 50;
+
 /// One thing that is wrong in a model file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Problem {
@@ -80,13 +83,16 @@ impl Inconsistency {
             Level::Position => ("the start configuration misses this constraint", "m"),
             Level::Velocity => ("the start velocities violate this constraint", "m/s"),
         };
+        let distance = match self.distance {
+            d if (1e-3..1e6).contains(&d) => format!("{}", (d * 1e6).round() / 1e6),
+            d => format!("{d:.3e}"),
+        };
         let detail =
             if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };
-        Problem::new(self.key.clone(), format!("{what} by {:.6e} {unit}{detail}", self.distance))
-            .help(
-                "correct the start, or set `project_start = true` under [simulation] to move it \
+        Problem::new(self.key.clone(), format!("{what} by {distance} {unit}{detail}")).help(
+            "correct the start, or set `project_start = true` under [simulation] to move it \
                  onto the constraints",
-            )
+        )
     }
 }
 
@@ -139,6 +145,14 @@ pub enum ModelError {
 }
 
 impl ModelError {
+    /// These problems in the order of the text, one for each place.
+    pub(super) fn invalid(mut problems: Vec<Problem>) -> Self {
+        let place = |p: &Problem| p.span.as_ref().map_or(usize::MAX, |s| s.start);
+        problems.sort_by_key(place);
+        problems.dedup_by(|b, a| a.span.is_some() && a.span == b.span);
+        Self::Invalid(problems)
+    }
+
     /// Everything that is wrong, one by one; spans are found in `text`, the model as it was read.
     #[must_use]
     pub fn problems(&self, text: &str) -> Vec<Problem> {

@@ -143,6 +143,22 @@ impl Settings {
         }
     }
 
+    /// The composition of its order. Premise: the order is 2, 4, 6 or 8, as in a valid model.
+    #[must_use]
+    pub fn composition(&self) -> vi_core::Composition {
+        vi_core::Composition::of_order(self.order).unwrap_or_default()
+    }
+
+    /// Settings of Newton's method.
+    #[must_use]
+    pub fn newton(&self) -> vi_core::NewtonSettings {
+        vi_core::NewtonSettings {
+            max_iterations: self.newton_max_iterations,
+            tolerance: self.newton_tolerance,
+            ..vi_core::NewtonSettings::default()
+        }
+    }
+
     /// Number of steps to the end: `end/step`, rounded up unless it is whole to 1e-9.
     #[must_use]
     pub fn steps(&self) -> u64 {

@@ -10,7 +10,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::overrides::set;
-use super::problem::{Problem, nearest};
+use super::problem::{MAX_PROBLEMS, Problem, nearest};
 
 /// Sections that are one table.
 pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
@@ -18,9 +18,6 @@ pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
 pub(crate) const LISTS: [&str; 6] = ["body", "particle", "bar", "joint", "spring", "load"];
 /// Numbers beyond this are refused.
 pub(crate) const HUGE: f64 = 1e100;
-
-/// Problems that are listed at most.
-const MANY: usize = 50;
 
 /// The places of a key and of its value.
 #[derive(Clone)]
@@ -84,9 +81,11 @@ impl<'i> Document<'i> {
                     DeValue::Integer(integer) => integer.as_str().parse().unwrap_or(0.0),
                     _ => return,
                 };
-                let fault = if number.is_nan() {
-                    "the number is not a number (nan)".to_owned()
-                } else if problems.len() < MANY && number.abs() > HUGE {
+                let fault = if problems.len() >= MAX_PROBLEMS {
+                    return;
+                } else if number.is_nan() {
+                    "this is not a number: nan".to_owned()
+                } else if number.abs() > HUGE {
                     format!("the number is too large: {}", written(value.get_ref()))
                 } else {
                     return;
@@ -112,7 +111,7 @@ impl<'i> Document<'i> {
                 .help(help)
                 .at(self.inside(key.span()))
         };
-        unknown.map(problem).collect()
+        unknown.take(MAX_PROBLEMS).map(problem).collect()
     }
 
     /// Reads a section that is one table.
@@ -150,7 +149,7 @@ impl<'i> Document<'i> {
         };
         let mut list = Vec::new();
         for (i, entry) in entries.iter().enumerate() {
-            if problems.len() < MANY {
+            if problems.len() < MAX_PROBLEMS {
                 list.extend(self.read(self.label(section, i), entry, problems));
             }
         }

@@ -1,5 +1,6 @@
 //! `trajectory.csv` and `residuals.csv`: writing them row by row, reading them back.
 
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -137,57 +138,74 @@ impl<W: Write> Drop for Rows<W> {
     }
 }
 
-/// A trajectory read back from its files.
+/// A trajectory read back from its files, as far as it is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Trajectory {
     /// Names of all columns of `trajectory.csv`.
-    pub columns: Vec<String>,
-    /// Their values, one list per column.
-    pub values: Vec<Vec<f64>>,
+    columns: Vec<String>,
+    /// Values of the columns that were read; the others are empty.
+    values: Vec<Vec<f64>>,
     /// The rows of `residuals.csv`; empty when there is no such file.
     pub residuals: Vec<ResidualRow>,
 }
 
 impl Trajectory {
-    /// Reads both files.
+    /// Reads both files; positions of the first `members` members only.
     ///
     /// # Errors
     /// When a file cannot be read, or `trajectory.csv` is not one of ours.
-    pub fn read(trajectory: &Path, residuals: &Path) -> io::Result<Self> {
+    pub fn read(trajectory: &Path, residuals: &Path, members: usize) -> io::Result<Self> {
         let mut reader = Reader::from_path(trajectory)?;
         let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         let ends = columns.starts_with(&HEAD.map(str::to_owned))
             && columns.ends_with(&TAIL.map(str::to_owned));
         if !ends {
-            return Err(io::Error::new(io::ErrorKind::InvalidData, "not a trajectory"));
+            return Err(invalid("not a trajectory of holonom"));
         }
-        let mut values = vec![Vec::new(); columns.len()];
-        for row in reader.deserialize::<Vec<f64>>() {
-            for (column, value) in values.iter_mut().zip(row?) {
-                column.push(value);
+        let mut read = Self { values: vec![Vec::new(); columns.len()], columns, residuals: vec![] };
+        let wanted = read.wanted(members);
+        let mut row = csv::StringRecord::new();
+        while reader.read_record(&mut row)? {
+            for &column in &wanted {
+                let value = row.get(column).and_then(|field| field.parse().ok());
+                let no_number = || invalid(&format!("no number in column {}", column + 1));
+                read.values[column].push(value.ok_or_else(no_number)?);
             }
         }
-        let residuals = if residuals.exists() {
-            Reader::from_path(residuals)?.deserialize().collect::<csv::Result<_>>()?
-        } else {
-            Vec::new()
-        };
-        Ok(Self { columns, values, residuals })
+        if residuals.exists() {
+            let mut reader = Reader::from_path(residuals)?;
+            read.residuals = reader.deserialize().collect::<csv::Result<_>>()?;
+        }
+        Ok(read)
     }
 
-    /// The values of a column.
+    /// Columns to read: time, energies and momenta, positions of the first members.
+    fn wanted(&self, members: usize) -> Vec<usize> {
+        let mut shown = BTreeSet::from_iter(HEAD.into_iter().chain(TAIL).map(str::to_owned));
+        for name in self.members().into_iter().take(members) {
+            shown.extend(["x", "y", "z"].map(|axis| format!("{name}.{axis}")));
+        }
+        (0..self.columns.len()).filter(|&i| shown.contains(&self.columns[i])).collect()
+    }
+
+    /// The values of a column that was read.
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         let index = self.columns.iter().position(|c| c == name)?;
         self.values.get(index).map(Vec::as_slice)
     }
 
-    /// Names of the members, in order.
+    /// Names of all members, in order.
     #[must_use]
     pub fn members(&self) -> Vec<&str> {
-        let own = HEAD.len()..self.columns.len() - TAIL.len();
-        self.columns[own].iter().filter_map(|c| c.strip_suffix(".x")).collect()
+        let own = HEAD.len()..self.columns.len().saturating_sub(TAIL.len());
+        let own = self.columns.get(own).unwrap_or_default();
+        own.iter().filter_map(|c| c.strip_suffix(".x")).collect()
     }
+}
+
+fn invalid(message: &str) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
 #[cfg(test)]

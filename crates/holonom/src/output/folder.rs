@@ -69,7 +69,10 @@ impl RunFolder {
             return Err(OutputError::Occupied { folder: path, file: (*file).to_owned() });
         }
         fs::create_dir_all(&path).map_err(|e| at(&path, e))?;
-        for file in FILES.iter().map(|f| path.join(f)).filter(|f| f.exists()) {
+        let plots = fs::read_dir(path.join("plots")).into_iter().flatten().flatten();
+        let plots = plots.map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "svg"));
+        let files = FILES.iter().map(|f| path.join(f)).filter(|f| f.exists());
+        for file in files.chain(plots) {
             fs::remove_file(&file).map_err(|e| at(&file, e))?;
         }
         Ok(Self { path })
@@ -140,13 +143,13 @@ impl RunFolder {
         serde_json::from_str(&text).map_err(|source| OutputError::Summary { path, source })
     }
 
-    /// Reads `trajectory.csv` and `residuals.csv`.
+    /// Reads `trajectory.csv`, positions of the first `members` members only, and `residuals.csv`.
     ///
     /// # Errors
     /// [`OutputError::Io`].
-    pub fn read_trajectory(&self) -> Result<Trajectory, OutputError> {
+    pub fn read_trajectory(&self, members: usize) -> Result<Trajectory, OutputError> {
         let path = self.path.join("trajectory.csv");
-        Trajectory::read(&path, &self.path.join("residuals.csv")).map_err(|e| at(&path, e))
+        Trajectory::read(&path, &self.path.join("residuals.csv"), members).map_err(|e| at(&path, e))
     }
 
     /// The text of `model.toml`; empty when there is none.

@@ -1,6 +1,6 @@
 //! `summary.json`: a run in numbers, accumulated node by node.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::model::Model;
 use crate::sample::Sample;
@@ -20,8 +20,10 @@ pub enum Status {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NewtonSummary {
     /// Mean over the recorded steps.
+    #[serde(deserialize_with = "number")]
     pub mean: f64,
     /// Largest of the recorded steps.
+    #[serde(deserialize_with = "number")]
     pub max: f64,
 }
 
@@ -29,10 +31,13 @@ pub struct NewtonSummary {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergySummary {
     /// `H_d` at the start, J.
+    #[serde(deserialize_with = "number")]
     pub initial: f64,
     /// Largest deviation from it, J.
+    #[serde(deserialize_with = "number")]
     pub max_abs_error: f64,
     /// Least-squares slope of the deviation per step, J.
+    #[serde(deserialize_with = "number")]
     pub drift_per_step: f64,
 }
 
@@ -49,8 +54,10 @@ pub struct MomentumSummary {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Drift {
     /// Largest over components and nodes.
+    #[serde(deserialize_with = "number")]
     pub max_abs_drift: f64,
     /// Largest over nodes, per component.
+    #[serde(deserialize_with = "numbers")]
     pub components: [f64; 3],
 }
 
@@ -58,6 +65,7 @@ pub struct Drift {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Maximum {
     /// Over all recorded nodes.
+    #[serde(deserialize_with = "number")]
     pub max: f64,
 }
 
@@ -70,6 +78,15 @@ pub struct ConstraintSummary {
     pub velocity: Maximum,
     /// LMO08 (46).
     pub momentum: Maximum,
+}
+
+/// JSON has no word for what is not a number: `null` stands for it.
+fn number<'de, D: Deserializer<'de>>(json: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(json)?.unwrap_or(f64::NAN))
+}
+
+fn numbers<'de, D: Deserializer<'de>>(json: D) -> Result<[f64; 3], D::Error> {
+    Ok(<[Option<f64>; 3]>::deserialize(json)?.map(|x| x.unwrap_or(f64::NAN)))
 }
 
 /// A run in numbers.
@@ -89,6 +106,7 @@ pub struct Summary {
     /// Time step, s.
     pub step: f64,
     /// Time of the last node, s.
+    #[serde(deserialize_with = "number")]
     pub end_time: f64,
     /// Steps taken.
     pub steps: u64,
@@ -109,8 +127,10 @@ pub struct Summary {
     /// Newton iterations.
     pub newton_iterations: NewtonSummary,
     /// Time the run took, s, writing included.
+    #[serde(deserialize_with = "number")]
     pub wall_seconds: f64,
     /// The same per step, s.
+    #[serde(deserialize_with = "number")]
     pub seconds_per_step: f64,
     /// Energy.
     pub energy: EnergySummary,
@@ -259,13 +279,20 @@ mod tests {
             let x = f64::from(k);
             slope.add(x, 3.0 + 2e-5 * x);
         }
-        assert!((slope.value() - 2e-5).abs() < 1e-17);
+        assert!((slope.value() - 2e-5).abs() < 1e-15, "{:e}", slope.value() - 2e-5);
         let mut slope = Slope::default();
         for (x, y) in [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0), (3.0, 1.0)] {
             slope.add(x, y);
         }
         assert!((slope.value() - 0.2).abs() < 1e-15);
         assert!(Slope::default().value() == 0.0);
+    }
+
+    #[test]
+    fn what_is_not_a_number_survives_json() {
+        let energy = EnergySummary { initial: f64::NAN, ..EnergySummary::default() };
+        let json = serde_json::to_string(&energy).unwrap();
+        assert!(serde_json::from_str::<EnergySummary>(&json).unwrap().initial.is_nan());
     }
 
     #[test]

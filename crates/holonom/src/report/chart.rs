@@ -101,8 +101,10 @@ impl Chart {
             .label_style(("sans-serif", 14).into_font().color(&INK))
             .axis_desc_style(("sans-serif", 15).into_font().color(&INK))
             .draw()?;
-        for (i, points) in curves.into_iter().enumerate() {
-            let style = color(i).stroke_width(2);
+        // The first curve lies on top; where points crowd, thin lines let the others through.
+        let dense = curves.iter().any(|c| c.len() > 1200);
+        for (i, points) in curves.into_iter().enumerate().rev() {
+            let style = color(i).stroke_width(if dense { 1 } else { 2 });
             chart.draw_series(LineSeries::new(points, style))?;
         }
         Ok(())

@@ -51,7 +51,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
         (
             "energy",
             format!(
-                "starts at {} J, is off by at most {} J, drifts by {} J per step",
+                "{} J at the start, off by at most {} J, drift {} J per step",
                 energy.initial,
                 number(energy.max_abs_error),
                 number(energy.drift_per_step)
@@ -73,29 +73,38 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
     facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
 }
 
+/// Below this a change of momentum is called round-off.
+const KEPT: f64 = 1e-9;
+
 /// How far the components of a momentum map stay what they were.
 fn kept(components: &[f64; 3], unit: &str) -> String {
-    let largest = components.iter().copied().fold(0.0, f64::max);
-    if components.iter().all(|c| *c < 1e-9) {
-        return format!("kept to {} {unit}", number(largest));
+    let part = |kept: bool| {
+        let all = ["x", "y", "z"].into_iter().zip(*components);
+        let (names, changes): (Vec<_>, Vec<_>) = all.filter(|c| (c.1 < KEPT) == kept).unzip();
+        (names, changes.into_iter().fold(0.0, f64::max))
+    };
+    let ((still, least), (moved, most)) = (part(true), part(false));
+    let (least, most) = (number(least), number(most));
+    let (verb, and) = (if moved.len() == 1 { "changes" } else { "change" }, " and ");
+    match (still.len(), moved.len()) {
+        (_, 0) => format!("kept to {least} {unit}"),
+        (0, _) => format!("all components change, by up to {most} {unit}"),
+        _ => format!(
+            "{} {verb} by up to {most} {unit}, {} kept to {least}",
+            moved.join(and),
+            still.join(and)
+        ),
     }
-    let name = |small: bool| {
-        let names = ["x", "y", "z"].iter().zip(components);
-        names.filter(|(_, c)| (**c < 1e-9) == small).map(|(n, _)| *n).collect::<Vec<_>>().join(", ")
-    };
-    let still = components.iter().copied().filter(|c| *c < 1e-9).fold(0.0, f64::max);
-    let others = name(true);
-    let rest = if others.is_empty() {
-        String::new()
-    } else {
-        format!("; {others} kept to {}", number(still))
-    };
-    format!("{} changes by up to {} {unit}{rest}", name(false), number(largest))
 }
 
-/// Two significant digits.
+/// Two significant digits, without a power of ten where the number is of ordinary size.
 fn number(value: f64) -> String {
-    if value == 0.0 { "0 (exactly)".to_owned() } else { format!("{value:.1e}") }
+    match value.abs() {
+        0.0 => "0 exactly".to_owned(),
+        v if (0.01..10.0).contains(&v) => format!("{value:.2}"),
+        v if (10.0..1e4).contains(&v) => format!("{value:.0}"),
+        _ => format!("{value:.1e}"),
+    }
 }
 
 fn duration(seconds: f64) -> String {

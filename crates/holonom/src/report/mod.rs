@@ -20,7 +20,7 @@ pub use plots::{Plot, plots};
 /// # Errors
 /// [`OutputError`] when the files of the run cannot be read, or these cannot be written.
 pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
-    let (summary, trajectory) = (folder.summary()?, folder.read_trajectory()?);
+    let (summary, trajectory) = (folder.summary()?, folder.read_trajectory(plots::MEMBERS)?);
     let plots = plots(&trajectory);
     let mut files = Vec::new();
     let mut drawn = Vec::new();

@@ -5,7 +5,7 @@ use super::series::{Points, subsample};
 use crate::output::{ResidualRow, Trajectory};
 
 /// Members whose positions are drawn.
-const MEMBERS: usize = 12;
+pub(super) const MEMBERS: usize = 12;
 
 /// A chart with the name of its file and words to go with it.
 #[derive(Clone, Debug, PartialEq)]

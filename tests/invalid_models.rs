@@ -1,0 +1,190 @@
+//! What the program says about models that are wrong: where, what, and what to write instead.
+//!
+//! Every case ends with code 3, prints nothing on standard output and writes no file.
+#![allow(clippy::unwrap_used)] // a test
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const PENDULUM: &str = include_str!("../examples/models/pendulum.toml");
+const TOP: &str = include_str!("../examples/models/heavy_top_fast.toml");
+
+fn folder(case: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("invalid").join(case);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+fn holonom(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_holonom"))
+        .args(arguments)
+        .current_dir(folder)
+        .env("NO_COLOR", "1")
+        .env("COLUMNS", "100")
+        .output()
+        .unwrap()
+}
+
+/// Runs the file `model.toml` of a folder, which must be refused; the words of the program.
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = holonom(folder, &[&["run", "model.toml"], arguments].concat());
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{text}");
+    assert!(output.stdout.is_empty(), "{text}");
+    assert!(!folder.join("model-out").exists(), "something was written");
+    text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
+}
+
+/// The model `base` with some of its text replaced.
+fn broken(case: &str, base: &str, changes: &[(&str, &str)]) -> String {
+    let mut text = base.to_owned();
+    for (old, new) in changes {
+        assert!(text.contains(old), "{case}: `{old}` is not in the model");
+        text = text.replacen(old, new, 1);
+    }
+    let folder = folder(case);
+    fs::write(folder.join("model.toml"), text).unwrap();
+    refused(&folder, &[])
+}
+
+macro_rules! cases {
+    ($($name:ident: $base:ident, $($old:literal => $new:literal),+;)+) => {
+        $(#[test]
+        fn $name() {
+            insta::assert_snapshot!(broken(stringify!($name), $base, &[$(($old, $new)),+]));
+        })+
+    };
+}
+
+cases! {
+    syntax: PENDULUM, "mass = 1.0" => "mass = = 1.0";
+    unclosed_string: PENDULUM, "name = \"bob\"" => "name = \"bob";
+    unknown_key: PENDULUM, "mass = 1.0" => "mas = 1.0";
+    unknown_section: PENDULUM, "[[bar]]" => "[[baar]]";
+    unknown_value: TOP, "\"spherical\"" => "\"sperical\"";
+    missing_key: PENDULUM, "end = 10.0" => "";
+    missing_section: PENDULUM, "[simulation]" => "", "step = 0.01" => "", "end = 10.0" => "";
+    single_bracket: PENDULUM, "[[bar]]" => "[bar]";
+    wrong_type: PENDULUM, "mass = 1.0" => "mass = \"heavy\"";
+    negative_mass: PENDULUM, "mass = 1.0" => "mass = -1.0";
+    unphysical_inertia: TOP, "0.46875, 0.234375]" => "0.46875, 0.9]";
+    negative_inertia: TOP, "[0.234375," => "[-0.234375,";
+    malformed_inertia: TOP, "[0.234375, 0.46875, 0.234375]" => "[1.0, 2.0]";
+    zero_step: PENDULUM, "step = 0.01" => "step = 0";
+    negative_step: PENDULUM, "step = 0.01" => "step = -0.01";
+    nan_step: PENDULUM, "step = 0.01" => "step = nan";
+    infinite_position: PENDULUM, "position = [1.0, 0.0]" => "position = [1.0, -inf]";
+    huge_number: PENDULUM, "mass = 1.0" => "mass = 1e101";
+    overflowing_number: PENDULUM, "mass = 1.0" => "mass = 1e999";
+    too_many_steps: PENDULUM, "step = 0.01" => "step = 1e-12";
+    unknown_order: PENDULUM, "end = 10.0" => "end = 10.0\norder = 3";
+    unknown_body: TOP, "child = \"top\"" => "child = \"topp\"";
+    body_of_the_wrong_kind: PENDULUM, "to = \"bob\"" => "to = \"rod\"";
+    duplicate_name: PENDULUM, "name = \"rod\"" => "name = \"bob\"";
+    reserved_name: TOP, "name = \"top\"" => "name = \"ground\"";
+    odd_name: PENDULUM, "name = \"bob\"" => "name = \"a,b\"";
+    empty: PENDULUM, "[[particle]]\nname = \"bob\"\nmass = 1.0\nposition = [1.0, 0.0]\n" => "",
+        "[[bar]]\nname = \"rod\"\nfrom = \"ground\"\nto = \"bob\"\npoint = [0.0, 0.0]\nlength = 1.0\n" => "";
+    zero_axis: TOP, "\"spherical\"" => "\"revolute\"\naxis = [0, 0, 0]";
+    missing_axis: TOP, "\"spherical\"" => "\"revolute\"";
+    not_a_unit_quaternion: TOP, "mass = 15.0" => "mass = 15.0\nquaternion = [1, 0, 0, 0.1]";
+    two_orientations: TOP,
+        "mass = 15.0" => "mass = 15.0\nquaternion = [1, 0, 0, 0]\nrotation_vector = [0, 0, 1]";
+    wrong_dimension: PENDULUM, "position = [1.0, 0.0]" => "position = [1.0, 0.0, 0.0]";
+    inconsistent_bar: PENDULUM, "length = 1.0" => "length = 1.25";
+    inconsistent_joint: TOP,
+        "position = [0.0, 0.0, 0.0]" => "anchor_parent = [0, 0, 0]\nanchor_child = [0, -1.5, 0]";
+    several: TOP, "mass = 15.0" => "mass = -15.0", "\"top\"\nposition" => "\"tip\"\nposition",
+        "step = 0.0002" => "step = -0.0002", "end = 1.0" => "end = 0";
+    several_keys: TOP, "mass = 15.0" => "mas = 15.0", "every = 5" => "evry = 5";
+}
+
+#[test]
+fn a_missing_file() {
+    insta::assert_snapshot!(refused(&folder("missing"), &[]));
+}
+
+#[test]
+fn a_directory() {
+    let folder = folder("directory");
+    fs::create_dir(folder.join("model.toml")).unwrap();
+    insta::assert_snapshot!(refused(&folder, &[]));
+}
+
+#[test]
+fn bytes_that_are_no_text() {
+    let folder = folder("bytes");
+    fs::write(folder.join("model.toml"), b"[model]\nname = \"\xff\"").unwrap();
+    insta::assert_snapshot!(refused(&folder, &[]));
+}
+
+#[test]
+fn an_empty_file() {
+    let folder = folder("nothing");
+    fs::write(folder.join("model.toml"), "").unwrap();
+    insta::assert_snapshot!(refused(&folder, &[]));
+}
+
+#[test]
+fn a_huge_file() {
+    let folder = folder("huge");
+    let file = fs::File::create(folder.join("model.toml")).unwrap();
+    file.set_len(100 * 1024 * 1024).unwrap(); // sparse
+    let begin = std::time::Instant::now();
+    insta::assert_snapshot!(refused(&folder, &[]));
+    assert!(begin.elapsed().as_secs_f64() < 2.0);
+}
+
+#[test]
+fn wrong_overrides() {
+    let folder = folder("overrides");
+    fs::write(folder.join("model.toml"), PENDULUM).unwrap();
+    let words = |key: &str| refused(&folder, &["--set", key]);
+    let cases = [
+        "particle.bob.mass=-2",
+        "particle.bobb.mass=2",
+        "particle.bob.mas=2",
+        "particle.bob.position.7=2",
+        "particle.bob.mass=heavy",
+        "bar.rod.length=1.25",
+        "simulation.step=nan",
+        "nonsense=1",
+    ];
+    insta::assert_snapshot!(cases.map(|key| format!("--set {key}\n{}", words(key))).join("\n\n"));
+    insta::assert_snapshot!("negative_step_option", refused(&folder, &["--step", "-0.1"]));
+}
+
+#[test]
+fn problems_for_machines() {
+    let folder = folder("machines");
+    fs::write(folder.join("model.toml"), PENDULUM.replace("mass = 1.0", "mass = -1.0")).unwrap();
+    let output = holonom(&folder, &["check", "model.toml", "--json"]);
+    assert_eq!(output.status.code(), Some(3));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    insta::assert_json_snapshot!(json);
+}
+
+#[test]
+fn hostile_texts_end_quickly_and_with_code_3() {
+    let many = (0..60_000).map(|_| "[[particle]]\nname = \"p\"\nmass = -1\nposition = []\n");
+    let cases = [
+        ("[".repeat(1_000_000), "deep arrays"),
+        (format!("{PENDULUM}x = {}", "[".repeat(100_000)), "deep arrays below a key"),
+        (format!("{PENDULUM}\n[a{}]\n", ".a".repeat(100_000)), "deep tables"),
+        (many.collect::<String>() + PENDULUM, "many members of one name"),
+        ("\u{feff}\0\0".to_owned(), "control characters"),
+        (format!("{PENDULUM}x = {}", "9".repeat(1_000_000)), "a long number"),
+    ];
+    let folder = folder("hostile");
+    for (text, what) in cases {
+        fs::write(folder.join("model.toml"), text).unwrap();
+        let begin = std::time::Instant::now();
+        let output = holonom(&folder, &["check", "model.toml"]);
+        println!("{what}: {:.2} s", begin.elapsed().as_secs_f64());
+        assert_eq!(output.status.code(), Some(3), "{what}");
+        assert!(begin.elapsed().as_secs_f64() < 20.0, "{what}");
+        assert!(output.stderr.len() < 1_000_000, "{what}: {} bytes", output.stderr.len());
+    }
+}

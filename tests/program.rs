@@ -1,0 +1,297 @@
+//! The program from outside: exit codes, files, standard output.
+#![allow(clippy::unwrap_used)] // a test
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+const PENDULUM: &str = include_str!("../examples/models/pendulum.toml");
+
+fn folder(case: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("program").join(case);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("pendulum.toml"), PENDULUM).unwrap();
+    folder
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_holonom"));
+    command.args(arguments).current_dir(folder).env("NO_COLOR", "1");
+    command
+}
+
+fn holonom(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().unwrap()
+}
+
+fn code(folder: &Path, arguments: &[&str]) -> i32 {
+    holonom(folder, arguments).status.code().unwrap()
+}
+
+fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn files(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+#[test]
+fn a_run_writes_the_files_of_the_contract() {
+    let folder = folder("run");
+    let output = holonom(&folder, &["run", "pendulum.toml"]);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    assert!(output.stdout.is_empty());
+    let out = folder.join("pendulum-out");
+    let expected =
+        ["model.toml", "plots", "report.html", "residuals.csv", "summary.json", "trajectory.csv"];
+    assert_eq!(files(&out), expected.map(str::to_owned).into());
+    let csv = fs::read_to_string(out.join("trajectory.csv")).unwrap();
+    assert_eq!(csv.lines().next(), Some("step,t,bob.x,bob.y,E,H,Lx,Ly,Lz,Px,Py,Pz"));
+    assert_eq!(csv.lines().count(), 1002);
+    assert!(csv.ends_with('\n'));
+    let summary: Value =
+        serde_json::from_str(&fs::read_to_string(out.join("summary.json")).unwrap()).unwrap();
+    let numbers = [
+        "/order",
+        "/step",
+        "/end_time",
+        "/steps",
+        "/bodies",
+        "/joints",
+        "/coordinates",
+        "/constraints",
+        "/redundant_constraints",
+        "/dof",
+        "/newton_iterations/mean",
+        "/newton_iterations/max",
+        "/wall_seconds",
+        "/seconds_per_step",
+        "/energy/initial",
+        "/energy/max_abs_error",
+        "/energy/drift_per_step",
+        "/momentum/linear/max_abs_drift",
+        "/momentum/angular/max_abs_drift",
+        "/constraint_residual/position/max",
+        "/constraint_residual/velocity/max",
+        "/constraint_residual/momentum/max",
+    ];
+    for key in numbers {
+        assert!(summary.pointer(key).is_some_and(Value::is_number), "{key}: {summary}");
+    }
+    for key in ["/model", "/scheme", "/version", "/status"] {
+        assert!(summary.pointer(key).is_some_and(Value::is_string), "{key}: {summary}");
+    }
+    assert_eq!(summary["steps"], 1000);
+    assert_eq!(summary["dof"], 1);
+}
+
+#[test]
+fn options_and_keys_change_the_model_and_the_resolved_model_tells() {
+    let folder = folder("options");
+    let options = [
+        "run",
+        "pendulum.toml",
+        "-o",
+        "deep/out",
+        "--scheme",
+        "reduced",
+        "--order",
+        "4",
+        "--step",
+        "0.05",
+        "--end",
+        "2",
+        "--every",
+        "10",
+        "--set",
+        "particle.bob.mass=2.5",
+        "--set",
+        "particle.bob.position.0=-1",
+        "--set",
+        "model.name=renamed",
+        "-q",
+    ];
+    let output = holonom(&folder, &options);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    assert!(output.stderr.is_empty(), "{}", words(&output));
+    let out = folder.join("deep/out");
+    let model = fs::read_to_string(out.join("model.toml")).unwrap();
+    let lines = [
+        "name = \"renamed\"",
+        "scheme = \"reduced\"",
+        "order = 4",
+        "step = 0.05",
+        "end = 2.0",
+        "every = 10",
+        "mass = 2.5",
+        "position = [-1.0, 0.0]",
+    ];
+    for line in lines {
+        assert!(model.lines().any(|l| l == line), "{line} is not in\n{model}");
+    }
+    assert_eq!(fs::read_to_string(out.join("trajectory.csv")).unwrap().lines().count(), 6);
+    // The resolved model is a model.
+    assert_eq!(code(&folder, &["run", "deep/out/model.toml", "-o", "again"]), 0);
+    let read = |path: &str| fs::read_to_string(folder.join(path)).unwrap();
+    assert_eq!(read("deep/out/trajectory.csv"), read("again/trajectory.csv"));
+    assert_eq!(read("deep/out/model.toml"), read("again/model.toml"));
+}
+
+#[test]
+fn nothing_is_overwritten_without_force() {
+    let folder = folder("force");
+    assert_eq!(code(&folder, &["run", "pendulum.toml", "--every", "1000"]), 0);
+    let trajectory = folder.join("pendulum-out/trajectory.csv");
+    let before = fs::read(&trajectory).unwrap();
+    let refused = holonom(&folder, &["run", "pendulum.toml"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(words(&refused).contains("--force"), "{}", words(&refused));
+    assert_eq!(fs::read(&trajectory).unwrap(), before);
+    fs::write(folder.join("pendulum-out/notes.txt"), "mine").unwrap();
+    assert_eq!(code(&folder, &["run", "pendulum.toml", "--force"]), 0);
+    assert_ne!(fs::read(&trajectory).unwrap(), before);
+    assert!(folder.join("pendulum-out/notes.txt").exists(), "the user's own file is kept");
+}
+
+#[test]
+fn a_failed_run_keeps_valid_files_and_lists_them() {
+    let folder = folder("failed");
+    let top = include_str!("../examples/models/heavy_top_fast.toml");
+    fs::write(folder.join("top.toml"), top).unwrap();
+    // No step of four months turns a top of 150 rad/s by less than half a turn.
+    let output = holonom(&folder, &["run", "top.toml", "--step", "1e7", "--end", "1e9", "--json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", words(&output));
+    assert!(words(&output).contains("trajectory.csv"), "{}", words(&output));
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(summary["status"], "failed");
+    assert!(summary["failure"]["remedy"].as_str().is_some_and(|r| !r.is_empty()), "{summary}");
+    let csv = fs::read_to_string(folder.join("top-out/trajectory.csv")).unwrap();
+    assert!(csv.ends_with('\n') && csv.lines().count() >= 2);
+    let columns = csv.lines().next().unwrap().split(',').count();
+    assert!(csv.lines().all(|row| row.split(',').count() == columns));
+    assert_eq!(columns, 2 + 12 + 8);
+    assert!(fs::read_to_string(folder.join("top-out/report.html")).unwrap().contains("failed"));
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_an_error_with_its_name() {
+    let folder = folder("unwritable");
+    fs::write(folder.join("file"), "").unwrap();
+    let output = holonom(&folder, &["run", "pendulum.toml", "-o", "file/below"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(words(&output).contains("file/below"), "{}", words(&output));
+}
+
+#[test]
+fn json_goes_to_standard_output_alone() {
+    let folder = folder("json");
+    let output = holonom(&folder, &["run", "pendulum.toml", "--json"]);
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let written = fs::read(folder.join("pendulum-out/summary.json")).unwrap();
+    assert_eq!(summary, serde_json::from_slice::<Value>(&written).unwrap());
+    let output = holonom(&folder, &["check", "pendulum.toml", "--json"]);
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["valid"], true);
+    assert_eq!(report["assembly"]["dof"], 1);
+    let schema: Value = serde_json::from_slice(&holonom(&folder, &["schema"]).stdout).unwrap();
+    assert!(schema["properties"]["body"].is_object(), "{schema}");
+}
+
+#[test]
+fn check_writes_nothing() {
+    let folder = folder("check");
+    let output = holonom(&folder, &["check", "pendulum.toml"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(words(&output).contains("degrees of freedom"), "{}", words(&output));
+    assert_eq!(files(&folder).len(), 1);
+}
+
+#[test]
+fn wrong_usage_ends_with_code_2() {
+    let folder = folder("usage");
+    let cases: [&[&str]; 9] = [
+        &[],
+        &["simulate"],
+        &["run"],
+        &["run", "pendulum.toml", "--order", "3"],
+        &["run", "pendulum.toml", "--scheme", "euler"],
+        &["run", "pendulum.toml", "--set", "x"],
+        &["examples", "pendulun"],
+        &["plot", "."],
+        &["plot", "nowhere"],
+    ];
+    for arguments in cases {
+        let output = holonom(&folder, arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", words(&output));
+    }
+    assert_eq!(code(&folder, &["--help"]), 0);
+    assert_eq!(code(&folder, &["--version"]), 0);
+    assert_eq!(files(&folder).len(), 1);
+}
+
+#[test]
+fn plots_are_drawn_again() {
+    let folder = folder("plot");
+    assert_eq!(code(&folder, &["run", "pendulum.toml"]), 0);
+    let out = folder.join("pendulum-out");
+    let report = fs::read_to_string(out.join("report.html")).unwrap();
+    fs::remove_file(out.join("report.html")).unwrap();
+    fs::remove_dir_all(out.join("plots")).unwrap();
+    assert_eq!(code(&folder, &["plot", "pendulum-out"]), 0);
+    assert_eq!(fs::read_to_string(out.join("report.html")).unwrap(), report);
+    assert!(out.join("plots/energy.svg").exists() && out.join("plots/residuals.svg").exists());
+    fs::write(out.join("trajectory.csv"), "a,b\n1,2\n").unwrap();
+    assert_eq!(code(&folder, &["plot", "pendulum-out"]), 1);
+}
+
+#[test]
+fn every_shipped_model_is_valid_and_listed() {
+    let folder = folder("examples");
+    assert_eq!(code(&folder, &["examples", "--all", "models"]), 0);
+    assert_eq!(code(&folder, &["examples", "--all", "models"]), 2, "nothing is replaced");
+    let shipped = files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/models"));
+    assert_eq!(files(&folder.join("models")), shipped);
+    let list = String::from_utf8(holonom(&folder, &["examples"]).stdout).unwrap();
+    for file in &shipped {
+        let name = file.trim_end_matches(".toml");
+        let line = list.lines().find(|l| l.split_whitespace().next() == Some(name)).unwrap();
+        assert!(line.len() > name.len() + 10, "no description: {line}");
+        let path = format!("models/{file}");
+        let output = holonom(&folder, &["check", &path]);
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+        let printed = holonom(&folder, &["examples", name]).stdout;
+        assert_eq!(printed, fs::read(folder.join(path)).unwrap());
+    }
+    assert_eq!(code(&folder, &["examples", "free_body", "-o", "x.toml"]), 0);
+    assert_eq!(code(&folder, &["examples", "free_body", "-o", "x.toml"]), 2);
+}
+
+#[test]
+fn completions_for_every_shell() {
+    let folder = folder("completions");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        assert!(holonom(&folder, &["completions", shell]).stdout.len() > 500, "{shell}");
+    }
+}
+
+#[test]
+fn a_reader_who_leaves_is_no_error() {
+    let folder = folder("pipe");
+    for arguments in [&["schema"][..], &["completions", "bash"], &["examples"]] {
+        let mut child = command(&folder, arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take()); // closed before anything is read
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", words(&output));
+        assert!(output.stderr.is_empty(), "{}", words(&output));
+    }
+}
