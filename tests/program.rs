@@ -201,6 +201,7 @@ fn json_goes_to_standard_output_alone() {
     assert_eq!(report["assembly"]["dof"], 1);
     let schema: Value = serde_json::from_slice(&holonom(&folder, &["schema"]).stdout).unwrap();
     assert!(schema["properties"]["body"].is_object(), "{schema}");
+    assert!(!schema.to_string().replace("null space", "").contains("null"), "TOML has no null");
 }
 
 #[test]

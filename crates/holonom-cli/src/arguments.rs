@@ -7,7 +7,7 @@ use clap_complete::Shell;
 
 /// Variational integrators for constrained mechanical systems.
 #[derive(Parser)]
-#[command(name = "holonom", version, about, after_help = AFTER, propagate_version = true)]
+#[command(name = "holonom", version, after_help = AFTER, disable_help_subcommand = true)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) verb: Verb,

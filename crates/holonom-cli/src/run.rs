@@ -46,7 +46,7 @@ pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
 
 /// A progress bar on standard error; invisible when that is no terminal.
 fn bar(visible: bool) -> ProgressBar {
-    let template = "{bar:32} {percent:>3} %  step {human_pos}/{human_len}  {per_sec}  {eta} left";
+    let template = "{bar:32} {percent:>3} %  step {human_pos} of {human_len}, {eta} left";
     let bar = if visible { ProgressBar::new(1) } else { ProgressBar::hidden() };
     if visible {
         bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));

@@ -4,12 +4,18 @@ use std::collections::BTreeMap;
 
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::source::Document;
-use super::start::is_ground;
+use super::start::{StartPoints, distance, is_ground};
 use super::{Bar, Body, GROUND, Inertia, Joint, Load, MAX_STEPS, Model, Particle, Shape, Spring};
 
 /// All problems of a model that could be read.
 pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
-    let mut checker = Checker { model, document, problems: Vec::new(), kinds: BTreeMap::new() };
+    let mut checker = Checker {
+        model,
+        document,
+        points: StartPoints::new(model),
+        problems: Vec::new(),
+        kinds: BTreeMap::new(),
+    };
     checker.names();
     checker.header();
     checker.settings();
@@ -26,6 +32,7 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
 struct Checker<'a> {
     model: &'a Model,
     document: &'a Document<'a>,
+    points: StartPoints<'a>,
     problems: Vec<Problem>,
     /// The section of every name.
     kinds: BTreeMap<&'a str, &'static str>,
@@ -264,8 +271,7 @@ impl<'a> Checker<'a> {
     }
 
     fn is_degenerate(&self, bar: &Bar) -> bool {
-        let end = |name: &str| self.model.start_point(name, bar.point.as_deref());
-        (end(&bar.from) - end(&bar.to)).norm() == 0.0
+        distance(self.points.bar(bar)) == 0.0
     }
 
     fn joint(&mut self, key: &str, joint: &Joint) {

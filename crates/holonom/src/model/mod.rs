@@ -31,6 +31,8 @@ pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, neare
 pub use settings::{Header, MAX_STEPS, Quadrature, Scheme, Settings};
 pub use shape::{Inertia, Shape, ShapeKind};
 pub use source::{line_column, locate};
+pub use start::StartPoints;
+use start::distance;
 
 /// The greatest size of a model text, bytes.
 pub const MAX_BYTES: usize = 16 * 1024 * 1024;
@@ -134,8 +136,21 @@ impl Model {
     #[must_use]
     pub fn schema() -> serde_json::Value {
         let mut schema = schemars::schema_for!(Self).to_value();
+        without_null(&mut schema);
         schema["title"] = "holonom model".into();
         schema
+    }
+
+    /// The body of this name.
+    #[must_use]
+    pub fn body(&self, name: &str) -> Option<&Body> {
+        self.bodies.iter().find(|b| b.name == name)
+    }
+
+    /// The particle of this name.
+    #[must_use]
+    pub fn particle(&self, name: &str) -> Option<&Particle> {
+        self.particles.iter().find(|p| p.name == name)
     }
 
     /// Gravitational acceleration, m/s²; the third component is 0 in the plane.
@@ -156,14 +171,40 @@ impl Model {
             body.mass = Some(body.mass());
             body.inertia.get_or_insert(Inertia::Principal([tensor.m11, tensor.m22, tensor.m33]));
         }
-        let mut lengths: Vec<f64> = (0..self.bars.len()).map(|i| self.bar_start(i)).collect();
-        for (bar, start) in self.bars.iter_mut().zip(lengths.drain(..)) {
+        let points = StartPoints::new(self);
+        let bars: Vec<f64> = self.bars.iter().map(|b| distance(points.bar(b))).collect();
+        let springs: Vec<f64> = self.springs.iter().map(|s| distance(points.spring(s))).collect();
+        for (bar, start) in self.bars.iter_mut().zip(bars) {
             bar.length.get_or_insert(start);
         }
-        let mut lengths: Vec<f64> = (0..self.springs.len()).map(|i| self.spring_start(i)).collect();
-        for (spring, start) in self.springs.iter_mut().zip(lengths.drain(..)) {
+        for (spring, start) in self.springs.iter_mut().zip(springs) {
             spring.natural_length.get_or_insert(start);
         }
+    }
+}
+
+/// TOML has no null: what may be absent is not required, that is all.
+fn without_null(schema: &mut serde_json::Value) {
+    use serde_json::Value;
+    match schema {
+        Value::Object(map) => {
+            if let Some(Value::Array(types)) = map.get_mut("type") {
+                types.retain(|t| t != "null");
+                if let [only] = types.as_slice() {
+                    let only = only.clone();
+                    map.insert("type".into(), only);
+                }
+            }
+            if map.get("default").is_some_and(Value::is_null) {
+                map.remove("default");
+            }
+            if let Some(Value::Array(options)) = map.get_mut("anyOf") {
+                options.retain(|o| o["type"] != "null");
+            }
+            map.values_mut().for_each(without_null);
+        }
+        Value::Array(items) => items.iter_mut().for_each(without_null),
+        _ => {}
     }
 }
 

@@ -1,72 +1,82 @@
 //! The start configuration against bars and joints.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 
 use super::problem::{Inconsistency, Level};
-use super::{Bar, GROUND, Joint, JointKind, Model, Spring, spatial};
+use super::{Bar, Body, GROUND, Joint, JointKind, Model, Particle, Spring, spatial};
 
-impl Model {
-    /// The body of this name.
+/// Points of the start configuration, found by the names of members.
+pub struct StartPoints<'a> {
+    bodies: BTreeMap<&'a str, &'a Body>,
+    particles: BTreeMap<&'a str, &'a Particle>,
+}
+
+impl<'a> StartPoints<'a> {
+    /// The points of a model; of two members of one name the first counts.
     #[must_use]
-    pub fn body(&self, name: &str) -> Option<&super::Body> {
-        self.bodies.iter().find(|b| b.name == name)
+    pub fn new(model: &'a Model) -> Self {
+        let bodies = model.bodies.iter().rev().map(|b| (b.name.as_str(), b)).collect();
+        let particles = model.particles.iter().rev().map(|p| (p.name.as_str(), p)).collect();
+        Self { bodies, particles }
     }
 
-    /// The particle of this name.
+    /// A point, m: of a body by components from its centre of mass, of the ground, or a particle.
     #[must_use]
-    pub fn particle(&self, name: &str) -> Option<&super::Particle> {
-        self.particles.iter().find(|p| p.name == name)
-    }
-
-    /// A point at the start, m: of a body by components, of the ground, or a particle.
-    #[must_use]
-    pub fn start_point(&self, member: &str, components: Option<&[f64]>) -> Vector3<f64> {
+    pub fn point(&self, member: &str, components: Option<&[f64]>) -> Vector3<f64> {
         let components = spatial(components.unwrap_or_default());
-        if let Some(body) = self.body(member) {
+        if let Some(body) = self.bodies.get(member) {
             return body.point(components);
         }
-        match self.particle(member) {
+        match self.particles.get(member) {
             Some(particle) => Vector3::from(spatial(&particle.position)),
             None => Vector3::from(components),
         }
     }
 
-    /// Distance of the ends of a bar at the start, m.
-    pub(crate) fn bar_start(&self, index: usize) -> f64 {
-        let Bar { from, to, point, .. } = &self.bars[index];
-        (self.start_point(from, point.as_deref()) - self.start_point(to, point.as_deref())).norm()
-    }
-
-    /// Distance of the ends of a spring at the start, m.
-    pub(crate) fn spring_start(&self, index: usize) -> f64 {
-        let Spring { from, to, point_from, point_to, .. } = &self.springs[index];
-        (self.start_point(from, point_from.as_deref()) - self.start_point(to, point_to.as_deref()))
-            .norm()
-    }
-
-    /// Where a joint sits on its parent and on its child at the start, in space, m.
+    /// Where a bar begins and ends, m.
     #[must_use]
-    pub fn joint_points(&self, joint: &Joint) -> [Vector3<f64>; 2] {
+    pub fn bar(&self, bar: &Bar) -> [Vector3<f64>; 2] {
+        [&bar.from, &bar.to].map(|end| self.point(end, bar.point.as_deref()))
+    }
+
+    /// Where a spring begins and ends, m.
+    #[must_use]
+    pub fn spring(&self, spring: &Spring) -> [Vector3<f64>; 2] {
+        let Spring { from, to, point_from, point_to, .. } = spring;
+        [self.point(from, point_from.as_deref()), self.point(to, point_to.as_deref())]
+    }
+
+    /// Where a joint sits on its parent and on its child, m.
+    #[must_use]
+    pub fn joint(&self, joint: &Joint) -> [Vector3<f64>; 2] {
         if let Some(position) = joint.position {
             return [Vector3::from(position); 2];
         }
         let point = |member: &str, anchor: Option<[f64; 3]>| {
-            self.start_point(member, anchor.as_ref().map(<[f64; 3]>::as_slice))
+            self.point(member, anchor.as_ref().map(<[f64; 3]>::as_slice))
         };
         [point(&joint.parent, joint.anchor_parent), point(&joint.child, joint.anchor_child)]
     }
 }
 
+/// Distance of two points, m.
+pub(super) fn distance([a, b]: [Vector3<f64>; 2]) -> f64 {
+    (b - a).norm()
+}
+
 /// Bars and joints whose positions at the start miss by more than the tolerance.
 pub(super) fn inconsistencies(model: &Model) -> Vec<Inconsistency> {
     let tolerance = model.settings.start_tolerance;
-    let bars = model.bars.iter().enumerate().filter_map(|(i, bar)| {
-        let (start, length) = (model.bar_start(i), bar.length?);
+    let points = StartPoints::new(model);
+    let bars = model.bars.iter().filter_map(|bar| {
+        let (start, length) = (distance(points.bar(bar)), bar.length?);
         let detail = format!("its length is {length} m, its ends start {start} m apart");
         missed(format!("bar.{}.length", bar.name), (start - length).abs(), tolerance, detail)
     });
     let joints = model.joints.iter().filter_map(|joint| {
-        let [parent, child] = model.joint_points(joint);
+        let [parent, child] = points.joint(joint);
         let distance = gap(joint, child - parent);
         let detail = format!(
             "anchor_parent is at {} m, anchor_child at {} m",

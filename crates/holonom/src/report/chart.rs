@@ -8,6 +8,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::series::{Points, exponent, power_of_ten, range, tick};
 
+/// Units of the drawing per pixel: the library rounds to whole units.
+const PX: u32 = 5;
 /// Size of a chart, px.
 const SIZE: (u32, u32) = (880, 330);
 /// Height of the line with title and legend, px.
@@ -65,31 +67,34 @@ impl Chart {
     pub fn svg(&self) -> Result<String, String> {
         let mut svg = String::new();
         {
-            let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
+            let root =
+                SVGBackend::with_string(&mut svg, (SIZE.0 * PX, SIZE.1 * PX)).into_drawing_area();
             self.draw(&root).map_err(|e| e.to_string())?;
             root.present().map_err(|e| e.to_string())?;
         }
-        Ok(svg)
+        let size = |unit: u32| format!("width=\"{}\" height=\"{}\"", SIZE.0 * unit, SIZE.1 * unit);
+        Ok(svg.replacen(&size(PX), &size(1), 1))
     }
 
     fn draw(&self, root: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
         root.fill(&WHITE)?;
-        let (head, body) = root.split_vertically(TITLE);
+        let (head, body) = root.split_vertically(TITLE * PX);
         self.draw_head(&head)?;
         let Axes { x, y, curves, label } = self.axes();
         let mut chart = ChartBuilder::on(&body)
-            .margin_right(22)
-            .margin_top(6)
-            .margin_bottom(4)
-            .x_label_area_size(44)
-            .y_label_area_size(78)
+            .margin_right(22 * PX)
+            .margin_top(6 * PX)
+            .margin_bottom(4 * PX)
+            .x_label_area_size(44 * PX)
+            .y_label_area_size(78 * PX)
             .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
         let logarithmic = self.logarithmic;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
-            .bold_line_style(INK.mix(0.14))
-            .axis_style(INK.mix(0.55))
+            .bold_line_style(INK.mix(0.14).stroke_width(PX))
+            .axis_style(INK.mix(0.55).stroke_width(PX))
+            .set_all_tick_mark_size(5 * PX)
             .x_desc("time (s)")
             .y_desc(label)
             .x_labels(10)
@@ -98,13 +103,13 @@ impl Chart {
             .y_label_formatter(&|v| {
                 if logarithmic { log_tick(*v) } else { tick(*v, y.1 - y.0) }
             })
-            .label_style(("sans-serif", 14).into_font().color(&INK))
-            .axis_desc_style(("sans-serif", 15).into_font().color(&INK))
+            .label_style(("sans-serif", 14 * PX).into_font().color(&INK))
+            .axis_desc_style(("sans-serif", 15 * PX).into_font().color(&INK))
             .draw()?;
         // The first curve lies on top; where points crowd, thin lines let the others through.
         let dense = curves.iter().any(|c| c.len() > 1200);
         for (i, points) in curves.into_iter().enumerate().rev() {
-            let style = color(i).stroke_width(if dense { 1 } else { 2 });
+            let style = color(i).stroke_width(if dense { 6 } else { 9 });
             chart.draw_series(LineSeries::new(points, style))?;
         }
         Ok(())
@@ -113,20 +118,21 @@ impl Chart {
     /// Title on the left, legend on the right; a note for curves that are zero throughout.
     fn draw_head(&self, head: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
         let middle = Pos::new(HPos::Left, VPos::Center);
-        let y = (TITLE / 2) as i32;
-        let title = ("sans-serif", 17, FontStyle::Bold).into_font().color(&INK).pos(middle);
-        head.draw(&Text::new(self.title.clone(), (14, y), title))?;
+        let px = PX as i32;
+        let y = TITLE as i32 / 2 * px;
+        let title = ("sans-serif", 17 * PX, FontStyle::Bold).into_font().color(&INK).pos(middle);
+        head.draw(&Text::new(self.title.clone(), (14 * px, y), title))?;
         let zero = self.zero_curves();
-        let mut right = SIZE.0 as i32 - 22;
+        let mut right = (SIZE.0 as i32 - 22) * px;
         for (i, curve) in self.curves.iter().enumerate().rev() {
             let is_zero = zero.contains(&curve.name.as_str());
             let name = if is_zero { format!("{} ≡ 0", curve.name) } else { curve.name.clone() };
-            let width = (name.chars().count() as f64 * 7.6).ceil() as i32;
-            let text = ("sans-serif", 14).into_font().color(&INK).pos(middle);
+            let width = (name.chars().count() as f64 * 7.6).ceil() as i32 * px;
+            let text = ("sans-serif", 14 * PX).into_font().color(&INK).pos(middle);
             head.draw(&Text::new(name, (right - width, y), text))?;
-            let line = vec![(right - width - 30, y), (right - width - 8, y)];
-            head.draw(&PathElement::new(line, color(i).stroke_width(3)))?;
-            right -= width + 48;
+            let line = vec![(right - width - 30 * px, y), (right - width - 8 * px, y)];
+            head.draw(&PathElement::new(line, color(i).stroke_width(3 * PX)))?;
+            right -= width + 48 * px;
         }
         Ok(())
     }

@@ -87,20 +87,22 @@ fn kept(components: &[f64; 3], unit: &str) -> String {
     let (least, most) = (number(least), number(most));
     let (verb, and) = (if moved.len() == 1 { "changes" } else { "change" }, " and ");
     match (still.len(), moved.len()) {
+        (_, 0) if least == "0" => "kept exactly".to_owned(),
         (_, 0) => format!("kept to {least} {unit}"),
         (0, _) => format!("all components change, by up to {most} {unit}"),
-        _ => format!(
-            "{} {verb} by up to {most} {unit}, {} kept to {least}",
-            moved.join(and),
-            still.join(and)
-        ),
+        _ => {
+            let kept =
+                if least == "0" { "kept exactly".into() } else { format!("kept to {least}") };
+            let (moved, still) = (moved.join(and), still.join(and));
+            format!("{moved} {verb} by up to {most} {unit}, {still} {kept}")
+        }
     }
 }
 
 /// Two significant digits, without a power of ten where the number is of ordinary size.
 fn number(value: f64) -> String {
     match value.abs() {
-        0.0 => "0 exactly".to_owned(),
+        0.0 => "0".to_owned(),
         v if (0.01..10.0).contains(&v) => format!("{value:.2}"),
         v if (10.0..1e4).contains(&v) => format!("{value:.0}"),
         _ => format!("{value:.1e}"),

@@ -47,7 +47,7 @@ fn push_failure(html: &mut String, summary: &Summary) {
     if summary.status == Status::Failed {
         let words = match &summary.failure {
             Some(f) => format!(
-                "The run failed in step {}, at t = {} s: {}. {}.",
+                "The run failed in step {}, at t = {} s: {}. Remedy: {}.",
                 f.step, f.t, f.message, f.remedy
             ),
             None => "The run failed.".to_owned(),
