@@ -13,7 +13,28 @@
 //! | [`report`] | plots and the report page |
 //! | [`run`] | all of it in one call |
 //!
-//! This crate reads and writes files; it knows no terminal.
+//! This crate reads and writes files; it knows no terminal. A run in memory:
+//!
+//! ```
+//! use holonom::{Model, Simulation};
+//!
+//! let text = r#"
+//!     model = { name = "pendulum", dimension = 2, gravity = [0.0, -9.81] }
+//!     particle = [{ name = "bob", mass = 1.0, position = [1.0, 0.0] }]
+//!     bar = [{ name = "rod", from = "ground", to = "bob" }]
+//!     simulation = { step = 0.01, end = 1.0 }
+//! "#;
+//! let model = Model::from_toml(text)?;
+//! let mut simulation = Simulation::new(&model)?;
+//! let mut heights = Vec::new();
+//! let mut observe = |sample: &holonom::Sample| -> Result<(), std::convert::Infallible> {
+//!     heights.push(sample.q[1]);
+//!     Ok(())
+//! };
+//! simulation.run(&mut observe, &mut |_, _| {})?;
+//! assert_eq!(heights.len(), 101);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
