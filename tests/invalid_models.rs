@@ -27,6 +27,15 @@ fn holonom(folder: &Path, arguments: &[&str]) -> Output {
         .unwrap()
 }
 
+#[test]
+fn line_ends_and_marks_of_other_systems_are_fine() {
+    let folder = folder("windows");
+    let text = format!("\u{feff}{}", PENDULUM.replace('\n', "\r\n"));
+    fs::write(folder.join("model.txt"), text).unwrap();
+    let output = holonom(&folder, &["check", "model.txt"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
 /// Runs the file `model.toml` of a folder, which must be refused; the words of the program.
 fn refused(folder: &Path, arguments: &[&str]) -> String {
     let output = holonom(folder, &[&["run", "model.toml"], arguments].concat());
@@ -98,6 +107,11 @@ cases! {
         "position = [0.0, 0.0, 0.0]" => "anchor_parent = [0, 0, 0]\nanchor_child = [0, -1.5, 0]";
     several: TOP, "mass = 15.0" => "mass = -15.0", "\"top\"\nposition" => "\"tip\"\nposition",
         "step = 0.0002" => "step = -0.0002", "end = 1.0" => "end = 0";
+    two_unknown_keys: PENDULUM, "mass = 1.0" => "mas = 1.0\nvelocty = [0, 1]";
+    unknown_key_of_a_history: TOP,
+        "[simulation]" => "[[load]]\nname = \"l\"\nbody = \"top\"\nhistory = { type = \"ramp\", start = 0, stop = 1 }\n[simulation]";
+    negative_every: TOP, "every = 5" => "every = -5";
+    nothing_moves: TOP, "velocity = [4.61538, 0.0, 0.0]\nangular_velocity = [0.0, 150.0, -4.61538]" => "fixed = true";
     several_keys: TOP, "mass = 15.0" => "mas = 15.0", "every = 5" => "evry = 5";
 }
 

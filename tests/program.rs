@@ -205,6 +205,27 @@ fn json_goes_to_standard_output_alone() {
 }
 
 #[test]
+fn the_model_of_the_user_is_never_replaced() {
+    let folder = folder("own");
+    fs::write(folder.join("model.toml"), PENDULUM).unwrap();
+    for force in [&[][..], &["--force"]] {
+        let output = holonom(&folder, &[&["run", "model.toml", "-o", "."], force].concat());
+        assert_eq!(output.status.code(), Some(2), "{}", words(&output));
+        assert_eq!(fs::read_to_string(folder.join("model.toml")).unwrap(), PENDULUM);
+    }
+}
+
+#[test]
+fn a_closed_standard_error_changes_nothing() {
+    let folder = folder("deaf");
+    for (arguments, code) in [(&["run", "pendulum.toml"][..], 0), (&["check", "none.toml"], 3)] {
+        let mut child = command(&folder, arguments).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stderr.take());
+        assert_eq!(child.wait().unwrap().code(), Some(code), "{arguments:?}");
+    }
+}
+
+#[test]
 fn check_writes_nothing() {
     let folder = folder("check");
     let output = holonom(&folder, &["check", "pendulum.toml"]);

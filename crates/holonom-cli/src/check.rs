@@ -5,7 +5,7 @@ use serde_json::json;
 use crate::arguments::Check;
 use crate::failure::Failure;
 use crate::input::Input;
-use crate::{human, stdout};
+use crate::{human, stderr, stdout};
 
 pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
     let overrides = arguments.model.set.clone();
@@ -14,12 +14,12 @@ pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
     if arguments.json {
         return stdout::json(&json!({
             "valid": true,
-            "file": arguments.model.model,
+            "file": arguments.model.model.display().to_string(),
             "model": model.header.name,
             "steps": model.settings.steps(),
             "assembly": report,
         }));
     }
-    eprint!("{}", human::assembly(&model, report));
+    stderr::print(&human::assembly(&model, report));
     Ok(())
 }

@@ -11,6 +11,8 @@ use miette::{
 };
 use serde_json::{Value, json};
 
+use crate::stderr;
+
 /// One problem, for miette.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
@@ -82,7 +84,9 @@ impl InvalidModel {
             _ => "s",
         };
         let verdict = "is not a valid model";
-        eprintln!("{out}error: {name} {verdict}: {count} problem{plural}, nothing written");
+        stderr::line(&format!(
+            "{out}error: {name} {verdict}: {count} problem{plural}, nothing written"
+        ));
     }
 
     /// The problems for machines.
@@ -95,7 +99,7 @@ impl InvalidModel {
             })
         };
         let problems: Vec<Value> = self.problems().iter().map(problem).collect();
-        json!({ "valid": false, "file": self.path, "problems": problems })
+        json!({ "valid": false, "file": self.path.display().to_string(), "problems": problems })
     }
 }
 

@@ -9,7 +9,7 @@ use holonom::output::OutputError;
 
 use crate::arguments::Examples;
 use crate::failure::Failure;
-use crate::stdout;
+use crate::{stderr, stdout};
 
 macro_rules! models {
     ($($name:literal),* $(,)?) => {
@@ -77,7 +77,7 @@ fn write(file: &Path, text: &str, force: bool) -> Result<(), Failure> {
     let written = options.open(file).and_then(|mut f| f.write_all(text.as_bytes()));
     match written {
         Ok(()) => {
-            eprintln!("{}", file.display());
+            stderr::line(&file.display().to_string());
             Ok(())
         }
         Err(e) if e.kind() == ErrorKind::AlreadyExists => Err(exists(file)),

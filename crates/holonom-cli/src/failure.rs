@@ -7,6 +7,7 @@ use holonom::RunFailure;
 use holonom::output::OutputError;
 
 use crate::diagnostic::InvalidModel;
+use crate::stderr;
 
 /// Why the program ends with a code other than 0.
 #[derive(Debug, thiserror::Error)]
@@ -36,8 +37,8 @@ impl Failure {
             Self::Run { failure, files } => {
                 let RunFailure { step, t, message, remedy } = failure;
                 say(&format!("the run failed in step {step}, at t = {t} s: {message}"), remedy);
-                eprintln!("  written so far, all valid:");
-                files.iter().for_each(|file| eprintln!("    {}", file.display()));
+                stderr::line("  written so far, all valid:");
+                files.iter().for_each(|file| stderr::line(&format!("    {}", file.display())));
                 1
             }
             Self::Output(error @ OutputError::Occupied { .. }) => {
@@ -63,8 +64,8 @@ impl Failure {
 }
 
 fn say(message: &str, help: &str) {
-    eprintln!("error: {message}");
+    stderr::line(&format!("error: {message}"));
     if !help.is_empty() {
-        eprintln!("  help: {help}");
+        stderr::line(&format!("  help: {help}"));
     }
 }

@@ -13,6 +13,7 @@ mod human;
 mod input;
 mod plot;
 mod run;
+mod stderr;
 mod stdout;
 
 use std::process::ExitCode;

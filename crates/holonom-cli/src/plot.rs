@@ -5,6 +5,7 @@ use holonom::report;
 
 use crate::arguments::Plot;
 use crate::failure::Failure;
+use crate::stderr;
 
 pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
     if !arguments.dir.join("summary.json").is_file() {
@@ -15,7 +16,7 @@ pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
         });
     }
     for file in report::write(&RunFolder::open(&arguments.dir))? {
-        eprintln!("{}", file.display());
+        stderr::line(&file.display().to_string());
     }
     Ok(())
 }

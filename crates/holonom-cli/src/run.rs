@@ -1,5 +1,6 @@
 //! `holonom run`: simulate and write everything.
 
+use std::path::Path;
 use std::time::Duration;
 
 use holonom::RunFolder;
@@ -9,17 +10,18 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use crate::arguments::Run;
 use crate::failure::Failure;
 use crate::input::Input;
-use crate::{human, stdout};
+use crate::{human, stderr, stdout};
 
 pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
     let input = Input::new(&arguments.model, arguments.overrides(), arguments.json);
     let (model, mut simulation) = input.assemble()?;
     let path = &arguments.model.model;
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path));
+    keep_the_model(path, &folder.join("model.toml"))?;
     let folder = RunFolder::create(folder, arguments.force)?;
     if !arguments.quiet {
         let warnings = &simulation.assembly().warnings;
-        warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+        warnings.iter().for_each(|warning| stderr::line(&format!("warning: {warning}")));
     }
     let bar = bar(!arguments.no_progress && !arguments.quiet);
     let finished = holonom::run::run(&model, &mut simulation, &folder, &mut |step, of| {
@@ -29,7 +31,7 @@ pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
     bar.finish_and_clear();
     let finished = finished?;
     if !arguments.quiet {
-        eprint!("{}", human::summary(&finished));
+        stderr::print(&human::summary(&finished));
     }
     if arguments.json {
         let summary = serde_json::to_value(&finished.summary).unwrap_or_default();
@@ -40,6 +42,17 @@ pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
     }
     match (finished.summary.status, finished.summary.failure) {
         (Status::Failed, Some(failure)) => Err(Failure::Run { failure, files: finished.files }),
+        _ => Ok(()),
+    }
+}
+
+/// The resolved model must not replace the model that the user wrote.
+fn keep_the_model(model: &Path, resolved: &Path) -> Result<(), Failure> {
+    match (model.canonicalize(), resolved.canonicalize()) {
+        (Ok(model), Ok(resolved)) if model == resolved => Err(Failure::Usage {
+            message: format!("the results would replace the model {}", model.display()),
+            help: "choose another folder with -o DIR".into(),
+        }),
         _ => Ok(()),
     }
 }

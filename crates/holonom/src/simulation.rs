@@ -1,47 +1,23 @@
 //! The system of a model, and its run.
 //!
-//! Placeholder: every particle that a bar holds to the ground turns about it uniformly, everything
-//! else moves on straight lines.
+//! At order 2 the quantities of a node belong to the step that starts there: the multipliers, `p_n`,
+//! `E_d`. A node is therefore handed out after that step has been taken; at the last node one more
+//! step is tried for them, and where it fails (or the run does) the node is described by `q_n` and
+//! the projected momentum alone, with `H_d` in the place of `E_d`.
 
+pub use crate::assembly::{AssemblyReport, Closure};
+
+use crate::assembly;
+use crate::model::{Model, ModelError, Scheme, Settings};
+use crate::sample::{Member, Residuals, Sample};
+use crate::system::{self, System};
 use serde::{Deserialize, Serialize};
-use vi_core::momentum_map::Momentum;
-
-use crate::model::{Model, ModelError, Settings};
-use crate::sample::{Member, MemberKind, Residuals, Sample};
-
-/// What the assembly of a model found.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct AssemblyReport {
-    /// Rigid bodies and particles that move.
-    pub bodies: usize,
-    /// Joints and bars.
-    pub joints: usize,
-    /// Redundant coordinates `n`.
-    pub coordinates: usize,
-    /// Constraints `m`, internal and external, redundant ones included.
-    pub constraints: usize,
-    /// Constraints that follow from the others.
-    pub redundant_constraints: usize,
-    /// Joints and bars with redundant constraints, by name.
-    pub redundant: Vec<String>,
-    /// Degrees of freedom.
-    pub dof: usize,
-    /// What the start misses the constraints by.
-    pub closure: Closure,
-    /// How far the start was moved onto the constraints, m; `None` when it was not.
-    pub projected: Option<f64>,
-    /// What is worth knowing.
-    pub warnings: Vec<String>,
-}
-
-/// Largest residuals of the start.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Closure {
-    /// `|g(q_0)|_∞`.
-    pub position: f64,
-    /// `|G(q_0) v_0|_∞`.
-    pub velocity: f64,
-}
+use vi_constraints::node::Node;
+use vi_constraints::scheme::StepError;
+use vi_constraints::{Constraints, Options, SchemeKind};
+use vi_core::State;
+use vi_core::linear::norm_inf;
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,60 +41,56 @@ pub struct RunFailure {
     pub remedy: String,
 }
 
-struct Point {
-    x: [f64; 3],
-    v: [f64; 3],
-    mass: f64,
-    pivot: Option<[f64; 3]>,
-}
-
 /// A system that can be run.
 pub struct Simulation {
     settings: Settings,
     assembly: AssemblyReport,
     members: Vec<Member>,
-    points: Vec<Point>,
-    dimension: usize,
+    integrator: MechanismIntegrator,
+}
+
+impl From<Scheme> for SchemeKind {
+    fn from(scheme: Scheme) -> Self {
+        match scheme {
+            Scheme::Nodal => Self::Nodal,
+            Scheme::Constrained => Self::Constrained,
+            Scheme::Dalembert => Self::Dalembert,
+            Scheme::Reduced => Self::Reduced,
+        }
+    }
 }
 
 impl Simulation {
     /// Assembles the system of a validated model.
     ///
     /// # Errors
-    /// [`ModelError`] when the start is inconsistent or the mass matrix is singular.
+    /// [`ModelError`] when the start is inconsistent, the mass matrix is singular, or the scheme does
+    /// not fit the model.
     pub fn new(model: &Model) -> Result<Self, ModelError> {
-        let dimension = model.header.dimension;
-        let point = crate::model::spatial;
-        let mut members = Vec::new();
-        let mut points = Vec::new();
-        for body in model.bodies.iter().filter(|b| !b.fixed) {
-            members.push(Member { name: body.name.clone(), kind: MemberKind::Frame });
-            let (x, v) = (body.position, body.velocity);
-            points.push(Point { x, v, mass: body.mass(), pivot: None });
+        Self::with_solver(model, Solver::Auto)
+    }
+
+    /// The same with the linear solver of the nodal scheme chosen by name.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`].
+    pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
+        let System { mechanism, system, members } = system::build(model)?;
+        let settings = model.settings.clone();
+        let (q, v) = mechanism.start();
+        let closure = assembly::closure(&mechanism, &q, &v);
+        let tolerance = settings.start_tolerance;
+        let missed = assembly::velocity_inconsistencies(&mechanism, (&q, &v), tolerance);
+        if !missed.is_empty() && !settings.project_start {
+            return Err(ModelError::InconsistentStart(missed));
         }
-        let kind = if dimension == 2 { MemberKind::Particle2 } else { MemberKind::Particle3 };
-        for p in &model.particles {
-            members.push(Member { name: p.name.clone(), kind });
-            let held = model.bars.iter().find(|b| {
-                [&b.from, &b.to].contains(&&p.name)
-                    && [&b.from, &b.to].contains(&&"ground".to_owned())
-            });
-            let pivot = held.map(|b| point(b.point.as_deref().unwrap_or_default()));
-            let (x, v) = (point(&p.position), point(&p.velocity));
-            points.push(Point { x, v, mass: p.mass, pivot });
-        }
-        let coordinates: usize = members.iter().map(|m| m.kind.columns().len()).sum();
-        let frames = members.iter().filter(|m| m.kind == MemberKind::Frame).count();
-        let constraints = 6 * frames + model.bars.len();
-        let assembly = AssemblyReport {
-            bodies: members.len(),
-            joints: model.joints.len() + model.bars.len(),
-            coordinates,
-            constraints,
-            dof: coordinates.saturating_sub(constraints),
-            ..AssemblyReport::default()
-        };
-        Ok(Self { settings: model.settings.clone(), assembly, members, points, dimension })
+        let mut options = Options::new(settings.scheme.into(), settings.step);
+        options.gammas = settings.composition().gammas();
+        options.newton = settings.newton();
+        let integrator = integrator(mechanism, system, options, solver, (0.0, &q, &v))
+            .map_err(|error| assembly::refusal(&error, &settings))?;
+        let assembly = assembly::report(model, &integrator, closure);
+        Ok(Self { settings, assembly, members, integrator })
     }
 
     /// What the assembly found.
@@ -133,6 +105,11 @@ impl Simulation {
         &self.members
     }
 
+    /// The integrator at its present node.
+    pub fn integrator(&mut self) -> &mut MechanismIntegrator {
+        &mut self.integrator
+    }
+
     /// Runs to the end; `observe` gets each recorded node and may stop the run by an error;
     /// `progress(step, of)` is called now and then.
     ///
@@ -144,51 +121,139 @@ impl Simulation {
         progress: &mut dyn FnMut(u64, u64),
     ) -> Result<RunOutcome, E> {
         let steps = self.settings.steps();
-        for step in 0..=steps {
-            if step.is_multiple_of(self.settings.every) || step == steps {
-                observe(&self.sample(step))?;
+        let mut iterations = 0.0; // of the step that led to the present node
+        for n in 0..steps {
+            if n.is_multiple_of(256) {
+                progress(n, steps);
             }
-            if step.is_multiple_of(256) || step == steps {
-                progress(step, steps);
-            }
-            if self.settings.step > 1e6 {
-                let (t, remedy) = (step as f64 * self.settings.step, "reduce the step".to_owned());
-                let message = "Newton's method did not converge".to_owned();
-                return Ok(RunOutcome::Failed(RunFailure { step, t, message, remedy }));
+            let recorded = n.is_multiple_of(self.settings.every);
+            match self.advance(recorded, &mut iterations) {
+                (Some(sample), Ok(())) => observe(&sample)?,
+                (None, Ok(())) => {}
+                (sample, Err(failure)) => {
+                    if let Some(sample) = sample {
+                        observe(&sample)?;
+                    }
+                    progress(n, steps);
+                    return Ok(RunOutcome::Failed(failure));
+                }
             }
         }
+        match self.last_sample(iterations) {
+            Ok(sample) => observe(&sample)?,
+            Err(failure) => return Ok(RunOutcome::Failed(failure)),
+        }
+        progress(steps, steps);
         Ok(RunOutcome::Done)
     }
 
-    fn sample(&self, step: u64) -> Sample {
-        let t = step as f64 * self.settings.step;
-        let (mut q, mut energy, mut momentum) = (Vec::new(), 0.0, Momentum::default());
-        for (member, point) in self.members.iter().zip(&self.points) {
-            let (x, v) = point.at(t);
-            let p = v.map(|v| point.mass * v);
-            momentum.add(x, p, true);
-            energy += 0.5 * v.iter().zip(p).map(|(v, p)| v * p).sum::<f64>();
-            q.extend(x.iter().take(self.dimension));
-            if member.kind == MemberKind::Frame {
-                q.extend([1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+    /// Takes one step; the sample is of the node it started from, when that is to be recorded.
+    fn advance(
+        &mut self,
+        recorded: bool,
+        iterations: &mut f64,
+    ) -> (Option<Sample>, Result<(), RunFailure>) {
+        let composed = self.settings.order > 2;
+        let mut sample = None;
+        if recorded && composed {
+            match self.sample_from_state(*iterations) {
+                Ok(found) => sample = Some(found),
+                Err(failure) => return (None, Err(failure)),
             }
         }
-        let residuals = Residuals { position: 1e-16, velocity: 2e-16, momentum: 0.0 };
-        let newton_iterations = if step == 0 { 0.0 } else { 3.0 };
-        Sample { step, t, q, energy, hamiltonian: energy, momentum, residuals, newton_iterations }
+        match self.integrator.step() {
+            Err(error) => {
+                if recorded && !composed {
+                    sample = self.sample_from_state(*iterations).ok();
+                }
+                let failure = self.failure(&error);
+                (sample, Err(failure))
+            }
+            Ok(report) => {
+                if recorded && !composed {
+                    let node = self.integrator.node_before().map(Node::clone);
+                    let node = node.map_err(|error| self.lost(&error.to_string()));
+                    match node.and_then(|n| self.sample(self.integrator.before(), &n, *iterations))
+                    {
+                        Ok(found) => sample = Some(found),
+                        Err(failure) => return (None, Err(failure)),
+                    }
+                }
+                *iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
+                (sample, Ok(()))
+            }
+        }
     }
-}
 
-impl Point {
-    fn at(&self, t: f64) -> ([f64; 3], [f64; 3]) {
-        let Some(pivot) = self.pivot else {
-            return (std::array::from_fn(|i| self.x[i] + t * self.v[i]), self.v);
+    /// The present node with the step from there, where that can be taken.
+    fn last_sample(&mut self, iterations: f64) -> Result<Sample, RunFailure> {
+        match self.integrator.observe().cloned() {
+            Ok(node) => self.sample(self.integrator.state(), &node, iterations),
+            Err(_) => self.sample_from_state(iterations),
+        }
+    }
+
+    /// The present node, from `q_n` and the projected momentum alone.
+    fn sample_from_state(&mut self, iterations: f64) -> Result<Sample, RunFailure> {
+        let node = self.integrator.observe_state().map(Node::clone);
+        let node = node.map_err(|error| self.lost(&error.to_string()))?;
+        self.sample(self.integrator.state(), &node, iterations)
+    }
+
+    fn sample(&self, at: &State, node: &Node, iterations: f64) -> Result<Sample, RunFailure> {
+        let sample = Sample {
+            step: at.step,
+            t: at.t,
+            q: at.q.clone(),
+            energy: node.discrete_energy,
+            hamiltonian: node.hamiltonian_projected,
+            momentum: self.integrator.constraints().momentum(&at.q, &node.p_projected),
+            residuals: Residuals {
+                position: node.position_residual,
+                velocity: node.velocity_residual,
+                momentum: node.momentum_residual,
+            },
+            newton_iterations: iterations,
         };
-        let r: [f64; 3] = std::array::from_fn(|i| self.x[i] - pivot[i]);
-        let rate = (r[0] * self.v[1] - r[1] * self.v[0]) / (r[0] * r[0] + r[1] * r[1]);
-        let (s, c) = (rate * t).sin_cos();
-        let turned = [c * r[0] - s * r[1], s * r[0] + c * r[1], r[2]];
-        let x = std::array::from_fn(|i| pivot[i] + turned[i]);
-        (x, [-rate * turned[1], rate * turned[0], 0.0])
+        let energies = sample.energy.is_finite() && sample.hamiltonian.is_finite();
+        if energies && norm_inf(&sample.q).is_finite() {
+            return Ok(sample);
+        }
+        Err(self.lost("a value that is not finite"))
+    }
+
+    fn lost(&self, message: &str) -> RunFailure {
+        let state = self.integrator.state();
+        let remedy = "look for a singular placement near the last rows of the trajectory".into();
+        RunFailure { step: state.step, t: state.t, message: message.into(), remedy }
+    }
+
+    fn failure(&self, error: &StepError) -> RunFailure {
+        let state = self.integrator.state();
+        let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
+        RunFailure {
+            step: state.step,
+            t: state.t,
+            message: format!("{error}{place}"),
+            remedy: error.remedy().into(),
+        }
+    }
+
+    /// The joint, body or particle that a failed step is about.
+    fn culprit(&self, error: &StepError) -> Option<String> {
+        let mechanism = self.integrator.constraints();
+        let (_, unknown) = error.unknown()?;
+        match self.settings.scheme {
+            Scheme::Nodal | Scheme::Reduced if unknown < mechanism.tree().dof() => {
+                let (link, _) = mechanism.tree().owner(unknown)?;
+                let body = &mechanism.description().bodies[link.frame].name;
+                Some(format!("body `{body}`, carried by `{}`", link.joint.name))
+            }
+            Scheme::Nodal | Scheme::Reduced => None,
+            _ if unknown < mechanism.dim() => {
+                Some(format!("`{}`", mechanism.coordinate_name(unknown)))
+            }
+            _ => None,
+        }
     }
 }

@@ -208,8 +208,7 @@ fn add_spring(
         let own = Vector3::from(model::spatial(point.as_deref().unwrap_or_default()));
         mechanism.point_of(names.attachment(name), &names.along_directors(name, &own))
     };
-    let between =
-        end(&spring.to, &spring.point_to).minus(&end(&spring.from, &spring.point_from));
+    let between = end(&spring.to, &spring.point_to).minus(&end(&spring.from, &spring.point_from));
     let law = match spring.law {
         model::SpringLaw::Linear => SpringLaw::Linear,
         model::SpringLaw::QuadraticStretch => SpringLaw::QuadraticStretch,

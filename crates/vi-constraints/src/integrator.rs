@@ -293,6 +293,15 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         Ok(self.observer.node())
     }
 
+    /// What can be said of the current node without a step from there: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub fn observe_state(&mut self) -> Result<&Node, Singular> {
+        let Self { observer, system, constraints, state, .. } = self;
+        observer.observe_state(system, constraints, state.t, &state.q, &state.p)
+    }
+
     /// The acceleration-level multiplier at the current node, with the velocity of the projected
     /// momentum; it has the order of the composition.
     ///

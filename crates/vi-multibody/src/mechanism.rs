@@ -170,6 +170,12 @@ impl Mechanism {
         self.joint_rows[k].clone()
     }
 
+    /// The constraint of bar `k`.
+    #[must_use]
+    pub fn bar_rows(&self, k: usize) -> Range<usize> {
+        self.bar_rows[k].clone()
+    }
+
     /// The constraints outside the tree: those of the cut joints and bars.
     #[must_use]
     pub fn loop_rows(&self) -> Vec<usize> {

@@ -71,8 +71,12 @@ impl<'a> Checker<'a> {
         if is_ground(name) {
             let help = "choose another name; `ground` is the inertial frame";
             self.report(key, format!("the name `{GROUND}` is reserved"), help);
-        } else if name.trim().is_empty() || name.trim() != name || name.contains(odd) {
-            let help = "use letters, digits, `_` and `-`, such as `upper_arm`";
+        } else if name.trim().is_empty()
+            || name.trim() != name
+            || name.contains(odd)
+            || name.chars().count() > 100
+        {
+            let help = "use up to 100 letters, digits, `_` and `-`, such as `upper_arm`";
             self.report(key, format!("`{}` cannot be a name", name.escape_debug()), help);
         } else if let Some(first) = self.kinds.get(name) {
             let help = "names are unique in the whole model";
@@ -93,6 +97,11 @@ impl<'a> Checker<'a> {
         if self.model.bodies.is_empty() && self.model.particles.is_empty() {
             let message = "the model is empty: it has no body and no particle".to_owned();
             self.report("model", message, "add at least one [[body]] or [[particle]]");
+        }
+        let fixed = !self.model.bodies.is_empty() && self.model.bodies.iter().all(|b| b.fixed);
+        if fixed && self.model.particles.is_empty() {
+            let message = "nothing can move: every body is fixed".to_owned();
+            self.report("model", message, "remove `fixed = true` from at least one body");
         }
         if header.dimension == 2 && !self.model.bodies.is_empty() {
             let message = "planar models have no bodies, only particles".to_owned();
@@ -278,6 +287,11 @@ impl<'a> Checker<'a> {
         self.reference(format!("{key}.parent"), &joint.parent, &["body", GROUND]);
         self.reference(format!("{key}.child"), &joint.child, &["body", GROUND]);
         self.two_ends(&format!("{key}.child"), &joint.parent, &joint.child);
+        let rests = |name: &str| is_ground(name) || self.points.is_fixed(name);
+        if joint.parent != joint.child && rests(&joint.parent) && rests(&joint.child) {
+            let message = "neither side of the joint can move".to_owned();
+            self.report(key, message, "remove the joint");
+        }
         match (joint.position, joint.anchor_parent, joint.anchor_child) {
             (Some(_), None, None) | (None, Some(_), Some(_)) => {}
             (Some(_), _, _) => {

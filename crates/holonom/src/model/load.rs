@@ -1,9 +1,8 @@
 //! `[[load]]`: forces and torques on bodies, with a history in time.
 
-use std::f64::consts::TAU;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vi_rigid::time_history::TimeHistory;
 
 /// The frame of a load's components.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -54,7 +53,7 @@ pub enum History {
         #[serde(default)]
         phase: f64,
     },
-    /// Linear between the given points, constant outside.
+    /// Linear between the given points; 0 before the first, constant after the last.
     Table {
         /// Times, s, increasing.
         times: Vec<f64>,
@@ -64,16 +63,24 @@ pub enum History {
 }
 
 impl History {
-    /// The factor at time `t`, s.
+    /// The time history of the rigid-body room.
     #[must_use]
-    pub fn value(&self, t: f64) -> f64 {
+    pub fn time_history(&self) -> TimeHistory {
+        let amplitude = 1.0;
         match self {
-            Self::Constant => 1.0,
-            &Self::Ramp { start, end } => ramp(t, start, end),
-            &Self::Pulse { start, end } => f64::from(u8::from(start <= t && t < end)),
-            &Self::Triangle { start, peak, end } => ramp(t, start, peak) - ramp(t, peak, end),
-            &Self::Harmonic { frequency, phase } => (TAU * frequency * t + phase).sin(),
-            Self::Table { times, values } => table(t, times, values),
+            Self::Constant => TimeHistory::Constant { amplitude },
+            &Self::Ramp { start, end } => TimeHistory::Ramp { start, end, amplitude },
+            &Self::Pulse { start, end } => TimeHistory::Pulse { start, end, amplitude },
+            &Self::Triangle { start, peak, end } => {
+                TimeHistory::Triangle { start, peak, end, amplitude }
+            }
+            &Self::Harmonic { frequency, phase } => {
+                TimeHistory::Harmonic { frequency, phase, amplitude, offset: 0.0 }
+            }
+            Self::Table { times, values } => {
+                let points = times.iter().zip(values).map(|(t, f)| [*t, *f]).collect();
+                TimeHistory::Table { points }
+            }
         }
     }
 
@@ -103,21 +110,6 @@ impl History {
     }
 }
 
-/// 0 before `start`, 1 after `end`, linear between.
-fn ramp(t: f64, start: f64, end: f64) -> f64 {
-    ((t - start) / (end - start)).clamp(0.0, 1.0)
-}
-
-fn table(t: f64, times: &[f64], values: &[f64]) -> f64 {
-    let next = times.partition_point(|&x| x <= t);
-    if next == 0 || next >= times.len() {
-        let end = if next == 0 { values.first() } else { values.last() };
-        return end.copied().unwrap_or(0.0);
-    }
-    let share = (t - times[next - 1]) / (times[next] - times[next - 1]);
-    values[next - 1] + share * (values[next] - values[next - 1])
-}
-
 /// `[[load]]`: a force at the centre of mass and a torque, times a history.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -138,25 +130,4 @@ pub struct Load {
     /// Factor in time, constant by default.
     #[serde(default)]
     pub history: History,
-}
-
-#[cfg(test)]
-#[allow(clippy::float_cmp)] // exactly representable numbers
-mod tests {
-    use super::*;
-
-    #[test]
-    fn histories_at_their_corners() {
-        let triangle = History::Triangle { start: 0.0, peak: 0.5, end: 1.0 };
-        assert_eq!(
-            [0.0, 0.25, 0.5, 0.75, 1.0, 2.0].map(|t| triangle.value(t)),
-            [0.0, 0.5, 1.0, 0.5, 0.0, 0.0]
-        );
-        let pulse = History::Pulse { start: 1.0, end: 2.0 };
-        assert_eq!([0.5, 1.0, 1.5, 2.0].map(|t| pulse.value(t)), [0.0, 1.0, 1.0, 0.0]);
-        let table = History::Table { times: vec![0.0, 2.0, 4.0], values: vec![1.0, 3.0, -1.0] };
-        assert_eq!([-1.0, 1.0, 2.0, 3.0, 9.0].map(|t| table.value(t)), [1.0, 2.0, 3.0, 1.0, -1.0]);
-        assert_eq!(History::Ramp { start: 0.0, end: 4.0 }.value(1.0), 0.25);
-        assert!(History::Table { times: vec![], values: vec![] }.fault().is_some());
-    }
 }

@@ -127,7 +127,7 @@ pub enum ModelError {
     /// Some direction of motion carries no mass: `PᵀMP` is singular.
     #[error("the mass matrix is singular: {detail}")]
     SingularMass {
-        /// The member concerned, or empty.
+        /// The key of the member concerned, such as `body.rod`; or empty.
         member: String,
         /// Which motion carries no mass, and what would.
         detail: String,

@@ -1,7 +1,5 @@
 //! Homogeneous shapes: mass properties from dimensions, and the picture of a body.
 
-use std::f64::consts::PI;
-
 use nalgebra::{Matrix3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,36 +49,30 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Volume, m³. Premise: as many dimensions as the kind has.
-    #[must_use]
-    pub fn volume(&self) -> f64 {
-        match (self.kind, self.dimensions.as_slice()) {
-            (ShapeKind::Box, &[x, y, z]) => x * y * z,
-            (ShapeKind::Cylinder, &[r, h]) | (ShapeKind::Rod, &[h, r]) => PI * r * r * h,
-            (ShapeKind::Sphere, &[r]) => 4.0 / 3.0 * PI * r.powi(3),
-            (ShapeKind::Cone, &[r, h]) => PI * r * r * h / 3.0,
-            _ => 0.0,
+    /// The solid of the rigid-body room. Premise: as many dimensions as the kind has.
+    fn solid(&self) -> vi_rigid::shape::Shape {
+        use vi_rigid::shape::Shape as Solid;
+        let at = |i: usize| self.dimensions.get(i).copied().unwrap_or_default();
+        match self.kind {
+            ShapeKind::Box => Solid::Box { lengths: [at(0), at(1), at(2)] },
+            ShapeKind::Cylinder => Solid::Cylinder { radius: at(0), length: at(1) },
+            ShapeKind::Sphere => Solid::Sphere { radius: at(0) },
+            ShapeKind::Rod => Solid::Rod { length: at(0), radius: at(1) },
+            ShapeKind::Cone => Solid::Cone { radius: at(0), length: at(1) },
         }
     }
 
-    /// Principal moments of inertia about the centre of mass per mass, m².
+    /// Volume, m³.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        self.solid().volume()
+    }
+
+    /// Principal moments of inertia about the centre of mass per mass, m²; zero when the dimensions
+    /// are not those of a solid.
     #[must_use]
     pub fn inertia_per_mass(&self) -> [f64; 3] {
-        match (self.kind, self.dimensions.as_slice()) {
-            (ShapeKind::Box, &[x, y, z]) => {
-                [(y * y + z * z) / 12.0, (z * z + x * x) / 12.0, (x * x + y * y) / 12.0]
-            }
-            (ShapeKind::Cylinder, &[r, h]) | (ShapeKind::Rod, &[h, r]) => {
-                let across = (3.0 * r * r + h * h) / 12.0;
-                [across, across, r * r / 2.0]
-            }
-            (ShapeKind::Sphere, &[r]) => [0.4 * r * r; 3],
-            (ShapeKind::Cone, &[r, h]) => {
-                let across = 3.0 / 80.0 * (4.0 * r * r + h * h);
-                [across, across, 0.3 * r * r]
-            }
-            _ => [0.0; 3],
-        }
+        self.solid().mass_properties_of(1.0).map_or([0.0; 3], |p| p.inertia.moments())
     }
 }
 

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use serde::de::DeserializeOwned;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeString, DeTable, DeValue, ValueDeserializer};
 
 use super::overrides::set;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
@@ -166,6 +166,10 @@ impl<'i> Document<'i> {
             Ok(entry) => Some(entry),
             Err(error) => {
                 let span = error.span().unwrap_or_else(|| value.span());
+                if let Some(table) = table_with_key(value, &span) {
+                    problems.extend(self.unknown_keys(path, table, error.message()));
+                    return None;
+                }
                 let (message, help) = reworded(error.message());
                 let key = self.path_at(path, &span);
                 let mut problem = Problem::new(key, message).at(self.inside(span));
@@ -174,6 +178,20 @@ impl<'i> Document<'i> {
                 None
             }
         }
+    }
+
+    /// All keys of a table that serde's message does not list.
+    fn unknown_keys(&self, path: &str, table: &DeTable<'_>, message: &str) -> Vec<Problem> {
+        let known: Vec<&str> = quoted(message).skip(1).collect();
+        let unknown = table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        let problem = |key: &Spanned<DeString<'_>>| {
+            let name = key.get_ref();
+            let place = self.path_at(path, &key.span());
+            let mut problem = Problem::new(place, format!("unknown key `{name}`"));
+            problem.help = suggestion(name, &known);
+            problem.at(self.inside(key.span()))
+        };
+        unknown.take(MAX_PROBLEMS).map(problem).collect()
     }
 
     /// The path below `path` whose key or value is at `span`, or the smallest around it.
@@ -281,24 +299,50 @@ fn places(table: &DeTable<'_>, labels: &Labels) -> BTreeMap<String, Place> {
     places
 }
 
-/// serde's words in ours, with the nearest of the expected ones.
-fn reworded(message: &str) -> (String, Option<String>) {
-    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    let suggest = |word: &str, known: &[&str]| match nearest(word, known.iter().copied()) {
+/// The table at or below `value` that has a key at exactly this place.
+fn table_with_key<'a, 'i>(
+    value: &'a Spanned<DeValue<'i>>,
+    span: &Range<usize>,
+) -> Option<&'a DeTable<'i>> {
+    match value.get_ref() {
+        DeValue::Table(table) if table.keys().any(|key| key.span() == *span) => Some(table),
+        DeValue::Table(table) => table.values().find_map(|v| table_with_key(v, span)),
+        DeValue::Array(array) => array.iter().find_map(|v| table_with_key(v, span)),
+        _ => None,
+    }
+}
+
+/// The quoted words of a message of serde.
+fn quoted(message: &str) -> impl Iterator<Item = &str> {
+    message.split('`').skip(1).step_by(2)
+}
+
+fn suggestion(word: &str, known: &[&str]) -> Option<String> {
+    match nearest(word, known.iter().copied()) {
         Some(best) => Some(format!("did you mean `{best}`? (known: {})", known.join(", "))),
         None if known.is_empty() => None,
         None => Some(format!("known: {}", known.join(", "))),
-    };
-    match (quoted.first(), message) {
+    }
+}
+
+/// serde's words in ours, with the nearest of the expected ones.
+fn reworded(message: &str) -> (String, Option<String>) {
+    let words: Vec<&str> = quoted(message).collect();
+    match (words.first(), message) {
         (Some(word), m) if m.starts_with("unknown field") => {
-            (format!("unknown key `{word}`"), suggest(word, &quoted[1..]))
+            (format!("unknown key `{word}`"), suggestion(word, &words[1..]))
         }
         (Some(word), m) if m.starts_with("unknown variant") => {
-            (format!("unknown value `{word}`"), suggest(word, &quoted[1..]))
+            (format!("unknown value `{word}`"), suggestion(word, &words[1..]))
         }
         (Some(word), m) if m.starts_with("missing field") => {
             (format!("the key `{word}` is missing"), Some(format!("add `{word} = …`")))
         }
-        _ => (message.replace("expected f64", "expected a number"), None),
+        _ => {
+            let message = message.replace("expected f64", "expected a number");
+            let whole = "expected a whole number, 0 or more";
+            let whole = |m: String, kind: &str| m.replace(&format!("expected {kind}"), whole);
+            (["u64", "u32", "usize"].into_iter().fold(message, whole), None)
+        }
     }
 }

@@ -35,6 +35,11 @@ impl<'a> StartPoints<'a> {
         }
     }
 
+    /// Whether this is a body that does not move.
+    pub(super) fn is_fixed(&self, member: &str) -> bool {
+        self.bodies.get(member).is_some_and(|b| b.fixed)
+    }
+
     /// Where a bar begins and ends, m.
     #[must_use]
     pub fn bar(&self, bar: &Bar) -> [Vector3<f64>; 2] {

@@ -1,0 +1,145 @@
+//! What the assembly of a model finds, before anything moves.
+
+use crate::model::{Inconsistency, Level, Model, ModelError, Settings};
+use serde::{Deserialize, Serialize};
+use vi_constraints::Constraints;
+use vi_constraints::initialization::StartError;
+use vi_constraints::integrator::SetupError;
+use vi_core::SparseMatrix;
+use vi_core::linear::norm_inf;
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::MechanismIntegrator;
+
+/// What the assembly of a model found.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AssemblyReport {
+    /// Rigid bodies and particles, fixed ones included.
+    pub bodies: usize,
+    /// Joints and bars.
+    pub joints: usize,
+    /// Redundant coordinates `n`.
+    pub coordinates: usize,
+    /// Constraints `m`, internal and external, redundant ones included.
+    pub constraints: usize,
+    /// Constraints that follow from the others.
+    pub redundant_constraints: usize,
+    /// Joints and bars with redundant constraints, by name.
+    pub redundant: Vec<String>,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// What the start misses the constraints by.
+    pub closure: Closure,
+    /// How far the start was moved onto the constraints, m; `None` when it was not.
+    pub projected: Option<f64>,
+    /// What is worth knowing.
+    pub warnings: Vec<String>,
+}
+
+/// Largest residuals of the start as given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Closure {
+    /// `|g(q_0)|_∞`.
+    pub position: f64,
+    /// `|G(q_0) v_0|_∞`.
+    pub velocity: f64,
+}
+
+/// Residuals of a start `(q, v)`.
+pub(crate) fn closure(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Closure {
+    let mut g = vec![0.0; mechanism.len()];
+    mechanism.value(0.0, q, &mut g);
+    Closure { position: norm_inf(&g), velocity: norm_inf(&velocity_residuals(mechanism, q, v)) }
+}
+
+fn velocity_residuals(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    let jacobian = SparseMatrix::assemble(m, n, |out| mechanism.jacobian(0.0, q, out));
+    let mut rate = vec![0.0; m];
+    jacobian.mul_add(1.0, v, &mut rate);
+    rate
+}
+
+/// Joints and bars that the start velocity violates by more than the tolerance.
+pub(crate) fn velocity_inconsistencies(
+    mechanism: &Mechanism,
+    (q, v): (&[f64], &[f64]),
+    tolerance: f64,
+) -> Vec<Inconsistency> {
+    let rate = velocity_residuals(mechanism, q, v);
+    let description = mechanism.description();
+    let worst = |rows: std::ops::Range<usize>| norm_inf(&rate[rows]);
+    let joints = description
+        .joints
+        .iter()
+        .enumerate()
+        .map(|(k, joint)| (format!("joint.{}", joint.name), worst(mechanism.joint_rows(k))));
+    let bars =
+        description.bars.iter().enumerate().map(|(k, bar)| {
+            (format!("bar.{}", bar.name), worst(mechanism.bar_rows(k)) / bar.length)
+        });
+    let missed = |(key, distance): (String, f64)| {
+        let (level, detail) = (Level::Velocity, String::new());
+        (distance > tolerance).then_some(Inconsistency { key, level, distance, detail })
+    };
+    joints.chain(bars).filter_map(missed).collect()
+}
+
+/// The report of an assembled model.
+pub(crate) fn report(model: &Model, run: &MechanismIntegrator, closure: Closure) -> AssemblyReport {
+    let mechanism = run.constraints();
+    let rows = run.rows();
+    let mut redundant: Vec<String> = Vec::new();
+    for row in rows.redundant() {
+        let name = mechanism.constraint_name(row).to_owned();
+        if !redundant.contains(&name) {
+            redundant.push(name);
+        }
+    }
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    let start = run.start_report();
+    let mut warnings = Vec::new();
+    let moved = start.position_moved;
+    if moved > 0.0 {
+        warnings.push(format!("the start was moved onto the constraints by {moved:.3e} m"));
+    }
+    if start.velocity_moved > 0.0 {
+        let moved = start.velocity_moved;
+        warnings.push(format!("the start velocity was moved onto the constraints by {moved:.3e}"));
+    }
+    AssemblyReport {
+        bodies: model.bodies.len() + model.particles.len(),
+        joints: model.joints.len() + model.bars.len(),
+        coordinates: n,
+        constraints: m,
+        redundant_constraints: m - rows.len(),
+        redundant,
+        dof: n - rows.len(),
+        closure,
+        projected: (moved > 0.0).then_some(moved),
+        warnings,
+    }
+}
+
+/// A refused set-up as an error of the model.
+pub(crate) fn refusal(error: &SetupError, settings: &Settings) -> ModelError {
+    let unsupported = |key: &str, help: &str| ModelError::Unsupported {
+        key: key.into(),
+        what: error.to_string(),
+        help: help.into(),
+    };
+    match error {
+        SetupError::Start(StartError::Singular) => ModelError::SingularMass {
+            member: String::new(),
+            detail: "some motion that the constraints allow carries no mass".into(),
+        },
+        SetupError::Start(StartError::NoConfiguration { .. } | StartError::NotFinite) => {
+            unsupported("simulation.project_start", "correct the positions of the start")
+        }
+        SetupError::DissipativeComposition => unsupported("simulation.order", "write order = 2"),
+        SetupError::NeedsReparametrization(_) => unsupported(
+            "simulation.scheme",
+            "bars that close a loop have no map of their own: write scheme = \"constrained\"",
+        ),
+        _ => unsupported("simulation", &format!("step = {}", settings.step)),
+    }
+}
