@@ -57,7 +57,7 @@ impl Shape {
             ShapeKind::Box => Solid::Box { lengths: [at(0), at(1), at(2)] },
             ShapeKind::Cylinder => Solid::Cylinder { radius: at(0), length: at(1) },
             ShapeKind::Sphere => Solid::Sphere { radius: at(0) },
-            ShapeKind::Rod => Solid::Rod { length: at(0), radius: at(1) },
+            ShapeKind::Rod => Solid::Cylinder { radius: at(1), length: at(0) },
             ShapeKind::Cone => Solid::Cone { radius: at(0), length: at(1) },
         }
     }
