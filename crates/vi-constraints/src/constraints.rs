@@ -36,6 +36,8 @@ pub trait Constraints {
     fn is_rheonomic(&self) -> bool {
         false
     }
+    /// Told of every node reached: a constraint on an angle keeps track of the turn it is in.
+    fn accept(&self, _q: &[f64]) {}
 }
 
 /// No constraints at all: the schemes then reduce to discrete Euler–Lagrange stepping.

@@ -58,6 +58,10 @@ pub trait MechanicalSystem {
     /// `out ← out + scale ∇V(q)`, shape `n`.
     fn add_potential_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
 
+    /// Told of every node reached. The numbers of a system never change; this only keeps track of the
+    /// turn that an angle is in.
+    fn accept(&self, _q: &[f64]) {}
+
     /// `½ vᵀ M v`, J.
     fn kinetic_energy(&self, v: &[f64]) -> f64 {
         0.5 * self.mass().bilinear(v, v)
@@ -224,6 +228,11 @@ impl MechanicalSystem for SeparableSystem {
         for potential in &self.potentials {
             potential.add_gradient(q, scale, out);
         }
+    }
+
+    fn accept(&self, q: &[f64]) {
+        self.potentials.iter().for_each(|potential| potential.accept(q));
+        self.forces.iter().for_each(|force| force.accept(q));
     }
 }
 

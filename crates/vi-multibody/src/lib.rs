@@ -5,13 +5,16 @@
 
 pub mod articulated;
 pub mod closed_loop;
+pub mod coordinate;
 pub mod form;
 pub mod joint;
+pub mod joint_force;
 pub mod map;
 pub mod mechanism;
 pub mod pair;
 pub mod particle;
 pub mod run;
+pub mod scalar_constraint;
 pub mod spring;
 pub mod tree;
 

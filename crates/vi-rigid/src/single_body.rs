@@ -28,7 +28,7 @@ use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{Interval, SeparableSystem, State};
 
 /// Increments below this size (m, rad) do not matter to Newton's method.
-const INCREMENT_FLOOR: f64 = 1e-10;
+const INCREMENT_FLOOR: f64 = 1e-6;
 
 /// How a single body is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
