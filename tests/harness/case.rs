@@ -26,7 +26,7 @@ pub struct Deviation {
 }
 
 fn raise(worst: &mut f64, value: f64) {
-    if !(value <= *worst) {
+    if value > *worst || value.is_nan() {
         *worst = value;
     }
 }

@@ -510,12 +510,12 @@ fn span_particles(description: &Description, first: usize) -> (ParticleTree, Vec
     };
     let mut queue = VecDeque::new();
     for (k, bar) in description.bars.iter().enumerate() {
-        if let BarEnd::Ground(point) = bar.from {
-            if bead_of[bar.to].is_none() {
-                used[k] = true;
-                attach(bar.to, Carrier::Ground(point), bar.length, &mut bead_of);
-                queue.push_back(bar.to);
-            }
+        if let BarEnd::Ground(point) = bar.from
+            && bead_of[bar.to].is_none()
+        {
+            used[k] = true;
+            attach(bar.to, Carrier::Ground(point), bar.length, &mut bead_of);
+            queue.push_back(bar.to);
         }
     }
     loop {
