@@ -358,6 +358,17 @@ impl Constraints for Mechanism {
             *g = row.second(v, w);
         }
     }
+
+    fn weighted_hessian(&self, _: f64, _: &[f64], w: &[f64], scale: f64, out: &mut dyn Entries) {
+        let bodies = self.description.bodies.len();
+        for k in 0..bodies {
+            let weights = &w[6 * k..6 * k + 6];
+            directors::internal_weighted_hessian(weights, scale, 12 * k, out);
+        }
+        for (row, weight) in self.rows.iter().zip(&w[6 * bodies..]) {
+            row.emit_second(scale * weight, out);
+        }
+    }
 }
 
 fn particle_offset(description: &Description, k: usize) -> usize {
