@@ -26,7 +26,7 @@ use crate::constrained::EmConstrained;
 use crate::dalembert::EmDalembert;
 use crate::em_system::EmSystem;
 use crate::nodal::EmNodal;
-use crate::node::{EmNode, EmObserver};
+use crate::node::{Before, EmNode, EmObserver};
 use crate::null_space::{AtMidpoint, AveragedTree, DiscreteNullSpace};
 use crate::scheme::{EmForm, EmScheme, EmState};
 use vi_constraints::dalembert::QrSource;
@@ -103,7 +103,9 @@ pub struct EmIntegrator<C> {
     t0: f64,
     steps: u64,
     state: EmState,
-    before: EmState, // the node the last step started from
+    before: EmState,     // the node the last step started from
+    step_before: Before, // the step that ended there
+    carry: bool,         // the scheme's interval is the last step
     start: StartReport,
 }
 
@@ -193,18 +195,20 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
         let masses = SeparableSystem::new(system.mass().clone());
         let (found, v, start) = start(&masses, &constraints, &rows, at.0, (at.1, at.2))?;
         let state = EmState::new(at.0, found.q, v);
-        let observer = EmObserver::new(system.dim(), constraints.len());
+        let (n, m) = (system.dim(), constraints.len());
         Ok(Self {
             system,
             constraints,
             scheme,
-            observer,
+            observer: EmObserver::new(n, m),
             rows,
             step: options.step,
             t0: at.0,
             steps: 0,
             before: state.clone(),
             state,
+            step_before: Before::new(n, m),
+            carry: false,
             start,
         })
     }
@@ -216,7 +220,12 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         let Self { scheme, system, constraints, state, before, .. } = self;
         copy(state, before);
+        if self.carry {
+            self.step_before.take(scheme.interval(), scheme.scaled_multiplier());
+        }
+        self.carry = false; // until the step has gone well
         let report = scheme.advance(system, constraints, self.step, state)?;
+        self.carry = true;
         self.steps += 1;
         state.t = self.t0 + self.steps as f64 * self.step; // no sum of round-offs
         state.step = self.steps;
@@ -226,9 +235,9 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
 
     /// The quantities of the node that the last step has left, with the multipliers of that step.
     pub fn node_before(&mut self) -> &EmNode {
-        let Self { observer, system, rows, constraints, before, scheme, .. } = self;
+        let Self { observer, system, rows, constraints, before, scheme, step_before, .. } = self;
         let step = (scheme.interval(), scheme.scaled_multiplier());
-        observer.observe((system, rows), constraints, before, step);
+        observer.observe((system, rows), constraints, before, step, step_before);
         self.observer.node()
     }
 
@@ -243,6 +252,7 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
         self.node_before();
         copy(&self.before, &mut self.state);
         (self.before, self.steps) = kept;
+        self.carry = false; // `step_before` holds the last step already
         self.scheme.reset();
         Ok(self.observer.node())
     }
@@ -252,6 +262,7 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
         self.step = -self.step;
         self.t0 = self.state.t;
         self.steps = 0;
+        (self.carry, self.step_before.known) = (false, false);
         self.scheme.reset();
     }
 

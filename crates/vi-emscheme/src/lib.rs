@@ -5,8 +5,9 @@
 //! g(q_{n+1}) = 0,    v_{n+1} = (2/h)(q_{n+1} − q_n) − v_n
 //! ```
 //! Conserved along a step without load, up to what Newton's method leaves over: energy, linear and
-//! angular momentum (with an equivariant `D̄V`), the constraints. Not symplectic. Order 2 in `q`, `p`
-//! and `λ`, where `λ` belongs to the middle of the step. The same three forms as the variational
+//! angular momentum (with an equivariant `D̄V`), the constraints. Not symplectic. Order 2 in `q` and
+//! `p`; the multiplier belongs to the middle of the step and alternates by `O(h)` from step to step,
+//! the mean of two neighbours has order 2 ([`node`]). The same three forms as the variational
 //! schemes, so that both methods are compared on equal footing.
 //!
 //! | file | concept |

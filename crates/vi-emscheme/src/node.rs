@@ -2,9 +2,16 @@
 //!
 //! ```text
 //! H_n = ½ v_nᵀ M v_n + V(q_n),    p_n = M v_n
-//! λ   of the step n → n+1: belongs to t_{n+1/2},    force Ḡᵀλ
+//! λ_{n+1/2}   of the step n → n+1,    force G(q_{n+1/2})ᵀ λ_{n+1/2}
+//! λ_n         = ½ (λ_{n-1/2} + λ_{n+1/2}),    force likewise
 //! residuals   g(q_n),   Ḡ Δq/h  (zero),   G(q_n) v_n  (O(h²))
 //! ```
+//! *Order of the multipliers.* `v_{n+1} = (2/h)Δq − v_n` turns the sign of the part of `v_n` that is not
+//! tangential; a start with `G(q_0) v(0) = 0` misses the smooth solution there by `O(h²)`, so this part
+//! alternates from node to node for ever, and `λ_{n+1/2} ~ M(v_{n+1} − v_n)/h` with it, by `O(h)`: order
+//! 1 by itself, unless the start is at rest. The mean of two neighbours does not see the alternation: it
+//! belongs to the node and has order 2, as `q_n` and `p_n` have.
+//!
 //! Redundant constraints: the force is unique, the multipliers are given in minimum-norm form.
 
 use crate::em_system::EmSystem;
@@ -23,7 +30,12 @@ pub struct EmNode {
     pub energy: f64,
     /// `p_n = M v_n`, shape `n`.
     pub p: Vec<f64>,
-    /// `λ` of the step, shape `m`; minimum norm when `G` is rank deficient.
+    /// `λ_n`, mean of the steps before and after the node (order 2); at the start that of the step
+    /// after it. Shape `m`; minimum norm when `G` is rank deficient.
+    pub lambda: Vec<f64>,
+    /// The constraint force of `λ_n`, N, shape `n`; at the start that of the step after it.
+    pub constraint_force: Vec<f64>,
+    /// `λ_{n+1/2}` of the step, shape `m`; minimum norm when `G` is rank deficient.
     pub lambda_mid: Vec<f64>,
     /// `G(q_{n+1/2})ᵀ λ` of the step, N, shape `n`.
     pub constraint_force_mid: Vec<f64>,
@@ -42,12 +54,38 @@ pub(crate) struct EmObserver {
     work: Vec<f64>,                 // m
 }
 
+/// The step before a node: its middle and its multipliers.
+pub(crate) struct Before {
+    pub(crate) known: bool,
+    pub(crate) t_mid: f64,
+    pub(crate) q_mid: Vec<f64>, // n
+    pub(crate) mu: Vec<f64>,    // m  h²λ
+}
+
+impl Before {
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Self { known: false, t_mid: 0.0, q_mid: vec![0.0; n], mu: vec![0.0; m] }
+    }
+
+    pub(crate) fn take(&mut self, s: &Interval, mu: &[f64]) {
+        (self.known, self.t_mid) = (true, s.t_mid());
+        self.q_mid.copy_from_slice(&s.q_mid);
+        self.mu.copy_from_slice(mu);
+    }
+}
+
 impl EmObserver {
     /// For `n` coordinates and `m` constraints.
     pub(crate) fn new(n: usize, m: usize) -> Self {
         let zeros = |k: usize| vec![0.0; k];
-        let (p, lambda_mid, constraint_force_mid) = (zeros(n), zeros(m), zeros(n));
-        let node = EmNode { p, lambda_mid, constraint_force_mid, ..EmNode::default() };
+        let node = EmNode {
+            p: zeros(n),
+            lambda: zeros(m),
+            constraint_force: zeros(n),
+            lambda_mid: zeros(m),
+            constraint_force_mid: zeros(n),
+            ..EmNode::default()
+        };
         Self { node, jacobian: None, work: zeros(m) }
     }
 
@@ -55,13 +93,15 @@ impl EmObserver {
         &self.node
     }
 
-    /// The node `state` with the step `s` that starts there and its multipliers `μ = h²λ`.
+    /// The node `state` with the step `s` that starts there, its multipliers `μ = h²λ`, and the step
+    /// before.
     pub(crate) fn observe(
         &mut self,
         (system, rows): (&EmSystem, &IndependentRows),
         constraints: &impl Constraints,
         state: &EmState,
         (s, mu): (&Interval, &[f64]),
+        before: &Before,
     ) {
         let node = &mut self.node;
         node.energy = system.energy(&state.q, &state.v);
@@ -75,18 +115,43 @@ impl EmObserver {
         jacobian.mul_add(1.0, &state.v, &mut self.work);
         node.momentum_residual = norm_inf(&self.work);
 
+        let scale = 1.0 / (s.h * s.h);
+        let (lambda, force) = (&mut node.lambda, &mut node.constraint_force);
+        if before.known {
+            let jacobian = fill(&mut self.jacobian, constraints, (before.t_mid, &before.q_mid));
+            multipliers(jacobian, rows, (&before.mu, scale), lambda, force);
+        }
         let jacobian = fill(&mut self.jacobian, constraints, (s.t_mid(), &s.q_mid));
         self.work.fill(0.0);
         jacobian.mul_add(1.0, &s.v_mid, &mut self.work);
         node.velocity_residual = norm_inf(&self.work);
-        for (lambda, mu) in node.lambda_mid.iter_mut().zip(mu) {
-            *lambda = mu / (s.h * s.h);
+        let (lambda_mid, force_mid) = (&mut node.lambda_mid, &mut node.constraint_force_mid);
+        multipliers(jacobian, rows, (mu, scale), lambda_mid, force_mid);
+        if before.known {
+            lambda.iter_mut().zip(lambda_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b));
+            force.iter_mut().zip(force_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b));
+        } else {
+            lambda.copy_from_slice(lambda_mid);
+            force.copy_from_slice(force_mid);
         }
-        node.constraint_force_mid.fill(0.0);
-        jacobian.tr_mul_add(1.0, &node.lambda_mid, &mut node.constraint_force_mid);
-        if rows.len() < constraints.len() {
-            minimum_norm(jacobian, rows, &mut node.lambda_mid);
-        }
+    }
+}
+
+/// `λ = scale μ`, in minimum-norm form where rows are redundant, and `Gᵀλ`.
+fn multipliers(
+    jacobian: &SparseMatrix,
+    rows: &IndependentRows,
+    (mu, scale): (&[f64], f64),
+    lambda: &mut [f64],
+    force: &mut [f64],
+) {
+    for (lambda, mu) in lambda.iter_mut().zip(mu) {
+        *lambda = scale * mu;
+    }
+    force.fill(0.0);
+    jacobian.tr_mul_add(1.0, lambda, force);
+    if rows.len() < lambda.len() {
+        minimum_norm(jacobian, rows, lambda);
     }
 }
 
