@@ -160,3 +160,50 @@ impl<C: Constraints> EmScheme<C> for EmConstrained {
         self.predictor.clear();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::{loaded, pair};
+    use vi_multibody::PairKind;
+
+    #[test]
+    fn the_newton_matrix_against_central_differences() {
+        let model = pair(PairKind::Cylindrical, true);
+        let (system, constraints) = (loaded(&model), &model.mechanism);
+        let (q, v) = constraints.start();
+        let (n, m) = (constraints.dim(), constraints.len());
+        let rows = IndependentRows::all(m);
+        let mut scheme = EmConstrained::new(n, (rows, m), NewtonSettings::default());
+        let h = 0.05;
+        scheme.work.s.open(0.0, h, &q);
+        scheme.work.v.copy_from_slice(&v);
+        let mut problem = Problem { system: &system, constraints, work: &mut scheme.work };
+        let x: Vec<f64> = (0..n + m).map(|i| 0.03 * (2.3 * i as f64).sin()).collect();
+        let mut at = |i: usize, by: f64| {
+            let mut x = x.clone();
+            x[i] += by;
+            let mut r = vec![0.0; n + m];
+            problem.residual(&x, &mut r).unwrap();
+            r
+        };
+        let e = 1e-5;
+        let slopes: Vec<Vec<f64>> = (0..n + m)
+            .map(|j| {
+                let (plus, minus) = (at(j, e), at(j, -e));
+                plus.iter().zip(&minus).map(|(p, m)| (p - m) / (2.0 * e)).collect()
+            })
+            .collect();
+        let mut r = at(0, 0.0);
+        problem.correction(&x, &mut r).unwrap();
+        let exact = scheme.work.saddle.matrix().unwrap().to_dense();
+        let mut worst = 0.0_f64;
+        for (j, column) in slopes.iter().enumerate() {
+            for (i, slope) in column.iter().enumerate() {
+                worst = worst.max((slope - exact[(i, j)]).abs());
+            }
+        }
+        println!("Newton matrix off by {worst:.1e}, largest entry {:.1}", exact.amax());
+        assert!(worst < 1e-8, "{worst:e}");
+    }
+}

@@ -1,11 +1,12 @@
 //! The d'Alembert form, `em-dalembert`: multipliers eliminated by the discrete null space.
 //!
 //! ```text
-//! P̄(q_n, q_{n+1})ᵀ h B(Δq) = 0,    g(q_{n+1}) = 0
+//! P̄(q_n, q_{n+1})ᵀ (h B(Δq) + Ḡᵀμ) = 0,    g(q_{n+1}) = 0
 //! [ P̄ᵀ (h K + ½ Σ_i μ_i D²g_i) ]
 //! [ G(q_{n+1})                  ]
 //! ```
-//! Unknown `Δq ∈ R^n`. Dense, `O(n³)` a step: for small systems and comparisons.
+//! Unknown `Δq ∈ R^n`. `μ` is not an unknown: it follows from the bracket in least squares, and drops
+//! out where `Ḡ P̄ = 0`, which averaged formulas fulfil only once `g(q_{n+1}) = 0`. Dense, `O(n³)` a step: for small systems and comparisons.
 //!
 //! Letters and the derivative of `P̄`: [`crate::null_space`]. Source: Betsch & Leyendecker 2006.
 
@@ -80,7 +81,7 @@ impl<C: Constraints, N: DiscreteNullSpace<C>> NewtonProblem for Problem<'_, C, N
         balance.s.close_from_increment();
         self.source.null_space(self.constraints, &balance.s, &mut balance.null_space);
         let (work_done, closure) = r.split_at_mut(balance.null_space.ncols());
-        balance.residual(self.system, work_done);
+        balance.projected_residual(self.system, self.constraints, work_done)?;
         self.constraints.value(balance.s.t_end(), &balance.s.q1, g);
         balance.rows().gather(g, closure);
         Ok(())
@@ -88,7 +89,7 @@ impl<C: Constraints, N: DiscreteNullSpace<C>> NewtonProblem for Problem<'_, C, N
 
     fn correction(&mut self, _x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
         let Work { balance, matrix, lu, .. } = &mut *self.work;
-        balance.tangent(self.system, self.constraints)?;
+        balance.tangent(self.system, self.constraints);
         let (tangent, null_space, row) = balance.parts();
         let (n, d) = null_space.shape();
         matrix.fill(0.0);
@@ -125,7 +126,6 @@ impl<C: Constraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalembert<N> {
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
         let step = SubStep { lane: 0, h };
         let report = solve_step(newton, predictor, step, &mut problem, &mut self.x)?;
-        self.work.balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
         state.advance(&self.work.balance.s);
         Ok(report)
     }

@@ -43,6 +43,12 @@ pub mod node;
 pub mod null_space;
 pub mod scheme;
 
+#[cfg(test)]
+extern crate self as vi_emscheme; // the models of the tests name the crate
+#[cfg(test)]
+#[path = "../tests/common/mod.rs"]
+mod common;
+
 pub use discrete_gradient::DiscreteGradient;
 pub use em_system::EmSystem;
 pub use integrator::{EmIntegrator, EmOptions};

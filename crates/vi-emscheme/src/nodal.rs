@@ -93,7 +93,8 @@ where
 
     fn correction(&mut self, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
         let Work { balance, push, weighted, matrix, lu, .. } = &mut *self.work;
-        balance.tangent(self.system, self.constraints)?;
+        balance.multipliers(self.constraints)?;
+        balance.tangent(self.system, self.constraints);
         self.map.tangent(u, &balance.s, push);
         let (tangent, null_space, _) = balance.parts();
         weighted.fill(0.0);
@@ -146,5 +147,57 @@ where
 
     fn reset(&mut self) {
         self.predictor.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::{PAIRS, four_particles, loaded, pair};
+    use crate::null_space::AveragedTree;
+    use vi_multibody::map::TreeMap;
+    use vi_multibody::spring::SpringLaw;
+
+    #[test]
+    fn the_newton_matrix_at_the_root_against_central_differences() {
+        let pairs = PAIRS.iter().flat_map(|kind| [pair(*kind, false), pair(*kind, true)]);
+        for model in pairs.chain([four_particles(SpringLaw::QuadraticStretch)]) {
+            let mechanism = &model.mechanism;
+            let bodies = !mechanism.description().bodies.is_empty();
+            let system = if bodies { loaded(&model) } else { model.system() };
+            let (n, m) = (mechanism.dim(), mechanism.len());
+            let parts = (AveragedTree::new(mechanism).unwrap(), TreeMap::new(mechanism));
+            let rows = IndependentRows::all(m);
+            let mut scheme = EmNodal::new(n, (rows, m), parts, NewtonSettings::default());
+            let (q, v) = mechanism.start();
+            let mut state = EmState::new(0.0, q, v);
+            let start = state.clone();
+            scheme.advance(&system, mechanism, 0.05, &mut state).unwrap();
+            let EmNodal { source, map, work, u, .. } = &mut scheme;
+            work.balance.open(&start, 0.05);
+            let (constraints, map) = (mechanism, &*map);
+            let mut problem = Problem { system: &system, constraints, source, map, work };
+            let mut at = |j: usize, by: f64| {
+                let mut u = u.clone();
+                u[j] += by;
+                let mut r = vec![0.0; u.len()];
+                problem.residual(&u, &mut r).unwrap();
+                r
+            };
+            let (d, e) = (u.len(), 1e-5);
+            let slopes: Vec<_> = (0..d).map(|j| (at(j, e), at(j, -e))).collect();
+            let mut r = at(0, 0.0);
+            problem.correction(u, &mut r).unwrap();
+            let mut worst = 0.0_f64;
+            for (j, (plus, minus)) in slopes.iter().enumerate() {
+                for i in 0..d {
+                    let slope = (plus[i] - minus[i]) / (2.0 * e);
+                    worst = worst.max((slope - scheme.work.matrix[(i, j)]).abs());
+                }
+            }
+            let name = mechanism.description().joints.first().map_or("particles", |j| &j.name);
+            println!("{name:<12} Newton matrix off by {worst:.1e}");
+            assert!(worst < 1e-9, "{name}: {worst:e}");
+        }
     }
 }

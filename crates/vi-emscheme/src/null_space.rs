@@ -6,18 +6,21 @@
 //! P(q_{n+1/2})                     bodies, S and R pairs, bars      AtMidpoint(MapSource)
 //! averaged velocity maps           every pair of a tree             AveragedTree
 //! ```
-//! `P̄` depends on the unknown. Its derivative is not needed, though: with the orthogonal projector
-//! `Π(q_{n+1})` on `null Ḡ`, `h B = −Ḡᵀμ + Π h B` and `P̄_k` the matrix at the iterate `q_k`, the
-//! function `r_k = P̄_kᵀ Π h B` has the value `P̄_kᵀ h B` at `q_k`, the roots of the step equation near
-//! it, and the exact derivative
+//! `P̄` depends on the unknown, but its derivative is not needed. With `P̄_k` and the multipliers
+//! `μ_k = −(Ḡ Ḡᵀ)⁻¹ Ḡ h B` (least squares; `h²λ` at the root) of the iterate `q_k` kept, Newton's method
+//! takes its step on
 //! ```text
-//! ∂r_k/∂q_{n+1} |_{q_k} = P̄_kᵀ (h K + ½ Σ_i μ_i D²g_i),     μ = −(Ḡ Ḡᵀ)⁻¹ Ḡ h B
+//! r_k(q_{n+1}) = P̄_kᵀ (h B + Ḡᵀ μ_k),    ∂r_k/∂q_{n+1} = P̄_kᵀ (h K + ½ Σ_i μ_i D²g_i)        exactly
 //! ```
-//! since `δΠ = −Ḡ⁺ δḠ Π − Π δḠᵀ Ḡ⁺ᵀ`, `P̄_kᵀ Ḡ⁺ = 0` and `δḠ = ½ D²g[δq]`. The multipliers `μ = h²λ`
-//! are a by-product. This is the additional, non-symmetric term of an energy–momentum scheme.
+//! At `q_k` its value is `P̄ᵀ h B`, the residual of the scheme; at the root `q*` it is
+//! `(G* P̄_k)ᵀ (μ_k − μ*)`, of second order in `q_k − q*`, so convergence stays quadratic. (The same
+//! follows from `δḠ P̄ + Ḡ δP̄ = 0` and `h B = −Ḡᵀμ` at the root: `δP̄ᵀ h B = P̄ᵀ δḠᵀ μ`, `δḠ = ½ D²g[δq]`.)
+//! This is the additional term of an energy–momentum scheme, and the multipliers are a by-product.
+//! Averaged formulas annihilate `Ḡ` when `g(q_{n+1}) = 0`; on the way there, in the d'Alembert form, the
+//! residual keeps the term `Ḡᵀμ_k`.
 //!
 //! Letters: `G` constraint Jacobian, bars: at the averaged configuration; `B`, `K` as in
-//! [`crate::em_system`]. Source: Betsch & Leyendecker 2006 for `P̄`; the derivative is ours.
+//! [`crate::em_system`]. Source: Betsch & Leyendecker 2006 for `P̄`; the Newton matrix is ours.
 
 use nalgebra::{DMatrix, SVector, Vector3};
 use vi_constraints::Constraints;

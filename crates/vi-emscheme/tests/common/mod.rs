@@ -3,16 +3,20 @@
 #![allow(dead_code, unreachable_pub)] // each test uses its share
 
 use nalgebra::{Matrix3, Vector3};
+use vi_constraints::Constraints;
+use vi_emscheme::gonzalez::Gonzalez;
+use vi_emscheme::load::AtMidpoint;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
 use vi_multibody::joint::{FrameId, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{
     Attachment, Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec,
 };
-use vi_multibody::spring::{Spring, SpringLaw};
+use vi_multibody::spring::{Damper, Spring, SpringLaw};
 use vi_multibody::{PairKind, mechanism};
 use vi_rigid::body::RigidBody;
 use vi_rigid::inertia::EulerMoments;
-use vi_rigid::{directors, rotation};
+use vi_rigid::load::{Load, LoadKind};
+use vi_rigid::{TimeHistory, directors, rotation};
 
 /// A mechanism with its springs: everything a run needs.
 #[derive(Clone)]
@@ -234,6 +238,24 @@ pub fn linkage() -> Model {
     });
     let joints = joints.collect();
     model(Description { dimension: 3, bodies, joints, ..Description::default() }, 0.01)
+}
+
+/// A system with one of everything: gravity-free pair with both springs, a spring by Gonzalez's
+/// formula, a damper, a dead and a follower load.
+pub fn loaded(model: &Model) -> EmSystem {
+    let [first, second] = [0, 1].map(|k| model.springs[k].clone());
+    let n = model.mechanism.dim();
+    let damper = Damper { between: second.between.clone(), damping: 2.0 };
+    let load = |offset, kind| {
+        let (force, torque) = (Vector3::new(0.7, -1.1, 0.4), Vector3::new(-0.3, 0.5, 0.8));
+        Load::new(offset, kind, force, torque, TimeHistory::default()).unwrap()
+    };
+    model
+        .system()
+        .gradient(Gonzalez::new(first, n))
+        .load(AtMidpoint(damper))
+        .load(load(0, LoadKind::Dead))
+        .load(load(12, LoadKind::Follower))
 }
 
 /// Everything above, by name.
