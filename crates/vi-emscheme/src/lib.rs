@@ -22,6 +22,7 @@
 //! | [`scheme`] | their common interface, the state |
 //! | [`node`] | energy, momenta, multipliers, residuals |
 //! | [`integrator`] | all of it together |
+//! | [`subject`], [`comparison`] | both families on the same inputs, side by side |
 //!
 //! Sources: P. Betsch, S. Leyendecker, IJNME 67 (2006) 499–552 (BL06); O. Gonzalez, J. Nonlinear Sci.
 //! 6 (1996) 449–467 (G96).
@@ -30,6 +31,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 mod balance;
+pub mod comparison;
 pub mod constrained;
 pub mod dalembert;
 pub mod discrete_gradient;
@@ -42,6 +44,7 @@ pub mod nodal;
 pub mod node;
 pub mod null_space;
 pub mod scheme;
+pub mod subject;
 
 #[cfg(test)]
 extern crate self as vi_emscheme; // the models of the tests name the crate
