@@ -114,3 +114,46 @@ fn the_forms_agree() {
         }
     }
 }
+
+#[test]
+fn energy_stays_at_round_off_in_a_long_run() {
+    let mut run = common::heavy_top().run(EmForm::Nodal, 0.005);
+    let (energy, mut worst, mut iterations) = (run.energy(), 0.0_f64, 0);
+    for n in 1..=100_000_u32 {
+        iterations += run.step().unwrap().iterations;
+        worst = worst.max((run.energy() - energy).abs());
+        if [1_000, 10_000, 100_000].contains(&n) {
+            let mean = iterations as f64 / f64::from(n);
+            println!("{n} steps: energy {energy:.1} off by {worst:.1e}, {mean:.2} iterations");
+        }
+    }
+    assert!(worst < 2e-11, "{worst:e}");
+}
+
+#[test]
+fn one_body_alone_and_as_a_mechanism_move_alike() {
+    use vi_constraints::dalembert::MapSource;
+    use vi_emscheme::null_space::AtMidpoint;
+    use vi_emscheme::{EmIntegrator, EmOptions, EmSystem};
+    use vi_rigid::single_body::{SingleBody, Support};
+    let model = common::heavy_top();
+    let description = model.mechanism.description();
+    let (anchor, body) = (description.joints[0].child.anchor, description.bodies[0].body.unwrap());
+    let point = nalgebra::Vector3::zeros();
+    let single = SingleBody::new(body, Support::FixedPoint { anchor, point });
+    let (q, v) = model.mechanism.start();
+    for form in EmForm::ALL {
+        let system = EmSystem::of_linear(&single.system(&description.gravity));
+        let parts = (AtMidpoint(MapSource(single)), single);
+        let (options, at) = (EmOptions::new(form, model.h), (0.0, &q[..], &v[..]));
+        let mut run = EmIntegrator::with_null_space(system, single, parts, options, at).unwrap();
+        let mut other = model.run(form, model.h);
+        for _ in 0..200 {
+            run.step().unwrap();
+            other.step().unwrap();
+        }
+        let off = common::distance(&run.state().q, &other.state().q);
+        println!("{}: off by {off:.1e}", form.name());
+        assert!(off < 1e-11, "{}: {off:e}", form.name());
+    }
+}

@@ -128,6 +128,14 @@ pub fn heavy_top() -> Model {
     model(description, 0.005)
 }
 
+/// The same with a lamina: `E_3 = 0`, a singular mass matrix.
+pub fn lamina() -> Model {
+    let mut description = heavy_top().mechanism.description().clone();
+    let top = &mut description.bodies[0];
+    top.body = Some(RigidBody::new(1.5, EulerMoments([0.04, 0.09, 0.0])).unwrap());
+    model(description, 0.005)
+}
+
 /// Two free-floating bodies in a kinematic pair with springs of both laws between them; `reversed`:
 /// the joint is stated from body 1 to body 0, against the order of the tree.
 pub fn pair(kind: PairKind, reversed: bool) -> Model {
@@ -263,6 +271,7 @@ pub fn all() -> Vec<(String, Model)> {
     let mut models = vec![
         ("pendulum".to_owned(), pendulum()),
         ("heavy top".to_owned(), heavy_top()),
+        ("lamina".to_owned(), lamina()),
         ("linkage 6R".to_owned(), linkage()),
         ("4 particles, linear".to_owned(), four_particles(SpringLaw::Linear)),
         ("4 particles, quadratic".to_owned(), four_particles(SpringLaw::QuadraticStretch)),
