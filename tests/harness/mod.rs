@@ -2,6 +2,7 @@
 #![allow(dead_code, unreachable_pub)] // every test file compiles its own copy and uses a part
 
 pub mod case;
+pub mod em;
 pub mod models;
 pub mod pendulum;
 pub mod rigid;

@@ -161,4 +161,30 @@ impl JointCoordinate {
             }
         }
     }
+
+    /// Emits `scale D²θ(q)`; always the same places in the same order.
+    pub fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        match &self.value {
+            Value::Length(row) => row.emit_second(scale, out),
+            Value::Angle { sine, cosine } => {
+                let (s, c) = (sine.value(q), cosine.value(q));
+                let square = s * s + c * c;
+                let same = -2.0 * s * c / (square * square);
+                let mixed = (s * s - c * c) / (square * square);
+                let pairs = [
+                    (sine, sine, same),
+                    (cosine, cosine, -same),
+                    (sine, cosine, mixed),
+                    (cosine, sine, mixed),
+                ];
+                for (left, right, factor) in pairs {
+                    left.for_each_slope(q, |i, a| {
+                        right.for_each_slope(q, |j, b| out.add(i, j, scale * factor * a * b));
+                    });
+                }
+                sine.emit_second(scale * c / square, out);
+                cosine.emit_second(-scale * s / square, out);
+            }
+        }
+    }
 }

@@ -197,4 +197,17 @@ impl Row {
     pub fn second(&self, v: &[f64], w: &[f64]) -> f64 {
         self.scale * (self.a.rate(v).dot(&self.b.rate(w)) + self.a.rate(w).dot(&self.b.rate(v)))
     }
+
+    /// Emits `weight D²g`.
+    pub fn emit_second(&self, weight: f64, out: &mut dyn Entries) {
+        for a in &self.a.terms {
+            for b in &self.b.terms {
+                let value = weight * self.scale * a.coefficient * b.coefficient;
+                for i in 0..a.dimension.min(b.dimension) {
+                    out.add(a.offset + i, b.offset + i, value);
+                    out.add(b.offset + i, a.offset + i, value);
+                }
+            }
+        }
+    }
 }

@@ -421,6 +421,17 @@ impl Constraints for Mechanism {
     fn accept(&self, q: &[f64]) {
         self.rows.iter().for_each(|row| row.accept(q));
     }
+
+    fn weighted_hessian(&self, _: f64, q: &[f64], w: &[f64], scale: f64, out: &mut dyn Entries) {
+        let bodies = self.description.bodies.len();
+        for k in 0..bodies {
+            let weights = &w[6 * k..6 * k + 6];
+            directors::internal_weighted_hessian(weights, scale, 12 * k, out);
+        }
+        for (row, weight) in self.rows.iter().zip(&w[6 * bodies..]) {
+            row.emit_second(q, scale * weight, out);
+        }
+    }
 }
 
 fn products(rows: Vec<Row>) -> Vec<ScalarRow> {

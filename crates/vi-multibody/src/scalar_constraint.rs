@@ -101,6 +101,18 @@ impl ScalarRow {
         }
     }
 
+    /// Emits `scale D²g(q)`; always the same places in the same order.
+    pub fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        match self {
+            Self::Product(row) => row.emit_second(scale, out),
+            Self::Coupling { a, b, ratio, .. } => {
+                a.emit_second(q, scale, out);
+                b.emit_second(q, ratio * scale, out);
+            }
+            Self::Motion { coordinate, .. } => coordinate.emit_second(q, scale, out),
+        }
+    }
+
     /// `(∂g/∂t, ∂²g/∂t²)`; mixed derivatives vanish.
     #[must_use]
     pub fn time_derivatives(&self, t: f64) -> (f64, f64) {

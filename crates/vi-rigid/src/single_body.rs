@@ -177,6 +177,10 @@ impl Constraints for SingleBody {
         directors::internal_second_derivative(v, w, out);
         out[INTERNAL..].fill(0.0); // r is linear in q
     }
+
+    fn weighted_hessian(&self, _: f64, _: &[f64], w: &[f64], scale: f64, out: &mut dyn Entries) {
+        directors::internal_weighted_hessian(w, scale, 0, out);
+    }
 }
 
 impl Reparametrization for SingleBody {
