@@ -1,1 +1,12 @@
-//! placeholder
+//! Geometrically exact beams in director coordinates.
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+#![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
+
+pub mod averaged;
+pub mod element;
+pub mod section;
+pub mod strain;
+
+#[cfg(test)]
+mod sample;
