@@ -334,10 +334,12 @@ pub(crate) mod tests {
                 for row in 0..12 {
                     let m = element.length * elements.section(element).inertia()[row / 3];
                     let (a, b) = (a[row], b[row]);
-                    expected += 0.5 * m * match kind {
-                        MassKind::Consistent => (a * a + a * b + b * b) / 3.0,
-                        MassKind::Lumped => 0.5 * (a * a + b * b),
-                    };
+                    expected += 0.5
+                        * m
+                        * match kind {
+                            MassKind::Consistent => (a * a + a * b + b * b) / 3.0,
+                            MassKind::Lumped => 0.5 * (a * a + b * b),
+                        };
                 }
             }
             assert!((energy - expected).abs() < 1e-14, "{kind:?}: {energy} against {expected}");

@@ -5,7 +5,11 @@
 
 pub mod averaged;
 pub mod element;
+pub mod limit;
+pub mod mesh;
+pub mod model;
 pub mod section;
+pub mod statics;
 pub mod strain;
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Random valid configurations for the tests, reproducible by their seed.
 
-use vi_rigid::{directors, rotation};
 use nalgebra::Vector3;
+use vi_rigid::{directors, rotation};
 
 /// A linear congruential generator (Knuth's MMIX constants).
 pub(crate) struct Sample(u64);

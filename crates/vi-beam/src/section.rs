@@ -247,9 +247,7 @@ impl Profile {
     #[must_use]
     pub fn second_moments(&self) -> [f64; 2] {
         match *self {
-            Self::Rectangle { width: b, height: h } => {
-                [b * h.powi(3) / 12.0, h * b.powi(3) / 12.0]
-            }
+            Self::Rectangle { width: b, height: h } => [b * h.powi(3) / 12.0, h * b.powi(3) / 12.0],
             Self::Circle { radius } => [0.25 * PI * radius.powi(4); 2],
             Self::Tube { outer, inner } => [0.25 * PI * (outer.powi(4) - inner.powi(4)); 2],
             Self::General { second_moment_1, second_moment_2, .. } => {

@@ -9,6 +9,7 @@ pub mod map;
 pub mod mechanism;
 pub mod pair;
 pub mod particle;
+pub mod sparse_nodal;
 pub mod spring;
 pub mod tree;
 
