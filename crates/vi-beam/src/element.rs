@@ -88,13 +88,14 @@ impl Element {
         strain::gradients(x, self.length)
     }
 
-    /// First coordinate of the vector in `slot` 0 (`φ^a`) … 7 (`d_3^b`).
-    pub(crate) fn place(&self, row: usize) -> usize {
+    /// The coordinate among all frames that the component `row` of `x` is.
+    #[must_use]
+    pub fn place(&self, row: usize) -> usize {
         12 * self.nodes[row / 12] + row % 12
     }
 
     /// `out ← out + x` at the places of the element.
-    pub(crate) fn scatter(&self, x: &Coordinates, out: &mut [f64]) {
+    pub fn scatter(&self, x: &Coordinates, out: &mut [f64]) {
         for (k, node) in self.nodes.into_iter().enumerate() {
             let own = &mut out[12 * node..12 * node + 12];
             for (o, x) in own.iter_mut().zip(&x.as_slice()[12 * k..]) {
@@ -104,7 +105,7 @@ impl Element {
     }
 
     /// Emits a dense 24×24 matrix at the places of the element.
-    pub(crate) fn emit(&self, K: &SMatrix<f64, SIZE, SIZE>, out: &mut dyn Entries) {
+    pub fn emit(&self, K: &SMatrix<f64, SIZE, SIZE>, out: &mut dyn Entries) {
         for j in 0..SIZE {
             let column = self.place(j);
             for i in 0..SIZE {

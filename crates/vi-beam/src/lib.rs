@@ -5,10 +5,12 @@
 
 pub mod averaged;
 pub mod element;
+mod equilibrium;
 pub mod limit;
 pub mod mesh;
 pub mod model;
 pub mod section;
+pub mod static_path;
 pub mod statics;
 pub mod strain;
 
