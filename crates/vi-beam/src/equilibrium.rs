@@ -165,3 +165,89 @@ impl Work {
         self.matrix.add_joint_geometry(&mut self.layout, pair, &self.bracket);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::{FrameRule, Mesh};
+    use crate::sample::Sample;
+    use crate::section::Section;
+    use vi_multibody::mechanism::Attachment;
+    use vi_multibody::pair::PairKind;
+    use vi_multibody::spring::{Spring, SpringLaw};
+    use vi_rigid::time_history::TimeHistory;
+
+    /// ground – pair – beam – pair – beam – pair (a node on the ground), weight, loads, a spring.
+    fn work(kinds: [PairKind; 3], sample: &mut Sample) -> Work {
+        let section =
+            Section::new([90.0, 80.0, 120.0, 5.0, 4.0, 3.0], [1.0, 0.1, 0.1, 0.0]).unwrap();
+        let mut model = BeamModel::new(Vector3::new(0.2, 0.3, -1.0));
+        let rule = FrameRule::Normal(Vector3::z());
+        let (corner, end) = (Vector3::new(1.0, 0.2, 0.0), Vector3::new(1.4, 1.1, 0.3));
+        for (from, to) in [(Vector3::zeros(), corner), (corner, end)] {
+            let mesh = Mesh::straight(from, to, 2, rule).unwrap();
+            model.add_beam("beam", &mesh, section).unwrap();
+        }
+        let mut point = |at: Vector3<f64>| at + 0.3 * sample.vector();
+        let axis = Vector3::new(0.3, -0.5, 1.0);
+        model.join(kinds[0], None, 0, &point(Vector3::zeros()), &axis);
+        model.join(kinds[1], Some(2), 3, &point(corner), &axis);
+        model.join(kinds[2], Some(3), 4, &point(end), &axis);
+        let mechanism = model.mechanism();
+        assert!(!mechanism.has_loops());
+        let mut load = |frame: usize, kind| {
+            let (force, torque) = (sample.vector(), sample.vector());
+            Load::new(12 * frame, kind, force, torque, TimeHistory::default()).unwrap()
+        };
+        let loads =
+            vec![load(1, LoadKind::Follower), load(3, LoadKind::Dead), load(4, LoadKind::Dead)];
+        let mut work = Work::new(&model, &mechanism, loads);
+        let [a, b] = [0, 4].map(|k| mechanism.point_of(Attachment::Body(k), &Vector3::x()));
+        let spring = Spring {
+            between: b.minus(&a),
+            stiffness: 3.0,
+            natural_length: 0.5,
+            law: SpringLaw::Linear,
+        };
+        work.potentials.push(Box::new(spring));
+        work.factor = 0.7;
+        work
+    }
+
+    #[test]
+    fn the_tangent_is_the_derivative_of_the_residual() {
+        use PairKind::{Cylindrical, Fixed, Planar, Prismatic, Revolute, Spherical, Universal};
+        let mut sample = Sample::new(41);
+        let mut worst = 0.0_f64;
+        for kinds in [
+            [Fixed, Spherical, Revolute],
+            [Revolute, Universal, Fixed],
+            [Spherical, Cylindrical, Prismatic],
+            [Planar, Revolute, Spherical],
+            [Universal, Fixed, Planar],
+        ] {
+            let mut work = work(kinds, &mut sample);
+            let d = work.layout.dimension().1;
+            let u: Vec<f64> = (0..d).map(|_| 0.2 * sample.number()).collect();
+            let residual = |work: &mut Work, j: usize, by: f64| {
+                let mut u = u.clone();
+                u[j] += by;
+                let mut r = vec![0.0; d];
+                work.evaluate(&u, &mut r).unwrap();
+                r
+            };
+            residual(&mut work, 0, 0.0);
+            work.fill_tangent(&u);
+            let exact = work.matrix.to_dense();
+            for j in 0..d {
+                let e = 1e-5;
+                let (plus, minus) = (residual(&mut work, j, e), residual(&mut work, j, -e));
+                for i in 0..d {
+                    worst = worst.max(((plus[i] - minus[i]) / (2.0 * e) - exact[(i, j)]).abs());
+                }
+            }
+        }
+        println!("tangent off by {worst:.1e}");
+        assert!(worst < 1e-6, "{worst:e}");
+    }
+}
