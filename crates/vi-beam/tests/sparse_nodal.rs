@@ -138,7 +138,7 @@ fn check(kinds: [PairKind; 4], rule: StrainRule, turn: [f64; 3], seed: [f64; 8])
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
     fn sparse_and_dense_agree(
         choice in proptest::array::uniform4(0_usize..7), averaged in any::<bool>(),
