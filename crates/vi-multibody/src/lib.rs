@@ -45,6 +45,7 @@ pub mod pair;
 pub mod particle;
 pub mod run;
 pub mod scalar_constraint;
+pub mod sparse_nodal;
 pub mod spring;
 pub mod tree;
 
