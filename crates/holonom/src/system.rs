@@ -154,13 +154,23 @@ fn joint(
         JointKind::Prismatic => PairKind::Prismatic,
         JointKind::Planar => PairKind::Planar,
         JointKind::Fixed => PairKind::Fixed,
+        JointKind::Universal => PairKind::Universal,
     };
-    let axes = match joint.axis {
-        Some(axis) => complete_axis(&Vector3::from(axis).normalize()),
-        None => Matrix3::identity(),
+    let axes = match (joint.axis, joint.axis2) {
+        (Some(axis), Some(second)) => crossing_axes(&axis, &second),
+        (Some(axis), None) => complete_axis(&Vector3::from(axis).normalize()),
+        (None, _) => Matrix3::identity(),
     };
     let sides = [names.frame(&joint.parent), names.frame(&joint.child)];
     make_joint(&joint.name, kind, sides, start.joint(joint), &axes, bodies)
+}
+
+/// `(m_1, m_2, n)` with `n` along the first axis and `m_1` along the second.
+fn crossing_axes(first: &[f64; 3], second: &[f64; 3]) -> Matrix3<f64> {
+    let n = Vector3::from(*first).normalize();
+    let second = Vector3::from(*second);
+    let m1 = (second - n * n.dot(&second)).normalize();
+    Matrix3::from_columns(&[m1, n.cross(&m1), n])
 }
 
 fn make_joint(

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
+
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::source::Document;
 use super::start::{StartPoints, distance, is_ground};
@@ -316,6 +318,38 @@ impl<'a> Checker<'a> {
                 self.report(format!("{key}.axis"), message, "write a direction, such as [0, 0, 1]");
             }
             _ => {}
+        }
+        self.second_axis(key, joint);
+    }
+
+    fn second_axis(&mut self, key: &str, joint: &Joint) {
+        let at = format!("{key}.axis2");
+        let Some(second) = joint.axis2 else {
+            if joint.kind.has_second_axis() {
+                let message = "this type of joint needs a second axis".to_owned();
+                let help = "add `axis2 = [0, 1, 0]` (fixed in the child; in space, at the start, \
+                            perpendicular to `axis`)";
+                self.report(key, message, help);
+            }
+            return;
+        };
+        if !joint.kind.has_second_axis() {
+            let message = "this type of joint has no second axis".to_owned();
+            self.report(at, message, "remove `axis2`, or write type = \"universal\"");
+            return;
+        }
+        let second = Vector3::from(second);
+        if second.amax() < 1e-100 {
+            let message = "the axis has zero length".to_owned();
+            self.report(at, message, "write a direction, such as [0, 1, 0]");
+            return;
+        }
+        let first = joint.axis.map(Vector3::from).filter(|first| first.amax() >= 1e-100);
+        let cosine = first.map_or(0.0, |first| first.normalize().dot(&second.normalize()));
+        if cosine.abs() > 1e-6 {
+            let angle = cosine.clamp(-1.0, 1.0).acos().to_degrees();
+            let message = format!("the axes of the joint are at {angle:.4}° to each other");
+            self.report(at, message, "choose `axis2` perpendicular to `axis`");
         }
     }
 

@@ -41,6 +41,8 @@ pub enum JointKind {
     Planar,
     /// No relative motion.
     Fixed,
+    /// Two crossing axes, `axis` fixed in the parent, `axis2` in the child; 2 freedoms.
+    Universal,
 }
 
 impl JointKind {
@@ -48,6 +50,12 @@ impl JointKind {
     #[must_use]
     pub fn has_axis(self) -> bool {
         !matches!(self, Self::Spherical | Self::Fixed)
+    }
+
+    /// Whether it needs an `axis2`.
+    #[must_use]
+    pub fn has_second_axis(self) -> bool {
+        self == Self::Universal
     }
 }
 
@@ -77,6 +85,10 @@ pub struct Joint {
     /// Its axis in space in the start configuration; any length but zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<[f64; 3]>,
+    /// Universal joints: the axis fixed in the child, in space in the start configuration,
+    /// perpendicular to `axis`, which is fixed in the parent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis2: Option<[f64; 3]>,
 }
 
 /// Energy of a spring of length `l`, natural length `l0` and stiffness `k`.
