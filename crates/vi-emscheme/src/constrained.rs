@@ -9,6 +9,11 @@
 //! matrix. The powers of `h` make the condition number independent of `h`; as written it grows like
 //! `h⁻³`. Sparse LU with pivoting over an independent set of constraints.
 //!
+//! Redundant constraints: translations, rotations and `Δq` lie in `null Ḡ`, so a mechanism with at most
+//! one internal freedom keeps its redundancy at `q_{n+1/2}`. With more, the rows left out may become
+//! independent there by `O(h²)`; energy and constraints are kept all the same (`Ḡ Δq = 0` in every row),
+//! but the motion then depends, at the order of the error, on which rows are chosen.
+//!
 //! Letters: [`crate::em_system`]. Source: Betsch & Leyendecker 2006; scaling as in LMO08 (22).
 
 use crate::em_system::EmSystem;

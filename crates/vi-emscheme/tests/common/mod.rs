@@ -202,50 +202,58 @@ pub fn four_particles(law: SpringLaw) -> Model {
 
 /// The free-floating six-body linkage of the reference case 13.
 pub fn linkage() -> Model {
-    let file =
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/reference/rigid/13_sixr_cube.json");
-    let case: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    reference_case("13_sixr_cube", 0.01)
+}
+
+/// The four-bar loop of the reference case 12, with three redundant constraints.
+pub fn four_bar() -> Model {
+    reference_case("12_fourbar", 0.005)
+}
+
+/// Bodies and revolute joints of a reference case.
+fn reference_case(name: &str, h: f64) -> Model {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/reference/rigid");
+    let text = std::fs::read_to_string(format!("{folder}/{name}.json")).unwrap();
+    let case: serde_json::Value = serde_json::from_str(&text).unwrap();
     let numbers = |value: &serde_json::Value| -> Vector3<f64> {
         Vector3::from_fn(|i, _| value[i].as_f64().unwrap())
     };
-    let bodies: Vec<BodySpec> = case["bodies"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|b| {
-            let moments = numbers(&b["principal_inertia"]);
-            let inertia = vi_rigid::inertia::PrincipalInertia::new(moments.into()).unwrap();
-            let rigid = RigidBody::from_inertia(b["mass"].as_f64().unwrap(), &inertia).unwrap();
-            BodySpec {
-                name: b["name"].as_str().unwrap().into(),
-                body: Some(rigid),
-                center: numbers(&b["position"]),
-                triad: Matrix3::from_fn(|i, j| b["directors"][i][j].as_f64().unwrap()),
-                velocity: numbers(&b["velocity"]),
-                omega: numbers(&b["omega"]),
-            }
-        })
-        .collect();
-    let joints = case["joints"].as_array().unwrap().iter().map(|j| {
-        let index = |key: &str| usize::try_from(j[key].as_u64().unwrap()).unwrap();
-        let (p, c) = (index("parent"), index("child"));
-        let axes = complete_axis(&numbers(&j["axis"]));
-        let child_axes = bodies[c].triad.transpose() * bodies[p].triad * axes;
-        let anchor = |key: &str| numbers(&j[key]);
-        Joint {
-            name: format!("joint {p}-{c}"),
-            kind: PairKind::Revolute,
-            parent: Side { frame: FrameId::Frame(p), anchor: anchor("anchor_parent"), axes },
-            child: Side {
-                frame: FrameId::Frame(c),
-                anchor: anchor("anchor_child"),
-                axes: child_axes,
-            },
+    let body = |b: &serde_json::Value| {
+        let moments = numbers(&b["principal_inertia"]);
+        let inertia = vi_rigid::inertia::PrincipalInertia::new(moments.into()).unwrap();
+        let rigid = RigidBody::from_inertia(b["mass"].as_f64().unwrap(), &inertia).unwrap();
+        BodySpec {
+            name: b["name"].as_str().unwrap().into(),
+            body: Some(rigid),
+            center: numbers(&b["position"]),
+            triad: Matrix3::from_fn(|i, j| b["directors"][i][j].as_f64().unwrap()),
+            velocity: numbers(&b["velocity"]),
+            omega: numbers(&b["omega"]),
         }
-    });
-    let joints = joints.collect();
-    model(Description { dimension: 3, bodies, joints, ..Description::default() }, 0.01)
+    };
+    let bodies: Vec<BodySpec> = case["bodies"].as_array().unwrap().iter().map(body).collect();
+    let joint = |j: &serde_json::Value| {
+        let member = |key: &str| {
+            usize::try_from(j[key].as_i64().unwrap()).map_or(FrameId::Ground, FrameId::Frame)
+        };
+        let triad = |id| match id {
+            FrameId::Ground => Matrix3::identity(),
+            FrameId::Frame(k) => bodies[k].triad,
+        };
+        let (p, c) = (member("parent"), member("child"));
+        let axes = complete_axis(&numbers(&j["axis"]).normalize());
+        let child_axes = triad(c).transpose() * triad(p) * axes;
+        let side = |frame, key: &str, axes| Side { frame, anchor: numbers(&j[key]), axes };
+        Joint {
+            name: format!("joint {p:?}-{c:?}"),
+            kind: PairKind::Revolute,
+            parent: side(p, "anchor_parent", axes),
+            child: side(c, "anchor_child", child_axes),
+        }
+    };
+    let joints = case["joints"].as_array().unwrap().iter().map(joint).collect();
+    let gravity = numbers(&case["gravity"]);
+    model(Description { dimension: 3, gravity, bodies, joints, ..Description::default() }, h)
 }
 
 /// A system with one of everything: gravity-free pair with both springs, a spring by Gonzalez's
@@ -273,6 +281,7 @@ pub fn all() -> Vec<(String, Model)> {
         ("heavy top".to_owned(), heavy_top()),
         ("lamina".to_owned(), lamina()),
         ("linkage 6R".to_owned(), linkage()),
+        ("four-bar".to_owned(), four_bar()),
         ("4 particles, linear".to_owned(), four_particles(SpringLaw::Linear)),
         ("4 particles, quadratic".to_owned(), four_particles(SpringLaw::QuadraticStretch)),
     ];
