@@ -115,6 +115,7 @@
 #![deny(missing_docs)]
 
 mod assembly;
+mod drive;
 pub mod model;
 pub mod output;
 pub mod report;
