@@ -6,7 +6,8 @@
 //!
 //! ```text
 //! q = (φ, d_1, d_2, d_3) of every body, then 2 or 3 coordinates of every point mass
-//! g = six internal constraints of every body (56), then the rows of the joints, then those of the bars
+//! g = six internal constraints of every body (56), then the rows of the joints, of the bars, of the
+//!     single constraints
 //! t² = X t¹ + S τ,   P = P_in P_ex                                              LMO08 (71)–(75)
 //! q_{n+1} = F_d(u, q_n): pair maps, parent before child                         LMO08 (76)–(86)
 //! ```
@@ -21,6 +22,9 @@
 //! | [`map`] | `P`, `F_d`, `∂F_d/∂u` of the spanning tree as dense matrices |
 //! | [`articulated`] | the Newton step on trees in linear time |
 //! | [`closed_loop`] | loops on top of a tree, redundant constraints, singular placements |
+//! | [`sparse_nodal`] | the Newton step on trees whose members are coupled by potentials |
+//! | [`scalar_constraint`] | distances, guides, couplings, prescribed motion |
+//! | [`coordinate`], [`joint_force`] | joint coordinates with their turns; springs, dampers, motors on them |
 //! | [`spring`] | springs and dampers between two points |
 //! | [`run`] | which operators carry which scheme |
 //!
