@@ -224,7 +224,7 @@ pub fn integrator(
         SchemeKind::Constrained => Box::new(Constrained::new(n, rows.clone(), m, newton, lanes)),
         SchemeKind::Nodal | SchemeKind::Reduced => {
             let length = 1e-5 * extent(at.1).max(1e-5);
-            let operators = SparseNodal::new(&mechanism).with_floors(length, 1e-5);
+            let operators = SparseNodal::new(&mechanism).with_floors(length, 1e-5).by_screws();
             let reduced = options.scheme == SchemeKind::Reduced;
             Box::new(Nodal::new(operators, (n, n - m), reduced, newton, lanes))
         }
