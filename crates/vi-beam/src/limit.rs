@@ -76,3 +76,33 @@ impl LimitReport {
         ))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::section::Section;
+    use nalgebra::Vector3;
+    use vi_rigid::rotation;
+
+    #[test]
+    fn angles_and_their_messages() {
+        for (degrees, message) in [(30.0, None), (60.0, Some("beyond 45°")), (120.0, Some("folds"))]
+        {
+            let mut q = [0.0; 24];
+            let turn = rotation::exp(&(f64::to_radians(degrees) * Vector3::new(0.6, 0.0, 0.8)));
+            directors::set_triad(&mut q[..12], &Matrix3::identity());
+            directors::set_triad(&mut q[12..], &turn);
+            let mut elements = Elements::new();
+            elements.add_section(Section::new([1.0; 6], [1.0; 4]).unwrap());
+            elements.add_stress_free([0, 1], 1.0, 0, &q).unwrap();
+            let report = LimitReport::new(&elements, &q);
+            let error = (report.largest_angle.to_degrees() - degrees).abs();
+            assert!(error < 1e-13, "{report:?}");
+            assert_eq!(report.is_exceeded(), degrees > 90.0);
+            assert_eq!(report.beyond_warning.len(), usize::from(degrees > 45.0));
+            let found = report.message();
+            assert_eq!(found.is_some(), message.is_some());
+            assert!(found.unwrap_or_default().contains(message.unwrap_or_default()));
+        }
+    }
+}

@@ -25,6 +25,8 @@ use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
 use vi_multibody::sparse_nodal::SparseNodal;
 use vi_rigid::directors;
+use vi_rigid::load::{Load, LoadError, LoadKind};
+use vi_rigid::time_history::TimeHistory;
 
 /// The discrete potential of the elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -156,6 +158,30 @@ impl BeamModel {
     pub fn clamp(&mut self, node: usize) -> usize {
         let point = self.description.bodies[node].center;
         self.join(PairKind::Fixed, None, node, &point, &Vector3::z())
+    }
+
+    /// A load per length along a beam, force (N/m) and torque (N·m/m): `ℓ/2` of it at both ends of each
+    /// element.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn line_load(
+        &self,
+        beam: &Beam,
+        kind: LoadKind,
+        force: Vector3<f64>,
+        torque: Vector3<f64>,
+        history: &TimeHistory,
+    ) -> Result<Vec<Load>, LoadError> {
+        let mut shares = vec![0.0; self.description.bodies.len()];
+        for element in &self.elements.list()[beam.elements.clone()] {
+            element.nodes.into_iter().for_each(|node| shares[node] += 0.5 * element.length);
+        }
+        let loaded = shares.iter().enumerate().filter(|(_, share)| **share > 0.0);
+        let load = |(node, share): (usize, &f64)| {
+            Load::new(12 * node, kind, *share * force, *share * torque, history.clone())
+        };
+        loaded.map(load).collect()
     }
 
     /// `q(0)`.

@@ -15,7 +15,9 @@
 use crate::equilibrium::{Problem, Work};
 use crate::limit::{LimitReport, element_angle};
 use crate::model::{BeamModel, extent};
-pub use crate::static_path::{Equilibrium, StaticError, StaticPath, StaticSettings};
+pub use crate::static_path::{
+    Equilibrium, StaticError, StaticPath, StaticSettings, StaticSetupError,
+};
 use nalgebra::DMatrix;
 use vi_core::newton::{Block, BlockKind, Newton, NewtonError, NewtonReport, NewtonSettings};
 use vi_core::potential::Potential;
@@ -39,8 +41,21 @@ pub struct StaticProblem {
 
 impl StaticProblem {
     /// The model in its initial placement, which is taken for the equilibrium at `λ = 0`.
-    #[must_use]
-    pub fn new(model: &BeamModel, mechanism: &Mechanism, loads: Vec<Load>) -> Self {
+    ///
+    /// # Errors
+    /// [`StaticSetupError`].
+    pub fn new(
+        model: &BeamModel,
+        mechanism: &Mechanism,
+        loads: Vec<Load>,
+    ) -> Result<Self, StaticSetupError> {
+        if let Some(&cut) = mechanism.cut_joints().first() {
+            let joint = mechanism.description().joints[cut].name.clone();
+            return Err(StaticSetupError::ClosedLoop { joint });
+        }
+        if !mechanism.description().particles.is_empty() {
+            return Err(StaticSetupError::Particles);
+        }
         let work = Work::new(model, mechanism, loads);
         let mut blocks = work.layout.blocks();
         let length = 1e-5 * extent(&work.s.q0).max(1e-5);
@@ -49,7 +64,7 @@ impl StaticProblem {
         }
         let d = work.layout.dimension().1;
         let newton = Newton::new(d, NewtonSettings::default());
-        Self { newton, blocks, largest_turn: f64::INFINITY, u: vec![0.0; d], work }
+        Ok(Self { newton, blocks, largest_turn: f64::INFINITY, u: vec![0.0; d], work })
     }
 
     /// With a further potential (springs between frames).

@@ -107,7 +107,8 @@ fn time_per_step_is_linear() {
         let ratio =
             last.map_or(String::new(), |last| format!(", {:.2} times the half", time / last));
         println!(
-            "{elements} elements: {:.2} ms per step, {:.2} µs per element and iteration{ratio}",
+            "{elements} elements: {:.2} ms per step, {:.2} µs per element and iteration, {observing:.1} ms to \
+             observe{ratio}",
             1e3 * time,
             1e6 * each
         );
