@@ -104,6 +104,11 @@ fn time_per_step_is_linear() {
         let iterations: usize = (0..steps).map(|_| run.step().unwrap().iterations).sum();
         let time = clock.elapsed().as_secs_f64() / f64::from(steps);
         let each = time / elements as f64 * f64::from(steps) / iterations as f64;
+        let clock = Instant::now();
+        for _ in 0..2 {
+            run.node_before().unwrap();
+        }
+        let observing = 0.5e3 * clock.elapsed().as_secs_f64();
         let ratio =
             last.map_or(String::new(), |last| format!(", {:.2} times the half", time / last));
         println!(
