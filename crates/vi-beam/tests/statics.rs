@@ -306,3 +306,30 @@ fn loops_of_joints_are_refused_and_loops_of_elements_are_not() {
     println!("{refused}");
     assert!(refused.to_string().contains("closes a loop"), "{refused}");
 }
+
+#[test]
+fn elements_of_higher_order_converge_faster() {
+    let exact = vector(15.68480053, 47.15043857, 53.47485879); // vouched to 1e-7
+    let (e, center, radius) = (1e7, 100.0 * Vector3::x(), -100.0 * Vector3::x());
+    let section = [0.5 * e, 0.5 * e, e, e / 12.0, e / 12.0, e / 12.0];
+    let section = Section::new(section, [1.0, 1.0, 1.0, 0.0]).unwrap();
+    for order in [2, 3] {
+        let error = |elements: usize| {
+            let rule = FrameRule::Normal(Vector3::z());
+            let intervals = order * elements;
+            let mesh =
+                Mesh::arc(center, radius, -Vector3::z(), FRAC_PI_4, intervals, rule).unwrap();
+            let mut model = BeamModel::new(Vector3::zeros());
+            model.add_high_order_beam("bend", &mesh, section, order).unwrap();
+            model.clamp(0);
+            let loads = vec![dead(intervals, 600.0 * Vector3::z())];
+            let mut problem = StaticProblem::new(&model, &model.mechanism(), loads).unwrap();
+            problem.solve(&[1.0], &StaticSettings::default()).unwrap();
+            (tip(&problem) - exact).norm()
+        };
+        let errors: Vec<f64> = [2, 4, 8].into_iter().map(error).collect();
+        let orders: Vec<f64> = errors.windows(2).map(|e| (e[0] / e[1]).log2()).collect();
+        println!("{} nodes per element: errors {errors:?}, orders {orders:.2?}", order + 1);
+        assert!((orders[1] - 4.0).abs() < 0.25, "{orders:?}");
+    }
+}
