@@ -111,7 +111,7 @@ impl BeamModel {
         order: usize,
     ) -> Result<Range<usize>, ElementError> {
         let intervals = mesh.lengths.len();
-        if !(2..=3).contains(&order) || intervals % order != 0 {
+        if !(2..=3).contains(&order) || !intervals.is_multiple_of(order) {
             return Err(ElementError::Order { order, intervals });
         }
         let first = self.add_nodes(name, mesh);
