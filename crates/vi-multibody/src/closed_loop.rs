@@ -12,7 +12,12 @@
 //! of the first `rank` pivots are enforced, the others follow from them. The *generic* rank, the
 //! largest met, is kept when a placement loses rank momentarily (a flat four-bar): `Z` is then the
 //! last null space projected onto the new one, so the branch of the motion is the one its velocity
-//! points along, and the rows enforced are chosen at `q_{n+1}`.
+//! points along, and the rows enforced are chosen at `q_{n+1}`. A start in such a placement is compared
+//! with placements nearby ([`crate::placement`]): with a velocity, `Z` at the start is the limit of the
+//! generic null space along it; at rest it is refused, since nothing says which branch the motion takes.
+//!
+//! **Round-off.** `g_c` is a difference of stored coordinates, so the increments of a loop are known to
+//! `ε |q|` and not to `ε` of themselves: the floors of their blocks are higher than those of a tree.
 //!
 //! Source: LMO08 §5.4, §5.5.
 #![allow(non_snake_case)] // J, W, Z, A
@@ -24,12 +29,13 @@ use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::pair::Twist;
 use nalgebra::DMatrix;
+use std::ops::Range;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::{NodalOperators, Reparametrization};
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, Fault};
+use vi_core::linear::{DenseLu, norm_inf};
+use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::sparse::SparseMatrix;
 
 /// `A⁻¹` when the potential couples bodies: dense, `O(n d² + d³)`.
@@ -82,6 +88,7 @@ pub struct LoopNodal {
     coupled: Option<Coupled>,
     rows: Vec<Row>,  // g_c
     scale: Vec<f64>, // of the rows of J in rank decisions
+    length: f64,     // longest lever arm
     rank: usize,     // generic rank of J
     blocks: Vec<Block>,
     q_n: Vec<f64>,
@@ -116,14 +123,15 @@ impl LoopNodal {
         loops
     }
 
-    fn uncoupled(mechanism: &Mechanism, rank: usize) -> Self {
+    pub(crate) fn uncoupled(mechanism: &Mechanism, rank: usize) -> Self {
         let tree = Articulated::new(mechanism.tree().clone());
         let rows = mechanism.loop_constraints();
         let (d, m) = (mechanism.tree().dof(), rows.len());
         let zeros = |i, j| DMatrix::zeros(i, j);
-        let scale = row_scales(mechanism, &rows);
+        let length = longest_arm(mechanism);
+        let scale = row_scales(mechanism, &rows, length);
         Self {
-            blocks: mechanism.tree().blocks(),
+            blocks: blocks(mechanism),
             q_n: vec![0.0; 12 * mechanism.tree().links().len()],
             jacobian: zeros(m, d),
             qr: NullSpaceQr::new(d, m),
@@ -142,17 +150,78 @@ impl LoopNodal {
             coupled: None,
             rows,
             scale,
+            length,
             rank,
         }
     }
 
-    /// Rank of the loop constraints' Jacobian `J` at `q`.
+    /// The first node is a singular placement: its null space is that of the branch, `Z_0`.
     #[must_use]
-    pub fn rank_at(mechanism: &Mechanism, q: &[f64]) -> usize {
-        let mut loops = Self::uncoupled(mechanism, 0);
-        loops.tree.begin_at(q, false);
-        loops.write_jacobian(q, false);
-        loops.factorize_jacobian()
+    pub fn leaving_along(mut self, null_space: &DMatrix<f64>) -> Self {
+        self.Z_last.copy_from(null_space);
+        self.has_last = true;
+        self
+    }
+
+    /// Rank of the loop constraints' Jacobian `J` at `q`, which is kept and factorized.
+    pub(crate) fn rank_here(&mut self, q: &[f64]) -> usize {
+        self.begin_tree(q);
+        self.write_jacobian(q, false);
+        self.factorize_jacobian()
+    }
+
+    /// The rows of `J` in pivot order of the last factorization.
+    pub(crate) fn pivots(&self) -> &[usize] {
+        self.qr.pivots()
+    }
+
+    /// Orthonormal basis of `range Jᵀ` from the last factorization.
+    pub(crate) fn range(&mut self, rank: usize) -> DMatrix<f64> {
+        let d = self.jacobian.ncols();
+        let (mut range, mut null) = (DMatrix::zeros(d, rank), DMatrix::zeros(d, d - rank));
+        self.qr.range_and_null_space(rank, &mut range, &mut null);
+        range
+    }
+
+    /// Orthonormal basis of the null space of `J` from the last factorization.
+    pub(crate) fn null_space(&mut self, rank: usize) -> DMatrix<f64> {
+        let d = self.jacobian.ncols();
+        let mut null = DMatrix::zeros(d, d - rank);
+        self.qr.null_space(rank, &mut null);
+        null
+    }
+
+    /// Entry of the last `J`, scaled as its rows are in rank decisions.
+    pub(crate) fn jacobian_entry(&self, i: usize, j: usize) -> f64 {
+        self.scale[i] * self.jacobian[(i, j)]
+    }
+
+    /// Rows of the last `J`, scaled.
+    pub(crate) fn scaled_rows(&self, rows: Range<usize>) -> DMatrix<f64> {
+        let first = rows.start;
+        DMatrix::from_fn(rows.len(), self.jacobian.ncols(), |i, j| self.jacobian_entry(first + i, j))
+    }
+
+    /// `g_c(q)`, scaled.
+    pub(crate) fn values(&self, q: &[f64]) -> Vec<f64> {
+        self.rows.iter().zip(&self.scale).map(|(row, scale)| scale * row.value(q)).collect()
+    }
+
+    pub(crate) fn begin_tree(&mut self, q: &[f64]) {
+        self.tree.begin_at(q, false);
+    }
+
+    pub(crate) fn move_tree(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.tree.move_to(u, s)
+    }
+
+    /// What one is for each unknown: 1 rad, or the longest lever arm.
+    pub(crate) fn unknown_scales(&self) -> Vec<f64> {
+        let mut scales = vec![1.0; self.jacobian.ncols()];
+        for block in self.blocks.iter().filter(|b| b.kind == BlockKind::Position) {
+            scales[block.range.clone()].fill(self.length);
+        }
+        scales
     }
 
     /// `J` at `q`, with `S` of `q_n` or `S'` of `q_{n+1}`.
@@ -210,15 +279,35 @@ impl LoopNodal {
     }
 }
 
-/// One over the size of each row's wrench at the start, forces weighed by the longest lever arm.
-fn row_scales(mechanism: &Mechanism, rows: &[Row]) -> Vec<f64> {
+/// The longest lever arm of a joint at the start, 1 m when there is none.
+fn longest_arm(mechanism: &Mechanism) -> f64 {
     let (q, _) = mechanism.start();
     let arm = |joint: &Joint| {
         let at = joint.placement(&q);
         at.rho_parent.norm().max(at.rho_child.norm()).max(at.gap.norm())
     };
     let length = mechanism.description().joints.iter().map(arm).fold(0.0, f64::max);
-    let length = if length > 0.0 { length } else { 1.0 };
+    if length > 0.0 { length } else { 1.0 }
+}
+
+/// The blocks of the tree with floors at which round-off of the loop constraints is no correction.
+fn blocks(mechanism: &Mechanism) -> Vec<Block> {
+    const RELATIVE: f64 = 1e-5; // what Newton's method calls small of this is about 50 ε
+    let (q, arm) = (mechanism.start().0, longest_arm(mechanism));
+    let extent = q.chunks(12).map(|frame| norm_inf(&frame[..3.min(frame.len())])).fold(arm, f64::max);
+    let mut blocks = mechanism.tree().blocks();
+    for block in &mut blocks {
+        block.floor = match block.kind {
+            BlockKind::Position => RELATIVE * extent,
+            _ => RELATIVE * extent / arm,
+        };
+    }
+    blocks
+}
+
+/// One over the size of each row's wrench at the start, forces weighed by the longest lever arm.
+fn row_scales(mechanism: &Mechanism, rows: &[Row], length: f64) -> Vec<f64> {
+    let (q, _) = mechanism.start();
     let scale = |row: &Row| {
         let mut square = 0.0;
         row.for_each_wrench(&q, |_, w| {

@@ -11,6 +11,7 @@ pub mod map;
 pub mod mechanism;
 pub mod pair;
 pub mod particle;
+pub mod placement;
 pub mod run;
 pub mod spring;
 pub mod tree;
