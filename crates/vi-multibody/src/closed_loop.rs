@@ -17,7 +17,8 @@
 //! generic null space along it; at rest it is refused, since nothing says which branch the motion takes.
 //!
 //! **Round-off.** `g_c` is a difference of stored coordinates, so the increments of a loop are known to
-//! `ε |q|` and not to `ε` of themselves: the floors of their blocks are higher than those of a tree.
+//! `ε |q|/σ` and not to `ε` of themselves, with `σ` the last kept entry of `R`, `~ 0.1 δ` at an angle `δ`
+//! from a flat position: the floors of their blocks are higher than those of a tree.
 //!
 //! Source: LMO08 §5.4, §5.5.
 #![allow(non_snake_case)] // J, W, Z, A
@@ -90,7 +91,8 @@ pub struct LoopNodal {
     scale: Vec<f64>, // of the rows of J in rank decisions
     length: f64,     // longest lever arm
     rank: usize,     // generic rank of J
-    blocks: Vec<Block>,
+    blocks: Vec<Block>, // floors for the σ of the present step
+    floors: Vec<f64>,   // for σ = 1
     q_n: Vec<f64>,
     jacobian: DMatrix<f64>, // m_c × d_tree
     qr: NullSpaceQr,
@@ -129,9 +131,11 @@ impl LoopNodal {
         let (d, m) = (mechanism.tree().dof(), rows.len());
         let zeros = |i, j| DMatrix::zeros(i, j);
         let length = longest_arm(mechanism);
+        let blocks = blocks(mechanism);
         let scale = row_scales(mechanism, &rows, length);
         Self {
-            blocks: blocks(mechanism),
+            floors: blocks.iter().map(|block| block.floor).collect(),
+            blocks,
             q_n: vec![0.0; 12 * mechanism.tree().links().len()],
             jacobian: zeros(m, d),
             qr: NullSpaceQr::new(d, m),
@@ -274,8 +278,13 @@ impl LoopNodal {
     /// Takes the rows of the leading pivots at the first trial of `q_{n+1}`.
     fn choose_rows(&mut self, q1: &[f64]) {
         self.write_jacobian(q1, true);
-        self.factorize_jacobian();
+        let found = self.factorize_jacobian();
         self.chosen.copy_from_slice(&self.qr.pivots()[..self.rank]);
+        let (kept, dropped) = self.qr.gap();
+        let sigma = if found < self.rank { dropped } else { kept };
+        for (block, floor) in self.blocks.iter_mut().zip(&self.floors) {
+            block.floor = floor / sigma.clamp(1e-10, 1.0);
+        }
     }
 }
 
