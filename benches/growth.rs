@@ -21,13 +21,18 @@ fn header(gravity: [f64; 3]) -> String {
 }
 
 /// Straight links along x, link `i` carried by `parent(i)`, hinge axes `y` or `z`.
-fn links(n: usize, parent: impl Fn(usize) -> Option<usize>, level: impl Fn(usize) -> usize) -> String {
+fn links(
+    n: usize,
+    parent: impl Fn(usize) -> Option<usize>,
+    level: impl Fn(usize) -> usize,
+) -> String {
     let mut text = header([0.0, 0.0, -9.81]);
     let mut state: Vec<(f64, Vector3<f64>, Vector3<f64>)> = Vec::new(); // end: x, velocity; ω
     for i in 0..n {
         let zero = (0.0, Vector3::zeros(), Vector3::zeros());
         let (x, v, w) = parent(i).map_or(zero, |p| state[p]);
-        let axis: Vector3<f64> = if level(i).is_multiple_of(2) { Vector3::y() } else { Vector3::z() };
+        let axis: Vector3<f64> =
+            if level(i).is_multiple_of(2) { Vector3::y() } else { Vector3::z() };
         let sign = if (i / 2).is_multiple_of(2) { 0.1 } else { -0.1 };
         let w: Vector3<f64> = w + sign * axis;
         let half: Vector3<f64> = w.cross(&(0.5 * Vector3::x()));
@@ -148,7 +153,8 @@ fn growth(criterion: &mut Criterion) {
                 bencher.iter_custom(|iterations| steps(&mut simulation, &mut taken, iterations));
             });
             if !quick {
-                let time = seconds(&mut simulation, &mut taken, 5, (20_000 / count as u64).clamp(4, 2000));
+                let time =
+                    seconds(&mut simulation, &mut taken, 5, (20_000 / count as u64).clamp(4, 2000));
                 points.push((count as f64, time));
                 println!(
                     "{name}, {count} bodies: {:.2} µs a step, {:.3} µs a body (set-up {set_up:.3} s)",

@@ -25,8 +25,7 @@ fn error(h: f64, order: u32) -> f64 {
 
 #[test]
 fn positions_converge_with_the_nominal_order() {
-    let (_, orders) =
-        study("positions, order 2", &[1e-2, 5e-3, 2.5e-3, 1.25e-3], |h| error(h, 2));
+    let (_, orders) = study("positions, order 2", &[1e-2, 5e-3, 2.5e-3, 1.25e-3], |h| error(h, 2));
     assert_order(&orders, 2.0, 0.05);
     let (errors, orders) = study("positions, order 4", &[1e-2, 5e-3, 2.5e-3], |h| error(h, 4));
     assert_order(&orders, 4.0, 0.2);

@@ -83,7 +83,10 @@ fn two_windows_keep_their_energy() {
         run.steps(2);
         worst[k / 625] = worst[k / 625].max((run.energy() - start).abs());
     }
-    println!("N = 2, h = 4e-3: energy error {:.2e} J in 0-5 s, {:.2e} J in 5-10 s", worst[0], worst[1]);
+    println!(
+        "N = 2, h = 4e-3: energy error {:.2e} J in 0-5 s, {:.2e} J in 5-10 s",
+        worst[0], worst[1]
+    );
     assert!(worst[1] < 1.2 * worst[0] && worst[0] < 0.05, "{worst:?}");
     assert!(run.residual() < 1e-13);
 }

@@ -33,8 +33,7 @@ struct Angles(Vec<Turn>);
 impl Angles {
     fn new(run: &mut Run) -> Self {
         let [beta, theta, gamma, phi, delta, omega, epsilon] = START;
-        let attitudes =
-            [beta, beta + theta, gamma, phi + delta, delta, omega + epsilon, epsilon];
+        let attitudes = [beta, beta + theta, gamma, phi + delta, delta, omega + epsilon, epsilon];
         let turn = |(k, angle): (usize, &f64)| {
             Turn::new(run, &format!("K{}", k + 1), [0.0, 0.0, 1.0], *angle)
         };
@@ -79,8 +78,7 @@ fn the_start_closes_and_the_redundant_hinges_are_named() {
 
 #[test]
 fn the_angles_of_the_test_set_are_reached() {
-    let (_, orders) =
-        study("angles at 0.03 s, order 2", &[2e-5, 1e-5, 5e-6], |h| errors(h, 2).0);
+    let (_, orders) = study("angles at 0.03 s, order 2", &[2e-5, 1e-5, 5e-6], |h| errors(h, 2).0);
     assert_order(&orders, 2.0, 0.2);
     // the values of the test set are good to about 2e-9
     let (_, orders) = study("angles, order 4", &[1e-4, 5e-5, 2.5e-5], |h| errors(h, 4).0);

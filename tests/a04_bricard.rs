@@ -22,8 +22,7 @@ const AT_10_S: [f64; 3] = [0.999_999_963_767, -1.000_269_012_656, 0.999_730_951_
 /// Joints 1 and 3 at 0.5, 1 and 2 s.
 fn joints(h: f64, order: u32) -> Vec<Vector3<f64>> {
     let mut run = Run::new(MODEL, h, order);
-    let (first, third) =
-        (run.point("rod1", [1.0, 0.0, 0.0]), run.point("rod3", [1.0, -1.0, 1.0]));
+    let (first, third) = (run.point("rod1", [1.0, 0.0, 0.0]), run.point("rod3", [1.0, -1.0, 1.0]));
     let mut found = Vec::new();
     for (t, _) in JOINT_1 {
         run.until(t);

@@ -35,8 +35,7 @@ fn error(h: f64) -> f64 {
 
 #[test]
 fn height_and_spin_converge_with_order_2() {
-    let (errors, orders) =
-        study("height and spin to 1 s", &[4e-3, 2e-3, 1e-3, 5e-4], error);
+    let (errors, orders) = study("height and spin to 1 s", &[4e-3, 2e-3, 1e-3, 5e-4], error);
     assert_order(&orders, 2.0, 0.1);
     assert!(errors[3] < 1e-4, "{:e}", errors[3]);
 }
@@ -61,7 +60,9 @@ fn the_first_maximum_momentum_and_energy() {
     println!(
         "maximum {:.5} m at {:.4} s; angular momentum {momentum:.6} drifts by {drift:.1e}; energy \
          {start:.6} J loses {:.3e} J, gains at most {gained:.1e} J in a step",
-        top.1, top.0, start - energy
+        top.1,
+        top.0,
+        start - energy
     );
     assert!((top.1 - 0.743_57).abs() < 1e-4 && (top.0 - 0.5125).abs() < 2e-3, "{top:?}");
     assert!(drift < 1e-12 * momentum.abs(), "{drift:e}");

@@ -17,10 +17,8 @@ const MASSES: [f64; 2] = [1.0, 3.0];
 /// The parallelogram at the angle `theta`, crank rates `rates`, with gravity `g` along −y.
 fn linkage(theta: f64, rates: [f64; 2], g: f64, settings: &str) -> String {
     let (s, c) = theta.sin_cos();
-    let mut text = format!(
-        "[model]\nname = \"flat\"\ngravity = [0, {:?}, 0]\n[simulation]\n{settings}\n",
-        -g
-    );
+    let mut text =
+        format!("[model]\nname = \"flat\"\ngravity = [0, {:?}, 0]\n[simulation]\n{settings}\n", -g);
     let mut top = Vec::new();
     for (k, (mass, rate)) in MASSES.into_iter().zip(rates).enumerate() {
         let (x, y) = (CRANK * c, CRANK * s);
@@ -29,7 +27,10 @@ fn linkage(theta: f64, rates: [f64; 2], g: f64, settings: &str) -> String {
             "[[body]]\nname = \"crank{k}\"\nmass = {mass:?}\ninertia = [1e-3, {inertia:?}, \
              {inertia:?}]\nposition = [{:?}, {:?}, 0]\nrotation_vector = [0, 0, {theta:?}]\n\
              velocity = [{:?}, {:?}, 0]\nangular_velocity = [0, 0, {rate:?}]\n",
-            k as f64 + 0.5 * x, 0.5 * y, -0.5 * rate * y, 0.5 * rate * x
+            k as f64 + 0.5 * x,
+            0.5 * y,
+            -0.5 * rate * y,
+            0.5 * rate * x
         );
         text += &format!(
             "[[joint]]\nname = \"foot{k}\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \
@@ -41,7 +42,10 @@ fn linkage(theta: f64, rates: [f64; 2], g: f64, settings: &str) -> String {
     text += &format!(
         "[[body]]\nname = \"coupler\"\nmass = 1.0\ninertia = [1e-3, 0.08, 0.08]\nposition = \
          [{:?}, {y0:?}, 0]\nvelocity = [{:?}, {:?}, 0]\nangular_velocity = [0, 0, {:?}]\n",
-        x0 + 0.5, 0.5 * (vx0 + vx1), 0.5 * (vy0 + vy1), vy1 - vy0
+        x0 + 0.5,
+        0.5 * (vx0 + vx1),
+        0.5 * (vy0 + vy1),
+        vy1 - vy0
     );
     for (k, (name, x)) in [("left", x0), ("right", x0 + 1.0)].into_iter().enumerate() {
         text += &format!(

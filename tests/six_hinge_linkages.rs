@@ -38,10 +38,15 @@ fn long_run(steps: usize) {
         println!(
             "{name}, {steps} steps: momentum maps drift by {drift:.1e} (of {:.2}, {:.2}), energy \
              within {:.1e} then {:.1e}, |g| {gap:.1e}, cosine at hinge 1 from {:.2} to {:.2}, {:.1} s",
-            linear.norm(), angular.norm(), spread[0], spread[1], range.0, range.1,
+            linear.norm(),
+            angular.norm(),
+            spread[0],
+            spread[1],
+            range.0,
+            range.1,
             begin.elapsed().as_secs_f64()
         );
-        assert!(drift < 1e-13 * (steps as f64).sqrt().max(30.0), "{name}: {drift:e}");
+        assert!(drift < 1e-14 * (steps as f64).sqrt().max(30.0), "{name}: {drift:e}");
         assert!(spread[1] < 1.5 * spread[0] && spread[0] < 1e-2, "{name}: {spread:?}");
         assert!(gap < 1e-12, "{name}: {gap:e}");
         assert!(range.1 - range.0 > 0.5, "{name}: the linkage hardly moves, {range:?}");

@@ -61,6 +61,9 @@ fn five_seconds() {
     follow(&mut run, &mut crank, 5.0);
     let (x, energy) = (run.coordinates("slider")[0], run.energy());
     let errors = [x - 0.240_719_573_732, crank.angle - 54.333_332_168_268, energy - 0.766_435_680];
-    println!("5 s: slider {:.1e} m, crank {:.1e} rad, energy {:.1e} J", errors[0], errors[1], errors[2]);
+    println!(
+        "5 s: slider {:.1e} m, crank {:.1e} rad, energy {:.1e} J",
+        errors[0], errors[1], errors[2]
+    );
     assert!(errors.iter().all(|e| e.abs() < 1e-8), "{errors:?}");
 }

@@ -160,7 +160,11 @@ pub(crate) fn orders(what: &str, steps: &[f64], errors: &[f64]) -> Vec<f64> {
 }
 
 /// Runs `error` for each step length, prints and returns errors and orders.
-pub(crate) fn study(what: &str, steps: &[f64], mut error: impl FnMut(f64) -> f64) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn study(
+    what: &str,
+    steps: &[f64],
+    mut error: impl FnMut(f64) -> f64,
+) -> (Vec<f64>, Vec<f64>) {
     let begin = std::time::Instant::now();
     let errors: Vec<f64> = steps.iter().map(|&h| error(h)).collect();
     let orders = orders(what, steps, &errors);
@@ -176,7 +180,11 @@ pub(crate) fn assert_order(orders: &[f64], nominal: f64, within: f64) {
 }
 
 /// `y(t)` of `ẏ = f(y)` by Gragg extrapolation to round-off.
-pub(crate) fn ode<const N: usize>(f: impl Fn(&[f64; N]) -> [f64; N], y0: [f64; N], t: f64) -> [f64; N] {
+pub(crate) fn ode<const N: usize>(
+    f: impl Fn(&[f64; N]) -> [f64; N],
+    y0: [f64; N],
+    t: f64,
+) -> [f64; N] {
     let steps = (t / 0.02).ceil().max(1.0);
     let big = t / steps;
     let mut y = y0;

@@ -143,7 +143,9 @@ pub(crate) fn refusal(error: &SetupError, settings: &Settings) -> ModelError {
         SetupError::SingularStart { joint, reason } => {
             let help = match reason {
                 SingularStart::Scheme => "write scheme = \"nodal\"",
-                _ => "turn one of its bodies by a little, or give the loop a velocity of its motion",
+                _ => {
+                    "turn one of its bodies by a little, or give the loop a velocity of its motion"
+                }
             };
             unsupported(&format!("joint.{joint}"), help)
         }

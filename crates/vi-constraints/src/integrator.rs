@@ -116,7 +116,9 @@ pub enum SingularStart {
     #[error("and at rest: give it a velocity or move it off by a little")]
     AtRest,
     /// The velocity mixes branches.
-    #[error("with a velocity that no branch of the motion has: correct it or move it off by a little")]
+    #[error(
+        "with a velocity that no branch of the motion has: correct it or move it off by a little"
+    )]
     OffBranch,
     /// The scheme needs constraints of full rank at the start.
     #[error("which the scheme cannot leave: use the scheme `nodal` or `reduced`")]

@@ -25,8 +25,8 @@ pub struct Nodal<O> {
     reduced: bool,
     newton: Newton,
     predictor: Predictor,
-    u: Vec<f64>,            // d
-    last: Option<Vec<f64>>, // d  u_{n-1}, when the last interval ends at the current node
+    u: Vec<f64>,             // d
+    last: Option<Vec<f64>>,  // d  u_{n-1}, when the last interval ends at the current node
     first: Option<Vec<f64>>, // d  ν(0), where the first step cannot start from u = 0
     work: Work,
 }
@@ -96,6 +96,10 @@ impl<S: MechanicalSystem, O: NodalOperators<S>> NewtonProblem for Problem<'_, S,
 
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
         self.operators.solve(self.system, x, &self.work.s, dx)
+    }
+
+    fn noise(&self) -> f64 {
+        self.operators.noise()
     }
 }
 

@@ -18,14 +18,16 @@
 //!
 //! **Round-off.** `g_c` is a difference of stored coordinates, so the increments of a loop are known to
 //! `ε |q|/σ` and not to `ε` of themselves, with `σ` the last kept entry of `R`, `~ 0.1 δ` at an angle `δ`
-//! from a flat position: the floors of their blocks are higher than those of a tree.
+//! from a flat position: floors and noise of Newton's method are higher than those of a tree. A row sees
+//! only the links of its own loop: what both of its ends share would cancel but for round-off, which
+//! `1/σ` would turn into a drift of the momentum maps.
 //!
 //! Source: LMO08 §5.4, §5.5.
 #![allow(non_snake_case)] // J, W, Z, A
 
 use crate::articulated::Articulated;
 use crate::form::Row;
-use crate::joint::Joint;
+use crate::joint::{FrameId, Joint};
 use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::pair::Twist;
@@ -87,12 +89,13 @@ impl Coupled {
 pub struct LoopNodal {
     tree: Articulated,
     coupled: Option<Coupled>,
-    rows: Vec<Row>,  // g_c
-    scale: Vec<f64>, // of the rows of J in rank decisions
-    length: f64,     // longest lever arm
-    rank: usize,     // generic rank of J
-    blocks: Vec<Block>, // floors for the σ of the present step
-    floors: Vec<f64>,   // for σ = 1
+    rows: Vec<Row>,           // g_c
+    scale: Vec<f64>,          // of the rows of J in rank decisions
+    length: f64,              // longest lever arm
+    rank: usize,              // generic rank of J
+    apex: Vec<Option<usize>>, // of each row: the link at which the two sides of its loop meet
+    blocks: Vec<Block>,
+    sigma: f64, // last kept entry of R at q_{n+1}
     q_n: Vec<f64>,
     jacobian: DMatrix<f64>, // m_c × d_tree
     qr: NullSpaceQr,
@@ -131,11 +134,11 @@ impl LoopNodal {
         let (d, m) = (mechanism.tree().dof(), rows.len());
         let zeros = |i, j| DMatrix::zeros(i, j);
         let length = longest_arm(mechanism);
-        let blocks = blocks(mechanism);
         let scale = row_scales(mechanism, &rows, length);
         Self {
-            floors: blocks.iter().map(|block| block.floor).collect(),
-            blocks,
+            apex: apexes(mechanism, &tree),
+            blocks: blocks(mechanism),
+            sigma: 1.0,
             q_n: vec![0.0; 12 * mechanism.tree().links().len()],
             jacobian: zeros(m, d),
             qr: NullSpaceQr::new(d, m),
@@ -203,7 +206,9 @@ impl LoopNodal {
     /// Rows of the last `J`, scaled.
     pub(crate) fn scaled_rows(&self, rows: Range<usize>) -> DMatrix<f64> {
         let first = rows.start;
-        DMatrix::from_fn(rows.len(), self.jacobian.ncols(), |i, j| self.jacobian_entry(first + i, j))
+        DMatrix::from_fn(rows.len(), self.jacobian.ncols(), |i, j| {
+            self.jacobian_entry(first + i, j)
+        })
     }
 
     /// `g_c(q)`, scaled.
@@ -238,10 +243,10 @@ impl LoopNodal {
 
     /// Row `out` of `jacobian` ← row `i` of `G_c P_tree`: wrenches of the row, carried to the root.
     fn write_row(&mut self, i: usize, out: usize, q: &[f64], next: bool) {
-        let (tree, jacobian) = (&self.tree, &mut self.jacobian);
+        let (tree, jacobian, apex) = (&self.tree, &mut self.jacobian, self.apex[i]);
         self.rows[i].for_each_wrench(q, |frame, wrench: Twist| {
             let (mut at, mut wrench) = (Some(tree.link_of(frame)), wrench);
-            while let Some(k) = at {
+            while let Some(k) = at.filter(|_| at != apex) {
                 let link = &tree.tree().links()[k];
                 let map = if next { tree.map_next(k) } else { tree.map_at(k) };
                 for (j, column) in map.columns().iter().enumerate() {
@@ -281,11 +286,26 @@ impl LoopNodal {
         let found = self.factorize_jacobian();
         self.chosen.copy_from_slice(&self.qr.pivots()[..self.rank]);
         let (kept, dropped) = self.qr.gap();
-        let sigma = if found < self.rank { dropped } else { kept };
-        for (block, floor) in self.blocks.iter_mut().zip(&self.floors) {
-            block.floor = floor / sigma.clamp(1e-10, 1.0);
-        }
+        self.sigma = if found < self.rank { dropped } else { kept };
     }
+}
+
+/// For each row of the cut joints the lowest link that carries both of its sides.
+fn apexes(mechanism: &Mechanism, tree: &Articulated) -> Vec<Option<usize>> {
+    let carriers = |frame: usize| {
+        let start = Some(tree.link_of(frame));
+        std::iter::successors(start, |&k| tree.tree().links()[k].parent)
+    };
+    let apex = |joint: &Joint| match (joint.parent.frame, joint.child.frame) {
+        (FrameId::Frame(a), FrameId::Frame(b)) => {
+            let of_a: Vec<usize> = carriers(a).collect();
+            carriers(b).find(|k| of_a.contains(k))
+        }
+        _ => None,
+    };
+    let of =
+        |&k: &usize| vec![apex(&mechanism.description().joints[k]); mechanism.joint_rows(k).len()];
+    mechanism.cut_joints().iter().flat_map(of).collect()
 }
 
 /// The longest lever arm of a joint at the start, 1 m when there is none.
@@ -303,7 +323,8 @@ fn longest_arm(mechanism: &Mechanism) -> f64 {
 fn blocks(mechanism: &Mechanism) -> Vec<Block> {
     const RELATIVE: f64 = 1e-5; // what Newton's method calls small of this is about 50 ε
     let (q, arm) = (mechanism.start().0, longest_arm(mechanism));
-    let extent = q.chunks(12).map(|frame| norm_inf(&frame[..3.min(frame.len())])).fold(arm, f64::max);
+    let extent =
+        q.chunks(12).map(|frame| norm_inf(&frame[..3.min(frame.len())])).fold(arm, f64::max);
     let mut blocks = mechanism.tree().blocks();
     for block in &mut blocks {
         block.floor = match block.kind {
@@ -451,6 +472,10 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
         self.tree.tree().clean(q);
+    }
+
+    fn noise(&self) -> f64 {
+        1e-9 / self.sigma.clamp(1e-8, 1.0)
     }
 
     fn condition(&self) -> Option<f64> {

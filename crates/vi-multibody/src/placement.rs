@@ -217,8 +217,7 @@ fn tree_rates(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
     for (link, map) in tree.links().iter().zip(&maps) {
         let parent = link.parent.map_or(Twist::zero(), |p| twist(tree.links()[p].frame));
         let (own, carried) = (twist(link.frame), map.transfer.apply(&parent));
-        let rest =
-            Twist::new(own.linear - carried.linear, own.angular - carried.angular);
+        let rest = Twist::new(own.linear - carried.linear, own.angular - carried.angular);
         let f = map.freedoms;
         let s = map.columns();
         let gram = DMatrix::from_fn(f, f, |i, j| s[i].dot(&s[j]));
