@@ -47,6 +47,7 @@ pub mod map;
 pub mod mechanism;
 pub mod pair;
 pub mod particle;
+pub mod placement;
 pub mod run;
 pub mod scalar_constraint;
 pub mod sparse_nodal;
