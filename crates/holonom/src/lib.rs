@@ -36,10 +36,86 @@
 //! assert_eq!(heights.len(), 101);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # Your own system
+//!
+//! A mass matrix, a potential and constraints are enough; here a bead on a parabola under gravity, its
+//! potential written once for any number type, so that gradient and Hessian are exact.
+//!
+//! ```
+//! use holonom::vi_constraints::{ConstraintFn, Integrator, Options, SchemeKind};
+//! use holonom::vi_core::potential::{DualPotential, ScalarField};
+//! use holonom::vi_core::{SeparableSystem, num_dual::DualNum};
+//!
+//! struct Gravity;
+//! impl ScalarField<2> for Gravity {
+//!     fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D; 2]) -> D { q[1] * 9.81 }
+//! }
+//!
+//! let system = SeparableSystem::with_diagonal_mass(&[1.0, 1.0]).potential(DualPotential(Gravity));
+//! let parabola = ConstraintFn::new(2, 1,
+//!     |q, g| g[0] = q[1] - q[0] * q[0],
+//!     |q, G| { G[(0, 0)] = -2.0 * q[0]; G[(0, 1)] = 1.0; });
+//! let options = Options::new(SchemeKind::Constrained, 0.01); // or Dalembert: P by QR
+//! let mut run = Integrator::new(system, parabola, options, (0.0, &[1.0, 1.0], &[0.0, 0.0]))?;
+//! for _ in 0..1000 {
+//!     run.step()?;
+//! }
+//! let node = run.observe()?;
+//! assert!(node.position_residual < 1e-14);
+//! assert!((node.hamiltonian_projected - 9.81).abs() < 1e-2); // bounded for ever
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! With a null space matrix `P(q)` and a map `F_d(u, q_n)` that stays on the constraints, schemes 3 and
+//! 4 run too, with as many unknowns as there are freedoms:
+//!
+//! ```
+//! use holonom::nalgebra::DMatrix;
+//! use holonom::vi_constraints::{ConstraintFn, Integrator, Options, Reparametrization, SchemeKind};
+//! use holonom::vi_core::newton::{Block, BlockKind, Fault};
+//! use holonom::vi_core::potential::LinearPotential;
+//! use holonom::vi_core::{Interval, SeparableSystem};
+//!
+//! /// `F_d(u, q_n) = (x + u, (x + u)²)`.
+//! struct Parabola;
+//! impl Reparametrization for Parabola {
+//!     fn dof(&self) -> usize { 1 }
+//!     fn blocks(&self) -> Vec<Block> {
+//!         vec![Block { kind: BlockKind::Position, range: 0..1, floor: 1e-10 }]
+//!     }
+//!     fn null_space(&self, q: &[f64], P: &mut DMatrix<f64>) {
+//!         (P[(0, 0)], P[(1, 0)]) = (1.0, 2.0 * q[0]);
+//!     }
+//!     fn reparametrize(&self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+//!         (s.dq[0], s.dq[1]) = (u[0], u[0] * (2.0 * s.q0[0] + u[0]));
+//!         (s.q1[0], s.q1[1]) = (s.q0[0] + s.dq[0], s.q0[1] + s.dq[1]);
+//!         Ok(())
+//!     }
+//!     fn tangent(&self, _u: &[f64], s: &Interval, dF: &mut DMatrix<f64>) {
+//!         (dF[(0, 0)], dF[(1, 0)]) = (1.0, 2.0 * s.q1[0]);
+//!     }
+//! }
+//!
+//! let system = SeparableSystem::with_diagonal_mass(&[1.0, 1.0])
+//!     .potential(LinearPotential { force: vec![0.0, -9.81] });
+//! let parabola = ConstraintFn::new(2, 1,
+//!     |q, g| g[0] = q[1] - q[0] * q[0],
+//!     |q, G| { G[(0, 0)] = -2.0 * q[0]; G[(0, 1)] = 1.0; });
+//! let options = Options::new(SchemeKind::Nodal, 0.01);
+//! let start = (0.0, &[1.0, 1.0][..], &[0.0, 0.0][..]);
+//! let mut run = Integrator::with_reparametrization(system, parabola, Parabola, options, start)?;
+//! for _ in 0..1000 {
+//!     run.step()?;
+//! }
+//! assert!(run.observe()?.position_residual < 1e-14);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
 mod assembly;
+mod drive;
 pub mod model;
 pub mod output;
 pub mod report;
@@ -47,6 +123,14 @@ pub mod run;
 pub mod sample;
 pub mod simulation;
 pub mod system;
+
+pub use nalgebra;
+pub use vi_beam;
+pub use vi_constraints;
+pub use vi_core;
+pub use vi_emscheme;
+pub use vi_multibody;
+pub use vi_rigid;
 
 pub use model::{Model, ModelError};
 pub use output::{RunFolder, Summary};

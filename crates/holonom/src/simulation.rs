@@ -171,7 +171,7 @@ impl Simulation {
             }
             Ok(report) => {
                 if recorded && !composed {
-                    let node = self.integrator.node_before().map(Node::clone);
+                    let node = self.integrator.node_before().cloned();
                     let node = node.map_err(|error| self.lost(&error.to_string()));
                     match node.and_then(|n| self.sample(self.integrator.before(), &n, *iterations))
                     {
@@ -195,7 +195,7 @@ impl Simulation {
 
     /// The present node, from `q_n` and the projected momentum alone.
     fn sample_from_state(&mut self, iterations: f64) -> Result<Sample, RunFailure> {
-        let node = self.integrator.observe_state().map(Node::clone);
+        let node = self.integrator.observe_state().cloned();
         let node = node.map_err(|error| self.lost(&error.to_string()))?;
         self.sample(self.integrator.state(), &node, iterations)
     }

@@ -26,11 +26,11 @@
 #![allow(non_snake_case)] // J, W, Z, A
 
 use crate::articulated::Articulated;
-use crate::form::Row;
 use crate::joint::{FrameId, Joint};
 use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::pair::Twist;
+use crate::scalar_constraint::ScalarRow;
 use nalgebra::DMatrix;
 use std::ops::Range;
 use vi_constraints::null_space::NullSpaceQr;
@@ -89,7 +89,7 @@ impl Coupled {
 pub struct LoopNodal {
     tree: Articulated,
     coupled: Option<Coupled>,
-    rows: Vec<Row>,           // g_c
+    rows: Vec<ScalarRow>,     // g_c
     scale: Vec<f64>,          // of the rows of J in rank decisions
     length: f64,              // longest lever arm
     rank: usize,              // generic rank of J
@@ -211,9 +211,9 @@ impl LoopNodal {
         })
     }
 
-    /// `g_c(q)`, scaled.
-    pub(crate) fn values(&self, q: &[f64]) -> Vec<f64> {
-        self.rows.iter().zip(&self.scale).map(|(row, scale)| scale * row.value(q)).collect()
+    /// `g_c(t, q)`, scaled.
+    pub(crate) fn values(&self, t: f64, q: &[f64]) -> Vec<f64> {
+        self.rows.iter().zip(&self.scale).map(|(row, scale)| scale * row.value(t, q)).collect()
     }
 
     pub(crate) fn begin_tree(&mut self, q: &[f64]) {
@@ -305,7 +305,9 @@ fn apexes(mechanism: &Mechanism, tree: &Articulated) -> Vec<Option<usize>> {
     };
     let of =
         |&k: &usize| vec![apex(&mechanism.description().joints[k]); mechanism.joint_rows(k).len()];
-    mechanism.cut_joints().iter().flat_map(of).collect()
+    let mut apexes: Vec<_> = mechanism.cut_joints().iter().flat_map(of).collect();
+    apexes.resize(mechanism.loop_constraints().len(), None); // scalar constraints: up to the root
+    apexes
 }
 
 /// The longest lever arm of a joint at the start, 1 m when there is none.
@@ -336,9 +338,9 @@ fn blocks(mechanism: &Mechanism) -> Vec<Block> {
 }
 
 /// One over the size of each row's wrench at the start, forces weighed by the longest lever arm.
-fn row_scales(mechanism: &Mechanism, rows: &[Row], length: f64) -> Vec<f64> {
+fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow], length: f64) -> Vec<f64> {
     let (q, _) = mechanism.start();
-    let scale = |row: &Row| {
+    let scale = |row: &ScalarRow| {
         let mut square = 0.0;
         row.for_each_wrench(&q, |_, w| {
             square += length * length * w.linear.norm_squared() + w.angular.norm_squared();
@@ -389,6 +391,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
 
     fn begin(&mut self, _system: &S, s: &Interval, kept: bool) {
         self.q_n.copy_from_slice(&s.q0);
+        self.rows.iter().for_each(|row| row.accept(&s.q0));
         self.tree.begin_at(&s.q0, kept);
         if let Some(coupled) = &mut self.coupled {
             coupled.begin(&s.q0, kept);
@@ -415,7 +418,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
             self.fresh = false;
         }
         for (g, &row) in self.mu.iter_mut().zip(&self.chosen) {
-            *g = self.rows[row].value(&s.q1);
+            *g = self.rows[row].value(s.t_end(), &s.q1);
         }
         Ok(())
     }

@@ -1,16 +1,19 @@
 //! Wrenches on a frame, dead or following.
 //!
 //! ```text
-//! P_in(q_n)ᵀ f_d^- = P_in(q_{n+1})ᵀ f_d^+ = (h/2) (f, τ)        impulse of a step: h (f, τ)
-//! f_d^-  = (h/2) (f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)                 with the directors of q_n
+//! P_in(q_n)ᵀ     f_d^- = (h/2) (f, τ + ϱ_n × f)                   half the impulse of a step
+//! P_in(q_{n+1})ᵀ f_d^+ = (h/2) (f, τ + ϱ_{n+1} × f)
+//! f_d^-  = (h/2) (f, ϱ_I f + ½ τ×d_I)                            with the directors of q_n
 //! f_d^+  = the same                                            with the directors of q_{n+1}
 //! dead       (f, τ) = c(t_{n+1/2}) (f_0, τ_0)                   spatial components
 //! follower   (f, τ) = c(t_{n+1/2}) (f_I d̄_I, τ_I d̄_I)            body components
 //! ```
-//! Letters: `f` force at the centre (N), `τ` torque (N·m), both spatial, `c` time history, `d̄_I` the
-//! (unnormalized) directors of `q_{n+1/2}`. Averaged directors in place of those of the ends would
-//! lose a part `sin²(ϑ/2)` of the torque. A dead load adds nothing to the Newton matrix
-//! `D_2 f_d^-`; a follower depends on `q_{n+1}` through `d̄_I`.
+//! Letters: `f` force (N), `τ` torque (N·m), both spatial, `ϱ = ϱ_I d_I` the point of the body where
+//! `f` acts, from the centre (m), `c` time history, `d̄_I` the (unnormalized) directors of `q_{n+1/2}`.
+//! Averaged directors in place of those of the ends would lose a part `sin²(ϑ/2)` of the torque. A
+//! dead load adds nothing to the Newton matrix `D_2 f_d^-`; a follower depends on `q_{n+1}` through
+//! `d̄_I`. A dead force has the potential `−c f·(φ + ϱ)`, whose midpoint rule is the pair above; a dead
+//! torque has none.
 //!
 //! Source: LMO08 §4 for the director form; Marsden & West 2001, part 3, for the discrete forces.
 
@@ -40,7 +43,7 @@ pub enum LoadError {
     /// A component is NaN or infinite.
     #[error("a component of the {what} is {value}; it must be a finite number")]
     NotFinite {
-        /// Force or torque.
+        /// Force, torque or point.
         what: &'static str,
         /// The component.
         value: f64,
@@ -55,6 +58,7 @@ pub enum LoadError {
 pub struct Load {
     offset: usize,
     kind: LoadKind,
+    point: Vector3<f64>, // ϱ_I
     force: Vector3<f64>,
     torque: Vector3<f64>,
     history: TimeHistory,
@@ -79,7 +83,18 @@ impl Load {
             }
         }
         history.validate()?;
-        Ok(Self { offset, kind, force, torque, history })
+        Ok(Self { offset, kind, point: Vector3::zeros(), force, torque, history })
+    }
+
+    /// The same with the force at the point `φ + ϱ_I d_I` of the body, `ϱ_I` in m.
+    ///
+    /// # Errors
+    /// [`LoadError::NotFinite`].
+    pub fn at(self, point: Vector3<f64>) -> Result<Self, LoadError> {
+        match point.iter().find(|value| !value.is_finite()) {
+            Some(&value) => Err(LoadError::NotFinite { what: "point", value }),
+            None => Ok(Self { point, ..self }),
+        }
     }
 
     /// First coordinate of the frame.
@@ -94,7 +109,14 @@ impl Load {
         self.kind
     }
 
-    /// The wrench `(f, τ)` in spatial components at time `t`, for the frame's coordinates `frame`.
+    /// `ϱ_I`: where the force acts, from the centre, m.
+    #[must_use]
+    pub fn point(&self) -> &Vector3<f64> {
+        &self.point
+    }
+
+    /// The force `f` at its point and the torque `τ` at time `t`, for the frame's coordinates `frame`,
+    /// both in spatial components.
     #[must_use]
     pub fn wrench(&self, t: f64, frame: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
         let c = self.history.value(t);
@@ -116,7 +138,23 @@ impl Load {
     /// The impulse of half a step with the directors of the end `q`.
     fn add_half(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
         let wrench = self.wrench(s.t_mid(), self.frame(&s.q_mid));
-        add_wrench(0.5 * s.h, wrench, self.frame(q), &mut out[self.offset..]);
+        self.add(0.5 * s.h, wrench, self.frame(q), &mut out[self.offset..]);
+    }
+
+    /// `out ← out + scale (f, ϱ_I f + ½ τ×d_I)` with the directors of `frame`.
+    fn add(
+        &self,
+        scale: f64,
+        wrench: (Vector3<f64>, Vector3<f64>),
+        frame: &[f64],
+        out: &mut [f64],
+    ) {
+        add_wrench(scale, wrench, frame, out);
+        for i in 0..3 {
+            for k in 0..3 {
+                out[3 + 3 * i + k] += scale * self.point[i] * wrench.0[k];
+            }
+        }
     }
 }
 
@@ -159,6 +197,11 @@ impl DiscreteForce for Load {
             for k in 0..3 {
                 out.add(self.offset + k, column + k, scale * self.force[j]);
             }
+            for i in (0..3).filter(|&i| self.point[i] != 0.0) {
+                let row = self.offset + 3 + 3 * i;
+                let lever = scale * self.force[j] * self.point[i]; // ∂(ϱ_I f)/∂d_J
+                (0..3).for_each(|k| out.add(row + k, column + k, lever));
+            }
             // ∂(½ τ×d_I)/∂d_J = −½ τ_J d̂_I ∂d̄_J/∂d_J
             let factor = 0.5 * scale * self.torque[j];
             for i in 0..3 {
@@ -174,7 +217,7 @@ impl DiscreteForce for Load {
 
     fn add_continuous(&self, t: f64, q: &[f64], _v: &[f64], out: &mut [f64]) {
         let frame = self.frame(q);
-        add_wrench(1.0, self.wrench(t, frame), frame, &mut out[self.offset..]);
+        self.add(1.0, self.wrench(t, frame), frame, &mut out[self.offset..]);
     }
 
     fn is_dissipative(&self) -> bool {
@@ -185,16 +228,24 @@ impl DiscreteForce for Load {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::directors;
     use crate::null_space::pull_back;
     use crate::sample::Sample;
     use nalgebra::DMatrix;
     use vi_core::linear::norm_inf;
+    use vi_core::momentum_map::Momentum;
 
     const OFFSET: usize = 12;
 
     fn load(sample: &mut Sample, kind: LoadKind) -> Load {
         let history = TimeHistory::Ramp { start: 0.0, end: 1.0, amplitude: 2.0 };
-        Load::new(OFFSET, kind, sample.vector(), sample.vector(), history).unwrap()
+        let load = Load::new(OFFSET, kind, sample.vector(), sample.vector(), history).unwrap();
+        load.at(sample.vector()).unwrap()
+    }
+
+    /// `ϱ = ϱ_I d_I`.
+    fn arm(load: &Load, q: &[f64]) -> Vector3<f64> {
+        directors::triad(q) * load.point()
     }
 
     /// A step of the second of two frames; the first must not be read.
@@ -208,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn the_impulse_of_a_step_is_that_of_the_wrench() {
+    fn the_impulse_of_a_step_is_that_of_the_wrench_and_its_lever() {
         let mut sample = Sample::new(71);
         for kind in [LoadKind::Dead, LoadKind::Follower] {
             for _ in 0..100 {
@@ -222,11 +273,18 @@ mod tests {
                 for (q, half) in [(&q0, &minus), (&q1, &plus)] {
                     assert!(half[..12].iter().all(|x| *x == 0.0), "the other frame is free");
                     let pulled = pull_back(q, &half[12..]);
+                    let moment = tau + arm(&load, q).cross(&f);
                     for k in 0..3 {
                         let error = (pulled[k] - 0.05 * f[k]).abs();
-                        let error = error.max((pulled[3 + k] - 0.05 * tau[k]).abs());
+                        let error = error.max((pulled[3 + k] - 0.05 * moment[k]).abs());
                         assert!(error < 1e-15, "{kind:?}: impulse off by {error:e}");
                     }
+                    // the momentum map gets the moment about the origin
+                    let mut gain = Momentum::default();
+                    directors::add_momentum(q, &half[12..], &mut gain);
+                    let expected = 0.05 * (moment + directors::center(q).cross(&f));
+                    let error = (Vector3::from(gain.angular) - expected).amax();
+                    assert!(error < 1e-15, "{kind:?}: angular momentum off by {error:e}");
                 }
                 if kind == LoadKind::Dead {
                     let expected = 0.7 * load.torque; // ramp to 2, t_{n+1/2} = 0.35
@@ -250,8 +308,29 @@ mod tests {
         let mut continuous = vec![0.0; 24];
         load.add_continuous(0.5, &[q, q].concat(), &[], &mut continuous);
         let pulled = pull_back(&q, &continuous[12..]);
-        let error = norm_inf((pulled.fixed_rows::<3>(3) - tau).as_slice());
+        let moment = tau + arm(&load, &q).cross(&f);
+        let error = norm_inf((pulled.fixed_rows::<3>(3) - moment).as_slice());
         assert!(error < 2e-15, "continuous torque off by {error:e}");
+    }
+
+    #[test]
+    fn a_dead_force_at_a_point_is_its_potential_by_the_midpoint_rule() {
+        let mut sample = Sample::new(74);
+        let (f, point) = (sample.vector(), sample.vector());
+        let history = TimeHistory::default();
+        let load = Load::new(OFFSET, LoadKind::Dead, f, Vector3::zeros(), history).unwrap();
+        let load = load.at(point).unwrap();
+        let s = interval(&sample.frame(), &sample.frame());
+        let (mut minus, mut plus) = (vec![0.0; 24], vec![0.0; 24]);
+        load.add_minus(&s, &mut minus);
+        load.add_plus(&s, &mut plus);
+        assert_eq!(minus, plus, "no directors enter");
+        for k in 0..3 {
+            for (at, coefficient) in [(0, 1.0), (3, point[0]), (6, point[1]), (9, point[2])] {
+                let error = minus[OFFSET + at + k] - 0.5 * s.h * coefficient * f[k];
+                assert!(error.abs() < 1e-16, "−(h/2) ∇V off by {error:e}");
+            }
+        }
     }
 
     #[test]
@@ -292,5 +371,8 @@ mod tests {
         let history = TimeHistory::Table { points: vec![] };
         let message = new(zero, history).unwrap_err().to_string();
         assert_eq!(message, "the table of the time history has no points");
+        let load = new(zero, TimeHistory::default()).unwrap();
+        let message = load.at(broken).unwrap_err().to_string();
+        assert_eq!(message, "a component of the point is NaN; it must be a finite number");
     }
 }

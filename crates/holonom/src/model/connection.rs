@@ -1,5 +1,6 @@
 //! `[[bar]]`, `[[joint]]` and `[[spring]]`: what connects members.
 
+use super::drive::{JointDamper, JointMotor, JointSpring};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -43,6 +44,8 @@ pub enum JointKind {
     Fixed,
     /// Two crossing axes, `axis` fixed in the parent, `axis2` in the child; 2 freedoms.
     Universal,
+    /// Turns about `axis` and advances along it by `pitch` per turn; 1 freedom.
+    Screw,
 }
 
 impl JointKind {
@@ -89,6 +92,18 @@ pub struct Joint {
     /// perpendicular to `axis`, which is fixed in the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis2: Option<[f64; 3]>,
+    /// Screw joints: advance along `axis` per right-handed turn, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pitch: Option<f64>,
+    /// A spring on a joint coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spring: Option<JointSpring>,
+    /// A damper (viscous friction) on a joint coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damper: Option<JointDamper>,
+    /// A motor on a joint coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor: Option<JointMotor>,
 }
 
 /// Energy of a spring of length `l`, natural length `l0` and stiffness `k`.

@@ -106,7 +106,9 @@ fn gap(joint: &Joint, gap: Vector3<f64>) -> f64 {
         JointKind::Spherical | JointKind::Revolute | JointKind::Fixed | JointKind::Universal => {
             gap.norm()
         }
-        JointKind::Cylindrical | JointKind::Prismatic => (gap - axis * along).norm(),
+        JointKind::Cylindrical | JointKind::Prismatic | JointKind::Screw => {
+            (gap - axis * along).norm()
+        }
         JointKind::Planar => along.abs(),
     }
 }

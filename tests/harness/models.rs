@@ -1,0 +1,35 @@
+//! The shipped models, ready to be varied.
+
+use holonom::{Model, Simulation};
+
+/// The text of a shipped model.
+pub fn shipped(name: &str) -> String {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/models/");
+    std::fs::read_to_string(format!("{folder}{name}.toml")).unwrap()
+}
+
+/// A shipped model with values replaced.
+pub fn model(name: &str, overrides: &[(&str, String)]) -> Model {
+    let overrides: Vec<(String, String)> =
+        overrides.iter().map(|(k, v)| ((*k).to_owned(), v.clone())).collect();
+    Model::from_toml_with(&shipped(name), &overrides).unwrap()
+}
+
+/// The same, assembled.
+pub fn simulation(name: &str, overrides: &[(&str, String)]) -> Simulation {
+    Simulation::new(&model(name, overrides)).unwrap()
+}
+
+/// Slope of `log error` against `log h` between neighbours of a sequence of halved steps.
+pub fn orders(errors: &[f64]) -> Vec<f64> {
+    errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect()
+}
+
+/// Slope of `log y` against `log x` by least squares.
+pub fn exponent(x: &[f64], y: &[f64]) -> f64 {
+    let n = x.len() as f64;
+    let (lx, ly): (Vec<f64>, Vec<f64>) = x.iter().zip(y).map(|(x, y)| (x.ln(), y.ln())).unzip();
+    let (mx, my) = (lx.iter().sum::<f64>() / n, ly.iter().sum::<f64>() / n);
+    let cross: f64 = lx.iter().zip(&ly).map(|(x, y)| (x - mx) * (y - my)).sum();
+    cross / lx.iter().map(|x| (x - mx).powi(2)).sum::<f64>()
+}
