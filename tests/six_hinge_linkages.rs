@@ -46,7 +46,9 @@ fn long_run(steps: usize) {
             range.1,
             begin.elapsed().as_secs_f64()
         );
-        assert!(drift < 1e-14 * (steps as f64).sqrt().max(30.0), "{name}: {drift:e}");
+        // grows by about 1e-17 of |J| a step, faster than the root of their number
+        let allowed = 3e-17 * steps as f64 * angular.norm().max(1.0) + 1e-13;
+        assert!(drift < allowed, "{name}: {drift:e}");
         assert!(spread[1] < 1.5 * spread[0] && spread[0] < 1e-2, "{name}: {spread:?}");
         assert!(gap < 1e-12, "{name}: {gap:e}");
         assert!(range.1 - range.0 > 0.5, "{name}: the linkage hardly moves, {range:?}");

@@ -29,7 +29,7 @@ use crate::articulated::Articulated;
 use crate::joint::{FrameId, Joint};
 use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
-use crate::pair::Twist;
+use crate::pair::{PairKind, Twist};
 use crate::scalar_constraint::ScalarRow;
 use nalgebra::DMatrix;
 use std::ops::Range;
@@ -211,9 +211,9 @@ impl LoopNodal {
         })
     }
 
-    /// `g_c(q)` at the start time, scaled.
-    pub(crate) fn values(&self, q: &[f64]) -> Vec<f64> {
-        self.rows.iter().zip(&self.scale).map(|(row, scale)| scale * row.value(0.0, q)).collect()
+    /// `g_c(t, q)`, scaled.
+    pub(crate) fn values(&self, t: f64, q: &[f64]) -> Vec<f64> {
+        self.rows.iter().zip(&self.scale).map(|(row, scale)| scale * row.value(t, q)).collect()
     }
 
     pub(crate) fn begin_tree(&mut self, q: &[f64]) {
@@ -290,7 +290,8 @@ impl LoopNodal {
     }
 }
 
-/// For each row of the cut joints the lowest link that carries both of its sides.
+/// For each row of the cut joints the lowest link that carries both of its sides, where they turn with
+/// it: the child of a spherical pair does not, so its loop is felt by the rotation of what carries it.
 fn apexes(mechanism: &Mechanism, tree: &Articulated) -> Vec<Option<usize>> {
     let carriers = |frame: usize| {
         let start = Some(tree.link_of(frame));
@@ -299,14 +300,17 @@ fn apexes(mechanism: &Mechanism, tree: &Articulated) -> Vec<Option<usize>> {
     let apex = |joint: &Joint| match (joint.parent.frame, joint.child.frame) {
         (FrameId::Frame(a), FrameId::Frame(b)) => {
             let of_a: Vec<usize> = carriers(a).collect();
-            carriers(b).find(|k| of_a.contains(k))
+            let apex = carriers(b).find(|k| of_a.contains(k))?;
+            let below = |frame| carriers(frame).take_while(move |k| *k != apex);
+            let turns = |k: usize| tree.tree().links()[k].joint.kind != PairKind::Spherical;
+            below(a).chain(below(b)).all(turns).then_some(apex)
         }
         _ => None,
     };
     let of =
         |&k: &usize| vec![apex(&mechanism.description().joints[k]); mechanism.joint_rows(k).len()];
     let mut apexes: Vec<_> = mechanism.cut_joints().iter().flat_map(of).collect();
-    apexes.resize(mechanism.loop_rows().len(), None); // scalar constraints go all the way down
+    apexes.resize(mechanism.loop_constraints().len(), None); // scalar constraints: up to the root
     apexes
 }
 

@@ -19,8 +19,9 @@ use crate::closed_loop::LoopNodal;
 use crate::mechanism::Mechanism;
 use crate::pair::{Transfer, Twist, VelocityMap};
 use nalgebra::{DMatrix, DVector, Vector3};
+use std::ops::Range;
 use vi_constraints::Constraints;
-use vi_constraints::integrator::{SetupError, SingularStart};
+use vi_constraints::integrator::{SetupError, SingularStart, Start};
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::interval::Interval;
@@ -61,11 +62,11 @@ pub struct Departure {
 impl LoopRank {
     /// Looks at the start `q` and at closed placements near it.
     #[must_use]
-    pub fn find(mechanism: &Mechanism, q: &[f64]) -> Self {
+    pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
         let mut loops = LoopNodal::uncoupled(mechanism, 0);
         let d = mechanism.tree().dof();
         // an overconstrained loop that is not closed has rows in excess
-        let q0 = loops.close(mechanism, q, &vec![0.0; d]).unwrap_or_else(|| q.to_vec());
+        let q0 = loops.close(mechanism, (t, q), &vec![0.0; d]).unwrap_or_else(|| q.to_vec());
         let at_start = loops.rank_here(&q0);
         let pivots = loops.pivots().to_vec();
         let mut found = Self {
@@ -83,7 +84,7 @@ impl LoopRank {
                 break;
             }
             let u: Vec<f64> = scale.iter().map(|s| MOTION * s * random.next()).collect();
-            let Some(near) = loops.close(mechanism, &q0, &u) else { continue };
+            let Some(near) = loops.close(mechanism, (t, &q0), &u) else { continue };
             let rank = loops.rank_here(&near);
             if rank > found.generic {
                 found.generic = rank;
@@ -118,15 +119,14 @@ impl LoopRank {
         SetupError::SingularStart { joint: self.joint.clone(), reason }
     }
 
-    /// How the motion leaves a singular start with the velocity `v`.
+    /// How the motion leaves a singular start `(t, q, v)`.
     ///
     /// # Errors
     /// [`SetupError::SingularStart`] at rest, or when the velocity belongs to no branch.
     pub fn departure(
         &self,
         mechanism: &Mechanism,
-        q: &[f64],
-        v: &[f64],
+        (t, q, v): Start<'_>,
     ) -> Result<Departure, SetupError> {
         let rates = tree_rates(mechanism, q, v);
         let mut loops = LoopNodal::uncoupled(mechanism, 0);
@@ -139,7 +139,7 @@ impl LoopRank {
         let d = rates.len();
         let mut side = |e: f64| {
             let u: Vec<f64> = rates.iter().map(|r| e * r).collect();
-            let near = loops.close(mechanism, q, &u);
+            let near = loops.close(mechanism, (t, q), &u);
             let near = near.ok_or_else(|| self.refusal(SingularStart::OffBranch))?;
             if loops.rank_here(&near) < self.generic {
                 return Err(self.refusal(SingularStart::AtRest)); // the loop itself does not move
@@ -164,8 +164,19 @@ impl LoopRank {
     }
 }
 
+/// The rows of `g_c` among all constraints: those of the cut joints, then the scalar constraints.
+fn loop_rows(mechanism: &Mechanism) -> Vec<usize> {
+    groups(mechanism).into_iter().flatten().collect()
+}
+
+fn groups(mechanism: &Mechanism) -> Vec<Range<usize>> {
+    let joints = mechanism.cut_joints().iter().map(|&k| mechanism.joint_rows(k));
+    let scalars = (0..mechanism.description().scalars.len()).map(|k| mechanism.scalar_rows(k));
+    joints.chain(scalars).collect()
+}
+
 fn choose(mechanism: &Mechanism, pivots: &[usize]) -> IndependentRows {
-    let (m, loop_rows) = (mechanism.len(), mechanism.loop_rows());
+    let (m, loop_rows) = (mechanism.len(), loop_rows(mechanism));
     let mut kept = vec![true; m];
     loop_rows.iter().for_each(|&row| kept[row] = false);
     pivots.iter().for_each(|&k| kept[loop_rows[k]] = true);
@@ -173,29 +184,28 @@ fn choose(mechanism: &Mechanism, pivots: &[usize]) -> IndependentRows {
     IndependentRows::choose(m, &rows)
 }
 
-/// The first cut joint whose own rows have a lower rank at `q0` than at `near`.
+/// The first cut joint or scalar constraint whose own rows have a lower rank at `q0` than at `near`.
 fn degenerate_joint(
     mechanism: &Mechanism,
     loops: &mut LoopNodal,
     q0: &[f64],
     near: &[f64],
 ) -> String {
-    let cut = mechanism.cut_joints();
+    let groups = groups(mechanism);
     let mut ranks = |q: &[f64]| -> Vec<usize> {
         loops.rank_here(q);
         let mut first = 0;
-        let rank = |&joint: &usize| {
-            let count = mechanism.joint_rows(joint).len();
+        let rank = |group: &Range<usize>| {
+            let count = group.len();
             let block = loops.scaled_rows(first..first + count);
             first += count;
             NullSpaceQr::new(block.ncols(), count).factorize_scaled(&block, |_| 1.0)
         };
-        cut.iter().map(rank).collect()
+        groups.iter().map(rank).collect()
     };
     let (at_start, nearby) = (ranks(q0), ranks(near));
     let lower = at_start.iter().zip(&nearby).position(|(a, b)| a < b);
-    let joint = cut.get(lower.unwrap_or(0));
-    joint.map_or_else(String::new, |&k| mechanism.description().joints[k].name.clone())
+    mechanism.constraint_name(groups[lower.unwrap_or(0)].start).to_owned()
 }
 
 /// Joint rates of the tree from the coordinates' rates `v`.
@@ -232,7 +242,12 @@ fn tree_rates(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
 impl LoopNodal {
     /// A closed placement next to `F_d(u, q)` by least-norm Newton corrections; `None` when there is
     /// none nearby.
-    fn close(&mut self, mechanism: &Mechanism, q: &[f64], u: &[f64]) -> Option<Vec<f64>> {
+    fn close(
+        &mut self,
+        mechanism: &Mechanism,
+        (t, q): (f64, &[f64]),
+        u: &[f64],
+    ) -> Option<Vec<f64>> {
         const MAX_ITERATIONS: usize = 30;
         let d = u.len();
         let mut s = Interval::new(q.len());
@@ -246,7 +261,7 @@ impl LoopNodal {
             self.move_tree(&u, &mut s).ok()?;
             q.copy_from_slice(&s.q1);
             mechanism.tree().clean(&mut q);
-            let g = self.values(&q);
+            let g = self.values(t, &q);
             let rank = self.rank_here(&q);
             let settled = norm_inf(&g) <= floor && (iteration > 0 || norm_inf(&u) == 0.0);
             if settled || rank == 0 {
@@ -263,7 +278,7 @@ impl LoopNodal {
             }
             u.copy_from_slice(step.as_slice());
         }
-        let g = self.values(&q);
+        let g = self.values(t, &q);
         (norm_inf(&g) <= 10.0 * floor).then_some(q)
     }
 }

@@ -98,7 +98,8 @@ struct Loops {
 
 impl Loops {
     fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
-        if !mechanism.cut_bars().is_empty() {
+        let particles = !mechanism.description().particles.is_empty();
+        if !mechanism.cut_bars().is_empty() || (mechanism.has_loops() && particles) {
             let rows = IndependentRows::find(mechanism, t, q);
             return Self { rows, rows_at_start: None, rank: None };
         }
@@ -106,7 +107,7 @@ impl Loops {
             let rows = IndependentRows::all(mechanism.len());
             return Self { rows, rows_at_start: None, rank: None };
         }
-        let rank = LoopRank::find(mechanism, q);
+        let rank = LoopRank::find(mechanism, t, q);
         let rows_at_start = rank.is_singular().then(|| rank.rows_at_start(mechanism));
         Self { rows: rank.rows(mechanism), rows_at_start, rank: Some(rank) }
     }
@@ -124,7 +125,7 @@ fn nodal(
     system: &SeparableSystem,
     options: &Options,
     solver: Solver,
-    (loops, (_, q, v)): (&Loops, Start<'_>),
+    (loops, at): (&Loops, Start<'_>),
 ) -> Result<BoxedScheme, SetupError> {
     let (n, newton, lanes) = (mechanism.dim(), options.newton, options.gammas.len());
     let reduced = options.scheme == SchemeKind::Reduced;
@@ -139,7 +140,7 @@ fn nodal(
         if !rank.is_singular() {
             return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
         }
-        let departure = rank.departure(mechanism, q, v)?;
+        let departure = rank.departure(mechanism, at)?;
         let operators = operators.leaving_along(&departure.null_space);
         let nodal = Nodal::new(operators, (n, d), reduced, newton, lanes);
         return Ok(Box::new(nodal.starting_with(departure.rates)));
