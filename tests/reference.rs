@@ -35,7 +35,7 @@ fn every_reference_case_is_met() {
     files.sort();
     assert!(!files.is_empty(), "no case file below {}", Path::new(&folder).display());
     let mut failed = Vec::new();
-    println!("{:<34} {:<13} {}", "case", "scheme", Deviation::header());
+    println!("{:<34} {:<14} {}", "case", "scheme", Deviation::header());
     for file in &files {
         let name = file.file_stem().unwrap().to_string_lossy().into_owned();
         let outcome = Case::read(file).and_then(|case| case.run());
@@ -43,7 +43,7 @@ fn every_reference_case_is_met() {
             Ok(runs) => {
                 for (scheme, deviation) in runs {
                     let verdict = if deviation.worst() <= 1.0 { "" } else { "  EXCEEDED" };
-                    println!("{name:<34} {scheme:<13} {deviation}{verdict}");
+                    println!("{name:<34} {scheme:<14} {deviation}{verdict}");
                     // the comparison is written so that NaN fails too
                     if deviation.worst().is_nan() || deviation.worst() > 1.0 {
                         failed.push(format!("{name} by {scheme}: {deviation}"));

@@ -217,8 +217,11 @@ impl RigidCase {
                     runs.push((kind.name(), self.variational(kind, Solver::Auto)?));
                 }
                 if !self.mechanism()?.has_loops() {
-                    let deviation = self.variational(SchemeKind::Nodal, Solver::Dense)?;
-                    runs.push(("nodal, dense", deviation));
+                    for (name, solver) in
+                        [("nodal, dense", Solver::Dense), ("nodal, sparse", Solver::Sparse)]
+                    {
+                        runs.push((name, self.variational(SchemeKind::Nodal, solver)?));
+                    }
                 }
                 Ok(runs)
             }

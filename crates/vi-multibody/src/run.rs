@@ -3,7 +3,7 @@
 //! | mechanism | nodal and reduced | d'Alembert | constrained |
 //! |---|---|---|---|
 //! | tree of bodies, uncoupled potential | articulated recursion, `O(N)` | dense | sparse |
-//! | tree with couplings or point masses | dense | dense | sparse |
+//! | tree with couplings or point masses | dense up to 60 freedoms, then sparse | dense | sparse |
 //! | closed loops of bodies | articulated recursion + small complement | dense, QR | sparse |
 //! | loops of bars | none | dense, QR | sparse |
 
@@ -12,6 +12,7 @@ use crate::closed_loop::LoopNodal;
 use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::placement::LoopRank;
+use crate::sparse_nodal::SparseNodal;
 use serde::{Deserialize, Serialize};
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
@@ -33,9 +34,14 @@ pub enum Solver {
     Auto,
     /// Dense matrices, for comparison.
     Dense,
-    /// The articulated recursion.
+    /// The articulated recursion; where it does not apply, as `Auto`.
     Articulated,
+    /// Sparse factorizations; closed loops keep their own operators.
+    Sparse,
 }
+
+/// Freedoms up to which a coupled tree is solved densely.
+const DENSE_UP_TO: usize = 60;
 
 type BoxedScheme = Box<dyn Scheme<SeparableSystem, Mechanism>>;
 
@@ -148,12 +154,16 @@ fn nodal(
     let mut operators = TreeNodal::new(mechanism.tree().clone());
     let only_bodies = mechanism.description().particles.is_empty();
     let applies = only_bodies && operators.applies(system, &probe(mechanism, system));
-    if applies && solver != Solver::Dense {
+    if applies && !matches!(solver, Solver::Dense | Solver::Sparse) {
         let d = mechanism.tree().dof();
         return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
     }
     let map = TreeMap::new(mechanism);
     let d = map.dof();
+    if solver == Solver::Sparse || (solver != Solver::Dense && d > DENSE_UP_TO) {
+        let operators = SparseNodal::new(mechanism);
+        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
+    }
     Ok(Box::new(Nodal::new(DenseNodal::new(n, map), (n, d), reduced, newton, lanes)))
 }
 
