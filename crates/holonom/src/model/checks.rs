@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::source::Document;
 use super::start::{StartPoints, distance, is_ground};
-use super::{Bar, Body, GROUND, Inertia, Joint, Load, MAX_STEPS, Model, Particle, Shape, Spring};
+use super::{Bar, Body, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Shape, Spring};
 
 /// All problems of a model that could be read.
 pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
@@ -26,20 +26,26 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     model.joints.iter().enumerate().for_each(|(i, j)| checker.joint(&each(i, "joint"), j));
     model.springs.iter().enumerate().for_each(|(i, s)| checker.spring(&each(i, "spring"), s));
     model.loads.iter().enumerate().for_each(|(i, l)| checker.load(&each(i, "load"), l));
+    model.sensors.iter().enumerate().for_each(|(i, s)| checker.sensor(&each(i, "sensor"), s));
     checker.problems
 }
 
-struct Checker<'a> {
-    model: &'a Model,
+pub(super) struct Checker<'a> {
+    pub(super) model: &'a Model,
     document: &'a Document<'a>,
-    points: StartPoints<'a>,
+    pub(super) points: StartPoints<'a>,
     problems: Vec<Problem>,
     /// The section of every name.
-    kinds: BTreeMap<&'a str, &'static str>,
+    pub(super) kinds: BTreeMap<&'a str, &'static str>,
 }
 
 impl<'a> Checker<'a> {
-    fn report(&mut self, key: impl Into<String>, message: String, help: impl Into<String>) {
+    pub(super) fn report(
+        &mut self,
+        key: impl Into<String>,
+        message: String,
+        help: impl Into<String>,
+    ) {
         if self.problems.len() >= MAX_PROBLEMS {
             return;
         }
@@ -50,13 +56,14 @@ impl<'a> Checker<'a> {
 
     fn names(&mut self) {
         let model = self.model;
-        let sections: [(&'static str, Vec<&'a str>); 6] = [
+        let sections: [(&'static str, Vec<&'a str>); 7] = [
             ("body", model.bodies.iter().map(|m| m.name.as_str()).collect()),
             ("particle", model.particles.iter().map(|m| m.name.as_str()).collect()),
             ("bar", model.bars.iter().map(|m| m.name.as_str()).collect()),
             ("joint", model.joints.iter().map(|m| m.name.as_str()).collect()),
             ("spring", model.springs.iter().map(|m| m.name.as_str()).collect()),
             ("load", model.loads.iter().map(|m| m.name.as_str()).collect()),
+            ("sensor", model.sensors.iter().map(|m| m.name.as_str()).collect()),
         ];
         for (section, names) in sections {
             for (i, name) in names.into_iter().enumerate() {
@@ -227,7 +234,7 @@ impl<'a> Checker<'a> {
     }
 
     /// A member must exist and be of one of these sections (or the ground).
-    fn reference(&mut self, key: String, name: &str, sections: &[&'static str]) {
+    pub(super) fn reference(&mut self, key: String, name: &str, sections: &[&'static str]) {
         let ground = sections.contains(&GROUND);
         if is_ground(name) && ground {
             return;
@@ -346,13 +353,6 @@ impl<'a> Checker<'a> {
                 let message = format!("{name} = {value} is negative");
                 self.report(format!("{key}.{name}"), message, "write 0 or a positive number");
             }
-        }
-    }
-
-    fn load(&mut self, key: &str, load: &Load) {
-        self.reference(format!("{key}.body"), &load.body, &["body"]);
-        if let Some(fault) = load.history.fault() {
-            self.report(format!("{key}.history"), fault, "correct the history");
         }
     }
 }
