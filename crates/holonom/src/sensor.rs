@@ -7,9 +7,10 @@
 //! joint              coordinates counted on, rates        vi_multibody::coordinates
 //! reaction           −Gᵀ λ_n on the child                 vi_multibody::reaction
 //! ```
-//! `λ_n` is that of the node (36), (47) at order 2; of the acceleration level with composed steps, and
-//! at a node from which no step could be taken. What counts on (turns of joints, the sign of
-//! quaternions) is followed at every step, whether it is recorded or not.
+//! `λ_n` is that of the node (36) at order 2. It is that of the acceleration level with composed steps,
+//! at a node from which no step could be taken, and at the start, where (47) is of first order only (it
+//! is a one-sided difference). What counts on (turns of joints, the sign of quaternions) is followed at
+//! every step, whether it is recorded or not.
 
 use crate::model::{Model, Sensor, SensorKind, spatial};
 use crate::system::pair_kind;

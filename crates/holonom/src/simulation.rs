@@ -171,6 +171,7 @@ impl Simulation {
                 Err(failure) => return (None, Err(failure)),
             }
         }
+        let start = if recorded && !composed { self.start_multiplier() } else { None };
         match self.integrator.step() {
             Err(error) => {
                 if recorded && !composed {
@@ -181,10 +182,7 @@ impl Simulation {
             }
             Ok(report) => {
                 if recorded && !composed {
-                    let node = self.integrator.node_before().map(Node::clone);
-                    let node = node.map_err(|error| self.lost(&error.to_string()));
-                    let before = self.integrator.before();
-                    match node.and_then(|n| self.sample(before, &n, &n.lambda, *iterations)) {
+                    match self.sample_before(start.as_deref(), *iterations) {
                         Ok(found) => sample = Some(found),
                         Err(failure) => return (None, Err(failure)),
                     }
@@ -196,8 +194,29 @@ impl Simulation {
         }
     }
 
+    /// The node that the last step started from; `start`: multipliers that replace those of (47).
+    fn sample_before(
+        &mut self,
+        start: Option<&[f64]>,
+        iterations: f64,
+    ) -> Result<Sample, RunFailure> {
+        let node = self.integrator.node_before().map(Node::clone);
+        let node = node.map_err(|error| self.lost(&error.to_string()))?;
+        let lambda = start.unwrap_or(&node.lambda);
+        self.sample(self.integrator.before(), &node, lambda, iterations)
+    }
+
+    /// At the start the multipliers (47) are of first order; sensors take the acceleration level there.
+    fn start_multiplier(&mut self) -> Option<Vec<f64>> {
+        let at_start = self.sensors.need_multipliers() && self.integrator.state().step == 0;
+        if at_start { self.acceleration_multiplier().ok() } else { None }
+    }
+
     /// The present node with the step from there, where that can be taken.
     fn last_sample(&mut self, iterations: f64) -> Result<Sample, RunFailure> {
+        if self.settings.order > 2 {
+            return self.sample_from_state(iterations);
+        }
         match self.integrator.observe().cloned() {
             Ok(node) => self.sample(self.integrator.state(), &node, &node.lambda, iterations),
             Err(_) => self.sample_from_state(iterations),
@@ -208,13 +227,17 @@ impl Simulation {
     fn sample_from_state(&mut self, iterations: f64) -> Result<Sample, RunFailure> {
         let node = self.integrator.observe_state().map(Node::clone);
         let node = node.map_err(|error| self.lost(&error.to_string()))?;
-        let lambda = if self.sensors.need_multipliers() {
-            let lambda = self.integrator.acceleration_multiplier();
-            lambda.map_err(|error| self.lost(&error.to_string()))?
-        } else {
-            Vec::new()
-        };
+        let lambda = self.acceleration_multiplier()?;
         self.sample(self.integrator.state(), &node, &lambda, iterations)
+    }
+
+    /// `λ` of the acceleration level at the present node; empty when no sensor reads it.
+    fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, RunFailure> {
+        if !self.sensors.need_multipliers() {
+            return Ok(Vec::new());
+        }
+        let lambda = self.integrator.acceleration_multiplier();
+        lambda.map_err(|error| self.lost(&error.to_string()))
     }
 
     /// A node; `lambda` is read by sensors of reactions only.
