@@ -200,7 +200,7 @@ impl Simulation {
         start: Option<&[f64]>,
         iterations: f64,
     ) -> Result<Sample, RunFailure> {
-        let node = self.integrator.node_before().map(Node::clone);
+        let node = self.integrator.node_before().cloned();
         let node = node.map_err(|error| self.lost(&error.to_string()))?;
         let lambda = start.unwrap_or(&node.lambda);
         self.sample(self.integrator.before(), &node, lambda, iterations)
@@ -225,7 +225,7 @@ impl Simulation {
 
     /// The present node, from `q_n` and the projected momentum alone.
     fn sample_from_state(&mut self, iterations: f64) -> Result<Sample, RunFailure> {
-        let node = self.integrator.observe_state().map(Node::clone);
+        let node = self.integrator.observe_state().cloned();
         let node = node.map_err(|error| self.lost(&error.to_string()))?;
         let lambda = self.acceleration_multiplier()?;
         self.sample(self.integrator.state(), &node, &lambda, iterations)
