@@ -98,6 +98,10 @@ cases! {
         "[[bar]]\nname = \"rod\"\nfrom = \"ground\"\nto = \"bob\"\npoint = [0.0, 0.0]\nlength = 1.0\n" => "";
     zero_axis: TOP, "\"spherical\"" => "\"revolute\"\naxis = [0, 0, 0]";
     missing_axis: TOP, "\"spherical\"" => "\"revolute\"";
+    missing_second_axis: TOP, "\"spherical\"" => "\"universal\"\naxis = [0, 1, 0]";
+    oblique_axes: TOP, "\"spherical\"" => "\"universal\"\naxis = [0, 1, 0]\naxis2 = [1, 1, 0]";
+    second_axis_of_a_hinge: TOP,
+        "\"spherical\"" => "\"revolute\"\naxis = [0, 1, 0]\naxis2 = [1, 0, 0]";
     not_a_unit_quaternion: TOP, "mass = 15.0" => "mass = 15.0\nquaternion = [1, 0, 0, 0.1]";
     two_orientations: TOP,
         "mass = 15.0" => "mass = 15.0\nquaternion = [1, 0, 0, 0]\nrotation_vector = [0, 0, 1]";

@@ -1,6 +1,6 @@
 //! Reference cases: reading, dispatch by kind, deviations over tolerances.
 
-use super::{pendulum, rigid};
+use super::{beam, pendulum, rigid};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub struct Deviation {
 }
 
 fn raise(worst: &mut f64, value: f64) {
-    if !(value <= *worst) {
+    if value > *worst || value.is_nan() {
         *worst = value;
     }
 }
@@ -95,6 +95,7 @@ pub struct CompositionCase {
 pub enum Case {
     Pendulum(Box<pendulum::PendulumCase>),
     Rigid(Box<rigid::RigidCase>),
+    Beam(Box<beam::BeamCase>),
 }
 
 /// Deviation of each scheme that applies.
@@ -110,6 +111,7 @@ impl Case {
         match kind.as_str() {
             "pendulum2d" => Ok(Self::Pendulum(serde_json::from_str(&text).map_err(unreadable)?)),
             "rigid" => Ok(Self::Rigid(serde_json::from_str(&text).map_err(unreadable)?)),
+            "beam" => Ok(Self::Beam(serde_json::from_str(&text).map_err(unreadable)?)),
             _ => Err(format!("unknown kind `{kind}`")),
         }
     }
@@ -118,6 +120,7 @@ impl Case {
         match self {
             Self::Pendulum(case) => case.run(),
             Self::Rigid(case) => case.run(),
+            Self::Beam(case) => case.run(),
         }
     }
 }

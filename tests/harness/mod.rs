@@ -1,7 +1,9 @@
 //! Shared by the tests of this folder; each test uses a part of it.
 #![allow(dead_code, unreachable_pub)] // every test file compiles its own copy and uses a part
 
+pub mod beam;
 pub mod case;
+pub mod em;
 pub mod models;
 pub mod pendulum;
 pub mod rigid;

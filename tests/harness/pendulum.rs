@@ -6,6 +6,7 @@ use serde::Deserialize;
 use vi_constraints::node::Node;
 use vi_constraints::{Integrator, Options, SchemeKind};
 use vi_core::{Quadrature, SeparableSystem, State};
+use vi_emscheme::{EmForm, EmNode, EmState, EmSystem};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::{Bar, BarEnd, Description, Mechanism, ParticleSpec};
 
@@ -89,8 +90,46 @@ impl PendulumCase {
                 .into_iter()
                 .map(|kind| Ok((kind.name(), self.variational(kind)?)))
                 .collect(),
+            "em" => super::em::forms(&self.mechanism())
+                .iter()
+                .map(|form| Ok((form.name(), self.energy_momentum(*form)?)))
+                .collect(),
             other => Err(format!("unknown scheme `{other}` in {}", self.name)),
         }
+    }
+
+    fn energy_momentum(&self, form: EmForm) -> Result<Deviation, String> {
+        let mechanism = self.mechanism();
+        let system = EmSystem::of_mechanism(&mechanism);
+        let mut deviation = Deviation::default();
+        let steps = (self.steps, &self.output_steps[..]);
+        super::em::drive((system, mechanism), (form, self.h), steps, |step, state, node| {
+            let output = self.outputs.iter().find(|o| o.step == step);
+            let output = output.ok_or_else(|| format!("no output at step {step}"))?;
+            self.compare_em(output, state, node, &mut deviation)
+        })?;
+        Ok(deviation)
+    }
+
+    fn compare_em(
+        &self,
+        output: &Output,
+        state: &EmState,
+        node: &EmNode,
+        deviation: &mut Deviation,
+    ) -> Result<(), String> {
+        let tolerance = &self.tolerance;
+        let missing = |what: &str| format!("output {} lacks {what}", output.step);
+        deviation.q(&state.q, &output.q, tolerance);
+        deviation.p(&node.p, &output.p, tolerance);
+        let lambda = output.lambda_mid.ok_or_else(|| missing("lambda_mid"))?;
+        deviation.force(&node.lambda_mid, &[lambda], tolerance);
+        deviation.energy(node.energy, output.h.ok_or_else(|| missing("H"))?, tolerance);
+        let variational = [output.lambda, output.e_d, output.h_d, output.h_dq];
+        if output.constraint_force.is_some() || variational.iter().any(Option::is_some) {
+            return Err("variational outputs in an energy–momentum case".into());
+        }
+        Ok(())
     }
 
     fn variational(&self, kind: SchemeKind) -> Result<Deviation, String> {

@@ -6,6 +6,7 @@ use serde::Deserialize;
 use vi_constraints::node::Node;
 use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
 use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, State};
+use vi_emscheme::{EmForm, EmNode, EmState, EmSystem};
 use vi_multibody::joint::{FrameId, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{Attachment, BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
@@ -189,20 +190,23 @@ impl RigidCase {
             Some("trapezoidal") => Quadrature::Trapezoidal,
             Some(other) => return Err(format!("unknown quadrature `{other}`")),
         };
+        let system = mechanism.system(quadrature);
+        Ok(self.springs(mechanism).into_iter().fold(system, SeparableSystem::potential))
+    }
+
+    fn springs(&self, mechanism: &Mechanism) -> Vec<Spring> {
         let attach = |body: i64| match frame(body) {
             FrameId::Ground => Attachment::Ground,
             FrameId::Frame(k) => Attachment::Body(k),
         };
-        let mut system = mechanism.system(quadrature);
-        for spring in &self.springs {
-            let end = |body, point: [f64; 3]| mechanism.point_of(attach(body), &point.into());
+        let end = |body, point: [f64; 3]| mechanism.point_of(attach(body), &Vector3::from(point));
+        let spring = |spring: &SpringCase| {
             let between =
                 end(spring.body_b, spring.point_b).minus(&end(spring.body_a, spring.point_a));
             let (stiffness, natural_length) = (spring.k, spring.l0);
-            let law = SpringLaw::Linear;
-            system = system.potential(Spring { between, stiffness, natural_length, law });
-        }
-        Ok(system)
+            Spring { between, stiffness, natural_length, law: SpringLaw::Linear }
+        };
+        self.springs.iter().map(spring).collect()
     }
 
     pub fn run(&self) -> Result<Runs, String> {
@@ -218,8 +222,56 @@ impl RigidCase {
                 }
                 Ok(runs)
             }
+            "em" if self.composition.is_some() || self.quadrature.is_some() => {
+                Err(format!("energy–momentum case with composition or quadrature in {}", self.name))
+            }
+            "em" => super::em::forms(&self.mechanism()?)
+                .iter()
+                .map(|form| Ok((form.name(), self.energy_momentum(*form)?)))
+                .collect(),
             other => Err(format!("unknown scheme `{other}` in {}", self.name)),
         }
+    }
+
+    fn energy_momentum(&self, form: EmForm) -> Result<Deviation, String> {
+        let mechanism = self.mechanism()?;
+        let system = EmSystem::of_mechanism(&mechanism);
+        let system = self.springs(&mechanism).into_iter().fold(system, EmSystem::spring);
+        let momentum_of = mechanism.clone();
+        let mut deviation = Deviation::default();
+        let steps = (self.steps, &self.output_steps[..]);
+        super::em::drive((system, mechanism), (form, self.h), steps, |step, state, node| {
+            let output = self.outputs.iter().find(|o| o.step == step);
+            let output = output.ok_or_else(|| format!("no output at step {step}"))?;
+            self.compare_em(output, &momentum_of, (state, node), &mut deviation)
+        })?;
+        Ok(deviation)
+    }
+
+    fn compare_em(
+        &self,
+        output: &Output,
+        mechanism: &Mechanism,
+        (state, node): (&EmState, &EmNode),
+        deviation: &mut Deviation,
+    ) -> Result<(), String> {
+        let tolerance = &self.tolerance;
+        let missing = |what: &str| format!("output {} lacks {what}", output.step);
+        deviation.q(&state.q, &output.q, tolerance);
+        deviation.p(&node.p, output.p.as_ref().ok_or_else(|| missing("p"))?, tolerance);
+        let force = output.constraint_force_mid.as_ref();
+        let force = force.ok_or_else(|| missing("constraint_force_mid"))?;
+        deviation.force(&node.constraint_force_mid, force, tolerance);
+        deviation.energy(node.energy, output.h.ok_or_else(|| missing("H"))?, tolerance);
+        let momentum = mechanism.momentum(&state.q, &node.p);
+        deviation.momentum(&momentum.linear, &output.linear_momentum, tolerance);
+        deviation.momentum(&momentum.angular, &output.angular_momentum, tolerance);
+        let energies = [output.e_d, output.h_d, output.h_dq];
+        let vectors = [&output.p_projected, &output.constraint_force];
+        if energies.iter().any(Option::is_some) || vectors.iter().any(|v| v.is_some()) {
+            return Err("variational outputs in an energy–momentum case".into());
+        }
+        Ok(())
     }
 
     pub fn integrator(

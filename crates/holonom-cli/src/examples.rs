@@ -25,6 +25,18 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "heavy_top_fast",
     "heavy_top_steady",
     "four_particles",
+    "simple_pendulum",
+    "four_bar_windows",
+    "four_bar_windows_40",
+    "andrews_squeezer",
+    "bricard",
+    "flyball_governor",
+    "slider_crank",
+    "four_bar_loop",
+    "six_hinge_cube",
+    "six_hinge_line",
+    "chain8",
+    "heavy_top",
 ];
 
 pub(crate) fn examples(arguments: &Examples) -> Result<(), Failure> {

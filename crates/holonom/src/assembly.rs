@@ -15,7 +15,7 @@ use vi_multibody::run::MechanismIntegrator;
 pub struct AssemblyReport {
     /// Rigid bodies and particles, fixed ones included.
     pub bodies: usize,
-    /// Joints and bars.
+    /// Joints, bars and single constraints.
     pub joints: usize,
     /// Redundant coordinates `n`.
     pub coordinates: usize,
@@ -55,6 +55,7 @@ fn velocity_residuals(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
     let (n, m) = (mechanism.dim(), mechanism.len());
     let jacobian = SparseMatrix::assemble(m, n, |out| mechanism.jacobian(0.0, q, out));
     let mut rate = vec![0.0; m];
+    mechanism.time_derivative(0.0, q, &mut rate);
     jacobian.mul_add(1.0, v, &mut rate);
     rate
 }
@@ -77,11 +78,14 @@ pub(crate) fn velocity_inconsistencies(
         description.bars.iter().enumerate().map(|(k, bar)| {
             (format!("bar.{}", bar.name), worst(mechanism.bar_rows(k)) / bar.length)
         });
+    let scalars = description.scalars.iter().enumerate().map(|(k, constraint)| {
+        (format!("constraint.{}", constraint.name), worst(mechanism.scalar_rows(k)))
+    });
     let missed = |(key, distance): (String, f64)| {
         let (level, detail) = (Level::Velocity, String::new());
         (distance > tolerance).then_some(Inconsistency { key, level, distance, detail })
     };
-    joints.chain(bars).filter_map(missed).collect()
+    joints.chain(bars).chain(scalars).filter_map(missed).collect()
 }
 
 /// The report of an assembled model.
@@ -108,7 +112,7 @@ pub(crate) fn report(model: &Model, run: &MechanismIntegrator, closure: Closure)
     }
     AssemblyReport {
         bodies: model.bodies.len() + model.particles.len(),
-        joints: model.joints.len() + model.bars.len(),
+        joints: model.joints.len() + model.bars.len() + model.constraints.len(),
         coordinates: n,
         constraints: m,
         redundant_constraints: m - rows.len(),

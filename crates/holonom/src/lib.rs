@@ -116,6 +116,7 @@
 #![deny(missing_docs)]
 
 mod assembly;
+mod drive;
 pub mod model;
 pub mod output;
 pub mod report;

@@ -1,17 +1,20 @@
 //! From a validated model to numbers: mechanism, system, members.
 
-use crate::model::{self, Frame, JointKind, Model, ModelError, StartPoints};
+use crate::drive;
+use crate::model::{self, Constraint, Frame, JointKind, Model, ModelError, StartPoints};
 use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 use vi_core::SeparableSystem;
 use vi_core::force::MidpointForce;
+use vi_multibody::form::Form;
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{
     Attachment, Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec,
 };
 use vi_multibody::pair::PairKind;
+use vi_multibody::scalar_constraint::ScalarConstraint;
 use vi_multibody::spring::{Damper, Spring, SpringLaw};
 use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
@@ -90,6 +93,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         let point = bodies[k].center;
         make_joint(&body.name, PairKind::Fixed, sides, [point; 2], &Matrix3::identity(), &bodies)
     }));
+    let scalars = scalar_constraints(model, &joints, &bodies, &names)?;
     let description = Description {
         dimension: model.header.dimension,
         gravity: Vector3::from(model.gravity()),
@@ -97,11 +101,15 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         bars: model.bars.iter().map(|b| bar(b, &start, &names)).collect(),
         bodies,
         joints,
+        scalars,
     };
     let mechanism = Mechanism::new(description);
     let mut system = mechanism.system(model.settings.quadrature.into());
     for spring in &model.springs {
         system = add_spring(system, spring, &mechanism, &names);
+    }
+    for (joint, numbers) in model.joints.iter().zip(&mechanism.description().joints) {
+        system = drive::add_joint_forces(system, joint, numbers)?;
     }
     for load in &model.loads {
         system = add_load(system, load, &names)?;
@@ -154,6 +162,8 @@ pub(crate) fn pair_kind(kind: JointKind) -> PairKind {
         JointKind::Prismatic => PairKind::Prismatic,
         JointKind::Planar => PairKind::Planar,
         JointKind::Fixed => PairKind::Fixed,
+        JointKind::Universal => PairKind::Universal,
+        JointKind::Screw => PairKind::Cylindrical, // and its thread
     }
 }
 
@@ -164,12 +174,65 @@ fn joint(
     names: &Names<'_>,
 ) -> Joint {
     let kind = pair_kind(joint.kind);
-    let axes = match joint.axis {
-        Some(axis) => complete_axis(&Vector3::from(axis).normalize()),
-        None => Matrix3::identity(),
+    let axes = match (joint.axis, joint.axis2) {
+        (Some(axis), Some(second)) => crossing_axes(&axis, &second),
+        (Some(axis), None) => complete_axis(&Vector3::from(axis).normalize()),
+        (None, _) => Matrix3::identity(),
     };
     let sides = [names.frame(&joint.parent), names.frame(&joint.child)];
     make_joint(&joint.name, kind, sides, start.joint(joint), &axes, bodies)
+}
+
+/// `(m_1, m_2, n)` with `n` along the first axis and `m_1` along the second.
+fn crossing_axes(first: &[f64; 3], second: &[f64; 3]) -> Matrix3<f64> {
+    let n = Vector3::from(*first).normalize();
+    let second = Vector3::from(*second);
+    let m1 = (second - n * n.dot(&second)).normalize();
+    Matrix3::from_columns(&[m1, n.cross(&m1), n])
+}
+
+/// Threads of screws, then the `[[constraint]]`s in their order.
+fn scalar_constraints(
+    model: &Model,
+    joints: &[Joint],
+    bodies: &[BodySpec],
+    names: &Names<'_>,
+) -> Result<Vec<ScalarConstraint>, ModelError> {
+    let mut q = vec![0.0; 12 * bodies.len()];
+    for (k, body) in bodies.iter().enumerate() {
+        directors::set_frame(&mut q[12 * k..12 * k + 12], &body.center, &body.triad);
+    }
+    let guide = |name: &str, [parent, child]: [&String; 2], position: &[f64; 3], axis| {
+        let axes = complete_axis(&drive::vector(axis).normalize());
+        let sides = [names.frame(parent), names.frame(child)];
+        make_joint(name, PairKind::Free, sides, [drive::vector(position); 2], &axes, bodies)
+    };
+    let point = |member: &str, components: &[f64; 3]| {
+        let along = names.along_directors(member, &drive::vector(components));
+        match names.bodies.get(member) {
+            Some(&k) => Form::point(12 * k, &along),
+            None => Form::constant(along),
+        }
+    };
+    let mut scalars = drive::threads(model, joints, &q);
+    for constraint in &model.constraints {
+        let made = match constraint {
+            Constraint::Distance { name, from, to, point_from, point_to, length } => {
+                let between = point(to, point_to).minus(&point(from, point_from));
+                let length = length.unwrap_or_else(|| between.at(&q).norm());
+                Some(ScalarConstraint::distance(name, &between, length))
+            }
+            Constraint::PointOnLine { name, parent, child, position, axis } => {
+                Some(ScalarConstraint::point_on_line(&guide(name, [parent, child], position, axis)))
+            }
+            Constraint::PointOnPlane { name, parent, child, position, axis } => Some(
+                ScalarConstraint::point_on_plane(&guide(name, [parent, child], position, axis)),
+            ),
+            _ => drive::coordinate_constraint(constraint, joints, &q)?,
+        };
+        scalars.extend(made);
+    }
+    Ok(scalars)
 }
 
 fn make_joint(

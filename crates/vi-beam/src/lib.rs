@@ -1,1 +1,47 @@
-//! placeholder
+//! Geometrically exact beams in director coordinates.
+//!
+//! A beam is a chain of frames (its nodes) and two-node elements between them. Nodes carry joints as
+//! rigid bodies do, so beams and bodies mix freely; every strain is a quadratic form of the coordinates,
+//! so energies, momenta and constraints are kept exactly as for rigid bodies.
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`strain`] | `Γ`, `K` as quadratic forms, `𝔹_i` |
+//! | [`section`] | stiffnesses and inertias, from numbers or from shape and material |
+//! | [`element`] | energy, gradient, Hessian, mass |
+//! | [`averaged`] | the averaged-strain discrete potential |
+//! | [`mesh`] | nodes along curves, triads by a rule |
+//! | [`model`] | beams, bodies, joints as one mechanism; integrators |
+//! | [`statics`], [`arc_length`] | equilibrium by load stepping, through limit points |
+//! | [`limit`] | how far an element may bend |
+//! | [`modes`] | small vibrations about an equilibrium |
+//! | [`section_force`] | section forces, centre line |
+//!
+//! Source: theory §6; P. Betsch, P. Steinmann, IJNME 54 (2002) 1775–1788; S. Leyendecker, P. Betsch,
+//! P. Steinmann, Multibody Syst. Dyn. 19 (2008) 45–72.
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+#![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
+
+pub mod arc_length;
+pub mod averaged;
+pub mod element;
+mod equilibrium;
+pub mod limit;
+pub mod mesh;
+pub mod model;
+pub mod modes;
+pub mod section;
+pub mod section_force;
+pub mod static_path;
+pub mod statics;
+pub mod strain;
+
+pub use element::{Element, Elements, MassKind};
+pub use mesh::{FrameRule, Mesh};
+pub use model::{Beam, BeamModel, StrainRule};
+pub use section::{Material, Profile, Section, Stated};
+pub use statics::{StaticProblem, StaticSettings};
+
+#[cfg(test)]
+mod sample;

@@ -24,6 +24,32 @@ pub trait Constraints {
     fn jacobian(&self, t: f64, q: &[f64], out: &mut dyn Entries);
     /// `out_i ← vᵀ D²g_i(q, t) w`, shape `m`.
     fn second_derivative(&self, t: f64, q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]);
+    /// Emits `scale Σ_i w_i D²g_i(q, t)`, shape `n × n`; always the same places in the same order.
+    ///
+    /// The default asks [`Constraints::second_derivative`] for every pair of coordinates and
+    /// allocates: `O(n²)` calls, for small systems.
+    fn weighted_hessian(
+        &self,
+        t: f64,
+        q: &[f64],
+        weights: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let (n, m) = (self.dim(), self.len());
+        let (mut v, mut w, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m]);
+        for i in 0..n {
+            v[i] = 1.0;
+            for j in 0..n {
+                w[j] = 1.0;
+                self.second_derivative(t, q, &v, &w, &mut rows);
+                let sum: f64 = rows.iter().zip(weights).map(|(g, w)| g * w).sum();
+                out.add(i, j, scale * sum);
+                w[j] = 0.0;
+            }
+            v[i] = 0.0;
+        }
+    }
     /// `out ← ∂g/∂t`, shape `m`; zero for scleronomic constraints.
     fn time_derivative(&self, _t: f64, _q: &[f64], out: &mut [f64]) {
         out.fill(0.0);
@@ -36,6 +62,8 @@ pub trait Constraints {
     fn is_rheonomic(&self) -> bool {
         false
     }
+    /// Told of every node reached: a constraint on an angle keeps track of the turn it is in.
+    fn accept(&self, _q: &[f64]) {}
 }
 
 /// No constraints at all: the schemes then reduce to discrete Euler–Lagrange stepping.
@@ -55,6 +83,7 @@ impl Constraints for Unconstrained {
     fn value(&self, _t: f64, _q: &[f64], _out: &mut [f64]) {}
     fn jacobian(&self, _t: f64, _q: &[f64], _out: &mut dyn Entries) {}
     fn second_derivative(&self, _t: f64, _q: &[f64], _v: &[f64], _w: &[f64], _out: &mut [f64]) {}
+    fn weighted_hessian(&self, _: f64, _: &[f64], _: &[f64], _: f64, _: &mut dyn Entries) {}
 }
 
 /// Constraints given by two functions, `g` and a dense `G`.

@@ -214,6 +214,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         check_shapes(&system, &constraints, at)?;
         let (state, initial_velocity, report) =
             start(&system, &constraints, &rows, at.0, (at.1, at.2))?;
+        system.accept(&state.q);
+        constraints.accept(&state.q);
         let observer = NodeObserver::new(&system, constraints.len(), &rows);
         Ok(Self {
             system,
@@ -245,11 +247,15 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
                 self.scheme.advance(&self.system, &self.constraints, sub_step, &mut self.state);
             match advance {
                 Ok(report) => {
+                    self.system.accept(&self.state.q);
+                    self.constraints.accept(&self.state.q);
                     total.iterations += report.iterations;
                     total.residual = total.residual.max(report.residual);
                 }
                 Err(error) => {
                     copy(&self.before, &mut self.state);
+                    self.system.accept(&self.state.q);
+                    self.constraints.accept(&self.state.q);
                     return Err(error);
                 }
             }
@@ -287,6 +293,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         self.step()?;
         let outcome = self.node_before().map(|_| ());
         copy(&self.before, &mut self.state);
+        self.system.accept(&self.state.q);
+        self.constraints.accept(&self.state.q);
         (self.before, self.macro_steps) = kept;
         self.scheme.reset();
         outcome?;

@@ -257,7 +257,7 @@ impl NodeObserver {
 
 /// Spreads multipliers of the independent rows over all rows with the least norm: with `G = C G_s`,
 /// `λ = C (CᵀC)⁻¹ λ_s`. Dense; only where constraints are redundant.
-fn minimum_norm(jacobian: &SparseMatrix, rows: &IndependentRows, lambda: &mut [f64]) {
+pub fn minimum_norm(jacobian: &SparseMatrix, rows: &IndependentRows, lambda: &mut [f64]) {
     let g = jacobian.to_dense();
     let chosen = DMatrix::from_fn(rows.len(), g.ncols(), |i, j| g[(rows.rows()[i], j)]);
     let gram = &chosen * chosen.transpose();

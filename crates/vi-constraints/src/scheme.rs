@@ -129,7 +129,10 @@ pub trait Scheme<S, C> {
 
 /// Solves one step, from better and better tried start values: the extrapolated increment, the last
 /// one, nothing with a line search.
-pub(crate) fn solve_step<P: NewtonProblem>(
+///
+/// # Errors
+/// [`StepError::Newton`] when all of them fail.
+pub fn solve_step<P: NewtonProblem>(
     newton: &mut Newton,
     predictor: &mut Predictor,
     step: SubStep,

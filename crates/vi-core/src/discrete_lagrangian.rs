@@ -58,6 +58,10 @@ pub trait MechanicalSystem {
     /// `out ← out + scale ∇V(q)`, shape `n`.
     fn add_potential_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
 
+    /// Told of every node reached. The numbers of a system never change; this only keeps track of the
+    /// turn that an angle is in.
+    fn accept(&self, _q: &[f64]) {}
+
     /// `½ vᵀ M v`, J.
     fn kinetic_energy(&self, v: &[f64]) -> f64 {
         0.5 * self.mass().bilinear(v, v)
@@ -225,6 +229,11 @@ impl MechanicalSystem for SeparableSystem {
             potential.add_gradient(q, scale, out);
         }
     }
+
+    fn accept(&self, q: &[f64]) {
+        self.potentials.iter().for_each(|potential| potential.accept(q));
+        self.forces.iter().for_each(|force| force.accept(q));
+    }
 }
 
 #[cfg(test)]
@@ -267,19 +276,19 @@ mod tests {
             let mixed = SparseMatrix::assemble(3, 3, |out| system.d2_d1(&s, out)).to_dense();
             let e = 1e-5;
             for i in 0..3 {
-                let shifted = |q: [f64; 3], by: f64| {
-                    let mut q = q;
-                    q[i] += by;
-                    q
+                // by reference: a closure that changes an argument it takes by value may change the
+                // caller's copy (rust-lang/rust#155241)
+                let shifted = |q: &[f64; 3], by: f64| -> [f64; 3] {
+                    std::array::from_fn(|k| if k == i { q[k] + by } else { q[k] })
                 };
                 let L = |a, b| system.discrete_lagrangian(&interval(a, b));
-                let fd1 = (L(shifted(q0, e), q1) - L(shifted(q0, -e), q1)) / (2.0 * e);
-                let fd2 = (L(q0, shifted(q1, e)) - L(q0, shifted(q1, -e))) / (2.0 * e);
+                let fd1 = (L(shifted(&q0, e), q1) - L(shifted(&q0, -e), q1)) / (2.0 * e);
+                let fd2 = (L(q0, shifted(&q1, e)) - L(q0, shifted(&q1, -e))) / (2.0 * e);
                 assert!((fd1 - d1[i]).abs() < 1e-8, "D1 [{i}]: {} vs {fd1}", d1[i]);
                 assert!((fd2 - d2[i]).abs() < 1e-8, "D2 [{i}]: {} vs {fd2}", d2[i]);
                 let (mut plus, mut minus) = ([0.0; 3], [0.0; 3]);
-                system.d1(&interval(q0, shifted(q1, e)), &mut plus);
-                system.d1(&interval(q0, shifted(q1, -e)), &mut minus);
+                system.d1(&interval(q0, shifted(&q1, e)), &mut plus);
+                system.d1(&interval(q0, shifted(&q1, -e)), &mut minus);
                 for k in 0..3 {
                     let fd = (plus[k] - minus[k]) / (2.0 * e);
                     let exact = mixed[(k, i)];

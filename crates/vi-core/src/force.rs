@@ -22,6 +22,8 @@ pub trait DiscreteForce: Send + Sync {
     fn add_continuous(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]);
     /// Whether the force takes energy out whichever way time runs (dampers, friction).
     fn is_dissipative(&self) -> bool;
+    /// Told of every node reached: a force on an angle remembers which turn it is in.
+    fn accept(&self, _q: &[f64]) {}
 }
 
 /// A continuous generalized force `f(t, q, v)`, N.

@@ -38,6 +38,8 @@ pub trait DiscretePotential: Send + Sync {
     fn potential(&self, q: &[f64]) -> f64;
     /// `out ← out + scale ∇V(q)`.
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
+    /// Told of every node reached: a potential of an angle remembers which turn it is in.
+    fn accept(&self, _q: &[f64]) {}
 }
 
 /// The quadrature rule of a discrete Lagrangian.

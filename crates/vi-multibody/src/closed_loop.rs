@@ -18,11 +18,11 @@
 #![allow(non_snake_case)] // J, W, Z, A
 
 use crate::articulated::Articulated;
-use crate::form::Row;
 use crate::joint::Joint;
 use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::pair::Twist;
+use crate::scalar_constraint::ScalarRow;
 use nalgebra::DMatrix;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::{NodalOperators, Reparametrization};
@@ -80,9 +80,9 @@ impl Coupled {
 pub struct LoopNodal {
     tree: Articulated,
     coupled: Option<Coupled>,
-    rows: Vec<Row>,  // g_c
-    scale: Vec<f64>, // of the rows of J in rank decisions
-    rank: usize,     // generic rank of J
+    rows: Vec<ScalarRow>, // g_c
+    scale: Vec<f64>,      // of the rows of J in rank decisions
+    rank: usize,          // generic rank of J
     blocks: Vec<Block>,
     q_n: Vec<f64>,
     jacobian: DMatrix<f64>, // m_c × d_tree
@@ -211,7 +211,7 @@ impl LoopNodal {
 }
 
 /// One over the size of each row's wrench at the start, forces weighed by the longest lever arm.
-fn row_scales(mechanism: &Mechanism, rows: &[Row]) -> Vec<f64> {
+fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow]) -> Vec<f64> {
     let (q, _) = mechanism.start();
     let arm = |joint: &Joint| {
         let at = joint.placement(&q);
@@ -219,7 +219,7 @@ fn row_scales(mechanism: &Mechanism, rows: &[Row]) -> Vec<f64> {
     };
     let length = mechanism.description().joints.iter().map(arm).fold(0.0, f64::max);
     let length = if length > 0.0 { length } else { 1.0 };
-    let scale = |row: &Row| {
+    let scale = |row: &ScalarRow| {
         let mut square = 0.0;
         row.for_each_wrench(&q, |_, w| {
             square += length * length * w.linear.norm_squared() + w.angular.norm_squared();
@@ -270,6 +270,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
 
     fn begin(&mut self, _system: &S, s: &Interval, kept: bool) {
         self.q_n.copy_from_slice(&s.q0);
+        self.rows.iter().for_each(|row| row.accept(&s.q0));
         self.tree.begin_at(&s.q0, kept);
         if let Some(coupled) = &mut self.coupled {
             coupled.begin(&s.q0, kept);
@@ -296,7 +297,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
             self.fresh = false;
         }
         for (g, &row) in self.mu.iter_mut().zip(&self.chosen) {
-            *g = self.rows[row].value(&s.q1);
+            *g = self.rows[row].value(s.t_end(), &s.q1);
         }
         Ok(())
     }

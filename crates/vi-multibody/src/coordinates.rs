@@ -8,6 +8,9 @@
 //! not turn the joint by `π` or more. `S'` are the columns of the pair's velocity map moved to the
 //! child's anchor, where a turn has no linear part and a slide no angular one.
 //!
+//! This is output: it reads coordinates of any pair from placements. Joint springs, motors and couplings
+//! need a single coordinate with its derivatives: [`crate::coordinate`].
+//!
 //! S (and free) pairs have no angles: their coordinates are the rotation vector of `(m_1', m_2', n')`
 //! against `(m_1, m_2, n)`, of length at most `π`, and their rates `ω² − ω¹`, both as components along
 //! `m_1, m_2, n`.

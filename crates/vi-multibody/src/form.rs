@@ -103,14 +103,6 @@ impl Form {
         }
     }
 
-    fn emit_row(&self, row: usize, f: &Vector3<f64>, out: &mut dyn Entries) {
-        for term in &self.terms {
-            for i in 0..term.dimension {
-                out.add(row, term.offset + i, term.coefficient * f[i]);
-            }
-        }
-    }
-
     /// Emits `(∂form/∂q)ᵀ W (∂form/∂q)` for a 3×3 matrix `W`.
     pub fn emit_congruence(&self, w: &nalgebra::Matrix3<f64>, out: &mut dyn Entries) {
         for a in &self.terms {
@@ -167,8 +159,19 @@ impl Row {
 
     /// Emits the row `row` of `G(q)`.
     pub fn emit(&self, q: &[f64], row: usize, out: &mut dyn Entries) {
-        self.a.emit_row(row, &(self.scale * self.b.at(q)), out);
-        self.b.emit_row(row, &(self.scale * self.a.at(q)), out);
+        self.for_each_slope(q, |column, slope| out.add(row, column, slope));
+    }
+
+    /// The entries of the row of `G(q)`: coordinate and slope, always in the same order.
+    pub fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
+        let (a, b) = (self.scale * self.a.at(q), self.scale * self.b.at(q));
+        for (form, f) in [(&self.a, b), (&self.b, a)] {
+            for term in form.terms() {
+                for i in 0..term.dimension {
+                    visit(term.offset + i, term.coefficient * f[i]);
+                }
+            }
+        }
     }
 
     /// The row of `G` as wrenches on the frames it touches (coordinates in twelves): force at `φ` and
@@ -193,5 +196,18 @@ impl Row {
     #[must_use]
     pub fn second(&self, v: &[f64], w: &[f64]) -> f64 {
         self.scale * (self.a.rate(v).dot(&self.b.rate(w)) + self.a.rate(w).dot(&self.b.rate(v)))
+    }
+
+    /// Emits `weight D²g`.
+    pub fn emit_second(&self, weight: f64, out: &mut dyn Entries) {
+        for a in &self.a.terms {
+            for b in &self.b.terms {
+                let value = weight * self.scale * a.coefficient * b.coefficient;
+                for i in 0..a.dimension.min(b.dimension) {
+                    out.add(a.offset + i, b.offset + i, value);
+                    out.add(b.offset + i, a.offset + i, value);
+                }
+            }
+        }
     }
 }

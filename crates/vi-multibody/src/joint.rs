@@ -97,8 +97,10 @@ impl Joint {
         let (mut parent, mut child) = (self.child, self.parent);
         if kind == PairKind::Universal {
             // the axis of the parent's fork comes first: swap the roles of m_1 and n
-            parent.axes.swap_columns(0, 2);
-            child.axes.swap_columns(0, 2);
+            for side in [&mut parent, &mut child] {
+                side.axes.swap_columns(0, 2);
+                side.axes.column_mut(1).neg_mut(); // right-handed again
+            }
         }
         Self { name: self.name.clone(), kind, parent, child }
     }

@@ -8,6 +8,7 @@ use crate::form::{Form, Row};
 use crate::joint::{FrameId, Joint, Side};
 use crate::pair::PairKind;
 use crate::particle::{Bead, Carrier, ParticleTree};
+use crate::scalar_constraint::{ScalarConstraint, ScalarRow};
 use crate::tree::{Link, Tree};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
@@ -73,7 +74,7 @@ pub struct Bar {
 }
 
 /// Everything that makes a mechanism, before springs and loads.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Description {
     /// 3, or 2 for planar point masses.
     pub dimension: usize,
@@ -87,15 +88,18 @@ pub struct Description {
     pub joints: Vec<Joint>,
     /// Bars between point masses, and to the ground.
     pub bars: Vec<Bar>,
+    /// Distances, guides, couplings, prescribed motion.
+    pub scalars: Vec<ScalarConstraint>,
 }
 
 /// A mechanism: its constraints, its mass matrix, its spanning tree.
 #[derive(Clone, Debug)]
 pub struct Mechanism {
     description: Description,
-    rows: Vec<Row>,                // joints, then bars
+    rows: Vec<ScalarRow>,          // joints, then bars, then scalar constraints
     joint_rows: Vec<Range<usize>>, // into the constraints, for each joint
     bar_rows: Vec<Range<usize>>,
+    scalar_rows: Vec<Range<usize>>,
     tree: Tree,
     particle_tree: ParticleTree,
     cut_joints: Vec<usize>,
@@ -111,21 +115,37 @@ impl Mechanism {
     pub fn new(description: Description) -> Self {
         let bodies = description.bodies.len();
         let mut rows = Vec::new();
-        let mut place = |new: Vec<Row>| {
+        let mut place = |new: Vec<ScalarRow>| {
             let start = 6 * bodies + rows.len();
             rows.extend(new);
             start..6 * bodies + rows.len()
         };
-        let joint_rows: Vec<_> =
-            description.joints.iter().map(|joint| place(joint.kind.rows(joint))).collect();
+        let joint_rows: Vec<_> = description
+            .joints
+            .iter()
+            .map(|joint| place(products(joint.kind.rows(joint))))
+            .collect();
         let bar_rows: Vec<_> = description
             .bars
             .iter()
-            .map(|bar| place(vec![Row::distance(&bar_form(&description, bar), bar.length)]))
+            .map(|bar| {
+                place(products(vec![Row::distance(&bar_form(&description, bar), bar.length)]))
+            })
             .collect();
+        let scalar_rows = description.scalars.iter().map(|c| place(c.rows.clone())).collect();
         let (tree, cut_joints) = span_bodies(&description);
         let (particle_tree, cut_bars) = span_particles(&description, tree.dof());
-        Self { description, rows, joint_rows, bar_rows, tree, particle_tree, cut_joints, cut_bars }
+        Self {
+            description,
+            rows,
+            joint_rows,
+            bar_rows,
+            scalar_rows,
+            tree,
+            particle_tree,
+            cut_joints,
+            cut_bars,
+        }
     }
 
     /// What it was made from.
@@ -158,10 +178,13 @@ impl Mechanism {
         &self.cut_bars
     }
 
-    /// Whether a joint or a bar closes a loop.
+    /// Whether anything constrains the motion of the spanning tree: a joint or a bar that closes a
+    /// loop, a scalar constraint.
     #[must_use]
     pub fn has_loops(&self) -> bool {
-        !self.cut_joints.is_empty() || !self.cut_bars.is_empty()
+        !(self.cut_joints.is_empty()
+            && self.cut_bars.is_empty()
+            && self.description.scalars.is_empty())
     }
 
     /// The constraints of joint `k`.
@@ -176,20 +199,20 @@ impl Mechanism {
         self.bar_rows[k].clone()
     }
 
-    /// The constraints outside the tree: those of the cut joints and bars.
+    /// The constraints of scalar constraint `k`.
     #[must_use]
-    pub fn loop_rows(&self) -> Vec<usize> {
-        let joints = self.cut_joints.iter().map(|&k| self.joint_rows[k].clone());
-        let bars = self.cut_bars.iter().map(|&k| self.bar_rows[k].clone());
-        joints.chain(bars).flatten().collect()
+    pub fn scalar_rows(&self, k: usize) -> Range<usize> {
+        self.scalar_rows[k].clone()
     }
 
-    /// The rows of the cut joints (bars cut loops of point masses, which have no joint space).
+    /// The rows that act on the tree of bodies: those of the cut joints and the scalar constraints
+    /// (bars cut loops of point masses, which have no joint space).
     #[must_use]
-    pub fn loop_constraints(&self) -> Vec<Row> {
+    pub fn loop_constraints(&self) -> Vec<ScalarRow> {
         let first = 6 * self.description.bodies.len();
-        let rows = self.cut_joints.iter().flat_map(|&k| self.joint_rows[k].clone());
-        rows.map(|row| self.rows[row - first].clone()).collect()
+        let joints = self.cut_joints.iter().flat_map(|&k| self.joint_rows[k].clone());
+        let scalars = self.scalar_rows.iter().cloned().flatten();
+        joints.chain(scalars).map(|row| self.rows[row - first].clone()).collect()
     }
 
     /// What a constraint belongs to: the name of a body, a joint or a bar.
@@ -201,9 +224,11 @@ impl Mechanism {
         }
         let joint = self.joint_rows.iter().position(|r| r.contains(&row));
         let bar = || self.bar_rows.iter().position(|r| r.contains(&row));
-        match joint {
-            Some(k) => &self.description.joints[k].name,
-            None => bar().map_or("", |k| &self.description.bars[k].name),
+        let scalar = || self.scalar_rows.iter().position(|r| r.contains(&row));
+        match (joint, bar()) {
+            (Some(k), _) => &self.description.joints[k].name,
+            (_, Some(k)) => &self.description.bars[k].name,
+            _ => scalar().map_or("", |k| &self.description.scalars[k].name),
         }
     }
 
@@ -341,13 +366,13 @@ impl Constraints for Mechanism {
         6 * self.description.bodies.len() + self.rows.len()
     }
 
-    fn value(&self, _t: f64, q: &[f64], out: &mut [f64]) {
+    fn value(&self, t: f64, q: &[f64], out: &mut [f64]) {
         let bodies = self.description.bodies.len();
         for k in 0..bodies {
             directors::internal_value(&q[12 * k..12 * k + 12], &mut out[6 * k..6 * k + 6]);
         }
         for (row, g) in self.rows.iter().zip(&mut out[6 * bodies..]) {
-            *g = row.value(q);
+            *g = row.value(t, q);
         }
     }
 
@@ -361,7 +386,7 @@ impl Constraints for Mechanism {
         }
     }
 
-    fn second_derivative(&self, _t: f64, _q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]) {
+    fn second_derivative(&self, _t: f64, q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]) {
         let bodies = self.description.bodies.len();
         for k in 0..bodies {
             let own = 12 * k..12 * k + 12;
@@ -369,9 +394,48 @@ impl Constraints for Mechanism {
             directors::internal_second_derivative(&v[own.clone()], &w[own], rows);
         }
         for (row, g) in self.rows.iter().zip(&mut out[6 * bodies..]) {
-            *g = row.second(v, w);
+            *g = row.second(q, v, w);
         }
     }
+
+    fn time_derivative(&self, t: f64, _q: &[f64], out: &mut [f64]) {
+        let first = 6 * self.description.bodies.len();
+        out[..first].fill(0.0);
+        for (row, g) in self.rows.iter().zip(&mut out[first..]) {
+            *g = row.time_derivatives(t).0;
+        }
+    }
+
+    fn acceleration_terms(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        self.second_derivative(t, q, v, v, out);
+        let first = 6 * self.description.bodies.len();
+        for (row, g) in self.rows.iter().zip(&mut out[first..]) {
+            *g += row.time_derivatives(t).1;
+        }
+    }
+
+    fn is_rheonomic(&self) -> bool {
+        self.rows.iter().any(ScalarRow::is_rheonomic)
+    }
+
+    fn accept(&self, q: &[f64]) {
+        self.rows.iter().for_each(|row| row.accept(q));
+    }
+
+    fn weighted_hessian(&self, _: f64, q: &[f64], w: &[f64], scale: f64, out: &mut dyn Entries) {
+        let bodies = self.description.bodies.len();
+        for k in 0..bodies {
+            let weights = &w[6 * k..6 * k + 6];
+            directors::internal_weighted_hessian(weights, scale, 12 * k, out);
+        }
+        for (row, weight) in self.rows.iter().zip(&w[6 * bodies..]) {
+            row.emit_second(q, scale * weight, out);
+        }
+    }
+}
+
+fn products(rows: Vec<Row>) -> Vec<ScalarRow> {
+    rows.into_iter().map(ScalarRow::Product).collect()
 }
 
 fn particle_offset(description: &Description, k: usize) -> usize {
@@ -457,12 +521,12 @@ fn span_particles(description: &Description, first: usize) -> (ParticleTree, Vec
     };
     let mut queue = VecDeque::new();
     for (k, bar) in description.bars.iter().enumerate() {
-        if let BarEnd::Ground(point) = bar.from {
-            if bead_of[bar.to].is_none() {
-                used[k] = true;
-                attach(bar.to, Carrier::Ground(point), bar.length, &mut bead_of);
-                queue.push_back(bar.to);
-            }
+        if let BarEnd::Ground(point) = bar.from
+            && bead_of[bar.to].is_none()
+        {
+            used[k] = true;
+            attach(bar.to, Carrier::Ground(point), bar.length, &mut bead_of);
+            queue.push_back(bar.to);
         }
     }
     loop {

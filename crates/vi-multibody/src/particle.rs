@@ -75,7 +75,7 @@ impl ParticleTree {
                 Carrier::Free => (BlockKind::Position, self.dimension),
                 _ => (BlockKind::Rotation, self.dimension - 1),
             };
-            Block { kind, range: bead.unknown..bead.unknown + size, floor: 1e-10 }
+            Block { kind, range: bead.unknown..bead.unknown + size, floor: 1e-6 }
         };
         self.beads.iter().map(block).collect()
     }

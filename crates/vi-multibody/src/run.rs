@@ -90,7 +90,8 @@ fn nodal(
 ) -> Result<BoxedScheme, SetupError> {
     let (n, newton, lanes) = (mechanism.dim(), options.newton, options.gammas.len());
     let reduced = options.scheme == SchemeKind::Reduced;
-    if !mechanism.cut_bars().is_empty() {
+    let particles = !mechanism.description().particles.is_empty();
+    if !mechanism.cut_bars().is_empty() || (mechanism.has_loops() && particles) {
         return Err(SetupError::NeedsReparametrization(options.scheme));
     }
     if mechanism.has_loops() {

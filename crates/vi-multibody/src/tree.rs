@@ -87,7 +87,7 @@ impl Tree {
                 let at = link.offset + k;
                 match blocks.last_mut() {
                     Some(last) if last.kind == kind && last.range.end == at => last.range.end += 1,
-                    _ => blocks.push(Block { kind, range: at..at + 1, floor: 1e-10 }),
+                    _ => blocks.push(Block { kind, range: at..at + 1, floor: 1e-6 }),
                 }
             }
         }

@@ -92,6 +92,22 @@ pub fn internal_second_derivative(v: &[f64], w: &[f64], out: &mut [f64]) {
     }
 }
 
+/// Emits `scale Σ_i w_i D²g_i` of the frame at coordinate `at`; the same at every `q`.
+pub fn internal_weighted_hessian(weights: &[f64], scale: f64, at: usize, out: &mut dyn Entries) {
+    let place = |i: usize, k: usize| at + 3 + 3 * i + k;
+    for i in 0..3 {
+        for k in 0..3 {
+            out.add(place(i, k), place(i, k), scale * weights[i]);
+        }
+    }
+    for (pair, (i, j)) in PAIRS.into_iter().enumerate() {
+        for k in 0..3 {
+            out.add(place(i, k), place(j, k), scale * weights[3 + pair]);
+            out.add(place(j, k), place(i, k), scale * weights[3 + pair]);
+        }
+    }
+}
+
 /// `q̇ = (φ̇, ω × d_1, ω × d_2, ω × d_3)`.
 #[must_use]
 pub fn spin_velocity(q: &[f64], velocity: &Vector3<f64>, omega: &Vector3<f64>) -> [f64; 12] {

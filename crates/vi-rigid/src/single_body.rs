@@ -28,7 +28,7 @@ use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{Interval, SeparableSystem, State};
 
 /// Increments below this size (m, rad) do not matter to Newton's method.
-const INCREMENT_FLOOR: f64 = 1e-10;
+const INCREMENT_FLOOR: f64 = 1e-6;
 
 /// How a single body is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -176,6 +176,10 @@ impl Constraints for SingleBody {
     fn second_derivative(&self, _t: f64, _q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]) {
         directors::internal_second_derivative(v, w, out);
         out[INTERNAL..].fill(0.0); // r is linear in q
+    }
+
+    fn weighted_hessian(&self, _: f64, _: &[f64], w: &[f64], scale: f64, out: &mut dyn Entries) {
+        directors::internal_weighted_hessian(w, scale, 0, out);
     }
 }
 

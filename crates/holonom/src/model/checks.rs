@@ -2,10 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::Vector3;
+
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::source::Document;
 use super::start::{StartPoints, distance, is_ground};
-use super::{Bar, Body, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Shape, Spring};
+use super::{
+    Bar, Body, Constraint, GROUND, Inertia, Joint, JointKind, MAX_STEPS, Model, Particle, Shape,
+    Spring,
+};
 
 /// All problems of a model that could be read.
 pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
@@ -27,6 +32,11 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     model.springs.iter().enumerate().for_each(|(i, s)| checker.spring(&each(i, "spring"), s));
     model.loads.iter().enumerate().for_each(|(i, l)| checker.load(&each(i, "load"), l));
     model.sensors.iter().enumerate().for_each(|(i, s)| checker.sensor(&each(i, "sensor"), s));
+    model
+        .constraints
+        .iter()
+        .enumerate()
+        .for_each(|(i, c)| checker.constraint(&each(i, "constraint"), c));
     checker.problems
 }
 
@@ -56,11 +66,12 @@ impl<'a> Checker<'a> {
 
     fn names(&mut self) {
         let model = self.model;
-        let sections: [(&'static str, Vec<&'a str>); 7] = [
+        let sections: [(&'static str, Vec<&'a str>); 8] = [
             ("body", model.bodies.iter().map(|m| m.name.as_str()).collect()),
             ("particle", model.particles.iter().map(|m| m.name.as_str()).collect()),
             ("bar", model.bars.iter().map(|m| m.name.as_str()).collect()),
             ("joint", model.joints.iter().map(|m| m.name.as_str()).collect()),
+            ("constraint", model.constraints.iter().map(Constraint::name).collect()),
             ("spring", model.springs.iter().map(|m| m.name.as_str()).collect()),
             ("load", model.loads.iter().map(|m| m.name.as_str()).collect()),
             ("sensor", model.sensors.iter().map(|m| m.name.as_str()).collect()),
@@ -313,6 +324,7 @@ impl<'a> Checker<'a> {
                 self.report(key, message, help);
             }
         }
+        self.drives(key, joint);
         match joint.axis {
             None if joint.kind.has_axis() => {
                 let message = "this type of joint needs an axis".to_owned();
@@ -323,6 +335,102 @@ impl<'a> Checker<'a> {
                 self.report(format!("{key}.axis"), message, "write a direction, such as [0, 0, 1]");
             }
             _ => {}
+        }
+        self.second_axis(key, joint);
+    }
+
+    fn second_axis(&mut self, key: &str, joint: &Joint) {
+        let at = format!("{key}.axis2");
+        let Some(second) = joint.axis2 else {
+            if joint.kind.has_second_axis() {
+                let message = "this type of joint needs a second axis".to_owned();
+                let help = "add `axis2 = [0, 1, 0]` (fixed in the child; in space, at the start, \
+                            perpendicular to `axis`)";
+                self.report(key, message, help);
+            }
+            return;
+        };
+        if !joint.kind.has_second_axis() {
+            let message = "this type of joint has no second axis".to_owned();
+            self.report(at, message, "remove `axis2`, or write type = \"universal\"");
+            return;
+        }
+        let second = Vector3::from(second);
+        if second.amax() < 1e-100 {
+            let message = "the axis has zero length".to_owned();
+            self.report(at, message, "write a direction, such as [0, 1, 0]");
+            return;
+        }
+        let first = joint.axis.map(Vector3::from).filter(|first| first.amax() >= 1e-100);
+        let cosine = first.map_or(0.0, |first| first.normalize().dot(&second.normalize()));
+        if cosine.abs() > 1e-6 {
+            let angle = cosine.clamp(-1.0, 1.0).acos().to_degrees();
+            let message = format!("the axes of the joint are at {angle:.4}° to each other");
+            self.report(at, message, "choose `axis2` perpendicular to `axis`");
+        }
+    }
+
+    fn drives(&mut self, key: &str, joint: &Joint) {
+        let amounts = [
+            ("spring.stiffness", joint.spring.as_ref().map(|s| s.stiffness)),
+            ("damper.damping", joint.damper.as_ref().map(|d| d.damping)),
+            ("motor.proportional", joint.motor.as_ref().map(|m| m.proportional)),
+            ("motor.derivative", joint.motor.as_ref().map(|m| m.derivative)),
+        ];
+        for (field, amount) in amounts {
+            if let Some(amount) = amount.filter(|a| *a < 0.0) {
+                let message = format!("{amount} is negative: it would feed energy in");
+                self.report(format!("{key}.{field}"), message, "write 0 or more");
+            }
+        }
+        if let Some(fault) = joint.motor.as_ref().and_then(|m| m.history.fault()) {
+            self.report(format!("{key}.motor.history"), fault, "put the times in order");
+        }
+        match (joint.kind, joint.pitch) {
+            (JointKind::Screw, None) => {
+                let help = "add `pitch = …`, the advance per turn in m";
+                self.report(key, "a screw joint needs a pitch".into(), help);
+            }
+            (kind, Some(_)) if kind != JointKind::Screw => {
+                let message = "only screw joints have a pitch".to_owned();
+                self.report(format!("{key}.pitch"), message, "remove `pitch`");
+            }
+            _ => {}
+        }
+    }
+
+    fn constraint(&mut self, key: &str, constraint: &Constraint) {
+        let axis_of = |axis: &[f64; 3]| axis.iter().all(|a| a.abs() < 1e-100);
+        match constraint {
+            Constraint::Distance { from, to, length, .. } => {
+                self.reference(format!("{key}.from"), from, &["body", GROUND]);
+                self.reference(format!("{key}.to"), to, &["body", GROUND]);
+                self.two_ends(&format!("{key}.to"), from, to);
+                if let Some(length) = length.filter(|l| *l <= 0.0) {
+                    let message = format!("the length {length} m is not positive");
+                    self.report(format!("{key}.length"), message, "write a positive length in m");
+                }
+            }
+            Constraint::PointOnLine { parent, child, axis, .. }
+            | Constraint::PointOnPlane { parent, child, axis, .. } => {
+                self.reference(format!("{key}.parent"), parent, &["body", GROUND]);
+                self.reference(format!("{key}.child"), child, &["body", GROUND]);
+                self.two_ends(&format!("{key}.child"), parent, child);
+                if axis_of(axis) {
+                    let help = "write a direction, such as [0, 0, 1]";
+                    let message = "the axis has zero length".to_owned();
+                    self.report(format!("{key}.axis"), message, help);
+                }
+            }
+            Constraint::Gear { joints, .. } => {
+                for joint in joints {
+                    self.reference(format!("{key}.joints"), joint, &["joint"]);
+                }
+                self.two_ends(&format!("{key}.joints"), &joints[0], &joints[1]);
+            }
+            Constraint::Motion { joint, .. } => {
+                self.reference(format!("{key}.joint"), joint, &["joint"]);
+            }
         }
     }
 

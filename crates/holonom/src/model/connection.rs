@@ -1,5 +1,6 @@
 //! `[[bar]]`, `[[joint]]` and `[[spring]]`: what connects members.
 
+use super::drive::{JointDamper, JointMotor, JointSpring};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +42,10 @@ pub enum JointKind {
     Planar,
     /// No relative motion.
     Fixed,
+    /// Two crossing axes, `axis` fixed in the parent, `axis2` in the child; 2 freedoms.
+    Universal,
+    /// Turns about `axis` and advances along it by `pitch` per turn; 1 freedom.
+    Screw,
 }
 
 impl JointKind {
@@ -48,6 +53,12 @@ impl JointKind {
     #[must_use]
     pub fn has_axis(self) -> bool {
         !matches!(self, Self::Spherical | Self::Fixed)
+    }
+
+    /// Whether it needs an `axis2`.
+    #[must_use]
+    pub fn has_second_axis(self) -> bool {
+        self == Self::Universal
     }
 }
 
@@ -77,6 +88,22 @@ pub struct Joint {
     /// Its axis in space in the start configuration; any length but zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<[f64; 3]>,
+    /// Universal joints: the axis fixed in the child, in space in the start configuration,
+    /// perpendicular to `axis`, which is fixed in the parent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis2: Option<[f64; 3]>,
+    /// Screw joints: advance along `axis` per right-handed turn, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pitch: Option<f64>,
+    /// A spring on a joint coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spring: Option<JointSpring>,
+    /// A damper (viscous friction) on a joint coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damper: Option<JointDamper>,
+    /// A motor on a joint coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor: Option<JointMotor>,
 }
 
 /// Energy of a spring of length `l`, natural length `l0` and stiffness `k`.

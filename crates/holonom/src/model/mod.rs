@@ -10,6 +10,7 @@
 mod body;
 mod checks;
 mod connection;
+mod drive;
 mod load;
 mod overrides;
 mod problem;
@@ -27,6 +28,7 @@ use serde::{Deserialize, Serialize};
 
 pub use body::{Body, Euler, Particle};
 pub use connection::{Bar, GROUND, Joint, JointKind, Spring, SpringLaw};
+pub use drive::{Constraint, JointDamper, JointMotor, JointSpring, Path as MotionPath};
 pub use load::{Frame, History, Load};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
 pub use sensor::{Sensor, SensorKind};
@@ -64,6 +66,9 @@ pub struct Model {
     /// `[[joint]]`: joints between bodies.
     #[serde(default, rename = "joint", skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<Joint>,
+    /// `[[constraint]]`: distances, guides, gears, prescribed motion.
+    #[serde(default, rename = "constraint", skip_serializing_if = "Vec::is_empty")]
+    pub constraints: Vec<Constraint>,
     /// `[[spring]]`: springs and dampers.
     #[serde(default, rename = "spring", skip_serializing_if = "Vec::is_empty")]
     pub springs: Vec<Spring>,
@@ -103,6 +108,7 @@ impl Model {
             document.list("particle", &mut problems),
             document.list("bar", &mut problems),
             document.list("joint", &mut problems),
+            document.list("constraint", &mut problems),
             document.list("spring", &mut problems),
             document.list("load", &mut problems),
         );
@@ -110,9 +116,19 @@ impl Model {
         let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
             return Err(ModelError::invalid(problems));
         };
-        let (bodies, particles, bars, joints, springs, loads) = lists;
-        let mut model =
-            Self { header, settings, bodies, particles, bars, joints, springs, loads, sensors };
+        let (bodies, particles, bars, joints, constraints, springs, loads) = lists;
+        let mut model = Self {
+            header,
+            settings,
+            bodies,
+            particles,
+            bars,
+            joints,
+            constraints,
+            springs,
+            loads,
+            sensors,
+        };
         let problems = checks::problems(&model, &document);
         if !problems.is_empty() {
             return Err(ModelError::invalid(problems));

@@ -103,8 +103,12 @@ fn gap(joint: &Joint, gap: Vector3<f64>) -> f64 {
     let axis = joint.axis.map(|a| Vector3::from(a).normalize()).unwrap_or_default();
     let along = gap.dot(&axis);
     match joint.kind {
-        JointKind::Spherical | JointKind::Revolute | JointKind::Fixed => gap.norm(),
-        JointKind::Cylindrical | JointKind::Prismatic => (gap - axis * along).norm(),
+        JointKind::Spherical | JointKind::Revolute | JointKind::Fixed | JointKind::Universal => {
+            gap.norm()
+        }
+        JointKind::Cylindrical | JointKind::Prismatic | JointKind::Screw => {
+            (gap - axis * along).norm()
+        }
         JointKind::Planar => along.abs(),
     }
 }

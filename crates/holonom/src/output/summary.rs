@@ -112,7 +112,7 @@ pub struct Summary {
     pub steps: u64,
     /// Nodes recorded.
     pub recorded: u64,
-    /// Bodies and particles that move.
+    /// Bodies and particles, fixed ones included.
     pub bodies: usize,
     /// Joints and bars.
     pub joints: usize,

@@ -7,18 +7,63 @@
 //! 5. cleaning of what the map merely carries along,
 //! 6. joint coordinates.
 //!
-//! | pair | `g_ex` | freedoms | `τ` |
-//! |---|---|---|---|
-//! | [`spherical`] S (79) | `r` | 3 | `ω²` |
-//! | [`revolute`] R | `r`; `n·m_1'`, `n·m_2'` | 1 | `θ̇` |
-//! | [`cylindrical`] C | `m_1·r`, `m_2·r`; `n·m_1'`, `n·m_2'` | 2 | `(u̇, θ̇)` |
-//! | [`prismatic`] P | `m_1·r`, `m_2·r`; `m_1·m_2'`, `m_2·n'`, `n·m_1'` | 1 | `u̇` |
-//! | [`planar`] E | `n·r`; `n·m_1'`, `n·m_2'` | 3 | `(u̇_1, u̇_2, θ̇)` |
-//! | [`fixed`] | `r`; `m_1·m_2'`, `m_2·n'`, `n·m_1'` | 0 | |
-//! | [`universal`] | `r`; `n·m_1'` | 2 | `(θ̇_1, θ̇_2)` |
-//! | [`free`] | none | 6 | `(φ̇², ω²)` |
+//! # The joint table
 //!
-//! Every row is of degree ≤ 2 in `q`.
+//! | pair | constraints `g_ex` | freedoms | `τ` | velocity map `X`; columns of `S` | LMO08 |
+//! |---|---|---|---|---|---|
+//! | [`spherical`] S | `r` | 3 | `ω²` | point of `ϱ¹`; `(ϱ²×e_k, e_k)` | (79), (82), (84)–(86) |
+//! | [`revolute`] R | `r`; `n·m_1'`, `n·m_2'` | 1 | `θ̇` | rigid by `c`; `(ϱ²×n, n)` | §5 |
+//! | [`cylindrical`] C | `m_1·r`, `m_2·r`; `n·m_1'`, `n·m_2'` | 2 | `(u̇, θ̇)` | rigid by `c`; `(n, 0)`, `(ϱ²×n, n)` | §5 |
+//! | [`prismatic`] P | `m_1·r`, `m_2·r`; `m_1·m_2'`, `m_2·n'`, `n·m_1'` | 1 | `u̇` | rigid by `c`; `(n, 0)` | §5 |
+//! | [`planar`] E | `n·r`; `n·m_1'`, `n·m_2'` | 3 | `(u̇_1, u̇_2, θ̇)` | rigid by `c`; `(m_1, 0)`, `(m_2, 0)`, `(ϱ²×n, n)` | §5 |
+//! | [`fixed`] | `r`; `m_1·m_2'`, `m_2·n'`, `n·m_1'` | 0 | | rigid by `c`; none | not in the paper |
+//! | [`universal`] | `r`; `n·m_1'` | 2 | `(θ̇_1, θ̇_2)` | rigid by `c`; `(ϱ²×n, n)`, `(ϱ²×m_1', m_1')` | not in the paper |
+//! | [`free`] | none | 6 | `(φ̇², ω²)` | none; `(e_k, 0)`, `(0, e_k)` | (59), (61) |
+//!
+//! `r` counts three rows, every product one; each row is of degree ≤ 2 in `q`. *Rigid by `a`* is
+//! `X = [I −â; 0 I]` ([`Transfer::Rigid`]), *point of `a`* is `X = [I −â; 0 0]` ([`Transfer::Point`]),
+//! a column of `S` is a twist `(φ̇, ω)`. Velocity analysis: (71)–(75); the pair maps: (76)–(86). The
+//! equations of R, C, P and E that the paper gives in its §5 are cited without a number.
+//!
+//! `F_d` takes the increments `u` of the joint and the motion `(Δφ¹, A¹)` of the parent; `ϱ¹, ϱ², r, c`
+//! and all axes on the right are those of `q_n`, and `d²_{I,n+1} = A² d²_{I,n}` throughout:
+//!
+//! ```text
+//!        .-.
+//!  1 ---( o )--- 2      S    A² = exp(ϑ̂)
+//!        `-'                 φ²_{n+1} = φ¹_{n+1} + A¹ϱ¹ − A²ϱ²                   (84)–(86)
+//!
+//!        | n
+//!  1 --[=|=]--- 2       R    A² = A¹ exp(ϑ n̂)
+//!        | ϑ                 φ²_{n+1} = φ¹_{n+1} + A¹ϱ¹ − A²ϱ²
+//!
+//!        ^ n
+//!  1 --[ | ]--- 2       C    A² = A¹ exp(ϑ n̂)
+//!        v u, ϑ              φ²_{n+1} = φ¹_{n+1} + A¹(ϱ¹ + r + u n) − A²ϱ²
+//!
+//!     ________
+//!  1 |==[ 2 ]==> n      P    A² = A¹
+//!     --------   u           φ²_{n+1} = φ¹_{n+1} + A¹(c + u n)
+//!
+//!        ^ n
+//!     ___|__2__         E    A² = A¹ exp(ϑ n̂)
+//!  1 /_________/             φ²_{n+1} = φ¹_{n+1} + A¹(ϱ¹ + r + u_1 m_1 + u_2 m_2) − A²ϱ²
+//!     m_1, m_2
+//!
+//!  1 ===[#]=== 2        fixed       A² = A¹
+//!                                   φ²_{n+1} = φ¹_{n+1} + A¹ϱ¹ − A²ϱ²
+//!
+//!        | n
+//!  1 --<-+->-- 2        universal   A² = A¹ exp(ϑ_1 n̂) exp(ϑ_2 m̂_1')
+//!       / m_1'                      φ²_{n+1} = φ¹_{n+1} + A¹ϱ¹ − A²ϱ²
+//!
+//!              2        free        A² = exp(θ̂)
+//!                                   φ²_{n+1} = φ²_n + u_φ                        (61)
+//! ```
+//!
+//! The tangent `∂F_d/∂u` is the velocity map at `q_{n+1}`. Only where `u` is a rotation vector does a
+//! factor enter: `δω² = T(ϑ) δϑ` for S, `δω² = T(θ) δθ` for a free root. The others need none, since
+//! `A¹ n_n = n_{n+1}`.
 
 pub mod cylindrical;
 pub mod fixed;

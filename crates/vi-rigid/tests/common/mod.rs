@@ -54,7 +54,7 @@ impl Stepper {
         let problem = &mut self.problem;
         problem.s.open(state.t, h, &state.q);
         problem.p.copy_from_slice(&state.p);
-        problem.operators.begin(&problem.system, &problem.s);
+        problem.operators.begin(&problem.system, &problem.s, false);
         let report = self.newton.solve(problem, &mut self.u).unwrap();
         problem.system.forced_d2(&problem.s, &mut state.p);
         state.q.copy_from_slice(&problem.s.q1);

@@ -1,0 +1,118 @@
+//! Joint springs, dampers, motors and single constraints of a model, as numbers.
+
+use crate::model::{
+    Constraint, Joint as JointModel, JointKind, JointMotor, Model, ModelError, Problem,
+};
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use vi_core::SeparableSystem;
+use vi_multibody::coordinate::JointCoordinate;
+use vi_multibody::joint::Joint;
+use vi_multibody::joint_force::{JointForce, JointSpring, Motor, PdControl, Viscous};
+use vi_multibody::scalar_constraint::ScalarConstraint;
+
+/// Coordinate `freedom` of a joint.
+fn coordinate(joint: &Joint, freedom: usize, key: &str) -> Result<JointCoordinate, ModelError> {
+    JointCoordinate::new(joint, freedom).ok_or_else(|| {
+        let count = (0..6).filter(|k| JointCoordinate::new(joint, *k).is_some()).count();
+        let kind = joint.kind.name();
+        let message = format!("a {kind} joint has no coordinate {freedom}");
+        let help = match count {
+            0 => format!("{kind} joints have no joint coordinates: use a [[spring]] or a [[load]]"),
+            1 => "its only coordinate is 0".to_owned(),
+            _ => format!("its coordinates are 0 to {}", count - 1),
+        };
+        ModelError::Invalid(vec![Problem::new(key, message).help(help)])
+    })
+}
+
+/// Adds what acts on the coordinates of a joint.
+pub(crate) fn add_joint_forces(
+    mut system: SeparableSystem,
+    model: &JointModel,
+    joint: &Joint,
+) -> Result<SeparableSystem, ModelError> {
+    let key = |what: &str| format!("joint.{}.{what}", model.name);
+    if let Some(spring) = &model.spring {
+        let coordinate = coordinate(joint, spring.freedom, &key("spring.freedom"))?;
+        let (stiffness, rest) = (spring.stiffness, spring.rest);
+        let spring = JointSpring { coordinate, stiffness, rest };
+        system = system.discrete_potential(Box::new(spring));
+    }
+    if let Some(damper) = &model.damper {
+        let coordinate = coordinate(joint, damper.freedom, &key("damper.freedom"))?;
+        let law = Viscous(damper.damping);
+        system = system.force(Box::new(JointForce { coordinate, law }));
+    }
+    if let Some(motor) = &model.motor {
+        let coordinate = coordinate(joint, motor.freedom, &key("motor.freedom"))?;
+        system = add_motor(system, motor, &coordinate);
+    }
+    Ok(system)
+}
+
+fn add_motor(
+    mut system: SeparableSystem,
+    motor: &JointMotor,
+    coordinate: &JointCoordinate,
+) -> SeparableSystem {
+    if motor.effort != 0.0 {
+        let (effort, history) = (motor.effort, motor.history.time_history());
+        let law = Motor(Arc::new(move |t| effort * history.value(t)));
+        system = system.force(Box::new(JointForce { coordinate: coordinate.clone(), law }));
+    }
+    if motor.proportional != 0.0 || motor.derivative != 0.0 {
+        let path = motor.path;
+        let reference = Arc::new(move |t| {
+            let [value, rate, _] = path.at(t);
+            (value, rate)
+        });
+        let (proportional, derivative) = (motor.proportional, motor.derivative);
+        let law = PdControl { proportional, derivative, reference };
+        system = system.force(Box::new(JointForce { coordinate: coordinate.clone(), law }));
+    }
+    system
+}
+
+/// The threads of screw joints: advance and turn of a cylindrical pair, coupled.
+pub(crate) fn threads(model: &Model, joints: &[Joint], q: &[f64]) -> Vec<ScalarConstraint> {
+    let screws = model.joints.iter().zip(joints).filter(|(j, _)| j.kind == JointKind::Screw);
+    let thread = |(model, joint): (&JointModel, &Joint)| {
+        let pair = (JointCoordinate::new(joint, 0)?, JointCoordinate::new(joint, 1)?);
+        let ratio = -model.pitch.unwrap_or_default() / TAU;
+        Some(ScalarConstraint::coupling(&model.name, pair, ratio, q))
+    };
+    screws.filter_map(thread).collect()
+}
+
+/// A `[[constraint]]` that couples or drives joint coordinates; `None` for the geometric ones.
+pub(crate) fn coordinate_constraint(
+    constraint: &Constraint,
+    joints: &[Joint],
+    q: &[f64],
+) -> Result<Option<ScalarConstraint>, ModelError> {
+    let find = |name: &str| joints.iter().find(|j| j.name == name);
+    let key = |what: &str| format!("constraint.{}.{what}", constraint.name());
+    match constraint {
+        Constraint::Gear { name, joints: [a, b], freedoms, ratio } => {
+            let (Some(a), Some(b)) = (find(a), find(b)) else { return Ok(None) };
+            let a = coordinate(a, freedoms[0], &key("freedoms"))?;
+            let b = coordinate(b, freedoms[1], &key("freedoms"))?;
+            Ok(Some(ScalarConstraint::coupling(name, (a, b), *ratio, q)))
+        }
+        Constraint::Motion { name, joint, freedom, path } => {
+            let Some(joint) = find(joint) else { return Ok(None) };
+            let coordinate = coordinate(joint, *freedom, &key("freedom"))?;
+            let path = *path;
+            let reference = Arc::new(move |t| path.at(t));
+            Ok(Some(ScalarConstraint::motion(name, coordinate, reference)))
+        }
+        _ => Ok(None),
+    }
+}
+
+/// A vector from numbers.
+pub(crate) fn vector(x: &[f64; 3]) -> Vector3<f64> {
+    Vector3::from(*x)
+}

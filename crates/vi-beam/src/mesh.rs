@@ -1,0 +1,354 @@
+//! Nodes along a curve: centres, triads, element lengths.
+//!
+//! ```text
+//! d_3 = r'/|r'| at the nodes,   ℓ = ∫ |r'| over the element (arc length, not the chord)
+//! normal given:         d_1 = the part of the normal across d_3, normalized
+//! rotation-minimizing:  d_1 carried along without turning about d_3 (double reflection)
+//! d_2 = d_3 × d_1
+//! ```
+//! A corner is not a curve: each leg of a polyline is a mesh of its own, joined by a fixed joint
+//! between two coincident nodes ([`crate::model::BeamModel::add_frame_work`]).
+//!
+//! Source: double reflection after Wang, Jüttler, Zheng & Liu, ACM Trans. Graph. 27 (2008) no. 2.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// How the triads turn about the centre line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FrameRule {
+    /// `d_1` lies in the plane of the tangent and this vector.
+    Normal(
+        /// A vector that is nowhere parallel to the curve.
+        Vector3<f64>,
+    ),
+    /// As [`FrameRule::Normal`] at the first node, then without rotation about the tangent.
+    RotationMinimizing(
+        /// A vector that is not parallel to the curve at its start.
+        Vector3<f64>,
+    ),
+}
+
+/// A curve no mesh can follow.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// No elements, or too few points.
+    #[error("a beam needs at least one element")]
+    NoElements,
+    /// A point or length is not finite, or an element has no length.
+    #[error("element {element} of the beam has no length, or a point that is not finite")]
+    Degenerate {
+        /// Which element of the mesh.
+        element: usize,
+    },
+    /// The normal is parallel to the tangent.
+    #[error("the normal of the beam's frames is parallel to the centre line at node {node}")]
+    NormalAlongTangent {
+        /// Which node of the mesh.
+        node: usize,
+    },
+}
+
+/// Nodes and element lengths along one smooth beam.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// `φ` at the nodes, m.
+    pub centers: Vec<Vector3<f64>>,
+    /// Columns `d_1, d_2, d_3` at the nodes.
+    pub triads: Vec<Matrix3<f64>>,
+    /// `ℓ` of the elements, m; one less than nodes.
+    pub lengths: Vec<f64>,
+}
+
+impl Mesh {
+    /// A straight beam.
+    ///
+    /// # Errors
+    /// [`MeshError`].
+    pub fn straight(
+        from: Vector3<f64>,
+        to: Vector3<f64>,
+        elements: usize,
+        rule: FrameRule,
+    ) -> Result<Self, MeshError> {
+        let tangent = to - from;
+        Self::along(&|t| from + t * tangent, &|_| tangent, (0.0, 1.0), elements, rule)
+    }
+
+    /// Straight legs between the corners, each with its own number of elements.
+    ///
+    /// # Errors
+    /// [`MeshError`]; [`MeshError::NoElements`] when the numbers do not fit.
+    pub fn polyline(
+        corners: &[Vector3<f64>],
+        elements: &[usize],
+        rule: FrameRule,
+    ) -> Result<Vec<Self>, MeshError> {
+        if corners.len() < 2 || corners.len() != elements.len() + 1 {
+            return Err(MeshError::NoElements);
+        }
+        let legs = corners.windows(2).zip(elements);
+        legs.map(|(ends, &count)| Self::straight(ends[0], ends[1], count, rule)).collect()
+    }
+
+    /// A circular arc `center + R(cos ψ e_1 + sin ψ e_2)` for `ψ` from 0 to `angle` (rad), with
+    /// `radius_vector = R e_1` and the unit `axis = e_1 × e_2`.
+    ///
+    /// # Errors
+    /// [`MeshError`].
+    pub fn arc(
+        center: Vector3<f64>,
+        radius_vector: Vector3<f64>,
+        axis: Vector3<f64>,
+        angle: f64,
+        elements: usize,
+        rule: FrameRule,
+    ) -> Result<Self, MeshError> {
+        Self::helix(center, radius_vector, axis, angle, 0.0, elements, rule)
+    }
+
+    /// A helix: the arc with the rise `pitch` (m) along the unit `axis` for each full turn.
+    ///
+    /// # Errors
+    /// [`MeshError`].
+    pub fn helix(
+        center: Vector3<f64>,
+        radius_vector: Vector3<f64>,
+        axis: Vector3<f64>,
+        angle: f64,
+        pitch: f64,
+        elements: usize,
+        rule: FrameRule,
+    ) -> Result<Self, MeshError> {
+        let (a, b) = (radius_vector, axis.cross(&radius_vector));
+        let rise = pitch / std::f64::consts::TAU * axis;
+        let point = |t: f64| center + t.cos() * a + t.sin() * b + t * rise;
+        let slope = |t: f64| angle.signum() * (t.cos() * b - t.sin() * a + rise);
+        let mut mesh = Self::along(&point, &slope, (0.0, angle), elements, rule)?;
+        let speed = (a.norm_squared() + rise.norm_squared()).sqrt();
+        mesh.lengths.fill(speed * angle.abs() / elements as f64); // constant speed: exact
+        Ok(mesh)
+    }
+
+    /// The curve `r(t)`, nodes at equal steps of `t`; its tangent by differences.
+    ///
+    /// # Errors
+    /// [`MeshError`].
+    pub fn parametric(
+        curve: &dyn Fn(f64) -> Vector3<f64>,
+        range: (f64, f64),
+        elements: usize,
+        rule: FrameRule,
+    ) -> Result<Self, MeshError> {
+        let step = 1e-3 * (range.1 - range.0) / elements.max(1) as f64;
+        let tangent = |t: f64| {
+            let centered = |k: f64| (curve(t + k * step) - curve(t - k * step)) / (2.0 * k * step);
+            (4.0 * centered(1.0) - centered(2.0)) / 3.0
+        };
+        Self::along(curve, &tangent, range, elements, rule)
+    }
+
+    /// The curve `r(t)` with its derivative `r'(t)`, nodes at equal steps of `t`.
+    ///
+    /// # Errors
+    /// [`MeshError`].
+    pub fn along(
+        curve: &dyn Fn(f64) -> Vector3<f64>,
+        derivative: &dyn Fn(f64) -> Vector3<f64>,
+        range: (f64, f64),
+        elements: usize,
+        rule: FrameRule,
+    ) -> Result<Self, MeshError> {
+        let step = (range.1 - range.0) / elements as f64;
+        let at = |k: usize| range.0 + k as f64 * step;
+        let centers = (0..=elements).map(|k| curve(at(k))).collect();
+        let tangents: Vec<_> = (0..=elements).map(|k| derivative(at(k))).collect();
+        let lengths = (0..elements).map(|k| arc_length(derivative, at(k), at(k + 1))).collect();
+        Self::new(centers, &tangents, lengths, rule)
+    }
+
+    /// Nodes at given points; chords as lengths, tangents from the parabola through three points.
+    ///
+    /// # Errors
+    /// [`MeshError`].
+    pub fn through(points: &[Vector3<f64>], rule: FrameRule) -> Result<Self, MeshError> {
+        if points.len() < 2 {
+            return Err(MeshError::NoElements);
+        }
+        let chords: Vec<_> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let lengths: Vec<f64> = chords.iter().map(Vector3::norm).collect();
+        let slope = |k: usize| chords[k] / lengths[k];
+        let last = chords.len() - 1;
+        let inner = |k: usize| {
+            let (a, b) = (lengths[k - 1], lengths[k]);
+            (b * slope(k - 1) + a * slope(k)) / (a + b)
+        };
+        let tangent = |k: usize| match k {
+            _ if last == 0 => slope(0),
+            0 => 2.0 * slope(0) - inner(1),
+            k if k == last + 1 => 2.0 * slope(last) - inner(last),
+            k => inner(k),
+        };
+        let tangents: Vec<_> = (0..points.len()).map(tangent).collect();
+        Self::new(points.to_vec(), &tangents, lengths, rule)
+    }
+
+    /// From nodes, tangents (any length) and element lengths.
+    ///
+    /// # Errors
+    /// [`MeshError`].
+    pub fn new(
+        centers: Vec<Vector3<f64>>,
+        tangents: &[Vector3<f64>],
+        lengths: Vec<f64>,
+        rule: FrameRule,
+    ) -> Result<Self, MeshError> {
+        if lengths.is_empty() {
+            return Err(MeshError::NoElements);
+        }
+        for (element, length) in lengths.iter().enumerate() {
+            let chord = (centers[element + 1] - centers[element]).norm();
+            let regular = chord > 0.0 && chord.is_finite() && *length > 0.0 && length.is_finite();
+            if !regular {
+                return Err(MeshError::Degenerate { element });
+            }
+        }
+        let tangents: Vec<_> = tangents.iter().map(|t| t.normalize()).collect();
+        let across = |node: usize, normal: &Vector3<f64>| {
+            let d3 = tangents[node];
+            let part = normal - d3 * d3.dot(normal);
+            let size = part.norm();
+            if size > 1e-8 * normal.norm() {
+                Ok(part / size)
+            } else {
+                Err(MeshError::NormalAlongTangent { node })
+            }
+        };
+        let (FrameRule::Normal(normal) | FrameRule::RotationMinimizing(normal)) = rule;
+        let mut d1 = across(0, &normal)?;
+        let mut triads = Vec::with_capacity(centers.len());
+        for node in 0..centers.len() {
+            if node > 0 {
+                let carried = match rule {
+                    FrameRule::Normal(normal) => normal,
+                    FrameRule::RotationMinimizing(_) => {
+                        let chord = centers[node] - centers[node - 1];
+                        double_reflection(&d1, &chord, &tangents[node - 1], &tangents[node])
+                    }
+                };
+                d1 = across(node, &carried)?;
+            }
+            let d3 = tangents[node];
+            triads.push(Matrix3::from_columns(&[d1, d3.cross(&d1), d3]));
+        }
+        Ok(Self { centers, triads, lengths })
+    }
+
+    /// Number of elements.
+    #[must_use]
+    pub fn elements(&self) -> usize {
+        self.lengths.len()
+    }
+}
+
+/// Carries `d` from the tangent `t` to the tangent `next` over a chord.
+fn double_reflection(
+    d: &Vector3<f64>,
+    chord: &Vector3<f64>,
+    t: &Vector3<f64>,
+    next: &Vector3<f64>,
+) -> Vector3<f64> {
+    let reflect = |x: &Vector3<f64>, v: &Vector3<f64>| {
+        let square = v.norm_squared();
+        if square > 0.0 { x - v * (2.0 * v.dot(x) / square) } else { *x }
+    };
+    let (d, t) = (reflect(d, chord), reflect(t, chord));
+    reflect(&d, &(next - t))
+}
+
+/// `∫ |r'| dt` by Gauss's rule with five points on four parts.
+fn arc_length(derivative: &dyn Fn(f64) -> Vector3<f64>, from: f64, to: f64) -> f64 {
+    const NODES: [(f64, f64); 5] = [
+        (0.0, 0.568_888_888_888_888_9),
+        (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+        (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
+        (0.906_179_845_938_664, 0.236_926_885_056_189_08),
+        (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
+    ];
+    let half = (to - from) / 8.0;
+    let part = |k: usize| {
+        let middle = from + (2 * k + 1) as f64 * half;
+        let term = |(x, w): (f64, f64)| w * derivative(middle + half * x).norm();
+        NODES.into_iter().map(term).sum::<f64>() * half.abs()
+    };
+    (0..4).map(part).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vi_rigid::rotation::orthonormality_defect;
+
+    fn z() -> Vector3<f64> {
+        Vector3::z()
+    }
+
+    #[test]
+    fn arcs_have_their_length_and_tangents() {
+        let rule = FrameRule::Normal(z());
+        let mesh = Mesh::arc(Vector3::zeros(), 2.0 * Vector3::x(), z(), 1.5, 6, rule).unwrap();
+        let total: f64 = mesh.lengths.iter().sum();
+        assert!((total - 3.0).abs() < 1e-14, "{total}");
+        for (triad, center) in mesh.triads.iter().zip(&mesh.centers) {
+            assert!(orthonormality_defect(triad) < 1e-15);
+            let d3: Vector3<f64> = triad.column(2).into();
+            assert!((d3 - z().cross(center) / 2.0).norm() < 1e-15);
+            assert!((triad.column(0) - z()).norm() < 1e-15);
+        }
+        let back = Mesh::arc(Vector3::zeros(), 2.0 * Vector3::x(), z(), -1.5, 6, rule).unwrap();
+        assert!((back.triads[0].column(2) + Vector3::y()).norm() < 1e-15, "it runs backwards");
+        let curve = |t: f64| Vector3::new(2.0 * t.cos(), 2.0 * t.sin(), 0.0);
+        let same = Mesh::parametric(&curve, (0.0, 1.5), 6, rule).unwrap();
+        for k in 0..7 {
+            let error = (same.triads[k] - mesh.triads[k]).amax();
+            assert!(error < 1e-11, "tangent by differences off by {error:e}");
+        }
+        assert!((same.lengths[3] - 0.5).abs() < 1e-11);
+    }
+
+    #[test]
+    fn rotation_minimizing_frames_do_not_twist() {
+        let rule = FrameRule::RotationMinimizing(Vector3::x());
+        let twist = |elements: usize| {
+            let radius = Vector3::x();
+            let mesh =
+                Mesh::helix(Vector3::zeros(), radius, z(), 6.0, 4.0, elements, rule).unwrap();
+            let one = |k: usize| {
+                let [a, b] = [mesh.triads[k], mesh.triads[k + 1]];
+                0.5 * (a.column(1).dot(&b.column(0)) - a.column(0).dot(&b.column(1)))
+            };
+            (0..elements).map(one).sum::<f64>().abs()
+        };
+        let (coarse, fine) = (twist(20), twist(40));
+        println!("twist of the frames: {coarse:.1e} with 20, {fine:.1e} with 40 elements");
+        assert!(fine < 1e-2 && coarse / fine > 3.5, "order 2: {coarse:e}, {fine:e}");
+    }
+
+    #[test]
+    fn polylines_and_points() {
+        let rule = FrameRule::Normal(z());
+        let corners = [Vector3::zeros(), Vector3::x(), Vector3::new(1.0, 2.0, 0.0)];
+        let legs = Mesh::polyline(&corners, &[2, 4], rule).unwrap();
+        assert_eq!((legs[0].elements(), legs[1].elements()), (2, 4));
+        assert_eq!(legs[0].centers[2], legs[1].centers[0]);
+        let points: Vec<_> = (0..4).map(|k| f64::from(k * k) * Vector3::x()).collect();
+        let mesh = Mesh::through(&points, rule).unwrap();
+        assert!(mesh.lengths == [1.0, 3.0, 5.0] && mesh.triads[3].column(2)[0] == 1.0);
+        let along = Mesh::straight(Vector3::zeros(), z(), 2, rule).unwrap_err();
+        assert_eq!(along, MeshError::NormalAlongTangent { node: 0 });
+        let none = Mesh::straight(Vector3::zeros(), Vector3::x(), 0, rule).unwrap_err();
+        assert_eq!(none, MeshError::NoElements);
+        let point = Mesh::straight(z(), z(), 3, rule).unwrap_err();
+        assert_eq!(point, MeshError::Degenerate { element: 0 });
+    }
+}

@@ -1,0 +1,62 @@
+//! A step of a beam with loads and joints allocates nothing, by neither discrete potential.
+#![allow(unsafe_code)] // a counting allocator cannot be written without
+#![allow(clippy::unwrap_used)] // a test
+
+mod common;
+
+use common::{flying_section, load, straight, vector};
+use nalgebra::Vector3;
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use vi_beam::model::{BeamModel, StrainRule, integrator};
+use vi_constraints::{Options, SchemeKind};
+use vi_multibody::pair::PairKind;
+use vi_rigid::load::LoadKind;
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is handed on to the system allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller's contract is the system allocator's.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the pointer came from the system allocator.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+#[test]
+fn a_thousand_steps_allocate_nothing() {
+    for rule in [StrainRule::Midpoint, StrainRule::Averaged] {
+        for kind in [SchemeKind::Nodal, SchemeKind::Reduced] {
+            let mut model = BeamModel::new(vector(0.0, 0.0, -9.81));
+            model.add_beam("beam", &straight(2.0, 4), flying_section()).unwrap();
+            model.join(PairKind::Spherical, None, 0, &Vector3::zeros(), &Vector3::z());
+            let mechanism = model.mechanism();
+            let (q, v) = mechanism.start();
+            let follower =
+                load(4, LoadKind::Follower, vector(0.1, 0.2, 0.3), vector(0.2, 0.1, 0.0));
+            let system = model.system(&mechanism, rule).force(Box::new(follower));
+            let options = Options::new(kind, 0.01);
+            let mut run = integrator(system, mechanism, options, (0.0, &q, &v)).unwrap();
+            for _ in 0..3 {
+                run.step().unwrap();
+            }
+            let before = ALLOCATIONS.load(Ordering::Relaxed);
+            for _ in 0..1000 {
+                run.step().unwrap();
+            }
+            let count = ALLOCATIONS.load(Ordering::Relaxed) - before;
+            println!("{rule:?}, {}: {count} allocations in 1000 steps", kind.name());
+            assert_eq!(count, 0);
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! A free flexible body: linear and angular momentum at round-off, reversibility, bounded energy; time
+//! per step in proportion to the number of elements; no allocation.
+
+#![allow(clippy::unwrap_used)] // a test
+
+mod common;
+
+use common::{distance, flying_section, straight, vector};
+use nalgebra::Vector3;
+use std::time::Instant;
+use vi_beam::model::{BeamModel, StrainRule, integrator};
+use vi_beam::{FrameRule, Mesh, Section};
+use vi_constraints::{Integrator, Options, SchemeKind};
+use vi_core::SeparableSystem;
+use vi_multibody::mechanism::Mechanism;
+
+type Run = Integrator<SeparableSystem, Mechanism>;
+
+/// A beam that spins and shears at the start.
+fn model(mesh: &Mesh, section: Section) -> BeamModel {
+    let mut model = BeamModel::new(Vector3::zeros());
+    model.add_beam("beam", mesh, section).unwrap();
+    let omega = vector(0.7, 0.4, -0.9);
+    for body in &mut model.description.bodies {
+        body.omega = omega;
+        let wave = 0.2 * (3.0 * body.center.norm()).sin();
+        body.velocity = vector(0.5, -0.2, 0.3) + omega.cross(&body.center) + wave * Vector3::z();
+    }
+    model
+}
+
+fn run(model: &BeamModel, rule: StrainRule, kind: SchemeKind, h: f64) -> Run {
+    let mechanism = model.mechanism();
+    let (q, v) = mechanism.start();
+    let system = model.system(&mechanism, rule);
+    integrator(system, mechanism, Options::new(kind, h), (0.0, &q, &v)).unwrap()
+}
+
+#[test]
+fn momentum_energy_and_reversal() {
+    let rule = FrameRule::RotationMinimizing(Vector3::x());
+    let radius = 2.0 * Vector3::x();
+    let mesh = Mesh::helix(Vector3::zeros(), radius, Vector3::z(), 3.0, 4.0, 12, rule).unwrap();
+    let model = model(&mesh, flying_section());
+    for rule in [StrainRule::Midpoint, StrainRule::Averaged] {
+        let mut run = run(&model, rule, SchemeKind::Nodal, 0.01);
+        let start = run.state().q.clone();
+        let mechanism = model.mechanism();
+        let momentum = |run: &Run| mechanism.momentum(&run.state().q, &run.state().p);
+        let (first, mut drift, steps) = (momentum(&run), [0.0_f64; 2], 1000);
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut iterations = 0;
+        for _ in 0..steps {
+            iterations += run.step().unwrap().iterations;
+            let now = momentum(&run);
+            drift[0] = drift[0].max(distance(&now.linear, &first.linear));
+            drift[1] = drift[1].max(distance(&now.angular, &first.angular));
+            let energy = run.node_before().unwrap().hamiltonian_projected;
+            (low, high) = (low.min(energy), high.max(energy));
+        }
+        run.reverse();
+        for _ in 0..steps {
+            run.step().unwrap();
+        }
+        let back = distance(&run.state().q, &start);
+        let spread = (high - low) / high;
+        println!(
+            "{rule:?}: momentum drift {:.1e}, {:.1e} of {:.2}; H_d spread {spread:.1e}; back at \
+             {back:.1e}; {:.2} iterations",
+            drift[0],
+            drift[1],
+            common::largest(first.angular),
+            iterations as f64 / f64::from(steps)
+        );
+        assert!(drift[0] < 1e-12 && drift[1] < 1e-10, "{drift:?}");
+        assert!(spread < 2e-2 && back < 1e-8, "{spread:e}, {back:e}");
+    }
+}
+
+#[test]
+fn lumped_masses_fly_too() {
+    let mut model = model(&straight(10.0, 8), flying_section());
+    model.mass = vi_beam::MassKind::Lumped;
+    let mechanism = model.mechanism();
+    let mut run = run(&model, StrainRule::Averaged, SchemeKind::Nodal, 0.05);
+    let momentum = |run: &Run| mechanism.momentum(&run.state().q, &run.state().p);
+    let first = momentum(&run);
+    for _ in 0..200 {
+        run.step().unwrap();
+    }
+    let drift = distance(&momentum(&run).angular, &first.angular);
+    println!("lumped: angular momentum drifts by {drift:.1e}");
+    assert!(drift < 1e-10, "{drift:e}");
+}
+
+#[test]
+fn time_per_step_is_linear() {
+    let mut last: Option<f64> = None;
+    for elements in [32, 64, 128, 256, 512] {
+        let model = model(&straight(10.0, elements), flying_section());
+        let mut run = run(&model, StrainRule::Averaged, SchemeKind::Nodal, 0.002);
+        run.step().unwrap();
+        let (clock, steps) = (Instant::now(), 20);
+        let iterations: usize = (0..steps).map(|_| run.step().unwrap().iterations).sum();
+        let time = clock.elapsed().as_secs_f64() / f64::from(steps);
+        let each = time / elements as f64 * f64::from(steps) / iterations as f64;
+        let ratio =
+            last.map_or(String::new(), |last| format!(", {:.2} times the half", time / last));
+        println!(
+            "{elements} elements: {:.2} ms per step, {:.2} µs per element and iteration{ratio}",
+            1e3 * time,
+            1e6 * each
+        );
+        last = Some(time);
+    }
+}

@@ -1,0 +1,80 @@
+//! Small vibrations: frequencies of a cantilever against the beam theories, six rigid modes of a free
+//! beam, the frequency a time step shows.
+
+#![allow(clippy::unwrap_used)] // a test
+
+mod common;
+
+use common::straight;
+use nalgebra::Vector3;
+use vi_beam::model::BeamModel;
+use vi_beam::modes::modes;
+use vi_beam::section_force::{center_line, section_states};
+use vi_beam::statics::{StaticProblem, StaticSettings};
+use vi_beam::{Beam, Section};
+
+fn section() -> Section {
+    Section::new([5000.0, 5000.0, 2e4, 2.0, 3.0, 2.0], [1.0, 1.5e-4, 1e-4, 0.0]).unwrap()
+}
+
+fn cantilever(elements: usize) -> (BeamModel, Beam) {
+    let mut model = BeamModel::new(Vector3::zeros());
+    let beam = model.add_beam("beam", &straight(1.0, elements), section()).unwrap();
+    model.clamp(0);
+    (model, beam)
+}
+
+#[test]
+fn frequencies_of_a_cantilever() {
+    let first = |elements: usize| {
+        let (model, _) = cantilever(elements);
+        let mut problem = StaticProblem::new(&model, &model.mechanism(), vec![]);
+        modes(&mut problem).unwrap().omega[0]
+    };
+    let omega = first(16);
+    let error = omega / 4.968986952218165 - 1.0; // reference case 03
+    println!("first frequency {omega:.12} (16 elements), relative deviation {error:.1e}");
+    assert!(error.abs() < 1e-10, "{omega}");
+    let exact = 4.96663042; // Timoshenko
+    let errors: Vec<f64> = [8, 16, 32].iter().map(|&n| first(n) - exact).collect();
+    let orders: Vec<f64> = errors.windows(2).map(|e| (e[0] / e[1]).log2()).collect();
+    println!("errors {errors:?}, orders {orders:.3?}");
+    assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.1), "{orders:?}");
+}
+
+#[test]
+fn a_free_beam_has_six_rigid_modes() {
+    let mut model = BeamModel::new(Vector3::zeros());
+    model.add_beam("beam", &straight(1.0, 10), section()).unwrap();
+    let mut problem = StaticProblem::new(&model, &model.mechanism(), vec![]);
+    let found = modes(&mut problem).unwrap();
+    let rigid = common::largest(found.squared[..6].iter().copied());
+    println!("ω²: rigid {rigid:.1e}, first elastic {:.4}", found.squared[6]);
+    // free-free Euler-Bernoulli: (4.730)² √(EI/ρA L⁴)
+    assert!(rigid < 1e-4 && (found.omega[6] / 31.64 - 1.0).abs() < 0.02, "{:?}", found.omega[6]);
+    let mass = model.mechanism().mass(|out| model.elements.emit_mass(model.mass, out));
+    for k in 0..found.omega.len() {
+        let v = found.shapes.column(k).clone_owned();
+        let norm = mass.bilinear(v.as_slice(), v.as_slice());
+        assert!((norm - 1.0).abs() < 1e-9, "mode {k}: vᵀMv = {norm}");
+    }
+}
+
+#[test]
+fn section_forces_balance_the_load() {
+    let (model, beam) = cantilever(20);
+    let force = Vector3::new(0.5, -0.3, 0.8);
+    let loads = vec![common::dead(20, force)];
+    let mut problem = StaticProblem::new(&model, &model.mechanism(), loads);
+    problem.solve(&[1.0], &StaticSettings::default()).unwrap();
+    let states = section_states(&model.elements, &beam, problem.placement());
+    let worst =
+        common::largest(states.iter().map(|s| (Vector3::from(s.spatial_force) - force).norm()));
+    println!("section force off the end load by {worst:.1e}");
+    assert!(worst < 1e-9, "{worst:e}");
+    assert!((states[19].arc_length - 0.975).abs() < 1e-14);
+    let line = center_line(&model.elements, &beam, problem.placement(), 4);
+    assert_eq!(line.len(), 81);
+    let longest = common::largest(line.windows(2).map(|pair| (pair[1] - pair[0]).norm()));
+    assert!(longest < 0.0126, "{longest}");
+}

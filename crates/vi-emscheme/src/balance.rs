@@ -1,0 +1,229 @@
+//! What the forms with a discrete null space share: bracket, multipliers, tangent of one step.
+//!
+//! ```text
+//! [ I  Ḡᵀ ] [c]   [ −h B ]
+//! [ Ḡ  0  ] [μ] = [  0   ]                 μ = h²λ in least squares; −c = h B + Ḡᵀμ, zero at the root
+//! r  = P̄ᵀ h B                              on the constraint manifold,   −P̄ᵀ c  anywhere
+//! K̃  = h K + ½ Σ_i μ_i D²g_i               ∂r/∂q_{n+1} = P̄ᵀ K̃
+//! ```
+//! Letters and derivation: [`crate::null_space`].
+
+use crate::em_system::EmSystem;
+use crate::scheme::EmState;
+use nalgebra::DMatrix;
+use vi_constraints::Constraints;
+use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
+use vi_core::interval::Interval;
+use vi_core::linear::Singular;
+use vi_core::sparse::{Entries, SparseMatrix};
+
+/// One step's balance in the null space.
+pub(crate) struct Balance {
+    pub(crate) s: Interval,
+    /// `P̄`, shape `n × d`.
+    pub(crate) null_space: DMatrix<f64>,
+    /// `h²λ` over all constraints, shape `m`.
+    pub(crate) mu: Vec<f64>,
+    /// `K̃`, shape `n × n`.
+    tangent: Option<SparseMatrix>,
+    v: Vec<f64>,       // n  v_n
+    bracket: Vec<f64>, // n  h B
+    work: Vec<f64>,    // n
+    x: Vec<f64>,       // n + r
+    least_squares: SaddlePoint,
+}
+
+impl Balance {
+    /// For `n` coordinates, an independent set of `m` constraints.
+    pub(crate) fn new(n: usize, (rows, m): (IndependentRows, usize)) -> Self {
+        let r = rows.len();
+        let zeros = |k: usize| vec![0.0; k];
+        Self {
+            s: Interval::new(n),
+            null_space: DMatrix::zeros(n, n - r),
+            mu: zeros(m),
+            tangent: None,
+            v: zeros(n),
+            bracket: zeros(n),
+            work: zeros(n),
+            x: zeros(n + r),
+            least_squares: SaddlePoint::new(n, rows),
+        }
+    }
+
+    /// The constraints in use.
+    pub(crate) fn rows(&self) -> &IndependentRows {
+        self.least_squares.rows()
+    }
+
+    /// Opens a step of length `h` at the state.
+    pub(crate) fn open(&mut self, state: &EmState, h: f64) {
+        self.s.open(state.t, h, &state.q);
+        self.v.copy_from_slice(&state.v);
+    }
+
+    /// `out ← P̄ᵀ h B` for the interval and the `P̄` written before; for intervals with `Ḡ P̄ = 0`.
+    pub(crate) fn residual(&mut self, system: &EmSystem, out: &mut [f64]) {
+        system.scaled_bracket(&self.s, &self.v, &mut self.work, &mut self.bracket);
+        for (r, column) in out.iter_mut().zip(self.null_space.column_iter()) {
+            *r = column.iter().zip(&self.bracket).map(|(p, b)| p * b).sum();
+        }
+    }
+
+    /// `out ← P̄ᵀ (h B + Ḡᵀμ)` and `μ`: as [`Balance::residual`] where `Ḡ P̄ = 0`.
+    pub(crate) fn projected_residual(
+        &mut self,
+        system: &EmSystem,
+        constraints: &impl Constraints,
+        out: &mut [f64],
+    ) -> Result<(), Singular> {
+        system.scaled_bracket(&self.s, &self.v, &mut self.work, &mut self.bracket);
+        self.multipliers(constraints)?;
+        for (r, column) in out.iter_mut().zip(self.null_space.column_iter()) {
+            *r = -column.iter().zip(&self.x).map(|(p, c)| p * c).sum::<f64>();
+        }
+        Ok(())
+    }
+
+    /// `μ` from the bracket of the last residual, in least squares.
+    pub(crate) fn multipliers(&mut self, constraints: &impl Constraints) -> Result<(), Singular> {
+        let n = self.s.dim();
+        for (x, b) in self.x.iter_mut().zip(&self.bracket) {
+            *x = -b;
+        }
+        self.x[n..].fill(0.0);
+        let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
+        let at = (self.s.t_mid(), &self.s.q_mid[..]);
+        self.least_squares.solve(constraints, &identity, (at, 1.0, at), &mut self.x)?;
+        self.least_squares.rows().scatter(&self.x[n..], &mut self.mu);
+        Ok(())
+    }
+
+    /// Writes `K̃` at the point of the last residual, with the `μ` computed there.
+    pub(crate) fn tangent(&mut self, system: &EmSystem, constraints: &impl Constraints) {
+        let (n, s, mu) = (self.s.dim(), &self.s, &self.mu);
+        let emit = |out: &mut dyn Entries| {
+            system.scaled_bracket_derivative(s, out);
+            constraints.weighted_hessian(s.t_mid(), &s.q_mid, mu, 0.5, out);
+        };
+        match &mut self.tangent {
+            Some(tangent) => tangent.refill(emit),
+            None => self.tangent = Some(SparseMatrix::assemble(n, n, emit)),
+        }
+    }
+
+    /// The tangent last written, the null space matrix, and a scratch vector of shape `n`.
+    pub(crate) fn parts(&mut self) -> (&SparseMatrix, &DMatrix<f64>, &mut [f64]) {
+        let tangent = self.tangent.as_ref().expect("written by `tangent`");
+        (tangent, &self.null_space, &mut self.work)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::common::{Model, PAIRS, four_particles, linkage, loaded, pair};
+    use crate::null_space::{AtMidpoint, AveragedTree, DiscreteNullSpace};
+    use crate::scheme::EmForm;
+    use vi_constraints::dalembert::QrSource;
+    use vi_multibody::mechanism::Mechanism;
+    use vi_multibody::spring::SpringLaw;
+
+    /// The balance at the end of a step of the model, moved off by `by`, with its `P̄`.
+    fn balance(model: &Model, by: f64) -> Balance {
+        let mechanism = &model.mechanism;
+        let mut run = model.run(EmForm::Dalembert, 0.05);
+        (0..3).for_each(|_| assert!(run.step().is_ok()));
+        let (n, m) = (mechanism.dim(), mechanism.len());
+        let mut balance = Balance::new(n, (run.rows().clone(), m));
+        balance.open(run.state(), 0.05);
+        assert!(run.step().is_ok());
+        for i in 0..n {
+            balance.s.dq[i] = run.interval().dq[i] + by * (1.7 * i as f64).sin();
+        }
+        balance.s.close_from_increment();
+        source(model).null_space(mechanism, &balance.s, &mut balance.null_space);
+        balance
+    }
+
+    fn source(model: &Model) -> Box<dyn DiscreteNullSpace<Mechanism>> {
+        let (n, m) = (model.mechanism.dim(), model.mechanism.len());
+        match AveragedTree::new(&model.mechanism) {
+            Some(averaged) => Box::new(averaged),
+            None => Box::new(AtMidpoint(QrSource::new(n, m, 65))),
+        }
+    }
+
+    fn models() -> Vec<(String, Model)> {
+        let mut models = vec![
+            ("4 particles".to_owned(), four_particles(SpringLaw::Linear)),
+            ("linkage 6R".to_owned(), linkage()),
+        ];
+        for kind in PAIRS {
+            for reversed in [false, true] {
+                models.push((format!("{} {reversed}", kind.name()), pair(kind, reversed)));
+            }
+        }
+        models
+    }
+
+    #[test]
+    fn the_discrete_null_space_is_annihilated_and_of_full_rank() {
+        for (name, model) in models() {
+            let balance = balance(&model, 0.0);
+            let mechanism = &model.mechanism;
+            let mut g = DMatrix::zeros(mechanism.len(), mechanism.dim());
+            mechanism.jacobian(0.0, &balance.s.q_mid, &mut g);
+            let product = (&g * &balance.null_space).amax();
+            let smallest = balance.null_space.singular_values().min();
+            println!("{name:<20} |ḠP̄| = {product:.1e}, σ_min = {smallest:.2}");
+            assert!(product < 5e-15 && smallest > 0.1, "{name}: {product:e}, {smallest}");
+        }
+    }
+
+    /// `r_k = P̄_kᵀ (h B + Ḡᵀ μ_k)` at the increment `dq`, with `P̄_k` and `μ_k` kept.
+    fn kept(balance: &mut Balance, at: (&EmSystem, &Mechanism), dq: &[f64]) -> Vec<f64> {
+        let (n, d) = balance.null_space.shape();
+        balance.s.dq.copy_from_slice(dq);
+        balance.s.close_from_increment();
+        balance.residual(at.0, &mut vec![0.0; d]);
+        let q_mid = &balance.s.q_mid;
+        let jacobian = SparseMatrix::assemble(at.1.len(), n, |out| at.1.jacobian(0.0, q_mid, out));
+        let mut bracket = balance.bracket.clone();
+        jacobian.tr_mul_add(1.0, &balance.mu, &mut bracket);
+        (balance.null_space.transpose() * nalgebra::DVector::from_vec(bracket)).as_slice().to_vec()
+    }
+
+    #[test]
+    fn the_newton_matrix_is_exact_off_the_root() {
+        for (name, model) in models() {
+            let loads = !model.springs.is_empty() && name != "4 particles";
+            let system = if loads { loaded(&model) } else { model.system() };
+            let mut balance = balance(&model, 0.02);
+            let at = (&system, &model.mechanism);
+            let dq = balance.s.dq.clone();
+            let mut r = vec![0.0; balance.null_space.ncols()];
+            balance.projected_residual(&system, at.1, &mut r).unwrap();
+            balance.tangent(&system, at.1);
+            let exact = balance.null_space.transpose() * balance.parts().0.to_dense();
+            let off = crate::common::distance(&kept(&mut balance, at, &dq), &r);
+            assert!(off < 1e-14, "{name}: the value is that of the residual, off by {off:e}");
+            let (mut worst, e) = (0.0_f64, 1e-5);
+            for j in 0..dq.len() {
+                let mut shifted = |by: f64| {
+                    let mut dq = dq.clone();
+                    dq[j] += by;
+                    kept(&mut balance, at, &dq)
+                };
+                let (plus, minus) = (shifted(e), shifted(-e));
+                for i in 0..plus.len() {
+                    let slope = (plus[i] - minus[i]) / (2.0 * e);
+                    worst = worst.max((slope - exact[(i, j)]).abs());
+                }
+            }
+            let relative = worst / exact.amax();
+            println!("{name:<20} Newton matrix off by {relative:.1e} (relative)");
+            assert!(relative < 1e-9, "{name}: {relative:e}");
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! The d'Alembert form, `em-dalembert`: multipliers eliminated by the discrete null space.
+//!
+//! ```text
+//! P̄(q_n, q_{n+1})ᵀ (h B(Δq) + Ḡᵀμ) = 0,    g(q_{n+1}) = 0
+//! [ P̄ᵀ (h K + ½ Σ_i μ_i D²g_i) ]
+//! [ G(q_{n+1})                  ]
+//! ```
+//! Unknown `Δq ∈ R^n`. `μ` is not an unknown: it follows from the bracket in least squares, and drops
+//! out where `Ḡ P̄ = 0`, which averaged formulas fulfil only once `g(q_{n+1}) = 0`. Dense, `O(n³)` a step: for small systems and comparisons.
+//!
+//! Letters and the derivative of `P̄`: [`crate::null_space`]. Source: Betsch & Leyendecker 2006.
+
+use crate::balance::Balance;
+use crate::em_system::EmSystem;
+use crate::null_space::DiscreteNullSpace;
+use crate::scheme::{EmForm, EmScheme, EmState};
+use nalgebra::DMatrix;
+use vi_constraints::Constraints;
+use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
+use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
+use vi_core::interval::Interval;
+use vi_core::linear::{DenseLu, condition_number, norm_inf};
+use vi_core::newton::{
+    Block, BlockKind, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings,
+};
+use vi_core::predictor::Predictor;
+
+/// The d'Alembert form.
+pub struct EmDalembert<N> {
+    newton: Newton,
+    predictor: Predictor,
+    x: Vec<f64>, // n  Δq
+    source: N,
+    work: Work,
+}
+
+struct Work {
+    balance: Balance,
+    g: Vec<f64>,          // m
+    matrix: DMatrix<f64>, // n × n
+    lu: DenseLu,
+    blocks: [Block; 1],
+}
+
+struct Problem<'a, C, N> {
+    system: &'a EmSystem,
+    constraints: &'a C,
+    source: &'a mut N,
+    work: &'a mut Work,
+}
+
+impl<N> EmDalembert<N> {
+    /// For `n` coordinates, an independent set of `m` constraints and a source of `P̄`.
+    #[must_use]
+    pub fn new(
+        n: usize,
+        (rows, m): (IndependentRows, usize),
+        source: N,
+        settings: NewtonSettings,
+    ) -> Self {
+        let work = Work {
+            balance: Balance::new(n, (rows, m)),
+            g: vec![0.0; m],
+            matrix: DMatrix::zeros(n, n),
+            lu: DenseLu::new(n),
+            blocks: [Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
+        };
+        let (newton, predictor) = (Newton::new(n, settings), Predictor::new(n, 1));
+        Self { newton, predictor, x: vec![0.0; n], source, work }
+    }
+}
+
+impl<C: Constraints, N: DiscreteNullSpace<C>> NewtonProblem for Problem<'_, C, N> {
+    fn blocks(&self) -> &[Block] {
+        &self.work.blocks
+    }
+
+    fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+        let Work { balance, g, .. } = &mut *self.work;
+        balance.s.dq.copy_from_slice(x);
+        balance.s.close_from_increment();
+        self.source.null_space(self.constraints, &balance.s, &mut balance.null_space);
+        let (work_done, closure) = r.split_at_mut(balance.null_space.ncols());
+        balance.projected_residual(self.system, self.constraints, work_done)?;
+        self.constraints.value(balance.s.t_end(), &balance.s.q1, g);
+        balance.rows().gather(g, closure);
+        Ok(())
+    }
+
+    fn correction(&mut self, _x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
+        let Work { balance, matrix, lu, .. } = &mut *self.work;
+        balance.tangent(self.system, self.constraints);
+        let (tangent, null_space, row) = balance.parts();
+        let (n, d) = null_space.shape();
+        matrix.fill(0.0);
+        for k in 0..d {
+            row.fill(0.0);
+            tangent.tr_mul_add(1.0, &null_space.as_slice()[k * n..(k + 1) * n], row);
+            for (j, value) in row.iter().enumerate() {
+                matrix[(k, j)] = *value; // (K̃ᵀ P̄_k)ᵀ
+            }
+        }
+        let place = JacobianPlace { row: d, column: 0, scale: 1.0, transposed: false };
+        let at = (balance.s.t_end(), &balance.s.q1[..]);
+        balance.rows().emit_jacobian(self.constraints, at, place, matrix);
+        Ok(lu.solve(matrix, dx)?)
+    }
+}
+
+impl<C: Constraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalembert<N> {
+    fn form(&self) -> EmForm {
+        EmForm::Dalembert
+    }
+
+    fn advance(
+        &mut self,
+        system: &EmSystem,
+        constraints: &C,
+        h: f64,
+        state: &mut EmState,
+    ) -> Result<NewtonReport, StepError> {
+        let work = &mut self.work;
+        work.balance.open(state, h);
+        work.blocks[0].floor = 1e-5 * norm_inf(&state.q).max(1e-6);
+        let mut problem = Problem { system, constraints, source: &mut self.source, work };
+        let (newton, predictor) = (&mut self.newton, &mut self.predictor);
+        let step = SubStep { lane: 0, h };
+        let report = solve_step(newton, predictor, step, &mut problem, &mut self.x)?;
+        state.advance(&self.work.balance.s);
+        Ok(report)
+    }
+
+    fn interval(&self) -> &Interval {
+        &self.work.balance.s
+    }
+
+    fn scaled_multiplier(&self) -> &[f64] {
+        &self.work.balance.mu
+    }
+
+    fn condition(&self) -> Option<Condition> {
+        let d = self.work.balance.null_space.ncols();
+        let scaled = &self.work.matrix;
+        let mut written = scaled.clone();
+        written.rows_mut(0, d).scale_mut(1.0 / self.work.balance.s.h);
+        let as_written = condition_number(&written);
+        Some(Condition { as_written, scaled: condition_number(scaled) })
+    }
+
+    fn reset(&mut self) {
+        self.predictor.clear();
+    }
+}

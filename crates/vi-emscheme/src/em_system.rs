@@ -1,0 +1,146 @@
+//! A mechanical system as the energy–momentum scheme sees it.
+//!
+//! ```text
+//! B(Δq) = (2/h) M Δq − 2 M v_n + h D̄V(q_n, q_{n+1}) − h f̄(q_n, q_{n+1})       the bracket
+//! B + h Ḡᵀλ = 0,    M (v_{n+1} − v_n) = B − h D̄V + h f̄
+//! K     = ∂B/∂q_{n+1} = (2/h) M + h ∂D̄V/∂q_{n+1} − h ∂f̄/∂q_{n+1}
+//! H_n   = ½ v_nᵀ M v_n + V(q_n)
+//! ```
+//! `½ (v_{n+1} − v_n)ᵀ M (v_{n+1} + v_n) = (1/h) Δqᵀ M (v_{n+1} − v_n)`, so `H_{n+1} − H_n = f̄·Δq` by
+//! directionality of `D̄V` and `Ḡ Δq = g_{n+1} − g_n = 0`. Everything is evaluated times `h`, which
+//! leaves no negative power of `h`.
+//!
+//! Letters: `M` mass matrix (constant, may be singular), `v_n` velocity, `D̄V`, `f̄` as in
+//! [`crate::discrete_gradient`], [`crate::load`].
+
+use crate::discrete_gradient::DiscreteGradient;
+use crate::gonzalez::Gonzalez;
+use crate::invariant::InvariantPotential;
+use crate::load::MidpointLoad;
+use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::interval::Interval;
+use vi_core::potential::{LinearPotential, Potential};
+use vi_core::sparse::{Block, Entries, SparseMatrix};
+use vi_core::{Quadrature, SeparableSystem};
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::spring::Spring;
+
+/// A constant mass matrix, potentials with discrete derivatives, loads.
+pub struct EmSystem {
+    mass: SparseMatrix,
+    gradients: Vec<Box<dyn DiscreteGradient>>,
+    loads: Vec<Box<dyn MidpointLoad>>,
+}
+
+impl EmSystem {
+    /// A free system with mass matrix `M` (kg, kg·m²; symmetric), shape `n × n`.
+    ///
+    /// # Panics
+    /// When `M` is not square.
+    #[must_use]
+    pub fn new(mass: SparseMatrix) -> Self {
+        assert_eq!(mass.shape().0, mass.shape().1, "the mass matrix must be square");
+        Self { mass, gradients: Vec::new(), loads: Vec::new() }
+    }
+
+    /// A mechanism with its masses and gravity; springs, dampers and loads are added by the caller.
+    #[must_use]
+    pub fn of_mechanism(mechanism: &Mechanism) -> Self {
+        Self::of_linear(&mechanism.system(Quadrature::Midpoint))
+    }
+
+    /// The mass matrix of a variational system and the linear part of its potential (gravity): for
+    /// systems that have no other potential yet.
+    #[must_use]
+    pub fn of_linear(system: &SeparableSystem) -> Self {
+        let n = system.dim();
+        let (origin, mut force) = (vec![0.0; n], vec![0.0; n]);
+        system.add_potential_gradient(&origin, -1.0, &mut force);
+        let found = Self::new(system.mass().clone());
+        if force.iter().all(|w| *w == 0.0) {
+            return found;
+        }
+        found.gradient(LinearPotential { force })
+    }
+
+    /// Adds a potential with its own discrete derivative.
+    #[must_use]
+    pub fn gradient(mut self, gradient: impl DiscreteGradient + 'static) -> Self {
+        self.gradients.push(Box::new(gradient));
+        self
+    }
+
+    /// Adds any potential, by Gonzalez's formula on all coordinates.
+    #[must_use]
+    pub fn potential(self, potential: impl Potential + 'static) -> Self {
+        let n = self.dim();
+        self.gradient(Gonzalez::new(potential, n))
+    }
+
+    /// Adds a spring.
+    #[must_use]
+    pub fn spring(self, spring: Spring) -> Self {
+        self.gradient(InvariantPotential::from(spring))
+    }
+
+    /// Adds a load or a damper.
+    #[must_use]
+    pub fn load(mut self, load: impl MidpointLoad + 'static) -> Self {
+        self.loads.push(Box::new(load));
+        self
+    }
+
+    /// Number `n` of coordinates.
+    #[must_use]
+    pub fn dim(&self) -> usize {
+        self.mass.shape().0
+    }
+
+    /// `M`, shape `n × n`.
+    #[must_use]
+    pub fn mass(&self) -> &SparseMatrix {
+        &self.mass
+    }
+
+    /// `V(q)`, J.
+    #[must_use]
+    pub fn potential_energy(&self, q: &[f64]) -> f64 {
+        self.gradients.iter().map(|v| v.potential(q)).sum()
+    }
+
+    /// `H = ½ vᵀMv + V(q)`, J.
+    #[must_use]
+    pub fn energy(&self, q: &[f64], v: &[f64]) -> f64 {
+        0.5 * self.mass.bilinear(v, v) + self.potential_energy(q)
+    }
+
+    /// `out ← h B`, shape `n`; `v`: `v_n`, `work`: scratch of shape `n`.
+    pub fn scaled_bracket(&self, s: &Interval, v: &[f64], work: &mut [f64], out: &mut [f64]) {
+        for ((w, dq), v) in work.iter_mut().zip(&s.dq).zip(v) {
+            *w = dq - s.h * v;
+        }
+        out.fill(0.0);
+        self.mass.mul_add(2.0, work, out);
+        let square = s.h * s.h;
+        for gradient in &self.gradients {
+            gradient.add(s, square, out);
+        }
+        for load in &self.loads {
+            load.add(s, -square, out);
+        }
+    }
+
+    /// Emits `h K`, shape `n × n`.
+    pub fn scaled_bracket_derivative(&self, s: &Interval, out: &mut dyn Entries) {
+        let (row, column, transposed) = (0, 0, false);
+        let mut twice = Block { into: out, row, column, scale: 2.0, transposed };
+        self.mass.emit(&mut twice);
+        let square = s.h * s.h;
+        for gradient in &self.gradients {
+            gradient.add_derivative(s, square, out);
+        }
+        for load in &self.loads {
+            load.add_derivative(s, -square, out);
+        }
+    }
+}

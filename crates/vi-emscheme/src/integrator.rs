@@ -1,0 +1,377 @@
+//! A system, its constraints and a form of the scheme: ready to step.
+//!
+//! ```
+//! use vi_constraints::ConstraintFn;
+//! use vi_core::{SeparableSystem, potential::LinearPotential};
+//! use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
+//!
+//! // a planar pendulum: M = I, V = −(0, −9.81)·q, g = ½(|q|² − 1), G = qᵀ
+//! let free = SeparableSystem::with_diagonal_mass(&[1.0, 1.0])
+//!     .potential(LinearPotential { force: vec![0.0, -9.81] });
+//! let rod = ConstraintFn::new(2, 1,
+//!     |q, g| g[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - 1.0),
+//!     |q, G| { G[(0, 0)] = q[0]; G[(0, 1)] = q[1]; });
+//! let options = EmOptions::new(EmForm::Dalembert, 0.01);
+//! let at = (0.0, &[1.0, 0.0][..], &[0.0, 0.0][..]);
+//! let mut run = EmIntegrator::new(EmSystem::of_linear(&free), rod, options, at)?;
+//! for _ in 0..100 {
+//!     run.step()?;
+//! }
+//! let node = run.observe()?;
+//! assert!(node.energy.abs() < 1e-12 && node.position_residual < 1e-14);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use crate::constrained::EmConstrained;
+use crate::dalembert::EmDalembert;
+use crate::em_system::EmSystem;
+use crate::nodal::EmNodal;
+use crate::node::{Before, EmNode, EmObserver};
+use crate::null_space::{AtMidpoint, AveragedTree, DiscreteNullSpace};
+use crate::scheme::{EmForm, EmScheme, EmState};
+use vi_constraints::dalembert::QrSource;
+use vi_constraints::initialization::{StartError, StartReport, start};
+use vi_constraints::integrator::{Start, StepReport};
+use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::scheme::{Condition, StepError};
+use vi_constraints::{Constraints, Reparametrization};
+use vi_core::SeparableSystem;
+use vi_core::interval::Interval;
+use vi_core::newton::NewtonSettings;
+use vi_multibody::map::TreeMap;
+use vi_multibody::mechanism::Mechanism;
+
+/// What to integrate with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EmOptions {
+    /// One of the three forms.
+    pub form: EmForm,
+    /// Time step `h`, s; negative to run backwards in time.
+    pub step: f64,
+    /// Newton's method.
+    pub newton: NewtonSettings,
+}
+
+impl EmOptions {
+    /// Step `h` (s) and Newton's method to the round-off floor.
+    #[must_use]
+    pub fn new(form: EmForm, step: f64) -> Self {
+        Self { form, step, newton: NewtonSettings::default() }
+    }
+}
+
+/// Why an integrator could not be set up.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EmSetupError {
+    /// The step is zero or not finite.
+    #[error("the time step is {0}: it must be a finite number other than zero")]
+    Step(f64),
+    /// No consistent start.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// The form needs `F_d`.
+    #[error(
+        "the scheme `{}` needs a map F_d(u, q_n), which a closed loop does not have: use \
+         `em-constrained` or `em-dalembert`",
+        .0.name()
+    )]
+    NeedsReparametrization(EmForm),
+    /// `Ḡ Δq = Δg` fails for constraints that depend on time.
+    #[error("energy–momentum schemes need constraints that do not depend on time")]
+    Rheonomic,
+    /// Shapes do not match.
+    #[error("{what} has {found} entries where {expected} are needed")]
+    Shape {
+        /// Which input.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The right length.
+        expected: usize,
+    },
+}
+
+/// A running integration.
+pub struct EmIntegrator<C> {
+    system: EmSystem,
+    constraints: C,
+    scheme: Box<dyn EmScheme<C>>,
+    observer: EmObserver,
+    rows: IndependentRows,
+    step: f64,
+    t0: f64,
+    steps: u64,
+    state: EmState,
+    before: EmState,     // the node the last step started from
+    step_before: Before, // the step that ended there
+    carry: bool,         // the scheme's interval is the last step
+    start: StartReport,
+}
+
+impl<C: Constraints + 'static> EmIntegrator<C> {
+    /// The constrained and the d'Alembert form, `P̄` from a pivoted QR of `Ḡᵀ`.
+    ///
+    /// Energy is exact for constraints that are at most quadratic; others get `Ḡ = G(q_{n+1/2})` too.
+    ///
+    /// # Errors
+    /// [`EmSetupError`].
+    pub fn new(
+        system: EmSystem,
+        constraints: C,
+        options: EmOptions,
+        at: Start<'_>,
+    ) -> Result<Self, EmSetupError> {
+        check(&system, &constraints, options, at)?;
+        let (n, m) = (constraints.dim(), constraints.len());
+        let rows = IndependentRows::find(&constraints, at.0, at.1);
+        let chosen = (rows.clone(), m);
+        let scheme: Box<dyn EmScheme<C>> = match options.form {
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, options.newton)),
+            EmForm::Dalembert => {
+                let source = AtMidpoint(QrSource::new(n, m, rows.len()));
+                Box::new(EmDalembert::new(n, chosen, source, options.newton))
+            }
+            EmForm::Nodal => return Err(EmSetupError::NeedsReparametrization(options.form)),
+        };
+        Self::with_scheme(system, constraints, (scheme, rows), options, at)
+    }
+
+    /// All three forms, with the user's `P̄` and `F_d`.
+    ///
+    /// # Errors
+    /// [`EmSetupError`].
+    pub fn with_null_space<N, R>(
+        system: EmSystem,
+        constraints: C,
+        (source, map): (N, R),
+        options: EmOptions,
+        at: Start<'_>,
+    ) -> Result<Self, EmSetupError>
+    where
+        N: DiscreteNullSpace<C> + 'static,
+        R: Reparametrization + 'static,
+    {
+        check(&system, &constraints, options, at)?;
+        let (n, m) = (constraints.dim(), constraints.len());
+        let rows = IndependentRows::find(&constraints, at.0, at.1);
+        if map.dof() != n - rows.len() {
+            let what = "the increment u of the reparametrization";
+            return Err(EmSetupError::Shape { what, found: map.dof(), expected: n - rows.len() });
+        }
+        let chosen = (rows.clone(), m);
+        let newton = options.newton;
+        let scheme: Box<dyn EmScheme<C>> = match options.form {
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton)),
+            EmForm::Dalembert => Box::new(EmDalembert::new(n, chosen, source, newton)),
+            EmForm::Nodal => Box::new(EmNodal::new(n, chosen, (source, map), newton)),
+        };
+        Self::with_scheme(system, constraints, (scheme, rows), options, at)
+    }
+
+    /// All three forms, with the user's `F_d` and `P̄` from a pivoted QR.
+    ///
+    /// # Errors
+    /// [`EmSetupError`].
+    pub fn with_reparametrization<R: Reparametrization + 'static>(
+        system: EmSystem,
+        constraints: C,
+        map: R,
+        options: EmOptions,
+        at: Start<'_>,
+    ) -> Result<Self, EmSetupError> {
+        let (n, m, d) = (constraints.dim(), constraints.len(), map.dof());
+        let source = AtMidpoint(QrSource::new(n, m, n.saturating_sub(d)));
+        Self::with_null_space(system, constraints, (source, map), options, at)
+    }
+
+    fn with_scheme(
+        system: EmSystem,
+        constraints: C,
+        (scheme, rows): (Box<dyn EmScheme<C>>, IndependentRows),
+        options: EmOptions,
+        at: Start<'_>,
+    ) -> Result<Self, EmSetupError> {
+        let masses = SeparableSystem::new(system.mass().clone());
+        let (found, v, start) = start(&masses, &constraints, &rows, at.0, (at.1, at.2))?;
+        let state = EmState::new(at.0, found.q, v);
+        let (n, m) = (system.dim(), constraints.len());
+        Ok(Self {
+            system,
+            constraints,
+            scheme,
+            observer: EmObserver::new(n, m),
+            rows,
+            step: options.step,
+            t0: at.0,
+            steps: 0,
+            before: state.clone(),
+            state,
+            step_before: Before::new(n, m),
+            carry: false,
+            start,
+        })
+    }
+
+    /// One step.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was.
+    pub fn step(&mut self) -> Result<StepReport, StepError> {
+        let Self { scheme, system, constraints, state, before, .. } = self;
+        copy(state, before);
+        if self.carry {
+            self.step_before.take(scheme.interval(), scheme.scaled_multiplier());
+        }
+        self.carry = false; // until the step has gone well
+        let report = scheme.advance(system, constraints, self.step, state)?;
+        self.carry = true;
+        self.steps += 1;
+        state.t = self.t0 + self.steps as f64 * self.step; // no sum of round-offs
+        state.step = self.steps;
+        let (iterations, residual) = (report.iterations, report.residual);
+        Ok(StepReport { iterations, sub_steps: 1, residual })
+    }
+
+    /// The quantities of the node that the last step has left, with the multipliers of that step.
+    pub fn node_before(&mut self) -> &EmNode {
+        let Self { observer, system, rows, constraints, before, scheme, step_before, .. } = self;
+        let step = (scheme.interval(), scheme.scaled_multiplier());
+        observer.observe((system, rows), constraints, before, step, step_before);
+        self.observer.node()
+    }
+
+    /// The quantities of the current node. The multipliers belong to the step that starts here: it is
+    /// taken, and taken back.
+    ///
+    /// # Errors
+    /// [`StepError`] when that step fails.
+    pub fn observe(&mut self) -> Result<&EmNode, StepError> {
+        let kept = (self.before.clone(), self.steps);
+        self.step()?;
+        self.node_before();
+        copy(&self.before, &mut self.state);
+        (self.before, self.steps) = kept;
+        self.carry = false; // `step_before` holds the last step already
+        self.scheme.reset();
+        Ok(self.observer.node())
+    }
+
+    /// Reverses the direction of time; the next step retraces the last one.
+    pub fn reverse(&mut self) {
+        self.step = -self.step;
+        self.t0 = self.state.t;
+        self.steps = 0;
+        (self.carry, self.step_before.known) = (false, false);
+        self.scheme.reset();
+    }
+
+    /// The current state.
+    #[must_use]
+    pub fn state(&self) -> &EmState {
+        &self.state
+    }
+
+    /// The state that the last step started from.
+    #[must_use]
+    pub fn before(&self) -> &EmState {
+        &self.before
+    }
+
+    /// `H_n` of the current state, J.
+    #[must_use]
+    pub fn energy(&self) -> f64 {
+        self.system.energy(&self.state.q, &self.state.v)
+    }
+
+    /// The interval of the last step.
+    #[must_use]
+    pub fn interval(&self) -> &Interval {
+        self.scheme.interval()
+    }
+
+    /// How consistent the start was.
+    #[must_use]
+    pub fn start_report(&self) -> &StartReport {
+        &self.start
+    }
+
+    /// The system.
+    #[must_use]
+    pub fn system(&self) -> &EmSystem {
+        &self.system
+    }
+
+    /// The constraints.
+    #[must_use]
+    pub fn constraints(&self) -> &C {
+        &self.constraints
+    }
+
+    /// The independent constraints.
+    #[must_use]
+    pub fn rows(&self) -> &IndependentRows {
+        &self.rows
+    }
+
+    /// Condition numbers of the Newton matrix of the last step.
+    #[must_use]
+    pub fn condition(&self) -> Option<Condition> {
+        self.scheme.condition()
+    }
+}
+
+impl EmIntegrator<Mechanism> {
+    /// A mechanism from its start: averaged velocity maps and the tree's map where it is a tree,
+    /// pivoted QR where it has loops.
+    ///
+    /// # Errors
+    /// [`EmSetupError`]; `em-nodal` is refused on loops.
+    pub fn of_mechanism(
+        system: EmSystem,
+        mechanism: Mechanism,
+        options: EmOptions,
+    ) -> Result<Self, EmSetupError> {
+        let (q, v) = mechanism.start();
+        let at = (0.0, &q[..], &v[..]);
+        if mechanism.has_loops() {
+            return Self::new(system, mechanism, options, at);
+        }
+        let map = TreeMap::new(&mechanism);
+        match AveragedTree::new(&mechanism) {
+            Some(source) => Self::with_null_space(system, mechanism, (source, map), options, at),
+            None => Self::with_reparametrization(system, mechanism, map, options, at),
+        }
+    }
+}
+
+fn copy(from: &EmState, to: &mut EmState) {
+    (to.step, to.t) = (from.step, from.t);
+    to.q.copy_from_slice(&from.q);
+    to.v.copy_from_slice(&from.v);
+}
+
+fn check(
+    system: &EmSystem,
+    constraints: &impl Constraints,
+    options: EmOptions,
+    (_, q, v): Start<'_>,
+) -> Result<(), EmSetupError> {
+    if !(options.step.is_finite() && options.step != 0.0) {
+        return Err(EmSetupError::Step(options.step));
+    }
+    if constraints.is_rheonomic() {
+        return Err(EmSetupError::Rheonomic);
+    }
+    let expected = system.dim();
+    for (what, found) in [
+        ("q(0)", q.len()),
+        ("v(0)", v.len()),
+        ("the argument of the constraints", constraints.dim()),
+    ] {
+        if found != expected {
+            return Err(EmSetupError::Shape { what, found, expected });
+        }
+    }
+    Ok(())
+}

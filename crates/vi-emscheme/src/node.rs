@@ -1,0 +1,171 @@
+//! What can be said at a node, and of the step that starts there.
+//!
+//! ```text
+//! H_n = ½ v_nᵀ M v_n + V(q_n),    p_n = M v_n
+//! λ_{n+1/2}   of the step n → n+1,    force G(q_{n+1/2})ᵀ λ_{n+1/2}
+//! λ_n         = ½ (λ_{n-1/2} + λ_{n+1/2}),    force likewise
+//! residuals   g(q_n),   Ḡ Δq/h  (zero),   G(q_n) v_n  (O(h²))
+//! ```
+//! *Order of the multipliers.* `v_{n+1} = (2/h)Δq − v_n` turns the sign of the part of `v_n` that is not
+//! tangential; a start with `G(q_0) v(0) = 0` misses the smooth solution there by `O(h²)`, so this part
+//! alternates from node to node for ever, and `λ_{n+1/2} ~ M(v_{n+1} − v_n)/h` with it, by `O(h)`: order
+//! 1 by itself, unless the start is at rest. The mean of two neighbours does not see the alternation: it
+//! belongs to the node and has order 2, as `q_n` and `p_n` have.
+//!
+//! Redundant constraints: the force is unique, the multipliers are given in minimum-norm form.
+
+use crate::em_system::EmSystem;
+use crate::scheme::EmState;
+use vi_constraints::Constraints;
+use vi_constraints::node::minimum_norm;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_core::interval::Interval;
+use vi_core::linear::norm_inf;
+use vi_core::sparse::{Entries, SparseMatrix};
+
+/// Quantities of the node `n` and of the step to `n + 1`, all buffers sized once.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EmNode {
+    /// `H_n`, J.
+    pub energy: f64,
+    /// `p_n = M v_n`, shape `n`.
+    pub p: Vec<f64>,
+    /// `λ_n`, mean of the steps before and after the node (order 2); at the start that of the step
+    /// after it. Shape `m`; minimum norm when `G` is rank deficient.
+    pub lambda: Vec<f64>,
+    /// The constraint force of `λ_n`, N, shape `n`; at the start that of the step after it.
+    pub constraint_force: Vec<f64>,
+    /// `λ_{n+1/2}` of the step, shape `m`; minimum norm when `G` is rank deficient.
+    pub lambda_mid: Vec<f64>,
+    /// `G(q_{n+1/2})ᵀ λ` of the step, N, shape `n`.
+    pub constraint_force_mid: Vec<f64>,
+    /// `|g(q_n)|_∞`.
+    pub position_residual: f64,
+    /// `|G(q_{n+1/2}) Δq/h|_∞` of the step.
+    pub velocity_residual: f64,
+    /// `|G(q_n) v_n|_∞`: the velocity is not quite tangential.
+    pub momentum_residual: f64,
+}
+
+/// Computes [`EmNode`]s.
+pub(crate) struct EmObserver {
+    node: EmNode,
+    jacobian: Option<SparseMatrix>, // m × n
+    work: Vec<f64>,                 // m
+}
+
+/// The step before a node: its middle and its multipliers.
+pub(crate) struct Before {
+    pub(crate) known: bool,
+    pub(crate) t_mid: f64,
+    pub(crate) q_mid: Vec<f64>, // n
+    pub(crate) mu: Vec<f64>,    // m  h²λ
+}
+
+impl Before {
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Self { known: false, t_mid: 0.0, q_mid: vec![0.0; n], mu: vec![0.0; m] }
+    }
+
+    pub(crate) fn take(&mut self, s: &Interval, mu: &[f64]) {
+        (self.known, self.t_mid) = (true, s.t_mid());
+        self.q_mid.copy_from_slice(&s.q_mid);
+        self.mu.copy_from_slice(mu);
+    }
+}
+
+impl EmObserver {
+    /// For `n` coordinates and `m` constraints.
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        let zeros = |k: usize| vec![0.0; k];
+        let node = EmNode {
+            p: zeros(n),
+            lambda: zeros(m),
+            constraint_force: zeros(n),
+            lambda_mid: zeros(m),
+            constraint_force_mid: zeros(n),
+            ..EmNode::default()
+        };
+        Self { node, jacobian: None, work: zeros(m) }
+    }
+
+    pub(crate) fn node(&self) -> &EmNode {
+        &self.node
+    }
+
+    /// The node `state` with the step `s` that starts there, its multipliers `μ = h²λ`, and the step
+    /// before.
+    pub(crate) fn observe(
+        &mut self,
+        (system, rows): (&EmSystem, &IndependentRows),
+        constraints: &impl Constraints,
+        state: &EmState,
+        (s, mu): (&Interval, &[f64]),
+        before: &Before,
+    ) {
+        let node = &mut self.node;
+        node.energy = system.energy(&state.q, &state.v);
+        node.p.fill(0.0);
+        system.mass().mul_add(1.0, &state.v, &mut node.p);
+        constraints.value(state.t, &state.q, &mut self.work);
+        node.position_residual = norm_inf(&self.work);
+
+        let jacobian = fill(&mut self.jacobian, constraints, (state.t, &state.q));
+        self.work.fill(0.0);
+        jacobian.mul_add(1.0, &state.v, &mut self.work);
+        node.momentum_residual = norm_inf(&self.work);
+
+        let scale = 1.0 / (s.h * s.h);
+        let (lambda, force) = (&mut node.lambda, &mut node.constraint_force);
+        if before.known {
+            let jacobian = fill(&mut self.jacobian, constraints, (before.t_mid, &before.q_mid));
+            multipliers(jacobian, rows, (&before.mu, scale), lambda, force);
+        }
+        let jacobian = fill(&mut self.jacobian, constraints, (s.t_mid(), &s.q_mid));
+        self.work.fill(0.0);
+        jacobian.mul_add(1.0, &s.v_mid, &mut self.work);
+        node.velocity_residual = norm_inf(&self.work);
+        let (lambda_mid, force_mid) = (&mut node.lambda_mid, &mut node.constraint_force_mid);
+        multipliers(jacobian, rows, (mu, scale), lambda_mid, force_mid);
+        if before.known {
+            lambda.iter_mut().zip(lambda_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b));
+            force.iter_mut().zip(force_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b));
+        } else {
+            lambda.copy_from_slice(lambda_mid);
+            force.copy_from_slice(force_mid);
+        }
+    }
+}
+
+/// `λ = scale μ`, in minimum-norm form where rows are redundant, and `Gᵀλ`.
+fn multipliers(
+    jacobian: &SparseMatrix,
+    rows: &IndependentRows,
+    (mu, scale): (&[f64], f64),
+    lambda: &mut [f64],
+    force: &mut [f64],
+) {
+    for (lambda, mu) in lambda.iter_mut().zip(mu) {
+        *lambda = scale * mu;
+    }
+    force.fill(0.0);
+    jacobian.tr_mul_add(1.0, lambda, force);
+    if rows.len() < lambda.len() {
+        minimum_norm(jacobian, rows, lambda);
+    }
+}
+
+fn fill<'a>(
+    kept: &'a mut Option<SparseMatrix>,
+    constraints: &impl Constraints,
+    (t, q): (f64, &[f64]),
+) -> &'a SparseMatrix {
+    let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
+    match kept {
+        Some(jacobian) => jacobian.refill(emit),
+        None => {
+            *kept = Some(SparseMatrix::assemble(constraints.len(), constraints.dim(), emit));
+        }
+    }
+    kept.as_ref().expect("just written")
+}

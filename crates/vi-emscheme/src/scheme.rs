@@ -1,0 +1,99 @@
+//! The three equivalent forms of the energy–momentum scheme behind one interface.
+//!
+//! All of them advance the same state `(q_n, v_n) → (q_{n+1}, v_{n+1})` with
+//! `v_{n+1} = (2/h) Δq − v_n`, and differ only in how `q_{n+1}` is found. Their trajectories agree to
+//! solver tolerance.
+
+use crate::em_system::EmSystem;
+use serde::{Deserialize, Serialize};
+use vi_constraints::scheme::{Condition, StepError};
+use vi_core::interval::Interval;
+use vi_core::newton::NewtonReport;
+
+/// Which form.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum EmForm {
+    /// Unknowns `(Δq, λ) ∈ R^{n+m}`.
+    #[default]
+    #[serde(rename = "em-constrained")]
+    Constrained,
+    /// Unknown `Δq ∈ R^n`, discrete null space.
+    #[serde(rename = "em-dalembert")]
+    Dalembert,
+    /// Unknown `u ∈ R^d`, discrete null space and nodal reparametrization.
+    #[serde(rename = "em-nodal")]
+    Nodal,
+}
+
+impl EmForm {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Constrained, Self::Dalembert, Self::Nodal];
+
+    /// The name in model files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Constrained => "em-constrained",
+            Self::Dalembert => "em-dalembert",
+            Self::Nodal => "em-nodal",
+        }
+    }
+}
+
+/// Time, configuration and velocity at a node.
+///
+/// `v_0 = v(0)`; later `v_n` is not in `null G(q_n)`, but `O(h²)` off.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EmState {
+    /// Number of steps taken.
+    pub step: u64,
+    /// `t_n`, s.
+    pub t: f64,
+    /// `q_n`, shape `n`.
+    pub q: Vec<f64>,
+    /// `v_n`, shape `n`.
+    pub v: Vec<f64>,
+}
+
+impl EmState {
+    /// The start of a motion at time `t`.
+    #[must_use]
+    pub fn new(t: f64, q: Vec<f64>, v: Vec<f64>) -> Self {
+        Self { step: 0, t, q, v }
+    }
+
+    /// Replaces the node by the end of a step: `v_{n+1} = (2/h) Δq − v_n`.
+    pub(crate) fn advance(&mut self, s: &Interval) {
+        self.q.copy_from_slice(&s.q1);
+        for (v, mid) in self.v.iter_mut().zip(&s.v_mid) {
+            *v = 2.0 * mid - *v;
+        }
+        self.t += s.h;
+        self.step += 1;
+    }
+}
+
+/// One of the forms, with its workspace.
+pub trait EmScheme<C> {
+    /// Which one.
+    fn form(&self) -> EmForm;
+    /// Takes a step of length `h` (s).
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was.
+    fn advance(
+        &mut self,
+        system: &EmSystem,
+        constraints: &C,
+        h: f64,
+        state: &mut EmState,
+    ) -> Result<NewtonReport, StepError>;
+    /// The interval of the last step.
+    fn interval(&self) -> &Interval;
+    /// `μ = h²λ` of the last step over all constraints, zero where redundant; shape `m`.
+    fn scaled_multiplier(&self) -> &[f64];
+    /// Condition numbers of the Newton matrix of the last step (dense: for studies, not for runs).
+    fn condition(&self) -> Option<Condition>;
+    /// Forgets start values (after the state was changed from outside).
+    fn reset(&mut self);
+}

@@ -1,0 +1,107 @@
+//! Momentum and energy balances under loads and dampers.
+#![allow(clippy::unwrap_used)] // helpers of tests
+
+mod common;
+
+use common::distance;
+use nalgebra::Vector3;
+use vi_emscheme::load::AtMidpoint;
+use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
+use vi_multibody::PairKind;
+use vi_multibody::spring::Damper;
+use vi_rigid::TimeHistory;
+use vi_rigid::load::{Load, LoadKind};
+
+#[test]
+fn a_wrench_changes_the_momenta_by_exactly_its_impulse() {
+    for kind in [LoadKind::Dead, LoadKind::Follower] {
+        for form in EmForm::ALL {
+            let model = common::pair(PairKind::Cylindrical, false);
+            let history =
+                TimeHistory::Harmonic { frequency: 3.0, phase: 0.4, amplitude: 2.0, offset: 0.5 };
+            let (force, torque) = (Vector3::new(3.0, -1.0, 2.0), Vector3::new(-0.5, 1.5, 0.7));
+            let load = Load::new(12, kind, force, torque, history).unwrap();
+            let system = model.system().load(load.clone());
+            let options = EmOptions::new(form, model.h);
+            let mut run =
+                EmIntegrator::of_mechanism(system, model.mechanism.clone(), options).unwrap();
+            let mass = run.system().mass().clone();
+            let momentum = |run: &EmIntegrator<_>| {
+                let mut p = vec![0.0; 24];
+                mass.mul_add(1.0, &run.state().v, &mut p);
+                model.mechanism.momentum(&run.state().q, &p)
+            };
+            let mut before = momentum(&run);
+            let mut worst = [0.0_f64; 3];
+            for _ in 0..200 {
+                let energy = run.energy();
+                run.step().unwrap();
+                let after = momentum(&run);
+                let s = run.interval();
+                let (f, tau) = load.wrench(s.t_mid(), &s.q_mid[12..]);
+                let arm = Vector3::new(s.q_mid[12], s.q_mid[13], s.q_mid[14]);
+                let moment = arm.cross(&f) + tau;
+                for i in 0..3 {
+                    let gain = after.linear[i] - before.linear[i];
+                    worst[0] = worst[0].max((gain - s.h * f[i]).abs());
+                    let gain = after.angular[i] - before.angular[i];
+                    worst[1] = worst[1].max((gain - s.h * moment[i]).abs());
+                }
+                // work: force times displacement; the torque's through w×d̄_I
+                let mut f_bar = vec![0.0; 24];
+                vi_emscheme::load::MidpointLoad::add(&load, s, 1.0, &mut f_bar);
+                let work: f64 = f_bar.iter().zip(&s.dq).map(|(f, dq)| f * dq).sum();
+                worst[2] = worst[2].max((run.energy() - energy - work).abs());
+                before = after;
+            }
+            let [linear, angular, energy] = worst;
+            let name = form.name();
+            println!("{kind:?} {name}: impulse {linear:.1e} {angular:.1e}, work {energy:.1e}");
+            assert!(linear < 2e-14 && angular < 5e-14 && energy < 2e-12, "{kind:?} {worst:?}");
+        }
+    }
+}
+
+#[test]
+fn a_damper_takes_out_the_work_it_does_and_no_momentum() {
+    let model = common::pair(PairKind::Planar, false);
+    let damper = Damper { between: model.springs[0].between.clone(), damping: 3.0 };
+    let options = EmOptions::new(EmForm::Nodal, model.h);
+    let system = model.system().load(AtMidpoint(damper));
+    let mut run = EmIntegrator::of_mechanism(system, model.mechanism.clone(), options).unwrap();
+    let mass = run.system().mass().clone();
+    let momentum = |run: &EmIntegrator<_>| {
+        let mut p = vec![0.0; 24];
+        mass.mul_add(1.0, &run.state().v, &mut p);
+        let momentum = model.mechanism.momentum(&run.state().q, &p);
+        [momentum.linear, momentum.angular].concat()
+    };
+    let (start, first) = (momentum(&run), run.energy());
+    let mut last = first;
+    for _ in 0..400 {
+        run.step().unwrap();
+        assert!(run.energy() <= last + 1e-13, "a damper fed energy in");
+        last = run.energy();
+    }
+    let off = distance(&start, &momentum(&run));
+    println!("energy {first:.4} → {last:.4}, momenta off by {off:.1e}");
+    assert!(last < 0.9 * first && off < 3e-13, "{first} {last} {off:e}");
+}
+
+#[test]
+fn any_potential_keeps_the_energy_by_the_formula_of_gonzalez() {
+    let model = common::pair(PairKind::Revolute, false);
+    for form in EmForm::ALL {
+        let system = EmSystem::of_mechanism(&model.mechanism);
+        let system = model.springs.iter().cloned().fold(system, EmSystem::potential);
+        let options = EmOptions::new(form, model.h);
+        let mut run = EmIntegrator::of_mechanism(system, model.mechanism.clone(), options).unwrap();
+        let (energy, mut worst) = (run.energy(), 0.0_f64);
+        for _ in 0..300 {
+            run.step().unwrap();
+            worst = worst.max((run.energy() - energy).abs());
+        }
+        println!("{}: energy off by {worst:.1e}", form.name());
+        assert!(worst < 1e-12, "{worst:e}");
+    }
+}

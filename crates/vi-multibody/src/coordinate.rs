@@ -1,0 +1,190 @@
+//! Joint coordinates as functions of the configuration, with their turns counted.
+//!
+//! ```text
+//! length   u = a·r                    a: an axis of the parent, r: the gap
+//! angle    θ = atan2(s, c),  s = m_1'·m_2,  c = m_1'·m_1        about n, from m_1 to m_1'
+//! ∇θ = (c ∇s − s ∇c)/(s² + c²)
+//! ```
+//! `s`, `c`, `u` are products of linear forms, so every derivative is exact. `atan2` knows an angle up
+//! to whole turns; the coordinate remembers the angle of the last node and takes the turn nearest to
+//! it, which is unique while a step turns by less than `π`.
+
+use crate::form::Row;
+use crate::joint::Joint;
+use crate::pair::{PairKind, Twist};
+use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicU64, Ordering};
+use vi_core::sparse::Entries;
+
+/// A joint coordinate: a length (m) or an angle (rad).
+#[derive(Debug)]
+pub struct JointCoordinate {
+    value: Value,
+    last: AtomicU64, // bits of the angle at the last node
+}
+
+#[derive(Clone, Debug)]
+enum Value {
+    Length(Row),
+    Angle { sine: Row, cosine: Row },
+}
+
+impl Clone for JointCoordinate {
+    fn clone(&self) -> Self {
+        let last = AtomicU64::new(self.last.load(Ordering::Relaxed));
+        Self { value: self.value.clone(), last }
+    }
+}
+
+impl JointCoordinate {
+    /// Coordinate `freedom` of a joint; `None` for pairs whose freedoms are no such coordinates
+    /// (spherical, free) and for freedoms that do not exist.
+    #[must_use]
+    pub fn new(joint: &Joint, freedom: usize) -> Option<Self> {
+        let length = |axis| Value::Length(Row::product(joint.parent.axis(axis), joint.gap(), 0.0));
+        let product = |i, j| Row::product(joint.child.axis(i), joint.parent.axis(j), 0.0);
+        let angle = || Value::Angle { sine: product(0, 1), cosine: product(0, 0) };
+        let value = match (joint.kind, freedom) {
+            (PairKind::Revolute, 0) | (PairKind::Cylindrical, 1) | (PairKind::Planar, 2) => angle(),
+            (PairKind::Cylindrical | PairKind::Prismatic, 0) => length(2),
+            (PairKind::Planar, 0 | 1) => length(freedom),
+            (PairKind::Universal, 0) => angle(),
+            // about m_1' = m_1'(parent side at θ_1): s = (n × n')·m_1' is cubic; with m_2' ⟂ m_1':
+            // n = cos θ_2 n' + sin θ_2 m_2'
+            (PairKind::Universal, 1) => Value::Angle { sine: product(1, 2), cosine: product(2, 2) },
+            _ => return None,
+        };
+        Some(Self { value, last: AtomicU64::new(0.0_f64.to_bits()) })
+    }
+
+    /// Whether it is an angle.
+    #[must_use]
+    pub fn is_angle(&self) -> bool {
+        matches!(self.value, Value::Angle { .. })
+    }
+
+    /// The coordinate at `q`; an angle in the turn nearest to that of the last node.
+    #[must_use]
+    pub fn at(&self, q: &[f64]) -> f64 {
+        match &self.value {
+            Value::Length(row) => row.value(q),
+            Value::Angle { sine, cosine } => {
+                let angle = sine.value(q).atan2(cosine.value(q));
+                let last = f64::from_bits(self.last.load(Ordering::Relaxed));
+                angle + TAU * ((last - angle) / TAU).round()
+            }
+        }
+    }
+
+    /// Remembers the turn at a node.
+    pub fn accept(&self, q: &[f64]) {
+        if self.is_angle() {
+            self.last.store(self.at(q).to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    /// The rows it is made of, with the factors of their gradients at `q`.
+    fn parts(&self, q: &[f64]) -> [(f64, Option<&Row>); 2] {
+        match &self.value {
+            Value::Length(row) => [(1.0, Some(row)), (0.0, None)],
+            Value::Angle { sine, cosine } => {
+                let (s, c) = (sine.value(q), cosine.value(q));
+                let square = s * s + c * c;
+                [(c / square, Some(sine)), (-s / square, Some(cosine))]
+            }
+        }
+    }
+
+    /// `out ← out + scale ∇θ(q)`.
+    pub fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+        self.for_each_slope(q, |i, slope| out[i] += scale * slope);
+    }
+
+    /// Emits `scale ∇θ(q)` as row `row`.
+    pub fn emit(&self, q: &[f64], (row, scale): (usize, f64), out: &mut dyn Entries) {
+        self.for_each_slope(q, |i, slope| out.add(row, i, scale * slope));
+    }
+
+    /// Emits `scale ∇θ(q_0) ∇θ(q_1)ᵀ`.
+    pub fn emit_product(&self, q0: &[f64], q1: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.for_each_slope(q0, |i, left| {
+            self.for_each_slope(q1, |j, right| out.add(i, j, scale * left * right));
+        });
+    }
+
+    fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
+        for (factor, row) in self.parts(q) {
+            if let Some(row) = row {
+                row.for_each_slope(q, |i, slope| visit(i, factor * slope));
+            }
+        }
+    }
+
+    /// The gradient as wrenches on the frames.
+    pub fn for_each_wrench(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
+        for (factor, row) in self.parts(q) {
+            if let Some(row) = row {
+                row.for_each_wrench(q, |frame, w| {
+                    visit(frame, Twist::new(factor * w.linear, factor * w.angular));
+                });
+            }
+        }
+    }
+
+    /// `∇θ·v`.
+    #[must_use]
+    pub fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
+        let mut rate = 0.0;
+        self.for_each_slope(q, |i, slope| rate += slope * v[i]);
+        rate
+    }
+
+    /// `D²θ(q)[v, w]`.
+    #[must_use]
+    pub fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
+        match &self.value {
+            Value::Length(row) => row.second(v, w),
+            Value::Angle { sine, cosine } => {
+                let (s, c) = (sine.value(q), cosine.value(q));
+                let slope = |row: &Row, v: &[f64]| {
+                    let mut sum = 0.0;
+                    row.for_each_slope(q, |i, slope| sum += slope * v[i]);
+                    sum
+                };
+                let (sv, sw, cv, cw) =
+                    (slope(sine, v), slope(sine, w), slope(cosine, v), slope(cosine, w));
+                let square = s * s + c * c;
+                let bend =
+                    -2.0 * s * c * (sv * sw - cv * cw) + (s * s - c * c) * (sv * cw + cv * sw);
+                bend / (square * square)
+                    + (c * sine.second(v, w) - s * cosine.second(v, w)) / square
+            }
+        }
+    }
+
+    /// Emits `scale D²θ(q)`; always the same places in the same order.
+    pub fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        match &self.value {
+            Value::Length(row) => row.emit_second(scale, out),
+            Value::Angle { sine, cosine } => {
+                let (s, c) = (sine.value(q), cosine.value(q));
+                let square = s * s + c * c;
+                let same = -2.0 * s * c / (square * square);
+                let mixed = (s * s - c * c) / (square * square);
+                let pairs = [
+                    (sine, sine, same),
+                    (cosine, cosine, -same),
+                    (sine, cosine, mixed),
+                    (cosine, sine, mixed),
+                ];
+                for (left, right, factor) in pairs {
+                    left.for_each_slope(q, |i, a| {
+                        right.for_each_slope(q, |j, b| out.add(i, j, scale * factor * a * b));
+                    });
+                }
+                sine.emit_second(scale * c / square, out);
+                cosine.emit_second(-scale * s / square, out);
+            }
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! Single constraints beside the joints: distances, guides, couplings, prescribed motion.
+//!
+//! ```text
+//! distance        ½ (|D|² − l²) = 0                       D: from a point to a point
+//! point on line   m_1·r = m_2·r = 0                       line through the parent's anchor along n
+//! point on plane  n·r = 0                                  plane through the parent's anchor
+//! coupling        θ_a + ρ θ_b − c = 0                      gears, racks, screws of two coordinates
+//! motion          θ − θ_ref(t) = 0                         rheonomic
+//! ```
+//! They act on top of the spanning tree like the joints that close loops.
+
+use crate::coordinate::JointCoordinate;
+use crate::form::{Form, Row};
+use crate::joint::Joint;
+use crate::pair::Twist;
+use std::sync::Arc;
+use vi_core::sparse::Entries;
+
+/// `θ_ref`, `θ̇_ref` and `θ̈_ref` at time `t`.
+pub type Reference = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
+
+/// One scalar constraint row of any kind.
+#[derive(Clone)]
+pub enum ScalarRow {
+    /// A product of forms.
+    Product(Row),
+    /// `θ_a + ρ θ_b − c`.
+    Coupling {
+        /// `θ_a`.
+        a: JointCoordinate,
+        /// `θ_b`.
+        b: JointCoordinate,
+        /// `ρ`.
+        ratio: f64,
+        /// `c`.
+        target: f64,
+    },
+    /// `θ − θ_ref(t)`.
+    Motion {
+        /// `θ`.
+        coordinate: JointCoordinate,
+        /// `θ_ref` with its derivatives.
+        reference: Reference,
+    },
+}
+
+impl std::fmt::Debug for ScalarRow {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Product(_) => "product",
+            Self::Coupling { .. } => "coupling",
+            Self::Motion { .. } => "motion",
+        })
+    }
+}
+
+impl ScalarRow {
+    /// `g(q, t)`.
+    #[must_use]
+    pub fn value(&self, t: f64, q: &[f64]) -> f64 {
+        match self {
+            Self::Product(row) => row.value(q),
+            Self::Coupling { a, b, ratio, target } => a.at(q) + ratio * b.at(q) - target,
+            Self::Motion { coordinate, reference } => coordinate.at(q) - reference(t)[0],
+        }
+    }
+
+    /// Emits its row of `G`.
+    pub fn emit(&self, q: &[f64], row: usize, out: &mut dyn Entries) {
+        match self {
+            Self::Product(product) => product.emit(q, row, out),
+            Self::Coupling { a, b, ratio, .. } => {
+                a.emit(q, (row, 1.0), out);
+                b.emit(q, (row, *ratio), out);
+            }
+            Self::Motion { coordinate, .. } => coordinate.emit(q, (row, 1.0), out),
+        }
+    }
+
+    /// Its gradient as wrenches on the frames.
+    pub fn for_each_wrench(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
+        match self {
+            Self::Product(row) => row.for_each_wrench(q, visit),
+            Self::Coupling { a, b, ratio, .. } => {
+                a.for_each_wrench(q, &mut visit);
+                b.for_each_wrench(q, |frame, w| {
+                    visit(frame, Twist::new(*ratio * w.linear, *ratio * w.angular));
+                });
+            }
+            Self::Motion { coordinate, .. } => coordinate.for_each_wrench(q, visit),
+        }
+    }
+
+    /// `D²g[v, w]`.
+    #[must_use]
+    pub fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
+        match self {
+            Self::Product(row) => row.second(v, w),
+            Self::Coupling { a, b, ratio, .. } => a.second(q, v, w) + ratio * b.second(q, v, w),
+            Self::Motion { coordinate, .. } => coordinate.second(q, v, w),
+        }
+    }
+
+    /// Emits `scale D²g(q)`; always the same places in the same order.
+    pub fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        match self {
+            Self::Product(row) => row.emit_second(scale, out),
+            Self::Coupling { a, b, ratio, .. } => {
+                a.emit_second(q, scale, out);
+                b.emit_second(q, ratio * scale, out);
+            }
+            Self::Motion { coordinate, .. } => coordinate.emit_second(q, scale, out),
+        }
+    }
+
+    /// `(∂g/∂t, ∂²g/∂t²)`; mixed derivatives vanish.
+    #[must_use]
+    pub fn time_derivatives(&self, t: f64) -> (f64, f64) {
+        match self {
+            Self::Motion { reference, .. } => {
+                let [_, rate, acceleration] = reference(t);
+                (-rate, -acceleration)
+            }
+            _ => (0.0, 0.0),
+        }
+    }
+
+    /// Whether it depends on time.
+    #[must_use]
+    pub fn is_rheonomic(&self) -> bool {
+        matches!(self, Self::Motion { .. })
+    }
+
+    /// Remembers turns at a node.
+    pub fn accept(&self, q: &[f64]) {
+        match self {
+            Self::Product(_) => {}
+            Self::Coupling { a, b, .. } => {
+                a.accept(q);
+                b.accept(q);
+            }
+            Self::Motion { coordinate, .. } => coordinate.accept(q),
+        }
+    }
+}
+
+/// A named scalar constraint: one or two rows.
+#[derive(Clone, Debug)]
+pub struct ScalarConstraint {
+    /// Its name.
+    pub name: String,
+    /// Its rows.
+    pub rows: Vec<ScalarRow>,
+}
+
+impl ScalarConstraint {
+    fn new(name: &str, rows: Vec<ScalarRow>) -> Self {
+        Self { name: name.to_owned(), rows }
+    }
+
+    /// A point keeps its distance `length` (m) from another; `between` is the form `D`.
+    #[must_use]
+    pub fn distance(name: &str, between: &Form, length: f64) -> Self {
+        Self::new(name, vec![ScalarRow::Product(Row::distance(between, length))])
+    }
+
+    /// The child's anchor stays on the line through the parent's anchor along its axis `n`.
+    #[must_use]
+    pub fn point_on_line(joint: &Joint) -> Self {
+        let rows = super::pair::gap_on_axis(joint, &joint.gap());
+        Self::new(&joint.name, rows.into_iter().map(ScalarRow::Product).collect())
+    }
+
+    /// The child's anchor stays on the plane through the parent's anchor with normal `n`.
+    #[must_use]
+    pub fn point_on_plane(joint: &Joint) -> Self {
+        let row = Row::product(joint.parent.axis(2), joint.gap(), 0.0);
+        Self::new(&joint.name, vec![ScalarRow::Product(row)])
+    }
+
+    /// `θ_a + ρ θ_b` keeps the value it has at `q`: gears (`ρ` = teeth of b over teeth of a), racks,
+    /// and with the two coordinates of a cylindrical joint (`ρ = −pitch/2π`) screws.
+    #[must_use]
+    pub fn coupling(
+        name: &str,
+        (a, b): (JointCoordinate, JointCoordinate),
+        ratio: f64,
+        q: &[f64],
+    ) -> Self {
+        let target = a.at(q) + ratio * b.at(q);
+        Self::new(name, vec![ScalarRow::Coupling { a, b, ratio, target }])
+    }
+
+    /// The coordinate follows `θ_ref(t)`.
+    #[must_use]
+    pub fn motion(name: &str, coordinate: JointCoordinate, reference: Reference) -> Self {
+        Self::new(name, vec![ScalarRow::Motion { coordinate, reference }])
+    }
+}

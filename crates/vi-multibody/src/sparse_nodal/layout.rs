@@ -1,0 +1,249 @@
+//! The velocity map of a tree, column by column, with the configuration at which it is taken.
+//!
+//! ```text
+//! t_α = Σ_k J_αk ν_k,     J_child = (X J_parent, S)
+//! ```
+//! Letters: `J_αk` twist of member `α` by the unit rate of the unknown `k`. Source: theory §5.
+
+use crate::mechanism::Mechanism;
+use crate::pair::{Motion, PairKind, Transfer, Twist, VelocityMap};
+use crate::particle::ParticleTree;
+use crate::tree::Tree;
+use nalgebra::{DMatrix, Vector3, Vector6};
+use std::ops::Range;
+use vi_constraints::Constraints;
+use vi_core::interval::Interval;
+use vi_core::newton::{Block, Fault};
+use vi_rigid::null_space;
+
+/// A frame or a particle: which coordinates it has and which unknowns move it.
+#[derive(Clone, Debug)]
+pub(super) struct Member {
+    pub(super) first: usize,
+    pub(super) size: usize,
+    pub(super) columns: Range<usize>,
+    /// Carried by a joint, so that its columns change with the configuration.
+    pub(super) jointed: bool,
+}
+
+impl Member {
+    /// `P_inᵀ w` of a frame (force and torque), `w` of a particle; `w(i)`: i-th component.
+    pub(super) fn shrink(&self, q: &[f64], w: impl Fn(usize) -> f64) -> Vector6<f64> {
+        let mut out = Vector6::zeros();
+        (0..self.size.min(3)).for_each(|i| out[i] = w(i));
+        for i in (3..self.size).step_by(3) {
+            let d = &q[self.first + i..self.first + i + 3];
+            let w = [w(i), w(i + 1), w(i + 2)];
+            for k in 0..3 {
+                let (l, m) = ((k + 1) % 3, (k + 2) % 3);
+                out[3 + k] += d[l] * w[m] - d[m] * w[l];
+            }
+        }
+        out
+    }
+}
+
+/// The velocity map of all members at one configuration, column by column.
+#[derive(Clone, Debug)]
+pub struct Columns {
+    pub(super) q: Vec<f64>,               // n  where P_in is taken
+    pub(super) twists: Vec<Vector6<f64>>, // one for each member and each unknown that moves it
+}
+
+/// A tree of frames and particles as a sparse velocity map.
+pub struct VelocityLayout {
+    tree: Tree,
+    particles: ParticleTree,
+    pub(super) members: Vec<Member>, // links in the order of the tree, then particles
+    parents: Vec<Option<usize>>,     // of links
+    pub(super) unknowns: Vec<usize>, // unknown of each column
+    pub(super) dimension: (usize, usize), // n, d
+    maps: Vec<VelocityMap>,          // scratch, one for each link
+    motions: Vec<Motion>,            // scratch
+    particle_rows: Option<DMatrix<f64>>, // n × d scratch, where there are particles
+}
+
+impl VelocityLayout {
+    /// The layout of a mechanism's spanning tree.
+    #[must_use]
+    pub fn new(mechanism: &Mechanism) -> Self {
+        let (tree, particles) = (mechanism.tree().clone(), mechanism.particle_tree().clone());
+        let (n, d) = (Constraints::dim(mechanism), tree.dof() + particles.dof());
+        let (mut members, mut unknowns) = (Vec::<Member>::new(), Vec::new());
+        for link in tree.links() {
+            let start = unknowns.len();
+            if let Some(parent) = link.parent {
+                unknowns.extend_from_within(members[parent].columns.clone());
+            }
+            unknowns.extend(link.offset..link.offset + link.freedoms());
+            let columns = start..unknowns.len();
+            let jointed = link.joint.kind != PairKind::Free && !columns.is_empty();
+            members.push(Member { first: 12 * link.frame, size: 12, columns, jointed });
+        }
+        let description = mechanism.description();
+        let count = description.particles.len();
+        let mut particle_rows = None;
+        if count > 0 {
+            // which unknowns move a particle, from a placement without symmetry
+            let mut probe = DMatrix::zeros(n, d);
+            let scattered: Vec<f64> = (0..n).map(|i| (1.0 + i as f64).sqrt().fract()).collect();
+            particles.null_space(&scattered, &mut probe);
+            for k in 0..count {
+                let (first, size) = (mechanism.particle_offset(k), description.dimension);
+                let start = unknowns.len();
+                unknowns.extend((0..d).filter(|&j| probe.view((first, j), (size, 1)).amax() > 0.0));
+                let columns = start..unknowns.len();
+                members.push(Member { first, size, columns, jointed: false });
+            }
+            particle_rows = Some(probe);
+        }
+        let links = tree.links().len();
+        Self {
+            parents: tree.links().iter().map(|link| link.parent).collect(),
+            maps: vec![VelocityMap::new(Transfer::None, &[]); links],
+            motions: vec![Motion::rest(); links],
+            dimension: (n, d),
+            tree,
+            particles,
+            members,
+            unknowns,
+            particle_rows,
+        }
+    }
+
+    /// `(n, d)`.
+    #[must_use]
+    pub fn dimension(&self) -> (usize, usize) {
+        self.dimension
+    }
+
+    /// Units and scales of the unknowns.
+    #[must_use]
+    pub fn blocks(&self) -> Vec<Block> {
+        let mut blocks = self.tree.blocks();
+        blocks.extend(self.particles.blocks());
+        blocks
+    }
+
+    /// Room for the columns at one configuration.
+    #[must_use]
+    pub fn columns(&self) -> Columns {
+        Columns {
+            q: vec![0.0; self.dimension.0],
+            twists: vec![Vector6::zeros(); self.unknowns.len()],
+        }
+    }
+
+    /// `out ← P(q)`.
+    pub fn null_space(&mut self, q: &[f64], out: &mut Columns) {
+        self.tree.velocity_maps(q, &mut self.maps);
+        if let Some(rows) = &mut self.particle_rows {
+            rows.fill(0.0);
+            self.particles.null_space(q, rows);
+        }
+        self.write(q, out);
+    }
+
+    /// `out ← ∂F_d/∂u (u, q_n)` for a reparametrized interval.
+    pub fn tangent(&mut self, u: &[f64], s: &Interval, out: &mut Columns) {
+        self.tree.tangents(u, &s.q1, &mut self.maps);
+        if let Some(rows) = &mut self.particle_rows {
+            rows.fill(0.0);
+            self.particles.tangent(u, s, rows);
+        }
+        self.write(&s.q1, out);
+    }
+
+    fn write(&self, q: &[f64], out: &mut Columns) {
+        out.q.copy_from_slice(q);
+        for (k, map) in self.maps.iter().enumerate() {
+            let mut at = self.members[k].columns.start;
+            if let Some(parent) = self.parents[k] {
+                for c in self.members[parent].columns.clone() {
+                    out.twists[at] = flat(&map.transfer.apply(&unflat(&out.twists[c])));
+                    at += 1;
+                }
+            }
+            for column in map.columns() {
+                out.twists[at] = flat(column);
+                at += 1;
+            }
+        }
+        let Some(rows) = &self.particle_rows else { return };
+        for member in &self.members[self.maps.len()..] {
+            for c in member.columns.clone() {
+                let row = |i: usize| rows[(member.first + i, self.unknowns[c])];
+                out.twists[c] = Vector6::zeros();
+                (0..member.size).for_each(|i| out.twists[c][i] = row(i));
+            }
+        }
+    }
+
+    /// `F_d(u, q_n)`: writes and closes the interval.
+    ///
+    /// # Errors
+    /// [`Fault`] when `u` is outside the domain of the map.
+    pub fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.tree.reparametrize(u, s, &mut self.motions)?;
+        self.particles.reparametrize(u, s)?;
+        s.close();
+        Ok(())
+    }
+
+    /// `out ← Pᵀ w`, shape `d`.
+    pub fn pull_back(&self, at: &Columns, w: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for member in &self.members {
+            let wrench = member.shrink(&at.q, |i| w[member.first + i]);
+            for c in member.columns.clone() {
+                out[self.unknowns[c]] += at.twists[c].dot(&wrench);
+            }
+        }
+    }
+
+    /// `out ← ` the column of `P` (shape `n`) that belongs to one unknown.
+    pub fn push_forward(&self, at: &Columns, unknown: usize, out: &mut [f64]) {
+        out.fill(0.0);
+        for member in &self.members {
+            for c in member.columns.clone().filter(|&c| self.unknowns[c] == unknown) {
+                let own = member.first..member.first + member.size;
+                if member.size == 12 {
+                    null_space::push_forward(&at.q[own.clone()], &at.twists[c], &mut out[own]);
+                } else {
+                    out[own].copy_from_slice(&at.twists[c].as_slice()[..member.size]);
+                }
+            }
+        }
+    }
+
+    /// `out ← P ν`, shape `n`.
+    pub fn velocity(&self, at: &Columns, nu: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for member in &self.members {
+            let mut twist = Vector6::zeros();
+            for c in member.columns.clone() {
+                twist += nu[self.unknowns[c]] * at.twists[c];
+            }
+            let own = member.first..member.first + member.size;
+            if member.size == 12 {
+                null_space::push_forward(&at.q[own.clone()], &twist, &mut out[own]);
+            } else {
+                out[own].copy_from_slice(&twist.as_slice()[..member.size]);
+            }
+        }
+    }
+
+    /// See [`vi_constraints::Reparametrization::clean`].
+    pub fn clean(&self, q: &mut [f64]) {
+        self.tree.clean(q);
+        self.particles.clean(q);
+    }
+}
+
+fn flat(t: &Twist) -> Vector6<f64> {
+    Vector6::new(t.linear.x, t.linear.y, t.linear.z, t.angular.x, t.angular.y, t.angular.z)
+}
+
+fn unflat(t: &Vector6<f64>) -> Twist {
+    Twist::new(Vector3::new(t[0], t[1], t[2]), Vector3::new(t[3], t[4], t[5]))
+}
