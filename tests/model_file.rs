@@ -14,6 +14,8 @@ const MODELS: [&str; 6] = [
     include_str!("../examples/models/four_particles.toml"),
 ];
 
+const SLIDER_CRANK: &str = include_str!("../examples/models/slider_crank.toml");
+
 const EVERYTHING: &str = r#"
 [model]
 name = "everything"
@@ -98,7 +100,7 @@ quadrature = "trapezoidal"
 
 #[test]
 fn what_is_read_is_what_is_written() {
-    for text in MODELS.into_iter().chain([EVERYTHING]) {
+    for text in MODELS.into_iter().chain([EVERYTHING, SLIDER_CRANK]) {
         let model = Model::from_toml(text).unwrap();
         let again = Model::from_toml(&model.to_toml()).unwrap();
         assert_eq!(model, again, "{}", model.to_toml());

@@ -303,7 +303,8 @@ impl BeamCase {
     fn statics(&self) -> Result<Deviation, String> {
         let model = self.model()?;
         let mechanism = model.mechanism();
-        let mut problem = StaticProblem::new(&model, &mechanism, self.loads()?);
+        let mut problem =
+            StaticProblem::new(&model, &mechanism, self.loads()?).map_err(|e| e.to_string())?;
         let path = problem.solve(&[1.0], &StaticSettings::default()).map_err(|e| e.to_string())?;
         let [output] = &self.outputs[..] else { return Err("one output expected".into()) };
         let found = path.points.last().ok_or("an empty path")?;

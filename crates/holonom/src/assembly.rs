@@ -4,7 +4,7 @@ use crate::model::{Inconsistency, Level, Model, ModelError, Settings};
 use serde::{Deserialize, Serialize};
 use vi_constraints::Constraints;
 use vi_constraints::initialization::StartError;
-use vi_constraints::integrator::SetupError;
+use vi_constraints::integrator::{SetupError, SingularStart};
 use vi_core::SparseMatrix;
 use vi_core::linear::norm_inf;
 use vi_multibody::mechanism::Mechanism;
@@ -144,6 +144,15 @@ pub(crate) fn refusal(error: &SetupError, settings: &Settings) -> ModelError {
             "simulation.scheme",
             "bars that close a loop have no map of their own: write scheme = \"constrained\"",
         ),
+        SetupError::SingularStart { joint, reason } => {
+            let help = match reason {
+                SingularStart::Scheme => "write scheme = \"nodal\"",
+                _ => {
+                    "turn one of its bodies by a little, or give the loop a velocity of its motion"
+                }
+            };
+            unsupported(&format!("joint.{joint}"), help)
+        }
         _ => unsupported("simulation", &format!("step = {}", settings.step)),
     }
 }

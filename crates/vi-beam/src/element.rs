@@ -39,6 +39,17 @@ pub enum ElementError {
         /// The node.
         node: usize,
     },
+    /// The nodes of a mesh do not fit elements of this order.
+    #[error(
+        "elements with {order} intervals each cannot be made of {intervals} intervals of the mesh; \
+         the order must be 2 or 3 and divide their number"
+    )]
+    Order {
+        /// Intervals of an element.
+        order: usize,
+        /// Intervals of the mesh.
+        intervals: usize,
+    },
     /// The section does not exist.
     #[error("element {element} names section {section}, but there are {count}")]
     NoSection {

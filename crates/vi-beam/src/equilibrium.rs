@@ -9,6 +9,7 @@
 #![allow(non_snake_case)] // K, V
 
 use crate::element::Elements;
+use crate::high_order::HighOrderElements;
 use crate::model::BeamModel;
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use vi_core::interval::Interval;
@@ -24,6 +25,7 @@ use vi_rigid::rotation::skew;
 /// Everything an evaluation needs.
 pub(crate) struct Work {
     pub(crate) elements: Elements,
+    pub(crate) high_order: HighOrderElements,
     pub(crate) potentials: Vec<Box<dyn Potential>>,
     loads: Vec<Load>,
     pub(crate) time: f64,
@@ -71,7 +73,7 @@ impl Work {
     pub(crate) fn new(model: &BeamModel, mechanism: &Mechanism, loads: Vec<Load>) -> Self {
         let q = model.placement();
         let (n, frames) = (q.len(), q.len() / 12);
-        let mass = mechanism.mass(|out| model.elements.emit_mass(model.mass, out));
+        let mass = model.mass_matrix(mechanism);
         let mut acceleration = vec![0.0; n];
         for k in 0..frames {
             acceleration[12 * k..12 * k + 3].copy_from_slice(model.description.gravity.as_slice());
@@ -83,6 +85,7 @@ impl Work {
         s.open(0.0, 1.0, &q);
         Self {
             elements: model.elements.clone(),
+            high_order: model.high_order.clone(),
             potentials: Vec::new(),
             loads,
             time: 0.0,
@@ -100,6 +103,12 @@ impl Work {
         }
     }
 
+    /// Neighbouring nodes of all elements, those of higher order last.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = [usize; 2]> {
+        let elements = self.elements.list().iter().map(|element| element.nodes);
+        elements.chain(self.high_order.pairs().iter().copied())
+    }
+
     /// `r(u)`; leaves `P(q)` and `∇V` for the tangent.
     pub(crate) fn evaluate(&mut self, u: &[f64], r: &mut [f64]) -> Result<(), Fault> {
         self.layout.reparametrize(u, &mut self.s)?;
@@ -107,6 +116,7 @@ impl Work {
         self.layout.null_space(q, &mut self.left);
         self.gradient.fill(0.0);
         self.elements.add_gradient(q, 1.0, &mut self.gradient);
+        self.high_order.add_gradient(q, 1.0, &mut self.gradient);
         for potential in &self.potentials {
             potential.add_gradient(q, 1.0, &mut self.gradient);
         }
@@ -155,9 +165,11 @@ impl Work {
             let mut lower = spin.fixed_view_mut::<3, 3>(3, 3);
             lower += self.factor * skew(&torque);
         }
-        let (elements, potentials) = (&self.elements, &self.potentials);
+        let (elements, high_order) = (&self.elements, &self.high_order);
+        let potentials = &self.potentials;
         let emit = |out: &mut dyn Entries| {
             elements.add_hessian(q, 1.0, out);
+            high_order.add_hessian(q, 1.0, out);
             potentials.iter().for_each(|potential| potential.add_hessian(q, 1.0, out));
         };
         let pair = (&self.left, &self.right);

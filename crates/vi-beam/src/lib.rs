@@ -10,6 +10,7 @@
 //! | [`section`] | stiffnesses and inertias, from numbers or from shape and material |
 //! | [`element`] | energy, gradient, Hessian, mass |
 //! | [`averaged`] | the averaged-strain discrete potential |
+//! | [`high_order`] | elements with three or four nodes |
 //! | [`mesh`] | nodes along curves, triads by a rule |
 //! | [`model`] | beams, bodies, joints as one mechanism; integrators |
 //! | [`statics`], [`arc_length`] | equilibrium by load stepping, through limit points |
@@ -27,6 +28,7 @@ pub mod arc_length;
 pub mod averaged;
 pub mod element;
 mod equilibrium;
+pub mod high_order;
 pub mod limit;
 pub mod mesh;
 pub mod model;

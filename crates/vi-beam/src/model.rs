@@ -6,6 +6,7 @@
 
 use crate::averaged::AveragedStrains;
 use crate::element::{ElementError, Elements, MassKind};
+use crate::high_order::{AveragedHighOrder, HighOrderElements};
 use crate::mesh::Mesh;
 use crate::section::Section;
 use nalgebra::{Matrix3, Vector3};
@@ -18,13 +19,15 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::Scheme;
 use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
 use vi_core::linear::norm_inf;
-use vi_core::{Quadrature, SeparableSystem};
+use vi_core::{Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
 use vi_multibody::sparse_nodal::SparseNodal;
 use vi_rigid::directors;
+use vi_rigid::load::{Load, LoadError, LoadKind};
+use vi_rigid::time_history::TimeHistory;
 
 /// The discrete potential of the elements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -53,6 +56,8 @@ pub struct BeamModel {
     pub description: Description,
     /// Elements and sections.
     pub elements: Elements,
+    /// Elements with three or four nodes.
+    pub high_order: HighOrderElements,
     /// Distribution of the elements' mass.
     pub mass: MassKind,
 }
@@ -62,7 +67,7 @@ impl BeamModel {
     #[must_use]
     pub fn new(gravity: Vector3<f64>) -> Self {
         let description = Description { dimension: 3, gravity, ..Description::default() };
-        Self { description, elements: Elements::new(), mass: MassKind::default() }
+        Self { description, ..Self::default() }
     }
 
     /// Adds a rigid body or a single node; returns its frame.
@@ -81,6 +86,44 @@ impl BeamModel {
         mesh: &Mesh,
         section: Section,
     ) -> Result<Beam, ElementError> {
+        let first = self.add_nodes(name, mesh);
+        let start = self.elements.list().len();
+        let section = self.elements.add_section(section);
+        let q = self.placement();
+        for (k, length) in mesh.lengths.iter().enumerate() {
+            let nodes = [first + k, first + k + 1];
+            self.elements.add_stress_free(nodes, *length, section, &q)?;
+        }
+        let end = self.elements.list().len();
+        Ok(Beam { nodes: first..first + mesh.centers.len(), elements: start..end })
+    }
+
+    /// Adds a beam of elements with `order + 1` nodes, `order` 2 or 3: that many intervals of the mesh
+    /// make one element, and they should be equally long. Returns its nodes.
+    ///
+    /// # Errors
+    /// [`ElementError::Order`].
+    pub fn add_high_order_beam(
+        &mut self,
+        name: &str,
+        mesh: &Mesh,
+        section: Section,
+        order: usize,
+    ) -> Result<Range<usize>, ElementError> {
+        let intervals = mesh.lengths.len();
+        if !(2..=3).contains(&order) || !intervals.is_multiple_of(order) {
+            return Err(ElementError::Order { order, intervals });
+        }
+        let first = self.add_nodes(name, mesh);
+        let q = self.placement();
+        for (k, lengths) in mesh.lengths.chunks_exact(order).enumerate() {
+            let nodes: Vec<usize> = (0..=order).map(|j| first + order * k + j).collect();
+            self.high_order.add_stress_free(&nodes, lengths.iter().sum(), &section, &q);
+        }
+        Ok(first..first + mesh.centers.len())
+    }
+
+    fn add_nodes(&mut self, name: &str, mesh: &Mesh) -> usize {
         let first = self.description.bodies.len();
         for (k, (center, triad)) in mesh.centers.iter().zip(&mesh.triads).enumerate() {
             self.add_frame(BodySpec {
@@ -92,15 +135,7 @@ impl BeamModel {
                 omega: Vector3::zeros(),
             });
         }
-        let start = self.elements.list().len();
-        let section = self.elements.add_section(section);
-        let q = self.placement();
-        for (k, length) in mesh.lengths.iter().enumerate() {
-            let nodes = [first + k, first + k + 1];
-            self.elements.add_stress_free(nodes, *length, section, &q)?;
-        }
-        let end = self.elements.list().len();
-        Ok(Beam { nodes: first..first + mesh.centers.len(), elements: start..end })
+        first
     }
 
     /// Adds the legs of a polyline, joined by rigid corners.
@@ -158,6 +193,30 @@ impl BeamModel {
         self.join(PairKind::Fixed, None, node, &point, &Vector3::z())
     }
 
+    /// A load per length along a beam, force (N/m) and torque (N·m/m): `ℓ/2` of it at both ends of each
+    /// element.
+    ///
+    /// # Errors
+    /// [`LoadError`].
+    pub fn line_load(
+        &self,
+        beam: &Beam,
+        kind: LoadKind,
+        force: Vector3<f64>,
+        torque: Vector3<f64>,
+        history: &TimeHistory,
+    ) -> Result<Vec<Load>, LoadError> {
+        let mut shares = vec![0.0; self.description.bodies.len()];
+        for element in &self.elements.list()[beam.elements.clone()] {
+            element.nodes.into_iter().for_each(|node| shares[node] += 0.5 * element.length);
+        }
+        let loaded = shares.iter().enumerate().filter(|(_, share)| **share > 0.0);
+        let load = |(node, share): (usize, &f64)| {
+            Load::new(12 * node, kind, *share * force, *share * torque, history.clone())
+        };
+        loaded.map(load).collect()
+    }
+
     /// `q(0)`.
     #[must_use]
     pub fn placement(&self) -> Vec<f64> {
@@ -177,14 +236,30 @@ impl BeamModel {
     /// The system: mass of bodies and elements, gravity (midpoint), elastic energy.
     #[must_use]
     pub fn system(&self, mechanism: &Mechanism, rule: StrainRule) -> SeparableSystem {
-        let mass = mechanism.mass(|out| self.elements.emit_mass(self.mass, out));
-        let system = mechanism.system_with_mass(mass, Quadrature::Midpoint);
-        match rule {
-            StrainRule::Midpoint => system.potential(self.elements.clone()),
-            StrainRule::Averaged => {
-                system.discrete_potential(Box::new(AveragedStrains(self.elements.clone())))
-            }
+        let mut system =
+            mechanism.system_with_mass(self.mass_matrix(mechanism), Quadrature::Midpoint);
+        let (elements, high_order) = (self.elements.clone(), self.high_order.clone());
+        if !self.high_order.is_empty() {
+            system = match rule {
+                StrainRule::Midpoint => system.potential(high_order),
+                StrainRule::Averaged => {
+                    system.discrete_potential(Box::new(AveragedHighOrder(high_order)))
+                }
+            };
         }
+        match rule {
+            StrainRule::Midpoint => system.potential(elements),
+            StrainRule::Averaged => system.discrete_potential(Box::new(AveragedStrains(elements))),
+        }
+    }
+
+    /// `M` of bodies and elements.
+    #[must_use]
+    pub fn mass_matrix(&self, mechanism: &Mechanism) -> SparseMatrix {
+        mechanism.mass(|out| {
+            self.elements.emit_mass(self.mass, out);
+            self.high_order.emit_mass(out);
+        })
     }
 }
 
@@ -224,7 +299,7 @@ pub fn integrator(
         SchemeKind::Constrained => Box::new(Constrained::new(n, rows.clone(), m, newton, lanes)),
         SchemeKind::Nodal | SchemeKind::Reduced => {
             let length = 1e-5 * extent(at.1).max(1e-5);
-            let operators = SparseNodal::new(&mechanism).with_floors(length, 1e-5);
+            let operators = SparseNodal::new(&mechanism).with_floors(length, 1e-5).by_screws();
             let reduced = options.scheme == SchemeKind::Reduced;
             Box::new(Nodal::new(operators, (n, n - m), reduced, newton, lanes))
         }

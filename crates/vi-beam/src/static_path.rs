@@ -51,6 +51,24 @@ pub struct StaticPath {
     pub halvings: usize,
 }
 
+/// A mechanism whose equilibrium is not sought here.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StaticSetupError {
+    /// Joints close a loop.
+    #[error(
+        "joint `{joint}` closes a loop of joints: statics needs joints that form a tree; loops \
+         that close through beam elements or springs are fine"
+    )]
+    ClosedLoop {
+        /// A joint that closes one.
+        joint: String,
+    },
+    /// There are point masses.
+    #[error("point masses take no part in statics: give them a rigid body or a node instead")]
+    Particles,
+}
+
 /// Why a walk ended early; the problem stands at its last equilibrium.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

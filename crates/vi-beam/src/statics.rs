@@ -13,9 +13,11 @@
 //! Source: theory §6, "Statics".
 
 use crate::equilibrium::{Problem, Work};
-use crate::limit::{LimitReport, element_angle};
+use crate::limit::{LimitReport, angle_between};
 use crate::model::{BeamModel, extent};
-pub use crate::static_path::{Equilibrium, StaticError, StaticPath, StaticSettings};
+pub use crate::static_path::{
+    Equilibrium, StaticError, StaticPath, StaticSettings, StaticSetupError,
+};
 use nalgebra::DMatrix;
 use vi_core::newton::{Block, BlockKind, Newton, NewtonError, NewtonReport, NewtonSettings};
 use vi_core::potential::Potential;
@@ -39,8 +41,21 @@ pub struct StaticProblem {
 
 impl StaticProblem {
     /// The model in its initial placement, which is taken for the equilibrium at `λ = 0`.
-    #[must_use]
-    pub fn new(model: &BeamModel, mechanism: &Mechanism, loads: Vec<Load>) -> Self {
+    ///
+    /// # Errors
+    /// [`StaticSetupError`].
+    pub fn new(
+        model: &BeamModel,
+        mechanism: &Mechanism,
+        loads: Vec<Load>,
+    ) -> Result<Self, StaticSetupError> {
+        if let Some(&cut) = mechanism.cut_joints().first() {
+            let joint = mechanism.description().joints[cut].name.clone();
+            return Err(StaticSetupError::ClosedLoop { joint });
+        }
+        if !mechanism.description().particles.is_empty() {
+            return Err(StaticSetupError::Particles);
+        }
         let work = Work::new(model, mechanism, loads);
         let mut blocks = work.layout.blocks();
         let length = 1e-5 * extent(&work.s.q0).max(1e-5);
@@ -49,7 +64,7 @@ impl StaticProblem {
         }
         let d = work.layout.dimension().1;
         let newton = Newton::new(d, NewtonSettings::default());
-        Self { newton, blocks, largest_turn: f64::INFINITY, u: vec![0.0; d], work }
+        Ok(Self { newton, blocks, largest_turn: f64::INFINITY, u: vec![0.0; d], work })
     }
 
     /// With a further potential (springs between frames).
@@ -142,8 +157,8 @@ impl StaticProblem {
 
     pub(crate) fn refuse_jump(&self) -> Result<(), Refused> {
         let s = &self.work.s;
-        for (element, e) in self.work.elements.list().iter().enumerate() {
-            let turn = element_angle(e, &s.q1) - element_angle(e, &s.q0);
+        for (element, nodes) in self.work.pairs().enumerate() {
+            let turn = angle_between(nodes, &s.q1) - angle_between(nodes, &s.q0);
             if turn.abs() > self.largest_turn {
                 return Err(Refused::Jump { element, turn });
             }
@@ -154,7 +169,7 @@ impl StaticProblem {
     /// Takes the configuration last evaluated as the new equilibrium, unless an element has folded.
     pub(crate) fn accept(&mut self, report: &NewtonReport) -> Result<Equilibrium, Refused> {
         let work = &mut self.work;
-        let limit = LimitReport::new(&work.elements, &work.s.q1);
+        let limit = LimitReport::of_pairs(work.pairs(), &work.s.q1);
         if limit.is_exceeded() {
             return Err(Refused::Limit(limit.message().unwrap_or_default()));
         }
@@ -163,7 +178,7 @@ impl StaticProblem {
         work.s.open(0.0, 1.0, &q);
         Ok(Equilibrium {
             factor: work.factor,
-            strain_energy: work.elements.value(&q),
+            strain_energy: work.elements.value(&q) + work.high_order.value(&q),
             q,
             iterations: report.iterations,
             residual: report.residual,

@@ -151,3 +151,43 @@ proptest! {
         prop_assert!(solution < 1e-11, "solution off by {solution:e}");
     }
 }
+
+#[test]
+fn with_screws_the_matrix_is_the_derivative_of_the_residual() {
+    let kinds = [PairKind::Revolute, PairKind::Spherical, PairKind::Universal, PairKind::Fixed];
+    let mut worst = 0.0_f64;
+    for (rule, size) in [(StrainRule::Midpoint, 0.1), (StrainRule::Averaged, 1.0)] {
+        let mut model = model(kinds, vector(0.3, -0.2, 0.5));
+        model.description.joints.remove(0); // the first body becomes a free root with descendants
+        let mechanism = model.mechanism();
+        let system = system(&model, &mechanism, rule);
+        let n = Constraints::dim(&mechanism);
+        let mut sparse = SparseNodal::new(&mechanism).by_screws();
+        let d = NodalOperators::<SeparableSystem>::dof(&sparse);
+        let mut s = Interval::new(n);
+        s.open(0.0, 0.1, &mechanism.start().0);
+        sparse.begin(&system, &s, false);
+        let y: Vec<f64> = (0..d).map(|k| size * (1.0 + k as f64).sin()).collect();
+        let mut residual = |j: usize, by: f64| {
+            let (mut y, mut r, mut w) = (y.clone(), vec![0.0; d], vec![0.0; n]);
+            y[j] += by;
+            NodalOperators::<SeparableSystem>::reparametrize(&mut sparse, &y, &mut s).unwrap();
+            system.forced_d1(&s, &mut w);
+            NodalOperators::<SeparableSystem>::pull_back(&mut sparse, &w, &mut r);
+            r
+        };
+        let e = 1e-5;
+        let differences: Vec<_> = (0..d).map(|j| (residual(j, e), residual(j, -e))).collect();
+        residual(0, 0.0);
+        sparse.solve(&system, &y, &s, &mut vec![1.0; d]).unwrap();
+        let exact = sparse.matrix();
+        for (j, (plus, minus)) in differences.iter().enumerate() {
+            for i in 0..d {
+                let error = (plus[i] - minus[i]) / (2.0 * e) - exact[(i, j)];
+                worst = worst.max(error.abs() / exact.amax());
+            }
+        }
+    }
+    println!("matrix off its differences by {worst:.1e}");
+    assert!(worst < 1e-9, "{worst:e}");
+}

@@ -19,7 +19,7 @@ fn cantilever(mesh: &Mesh, section: Section, at: impl Fn(usize) -> Load) -> Stat
     let mut model = BeamModel::new(Vector3::zeros());
     let beam = model.add_beam("beam", mesh, section).unwrap();
     model.clamp(beam.nodes.start);
-    StaticProblem::new(&model, &model.mechanism(), vec![at(beam.nodes.end - 1)])
+    StaticProblem::new(&model, &model.mechanism(), vec![at(beam.nodes.end - 1)]).unwrap()
 }
 
 fn tip(problem: &StaticProblem) -> Vector3<f64> {
@@ -213,7 +213,7 @@ fn newton_converges_quadratically_with_followers_joints_and_springs() {
         natural_length: 1.0,
         law: vi_multibody::spring::SpringLaw::Linear,
     };
-    let mut problem = StaticProblem::new(&model, &mechanism, loads).potential(spring);
+    let mut problem = StaticProblem::new(&model, &mechanism, loads).unwrap().potential(spring);
     let path = problem.solve(&[0.3], &StaticSettings::default()).unwrap();
     for point in &path.points {
         println!(
@@ -241,13 +241,13 @@ fn a_shallow_arch_snaps_through() {
     assert_eq!(beam.nodes, 0..21);
     let mechanism = model.mechanism();
     let loads = vec![dead(10, -200.0 * Vector3::y())];
-    let mut stuck = StaticProblem::new(&model, &mechanism, loads.clone());
+    let mut stuck = StaticProblem::new(&model, &mechanism, loads.clone()).unwrap();
     let jumped = stuck.solve(&[1.0], &StaticSettings::default());
     println!(
         "load stepping: {:?}",
         jumped.as_ref().map(|p| p.points.len()).map_err(|e| e.to_string())
     );
-    let mut problem = StaticProblem::new(&model, &mechanism, loads);
+    let mut problem = StaticProblem::new(&model, &mechanism, loads).unwrap();
     let through = |point: &vi_beam::statics::Equilibrium| point.q[12 * 10 + 1] < -0.35;
     let path = problem.follow(&ArcSettings::default(), through).unwrap();
     let heights: Vec<(f64, f64)> = path.points.iter().map(|p| (p.factor, p.q[121])).collect();
@@ -260,4 +260,76 @@ fn a_shallow_arch_snaps_through() {
     // the path of a symmetric arch is odd about the flat state: λ(−y) = −λ(y) only approximately;
     // after the snap the load rises again
     assert!(heights.last().unwrap().0 > low);
+}
+
+#[test]
+fn a_line_load_bends_as_the_beam_theory_says() {
+    let (length, load) = (2.0, 1e-3);
+    let mut model = BeamModel::new(Vector3::zeros());
+    let beam = model.add_beam("beam", &straight(length, 64), flying_section()).unwrap();
+    model.clamp(0);
+    let history = vi_rigid::time_history::TimeHistory::default();
+    let line =
+        model.line_load(&beam, LoadKind::Dead, load * Vector3::y(), Vector3::zeros(), &history);
+    let loads = line.unwrap();
+    let mut problem = StaticProblem::new(&model, &model.mechanism(), loads).unwrap();
+    problem.solve(&[1.0], &StaticSettings::default()).unwrap();
+    let bending = load * length.powi(4) / (8.0 * 500.0) + load * length.powi(2) / (2.0 * 1e4);
+    let error = tip(&problem).y / bending - 1.0;
+    println!("line load: tip off by {error:.1e} (relative)");
+    assert!(error.abs() < 1e-3, "{error}");
+    // the weight of the beam is a line load too
+    let mut heavy = model.clone();
+    heavy.description.gravity = load * Vector3::y(); // ρA = 1
+    let mut same = StaticProblem::new(&heavy, &heavy.mechanism(), vec![]).unwrap();
+    same.solve(&[1.0], &StaticSettings::default()).unwrap();
+    let difference = distance(same.placement(), problem.placement());
+    assert!(difference < 1e-14, "{difference:e}");
+}
+
+#[test]
+fn loops_of_joints_are_refused_and_loops_of_elements_are_not() {
+    let mut model = BeamModel::new(Vector3::zeros());
+    let first = model.add_beam("a", &straight(1.0, 2), flying_section()).unwrap();
+    let second = model.add_beam("b", &straight(1.0, 2), flying_section()).unwrap();
+    for (p, c) in
+        [(first.nodes.start, second.nodes.start), (first.nodes.end - 1, second.nodes.end - 1)]
+    {
+        let point = model.description.bodies[p].center;
+        model.join(PairKind::Fixed, Some(p), c, &point, &Vector3::z());
+    }
+    model.clamp(0);
+    assert!(StaticProblem::new(&model, &model.mechanism(), vec![]).is_ok());
+    model.join(PairKind::Spherical, Some(0), first.nodes.end - 1, &Vector3::x(), &Vector3::z());
+    model.join(PairKind::Spherical, None, first.nodes.end - 1, &Vector3::x(), &Vector3::z());
+    let refused = StaticProblem::new(&model, &model.mechanism(), vec![]).err().unwrap();
+    println!("{refused}");
+    assert!(refused.to_string().contains("closes a loop"), "{refused}");
+}
+
+#[test]
+fn elements_of_higher_order_converge_faster() {
+    let exact = vector(15.68480053, 47.15043857, 53.47485879); // vouched to 1e-7
+    let (e, center, radius) = (1e7, 100.0 * Vector3::x(), -100.0 * Vector3::x());
+    let section = [0.5 * e, 0.5 * e, e, e / 12.0, e / 12.0, e / 12.0];
+    let section = Section::new(section, [1.0, 1.0, 1.0, 0.0]).unwrap();
+    for order in [2, 3] {
+        let error = |elements: usize| {
+            let rule = FrameRule::Normal(Vector3::z());
+            let intervals = order * elements;
+            let mesh =
+                Mesh::arc(center, radius, -Vector3::z(), FRAC_PI_4, intervals, rule).unwrap();
+            let mut model = BeamModel::new(Vector3::zeros());
+            model.add_high_order_beam("bend", &mesh, section, order).unwrap();
+            model.clamp(0);
+            let loads = vec![dead(intervals, 600.0 * Vector3::z())];
+            let mut problem = StaticProblem::new(&model, &model.mechanism(), loads).unwrap();
+            problem.solve(&[1.0], &StaticSettings::default()).unwrap();
+            (tip(&problem) - exact).norm()
+        };
+        let errors: Vec<f64> = [2, 4, 8].into_iter().map(error).collect();
+        let orders: Vec<f64> = errors.windows(2).map(|e| (e[0] / e[1]).log2()).collect();
+        println!("{} nodes per element: errors {errors:?}, orders {orders:.2?}", order + 1);
+        assert!((orders[1] - 4.0).abs() < 0.25, "{orders:?}");
+    }
 }

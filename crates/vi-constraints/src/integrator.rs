@@ -88,6 +88,14 @@ pub enum SetupError {
          with dissipative forces"
     )]
     DissipativeComposition,
+    /// The start is a placement in which the constraints of a loop lose rank.
+    #[error("the start is a singular placement (the loop closed by `{joint}`) {reason}")]
+    SingularStart {
+        /// The joint at which the loop is cut.
+        joint: String,
+        /// Why that is in the way.
+        reason: SingularStart,
+    },
     /// Shapes do not match.
     #[error("{what} has {found} entries where {expected} are needed")]
     Shape {
@@ -100,12 +108,30 @@ pub enum SetupError {
     },
 }
 
+/// What keeps a motion from leaving a singular placement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SingularStart {
+    /// Nothing says which branch it takes.
+    #[error("and at rest: give it a velocity or move it off by a little")]
+    AtRest,
+    /// The velocity mixes branches.
+    #[error(
+        "with a velocity that no branch of the motion has: correct it or move it off by a little"
+    )]
+    OffBranch,
+    /// The scheme needs constraints of full rank at the start.
+    #[error("which the scheme cannot leave: use the scheme `nodal` or `reduced`")]
+    Scheme,
+}
+
 /// A running integration: macro steps of one scheme at one order.
 pub struct Integrator<S, C> {
     system: S,
     constraints: C,
     scheme: Box<dyn Scheme<S, C>>,
     observer: NodeObserver,
+    start_observer: Option<NodeObserver>, // where the start has fewer independent constraints
     rows: IndependentRows,
     gammas: Vec<f64>,
     step: f64,
@@ -222,6 +248,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
             constraints,
             scheme,
             observer,
+            start_observer: None,
             rows,
             gammas: options.gammas,
             step: options.step,
@@ -232,6 +259,15 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
             start: report,
             initial_velocity,
         })
+    }
+
+    /// The start is a singular placement in which only `rows` are independent; `report` is of the
+    /// projection that was made with them.
+    #[must_use]
+    pub fn starting_singular(mut self, rows: &IndependentRows, report: StartReport) -> Self {
+        self.start_observer = Some(NodeObserver::new(&self.system, self.constraints.len(), rows));
+        self.start = report;
+        self
     }
 
     /// One macro step.
@@ -271,7 +307,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn node_before(&mut self) -> Result<&Node, Singular> {
-        let Self { observer, system, constraints, before, scheme, .. } = self;
+        let Self { observer, start_observer, system, constraints, before, scheme, .. } = self;
+        let observer = observer_at(before, observer, start_observer);
         if self.gammas.len() > 1 {
             return observer.observe_state(system, constraints, before.t, &before.q, &before.p);
         }
@@ -285,7 +322,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// [`ObserveError`] when that step fails or the constraints have lost rank.
     pub fn observe(&mut self) -> Result<&Node, ObserveError> {
         if self.gammas.len() > 1 {
-            let Self { observer, system, constraints, state, .. } = self;
+            let Self { observer, start_observer, system, constraints, state, .. } = self;
+            let observer = observer_at(state, observer, start_observer);
             let (t, q, p) = (state.t, &state.q, &state.p);
             return Ok(observer.observe_state(system, constraints, t, q, p)?);
         }
@@ -298,7 +336,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         (self.before, self.macro_steps) = kept;
         self.scheme.reset();
         outcome?;
-        Ok(self.observer.node())
+        Ok(observer_at(&self.state, &mut self.observer, &mut self.start_observer).node())
     }
 
     /// What can be said of the current node without a step from there: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`.
@@ -306,7 +344,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn observe_state(&mut self) -> Result<&Node, Singular> {
-        let Self { observer, system, constraints, state, .. } = self;
+        let Self { observer, start_observer, system, constraints, state, .. } = self;
+        let observer = observer_at(state, observer, start_observer);
         observer.observe_state(system, constraints, state.t, &state.q, &state.p)
     }
 
@@ -316,7 +355,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
-        let Self { observer, system, constraints, state, .. } = self;
+        let Self { observer, start_observer, system, constraints, state, .. } = self;
+        let observer = observer_at(state, observer, start_observer);
         let (t, q, p) = (state.t, &state.q[..], &state.p);
         let v = observer.observe_state(system, constraints, t, q, p)?.v.clone();
         let mut lambda = vec![0.0; constraints.len()];
@@ -395,6 +435,18 @@ pub enum ObserveError {
     /// The constraints have lost rank.
     #[error(transparent)]
     Singular(#[from] Singular),
+}
+
+/// The observer of a node: the start may have its own.
+fn observer_at<'a>(
+    node: &State,
+    observer: &'a mut NodeObserver,
+    of_the_start: &'a mut Option<NodeObserver>,
+) -> &'a mut NodeObserver {
+    match of_the_start {
+        Some(own) if node.step == 0 => own,
+        _ => observer,
+    }
 }
 
 fn copy(from: &State, to: &mut State) {

@@ -25,8 +25,9 @@ pub struct Nodal<O> {
     reduced: bool,
     newton: Newton,
     predictor: Predictor,
-    u: Vec<f64>,            // d
-    last: Option<Vec<f64>>, // d  u_{n-1}, when the last interval ends at the current node
+    u: Vec<f64>,             // d
+    last: Option<Vec<f64>>,  // d  u_{n-1}, when the last interval ends at the current node
+    first: Option<Vec<f64>>, // d  ν(0), where the first step cannot start from u = 0
     work: Work,
 }
 
@@ -55,7 +56,15 @@ impl<O> Nodal<O> {
         let work = Work { s: Interval::new(n), p: vec![0.0; n], bracket: vec![0.0; n] };
         let (newton, predictor) = (Newton::new(d, settings), Predictor::new(d, lanes));
         let u = vec![0.0; d];
-        Self { operators, reduced, newton, predictor, u, last: None, work }
+        Self { operators, reduced, newton, predictor, u, last: None, first: None, work }
+    }
+
+    /// Newton's method of the first step starts from `h ν`: at a singular placement `u = 0` is no
+    /// start value.
+    #[must_use]
+    pub fn starting_with(mut self, rates: Vec<f64>) -> Self {
+        self.first = Some(rates);
+        self
     }
 
     /// The operators.
@@ -88,6 +97,10 @@ impl<S: MechanicalSystem, O: NodalOperators<S>> NewtonProblem for Problem<'_, S,
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
         self.operators.solve(self.system, x, &self.work.s, dx)
     }
+
+    fn noise(&self) -> f64 {
+        self.operators.noise()
+    }
 }
 
 impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
@@ -108,6 +121,10 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
         self.work.s.open(state.t, step.h, &state.q);
         self.work.p.copy_from_slice(&state.p);
         self.operators.begin(system, &self.work.s, kept);
+        if let Some(rates) = self.first.as_ref().filter(|_| state.step == 0 && step.lane == 0) {
+            let increment: Vec<f64> = rates.iter().map(|rate| step.h * rate).collect();
+            self.predictor.remember(step.lane, step.h, &increment);
+        }
         let mut problem = Problem { system, operators: &mut self.operators, work: &mut self.work };
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
         let solved = solve_step(newton, predictor, step, &mut problem, &mut self.u);

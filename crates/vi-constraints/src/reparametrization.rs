@@ -67,6 +67,10 @@ pub trait NodalOperators<S> {
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault>;
     /// See [`Reparametrization::clean`].
     fn clean(&mut self, t: f64, q: &mut [f64]);
+    /// See [`vi_core::newton::NewtonProblem::noise`].
+    fn noise(&self) -> f64 {
+        1e-9
+    }
     /// Condition number of the last Newton matrix, where there is a matrix.
     fn condition(&self) -> Option<f64>;
 }

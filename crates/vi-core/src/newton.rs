@@ -8,6 +8,7 @@
 //! done     when size_k · ratio_k ≤ ε/4                          what is left is below round-off
 //!          or   size_k ≤ 4ε                                     the correction itself was
 //!          or   the residual no longer contracts and size_k ≤ 1e-9    round-off floor
+//!          or   that three times in a row, with size_k ≤ noise        floor of an ill-conditioned problem
 //! ```
 //! `scale_block` is the largest entry of the unknowns of that block, at least its floor: increments
 //! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual after
@@ -94,6 +95,11 @@ pub trait NewtonProblem {
     /// # Errors
     /// [`Fault::SingularTangent`].
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault>;
+    /// Relative size of the corrections that round-off alone may cause: more than 1e-9 where the
+    /// problem is ill-conditioned.
+    fn noise(&self) -> f64 {
+        1e-9
+    }
 }
 
 /// Settings of the loop.
@@ -208,6 +214,7 @@ impl Newton {
         let mut report = NewtonReport::default();
         let mut residual = self.evaluate(problem, x).map_err(refused(0))?;
         report.evaluations = 1;
+        let mut stalled = 0;
         loop {
             let iteration = report.iterations + 1;
             self.dx.copy_from_slice(&self.r);
@@ -226,7 +233,8 @@ impl Newton {
             report.last_correction = size.relative;
             let ratio = if next > 0.0 { next / residual } else { 0.0 };
             let left = size.relative * ratio;
-            let at_floor = ratio > 0.5 && size.relative <= 1e-9;
+            stalled = if ratio > 0.5 && size.relative <= problem.noise() { stalled + 1 } else { 0 };
+            let at_floor = (ratio > 0.5 && size.relative <= 1e-9) || stalled >= 3;
             let settled = size.relative <= 4.0 * f64::EPSILON;
             let good = left <= self.settings.tolerance.max(0.25 * f64::EPSILON);
             if (good && ratio < 1.0) || settled || at_floor {

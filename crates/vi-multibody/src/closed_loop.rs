@@ -12,24 +12,33 @@
 //! of the first `rank` pivots are enforced, the others follow from them. The *generic* rank, the
 //! largest met, is kept when a placement loses rank momentarily (a flat four-bar): `Z` is then the
 //! last null space projected onto the new one, so the branch of the motion is the one its velocity
-//! points along, and the rows enforced are chosen at `q_{n+1}`.
+//! points along, and the rows enforced are chosen at `q_{n+1}`. A start in such a placement is compared
+//! with placements nearby ([`crate::placement`]): with a velocity, `Z` at the start is the limit of the
+//! generic null space along it; at rest it is refused, since nothing says which branch the motion takes.
+//!
+//! **Round-off.** `g_c` is a difference of stored coordinates, so the increments of a loop are known to
+//! `ε |q|/σ` and not to `ε` of themselves, with `σ` the last kept entry of `R`, `~ 0.1 δ` at an angle `δ`
+//! from a flat position: floors and noise of Newton's method are higher than those of a tree. A row sees
+//! only the links of its own loop: what both of its ends share would cancel but for round-off, which
+//! `1/σ` would turn into a drift of the momentum maps.
 //!
 //! Source: LMO08 §5.4, §5.5.
 #![allow(non_snake_case)] // J, W, Z, A
 
 use crate::articulated::Articulated;
-use crate::joint::Joint;
+use crate::joint::{FrameId, Joint};
 use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
-use crate::pair::Twist;
+use crate::pair::{PairKind, Twist};
 use crate::scalar_constraint::ScalarRow;
 use nalgebra::DMatrix;
+use std::ops::Range;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::{NodalOperators, Reparametrization};
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, Fault};
+use vi_core::linear::{DenseLu, norm_inf};
+use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::sparse::SparseMatrix;
 
 /// `A⁻¹` when the potential couples bodies: dense, `O(n d² + d³)`.
@@ -80,10 +89,13 @@ impl Coupled {
 pub struct LoopNodal {
     tree: Articulated,
     coupled: Option<Coupled>,
-    rows: Vec<ScalarRow>, // g_c
-    scale: Vec<f64>,      // of the rows of J in rank decisions
-    rank: usize,          // generic rank of J
+    rows: Vec<ScalarRow>,     // g_c
+    scale: Vec<f64>,          // of the rows of J in rank decisions
+    length: f64,              // longest lever arm
+    rank: usize,              // generic rank of J
+    apex: Vec<Option<usize>>, // of each row: the link at which the two sides of its loop meet
     blocks: Vec<Block>,
+    sigma: f64, // last kept entry of R at q_{n+1}
     q_n: Vec<f64>,
     jacobian: DMatrix<f64>, // m_c × d_tree
     qr: NullSpaceQr,
@@ -116,14 +128,17 @@ impl LoopNodal {
         loops
     }
 
-    fn uncoupled(mechanism: &Mechanism, rank: usize) -> Self {
+    pub(crate) fn uncoupled(mechanism: &Mechanism, rank: usize) -> Self {
         let tree = Articulated::new(mechanism.tree().clone());
         let rows = mechanism.loop_constraints();
         let (d, m) = (mechanism.tree().dof(), rows.len());
         let zeros = |i, j| DMatrix::zeros(i, j);
-        let scale = row_scales(mechanism, &rows);
+        let length = longest_arm(mechanism);
+        let scale = row_scales(mechanism, &rows, length);
         Self {
-            blocks: mechanism.tree().blocks(),
+            apex: apexes(mechanism, &tree),
+            blocks: blocks(mechanism),
+            sigma: 1.0,
             q_n: vec![0.0; 12 * mechanism.tree().links().len()],
             jacobian: zeros(m, d),
             qr: NullSpaceQr::new(d, m),
@@ -142,17 +157,80 @@ impl LoopNodal {
             coupled: None,
             rows,
             scale,
+            length,
             rank,
         }
     }
 
-    /// Rank of the loop constraints' Jacobian `J` at `q`.
+    /// The first node is a singular placement: its null space is that of the branch, `Z_0`.
     #[must_use]
-    pub fn rank_at(mechanism: &Mechanism, q: &[f64]) -> usize {
-        let mut loops = Self::uncoupled(mechanism, 0);
-        loops.tree.begin_at(q, false);
-        loops.write_jacobian(q, false);
-        loops.factorize_jacobian()
+    pub fn leaving_along(mut self, null_space: &DMatrix<f64>) -> Self {
+        self.Z_last.copy_from(null_space);
+        self.has_last = true;
+        self
+    }
+
+    /// Rank of the loop constraints' Jacobian `J` at `q`, which is kept and factorized.
+    pub(crate) fn rank_here(&mut self, q: &[f64]) -> usize {
+        self.begin_tree(q);
+        self.write_jacobian(q, false);
+        self.factorize_jacobian()
+    }
+
+    /// The rows of `J` in pivot order of the last factorization.
+    pub(crate) fn pivots(&self) -> &[usize] {
+        self.qr.pivots()
+    }
+
+    /// Orthonormal basis of `range Jᵀ` from the last factorization.
+    pub(crate) fn range(&mut self, rank: usize) -> DMatrix<f64> {
+        let d = self.jacobian.ncols();
+        let (mut range, mut null) = (DMatrix::zeros(d, rank), DMatrix::zeros(d, d - rank));
+        self.qr.range_and_null_space(rank, &mut range, &mut null);
+        range
+    }
+
+    /// Orthonormal basis of the null space of `J` from the last factorization.
+    pub(crate) fn null_space(&mut self, rank: usize) -> DMatrix<f64> {
+        let d = self.jacobian.ncols();
+        let mut null = DMatrix::zeros(d, d - rank);
+        self.qr.null_space(rank, &mut null);
+        null
+    }
+
+    /// Entry of the last `J`, scaled as its rows are in rank decisions.
+    pub(crate) fn jacobian_entry(&self, i: usize, j: usize) -> f64 {
+        self.scale[i] * self.jacobian[(i, j)]
+    }
+
+    /// Rows of the last `J`, scaled.
+    pub(crate) fn scaled_rows(&self, rows: Range<usize>) -> DMatrix<f64> {
+        let first = rows.start;
+        DMatrix::from_fn(rows.len(), self.jacobian.ncols(), |i, j| {
+            self.jacobian_entry(first + i, j)
+        })
+    }
+
+    /// `g_c(t, q)`, scaled.
+    pub(crate) fn values(&self, t: f64, q: &[f64]) -> Vec<f64> {
+        self.rows.iter().zip(&self.scale).map(|(row, scale)| scale * row.value(t, q)).collect()
+    }
+
+    pub(crate) fn begin_tree(&mut self, q: &[f64]) {
+        self.tree.begin_at(q, false);
+    }
+
+    pub(crate) fn move_tree(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.tree.move_to(u, s)
+    }
+
+    /// What one is for each unknown: 1 rad, or the longest lever arm.
+    pub(crate) fn unknown_scales(&self) -> Vec<f64> {
+        let mut scales = vec![1.0; self.jacobian.ncols()];
+        for block in self.blocks.iter().filter(|b| b.kind == BlockKind::Position) {
+            scales[block.range.clone()].fill(self.length);
+        }
+        scales
     }
 
     /// `J` at `q`, with `S` of `q_n` or `S'` of `q_{n+1}`.
@@ -165,10 +243,10 @@ impl LoopNodal {
 
     /// Row `out` of `jacobian` ← row `i` of `G_c P_tree`: wrenches of the row, carried to the root.
     fn write_row(&mut self, i: usize, out: usize, q: &[f64], next: bool) {
-        let (tree, jacobian) = (&self.tree, &mut self.jacobian);
+        let (tree, jacobian, apex) = (&self.tree, &mut self.jacobian, self.apex[i]);
         self.rows[i].for_each_wrench(q, |frame, wrench: Twist| {
             let (mut at, mut wrench) = (Some(tree.link_of(frame)), wrench);
-            while let Some(k) = at {
+            while let Some(k) = at.filter(|_| at != apex) {
                 let link = &tree.tree().links()[k];
                 let map = if next { tree.map_next(k) } else { tree.map_at(k) };
                 for (j, column) in map.columns().iter().enumerate() {
@@ -205,20 +283,67 @@ impl LoopNodal {
     /// Takes the rows of the leading pivots at the first trial of `q_{n+1}`.
     fn choose_rows(&mut self, q1: &[f64]) {
         self.write_jacobian(q1, true);
-        self.factorize_jacobian();
+        let found = self.factorize_jacobian();
         self.chosen.copy_from_slice(&self.qr.pivots()[..self.rank]);
+        let (kept, dropped) = self.qr.gap();
+        self.sigma = if found < self.rank { dropped } else { kept };
     }
 }
 
-/// One over the size of each row's wrench at the start, forces weighed by the longest lever arm.
-fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow]) -> Vec<f64> {
+/// For each row of the cut joints the lowest link that carries both of its sides, where they turn with
+/// it: the child of a spherical pair does not, so its loop is felt by the rotation of what carries it.
+fn apexes(mechanism: &Mechanism, tree: &Articulated) -> Vec<Option<usize>> {
+    let carriers = |frame: usize| {
+        let start = Some(tree.link_of(frame));
+        std::iter::successors(start, |&k| tree.tree().links()[k].parent)
+    };
+    let apex = |joint: &Joint| match (joint.parent.frame, joint.child.frame) {
+        (FrameId::Frame(a), FrameId::Frame(b)) => {
+            let of_a: Vec<usize> = carriers(a).collect();
+            let apex = carriers(b).find(|k| of_a.contains(k))?;
+            let below = |frame| carriers(frame).take_while(move |k| *k != apex);
+            let turns = |k: usize| tree.tree().links()[k].joint.kind != PairKind::Spherical;
+            below(a).chain(below(b)).all(turns).then_some(apex)
+        }
+        _ => None,
+    };
+    let of =
+        |&k: &usize| vec![apex(&mechanism.description().joints[k]); mechanism.joint_rows(k).len()];
+    let mut apexes: Vec<_> = mechanism.cut_joints().iter().flat_map(of).collect();
+    apexes.resize(mechanism.loop_constraints().len(), None); // scalar constraints: up to the root
+    apexes
+}
+
+/// The longest lever arm of a joint at the start, 1 m when there is none.
+fn longest_arm(mechanism: &Mechanism) -> f64 {
     let (q, _) = mechanism.start();
     let arm = |joint: &Joint| {
         let at = joint.placement(&q);
         at.rho_parent.norm().max(at.rho_child.norm()).max(at.gap.norm())
     };
     let length = mechanism.description().joints.iter().map(arm).fold(0.0, f64::max);
-    let length = if length > 0.0 { length } else { 1.0 };
+    if length > 0.0 { length } else { 1.0 }
+}
+
+/// The blocks of the tree with floors at which round-off of the loop constraints is no correction.
+fn blocks(mechanism: &Mechanism) -> Vec<Block> {
+    const RELATIVE: f64 = 1e-5; // what Newton's method calls small of this is about 50 ε
+    let (q, arm) = (mechanism.start().0, longest_arm(mechanism));
+    let extent =
+        q.chunks(12).map(|frame| norm_inf(&frame[..3.min(frame.len())])).fold(arm, f64::max);
+    let mut blocks = mechanism.tree().blocks();
+    for block in &mut blocks {
+        block.floor = match block.kind {
+            BlockKind::Position => RELATIVE * extent,
+            _ => RELATIVE * extent / arm,
+        };
+    }
+    blocks
+}
+
+/// One over the size of each row's wrench at the start, forces weighed by the longest lever arm.
+fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow], length: f64) -> Vec<f64> {
+    let (q, _) = mechanism.start();
     let scale = |row: &ScalarRow| {
         let mut square = 0.0;
         row.for_each_wrench(&q, |_, w| {
@@ -354,6 +479,10 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
         self.tree.tree().clean(q);
+    }
+
+    fn noise(&self) -> f64 {
+        1e-9 / self.sigma.clamp(1e-8, 1.0)
     }
 
     fn condition(&self) -> Option<f64> {

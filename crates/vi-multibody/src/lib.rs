@@ -50,6 +50,7 @@ pub mod map;
 pub mod mechanism;
 pub mod pair;
 pub mod particle;
+pub mod placement;
 pub mod reaction;
 pub mod run;
 pub mod scalar_constraint;

@@ -205,14 +205,20 @@ impl Mechanism {
         self.scalar_rows[k].clone()
     }
 
+    /// The constraints that act on the tree of bodies, as numbered among all constraints.
+    #[must_use]
+    pub fn loop_rows(&self) -> Vec<usize> {
+        let joints = self.cut_joints.iter().flat_map(|&k| self.joint_rows[k].clone());
+        let scalars = self.scalar_rows.iter().cloned().flatten();
+        joints.chain(scalars).collect()
+    }
+
     /// The rows that act on the tree of bodies: those of the cut joints and the scalar constraints
     /// (bars cut loops of point masses, which have no joint space).
     #[must_use]
     pub fn loop_constraints(&self) -> Vec<ScalarRow> {
         let first = 6 * self.description.bodies.len();
-        let joints = self.cut_joints.iter().flat_map(|&k| self.joint_rows[k].clone());
-        let scalars = self.scalar_rows.iter().cloned().flatten();
-        joints.chain(scalars).map(|row| self.rows[row - first].clone()).collect()
+        self.loop_rows().into_iter().map(|row| self.rows[row - first].clone()).collect()
     }
 
     /// What a constraint belongs to: the name of a body, a joint or a bar.

@@ -11,10 +11,12 @@ use crate::articulated::TreeNodal;
 use crate::closed_loop::LoopNodal;
 use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
+use crate::placement::LoopRank;
 use serde::{Deserialize, Serialize};
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
-use vi_constraints::integrator::{SetupError, Start};
+use vi_constraints::initialization::start;
+use vi_constraints::integrator::{SetupError, SingularStart, Start};
 use vi_constraints::nodal::Nodal;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::Scheme;
@@ -51,7 +53,19 @@ pub fn integrator(
     solver: Solver,
     at: Start<'_>,
 ) -> Result<MechanismIntegrator, SetupError> {
-    let rows = independent_rows(&mechanism, at.0, at.1);
+    let (t, q, v) = at;
+    let loops = Loops::find(&mechanism, t, q);
+    let rows = loops.rows.clone();
+    // a singular start is made consistent with the constraints that are independent there
+    let mut moved = None;
+    if let Some(here) = &loops.rows_at_start {
+        if matches!(options.scheme, SchemeKind::Constrained | SchemeKind::Dalembert) {
+            return Err(loops.refusal(SingularStart::Scheme));
+        }
+        let (state, v, report) = start(&system, &mechanism, here, t, (q, v))?;
+        moved = Some((state.q, v, here.clone(), report));
+    }
+    let at = moved.as_ref().map_or(at, |(q, v, ..)| (t, &q[..], &v[..]));
     let (n, m) = (mechanism.dim(), mechanism.len());
     let (lanes, newton) = (options.gammas.len(), options.newton);
     let scheme: BoxedScheme = match options.scheme {
@@ -65,19 +79,44 @@ pub fn integrator(
             Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, lanes))
         }
         SchemeKind::Nodal | SchemeKind::Reduced => {
-            nodal(&mechanism, &system, &options, solver, rows.len())?
+            nodal(&mechanism, &system, &options, solver, (&loops, at))?
         }
     };
-    Integrator::with_scheme(system, mechanism, (scheme, rows), options, at)
+    let run = Integrator::with_scheme(system, mechanism, (scheme, rows), options, at)?;
+    Ok(match moved {
+        Some((.., here, report)) => run.starting_singular(&here, report),
+        None => run,
+    })
 }
 
-/// An independent set of constraints: all of them on trees, by pivoted QR where loops are closed.
-#[must_use]
-pub fn independent_rows(mechanism: &Mechanism, t: f64, q: &[f64]) -> IndependentRows {
-    if mechanism.has_loops() {
-        IndependentRows::find(mechanism, t, q)
-    } else {
-        IndependentRows::all(mechanism.len())
+/// The constraints of the motion, and of its start where fewer are independent there.
+struct Loops {
+    rows: IndependentRows,
+    rows_at_start: Option<IndependentRows>,
+    rank: Option<LoopRank>, // None: no loops of bodies
+}
+
+impl Loops {
+    fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
+        let particles = !mechanism.description().particles.is_empty();
+        if !mechanism.cut_bars().is_empty() || (mechanism.has_loops() && particles) {
+            let rows = IndependentRows::find(mechanism, t, q);
+            return Self { rows, rows_at_start: None, rank: None };
+        }
+        if !mechanism.has_loops() {
+            let rows = IndependentRows::all(mechanism.len());
+            return Self { rows, rows_at_start: None, rank: None };
+        }
+        let rank = LoopRank::find(mechanism, t, q);
+        let rows_at_start = rank.is_singular().then(|| rank.rows_at_start(mechanism));
+        Self { rows: rank.rows(mechanism), rows_at_start, rank: Some(rank) }
+    }
+
+    fn refusal(&self, reason: SingularStart) -> SetupError {
+        self.rank.as_ref().map_or_else(
+            || SetupError::SingularStart { joint: String::new(), reason },
+            |rank| rank.refusal(reason),
+        )
     }
 }
 
@@ -86,7 +125,7 @@ fn nodal(
     system: &SeparableSystem,
     options: &Options,
     solver: Solver,
-    rank: usize,
+    (loops, at): (&Loops, Start<'_>),
 ) -> Result<BoxedScheme, SetupError> {
     let (n, newton, lanes) = (mechanism.dim(), options.newton, options.gammas.len());
     let reduced = options.scheme == SchemeKind::Reduced;
@@ -94,11 +133,17 @@ fn nodal(
     if !mechanism.cut_bars().is_empty() || (mechanism.has_loops() && particles) {
         return Err(SetupError::NeedsReparametrization(options.scheme));
     }
-    if mechanism.has_loops() {
+    if let Some(rank) = &loops.rank {
         let d = mechanism.tree().dof();
-        let loop_rank = rank + d - n; // (n − d) tree constraints, the rest closes loops
-        let operators = LoopNodal::new(mechanism, loop_rank, system, &probe(mechanism, system));
-        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
+        let probe = probe(mechanism, system);
+        let operators = LoopNodal::new(mechanism, rank.generic, system, &probe);
+        if !rank.is_singular() {
+            return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
+        }
+        let departure = rank.departure(mechanism, at)?;
+        let operators = operators.leaving_along(&departure.null_space);
+        let nodal = Nodal::new(operators, (n, d), reduced, newton, lanes);
+        return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
     let mut operators = TreeNodal::new(mechanism.tree().clone());
     let only_bodies = mechanism.description().particles.is_empty();

@@ -27,9 +27,9 @@ pub enum ScalarRow {
     /// `θ_a + ρ θ_b − c`.
     Coupling {
         /// `θ_a`.
-        a: JointCoordinate,
+        a: Box<JointCoordinate>,
         /// `θ_b`.
-        b: JointCoordinate,
+        b: Box<JointCoordinate>,
         /// `ρ`.
         ratio: f64,
         /// `c`.
@@ -38,7 +38,7 @@ pub enum ScalarRow {
     /// `θ − θ_ref(t)`.
     Motion {
         /// `θ`.
-        coordinate: JointCoordinate,
+        coordinate: Box<JointCoordinate>,
         /// `θ_ref` with its derivatives.
         reference: Reference,
     },
@@ -188,12 +188,14 @@ impl ScalarConstraint {
         q: &[f64],
     ) -> Self {
         let target = a.at(q) + ratio * b.at(q);
+        let (a, b) = (Box::new(a), Box::new(b));
         Self::new(name, vec![ScalarRow::Coupling { a, b, ratio, target }])
     }
 
     /// The coordinate follows `θ_ref(t)`.
     #[must_use]
     pub fn motion(name: &str, coordinate: JointCoordinate, reference: Reference) -> Self {
+        let coordinate = Box::new(coordinate);
         Self::new(name, vec![ScalarRow::Motion { coordinate, reference }])
     }
 }

@@ -37,6 +37,8 @@ pub struct SparseNodal {
     left: Columns,  // P(q_n)
     right: Columns, // ∂F_d/∂u
     matrix: ReducedMatrix,
+    screws: bool,
+    u: Vec<f64>, // d  increments u of the unknowns
 }
 
 impl SparseNodal {
@@ -45,7 +47,26 @@ impl SparseNodal {
     pub fn new(mechanism: &Mechanism) -> Self {
         let layout = VelocityLayout::new(mechanism);
         let (left, right, blocks) = (layout.columns(), layout.columns(), layout.blocks());
-        Self { layout, blocks, left, right, matrix: ReducedMatrix::default() }
+        let (matrix, u) = (ReducedMatrix::default(), vec![0.0; layout.dimension().1]);
+        Self { layout, blocks, left, right, matrix, screws: false, u }
+    }
+
+    /// Takes screws as the unknowns of free roots: `θ = D y_θ`, `u_φ = T(θ) D y_φ` with the directors
+    /// `D` of `q_n`. In a steady screw motion `y = h (Dᵀφ̇, Dᵀω)` is constant, and every member stays on
+    /// its circle: start values that are extrapolated, and the first iterate `hν` from `y = 0`, are
+    /// then free of strain. Stiff beams that turn fast need it; the root `q_{n+1}` is the same.
+    #[must_use]
+    pub fn by_screws(mut self) -> Self {
+        self.screws = true;
+        self
+    }
+
+    /// `self.u ←` the increments that belong to the unknowns.
+    fn increments(&mut self, unknowns: &[f64], q_n: &[f64]) {
+        self.u.copy_from_slice(unknowns);
+        if self.screws {
+            self.layout.screws_to_increments(q_n, &mut self.u);
+        }
     }
 
     /// Sets the sizes below which increments do not matter to Newton's method: `length` (m) and
@@ -81,16 +102,24 @@ impl<S: MechanicalSystem> NodalOperators<S> for SparseNodal {
             std::mem::swap(&mut self.left, &mut self.right);
         } else {
             self.layout.null_space(&s.q0, &mut self.left);
+            if self.screws {
+                self.layout.chain_screws(&s.q0, None, &mut self.left);
+            }
         }
     }
 
     fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool {
-        self.layout.tangent(u, s, &mut self.right);
+        self.increments(u, &s.q0);
+        self.layout.tangent(&self.u, s, &mut self.right);
+        if self.screws {
+            self.layout.chain_screws(&s.q0, Some(u), &mut self.right);
+        }
         true
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
-        self.layout.reparametrize(u, s)
+        self.increments(u, &s.q0);
+        self.layout.reparametrize(&self.u, s)
     }
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
@@ -98,7 +127,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for SparseNodal {
     }
 
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
-        self.layout.tangent(u, s, &mut self.right);
+        NodalOperators::<S>::keep_tangent(self, u, s);
         let emit = |out: &mut dyn Entries| system.forced_d2_d1(s, out);
         self.matrix.fill(&self.layout, &emit, (&self.left, &self.right), &[]);
         Ok(self.matrix.solve(x)?)

@@ -5,16 +5,18 @@
 //! ```
 //! Letters: `J_αk` twist of member `α` by the unit rate of the unknown `k`. Source: theory §5.
 
+#![allow(non_snake_case)] // J, T, B, D
+
 use crate::mechanism::Mechanism;
 use crate::pair::{Motion, PairKind, Transfer, Twist, VelocityMap};
 use crate::particle::ParticleTree;
 use crate::tree::Tree;
-use nalgebra::{DMatrix, Vector3, Vector6};
+use nalgebra::{DMatrix, Matrix3, Vector3, Vector6};
 use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
-use vi_rigid::null_space;
+use vi_rigid::{directors, null_space, rotation};
 
 /// A frame or a particle: which coordinates it has and which unknowns move it.
 #[derive(Clone, Debug)]
@@ -56,6 +58,7 @@ pub struct VelocityLayout {
     particles: ParticleTree,
     pub(super) members: Vec<Member>, // links in the order of the tree, then particles
     parents: Vec<Option<usize>>,     // of links
+    roots: Vec<Option<usize>>,       // of links: the free root that carries them
     pub(super) unknowns: Vec<usize>, // unknown of each column
     pub(super) dimension: (usize, usize), // n, d
     maps: Vec<VelocityMap>,          // scratch, one for each link
@@ -70,7 +73,12 @@ impl VelocityLayout {
         let (tree, particles) = (mechanism.tree().clone(), mechanism.particle_tree().clone());
         let (n, d) = (Constraints::dim(mechanism), tree.dof() + particles.dof());
         let (mut members, mut unknowns) = (Vec::<Member>::new(), Vec::new());
+        let mut roots: Vec<Option<usize>> = Vec::new();
         for link in tree.links() {
+            roots.push(match link.parent {
+                Some(parent) => roots[parent],
+                None => (link.joint.kind == PairKind::Free).then_some(roots.len()),
+            });
             let start = unknowns.len();
             if let Some(parent) = link.parent {
                 unknowns.extend_from_within(members[parent].columns.clone());
@@ -99,6 +107,7 @@ impl VelocityLayout {
         }
         let links = tree.links().len();
         Self {
+            roots,
             parents: tree.links().iter().map(|link| link.parent).collect(),
             maps: vec![VelocityMap::new(Transfer::None, &[]); links],
             motions: vec![Motion::rest(); links],
@@ -233,11 +242,79 @@ impl VelocityLayout {
         }
     }
 
+    /// Free roots: `(u_φ, θ) ← (T(D y_θ) D y_φ, D y_θ)` with the triad `D` of the root at `q`.
+    pub(super) fn screws_to_increments(&self, q: &[f64], y: &mut [f64]) {
+        for link in self.tree.links().iter().filter(|link| link.joint.kind == PairKind::Free) {
+            let own = &mut y[link.offset..link.offset + 6];
+            let (w, theta) = screw(&directors::triad(&q[12 * link.frame..]), own);
+            own[..3].copy_from_slice((rotation::tangent(&theta) * w).as_slice());
+            own[3..].copy_from_slice(theta.as_slice());
+        }
+    }
+
+    /// `J ← J ∂(u_φ, θ)/∂(y_φ, y_θ)` in the columns of free roots, at the screws `y` and the triads of
+    /// `q`: `[T D, B D; 0, D]`, `B = ∂(T(θ)w)/∂θ`. Without `y`: at zero, without `B`.
+    pub(super) fn chain_screws(&self, q: &[f64], y: Option<&[f64]>, at: &mut Columns) {
+        for (member, root) in self.members.iter().zip(&self.roots) {
+            let Some(root) = root else { continue };
+            let link = &self.tree.links()[*root];
+            let triad = directors::triad(&q[12 * link.frame..]);
+            let (T, B) = match y {
+                None => (Matrix3::identity(), Matrix3::zeros()),
+                Some(y) => {
+                    let (w, theta) = screw(&triad, &y[link.offset..link.offset + 6]);
+                    (rotation::tangent(&theta), tangent_derivative(&theta, &w))
+                }
+            };
+            let (TD, BD) = (T * triad, B * triad);
+            // the unknowns of the root come first
+            let own = &mut at.twists[member.columns.start..member.columns.start + 6];
+            let J: [Vector6<f64>; 6] = std::array::from_fn(|k| own[k]);
+            for k in 0..3 {
+                own[k] = (0..3).map(|l| J[l] * TD[(l, k)]).sum();
+                own[3 + k] = (0..3).map(|l| J[l] * BD[(l, k)] + J[3 + l] * triad[(l, k)]).sum();
+            }
+        }
+    }
+
     /// See [`vi_constraints::Reparametrization::clean`].
     pub fn clean(&self, q: &mut [f64]) {
         self.tree.clean(q);
         self.particles.clean(q);
     }
+}
+
+/// `(w, θ) = (D y_φ, D y_θ)`.
+fn screw(triad: &Matrix3<f64>, y: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+    (triad * Vector3::new(y[0], y[1], y[2]), triad * Vector3::new(y[3], y[4], y[5]))
+}
+
+/// `B = ∂(T(θ)w)/∂θ` with `T = I + a θ̂ + b θ̂²`, `a = (1 − cos x)/x²`, `b = (x − sin x)/x³`, `x = |θ|`:
+/// `B dθ = (a'/x θ×w + b'/x θ×(θ×w)) (θ·dθ) + a dθ×w + b (dθ×(θ×w) + θ×(dθ×w))`.
+fn tangent_derivative(theta: &Vector3<f64>, w: &Vector3<f64>) -> Matrix3<f64> {
+    let square = theta.norm_squared();
+    let x = square.sqrt();
+    let (a, b) = (rotation::cosine_gap(x), rotation::sine_gap(x));
+    // a'/x = (b x² − a − … ) has no accurate closed form near zero: series up to x = 1
+    let (da, db) = if square < 1.0 {
+        let series = |first: f64, step: f64| {
+            // Σ (−1)^{k+1} (2k+2)/(2k+4)! x^{2k} and with (2k+5)!
+            let (mut term, mut sum) = (first, 0.0);
+            for k in 0..9 {
+                let k = f64::from(k);
+                sum -= (2.0 * k + 2.0) * term;
+                term *= -square / ((2.0 * k + 5.0 + step) * (2.0 * k + 6.0 + step));
+            }
+            sum
+        };
+        (series(1.0 / 24.0, 0.0), series(1.0 / 120.0, 1.0))
+    } else {
+        ((x.sin() / x - 2.0 * a) / square, ((1.0 - x.cos()) / square - 3.0 * b) / square)
+    };
+    let hat = rotation::skew(theta);
+    let (once, twice) = (hat * w, hat * (hat * w));
+    let along = (da * once + db * twice) * theta.transpose();
+    along - a * rotation::skew(w) - b * (rotation::skew(&once) + hat * rotation::skew(w))
 }
 
 fn flat(t: &Twist) -> Vector6<f64> {
@@ -246,4 +323,26 @@ fn flat(t: &Twist) -> Vector6<f64> {
 
 fn unflat(t: &Vector6<f64>) -> Twist {
     Twist::new(Vector3::new(t[0], t[1], t[2]), Vector3::new(t[3], t[4], t[5]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_derivative_of_the_tangent_map() {
+        let (direction, w) = (Vector3::new(0.6, -0.48, 0.64), Vector3::new(0.4, 1.1, -0.7));
+        let mut worst = 0.0_f64;
+        for angle in [0.0, 1e-3, 0.3, 0.999, 1.001, 2.0, 3.1] {
+            let theta = angle * direction;
+            let exact = tangent_derivative(&theta, &w);
+            for k in 0..3 {
+                let e = 1e-5 * Vector3::ith(k, 1.0);
+                let change = rotation::tangent(&(theta + e)) - rotation::tangent(&(theta - e));
+                worst = worst.max((change * w / 2e-5 - exact.column(k)).amax());
+            }
+        }
+        println!("∂(T(θ)w)/∂θ off by {worst:.1e}");
+        assert!(worst < 1e-9, "{worst:e}");
+    }
 }

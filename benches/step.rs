@@ -1,0 +1,63 @@
+//! Cost of a step by scheme, on the heavy top and a chain of eight links, as ratios in one run.
+//!
+//! All four schemes give the same motion; what differs is the size of the Newton systems.
+#![allow(clippy::unwrap_used, missing_docs)] // a bench; criterion's macro makes public items
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use holonom::{Model, Simulation};
+use std::time::{Duration, Instant};
+
+const MODELS: [(&str, &str); 2] = [
+    ("heavy_top", include_str!("../examples/models/heavy_top.toml")),
+    ("chain8", include_str!("../examples/models/chain8.toml")),
+];
+const SCHEMES: [&str; 4] = ["nodal", "reduced", "dalembert", "constrained"];
+const TURN: u64 = 256;
+
+fn steps(simulation: &mut Simulation, taken: &mut u64, count: u64) -> Duration {
+    let begin = Instant::now();
+    for _ in 0..count {
+        if *taken > 0 && taken.is_multiple_of(TURN) {
+            simulation.integrator().reverse();
+        }
+        simulation.integrator().step().unwrap();
+        *taken += 1;
+    }
+    begin.elapsed()
+}
+
+fn step(criterion: &mut Criterion) {
+    let quick = std::env::args().any(|a| a == "--test");
+    for (name, text) in MODELS {
+        let mut group = criterion.benchmark_group(format!("step/{name}"));
+        group.sample_size(20).measurement_time(Duration::from_secs(1));
+        let mut runs: Vec<(Simulation, u64)> = Vec::new();
+        for scheme in SCHEMES {
+            let set = [("simulation.scheme".into(), scheme.into())];
+            let model = Model::from_toml_with(text, &set).unwrap();
+            let mut run = (Simulation::new(&model).unwrap(), 0);
+            group.bench_function(BenchmarkId::from_parameter(scheme), |bencher| {
+                bencher.iter_custom(|iterations| steps(&mut run.0, &mut run.1, iterations));
+            });
+            runs.push(run);
+        }
+        group.finish();
+        if quick {
+            continue;
+        }
+        // the schemes in turns, so that a busy machine slows all of them
+        let mut best = [f64::INFINITY; SCHEMES.len()];
+        for _ in 0..10 {
+            for (best, (simulation, taken)) in best.iter_mut().zip(&mut runs) {
+                *best = best.min(steps(simulation, taken, 2 * TURN).as_secs_f64());
+            }
+        }
+        for (scheme, time) in SCHEMES.iter().zip(best) {
+            let one = 1e6 * time / (2 * TURN) as f64;
+            println!("{name}, {scheme}: {one:.2} µs a step, {:.2} of nodal", time / best[0]);
+        }
+    }
+}
+
+criterion_group!(benches, step);
+criterion_main!(benches);

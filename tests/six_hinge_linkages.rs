@@ -1,0 +1,87 @@
+//! Free six-hinge linkages: one internal freedom although counting gives none, momentum maps to round-off.
+#![allow(clippy::unwrap_used)] // a test
+
+mod benchmark;
+
+use benchmark::{Run, assert_order, study};
+use nalgebra::Vector3;
+
+const CUBE: &str = include_str!("../examples/models/six_hinge_cube.toml");
+const LINE: &str = include_str!("../examples/models/six_hinge_line.toml");
+const BOTH: [(&str, &str); 2] = [("cube", CUBE), ("line", LINE)];
+
+/// Relative attitude of the links at hinge 1: `(tr R − 1)/2`, the cosine of its angle.
+fn inside(run: &mut Run) -> f64 {
+    let (a, b) = (run.coordinates("link6"), run.coordinates("link1"));
+    0.5 * (a[3..12].iter().zip(&b[3..12]).map(|(a, b)| a * b).sum::<f64>() - 1.0)
+}
+
+fn long_run(steps: usize) {
+    for (name, text) in BOTH {
+        let begin = std::time::Instant::now();
+        let mut run = Run::new(text, 0.01, 2);
+        let report = run.simulation.assembly();
+        assert_eq!((report.dof, report.redundant_constraints), (7, 1), "{name}");
+        let ([linear, angular], energy) = (run.momentum(), run.energy());
+        let (mut drift, mut spread, mut gap) = (0.0_f64, [0.0_f64; 2], 0.0_f64);
+        let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+        for k in 0..steps / 10 {
+            run.steps(10);
+            let [l, j] = run.momentum();
+            drift = drift.max((l - linear).amax()).max((j - angular).amax());
+            let half = usize::from(2 * k >= steps / 10);
+            spread[half] = spread[half].max((run.energy() / energy - 1.0).abs());
+            gap = gap.max(run.residual());
+            let cosine = inside(&mut run);
+            range = (range.0.min(cosine), range.1.max(cosine));
+        }
+        println!(
+            "{name}, {steps} steps: momentum maps drift by {drift:.1e} (of {:.2}, {:.2}), energy \
+             within {:.1e} then {:.1e}, |g| {gap:.1e}, cosine at hinge 1 from {:.2} to {:.2}, {:.1} s",
+            linear.norm(),
+            angular.norm(),
+            spread[0],
+            spread[1],
+            range.0,
+            range.1,
+            begin.elapsed().as_secs_f64()
+        );
+        // grows by about 1e-17 of |J| a step, faster than the root of their number
+        let allowed = 3e-17 * steps as f64 * angular.norm().max(1.0) + 1e-13;
+        assert!(drift < allowed, "{name}: {drift:e}");
+        assert!(spread[1] < 1.5 * spread[0] && spread[0] < 1e-2, "{name}: {spread:?}");
+        assert!(gap < 1e-12, "{name}: {gap:e}");
+        assert!(range.1 - range.0 > 0.5, "{name}: the linkage hardly moves, {range:?}");
+    }
+}
+
+#[test]
+fn momentum_maps_hold_to_round_off() {
+    long_run(1000);
+}
+
+#[test]
+#[ignore = "long: run by cargo xtask verify"]
+fn momentum_maps_hold_for_100_000_steps() {
+    long_run(100_000);
+}
+
+fn corner(text: &str, h: f64, order: u32) -> Vector3<f64> {
+    let mut run = Run::new(text, h, order);
+    let x = run.coordinates("link4");
+    let corner = run.point("link4", [x[0], x[1], x[2] + 0.5]);
+    run.until(2.0);
+    run.at(corner)
+}
+
+#[test]
+fn positions_converge_with_the_nominal_order() {
+    for (name, text) in BOTH {
+        let fine = corner(text, 0.01, 8);
+        for (nominal, steps) in [(2, [0.04, 0.02, 0.01]), (4, [0.08, 0.04, 0.02])] {
+            let what = format!("{name}, order {nominal}");
+            let (_, orders) = study(&what, &steps, |h| (corner(text, h, nominal) - fine).norm());
+            assert_order(&orders, f64::from(nominal), 0.4);
+        }
+    }
+}
