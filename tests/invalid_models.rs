@@ -114,6 +114,14 @@ cases! {
     two_unknown_keys: PENDULUM, "mass = 1.0" => "mas = 1.0\nvelocty = [0, 1]";
     unknown_key_of_a_history: TOP,
         "[simulation]" => "[[load]]\nname = \"l\"\nbody = \"top\"\nhistory = { type = \"ramp\", start = 0, stop = 1 }\n[simulation]";
+    sensor_of_nothing: TOP,
+        "[simulation]" => "[[sensor]]\nname = \"s\"\ntype = \"position\"\nof = \"topp\"\n[simulation]";
+    sensors_of_the_wrong_kind: TOP,
+        "[simulation]" => "[[sensor]]\nname = \"a\"\ntype = \"joint_rate\"\nof = \"top\"\n[[sensor]]\nname = \"b\"\ntype = \"orientation\"\nof = \"tip\"\n[[sensor]]\nname = \"top\"\ntype = \"reaction\"\nof = \"top\"\npoint = [0, 0, 1]\n[simulation]";
+    unknown_type_of_sensor: TOP,
+        "[simulation]" => "[[sensor]]\nname = \"s\"\ntype = \"force\"\nof = \"tip\"\n[simulation]";
+    sensor_of_a_fixed_joint: TOP, "\"spherical\"" => "\"fixed\"",
+        "[simulation]" => "[[sensor]]\nname = \"s\"\ntype = \"joint_coordinate\"\nof = \"tip\"\n[simulation]";
     negative_every: TOP, "every = 5" => "every = -5";
     nothing_moves: TOP, "velocity = [4.61538, 0.0, 0.0]\nangular_velocity = [0.0, 150.0, -4.61538]" => "fixed = true";
     several_keys: TOP, "mass = 15.0" => "mas = 15.0", "every = 5" => "evry = 5";

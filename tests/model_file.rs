@@ -71,7 +71,25 @@ history = { type = "table", times = [0, 1, 2], values = [0, 1, 0] }
 name = "swing"
 body = "b"
 torque = [0, 0, 1]
+force = [0, 1, 0]
+point = [0, 0, 0.5]
 history = { type = "harmonic", frequency = 2 }
+
+[[sensor]]
+name = "end"
+type = "velocity"
+of = "b"
+point = [0, 0, -0.5]
+
+[[sensor]]
+name = "hold"
+type = "reaction"
+of = "wall"
+
+[[sensor]]
+name = "angle"
+type = "joint_coordinate"
+of = "hinge"
 
 [simulation]
 step = 0.001
@@ -150,7 +168,7 @@ fn keys_have_places() {
 proptest! {
     /// Whatever the text, there is an answer and no panic, and places lie within the text.
     #[test]
-    fn no_text_is_too_odd(line in 0usize..80, junk in "[\\PC\n]{0,12}", replace: bool) {
+    fn no_text_is_too_odd(line in 0usize..98, junk in "[\\PC\n]{0,12}", replace: bool) {
         let mut lines: Vec<&str> = EVERYTHING.lines().collect();
         let line = line.min(lines.len() - 1);
         if replace { lines[line] = &junk } else { lines.insert(line, &junk) }

@@ -92,6 +92,35 @@ fn a_run_writes_the_files_of_the_contract() {
 }
 
 #[test]
+fn sensors_have_a_file_of_their_own() {
+    let folder = folder("sensors");
+    assert_eq!(code(&folder, &["examples", "heavy_top_steady", "-o", "top.toml"]), 0);
+    let output = holonom(&folder, &["run", "top.toml", "--end", "0.1"]);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    assert!(
+        words(&output).contains("residuals.csv, sensors.csv, summary.json"),
+        "{}",
+        words(&output)
+    );
+    let out = folder.join("top-out");
+    let csv = fs::read_to_string(out.join("sensors.csv")).unwrap();
+    assert!(csv.starts_with("step,t,base.x,base.y,base.z,support.fx,"), "{csv}");
+    assert_eq!(csv.lines().count(), 52);
+    // a failed run lists it, and what it holds is valid
+    let failing = ["run", "top.toml", "--force", "--set", "simulation.newton_max_iterations=1"];
+    let output = holonom(&folder, &failing);
+    assert_eq!(output.status.code(), Some(1), "{}", words(&output));
+    assert!(words(&output).contains("sensors.csv"), "{}", words(&output));
+    assert_eq!(fs::read_to_string(out.join("sensors.csv")).unwrap().lines().count(), 2);
+    // drawn again from the files; gone with the next run of another model
+    fs::remove_dir_all(out.join("plots")).unwrap();
+    assert_eq!(code(&folder, &["plot", "top-out"]), 0);
+    assert!(out.join("plots/sensor_01_base.svg").exists());
+    assert_eq!(code(&folder, &["run", "pendulum.toml", "-o", "top-out", "--force", "-q"]), 0);
+    assert!(!out.join("sensors.csv").exists());
+}
+
+#[test]
 fn options_and_keys_change_the_model_and_the_resolved_model_tells() {
     let folder = folder("options");
     let options = [

@@ -10,6 +10,7 @@
 //! | [`system`] | from a model to numbers |
 //! | [`simulation`] | the system of a model, and its run |
 //! | [`sample`] | what a run delivers at a node |
+//! | [`sensor`] | what its sensors measure there |
 //! | [`output`] | the files of a run |
 //! | [`report`] | plots and the report page |
 //! | [`run`] | all of it in one call |
@@ -121,6 +122,7 @@ pub mod output;
 pub mod report;
 pub mod run;
 pub mod sample;
+pub mod sensor;
 pub mod simulation;
 pub mod system;
 

@@ -33,16 +33,19 @@ pub fn run(
     let mut files = vec![folder.write("model.toml", &model.to_toml())?];
     let mut writer = folder.trajectory(simulation.members())?;
     files.extend(["trajectory.csv", "residuals.csv"].map(|f| folder.path().join(f)));
+    let mut sensors = folder.sensors(simulation.sensors().columns())?;
+    files.extend(sensors.is_some().then(|| folder.path().join("sensors.csv")));
     let mut summary = SummaryBuilder::default();
     let begin = Instant::now();
     let mut observe = |sample: &Sample| {
         summary.record(sample);
-        writer.record(sample)
+        writer.record(sample)?;
+        sensors.as_mut().map_or(Ok(()), |sensors| sensors.record(sample))
     };
     let trajectory = &files[1];
     let io = |source| OutputError::Io { path: trajectory.clone(), source };
     let outcome = simulation.run(&mut observe, progress).map_err(io)?;
-    writer.finish().map_err(io)?;
+    writer.finish().and_then(|()| sensors.map_or(Ok(()), |s| s.finish())).map_err(io)?;
     let wall = begin.elapsed().as_secs_f64();
     let summary = summary.finish(model, simulation.assembly(), &outcome, wall);
     files.push(folder.write_summary(&summary)?);

@@ -68,4 +68,7 @@ pub struct Sample {
     pub residuals: Residuals,
     /// Newton iterations of the step that led here (0 at the start; the mean over sub-steps).
     pub newton_iterations: f64,
+    /// What the sensors of the model measure, in the order of their columns; empty without sensors.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensors: Vec<f64>,
 }

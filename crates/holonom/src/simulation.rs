@@ -10,6 +10,7 @@ pub use crate::assembly::{AssemblyReport, Closure};
 use crate::assembly;
 use crate::model::{Model, ModelError, Scheme, Settings};
 use crate::sample::{Member, Residuals, Sample};
+use crate::sensor::{Sensors, View};
 use crate::system::{self, System};
 use serde::{Deserialize, Serialize};
 use vi_constraints::node::Node;
@@ -46,6 +47,7 @@ pub struct Simulation {
     settings: Settings,
     assembly: AssemblyReport,
     members: Vec<Member>,
+    sensors: Sensors,
     integrator: MechanismIntegrator,
 }
 
@@ -75,7 +77,7 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
-        let System { mechanism, system, members } = system::build(model)?;
+        let System { mechanism, system, members, mut sensors } = system::build(model)?;
         let settings = model.settings.clone();
         let (q, v) = mechanism.start();
         let closure = assembly::closure(&mechanism, &q, &v);
@@ -90,7 +92,8 @@ impl Simulation {
         let integrator = integrator(mechanism, system, options, solver, (0.0, &q, &v))
             .map_err(|error| assembly::refusal(&error, &settings))?;
         let assembly = assembly::report(model, &integrator, closure);
-        Ok(Self { settings, assembly, members, integrator })
+        sensors.begin(&integrator.state().q);
+        Ok(Self { settings, assembly, members, sensors, integrator })
     }
 
     /// What the assembly found.
@@ -103,6 +106,12 @@ impl Simulation {
     #[must_use]
     pub fn members(&self) -> &[Member] {
         &self.members
+    }
+
+    /// The sensors.
+    #[must_use]
+    pub fn sensors(&self) -> &Sensors {
+        &self.sensors
     }
 
     /// The integrator at its present node.
@@ -122,6 +131,7 @@ impl Simulation {
     ) -> Result<RunOutcome, E> {
         let steps = self.settings.steps();
         let mut iterations = 0.0; // of the step that led to the present node
+        self.sensors.follow(&self.integrator.state().q);
         for n in 0..steps {
             if n.is_multiple_of(256) {
                 progress(n, steps);
@@ -161,6 +171,7 @@ impl Simulation {
                 Err(failure) => return (None, Err(failure)),
             }
         }
+        let start = if recorded && !composed { self.start_multiplier() } else { None };
         match self.integrator.step() {
             Err(error) => {
                 if recorded && !composed {
@@ -171,24 +182,43 @@ impl Simulation {
             }
             Ok(report) => {
                 if recorded && !composed {
-                    let node = self.integrator.node_before().cloned();
-                    let node = node.map_err(|error| self.lost(&error.to_string()));
-                    match node.and_then(|n| self.sample(self.integrator.before(), &n, *iterations))
-                    {
+                    match self.sample_before(start.as_deref(), *iterations) {
                         Ok(found) => sample = Some(found),
                         Err(failure) => return (None, Err(failure)),
                     }
                 }
+                self.sensors.follow(&self.integrator.state().q);
                 *iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
                 (sample, Ok(()))
             }
         }
     }
 
+    /// The node that the last step started from; `start`: multipliers that replace those of (47).
+    fn sample_before(
+        &mut self,
+        start: Option<&[f64]>,
+        iterations: f64,
+    ) -> Result<Sample, RunFailure> {
+        let node = self.integrator.node_before().cloned();
+        let node = node.map_err(|error| self.lost(&error.to_string()))?;
+        let lambda = start.unwrap_or(&node.lambda);
+        self.sample(self.integrator.before(), &node, lambda, iterations)
+    }
+
+    /// At the start the multipliers (47) are of first order; sensors take the acceleration level there.
+    fn start_multiplier(&mut self) -> Option<Vec<f64>> {
+        let at_start = self.sensors.need_multipliers() && self.integrator.state().step == 0;
+        if at_start { self.acceleration_multiplier().ok() } else { None }
+    }
+
     /// The present node with the step from there, where that can be taken.
     fn last_sample(&mut self, iterations: f64) -> Result<Sample, RunFailure> {
+        if self.settings.order > 2 {
+            return self.sample_from_state(iterations);
+        }
         match self.integrator.observe().cloned() {
-            Ok(node) => self.sample(self.integrator.state(), &node, iterations),
+            Ok(node) => self.sample(self.integrator.state(), &node, &node.lambda, iterations),
             Err(_) => self.sample_from_state(iterations),
         }
     }
@@ -197,10 +227,29 @@ impl Simulation {
     fn sample_from_state(&mut self, iterations: f64) -> Result<Sample, RunFailure> {
         let node = self.integrator.observe_state().cloned();
         let node = node.map_err(|error| self.lost(&error.to_string()))?;
-        self.sample(self.integrator.state(), &node, iterations)
+        let lambda = self.acceleration_multiplier()?;
+        self.sample(self.integrator.state(), &node, &lambda, iterations)
     }
 
-    fn sample(&self, at: &State, node: &Node, iterations: f64) -> Result<Sample, RunFailure> {
+    /// `λ` of the acceleration level at the present node; empty when no sensor reads it.
+    fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, RunFailure> {
+        if !self.sensors.need_multipliers() {
+            return Ok(Vec::new());
+        }
+        let lambda = self.integrator.acceleration_multiplier();
+        lambda.map_err(|error| self.lost(&error.to_string()))
+    }
+
+    /// A node; `lambda` is read by sensors of reactions only.
+    fn sample(
+        &self,
+        at: &State,
+        node: &Node,
+        lambda: &[f64],
+        iterations: f64,
+    ) -> Result<Sample, RunFailure> {
+        let (mechanism, rows) = (self.integrator.constraints(), self.integrator.rows());
+        let view = View { t: at.t, q: &at.q, v: &node.v, lambda };
         let sample = Sample {
             step: at.step,
             t: at.t,
@@ -214,6 +263,7 @@ impl Simulation {
                 momentum: node.momentum_residual,
             },
             newton_iterations: iterations,
+            sensors: self.sensors.read(mechanism, rows, view),
         };
         let energies = sample.energy.is_finite() && sample.hamiltonian.is_finite();
         if energies && norm_inf(&sample.q).is_finite() {

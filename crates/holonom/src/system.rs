@@ -3,6 +3,7 @@
 use crate::drive;
 use crate::model::{self, Constraint, Frame, JointKind, Model, ModelError, StartPoints};
 use crate::sample::{Member, MemberKind};
+use crate::sensor::Sensors;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 use vi_core::SeparableSystem;
@@ -28,6 +29,8 @@ pub struct System {
     pub system: SeparableSystem,
     /// Members in the order of their coordinates.
     pub members: Vec<Member>,
+    /// What is measured along a run.
+    pub sensors: Sensors,
 }
 
 /// Where the names of a model are among its members.
@@ -111,7 +114,8 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     for load in &model.loads {
         system = add_load(system, load, &names)?;
     }
-    Ok(System { members: members(model), mechanism, system })
+    let sensors = Sensors::new(model, &mechanism, &names.principal);
+    Ok(System { members: members(model), mechanism, system, sensors })
 }
 
 fn members(model: &Model) -> Vec<Member> {
@@ -149,13 +153,9 @@ fn rigid_body(body: &model::Body) -> Result<(BodySpec, Matrix3<f64>), ModelError
     Ok((spec, axes))
 }
 
-fn joint(
-    joint: &model::Joint,
-    start: &StartPoints<'_>,
-    bodies: &[BodySpec],
-    names: &Names<'_>,
-) -> Joint {
-    let kind = match joint.kind {
+/// The kinematic pair of a type of joint.
+pub(crate) fn pair_kind(kind: JointKind) -> PairKind {
+    match kind {
         JointKind::Spherical => PairKind::Spherical,
         JointKind::Revolute => PairKind::Revolute,
         JointKind::Cylindrical => PairKind::Cylindrical,
@@ -164,7 +164,16 @@ fn joint(
         JointKind::Fixed => PairKind::Fixed,
         JointKind::Universal => PairKind::Universal,
         JointKind::Screw => PairKind::Cylindrical, // and its thread
-    };
+    }
+}
+
+fn joint(
+    joint: &model::Joint,
+    start: &StartPoints<'_>,
+    bodies: &[BodySpec],
+    names: &Names<'_>,
+) -> Joint {
+    let kind = pair_kind(joint.kind);
     let axes = match (joint.axis, joint.axis2) {
         (Some(axis), Some(second)) => crossing_axes(&axis, &second),
         (Some(axis), None) => complete_axis(&Vector3::from(axis).normalize()),
@@ -300,8 +309,10 @@ fn add_load(
             (LoadKind::Follower, turned(&force), turned(&torque))
         }
     };
+    let point = Vector3::from(load.point.unwrap_or_default());
+    let point = names.along_directors(&load.body, &point);
     let made = Load::new(12 * body, kind, force, torque, load.history.time_history());
-    let load = made.map_err(|error| {
+    let load = made.and_then(|load| load.at(point)).map_err(|error| {
         let key = format!("load.{}", load.name);
         ModelError::Invalid(vec![model::Problem::new(key, error.to_string())])
     })?;

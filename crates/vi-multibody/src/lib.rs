@@ -26,6 +26,8 @@
 //! | [`scalar_constraint`] | distances, guides, couplings, prescribed motion |
 //! | [`coordinate`], [`joint_force`] | joint coordinates with their turns; springs, dampers, motors on them |
 //! | [`spring`] | springs and dampers between two points |
+//! | [`reaction`] | joint reactions and bar tensions from multipliers |
+//! | [`coordinates`] | all coordinates of a joint along a run, and their rates, as output |
 //! | [`run`] | which operators carry which scheme |
 //!
 //! Conserved to round-off: the constraints at positions and velocities, and the momentum maps of every
@@ -40,6 +42,7 @@
 pub mod articulated;
 pub mod closed_loop;
 pub mod coordinate;
+pub mod coordinates;
 pub mod form;
 pub mod joint;
 pub mod joint_force;
@@ -48,12 +51,15 @@ pub mod mechanism;
 pub mod pair;
 pub mod particle;
 pub mod placement;
+pub mod reaction;
 pub mod run;
 pub mod scalar_constraint;
 pub mod sparse_nodal;
 pub mod spring;
 pub mod tree;
 
+pub use coordinates::JointCoordinates;
 pub use joint::{FrameId, Joint, Side};
 pub use mechanism::{Description, Mechanism};
 pub use pair::PairKind;
+pub use reaction::{Reaction, Reactions, Tension};

@@ -120,6 +120,12 @@ pub fn spin_velocity(q: &[f64], velocity: &Vector3<f64>, omega: &Vector3<f64>) -
     out
 }
 
+/// `ω = ½ Σ_I d_I × ḋ_I`, spatial, rad/s; the inverse of [`spin_velocity`] on orthonormal directors.
+#[must_use]
+pub fn angular_velocity(q: &[f64], v: &[f64]) -> Vector3<f64> {
+    0.5 * (0..3).map(|i| director(q, i).cross(&director(v, i))).sum::<Vector3<f64>>()
+}
+
 /// Adds the frame's share `p_φ` and `φ × p_φ + Σ_I d_I × p_I` to the momentum of a system.
 pub fn add_momentum(q: &[f64], p: &[f64], out: &mut Momentum) {
     for (k, (x, p)) in q.chunks_exact(3).zip(p.chunks_exact(3)).take(4).enumerate() {
@@ -209,6 +215,8 @@ mod tests {
             let q = sample.frame();
             let (v, omega) = (sample.vector(), sample.vector());
             let rate = spin_velocity(&q, &v, &omega);
+            let error = (angular_velocity(&q, &rate) - omega).amax();
+            assert!(error < 1e-15, "ω read back off by {error:e}");
             let drift = jacobian(&q) * DVector::from_column_slice(&rate);
             assert!(drift.amax() < 1e-15, "G q̇ = {:e}", drift.amax());
             // unit masses everywhere: Σ d_I × (ω × d_I) = 2 ω

@@ -8,8 +8,8 @@ use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::source::Document;
 use super::start::{StartPoints, distance, is_ground};
 use super::{
-    Bar, Body, Constraint, GROUND, Inertia, Joint, JointKind, Load, MAX_STEPS, Model, Particle,
-    Shape, Spring,
+    Bar, Body, Constraint, GROUND, Inertia, Joint, JointKind, MAX_STEPS, Model, Particle, Shape,
+    Spring,
 };
 
 /// All problems of a model that could be read.
@@ -31,6 +31,7 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     model.joints.iter().enumerate().for_each(|(i, j)| checker.joint(&each(i, "joint"), j));
     model.springs.iter().enumerate().for_each(|(i, s)| checker.spring(&each(i, "spring"), s));
     model.loads.iter().enumerate().for_each(|(i, l)| checker.load(&each(i, "load"), l));
+    model.sensors.iter().enumerate().for_each(|(i, s)| checker.sensor(&each(i, "sensor"), s));
     model
         .constraints
         .iter()
@@ -39,17 +40,22 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     checker.problems
 }
 
-struct Checker<'a> {
-    model: &'a Model,
+pub(super) struct Checker<'a> {
+    pub(super) model: &'a Model,
     document: &'a Document<'a>,
-    points: StartPoints<'a>,
+    pub(super) points: StartPoints<'a>,
     problems: Vec<Problem>,
     /// The section of every name.
-    kinds: BTreeMap<&'a str, &'static str>,
+    pub(super) kinds: BTreeMap<&'a str, &'static str>,
 }
 
 impl<'a> Checker<'a> {
-    fn report(&mut self, key: impl Into<String>, message: String, help: impl Into<String>) {
+    pub(super) fn report(
+        &mut self,
+        key: impl Into<String>,
+        message: String,
+        help: impl Into<String>,
+    ) {
         if self.problems.len() >= MAX_PROBLEMS {
             return;
         }
@@ -60,7 +66,7 @@ impl<'a> Checker<'a> {
 
     fn names(&mut self) {
         let model = self.model;
-        let sections: [(&'static str, Vec<&'a str>); 7] = [
+        let sections: [(&'static str, Vec<&'a str>); 8] = [
             ("body", model.bodies.iter().map(|m| m.name.as_str()).collect()),
             ("particle", model.particles.iter().map(|m| m.name.as_str()).collect()),
             ("bar", model.bars.iter().map(|m| m.name.as_str()).collect()),
@@ -68,6 +74,7 @@ impl<'a> Checker<'a> {
             ("constraint", model.constraints.iter().map(Constraint::name).collect()),
             ("spring", model.springs.iter().map(|m| m.name.as_str()).collect()),
             ("load", model.loads.iter().map(|m| m.name.as_str()).collect()),
+            ("sensor", model.sensors.iter().map(|m| m.name.as_str()).collect()),
         ];
         for (section, names) in sections {
             for (i, name) in names.into_iter().enumerate() {
@@ -238,7 +245,7 @@ impl<'a> Checker<'a> {
     }
 
     /// A member must exist and be of one of these sections (or the ground).
-    fn reference(&mut self, key: String, name: &str, sections: &[&'static str]) {
+    pub(super) fn reference(&mut self, key: String, name: &str, sections: &[&'static str]) {
         let ground = sections.contains(&GROUND);
         if is_ground(name) && ground {
             return;
@@ -454,13 +461,6 @@ impl<'a> Checker<'a> {
                 let message = format!("{name} = {value} is negative");
                 self.report(format!("{key}.{name}"), message, "write 0 or a positive number");
             }
-        }
-    }
-
-    fn load(&mut self, key: &str, load: &Load) {
-        self.reference(format!("{key}.body"), &load.body, &["body"]);
-        if let Some(fault) = load.history.fault() {
-            self.report(format!("{key}.history"), fault, "correct the history");
         }
     }
 }

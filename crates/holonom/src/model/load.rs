@@ -4,6 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vi_rigid::time_history::TimeHistory;
 
+use super::checks::Checker;
+
 /// The frame of a load's components.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -110,7 +112,7 @@ impl History {
     }
 }
 
-/// `[[load]]`: a force at the centre of mass and a torque, times a history.
+/// `[[load]]`: a force at a point of a body and a torque, times a history.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
@@ -118,9 +120,13 @@ pub struct Load {
     pub name: String,
     /// The body it acts on.
     pub body: String,
-    /// Force at the centre of mass, N.
+    /// Force, N; at `point`.
     #[serde(default)]
     pub force: [f64; 3],
+    /// Where the force acts: body components from the centre of mass, m; the centre by default. The
+    /// point moves with the body, in both frames.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f64; 3]>,
     /// Torque, N·m.
     #[serde(default)]
     pub torque: [f64; 3],
@@ -130,4 +136,13 @@ pub struct Load {
     /// Factor in time, constant by default.
     #[serde(default)]
     pub history: History,
+}
+
+impl Checker<'_> {
+    pub(super) fn load(&mut self, key: &str, load: &Load) {
+        self.reference(format!("{key}.body"), &load.body, &["body"]);
+        if let Some(fault) = load.history.fault() {
+            self.report(format!("{key}.history"), fault, "correct the history");
+        }
+    }
 }

@@ -14,6 +14,7 @@ mod drive;
 mod load;
 mod overrides;
 mod problem;
+mod sensor;
 mod settings;
 mod shape;
 mod source;
@@ -30,6 +31,7 @@ pub use connection::{Bar, GROUND, Joint, JointKind, Spring, SpringLaw};
 pub use drive::{Constraint, JointDamper, JointMotor, JointSpring, Path as MotionPath};
 pub use load::{Frame, History, Load};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
+pub use sensor::{Sensor, SensorKind};
 pub use settings::{Header, MAX_STEPS, Quadrature, Scheme, Settings};
 pub use shape::{Inertia, Shape, ShapeKind};
 pub use source::{line_column, locate};
@@ -73,6 +75,9 @@ pub struct Model {
     /// `[[load]]`: loads on bodies.
     #[serde(default, rename = "load", skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<Load>,
+    /// `[[sensor]]`: what is written to `sensors.csv`.
+    #[serde(default, rename = "sensor", skip_serializing_if = "Vec::is_empty")]
+    pub sensors: Vec<Sensor>,
 }
 
 impl Model {
@@ -107,12 +112,23 @@ impl Model {
             document.list("spring", &mut problems),
             document.list("load", &mut problems),
         );
+        let sensors = document.list("sensor", &mut problems);
         let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
             return Err(ModelError::invalid(problems));
         };
         let (bodies, particles, bars, joints, constraints, springs, loads) = lists;
-        let mut model =
-            Self { header, settings, bodies, particles, bars, joints, constraints, springs, loads };
+        let mut model = Self {
+            header,
+            settings,
+            bodies,
+            particles,
+            bars,
+            joints,
+            constraints,
+            springs,
+            loads,
+            sensors,
+        };
         let problems = checks::problems(&model, &document);
         if !problems.is_empty() {
             return Err(ModelError::invalid(problems));

@@ -12,7 +12,7 @@ use crate::sample::{Member, Sample};
 /// Columns after those of the members: energies (J), angular (kg·m²/s) and linear momentum (kg·m/s).
 const TAIL: [&str; 8] = ["E", "H", "Lx", "Ly", "Lz", "Px", "Py", "Pz"];
 /// Columns before those of the members.
-const HEAD: [&str; 2] = ["step", "t"];
+pub(super) const HEAD: [&str; 2] = ["step", "t"];
 
 /// A row of `residuals.csv`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -98,7 +98,7 @@ impl<W: Write> TrajectoryWriter<W> {
 }
 
 /// Collects whole rows and hands them over in blocks, so that a block never ends within a row.
-struct Rows<W: Write> {
+pub(super) struct Rows<W: Write> {
     sink: W,
     block: Vec<u8>,
 }
@@ -106,11 +106,11 @@ struct Rows<W: Write> {
 impl<W: Write> Rows<W> {
     const BLOCK: usize = 64 * 1024;
 
-    fn new(sink: W) -> Self {
+    pub(super) fn new(sink: W) -> Self {
         Self { sink, block: Vec::with_capacity(2 * Self::BLOCK) }
     }
 
-    fn push(
+    pub(super) fn push(
         &mut self,
         row: impl FnOnce(&mut Writer<&mut Vec<u8>>) -> csv::Result<()>,
     ) -> io::Result<()> {
@@ -125,7 +125,7 @@ impl<W: Write> Rows<W> {
         if self.block.len() >= Self::BLOCK { self.flush() } else { Ok(()) }
     }
 
-    fn flush(&mut self) -> io::Result<()> {
+    pub(super) fn flush(&mut self) -> io::Result<()> {
         self.sink.write_all(&self.block)?;
         self.block.clear();
         self.sink.flush()
@@ -204,7 +204,7 @@ impl Trajectory {
     }
 }
 
-fn invalid(message: &str) -> io::Error {
+pub(super) fn invalid(message: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
@@ -224,6 +224,7 @@ mod tests {
             momentum: Momentum { linear: [1.0, 2.0, 3.0], angular: [4.0, 5.0, 6.0] },
             residuals: Residuals { position: 1e-16, velocity: 0.0, momentum: 2.5e-7 },
             newton_iterations: 3.0,
+            sensors: vec![],
         }
     }
 

@@ -5,12 +5,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::csv::{Trajectory, TrajectoryWriter};
+use super::sensors::{SensorTable, SensorWriter};
 use super::summary::Summary;
 use crate::sample::Member;
+use crate::sensor::Column;
 
 /// Files that make a folder one of ours.
-const FILES: [&str; 5] =
-    ["trajectory.csv", "residuals.csv", "summary.json", "model.toml", "report.html"];
+const FILES: [&str; 6] =
+    ["trajectory.csv", "residuals.csv", "sensors.csv", "summary.json", "model.toml", "report.html"];
 
 /// What goes wrong with the files of a run.
 #[derive(Debug, thiserror::Error)]
@@ -110,6 +112,31 @@ impl RunFolder {
         };
         let files = (open("trajectory.csv")?, open("residuals.csv")?);
         TrajectoryWriter::new(files.0, files.1, members).map_err(|e| at(&self.path, e))
+    }
+
+    /// Begins `sensors.csv`; `None` without sensors.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn sensors(&self, columns: &[Column]) -> Result<Option<SensorWriter<File>>, OutputError> {
+        if columns.is_empty() {
+            return Ok(None);
+        }
+        let path = self.path.join("sensors.csv");
+        let writer = File::create(&path).and_then(|file| SensorWriter::new(file, columns));
+        writer.map(Some).map_err(|e| at(&path, e))
+    }
+
+    /// Reads `sensors.csv`; `None` when the run has none.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn read_sensors(&self) -> Result<Option<SensorTable>, OutputError> {
+        let path = self.path.join("sensors.csv");
+        if !path.exists() {
+            return Ok(None);
+        }
+        SensorTable::read(&path).map(Some).map_err(|e| at(&path, e))
     }
 
     /// Writes a file as a whole: a reader sees the old one or the new one, never a part.

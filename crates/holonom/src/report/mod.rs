@@ -4,6 +4,7 @@ mod chart;
 mod facts;
 mod page;
 mod plots;
+mod sensors;
 mod series;
 
 use std::path::PathBuf;
@@ -14,6 +15,7 @@ pub use chart::{Chart, Curve};
 pub use facts::{Fact, counts, facts};
 pub use page::page;
 pub use plots::{Plot, plots};
+pub use sensors::sensor_plots;
 
 /// Draws `plots/*.svg` and writes `report.html`; returns the files written.
 ///
@@ -21,7 +23,11 @@ pub use plots::{Plot, plots};
 /// [`OutputError`] when the files of the run cannot be read, or these cannot be written.
 pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     let (summary, trajectory) = (folder.summary()?, folder.read_trajectory(plots::MEMBERS)?);
-    let plots = plots(&trajectory);
+    let model = folder.model_text();
+    let mut plots = plots(&trajectory);
+    if let Some(sensors) = folder.read_sensors()? {
+        plots.extend(sensor_plots(&sensors, &model));
+    }
     let mut files = Vec::new();
     let mut drawn = Vec::new();
     for plot in &plots {
@@ -32,7 +38,7 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
         files.push(folder.write(&format!("plots/{}.svg", plot.name), &svg)?);
         drawn.push((plot, svg));
     }
-    let page = page(&summary, &trajectory, &drawn, &folder.model_text());
+    let page = page(&summary, &trajectory, &drawn, &model);
     files.insert(0, folder.write("report.html", &page)?);
     Ok(files)
 }

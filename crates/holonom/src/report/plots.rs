@@ -85,9 +85,7 @@ impl Curves<'_> {
 
     fn position(&self, index: usize, member: &str, several: bool) -> Plot {
         let column = |axis: &str| self.of(&format!("{member}.{axis}"), axis, false);
-        let word =
-            |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
-        let name: String = member.chars().map(word).collect();
+        let name = file_name(member);
         let number = if several { format!("{:02}_", index + 1) } else { String::new() };
         Plot {
             name: format!("position_{number}{name}"),
@@ -100,6 +98,12 @@ impl Curves<'_> {
             ),
         }
     }
+}
+
+/// A name as a part of a file name.
+pub(super) fn file_name(name: &str) -> String {
+    let word = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+    name.chars().map(word).collect()
 }
 
 fn linear<const N: usize>(

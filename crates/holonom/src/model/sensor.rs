@@ -1,0 +1,88 @@
+//! `[[sensor]]`: what is measured along a run and written to `sensors.csv`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::JointKind;
+use super::checks::Checker;
+
+/// What a sensor measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SensorKind {
+    /// Of a body, at `point`, or of a particle, in space, m.
+    Position,
+    /// Of a body, at `point`, or of a particle, in space, m/s.
+    Velocity,
+    /// Of a body: the quaternion `w, x, y, z` of its own frame, body to space; its sign does not jump.
+    Orientation,
+    /// Of a body, spatial components, rad/s.
+    AngularVelocity,
+    /// Of a joint: lengths in m, angles in rad. Angles count on beyond ±π. Of a spherical joint the
+    /// rotation vector of the child against the parent, at most π long.
+    JointCoordinate,
+    /// Of a joint: the rates of its coordinates, m/s and rad/s. Of a spherical joint the angular
+    /// velocity of the child relative to the parent.
+    JointRate,
+    /// Of a joint: the force (N) and the moment about the joint's place on the child (N·m) that the
+    /// joint exerts on the child, in the joint frame of the parent; of a fixed body the same of what
+    /// holds it; of a bar its tension (N).
+    Reaction,
+}
+
+/// `[[sensor]]`: a named column, or several, of `sensors.csv`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sensor {
+    /// Its name, unique in the model.
+    pub name: String,
+    /// What it measures.
+    #[serde(rename = "type")]
+    pub kind: SensorKind,
+    /// The body, particle, joint or bar it is attached to.
+    pub of: String,
+    /// The point of a body (`position`, `velocity`): body components from the centre of mass, m; the
+    /// centre by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point: Option<[f64; 3]>,
+}
+
+impl Checker<'_> {
+    pub(super) fn sensor(&mut self, key: &str, sensor: &Sensor) {
+        let of = format!("{key}.of");
+        match sensor.kind {
+            SensorKind::Position | SensorKind::Velocity => {
+                self.reference(of, &sensor.of, &["body", "particle"]);
+            }
+            SensorKind::Orientation | SensorKind::AngularVelocity => {
+                self.reference(of, &sensor.of, &["body"]);
+            }
+            SensorKind::JointCoordinate | SensorKind::JointRate => {
+                self.reference(of.clone(), &sensor.of, &["joint"]);
+                let joint = self.model.joints.iter().find(|j| j.name == sensor.of);
+                if joint.is_some_and(|j| j.kind == JointKind::Fixed) {
+                    let message = format!("`{}` is a fixed joint: it has no freedom", sensor.of);
+                    self.report(of, message, "measure another joint");
+                }
+            }
+            SensorKind::Reaction if self.points.is_fixed(&sensor.of) => {}
+            SensorKind::Reaction => self.reference(of, &sensor.of, &["joint", "bar"]),
+        }
+        self.sensor_point(key, sensor);
+    }
+
+    fn sensor_point(&mut self, key: &str, sensor: &Sensor) {
+        if sensor.point.is_none() {
+            return;
+        }
+        let moves = matches!(sensor.kind, SensorKind::Position | SensorKind::Velocity);
+        let key = format!("{key}.point");
+        if !moves {
+            let message = "a point is only for positions and velocities".to_owned();
+            self.report(key, message, "remove `point`");
+        } else if self.kinds.get(sensor.of.as_str()) == Some(&"particle") {
+            let message = format!("`{}` is a particle, it has no other points", sensor.of);
+            self.report(key, message, "remove `point`");
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! `sensors.csv`: what the sensors of a model measure, on the same rows as `trajectory.csv`.
+//!
+//! ```text
+//! step,t,NAME.x,NAME.y,NAME.z,…           NAME alone for a single number
+//! ```
+//! A component of a reaction that is not unique is `NaN`; `NAME.unique` is 1 when all components are
+//! unique, 0 otherwise.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use csv::Reader;
+use serde::Serialize;
+
+use super::csv::{HEAD, Rows, invalid};
+use crate::sample::Sample;
+use crate::sensor::Column;
+
+/// Writes `sensors.csv`, whole rows only.
+pub struct SensorWriter<W: Write> {
+    rows: Rows<W>,
+    flags: Vec<bool>,
+}
+
+/// A field of a row: flags are written as 0 or 1.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Field {
+    Flag(u8),
+    Number(f64),
+}
+
+impl<W: Write> SensorWriter<W> {
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// What the file says.
+    pub fn new(sink: W, columns: &[Column]) -> io::Result<Self> {
+        let head = HEAD.map(str::to_owned).into_iter();
+        let header: Vec<String> = head.chain(columns.iter().map(Column::name)).collect();
+        let flags = columns.iter().map(Column::is_flag).collect();
+        let mut writer = Self { rows: Rows::new(sink), flags };
+        writer.rows.push(|row| row.write_record(&header))?;
+        writer.rows.flush()?; // a run that fails at once leaves a file with a header
+        Ok(writer)
+    }
+
+    /// Writes one node.
+    ///
+    /// # Errors
+    /// What the file says.
+    pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
+        let values = sample.sensors.iter().zip(&self.flags);
+        let field = |(value, flag): (&f64, &bool)| match flag {
+            true => Field::Flag(u8::from(*value != 0.0)),
+            false => Field::Number(*value),
+        };
+        let fields: Vec<Field> = values.map(field).collect();
+        self.rows.push(|row| row.serialize((sample.step, sample.t, fields)))
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// What the file says.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.rows.flush()
+    }
+}
+
+/// `sensors.csv` read back.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SensorTable {
+    /// Names of the columns, without `step` and `t`.
+    pub columns: Vec<String>,
+    /// Times, s.
+    pub t: Vec<f64>,
+    /// Values of each column.
+    pub values: Vec<Vec<f64>>,
+}
+
+impl SensorTable {
+    /// Reads the file.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is not one of ours.
+    pub fn read(path: &Path) -> io::Result<Self> {
+        let mut reader = Reader::from_path(path)?;
+        let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
+        if !names.starts_with(&HEAD.map(str::to_owned)) {
+            return Err(invalid("not the sensors of a run"));
+        }
+        let columns = names[HEAD.len()..].to_vec();
+        let mut table = Self { t: vec![], values: vec![vec![]; columns.len()], columns };
+        let mut row = csv::StringRecord::new();
+        while reader.read_record(&mut row)? {
+            let number = |column: usize| -> io::Result<f64> {
+                let value = row.get(column).and_then(|field| field.parse().ok());
+                value.ok_or_else(|| invalid(&format!("no number in column {}", column + 1)))
+            };
+            table.t.push(number(1)?);
+            for (k, values) in table.values.iter_mut().enumerate() {
+                values.push(number(HEAD.len() + k)?);
+            }
+        }
+        Ok(table)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_are_whole_and_what_is_not_unique_is_no_number() {
+        let column = |part: &str, quantity| Column {
+            sensor: "tip".into(),
+            part: part.into(),
+            quantity,
+            unit: "",
+        };
+        let columns = [column("", "angle"), column("fx", "force"), column("unique", "")];
+        let mut file = Vec::new();
+        let mut writer = SensorWriter::new(&mut file, &columns).unwrap();
+        let mut sample = Sample {
+            step: 3,
+            t: 0.25,
+            q: vec![],
+            energy: 0.0,
+            hamiltonian: 0.0,
+            momentum: Default::default(),
+            residuals: Default::default(),
+            newton_iterations: 0.0,
+            sensors: vec![0.1, f64::NAN, 0.0],
+        };
+        writer.record(&sample).unwrap();
+        sample.sensors = vec![7.0, 1e-300, 1.0];
+        writer.record(&sample).unwrap();
+        writer.finish().unwrap();
+        let expected = "step,t,tip,tip.fx,tip.unique\n3,0.25,0.1,NaN,0\n3,0.25,7.0,1e-300,1\n";
+        assert_eq!(String::from_utf8(file).unwrap(), expected);
+    }
+}
