@@ -3,7 +3,7 @@
 //! ```text
 //! step,t,NAME.x,NAME.y,NAME.z,…           NAME alone for a single number
 //! ```
-//! A component of a reaction that is not unique is `NaN`; `NAME.unique` is 1 when all components are
+//! A component of a reaction that is not unique is an empty field; `NAME.unique` is 1 when all components are
 //! unique, 0 otherwise.
 
 use std::io::{self, Write};
@@ -22,12 +22,12 @@ pub struct SensorWriter<W: Write> {
     flags: Vec<bool>,
 }
 
-/// A field of a row: flags are written as 0 or 1.
+/// A field of a row: flags are written as 0 or 1, what is no number stays empty.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Field {
     Flag(u8),
-    Number(f64),
+    Number(Option<f64>),
 }
 
 impl<W: Write> SensorWriter<W> {
@@ -53,7 +53,7 @@ impl<W: Write> SensorWriter<W> {
         let values = sample.sensors.iter().zip(&self.flags);
         let field = |(value, flag): (&f64, &bool)| match flag {
             true => Field::Flag(u8::from(*value != 0.0)),
-            false => Field::Number(*value),
+            false => Field::Number((!value.is_nan()).then_some(*value)),
         };
         let fields: Vec<Field> = values.map(field).collect();
         self.rows.push(|row| row.serialize((sample.step, sample.t, fields)))
@@ -95,7 +95,11 @@ impl SensorTable {
         let mut row = csv::StringRecord::new();
         while reader.read_record(&mut row)? {
             let number = |column: usize| -> io::Result<f64> {
-                let value = row.get(column).and_then(|field| field.parse().ok());
+                let parse = |field: &str| match field {
+                    "" => Some(f64::NAN),
+                    number => number.parse().ok(),
+                };
+                let value = row.get(column).and_then(parse);
                 value.ok_or_else(|| invalid(&format!("no number in column {}", column + 1)))
             };
             table.t.push(number(1)?);
@@ -137,7 +141,7 @@ mod tests {
         sample.sensors = vec![7.0, 1e-300, 1.0];
         writer.record(&sample).unwrap();
         writer.finish().unwrap();
-        let expected = "step,t,tip,tip.fx,tip.unique\n3,0.25,0.1,NaN,0\n3,0.25,7.0,1e-300,1\n";
+        let expected = "step,t,tip,tip.fx,tip.unique\n3,0.25,0.1,,0\n3,0.25,7.0,1e-300,1\n";
         assert_eq!(String::from_utf8(file).unwrap(), expected);
     }
 }
