@@ -69,7 +69,7 @@ impl Simulation {
     /// [`ModelError`] when the start is inconsistent, the mass matrix is singular, or the scheme does
     /// not fit the model.
     pub fn new(model: &Model) -> Result<Self, ModelError> {
-        Self::with_solver(model, Solver::Auto)
+        Self::with_solver(model, model.settings.solver.into())
     }
 
     /// The same with the linear solver of the nodal scheme chosen by name.

@@ -93,6 +93,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         let point = bodies[k].center;
         make_joint(&body.name, PairKind::Fixed, sides, [point; 2], &Matrix3::identity(), &bodies)
     }));
+    let cuts = (0..model.joints.len()).filter(|&k| model.joints[k].cut).collect();
     let scalars = scalar_constraints(model, &joints, &bodies, &names)?;
     let description = Description {
         dimension: model.header.dimension,
@@ -102,6 +103,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         bodies,
         joints,
         scalars,
+        cuts,
     };
     let mechanism = Mechanism::new(description);
     let mut system = mechanism.system(model.settings.quadrature.into());

@@ -90,6 +90,8 @@ pub struct Description {
     pub bars: Vec<Bar>,
     /// Distances, guides, couplings, prescribed motion.
     pub scalars: Vec<ScalarConstraint>,
+    /// Joints that the spanning tree leaves out: the user's choice of cuts.
+    pub cuts: Vec<usize>,
 }
 
 /// A mechanism: its constraints, its mass matrix, its spanning tree.
@@ -463,6 +465,7 @@ fn span_bodies(description: &Description) -> (Tree, Vec<usize>) {
     let bodies = description.bodies.len();
     let mut link_of: Vec<Option<usize>> = vec![None; bodies];
     let mut used = vec![false; description.joints.len()];
+    description.cuts.iter().for_each(|&k| used[k] = true); // never carries a link
     let mut links: Vec<Link> = Vec::new();
     let mut queue = VecDeque::from([FrameId::Ground]);
     let mut next_root = 0;
@@ -500,7 +503,8 @@ fn span_bodies(description: &Description) -> (Tree, Vec<usize>) {
         links.push(Link { frame: root, parent: None, joint, offset: 0 });
         queue.push_back(FrameId::Frame(root));
     }
-    let cut = used.iter().enumerate().filter(|(_, used)| !**used).map(|(k, _)| k).collect();
+    let carries = |k: &usize| used[*k] && !description.cuts.contains(k);
+    let cut = (0..used.len()).filter(|k| !carries(k)).collect();
     (Tree::new(links), cut)
 }
 

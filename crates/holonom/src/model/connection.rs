@@ -92,6 +92,10 @@ pub struct Joint {
     /// perpendicular to `axis`, which is fixed in the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis2: Option<[f64; 3]>,
+    /// Cut the loop that the joint closes here; by default the spanning tree is found breadth first
+    /// from the ground and the joints left over are cut.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub cut: bool,
     /// Screw joints: advance along `axis` per right-handed turn, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch: Option<f64>,

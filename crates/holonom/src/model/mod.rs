@@ -32,7 +32,7 @@ pub use drive::{Constraint, JointDamper, JointMotor, JointSpring, Path as Motion
 pub use load::{Frame, History, Load};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
 pub use sensor::{Sensor, SensorKind};
-pub use settings::{Header, MAX_STEPS, Quadrature, Scheme, Settings};
+pub use settings::{Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings};
 pub use shape::{Inertia, Shape, ShapeKind};
 pub use source::{line_column, locate};
 pub use start::StartPoints;

@@ -78,6 +78,32 @@ impl From<Quadrature> for vi_core::Quadrature {
     }
 }
 
+/// How the nodal and reduced schemes solve their linear systems.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum LinearSolver {
+    /// What is fastest for the model.
+    #[default]
+    Auto,
+    /// Dense matrices.
+    Dense,
+    /// The articulated recursion, where nothing couples bodies but joints.
+    Articulated,
+    /// Sparse factorizations.
+    Sparse,
+}
+
+impl From<LinearSolver> for vi_multibody::run::Solver {
+    fn from(solver: LinearSolver) -> Self {
+        match solver {
+            LinearSolver::Auto => Self::Auto,
+            LinearSolver::Dense => Self::Dense,
+            LinearSolver::Articulated => Self::Articulated,
+            LinearSolver::Sparse => Self::Sparse,
+        }
+    }
+}
+
 /// `[simulation]`: step, end and method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -95,6 +121,9 @@ pub struct Settings {
     /// Quadrature rule of the discrete Lagrangian.
     #[serde(default)]
     pub quadrature: Quadrature,
+    /// Linear solver of the nodal and reduced schemes.
+    #[serde(default)]
+    pub solver: LinearSolver,
     /// Record every k-th step (the first and the last always).
     #[serde(default = "one")]
     pub every: u64,
@@ -135,6 +164,7 @@ impl Settings {
             scheme: Scheme::default(),
             order: two(),
             quadrature: Quadrature::default(),
+            solver: LinearSolver::default(),
             every: one(),
             project_start: false,
             start_tolerance: start_tolerance(),

@@ -1,0 +1,151 @@
+//! Work of discrete forces: what motors, dampers and loads do is what the energy changes by.
+//!
+//! Discrete Lagrange–d'Alembert forces do the work `Σ f_d·Δq` over the steps; the balance
+//! `H_d(N) − H_d(0) = Σ τ Δθ` holds to second order, and momentum is taken up exactly as impulse.
+
+#![allow(clippy::unwrap_used)] // a test
+
+mod harness;
+
+use harness::models::orders;
+use holonom::{Model, ModelError, Simulation};
+use vi_multibody::coordinate::JointCoordinate;
+
+/// A two-link arm: motor and spring at the first hinge, damper at the second.
+fn arm(step: f64, order: u32, damping: f64) -> String {
+    format!(
+        r#"
+        model = {{ name = "arm", gravity = [0, 0, -9.81] }}
+        simulation = {{ step = {step:e}, end = 1.0, order = {order} }}
+        [[body]]
+        name = "upper"
+        mass = 2.0
+        inertia = [0.02, 0.2, 0.2]
+        position = [0.5, 0, 0]
+        [[body]]
+        name = "lower"
+        mass = 1.0
+        inertia = [0.01, 0.1, 0.1]
+        position = [1.4, 0, 0]
+        [[joint]]
+        name = "shoulder"
+        type = "revolute"
+        parent = "ground"
+        child = "upper"
+        position = [0, 0, 0]
+        axis = [0, 1, 0]
+        motor = {{ effort = -20.0, history = {{ type = "harmonic", frequency = 0.7, phase = 1.0 }} }}
+        spring = {{ stiffness = 15.0, rest = 0.2 }}
+        [[joint]]
+        name = "elbow"
+        type = "revolute"
+        parent = "upper"
+        child = "lower"
+        position = [1, 0, 0]
+        axis = [0, 1, 0]
+        damper = {{ damping = {damping:?} }}
+        "#
+    )
+}
+
+/// Energy at the end less energy at the start less the work of motor and damper.
+fn imbalance(steps: u32) -> f64 {
+    let h = 1.0 / f64::from(steps);
+    let model = Model::from_toml(&arm(h, 2, 0.8)).unwrap();
+    let mut simulation = Simulation::new(&model).unwrap();
+    let run = simulation.integrator();
+    let joints = run.constraints().description().joints.clone();
+    let coordinates: Vec<JointCoordinate> =
+        joints.iter().map(|joint| JointCoordinate::new(joint, 0).unwrap()).collect();
+    let angles = |q: &[f64]| -> Vec<f64> { coordinates.iter().map(|c| c.at(q)).collect() };
+    let start = run.observe_state().unwrap().hamiltonian_projected;
+    let mut work = 0.0;
+    for n in 0..steps {
+        let before = angles(&run.state().q);
+        run.step().unwrap();
+        let after = angles(&run.state().q);
+        coordinates.iter().for_each(|c| c.accept(&run.state().q));
+        let t = (f64::from(n) + 0.5) * h;
+        let effort = -20.0 * (std::f64::consts::TAU * 0.7 * t + 1.0).sin();
+        work += effort * (after[0] - before[0]); // τ Δθ
+        let turn = after[1] - before[1];
+        work -= 0.8 * turn / h * turn; // c θ̇ Δθ taken out
+    }
+    run.observe_state().unwrap().hamiltonian_projected - start - work
+}
+
+#[test]
+fn energy_changes_by_the_work_done_to_second_order() {
+    let errors = [100, 200, 400, 800].map(|steps| imbalance(steps).abs());
+    let slopes = orders(&errors);
+    println!("imbalance {errors:?} J, slopes {slopes:.3?}");
+    for slope in &slopes {
+        assert!((slope - 2.0).abs() < 0.15, "{slopes:?}");
+    }
+}
+
+#[test]
+fn dampers_refuse_backward_sub_steps_and_motors_do_not() {
+    let damped = Model::from_toml(&arm(0.01, 4, 0.8)).unwrap();
+    let Err(ModelError::Unsupported { key, what, help }) = Simulation::new(&damped).map(|_| ())
+    else {
+        panic!("a damper with backward sub-steps must be refused");
+    };
+    println!("{key}: {what}; {help}");
+    assert_eq!((key.as_str(), help.as_str()), ("simulation.order", "write order = 2"));
+
+    // without the damper the order is that of the composition, motor and spring included
+    let end = |steps: u32| {
+        let text = arm(1.0 / f64::from(steps), 4, 0.0).replace("damper", "# damper");
+        let mut simulation = Simulation::new(&Model::from_toml(&text).unwrap()).unwrap();
+        for _ in 0..steps {
+            simulation.integrator().step().unwrap();
+        }
+        simulation.integrator().state().q.clone()
+    };
+    let fine = end(640);
+    let error = |steps| {
+        let q = end(steps);
+        (0..24).map(|i| (q[i] - fine[i]).powi(2)).sum::<f64>().sqrt()
+    };
+    let slopes = orders(&[error(40), error(80), error(160)]);
+    println!("order 4 with a motor: slopes {slopes:.3?}");
+    assert!(slopes.iter().all(|slope| (slope - 4.0).abs() < 0.3), "{slopes:?}");
+}
+
+#[test]
+fn the_solvers_and_the_cuts_give_the_same_motion() {
+    let run = |text: &str| {
+        let mut simulation = Simulation::new(&Model::from_toml(text).unwrap()).unwrap();
+        for _ in 0..200 {
+            simulation.integrator().step().unwrap();
+        }
+        simulation.integrator().state().q.clone()
+    };
+    let difference =
+        |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let text = harness::models::shipped("chain8");
+    let motion = |solver: &str| {
+        run(&text.replace("[simulation]", &format!("[simulation]\nsolver = \"{solver}\"")))
+    };
+    let reference = motion("auto");
+    for solver in ["articulated", "dense", "sparse"] {
+        let off = difference(&motion(solver), &reference);
+        println!("{solver}: off by {off:.1e}");
+        assert!(off < 1e-11, "{solver}: {off:e}");
+    }
+    // a four-bar loop, cut at each of its joints in turn
+    let text = harness::models::shipped("bricard");
+    let reference = run(&text);
+    for joint in 0..6 {
+        let mut count = 0;
+        let lines = text.lines().map(|line| {
+            let here = line.trim() == "[[joint]]";
+            count += usize::from(here);
+            if here && count == joint + 1 { "[[joint]]\ncut = true" } else { line }
+        });
+        let off = difference(&run(&lines.collect::<Vec<_>>().join("\n")), &reference);
+        println!("Bricard cut at joint {joint}: off by {off:.1e}");
+        assert!(off < 1e-9, "cut at joint {joint}: {off:e}");
+    }
+}
