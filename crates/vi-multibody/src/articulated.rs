@@ -16,90 +16,15 @@
 #![allow(non_snake_case)] // A, D, X, S
 
 use crate::pair::{MAX_FREEDOMS, Motion, Transfer, Twist, VelocityMap};
+use crate::spatial::SpatialMatrix;
 use crate::tree::Tree;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use vi_constraints::NodalOperators;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
 use vi_core::sparse::Entries;
 use vi_rigid::{directors, null_space};
-
-/// A 6×6 matrix on twists, by 3×3 blocks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpatialMatrix {
-    ll: Matrix3<f64>,
-    la: Matrix3<f64>,
-    al: Matrix3<f64>,
-    aa: Matrix3<f64>,
-}
-
-impl SpatialMatrix {
-    /// Zero.
-    #[must_use]
-    pub fn zero() -> Self {
-        let z = Matrix3::zeros();
-        Self { ll: z, la: z, al: z, aa: z }
-    }
-
-    fn mul(&self, t: &Twist) -> Twist {
-        Twist::new(
-            self.ll * t.linear + self.la * t.angular,
-            self.al * t.linear + self.aa * t.angular,
-        )
-    }
-
-    fn tr_mul(&self, t: &Twist) -> Twist {
-        Twist::new(
-            self.ll.tr_mul(&t.linear) + self.al.tr_mul(&t.angular),
-            self.la.tr_mul(&t.linear) + self.aa.tr_mul(&t.angular),
-        )
-    }
-
-    /// `self −= x yᵀ`.
-    fn sub_outer(&mut self, x: &Twist, y: &Twist) {
-        self.ll -= x.linear * y.linear.transpose();
-        self.la -= x.linear * y.angular.transpose();
-        self.al -= x.angular * y.linear.transpose();
-        self.aa -= x.angular * y.angular.transpose();
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.ll += other.ll;
-        self.la += other.la;
-        self.al += other.al;
-        self.aa += other.aa;
-    }
-
-    /// `Xᵀ A X'`.
-    fn congruence(&self, left: &Transfer, right: &Transfer) -> Self {
-        let (a, b, point) = match (left, right) {
-            (Transfer::Rigid(a), Transfer::Rigid(b)) => (a, b, false),
-            (Transfer::Point(a), Transfer::Point(b)) => (a, b, true),
-            _ => return Self::zero(),
-        };
-        let minus_hat = |m: &Matrix3<f64>| -> Matrix3<f64> {
-            // −M b̂: row i is (b × row_i)
-            Matrix3::from_rows(&[
-                b.cross(&m.row(0).transpose()).transpose(),
-                b.cross(&m.row(1).transpose()).transpose(),
-                b.cross(&m.row(2).transpose()).transpose(),
-            ])
-        };
-        let hat = |m: &Matrix3<f64>| -> Matrix3<f64> {
-            // â M: columns a × column
-            let column = |j: usize| -> Vector3<f64> { a.cross(&m.column(j)) };
-            Matrix3::from_columns(&[column(0), column(1), column(2)])
-        };
-        let (ll, la) =
-            (self.ll, minus_hat(&self.ll) + if point { Matrix3::zeros() } else { self.la });
-        if point {
-            return Self { ll, la, al: hat(&ll), aa: hat(&la) };
-        }
-        let (al, aa) = (self.al, minus_hat(&self.al) + self.aa);
-        Self { ll, la, al: al + hat(&ll), aa: aa + hat(&la) }
-    }
-}
 
 /// What a link needs during a step, side by side in memory.
 #[derive(Clone, Copy, Debug)]

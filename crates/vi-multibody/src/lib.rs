@@ -43,6 +43,7 @@ pub mod articulated;
 pub mod closed_loop;
 pub mod coordinate;
 pub mod coordinates;
+mod coupled;
 pub mod form;
 pub mod joint;
 pub mod joint_force;
@@ -54,7 +55,9 @@ pub mod placement;
 pub mod reaction;
 pub mod run;
 pub mod scalar_constraint;
+mod spanning;
 pub mod sparse_nodal;
+pub mod spatial;
 pub mod spring;
 pub mod tree;
 
