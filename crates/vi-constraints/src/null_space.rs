@@ -134,16 +134,9 @@ impl NullSpaceQr {
         self.orthogonal_columns(rank, out);
     }
 
-    /// `range ← Q₁`, `null ← Q₂`: orthonormal bases of `range Gᵀ` and of the null space of `G`, shapes
-    /// `n × rank` and `n × (n − rank)`.
-    pub fn range_and_null_space(
-        &mut self,
-        rank: usize,
-        range: &mut DMatrix<f64>,
-        null: &mut DMatrix<f64>,
-    ) {
-        self.orthogonal_columns(0, range);
-        self.orthogonal_columns(rank, null);
+    /// `out ← Q₁`: an orthonormal basis of `range Gᵀ`, shape `n × rank`.
+    pub fn range(&mut self, out: &mut DMatrix<f64>) {
+        self.orthogonal_columns(0, out);
     }
 
     /// Columns `first ..` of the orthogonal factor, as many as `out` has.

@@ -2,11 +2,15 @@
 //!
 //! Loops are cut at joints; `g_c` are the cut joints' constraints.
 //! ```text
-//! J_n = G_c(q_n) P_tree(q_n),      J_nᵀ Π = [W Z] [R; 0]        column-pivoted QR
-//! r(u) = [ Zᵀ P_treeᵀ (p̄_n + D_1 L_d + f_d^-) ;  g_c(F_d(u, q_n)) ] = 0,     u ∈ R^{d_tree}
-//! δ    = A⁻¹ (b + W μ),   (J' A⁻¹ W) μ = r_g − J' A⁻¹ b            A = P_treeᵀ D_2(…) ∂F_d/∂u
+//! J_n = G_c(q_n) P_tree(q_n),      J_nᵀ Π = [W Z] [R; 0]        column-pivoted QR, Z = null J_n
+//! b    = P_treeᵀ (p̄_n + D_1 L_d + f_d^-),     g = g_c(F_d(u, q_n)) (independent rows),   u ∈ R^{d_tree}
+//! r(u) = (1 − W Wᵀ) b + W g = 0               balance along Z Zᵀ = 1 − W Wᵀ, closure along W
+//! δ    = A⁻¹ ((1 − W Wᵀ) r + W μ),   (J' A⁻¹ W) μ = Wᵀr − J' A⁻¹ (1 − W Wᵀ) r
+//! A    = P_treeᵀ D_2(D_1 L_d + f_d^-) ∂F_d/∂u
 //! ```
-//! `A` is solved by the articulated recursion (dense where the potential couples bodies); the complement `J' A⁻¹ W` is small and dense.
+//! `Z` is never formed: work and memory are `O(N·loops² + loops³)`.
+//! `A` is solved by the articulated recursion (dense where the potential couples bodies); the
+//! complement `J' A⁻¹ W` is small and dense.
 //!
 //! **Rank.** Permanent redundancy (overconstrained loops) shows as a clear gap in `R`; only the rows
 //! of the first `rank` pivots are enforced, the others follow from them. The *generic* rank, the
@@ -23,7 +27,7 @@
 //! `1/σ` would turn into a drift of the momentum maps.
 //!
 //! Source: LMO08 §5.4, §5.5.
-#![allow(non_snake_case)] // J, W, Z, A
+#![allow(non_snake_case)] // J, W, A
 
 use crate::articulated::Articulated;
 use crate::coupled::Coupled;
@@ -54,9 +58,8 @@ pub struct LoopNodal {
     q_n: Vec<f64>,
     jacobian: DMatrix<f64>, // m_c × d_tree
     qr: NullSpaceQr,
-    Z: DMatrix<f64>,          // d_tree × d
-    Z_last: DMatrix<f64>,     // d_tree × d  null space of the last node, carried along
     W: DMatrix<f64>,          // d_tree × rank
+    W_last: DMatrix<f64>,     // d_tree × rank  of the last node
     chosen: Vec<usize>,       // rank rows of g_c enforced at q_{n+1}
     AW: DMatrix<f64>,         // d_tree × rank  A⁻¹ W
     complement: DMatrix<f64>, // rank × rank
@@ -97,9 +100,8 @@ impl LoopNodal {
             q_n: vec![0.0; 12 * mechanism.tree().links().len()],
             jacobian: zeros(m, d),
             qr: NullSpaceQr::new(d, m),
-            Z: zeros(d, d - rank),
-            Z_last: zeros(d, d - rank),
             W: zeros(d, rank),
+            W_last: zeros(d, rank),
             chosen: (0..rank).collect(),
             AW: zeros(d, rank),
             complement: zeros(rank, rank),
@@ -120,7 +122,7 @@ impl LoopNodal {
     /// The first node is a singular placement: its null space is that of the branch, `Z_0`.
     #[must_use]
     pub fn leaving_along(mut self, null_space: &DMatrix<f64>) -> Self {
-        self.Z_last.copy_from(null_space);
+        self.W_last.copy_from(&complement_of(null_space));
         self.has_last = true;
         self
     }
@@ -139,9 +141,8 @@ impl LoopNodal {
 
     /// Orthonormal basis of `range Jᵀ` from the last factorization.
     pub(crate) fn range(&mut self, rank: usize) -> DMatrix<f64> {
-        let d = self.jacobian.ncols();
-        let (mut range, mut null) = (DMatrix::zeros(d, rank), DMatrix::zeros(d, d - rank));
-        self.qr.range_and_null_space(rank, &mut range, &mut null);
+        let mut range = DMatrix::zeros(self.jacobian.ncols(), rank);
+        self.qr.range(&mut range);
         range
     }
 
@@ -218,21 +219,21 @@ impl LoopNodal {
         self.qr.factorize_scaled(&self.jacobian, |i| scale[i])
     }
 
-    /// `W`, `Z` from the QR of `Jᵀ` at `q_n`; at a placement that loses rank, `Z` from the last one.
+    /// `W` from the QR of `Jᵀ` at `q_n`. At a placement that loses rank the directions that are
+    /// missing are those of the last `W` that lie in the new null space.
     fn split(&mut self) {
         let found = self.factorize_jacobian();
-        let d = self.Z.nrows();
         if found < self.rank && self.has_last {
-            // extra columns: keep the part of the new null space that continues the last one
-            let mut wide = DMatrix::zeros(d, d - found);
-            self.qr.null_space(found, &mut wide);
-            let projected = &wide * (wide.transpose() * &self.Z_last);
-            self.Z.copy_from(&orthonormal(projected));
-            let complement = complement_of(&self.Z);
-            self.W.copy_from(&complement);
-            return;
+            let range = self.range(found);
+            let left = &self.W_last - &range * (range.transpose() * &self.W_last);
+            let missing = left.col_piv_qr().q();
+            self.W.columns_mut(0, found).copy_from(&range);
+            let count = self.rank - found;
+            self.W.columns_mut(found, count).copy_from(&missing.columns(0, count));
+        } else {
+            self.qr.range(&mut self.W);
         }
-        self.qr.range_and_null_space(self.rank, &mut self.W, &mut self.Z);
+        self.W_last.copy_from(&self.W);
     }
 
     /// Takes the rows of the leading pivots at the first trial of `q_{n+1}`.
@@ -324,11 +325,6 @@ fn apply_inverse(
     }
 }
 
-/// Orthonormal basis of the range of a matrix of full column rank.
-fn orthonormal(m: DMatrix<f64>) -> DMatrix<f64> {
-    m.qr().q()
-}
-
 /// Orthonormal basis of the orthogonal complement of the range of `Z` (orthonormal columns).
 fn complement_of(Z: &DMatrix<f64>) -> DMatrix<f64> {
     let (d, f) = Z.shape();
@@ -341,7 +337,7 @@ fn complement_of(Z: &DMatrix<f64>) -> DMatrix<f64> {
 
 impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
     fn dof(&self) -> usize {
-        self.Z.nrows()
+        self.W.nrows()
     }
 
     fn blocks(&self) -> &[Block] {
@@ -357,7 +353,6 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
         }
         self.write_jacobian(&s.q0, false);
         self.split();
-        self.Z_last.copy_from(&self.Z);
         (self.fresh, self.has_last) = (true, true);
     }
 
@@ -384,11 +379,12 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
         self.tree.pull_back_at(&self.q_n, w, &mut self.b);
-        let (balance, closure) = out.split_at_mut(self.Z.ncols());
-        for (r, column) in balance.iter_mut().zip(self.Z.column_iter()) {
-            *r = column.iter().zip(&self.b).map(|(z, b)| z * b).sum();
+        out.copy_from_slice(&self.b);
+        for (k, g) in self.mu.iter().enumerate() {
+            let w = self.W.column(k);
+            let along: f64 = w.iter().zip(&self.b).map(|(w, b)| w * b).sum();
+            out.iter_mut().zip(w.iter()).for_each(|(r, w)| *r += (g - along) * w);
         }
-        closure.copy_from_slice(&self.mu); // g_c of the last reparametrize
     }
 
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
@@ -399,15 +395,14 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
             }
             None => self.tree.factorize(system, u, s)?,
         }
-        let (d, f) = self.Z.shape();
-        // b with Zᵀ b given: its part in range W is free and absorbed by μ
-        self.b.fill(0.0);
-        for k in 0..f {
-            for i in 0..d {
-                self.b[i] += self.Z[(i, k)] * x[k];
-            }
+        let d = self.W.nrows();
+        self.b.copy_from_slice(x);
+        for k in 0..self.rank {
+            let w = self.W.column(k);
+            let along: f64 = w.iter().zip(&*x).map(|(w, x)| w * x).sum();
+            self.mu[k] = along; // g
+            self.b.iter_mut().zip(w.iter()).for_each(|(b, w)| *b -= along * w);
         }
-        self.mu.copy_from_slice(&x[f..]);
         apply_inverse(&mut self.tree, &mut self.coupled, &mut self.b)?;
         self.AW.copy_from(&self.W);
         for k in 0..self.rank {
