@@ -123,7 +123,7 @@ fn forty_windows_pass_their_flat_positions() {
 }
 
 #[test]
-#[ignore = "long: run by cargo xtask verify"]
+#[ignore = "long: cargo test --release -- --ignored"]
 fn forty_windows_for_20_s() {
     assert!(forty_windows(2e-3, 2, 20.0) < 0.1);
     assert!(forty_windows(1e-2, 4, 20.0) < 0.05);
