@@ -307,7 +307,7 @@ fn the_thread_of_a_screw_carries_its_nut() {
                    position = [0, 0, 0], axis = [0, 0, 1], pitch = 0.5 }]
         sensor = [
           { name = "hold", type = "reaction", of = "thread" },
-          { name = "way", type = "joint_coordinate", of = "thread" },
+          { name = "turn", type = "joint_coordinate", of = "thread" },
         ]
         simulation = { step = 0.001, end = 1.5 }
     "#;
@@ -321,7 +321,7 @@ fn the_thread_of_a_screw_carries_its_nut() {
             let model = Model::from_toml(text).unwrap().with_overrides(&settings).unwrap();
             let samples = run(&model);
             let last = samples.last().unwrap();
-            let (way, angle) = (last.sensors[7], last.sensors[8]);
+            let (way, angle) = (last.q[2], last.sensors[7]); // its one coordinate is the turn
             assert!((angle - 0.5 * spin * last.t * last.t).abs() < 0.1, "counted on: {angle}");
             assert!((way - kappa * angle).abs() < 1e-12, "on its thread");
             let off = |s: &Sample| {

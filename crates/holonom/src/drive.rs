@@ -1,10 +1,7 @@
 //! Joint springs, dampers, motors and single constraints of a model, as numbers.
 
-use crate::model::{
-    Constraint, Joint as JointModel, JointKind, JointMotor, Model, ModelError, Problem,
-};
+use crate::model::{Constraint, Joint as JointModel, JointMotor, ModelError, Problem};
 use nalgebra::Vector3;
-use std::f64::consts::TAU;
 use std::sync::Arc;
 use vi_core::SeparableSystem;
 use vi_multibody::coordinate::JointCoordinate;
@@ -73,17 +70,6 @@ fn add_motor(
         system = system.force(Box::new(JointForce { coordinate: coordinate.clone(), law }));
     }
     system
-}
-
-/// The threads of screw joints: advance and turn of a cylindrical pair, coupled.
-pub(crate) fn threads(model: &Model, joints: &[Joint], q: &[f64]) -> Vec<ScalarConstraint> {
-    let screws = model.joints.iter().zip(joints).filter(|(j, _)| j.kind == JointKind::Screw);
-    let thread = |(model, joint): (&JointModel, &Joint)| {
-        let pair = (JointCoordinate::new(joint, 0)?, JointCoordinate::new(joint, 1)?);
-        let ratio = -model.pitch.unwrap_or_default() / TAU;
-        Some(ScalarConstraint::coupling(&model.name, pair, ratio, q))
-    };
-    screws.filter_map(thread).collect()
 }
 
 /// A `[[constraint]]` that couples or drives joint coordinates; `None` for the geometric ones.

@@ -74,7 +74,8 @@ fn parts(model: &Model, sensor: &Sensor) -> Vec<Part> {
     };
     let axes = if model.particle(&sensor.of).is_some() { model.header.dimension } else { 3 };
     let axes = &["x", "y", "z"][..axes];
-    let pair = model.joints.iter().find(|j| j.name == sensor.of).map(|j| pair_kind(j.kind));
+    let pair =
+        model.joints.iter().find(|j| j.name == sensor.of).map(|j| pair_kind(j.kind, j.pitch));
     match sensor.kind {
         SensorKind::Position => named(axes, "position", "m"),
         SensorKind::Velocity => named(axes, "velocity", "m/s"),
@@ -335,7 +336,8 @@ mod tests {
     #[test]
     fn joint_columns_have_names_by_their_freedoms() {
         let names = |kind: JointKind| {
-            let parts = joint_parts(Some(pair_kind(kind)), ["angle", "rad"], ["displacement", "m"]);
+            let parts =
+                joint_parts(Some(pair_kind(kind, None)), ["angle", "rad"], ["displacement", "m"]);
             parts.into_iter().map(|p| format!("{} {}", p.0, p.2)).collect::<Vec<_>>().join(", ")
         };
         assert_eq!(names(JointKind::Revolute), " rad");

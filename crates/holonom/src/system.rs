@@ -155,8 +155,8 @@ fn rigid_body(body: &model::Body) -> Result<(BodySpec, Matrix3<f64>), ModelError
     Ok((spec, axes))
 }
 
-/// The kinematic pair of a type of joint.
-pub(crate) fn pair_kind(kind: JointKind) -> PairKind {
+/// The kinematic pair of a type of joint; `pitch` in m per turn.
+pub(crate) fn pair_kind(kind: JointKind, pitch: Option<f64>) -> PairKind {
     match kind {
         JointKind::Spherical => PairKind::Spherical,
         JointKind::Revolute => PairKind::Revolute,
@@ -165,7 +165,10 @@ pub(crate) fn pair_kind(kind: JointKind) -> PairKind {
         JointKind::Planar => PairKind::Planar,
         JointKind::Fixed => PairKind::Fixed,
         JointKind::Universal => PairKind::Universal,
-        JointKind::Screw => PairKind::Cylindrical, // and its thread
+        JointKind::Screw => {
+            let per_turn = pitch.unwrap_or_default();
+            PairKind::Screw((per_turn / std::f64::consts::TAU).into())
+        }
     }
 }
 
@@ -175,7 +178,7 @@ fn joint(
     bodies: &[BodySpec],
     names: &Names<'_>,
 ) -> Joint {
-    let kind = pair_kind(joint.kind);
+    let kind = pair_kind(joint.kind, joint.pitch);
     let axes = match (joint.axis, joint.axis2) {
         (Some(axis), Some(second)) => crossing_axes(&axis, &second),
         (Some(axis), None) => complete_axis(&Vector3::from(axis).normalize()),
@@ -193,7 +196,7 @@ fn crossing_axes(first: &[f64; 3], second: &[f64; 3]) -> Matrix3<f64> {
     Matrix3::from_columns(&[m1, n.cross(&m1), n])
 }
 
-/// Threads of screws, then the `[[constraint]]`s in their order.
+/// The `[[constraint]]`s in their order.
 fn scalar_constraints(
     model: &Model,
     joints: &[Joint],
@@ -216,7 +219,7 @@ fn scalar_constraints(
             None => Form::constant(along),
         }
     };
-    let mut scalars = drive::threads(model, joints, &q);
+    let mut scalars = Vec::new();
     for constraint in &model.constraints {
         let made = match constraint {
             Constraint::Distance { name, from, to, point_from, point_to, length } => {

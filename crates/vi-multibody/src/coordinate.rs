@@ -36,25 +36,47 @@ impl Clone for JointCoordinate {
     }
 }
 
+/// Axis `i` of the parent times the gap.
+fn length(joint: &Joint, i: usize) -> Value {
+    Value::Length(Row::product(joint.parent.axis(i), joint.gap(), 0.0))
+}
+
+/// Axis `i` of the child times axis `j` of the parent.
+fn product(joint: &Joint, i: usize, j: usize) -> Row {
+    Row::product(joint.child.axis(i), joint.parent.axis(j), 0.0)
+}
+
 impl JointCoordinate {
     /// Coordinate `freedom` of a joint; `None` for pairs whose freedoms are no such coordinates
     /// (spherical, free) and for freedoms that do not exist.
     #[must_use]
     pub fn new(joint: &Joint, freedom: usize) -> Option<Self> {
-        let length = |axis| Value::Length(Row::product(joint.parent.axis(axis), joint.gap(), 0.0));
-        let product = |i, j| Row::product(joint.child.axis(i), joint.parent.axis(j), 0.0);
-        let angle = || Value::Angle { sine: product(0, 1), cosine: product(0, 0) };
-        let value = match (joint.kind, freedom) {
-            (PairKind::Revolute, 0) | (PairKind::Cylindrical, 1) | (PairKind::Planar, 2) => angle(),
-            (PairKind::Cylindrical | PairKind::Prismatic, 0) => length(2),
-            (PairKind::Planar, 0 | 1) => length(freedom),
-            (PairKind::Universal, 0) => angle(),
-            // about m_1' = m_1'(parent side at θ_1): s = (n × n')·m_1' is cubic; with m_2' ⟂ m_1':
-            // n = cos θ_2 n' + sin θ_2 m_2'
-            (PairKind::Universal, 1) => Value::Angle { sine: product(1, 2), cosine: product(2, 2) },
+        Some(match (joint.kind, freedom) {
+            (PairKind::Revolute | PairKind::Screw(_) | PairKind::Universal, 0)
+            | (PairKind::Cylindrical, 1)
+            | (PairKind::Planar, 2) => Self::turn(joint),
+            (PairKind::Cylindrical | PairKind::Prismatic, 0) => Self::advance(joint),
+            (PairKind::Planar, 0 | 1) => Self::of(length(joint, freedom)),
+            // n = cos θ_2 n' + sin θ_2 m_2' after the second turn, about m_1'
+            (PairKind::Universal, 1) => {
+                Self::of(Value::Angle { sine: product(joint, 1, 2), cosine: product(joint, 2, 2) })
+            }
             _ => return None,
-        };
-        Some(Self { value, last: AtomicU64::new(0.0_f64.to_bits()) })
+        })
+    }
+
+    /// `n·r`: the advance along the axis of a joint.
+    pub(crate) fn advance(joint: &Joint) -> Self {
+        Self::of(length(joint, 2))
+    }
+
+    /// The angle about the axis of a joint, from `m_1` to `m_1'`.
+    pub(crate) fn turn(joint: &Joint) -> Self {
+        Self::of(Value::Angle { sine: product(joint, 0, 1), cosine: product(joint, 0, 0) })
+    }
+
+    fn of(value: Value) -> Self {
+        Self { value, last: AtomicU64::new(0.0_f64.to_bits()) }
     }
 
     /// Whether it is an angle.

@@ -141,6 +141,8 @@ pub struct Placement {
     pub axes: Matrix3<f64>,
     /// Columns `m_1', m_2', n'`.
     pub axes_child: Matrix3<f64>,
+    /// Advance per radian of a screw, m; 0 for other pairs.
+    pub pitch: f64,
 }
 
 impl Placement {
@@ -153,7 +155,11 @@ impl Placement {
         let c = directors::center(child) - directors::center(parent);
         let gap = c + rho_child - rho_parent;
         let (axes, axes_child) = (d1 * joint.parent.axes, d2 * joint.child.axes);
-        Self { rho_parent, rho_child, c, gap, axes, axes_child }
+        let pitch = match joint.kind {
+            PairKind::Screw(pitch) => pitch.into(),
+            _ => 0.0,
+        };
+        Self { rho_parent, rho_child, c, gap, axes, axes_child, pitch }
     }
 
     /// `m_1` (0), `m_2` (1) or `n` (2).

@@ -6,6 +6,7 @@
 
 use crate::form::{Form, Row};
 use crate::joint::Joint;
+use crate::pair::{PairKind, screw};
 use crate::particle::ParticleTree;
 use crate::scalar_constraint::{ScalarConstraint, ScalarRow};
 use crate::spanning::{span_bodies, span_particles};
@@ -113,7 +114,8 @@ impl Mechanism {
     /// # Panics
     /// When a joint or a bar names a member that does not exist.
     #[must_use]
-    pub fn new(description: Description) -> Self {
+    pub fn new(mut description: Description) -> Self {
+        fit_threads(&mut description);
         let bodies = description.bodies.len();
         let mut rows = Vec::new();
         let mut place = |new: Vec<ScalarRow>| {
@@ -121,11 +123,8 @@ impl Mechanism {
             rows.extend(new);
             start..6 * bodies + rows.len()
         };
-        let joint_rows: Vec<_> = description
-            .joints
-            .iter()
-            .map(|joint| place(products(joint.kind.rows(joint))))
-            .collect();
+        let joint_rows: Vec<_> =
+            description.joints.iter().map(|joint| place(joint_rows(joint))).collect();
         let bar_rows: Vec<_> = description
             .bars
             .iter()
@@ -439,6 +438,28 @@ impl Constraints for Mechanism {
             row.emit_second(q, scale * weight, out);
         }
     }
+}
+
+/// Screws hold in the start configuration, wherever their anchors sit along the axis.
+fn fit_threads(description: &mut Description) {
+    let mut q = vec![0.0; 12 * description.bodies.len()];
+    for (body, own) in description.bodies.iter().zip(q.chunks_mut(12)) {
+        directors::set_frame(own, &body.center, &body.triad);
+    }
+    for joint in &mut description.joints {
+        if matches!(joint.kind, PairKind::Screw(_)) {
+            let at = joint.placement(&q);
+            screw::fit_thread(joint, &at);
+        }
+    }
+}
+
+fn joint_rows(joint: &Joint) -> Vec<ScalarRow> {
+    let mut rows = products(joint.kind.rows(joint));
+    if let PairKind::Screw(pitch) = joint.kind {
+        rows.push(screw::thread(joint, pitch));
+    }
+    rows
 }
 
 fn products(rows: Vec<Row>) -> Vec<ScalarRow> {

@@ -9,7 +9,7 @@
 //! `f` (N) and `m` (N·m) are what the joint does to the *child*, from the parent or the ground; they are
 //! given as components along the joint frame `(m_1, m_2, n)` of the parent. The internal constraints of
 //! the directors have no part in this: `P_in` takes them out. A hanging body feels `+m g` upwards. The
-//! thread of a screw (a scalar constraint with the name of its joint) belongs to the joint; springs,
+//! thread of a screw belongs to the joint; springs,
 //! dampers and motors on a joint, and prescribed motions of it, do not.
 //!
 //! **Uniqueness.** Where constraints are redundant, `λ` is one solution among `λ + Z c`, `range Z = null
@@ -179,14 +179,10 @@ struct JointForces<'a> {
 
 impl<'a> JointForces<'a> {
     fn new(mechanism: &Mechanism, lambda: &'a [f64]) -> Self {
-        let (joints, scalars) = (&mechanism.description().joints, &mechanism.description().scalars);
+        let joints = &mechanism.description().joints;
         let mut joint_of = vec![None; mechanism.len()];
         for k in 0..joints.len() {
             joint_of[mechanism.joint_rows(k)].fill(Some(k));
-        }
-        for (k, thread) in scalars.iter().enumerate() {
-            let screw = joints.iter().position(|joint| joint.name == thread.name);
-            joint_of[mechanism.scalar_rows(k)].fill(screw);
         }
         let first = joints.iter().map(|joint| felt_by(joint).map_or(usize::MAX, |f| 12 * f.0));
         Self { lambda, joint_of, first: first.collect(), of_joint: vec![[0.0; 12]; joints.len()] }

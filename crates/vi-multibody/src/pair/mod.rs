@@ -17,6 +17,7 @@
 //! | [`prismatic`] P | `m_1·r`, `m_2·r`; `m_1·m_2'`, `m_2·n'`, `n·m_1'` | 1 | `u̇` | rigid by `c`; `(n, 0)` | §5 |
 //! | [`planar`] E | `n·r`; `n·m_1'`, `n·m_2'` | 3 | `(u̇_1, u̇_2, θ̇)` | rigid by `c`; `(m_1, 0)`, `(m_2, 0)`, `(ϱ²×n, n)` | §5 |
 //! | [`fixed`] | `r`; `m_1·m_2'`, `m_2·n'`, `n·m_1'` | 0 | | rigid by `c`; none | not in the paper |
+//! | [`screw`] H | those of C; `n·r − p θ` | 1 | `θ̇` |
 //! | [`universal`] | `r`; `n·m_1'` | 2 | `(θ̇_1, θ̇_2)` | rigid by `c`; `(ϱ²×n, n)`, `(ϱ²×m_1', m_1')` | not in the paper |
 //! | [`free`] | none | 6 | `(φ̇², ω²)` | none; `(e_k, 0)`, `(0, e_k)` | (59), (61) |
 //!
@@ -71,6 +72,7 @@ pub mod free;
 pub mod planar;
 pub mod prismatic;
 pub mod revolute;
+pub mod screw;
 pub mod spherical;
 pub mod universal;
 
@@ -98,6 +100,8 @@ pub enum PairKind {
     Fixed,
     /// Two crossing axes: `n` of the parent, `m_1'` of the child.
     Universal,
+    /// H: turn and advance coupled.
+    Screw(screw::Pitch),
     /// No constraint: a root of the tree.
     Free,
 }
@@ -330,6 +334,10 @@ macro_rules! each_pair {
                 use fixed as $module;
                 $body
             }
+            PairKind::Screw(_) => {
+                use screw as $module;
+                $body
+            }
             PairKind::Universal => {
                 use universal as $module;
                 $body
@@ -377,7 +385,7 @@ impl PairKind {
     #[must_use]
     pub fn is_angle(self, freedom: usize) -> bool {
         match self {
-            Self::Spherical | Self::Revolute | Self::Universal => true,
+            Self::Spherical | Self::Revolute | Self::Screw(_) | Self::Universal => true,
             Self::Prismatic | Self::Fixed => false,
             Self::Cylindrical => freedom == 1,
             Self::Planar => freedom == 2,
