@@ -17,11 +17,12 @@
 //! | [`prismatic`] P | `m_1·r`, `m_2·r`; `m_1·m_2'`, `m_2·n'`, `n·m_1'` | 1 | `u̇` | rigid by `c`; `(n, 0)` | §5 |
 //! | [`planar`] E | `n·r`; `n·m_1'`, `n·m_2'` | 3 | `(u̇_1, u̇_2, θ̇)` | rigid by `c`; `(m_1, 0)`, `(m_2, 0)`, `(ϱ²×n, n)` | §5 |
 //! | [`fixed`] | `r`; `m_1·m_2'`, `m_2·n'`, `n·m_1'` | 0 | | rigid by `c`; none | not in the paper |
-//! | [`screw`] H | those of C; `n·r − p θ` | 1 | `θ̇` |
+//! | [`screw`] H | `m_1·r`, `m_2·r`; `n·m_1'`, `n·m_2'`; `n·r − p θ` | 1 | `θ̇` | rigid by `c`; `(p n + ϱ²×n, n)` | not in the paper |
 //! | [`universal`] | `r`; `n·m_1'` | 2 | `(θ̇_1, θ̇_2)` | rigid by `c`; `(ϱ²×n, n)`, `(ϱ²×m_1', m_1')` | not in the paper |
 //! | [`free`] | none | 6 | `(φ̇², ω²)` | none; `(e_k, 0)`, `(0, e_k)` | (59), (61) |
 //!
-//! `r` counts three rows, every product one; each row is of degree ≤ 2 in `q`. *Rigid by `a`* is
+//! `r` counts three rows, every product one; each row but the thread
+//! of a screw is of degree ≤ 2 in `q`. *Rigid by `a`* is
 //! `X = [I −â; 0 I]` ([`Transfer::Rigid`]), *point of `a`* is `X = [I −â; 0 0]` ([`Transfer::Point`]),
 //! a column of `S` is a twist `(φ̇, ω)`. Velocity analysis: (71)–(75); the pair maps: (76)–(86). The
 //! equations of R, C, P and E that the paper gives in its §5 are cited without a number.
@@ -53,6 +54,10 @@
 //!
 //!  1 ===[#]=== 2        fixed       A² = A¹
 //!                                   φ²_{n+1} = φ¹_{n+1} + A¹ϱ¹ − A²ϱ²
+//!
+//!        ^ n, u = p ϑ
+//!  1 --[/|/]--- 2       screw       A² = A¹ exp(ϑ n̂)
+//!        | ϑ                        φ²_{n+1} = φ¹_{n+1} + A¹(ϱ¹ + r + p ϑ n) − A²ϱ²
 //!
 //!        | n
 //!  1 --<-+->-- 2        universal   A² = A¹ exp(ϑ_1 n̂) exp(ϑ_2 m̂_1')
