@@ -36,6 +36,7 @@ use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_core::newton::NewtonSettings;
 use vi_core::state::State;
+use vi_core::trajectory::Sink;
 
 /// What to integrate with.
 #[derive(Clone, Debug, PartialEq)]
@@ -364,6 +365,26 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         Ok(lambda)
     }
 
+    /// Takes `steps` macro steps; the states of the start, of every `every`-th step and of the end go
+    /// to the sink.
+    ///
+    /// # Errors
+    /// [`RunError`]; the sink then has every state up to the refused step.
+    pub fn run<K: Sink<State>>(
+        &mut self,
+        (steps, every): (u64, u64),
+        sink: &mut K,
+    ) -> Result<(), RunError<K::Error>> {
+        sink.record(&self.state).map_err(RunError::Sink)?;
+        for n in 1..=steps {
+            self.step()?;
+            if n.is_multiple_of(every.max(1)) || n == steps {
+                sink.record(&self.state).map_err(RunError::Sink)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Reverses the direction of time; the next step retraces the last one.
     pub fn reverse(&mut self) {
         self.step = -self.step;
@@ -424,6 +445,17 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     pub fn condition(&mut self) -> Option<Condition> {
         self.scheme.condition(&self.system, &self.constraints)
     }
+}
+
+/// Why a run ended early.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RunError<E> {
+    /// A step was refused; the integrator stands before it.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// The sink refused a state.
+    #[error("the sink refused a state")]
+    Sink(E),
 }
 
 /// Why a node could not be observed.

@@ -236,3 +236,20 @@ fn a_failed_step_leaves_the_state_alone() {
     }
     assert!(failed, "a step of 5 s cannot go well for ever");
 }
+
+#[test]
+fn a_run_hands_its_states_to_a_sink() {
+    let mut states: Vec<vi_core::State> = Vec::new();
+    let mut run = pendulum(9.81, Options::new(SchemeKind::Nodal, 0.1), 0.0);
+    run.run((25, 10), &mut states).unwrap();
+    let steps: Vec<u64> = states.iter().map(|state| state.step).collect();
+    assert_eq!(steps, [0, 10, 20, 25]);
+    let mut full = vi_core::trajectory::Each(
+        |state: &vi_core::State| {
+            if state.step < 28 { Ok(()) } else { Err("full") }
+        },
+    );
+    let refused = run.run((10, 1), &mut full);
+    assert_eq!(refused, Err(crate::integrator::RunError::Sink("full")));
+    assert_eq!(run.state().step, 28);
+}
