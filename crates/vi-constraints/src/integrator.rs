@@ -21,110 +21,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use crate::setup::{Options, SetupError, SingularStart};
+
 use crate::constrained::Constrained;
 use crate::constraints::Constraints;
 use crate::dalembert::{Dalembert, MapSource, QrSource};
-use crate::initialization::{StartError, StartReport, start};
+use crate::initialization::{StartReport, start};
 use crate::nodal::Nodal;
 use crate::node::{Node, NodeObserver};
 use crate::reparametrization::{DenseNodal, Reparametrization};
 use crate::saddle_point::IndependentRows;
 use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep};
-use vi_core::composition::Composition;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
-use vi_core::newton::NewtonSettings;
 use vi_core::state::State;
 use vi_core::trajectory::Sink;
-
-/// What to integrate with.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Options {
-    /// One of the four schemes.
-    pub scheme: SchemeKind,
-    /// Macro time step `h`, s; negative to run backwards in time.
-    pub step: f64,
-    /// Coefficients `γ` of the composition; `[1]` without one.
-    pub gammas: Vec<f64>,
-    /// Newton's method.
-    pub newton: NewtonSettings,
-}
-
-impl Options {
-    /// Order 2 with step `h` (s) and Newton's method to the round-off floor.
-    #[must_use]
-    pub fn new(scheme: SchemeKind, step: f64) -> Self {
-        Self { scheme, step, gammas: vec![1.0], newton: NewtonSettings::default() }
-    }
-
-    /// With a symmetric composition of order 4, 6 or 8.
-    #[must_use]
-    pub fn composition(mut self, composition: Composition) -> Self {
-        self.gammas = composition.gammas();
-        self
-    }
-}
-
-/// Why an integrator could not be set up.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SetupError {
-    /// The step is zero or not finite.
-    #[error("the time step is {0}: it must be a finite number other than zero")]
-    Step(f64),
-    /// No consistent start.
-    #[error(transparent)]
-    Start(#[from] StartError),
-    /// The scheme needs `P` and `F_d`.
-    #[error(
-        "the scheme `{}` needs a null space matrix P(q) and a map F_d(u, q_n): give a \
-         reparametrization, or use the scheme `constrained` or `dalembert`",
-        .0.name()
-    )]
-    NeedsReparametrization(SchemeKind),
-    /// A composition steps backwards, which a dissipative force must not.
-    #[error(
-        "a composition has backward sub-steps, in which dampers would feed energy in: use order 2 \
-         with dissipative forces"
-    )]
-    DissipativeComposition,
-    /// The start is a placement in which the constraints of a loop lose rank.
-    #[error("the start is a singular placement (the loop closed by `{joint}`) {reason}")]
-    SingularStart {
-        /// The joint at which the loop is cut.
-        joint: String,
-        /// Why that is in the way.
-        reason: SingularStart,
-    },
-    /// Shapes do not match.
-    #[error("{what} has {found} entries where {expected} are needed")]
-    Shape {
-        /// Which input.
-        what: &'static str,
-        /// Its length.
-        found: usize,
-        /// The right length.
-        expected: usize,
-    },
-}
-
-/// What keeps a motion from leaving a singular placement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SingularStart {
-    /// Nothing says which branch it takes.
-    #[error("and at rest: give it a velocity or move it off by a little")]
-    AtRest,
-    /// The velocity mixes branches.
-    #[error(
-        "with a velocity that no branch of the motion has: correct it or move it off by a little"
-    )]
-    OffBranch,
-    /// The scheme needs constraints of full rank at the start.
-    #[error("which the scheme cannot leave: use the scheme `nodal` or `reduced`")]
-    Scheme,
-}
 
 /// A running integration: macro steps of one scheme at one order.
 pub struct Integrator<S, C> {

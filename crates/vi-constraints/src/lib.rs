@@ -31,6 +31,7 @@ pub mod null_space;
 pub mod reparametrization;
 pub mod saddle_point;
 pub mod scheme;
+pub mod setup;
 
 pub use constraints::{ConstraintFn, Constraints, Unconstrained};
 pub use integrator::{Integrator, Options};

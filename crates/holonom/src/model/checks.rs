@@ -8,8 +8,7 @@ use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::source::Document;
 use super::start::{StartPoints, distance, is_ground};
 use super::{
-    Bar, Body, Constraint, GROUND, Inertia, Joint, JointKind, MAX_STEPS, Model, Particle, Shape,
-    Spring,
+    Bar, Body, Constraint, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Shape, Spring,
 };
 
 /// All problems of a model that could be read.
@@ -269,7 +268,7 @@ impl<'a> Checker<'a> {
         self.report(key, message, help);
     }
 
-    fn two_ends(&mut self, key: &str, from: &str, to: &str) {
+    pub(super) fn two_ends(&mut self, key: &str, from: &str, to: &str) {
         if from == to {
             let message = format!("both ends are `{from}`");
             self.report(key, message, "connect two different members");
@@ -367,70 +366,6 @@ impl<'a> Checker<'a> {
             let angle = cosine.clamp(-1.0, 1.0).acos().to_degrees();
             let message = format!("the axes of the joint are at {angle:.4}° to each other");
             self.report(at, message, "choose `axis2` perpendicular to `axis`");
-        }
-    }
-
-    fn drives(&mut self, key: &str, joint: &Joint) {
-        let amounts = [
-            ("spring.stiffness", joint.spring.as_ref().map(|s| s.stiffness)),
-            ("damper.damping", joint.damper.as_ref().map(|d| d.damping)),
-            ("motor.proportional", joint.motor.as_ref().map(|m| m.proportional)),
-            ("motor.derivative", joint.motor.as_ref().map(|m| m.derivative)),
-        ];
-        for (field, amount) in amounts {
-            if let Some(amount) = amount.filter(|a| *a < 0.0) {
-                let message = format!("{amount} is negative: it would feed energy in");
-                self.report(format!("{key}.{field}"), message, "write 0 or more");
-            }
-        }
-        if let Some(fault) = joint.motor.as_ref().and_then(|m| m.history.fault()) {
-            self.report(format!("{key}.motor.history"), fault, "put the times in order");
-        }
-        match (joint.kind, joint.pitch) {
-            (JointKind::Screw, None) => {
-                let help = "add `pitch = …`, the advance per turn in m";
-                self.report(key, "a screw joint needs a pitch".into(), help);
-            }
-            (kind, Some(_)) if kind != JointKind::Screw => {
-                let message = "only screw joints have a pitch".to_owned();
-                self.report(format!("{key}.pitch"), message, "remove `pitch`");
-            }
-            _ => {}
-        }
-    }
-
-    fn constraint(&mut self, key: &str, constraint: &Constraint) {
-        let axis_of = |axis: &[f64; 3]| axis.iter().all(|a| a.abs() < 1e-100);
-        match constraint {
-            Constraint::Distance { from, to, length, .. } => {
-                self.reference(format!("{key}.from"), from, &["body", GROUND]);
-                self.reference(format!("{key}.to"), to, &["body", GROUND]);
-                self.two_ends(&format!("{key}.to"), from, to);
-                if let Some(length) = length.filter(|l| *l <= 0.0) {
-                    let message = format!("the length {length} m is not positive");
-                    self.report(format!("{key}.length"), message, "write a positive length in m");
-                }
-            }
-            Constraint::PointOnLine { parent, child, axis, .. }
-            | Constraint::PointOnPlane { parent, child, axis, .. } => {
-                self.reference(format!("{key}.parent"), parent, &["body", GROUND]);
-                self.reference(format!("{key}.child"), child, &["body", GROUND]);
-                self.two_ends(&format!("{key}.child"), parent, child);
-                if axis_of(axis) {
-                    let help = "write a direction, such as [0, 0, 1]";
-                    let message = "the axis has zero length".to_owned();
-                    self.report(format!("{key}.axis"), message, help);
-                }
-            }
-            Constraint::Gear { joints, .. } => {
-                for joint in joints {
-                    self.reference(format!("{key}.joints"), joint, &["joint"]);
-                }
-                self.two_ends(&format!("{key}.joints"), &joints[0], &joints[1]);
-            }
-            Constraint::Motion { joint, .. } => {
-                self.reference(format!("{key}.joint"), joint, &["joint"]);
-            }
         }
     }
 

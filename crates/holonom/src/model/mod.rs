@@ -11,6 +11,7 @@ mod body;
 mod checks;
 mod connection;
 mod drive;
+mod drive_checks;
 mod load;
 mod overrides;
 mod problem;
