@@ -124,6 +124,7 @@ pub mod run;
 pub mod sample;
 pub mod sensor;
 pub mod simulation;
+mod start_rates;
 pub mod system;
 
 pub use nalgebra;

@@ -4,6 +4,7 @@ use crate::drive;
 use crate::model::{self, Constraint, Frame, JointKind, Model, ModelError, StartPoints};
 use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
+use crate::start_rates;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 use vi_core::SeparableSystem;
@@ -95,7 +96,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     }));
     let cuts = (0..model.joints.len()).filter(|&k| model.joints[k].cut).collect();
     let scalars = scalar_constraints(model, &joints, &bodies, &names)?;
-    let description = Description {
+    let mut description = Description {
         dimension: model.header.dimension,
         gravity: Vector3::from(model.gravity()),
         particles: particles.collect(),
@@ -105,6 +106,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         scalars,
         cuts,
     };
+    start_rates::apply(model, &mut description)?;
     let mechanism = Mechanism::new(description);
     let mut system = mechanism.system(model.settings.quadrature.into());
     for spring in &model.springs {

@@ -62,6 +62,27 @@ impl JointKind {
     }
 }
 
+/// One rate, or several.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "rate is a number, or a list of numbers")]
+pub enum Rates {
+    /// Of a single freedom.
+    One(f64),
+    /// One for each freedom.
+    Many(Vec<f64>),
+}
+
+impl Rates {
+    /// The numbers.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        match self {
+            Self::One(rate) => std::slice::from_ref(rate),
+            Self::Many(rates) => rates,
+        }
+    }
+}
+
 /// `[[joint]]`: a kinematic pair of two bodies, or of a body and the ground. Its place is `position`,
 /// or `anchor_parent` and `anchor_child`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -92,6 +113,10 @@ pub struct Joint {
     /// perpendicular to `axis`, which is fixed in the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis2: Option<[f64; 3]>,
+    /// Rates of its freedoms at the start (slides first, then turns; m/s, rad/s): a number, or a list
+    /// for several. The velocity of the child then follows from that of the parent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<Rates>,
     /// Cut the loop that the joint closes here; by default the spanning tree is found breadth first
     /// from the ground and the joints left over are cut.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
