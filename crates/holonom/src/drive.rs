@@ -20,7 +20,7 @@ fn coordinate(joint: &Joint, freedom: usize, key: &str) -> Result<JointCoordinat
             1 => "its only coordinate is 0".to_owned(),
             _ => format!("its coordinates are 0 to {}", count - 1),
         };
-        ModelError::Invalid(vec![Problem::new(key, message).help(help)])
+        ModelError::Assembly(vec![Problem::new(key, message).help(help)])
     })
 }
 

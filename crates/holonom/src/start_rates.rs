@@ -109,5 +109,5 @@ fn check(
 
 fn refuse(model: &Model, k: usize, message: &str, help: &str) -> ModelError {
     let key = format!("joint.{}.rate", model.joints[k].name);
-    ModelError::Invalid(vec![Problem::new(key, message).help(help)])
+    ModelError::Assembly(vec![Problem::new(key, message).help(help)])
 }

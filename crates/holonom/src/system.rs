@@ -135,7 +135,7 @@ fn rigid_body(body: &model::Body) -> Result<(BodySpec, Matrix3<f64>), ModelError
     let refuse = |error: InertiaError| {
         let key = format!("body.{}.inertia", body.name);
         let help = "check the unit (kg·m²) and that the moments are about the centre of mass";
-        ModelError::Invalid(vec![model::Problem::new(key, error.to_string()).help(help)])
+        ModelError::Assembly(vec![model::Problem::new(key, error.to_string()).help(help)])
     };
     let massless = body.fixed && body.mass() <= 0.0;
     let (rigid, axes) = if massless {
@@ -321,7 +321,7 @@ fn add_load(
     let made = Load::new(12 * body, kind, force, torque, load.history.time_history());
     let load = made.and_then(|load| load.at(point)).map_err(|error| {
         let key = format!("load.{}", load.name);
-        ModelError::Invalid(vec![model::Problem::new(key, error.to_string())])
+        ModelError::Assembly(vec![model::Problem::new(key, error.to_string())])
     })?;
     Ok(system.force(Box::new(load)))
 }

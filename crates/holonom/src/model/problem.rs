@@ -121,6 +121,9 @@ pub enum ModelError {
     /// The text is no valid model.
     #[error("the model has {} problem(s); the first: {}", .0.len(), .0.first().map_or_else(String::new, ToString::to_string))]
     Invalid(Vec<Problem>),
+    /// What only shows when the numbers of the model meet; the problems know their keys.
+    #[error("the model has {} problem(s); the first: {}", .0.len(), .0.first().map_or_else(String::new, ToString::to_string))]
+    Assembly(Vec<Problem>),
     /// The start does not satisfy the constraints, and `project_start` is not set.
     #[error("the start is inconsistent: {}", .0.first().map_or_else(String::new, |i| i.problem().to_string()))]
     InconsistentStart(Vec<Inconsistency>),
@@ -162,6 +165,7 @@ impl ModelError {
         };
         match self {
             Self::Invalid(problems) => problems.clone(),
+            Self::Assembly(problems) => problems.iter().cloned().map(located).collect(),
             Self::InconsistentStart(all) => all.iter().map(|i| located(i.problem())).collect(),
             Self::Unreadable { .. } => vec![Problem::new("", self.to_string())],
             Self::TooLarge { .. } => vec![
