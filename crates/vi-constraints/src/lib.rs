@@ -13,7 +13,7 @@
 //! | [`scheme`] | their common interface |
 //! | [`initialization`] | consistent starts |
 //! | [`node`] | multipliers, Legendre transforms, energies, hidden constraints |
-//! | [`integrator`] | all of it together |
+//! | [`setup`], [`integrator`] | options and refusals; all of it together |
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708 (LMO08).
 #![forbid(unsafe_code)]
