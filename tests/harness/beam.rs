@@ -11,7 +11,9 @@ use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_constraints::node::Node;
 use vi_constraints::{Options, SchemeKind};
 use vi_core::potential::Potential;
-use vi_core::{SeparableSystem, State};
+use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, State};
+use vi_emscheme::beam::BeamGradient;
+use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{BodySpec, Mechanism};
 use vi_multibody::pair::PairKind;
@@ -276,6 +278,10 @@ impl BeamCase {
             "static" => return Ok(vec![("static", self.statics()?)]),
             "variational" => StrainRule::Midpoint,
             "variational_avg" => StrainRule::Averaged,
+            "em" => {
+                let forms = EmForm::ALL.into_iter();
+                return forms.map(|form| Ok((form.name(), self.energy_momentum(form)?))).collect();
+            }
             other => return Err(format!("unknown scheme `{other}` in {}", self.name)),
         };
         let schemes = SchemeKind::ALL.into_iter();
@@ -343,6 +349,59 @@ impl BeamCase {
             self.compare(output, (&model, &mechanism), (state, node), &mut deviation)
         })
         .map_err(|e| format!("{}: {e}", kind.name()))?;
+        Ok(deviation)
+    }
+
+    /// Energy–momentum: `v_n` in the place of `v̂`, `E_d` of the step that starts at the node.
+    fn energy_momentum(&self, form: EmForm) -> Result<Deviation, String> {
+        let (h, steps) = (self.h.ok_or("no h")?, self.steps.ok_or("no steps")?);
+        let output_steps = self.output_steps.as_ref().ok_or("no output_steps")?;
+        let model = self.model()?;
+        let mechanism = model.mechanism();
+        let mass = model.mass_matrix(&mechanism);
+        let weight = mechanism.system_with_mass(mass.clone(), Quadrature::Midpoint);
+        let mut system =
+            EmSystem::of_linear(&weight).gradient(BeamGradient(model.elements.clone()));
+        for load in self.loads()? {
+            system = system.load(load);
+        }
+        let (tolerance, mut deviation) = (self.tolerance(), Deviation::default());
+        let mut run =
+            EmIntegrator::of_mechanism(system, model.mechanism(), EmOptions::new(form, h))
+                .map_err(|e| format!("{}: {e}", form.name()))?;
+        for n in 0..=steps {
+            let (state, mut e_d) = (run.state().clone(), None);
+            if n < steps {
+                run.step().map_err(|e| format!("{}: step {n}: {e}", form.name()))?;
+                let next = &run.state().q;
+                let dq: Vec<f64> = next.iter().zip(&state.q).map(|(a, b)| a - b).collect();
+                let mid: Vec<f64> = next.iter().zip(&state.q).map(|(a, b)| 0.5 * (a + b)).collect();
+                let potential = model.elements.value(&mid) + weight.potential_energy(&mid);
+                e_d = Some(0.5 * mass.bilinear(&dq, &dq) / (h * h) + potential);
+            }
+            if !output_steps.contains(&n) {
+                continue;
+            }
+            let output = self.outputs.iter().find(|o| o.step == n);
+            let output = output.ok_or_else(|| format!("no output at step {n}"))?;
+            let missing = |what: &str| format!("output {n} lacks {what}");
+            let mut p = vec![0.0; state.q.len()];
+            mass.mul_add(1.0, &state.v, &mut p);
+            let strain_energy = model.elements.value(&state.q);
+            let kinetic = 0.5 * mass.bilinear(&state.v, &state.v);
+            let energy = kinetic + strain_energy + weight.potential_energy(&state.q);
+            deviation.q(&state.q, &output.q, &tolerance);
+            deviation.energy(energy, output.h_d.ok_or_else(|| missing("H_d"))?, &tolerance);
+            deviation.energy(strain_energy, output.strain_energy, &tolerance);
+            if let (Some(found), Some(reference)) = (e_d, output.e_d) {
+                deviation.energy(found, reference, &tolerance);
+            }
+            let momentum = mechanism.momentum(&state.q, &p);
+            let linear = output.linear_momentum.ok_or_else(|| missing("linear_momentum"))?;
+            let angular = output.angular_momentum.ok_or_else(|| missing("angular_momentum"))?;
+            deviation.momentum(&momentum.linear, &linear, &tolerance);
+            deviation.momentum(&momentum.angular, &angular, &tolerance);
+        }
         Ok(deviation)
     }
 

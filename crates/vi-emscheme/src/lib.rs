@@ -14,6 +14,7 @@
 //! |---|---|
 //! | [`discrete_gradient`] | `D̄V`: the trait; linear potentials |
 //! | [`invariant`] | `D̄V` of functions of `D·D`: springs |
+//! | [`beam`] | `D̄V` of beams: averaged strains |
 //! | [`gonzalez`] | `D̄V` of anything else, G96 |
 //! | [`load`] | wrenches and dampers at the midpoint |
 //! | [`em_system`] | mass, potentials, loads: the bracket and its derivative |
@@ -31,6 +32,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 mod balance;
+pub mod beam;
 pub mod comparison;
 pub mod constrained;
 pub mod dalembert;

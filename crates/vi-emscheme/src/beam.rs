@@ -1,0 +1,130 @@
+//! The discrete derivative of beams: averaged strains.
+//!
+//! ```text
+//! D̄V = Σ_e ℓ Σ_i C_i ε̄_i 𝔹_i x_{n+1/2},      ε̄ = ½ (ε(q_n) + ε(q_{n+1}))
+//! ∂D̄V/∂q_{n+1} = ½ Σ_e ℓ Σ_i C_i [𝔹_i x_{n+1/2} (𝔹_i x_{n+1})ᵀ + ε̄_i 𝔹_i]
+//! ```
+//! Exact, since every strain is quadratic: `Dε(q_{n+1/2}) Δq = Δε`. Equivariant, since strains are
+//! invariant under rigid motions of any `x`.
+//!
+//! Letters: `ε_i` strains, `C_i` stiffnesses, `ℓ` length, `𝔹_i x` strain gradients. Source: BL06.
+#![allow(non_snake_case)] // C, K
+
+use crate::discrete_gradient::DiscreteGradient;
+use vi_beam::element::{Element, Elements};
+use vi_beam::strain::{self, Strain};
+use vi_core::interval::Interval;
+use vi_core::potential::Potential;
+use vi_core::sparse::Entries;
+
+/// `D̄V` of all two-node elements.
+#[derive(Clone, Debug)]
+pub struct BeamGradient(pub Elements);
+
+/// `ℓ C_i ε̄_i`.
+fn mean_forces(element: &Element, C: &Strain, s: &Interval) -> Strain {
+    let at = |q: &[f64]| element.strain(&element.coordinates(q));
+    0.5 * element.length * C.component_mul(&(at(&s.q0) + at(&s.q1)))
+}
+
+impl DiscreteGradient for BeamGradient {
+    fn potential(&self, q: &[f64]) -> f64 {
+        self.0.value(q)
+    }
+
+    fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        for (element, C) in self.0.iter() {
+            let n = scale * mean_forces(element, &C, s);
+            element.scatter(&(element.gradients(&element.coordinates(&s.q_mid)) * n), out);
+        }
+    }
+
+    fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        for (element, C) in self.0.iter() {
+            let mut rows = element.gradients(&element.coordinates(&s.q_mid));
+            for i in 0..6 {
+                rows.column_mut(i).scale_mut(0.5 * scale * element.length * C[i]);
+            }
+            let mut K = rows * element.gradients(&element.coordinates(&s.q1)).transpose();
+            let n = 0.5 * scale * mean_forces(element, &C, s);
+            let B = strain::weighted_matrix(&n, element.length);
+            for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
+                (0..3).for_each(|k| K[(3 * i + k, 3 * j + k)] += B[(i, j)]);
+            }
+            element.emit(&K, out);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, Vector3};
+    use vi_beam::section::Section;
+    use vi_rigid::{directors, rotation};
+
+    /// Two elements through three frames that are nowhere near orthonormal, and another placement.
+    fn placements() -> (Elements, Vec<f64>, Vec<f64>) {
+        let number = |i: usize, k: f64| ((i as f64 + 0.3) * k).sin();
+        let mut q0 = vec![0.0; 36];
+        for (k, own) in q0.chunks_mut(12).enumerate() {
+            let turn = rotation::exp(&Vector3::new(0.2 * k as f64, -0.3, 0.1));
+            directors::set_frame(own, &Vector3::new(0.1, 0.2, 0.8 * k as f64), &turn);
+        }
+        let q1 = q0.iter().enumerate().map(|(i, q)| q + 0.2 * number(i, 1.9)).collect();
+        let mut elements = Elements::new();
+        let section = Section::new([3.0, 2.0, 5.0, 1.0, 1.5, 0.7], [1.0, 0.1, 0.2, 0.0]).unwrap();
+        let section = elements.add_section(section);
+        elements.add_stress_free([0, 1], 0.8, section, &q0).unwrap();
+        elements.add_stress_free([1, 2], 0.8, section, &q0).unwrap();
+        (elements, q0, q1)
+    }
+
+    fn interval(q0: &[f64], q1: &[f64]) -> Interval {
+        let mut s = Interval::new(q0.len());
+        s.open(0.0, 0.1, q0);
+        s.q1.copy_from_slice(q1);
+        s.close_from_end();
+        s
+    }
+
+    #[test]
+    fn it_is_directional_equivariant_and_has_its_derivative() {
+        let (elements, q0, q1) = placements();
+        let gradient = BeamGradient(elements);
+        let at = |q1: &[f64]| {
+            let mut out = vec![0.0; 36];
+            gradient.add(&interval(&q0, q1), 1.0, &mut out);
+            out
+        };
+        let (s, found) = (interval(&q0, &q1), at(&q1));
+        let work: f64 = found.iter().zip(&s.dq).map(|(d, dq)| d * dq).sum();
+        let change = gradient.potential(&q1) - gradient.potential(&q0);
+        let moment: Vector3<f64> = (0..12)
+            .map(|k| {
+                let part = |x: &[f64]| Vector3::from_column_slice(&x[3 * k..3 * k + 3]);
+                part(&s.q_mid).cross(&part(&found))
+            })
+            .sum();
+        println!("directionality {:.1e}, moment {:.1e}", work - change, moment.amax());
+        assert!((work - change).abs() < 1e-14 && moment.amax() < 1e-14);
+
+        let mut derivative = DMatrix::zeros(36, 36);
+        gradient.add_derivative(&s, 1.0, &mut derivative);
+        let (e, mut worst) = (1e-5, 0.0_f64);
+        for j in 0..36 {
+            let moved = |by: f64| {
+                let mut q = q1.clone();
+                q[j] += by;
+                at(&q)
+            };
+            let (plus, minus) = (moved(e), moved(-e));
+            for i in 0..36 {
+                let slope = (plus[i] - minus[i]) / (2.0 * e);
+                worst = worst.max((slope - derivative[(i, j)]).abs());
+            }
+        }
+        println!("derivative off by {worst:.1e}");
+        assert!(worst < 1e-8, "{worst:e}");
+    }
+}
