@@ -131,20 +131,14 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for Constrained {
         work.p.copy_from_slice(&state.p);
         let (m, n) = (constraints.len(), constraints.dim());
         let emit = |out: &mut dyn Entries| constraints.jacobian(state.t, &state.q, out);
-        match &mut work.jacobian {
-            Some(jacobian) => jacobian.refill(emit),
-            None => work.jacobian = Some(SparseMatrix::assemble(m, n, emit)),
-        }
+        SparseMatrix::update(&mut work.jacobian, (m, n), emit);
         let length = norm_inf(&state.q).max(1e-6);
         work.blocks[0].floor = 1e-5 * length;
         work.blocks[1].floor = 1e-5 * length * norm_inf(system.mass().as_sprs().data());
         let mut problem = Problem { system, constraints, work };
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
         let report = solve_step(newton, predictor, step, &mut problem, &mut self.x)?;
-        state.q.copy_from_slice(&self.work.s.q1);
-        system.forced_d2(&self.work.s, &mut state.p);
-        state.t += step.h;
-        state.step += 1;
+        state.move_to_end(system, &self.work.s);
         Ok(report)
     }
 

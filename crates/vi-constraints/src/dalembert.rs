@@ -148,11 +148,7 @@ impl<S: MechanicalSystem, C: Constraints> NewtonProblem for Problem<'_, S, C> {
         let work = &mut *self.work;
         let n = work.s.dim();
         let emit = |out: &mut dyn vi_core::Entries| self.system.forced_d2_d1(&work.s, out);
-        match &mut work.mixed {
-            Some(mixed) => mixed.refill(emit),
-            None => work.mixed = Some(SparseMatrix::assemble(n, n, emit)),
-        }
-        let mixed = work.mixed.as_ref().expect("just written");
+        let mixed = SparseMatrix::update(&mut work.mixed, (n, n), emit);
         let d = work.null_space.ncols();
         work.matrix.fill(0.0);
         for k in 0..d {
@@ -191,10 +187,7 @@ impl<S: MechanicalSystem, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> fo
         let mut problem = Problem { system, constraints, work };
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
         let report = solve_step(newton, predictor, step, &mut problem, &mut self.x)?;
-        state.q.copy_from_slice(&self.work.s.q1);
-        system.forced_d2(&self.work.s, &mut state.p);
-        state.t += step.h;
-        state.step += 1;
+        state.move_to_end(system, &self.work.s);
         Ok(report)
     }
 

@@ -141,10 +141,7 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
                 None => self.last = Some(self.u.clone()),
             }
         }
-        state.q.copy_from_slice(&self.work.s.q1);
-        system.forced_d2(&self.work.s, &mut state.p);
-        state.t += step.h;
-        state.step += 1;
+        state.move_to_end(system, &self.work.s);
         self.operators.clean(state.t, &mut state.q);
         Ok(report)
     }

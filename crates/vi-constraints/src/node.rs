@@ -160,10 +160,7 @@ impl NodeObserver {
         let n = self.n;
         let m = constraints.len();
         let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
-        match &mut self.jacobian {
-            Some(jacobian) => jacobian.refill(emit),
-            None => self.jacobian = Some(SparseMatrix::assemble(m, n, emit)),
-        }
+        SparseMatrix::update(&mut self.jacobian, (m, n), emit);
         let node = &mut self.node;
         constraints.value(t, q, &mut self.m_work);
         node.position_residual = norm_inf(&self.m_work);

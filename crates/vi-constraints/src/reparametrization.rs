@@ -147,11 +147,7 @@ impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
         let n = s.dim();
         let emit = |out: &mut dyn vi_core::Entries| system.forced_d2_d1(s, out);
-        match &mut self.mixed {
-            Some(mixed) => mixed.refill(emit),
-            None => self.mixed = Some(SparseMatrix::assemble(n, n, emit)),
-        }
-        let mixed = self.mixed.as_ref().expect("just written");
+        let mixed = SparseMatrix::update(&mut self.mixed, (n, n), emit);
         self.map.tangent(u, s, &mut self.tangent);
         self.weighted.fill(0.0);
         mixed.mul_dense_add(1.0, &self.tangent, &mut self.weighted);

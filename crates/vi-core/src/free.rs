@@ -117,10 +117,7 @@ impl<S: MechanicalSystem> FreeStepper<S> {
         let mut problem = Problem { system: &self.system, work: &mut self.work };
         let report = self.newton.solve(&mut problem, &mut self.dq)?;
         self.predictor.remember(lane, h, &self.dq);
-        state.q.copy_from_slice(&self.work.s.q1);
-        self.system.forced_d2(&self.work.s, &mut state.p);
-        state.t += h;
-        state.step += 1;
+        state.move_to_end(&self.system, &self.work.s);
         Ok(report)
     }
 }

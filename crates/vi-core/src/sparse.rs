@@ -126,6 +126,21 @@ impl SparseMatrix {
         debug_assert_eq!(replay.next, self.slots.len(), "emission shorter than at assembly");
     }
 
+    /// Refills the matrix in `kept`; the first time it is assembled, with `(rows, columns)`.
+    pub fn update(
+        kept: &mut Option<Self>,
+        (rows, columns): (usize, usize),
+        emit: impl FnOnce(&mut dyn Entries),
+    ) -> &Self {
+        match kept {
+            Some(matrix) => {
+                matrix.refill(emit);
+                matrix
+            }
+            None => kept.insert(Self::assemble(rows, columns, emit)),
+        }
+    }
+
     /// Emits the stored entries (for nesting in a larger matrix).
     pub fn emit(&self, out: &mut dyn Entries) {
         self.for_each(|i, j, value| out.add(i, j, value));

@@ -1,5 +1,7 @@
 //! The state of the future.
 
+use crate::discrete_lagrangian::MechanicalSystem;
+use crate::interval::Interval;
 use serde::{Deserialize, Serialize};
 
 /// Time, configuration and the momentum `p̄_n = D_2 L_d(q_{n-1}, q_n) + f_d^+` carried from the last
@@ -20,6 +22,15 @@ pub struct State {
 }
 
 impl State {
+    /// Moves to the end of an interval that the step equation holds on: `q_{n+1}`, and
+    /// `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`.
+    pub fn move_to_end(&mut self, system: &impl MechanicalSystem, s: &Interval) {
+        self.q.copy_from_slice(&s.q1);
+        system.forced_d2(s, &mut self.p);
+        self.t += s.h;
+        self.step += 1;
+    }
+
     /// The start of a motion at time `t`.
     #[must_use]
     pub fn new(t: f64, q: Vec<f64>, p: Vec<f64>) -> Self {

@@ -106,10 +106,7 @@ impl Balance {
             system.scaled_bracket_derivative(s, out);
             constraints.weighted_hessian(s.t_mid(), &s.q_mid, mu, 0.5, out);
         };
-        match &mut self.tangent {
-            Some(tangent) => tangent.refill(emit),
-            None => self.tangent = Some(SparseMatrix::assemble(n, n, emit)),
-        }
+        SparseMatrix::update(&mut self.tangent, (n, n), emit);
     }
 
     /// The tangent last written, the null space matrix, and a scratch vector of shape `n`.

@@ -93,13 +93,7 @@ impl<C: Constraints> NewtonProblem for Problem<'_, C> {
         rows.scatter(mu, &mut work.mu);
         let (constraints, s) = (self.constraints, &work.s);
         let emit = |out: &mut dyn Entries| constraints.jacobian(s.t_mid(), &s.q_mid, out);
-        match &mut work.jacobian {
-            Some(jacobian) => jacobian.refill(emit),
-            None => {
-                work.jacobian = Some(SparseMatrix::assemble(constraints.len(), n, emit));
-            }
-        }
-        let jacobian = work.jacobian.as_ref().expect("just written");
+        let jacobian = SparseMatrix::update(&mut work.jacobian, (constraints.len(), n), emit);
         jacobian.tr_mul_add(1.0, &work.mu, balance);
         constraints.value(s.t_end(), &s.q1, &mut work.g);
         rows.gather(&work.g, closure);

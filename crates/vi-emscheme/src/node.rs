@@ -161,11 +161,5 @@ fn fill<'a>(
     (t, q): (f64, &[f64]),
 ) -> &'a SparseMatrix {
     let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
-    match kept {
-        Some(jacobian) => jacobian.refill(emit),
-        None => {
-            *kept = Some(SparseMatrix::assemble(constraints.len(), constraints.dim(), emit));
-        }
-    }
-    kept.as_ref().expect("just written")
+    SparseMatrix::update(kept, (constraints.len(), constraints.dim()), emit)
 }

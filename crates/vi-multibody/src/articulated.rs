@@ -125,11 +125,6 @@ impl Articulated {
         &self.tree
     }
 
-    /// `X, S` at `q_n`, or the kept tangents.
-    pub fn maps_at(&self) -> impl Iterator<Item = &VelocityMap> {
-        self.links.iter().map(|link| &link.at)
-    }
-
     /// `X, S` of one link at `q_n`.
     #[must_use]
     pub fn map_at(&self, link: usize) -> &VelocityMap {
@@ -186,17 +181,8 @@ impl Articulated {
             self.wrenches[k] =
                 Twist::new(Vector3::new(b[0], b[1], b[2]), Vector3::new(b[3], b[4], b[5]));
         }
-        for (k, link) in self.tree.links().iter().enumerate().rev() {
-            let (wrench, map) = (self.wrenches[k], &self.links[k].at);
-            for (column, r) in map.columns().iter().zip(&mut out[link.offset..]) {
-                *r = column.dot(&wrench);
-            }
-            if let Some(parent) = link.parent {
-                let carried = map.transfer.apply_transposed(&wrench);
-                self.wrenches[parent].linear += carried.linear;
-                self.wrenches[parent].angular += carried.angular;
-            }
-        }
+        let links = &self.links;
+        self.tree.pull_back(|k| &links[k].at, &mut self.wrenches, out);
     }
 
     fn assemble(&mut self, system: &impl MechanicalSystem, s: &Interval) -> bool {

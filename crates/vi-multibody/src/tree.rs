@@ -9,7 +9,7 @@
 //!
 //! Source: LMO08 §5; sweeps after Featherstone, Rigid Body Dynamics Algorithms, §5.
 
-use crate::joint::{FrameId, GROUND, Joint, Placement};
+use crate::joint::{GROUND, Joint, Placement};
 use crate::pair::{Motion, Twist, VelocityMap};
 use nalgebra::Vector3;
 use vi_core::interval::Interval;
@@ -128,10 +128,15 @@ impl Tree {
         }
     }
 
-    /// `out ← P_exᵀ b`; the wrenches `b` are used up.
-    pub fn pull_back(&self, maps: &[VelocityMap], wrenches: &mut [Twist], out: &mut [f64]) {
-        for (k, (link, map)) in self.links.iter().zip(maps).enumerate().rev() {
-            let wrench = wrenches[k];
+    /// `out ← P_exᵀ b` with the velocity map of each link; the wrenches `b` are used up.
+    pub fn pull_back<'m>(
+        &self,
+        map_of: impl Fn(usize) -> &'m VelocityMap,
+        wrenches: &mut [Twist],
+        out: &mut [f64],
+    ) {
+        for (k, link) in self.links.iter().enumerate().rev() {
+            let (wrench, map) = (wrenches[k], map_of(k));
             for (column, r) in map.columns().iter().zip(&mut out[link.offset..]) {
                 *r = column.dot(&wrench);
             }
@@ -167,8 +172,8 @@ impl Tree {
             motions[k] = motion;
             move_frame(&motion, link, s);
             // S, R and fixed joints close their gap anew, so that it never accumulates round-off
-            let closure = link.joint.kind.clean_gap(&self.placement(link, &s.q1));
             if link.joint.kind.closes_gap() {
+                let closure = link.joint.kind.clean_gap(&self.placement(link, &s.q1));
                 for i in 0..3 {
                     s.q1[12 * link.frame + i] += closure[i];
                 }
@@ -207,12 +212,6 @@ impl Tree {
         let k = self.links.partition_point(|link| link.offset <= unknown);
         let link = self.links[..k].iter().rev().find(|link| link.freedoms() > 0)?;
         (unknown < link.offset + link.freedoms()).then(|| (link, unknown - link.offset))
-    }
-
-    /// The frame a link's parent is.
-    #[must_use]
-    pub fn parent_frame(&self, link: &Link) -> FrameId {
-        link.parent.map_or(FrameId::Ground, |p| FrameId::Frame(self.links[p].frame))
     }
 }
 
