@@ -110,6 +110,28 @@ impl<R: Reparametrization> DenseNodal<R> {
     }
 }
 
+impl<R: Reparametrization> DenseNodal<R> {
+    /// Forms and factorizes `P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u`.
+    pub fn factorize(&mut self, system: &impl MechanicalSystem, u: &[f64], s: &Interval) {
+        let n = s.dim();
+        let emit = |out: &mut dyn vi_core::Entries| system.forced_d2_d1(s, out);
+        let mixed = SparseMatrix::update(&mut self.mixed, (n, n), emit);
+        self.map.tangent(u, s, &mut self.tangent);
+        self.weighted.fill(0.0);
+        mixed.mul_dense_add(1.0, &self.tangent, &mut self.weighted);
+        self.matrix.gemm_tr(1.0, &self.null_space, &self.weighted, 0.0);
+        self.lu.factorize(&self.matrix);
+    }
+
+    /// Solves with the last factorization, in place.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`].
+    pub fn solve_factorized(&mut self, x: &mut [f64]) -> Result<(), Fault> {
+        Ok(self.lu.solve_factorized(x)?)
+    }
+}
+
 impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal<R> {
     fn dof(&self) -> usize {
         self.matrix.ncols()
@@ -145,14 +167,8 @@ impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal
     }
 
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
-        let n = s.dim();
-        let emit = |out: &mut dyn vi_core::Entries| system.forced_d2_d1(s, out);
-        let mixed = SparseMatrix::update(&mut self.mixed, (n, n), emit);
-        self.map.tangent(u, s, &mut self.tangent);
-        self.weighted.fill(0.0);
-        mixed.mul_dense_add(1.0, &self.tangent, &mut self.weighted);
-        self.matrix.gemm_tr(1.0, &self.null_space, &self.weighted, 0.0);
-        Ok(self.lu.solve(&self.matrix, x)?)
+        self.factorize(system, u, s);
+        self.solve_factorized(x)
     }
 
     fn clean(&mut self, t: f64, q: &mut [f64]) {

@@ -30,15 +30,15 @@
 #![allow(non_snake_case)] // J, W, A
 
 use crate::articulated::Articulated;
-use crate::coupled::Coupled;
 use crate::joint::{FrameId, Joint};
+use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::pair::{PairKind, Twist};
 use crate::scalar_constraint::ScalarRow;
 use nalgebra::DMatrix;
 use std::ops::Range;
 use vi_constraints::null_space::NullSpaceQr;
-use vi_constraints::{NodalOperators, Reparametrization};
+use vi_constraints::{DenseNodal, NodalOperators};
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
@@ -47,11 +47,11 @@ use vi_core::newton::{Block, BlockKind, Fault};
 /// [`NodalOperators`] of a mechanism with closed loops.
 pub struct LoopNodal {
     tree: Articulated,
-    coupled: Option<Coupled>,
-    rows: Vec<ScalarRow>,     // g_c
-    scale: Vec<f64>,          // of the rows of J in rank decisions
-    length: f64,              // longest lever arm
-    rank: usize,              // generic rank of J
+    coupled: Option<DenseNodal<TreeMap>>, // A where the potential couples bodies
+    rows: Vec<ScalarRow>,                 // g_c
+    scale: Vec<f64>,                      // of the rows of J in rank decisions
+    length: f64,                          // longest lever arm
+    rank: usize,                          // generic rank of J
     apex: Vec<Option<usize>>, // of each row: the link at which the two sides of its loop meet
     blocks: Vec<Block>,
     sigma: f64, // last kept entry of R at q_{n+1}
@@ -81,7 +81,7 @@ impl LoopNodal {
     ) -> Self {
         let mut loops = Self::uncoupled(mechanism, rank);
         if !loops.tree.applies(system, s) {
-            loops.coupled = Some(Coupled::new(mechanism, system, s));
+            loops.coupled = Some(DenseNodal::new(s.dim(), TreeMap::new(mechanism)));
         }
         loops
     }
@@ -313,11 +313,11 @@ fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow], length: f64) -> Vec<f64
 /// `x ← A⁻¹ x` with the last factorization.
 fn apply_inverse(
     tree: &mut Articulated,
-    coupled: &mut Option<Coupled>,
+    coupled: &mut Option<DenseNodal<TreeMap>>,
     x: &mut [f64],
 ) -> Result<(), Fault> {
     match coupled {
-        Some(coupled) => Ok(coupled.lu.solve_factorized(x)?),
+        Some(coupled) => coupled.solve_factorized(x),
         None => {
             tree.solve_in_place(x);
             Ok(())
@@ -344,12 +344,12 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
         &self.blocks
     }
 
-    fn begin(&mut self, _system: &S, s: &Interval, kept: bool) {
+    fn begin(&mut self, system: &S, s: &Interval, kept: bool) {
         self.q_n.copy_from_slice(&s.q0);
         self.rows.iter().for_each(|row| row.accept(&s.q0));
         self.tree.begin_at(&s.q0, kept);
         if let Some(coupled) = &mut self.coupled {
-            coupled.begin(&s.q0, kept);
+            coupled.begin(system, s, kept);
         }
         self.write_jacobian(&s.q0, false);
         self.split();
@@ -359,7 +359,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
     fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool {
         self.tree.keep(u, &s.q1);
         if let Some(coupled) = &mut self.coupled {
-            coupled.map.tangent(u, s, &mut coupled.tangent);
+            NodalOperators::<S>::keep_tangent(coupled, u, s);
         }
         true
     }

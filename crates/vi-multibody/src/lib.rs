@@ -43,7 +43,6 @@ pub mod articulated;
 pub mod closed_loop;
 pub mod coordinate;
 pub mod coordinates;
-mod coupled;
 pub mod form;
 pub mod joint;
 pub mod joint_force;
