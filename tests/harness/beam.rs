@@ -1,6 +1,6 @@
 //! Cases of kind `beam`: elements, bodies, joints, clamps, loads; static and dynamic.
 
-use super::case::{Deviation, Runs, Tolerance};
+use super::case::{BodyCase, Deviation, Runs, Tolerance};
 use super::rigid::drive;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
@@ -17,9 +17,7 @@ use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{BodySpec, Mechanism};
 use vi_multibody::pair::PairKind;
-use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
-use vi_rigid::inertia::PrincipalInertia;
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 
@@ -62,18 +60,6 @@ pub struct BeamCase {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct NodeCase {
-    position: [f64; 3],
-    directors: [[f64; 3]; 3],
-    velocity: [f64; 3],
-    omega: [f64; 3],
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BodyCase {
-    name: String,
-    mass: f64,
-    principal_inertia: [f64; 3],
     position: [f64; 3],
     directors: [[f64; 3]; 3],
     velocity: [f64; 3],
@@ -174,17 +160,7 @@ impl BeamCase {
     pub fn model(&self) -> Result<BeamModel, String> {
         let mut model = BeamModel::new(self.gravity.into());
         for body in &self.bodies {
-            let inertia =
-                PrincipalInertia::new(body.principal_inertia).map_err(|e| e.to_string())?;
-            let rigid = RigidBody::from_inertia(body.mass, &inertia).map_err(|e| e.to_string())?;
-            model.add_frame(BodySpec {
-                name: body.name.clone(),
-                body: Some(rigid),
-                center: body.position.into(),
-                triad: triad(&body.directors),
-                velocity: body.velocity.into(),
-                omega: body.omega.into(),
-            });
+            model.add_frame(body.spec()?);
         }
         for (k, node) in self.nodes.iter().enumerate() {
             model.add_frame(BodySpec {

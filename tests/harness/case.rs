@@ -1,8 +1,12 @@
 //! Reference cases: reading, dispatch by kind, deviations over tolerances.
 
 use super::{beam, pendulum, rigid};
+use nalgebra::Matrix3;
 use serde::Deserialize;
 use std::path::Path;
+use vi_multibody::mechanism::BodySpec;
+use vi_rigid::body::RigidBody;
+use vi_rigid::inertia::PrincipalInertia;
 
 /// Vouched absolute tolerances.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -78,6 +82,34 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
     }
     let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
     vi_core::linear::norm_inf(&difference)
+}
+
+/// A rigid body of a case.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyCase {
+    name: String,
+    mass: f64,
+    principal_inertia: [f64; 3],
+    position: [f64; 3],
+    directors: [[f64; 3]; 3], // rows; the columns are the directors
+    velocity: [f64; 3],
+    omega: [f64; 3],
+}
+
+impl BodyCase {
+    pub fn spec(&self) -> Result<BodySpec, String> {
+        let inertia = PrincipalInertia::new(self.principal_inertia).map_err(|e| e.to_string())?;
+        let rigid = RigidBody::from_inertia(self.mass, &inertia).map_err(|e| e.to_string())?;
+        Ok(BodySpec {
+            name: self.name.clone(),
+            body: Some(rigid),
+            center: self.position.into(),
+            triad: Matrix3::from_fn(|i, j| self.directors[i][j]),
+            velocity: self.velocity.into(),
+            omega: self.omega.into(),
+        })
+    }
 }
 
 /// A composition given by its coefficients.

@@ -1,6 +1,6 @@
 //! Cases of kind `rigid`: bodies, joints, springs.
 
-use super::case::{CompositionCase, Deviation, Runs, Tolerance};
+use super::case::{BodyCase, CompositionCase, Deviation, Runs, Tolerance};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use vi_constraints::node::Node;
@@ -12,9 +12,7 @@ use vi_multibody::mechanism::{Attachment, BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use vi_multibody::spring::{Spring, SpringLaw};
-use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
-use vi_rigid::inertia::PrincipalInertia;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -50,18 +48,6 @@ pub struct RigidCase {
     #[serde(rename = "statistics")]
     _statistics: Option<serde_json::Value>,
     outputs: Vec<Output>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BodyCase {
-    name: String,
-    mass: f64,
-    principal_inertia: [f64; 3],
-    position: [f64; 3],
-    directors: [[f64; 3]; 3],
-    velocity: [f64; 3],
-    omega: [f64; 3],
 }
 
 #[derive(Deserialize)]
@@ -130,20 +116,8 @@ fn pair_kind(name: &str) -> Result<PairKind, String> {
 
 impl RigidCase {
     pub fn mechanism(&self) -> Result<Mechanism, String> {
-        let body = |body: &BodyCase| -> Result<BodySpec, String> {
-            let inertia =
-                PrincipalInertia::new(body.principal_inertia).map_err(|e| e.to_string())?;
-            let rigid = RigidBody::from_inertia(body.mass, &inertia).map_err(|e| e.to_string())?;
-            Ok(BodySpec {
-                name: body.name.clone(),
-                body: Some(rigid),
-                center: body.position.into(),
-                triad: Matrix3::from_fn(|i, j| body.directors[i][j]),
-                velocity: body.velocity.into(),
-                omega: body.omega.into(),
-            })
-        };
-        let bodies: Vec<BodySpec> = self.bodies.iter().map(body).collect::<Result<_, _>>()?;
+        let bodies: Vec<BodySpec> =
+            self.bodies.iter().map(BodyCase::spec).collect::<Result<_, _>>()?;
         let coordinates = |id: FrameId| match id {
             FrameId::Ground => vi_multibody::joint::GROUND,
             FrameId::Frame(k) => {
