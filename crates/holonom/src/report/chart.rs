@@ -1,4 +1,4 @@
-//! A line chart as SVG.
+//! A line chart as SVG, over time or any other quantity, linear or logarithmic.
 //!
 //! The SVG uses one ink for all text and lines that are no curve, so that a page may exchange it.
 
@@ -31,21 +31,60 @@ const COLORS: [RGBColor; 6] = [
 pub struct Curve {
     /// Its name.
     pub name: String,
-    /// Its points `(t, y)`.
+    /// Its points `(x, y)`.
     pub points: Vec<(f64, f64)>,
 }
 
-/// A line chart over time.
+/// What an axis shows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Axis {
+    /// The quantity.
+    pub quantity: String,
+    /// Its unit; empty for a number.
+    pub unit: String,
+    /// Logarithmic; only positive values are drawn.
+    pub logarithmic: bool,
+}
+
+impl Axis {
+    /// A linear axis.
+    #[must_use]
+    pub fn linear(quantity: &str, unit: &str) -> Self {
+        Self { quantity: quantity.to_owned(), unit: unit.to_owned(), logarithmic: false }
+    }
+
+    /// A logarithmic axis.
+    #[must_use]
+    pub fn logarithmic(quantity: &str, unit: &str) -> Self {
+        Self { logarithmic: true, ..Self::linear(quantity, unit) }
+    }
+
+    /// Time in seconds.
+    #[must_use]
+    pub fn time() -> Self {
+        Self::linear("time", "s")
+    }
+
+    /// Its label, `factor` a power of ten or empty.
+    fn label(&self, factor: &str) -> String {
+        match (factor, self.unit.as_str()) {
+            ("", "") => self.quantity.clone(),
+            (factor, unit) => format!("{} ({})", self.quantity, format!("{factor} {unit}").trim()),
+        }
+    }
+}
+
+/// A line chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
     /// What it shows.
     pub title: String,
-    /// What the vertical axis is.
-    pub quantity: String,
-    /// Its unit.
-    pub unit: String,
-    /// Logarithmic vertical axis; only positive values are drawn.
-    pub logarithmic: bool,
+    /// The horizontal axis.
+    pub x: Axis,
+    /// The vertical axis.
+    pub y: Axis,
+    /// Marks the points of the curves: for few, measured ones.
+    pub marks: bool,
     /// The curves.
     pub curves: Vec<Curve>,
 }
@@ -80,35 +119,38 @@ impl Chart {
         root.fill(&WHITE)?;
         let (head, body) = root.split_vertically(TITLE * PX);
         self.draw_head(&head)?;
-        let Axes { x, y, curves, label } = self.axes();
+        let [x, y] = self.scales();
         let mut chart = ChartBuilder::on(&body)
             .margin_right(22 * PX)
             .margin_top(6 * PX)
             .margin_bottom(4 * PX)
             .x_label_area_size(44 * PX)
             .y_label_area_size(78 * PX)
-            .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
-        let logarithmic = self.logarithmic;
+            .build_cartesian_2d(x.range.0..x.range.1, y.range.0..y.range.1)?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
             .bold_line_style(INK.mix(0.14).stroke_width(PX))
             .axis_style(INK.mix(0.55).stroke_width(PX))
             .set_all_tick_mark_size(5 * PX)
-            .x_desc("time (s)")
-            .y_desc(label)
-            .x_labels(10)
-            .y_labels(if logarithmic { log_ticks(y) } else { 7 })
-            .x_label_formatter(&|v| tick(*v, x.1 - x.0))
-            .y_label_formatter(&|v| {
-                if logarithmic { log_tick(*v) } else { tick(*v, y.1 - y.0) }
-            })
+            .x_desc(x.label.clone())
+            .y_desc(y.label.clone())
+            .x_labels(x.ticks(10))
+            .y_labels(y.ticks(7))
+            .x_label_formatter(&|v| x.tick(*v))
+            .y_label_formatter(&|v| y.tick(*v))
             .label_style(("sans-serif", 14 * PX).into_font().color(&INK))
             .axis_desc_style(("sans-serif", 15 * PX).into_font().color(&INK))
             .draw()?;
         // The first curve lies on top; where points crowd, thin lines let the others through.
-        let dense = curves.iter().any(|c| c.len() > 1200);
-        for (i, points) in curves.into_iter().enumerate().rev() {
+        let dense = self.curves.iter().any(|c| c.points.len() > 1200);
+        for (i, curve) in self.curves.iter().enumerate().rev() {
+            let place = |p: &(f64, f64)| Some((x.place(p.0)?, y.place(p.1)?));
+            let points: Points = curve.points.iter().filter_map(place).collect();
+            if self.marks {
+                let mark = |p: &(f64, f64)| Circle::new(*p, 4 * PX, color(i).filled());
+                chart.draw_series(points.iter().map(mark))?;
+            }
             let style = color(i).stroke_width(if dense { 6 } else { 9 });
             chart.draw_series(LineSeries::new(points, style))?;
         }
@@ -137,41 +179,57 @@ impl Chart {
         Ok(())
     }
 
-    /// Ranges of both axes, the curves in their scale, the label of the vertical axis.
-    fn axes(&self) -> Axes {
+    /// Ranges, powers of ten and labels of both axes.
+    fn scales(&self) -> [Scale; 2] {
         let all = || self.curves.iter().flat_map(|c| &c.points);
-        let x = range(all().map(|p| p.0)).unwrap_or((0.0, 1.0));
-        let x = if x.1 > x.0 { x } else { (x.0, x.0 + 1.0) };
-        let unit = |factor: String| match (factor.as_str(), self.unit.as_str()) {
-            ("", "") => self.quantity.clone(),
-            ("", unit) => format!("{} ({unit})", self.quantity),
-            (factor, "") => format!("{} ({factor})", self.quantity),
-            (factor, unit) => format!("{} ({factor} {unit})", self.quantity),
-        };
-        let (y, exponent) = if self.logarithmic {
-            (log_range(all().map(|p| p.1)), 0)
+        let [x, y] = [&self.x, &self.y];
+        let across = if x.logarithmic {
+            Scale::logarithmic(x, all().map(|p| p.0), 1.0)
         } else {
-            linear_range(all().map(|p| p.1))
+            let range = range(all().map(|p| p.0)).unwrap_or((0.0, 1.0));
+            let range = if range.1 > range.0 { range } else { (range.0, range.0 + 1.0) };
+            Scale { range, exponent: 0, logarithmic: false, label: x.label("") }
         };
-        let scale = |&(t, v): &(f64, f64)| match self.logarithmic {
-            true => (t, v.log10()),
-            false => (t, v / 10f64.powi(exponent)),
+        let up = if y.logarithmic {
+            Scale::logarithmic(y, all().map(|p| p.1), 3.0)
+        } else {
+            let (range, exponent) = linear_range(all().map(|p| p.1));
+            let factor = if exponent == 0 { String::new() } else { power_of_ten(exponent) };
+            Scale { range, exponent, logarithmic: false, label: y.label(&factor) }
         };
-        let drawn = |c: &Curve| -> Points {
-            let points = c.points.iter().filter(|p| !self.logarithmic || p.1 > 0.0);
-            points.map(scale).collect()
-        };
-        let curves = self.curves.iter().map(drawn).collect();
-        let factor = if exponent == 0 { String::new() } else { power_of_ten(exponent) };
-        Axes { x, y, curves, label: unit(factor) }
+        [across, up]
     }
 }
 
-struct Axes {
-    x: (f64, f64),
-    y: (f64, f64),
-    curves: Vec<Points>,
+/// From values to places along an axis.
+struct Scale {
+    range: (f64, f64),
+    exponent: i32,
+    logarithmic: bool,
     label: String,
+}
+
+impl Scale {
+    fn logarithmic(axis: &Axis, values: impl Iterator<Item = f64>, decades: f64) -> Self {
+        let range = log_range(values, decades);
+        Self { range, exponent: 0, logarithmic: true, label: axis.label("") }
+    }
+
+    /// `None`: cannot be drawn.
+    fn place(&self, value: f64) -> Option<f64> {
+        match self.logarithmic {
+            true => (value > 0.0).then(|| value.log10()),
+            false => Some(value / 10f64.powi(self.exponent)),
+        }
+    }
+
+    fn ticks(&self, linear: usize) -> usize {
+        if self.logarithmic { log_ticks(self.range) } else { linear }
+    }
+
+    fn tick(&self, value: f64) -> String {
+        if self.logarithmic { log_tick(value) } else { tick(value, self.range.1 - self.range.0) }
+    }
 }
 
 fn color(index: usize) -> RGBColor {
@@ -193,11 +251,11 @@ fn linear_range(values: impl Iterator<Item = f64>) -> ((f64, f64), i32) {
     ((low - room, high + room), exponent)
 }
 
-/// Whole decades around the positive values, at least three.
-fn log_range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+/// Whole decades around the positive values, at least so many.
+fn log_range(values: impl Iterator<Item = f64>, decades: f64) -> (f64, f64) {
     let (low, high) = range(values.filter(|v| *v > 0.0)).unwrap_or((1e-17, 1e-14));
     let (low, high) = (low.log10().floor().max(-25.0), high.log10().ceil());
-    (low.min(high - 3.0), high)
+    (low.min(high - decades), high)
 }
 
 fn log_ticks(y: (f64, f64)) -> usize {

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use crate::output::{OutputError, RunFolder};
 
-pub use chart::{Chart, Curve};
+pub use chart::{Axis, Chart, Curve};
 pub use facts::{Fact, counts, facts};
 pub use page::page;
 pub use plots::{Plot, plots};

@@ -1,6 +1,6 @@
 //! Which charts a run has.
 
-use super::chart::{Chart, Curve};
+use super::chart::{Axis, Chart, Curve};
 use super::series::{Points, subsample};
 use crate::output::{ResidualRow, Trajectory};
 
@@ -114,9 +114,9 @@ fn linear<const N: usize>(
 ) -> Chart {
     Chart {
         title: title.to_owned(),
-        quantity: quantity.to_owned(),
-        unit: unit.to_owned(),
-        logarithmic: false,
+        x: Axis::time(),
+        y: Axis::linear(quantity, unit),
+        marks: false,
         curves: curves.into_iter().flatten().collect(),
     }
 }
@@ -135,9 +135,9 @@ fn residuals(rows: &[ResidualRow]) -> Plot {
             .into(),
         chart: Chart {
             title: "Constraint residuals".into(),
-            quantity: "largest residual".into(),
-            unit: "SI".into(),
-            logarithmic: true,
+            x: Axis::time(),
+            y: Axis::logarithmic("largest residual", "SI"),
+            marks: false,
             curves: vec![
                 curve("position", |r| r.position),
                 curve("velocity", |r| r.velocity),

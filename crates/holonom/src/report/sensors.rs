@@ -1,6 +1,6 @@
 //! Charts of `sensors.csv`: one for each quantity of each sensor.
 
-use super::chart::{Chart, Curve};
+use super::chart::{Axis, Chart, Curve};
 use super::plots::{Plot, file_name};
 use super::series::subsample;
 use crate::model::Model;
@@ -37,9 +37,9 @@ pub fn sensor_plots(table: &SensorTable, model: &str) -> Vec<Plot> {
                 caption: String::new(),
                 chart: Chart {
                     title: format!("Sensor {name}: {quantity}"),
-                    quantity: quantity.to_owned(),
-                    unit: unit.to_owned(),
-                    logarithmic: false,
+                    x: Axis::time(),
+                    y: Axis::linear(quantity, unit),
+                    marks: false,
                     curves: curves.map(curve).collect(),
                 },
             });
