@@ -14,6 +14,7 @@
 //! | [`output`] | the files of a run |
 //! | [`report`] | plots and the report page |
 //! | [`run`] | all of it in one call |
+//! | [`evidence`] | orders, drifts and trends, measured and judged |
 //!
 //! This crate reads and writes files; it knows no terminal. A run in memory:
 //!
@@ -117,6 +118,7 @@
 
 mod assembly;
 mod drive;
+pub mod evidence;
 pub mod model;
 pub mod output;
 pub mod report;

@@ -1,0 +1,85 @@
+//! Power laws `y = c x^a` by least squares of `log₂ y` against `log₂ x`.
+
+/// A fitted power law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PowerLaw {
+    /// `a`.
+    pub exponent: f64,
+    /// Largest distance of a point from the law, in binary digits: `max |log₂ y − log₂ c x^a|`.
+    pub spread: f64,
+}
+
+/// Fits `y = c x^a`; `None` with fewer than two different `x`, or where a number is not positive
+/// and finite.
+#[must_use]
+pub fn power_law(points: impl IntoIterator<Item = (f64, f64)>) -> Option<PowerLaw> {
+    let log = |v: f64| (v.is_finite() && v > 0.0).then(|| v.log2());
+    let points: Option<Vec<(f64, f64)>> =
+        points.into_iter().map(|(x, y)| Some((log(x)?, log(y)?))).collect();
+    let points = points?;
+    let line = line(&points)?;
+    let spread = points.iter().map(|(x, y)| (y - line.at(*x)).abs()).fold(0.0, f64::max);
+    Some(PowerLaw { exponent: line.slope, spread })
+}
+
+/// A straight line by least squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Its slope.
+    pub slope: f64,
+    /// Mean of the points, which it passes through.
+    pub middle: (f64, f64),
+    /// Standard error of the slope from the scatter about the line; 0 for two points.
+    pub error: f64,
+}
+
+impl Line {
+    /// Its height at `x`.
+    #[must_use]
+    pub fn at(&self, x: f64) -> f64 {
+        self.middle.1 + self.slope * (x - self.middle.0)
+    }
+}
+
+/// The line of least squares; `None` with fewer than two different `x`.
+#[must_use]
+pub fn line(points: &[(f64, f64)]) -> Option<Line> {
+    let n = points.len() as f64;
+    let sum = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>();
+    let (mx, my) = (sum(&|p| p.0) / n, sum(&|p| p.1) / n);
+    let width = sum(&|p| (p.0 - mx).powi(2));
+    let usable = width > 0.0 && width.is_finite() && my.is_finite();
+    if !usable {
+        return None;
+    }
+    let slope = sum(&|p| (p.0 - mx) * (p.1 - my)) / width;
+    let scatter = sum(&|p| (p.1 - my - slope * (p.0 - mx)).powi(2));
+    let error = if points.len() > 2 { (scatter / (n - 2.0) / width).sqrt() } else { 0.0 };
+    Some(Line { slope, middle: (mx, my), error })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_power_law_is_found_exactly() {
+        let fit = power_law((1..9).map(|k| (f64::from(k), 3.0 * f64::from(k).powf(-2.5)))).unwrap();
+        assert!((fit.exponent + 2.5).abs() < 1e-12 && fit.spread < 1e-12, "{fit:?}");
+    }
+
+    #[test]
+    fn the_spread_is_in_binary_digits() {
+        let fit = power_law([(1.0, 1.0), (2.0, 4.0), (4.0, 4.0), (8.0, 16.0)]).unwrap();
+        assert!((fit.exponent - 1.2).abs() < 1e-12, "{fit:?}"); // of (0,0), (1,2), (2,2), (3,4)
+        assert!((fit.spread - 0.6).abs() < 1e-12, "{fit:?}");
+    }
+
+    #[test]
+    fn nothing_is_fitted_to_one_point_to_zero_or_to_nan() {
+        assert_eq!(power_law([(1.0, 1.0)]), None);
+        assert_eq!(power_law([(1.0, 1.0), (1.0, 2.0)]), None);
+        assert_eq!(power_law([(1.0, 0.0), (2.0, 1.0)]), None);
+        assert_eq!(power_law([(1.0, f64::NAN), (2.0, 1.0)]), None);
+    }
+}

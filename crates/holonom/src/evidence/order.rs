@@ -1,0 +1,285 @@
+//! The observed order of convergence.
+//!
+//! ```text
+//! e(h) ≈ C h^p      p: slope of log₂ e against log₂ h by least squares over at least four halvings
+//! ```
+//! Only a part of a convergence study shows the order. At the coarse end higher terms still count
+//! (pre-asymptotic) or the error is as large as the motion; at the fine end it is round-off or the
+//! error of the reference (plateau). The estimator takes the finest straight stretch of four halvings
+//! between the two, and refuses where there is none.
+
+use super::fit::power_law;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// An error at a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorAt {
+    /// `h`, s.
+    pub step: f64,
+    /// `e(h)`, in the unit of the quantity.
+    pub error: f64,
+}
+
+/// What is known about the quantity whose error is studied.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Scale {
+    /// Its size: an error of half of it says nothing.
+    pub size: f64,
+    /// Round-off, or the uncertainty of the reference: errors below are not of the scheme.
+    pub floor: f64,
+}
+
+/// What a study must offer: `h` over a factor of `2^HALVINGS`.
+pub const HALVINGS: u32 = 4;
+/// Largest distance of a point from the straight line, in binary digits.
+pub const STRAIGHT: f64 = 0.5;
+/// A stretch this straight is taken for asymptotic.
+const ASYMPTOTIC: f64 = 0.1;
+
+/// An order that could be read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObservedOrder {
+    /// The order `p`.
+    pub order: f64,
+    /// Largest distance of a point from the line, in binary digits.
+    pub spread: f64,
+    /// The points it was read from, counted from the coarsest step.
+    pub points: Range<usize>,
+}
+
+/// Why no order can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum NoOrder {
+    /// An error or a step is not a positive number, or the steps do not decrease.
+    #[error("a step or an error is not a number, or the steps do not decrease")]
+    NotNumbers,
+    /// All errors are at round-off.
+    #[error("the error is at round-off at every step (largest {largest:.1e})")]
+    Exact {
+        /// The largest error.
+        largest: f64,
+    },
+    /// The errors are as large as the quantity.
+    #[error(
+        "errors are as large as the motion itself at {points} of {of} steps: chaotic, or the steps \
+         are too coarse"
+    )]
+    Saturated {
+        /// Steps with such an error.
+        points: usize,
+        /// Steps in all.
+        of: usize,
+    },
+    /// Fewer than four halvings are left between the coarse end and the plateau.
+    #[error(
+        "only {halvings:.1} halvings lie between the coarse end and the plateau at {plateau:.1e}"
+    )]
+    TooFew {
+        /// Halvings that are left.
+        halvings: f64,
+        /// Where the plateau begins: the smallest error, or the floor.
+        plateau: f64,
+    },
+    /// The errors rise and fall.
+    #[error("the error does not decrease from step to step")]
+    NotMonotone,
+    /// No stretch is straight enough.
+    #[error(
+        "the error follows no power of the step (off by {spread:.1} binary digits): too rough, or \
+         not yet asymptotic"
+    )]
+    Rough {
+        /// Distance of a point from the straightest line.
+        spread: f64,
+    },
+    /// The error does not go to zero.
+    #[error("the error hardly decreases: order {order:.2}")]
+    NoConvergence {
+        /// The slope found.
+        order: f64,
+    },
+}
+
+/// Reads the order from errors at decreasing steps.
+///
+/// # Errors
+/// [`NoOrder`].
+pub fn observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder, NoOrder> {
+    let numbers = errors.iter().all(|e| e.step > 0.0 && e.step.is_finite() && e.error >= 0.0);
+    let decreasing = errors.windows(2).all(|e| e[0].step > e[1].step);
+    if !(numbers && decreasing) || errors.is_empty() || !errors.iter().all(|e| e.error.is_finite())
+    {
+        return Err(NoOrder::NotNumbers);
+    }
+    let largest = errors.iter().map(|e| e.error).fold(0.0, f64::max);
+    if largest <= scale.floor {
+        return Err(NoOrder::Exact { largest });
+    }
+    let saturated = |e: &ErrorAt| e.error >= 0.5 * scale.size;
+    let start = errors.iter().rposition(saturated).map_or(0, |k| k + 1);
+    let end = plateau(errors, start, scale.floor);
+    let halvings = |range: Range<usize>| match range.len() {
+        0 | 1 => 0.0,
+        _ => (errors[range.start].step / errors[range.end - 1].step).log2(),
+    };
+    let needed = f64::from(HALVINGS) - 1e-9;
+    if halvings(start..end) < needed {
+        if halvings(start..errors.len()) < needed && halvings(0..errors.len()) >= needed {
+            return Err(NoOrder::Saturated { points: start, of: errors.len() });
+        }
+        let smallest = errors.iter().map(|e| e.error).fold(f64::INFINITY, f64::min);
+        let plateau = smallest.max(scale.floor);
+        return Err(NoOrder::TooFew { halvings: halvings(start..end), plateau });
+    }
+    // the shortest stretch of enough halvings from every coarse end
+    let stretches = (start..end).filter_map(|from| {
+        (from + 1..=end).find(|&to| halvings(from..to) >= needed).map(|to| from..to)
+    });
+    let falls =
+        |range: &Range<usize>| errors[range.clone()].windows(2).all(|e| e[0].error > e[1].error);
+    let fitted = stretches.filter(falls).filter_map(|points| {
+        let law = power_law(errors[points.clone()].iter().map(|e| (e.step, e.error)))?;
+        Some(ObservedOrder { order: law.exponent, spread: law.spread, points })
+    });
+    let fitted: Vec<ObservedOrder> = fitted.collect();
+    // what counts is what happens at fine steps: the finest straight stretch, else the straightest
+    let straight = fitted.iter().rfind(|o| o.spread <= ASYMPTOTIC);
+    let best = straight.or_else(|| fitted.iter().min_by(|a, b| a.spread.total_cmp(&b.spread)));
+    match best.cloned() {
+        None => Err(NoOrder::NotMonotone),
+        Some(found) if found.spread > STRAIGHT => Err(NoOrder::Rough { spread: found.spread }),
+        Some(found) if found.order < 0.5 => Err(NoOrder::NoConvergence { order: found.order }),
+        Some(found) => Ok(found),
+    }
+}
+
+/// Where the plateau begins: at the first error below the floor, or where the errors stop falling at
+/// the fine end although they fell before.
+fn plateau(errors: &[ErrorAt], start: usize, floor: f64) -> usize {
+    let mut end = errors.iter().position(|e| e.error <= floor).unwrap_or(errors.len());
+    let slope = |k: usize| {
+        (errors[k - 1].error / errors[k].error).log2()
+            / (errors[k - 1].step / errors[k].step).log2()
+    };
+    let fell = (start + 1..end).any(|k| slope(k) > 1.5);
+    let all = end;
+    while fell && end > start + 1 && slope(end - 1) < 0.5 {
+        end -= 1;
+    }
+    // the last point above a plateau is half of it
+    if end < all && end > start + 2 && slope(end - 1) < 0.75 * slope(end - 2) {
+        end -= 1;
+    }
+    end.max(start)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UNIT: Scale = Scale { size: 1.0, floor: 1e-14 };
+
+    fn study(steps: usize, error: impl Fn(f64) -> f64) -> Vec<ErrorAt> {
+        let step = |k: usize| 0.5_f64.powi(i32::try_from(k).unwrap());
+        (0..steps).map(|k| ErrorAt { step: step(k), error: error(step(k)) }).collect()
+    }
+
+    fn order(steps: usize, error: impl Fn(f64) -> f64) -> Result<ObservedOrder, NoOrder> {
+        observed_order(&study(steps, error), UNIT)
+    }
+
+    /// Numbers in (−1, 1) without a pattern.
+    fn noise(h: f64) -> f64 {
+        (h.log2() * 12.9898 + 4.1).sin() * 43_758.545_3 % 1.0
+    }
+
+    #[test]
+    fn pure_powers_are_found() {
+        for p in [1.0, 2.0, 4.0, 6.0, 8.0] {
+            let found = order(6, |h| 0.3 * h.powf(p)).unwrap();
+            assert!((found.order - p).abs() < 1e-10 && found.spread < 1e-10, "{p}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn the_pre_asymptotic_range_and_the_plateau_are_left_out() {
+        // order 4 with a large term of order 8 at coarse steps, and round-off of 1e-13 at fine ones
+        let error = |h: f64| 0.01 * h.powi(4) + 0.2 * h.powi(8) + 1e-13 * (1.0 + 0.5 * noise(h));
+        let found = order(14, error).unwrap();
+        println!("{found:?}");
+        assert!((found.order - 4.0).abs() < 0.1, "{found:?}");
+        assert!(found.points.start >= 1 && found.points.end < 12, "{found:?}");
+    }
+
+    #[test]
+    fn a_hidden_first_order_error_is_not_taken_for_a_plateau() {
+        // looks like order 2 at coarse steps; what stays is order 1
+        let found = order(16, |h| 0.1 * h * h + 1e-4 * h).unwrap();
+        assert!(found.order < 1.3, "{found:?}");
+        let found = order(7, |h| 0.1 * h * h + 1e-1 * h).unwrap();
+        assert!((found.order - 1.0).abs() < 0.2, "{found:?}");
+    }
+
+    #[test]
+    fn halvings_count_not_points() {
+        let by_root_two = |count: i32| -> Vec<ErrorAt> {
+            let step = |k: i32| 2.0_f64.powf(-0.5 * f64::from(k));
+            (0..count).map(|k| ErrorAt { step: step(k), error: 0.1 * step(k).powi(2) }).collect()
+        };
+        let refused = observed_order(&by_root_two(8), UNIT).unwrap_err();
+        assert!(matches!(refused, NoOrder::TooFew { .. }), "{refused}");
+        let found = observed_order(&by_root_two(9), UNIT).unwrap();
+        assert!((found.order - 2.0).abs() < 1e-9 && found.points.len() == 9, "{found:?}");
+    }
+
+    #[test]
+    fn too_few_halvings_are_refused() {
+        let refused = order(4, |h| h.powi(2)).unwrap_err();
+        assert!(matches!(refused, NoOrder::TooFew { halvings, .. } if halvings < 3.5), "{refused}");
+        // eight halvings, but only three above the plateau
+        let refused = order(9, |h| 1e-5 * h.powi(8) + 1e-13).unwrap_err();
+        assert!(matches!(refused, NoOrder::TooFew { .. }), "{refused}");
+        assert!(refused.to_string().contains("halvings"), "{refused}");
+    }
+
+    #[test]
+    fn round_off_alone_is_refused() {
+        let refused = order(8, |h| 3e-15 * (1.0 + 0.9 * noise(h))).unwrap_err();
+        assert!(matches!(refused, NoOrder::Exact { .. }), "{refused}");
+    }
+
+    #[test]
+    fn chaos_is_refused() {
+        let refused = order(8, |h| 0.8 + 0.2 * noise(h)).unwrap_err();
+        assert!(matches!(refused, NoOrder::Saturated { points: 8, of: 8 }), "{refused}");
+        // chaotic but below saturation: up and down
+        let refused = order(9, |h| 0.2 + 0.15 * noise(h)).unwrap_err();
+        assert!(matches!(refused, NoOrder::NotMonotone), "{refused}");
+    }
+
+    #[test]
+    fn roughness_is_refused() {
+        // falls in stairs: a force with a jump that steps hit or miss
+        let stairs = |h: f64| 0.1 * 8.0_f64.powf((h.log2() / 3.0).floor()) * (1.0 + 0.01 * h);
+        let refused = order(9, stairs).unwrap_err();
+        assert!(matches!(refused, NoOrder::Rough { .. } | NoOrder::NotMonotone), "{refused}");
+    }
+
+    #[test]
+    fn an_error_that_stays_is_refused() {
+        let refused = order(8, |h| 0.1 + 0.01 * h).unwrap_err();
+        assert!(matches!(refused, NoOrder::NoConvergence { .. }), "{refused}");
+    }
+
+    #[test]
+    fn nan_is_refused() {
+        let with_nan = |h: f64| if h < 0.1 { f64::NAN } else { h };
+        assert_eq!(order(8, with_nan).unwrap_err(), NoOrder::NotNumbers);
+        assert_eq!(observed_order(&[], UNIT).unwrap_err(), NoOrder::NotNumbers);
+        let rising: Vec<ErrorAt> = study(8, |h| h).into_iter().rev().collect();
+        assert_eq!(observed_order(&rising, UNIT).unwrap_err(), NoOrder::NotNumbers);
+    }
+}
