@@ -1,9 +1,26 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
-//!
-//! The convergence studies (`verify`) and the figures (`figures`) will live here. There is no task
-//! yet, and asking for one is an error.
 
-fn main() -> std::process::ExitCode {
-    eprintln!("there is no such task; the order and invariant studies run under `cargo test`");
-    std::process::ExitCode::from(2)
+mod figures;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match arguments.as_slice() {
+        ["figures"] => match figures::run() {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(message) => {
+                eprintln!("figures: {message}");
+                ExitCode::FAILURE
+            }
+        },
+        _ => {
+            eprintln!("{USAGE}");
+            ExitCode::from(2)
+        }
+    }
 }

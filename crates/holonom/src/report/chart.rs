@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::series::{Points, exponent, power_of_ten, range, tick};
 
 /// Units of the drawing per pixel: the library rounds to whole units.
-const PX: u32 = 5;
+pub(super) const PX: u32 = 5;
 /// Size of a chart, px.
 const SIZE: (u32, u32) = (880, 330);
 /// Height of the line with title and legend, px.
@@ -232,7 +232,7 @@ impl Scale {
     }
 }
 
-fn color(index: usize) -> RGBColor {
+pub(super) fn color(index: usize) -> RGBColor {
     COLORS[index % COLORS.len()]
 }
 

@@ -3,6 +3,7 @@
 mod chart;
 mod facts;
 mod page;
+mod picture;
 mod plots;
 mod sensors;
 mod series;
@@ -14,6 +15,7 @@ use crate::output::{OutputError, RunFolder};
 pub use chart::{Axis, Chart, Curve};
 pub use facts::{Fact, counts, facts};
 pub use page::page;
+pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
 pub use plots::{Plot, plots};
 pub use sensors::sensor_plots;
 

@@ -1,0 +1,263 @@
+//! A drawing in the plane of lines, arrows, dots and words, both axes to one scale, as SVG.
+//!
+//! Configurations of space come to the plane by [`axonometric`].
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::chart::{INK, PX, color};
+use super::series::range;
+
+/// Room around the drawing, px.
+const MARGIN: f64 = 28.0;
+/// Height of the title, px.
+const TITLE: f64 = 34.0;
+/// Distance of words from their point, px.
+const BESIDE: f64 = 7.0;
+/// Width of a letter, px, about.
+const LETTER: f64 = 8.0;
+/// Length of an arrow's head, px.
+const HEAD: f64 = 9.0;
+
+/// A point of the drawing.
+pub type Point = (f64, f64);
+
+/// The colour of a stroke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Paint {
+    /// Text colour, faded to the given strength in `[0, 1]`.
+    Ink(f64),
+    /// One of the colours of curves, faded to the given strength.
+    Curve(usize, f64),
+}
+
+impl Paint {
+    fn color(self) -> RGBColor {
+        let (RGBColor(r, g, b), strength) = match self {
+            Self::Ink(strength) => (INK, strength),
+            Self::Curve(index, strength) => (color(index), strength),
+        };
+        let fade = |c: u8| (255.0 - (255.0 - f64::from(c)) * strength.clamp(0.0, 1.0)) as u8;
+        RGBColor(fade(r), fade(g), fade(b))
+    }
+}
+
+/// On which side of their point words stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// They end at it.
+    Left,
+    /// They begin at it.
+    Right,
+}
+
+/// What can be drawn; widths and sizes in px.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Item {
+    /// A polyline.
+    Line(Vec<Point>, Paint, f64),
+    /// An arrow between two points.
+    Arrow([Point; 2], Paint),
+    /// A disc about a point, with its radius.
+    Dot(Point, Paint, f64),
+    /// Words beside a point.
+    Words(Point, Paint, String, Side),
+}
+
+impl Item {
+    fn points(&self) -> &[Point] {
+        match self {
+            Self::Line(points, ..) => points,
+            Self::Arrow(points, _) => points,
+            Self::Dot(point, ..) | Self::Words(point, ..) => std::slice::from_ref(point),
+        }
+    }
+}
+
+/// A drawing; later items lie on top of earlier ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// What it shows.
+    pub title: String,
+    /// Its width, px; the height follows from the items.
+    pub width: f64,
+    /// What is drawn.
+    pub items: Vec<Item>,
+}
+
+/// The place in the plane of a point of space, seen from the direction `(1, −1, 0.7)`, `z` upwards.
+#[must_use]
+pub fn axonometric(x: &[f64; 3]) -> Point {
+    const ACROSS: [f64; 3] =
+        [std::f64::consts::FRAC_1_SQRT_2, std::f64::consts::FRAC_1_SQRT_2, 0.0];
+    let view = [1.0, -1.0, 0.7];
+    let length = dot(&view, &view).sqrt();
+    let view = view.map(|v| v / length);
+    let up = [
+        view[1] * ACROSS[2] - view[2] * ACROSS[1],
+        view[2] * ACROSS[0] - view[0] * ACROSS[2],
+        view[0] * ACROSS[1] - view[1] * ACROSS[0],
+    ];
+    (dot(x, &ACROSS), dot(x, &up))
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Picture {
+    /// The drawing as a stand-alone SVG on white.
+    ///
+    /// # Errors
+    /// What the drawing library says; points that are not finite.
+    pub fn svg(&self) -> Result<String, String> {
+        let sheet = Sheet::of(self)?;
+        let (width, height) = (self.width.ceil() as u32, sheet.height.ceil() as u32);
+        let mut svg = String::new();
+        {
+            let size = (width * PX, height * PX);
+            let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+            self.draw(&sheet, &root).map_err(|e| e.to_string())?;
+            root.present().map_err(|e| e.to_string())?;
+        }
+        let size = |unit: u32| format!("width=\"{}\" height=\"{}\"", width * unit, height * unit);
+        Ok(svg.replacen(&size(PX), &size(1), 1))
+    }
+
+    fn draw(
+        &self,
+        sheet: &Sheet,
+        root: &DrawingArea<SVGBackend<'_>, Shift>,
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        root.fill(&WHITE)?;
+        let middle = Pos::new(HPos::Left, VPos::Center);
+        let title = ("sans-serif", 17 * PX, FontStyle::Bold).into_font().color(&INK).pos(middle);
+        root.draw(&Text::new(self.title.clone(), units((14.0, TITLE / 2.0)), title))?;
+        for item in &self.items {
+            match item {
+                Item::Line(points, paint, width) => {
+                    let points: Vec<_> = points.iter().map(|p| units(sheet.place(p))).collect();
+                    let style = paint.color().stroke_width((width * f64::from(PX)) as u32);
+                    root.draw(&PathElement::new(points, style))?;
+                }
+                Item::Arrow([from, to], paint) => {
+                    let (from, to) = (sheet.place(from), sheet.place(to));
+                    let style = paint.color().stroke_width(2 * PX);
+                    root.draw(&PathElement::new(vec![units(from), units(to)], style))?;
+                    if let Some(head) = head(from, to) {
+                        root.draw(&Polygon::new(head.map(units), paint.color().filled()))?;
+                    }
+                }
+                Item::Dot(point, paint, radius) => {
+                    let radius = (radius * f64::from(PX)) as u32;
+                    let disc =
+                        Circle::new(units(sheet.place(point)), radius, paint.color().filled());
+                    root.draw(&disc)?;
+                }
+                Item::Words(point, paint, text, side) => {
+                    let (x, y) = sheet.place(point);
+                    let (x, across) = match side {
+                        Side::Left => (x - BESIDE, HPos::Right),
+                        Side::Right => (x + BESIDE, HPos::Left),
+                    };
+                    let font = ("sans-serif", 14 * PX).into_font().color(&paint.color());
+                    let style = font.pos(Pos::new(across, VPos::Center));
+                    root.draw(&Text::new(text.clone(), units((x, y)), style))?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The head of an arrow, `None` for one that is shorter than that.
+fn head(from: Point, to: Point) -> Option<[Point; 3]> {
+    let (x, y) = (to.0 - from.0, to.1 - from.1);
+    let length = x.hypot(y);
+    let (x, y) = (x / length * HEAD, y / length * HEAD);
+    let back = (to.0 - x, to.1 - y);
+    let side = |s: f64| (back.0 - s * y, back.1 + s * x);
+    (length > HEAD).then(|| [to, side(0.4), side(-0.4)])
+}
+
+fn units(p: Point) -> (i32, i32) {
+    let unit = |v: f64| (v * f64::from(PX)).round() as i32;
+    (unit(p.0), unit(p.1))
+}
+
+/// From points of the drawing to pixels.
+struct Sheet {
+    low: Point, // of the drawing
+    high: Point,
+    scale: f64, // px per unit
+    height: f64,
+    left: f64, // px left of the drawing
+}
+
+/// Room on one side for the words that reach over the edge, px; `x`: the range of all points.
+fn room(picture: &Picture, side: Side, x: (f64, f64)) -> f64 {
+    let span = (x.1 - x.0).max(f64::MIN_POSITIVE);
+    let unit = (picture.width - 2.0 * MARGIN) / span;
+    let over = |item: &Item| match item {
+        Item::Words(point, _, text, own) if *own == side => {
+            let inside = if side == Side::Left { point.0 - x.0 } else { x.1 - point.0 };
+            BESIDE + LETTER * text.chars().count() as f64 - unit * inside
+        }
+        _ => 0.0,
+    };
+    picture.items.iter().map(over).fold(MARGIN, f64::max)
+}
+
+impl Sheet {
+    fn of(picture: &Picture) -> Result<Self, String> {
+        let all = || picture.items.iter().flat_map(Item::points);
+        if all().any(|p| !(p.0.is_finite() && p.1.is_finite())) {
+            return Err("a point that is not finite".into());
+        }
+        let x = range(all().map(|p| p.0)).unwrap_or((0.0, 1.0));
+        let y = range(all().map(|p| p.1)).unwrap_or((0.0, 1.0));
+        let [left, right] = [Side::Left, Side::Right].map(|side| room(picture, side, x));
+        let scale = (picture.width - left - right) / (x.1 - x.0).max(f64::MIN_POSITIVE);
+        let tallest = 2.0 * picture.width / (y.1 - y.0).max(f64::MIN_POSITIVE);
+        let scale = scale.min(tallest);
+        let height = TITLE + 2.0 * MARGIN + scale * (y.1 - y.0);
+        Ok(Self { low: (x.0, y.0), high: (x.1, y.1), scale, height, left })
+    }
+
+    fn place(&self, p: &Point) -> Point {
+        let (x, y) = (p.0 - self.low.0, self.high.1 - p.1);
+        (self.left + self.scale * x, TITLE + MARGIN + self.scale * y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_axes_have_one_scale() {
+        let line = Item::Line(vec![(0.0, 0.0), (2.0, 1.0)], Paint::Ink(1.0), 1.0);
+        let picture = Picture { title: "t".into(), width: 256.0, items: vec![line] };
+        let sheet = Sheet::of(&picture).unwrap();
+        let [a, b] = [sheet.place(&(0.0, 0.0)), sheet.place(&(2.0, 1.0))];
+        assert!((b.0 - a.0 - 200.0).abs() < 1e-12 && (a.1 - b.1 - 100.0).abs() < 1e-12);
+        assert!(picture.svg().unwrap().starts_with("<svg width=\"256\""));
+    }
+
+    #[test]
+    fn axonometric_places_have_unit_rows() {
+        // three orthonormal vectors of space have images whose squares add up to two units of the plane
+        let images = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|x| axonometric(&x));
+        let sum: f64 = images.iter().map(|p| p.0 * p.0 + p.1 * p.1).sum();
+        assert!((sum - 2.0).abs() < 1e-12, "{images:?}");
+        assert!(images[2].0.abs() < 1e-12 && images[2].1 > 0.0, "z points upwards: {images:?}");
+    }
+
+    #[test]
+    fn what_is_not_finite_is_refused() {
+        let dot = Item::Dot((f64::NAN, 0.0), Paint::Curve(0, 1.0), 3.0);
+        let picture = Picture { title: String::new(), width: 200.0, items: vec![dot] };
+        assert!(picture.svg().is_err());
+    }
+}

@@ -1,0 +1,93 @@
+//! The charts of one model under a variational and an energy–momentum scheme: energy, momentum maps,
+//! constraint fulfilment.
+
+use holonom::report::{Axis, Chart};
+use holonom::simulation::RunOutcome;
+use holonom::{Model, Sample, Simulation};
+
+use super::{Result, curve, largest, with};
+
+/// A scheme and its recorded nodes.
+pub(super) struct Recorded {
+    pub(super) scheme: &'static str,
+    pub(super) samples: Vec<Sample>,
+}
+
+/// Runs a model by a scheme.
+pub(super) fn record(model: &Model, scheme: &'static str) -> Result<Recorded> {
+    let model = with(model, &[("simulation.scheme", scheme)])?;
+    let mut simulation = Simulation::new(&model).map_err(|e| e.to_string())?;
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| -> Result<()> {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    match simulation.run(&mut observe, &mut |_, _| {})? {
+        RunOutcome::Done => Ok(Recorded { scheme, samples }),
+        RunOutcome::Failed(failure) => Err(format!("{scheme}: {}", failure.message)),
+    }
+}
+
+impl Recorded {
+    /// `H − H(0)` at the nodes, J.
+    pub(super) fn energy_errors(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let start = self.samples[0].hamiltonian;
+        self.samples.iter().map(move |s| (s.t, s.hamiltonian - start))
+    }
+
+    /// Largest change of a component of the linear (0) or angular (1) momentum.
+    pub(super) fn momentum_errors(&self, map: usize) -> impl Iterator<Item = (f64, f64)> + '_ {
+        let maps = move |s: &Sample| [s.momentum.linear, s.momentum.angular][map];
+        let start = maps(&self.samples[0]);
+        let change = move |s: &Sample| largest(maps(s).iter().zip(&start).map(|(a, b)| a - b));
+        self.samples.iter().map(move |s| (s.t, change(s)))
+    }
+
+    /// Largest magnitude of a series.
+    pub(super) fn worst(points: impl Iterator<Item = (f64, f64)>) -> f64 {
+        largest(points.map(|p| p.1))
+    }
+}
+
+/// The error of the energy of all runs.
+pub(super) fn energy(title: &str, runs: &[Recorded]) -> Chart {
+    Chart {
+        title: title.into(),
+        x: Axis::time(),
+        y: Axis::linear("H − H(0)", "J"),
+        marks: false,
+        curves: runs.iter().map(|run| curve(run.scheme, run.energy_errors())).collect(),
+    }
+}
+
+/// The change of the momentum maps of all runs.
+pub(super) fn momentum(title: &str, runs: &[Recorded]) -> Chart {
+    let maps = [(0, "linear"), (1, "angular")];
+    let curves = runs.iter().flat_map(|run| {
+        maps.map(|(k, name)| curve(&format!("{name}, {}", run.scheme), run.momentum_errors(k)))
+    });
+    Chart {
+        title: title.into(),
+        x: Axis::time(),
+        y: Axis::logarithmic("largest change", "SI"),
+        marks: false,
+        curves: curves.collect(),
+    }
+}
+
+/// The residuals of the constraints at three levels of one run.
+pub(super) fn constraints(title: &str, run: &Recorded) -> Chart {
+    let level =
+        |name: &str, of: fn(&Sample) -> f64| curve(name, run.samples.iter().map(|s| (s.t, of(s))));
+    Chart {
+        title: title.into(),
+        x: Axis::time(),
+        y: Axis::logarithmic("residual", "SI"),
+        marks: false,
+        curves: vec![
+            level("position", |s| s.residuals.position),
+            level("velocity", |s| s.residuals.velocity),
+            level("momentum", |s| s.residuals.momentum),
+        ],
+    }
+}

@@ -1,0 +1,94 @@
+//! `cargo xtask figures`: the figures of Leyendecker, Marsden & Ortiz (ZAMM 88, 2008), computed anew.
+//!
+//! Every picture and every number of the page comes from a run made here; models are the shipped ones.
+//! Writes `examples/leyendecker_2008/*.svg` and its `README.md`; `ERRATA.md` there is written by hand.
+
+mod comparison;
+mod linkage;
+mod orbit;
+mod page;
+mod pendulum;
+
+use std::path::Path;
+
+use holonom::Model;
+use holonom::report::{Chart, Curve, Picture};
+
+/// What goes wrong is said in words: nobody decides by it.
+pub(crate) type Result<T> = std::result::Result<T, String>;
+
+/// A picture and what it shows.
+struct Figure {
+    file: &'static str,
+    svg: String,
+    caption: String,
+}
+
+impl Figure {
+    fn chart(file: &'static str, chart: &Chart, caption: String) -> Result<Self> {
+        Ok(Self { file, svg: chart.svg()?, caption })
+    }
+
+    fn picture(file: &'static str, picture: &Picture, caption: String) -> Result<Self> {
+        Ok(Self { file, svg: picture.svg()?, caption })
+    }
+}
+
+/// Figures under one heading.
+struct Section {
+    heading: &'static str,
+    words: String,
+    figures: Vec<Figure>,
+}
+
+/// Draws all figures and writes the page.
+pub(crate) fn run() -> Result<()> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let sections = [
+        pendulum::free(&shipped(&root, "pendulum_free")?)?,
+        pendulum::gravity(&shipped(&root, "pendulum")?)?,
+        linkage::section(&shipped(&root, "six_hinge_cube")?)?,
+    ];
+    let folder = root.join("examples/leyendecker_2008");
+    let write = |file: &str, text: &str| {
+        let path = folder.join(file);
+        std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
+    };
+    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    for figure in sections.iter().flat_map(|section| &section.figures) {
+        write(figure.file, &figure.svg)?;
+        println!("{}", figure.file);
+    }
+    write("README.md", &page::page(&sections))?;
+    println!("README.md");
+    Ok(())
+}
+
+fn shipped(root: &Path, name: &str) -> Result<Model> {
+    let path = root.join(format!("examples/models/{name}.toml"));
+    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    Model::from_toml(&text).map_err(|e| format!("{}: {e}", path.display()))
+}
+
+/// A shipped model with other settings: `("simulation.step", "0.1")`.
+fn with(model: &Model, settings: &[(&str, &str)]) -> Result<Model> {
+    let owned = |(k, v): &(&str, &str)| ((*k).to_owned(), (*v).to_owned());
+    let settings: Vec<_> = settings.iter().map(owned).collect();
+    model.with_overrides(&settings).map_err(|e| e.to_string())
+}
+
+/// A curve of `y` over `x`.
+fn curve(name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Curve {
+    Curve { name: name.to_owned(), points: points.into_iter().collect() }
+}
+
+/// Largest magnitude; not a number if any value is none.
+fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    holonom::vi_core::linear::norm_inf(&values.into_iter().collect::<Vec<_>>())
+}
+
+/// Smallest and largest value.
+fn span(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let widen = |(low, high): (f64, f64), v: f64| (low.min(v), high.max(v));
+    values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), widen)
+}
