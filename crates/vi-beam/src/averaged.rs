@@ -5,6 +5,7 @@
 //! D_1 U_d   = ½ ℓ Σ C_i ε̄_i 𝔹_i x_n
 //! D_2 U_d   = ½ ℓ Σ C_i ε̄_i 𝔹_i x_{n+1}
 //! D_2D_1U_d = ¼ ℓ Σ C_i (𝔹_i x_n)(𝔹_i x_{n+1})ᵀ
+//! D_1D_1U_d = ¼ ℓ Σ C_i (𝔹_i x_n)(𝔹_i x_n)ᵀ + ½ ℓ Σ C_i ε̄_i 𝔹_i
 //! ```
 //! Symmetric, of order 2, equal to the midpoint rule for linear problems. A rigid rotation between the
 //! ends is strain-free, whereas the midpoint configuration is shrunk by `cos(ϑ/2)` and shows the strain
@@ -67,6 +68,15 @@ impl DiscretePotential for AveragedStrains {
         }
     }
 
+    fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        for (element, C) in self.0.iter() {
+            let x = element.coordinates(&s.q0);
+            let weight = 0.5 * scale * element.length * C;
+            let n = weight.component_mul(&mean_strain(element, s));
+            element.emit(&element.tangent(&x, &(0.5 * weight), &n), out);
+        }
+    }
+
     fn potential(&self, q: &[f64]) -> f64 {
         self.0.value(q)
     }
@@ -105,6 +115,8 @@ mod tests {
         U_d.add_d2(&at, 1.0, &mut d2);
         let mut mixed = DMatrix::zeros(36, 36);
         U_d.add_d2_d1(&at, 1.0, &mut mixed);
+        let mut same = DMatrix::zeros(36, 36);
+        U_d.add_d1_d1(&at, 1.0, &mut same);
         let (e, mut worst) = (1e-5, 0.0_f64);
         let moved = |q: &[f64], i: usize, by: f64| {
             let mut q = q.to_vec();
@@ -124,6 +136,15 @@ mod tests {
             let (plus, minus) = (slot(e), slot(-e));
             for i in 0..36 {
                 worst = worst.max(((plus[i] - minus[i]) / (2.0 * e) - mixed[(i, j)]).abs());
+            }
+            let slot = |by| {
+                let mut out = vec![0.0; 36];
+                U_d.add_d1(&interval(&moved(&q0, j, by), &q1), 1.0, &mut out);
+                out
+            };
+            let (plus, minus) = (slot(e), slot(-e));
+            for i in 0..36 {
+                worst = worst.max(((plus[i] - minus[i]) / (2.0 * e) - same[(i, j)]).abs());
             }
         }
         println!("slot derivatives off by {worst:.1e}");

@@ -99,6 +99,22 @@ impl Element {
         strain::gradients(x, self.length)
     }
 
+    /// `Σ c_i (𝔹_i x)(𝔹_i x)ᵀ + Σ n_i 𝔹_i`: material and geometric part of a tangent.
+    #[must_use]
+    pub fn tangent(&self, x: &Coordinates, c: &Strain, n: &Strain) -> SMatrix<f64, SIZE, SIZE> {
+        let columns = self.gradients(x);
+        let mut weighted = columns;
+        for i in 0..6 {
+            weighted.column_mut(i).scale_mut(c[i]);
+        }
+        let mut K = columns * weighted.transpose();
+        let B = strain::weighted_matrix(n, self.length);
+        for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
+            (0..3).for_each(|k| K[(3 * i + k, 3 * j + k)] += B[(i, j)]);
+        }
+        K
+    }
+
     /// The coordinate among all frames that the component `row` of `x` is.
     #[must_use]
     pub fn place(&self, row: usize) -> usize {
@@ -259,19 +275,9 @@ impl Potential for Elements {
     fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
         for (element, C) in self.iter() {
             let x = element.coordinates(q);
-            let weight = scale * element.length;
-            let columns = element.gradients(&x);
-            let mut weighted = columns;
-            for i in 0..6 {
-                weighted.column_mut(i).scale_mut(weight * C[i]);
-            }
-            let mut K = columns * weighted.transpose();
-            let n = weight * C.component_mul(&element.strain(&x));
-            let B = strain::weighted_matrix(&n, element.length);
-            for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
-                (0..3).for_each(|k| K[(3 * i + k, 3 * j + k)] += B[(i, j)]);
-            }
-            element.emit(&K, out);
+            let c = scale * element.length * C;
+            let n = c.component_mul(&element.strain(&x));
+            element.emit(&element.tangent(&x, &c, &n), out);
         }
     }
 }

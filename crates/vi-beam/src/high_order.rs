@@ -313,6 +313,15 @@ impl DiscretePotential for AveragedHighOrder {
         }
     }
 
+    fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        for station in &self.0.stations {
+            let mean = 0.5 * (station.strain(&s.q0) + station.strain(&s.q1));
+            let c = 0.5 * scale * station.weight * station.stiffness();
+            let gradients = station.gradients(&s.q0);
+            station.emit((&gradients, &gradients), &(0.5 * c), &c.component_mul(&mean), out);
+        }
+    }
+
     fn potential(&self, q: &[f64]) -> f64 {
         self.0.value(q)
     }

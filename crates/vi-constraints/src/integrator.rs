@@ -188,6 +188,17 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// # Errors
     /// [`StepError`]; the state is then what it was before the macro step.
     pub fn step(&mut self) -> Result<StepReport, StepError> {
+        self.step_with(&mut |_, _, _| {})
+    }
+
+    /// One macro step; `each` sees the interval of every sub-step.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before the macro step.
+    pub fn step_with(
+        &mut self,
+        each: &mut dyn FnMut(&S, &C, &Interval),
+    ) -> Result<StepReport, StepError> {
         copy(&self.state, &mut self.before);
         let mut total = StepReport { sub_steps: self.gammas.len(), ..StepReport::default() };
         for (lane, gamma) in self.gammas.iter().enumerate() {
@@ -196,6 +207,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
                 self.scheme.advance(&self.system, &self.constraints, sub_step, &mut self.state);
             match advance {
                 Ok(report) => {
+                    each(&self.system, &self.constraints, self.scheme.interval());
                     self.system.accept(&self.state.q);
                     self.constraints.accept(&self.state.q);
                     total.iterations += report.iterations;

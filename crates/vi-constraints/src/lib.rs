@@ -32,6 +32,7 @@ pub mod reparametrization;
 pub mod saddle_point;
 pub mod scheme;
 pub mod setup;
+pub mod tangent_map;
 
 pub use constraints::{ConstraintFn, Constraints, Unconstrained};
 pub use integrator::{Integrator, Options};

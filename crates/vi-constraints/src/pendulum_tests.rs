@@ -253,3 +253,49 @@ fn a_run_hands_its_states_to_a_sink() {
     assert_eq!(refused, Err(crate::integrator::RunError::Sink("full")));
     assert_eq!(run.state().step, 28);
 }
+
+/// The tangent of a step against central differences of it, and the symplectic form.
+#[test]
+fn the_tangent_of_a_step_is_exact_and_symplectic() {
+    use crate::tangent_map::{TangentMap, Tangents};
+    for composition in [Composition::Identity, Composition::Suzuki5] {
+        let options = Options::new(SchemeKind::Nodal, 0.1).composition(composition);
+        // a motion that starts at the angle `a` with the rate `w`; its end
+        let end = |a: f64, w: f64| {
+            let system = SeparableSystem::with_diagonal_mass(&[1.0, 1.0])
+                .potential(LinearPotential { force: vec![0.0, -9.81] });
+            let (q, v) = ([a.cos(), a.sin()], [-w * a.sin(), w * a.cos()]);
+            let at = (0.0, &q[..], &v[..]);
+            let mut run =
+                Integrator::with_reparametrization(system, Rod, Turn, options.clone(), at).unwrap();
+            (0..3).for_each(|_| assert!(run.step().is_ok()));
+            run.state().clone()
+        };
+        let mut run = pendulum(9.81, options.clone(), 0.3);
+        let mut map = TangentMap::new(1, run.rows(), &run.state().p);
+        // d/da and d/dw of the start (cos a, sin a, −w sin a, w cos a) at a = 0, w = 0.3
+        let mut tangents = Tangents {
+            dq: DMatrix::from_column_slice(2, 2, &[0.0, 1.0, 0.0, 0.0]),
+            dp: DMatrix::from_column_slice(2, 2, &[-0.3, 0.0, 0.0, 1.0]),
+        };
+        let before = tangents.form();
+        for _ in 0..3 {
+            run.step_with(&mut |system, rod, s| map.push(system, rod, s, &mut tangents).unwrap())
+                .unwrap();
+        }
+        let e = 1e-5;
+        let pairs = [(end(e, 0.3), end(-e, 0.3)), (end(0.0, 0.3 + e), end(0.0, 0.3 - e))];
+        let mut off = 0.0_f64;
+        for (k, (plus, minus)) in pairs.iter().enumerate() {
+            for i in 0..2 {
+                let dq = (plus.q[i] - minus.q[i]) / (2.0 * e);
+                let dp = (plus.p[i] - minus.p[i]) / (2.0 * e);
+                off = off.max((dq - tangents.dq[(i, k)]).abs());
+                off = off.max((dp - tangents.dp[(i, k)]).abs());
+            }
+        }
+        let defect = tangents.defect(&before);
+        println!("{composition:?}: off by {off:.1e} from differences, Ω changes by {defect:.1e}");
+        assert!(off < 1e-8 && defect < 1e-14, "{off:e}, {defect:e}");
+    }
+}

@@ -5,6 +5,7 @@
 //! D_1 L_d           = −(1/h) M Δq − h D_1 U_d
 //! D_2 L_d           = +(1/h) M Δq − h D_2 U_d
 //! D_2 D_1 L_d       = −(1/h) M    − h D_2 D_1 U_d
+//! D_1 D_1 L_d       = +(1/h) M    − h D_1 D_1 U_d,    D_2 D_2 L_d likewise
 //! E_d               = ½ (Δq/h)ᵀ M (Δq/h) + U_d                            LMO08 (52)
 //! ```
 //! Forces enter in the sense of the discrete Lagrange–d'Alembert principle (Marsden & West 2001,
@@ -17,7 +18,7 @@
 use crate::force::DiscreteForce;
 use crate::interval::Interval;
 use crate::potential::{DiscretePotential, Potential, Quadrature};
-use crate::sparse::{Entries, SparseMatrix};
+use crate::sparse::{Block, Entries, SparseMatrix};
 
 /// A mechanical system as the integrators see it: mass matrix, discrete Lagrangian, discrete forces.
 ///
@@ -37,6 +38,11 @@ pub trait MechanicalSystem {
     fn d2(&self, s: &Interval, out: &mut [f64]);
     /// Emits `D_2 D_1 L_d`, shape `n × n`; always the same places in the same order.
     fn d2_d1(&self, s: &Interval, out: &mut dyn Entries);
+    /// Emits `D_1 D_1 L_d`, shape `n × n`; always the same places in the same order. No step needs it:
+    /// it is part of the tangent of a step.
+    fn d1_d1(&self, s: &Interval, out: &mut dyn Entries);
+    /// Emits `D_2 D_2 L_d`, as [`MechanicalSystem::d1_d1`].
+    fn d2_d2(&self, s: &Interval, out: &mut dyn Entries);
 
     /// `out ← out + f_d^-(q_n, q_{n+1})`, N·s.
     fn add_force_minus(&self, _s: &Interval, _out: &mut [f64]) {}
@@ -135,6 +141,11 @@ impl SeparableSystem {
         self
     }
 
+    fn emit_scaled_mass(&self, scale: f64, out: &mut dyn Entries) {
+        let (row, column, transposed) = (0, 0, false);
+        self.mass.emit(&mut Block { into: out, row, column, scale, transposed });
+    }
+
     /// Adds a discrete force.
     #[must_use]
     pub fn force(mut self, force: Box<dyn DiscreteForce>) -> Self {
@@ -177,14 +188,21 @@ impl MechanicalSystem for SeparableSystem {
         for potential in &self.potentials {
             potential.add_d2_d1(s, -s.h, out);
         }
-        let mut scaled = crate::sparse::Block {
-            into: out,
-            row: 0,
-            column: 0,
-            scale: -1.0 / s.h,
-            transposed: false,
-        };
-        self.mass.emit(&mut scaled);
+        self.emit_scaled_mass(-1.0 / s.h, out);
+    }
+
+    fn d1_d1(&self, s: &Interval, out: &mut dyn Entries) {
+        for potential in &self.potentials {
+            potential.add_d1_d1(s, -s.h, out);
+        }
+        self.emit_scaled_mass(1.0 / s.h, out);
+    }
+
+    fn d2_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        for potential in &self.potentials {
+            potential.add_d2_d2(s, -s.h, out);
+        }
+        self.emit_scaled_mass(1.0 / s.h, out);
     }
 
     fn add_force_minus(&self, s: &Interval, out: &mut [f64]) {
@@ -274,6 +292,8 @@ mod tests {
             system.d1(&s, &mut d1);
             system.d2(&s, &mut d2);
             let mixed = SparseMatrix::assemble(3, 3, |out| system.d2_d1(&s, out)).to_dense();
+            let first = SparseMatrix::assemble(3, 3, |out| system.d1_d1(&s, out)).to_dense();
+            let second = SparseMatrix::assemble(3, 3, |out| system.d2_d2(&s, out)).to_dense();
             let e = 1e-5;
             for i in 0..3 {
                 // by reference: a closure that changes an argument it takes by value may change the
@@ -293,6 +313,18 @@ mod tests {
                     let fd = (plus[k] - minus[k]) / (2.0 * e);
                     let exact = mixed[(k, i)];
                     assert!((fd - exact).abs() < 1e-8, "D2D1 [{k},{i}]: {exact} vs {fd}");
+                }
+                system.d1(&interval(shifted(&q0, e), q1), &mut plus);
+                system.d1(&interval(shifted(&q0, -e), q1), &mut minus);
+                for k in 0..3 {
+                    let (fd, exact) = ((plus[k] - minus[k]) / (2.0 * e), first[(k, i)]);
+                    assert!((fd - exact).abs() < 1e-8, "D1D1 [{k},{i}]: {exact} vs {fd}");
+                }
+                system.d2(&interval(q0, shifted(&q1, e)), &mut plus);
+                system.d2(&interval(q0, shifted(&q1, -e)), &mut minus);
+                for k in 0..3 {
+                    let (fd, exact) = ((plus[k] - minus[k]) / (2.0 * e), second[(k, i)]);
+                    assert!((fd - exact).abs() < 1e-8, "D2D2 [{k},{i}]: {exact} vs {fd}");
                 }
             }
         }

@@ -71,6 +71,15 @@ impl Interval {
         self.close();
     }
 
+    /// The interval with its ends exchanged, `(q_{n+1}, q_n)`, at the same time and step.
+    #[must_use]
+    pub fn exchanged(&self) -> Self {
+        let mut other = self.clone();
+        std::mem::swap(&mut other.q0, &mut other.q1);
+        other.dq.iter_mut().chain(&mut other.v_mid).for_each(|x| *x = -*x);
+        other
+    }
+
     /// Number of coordinates.
     #[must_use]
     pub fn dim(&self) -> usize {

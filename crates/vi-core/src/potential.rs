@@ -34,6 +34,13 @@ pub trait DiscretePotential: Send + Sync {
     /// Emits `scale D_2 D_1 U_d` (row: component of `D_1 U_d`, column: component of `q_{n+1}`);
     /// always the same places in the same order.
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
+    /// Emits `scale D_1 D_1 U_d`, symmetric; always the same places in the same order. No step needs
+    /// it: it is part of the tangent of a step.
+    fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
+    /// Emits `scale D_2 D_2 U_d`; by the symmetry of `U_d` that is `D_1 D_1 U_d(q_{n+1}, q_n)`.
+    fn add_d2_d2(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.add_d1_d1(&s.exchanged(), scale, out);
+    }
     /// The continuous `V(q)` that `U_d` approximates, J.
     fn potential(&self, q: &[f64]) -> f64;
     /// `out ← out + scale ∇V(q)`.
@@ -80,6 +87,9 @@ impl<V: Potential> DiscretePotential for Midpoint<V> {
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         self.0.add_hessian(&s.q_mid, 0.25 * scale, out);
     }
+    fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.add_d2_d1(s, scale, out);
+    }
     fn potential(&self, q: &[f64]) -> f64 {
         self.0.value(q)
     }
@@ -104,6 +114,9 @@ impl<V: Potential> DiscretePotential for Trapezoidal<V> {
     }
     fn add_d2_d1(&self, _s: &Interval, _scale: f64, _out: &mut dyn Entries) {
         // D_1 U_d depends on q_n only
+    }
+    fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(&s.q0, 0.5 * scale, out);
     }
     fn potential(&self, q: &[f64]) -> f64 {
         self.0.value(q)

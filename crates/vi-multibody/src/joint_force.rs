@@ -54,6 +54,11 @@ impl DiscretePotential for JointSpring {
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         self.coordinate.emit_product(&s.q0, &s.q1, 0.25 * scale * self.stiffness, out);
     }
+    fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        let stretch = mean_and_difference(&self.coordinate, s).0 - self.rest;
+        self.coordinate.emit_product(&s.q0, &s.q0, 0.25 * scale * self.stiffness, out);
+        self.coordinate.emit_second(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
+    }
     fn potential(&self, q: &[f64]) -> f64 {
         let stretch = self.coordinate.at(q) - self.rest;
         0.5 * self.stiffness * stretch * stretch
