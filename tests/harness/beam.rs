@@ -4,8 +4,8 @@ use super::case::{BodyCase, Deviation, Runs, Tolerance};
 use super::rigid::drive;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
-use vi_beam::element::{Elements, MassKind};
-use vi_beam::model::{BeamModel, StrainRule, integrator};
+use vi_beam::element::Elements;
+use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::section::Section;
 use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_constraints::node::Node;
@@ -17,6 +17,7 @@ use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{BodySpec, Mechanism};
 use vi_multibody::pair::PairKind;
+use vi_multibody::run::{Solver, integrator};
 use vi_rigid::directors;
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
@@ -173,7 +174,6 @@ impl BeamCase {
             });
         }
         model.elements = self.elements(&model.placement())?;
-        model.mass = MassKind::Consistent;
         for &node in &self.fixed {
             model.clamp(node);
         }
@@ -312,7 +312,7 @@ impl BeamCase {
         }
         let (q, v) = mechanism.start();
         let options = Options::new(kind, h);
-        let mut run = integrator(system, mechanism, options, (0.0, &q, &v))
+        let mut run = integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v))
             .map_err(|e| format!("{}: {e}", kind.name()))?;
         let mechanism = model.mechanism();
         let mut deviation = Deviation::default();

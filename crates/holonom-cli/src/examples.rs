@@ -37,6 +37,7 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "six_hinge_line",
     "chain8",
     "heavy_top",
+    "flying_beam",
 ];
 
 pub(crate) fn examples(arguments: &Examples) -> Result<(), Failure> {

@@ -117,6 +117,7 @@
 #![deny(missing_docs)]
 
 mod assembly;
+mod beams;
 mod drive;
 pub mod evidence;
 pub mod model;
@@ -137,6 +138,7 @@ pub use vi_emscheme;
 pub use vi_multibody;
 pub use vi_rigid;
 
+pub use beams::BeamParts;
 pub use model::{Model, ModelError};
 pub use output::{RunFolder, Summary};
 pub use sample::{Member, MemberKind, Residuals, Sample};

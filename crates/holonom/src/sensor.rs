@@ -281,11 +281,12 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
+    /// The frame of a body or a node.
     fn body(&self, name: &str) -> Option<usize> {
-        self.model.bodies.iter().position(|b| b.name == name)
+        self.model.frame(name)
     }
 
-    /// The joint of this name; what holds a fixed body has the name of the body.
+    /// The joint of this name; what holds a fixed body or the end of a beam has the name of that.
     fn joint(&self, name: &str) -> Option<usize> {
         self.mechanism.description().joints.iter().position(|j| j.name == name)
     }

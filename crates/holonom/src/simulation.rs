@@ -77,7 +77,7 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
-        let System { mechanism, system, members, mut sensors } = system::build(model)?;
+        let System { mechanism, system, members, mut sensors, .. } = system::build(model)?;
         let settings = model.settings.clone();
         let (q, v) = mechanism.start();
         let closure = assembly::closure(&mechanism, &q, &v);

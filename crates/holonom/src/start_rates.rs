@@ -1,7 +1,7 @@
 //! Start velocities from joint rates: `t² = X t¹ + S τ`, root first (LMO08 (71)–(75)).
 //!
 //! In a model that states the `rate` of some joint, a body without velocities of its own moves with
-//! its joint: at the stated rate, or at rest relative to what carries it.
+//! its joint: at the stated rate, or at rest relative to what carries it. A beam states its own velocities.
 
 use crate::model::{Model, ModelError, Problem};
 use nalgebra::Vector3;
@@ -27,6 +27,7 @@ pub(crate) fn apply(model: &Model, description: &mut Description) -> Result<(), 
             return Err(refuse(model, k, message, "state the rate of another joint of the loop"));
         }
     }
+    let is_node = |frame: usize| frame >= model.bodies.len();
     let mut twists: Vec<Twist> = Vec::with_capacity(tree.links().len());
     for link in tree.links() {
         let joint = model.joints.iter().position(|joint| joint.name == link.joint.name);
@@ -35,7 +36,7 @@ pub(crate) fn apply(model: &Model, description: &mut Description) -> Result<(), 
         let still = body.velocity == Vector3::zeros() && body.omega == Vector3::zeros();
         let stated = joint.and_then(|k| model.joints[k].rate.as_ref().map(|rate| (k, rate)));
         let twist = match stated {
-            None if !still || link.joint.kind == PairKind::Free => own,
+            None if !still || link.joint.kind == PairKind::Free || is_node(link.frame) => own,
             None => carried(&mechanism, link, &q, &twists, &[]),
             Some((k, rate)) => {
                 let rates = rate.values();
@@ -99,6 +100,11 @@ fn check(
             message,
             "exchange parent and child, and the sign of the rate",
         ));
+    }
+    if link.frame >= model.bodies.len() {
+        let message = "the joint carries a node of a beam, whose velocity the beam states";
+        let help = "remove the rate; write `velocity` and `angular_velocity` of the beam";
+        return Err(refuse(model, k, message, help));
     }
     if !still {
         let message = "the velocity of the child is stated twice: by itself and by the joint";

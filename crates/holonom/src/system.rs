@@ -1,5 +1,6 @@
 //! From a validated model to numbers: mechanism, system, members.
 
+use crate::beams::{self, BeamParts};
 use crate::drive;
 use crate::model::{self, Constraint, Frame, JointKind, Model, ModelError, StartPoints};
 use crate::sample::{Member, MemberKind};
@@ -7,6 +8,7 @@ use crate::sensor::Sensors;
 use crate::start_rates;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
+use vi_beam::BeamModel;
 use vi_core::SeparableSystem;
 use vi_core::force::MidpointForce;
 use vi_multibody::form::Form;
@@ -20,14 +22,20 @@ use vi_multibody::spring::{Damper, Spring, SpringLaw};
 use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
 use vi_rigid::inertia::{InertiaError, PrincipalInertia};
-use vi_rigid::load::{Load, LoadKind};
+use vi_rigid::load::{Load, LoadError, LoadKind};
 
 /// The numbers of a model.
 pub struct System {
+    /// Bodies, nodes, joints, elements: what the mechanism was made from.
+    pub parts: BeamModel,
+    /// The beams among these parts.
+    pub beams: Vec<BeamParts>,
     /// Constraints, masses, spanning tree.
     pub mechanism: Mechanism,
     /// Discrete Lagrangian and forces.
     pub system: SeparableSystem,
+    /// The loads on bodies, nodes and beams; they are part of the system.
+    pub loads: Vec<Load>,
     /// Members in the order of their coordinates.
     pub members: Vec<Member>,
     /// What is measured along a run.
@@ -36,19 +44,25 @@ pub struct System {
 
 /// Where the names of a model are among its members.
 struct Names<'a> {
+    model: &'a Model,
     bodies: BTreeMap<&'a str, usize>,
     particles: BTreeMap<&'a str, usize>,
-    principal: Vec<Matrix3<f64>>, // body components → principal components: its transpose
+    principal: Vec<Matrix3<f64>>, // of all frames: body components → principal components: its transpose
 }
 
 impl Names<'_> {
+    /// A body, or a node of a beam.
+    fn index(&self, name: &str) -> Option<usize> {
+        self.bodies.get(name).copied().or_else(|| self.model.frame(name))
+    }
+
     fn frame(&self, name: &str) -> FrameId {
-        self.bodies.get(name).map_or(FrameId::Ground, |&k| FrameId::Frame(k))
+        self.index(name).map_or(FrameId::Ground, FrameId::Frame)
     }
 
     fn attachment(&self, name: &str) -> Attachment {
-        match (self.bodies.get(name), self.particles.get(name)) {
-            (Some(&k), _) => Attachment::Body(k),
+        match (self.index(name), self.particles.get(name)) {
+            (Some(k), _) => Attachment::Body(k),
             (_, Some(&k)) => Attachment::Particle(k),
             _ => Attachment::Ground,
         }
@@ -56,8 +70,8 @@ impl Names<'_> {
 
     /// Components along the directors of a vector given in the body's own frame.
     fn along_directors(&self, name: &str, components: &Vector3<f64>) -> Vector3<f64> {
-        match self.bodies.get(name) {
-            Some(&k) => self.principal[k].transpose() * components,
+        match self.index(name) {
+            Some(k) => self.principal[k].transpose() * components,
             None => *components,
         }
     }
@@ -69,16 +83,21 @@ impl Names<'_> {
 /// [`ModelError`] for what only shows when numbers meet: inertias, loads.
 pub fn build(model: &Model) -> Result<System, ModelError> {
     let mut names = Names {
+        model,
         bodies: model.bodies.iter().enumerate().map(|(k, b)| (b.name.as_str(), k)).collect(),
         particles: model.particles.iter().enumerate().map(|(k, p)| (p.name.as_str(), k)).collect(),
         principal: Vec::new(),
     };
-    let mut bodies = Vec::new();
+    let mut parts = BeamModel::new(Vector3::from(model.gravity()));
     for body in &model.bodies {
         let (spec, axes) = rigid_body(body)?;
-        bodies.push(spec);
+        parts.add_frame(spec);
         names.principal.push(axes);
     }
+    let beams = beams::add(model, &mut parts)?;
+    let supports = std::mem::take(&mut parts.description.joints);
+    let bodies = &parts.description.bodies;
+    names.principal.resize(bodies.len(), Matrix3::identity());
     let point = |x: &[f64]| Vector3::from(model::spatial(x));
     let particles = model.particles.iter().map(|particle| ParticleSpec {
         name: particle.name.clone(),
@@ -88,44 +107,53 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     });
     let start = StartPoints::new(model);
     let mut joints: Vec<Joint> =
-        model.joints.iter().map(|j| joint(j, &start, &bodies, &names)).collect();
+        model.joints.iter().map(|j| joint(j, &start, bodies, &names)).collect();
     joints.extend(model.bodies.iter().enumerate().filter(|(_, b)| b.fixed).map(|(k, body)| {
         let sides = [FrameId::Ground, FrameId::Frame(k)];
         let point = bodies[k].center;
-        make_joint(&body.name, PairKind::Fixed, sides, [point; 2], &Matrix3::identity(), &bodies)
+        make_joint(&body.name, PairKind::Fixed, sides, [point; 2], &Matrix3::identity(), bodies)
     }));
+    joints.extend(supports);
     let cuts = (0..model.joints.len()).filter(|&k| model.joints[k].cut).collect();
-    let scalars = scalar_constraints(model, &joints, &bodies, &names)?;
+    let scalars = scalar_constraints(model, &joints, bodies, &names)?;
     let mut description = Description {
         dimension: model.header.dimension,
-        gravity: Vector3::from(model.gravity()),
+        gravity: parts.description.gravity,
         particles: particles.collect(),
         bars: model.bars.iter().map(|b| bar(b, &start, &names)).collect(),
-        bodies,
+        bodies: bodies.clone(),
         joints,
         scalars,
         cuts,
     };
     start_rates::apply(model, &mut description)?;
-    let mechanism = Mechanism::new(description);
-    let mut system = mechanism.system(model.settings.quadrature.into());
+    parts.description = description;
+    let mechanism = parts.mechanism();
+    let settings = &model.settings;
+    let mut system =
+        parts.system_by(&mechanism, settings.strain.into(), settings.quadrature.into());
     for spring in &model.springs {
         system = add_spring(system, spring, &mechanism, &names);
     }
     for (joint, numbers) in model.joints.iter().zip(&mechanism.description().joints) {
         system = drive::add_joint_forces(system, joint, numbers)?;
     }
+    let mut all = Vec::new();
     for load in &model.loads {
-        system = add_load(system, load, &names)?;
+        all.extend(loads(load, &names, &parts, &beams)?);
+    }
+    for load in &all {
+        system = system.force(Box::new(load.clone()));
     }
     let sensors = Sensors::new(model, &mechanism, &names.principal);
-    Ok(System { members: members(model), mechanism, system, sensors })
+    let members = members(model, &parts);
+    Ok(System { parts, beams, mechanism, system, loads: all, members, sensors })
 }
 
-fn members(model: &Model) -> Vec<Member> {
+fn members(model: &Model, parts: &BeamModel) -> Vec<Member> {
     let particle =
         if model.header.dimension == 2 { MemberKind::Particle2 } else { MemberKind::Particle3 };
-    let bodies = model.bodies.iter().map(|b| (&b.name, MemberKind::Frame));
+    let bodies = parts.description.bodies.iter().map(|b| (&b.name, MemberKind::Frame));
     let particles = model.particles.iter().map(|p| (&p.name, particle));
     bodies.chain(particles).map(|(name, kind)| Member { name: name.clone(), kind }).collect()
 }
@@ -216,8 +244,8 @@ fn scalar_constraints(
     };
     let point = |member: &str, components: &[f64; 3]| {
         let along = names.along_directors(member, &drive::vector(components));
-        match names.bodies.get(member) {
-            Some(&k) => Form::point(12 * k, &along),
+        match names.index(member) {
+            Some(k) => Form::point(12 * k, &along),
             None => Form::constant(along),
         }
     };
@@ -302,26 +330,36 @@ fn add_spring(
     system.force(Box::new(MidpointForce(damper)))
 }
 
-fn add_load(
-    system: SeparableSystem,
+/// The loads of a `[[load]]`: one, or one for each node of a beam.
+fn loads(
     load: &model::Load,
     names: &Names<'_>,
-) -> Result<SeparableSystem, ModelError> {
-    let body = names.bodies.get(load.body.as_str()).copied().unwrap_or_default();
-    let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
-    let (kind, force, torque) = match load.frame {
-        Frame::Space => (LoadKind::Dead, force, torque),
-        Frame::Body => {
-            let turned = |v: &Vector3<f64>| names.along_directors(&load.body, v);
-            (LoadKind::Follower, turned(&force), turned(&torque))
-        }
-    };
-    let point = Vector3::from(load.point.unwrap_or_default());
-    let point = names.along_directors(&load.body, &point);
-    let made = Load::new(12 * body, kind, force, torque, load.history.time_history());
-    let load = made.and_then(|load| load.at(point)).map_err(|error| {
+    parts: &BeamModel,
+    beams: &[BeamParts],
+) -> Result<Vec<Load>, ModelError> {
+    let refuse = |error: LoadError| {
         let key = format!("load.{}", load.name);
         ModelError::Assembly(vec![model::Problem::new(key, error.to_string())])
-    })?;
-    Ok(system.force(Box::new(load)))
+    };
+    let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
+    let kind = match load.frame {
+        Frame::Space => LoadKind::Dead,
+        Frame::Body => LoadKind::Follower,
+    };
+    let history = load.history.time_history();
+    if let Some(beam) = &load.beam {
+        let legs = beams.iter().filter(|b| b.name == *beam).flat_map(|b| &b.legs);
+        let along = legs.map(|leg| parts.line_load(leg, kind, force, torque, &history));
+        let along: Result<Vec<_>, _> = along.collect();
+        return Ok(along.map_err(refuse)?.concat());
+    }
+    let body = load.body.as_deref().unwrap_or_default();
+    let turned = |v: Vector3<f64>| match load.frame {
+        Frame::Space => v,
+        Frame::Body => names.along_directors(body, &v),
+    };
+    let frame = names.index(body).unwrap_or_default();
+    let point = names.along_directors(body, &Vector3::from(load.point.unwrap_or_default()));
+    let made = Load::new(12 * frame, kind, turned(force), turned(torque), history);
+    Ok(vec![made.and_then(|load| load.at(point)).map_err(refuse)?])
 }

@@ -10,11 +10,11 @@
 #![allow(non_snake_case)] // K
 
 use crate::equilibrium::Work;
-use crate::model::extent;
 use crate::static_path::{Equilibrium, StaticError, StaticPath};
 use crate::statics::{Refused, StaticProblem};
 use serde::{Deserialize, Serialize};
 use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
+use vi_multibody::sparse_nodal::extent;
 
 /// How to follow a path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

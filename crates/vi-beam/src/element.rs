@@ -16,6 +16,7 @@
 use crate::section::Section;
 use crate::strain::{self, Coordinates, Gradients, SIZE, Strain};
 use nalgebra::SMatrix;
+use std::ops::Range;
 use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
 
@@ -73,6 +74,8 @@ pub struct Element {
     pub section: usize,
     /// `ε_0`: strains of the stress-free placement.
     pub reference: Strain,
+    /// How its mass is distributed.
+    pub mass: MassKind,
 }
 
 impl Element {
@@ -204,10 +207,16 @@ impl Elements {
         section: usize,
         q: &[f64],
     ) -> Result<usize, ElementError> {
-        let index = self.add(Element { nodes, length, section, reference: Strain::zeros() })?;
+        let (reference, mass) = (Strain::zeros(), MassKind::Consistent);
+        let index = self.add(Element { nodes, length, section, reference, mass })?;
         let x = self.elements[index].coordinates(q);
         self.elements[index].reference = strain::forms(&x, length);
         Ok(index)
+    }
+
+    /// Distributes the mass of some elements in another way.
+    pub fn set_mass(&mut self, elements: Range<usize>, kind: MassKind) {
+        self.elements[elements].iter_mut().for_each(|element| element.mass = kind);
     }
 
     /// The elements.
@@ -234,12 +243,12 @@ impl Elements {
     }
 
     /// Emits the mass matrix of all elements.
-    pub fn emit_mass(&self, kind: MassKind, out: &mut dyn Entries) {
-        let (own, coupling) = match kind {
-            MassKind::Consistent => (1.0 / 3.0, Some(1.0 / 6.0)),
-            MassKind::Lumped => (0.5, None),
-        };
+    pub fn emit_mass(&self, out: &mut dyn Entries) {
         for element in &self.elements {
+            let (own, coupling) = match element.mass {
+                MassKind::Consistent => (1.0 / 3.0, Some(1.0 / 6.0)),
+                MassKind::Lumped => (0.5, None),
+            };
             for row in 0..12 {
                 let per_length = self.section(element).inertia()[row / 3];
                 let mass = element.length * per_length;
@@ -298,7 +307,8 @@ pub(crate) mod tests {
             let section = elements.add_section(section);
             let reference = sample.array::<6>().into();
             let nodes = [[0, 1], [2, 1]][k];
-            elements.add(Element { nodes, length: 0.8, section, reference }).unwrap();
+            let mass = MassKind::Consistent;
+            elements.add(Element { nodes, length: 0.8, section, reference, mass }).unwrap();
         }
         (elements, q)
     }
@@ -339,11 +349,12 @@ pub(crate) mod tests {
     #[test]
     fn the_mass_is_that_of_the_interpolation() {
         let mut sample = Sample::new(12);
-        let (elements, _) = random_elements(&mut sample);
+        let (mut elements, _) = random_elements(&mut sample);
         let v: Vec<f64> = (0..36).map(|_| sample.number()).collect();
         for kind in [MassKind::Consistent, MassKind::Lumped] {
             let mut M = DMatrix::zeros(36, 36);
-            elements.emit_mass(kind, &mut M);
+            elements.set_mass(0..elements.list().len(), kind);
+            elements.emit_mass(&mut M);
             let v = nalgebra::DVector::from_column_slice(&v);
             let energy = 0.5 * v.dot(&(&M * &v));
             let mut expected = 0.0;

@@ -17,6 +17,7 @@
 use crate::section::Section;
 use crate::strain::Strain;
 use nalgebra::Vector3;
+use std::ops::Range;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
@@ -48,6 +49,13 @@ struct Station {
     weight: f64,        // m
     section: Section,
     reference: Strain,
+}
+
+/// An element as a list of Gauss points.
+#[derive(Clone, Debug, PartialEq)]
+struct Member {
+    stations: Range<usize>,
+    length: f64, // m
 }
 
 /// `𝔹_i x` at one Gauss point, one vector for each node and slot `φ, d_1, d_2, d_3`.
@@ -165,6 +173,7 @@ impl Station {
 /// Elements with three or four nodes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HighOrderElements {
+    elements: Vec<Member>,
     stations: Vec<Station>,
     pairs: Vec<[usize; 2]>,                  // neighbouring nodes
     mass: Vec<(usize, usize, f64, Section)>, // node, node, ∫N_jN_k ds, section
@@ -197,6 +206,7 @@ impl HighOrderElements {
     pub fn add_stress_free(&mut self, nodes: &[usize], length: f64, section: &Section, q: &[f64]) {
         let count = nodes.len();
         assert!((3..=MOST).contains(&count), "three or four nodes, not {count}");
+        let first = self.stations.len();
         let mut own = [0; MOST];
         own[..count].copy_from_slice(nodes);
         for &(xi, weight) in GAUSS[count - 3] {
@@ -213,6 +223,7 @@ impl HighOrderElements {
             station.reference = station.strain(q);
             self.stations.push(station);
         }
+        self.elements.push(Member { stations: first..self.stations.len(), length });
         self.pairs.extend(nodes.windows(2).map(|pair| [pair[0], pair[1]]));
         for j in 0..count {
             for k in 0..count {
@@ -224,6 +235,18 @@ impl HighOrderElements {
                 self.mass.push((nodes[j], nodes[k], integral, *section));
             }
         }
+    }
+
+    /// Number of elements.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.elements.len()
+    }
+
+    /// Arc length of an element, m.
+    #[must_use]
+    pub fn length(&self, element: usize) -> f64 {
+        self.elements[element].length
     }
 
     /// Whether there are none.

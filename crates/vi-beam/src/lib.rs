@@ -12,7 +12,7 @@
 //! | [`averaged`] | the averaged-strain discrete potential |
 //! | [`high_order`] | elements with three or four nodes |
 //! | [`mesh`] | nodes along curves, triads by a rule |
-//! | [`model`] | beams, bodies, joints as one mechanism; integrators |
+//! | [`model`] | beams, bodies, joints as one mechanism |
 //! | [`statics`], [`arc_length`] | equilibrium by load stepping, through limit points |
 //! | [`limit`] | how far an element may bend |
 //! | [`modes`] | small vibrations about an equilibrium |

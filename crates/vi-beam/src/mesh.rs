@@ -167,29 +167,47 @@ impl Mesh {
         Self::new(centers, &tangents, lengths, rule)
     }
 
+    /// A smooth curve through given points: cubics between them with the tangents of
+    /// [`Mesh::through`], nodes at equal steps of the sum of the chords.
+    ///
+    /// # Errors
+    /// [`MeshError`].
+    pub fn spline(
+        points: &[Vector3<f64>],
+        elements: usize,
+        rule: FrameRule,
+    ) -> Result<Self, MeshError> {
+        let (lengths, tangents) = chords(points)?;
+        let mut stations = vec![0.0]; // sum of the chords at the points
+        lengths.iter().for_each(|length| stations.push(stations[stations.len() - 1] + length));
+        let interval = |s: f64| {
+            let k = stations.partition_point(|at| *at <= s).clamp(1, lengths.len()) - 1;
+            (k, (s - stations[k]) / lengths[k])
+        };
+        // Hermite's polynomials on the interval, and their slopes
+        let curve = |s: f64| {
+            let (k, t) = interval(s);
+            let (a, b, l) = (points[k], points[k + 1], lengths[k]);
+            let r = 1.0 - t;
+            (r * r * (1.0 + 2.0 * t)) * a
+                + (t * t * (3.0 - 2.0 * t)) * b
+                + l * t * r * (r * tangents[k] - t * tangents[k + 1])
+        };
+        let slope = |s: f64| {
+            let (k, t) = interval(s);
+            (6.0 * t * (1.0 - t) / lengths[k]) * (points[k + 1] - points[k])
+                + (1.0 - t) * (1.0 - 3.0 * t) * tangents[k]
+                + t * (3.0 * t - 2.0) * tangents[k + 1]
+        };
+        Self::along(&curve, &slope, (0.0, stations[lengths.len()]), elements, rule)
+    }
+
     /// Nodes at given points; chords as lengths, tangents from the parabola through three points.
     ///
     /// # Errors
     /// [`MeshError`].
     pub fn through(points: &[Vector3<f64>], rule: FrameRule) -> Result<Self, MeshError> {
-        if points.len() < 2 {
-            return Err(MeshError::NoElements);
-        }
-        let chords: Vec<_> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let lengths: Vec<f64> = chords.iter().map(Vector3::norm).collect();
-        let slope = |k: usize| chords[k] / lengths[k];
-        let last = chords.len() - 1;
-        let inner = |k: usize| {
-            let (a, b) = (lengths[k - 1], lengths[k]);
-            (b * slope(k - 1) + a * slope(k)) / (a + b)
-        };
-        let tangent = |k: usize| match k {
-            _ if last == 0 => slope(0),
-            0 => 2.0 * slope(0) - inner(1),
-            k if k == last + 1 => 2.0 * slope(last) - inner(last),
-            k => inner(k),
-        };
-        let tangents: Vec<_> = (0..points.len()).map(tangent).collect();
+        let (lengths, tangents) = chords(points)?;
         Self::new(points.to_vec(), &tangents, lengths, rule)
     }
 
@@ -249,6 +267,32 @@ impl Mesh {
     pub fn elements(&self) -> usize {
         self.lengths.len()
     }
+}
+
+/// Lengths of the chords between points, and the tangents of the parabolas through three of them.
+fn chords(points: &[Vector3<f64>]) -> Result<(Vec<f64>, Vec<Vector3<f64>>), MeshError> {
+    if points.len() < 2 {
+        return Err(MeshError::NoElements);
+    }
+    let chords: Vec<_> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let lengths: Vec<f64> = chords.iter().map(Vector3::norm).collect();
+    if let Some(element) = lengths.iter().position(|l| !(*l > 0.0 && l.is_finite())) {
+        return Err(MeshError::Degenerate { element });
+    }
+    let slope = |k: usize| chords[k] / lengths[k];
+    let last = chords.len() - 1;
+    let inner = |k: usize| {
+        let (a, b) = (lengths[k - 1], lengths[k]);
+        (b * slope(k - 1) + a * slope(k)) / (a + b)
+    };
+    let tangent = |k: usize| match k {
+        _ if last == 0 => slope(0),
+        0 => 2.0 * slope(0) - inner(1),
+        k if k == last + 1 => 2.0 * slope(last) - inner(last),
+        k => inner(k),
+    };
+    let tangents = (0..points.len()).map(tangent).collect();
+    Ok((lengths, tangents))
 }
 
 /// Carries `d` from the tangent `t` to the tangent `next` over a chord.
@@ -344,6 +388,19 @@ mod tests {
         let points: Vec<_> = (0..4).map(|k| f64::from(k * k) * Vector3::x()).collect();
         let mesh = Mesh::through(&points, rule).unwrap();
         assert!(mesh.lengths == [1.0, 3.0, 5.0] && mesh.triads[3].column(2)[0] == 1.0);
+        for parts in [20, 40] {
+            let scale = 1.5 / f64::from(parts);
+            let at = |k: i32| {
+                Vector3::new((f64::from(k) * scale).cos(), (f64::from(k) * scale).sin(), 0.0)
+            };
+            let points: Vec<_> = (0..=parts).map(at).collect();
+            let mesh = Mesh::spline(&points, 7, rule).unwrap();
+            let length: f64 = mesh.lengths.iter().sum();
+            let off = mesh.centers.iter().map(|x| (x.norm() - 1.0).abs()).fold(0.0, f64::max);
+            println!("spline through {parts} points of an arc: {off:.1e}, {:.1e}", length - 1.5);
+            let cubic = f64::from(parts).powi(-3);
+            assert!(off < 0.5 * cubic && (length - 1.5).abs() < 2.0 * cubic);
+        }
         let along = Mesh::straight(Vector3::zeros(), z(), 2, rule).unwrap_err();
         assert_eq!(along, MeshError::NormalAlongTangent { node: 0 });
         let none = Mesh::straight(Vector3::zeros(), Vector3::x(), 0, rule).unwrap_err();

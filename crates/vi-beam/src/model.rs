@@ -1,30 +1,21 @@
-//! Beams, rigid bodies and joints as one mechanism, and its integrators.
+//! Beams, rigid bodies and joints as one mechanism.
 //!
 //! A node is a frame without mass of its own: it carries joints as a body does, and the elements add
 //! their mass and energy on top. A clamp is a fixed joint to the ground; a rigid corner is a fixed
 //! joint between two coincident nodes. A loop closed only through elements is a tree for `P`.
 
 use crate::averaged::AveragedStrains;
-use crate::element::{ElementError, Elements, MassKind};
+use crate::element::{ElementError, Elements};
 use crate::high_order::{AveragedHighOrder, HighOrderElements};
 use crate::mesh::Mesh;
 use crate::section::Section;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use vi_constraints::constrained::Constrained;
-use vi_constraints::integrator::{SetupError, Start};
-use vi_constraints::nodal::Nodal;
-use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::scheme::Scheme;
-use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
-use vi_core::linear::norm_inf;
 use vi_core::{Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
-use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
-use vi_multibody::sparse_nodal::SparseNodal;
 use vi_rigid::directors;
 use vi_rigid::load::{Load, LoadError, LoadKind};
 use vi_rigid::time_history::TimeHistory;
@@ -45,8 +36,10 @@ pub enum StrainRule {
 pub struct Beam {
     /// Its nodes, indices of frames.
     pub nodes: Range<usize>,
-    /// Its elements.
+    /// Its elements: among the two-node ones at order 1, else among those of higher order.
     pub elements: Range<usize>,
+    /// Order of its elements: one less than nodes of an element.
+    pub order: usize,
 }
 
 /// Beams and bodies under construction.
@@ -58,8 +51,6 @@ pub struct BeamModel {
     pub elements: Elements,
     /// Elements with three or four nodes.
     pub high_order: HighOrderElements,
-    /// Distribution of the elements' mass.
-    pub mass: MassKind,
 }
 
 impl BeamModel {
@@ -95,11 +86,11 @@ impl BeamModel {
             self.elements.add_stress_free(nodes, *length, section, &q)?;
         }
         let end = self.elements.list().len();
-        Ok(Beam { nodes: first..first + mesh.centers.len(), elements: start..end })
+        Ok(Beam { nodes: first..first + mesh.centers.len(), elements: start..end, order: 1 })
     }
 
     /// Adds a beam of elements with `order + 1` nodes, `order` 2 or 3: that many intervals of the mesh
-    /// make one element, and they should be equally long. Returns its nodes.
+    /// make one element, and they should be equally long.
     ///
     /// # Errors
     /// [`ElementError::Order`].
@@ -109,18 +100,20 @@ impl BeamModel {
         mesh: &Mesh,
         section: Section,
         order: usize,
-    ) -> Result<Range<usize>, ElementError> {
+    ) -> Result<Beam, ElementError> {
         let intervals = mesh.lengths.len();
         if !(2..=3).contains(&order) || !intervals.is_multiple_of(order) {
             return Err(ElementError::Order { order, intervals });
         }
         let first = self.add_nodes(name, mesh);
         let q = self.placement();
+        let start = self.high_order.count();
         for (k, lengths) in mesh.lengths.chunks_exact(order).enumerate() {
             let nodes: Vec<usize> = (0..=order).map(|j| first + order * k + j).collect();
             self.high_order.add_stress_free(&nodes, lengths.iter().sum(), &section, &q);
         }
-        Ok(first..first + mesh.centers.len())
+        let elements = start..self.high_order.count();
+        Ok(Beam { nodes: first..first + mesh.centers.len(), elements, order })
     }
 
     fn add_nodes(&mut self, name: &str, mesh: &Mesh) -> usize {
@@ -193,8 +186,8 @@ impl BeamModel {
         self.join(PairKind::Fixed, None, node, &point, &Vector3::z())
     }
 
-    /// A load per length along a beam, force (N/m) and torque (N·m/m): `ℓ/2` of it at both ends of each
-    /// element.
+    /// A load per length along a beam, force (N/m) and torque (N·m/m): `∫ N_j ds` of it at the nodes of each
+    /// element, `ℓ/2` at both ends of a two-node one.
     ///
     /// # Errors
     /// [`LoadError`].
@@ -207,8 +200,18 @@ impl BeamModel {
         history: &TimeHistory,
     ) -> Result<Vec<Load>, LoadError> {
         let mut shares = vec![0.0; self.description.bodies.len()];
-        for element in &self.elements.list()[beam.elements.clone()] {
-            element.nodes.into_iter().for_each(|node| shares[node] += 0.5 * element.length);
+        let weights: &[f64] = match beam.order {
+            1 => &[0.5, 0.5],
+            2 => &[1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0],
+            _ => &[0.125, 0.375, 0.375, 0.125],
+        };
+        for (k, index) in beam.elements.clone().enumerate() {
+            let length = match beam.order {
+                1 => self.elements.list()[index].length,
+                _ => self.high_order.length(index),
+            };
+            let first = beam.nodes.start + k * beam.order;
+            weights.iter().enumerate().for_each(|(j, w)| shares[first + j] += w * length);
         }
         let loaded = shares.iter().enumerate().filter(|(_, share)| **share > 0.0);
         let load = |(node, share): (usize, &f64)| {
@@ -236,8 +239,19 @@ impl BeamModel {
     /// The system: mass of bodies and elements, gravity (midpoint), elastic energy.
     #[must_use]
     pub fn system(&self, mechanism: &Mechanism, rule: StrainRule) -> SeparableSystem {
-        let mut system =
-            mechanism.system_with_mass(self.mass_matrix(mechanism), Quadrature::Midpoint);
+        self.system_by(mechanism, rule, Quadrature::Midpoint)
+    }
+
+    /// The same with a quadrature rule for gravity, for what is added to the system, and for
+    /// [`StrainRule::Midpoint`] in the place of the midpoint.
+    #[must_use]
+    pub fn system_by(
+        &self,
+        mechanism: &Mechanism,
+        rule: StrainRule,
+        quadrature: Quadrature,
+    ) -> SeparableSystem {
+        let mut system = mechanism.system_with_mass(self.mass_matrix(mechanism), quadrature);
         let (elements, high_order) = (self.elements.clone(), self.high_order.clone());
         if !self.high_order.is_empty() {
             system = match rule {
@@ -248,6 +262,7 @@ impl BeamModel {
             };
         }
         match rule {
+            _ if elements.list().is_empty() => system,
             StrainRule::Midpoint => system.potential(elements),
             StrainRule::Averaged => system.discrete_potential(Box::new(AveragedStrains(elements))),
         }
@@ -257,56 +272,8 @@ impl BeamModel {
     #[must_use]
     pub fn mass_matrix(&self, mechanism: &Mechanism) -> SparseMatrix {
         mechanism.mass(|out| {
-            self.elements.emit_mass(self.mass, out);
+            self.elements.emit_mass(out);
             self.high_order.emit_mass(out);
         })
     }
-}
-
-/// Extent of a placement, m: the largest coordinate of a centre, at least the largest distance of one
-/// from the first; the scale of round-off in the strains.
-#[must_use]
-pub fn extent(q: &[f64]) -> f64 {
-    let size = |frame: &[f64]| {
-        let shift: [f64; 3] = std::array::from_fn(|i| frame[i] - q[i]);
-        norm_inf(&frame[..3]).max(norm_inf(&shift))
-    };
-    q.chunks_exact(12).map(size).fold(0.0, f64::max)
-}
-
-/// An integrator for a mechanism with couplings between its frames.
-///
-/// Trees: `nodal` and `reduced` by the sparse operators, `constrained` by the sparse saddle point (a
-/// singular mass matrix is fine there), `dalembert` densely. Loops: `constrained` and `dalembert`.
-/// Newton's floors follow from the [`extent`] of the start: increments are resolved to the round-off
-/// of the strains, `1e-14` of the extent.
-///
-/// # Errors
-/// [`SetupError`].
-pub fn integrator(
-    system: SeparableSystem,
-    mechanism: Mechanism,
-    options: Options,
-    at: Start<'_>,
-) -> Result<Integrator<SeparableSystem, Mechanism>, SetupError> {
-    if mechanism.has_loops() {
-        return Integrator::new(system, mechanism, options, at);
-    }
-    let (n, m) = (Constraints::dim(&mechanism), Constraints::len(&mechanism));
-    let rows = IndependentRows::all(m);
-    let (lanes, newton) = (options.gammas.len(), options.newton);
-    let scheme: Box<dyn Scheme<SeparableSystem, Mechanism>> = match options.scheme {
-        SchemeKind::Constrained => Box::new(Constrained::new(n, rows.clone(), m, newton, lanes)),
-        SchemeKind::Nodal | SchemeKind::Reduced => {
-            let length = 1e-5 * extent(at.1).max(1e-5);
-            let operators = SparseNodal::new(&mechanism).with_floors(length, 1e-5).by_screws();
-            let reduced = options.scheme == SchemeKind::Reduced;
-            Box::new(Nodal::new(operators, (n, n - m), reduced, newton, lanes))
-        }
-        _ => {
-            let map = TreeMap::new(&mechanism);
-            return Integrator::with_reparametrization(system, mechanism, map, options, at);
-        }
-    };
-    Integrator::with_scheme(system, mechanism, (scheme, rows), options, at)
 }

@@ -14,7 +14,7 @@
 
 use crate::equilibrium::{Problem, Work};
 use crate::limit::{LimitReport, angle_between};
-use crate::model::{BeamModel, extent};
+use crate::model::BeamModel;
 pub use crate::static_path::{
     Equilibrium, StaticError, StaticPath, StaticSettings, StaticSetupError,
 };
@@ -22,6 +22,7 @@ use nalgebra::DMatrix;
 use vi_core::newton::{Block, BlockKind, Newton, NewtonError, NewtonReport, NewtonSettings};
 use vi_core::potential::Potential;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::sparse_nodal::extent;
 use vi_rigid::load::Load;
 
 pub(crate) enum Refused {

@@ -8,9 +8,10 @@ use common::{flying_section, load, straight, vector};
 use nalgebra::Vector3;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use vi_beam::model::{BeamModel, StrainRule, integrator};
+use vi_beam::model::{BeamModel, StrainRule};
 use vi_constraints::{Options, SchemeKind};
 use vi_multibody::pair::PairKind;
+use vi_multibody::run::{Solver, integrator};
 use vi_rigid::load::LoadKind;
 
 struct Counting;
@@ -46,7 +47,8 @@ fn a_thousand_steps_allocate_nothing() {
                 load(4, LoadKind::Follower, vector(0.1, 0.2, 0.3), vector(0.2, 0.1, 0.0));
             let system = model.system(&mechanism, rule).force(Box::new(follower));
             let options = Options::new(kind, 0.01);
-            let mut run = integrator(system, mechanism, options, (0.0, &q, &v)).unwrap();
+            let mut run =
+                integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v)).unwrap();
             for _ in 0..3 {
                 run.step().unwrap();
             }

@@ -7,9 +7,10 @@ mod common;
 
 use common::{center_of, vector};
 use nalgebra::Vector3;
-use vi_beam::model::{BeamModel, StrainRule, integrator};
+use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::{FrameRule, MassKind, Mesh, Section};
 use vi_constraints::{Options, SchemeKind};
+use vi_multibody::run::{Solver, integrator};
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 
@@ -22,7 +23,7 @@ fn run(elements: usize, h: f64) -> [f64; 4] {
     let mut model = BeamModel::new(Vector3::zeros());
     let beams = model.add_frame_work("leg", &legs, section).unwrap();
     model.clamp(0);
-    model.mass = MassKind::Lumped;
+    model.elements.set_mass(0..2 * elements, MassKind::Lumped);
     let (elbow, tip) = (beams[0].nodes.end - 1, beams[1].nodes.end - 1);
     let history = TimeHistory::Triangle { start: 0.0, peak: 1.0, end: 2.0, amplitude: 50.0 };
     let load =
@@ -31,7 +32,7 @@ fn run(elements: usize, h: f64) -> [f64; 4] {
     let (q, v) = mechanism.start();
     let system = model.system(&mechanism, StrainRule::Averaged).force(Box::new(load));
     let options = Options::new(SchemeKind::Nodal, h);
-    let mut run = integrator(system, mechanism, options, (0.0, &q, &v)).unwrap();
+    let mut run = integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v)).unwrap();
     let (steps, mut out) = ((1.0 / h).round() as usize, [0.0; 4]);
     for step in 1..=5 * steps {
         run.step().unwrap();

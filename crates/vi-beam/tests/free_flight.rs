@@ -8,11 +8,12 @@ mod common;
 use common::{distance, flying_section, straight, vector};
 use nalgebra::Vector3;
 use std::time::Instant;
-use vi_beam::model::{BeamModel, StrainRule, integrator};
+use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::{FrameRule, Mesh, Section};
 use vi_constraints::{Integrator, Options, SchemeKind};
 use vi_core::SeparableSystem;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::{Solver, integrator};
 
 type Run = Integrator<SeparableSystem, Mechanism>;
 
@@ -33,7 +34,7 @@ fn run(model: &BeamModel, rule: StrainRule, kind: SchemeKind, h: f64) -> Run {
     let mechanism = model.mechanism();
     let (q, v) = mechanism.start();
     let system = model.system(&mechanism, rule);
-    integrator(system, mechanism, Options::new(kind, h), (0.0, &q, &v)).unwrap()
+    integrator(mechanism, system, Options::new(kind, h), Solver::Auto, (0.0, &q, &v)).unwrap()
 }
 
 #[test]
@@ -80,7 +81,7 @@ fn momentum_energy_and_reversal() {
 #[test]
 fn lumped_masses_fly_too() {
     let mut model = model(&straight(10.0, 8), flying_section());
-    model.mass = vi_beam::MassKind::Lumped;
+    model.elements.set_mass(0..8, vi_beam::MassKind::Lumped);
     let mechanism = model.mechanism();
     let mut run = run(&model, StrainRule::Averaged, SchemeKind::Nodal, 0.05);
     let momentum = |run: &Run| mechanism.momentum(&run.state().q, &run.state().p);

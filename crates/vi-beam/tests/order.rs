@@ -8,10 +8,11 @@ mod common;
 use common::{distance, straight, vector};
 use nalgebra::Vector3;
 use vi_beam::Section;
-use vi_beam::model::{BeamModel, StrainRule, integrator};
+use vi_beam::model::{BeamModel, StrainRule};
 use vi_constraints::{Options, SchemeKind};
 use vi_core::Composition;
 use vi_multibody::pair::PairKind;
+use vi_multibody::run::{Solver, integrator};
 
 fn model() -> BeamModel {
     let section = Section::new([40.0, 40.0, 60.0, 8.0, 6.0, 5.0], [1.0, 0.4, 0.5, 0.0]).unwrap();
@@ -36,7 +37,7 @@ fn end(rule: StrainRule, composition: Option<Composition>, h: f64) -> (Vec<f64>,
         options = options.composition(composition);
     }
     let system = model.system(&mechanism, rule);
-    let mut run = integrator(system, mechanism, options, (0.0, &q, &v)).unwrap();
+    let mut run = integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v)).unwrap();
     for _ in 0..(1.0 / h).round() as usize {
         run.step().unwrap();
     }

@@ -4,6 +4,7 @@
 //! |---|---|---|---|
 //! | tree of bodies, uncoupled potential | articulated recursion, `O(N)` | dense | sparse |
 //! | tree with couplings or point masses | dense up to 60 freedoms, then sparse | dense | sparse |
+//! | tree with nodes of elements | sparse | dense | sparse |
 //! | closed loops of bodies | articulated recursion + small complement | dense, QR | sparse |
 //! | loops of bars | none | dense, QR | sparse |
 
@@ -13,6 +14,7 @@ use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::placement::LoopRank;
 use crate::sparse_nodal::SparseNodal;
+use crate::tree::Link;
 use serde::{Deserialize, Serialize};
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
@@ -160,11 +162,22 @@ fn nodal(
     }
     let map = TreeMap::new(mechanism);
     let d = map.dof();
+    if has_nodes(mechanism) && solver != Solver::Dense {
+        let operators = SparseNodal::new(mechanism).for_elements(at.1);
+        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
+    }
     if solver == Solver::Sparse || (solver != Solver::Dense && d > DENSE_UP_TO) {
         let operators = SparseNodal::new(mechanism);
         return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
     }
     Ok(Box::new(Nodal::new(DenseNodal::new(n, map), (n, d), reduced, newton, lanes)))
+}
+
+/// Whether some frame gets its mass from elements: it moves and has none of its own.
+fn has_nodes(mechanism: &Mechanism) -> bool {
+    let bodies = &mechanism.description().bodies;
+    let moves = |link: &&Link| link.freedoms() > 0;
+    mechanism.tree().links().iter().filter(moves).any(|link| bodies[link.frame].body.is_none())
 }
 
 /// An interval at the start, to look at the pattern of the Newton matrix.

@@ -26,9 +26,20 @@ pub use reduced_matrix::ReducedMatrix;
 use vi_constraints::NodalOperators;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::linear::condition_number;
+use vi_core::linear::{condition_number, norm_inf};
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::sparse::Entries;
+
+/// Extent of a placement, m: the largest coordinate of a centre, at least the largest distance of one
+/// from the first; the scale of round-off in the strains of elements.
+#[must_use]
+pub fn extent(q: &[f64]) -> f64 {
+    let size = |frame: &[f64]| {
+        let shift: [f64; 3] = std::array::from_fn(|i| frame[i] - q[i]);
+        norm_inf(&frame[..3]).max(norm_inf(&shift))
+    };
+    q.chunks_exact(12).map(size).fold(0.0, f64::max)
+}
 
 /// [`NodalOperators`] of a tree with couplings between its members, by a sparse LU.
 pub struct SparseNodal {
@@ -67,6 +78,13 @@ impl SparseNodal {
         if self.screws {
             self.layout.screws_to_increments(q_n, &mut self.u);
         }
+    }
+
+    /// For stiff couplings between frames at `q`, elements above all: increments are resolved to the
+    /// round-off of the strains, `1e-14` of the [`extent`], and free roots move by screws.
+    #[must_use]
+    pub fn for_elements(self, q: &[f64]) -> Self {
+        self.with_floors(1e-5 * extent(q).max(1e-5), 1e-5).by_screws()
     }
 
     /// Sets the sizes below which increments do not matter to Newton's method: `length` (m) and

@@ -25,6 +25,7 @@ pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
     checker.settings();
     let each = |i: usize, section: &str| document.label(section, i).to_owned();
     model.bodies.iter().enumerate().for_each(|(i, b)| checker.body(&each(i, "body"), b));
+    model.beams.iter().enumerate().for_each(|(i, b)| checker.beam(&each(i, "beam"), b));
     model.particles.iter().enumerate().for_each(|(i, p)| checker.particle(&each(i, "particle"), p));
     model.bars.iter().enumerate().for_each(|(i, b)| checker.bar(&each(i, "bar"), b));
     model.joints.iter().enumerate().for_each(|(i, j)| checker.joint(&each(i, "joint"), j));
@@ -65,8 +66,9 @@ impl<'a> Checker<'a> {
 
     fn names(&mut self) {
         let model = self.model;
-        let sections: [(&'static str, Vec<&'a str>); 8] = [
+        let sections: [(&'static str, Vec<&'a str>); 9] = [
             ("body", model.bodies.iter().map(|m| m.name.as_str()).collect()),
+            ("beam", model.beams.iter().map(|m| m.name.as_str()).collect()),
             ("particle", model.particles.iter().map(|m| m.name.as_str()).collect()),
             ("bar", model.bars.iter().map(|m| m.name.as_str()).collect()),
             ("joint", model.joints.iter().map(|m| m.name.as_str()).collect()),
@@ -111,17 +113,18 @@ impl<'a> Checker<'a> {
             return;
         }
         self.length("model.gravity", &header.gravity, true);
-        if self.model.bodies.is_empty() && self.model.particles.is_empty() {
-            let message = "the model is empty: it has no body and no particle".to_owned();
-            self.report("model", message, "add at least one [[body]] or [[particle]]");
+        let beams = !self.model.beams.is_empty();
+        if self.model.bodies.is_empty() && self.model.particles.is_empty() && !beams {
+            let message = "the model is empty: it has no body, no beam and no particle".to_owned();
+            self.report("model", message, "add at least one [[body]], [[beam]] or [[particle]]");
         }
         let fixed = !self.model.bodies.is_empty() && self.model.bodies.iter().all(|b| b.fixed);
-        if fixed && self.model.particles.is_empty() {
+        if fixed && self.model.particles.is_empty() && !beams {
             let message = "nothing can move: every body is fixed".to_owned();
             self.report("model", message, "remove `fixed = true` from at least one body");
         }
-        if header.dimension == 2 && !self.model.bodies.is_empty() {
-            let message = "planar models have no bodies, only particles".to_owned();
+        if header.dimension == 2 && (beams || !self.model.bodies.is_empty()) {
+            let message = "planar models have no bodies and no beams, only particles".to_owned();
             self.report("model.dimension", message, "use dimension = 3 and vectors of 3 numbers");
         }
     }
@@ -253,6 +256,9 @@ impl<'a> Checker<'a> {
         if kind.is_some_and(|k| sections.contains(&k)) {
             return;
         }
+        if sections.contains(&"body") && self.node_reference(&key, name) {
+            return;
+        }
         let expected = sections.join(" or ");
         let message = match kind {
             Some(kind) => format!("`{name}` is a {kind}, not a {expected}"),
@@ -269,7 +275,8 @@ impl<'a> Checker<'a> {
     }
 
     pub(super) fn two_ends(&mut self, key: &str, from: &str, to: &str) {
-        if from == to {
+        let frames = (self.model.frame(from), self.model.frame(to));
+        if from == to || matches!(frames, (Some(a), Some(b)) if a == b) {
             let message = format!("both ends are `{from}`");
             self.report(key, message, "connect two different members");
         }
@@ -401,7 +408,7 @@ impl<'a> Checker<'a> {
 }
 
 /// The first few of a list of names.
-fn some(names: &[&str]) -> String {
+pub(super) fn some(names: &[&str]) -> String {
     let shown = names.iter().take(8).map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
     if names.len() > 8 { format!("{shown}, … ({} in all)", names.len()) } else { shown }
 }

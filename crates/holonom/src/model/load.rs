@@ -1,4 +1,4 @@
-//! `[[load]]`: forces and torques on bodies, with a history in time.
+//! `[[load]]`: forces and torques on bodies, nodes and beams, with a history in time.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ pub enum Frame {
     /// Fixed in space: a dead load.
     #[default]
     Space,
-    /// Fixed in the body: a follower.
+    /// Fixed in the body or node: a follower.
     Body,
 }
 
@@ -112,22 +112,28 @@ impl History {
     }
 }
 
-/// `[[load]]`: a force at a point of a body and a torque, times a history.
+/// `[[load]]`: a force at a point of a body (or a node of a beam) and a torque, or both per length along
+/// a beam, times a history.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
     /// Its name, unique in the model.
     pub name: String,
-    /// The body it acts on.
-    pub body: String,
-    /// Force, N; at `point`.
+    /// The body or the node of a beam it acts on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// The beam along which it is distributed, instead of `body`; force and torque are then per length of
+    /// the stress-free beam.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub beam: Option<String>,
+    /// Force, N, at `point`; N/m along a beam.
     #[serde(default)]
     pub force: [f64; 3],
     /// Where the force acts: body components from the centre of mass, m; the centre by default. The
     /// point moves with the body, in both frames.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point: Option<[f64; 3]>,
-    /// Torque, N·m.
+    /// Torque, N·m; N·m/m along a beam.
     #[serde(default)]
     pub torque: [f64; 3],
     /// The frame of the components.
@@ -140,7 +146,22 @@ pub struct Load {
 
 impl Checker<'_> {
     pub(super) fn load(&mut self, key: &str, load: &Load) {
-        self.reference(format!("{key}.body"), &load.body, &["body"]);
+        match (&load.body, &load.beam) {
+            (Some(body), None) => self.reference(format!("{key}.body"), body, &["body"]),
+            (None, Some(beam)) => self.reference(format!("{key}.beam"), beam, &["beam"]),
+            (None, None) => {
+                let help = "add `body = …`, or `beam = …` for a load along a beam";
+                self.report(key, "the load acts on nothing".into(), help);
+            }
+            (Some(_), Some(_)) => {
+                let message = "the load acts on a body and along a beam".to_owned();
+                self.report(format!("{key}.beam"), message, "keep one of them");
+            }
+        }
+        if load.beam.is_some() && load.point.is_some() {
+            let message = "a load along a beam has no point".to_owned();
+            self.report(format!("{key}.point"), message, "remove `point`");
+        }
         if let Some(fault) = load.history.fault() {
             self.report(format!("{key}.history"), fault, "correct the history");
         }

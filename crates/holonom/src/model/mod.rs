@@ -7,6 +7,8 @@
 //! that is sensible: first everything that cannot be read, then everything that makes no sense, then
 //! every bar and joint that the stated start misses.
 
+mod beam;
+mod beam_checks;
 mod body;
 mod checks;
 mod connection;
@@ -15,6 +17,7 @@ mod drive_checks;
 mod load;
 mod overrides;
 mod problem;
+mod section;
 mod sensor;
 mod settings;
 mod shape;
@@ -27,13 +30,15 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use beam::{Beam, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist};
 pub use body::{Body, Euler, Particle};
 pub use connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use drive::{Constraint, JointDamper, JointMotor, JointSpring, Path as MotionPath};
 pub use load::{Frame, History, Load};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
+pub use section::{Material, Outline, OutlineKind, Section};
 pub use sensor::{Sensor, SensorKind};
-pub use settings::{Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings};
+pub use settings::{Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Strain};
 pub use shape::{Inertia, Shape, ShapeKind};
 pub use source::{line_column, locate};
 pub use start::StartPoints;
@@ -58,6 +63,9 @@ pub struct Model {
     /// `[[body]]`: rigid bodies.
     #[serde(default, rename = "body", skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
+    /// `[[beam]]`: geometrically exact beams.
+    #[serde(default, rename = "beam", skip_serializing_if = "Vec::is_empty")]
+    pub beams: Vec<Beam>,
     /// `[[particle]]`: point masses.
     #[serde(default, rename = "particle", skip_serializing_if = "Vec::is_empty")]
     pub particles: Vec<Particle>,
@@ -106,6 +114,7 @@ impl Model {
         let settings = document.table("simulation", &mut problems);
         let lists = (
             document.list("body", &mut problems),
+            document.list("beam", &mut problems),
             document.list("particle", &mut problems),
             document.list("bar", &mut problems),
             document.list("joint", &mut problems),
@@ -117,11 +126,12 @@ impl Model {
         let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
             return Err(ModelError::invalid(problems));
         };
-        let (bodies, particles, bars, joints, constraints, springs, loads) = lists;
+        let (bodies, beams, particles, bars, joints, constraints, springs, loads) = lists;
         let mut model = Self {
             header,
             settings,
             bodies,
+            beams,
             particles,
             bars,
             joints,
@@ -171,6 +181,42 @@ impl Model {
         self.bodies.iter().find(|b| b.name == name)
     }
 
+    /// The beam of this name.
+    #[must_use]
+    pub fn beam(&self, name: &str) -> Option<&Beam> {
+        self.beams.iter().find(|b| b.name == name)
+    }
+
+    /// Where the frame of this name is among all frames: bodies in their order, then the nodes of the
+    /// beams in their order.
+    #[must_use]
+    pub fn frame(&self, name: &str) -> Option<usize> {
+        let Some((name, place)) = name.split_once('.') else {
+            return self.bodies.iter().position(|body| body.name == name);
+        };
+        let mut first = self.bodies.len();
+        for beam in &self.beams {
+            if beam.name == name {
+                return beam.node(place).map(|node| first + node);
+            }
+            first += beam.node_count();
+        }
+        None
+    }
+
+    /// How the ground holds the end of a beam called `NAME.start` or `NAME.end`; `None` when it does not.
+    #[must_use]
+    pub fn support(&self, name: &str) -> Option<End> {
+        let (name, place) = name.split_once('.')?;
+        let beam = self.beam(name)?;
+        let end = match place {
+            "start" => beam.start,
+            "end" => beam.end,
+            _ => End::Free,
+        };
+        (end != End::Free).then_some(end)
+    }
+
     /// The particle of this name.
     #[must_use]
     pub fn particle(&self, name: &str) -> Option<&Particle> {
@@ -194,6 +240,11 @@ impl Model {
             let tensor = body.inertia_tensor();
             body.mass = Some(body.mass());
             body.inertia.get_or_insert(Inertia::Principal([tensor.m11, tensor.m22, tensor.m33]));
+        }
+        for beam in &mut self.beams {
+            if let Ok(section) = beam.section.resolved() {
+                beam.section = section;
+            }
         }
         let points = StartPoints::new(self);
         let bars: Vec<f64> = self.bars.iter().map(|b| distance(points.bar(b))).collect();

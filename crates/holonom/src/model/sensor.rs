@@ -66,6 +66,7 @@ impl Checker<'_> {
                 }
             }
             SensorKind::Reaction if self.points.is_fixed(&sensor.of) => {}
+            SensorKind::Reaction if self.model.support(&sensor.of).is_some() => {}
             SensorKind::Reaction => self.reference(of, &sensor.of, &["joint", "bar"]),
         }
         self.sensor_point(key, sensor);

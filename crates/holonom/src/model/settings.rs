@@ -78,6 +78,26 @@ impl From<Quadrature> for vi_core::Quadrature {
     }
 }
 
+/// The discrete potential of beams.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Strain {
+    /// Of the strains averaged over both ends of a step: a rigid rotation is free of strain.
+    #[default]
+    Averaged,
+    /// Of the average of both configurations, LMO08 (18): for soft beams and small steps.
+    Midpoint,
+}
+
+impl From<Strain> for vi_beam::StrainRule {
+    fn from(strain: Strain) -> Self {
+        match strain {
+            Strain::Averaged => Self::Averaged,
+            Strain::Midpoint => Self::Midpoint,
+        }
+    }
+}
+
 /// How the nodal and reduced schemes solve their linear systems.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -121,6 +141,9 @@ pub struct Settings {
     /// Quadrature rule of the discrete Lagrangian.
     #[serde(default)]
     pub quadrature: Quadrature,
+    /// Discrete potential of beams.
+    #[serde(default)]
+    pub strain: Strain,
     /// Linear solver of the nodal and reduced schemes.
     #[serde(default)]
     pub solver: LinearSolver,
@@ -164,6 +187,7 @@ impl Settings {
             scheme: Scheme::default(),
             order: two(),
             quadrature: Quadrature::default(),
+            strain: Strain::default(),
             solver: LinearSolver::default(),
             every: one(),
             project_start: false,

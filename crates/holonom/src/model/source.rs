@@ -15,8 +15,8 @@ use super::problem::{MAX_PROBLEMS, Problem, nearest};
 /// Sections that are one table.
 pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
 /// Sections that are lists of named members.
-pub(crate) const LISTS: [&str; 8] =
-    ["body", "particle", "bar", "joint", "constraint", "spring", "load", "sensor"];
+pub(crate) const LISTS: [&str; 9] =
+    ["body", "beam", "particle", "bar", "joint", "constraint", "spring", "load", "sensor"];
 /// Numbers beyond this are refused.
 pub(crate) const HUGE: f64 = 1e100;
 

@@ -2,14 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::problem::{Inconsistency, Level};
-use super::{Bar, Body, GROUND, Joint, JointKind, Model, Particle, Spring, spatial};
+use super::{Bar, Beam, Body, GROUND, Joint, JointKind, Model, Particle, Spring, spatial};
+
+/// `φ` and the triad of a node.
+type Node = (Vector3<f64>, Matrix3<f64>);
 
 /// Points of the start configuration, found by the names of members.
 pub struct StartPoints<'a> {
     bodies: BTreeMap<&'a str, &'a Body>,
+    beams: BTreeMap<&'a str, (&'a Beam, Vec<Node>)>,
     particles: BTreeMap<&'a str, &'a Particle>,
 }
 
@@ -19,7 +23,12 @@ impl<'a> StartPoints<'a> {
     pub fn new(model: &'a Model) -> Self {
         let bodies = model.bodies.iter().rev().map(|b| (b.name.as_str(), b)).collect();
         let particles = model.particles.iter().rev().map(|p| (p.name.as_str(), p)).collect();
-        Self { bodies, particles }
+        let nodes = |beam: &Beam| -> Vec<Node> {
+            let legs = beam.meshes().unwrap_or_default().into_iter();
+            legs.flat_map(|leg| leg.centers.into_iter().zip(leg.triads)).collect()
+        };
+        let beams = model.beams.iter().rev().map(|b| (b.name.as_str(), (b, nodes(b)))).collect();
+        Self { bodies, beams, particles }
     }
 
     /// A point, m: of a body by components from its centre of mass, of the ground, or a particle.
@@ -29,10 +38,20 @@ impl<'a> StartPoints<'a> {
         if let Some(body) = self.bodies.get(member) {
             return body.point(components);
         }
+        if let Some((center, triad)) = self.node(member) {
+            return center + triad * Vector3::from(components);
+        }
         match self.particles.get(member) {
             Some(particle) => Vector3::from(spatial(&particle.position)),
             None => Vector3::from(components),
         }
+    }
+
+    /// The node of a beam called `NAME.place`.
+    fn node(&self, member: &str) -> Option<&Node> {
+        let (name, place) = member.split_once('.')?;
+        let (beam, nodes) = self.beams.get(name)?;
+        nodes.get(beam.node(place)?)
     }
 
     /// Whether this is a body that does not move.

@@ -1,0 +1,158 @@
+//! Beams in model files: what is read is what is written, nodes carry everything that bodies do, and
+//! the four schemes give the same motion.
+#![allow(clippy::unwrap_used)] // a test
+
+use holonom::model::{Model, Scheme};
+use holonom::{MemberKind, Simulation};
+
+/// A bent strip between a turning wheel and a hanging weight, with a ring and everything that a node
+/// may carry.
+const EVERYTHING: &str = r#"
+[model]
+name = "everything"
+gravity = [0, 0, -9.81]
+
+[[body]]
+name = "weight"
+mass = 2
+inertia = [0.02, 0.02, 0.02]
+position = [1, 1, -0.2]
+
+[[beam]]
+name = "strip"
+points = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
+elements = [4, 3]
+normal = [0, 0, 1]
+section = { shape = { type = "rectangle", dimensions = [0.04, 0.02] }, material = { E = 2e8, nu = 0.3, density = 1000 } }
+
+[[beam]]
+name = "ring"
+curve = { type = "arc", from = [3, 0, 0], center = [2.5, 0, 0], axis = [0, 0, 1], angle = 6.283185307179586 }
+elements = 8
+order = 2
+normal = [0, 0, 1]
+section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 10, EI2 = 10, GJ = 10, rhoA = 1, rhoI1 = 0.01, rhoI2 = 0.01 }
+
+[[beam]]
+name = "spring"
+curve = { type = "helix", from = [0.1, 0, -1], center = [0, 0, -1], axis = [0, 0, 1], angle = 12.566370614359172, pitch = 0.05 }
+elements = 24
+normal = [0, 0, 1]
+twist = "minimal"
+section = { shape = { type = "tube", dimensions = [0.01, 0.008] }, material = { E = 1e9, G = 4e8, density = 1000 }, torsion_constant = 1e-8, EA = 2e5 }
+mass = "lumped"
+start = "clamped"
+
+[[joint]]
+name = "axle"
+type = "revolute"
+parent = "ground"
+child = "strip.start"
+position = [0, 0, 0]
+axis = [0, 1, 0]
+spring = { stiffness = 50 }
+
+[[joint]]
+name = "hanger"
+type = "spherical"
+parent = "strip.end"
+child = "weight"
+position = [1, 1, 0]
+
+[[joint]]
+name = "lock"
+type = "fixed"
+parent = "ring.start"
+child = "ring.end"
+position = [3, 0, 0]
+
+[[spring]]
+name = "tie"
+from = "strip.4"
+to = "ring.8"
+stiffness = 30
+damping = 0.1
+
+[[load]]
+name = "push"
+body = "ring.4"
+torque = [0, 0.1, 0]
+frame = "body"
+history = { type = "harmonic", frequency = 1 }
+
+[[load]]
+name = "wind"
+beam = "ring"
+force = [0, 0, 9.81]
+
+[[sensor]]
+name = "tip"
+type = "position"
+of = "spring.end"
+
+[[sensor]]
+name = "clamp"
+type = "reaction"
+of = "spring.start"
+
+[[sensor]]
+name = "turn"
+type = "joint_coordinate"
+of = "axle"
+
+[simulation]
+step = 1e-3
+end = 0.02
+"#;
+
+#[test]
+fn what_is_read_is_what_is_written() {
+    let model = Model::from_toml(EVERYTHING).unwrap();
+    let again = Model::from_toml(&model.to_toml()).unwrap();
+    assert_eq!(model, again, "{}", model.to_toml());
+    assert_eq!(model.to_toml(), again.to_toml());
+    let section = &model.beam("strip").unwrap().section;
+    let ea = section.ea.unwrap();
+    assert!((ea / (2e8 * 0.04 * 0.02) - 1.0).abs() < 1e-14, "EA is filled in: {ea}");
+    let spring = &model.beam("spring").unwrap().section;
+    assert!((spring.ea.unwrap() - 2e5).abs() < 1e-9, "what is stated is used");
+    assert!((spring.gj.unwrap() - 4.0).abs() < 1e-12, "with the stated torsion constant");
+}
+
+#[test]
+fn nodes_are_members_with_names() {
+    let model = Model::from_toml(EVERYTHING).unwrap();
+    let simulation = Simulation::new(&model).unwrap();
+    let members = simulation.members();
+    assert_eq!(members.len(), 1 + (5 + 4) + 17 + 25);
+    assert!(members.iter().all(|member| member.kind == MemberKind::Frame));
+    for (name, member) in
+        [("strip.start", "strip.0"), ("strip.end", "strip.8"), ("ring.end", "ring.16")]
+    {
+        assert_eq!(members[model.frame(name).unwrap()].name, member);
+    }
+    for nothing in ["strip.9", "strip.04", "strip.+1", "strip.middle", "strip", "strip.", ".start"]
+    {
+        assert_eq!(model.frame(nothing), None, "{nothing}");
+    }
+}
+
+/// The four schemes, by the same steps.
+#[test]
+fn the_four_schemes_agree() {
+    let mut ends: Vec<(Scheme, Vec<f64>)> = Vec::new();
+    for scheme in Scheme::ALL {
+        let own = ("simulation.scheme".to_owned(), scheme.name().to_owned());
+        let model = Model::from_toml_with(EVERYTHING, &[own]).unwrap();
+        let mut simulation = Simulation::new(&model).unwrap();
+        for _ in 0..20 {
+            simulation.integrator().step().unwrap();
+        }
+        ends.push((scheme, simulation.integrator().state().q.clone()));
+    }
+    for (scheme, q) in &ends[1..] {
+        let apart = q.iter().zip(&ends[0].1).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        println!("{} is {apart:.1e} from nodal", scheme.name());
+        assert!(apart < 1e-9, "{}: {apart:e}", scheme.name());
+    }
+}
