@@ -91,6 +91,7 @@ pub struct SparseLu {
     symbolic: sparse_lu::SymbolicLu<usize>,
     numeric: sparse_lu::NumericLu<usize, f64>,
     scratch: MemBuffer,
+    columns: usize, // right-hand sides that fit the scratch
 }
 
 impl SparseLu {
@@ -107,19 +108,22 @@ impl SparseLu {
         let view = view(a);
         let symbolic =
             sparse_lu::factorize_symbolic_lu(view.symbolic(), parameters).map_err(|_| Singular)?;
-        let scratch = MemBuffer::new(
-            symbolic
-                .factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default())
-                .or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq)),
-        );
-        Ok(Self { symbolic, numeric: sparse_lu::NumericLu::new(), scratch })
+        let scratch = scratch(&symbolic, 1);
+        Ok(Self { symbolic, numeric: sparse_lu::NumericLu::new(), scratch, columns: 1 })
     }
 
-    /// Solves `A x = b` for a matrix of the analysed pattern; `b` is overwritten by `x`.
+    /// Solves `A x = b` for a matrix of the analysed pattern; `b` is overwritten by `x`. Several
+    /// right-hand sides may follow one another in `b`.
     ///
     /// # Errors
     /// [`Singular`] when the factorization fails or the answer is not finite.
     pub fn solve(&mut self, a: &SparseMatrix, b: &mut [f64]) -> Result<(), Singular> {
+        let n = a.as_sprs().rows();
+        let columns = b.len() / n.max(1);
+        debug_assert_eq!(b.len(), n * columns);
+        if columns > self.columns {
+            (self.scratch, self.columns) = (scratch(&self.symbolic, columns), columns);
+        }
         let factors = self
             .symbolic
             .factorize_numeric_lu(
@@ -130,15 +134,22 @@ impl SparseLu {
                 Default::default(),
             )
             .map_err(|_| Singular)?;
-        let n = b.len();
         factors.solve_in_place_with_conj(
             Conj::No,
-            MatMut::from_column_major_slice_mut(b, n, 1),
+            MatMut::from_column_major_slice_mut(b, n, columns),
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );
         finite(b)
     }
+}
+
+fn scratch(symbolic: &sparse_lu::SymbolicLu<usize>, columns: usize) -> MemBuffer {
+    MemBuffer::new(
+        symbolic
+            .factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default())
+            .or(symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq)),
+    )
 }
 
 fn view(a: &SparseMatrix) -> SparseColMatRef<'_, usize, f64> {
@@ -200,7 +211,11 @@ mod tests {
         let b = &a * nalgebra::DVector::from_column_slice(&exact);
         let (mut x, mut y) = ([b[0], b[1], b[2]], [b[0], b[1], b[2]]);
         DenseLu::new(3).solve(&a, &mut x).unwrap();
-        SparseLu::new(&sparse).unwrap().solve(&sparse, &mut y).unwrap();
+        let mut lu = SparseLu::new(&sparse).unwrap();
+        lu.solve(&sparse, &mut y).unwrap();
+        let mut two = [b[0], b[1], b[2], 2.0 * b[0], 2.0 * b[1], 2.0 * b[2]];
+        lu.solve(&sparse, &mut two).unwrap();
+        assert!((0..3).all(|i| two[i] == y[i] && (two[3 + i] - 2.0 * y[i]).abs() < 1e-14));
         for i in 0..3 {
             assert!((x[i] - exact[i]).abs() < 1e-14 && (y[i] - exact[i]).abs() < 1e-14);
         }

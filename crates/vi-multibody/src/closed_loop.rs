@@ -9,8 +9,8 @@
 //! A    = P_treeᵀ D_2(D_1 L_d + f_d^-) ∂F_d/∂u
 //! ```
 //! `Z` is never formed: work and memory are `O(N·loops² + loops³)`.
-//! `A` is solved by the articulated recursion (dense where the potential couples bodies); the
-//! complement `J' A⁻¹ W` is small and dense.
+//! `A` is solved by the articulated recursion, or by a sparse or dense factorization where the potential
+//! couples bodies; the complement `J' A⁻¹ W` is small and dense.
 //!
 //! **Rank.** Permanent redundancy (overconstrained loops) shows as a clear gap in `R`; only the rows
 //! of the first `rank` pivots are enforced, the others follow from them. The *generic* rank, the
@@ -35,6 +35,7 @@ use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::pair::{PairKind, Twist};
 use crate::scalar_constraint::ScalarRow;
+use crate::sparse_nodal::SparseNodal;
 use nalgebra::DMatrix;
 use std::ops::Range;
 use vi_constraints::null_space::NullSpaceQr;
@@ -44,14 +45,24 @@ use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
 use vi_core::newton::{Block, BlockKind, Fault};
 
+/// What carries the tree: its velocity map and `A`.
+pub enum TreeSolver {
+    /// The articulated recursion: no potential couples bodies.
+    Recursion,
+    /// Dense matrices.
+    Dense(Box<DenseNodal<TreeMap>>),
+    /// A sparse factorization; its unknowns are those of the loops, too.
+    Sparse(Box<SparseNodal>),
+}
+
 /// [`NodalOperators`] of a mechanism with closed loops.
 pub struct LoopNodal {
     tree: Articulated,
-    coupled: Option<DenseNodal<TreeMap>>, // A where the potential couples bodies
-    rows: Vec<ScalarRow>,                 // g_c
-    scale: Vec<f64>,                      // of the rows of J in rank decisions
-    length: f64,                          // longest lever arm
-    rank: usize,                          // generic rank of J
+    solver: TreeSolver,
+    rows: Vec<ScalarRow>,     // g_c
+    scale: Vec<f64>,          // of the rows of J in rank decisions
+    length: f64,              // longest lever arm
+    rank: usize,              // generic rank of J
     apex: Vec<Option<usize>>, // of each row: the link at which the two sides of its loop meet
     blocks: Vec<Block>,
     sigma: f64, // last kept entry of R at q_{n+1}
@@ -61,7 +72,7 @@ pub struct LoopNodal {
     W: DMatrix<f64>,          // d_tree × rank
     W_last: DMatrix<f64>,     // d_tree × rank  of the last node
     chosen: Vec<usize>,       // rank rows of g_c enforced at q_{n+1}
-    AW: DMatrix<f64>,         // d_tree × rank  A⁻¹ W
+    AW: DMatrix<f64>,         // d_tree × (rank + 1)  A⁻¹ (W, b)
     complement: DMatrix<f64>, // rank × rank
     lu: DenseLu,
     b: Vec<f64>,  // d_tree
@@ -73,17 +84,8 @@ pub struct LoopNodal {
 impl LoopNodal {
     /// For a mechanism with cut joints, and the generic rank of its loop constraints.
     #[must_use]
-    pub fn new(
-        mechanism: &Mechanism,
-        rank: usize,
-        system: &impl MechanicalSystem,
-        s: &Interval,
-    ) -> Self {
-        let mut loops = Self::uncoupled(mechanism, rank);
-        if !loops.tree.applies(system, s) {
-            loops.coupled = Some(DenseNodal::new(s.dim(), TreeMap::new(mechanism)));
-        }
-        loops
+    pub fn new(mechanism: &Mechanism, rank: usize, solver: TreeSolver) -> Self {
+        Self { solver, ..Self::uncoupled(mechanism, rank) }
     }
 
     pub(crate) fn uncoupled(mechanism: &Mechanism, rank: usize) -> Self {
@@ -103,7 +105,7 @@ impl LoopNodal {
             W: zeros(d, rank),
             W_last: zeros(d, rank),
             chosen: (0..rank).collect(),
-            AW: zeros(d, rank),
+            AW: zeros(d, rank + 1),
             complement: zeros(rank, rank),
             lu: DenseLu::new(rank),
             b: vec![0.0; d],
@@ -111,7 +113,7 @@ impl LoopNodal {
             fresh: true,
             has_last: false,
             tree,
-            coupled: None,
+            solver: TreeSolver::Recursion,
             rows,
             scale,
             length,
@@ -200,6 +202,13 @@ impl LoopNodal {
     /// Row `out` of `jacobian` ← row `i` of `G_c P_tree`: wrenches of the row, carried to the root.
     fn write_row(&mut self, i: usize, out: usize, q: &[f64], next: bool) {
         let (tree, jacobian, apex) = (&self.tree, &mut self.jacobian, self.apex[i]);
+        if let TreeSolver::Sparse(sparse) = &self.solver {
+            self.rows[i].for_each_wrench(q, |frame, wrench: Twist| {
+                let place = (tree.link_of(frame), apex);
+                sparse.add_wrench(next, place, &wrench, |j, value| jacobian[(out, j)] += value);
+            });
+            return;
+        }
         self.rows[i].for_each_wrench(q, |frame, wrench: Twist| {
             let (mut at, mut wrench) = (Some(tree.link_of(frame)), wrench);
             while let Some(k) = at.filter(|_| at != apex) {
@@ -212,6 +221,14 @@ impl LoopNodal {
                 at = link.parent;
             }
         });
+    }
+
+    /// `∂F_d/∂u` of the tree at the unknowns `u`, for the rows at `q_{n+1}`.
+    fn take_tangent(&mut self, u: &[f64], s: &Interval) {
+        match &mut self.solver {
+            TreeSolver::Sparse(sparse) => sparse.take_tangent(u, s),
+            _ => self.tree.keep(u, &s.q1),
+        }
     }
 
     fn factorize_jacobian(&mut self) -> usize {
@@ -310,18 +327,22 @@ fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow], length: f64) -> Vec<f64
     rows.iter().map(scale).collect()
 }
 
-/// `x ← A⁻¹ x` with the last factorization.
+/// `x ← A⁻¹ x` with the last factorization, for right-hand sides of `d` numbers that follow one another.
 fn apply_inverse(
     tree: &mut Articulated,
-    coupled: &mut Option<DenseNodal<TreeMap>>,
+    solver: &mut TreeSolver,
+    d: usize,
     x: &mut [f64],
 ) -> Result<(), Fault> {
-    match coupled {
-        Some(coupled) => coupled.solve_factorized(x),
-        None => {
-            tree.solve_in_place(x);
+    match solver {
+        TreeSolver::Recursion => {
+            x.chunks_exact_mut(d).for_each(|x| tree.solve_in_place(x));
             Ok(())
         }
+        TreeSolver::Dense(dense) => {
+            x.chunks_exact_mut(d).try_for_each(|x| dense.solve_factorized(x))
+        }
+        TreeSolver::Sparse(sparse) => sparse.solve_assembled(x),
     }
 }
 
@@ -348,8 +369,10 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
         self.q_n.copy_from_slice(&s.q0);
         self.rows.iter().for_each(|row| row.accept(&s.q0));
         self.tree.begin_at(&s.q0, kept);
-        if let Some(coupled) = &mut self.coupled {
-            coupled.begin(system, s, kept);
+        match &mut self.solver {
+            TreeSolver::Recursion => {}
+            TreeSolver::Dense(dense) => dense.begin(system, s, kept),
+            TreeSolver::Sparse(sparse) => sparse.begin(system, s, kept),
         }
         self.write_jacobian(&s.q0, false);
         self.split();
@@ -357,17 +380,20 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
     }
 
     fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool {
-        self.tree.keep(u, &s.q1);
-        if let Some(coupled) = &mut self.coupled {
-            NodalOperators::<S>::keep_tangent(coupled, u, s);
+        self.take_tangent(u, s);
+        if let TreeSolver::Dense(dense) = &mut self.solver {
+            NodalOperators::<S>::keep_tangent(&mut **dense, u, s);
         }
         true
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
-        self.tree.move_to(u, s)?;
+        match &mut self.solver {
+            TreeSolver::Sparse(sparse) => NodalOperators::<S>::reparametrize(&mut **sparse, u, s)?,
+            _ => self.tree.move_to(u, s)?,
+        }
         if self.fresh {
-            self.tree.keep(u, &s.q1);
+            self.take_tangent(u, s);
             self.choose_rows(&s.q1);
             self.fresh = false;
         }
@@ -378,7 +404,12 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
     }
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
-        self.tree.pull_back_at(&self.q_n, w, &mut self.b);
+        match &mut self.solver {
+            TreeSolver::Sparse(sparse) => {
+                NodalOperators::<S>::pull_back(&mut **sparse, w, &mut self.b);
+            }
+            _ => self.tree.pull_back_at(&self.q_n, w, &mut self.b),
+        }
         out.copy_from_slice(&self.b);
         for (k, g) in self.mu.iter().enumerate() {
             let w = self.W.column(k);
@@ -388,14 +419,15 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
     }
 
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
-        match &mut self.coupled {
-            Some(coupled) => {
+        match &mut self.solver {
+            TreeSolver::Recursion => self.tree.factorize(system, u, s)?,
+            TreeSolver::Dense(dense) => {
                 self.tree.keep(u, &s.q1);
-                coupled.factorize(system, u, s);
+                dense.factorize(system, u, s);
             }
-            None => self.tree.factorize(system, u, s)?,
+            TreeSolver::Sparse(sparse) => sparse.assemble(system, u, s),
         }
-        let d = self.W.nrows();
+        let (d, rank) = self.W.shape();
         self.b.copy_from_slice(x);
         for k in 0..self.rank {
             let w = self.W.column(k);
@@ -403,12 +435,11 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
             self.mu[k] = along; // g
             self.b.iter_mut().zip(w.iter()).for_each(|(b, w)| *b -= along * w);
         }
-        apply_inverse(&mut self.tree, &mut self.coupled, &mut self.b)?;
-        self.AW.copy_from(&self.W);
-        for k in 0..self.rank {
-            let column = &mut self.AW.as_mut_slice()[k * d..(k + 1) * d];
-            apply_inverse(&mut self.tree, &mut self.coupled, column)?;
-        }
+        let columns = self.AW.as_mut_slice();
+        columns[..rank * d].copy_from_slice(self.W.as_slice());
+        columns[rank * d..].copy_from_slice(&self.b);
+        apply_inverse(&mut self.tree, &mut self.solver, d, columns)?;
+        self.b.copy_from_slice(&columns[rank * d..]);
         self.jacobian.fill(0.0);
         for k in 0..self.rank {
             self.write_row(self.chosen[k], k, &s.q1, true);
@@ -418,7 +449,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
             self.mu[i] -= row.iter().zip(&self.b).map(|(j, b)| j * b).sum::<f64>();
         }
         let J = self.jacobian.rows(0, self.rank);
-        self.complement.gemm(1.0, &J, &self.AW, 0.0);
+        self.complement.gemm(1.0, &J, &self.AW.columns(0, rank), 0.0);
         self.lu.solve(&self.complement, &mut self.mu)?;
         for (i, x) in x.iter_mut().enumerate() {
             let correction: f64 = (0..self.rank).map(|k| self.AW[(i, k)] * self.mu[k]).sum();

@@ -5,11 +5,11 @@
 //! | tree of bodies, uncoupled potential | articulated recursion, `O(N)` | dense | sparse |
 //! | tree with couplings or point masses | dense up to 60 freedoms, then sparse | dense | sparse |
 //! | tree with nodes of elements | sparse | dense | sparse |
-//! | closed loops of bodies | articulated recursion + small complement | dense, QR | sparse |
+//! | closed loops of bodies | that of their tree + small complement | dense, QR | sparse |
 //! | loops of bars | none | dense, QR | sparse |
 
 use crate::articulated::TreeNodal;
-use crate::closed_loop::LoopNodal;
+use crate::closed_loop::{LoopNodal, TreeSolver};
 use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::placement::LoopRank;
@@ -23,7 +23,7 @@ use vi_constraints::integrator::{SetupError, SingularStart, Start};
 use vi_constraints::nodal::Nodal;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::Scheme;
-use vi_constraints::{Constraints, DenseNodal, Integrator, Options, Reparametrization, SchemeKind};
+use vi_constraints::{Constraints, DenseNodal, Integrator, Options, SchemeKind};
 use vi_core::interval::Interval;
 use vi_core::{MechanicalSystem, SeparableSystem};
 
@@ -38,7 +38,7 @@ pub enum Solver {
     Dense,
     /// The articulated recursion; where it does not apply, as `Auto`.
     Articulated,
-    /// Sparse factorizations; closed loops keep their own operators.
+    /// Sparse factorizations; closed loops of bodies without couplings keep the recursion.
     Sparse,
 }
 
@@ -141,10 +141,26 @@ fn nodal(
     if !mechanism.cut_bars().is_empty() || (mechanism.has_loops() && particles) {
         return Err(SetupError::NeedsReparametrization(options.scheme));
     }
+    let d = mechanism.tree().dof() + mechanism.particle_tree().dof();
+    let mut recursion = TreeNodal::new(mechanism.tree().clone());
+    let uncoupled = !particles && recursion.applies(system, &probe(mechanism, system));
+    let elements = has_nodes(mechanism);
+    let sparse = match solver {
+        Solver::Dense => false,
+        Solver::Sparse => true,
+        _ => elements || d > DENSE_UP_TO,
+    };
     if let Some(rank) = &loops.rank {
-        let d = mechanism.tree().dof();
-        let probe = probe(mechanism, system);
-        let operators = LoopNodal::new(mechanism, rank.generic, system, &probe);
+        let tree = match (uncoupled, sparse) {
+            (true, _) => TreeSolver::Recursion,
+            (_, false) => TreeSolver::Dense(Box::new(DenseNodal::new(n, TreeMap::new(mechanism)))),
+            // the rates of a departure are those of increments, not of screws
+            _ if elements && !rank.is_singular() => {
+                TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism).for_elements(at.1)))
+            }
+            _ => TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism))),
+        };
+        let operators = LoopNodal::new(mechanism, rank.generic, tree);
         if !rank.is_singular() {
             return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
         }
@@ -153,24 +169,16 @@ fn nodal(
         let nodal = Nodal::new(operators, (n, d), reduced, newton, lanes);
         return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
-    let mut operators = TreeNodal::new(mechanism.tree().clone());
-    let only_bodies = mechanism.description().particles.is_empty();
-    let applies = only_bodies && operators.applies(system, &probe(mechanism, system));
-    if applies && !matches!(solver, Solver::Dense | Solver::Sparse) {
-        let d = mechanism.tree().dof();
+    if uncoupled && !matches!(solver, Solver::Dense | Solver::Sparse) {
+        return Ok(Box::new(Nodal::new(recursion, (n, d), reduced, newton, lanes)));
+    }
+    if !sparse {
+        let operators = DenseNodal::new(n, TreeMap::new(mechanism));
         return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
     }
-    let map = TreeMap::new(mechanism);
-    let d = map.dof();
-    if has_nodes(mechanism) && solver != Solver::Dense {
-        let operators = SparseNodal::new(mechanism).for_elements(at.1);
-        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
-    }
-    if solver == Solver::Sparse || (solver != Solver::Dense && d > DENSE_UP_TO) {
-        let operators = SparseNodal::new(mechanism);
-        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
-    }
-    Ok(Box::new(Nodal::new(DenseNodal::new(n, map), (n, d), reduced, newton, lanes)))
+    let operators = SparseNodal::new(mechanism);
+    let operators = if elements { operators.for_elements(at.1) } else { operators };
+    Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)))
 }
 
 /// Whether some frame gets its mass from elements: it moves and has none of its own.

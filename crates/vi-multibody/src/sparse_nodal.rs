@@ -10,7 +10,7 @@
 //! powers of two near `|Dr_kk|^{−1/2}` (lengths against angles). Beams whose nodes are free roots cost
 //! `O(elements)` per iteration. Nothing is allocated after the first solve.
 //!
-//! For trees only: cut joints are not seen here. Particles are served through dense rows.
+//! Cut joints are not seen here: [`crate::closed_loop`] puts them on top. Particles are served through dense rows.
 //!
 //! Letters: `J_αk` column of the velocity map of member `α` (a twist), `K` the mixed derivative.
 //!
@@ -20,6 +20,7 @@ pub mod layout;
 pub mod reduced_matrix;
 
 use crate::mechanism::Mechanism;
+use crate::pair::Twist;
 pub use layout::{Columns, VelocityLayout};
 use nalgebra::DMatrix;
 pub use reduced_matrix::ReducedMatrix;
@@ -99,6 +100,42 @@ impl SparseNodal {
         self
     }
 
+    /// Adds a wrench on the frame of a link, `J_αᵀ (f, τ)`, to a row over the unknowns: at `q_n`, or at the
+    /// `q_{n+1}` of the tangent last taken. What moves the link `apex`, which carries it, is left out.
+    pub(crate) fn add_wrench(
+        &self,
+        next: bool,
+        (link, apex): (usize, Option<usize>),
+        wrench: &Twist,
+        mut add: impl FnMut(usize, f64),
+    ) {
+        let columns = if next { &self.right } else { &self.left };
+        self.layout.for_each_column(columns, (link, apex), |unknown, twist| {
+            add(unknown, wrench.dot(&twist));
+        });
+    }
+
+    /// Forms the reduced Newton matrix.
+    pub(crate) fn assemble(&mut self, system: &impl MechanicalSystem, u: &[f64], s: &Interval) {
+        self.take_tangent(u, s);
+        let emit = |out: &mut dyn Entries| system.forced_d2_d1(s, out);
+        self.matrix.fill(&self.layout, &emit, (&self.left, &self.right), &[]);
+    }
+
+    /// Solves with the matrix last formed; several right-hand sides may follow one another.
+    pub(crate) fn solve_assembled(&mut self, x: &mut [f64]) -> Result<(), Fault> {
+        Ok(self.matrix.solve(x)?)
+    }
+
+    /// `∂F_d/∂u` at the unknowns `u`.
+    pub(crate) fn take_tangent(&mut self, u: &[f64], s: &Interval) {
+        self.increments(u, &s.q0);
+        self.layout.tangent(&self.u, s, &mut self.right);
+        if self.screws {
+            self.layout.chain_screws(&s.q0, Some(u), &mut self.right);
+        }
+    }
+
     /// The reduced Newton matrix last filled, dense and unscaled.
     #[must_use]
     pub fn matrix(&self) -> DMatrix<f64> {
@@ -127,11 +164,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for SparseNodal {
     }
 
     fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool {
-        self.increments(u, &s.q0);
-        self.layout.tangent(&self.u, s, &mut self.right);
-        if self.screws {
-            self.layout.chain_screws(&s.q0, Some(u), &mut self.right);
-        }
+        self.take_tangent(u, s);
         true
     }
 
@@ -145,10 +178,8 @@ impl<S: MechanicalSystem> NodalOperators<S> for SparseNodal {
     }
 
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
-        NodalOperators::<S>::keep_tangent(self, u, s);
-        let emit = |out: &mut dyn Entries| system.forced_d2_d1(s, out);
-        self.matrix.fill(&self.layout, &emit, (&self.left, &self.right), &[]);
-        Ok(self.matrix.solve(x)?)
+        self.assemble(system, u, s);
+        self.solve_assembled(x)
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {

@@ -210,6 +210,21 @@ impl VelocityLayout {
         }
     }
 
+    /// The unknowns that move a link, and the twists they give it; without those that move the link `apex`,
+    /// which must carry it (or be it).
+    pub(super) fn for_each_column(
+        &self,
+        at: &Columns,
+        (link, apex): (usize, Option<usize>),
+        mut visit: impl FnMut(usize, Twist),
+    ) {
+        // what moves the carrier comes first
+        let shared = apex.map_or(0, |apex| self.members[apex].columns.len());
+        for c in self.members[link].columns.clone().skip(shared) {
+            visit(self.unknowns[c], unflat(&at.twists[c]));
+        }
+    }
+
     /// `out ← ` the column of `P` (shape `n`) that belongs to one unknown.
     pub fn push_forward(&self, at: &Columns, unknown: usize, out: &mut [f64]) {
         out.fill(0.0);

@@ -175,7 +175,7 @@ impl ReducedMatrix {
         (self.diagonal, self.scale) = (vec![0.0; d], vec![1.0; d]);
     }
 
-    /// `x ← A⁻¹ x` for the matrix last filled.
+    /// `x ← A⁻¹ x` for the matrix last filled; several right-hand sides may follow one another in `x`.
     ///
     /// # Errors
     /// [`Singular`].
@@ -200,9 +200,13 @@ impl ReducedMatrix {
             }
         }
         let (matrix, lu) = factors.as_mut().expect("just written");
-        x.iter_mut().zip(scale.iter()).for_each(|(x, s)| *x *= s);
+        let weigh = |x: &mut [f64]| {
+            let columns = x.chunks_exact_mut(scale.len());
+            columns.for_each(|x| x.iter_mut().zip(scale.iter()).for_each(|(x, s)| *x *= s));
+        };
+        weigh(x);
         lu.solve(matrix, x)?;
-        x.iter_mut().zip(scale.iter()).for_each(|(x, s)| *x *= s);
+        weigh(x);
         Ok(())
     }
 
