@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use holonom::model::{Model, Scheme};
-use holonom::{MemberKind, Simulation};
+use holonom::{MemberKind, RunFolder, Simulation};
 
 /// A bent strip between a turning wheel and a hanging weight, with a ring and everything that a node
 /// may carry.
@@ -96,6 +96,18 @@ type = "reaction"
 of = "spring.start"
 
 [[sensor]]
+name = "root"
+type = "section_force"
+of = "strip"
+element = 0
+
+[[sensor]]
+name = "bend"
+type = "strain"
+of = "ring"
+element = 3
+
+[[sensor]]
 name = "turn"
 type = "joint_coordinate"
 of = "axle"
@@ -135,6 +147,40 @@ fn nodes_are_members_with_names() {
     {
         assert_eq!(model.frame(nothing), None, "{nothing}");
     }
+}
+
+#[test]
+fn section_forces_are_written() {
+    let model = Model::from_toml(EVERYTHING).unwrap();
+    let mut simulation = Simulation::new(&model).unwrap();
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("beam_models");
+    let folder = RunFolder::create(folder, true).unwrap();
+    holonom::run::run(&model, &mut simulation, &folder, &mut |_, _| {}).unwrap();
+    let text = std::fs::read_to_string(folder.path().join("beams.csv")).unwrap();
+    let header = "step,t,beam,element,s,Gamma1,Gamma2,Gamma3,K1,K2,K3,N1,N2,N3,M1,M2,M3";
+    assert_eq!(text.lines().next(), Some(header));
+    assert_eq!(text.lines().count(), 1 + 21 * (7 + 2 * 8 + 24));
+    let sensors = folder.read_sensors().unwrap().unwrap();
+    let column = |name: &str| {
+        let k = sensors.columns.iter().position(|column| column == name).unwrap();
+        *sensors.values[k].last().unwrap()
+    };
+    let row = |beam: &str, element: &str| -> Vec<Vec<f64>> {
+        let rows = text.lines().filter(|row| row.starts_with("20,"));
+        let rows = rows.map(|row| row.split(',').collect::<Vec<_>>());
+        let own = rows.filter(|row| row[2] == beam && row[3] == element);
+        own.map(|row| row[4..].iter().map(|x| x.parse().unwrap()).collect()).collect()
+    };
+    let root = &row("strip", "0")[0];
+    assert!((root[0] - 0.125).abs() < 1e-15, "s = {}", root[0]);
+    assert_eq!(
+        [root[7], root[9], root[12]],
+        [column("root.N1"), column("root.N3"), column("root.M3")]
+    );
+    assert!(root[12] != 0.0);
+    let bend = row("ring", "3"); // two Gauss points of equal weight
+    assert_eq!(bend.len(), 2);
+    assert!((0.5 * (bend[0][4] + bend[1][4]) - column("bend.K1")).abs() < 1e-15);
 }
 
 /// The four schemes, by the same steps.

@@ -3,6 +3,8 @@
 use crate::model::{self, BeamMass, End, Model, ModelError, Problem};
 use nalgebra::Vector3;
 use std::ops::Range;
+use std::sync::Arc;
+use vi_beam::section_force::{SectionState, section_states};
 use vi_beam::{BeamModel, MassKind};
 use vi_multibody::pair::PairKind;
 
@@ -15,6 +17,50 @@ pub struct BeamParts {
     pub nodes: Range<usize>,
     /// Its legs.
     pub legs: Vec<vi_beam::Beam>,
+}
+
+/// The beams of a system, with all of its parts.
+#[derive(Clone, Debug, Default)]
+pub struct Beams {
+    /// Bodies, nodes, joints, elements: what the mechanism was made from.
+    pub parts: Arc<BeamModel>,
+    /// The beams among them.
+    pub list: Vec<BeamParts>,
+}
+
+impl Beams {
+    /// Strains and section forces along a beam in the placement `q`; elements and arc length (m) are
+    /// counted along the whole beam.
+    #[must_use]
+    pub fn section_states(&self, beam: &BeamParts, q: &[f64]) -> Vec<SectionState> {
+        let (mut elements, mut length) = (0, 0.0);
+        let mut states = Vec::new();
+        for leg in &beam.legs {
+            let own = section_states(&self.parts, leg, q);
+            let end: f64 = own.iter().map(|state| state.length).sum();
+            states.extend(own.into_iter().map(|state| SectionState {
+                element: elements + state.element,
+                arc_length: length + state.arc_length,
+                ..state
+            }));
+            (elements, length) = (elements + leg.elements.len(), length + end);
+        }
+        states
+    }
+
+    /// The elements of a beam as pairs of neighbouring nodes, with the number of their element.
+    pub fn pairs<'a>(
+        &self,
+        beam: &'a BeamParts,
+    ) -> impl Iterator<Item = (usize, [usize; 2])> + use<'a> {
+        let mut first = 0;
+        beam.legs.iter().flat_map(move |leg| {
+            let (start, order) = (first, leg.order);
+            first += leg.elements.len();
+            let intervals = leg.nodes.start..leg.nodes.end - 1;
+            intervals.enumerate().map(move |(i, node)| (start + i / order, [node, node + 1]))
+        })
+    }
 }
 
 /// Adds the nodes and elements of all beams after the bodies of `parts`, and the joints that hold

@@ -138,7 +138,7 @@ pub use vi_emscheme;
 pub use vi_multibody;
 pub use vi_rigid;
 
-pub use beams::BeamParts;
+pub use beams::{BeamParts, Beams};
 pub use model::{Model, ModelError};
 pub use output::{RunFolder, Summary};
 pub use sample::{Member, MemberKind, Residuals, Sample};

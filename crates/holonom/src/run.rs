@@ -35,17 +35,22 @@ pub fn run(
     files.extend(["trajectory.csv", "residuals.csv"].map(|f| folder.path().join(f)));
     let mut sensors = folder.sensors(simulation.sensors().columns())?;
     files.extend(sensors.is_some().then(|| folder.path().join("sensors.csv")));
+    let mut beams = folder.beams(simulation.beams())?;
+    files.extend(beams.is_some().then(|| folder.path().join("beams.csv")));
     let mut summary = SummaryBuilder::default();
     let begin = Instant::now();
     let mut observe = |sample: &Sample| {
         summary.record(sample);
         writer.record(sample)?;
-        sensors.as_mut().map_or(Ok(()), |sensors| sensors.record(sample))
+        sensors.as_mut().map_or(Ok(()), |sensors| sensors.record(sample))?;
+        beams.as_mut().map_or(Ok(()), |beams| beams.record(sample))
     };
     let trajectory = &files[1];
     let io = |source| OutputError::Io { path: trajectory.clone(), source };
     let outcome = simulation.run(&mut observe, progress).map_err(io)?;
-    writer.finish().and_then(|()| sensors.map_or(Ok(()), |s| s.finish())).map_err(io)?;
+    writer.finish().map_err(io)?;
+    sensors.map_or(Ok(()), |sensors| sensors.finish()).map_err(io)?;
+    beams.map_or(Ok(()), |beams| beams.finish()).map_err(io)?;
     let wall = begin.elapsed().as_secs_f64();
     let summary = summary.finish(model, simulation.assembly(), &outcome, wall);
     files.push(folder.write_summary(&summary)?);

@@ -6,15 +6,20 @@
 //! angular velocity   ω = ½ Σ d_I × ḋ_I                    with v̂
 //! joint              coordinates counted on, rates        vi_multibody::coordinates
 //! reaction           −Gᵀ λ_n on the child                 vi_multibody::reaction
+//! section force      N_I, M_I                             strain   Γ_I, K_I         vi_beam::section_force
 //! ```
 //! `λ_n` is that of the node (36) at order 2. It is that of the acceleration level with composed steps,
 //! at a node from which no step could be taken, and at the start, where (47) is of first order only (it
 //! is a one-sided difference). What counts on (turns of joints, the sign of quaternions) is followed at
 //! every step, whether it is recorded or not.
 
+use crate::beams::Beams;
 use crate::model::{Model, Sensor, SensorKind, spatial};
 use crate::system::pair_kind;
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use std::sync::Arc;
+use vi_beam::section_force::{SectionState, section_states};
+use vi_beam::{Beam, BeamModel};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_multibody::coordinates::{JointCoordinates, first_of_rotation_vector, joint_rates};
 use vi_multibody::form::Form;
@@ -94,6 +99,16 @@ fn parts(model: &Model, sensor: &Sensor) -> Vec<Part> {
             parts.extend(named(&["unique"], "", ""));
             parts
         }
+        SensorKind::SectionForce => {
+            let mut parts = named(&["N1", "N2", "N3"], "section force", "N");
+            parts.extend(named(&["M1", "M2", "M3"], "section moment", "N·m"));
+            parts
+        }
+        SensorKind::Strain => {
+            let mut parts = named(&["Gamma1", "Gamma2", "Gamma3"], "strain", "");
+            parts.extend(named(&["K1", "K2", "K3"], "curvature", "1/m"));
+            parts
+        }
     }
 }
 
@@ -134,6 +149,33 @@ enum Gauge {
     Rate(Joint),
     Reaction(usize), // joint of the description
     Tension(usize),  // bar of the description
+    Section(SectionGauge),
+}
+
+/// Section forces or strains at an element.
+#[derive(Clone, Debug)]
+struct SectionGauge {
+    parts: Arc<BeamModel>,
+    element: Beam, // a beam of one element
+    strains: bool,
+}
+
+impl SectionGauge {
+    fn read(&self, q: &[f64], out: &mut Vec<f64>) {
+        let states = section_states(&self.parts, &self.element, q);
+        let length: f64 = states.iter().map(|state| state.length).sum();
+        let mean = |component: &dyn Fn(&SectionState) -> f64| {
+            states.iter().map(|state| state.length / length * component(state)).sum::<f64>()
+        };
+        for i in 0..6 {
+            out.push(mean(&|state| match (self.strains, i) {
+                (false, 0..3) => state.force[i],
+                (false, _) => state.moment[i - 3],
+                (true, 0..3) => state.shear_extension[i],
+                (true, _) => state.curvature[i - 3],
+            }));
+        }
+    }
 }
 
 /// The orientation of a body with a sign that does not jump.
@@ -177,8 +219,13 @@ pub struct Sensors {
 impl Sensors {
     /// For a valid model and its mechanism; `principal`: the principal axes of every body in its own
     /// frame (columns).
-    pub(crate) fn new(model: &Model, mechanism: &Mechanism, principal: &[Matrix3<f64>]) -> Self {
-        let builder = Builder { model, mechanism, principal };
+    pub(crate) fn new(
+        model: &Model,
+        mechanism: &Mechanism,
+        principal: &[Matrix3<f64>],
+        beams: &Beams,
+    ) -> Self {
+        let builder = Builder { model, mechanism, principal, beams };
         let gauges: Vec<Gauge> = model.sensors.iter().filter_map(|s| builder.gauge(s)).collect();
         let reactions = gauges.iter().any(|g| matches!(g, Gauge::Reaction(_) | Gauge::Tension(_)));
         Self { columns: columns(model), gauges, reactions }
@@ -269,6 +316,7 @@ impl Gauge {
                 out.push(if tension.unique { tension.force } else { f64::NAN });
                 out.push(f64::from(u8::from(tension.unique)));
             }
+            Self::Section(section) => section.read(at.q, out),
         }
     }
 }
@@ -278,6 +326,7 @@ struct Builder<'a> {
     model: &'a Model,
     mechanism: &'a Mechanism,
     principal: &'a [Matrix3<f64>],
+    beams: &'a Beams,
 }
 
 impl Builder<'_> {
@@ -303,6 +352,21 @@ impl Builder<'_> {
         Some((point, self.model.header.dimension))
     }
 
+    fn section(&self, sensor: &Sensor) -> Option<SectionGauge> {
+        let mut element = sensor.element?;
+        let beam = self.beams.list.iter().find(|beam| beam.name == sensor.of)?;
+        let leg = beam.legs.iter().find(|leg| {
+            let inside = element < leg.elements.len();
+            element -= if inside { 0 } else { leg.elements.len() };
+            inside
+        })?;
+        let (first, order) = (leg.nodes.start + element * leg.order, leg.order);
+        let index = leg.elements.start + element;
+        let element = Beam { nodes: first..first + order + 1, elements: index..index + 1, order };
+        let strains = sensor.kind == SensorKind::Strain;
+        Some(SectionGauge { parts: Arc::clone(&self.beams.parts), element, strains })
+    }
+
     /// `None` only when the model is not valid.
     fn gauge(&self, sensor: &Sensor) -> Option<Gauge> {
         let of = sensor.of.as_str();
@@ -321,6 +385,7 @@ impl Builder<'_> {
                 Gauge::Coordinate(JointCoordinates::new(joint()?, &q))
             }
             SensorKind::JointRate => Gauge::Rate(joint()?),
+            SensorKind::SectionForce | SensorKind::Strain => Gauge::Section(self.section(sensor)?),
             SensorKind::Reaction => match self.model.bars.iter().position(|b| b.name == of) {
                 Some(bar) => Gauge::Tension(bar),
                 None => Gauge::Reaction(self.joint(of)?),

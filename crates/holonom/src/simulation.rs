@@ -8,6 +8,7 @@
 pub use crate::assembly::{AssemblyReport, Closure};
 
 use crate::assembly;
+use crate::beams::Beams;
 use crate::model::{Model, ModelError, Scheme, Settings};
 use crate::sample::{Member, Residuals, Sample};
 use crate::sensor::{Sensors, View};
@@ -48,6 +49,7 @@ pub struct Simulation {
     assembly: AssemblyReport,
     members: Vec<Member>,
     sensors: Sensors,
+    beams: Beams,
     integrator: MechanismIntegrator,
 }
 
@@ -77,7 +79,7 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
-        let System { mechanism, system, members, mut sensors, .. } = system::build(model)?;
+        let System { mechanism, system, members, mut sensors, beams, .. } = system::build(model)?;
         let settings = model.settings.clone();
         let (q, v) = mechanism.start();
         let closure = assembly::closure(&mechanism, &q, &v);
@@ -93,7 +95,7 @@ impl Simulation {
             .map_err(|error| assembly::refusal(&error, &settings))?;
         let assembly = assembly::report(model, &integrator, closure);
         sensors.begin(&integrator.state().q);
-        Ok(Self { settings, assembly, members, sensors, integrator })
+        Ok(Self { settings, assembly, members, sensors, beams, integrator })
     }
 
     /// What the assembly found.
@@ -112,6 +114,12 @@ impl Simulation {
     #[must_use]
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
+    }
+
+    /// The beams.
+    #[must_use]
+    pub fn beams(&self) -> &Beams {
+        &self.beams
     }
 
     /// The integrator at its present node.

@@ -1,6 +1,6 @@
 //! From a validated model to numbers: mechanism, system, members.
 
-use crate::beams::{self, BeamParts};
+use crate::beams::{self, BeamParts, Beams};
 use crate::drive;
 use crate::model::{self, Constraint, Frame, JointKind, Model, ModelError, StartPoints};
 use crate::sample::{Member, MemberKind};
@@ -8,6 +8,7 @@ use crate::sensor::Sensors;
 use crate::start_rates;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use vi_beam::BeamModel;
 use vi_core::SeparableSystem;
 use vi_core::force::MidpointForce;
@@ -26,10 +27,8 @@ use vi_rigid::load::{Load, LoadError, LoadKind};
 
 /// The numbers of a model.
 pub struct System {
-    /// Bodies, nodes, joints, elements: what the mechanism was made from.
-    pub parts: BeamModel,
-    /// The beams among these parts.
-    pub beams: Vec<BeamParts>,
+    /// The beams, with all parts of the mechanism.
+    pub beams: Beams,
     /// Constraints, masses, spanning tree.
     pub mechanism: Mechanism,
     /// Discrete Lagrangian and forces.
@@ -94,7 +93,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         parts.add_frame(spec);
         names.principal.push(axes);
     }
-    let beams = beams::add(model, &mut parts)?;
+    let list = beams::add(model, &mut parts)?;
     let supports = std::mem::take(&mut parts.description.joints);
     let bodies = &parts.description.bodies;
     names.principal.resize(bodies.len(), Matrix3::identity());
@@ -140,14 +139,15 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     }
     let mut all = Vec::new();
     for load in &model.loads {
-        all.extend(loads(load, &names, &parts, &beams)?);
+        all.extend(loads(load, &names, &parts, &list)?);
     }
     for load in &all {
         system = system.force(Box::new(load.clone()));
     }
-    let sensors = Sensors::new(model, &mechanism, &names.principal);
     let members = members(model, &parts);
-    Ok(System { parts, beams, mechanism, system, loads: all, members, sensors })
+    let beams = Beams { parts: Arc::new(parts), list };
+    let sensors = Sensors::new(model, &mechanism, &names.principal, &beams);
+    Ok(System { beams, mechanism, system, loads: all, members, sensors })
 }
 
 fn members(model: &Model, parts: &BeamModel) -> Vec<Member> {

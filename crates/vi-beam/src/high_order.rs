@@ -15,6 +15,7 @@
 #![allow(non_snake_case)] // N, C, M, K
 
 use crate::section::Section;
+use crate::section_force::Place;
 use crate::strain::Strain;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -247,6 +248,28 @@ impl HighOrderElements {
     #[must_use]
     pub fn length(&self, element: usize) -> f64 {
         self.elements[element].length
+    }
+
+    /// What is deformed at the Gauss points of an element in the placement `q`.
+    pub(crate) fn places<'a>(
+        &'a self,
+        element: usize,
+        q: &'a [f64],
+    ) -> impl Iterator<Item = Place> + 'a {
+        let Member { stations, length } = &self.elements[element];
+        self.stations[stations.clone()].iter().map(move |station| {
+            let fraction = |j: usize| j as f64 / (station.count - 1) as f64;
+            let along = (0..station.count).map(|j| station.shape[j] * fraction(j)).sum::<f64>();
+            let strain = station.strain(q);
+            Place {
+                along: along * length,
+                length: station.weight,
+                point: station.sum(q, &station.shape, 0),
+                directors: std::array::from_fn(|i| station.sum(q, &station.shape, 1 + i)),
+                strain,
+                stress: station.stiffness().component_mul(&strain),
+            }
+        })
     }
 
     /// Whether there are none.

@@ -206,10 +206,7 @@ impl BeamModel {
             _ => &[0.125, 0.375, 0.375, 0.125],
         };
         for (k, index) in beam.elements.clone().enumerate() {
-            let length = match beam.order {
-                1 => self.elements.list()[index].length,
-                _ => self.high_order.length(index),
-            };
+            let length: f64 = self.intervals(beam, index).sum();
             let first = beam.nodes.start + k * beam.order;
             weights.iter().enumerate().for_each(|(j, w)| shares[first + j] += w * length);
         }
@@ -218,6 +215,15 @@ impl BeamModel {
             Load::new(12 * node, kind, *share * force, *share * torque, history.clone())
         };
         loaded.map(load).collect()
+    }
+
+    /// Reference arc lengths between the nodes of an element, m.
+    pub fn intervals(&self, beam: &Beam, element: usize) -> impl Iterator<Item = f64> {
+        let length = match beam.order {
+            1 => self.elements.list()[element].length,
+            order => self.high_order.length(element) / order as f64,
+        };
+        std::iter::repeat_n(length, beam.order)
     }
 
     /// `q(0)`.

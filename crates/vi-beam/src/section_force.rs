@@ -5,24 +5,27 @@
 //! (M_1, M_2, M_3) = (EI_1K_1, EI_2K_2, GJK_3)       bending moments, twisting moment
 //! n = N_I d̄_I,   m = M_I d̄_I                        spatial
 //! ```
-//! One value for each element, at its middle, where it is of second order (the ends are first order).
-//! The centre line of an element is its chord; for pictures, [`center_line`] draws a cubic through the
-//! nodes with the mean slope of both neighbours.
+//! One value for each two-node element, at its middle, where it is of second order (the ends are first
+//! order); one for each Gauss point of an element of higher order. The centre line of an element is its
+//! chord; for pictures, [`center_line`] draws a cubic through the nodes with the mean slope of both
+//! neighbours.
 
-use crate::element::Elements;
-use crate::model::Beam;
+use crate::model::{Beam, BeamModel};
+use crate::strain::Strain;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use vi_rigid::directors::{center, director};
 
-/// What an element carries at its middle.
+/// What an element carries at one place.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SectionState {
-    /// Which element.
+    /// Which element of the beam.
     pub element: usize,
     /// Reference arc length from the start of the beam, m.
     pub arc_length: f64,
-    /// Midpoint of the chord, m.
+    /// The length of beam it stands for, m.
+    pub length: f64,
+    /// Where it is, m.
     pub point: [f64; 3],
     /// `Γ_1, Γ_2, Γ_3`.
     pub shear_extension: [f64; 3],
@@ -38,48 +41,95 @@ pub struct SectionState {
     pub spatial_moment: [f64; 3],
 }
 
-/// The states of all elements of a beam in the placement `q`.
-#[must_use]
-pub fn section_states(elements: &Elements, beam: &Beam, q: &[f64]) -> Vec<SectionState> {
-    let mut start = 0.0;
-    let mut states = Vec::with_capacity(beam.elements.len());
-    for index in beam.elements.clone() {
-        let element = &elements.list()[index];
-        let strain = element.strain(&element.coordinates(q));
-        let stress = elements.stiffness(element).component_mul(&strain);
-        let [a, b] = element.nodes.map(|node| &q[12 * node..12 * node + 12]);
-        let mean = |i: usize| 0.5 * (director(a, i) + director(b, i));
-        let spatial =
-            |at: usize| -> Vector3<f64> { (0..3).map(|i| stress[at + i] * mean(i)).sum() };
+/// A place of a beam in some placement, and what is deformed there.
+pub(crate) struct Place {
+    /// Reference arc length from the start of the element, m.
+    pub(crate) along: f64,
+    /// The length it stands for, m.
+    pub(crate) length: f64,
+    /// `φ`.
+    pub(crate) point: Vector3<f64>,
+    /// `d̄_I`.
+    pub(crate) directors: [Vector3<f64>; 3],
+    /// `Γ, K`.
+    pub(crate) strain: Strain,
+    /// `N, M`.
+    pub(crate) stress: Strain,
+}
+
+impl Place {
+    fn state(&self, element: usize, start: f64) -> SectionState {
         let three = |v: &[f64]| [v[0], v[1], v[2]];
-        states.push(SectionState {
-            element: index,
-            arc_length: start + 0.5 * element.length,
-            point: (0.5 * (center(a) + center(b))).into(),
-            shear_extension: three(&strain.as_slice()[..3]),
-            curvature: three(&strain.as_slice()[3..]),
-            force: three(&stress.as_slice()[..3]),
-            moment: three(&stress.as_slice()[3..]),
+        let spatial = |at: usize| -> Vector3<f64> {
+            (0..3).map(|i| self.stress[at + i] * self.directors[i]).sum()
+        };
+        SectionState {
+            element,
+            arc_length: start + self.along,
+            length: self.length,
+            point: self.point.into(),
+            shear_extension: three(&self.strain.as_slice()[..3]),
+            curvature: three(&self.strain.as_slice()[3..]),
+            force: three(&self.stress.as_slice()[..3]),
+            moment: three(&self.stress.as_slice()[3..]),
             spatial_force: spatial(0).into(),
             spatial_moment: spatial(3).into(),
-        });
+        }
+    }
+}
+
+/// The states along a beam in the placement `q`.
+#[must_use]
+pub fn section_states(model: &BeamModel, beam: &Beam, q: &[f64]) -> Vec<SectionState> {
+    let mut start = 0.0;
+    let mut states = Vec::with_capacity(beam.elements.len() * beam.order);
+    for (k, index) in beam.elements.clone().enumerate() {
+        if beam.order > 1 {
+            let places = model.high_order.places(index, q);
+            states.extend(places.map(|place| place.state(k, start)));
+            start += model.high_order.length(index);
+            continue;
+        }
+        let element = &model.elements.list()[index];
+        let strain = element.strain(&element.coordinates(q));
+        let [a, b] = element.nodes.map(|node| &q[12 * node..12 * node + 12]);
+        let place = Place {
+            along: 0.5 * element.length,
+            length: element.length,
+            point: 0.5 * (center(a) + center(b)),
+            directors: std::array::from_fn(|i| 0.5 * (director(a, i) + director(b, i))),
+            strain,
+            stress: model.elements.stiffness(element).component_mul(&strain),
+        };
+        states.push(place.state(k, start));
         start += element.length;
     }
     states
 }
 
-/// Points of the interpolated centre line, `per_element` for each element and the last node.
+/// Points of the interpolated centre line, `per_interval` between two nodes and the last node.
 #[must_use]
 pub fn center_line(
-    elements: &Elements,
+    model: &BeamModel,
     beam: &Beam,
     q: &[f64],
-    per_element: usize,
+    per_interval: usize,
 ) -> Vec<Vector3<f64>> {
-    let node = |k: usize| center(&q[12 * k..12 * k + 12]);
-    let list = &elements.list()[beam.elements.clone()];
+    let lengths: Vec<f64> = beam.elements.clone().flat_map(|e| model.intervals(beam, e)).collect();
+    let nodes: Vec<_> = beam.nodes.clone().map(|k| center(&q[12 * k..12 * k + 12])).collect();
+    cubic_line(&nodes, &lengths, per_interval)
+}
+
+/// Points of a cubic through `nodes` that are `lengths` apart, `per_interval` in each interval and the
+/// last node.
+#[must_use]
+pub fn cubic_line(
+    nodes: &[Vector3<f64>],
+    lengths: &[f64],
+    per_interval: usize,
+) -> Vec<Vector3<f64>> {
     let chords: Vec<_> =
-        list.iter().map(|e| (node(e.nodes[1]) - node(e.nodes[0])) / e.length).collect();
+        nodes.windows(2).zip(lengths).map(|(pair, length)| (pair[1] - pair[0]) / *length).collect();
     let slope = |k: usize| {
         let (before, after) = (k.checked_sub(1).map(|i| chords[i]), chords.get(k).copied());
         match (before, after) {
@@ -89,12 +139,12 @@ pub fn center_line(
             (x, y) => x.or(y).unwrap_or_else(Vector3::zeros),
         }
     };
-    let mut points = Vec::with_capacity(list.len() * per_element + 1);
-    for (k, element) in list.iter().enumerate() {
-        let (a, b) = (node(element.nodes[0]), node(element.nodes[1]));
-        let (da, db) = (element.length * slope(k), element.length * slope(k + 1));
-        for i in 0..per_element {
-            let t = i as f64 / per_element as f64;
+    let mut points = Vec::with_capacity(lengths.len() * per_interval + 1);
+    for (k, length) in lengths.iter().enumerate() {
+        let (a, b) = (nodes[k], nodes[k + 1]);
+        let (da, db) = (*length * slope(k), *length * slope(k + 1));
+        for i in 0..per_interval {
+            let t = i as f64 / per_interval as f64;
             let (s, t2) = (1.0 - t, t * t);
             points.push(
                 s * s * (1.0 + 2.0 * t) * a + t2 * (3.0 - 2.0 * t) * b + s * s * t * da
@@ -102,8 +152,6 @@ pub fn center_line(
             );
         }
     }
-    if let Some(last) = list.last() {
-        points.push(node(last.nodes[1]));
-    }
+    points.extend(nodes.last());
     points
 }

@@ -9,7 +9,7 @@ use common::straight;
 use nalgebra::Vector3;
 use vi_beam::model::BeamModel;
 use vi_beam::modes::modes;
-use vi_beam::section_force::{center_line, section_states};
+use vi_beam::section_force::{SectionState, center_line, section_states};
 use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_beam::{Beam, Section};
 
@@ -62,19 +62,30 @@ fn a_free_beam_has_six_rigid_modes() {
 
 #[test]
 fn section_forces_balance_the_load() {
-    let (model, beam) = cantilever(20);
-    let force = Vector3::new(0.5, -0.3, 0.8);
-    let loads = vec![common::dead(20, force)];
-    let mut problem = StaticProblem::new(&model, &model.mechanism(), loads).unwrap();
-    problem.solve(&[1.0], &StaticSettings::default()).unwrap();
-    let states = section_states(&model.elements, &beam, problem.placement());
-    let worst =
-        common::largest(states.iter().map(|s| (Vector3::from(s.spatial_force) - force).norm()));
-    println!("section force off the end load by {worst:.1e}");
-    assert!(worst < 1e-9, "{worst:e}");
-    assert!((states[19].arc_length - 0.975).abs() < 1e-14);
-    let line = center_line(&model.elements, &beam, problem.placement(), 4);
-    assert_eq!(line.len(), 81);
-    let longest = common::largest(line.windows(2).map(|pair| (pair[1] - pair[0]).norm()));
-    assert!(longest < 0.0126, "{longest}");
+    for order in 1..=3 {
+        let mut model = BeamModel::new(Vector3::zeros());
+        let mesh = straight(1.0, 18);
+        let beam = match order {
+            1 => model.add_beam("beam", &mesh, section()).unwrap(),
+            order => model.add_high_order_beam("beam", &mesh, section(), order).unwrap(),
+        };
+        model.clamp(0);
+        let force = Vector3::new(0.5, -0.3, 0.8);
+        let loads = vec![common::dead(18, force)];
+        let mut problem = StaticProblem::new(&model, &model.mechanism(), loads).unwrap();
+        problem.solve(&[1.0], &StaticSettings::default()).unwrap();
+        let states = section_states(&model, &beam, problem.placement());
+        assert_eq!(states.len(), [18, 18, 18][order - 1]); // one, two, three for each element
+        let off = |s: &SectionState| (Vector3::from(s.spatial_force) - force).norm();
+        let worst = common::largest(states.iter().map(off));
+        println!("order {order}: section force off the end load by {worst:.1e}");
+        assert!(worst < 1e-9, "{worst:e}");
+        let total: f64 = states.iter().map(|s| s.length).sum();
+        assert!((total - 1.0).abs() < 1e-14, "{total}");
+        assert!(states.windows(2).all(|s| s[0].arc_length < s[1].arc_length));
+        let line = center_line(&model, &beam, problem.placement(), 4);
+        assert_eq!(line.len(), 4 * 18 + 1);
+        let longest = common::largest(line.windows(2).map(|pair| (pair[1] - pair[0]).norm()));
+        assert!(longest < 0.014, "{longest}");
+    }
 }

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::JointKind;
+use super::beam::Beam;
 use super::checks::Checker;
 
 /// What a sensor measures.
@@ -28,6 +29,20 @@ pub enum SensorKind {
     /// joint exerts on the child, in the joint frame of the parent; of a fixed body the same of what
     /// holds it; of a bar its tension (N).
     Reaction,
+    /// Of a beam at `element`: the shear forces `N1, N2` and the normal force `N3`, N, and the moments
+    /// about its directors, `M1, M2` bending and `M3` twisting, N·m.
+    SectionForce,
+    /// Of a beam at `element`: `Gamma1, Gamma2` shear, `Gamma3` extension; `K1, K2` bending, `K3` twist,
+    /// 1/m; all measured from the stress-free beam.
+    Strain,
+}
+
+impl SensorKind {
+    /// Whether it is measured at an element of a beam.
+    #[must_use]
+    pub fn has_element(self) -> bool {
+        matches!(self, Self::SectionForce | Self::Strain)
+    }
 }
 
 /// `[[sensor]]`: a named column, or several, of `sensors.csv`.
@@ -39,12 +54,16 @@ pub struct Sensor {
     /// What it measures.
     #[serde(rename = "type")]
     pub kind: SensorKind,
-    /// The body, particle, joint or bar it is attached to.
+    /// The body, node, particle, joint, bar or beam it is attached to.
     pub of: String,
     /// The point of a body (`position`, `velocity`): body components from the centre of mass, m; the
     /// centre by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point: Option<[f64; 3]>,
+    /// The element of a beam, counted along it from 0 (`section_force`, `strain`): at its middle; the mean
+    /// of its Gauss points when it has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub element: Option<usize>,
 }
 
 impl Checker<'_> {
@@ -68,8 +87,32 @@ impl Checker<'_> {
             SensorKind::Reaction if self.points.is_fixed(&sensor.of) => {}
             SensorKind::Reaction if self.model.support(&sensor.of).is_some() => {}
             SensorKind::Reaction => self.reference(of, &sensor.of, &["joint", "bar"]),
+            SensorKind::SectionForce | SensorKind::Strain => {
+                self.reference(of, &sensor.of, &["beam"]);
+            }
         }
         self.sensor_point(key, sensor);
+        self.sensor_element(key, sensor);
+    }
+
+    fn sensor_element(&mut self, key: &str, sensor: &Sensor) {
+        let at = format!("{key}.element");
+        let count = self.model.beam(&sensor.of).map_or(0, Beam::element_count);
+        match sensor.element {
+            Some(_) if !sensor.kind.has_element() => {
+                let message = "only section forces and strains are measured at an element";
+                self.report(at, message.to_owned(), "remove `element`");
+            }
+            Some(element) if element >= count && count > 0 => {
+                let message = format!("`{}` has no element {element}", sensor.of);
+                self.report(at, message, format!("its elements are 0 to {}", count - 1));
+            }
+            None if sensor.kind.has_element() => {
+                let message = "the sensor does not say at which element".to_owned();
+                self.report(key, message, "add `element = …`, counted along the beam from 0");
+            }
+            _ => {}
+        }
     }
 
     fn sensor_point(&mut self, key: &str, sensor: &Sensor) {

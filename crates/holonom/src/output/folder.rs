@@ -4,15 +4,24 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::beams::BeamWriter;
 use super::csv::{Trajectory, TrajectoryWriter};
 use super::sensors::{SensorTable, SensorWriter};
 use super::summary::Summary;
+use crate::beams::Beams;
 use crate::sample::Member;
 use crate::sensor::Column;
 
 /// Files that make a folder one of ours.
-const FILES: [&str; 6] =
-    ["trajectory.csv", "residuals.csv", "sensors.csv", "summary.json", "model.toml", "report.html"];
+const FILES: [&str; 7] = [
+    "trajectory.csv",
+    "residuals.csv",
+    "sensors.csv",
+    "beams.csv",
+    "summary.json",
+    "model.toml",
+    "report.html",
+];
 
 /// What goes wrong with the files of a run.
 #[derive(Debug, thiserror::Error)]
@@ -124,6 +133,19 @@ impl RunFolder {
         }
         let path = self.path.join("sensors.csv");
         let writer = File::create(&path).and_then(|file| SensorWriter::new(file, columns));
+        writer.map(Some).map_err(|e| at(&path, e))
+    }
+
+    /// Begins `beams.csv`; `None` without beams.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn beams(&self, beams: &Beams) -> Result<Option<BeamWriter<File>>, OutputError> {
+        if beams.list.is_empty() {
+            return Ok(None);
+        }
+        let path = self.path.join("beams.csv");
+        let writer = File::create(&path).and_then(|file| BeamWriter::new(file, beams));
         writer.map(Some).map_err(|e| at(&path, e))
     }
 

@@ -5,15 +5,18 @@
 //! | `trajectory.csv` | coordinates, energies and momentum maps of every recorded node |
 //! | `residuals.csv` | constraint residuals and Newton iterations of the same nodes |
 //! | `sensors.csv` | what the sensors measure at the same nodes; only when the model has sensors |
+//! | `beams.csv` | strains and section forces along beams at the same nodes; only when the model has beams |
 //! | `summary.json` | [`Summary`] |
 //! | `model.toml` | the model, resolved |
 //! | `report.html`, `plots/*.svg` | see [`crate::report`] |
 
+mod beams;
 mod csv;
 mod folder;
 mod sensors;
 mod summary;
 
+pub use beams::BeamWriter;
 pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
 pub use folder::{OutputError, RunFolder};
 pub use sensors::{SensorTable, SensorWriter};
