@@ -285,14 +285,13 @@ impl BeamCase {
     fn statics(&self) -> Result<Deviation, String> {
         let model = self.model()?;
         let mechanism = model.mechanism();
-        let mut problem =
-            StaticProblem::new(&model, &mechanism, self.loads()?).map_err(|e| e.to_string())?;
+        let mut problem = StaticProblem::new(&model, &mechanism, self.loads()?);
         let path = problem.solve(&[1.0], &StaticSettings::default()).map_err(|e| e.to_string())?;
         let [output] = &self.outputs[..] else { return Err("one output expected".into()) };
         let found = path.points.last().ok_or("an empty path")?;
         let (tolerance, mut deviation) = (self.tolerance(), Deviation::default());
         deviation.q(&found.q, &output.q, &tolerance);
-        deviation.energy(found.strain_energy, output.strain_energy, &tolerance);
+        deviation.energy(found.potential_energy, output.strain_energy, &tolerance);
         let strains = output.strain.as_ref().ok_or("the output lacks its strains")?;
         for (element, reference) in model.elements.list().iter().zip(strains) {
             let strain = element.strain(&element.coordinates(&found.q));

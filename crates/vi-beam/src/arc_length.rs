@@ -1,32 +1,38 @@
 //! Continuation by arc length: through limit points, where the load has to fall.
 //!
 //! ```text
-//! r(u, λ) = 0,    a·u/s² + b (λ − λ_last) = Δs            s: extent (lengths) or 1 rad (angles)
-//! (a, b) unit tangent of the path:  K t = −∂r/∂λ,  (a, b) = ±(t, 1)/|(t, 1)|,  forwards
+//! r(u, μ, t) = 0,    a·u/s² + b (t − t_last)/T² = Δs    s: size (lengths) or 1 rad (angles), both times √d
+//! (a, b) unit tangent of the path:  K t' = −∂r/∂t,  (a, b) = ±(t', 1)/|(t', 1)|,  forwards
 //! ```
-//! Each step solves for `d + 1` unknowns by bordering, two solves with `K` per iteration.
+//! Each step solves for one unknown more by bordering, two solves with `K` per iteration. Multipliers
+//! take no part in the arc length.
 //!
 //! Source: H. B. Keller, in: Applications of Bifurcation Theory (1977) 359–384.
 #![allow(non_snake_case)] // K
 
 use crate::equilibrium::Work;
-use crate::static_path::{Equilibrium, StaticError, StaticPath};
+use crate::static_path::{Equilibrium, StaticError, StaticPath, StepBounds};
 use crate::statics::{Refused, StaticProblem};
 use serde::{Deserialize, Serialize};
-use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
-use vi_multibody::sparse_nodal::extent;
+use vi_core::newton::{
+    Block, BlockKind, Fault, Newton, NewtonError, NewtonProblem, NewtonSettings,
+};
 
 /// How to follow a path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ArcSettings {
-    /// First arc length; 1 means: all of the load, or a motion by the extent of the system.
+    /// First arc length; 1 means: all of the load, or a motion by the size of the system.
     pub first_length: f64,
     /// Smallest arc length before the walk gives up.
     pub smallest_length: f64,
     /// Largest arc length.
     pub largest_length: f64,
+    /// Load parameter `T` of all of the load.
+    pub full_load: f64,
     /// Most steps.
     pub steps: usize,
+    /// What one step may change.
+    pub bounds: StepBounds,
     /// Newton's method.
     pub newton: NewtonSettings,
 }
@@ -34,14 +40,22 @@ pub struct ArcSettings {
 impl Default for ArcSettings {
     fn default() -> Self {
         let newton = NewtonSettings { max_iterations: 15, ..NewtonSettings::default() };
-        Self { first_length: 0.02, smallest_length: 1e-7, largest_length: 0.1, steps: 200, newton }
+        Self {
+            first_length: 0.02,
+            smallest_length: 1e-7,
+            largest_length: 0.1,
+            full_load: 1.0,
+            steps: 200,
+            bounds: StepBounds::default(),
+            newton,
+        }
     }
 }
 
-/// A point of the path with its unit tangent.
+/// The unit tangent of the path.
 struct Tangent {
     a: Vec<f64>, // d, divided by s²
-    b: f64,
+    b: f64,      // divided by T²
 }
 
 struct Bordered<'a> {
@@ -49,7 +63,7 @@ struct Bordered<'a> {
     work: &'a mut Work,
     tangent: &'a Tangent,
     length: f64, // Δs
-    last: f64,   // λ_last
+    last: f64,   // t_last
     column: &'a mut [f64],
 }
 
@@ -59,21 +73,21 @@ impl NewtonProblem for Bordered<'_> {
     }
 
     fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
-        let (u, factor) = (&x[..x.len() - 1], x[x.len() - 1]);
-        self.work.factor = self.last + factor;
-        let (equations, arc) = r.split_at_mut(u.len());
-        self.work.evaluate(u, equations)?;
-        arc[0] = dot(&self.tangent.a, u) + self.tangent.b * factor - self.length;
+        let (rest, change) = (&x[..x.len() - 1], x[x.len() - 1]);
+        self.work.t = self.last + change;
+        let (equations, arc) = r.split_at_mut(rest.len());
+        self.work.evaluate(rest, equations)?;
+        arc[0] = dot(&self.tangent.a, rest) + self.tangent.b * change - self.length;
         Ok(())
     }
 
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
-        let d = x.len() - 1;
-        self.work.fill_tangent(&x[..d]);
-        self.work.load_direction(self.column);
-        self.work.matrix.solve(self.column)?; // K⁻¹ ∂r/∂λ
-        let (du, arc) = dx.split_at_mut(d);
-        self.work.matrix.solve(du)?; // K⁻¹ r
+        let rest = x.len() - 1;
+        self.work.fill_tangent(&x[..rest]);
+        self.work.parameter_slope(self.column);
+        self.work.solve(self.column)?; // K⁻¹ ∂r/∂t
+        let (du, arc) = dx.split_at_mut(rest);
+        self.work.solve(du)?; // K⁻¹ r
         let Tangent { a, b } = self.tangent;
         let change = (arc[0] - dot(a, du)) / (b - dot(a, self.column));
         arc[0] = change;
@@ -82,12 +96,13 @@ impl NewtonProblem for Bordered<'_> {
     }
 }
 
+/// Over the shorter of both.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl StaticProblem {
-    /// Follows the path from the last equilibrium, first towards larger `λ`, until `done` says so or
+    /// Follows the path from the last equilibrium, first towards larger load parameters, until `done` says so or
     /// the steps are used up.
     ///
     /// # Errors
@@ -97,17 +112,26 @@ impl StaticProblem {
         settings: &ArcSettings,
         mut done: impl FnMut(&Equilibrium) -> bool,
     ) -> Result<StaticPath, StaticError> {
-        let d = self.u.len();
-        let blocks = self.arc_blocks();
-        let mut newton = Newton::new(d + 1, settings.newton);
-        let (mut x, mut column) = (vec![0.0; d + 1], vec![0.0; d]);
+        let rest = self.x.len();
+        let blocks = self.arc_blocks(settings.full_load);
+        self.bounds = settings.bounds;
+        let mut newton = Newton::new(rest + 1, settings.newton);
+        let (mut x, mut column) = (vec![0.0; rest + 1], vec![0.0; rest]);
         let mut path = StaticPath::default();
         let mut length = settings.first_length;
-        let mut forwards = vec![0.0; d + 1];
-        forwards[d] = 1.0;
+        let mut forwards = vec![0.0; rest + 1];
+        forwards[rest] = settings.full_load;
         while path.points.len() < settings.steps {
-            let Some(tangent) = self.path_tangent(&forwards, &mut column) else { break };
-            match self.arc_step((&mut newton, &blocks), &tangent, length, (&mut x, &mut column)) {
+            let full = settings.full_load;
+            let tangent = match self.path_tangent(&forwards, full, &mut column) {
+                Ok(tangent) => tangent,
+                Err(fault) => {
+                    let cause = NewtonError::Refused { fault, iteration: 0 };
+                    return Err(self.failure(Refused::Newton(cause), path));
+                }
+            };
+            let way = (length, full);
+            match self.arc_step((&mut newton, &blocks), &tangent, way, (&mut x, &mut column)) {
                 Ok(point) => {
                     forwards.copy_from_slice(&x);
                     let easy = point.iterations <= 6;
@@ -132,58 +156,65 @@ impl StaticProblem {
         &mut self,
         (newton, blocks): (&mut Newton, &[Block]),
         tangent: &Tangent,
-        length: f64,
+        (length, full): (f64, f64),
         (x, column): (&mut [f64], &mut [f64]),
     ) -> Result<Equilibrium, Refused> {
-        let (d, last) = (self.u.len(), self.work.factor);
-        let scales = self.scales();
-        let start = x[..d].iter_mut().zip(&tangent.a).zip(&scales);
-        start.for_each(|((x, a), s)| *x = length * a * s * s);
-        x[d] = length * tangent.b;
+        let (d, rest, last) = (self.work.unknowns(), self.x.len(), self.work.t);
+        let square = self.squares();
+        let start = x[..d].iter_mut().zip(&tangent.a).zip(&square);
+        start.for_each(|((x, a), s)| *x = length * a * s);
+        x[d..rest].copy_from_slice(&self.mu);
+        x[rest] = length * tangent.b * full * full;
         let work = &mut self.work;
         let mut problem = Bordered { blocks, work, tangent, length, last, column };
         let solved = newton.solve(&mut problem, x).map_err(Refused::Newton);
         let outcome = solved.and_then(|report| {
-            self.refuse_jump()?;
+            self.refuse_jump(&self.bounds)?;
+            self.x.copy_from_slice(&x[..rest]);
             self.accept(&report)
         });
         if outcome.is_err() {
-            self.work.factor = last;
+            self.work.t = last;
         }
         outcome
     }
 
-    /// Unit tangent at the last equilibrium, along `forwards`; `None` when the tangent stiffness is
-    /// singular to the last bit.
-    fn path_tangent(&mut self, forwards: &[f64], column: &mut [f64]) -> Option<Tangent> {
-        let d = self.u.len();
-        let zero = vec![0.0; d];
-        self.work.evaluate(&zero, column).ok()?;
-        self.work.fill_tangent(&zero);
-        self.work.load_direction(column);
-        self.work.matrix.solve(column).ok()?;
-        let scales = self.scales();
-        let scaled: Vec<f64> = column.iter().zip(&scales).map(|(t, s)| -t / (s * s)).collect();
-        let square = 1.0 - dot(&scaled, column);
-        let size = square.sqrt().copysign(dot(&scaled, &forwards[..d]) + forwards[d]);
-        Some(Tangent { a: scaled.iter().map(|a| a / size).collect(), b: 1.0 / size })
+    /// Unit tangent at the last equilibrium, along `forwards`.
+    fn path_tangent(
+        &mut self,
+        forwards: &[f64],
+        full: f64,
+        column: &mut [f64],
+    ) -> Result<Tangent, Fault> {
+        let d = self.work.unknowns();
+        self.x[..d].fill(0.0);
+        self.x[d..].copy_from_slice(&self.mu);
+        self.work.evaluate(&self.x, column)?;
+        self.work.fill_tangent(&self.x);
+        self.work.parameter_slope(column);
+        self.work.solve(column)?;
+        let squares = self.squares();
+        let scaled: Vec<f64> = column.iter().zip(&squares).map(|(t, s)| -t / s).collect();
+        let square = 1.0 / (full * full) - dot(&scaled, column);
+        let along = dot(&scaled, &forwards[..d]) + forwards[forwards.len() - 1] / (full * full);
+        let size = square.sqrt().copysign(along);
+        let b = 1.0 / (full * full * size);
+        Ok(Tangent { a: scaled.iter().map(|a| a / size).collect(), b })
     }
 
-    /// `s` of each unknown: the extent for lengths, 1 for angles, both times `√d`.
-    fn scales(&self) -> Vec<f64> {
-        let many = (self.u.len().max(1) as f64).sqrt();
-        let extent = extent(&self.work.s.q0).max(f64::MIN_POSITIVE);
-        let mut scales = vec![many; self.u.len()];
-        for block in self.blocks.iter().filter(|block| block.kind == BlockKind::Position) {
-            scales[block.range.clone()].fill(many * extent);
-        }
-        scales
+    /// `s²` of each unknown: of the size for lengths, 1 for angles, both times `d`.
+    fn squares(&self) -> Vec<f64> {
+        let size = self.work.size();
+        let many = self.work.unknowns().max(1) as f64;
+        // S is 1 for lengths and the square of the size for angles
+        self.work.metric().iter().map(|s| many * size * size / s).collect()
     }
 
-    fn arc_blocks(&self) -> Vec<Block> {
-        let d = self.u.len();
+    fn arc_blocks(&self, full: f64) -> Vec<Block> {
+        let rest = self.x.len();
         let mut blocks = self.blocks.clone();
-        blocks.push(Block { kind: BlockKind::Multiplier, range: d..d + 1, floor: 1e-5 });
+        let range = rest..rest + 1;
+        blocks.push(Block { kind: BlockKind::Multiplier, range, floor: 1e-5 * full });
         blocks
     }
 }

@@ -84,6 +84,10 @@ impl DiscretePotential for AveragedStrains {
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
         self.0.add_gradient(q, scale, out);
     }
+
+    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(q, scale, out);
+    }
 }
 
 #[cfg(test)]

@@ -375,6 +375,10 @@ impl DiscretePotential for AveragedHighOrder {
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
         self.0.add_gradient(q, scale, out);
     }
+
+    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(q, scale, out);
+    }
 }
 
 #[cfg(test)]

@@ -14,6 +14,7 @@
 //! | [`mesh`] | nodes along curves, triads by a rule |
 //! | [`model`] | beams, bodies, joints as one mechanism |
 //! | [`statics`], [`arc_length`] | equilibrium by load stepping, through limit points |
+//! | [`relaxation`] | starts that are no equilibria, directions without stiffness |
 //! | [`limit`] | how far an element may bend |
 //! | [`modes`] | small vibrations about an equilibrium |
 //! | [`section_force`] | section forces, centre line |
@@ -33,6 +34,7 @@ pub mod limit;
 pub mod mesh;
 pub mod model;
 pub mod modes;
+pub mod relaxation;
 pub mod section;
 pub mod section_force;
 pub mod static_path;

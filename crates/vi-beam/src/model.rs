@@ -12,7 +12,9 @@ use crate::section::Section;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use vi_core::{Quadrature, SeparableSystem, SparseMatrix};
+use vi_constraints::Constraints;
+use vi_core::force::{Force, MidpointForce};
+use vi_core::{Entries, Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
@@ -274,6 +276,36 @@ impl BeamModel {
         }
     }
 
+    /// The system at rest: elastic energy, and loads and weight that grow in proportion to the time of
+    /// statics, whatever the histories of the loads.
+    #[must_use]
+    pub fn static_system(&self, mechanism: &Mechanism, loads: Vec<Load>) -> SeparableSystem {
+        let mass = self.mass_matrix(mechanism);
+        let mut acceleration = vec![0.0; Constraints::dim(mechanism)];
+        for frame in acceleration.chunks_exact_mut(12) {
+            frame[..3].copy_from_slice(self.description.gravity.as_slice());
+        }
+        let mut weight = vec![0.0; acceleration.len()];
+        mass.mul_add(1.0, &acceleration, &mut weight);
+        let mut system = SeparableSystem::new(mass)
+            .potential(self.elements.clone())
+            .potential(self.high_order.clone())
+            .force(Box::new(MidpointForce(GrowingForce { direction: weight })));
+        for load in loads {
+            let history = TimeHistory::Linear { slope: 1.0 };
+            let grown = load.with_history(history).expect("a slope of 1 is finite");
+            system = system.force(Box::new(grown));
+        }
+        system
+    }
+
+    /// Neighbouring nodes of all elements, those of higher order last.
+    #[must_use]
+    pub fn neighbours(&self) -> Vec<[usize; 2]> {
+        let elements = self.elements.list().iter().map(|element| element.nodes);
+        elements.chain(self.high_order.pairs().iter().copied()).collect()
+    }
+
     /// `M` of bodies and elements.
     #[must_use]
     pub fn mass_matrix(&self, mechanism: &Mechanism) -> SparseMatrix {
@@ -281,5 +313,39 @@ impl BeamModel {
             self.elements.emit_mass(out);
             self.high_order.emit_mass(out);
         })
+    }
+}
+
+/// `f = t w` with a constant generalized force `w`.
+struct GrowingForce {
+    direction: Vec<f64>, // n  w
+}
+
+impl Force for GrowingForce {
+    fn add(&self, t: f64, _q: &[f64], _v: &[f64], scale: f64, out: &mut [f64]) {
+        for (out, w) in out.iter_mut().zip(&self.direction) {
+            *out += scale * t * w;
+        }
+    }
+    fn add_position_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut dyn Entries,
+    ) {
+    }
+    fn add_velocity_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut dyn Entries,
+    ) {
+    }
+    fn is_dissipative(&self) -> bool {
+        false
     }
 }

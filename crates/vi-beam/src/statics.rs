@@ -1,85 +1,93 @@
 //! Static equilibrium by load stepping.
 //!
 //! ```text
-//! r(q) = P(q)ᵀ (∇V − λ w) − λ P_exᵀ (f, τ) = 0                               λ load factor
-//! K    = P_exᵀ [ P_inᵀ∇²V P_in + Σ_I \widehat{∇_{d_I}V} d̂_I + λ(f̂, τ̂)_follower ] P_ex + joint geometry
-//! q    = F_d(u, q_last),   Dr = K with ∂F_d/∂u on the right
+//! ∇V(q) − f(t, q) + G(t, q)ᵀ μ = 0,    g(t, q) = 0                           t load parameter
 //! ```
-//! The loads are scaled by one factor `λ`, dead loads with fixed spatial components, followers with
-//! fixed body components; so is the weight `w = M γ`. A step that fails, or that bends an element
-//! beyond 90°, is halved; the last equilibrium is always kept. The tangent is exact, symmetric only
-//! without torques and followers.
+//! Loads and prescribed motions are taken at the time `t`: the motion is what a system does infinitely
+//! slowly. [`StaticProblem::new`] lets all loads and the weight of beams grow in proportion to `t`, so that `t` is their
+//! factor. A prescribed motion makes the path one of given displacements. A step that fails, that
+//! moves too much at once ([`StepBounds`]), or that bends an element beyond 90°, is halved; the last
+//! equilibrium is always kept. Loops of joints, redundant constraints, point masses, springs and
+//! couplings are all allowed; the tangent is exact and sparse. See [`crate::relaxation`] for starts that are no
+//! equilibria.
 //!
 //! Source: theory §6, "Statics".
 
 use crate::equilibrium::{Problem, Work};
 use crate::limit::{LimitReport, angle_between};
 use crate::model::BeamModel;
-pub use crate::static_path::{
-    Equilibrium, StaticError, StaticPath, StaticSettings, StaticSetupError,
-};
-use nalgebra::DMatrix;
-use vi_core::newton::{Block, BlockKind, Newton, NewtonError, NewtonReport, NewtonSettings};
-use vi_core::potential::Potential;
+pub use crate::static_path::{Equilibrium, StaticError, StaticPath, StaticSettings, StepBounds};
+use nalgebra::Vector3;
+use vi_constraints::Constraints;
+use vi_core::linear::norm_inf;
+use vi_core::newton::{Block, Newton, NewtonError, NewtonReport, NewtonSettings};
+use vi_core::{MechanicalSystem, SeparableSystem};
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::sparse_nodal::extent;
+use vi_rigid::directors;
 use vi_rigid::load::Load;
 
+#[derive(Debug)]
 pub(crate) enum Refused {
     Newton(NewtonError),
     Limit(String),
-    Jump { element: usize, turn: f64 },
+    Jump(String),
 }
 
-/// Beams, bodies and loads in search of equilibrium.
+impl std::fmt::Display for Refused {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Newton(error) => error.fmt(f),
+            Self::Limit(message) | Self::Jump(message) => f.write_str(message),
+        }
+    }
+}
+
+/// Beams, bodies, point masses and loads in search of equilibrium.
 pub struct StaticProblem {
     pub(crate) newton: Newton,
     pub(crate) blocks: Vec<Block>,
-    largest_turn: f64,
-    pub(crate) u: Vec<f64>, // d
+    pub(crate) bounds: StepBounds,
+    pub(crate) x: Vec<f64>,  // (u, μ)
+    pub(crate) mu: Vec<f64>, // μ of the last equilibrium, chosen rows
     pub(crate) work: Work,
+    pub(crate) neutral: bool, // some direction has no stiffness: steps are relaxed
+    pairs: Vec<[usize; 2]>,   // neighbouring nodes of elements
+    elastic: Vec<bool>,       // frames that are nodes of elements
 }
 
 impl StaticProblem {
-    /// The model in its initial placement, which is taken for the equilibrium at `λ = 0`.
-    ///
-    /// # Errors
-    /// [`StaticSetupError`].
-    pub fn new(
-        model: &BeamModel,
-        mechanism: &Mechanism,
-        loads: Vec<Load>,
-    ) -> Result<Self, StaticSetupError> {
-        if let Some(&cut) = mechanism.cut_joints().first() {
-            let joint = mechanism.description().joints[cut].name.clone();
-            return Err(StaticSetupError::ClosedLoop { joint });
-        }
-        if !mechanism.description().particles.is_empty() {
-            return Err(StaticSetupError::Particles);
-        }
-        let work = Work::new(model, mechanism, loads);
-        let mut blocks = work.layout.blocks();
-        let length = 1e-5 * extent(&work.s.q0).max(1e-5);
-        for block in &mut blocks {
-            block.floor = if block.kind == BlockKind::Rotation { 1e-5 } else { length };
-        }
-        let d = work.layout.dimension().1;
-        let newton = Newton::new(d, NewtonSettings::default());
-        Ok(Self { newton, blocks, largest_turn: f64::INFINITY, u: vec![0.0; d], work })
+    /// The beams of a model in their initial placement, which is taken for the equilibrium at `t = 0`;
+    /// loads and weight grow in proportion to `t`, whatever the histories of the loads.
+    #[must_use]
+    pub fn new(model: &BeamModel, mechanism: &Mechanism, loads: Vec<Load>) -> Self {
+        let system = model.static_system(mechanism, loads);
+        Self::of_system(system, mechanism.clone(), model.neighbours(), (0.0, &model.placement()))
     }
 
-    /// With a further potential (springs between frames).
+    /// Any system with its constraints, at the load parameter `t` and the placement `q`; `pairs`:
+    /// frames that are neighbouring nodes of an element.
     #[must_use]
-    pub fn potential(mut self, potential: impl Potential + 'static) -> Self {
-        self.work.potentials.push(Box::new(potential));
-        self
-    }
-
-    /// The time (s) at which the histories of the loads are read; 0 unless said otherwise.
-    #[must_use]
-    pub fn at_time(mut self, time: f64) -> Self {
-        self.work.time = time;
-        self
+    pub fn of_system(
+        system: SeparableSystem,
+        mechanism: Mechanism,
+        pairs: Vec<[usize; 2]>,
+        at: (f64, &[f64]),
+    ) -> Self {
+        let mut elastic = vec![false; mechanism.description().bodies.len()];
+        pairs.iter().flatten().for_each(|&node| elastic[node] = true);
+        let work = Work::new(system, mechanism, at);
+        let (d, rows) = (work.unknowns(), work.rows.len());
+        Self {
+            newton: Newton::new(d + rows, NewtonSettings::default()),
+            blocks: work.blocks(),
+            bounds: StepBounds::default(),
+            x: vec![0.0; d + rows],
+            mu: vec![0.0; rows],
+            work,
+            neutral: false,
+            pairs,
+            elastic,
+        }
     }
 
     /// Coordinates of the last equilibrium.
@@ -88,13 +96,31 @@ impl StaticProblem {
         &self.work.s.q0
     }
 
-    /// Load factor of the last equilibrium.
+    /// Load parameter of the last equilibrium.
     #[must_use]
     pub fn factor(&self) -> f64 {
-        self.work.factor
+        self.work.t
     }
 
-    /// Walks from the last equilibrium through the given load factors.
+    /// The constraints.
+    #[must_use]
+    pub fn mechanism(&self) -> &Mechanism {
+        &self.work.mechanism
+    }
+
+    /// The constraints that are enforced, without those inside the frames.
+    #[must_use]
+    pub fn rows(&self) -> &vi_constraints::saddle_point::IndependentRows {
+        &self.work.rows
+    }
+
+    /// Whether some direction has no stiffness; steps are then relaxed.
+    #[must_use]
+    pub fn is_neutral(&self) -> bool {
+        self.neutral
+    }
+
+    /// Walks from the last equilibrium through the given load parameters.
     ///
     /// # Errors
     /// [`StaticError`]; the problem then stands at the last equilibrium of the path it holds.
@@ -104,12 +130,12 @@ impl StaticProblem {
         settings: &StaticSettings,
     ) -> Result<StaticPath, StaticError> {
         self.newton.settings = settings.newton;
-        self.largest_turn = settings.largest_turn;
+        self.bounds = settings.bounds;
         let mut path = StaticPath::default();
         for &target in factors {
-            let way = target - self.work.factor;
+            let start = self.work.t;
+            let way = target - start;
             let (mut done, mut step) = (0.0, settings.first_step.clamp(0.0, 1.0));
-            let start = self.work.factor;
             while done < 1.0 {
                 let next = if done + 1.001 * step >= 1.0 { 1.0 } else { done + step };
                 let factor = if next < 1.0 { start + next * way } else { target };
@@ -132,36 +158,93 @@ impl StaticProblem {
     }
 
     pub(crate) fn failure(&self, refused: Refused, path: StaticPath) -> StaticError {
-        let (factor, path) = (self.work.factor, Box::new(path));
+        let (factor, path) = (self.work.t, Box::new(path));
         match refused {
             Refused::Newton(cause) => StaticError::NotConverged { factor, cause, path },
-            Refused::Jump { element, turn } => StaticError::Jump { factor, element, turn, path },
+            Refused::Jump(what) => StaticError::Jump { factor, what, path },
             Refused::Limit(message) => StaticError::ElementLimit { factor, message, path },
         }
     }
 
     /// One step of the load; on failure everything is as before.
     fn step_to(&mut self, factor: f64) -> Result<Equilibrium, Refused> {
-        let before = self.work.factor;
-        self.work.factor = factor;
-        self.u.fill(0.0);
-        let solved = self.newton.solve(&mut Problem::of(&self.blocks, &mut self.work), &mut self.u);
-        let outcome = solved.map_err(Refused::Newton).and_then(|report| {
-            self.refuse_jump()?;
-            self.accept(&report)
-        });
+        let before = std::mem::replace(&mut self.work.t, factor);
+        let outcome = if self.neutral {
+            let bounds = self.bounds;
+            self.relax(&bounds)
+        } else {
+            self.correct().and_then(|report| self.accept(&report))
+        };
         if outcome.is_err() {
-            self.work.factor = before;
+            self.work.t = before;
         }
         outcome
     }
 
-    pub(crate) fn refuse_jump(&self) -> Result<(), Refused> {
+    /// Newton's method from the last equilibrium; refuses jumps.
+    pub(crate) fn correct(&mut self) -> Result<NewtonReport, Refused> {
+        let d = self.work.unknowns();
+        self.x[..d].fill(0.0);
+        self.x[d..].copy_from_slice(&self.mu);
+        let mut problem = Problem::of(&self.blocks, &mut self.work);
+        let solved = self.newton.solve(&mut problem, &mut self.x);
+        let forecast = problem.into_forecast();
+        let report = solved.map_err(Refused::Newton)?;
+        self.refuse_jump(&self.bounds)?;
+        self.compare(&forecast)?;
+        Ok(report)
+    }
+
+    /// Refuses increments much larger than the tangent at the last equilibrium says, or against it.
+    fn compare(&self, forecast: &[f64]) -> Result<(), Refused> {
+        let norm = |x: &[f64]| self.work.product(x, x).sqrt();
+        let (found, foreseen) = (norm(&self.x), norm(forecast));
+        if found <= 1e-6 * self.work.size() || self.bounds.excess.is_infinite() {
+            return Ok(());
+        }
+        if found > self.bounds.excess * foreseen {
+            let times = found / foreseen;
+            let what = format!("it moves {times:.1} times as far as the tangent stiffness says");
+            return Err(Refused::Jump(what));
+        }
+        if self.work.product(&self.x, forecast) < 0.0 {
+            let what = "it moves against what the tangent stiffness says".into();
+            return Err(Refused::Jump(what));
+        }
+        Ok(())
+    }
+
+    pub(crate) fn refuse_jump(&self, bounds: &StepBounds) -> Result<(), Refused> {
         let s = &self.work.s;
-        for (element, nodes) in self.work.pairs().enumerate() {
-            let turn = angle_between(nodes, &s.q1) - angle_between(nodes, &s.q0);
-            if turn.abs() > self.largest_turn {
-                return Err(Refused::Jump { element, turn });
+        for (element, nodes) in self.pairs.iter().enumerate() {
+            let turn = angle_between(*nodes, &s.q1) - angle_between(*nodes, &s.q0);
+            if turn.abs() > bounds.turn {
+                let what = format!("element {element} bends by {turn:.3} rad at once");
+                return Err(Refused::Jump(what));
+            }
+        }
+        let description = self.work.mechanism.description();
+        let farthest = bounds.travel * self.work.size();
+        for (k, body) in description.bodies.iter().enumerate() {
+            let (before, after) = (&s.q0[12 * k..12 * k + 12], &s.q1[12 * k..12 * k + 12]);
+            let way = (directors::center(after) - directors::center(before)).norm();
+            let turn = directors::triad(after) - directors::triad(before);
+            let turn = 2.0 * (turn.norm() / 8.0_f64.sqrt()).min(1.0).asin();
+            let turns = !self.elastic[k] && turn > bounds.rotation;
+            if way > farthest || turns {
+                let name = &body.name;
+                let what = format!("`{name}` moves by {way:.3} m and {turn:.3} rad at once");
+                return Err(Refused::Jump(what));
+            }
+        }
+        for (k, particle) in description.particles.iter().enumerate() {
+            let at = self.work.mechanism.particle_offset(k);
+            let own = at..at + description.dimension;
+            let way =
+                Vector3::from_fn(|i, _| own.clone().nth(i).map_or(0.0, |j| s.q1[j] - s.q0[j]));
+            if way.norm() > farthest {
+                let (name, way) = (&particle.name, way.norm());
+                return Err(Refused::Jump(format!("`{name}` moves by {way:.3} m at once")));
             }
         }
         Ok(())
@@ -169,32 +252,39 @@ impl StaticProblem {
 
     /// Takes the configuration last evaluated as the new equilibrium, unless an element has folded.
     pub(crate) fn accept(&mut self, report: &NewtonReport) -> Result<Equilibrium, Refused> {
-        let work = &mut self.work;
-        let limit = LimitReport::of_pairs(work.pairs(), &work.s.q1);
+        self.check_limit()?;
+        let d = self.work.unknowns();
+        self.mu.copy_from_slice(&self.x[d..]);
+        self.work.advance();
+        Ok(self.here(report.iterations, report.residual))
+    }
+
+    /// Refuses folded elements in the configuration last evaluated.
+    pub(crate) fn check_limit(&self) -> Result<(), Refused> {
+        let limit = LimitReport::of_pairs(self.pairs.iter().copied(), &self.work.s.q1);
         if limit.is_exceeded() {
             return Err(Refused::Limit(limit.message().unwrap_or_default()));
         }
-        let mut q = work.s.q1.clone();
-        work.layout.clean(&mut q);
-        work.s.open(0.0, 1.0, &q);
-        Ok(Equilibrium {
-            factor: work.factor,
-            strain_energy: work.elements.value(&q) + work.high_order.value(&q),
-            q,
-            iterations: report.iterations,
-            residual: report.residual,
-            limit,
-        })
+        Ok(())
     }
 
-    /// The reduced tangent stiffness at the last equilibrium, dense.
-    #[must_use]
-    pub fn tangent(&mut self) -> DMatrix<f64> {
-        let u = vec![0.0; self.u.len()];
-        let mut r = u.clone();
-        if self.work.evaluate(&u, &mut r).is_ok() {
-            self.work.fill_tangent(&u);
+    /// The last equilibrium.
+    pub(crate) fn here(&self, iterations: usize, residual: f64) -> Equilibrium {
+        let work = &self.work;
+        let q = work.s.q0.clone();
+        let mut multipliers = vec![0.0; work.mechanism.len()];
+        work.rows.scatter(&self.mu, &mut multipliers);
+        let mut g = vec![0.0; multipliers.len()];
+        work.mechanism.value(work.t, &q, &mut g);
+        Equilibrium {
+            factor: work.t,
+            multipliers,
+            potential_energy: work.system.potential_energy(&q),
+            iterations,
+            residual,
+            position_residual: norm_inf(&g),
+            limit: LimitReport::of_pairs(self.pairs.iter().copied(), &q),
+            q,
         }
-        self.work.matrix.to_dense()
     }
 }

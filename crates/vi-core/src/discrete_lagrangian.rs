@@ -152,6 +152,21 @@ impl SeparableSystem {
         self.forces.push(force);
         self
     }
+
+    /// `out ← ∇V(q) − f(t, q, 0)`, N: what the constraints have to balance at rest.
+    pub fn rest_force(&self, t: f64, q: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        self.add_force(t, q, &vec![0.0; q.len()], out);
+        out.iter_mut().for_each(|f| *f = -*f);
+        self.add_potential_gradient(q, 1.0, out);
+    }
+
+    /// Emits `∂/∂q` of [`SeparableSystem::rest_force`], shape `n × n`; always the same places in the same
+    /// order. Not symmetric where a force has no potential.
+    pub fn rest_stiffness(&self, t: f64, q: &[f64], out: &mut dyn Entries) {
+        self.potentials.iter().for_each(|potential| potential.add_hessian(q, 1.0, out));
+        self.forces.iter().for_each(|force| force.add_rest_derivative(t, q, -1.0, out));
+    }
 }
 
 impl MechanicalSystem for SeparableSystem {

@@ -20,6 +20,9 @@ pub trait DiscreteForce: Send + Sync {
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries);
     /// `out ← out + f(t, q, v)`, N: the continuous force that the pair approximates.
     fn add_continuous(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]);
+    /// Emits `scale ∂f/∂q (t, q, 0)`, the stiffness of the force at rest; always the same places in the
+    /// same order.
+    fn add_rest_derivative(&self, t: f64, q: &[f64], scale: f64, out: &mut dyn Entries);
     /// Whether the force takes energy out whichever way time runs (dampers, friction).
     fn is_dissipative(&self) -> bool;
     /// Told of every node reached: a force on an angle remembers which turn it is in.
@@ -72,6 +75,10 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
 
     fn add_continuous(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
         self.0.add(t, q, v, 1.0, out);
+    }
+
+    fn add_rest_derivative(&self, t: f64, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.0.add_position_derivative(t, q, &vec![0.0; q.len()], scale, out);
     }
 
     fn is_dissipative(&self) -> bool {

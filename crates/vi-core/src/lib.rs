@@ -13,6 +13,7 @@
 //! | [`free`] | discrete Euler–Lagrange stepping of unconstrained systems |
 //! | [`newton`], [`predictor`] | the nonlinear solver and its start values |
 //! | [`linear`], [`sparse`] | factorizations; matrices refilled in place |
+//! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
 //! | [`composition`] | orders 4, 6, 8 |
 //! | [`state`], [`trajectory`] | the state of the future; sinks of samples |
 //! | [`momentum_map`] | discrete Noether quantities |
@@ -25,6 +26,7 @@
 
 pub mod composition;
 pub mod discrete_lagrangian;
+pub mod eigen;
 pub mod force;
 pub mod free;
 pub mod interval;

@@ -45,6 +45,8 @@ pub trait DiscretePotential: Send + Sync {
     fn potential(&self, q: &[f64]) -> f64;
     /// `out ← out + scale ∇V(q)`.
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
+    /// Emits `scale ∇²V(q)`; always the same places in the same order.
+    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries);
     /// Told of every node reached: a potential of an angle remembers which turn it is in.
     fn accept(&self, _q: &[f64]) {}
 }
@@ -96,6 +98,9 @@ impl<V: Potential> DiscretePotential for Midpoint<V> {
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
         self.0.add_gradient(q, scale, out);
     }
+    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(q, scale, out);
+    }
 }
 
 /// `U_d = ½ V(q_n) + ½ V(q_{n+1})`.
@@ -123,6 +128,9 @@ impl<V: Potential> DiscretePotential for Trapezoidal<V> {
     }
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
         self.0.add_gradient(q, scale, out);
+    }
+    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(q, scale, out);
     }
 }
 

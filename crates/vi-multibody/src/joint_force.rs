@@ -67,6 +67,11 @@ impl DiscretePotential for JointSpring {
         let stretch = self.coordinate.at(q) - self.rest;
         self.coordinate.add_gradient(q, scale * self.stiffness * stretch, out);
     }
+    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        let stretch = self.coordinate.at(q) - self.rest;
+        self.coordinate.emit_product(q, q, scale * self.stiffness, out);
+        self.coordinate.emit_second(q, scale * self.stiffness * stretch, out);
+    }
     fn accept(&self, q: &[f64]) {
         self.coordinate.accept(q);
     }
@@ -173,6 +178,13 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     fn add_continuous(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
         let effort = self.law.effort(t, self.coordinate.at(q), self.coordinate.rate(q, v));
         self.coordinate.add_gradient(q, effort, out);
+    }
+    fn add_rest_derivative(&self, t: f64, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        let coordinate = self.coordinate.at(q);
+        let slope = self.law.slopes(t, coordinate, 0.0).0;
+        self.coordinate.emit_product(q, q, scale * slope, out);
+        let effort = self.law.effort(t, coordinate, 0.0);
+        self.coordinate.emit_second(q, scale * effort, out);
     }
     fn is_dissipative(&self) -> bool {
         self.law.is_dissipative()

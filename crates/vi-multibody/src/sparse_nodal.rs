@@ -18,12 +18,14 @@
 
 pub mod layout;
 pub mod reduced_matrix;
+pub mod reduced_rows;
 
 use crate::mechanism::Mechanism;
 use crate::pair::Twist;
 pub use layout::{Columns, VelocityLayout};
 use nalgebra::DMatrix;
 pub use reduced_matrix::ReducedMatrix;
+pub use reduced_rows::ReducedRows;
 use vi_constraints::NodalOperators;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;

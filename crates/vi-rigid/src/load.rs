@@ -97,6 +97,21 @@ impl Load {
         }
     }
 
+    /// The same load with another history.
+    ///
+    /// # Errors
+    /// [`LoadError::History`].
+    pub fn with_history(self, history: TimeHistory) -> Result<Self, LoadError> {
+        history.validate()?;
+        Ok(Self { history, ..self })
+    }
+
+    /// The factor in time.
+    #[must_use]
+    pub fn history(&self) -> &TimeHistory {
+        &self.history
+    }
+
     /// First coordinate of the frame.
     #[must_use]
     pub fn offset(&self) -> usize {
@@ -176,6 +191,15 @@ pub fn add_wrench(
     }
 }
 
+/// Emits the matrix of `x ↦ a × x`.
+fn cross(out: &mut dyn Entries, (row, column): (usize, usize), a: &Vector3<f64>) {
+    for k in 0..3 {
+        let (next, last) = ((k + 1) % 3, (k + 2) % 3);
+        out.add(row + next, column + last, -a[k]);
+        out.add(row + last, column + next, a[k]);
+    }
+}
+
 impl DiscreteForce for Load {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
         self.add_half(s, &s.q0, out);
@@ -205,12 +229,8 @@ impl DiscreteForce for Load {
             // ∂(½ τ×d_I)/∂d_J = −½ τ_J d̂_I ∂d̄_J/∂d_J
             let factor = 0.5 * scale * self.torque[j];
             for i in 0..3 {
-                let (row, d) = (self.offset + 3 + 3 * i, factor * director(frame, i));
-                for k in 0..3 {
-                    let (next, last) = ((k + 1) % 3, (k + 2) % 3);
-                    out.add(row + next, column + last, d[k]);
-                    out.add(row + last, column + next, -d[k]);
-                }
+                let row = self.offset + 3 + 3 * i;
+                cross(out, (row, column), &(-factor * director(frame, i)));
             }
         }
     }
@@ -218,6 +238,30 @@ impl DiscreteForce for Load {
     fn add_continuous(&self, t: f64, q: &[f64], _v: &[f64], out: &mut [f64]) {
         let frame = self.frame(q);
         self.add(1.0, self.wrench(t, frame), frame, &mut out[self.offset..]);
+    }
+
+    fn add_rest_derivative(&self, t: f64, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        let frame = self.frame(q);
+        let (_, torque) = self.wrench(t, frame);
+        let follows = self.kind == LoadKind::Follower;
+        let c = if follows { scale * self.history.value(t) } else { 0.0 };
+        for j in 0..3 {
+            let (row, column) = (self.offset + 3 + 3 * j, self.offset + 3 + 3 * j);
+            cross(out, (row, column), &(0.5 * scale * torque)); // ½ τ×d_J
+            if !follows {
+                continue;
+            }
+            for k in 0..3 {
+                out.add(self.offset + k, column + k, c * self.force[j]); // f = f_J d_J
+            }
+            for i in 0..3 {
+                let row = self.offset + 3 + 3 * i;
+                let lever = c * self.point[i] * self.force[j]; // ϱ_I f
+                (0..3).for_each(|k| out.add(row + k, column + k, lever));
+                let d = -0.5 * c * self.torque[j] * director(frame, i); // ½ τ×d_I, τ = τ_J d_J
+                cross(out, (row, column), &d);
+            }
+        }
     }
 
     fn is_dissipative(&self) -> bool {
@@ -356,6 +400,31 @@ mod tests {
                     let fd = (plus[i] - minus[i]) / (2.0 * e);
                     let error = (fd - exact[(i, 12 + j)]).abs();
                     assert!(error < 1e-13, "{kind:?} [{i}, {j}]: off by {error:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_stiffness_at_rest_matches_central_differences() {
+        let mut sample = Sample::new(75);
+        for kind in [LoadKind::Dead, LoadKind::Follower] {
+            let (load, q) = (load(&mut sample, kind), sample.frame());
+            let force = |q: &[f64]| {
+                let mut out = vec![0.0; 24];
+                load.add_continuous(0.7, q, &[0.0; 24], &mut out);
+                out
+            };
+            let q = [q, q].concat();
+            let mut exact = DMatrix::zeros(24, 24);
+            load.add_rest_derivative(0.7, &q, 1.0, &mut exact);
+            for j in 0..24 {
+                let (mut plus, mut minus) = (q.clone(), q.clone());
+                (plus[j], minus[j]) = (q[j] + 1e-3, q[j] - 1e-3); // quadratic in q
+                let (plus, minus) = (force(&plus), force(&minus));
+                for i in 0..24 {
+                    let error = ((plus[i] - minus[i]) / 2e-3 - exact[(i, j)]).abs();
+                    assert!(error < 1e-12, "{kind:?} [{i}, {j}]: off by {error:e}");
                 }
             }
         }

@@ -57,6 +57,11 @@ pub enum TimeHistory {
         #[serde(default = "one")]
         amplitude: f64,
     },
+    /// `slope · t` at all times, also before zero: a load factor that grows with the time of statics.
+    Linear {
+        /// 1/s.
+        slope: f64,
+    },
     /// Zero until `start`, then linear up to `amplitude` at `end`, then constant.
     Ramp {
         /// s.
@@ -128,6 +133,7 @@ impl TimeHistory {
     pub fn value(&self, t: f64) -> f64 {
         match *self {
             Self::Constant { amplitude } => amplitude,
+            Self::Linear { slope } => slope * t,
             Self::Ramp { start, end, amplitude } => {
                 if t < start {
                     0.0
@@ -167,6 +173,7 @@ impl TimeHistory {
     pub fn validate(&self) -> Result<(), HistoryError> {
         match *self {
             Self::Constant { amplitude } => finite(&[("amplitude", amplitude)]),
+            Self::Linear { slope } => finite(&[("slope", slope)]),
             Self::Ramp { start, end, amplitude } | Self::Pulse { start, end, amplitude } => {
                 finite(&[("start", start), ("end", end), ("amplitude", amplitude)])?;
                 ordered(("start", start), ("end", end))
@@ -248,6 +255,7 @@ mod tests {
         check(&TimeHistory::default(), &[(-1.0, 1.0), (5.0, 1.0)]);
         let ramp = TimeHistory::Ramp { start: 1.0, end: 3.0, amplitude: 4.0 };
         check(&ramp, &[(0.9, 0.0), (1.0, 0.0), (2.5, 3.0), (3.0, 4.0), (9.0, 4.0)]);
+        check(&TimeHistory::Linear { slope: 0.5 }, &[(-1.0, -0.5), (3.0, 1.5)]);
         let step = TimeHistory::Ramp { start: 1.0, end: 1.0, amplitude: 4.0 };
         check(&step, &[(0.9, 0.0), (1.0, 4.0)]);
         let pulse = TimeHistory::Pulse { start: 1.0, end: 3.0, amplitude: 4.0 };

@@ -24,8 +24,6 @@ pub(super) struct Member {
     pub(super) first: usize,
     pub(super) size: usize,
     pub(super) columns: Range<usize>,
-    /// Carried by a joint, so that its columns change with the configuration.
-    pub(super) jointed: bool,
 }
 
 impl Member {
@@ -85,8 +83,7 @@ impl VelocityLayout {
             }
             unknowns.extend(link.offset..link.offset + link.freedoms());
             let columns = start..unknowns.len();
-            let jointed = link.joint.kind != PairKind::Free && !columns.is_empty();
-            members.push(Member { first: 12 * link.frame, size: 12, columns, jointed });
+            members.push(Member { first: 12 * link.frame, size: 12, columns });
         }
         let description = mechanism.description();
         let count = description.particles.len();
@@ -101,7 +98,7 @@ impl VelocityLayout {
                 let start = unknowns.len();
                 unknowns.extend((0..d).filter(|&j| probe.view((first, j), (size, 1)).amax() > 0.0));
                 let columns = start..unknowns.len();
-                members.push(Member { first, size, columns, jointed: false });
+                members.push(Member { first, size, columns });
             }
             particle_rows = Some(probe);
         }
@@ -222,21 +219,6 @@ impl VelocityLayout {
         let shared = apex.map_or(0, |apex| self.members[apex].columns.len());
         for c in self.members[link].columns.clone().skip(shared) {
             visit(self.unknowns[c], unflat(&at.twists[c]));
-        }
-    }
-
-    /// `out ← ` the column of `P` (shape `n`) that belongs to one unknown.
-    pub fn push_forward(&self, at: &Columns, unknown: usize, out: &mut [f64]) {
-        out.fill(0.0);
-        for member in &self.members {
-            for c in member.columns.clone().filter(|&c| self.unknowns[c] == unknown) {
-                let own = member.first..member.first + member.size;
-                if member.size == 12 {
-                    null_space::push_forward(&at.q[own.clone()], &at.twists[c], &mut out[own]);
-                } else {
-                    out[own].copy_from_slice(&at.twists[c].as_slice()[..member.size]);
-                }
-            }
         }
     }
 

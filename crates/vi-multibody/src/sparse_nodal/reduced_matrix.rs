@@ -88,57 +88,6 @@ impl ReducedMatrix {
         }
     }
 
-    /// Adds the change of `P_ex` under a fixed generalized force `w` (shape `n`) to the matrix last
-    /// filled: `Σ_α ∂(J_αᵀ)/∂u b_α`, `b = P_inᵀ w`, by central differences of the columns of members on
-    /// joints. Free roots have none. Statics needs it: there the force balance is taken at the unknown
-    /// configuration. Particles on bars are left out. It decides how fast Newton converges, not where.
-    pub fn add_joint_geometry(
-        &mut self,
-        layout: &mut VelocityLayout,
-        (left, right): (&Columns, &Columns),
-        w: &[f64],
-    ) {
-        const STEP: f64 = 1e-5; // truncation 1e-10, round-off 1e-11
-        let mut moving: Vec<usize> = Vec::new();
-        for member in layout.members.iter().filter(|member| member.jointed) {
-            moving.extend(member.columns.clone().map(|c| layout.unknowns[c]));
-        }
-        moving.sort_unstable();
-        moving.dedup();
-        let (mut plus, mut minus) = (layout.columns(), layout.columns());
-        for unknown in moving {
-            let mut rate = vec![0.0; layout.dimension.0];
-            layout.push_forward(right, unknown, &mut rate);
-            let shifted = |by: f64| -> Vec<f64> {
-                left.q.iter().zip(&rate).map(|(q, v)| q + by * v).collect()
-            };
-            layout.null_space(&shifted(STEP), &mut plus);
-            layout.null_space(&shifted(-STEP), &mut minus);
-            let mut next = 0;
-            for coupling in &self.couplings {
-                let (a, b) = (&layout.members[coupling.row], &layout.members[coupling.column]);
-                if coupling.row != coupling.column || !a.jointed {
-                    next += a.columns.len() * b.columns.len();
-                    continue;
-                }
-                let wrench = a.shrink(&left.q, |i| w[a.first + i]);
-                for j in b.columns.clone() {
-                    for i in a.columns.clone() {
-                        if layout.unknowns[j] == unknown {
-                            let change = (plus.twists[i] - minus.twists[i]).dot(&wrench);
-                            self.products[next] += 0.5 / STEP * change;
-                            let (row, column) = self.places[next];
-                            if row == column {
-                                self.diagonal[row] += 0.5 / STEP * change;
-                            }
-                        }
-                        next += 1;
-                    }
-                }
-            }
-        }
-    }
-
     fn analyse(&mut self, layout: &VelocityLayout, emit: &dyn Fn(&mut dyn Entries)) {
         let (n, d) = layout.dimension;
         let mut member_of = vec![usize::MAX; n];
@@ -208,6 +157,19 @@ impl ReducedMatrix {
         lu.solve(matrix, x)?;
         weigh(x);
         Ok(())
+    }
+
+    /// Emits the matrix last filled; always the same places in the same order.
+    pub fn emit(&self, out: &mut dyn Entries) {
+        for (&(i, j), product) in self.places.iter().zip(&self.products) {
+            out.add(i, j, *product);
+        }
+    }
+
+    /// The diagonal of the matrix last filled, shape `d`.
+    #[must_use]
+    pub fn diagonal(&self) -> &[f64] {
+        &self.diagonal
     }
 
     /// Dense copy of the matrix last filled, unscaled; for studies and small problems.
