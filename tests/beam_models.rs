@@ -173,10 +173,9 @@ fn section_forces_are_written() {
     };
     let root = &row("strip", "0")[0];
     assert!((root[0] - 0.125).abs() < 1e-15, "s = {}", root[0]);
-    assert_eq!(
-        [root[7], root[9], root[12]],
-        [column("root.N1"), column("root.N3"), column("root.M3")]
-    );
+    for (k, name) in [(7, "root.N1"), (9, "root.N3"), (12, "root.M3")] {
+        assert!((root[k] - column(name)).abs() <= 1e-15 * root[k].abs(), "{name}: {}", root[k]);
+    }
     assert!(root[12] != 0.0);
     let bend = row("ring", "3"); // two Gauss points of equal weight
     assert_eq!(bend.len(), 2);

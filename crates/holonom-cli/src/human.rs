@@ -37,7 +37,7 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         [] => "none".to_owned(),
         names => format!("{} in {}", report.redundant_constraints, names.join(", ")),
     };
-    let rows = [
+    let mut rows = vec![
         ("degrees of freedom", report.dof.to_string()),
         ("bodies, joints", format!("{}, {}", report.bodies, report.joints)),
         ("coordinates, constraints", format!("{}, {}", report.coordinates, report.constraints)),
@@ -55,6 +55,14 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
             ),
         ),
     ];
+    if let Some(stiffness) = &report.stiffness {
+        let found = format!(
+            "{:.3} (element {} of {})",
+            stiffness.h_omega_max, stiffness.element, stiffness.beam
+        );
+        rows.insert(2, ("beams, elements", format!("{}, {}", report.beams, report.elements)));
+        rows.push(("h ω_max of beams", found));
+    }
     let mut text = format!("{}: valid\n", model.header.name);
     for (subject, finding) in rows {
         let _ = writeln!(text, "  {subject:26}  {finding}");

@@ -31,6 +31,9 @@ pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
     bar.finish_and_clear();
     let finished = finished?;
     if !arguments.quiet {
+        let known = simulation.assembly().warnings.len();
+        let new = finished.summary.warnings.iter().skip(known);
+        new.for_each(|warning| stderr::line(&format!("warning: {warning}")));
         stderr::print(&human::summary(&finished));
     }
     if arguments.json {

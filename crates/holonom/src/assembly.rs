@@ -1,6 +1,8 @@
 //! What the assembly of a model finds, before anything moves.
 
-use crate::model::{Inconsistency, Level, Model, ModelError, Settings};
+use crate::beams::Beams;
+use crate::limits::Stiffness;
+use crate::model::{Beam, Inconsistency, Level, Model, ModelError, Settings};
 use serde::{Deserialize, Serialize};
 use vi_constraints::Constraints;
 use vi_constraints::initialization::StartError;
@@ -15,6 +17,12 @@ use vi_multibody::run::MechanismIntegrator;
 pub struct AssemblyReport {
     /// Rigid bodies and particles, fixed ones included.
     pub bodies: usize,
+    /// Beams.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub beams: usize,
+    /// Elements of all beams.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub elements: usize,
     /// Joints, bars and single constraints.
     pub joints: usize,
     /// Redundant coordinates `n`.
@@ -29,10 +37,18 @@ pub struct AssemblyReport {
     pub dof: usize,
     /// What the start misses the constraints by.
     pub closure: Closure,
+    /// The stiffest element against the step; `None` without beams.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Stiffness>,
     /// How far the start was moved onto the constraints, m; `None` when it was not.
     pub projected: Option<f64>,
     /// What is worth knowing.
     pub warnings: Vec<String>,
+}
+
+/// Whether a count is not worth a word.
+pub(crate) fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// Largest residuals of the start as given.
@@ -89,7 +105,12 @@ pub(crate) fn velocity_inconsistencies(
 }
 
 /// The report of an assembled model.
-pub(crate) fn report(model: &Model, run: &MechanismIntegrator, closure: Closure) -> AssemblyReport {
+pub(crate) fn report(
+    model: &Model,
+    run: &MechanismIntegrator,
+    beams: &Beams,
+    closure: Closure,
+) -> AssemblyReport {
     let mechanism = run.constraints();
     let rows = run.rows();
     let mut redundant: Vec<String> = Vec::new();
@@ -110,8 +131,12 @@ pub(crate) fn report(model: &Model, run: &MechanismIntegrator, closure: Closure)
         let moved = start.velocity_moved;
         warnings.push(format!("the start velocity was moved onto the constraints by {moved:.3e}"));
     }
+    let stiffness = Stiffness::new(beams, &model.settings);
+    warnings.extend(stiffness.as_ref().and_then(|s| s.warning(&model.settings)));
     AssemblyReport {
         bodies: model.bodies.len() + model.particles.len(),
+        beams: beams.list.len(),
+        elements: model.beams.iter().map(Beam::element_count).sum(),
         joints: model.joints.len() + model.bars.len() + model.constraints.len(),
         coordinates: n,
         constraints: m,
@@ -119,6 +144,7 @@ pub(crate) fn report(model: &Model, run: &MechanismIntegrator, closure: Closure)
         redundant,
         dof: n - rows.len(),
         closure,
+        stiffness,
         projected: (moved > 0.0).then_some(moved),
         warnings,
     }

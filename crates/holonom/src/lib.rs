@@ -120,6 +120,7 @@ mod assembly;
 mod beams;
 mod drive;
 pub mod evidence;
+mod limits;
 pub mod model;
 pub mod output;
 pub mod report;
@@ -139,6 +140,7 @@ pub use vi_multibody;
 pub use vi_rigid;
 
 pub use beams::{BeamParts, Beams};
+pub use limits::Stiffness;
 pub use model::{Model, ModelError};
 pub use output::{RunFolder, Summary};
 pub use sample::{Member, MemberKind, Residuals, Sample};

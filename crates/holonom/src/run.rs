@@ -52,7 +52,8 @@ pub fn run(
     sensors.map_or(Ok(()), |sensors| sensors.finish()).map_err(io)?;
     beams.map_or(Ok(()), |beams| beams.finish()).map_err(io)?;
     let wall = begin.elapsed().as_secs_f64();
-    let summary = summary.finish(model, simulation.assembly(), &outcome, wall);
+    let mut summary = summary.finish(model, simulation.assembly(), &outcome, wall);
+    summary.warnings = simulation.warnings();
     files.push(folder.write_summary(&summary)?);
     files.extend(report::write(folder)?);
     Ok(Finished { summary, files })

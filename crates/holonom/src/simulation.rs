@@ -9,6 +9,7 @@ pub use crate::assembly::{AssemblyReport, Closure};
 
 use crate::assembly;
 use crate::beams::Beams;
+use crate::limits::LimitWatch;
 use crate::model::{Model, ModelError, Scheme, Settings};
 use crate::sample::{Member, Residuals, Sample};
 use crate::sensor::{Sensors, View};
@@ -20,6 +21,16 @@ use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_core::State;
 use vi_core::linear::norm_inf;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+
+/// What a placement is told that bends an element too far, and what to do about it.
+fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (String, String) {
+    let angle = angle.to_degrees();
+    let message = format!(
+        "element {element} of beam `{beam}` is bent by {angle:.1}° between its nodes; beyond 90° an element \
+         folds at no cost"
+    );
+    (message, "write more elements".into())
+}
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +61,7 @@ pub struct Simulation {
     members: Vec<Member>,
     sensors: Sensors,
     beams: Beams,
+    limits: LimitWatch,
     integrator: MechanismIntegrator,
 }
 
@@ -93,9 +105,17 @@ impl Simulation {
         options.newton = settings.newton();
         let integrator = integrator(mechanism, system, options, solver, (0.0, &q, &v))
             .map_err(|error| assembly::refusal(&error, &settings))?;
-        let assembly = assembly::report(model, &integrator, closure);
+        let mut assembly = assembly::report(model, &integrator, &beams, closure);
+        let mut limits = LimitWatch::new(&beams);
+        if let Err(fault) = limits.follow(0.0, &integrator.state().q) {
+            let key = format!("beam.{}.elements", fault.0);
+            let (what, help) = bent_too_far(fault);
+            return Err(ModelError::Unsupported { key, what, help });
+        }
+        assembly.warnings.extend(limits.warnings());
+        limits.begin();
         sensors.begin(&integrator.state().q);
-        Ok(Self { settings, assembly, members, sensors, beams, integrator })
+        Ok(Self { settings, assembly, members, sensors, beams, limits, integrator })
     }
 
     /// What the assembly found.
@@ -120,6 +140,12 @@ impl Simulation {
     #[must_use]
     pub fn beams(&self) -> &Beams {
         &self.beams
+    }
+
+    /// What is worth knowing of the assembly and of the run so far.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        self.assembly.warnings.iter().cloned().chain(self.limits.warnings()).collect()
     }
 
     /// The integrator at its present node.
@@ -195,7 +221,13 @@ impl Simulation {
                         Err(failure) => return (None, Err(failure)),
                     }
                 }
-                self.sensors.follow(&self.integrator.state().q);
+                let state = self.integrator.state();
+                self.sensors.follow(&state.q);
+                if let Err(fault) = self.limits.follow(state.t, &state.q) {
+                    let (message, remedy) = bent_too_far(fault);
+                    let (step, t) = (state.step, state.t);
+                    return (sample, Err(RunFailure { step, t, message, remedy }));
+                }
                 *iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
                 (sample, Ok(()))
             }

@@ -250,6 +250,10 @@ impl HighOrderElements {
         self.elements[element].length
     }
 
+    pub(crate) fn section(&self, element: usize) -> &Section {
+        &self.stations[self.elements[element].stations.start].section
+    }
+
     /// What is deformed at the Gauss points of an element in the placement `q`.
     pub(crate) fn places<'a>(
         &'a self,

@@ -16,6 +16,7 @@
 //! | [`statics`], [`arc_length`] | equilibrium by load stepping, through limit points |
 //! | [`relaxation`] | starts that are no equilibria, directions without stiffness |
 //! | [`limit`] | how far an element may bend |
+//! | [`frequency`] | a bound of the highest frequency |
 //! | [`modes`] | small vibrations about an equilibrium |
 //! | [`section_force`] | section forces, centre line |
 //!
@@ -29,6 +30,7 @@ pub mod arc_length;
 pub mod averaged;
 pub mod element;
 mod equilibrium;
+pub mod frequency;
 pub mod high_order;
 pub mod limit;
 pub mod mesh;

@@ -220,12 +220,20 @@ impl BeamModel {
     }
 
     /// Reference arc lengths between the nodes of an element, m.
-    pub fn intervals(&self, beam: &Beam, element: usize) -> impl Iterator<Item = f64> {
-        let length = match beam.order {
+    pub fn intervals(&self, beam: &Beam, element: usize) -> impl Iterator<Item = f64> + use<> {
+        self.intervals_of(beam.order, element)
+    }
+
+    pub(crate) fn intervals_of(
+        &self,
+        order: usize,
+        element: usize,
+    ) -> impl Iterator<Item = f64> + use<> {
+        let length = match order {
             1 => self.elements.list()[element].length,
             order => self.high_order.length(element) / order as f64,
         };
-        std::iter::repeat_n(length, beam.order)
+        std::iter::repeat_n(length, order)
     }
 
     /// `q(0)`.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::assembly::is_zero;
 use crate::model::Model;
 use crate::sample::Sample;
 use crate::simulation::{AssemblyReport, RunFailure, RunOutcome};
@@ -114,6 +115,12 @@ pub struct Summary {
     pub recorded: u64,
     /// Bodies and particles, fixed ones included.
     pub bodies: usize,
+    /// Beams.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub beams: usize,
+    /// Elements of all beams.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub elements: usize,
     /// Joints and bars.
     pub joints: usize,
     /// Redundant coordinates `n`.
@@ -138,7 +145,7 @@ pub struct Summary {
     pub momentum: MomentumSummary,
     /// Constraint residuals.
     pub constraint_residual: ConstraintSummary,
-    /// What is worth knowing about the assembly.
+    /// What is worth knowing about the assembly and the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
     /// Version of the program.
@@ -214,6 +221,8 @@ impl SummaryBuilder {
             steps: self.last_step,
             recorded: self.recorded,
             bodies: assembly.bodies,
+            beams: assembly.beams,
+            elements: assembly.elements,
             joints: assembly.joints,
             coordinates: assembly.coordinates,
             constraints: assembly.constraints,
