@@ -1,7 +1,8 @@
-//! Time of a step against the number of bodies: chains, binary trees, windows of four-bar linkages.
+//! Time of a step against the number of bodies: chains, binary trees, chains that carry four-bar
+//! linkages (eight of them, or one on every link), windows of four-bar linkages side by side.
 //!
 //! The exponent is that of the least-squares line through `log(time)` over `log(bodies)` from 16 bodies
-//! on. Trees are solved in linear time; the loops of the windows by a dense complement of their rank.
+//! on. Trees are solved in linear time; loops add the sparse complement of each cluster that they form.
 //! The motion goes to and fro over 64 steps, so that every sample sees the same placements.
 #![allow(clippy::unwrap_used, missing_docs)] // a bench; criterion's macro makes public items
 
@@ -20,11 +21,13 @@ fn header(gravity: [f64; 3]) -> String {
     )
 }
 
-/// Straight links along x, link `i` carried by `parent(i)`, hinge axes `y` or `z`.
+/// Straight links along x, link `i` carried by `parent(i)`, hinge axes `y` or `z`; some carry a four-bar
+/// linkage.
 fn links(
     n: usize,
     parent: impl Fn(usize) -> Option<usize>,
     level: impl Fn(usize) -> usize,
+    carries: impl Fn(usize) -> bool,
 ) -> String {
     let mut text = header([0.0, 0.0, -9.81]);
     let mut state: Vec<(f64, Vector3<f64>, Vector3<f64>)> = Vec::new(); // end: x, velocity; ω
@@ -49,17 +52,61 @@ fn links(
             axis.as_slice(),
         )
         .unwrap();
+        if carries(i) {
+            linkage(&mut text, i, x + 0.5, (center, w));
+        }
         state.push((x + 1.0, center + half, w));
     }
     text
 }
 
+/// A rectangle of three bars that stands on the middle of link `i` and moves with it.
+fn linkage(text: &mut String, i: usize, x: f64, (v, w): (Vector3<f64>, Vector3<f64>)) {
+    let bars = [("left", -0.2, 0.15, true), ("right", 0.2, 0.15, true), ("top", 0.0, 0.3, false)];
+    for (name, dx, y, upright) in bars {
+        let inertia = if upright { [1e-3, 1e-4, 1e-3] } else { [1e-4, 1e-3, 1e-3] };
+        let velocity: Vector3<f64> = v + w.cross(&Vector3::new(dx, y, 0.0));
+        write!(
+            text,
+            "[[body]]\nname = \"{name}{i}\"\nmass = 0.1\ninertia = {inertia:?}\nposition = [{:?}, {y:?}, \
+             0.0]\nvelocity = {:?}\nangular_velocity = {:?}\n",
+            x + dx,
+            velocity.as_slice(),
+            w.as_slice()
+        )
+        .unwrap();
+    }
+    for (parent, child, dx, y) in [
+        ("b", "left", -0.2, 0.0),
+        ("b", "right", 0.2, 0.0),
+        ("left", "top", -0.2, 0.3),
+        ("right", "top", 0.2, 0.3),
+    ] {
+        write!(
+            text,
+            "[[joint]]\nname = \"{parent}_{child}{i}\"\ntype = \"revolute\"\nparent = \"{parent}{i}\"\n\
+             child = \"{child}{i}\"\nposition = [{:?}, {y:?}, 0.0]\naxis = [0.0, 0.0, 1.0]\n",
+            x + dx
+        )
+        .unwrap();
+    }
+}
+
 fn chain(n: usize) -> String {
-    links(n, |i| i.checked_sub(1), |i| i)
+    links(n, |i| i.checked_sub(1), |i| i, |_| false)
+}
+
+fn eight_loops(n: usize) -> String {
+    links(n, |i| i.checked_sub(1), |i| i, |i| (8 * i) / n != (8 * (i + 1)) / n)
+}
+
+fn looped_chain(n: usize) -> String {
+    links(n, |i| i.checked_sub(1), |i| i, |_| true)
 }
 
 fn binary_tree(n: usize) -> String {
-    links(n, |i| i.checked_sub(1).map(|k| k / 2), |i| (i + 1).ilog2() as usize + i)
+    let level = |i: usize| (i + 1).ilog2() as usize + i;
+    links(n, |i| i.checked_sub(1).map(|k| k / 2), level, |_| false)
 }
 
 /// `2 n + 1` bars; see the shipped model `four_bar_windows`.
@@ -132,10 +179,12 @@ fn exponent(points: &[(f64, f64)]) -> f64 {
 
 fn growth(criterion: &mut Criterion) {
     let quick = std::env::args().any(|a| a == "--test");
-    let families: [(&str, fn(usize) -> String, fn(usize) -> usize, &[usize]); 3] = [
+    let families: [(&str, fn(usize) -> String, fn(usize) -> usize, &[usize]); 5] = [
         ("chain", chain, |n| n, &[1, 4, 16, 64, 256, 1024, 4096]),
         ("binary_tree", binary_tree, |n| n, &[1, 3, 15, 63, 255, 1023, 4095]),
-        ("windows", windows, |n| 2 * n + 1, &[1, 2, 8, 16, 32, 64]),
+        ("eight_loops", eight_loops, |n| n + 24, &[8, 16, 64, 256, 1024]),
+        ("looped_chain", looped_chain, |n| 4 * n, &[1, 2, 4, 16, 64, 256]),
+        ("windows", windows, |n| 2 * n + 1, &[1, 2, 8, 16, 32, 64, 128, 256]),
     ];
     for (name, text, bodies, sizes) in families {
         let mut group = criterion.benchmark_group(name);

@@ -36,8 +36,13 @@ static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn no_step_allocates() {
-    for name in ["pendulum", "free_body", "heavy_top_steady", "four_particles"] {
+    let names = ["pendulum", "free_body", "heavy_top_steady", "four_particles"];
+    let loops = ["four_bar_windows", "six_hinge_cube", "bricard", "andrews_squeezer"];
+    for name in names.into_iter().chain(loops) {
         for scheme in ["nodal", "reduced", "constrained", "dalembert"] {
+            if loops.contains(&name) && scheme == "constrained" {
+                continue; // large sparse factors
+            }
             for order in [2, 4] {
                 let overrides = [
                     ("simulation.scheme", scheme.to_owned()),

@@ -32,8 +32,6 @@ pub struct NullSpaceQr {
     pivots_inverse: Vec<usize>, // m
     scratch: MemBuffer,
     rank: usize,
-    last_kept: f64,
-    first_dropped: f64,
 }
 
 impl NullSpaceQr {
@@ -63,8 +61,6 @@ impl NullSpaceQr {
             pivots_inverse: vec![0; m],
             scratch: MemBuffer::new(scratch),
             rank: 0,
-            last_kept: 1.0,
-            first_dropped: 0.0,
         }
     }
 
@@ -104,8 +100,6 @@ impl NullSpaceQr {
         let diagonal = |k: usize| self.factors[(k, k)].abs();
         let threshold = RANK_TOLERANCE * diagonal(0);
         self.rank = (0..size).take_while(|&k| diagonal(k) > threshold).count();
-        self.last_kept = if self.rank > 0 { diagonal(self.rank - 1) } else { 1.0 };
-        self.first_dropped = if self.rank < size { diagonal(self.rank) } else { 0.0 };
         self.rank
     }
 
@@ -121,31 +115,15 @@ impl NullSpaceQr {
         &self.pivots
     }
 
-    /// `(last kept, first dropped)` diagonal entries of `R`: their ratio shows how clear the rank is.
-    #[must_use]
-    pub fn gap(&self) -> (f64, f64) {
-        (self.last_kept, self.first_dropped)
-    }
-
     /// `out ← P`: the last `n − rank` columns of the orthogonal factor, shape `n × (n − rank)`.
     ///
     /// `rank` is the caller's: the generic rank of the system, which a momentary loss must not change.
     pub fn null_space(&mut self, rank: usize, out: &mut DMatrix<f64>) {
-        self.orthogonal_columns(rank, out);
-    }
-
-    /// `out ← Q₁`: an orthonormal basis of `range Gᵀ`, shape `n × rank`.
-    pub fn range(&mut self, out: &mut DMatrix<f64>) {
-        self.orthogonal_columns(0, out);
-    }
-
-    /// Columns `first ..` of the orthogonal factor, as many as `out` has.
-    fn orthogonal_columns(&mut self, first: usize, out: &mut DMatrix<f64>) {
         let (n, m, count) = (self.n, self.m, out.ncols());
-        debug_assert!(out.nrows() == n && first + count <= n);
+        debug_assert!(out.nrows() == n && rank + count <= n);
         out.fill(0.0);
         for k in 0..count {
-            out[(first + k, k)] = 1.0;
+            out[(rank + k, k)] = 1.0;
         }
         let size = n.min(m);
         if size == 0 || count == 0 {

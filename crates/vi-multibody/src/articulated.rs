@@ -185,7 +185,8 @@ impl Articulated {
         self.tree.pull_back(|k| &links[k].at, &mut self.wrenches, out);
     }
 
-    fn assemble(&mut self, system: &impl MechanicalSystem, s: &Interval) -> bool {
+    /// `A_α` of the last [`Articulated::move_to`]d interval; whether bodies are coupled.
+    pub(crate) fn assemble(&mut self, system: &impl MechanicalSystem, s: &Interval) -> bool {
         self.links.iter_mut().for_each(|link| link.A = SpatialMatrix::zero());
         let (links, link_of) = (&mut self.links[..], &self.link_of[..]);
         let mut sink = BlockSink { links, link_of, q0: &s.q0, q1: &s.q1, coupled: false };
@@ -206,78 +207,121 @@ impl Articulated {
         self.keep(u, &s.q1);
         let coupled = self.assemble(system, s);
         debug_assert!(!coupled, "the recursion needs a potential that couples no two bodies");
-        for k in (0..self.links.len()).rev() {
-            let work = &mut self.links[k];
-            let f = work.at.freedoms;
-            for j in 0..f {
-                work.AS[j] = work.A.mul(&work.next.s[j]);
-                work.SA[j] = work.A.tr_mul(&work.at.s[j]);
-            }
-            let mut D = [[0.0; MAX_FREEDOMS]; MAX_FREEDOMS];
-            for i in 0..f {
-                for j in 0..f {
-                    D[i][j] = work.at.s[i].dot(&work.AS[j]);
-                }
-            }
-            work.D = invert(&D, f).ok_or(Fault::SingularTangent)?;
-            let Some(parent) = self.tree.links()[k].parent else { continue };
-            let mut reduced = work.A; // Â − Â S' D⁻¹ Sᵀ Â
-            for i in 0..f {
-                let mut row = Twist::zero();
-                for j in 0..f {
-                    row.linear += work.D[i][j] * work.SA[j].linear;
-                    row.angular += work.D[i][j] * work.SA[j].angular;
-                }
-                reduced.sub_outer(&work.AS[i], &row);
-            }
-            let carried = reduced.congruence(&work.at.transfer, &work.next.transfer);
-            self.links[parent].A.add(&carried);
+        (0..self.links.len()).rev().try_for_each(|k| self.eliminate(k))
+    }
+
+    /// Eliminates the joint of link `k`: its `Â` is complete, that of its parent grows.
+    pub(crate) fn eliminate(&mut self, k: usize) -> Result<(), Fault> {
+        let work = &mut self.links[k];
+        let f = work.at.freedoms;
+        for j in 0..f {
+            work.AS[j] = work.A.mul(&work.next.s[j]);
+            work.SA[j] = work.A.tr_mul(&work.at.s[j]);
         }
+        let mut D = [[0.0; MAX_FREEDOMS]; MAX_FREEDOMS];
+        for i in 0..f {
+            for j in 0..f {
+                D[i][j] = work.at.s[i].dot(&work.AS[j]);
+            }
+        }
+        work.D = invert(&D, f).ok_or(Fault::SingularTangent)?;
+        let Some(parent) = self.tree.links()[k].parent else { return Ok(()) };
+        let mut reduced = work.A; // Â − Â S' D⁻¹ Sᵀ Â
+        for i in 0..f {
+            let mut row = Twist::zero();
+            for j in 0..f {
+                row.add_scaled(work.D[i][j], &work.SA[j]);
+            }
+            reduced.sub_outer(&work.AS[i], &row);
+        }
+        let carried = reduced.congruence(&work.at.transfer, &work.next.transfer);
+        self.links[parent].A.add(&carried);
         Ok(())
+    }
+
+    /// `Â_k ← Â_k − x yᵀ`: what hangs on link `k` beside its children.
+    pub(crate) fn relieve(&mut self, k: usize, x: &Twist, y: &Twist) {
+        self.links[k].A.sub_outer(x, y);
+    }
+
+    /// `p` of link `k`: what its children carry to it; after [`Articulated::backward`] its `δt'`.
+    pub(crate) fn wrench(&mut self, k: usize) -> &mut Twist {
+        &mut self.wrenches[k]
+    }
+
+    /// Starts a solve: no wrench carried yet.
+    pub(crate) fn rest(&mut self) {
+        self.wrenches.fill(Twist::zero());
+    }
+
+    /// Leaf → root at link `k` with the wrench `p` of its children: `own ← u_k = own − S_kᵀ p`; returns
+    /// what is carried to the parent.
+    pub(crate) fn carry(&self, k: usize, p: &Twist, own: &mut [f64]) -> Twist {
+        let work = &self.links[k];
+        let f = work.at.freedoms;
+        let mut carried = *p;
+        for (u, column) in own.iter_mut().zip(work.at.columns()) {
+            *u -= column.dot(p);
+        }
+        for i in 0..f {
+            let rate: f64 = (0..f).map(|j| work.D[i][j] * own[j]).sum();
+            carried.add_scaled(rate, &work.AS[i]);
+        }
+        work.at.transfer.apply_transposed(&carried)
+    }
+
+    /// The transpose of [`Articulated::backward`] at link `k`: of a linear function `c·δτ_k + p·δt'_k`,
+    /// `own = c ← D_k⁻ᵀ (c + S'_kᵀ p)`, its factors of `u_k`; returns its factors of `δt'_parent`.
+    pub(crate) fn carry_transposed(&self, k: usize, p: &Twist, own: &mut [f64]) -> Twist {
+        let work = &self.links[k];
+        let f = work.at.freedoms;
+        let mut e = [0.0; MAX_FREEDOMS];
+        for i in 0..f {
+            e[i] = own[i] + work.next.s[i].dot(p);
+        }
+        let mut carried = *p;
+        for j in 0..f {
+            own[j] = (0..f).map(|i| work.D[i][j] * e[i]).sum();
+            carried.add_scaled(-own[j], &work.SA[j]);
+        }
+        work.next.transfer.apply_transposed(&carried)
+    }
+
+    /// Leaf → root at link `k` for the right-hand side `x`.
+    pub(crate) fn forward(&mut self, k: usize, x: &mut [f64]) {
+        let link = &self.tree.links()[k];
+        let own = &mut x[link.offset..link.offset + self.links[k].at.freedoms];
+        let carried = self.carry(k, &self.wrenches[k], own);
+        if let Some(parent) = link.parent {
+            self.wrenches[parent].add_scaled(1.0, &carried);
+        }
+    }
+
+    /// Root → leaf at link `k`.
+    pub(crate) fn backward(&mut self, k: usize, x: &mut [f64]) {
+        let (link, work) = (&self.tree.links()[k], &self.links[k]);
+        let f = work.at.freedoms;
+        let own = &mut x[link.offset..link.offset + f];
+        let inherited =
+            link.parent.map_or(Twist::zero(), |p| work.next.transfer.apply(&self.wrenches[p]));
+        for (u, row) in own.iter_mut().zip(&work.SA) {
+            *u -= row.dot(&inherited);
+        }
+        let mut twist = inherited;
+        let mut rate = [0.0; MAX_FREEDOMS];
+        for i in 0..f {
+            rate[i] = (0..f).map(|j| work.D[i][j] * own[j]).sum();
+            twist.add_scaled(rate[i], &work.next.s[i]);
+        }
+        own.copy_from_slice(&rate[..f]);
+        self.wrenches[k] = twist;
     }
 
     /// `x ← Dr⁻¹ x` with the last factorization.
     pub fn solve_in_place(&mut self, x: &mut [f64]) {
-        self.wrenches.fill(Twist::zero());
-        for (k, link) in self.tree.links().iter().enumerate().rev() {
-            let work = &self.links[k];
-            let (f, p) = (work.at.freedoms, self.wrenches[k]);
-            let own = &mut x[link.offset..link.offset + f];
-            let mut carried = p;
-            let mut rate = [0.0; MAX_FREEDOMS];
-            for (u, column) in own.iter_mut().zip(work.at.columns()) {
-                *u -= column.dot(&p);
-            }
-            for i in 0..f {
-                rate[i] = (0..f).map(|j| work.D[i][j] * own[j]).sum();
-                carried.linear += rate[i] * work.AS[i].linear;
-                carried.angular += rate[i] * work.AS[i].angular;
-            }
-            if let Some(parent) = link.parent {
-                let w = work.at.transfer.apply_transposed(&carried);
-                self.wrenches[parent].linear += w.linear;
-                self.wrenches[parent].angular += w.angular;
-            }
-        }
-        for (k, link) in self.tree.links().iter().enumerate() {
-            let work = &self.links[k];
-            let f = work.at.freedoms;
-            let own = &mut x[link.offset..link.offset + f];
-            let inherited =
-                link.parent.map_or(Twist::zero(), |p| work.next.transfer.apply(&self.wrenches[p]));
-            for (u, row) in own.iter_mut().zip(&work.SA) {
-                *u -= row.dot(&inherited);
-            }
-            let mut twist = inherited;
-            let mut rate = [0.0; MAX_FREEDOMS];
-            for i in 0..f {
-                rate[i] = (0..f).map(|j| work.D[i][j] * own[j]).sum();
-                twist.linear += rate[i] * work.next.s[i].linear;
-                twist.angular += rate[i] * work.next.s[i].angular;
-            }
-            own.copy_from_slice(&rate[..f]);
-            self.wrenches[k] = twist;
-        }
+        self.rest();
+        (0..self.links.len()).rev().for_each(|k| self.forward(k, x));
+        (0..self.links.len()).for_each(|k| self.backward(k, x));
     }
 }
 

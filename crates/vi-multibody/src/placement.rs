@@ -3,7 +3,7 @@
 //! The rank of the loop constraints' Jacobian `J` is that of almost all placements of a branch. A start
 //! may sit where it is lower (a flat four-bar), so it is compared with closed placements nearby:
 //! ```text
-//! q* :  F_d(u, q_0) with a small random u, then    u ← −W (J_c W)⁻¹ g_c     until g = 0 (least-norm Newton)
+//! q* :  F_d(u, q_0) with a small random u, then    u ← −J⁺ g_c     until g = 0 (least-norm Newton)
 //! rank = max over q_0 and a few q*
 //! ```
 //! In a singular placement the null space of `J` has extra columns, and which of them belong to the
@@ -13,9 +13,9 @@
 //! q_± = closed placements next to F_d(±ε ν, q_0),     Z_0 = wide wideᵀ (Z_+ + Z_- Z_-ᵀ Z_+), orthonormalized
 //! ```
 //! At rest, or with a velocity that no branch has, the motion is not determined: refused.
-#![allow(non_snake_case)] // J, W, Z
 
-use crate::closed_loop::LoopNodal;
+use crate::closed_loop::cluster::Cluster;
+use crate::closed_loop::loops::Loops;
 use crate::mechanism::Mechanism;
 use crate::pair::{Transfer, Twist, VelocityMap};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -24,8 +24,6 @@ use vi_constraints::Constraints;
 use vi_constraints::integrator::{SetupError, SingularStart, Start};
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_core::interval::Interval;
-use vi_core::linear::norm_inf;
 use vi_rigid::directors;
 
 /// Size of the random motion, rad and longest lever arms.
@@ -42,10 +40,12 @@ pub struct LoopRank {
     pub at_start: usize,
     /// The largest rank met: that of the motion.
     pub generic: usize,
-    /// The rows of `g_c` in pivot order where the largest rank was met; the first `generic` count.
-    pivots: Vec<usize>,
+    /// Independent rows where the largest rank was met, for each cluster of loops, as numbered there.
+    pivots: Vec<Vec<usize>>,
+    /// The same among the rows of `g_c`.
+    rows: Vec<usize>,
     /// The same at the start.
-    pivots_at_start: Vec<usize>,
+    rows_at_start: Vec<usize>,
     /// A cut joint whose own rank is lower at the start.
     joint: String,
 }
@@ -63,36 +63,42 @@ impl LoopRank {
     /// Looks at the start `q` and at closed placements near it.
     #[must_use]
     pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
-        let mut loops = LoopNodal::uncoupled(mechanism, 0);
-        let d = mechanism.tree().dof();
+        let mut loops = Loops::new(mechanism);
+        let d = loops.dof();
         // an overconstrained loop that is not closed has rows in excess
         let q0 = loops.close(mechanism, (t, q), &vec![0.0; d]).unwrap_or_else(|| q.to_vec());
-        let at_start = loops.rank_here(&q0);
-        let pivots = loops.pivots().to_vec();
-        let mut found = Self {
-            at_start,
-            generic: at_start,
-            pivots_at_start: pivots.clone(),
-            pivots,
-            joint: String::new(),
-        };
-        let full = d.min(mechanism.loop_constraints().len());
+        let mut ranks = loops.ranks(&q0);
+        let at_start = ranks.iter().sum();
+        let mut pivots = loops.pivots();
+        let rows_at_start = loops.numbers(&pivots);
+        let full: Vec<usize> = loops.clusters.iter().map(Cluster::full_rank).collect();
+        let mut joint = String::new();
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
-        let scale = loops.unknown_scales();
         for _ in 0..if d > 300 { 1 } else { 3 } {
-            if found.generic == full {
+            if ranks == full {
                 break;
             }
-            let u: Vec<f64> = scale.iter().map(|s| MOTION * s * random.next()).collect();
+            let weights = loops.weights().iter();
+            let u: Vec<f64> = weights.map(|s| MOTION * s * random.next()).collect();
             let Some(near) = loops.close(mechanism, (t, &q0), &u) else { continue };
-            let rank = loops.rank_here(&near);
-            if rank > found.generic {
-                found.generic = rank;
-                found.pivots = loops.pivots().to_vec();
-                found.joint = degenerate_joint(mechanism, &mut loops, &q0, &near);
+            let found = loops.ranks(&near);
+            let there = loops.pivots();
+            for (k, more) in there.into_iter().enumerate() {
+                if found[k] > ranks[k] {
+                    (ranks[k], pivots[k]) = (found[k], more);
+                }
+            }
+            if joint.is_empty() && ranks.iter().sum::<usize>() > at_start {
+                joint = degenerate_joint(mechanism, &mut loops, &q0, &near);
             }
         }
-        found
+        let (generic, rows) = (ranks.iter().sum(), loops.numbers(&pivots));
+        Self { at_start, generic, pivots, rows, rows_at_start, joint }
+    }
+
+    /// Independent rows for each cluster of loops.
+    pub(crate) fn pivots(&self) -> &[Vec<usize>] {
+        &self.pivots
     }
 
     /// Whether the start has a lower rank than the motion.
@@ -104,13 +110,13 @@ impl LoopRank {
     /// Independent constraints of the motion: all but those of the cut joints, and `generic` of these.
     #[must_use]
     pub fn rows(&self, mechanism: &Mechanism) -> IndependentRows {
-        choose(mechanism, &self.pivots[..self.generic])
+        choose(mechanism, &self.rows)
     }
 
     /// Independent constraints at the start.
     #[must_use]
     pub fn rows_at_start(&self, mechanism: &Mechanism) -> IndependentRows {
-        choose(mechanism, &self.pivots_at_start[..self.at_start])
+        choose(mechanism, &self.rows_at_start)
     }
 
     /// The refusal of this singular start.
@@ -129,8 +135,8 @@ impl LoopRank {
         (t, q, v): Start<'_>,
     ) -> Result<Departure, SetupError> {
         let rates = tree_rates(mechanism, q, v);
-        let mut loops = LoopNodal::uncoupled(mechanism, 0);
-        let scale = loops.unknown_scales();
+        let mut loops = Loops::new(mechanism);
+        let scale = loops.weights().to_vec();
         let size = rates.iter().zip(&scale).map(|(r, s)| (r / s).abs()).fold(0.0, f64::max);
         if size <= 1e-12 {
             return Err(self.refusal(SingularStart::AtRest));
@@ -141,10 +147,10 @@ impl LoopRank {
             let u: Vec<f64> = rates.iter().map(|r| e * r).collect();
             let near = loops.close(mechanism, (t, q), &u);
             let near = near.ok_or_else(|| self.refusal(SingularStart::OffBranch))?;
-            if loops.rank_here(&near) < self.generic {
+            if loops.ranks(&near).iter().sum::<usize>() < self.generic {
                 return Err(self.refusal(SingularStart::AtRest)); // the loop itself does not move
             }
-            Ok((loops.null_space(self.generic), near))
+            Ok((null_space(&loops.basis()), near))
         };
         let ((ahead, q_ahead), (behind, q_behind)) = (side(e)?, side(-e)?);
         let moved: Vec<f64> =
@@ -155,8 +161,8 @@ impl LoopRank {
         if off > OFF_BRANCH * size {
             return Err(self.refusal(SingularStart::OffBranch));
         }
-        loops.rank_here(q);
-        let wide = loops.null_space(self.at_start);
+        loops.ranks(q);
+        let wide = null_space(&loops.basis());
         let both = &ahead + &behind * (behind.transpose() * &ahead);
         let null_space = (&wide * (wide.transpose() * both)).qr().q();
         debug_assert_eq!(null_space.shape(), (d, d - self.generic));
@@ -185,27 +191,31 @@ fn choose(mechanism: &Mechanism, pivots: &[usize]) -> IndependentRows {
 }
 
 /// The first cut joint or scalar constraint whose own rows have a lower rank at `q0` than at `near`.
-fn degenerate_joint(
-    mechanism: &Mechanism,
-    loops: &mut LoopNodal,
-    q0: &[f64],
-    near: &[f64],
-) -> String {
+fn degenerate_joint(mechanism: &Mechanism, loops: &mut Loops, q0: &[f64], near: &[f64]) -> String {
     let groups = groups(mechanism);
     let mut ranks = |q: &[f64]| -> Vec<usize> {
-        loops.rank_here(q);
+        loops.ranks(q);
         let mut first = 0;
         let rank = |group: &Range<usize>| {
-            let count = group.len();
-            let block = loops.scaled_rows(first..first + count);
-            first += count;
-            NullSpaceQr::new(block.ncols(), count).factorize_scaled(&block, |_| 1.0)
+            let own = first..first + group.len();
+            first = own.end;
+            loops.rank_of(own, q)
         };
         groups.iter().map(rank).collect()
     };
     let (at_start, nearby) = (ranks(q0), ranks(near));
     let lower = at_start.iter().zip(&nearby).position(|(a, b)| a < b);
     mechanism.constraint_name(groups[lower.unwrap_or(0)].start).to_owned()
+}
+
+/// Orthonormal basis of the null space of independent rows.
+fn null_space(rows: &DMatrix<f64>) -> DMatrix<f64> {
+    let (rank, d) = rows.shape();
+    let mut qr = NullSpaceQr::new(d, rank);
+    qr.factorize(rows);
+    let mut out = DMatrix::zeros(d, d - rank);
+    qr.null_space(rank, &mut out);
+    out
 }
 
 /// Joint rates of the tree from the coordinates' rates `v`.
@@ -237,50 +247,6 @@ fn tree_rates(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
         }
     }
     rates
-}
-
-impl LoopNodal {
-    /// A closed placement next to `F_d(u, q)` by least-norm Newton corrections; `None` when there is
-    /// none nearby.
-    fn close(
-        &mut self,
-        mechanism: &Mechanism,
-        (t, q): (f64, &[f64]),
-        u: &[f64],
-    ) -> Option<Vec<f64>> {
-        const MAX_ITERATIONS: usize = 30;
-        let d = u.len();
-        let mut s = Interval::new(q.len());
-        let mut u = u.to_vec();
-        let mut q = q.to_vec();
-        let reach = 0.5 + 10.0 * norm_inf(&u);
-        let floor = 1e-14 * (1.0 + norm_inf(&q));
-        for iteration in 0..MAX_ITERATIONS {
-            s.open(0.0, 1.0, &q);
-            self.begin_tree(&q);
-            self.move_tree(&u, &mut s).ok()?;
-            q.copy_from_slice(&s.q1);
-            mechanism.tree().clean(&mut q);
-            let g = self.values(t, &q);
-            let rank = self.rank_here(&q);
-            let settled = norm_inf(&g) <= floor && (iteration > 0 || norm_inf(&u) == 0.0);
-            if settled || rank == 0 {
-                return (norm_inf(&g) <= floor).then_some(q);
-            }
-            let chosen = self.pivots()[..rank].to_vec();
-            let W = self.range(rank);
-            let J = DMatrix::from_fn(rank, d, |i, j| self.jacobian_entry(chosen[i], j));
-            let right = DVector::from_fn(rank, |i, _| g[chosen[i]]);
-            let y = (J * &W).lu().solve(&right)?;
-            let step = -(W * y);
-            if step.amax().is_nan() || step.amax() > reach {
-                return None;
-            }
-            u.copy_from_slice(step.as_slice());
-        }
-        let g = self.values(t, &q);
-        (norm_inf(&g) <= 10.0 * floor).then_some(q)
-    }
 }
 
 /// Numbers in [−1, 1), the same in every run.

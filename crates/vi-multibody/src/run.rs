@@ -160,7 +160,7 @@ fn nodal(
             }
             _ => TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism))),
         };
-        let operators = LoopNodal::new(mechanism, rank.generic, tree);
+        let operators = LoopNodal::new(mechanism, rank, tree);
         if !rank.is_singular() {
             return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
         }

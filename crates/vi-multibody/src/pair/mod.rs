@@ -136,6 +136,12 @@ impl Twist {
         Self::new(Vector3::zeros(), Vector3::zeros())
     }
 
+    /// `self ← self + factor other`.
+    pub(crate) fn add_scaled(&mut self, factor: f64, other: &Self) {
+        self.linear += factor * other.linear;
+        self.angular += factor * other.angular;
+    }
+
     /// `f·φ̇ + τ·ω` with a wrench `(f, τ)`.
     #[must_use]
     pub fn dot(&self, wrench: &Self) -> f64 {
