@@ -98,7 +98,18 @@ impl IndependentRows {
         place: JacobianPlace,
         out: &mut dyn Entries,
     ) {
-        constraints.jacobian(t, q, &mut Selected { rows: self, place, out });
+        self.emit_selected(&|out: &mut dyn Entries| constraints.jacobian(t, q, out), place, out);
+    }
+
+    /// Emits the chosen rows of what `emit` emits over all constraints, as
+    /// [`IndependentRows::emit_jacobian`] does.
+    pub fn emit_selected(
+        &self,
+        emit: &dyn Fn(&mut dyn Entries),
+        place: JacobianPlace,
+        out: &mut dyn Entries,
+    ) {
+        emit(&mut Selected { rows: self, place, out });
     }
 }
 
@@ -165,13 +176,27 @@ impl SaddlePoint {
         (upper, scale, lower): ((f64, &[f64]), f64, (f64, &[f64])),
         x: &mut [f64],
     ) -> Result<(), Singular> {
+        let jacobian = |(t, q)| move |out: &mut dyn Entries| constraints.jacobian(t, q, out);
+        self.solve_with(emit, (&jacobian(upper), scale, &jacobian(lower)), x)
+    }
+
+    /// The same with `G` and `G'` as emitted, over all constraints.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub fn solve_with(
+        &mut self,
+        emit: &dyn Fn(&mut dyn Entries),
+        (upper, scale, lower): (&dyn Fn(&mut dyn Entries), f64, &dyn Fn(&mut dyn Entries)),
+        x: &mut [f64],
+    ) -> Result<(), Singular> {
         let (n, rows) = (self.n, &self.rows);
         let fill = |out: &mut dyn Entries| {
             emit(out);
             let right = JacobianPlace { row: 0, column: n, scale, transposed: true };
-            rows.emit_jacobian(constraints, upper, right, out);
+            rows.emit_selected(upper, right, out);
             let below = JacobianPlace { row: n, column: 0, scale: 1.0, transposed: false };
-            rows.emit_jacobian(constraints, lower, below, out);
+            rows.emit_selected(lower, below, out);
         };
         match &mut self.matrix {
             Some((matrix, _)) => matrix.refill(fill),

@@ -47,6 +47,16 @@ impl Interval {
         self.v_mid.fill(0.0);
     }
 
+    /// Becomes a copy of another interval of the same shape; allocates nothing.
+    pub fn copy_from(&mut self, other: &Self) {
+        (self.t, self.h) = (other.t, other.h);
+        self.q0.copy_from_slice(&other.q0);
+        self.q1.copy_from_slice(&other.q1);
+        self.dq.copy_from_slice(&other.dq);
+        self.q_mid.copy_from_slice(&other.q_mid);
+        self.v_mid.copy_from_slice(&other.v_mid);
+    }
+
     /// Completes the interval after `q1` and `dq` have been written.
     pub fn close(&mut self) {
         for (i, dq) in self.dq.iter().enumerate() {

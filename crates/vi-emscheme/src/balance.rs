@@ -4,14 +4,14 @@
 //! [ I  Ḡᵀ ] [c]   [ −h B ]
 //! [ Ḡ  0  ] [μ] = [  0   ]                 μ = h²λ in least squares; −c = h B + Ḡᵀμ, zero at the root
 //! r  = P̄ᵀ h B                              on the constraint manifold,   −P̄ᵀ c  anywhere
-//! K̃  = h K + ½ Σ_i μ_i D²g_i               ∂r/∂q_{n+1} = P̄ᵀ K̃
+//! K̃  = h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}        ∂r/∂q_{n+1} = P̄ᵀ K̃
 //! ```
 //! Letters and derivation: [`crate::null_space`].
 
+use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::scheme::EmState;
 use nalgebra::DMatrix;
-use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
@@ -56,6 +56,12 @@ impl Balance {
         self.least_squares.rows()
     }
 
+    /// Another independent set of the same size.
+    pub(crate) fn set_rows(&mut self, rows: IndependentRows) {
+        debug_assert_eq!(rows.len(), self.rows().len());
+        self.least_squares = SaddlePoint::new(self.s.dim(), rows);
+    }
+
     /// Opens a step of length `h` at the state.
     pub(crate) fn open(&mut self, state: &EmState, h: f64) {
         self.s.open(state.t, h, &state.q);
@@ -74,7 +80,7 @@ impl Balance {
     pub(crate) fn projected_residual(
         &mut self,
         system: &EmSystem,
-        constraints: &impl Constraints,
+        constraints: &impl DiscreteConstraints,
         out: &mut [f64],
     ) -> Result<(), Singular> {
         system.scaled_bracket(&self.s, &self.v, &mut self.work, &mut self.bracket);
@@ -86,25 +92,31 @@ impl Balance {
     }
 
     /// `μ` from the bracket of the last residual, in least squares.
-    pub(crate) fn multipliers(&mut self, constraints: &impl Constraints) -> Result<(), Singular> {
+    pub(crate) fn multipliers(
+        &mut self,
+        constraints: &impl DiscreteConstraints,
+    ) -> Result<(), Singular> {
         let n = self.s.dim();
         for (x, b) in self.x.iter_mut().zip(&self.bracket) {
             *x = -b;
         }
         self.x[n..].fill(0.0);
         let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
-        let at = (self.s.t_mid(), &self.s.q_mid[..]);
-        self.least_squares.solve(constraints, &identity, (at, 1.0, at), &mut self.x)?;
+        let s = &self.s;
+        let jacobian = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
+        let blocks: (&dyn Fn(&mut dyn Entries), f64, &dyn Fn(&mut dyn Entries)) =
+            (&jacobian, 1.0, &jacobian);
+        self.least_squares.solve_with(&identity, blocks, &mut self.x)?;
         self.least_squares.rows().scatter(&self.x[n..], &mut self.mu);
         Ok(())
     }
 
     /// Writes `K̃` at the point of the last residual, with the `μ` computed there.
-    pub(crate) fn tangent(&mut self, system: &EmSystem, constraints: &impl Constraints) {
+    pub(crate) fn tangent(&mut self, system: &EmSystem, constraints: &impl DiscreteConstraints) {
         let (n, s, mu) = (self.s.dim(), &self.s, &self.mu);
         let emit = |out: &mut dyn Entries| {
             system.scaled_bracket_derivative(s, out);
-            constraints.weighted_hessian(s.t_mid(), &s.q_mid, mu, 0.5, out);
+            constraints.discrete_hessian(s, mu, out);
         };
         SparseMatrix::update(&mut self.tangent, (n, n), emit);
     }
@@ -119,10 +131,10 @@ impl Balance {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::common::{Model, PAIRS, four_particles, linkage, loaded, pair};
-    use crate::null_space::{AtMidpoint, AveragedTree, DiscreteNullSpace};
+    use crate::common::{Model, PAIRS, four_particles, geared, linkage, loaded, pair, screw};
+    use crate::null_space::{AveragedTree, DiscreteNullSpace, DiscreteQr};
     use crate::scheme::EmForm;
-    use vi_constraints::dalembert::QrSource;
+    use vi_constraints::Constraints;
     use vi_multibody::mechanism::Mechanism;
     use vi_multibody::spring::SpringLaw;
 
@@ -139,15 +151,16 @@ mod tests {
             balance.s.dq[i] = run.interval().dq[i] + by * (1.7 * i as f64).sin();
         }
         balance.s.close_from_increment();
-        source(model).null_space(mechanism, &balance.s, &mut balance.null_space);
+        source(model, run.rows().len()).null_space(mechanism, &balance.s, &mut balance.null_space);
         balance
     }
 
-    fn source(model: &Model) -> Box<dyn DiscreteNullSpace<Mechanism>> {
+    fn source(model: &Model, rank: usize) -> Box<dyn DiscreteNullSpace<Mechanism>> {
         let (n, m) = (model.mechanism.dim(), model.mechanism.len());
-        match AveragedTree::new(&model.mechanism) {
+        let averaged = AveragedTree::new(&model.mechanism);
+        match averaged.filter(|_| !model.mechanism.has_loops()) {
             Some(averaged) => Box::new(averaged),
-            None => Box::new(AtMidpoint(QrSource::new(n, m, 65))),
+            None => Box::new(DiscreteQr::new(n, m, rank)),
         }
     }
 
@@ -155,6 +168,8 @@ mod tests {
         let mut models = vec![
             ("4 particles".to_owned(), four_particles(SpringLaw::Linear)),
             ("linkage 6R".to_owned(), linkage()),
+            ("screw".to_owned(), screw()),
+            ("gear".to_owned(), geared()),
         ];
         for kind in PAIRS {
             for reversed in [false, true] {
@@ -170,7 +185,7 @@ mod tests {
             let balance = balance(&model, 0.0);
             let mechanism = &model.mechanism;
             let mut g = DMatrix::zeros(mechanism.len(), mechanism.dim());
-            mechanism.jacobian(0.0, &balance.s.q_mid, &mut g);
+            mechanism.discrete_jacobian(&balance.s, &mut g);
             let product = (&g * &balance.null_space).amax();
             let smallest = balance.null_space.singular_values().min();
             println!("{name:<20} |ḠP̄| = {product:.1e}, σ_min = {smallest:.2}");
@@ -184,8 +199,8 @@ mod tests {
         balance.s.dq.copy_from_slice(dq);
         balance.s.close_from_increment();
         balance.residual(at.0, &mut vec![0.0; d]);
-        let q_mid = &balance.s.q_mid;
-        let jacobian = SparseMatrix::assemble(at.1.len(), n, |out| at.1.jacobian(0.0, q_mid, out));
+        let s = &balance.s;
+        let jacobian = SparseMatrix::assemble(at.1.len(), n, |out| at.1.discrete_jacobian(s, out));
         let mut bracket = balance.bracket.clone();
         jacobian.tr_mul_add(1.0, &balance.mu, &mut bracket);
         (balance.null_space.transpose() * nalgebra::DVector::from_vec(bracket)).as_slice().to_vec()

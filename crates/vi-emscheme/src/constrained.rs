@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! h B(Δq) + Ḡᵀ μ = 0,    g(q_{n+1}) = 0,    μ = h²λ
-//! [ h K + ½ Σ_i μ_i D²g_i    Ḡᵀ ]
-//! [ G(q_{n+1})               0  ]
+//! [ h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}    Ḡᵀ ]
+//! [ G(q_{n+1})                       0  ]
 //! ```
-//! `Ḡ = G(q_{n+1/2})` moves with the unknown, which adds the Hessian term to the variational scheme's
+//! `Ḡ` ([`crate::constraint`]) moves with the unknown, which adds the Hessian term to the variational scheme's
 //! matrix. The powers of `h` make the condition number independent of `h`; as written it grows like
 //! `h⁻³`. Sparse LU with pivoting over an independent set of constraints.
 //!
@@ -16,9 +16,9 @@
 //!
 //! Letters: [`crate::em_system`]. Source: Betsch & Leyendecker 2006; scaling as in LMO08 (22).
 
+use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::scheme::{EmForm, EmScheme, EmState};
-use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
 use vi_core::interval::Interval;
@@ -76,7 +76,7 @@ impl EmConstrained {
     }
 }
 
-impl<C: Constraints> NewtonProblem for Problem<'_, C> {
+impl<C: DiscreteConstraints> NewtonProblem for Problem<'_, C> {
     fn blocks(&self) -> &[Block] {
         &self.work.blocks
     }
@@ -92,7 +92,7 @@ impl<C: Constraints> NewtonProblem for Problem<'_, C> {
         let rows = work.saddle.rows();
         rows.scatter(mu, &mut work.mu);
         let (constraints, s) = (self.constraints, &work.s);
-        let emit = |out: &mut dyn Entries| constraints.jacobian(s.t_mid(), &s.q_mid, out);
+        let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
         let jacobian = SparseMatrix::update(&mut work.jacobian, (constraints.len(), n), emit);
         jacobian.tr_mul_add(1.0, &work.mu, balance);
         constraints.value(s.t_end(), &s.q1, &mut work.g);
@@ -104,14 +104,15 @@ impl<C: Constraints> NewtonProblem for Problem<'_, C> {
         let Work { s, saddle, mu, .. } = &mut *self.work;
         let emit = |out: &mut dyn Entries| {
             self.system.scaled_bracket_derivative(s, out);
-            self.constraints.weighted_hessian(s.t_mid(), &s.q_mid, mu, 0.5, out);
+            self.constraints.discrete_hessian(s, mu, out);
         };
-        let (upper, lower) = ((s.t_mid(), &s.q_mid[..]), (s.t_end(), &s.q1[..]));
-        Ok(saddle.solve(self.constraints, &emit, (upper, 1.0, lower), dx)?)
+        let upper = |out: &mut dyn Entries| self.constraints.discrete_jacobian(s, out);
+        let lower = |out: &mut dyn Entries| self.constraints.jacobian(s.t_end(), &s.q1, out);
+        Ok(saddle.solve_with(&emit, (&upper, 1.0, &lower), dx)?)
     }
 }
 
-impl<C: Constraints> EmScheme<C> for EmConstrained {
+impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
     fn form(&self) -> EmForm {
         EmForm::Constrained
     }
@@ -164,6 +165,7 @@ impl<C: Constraints> EmScheme<C> for EmConstrained {
 mod tests {
     use super::*;
     use crate::common::{loaded, pair};
+    use vi_constraints::Constraints;
     use vi_multibody::PairKind;
 
     #[test]

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //! P̄(q_n, q_{n+1})ᵀ (h B(Δq) + Ḡᵀμ) = 0,    g(q_{n+1}) = 0
-//! [ P̄ᵀ (h K + ½ Σ_i μ_i D²g_i) ]
-//! [ G(q_{n+1})                  ]
+//! [ P̄ᵀ (h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}) ]
+//! [ G(q_{n+1})                          ]
 //! ```
 //! Unknown `Δq ∈ R^n`. `μ` is not an unknown: it follows from the bracket in least squares, and drops
 //! out where `Ḡ P̄ = 0`, which averaged formulas fulfil only once `g(q_{n+1}) = 0`. Dense, `O(n³)` a step: for small systems and comparisons.
@@ -11,11 +11,11 @@
 //! Letters and the derivative of `P̄`: [`crate::null_space`]. Source: Betsch & Leyendecker 2006.
 
 use crate::balance::Balance;
+use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
 use crate::scheme::{EmForm, EmScheme, EmState};
 use nalgebra::DMatrix;
-use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
 use vi_core::interval::Interval;
@@ -70,7 +70,7 @@ impl<N> EmDalembert<N> {
     }
 }
 
-impl<C: Constraints, N: DiscreteNullSpace<C>> NewtonProblem for Problem<'_, C, N> {
+impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> NewtonProblem for Problem<'_, C, N> {
     fn blocks(&self) -> &[Block] {
         &self.work.blocks
     }
@@ -107,7 +107,7 @@ impl<C: Constraints, N: DiscreteNullSpace<C>> NewtonProblem for Problem<'_, C, N
     }
 }
 
-impl<C: Constraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalembert<N> {
+impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalembert<N> {
     fn form(&self) -> EmForm {
         EmForm::Dalembert
     }

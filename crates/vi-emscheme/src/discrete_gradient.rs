@@ -32,6 +32,8 @@ pub trait DiscreteGradient: Send {
     /// Emits `scale ∂D̄V/∂q_{n+1}`, shape `n × n`, in general not symmetric; always the same places
     /// in the same order.
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
+    /// Told of every node reached: a potential of an angle remembers which turn it is in.
+    fn accept(&self, _q: &[f64]) {}
 }
 
 /// `V = −w·q`, gravity for one: `D̄V = −w`.

@@ -90,6 +90,12 @@ impl EmSystem {
         self
     }
 
+    /// Told of every node reached.
+    pub fn accept(&self, q: &[f64]) {
+        self.gradients.iter().for_each(|gradient| gradient.accept(q));
+        self.loads.iter().for_each(|load| load.accept(q));
+    }
+
     /// Number `n` of coordinates.
     #[must_use]
     pub fn dim(&self) -> usize {

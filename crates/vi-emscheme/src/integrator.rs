@@ -23,23 +23,26 @@
 //! ```
 
 use crate::constrained::EmConstrained;
+use crate::constraint::DiscreteConstraints;
 use crate::dalembert::EmDalembert;
 use crate::em_system::EmSystem;
+use crate::loop_nodal::{EmLoopNodal, LoopRows};
 use crate::nodal::EmNodal;
 use crate::node::{Before, EmNode, EmObserver};
-use crate::null_space::{AtMidpoint, AveragedTree, DiscreteNullSpace};
+use crate::null_space::{AveragedTree, DiscreteNullSpace, DiscreteQr, TreeComplement};
 use crate::scheme::{EmForm, EmScheme, EmState};
-use vi_constraints::dalembert::QrSource;
 use vi_constraints::initialization::{StartError, StartReport, start};
-use vi_constraints::integrator::{Start, StepReport};
+use vi_constraints::integrator::{SetupError, SingularStart, Start, StepReport};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, Reparametrization};
 use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
 use vi_core::newton::NewtonSettings;
+use vi_multibody::closed_loop::{longest_arm, with_floors};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::Loops;
 
 /// What to integrate with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,14 +75,14 @@ pub enum EmSetupError {
     Start(#[from] StartError),
     /// The form needs `F_d`.
     #[error(
-        "the scheme `{}` needs a map F_d(u, q_n), which a closed loop does not have: use \
+        "the scheme `{}` needs a map F_d(u, q_n): give a reparametrization, or use the scheme \
          `em-constrained` or `em-dalembert`",
         .0.name()
     )]
     NeedsReparametrization(EmForm),
-    /// `Ḡ Δq = Δg` fails for constraints that depend on time.
-    #[error("energy–momentum schemes need constraints that do not depend on time")]
-    Rheonomic,
+    /// The start is a singular placement that the motion cannot leave.
+    #[error(transparent)]
+    Singular(SetupError),
     /// Shapes do not match.
     #[error("{what} has {found} entries where {expected} are needed")]
     Shape {
@@ -109,7 +112,7 @@ pub struct EmIntegrator<C> {
     start: StartReport,
 }
 
-impl<C: Constraints + 'static> EmIntegrator<C> {
+impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
     /// The constrained and the d'Alembert form, `P̄` from a pivoted QR of `Ḡᵀ`.
     ///
     /// Energy is exact for constraints that are at most quadratic; others get `Ḡ = G(q_{n+1/2})` too.
@@ -129,7 +132,7 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
         let scheme: Box<dyn EmScheme<C>> = match options.form {
             EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, options.newton)),
             EmForm::Dalembert => {
-                let source = AtMidpoint(QrSource::new(n, m, rows.len()));
+                let source = DiscreteQr::new(n, m, rows.len());
                 Box::new(EmDalembert::new(n, chosen, source, options.newton))
             }
             EmForm::Nodal => return Err(EmSetupError::NeedsReparametrization(options.form)),
@@ -181,7 +184,7 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
         at: Start<'_>,
     ) -> Result<Self, EmSetupError> {
         let (n, m, d) = (constraints.dim(), constraints.len(), map.dof());
-        let source = AtMidpoint(QrSource::new(n, m, n.saturating_sub(d)));
+        let source = DiscreteQr::new(n, m, n.saturating_sub(d));
         Self::with_null_space(system, constraints, (source, map), options, at)
     }
 
@@ -195,6 +198,8 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
         let masses = SeparableSystem::new(system.mass().clone());
         let (found, v, start) = start(&masses, &constraints, &rows, at.0, (at.1, at.2))?;
         let state = EmState::new(at.0, found.q, v);
+        system.accept(&state.q);
+        constraints.accept(&state.q);
         let (n, m) = (system.dim(), constraints.len());
         Ok(Self {
             system,
@@ -225,6 +230,8 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
         }
         self.carry = false; // until the step has gone well
         let report = scheme.advance(system, constraints, self.step, state)?;
+        system.accept(&state.q);
+        constraints.accept(&state.q);
         self.carry = true;
         self.steps += 1;
         state.t = self.t0 + self.steps as f64 * self.step; // no sum of round-offs
@@ -251,6 +258,8 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
         self.step()?;
         self.node_before();
         copy(&self.before, &mut self.state);
+        self.system.accept(&self.state.q);
+        self.constraints.accept(&self.state.q);
         (self.before, self.steps) = kept;
         self.carry = false; // `step_before` holds the last step already
         self.scheme.reset();
@@ -322,27 +331,122 @@ impl<C: Constraints + 'static> EmIntegrator<C> {
 }
 
 impl EmIntegrator<Mechanism> {
-    /// A mechanism from its start: averaged velocity maps and the tree's map where it is a tree,
-    /// pivoted QR where it has loops.
+    /// A mechanism from its start; loops and single constraints on a spanning tree.
+    ///
+    /// | | `em-nodal` | `em-dalembert` | `em-constrained` |
+    /// |---|---|---|---|
+    /// | trees | averaged velocity maps | the same | sparse |
+    /// | loops | the same and a small complement, `u` of the tree | QR of `Ḡᵀ` | sparse |
+    /// | screws in the tree | QR of `Ḡᵀ` | the same | sparse |
     ///
     /// # Errors
-    /// [`EmSetupError`]; `em-nodal` is refused on loops.
+    /// [`EmSetupError`]; `em-constrained` and `em-dalembert` refuse to start in a singular placement.
     pub fn of_mechanism(
         system: EmSystem,
         mechanism: Mechanism,
         options: EmOptions,
     ) -> Result<Self, EmSetupError> {
         let (q, v) = mechanism.start();
-        let at = (0.0, &q[..], &v[..]);
-        if mechanism.has_loops() {
-            return Self::new(system, mechanism, options, at);
+        Self::of_mechanism_at(system, mechanism, options, (0.0, &q, &v))
+    }
+
+    /// The same from another start.
+    ///
+    /// # Errors
+    /// As [`EmIntegrator::of_mechanism`].
+    pub fn of_mechanism_at(
+        system: EmSystem,
+        mechanism: Mechanism,
+        options: EmOptions,
+        at: Start<'_>,
+    ) -> Result<Self, EmSetupError> {
+        check(&system, &mechanism, options, at)?;
+        let loops = Loops::find(&mechanism, at.0, at.1);
+        if loops.rows_at_start.is_some() && options.form != EmForm::Nodal {
+            return Err(EmSetupError::Singular(loops.refusal(SingularStart::Scheme)));
         }
+        let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
+        let (chosen, newton) = ((rows.clone(), m), options.newton);
+        let qr = || DiscreteQr::new(n, m, rows.len());
         let map = TreeMap::new(&mechanism);
-        match AveragedTree::new(&mechanism) {
-            Some(source) => Self::with_null_space(system, mechanism, (source, map), options, at),
-            None => Self::with_reparametrization(system, mechanism, map, options, at),
+        let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
+        let scheme: Box<dyn EmScheme<Mechanism>> = match options.form {
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton)),
+            EmForm::Dalembert => match averaged() {
+                Some(source) => Box::new(EmDalembert::new(n, chosen, source, newton)),
+                None => Box::new(EmDalembert::new(n, chosen, qr(), newton)),
+            },
+            EmForm::Nodal if mechanism.has_loops() => {
+                nodal_on_loops(&mechanism, &loops, newton, at)?
+            }
+            EmForm::Nodal => match averaged() {
+                Some(source) => Box::new(EmNodal::new(n, chosen, (source, map), newton)),
+                None => Box::new(EmNodal::new(n, chosen, (qr(), map), newton)),
+            },
+        };
+        let at_start = loops.rows_at_start.unwrap_or_else(|| rows.clone());
+        let mut run = Self::with_scheme(system, mechanism, (scheme, at_start), options, at)?;
+        run.rows = rows;
+        Ok(run)
+    }
+}
+
+/// `em-nodal` with the unknowns of the spanning tree.
+fn nodal_on_loops(
+    mechanism: &Mechanism,
+    loops: &Loops,
+    newton: NewtonSettings,
+    at: Start<'_>,
+) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
+    let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
+    let blocks = with_floors(mechanism, map.blocks());
+    let rows = loop_rows(mechanism, &loops.rows, at);
+    let mut rates = None;
+    if let Some(rank) = loops.rank.as_ref().filter(|_| loops.rows_at_start.is_some()) {
+        rates = Some(rank.departure(mechanism, at).map_err(EmSetupError::Singular)?.rates);
+    }
+    fn boxed<N: DiscreteNullSpace<Mechanism> + 'static>(
+        scheme: EmLoopNodal<N, TreeMap>,
+        rates: Option<Vec<f64>>,
+    ) -> Box<dyn EmScheme<Mechanism>> {
+        match rates {
+            Some(rates) => Box::new(scheme.starting_with(rates)),
+            None => Box::new(scheme),
         }
     }
+    Ok(match TreeComplement::new(mechanism, rows.clone()) {
+        Some(source) => boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, newton), rates),
+        None => {
+            let source = DiscreteQr::new(n, m, loops.rows.len());
+            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, newton), rates)
+        }
+    })
+}
+
+/// The constraints that the spanning tree leaves out; lengths weighed by the longest lever arm.
+fn loop_rows(
+    mechanism: &Mechanism,
+    independent: &IndependentRows,
+    (t, q, _): Start<'_>,
+) -> LoopRows {
+    let mut rows = mechanism.loop_rows();
+    rows.extend(mechanism.cut_bars().iter().flat_map(|&k| mechanism.bar_rows(k)));
+    rows.sort_unstable();
+    let arm = longest_arm(mechanism);
+    let frames = 12 * mechanism.description().bodies.len();
+    let mut jacobian = nalgebra::DMatrix::zeros(mechanism.len(), mechanism.dim());
+    mechanism.jacobian(t, q, &mut jacobian);
+    let is_length = |j: usize| j >= frames || j % 12 < 3;
+    let size = |row: &usize| {
+        let entries = jacobian.row(*row);
+        let weighed =
+            entries.iter().enumerate().map(|(j, g)| if is_length(j) { arm * g } else { *g });
+        let size = weighed.map(|g| g * g).sum::<f64>().sqrt();
+        if size > 0.0 { 1.0 / size } else { 1.0 }
+    };
+    let scale = rows.iter().map(size).collect();
+    let rank = rows.len() - (mechanism.len() - independent.len());
+    LoopRows { rows, scale, rank }
 }
 
 fn copy(from: &EmState, to: &mut EmState) {
@@ -359,9 +463,6 @@ fn check(
 ) -> Result<(), EmSetupError> {
     if !(options.step.is_finite() && options.step != 0.0) {
         return Err(EmSetupError::Step(options.step));
-    }
-    if constraints.is_rheonomic() {
-        return Err(EmSetupError::Rheonomic);
     }
     let expected = system.dim();
     for (what, found) in [

@@ -1,7 +1,7 @@
 //! The energy–momentum scheme: the comparator of the variational integrators.
 //!
 //! ```text
-//! (2/h) M (q_{n+1} − q_n) − 2 M v_n + h D̄V(q_n, q_{n+1}) + h G(q_{n+1/2})ᵀ λ = h f̄
+//! (2/h) M (q_{n+1} − q_n) − 2 M v_n + h D̄V(q_n, q_{n+1}) + h Ḡ(q_n, q_{n+1})ᵀ λ = h f̄
 //! g(q_{n+1}) = 0,    v_{n+1} = (2/h)(q_{n+1} − q_n) − v_n
 //! ```
 //! Conserved along a step without load, up to what Newton's method leaves over: energy, linear and
@@ -15,15 +15,17 @@
 //! | [`discrete_gradient`] | `D̄V`: the trait; linear potentials |
 //! | [`invariant`] | `D̄V` of functions of `D·D`: springs |
 //! | [`beam`] | `D̄V` of beams: averaged strains |
+//! | [`coordinate`] | `D̄θ` of joint coordinates |
+//! | [`joint`] | springs, dampers, motors on joint coordinates |
 //! | [`gonzalez`] | `D̄V` of anything else, G96 |
 //! | [`load`] | wrenches and dampers at the midpoint |
+//! | [`constraint`] | `Ḡ` with `Ḡ Δq = Δg` |
 //! | [`em_system`] | mass, potentials, loads: the bracket and its derivative |
 //! | [`null_space`] | `P̄` with `Ḡ P̄ = 0`, and why its derivative is not needed |
-//! | [`constrained`], [`dalembert`], [`nodal`] | the three forms |
+//! | [`constrained`], [`dalembert`], [`nodal`], [`loop_nodal`] | the three forms; the last on closed loops |
 //! | [`scheme`] | their common interface, the state |
 //! | [`node`] | energy, momenta, multipliers, residuals |
 //! | [`integrator`] | all of it together |
-//! | [`subject`], [`comparison`] | both families on the same inputs, side by side |
 //!
 //! Sources: P. Betsch, S. Leyendecker, IJNME 67 (2006) 499–552 (BL06); O. Gonzalez, J. Nonlinear Sci.
 //! 6 (1996) 449–467 (G96).
@@ -33,20 +35,22 @@
 
 mod balance;
 pub mod beam;
-pub mod comparison;
 pub mod constrained;
+pub mod constraint;
+pub mod coordinate;
 pub mod dalembert;
 pub mod discrete_gradient;
 pub mod em_system;
 pub mod gonzalez;
 pub mod integrator;
 pub mod invariant;
+pub mod joint;
 pub mod load;
+pub mod loop_nodal;
 pub mod nodal;
 pub mod node;
 pub mod null_space;
 pub mod scheme;
-pub mod subject;
 
 #[cfg(test)]
 extern crate self as vi_emscheme; // the models of the tests name the crate
@@ -54,6 +58,7 @@ extern crate self as vi_emscheme; // the models of the tests name the crate
 #[path = "../tests/common/mod.rs"]
 mod common;
 
+pub use constraint::DiscreteConstraints;
 pub use discrete_gradient::DiscreteGradient;
 pub use em_system::EmSystem;
 pub use integrator::{EmIntegrator, EmOptions};

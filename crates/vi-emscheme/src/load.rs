@@ -27,6 +27,8 @@ pub trait MidpointLoad: Send {
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]);
     /// Emits `scale ∂f̄/∂q_{n+1}`; always the same places in the same order.
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
+    /// Told of every node reached: a force on an angle remembers which turn it is in.
+    fn accept(&self, _q: &[f64]) {}
 }
 
 /// `f(t_{n+1/2}, q_{n+1/2}, Δq/h)`: dampers and other continuous forces.

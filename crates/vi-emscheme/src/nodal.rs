@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! r(u) = P̄(q_n, q_{n+1})ᵀ h B = 0,    q_{n+1} = F_d(u, q_n)
-//! Dr   = P̄ᵀ (h K + ½ Σ_i μ_i D²g_i) ∂F_d/∂u
+//! Dr   = P̄ᵀ (h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}) ∂F_d/∂u
 //! ```
 //! The constraints hold by construction, whatever Newton's method leaves over. The condition number
 //! does not depend on `h`. Dense in `n × d`.
@@ -10,13 +10,14 @@
 //! Letters and the derivative of `P̄`: [`crate::null_space`]. Source: Betsch & Leyendecker 2006.
 
 use crate::balance::Balance;
+use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
 use crate::scheme::{EmForm, EmScheme, EmState};
 use nalgebra::DMatrix;
+use vi_constraints::Reparametrization;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
-use vi_constraints::{Constraints, Reparametrization};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, condition_number};
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
@@ -74,7 +75,7 @@ impl<N, R: Reparametrization> EmNodal<N, R> {
 
 impl<C, N, R> NewtonProblem for Problem<'_, C, N, R>
 where
-    C: Constraints,
+    C: DiscreteConstraints,
     N: DiscreteNullSpace<C>,
     R: Reparametrization,
 {
@@ -106,7 +107,7 @@ where
 
 impl<C, N, R> EmScheme<C> for EmNodal<N, R>
 where
-    C: Constraints,
+    C: DiscreteConstraints,
     N: DiscreteNullSpace<C>,
     R: Reparametrization,
 {
@@ -155,6 +156,7 @@ mod tests {
     use super::*;
     use crate::common::{PAIRS, four_particles, loaded, pair};
     use crate::null_space::AveragedTree;
+    use vi_constraints::Constraints;
     use vi_multibody::map::TreeMap;
     use vi_multibody::spring::SpringLaw;
 

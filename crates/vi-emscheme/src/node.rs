@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! H_n = ½ v_nᵀ M v_n + V(q_n),    p_n = M v_n
-//! λ_{n+1/2}   of the step n → n+1,    force G(q_{n+1/2})ᵀ λ_{n+1/2}
+//! λ_{n+1/2}   of the step n → n+1,    force Ḡᵀ λ_{n+1/2}
 //! λ_n         = ½ (λ_{n-1/2} + λ_{n+1/2}),    force likewise
-//! residuals   g(q_n),   Ḡ Δq/h  (zero),   G(q_n) v_n  (O(h²))
+//! residuals   g(q_n),   Ḡ Δq/h  (zero; rheonomic: Δg/h),   G(q_n) v_n + ∂g/∂t  (O(h²))
 //! ```
 //! *Order of the multipliers.* `v_{n+1} = (2/h)Δq − v_n` turns the sign of the part of `v_n` that is not
 //! tangential; a start with `G(q_0) v(0) = 0` misses the smooth solution there by `O(h²)`, so this part
@@ -14,9 +14,9 @@
 //!
 //! Redundant constraints: the force is unique, the multipliers are given in minimum-norm form.
 
+use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::scheme::EmState;
-use vi_constraints::Constraints;
 use vi_constraints::node::minimum_norm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::interval::Interval;
@@ -37,13 +37,13 @@ pub struct EmNode {
     pub constraint_force: Vec<f64>,
     /// `λ_{n+1/2}` of the step, shape `m`; minimum norm when `G` is rank deficient.
     pub lambda_mid: Vec<f64>,
-    /// `G(q_{n+1/2})ᵀ λ` of the step, N, shape `n`.
+    /// `Ḡᵀ λ` of the step, N, shape `n`.
     pub constraint_force_mid: Vec<f64>,
     /// `|g(q_n)|_∞`.
     pub position_residual: f64,
-    /// `|G(q_{n+1/2}) Δq/h|_∞` of the step.
+    /// `|Ḡ Δq/h|_∞` of the step; for rheonomic constraints `|Δg/h|_∞`.
     pub velocity_residual: f64,
-    /// `|G(q_n) v_n|_∞`: the velocity is not quite tangential.
+    /// `|G(q_n) v_n + ∂g/∂t|_∞`: the velocity is not quite tangential.
     pub momentum_residual: f64,
 }
 
@@ -54,22 +54,21 @@ pub(crate) struct EmObserver {
     work: Vec<f64>,                 // m
 }
 
-/// The step before a node: its middle and its multipliers.
+/// The step before a node, with its multipliers.
 pub(crate) struct Before {
     pub(crate) known: bool,
-    pub(crate) t_mid: f64,
-    pub(crate) q_mid: Vec<f64>, // n
-    pub(crate) mu: Vec<f64>,    // m  h²λ
+    pub(crate) s: Interval,
+    pub(crate) mu: Vec<f64>, // m  h²λ
 }
 
 impl Before {
     pub(crate) fn new(n: usize, m: usize) -> Self {
-        Self { known: false, t_mid: 0.0, q_mid: vec![0.0; n], mu: vec![0.0; m] }
+        Self { known: false, s: Interval::new(n), mu: vec![0.0; m] }
     }
 
     pub(crate) fn take(&mut self, s: &Interval, mu: &[f64]) {
-        (self.known, self.t_mid) = (true, s.t_mid());
-        self.q_mid.copy_from_slice(&s.q_mid);
+        self.known = true;
+        self.s.copy_from(s);
         self.mu.copy_from_slice(mu);
     }
 }
@@ -98,7 +97,7 @@ impl EmObserver {
     pub(crate) fn observe(
         &mut self,
         (system, rows): (&EmSystem, &IndependentRows),
-        constraints: &impl Constraints,
+        constraints: &impl DiscreteConstraints,
         state: &EmState,
         (s, mu): (&Interval, &[f64]),
         before: &Before,
@@ -110,21 +109,30 @@ impl EmObserver {
         constraints.value(state.t, &state.q, &mut self.work);
         node.position_residual = norm_inf(&self.work);
 
-        let jacobian = fill(&mut self.jacobian, constraints, (state.t, &state.q));
-        self.work.fill(0.0);
+        let shape = (constraints.len(), constraints.dim());
+        let emit = |out: &mut dyn Entries| constraints.jacobian(state.t, &state.q, out);
+        let jacobian = SparseMatrix::update(&mut self.jacobian, shape, emit);
+        constraints.time_derivative(state.t, &state.q, &mut self.work);
         jacobian.mul_add(1.0, &state.v, &mut self.work);
         node.momentum_residual = norm_inf(&self.work);
 
         let scale = 1.0 / (s.h * s.h);
         let (lambda, force) = (&mut node.lambda, &mut node.constraint_force);
         if before.known {
-            let jacobian = fill(&mut self.jacobian, constraints, (before.t_mid, &before.q_mid));
+            let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(&before.s, out);
+            let jacobian = SparseMatrix::update(&mut self.jacobian, shape, emit);
             multipliers(jacobian, rows, (&before.mu, scale), lambda, force);
         }
-        let jacobian = fill(&mut self.jacobian, constraints, (s.t_mid(), &s.q_mid));
-        self.work.fill(0.0);
-        jacobian.mul_add(1.0, &s.v_mid, &mut self.work);
-        node.velocity_residual = norm_inf(&self.work);
+        let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
+        let jacobian = SparseMatrix::update(&mut self.jacobian, shape, emit);
+        if constraints.is_rheonomic() {
+            constraints.value(s.t_end(), &s.q1, &mut self.work);
+            node.velocity_residual = norm_inf(&self.work) / s.h.abs();
+        } else {
+            self.work.fill(0.0);
+            jacobian.mul_add(1.0, &s.v_mid, &mut self.work);
+            node.velocity_residual = norm_inf(&self.work);
+        }
         let (lambda_mid, force_mid) = (&mut node.lambda_mid, &mut node.constraint_force_mid);
         multipliers(jacobian, rows, (mu, scale), lambda_mid, force_mid);
         if before.known {
@@ -153,13 +161,4 @@ fn multipliers(
     if rows.len() < lambda.len() {
         minimum_norm(jacobian, rows, lambda);
     }
-}
-
-fn fill<'a>(
-    kept: &'a mut Option<SparseMatrix>,
-    constraints: &impl Constraints,
-    (t, q): (f64, &[f64]),
-) -> &'a SparseMatrix {
-    let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
-    SparseMatrix::update(kept, (constraints.len(), constraints.dim()), emit)
 }

@@ -1,20 +1,22 @@
-//! The discrete null space `P̄(q_n, q_{n+1})` with `Ḡ P̄ = 0`, `Ḡ = G(q_{n+1/2})`.
+//! The discrete null space `P̄(q_n, q_{n+1})` with `Ḡ P̄ = 0`, `Ḡ` of [`crate::constraint`].
 //!
-//! Three ways to it:
+//! Four ways to it:
 //! ```text
-//! pivoted QR of Ḡᵀ                 any system                       AtMidpoint(QrSource)
+//! pivoted QR of Ḡᵀ                 any system                       DiscreteQr
 //! P(q_{n+1/2})                     bodies, S and R pairs, bars      AtMidpoint(MapSource)
-//! averaged velocity maps           every pair of a tree             AveragedTree
+//! averaged velocity maps           every pair of a tree but screws  AveragedTree
+//! P̄_tree null(Ḡ_c P̄_tree)          closed loops on such a tree      TreeComplement
 //! ```
 //! `P̄` depends on the unknown, but its derivative is not needed. With `P̄_k` and the multipliers
 //! `μ_k = −(Ḡ Ḡᵀ)⁻¹ Ḡ h B` (least squares; `h²λ` at the root) of the iterate `q_k` kept, Newton's method
 //! takes its step on
 //! ```text
-//! r_k(q_{n+1}) = P̄_kᵀ (h B + Ḡᵀ μ_k),    ∂r_k/∂q_{n+1} = P̄_kᵀ (h K + ½ Σ_i μ_i D²g_i)        exactly
+//! r_k(q_{n+1}) = P̄_kᵀ (h B + Ḡᵀ μ_k),    ∂r_k/∂q_{n+1} = P̄_kᵀ (h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1})   exactly
 //! ```
 //! At `q_k` its value is `P̄ᵀ h B`, the residual of the scheme; at the root `q*` it is
 //! `(G* P̄_k)ᵀ (μ_k − μ*)`, of second order in `q_k − q*`, so convergence stays quadratic. (The same
-//! follows from `δḠ P̄ + Ḡ δP̄ = 0` and `h B = −Ḡᵀμ` at the root: `δP̄ᵀ h B = P̄ᵀ δḠᵀ μ`, `δḠ = ½ D²g[δq]`.)
+//! follows from `δḠ P̄ + Ḡ δP̄ = 0` and `h B = −Ḡᵀμ` at the root: `δP̄ᵀ h B = P̄ᵀ δḠᵀ μ`, `δḠ = ½ D²g[δq]` for
+//! quadratic `g`.)
 //! This is the additional term of an energy–momentum scheme, and the multipliers are a by-product.
 //! Averaged formulas annihilate `Ḡ` when `g(q_{n+1}) = 0`; on the way there, in the d'Alembert form, the
 //! residual keeps the term `Ḡᵀμ_k`.
@@ -22,10 +24,15 @@
 //! Letters: `G` constraint Jacobian, bars: at the averaged configuration; `B`, `K` as in
 //! [`crate::em_system`]. Source: Betsch & Leyendecker 2006 for `P̄`; the Newton matrix is ours.
 
+use crate::constraint::DiscreteConstraints;
+use crate::loop_nodal::LoopRows;
 use nalgebra::{DMatrix, SVector, Vector3};
 use vi_constraints::Constraints;
 use vi_constraints::dalembert::NullSpaceSource;
+use vi_constraints::null_space::NullSpaceQr;
+use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_core::interval::Interval;
+use vi_core::sparse::Entries;
 use vi_multibody::PairKind;
 use vi_multibody::joint::Placement;
 use vi_multibody::mechanism::Mechanism;
@@ -54,7 +61,78 @@ impl<C> DiscreteNullSpace<C> for Box<dyn DiscreteNullSpace<C>> {
     }
 }
 
-/// `P̄` of a mechanism without loops, from averaged vectors: `P̄ = P_in(q_{n+1/2}) P̄_ex`.
+/// `P̄` by pivoted QR of `Ḡᵀ`, always of the generic rank.
+pub struct DiscreteQr {
+    qr: NullSpaceQr,
+    jacobian: DMatrix<f64>, // m × n
+    rank: usize,
+}
+
+impl DiscreteQr {
+    /// For `m` constraints of generic rank `rank` on `n` coordinates.
+    #[must_use]
+    pub fn new(n: usize, m: usize, rank: usize) -> Self {
+        Self { qr: NullSpaceQr::new(n, m), jacobian: DMatrix::zeros(m, n), rank }
+    }
+}
+
+impl<C: DiscreteConstraints> DiscreteNullSpace<C> for DiscreteQr {
+    fn null_space(&mut self, constraints: &C, s: &Interval, out: &mut DMatrix<f64>) {
+        self.jacobian.fill(0.0);
+        constraints.discrete_jacobian(s, &mut self.jacobian);
+        self.qr.factorize(&self.jacobian);
+        self.qr.null_space(self.rank, out);
+    }
+}
+
+/// `P̄ = P̄_tree Z̄`, `Z̄ = null(Ḡ_c P̄_tree)`: closed loops on a spanning tree.
+pub struct TreeComplement {
+    tree: AveragedTree,
+    loops: LoopRows,
+    cut: IndependentRows,
+    qr: NullSpaceQr,
+    jacobian: DMatrix<f64>,   // m_c × n  Ḡ_c
+    null_space: DMatrix<f64>, // n × d_tree  P̄_tree
+    reduced: DMatrix<f64>,    // m_c × d_tree  Ḡ_c P̄_tree
+    z: DMatrix<f64>,          // d_tree × d
+}
+
+impl TreeComplement {
+    /// For a mechanism and its loops; `None` when its tree has a pair without averaged formulas.
+    #[must_use]
+    pub fn new(mechanism: &Mechanism, loops: LoopRows) -> Option<Self> {
+        let tree = AveragedTree::new(mechanism)?;
+        let (n, m, d) = (mechanism.dim(), mechanism.len(), tree.dof());
+        let cut = loops.rows.len();
+        Some(Self {
+            cut: IndependentRows::choose(m, &loops.rows),
+            qr: NullSpaceQr::new(d, cut),
+            jacobian: DMatrix::zeros(cut, n),
+            null_space: DMatrix::zeros(n, d),
+            reduced: DMatrix::zeros(cut, d),
+            z: DMatrix::zeros(d, d - loops.rank),
+            tree,
+            loops,
+        })
+    }
+}
+
+impl<C: DiscreteConstraints> DiscreteNullSpace<C> for TreeComplement {
+    fn null_space(&mut self, constraints: &C, s: &Interval, out: &mut DMatrix<f64>) {
+        self.tree.null_space(constraints, s, &mut self.null_space);
+        self.jacobian.fill(0.0);
+        let place = JacobianPlace { row: 0, column: 0, scale: 1.0, transposed: false };
+        let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
+        self.cut.emit_selected(&emit, place, &mut self.jacobian);
+        self.reduced.gemm(1.0, &self.jacobian, &self.null_space, 0.0);
+        let scale = &self.loops.scale;
+        self.qr.factorize_scaled(&self.reduced, |i| scale[i]);
+        self.qr.null_space(self.loops.rank, &mut self.z);
+        out.gemm(1.0, &self.null_space, &self.z, 0.0);
+    }
+}
+
+/// `P̄` of a mechanism's spanning tree, from averaged vectors: `P̄ = P_in(q_{n+1/2}) P̄_ex`.
 ///
 /// With bars for averages over the step, `ϱ̄`, `c̄`, `n̄`, `m̄_i`, parent to child:
 /// ```text
@@ -76,12 +154,12 @@ pub struct AveragedTree {
 }
 
 impl AveragedTree {
-    /// For a mechanism; `None` when it has loops, or a pair without averaged formulas.
+    /// For a mechanism; `None` when its tree has a pair without averaged formulas (screws).
     #[must_use]
     pub fn new(mechanism: &Mechanism) -> Option<Self> {
         let (tree, particles) = (mechanism.tree().clone(), mechanism.particle_tree().clone());
         let known = tree.links().iter().all(|link| is_averaged(link.joint.kind));
-        if mechanism.has_loops() || !known {
+        if !known {
             return None;
         }
         let joints = &mechanism.description().joints;
@@ -94,6 +172,12 @@ impl AveragedTree {
             tree,
             particles,
         })
+    }
+
+    /// Freedoms of the tree.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.tree.dof() + self.particles.dof()
     }
 
     fn velocity_maps(&mut self, q_mid: &[f64]) {

@@ -4,6 +4,8 @@
 
 mod common;
 
+use vi_emscheme::EmForm;
+
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use vi_emscheme::{EmIntegrator, EmOptions};
@@ -37,7 +39,7 @@ fn a_thousand_steps_allocate_nothing() {
     let pair = common::pair(PairKind::Cylindrical, true);
     let four = common::four_particles(vi_multibody::spring::SpringLaw::Linear);
     for (name, model) in [("pair with loads", pair), ("4 particles", four)] {
-        for &form in model.forms() {
+        for form in EmForm::ALL {
             let pair = name == "pair with loads";
             let system = if pair { common::loaded(&model) } else { model.system() };
             let options = EmOptions::new(form, 0.005);

@@ -31,6 +31,9 @@ fn models() -> Vec<(&'static str, Model, f64, usize)> {
         ("E pair", common::pair(PairKind::Planar, true), 0.02, 20),
         ("4 particles", common::four_particles(SpringLaw::QuadraticStretch), 0.005, 80),
         ("linkage 6R", common::linkage(), 0.04, 10),
+        ("screw", common::screw(), 0.02, 20),
+        ("gear", common::geared(), 0.02, 20),
+        ("driven", common::driven(), 0.02, 20),
     ]
 }
 

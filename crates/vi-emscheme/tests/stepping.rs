@@ -3,8 +3,6 @@
 
 mod common;
 
-use vi_constraints::Constraints;
-use vi_core::sparse::Entries;
 use vi_emscheme::integrator::EmSetupError;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
 use vi_multibody::PairKind;
@@ -37,37 +35,9 @@ fn wrong_shapes_and_steps_are_refused() {
     let linkage = common::linkage();
     let options = EmOptions::new(EmForm::Nodal, 0.01);
     let system = EmSystem::of_mechanism(&linkage.mechanism);
-    let message = refusal(EmIntegrator::of_mechanism(system, linkage.mechanism, options));
+    let (q, v) = linkage.mechanism.start();
+    let message = refusal(EmIntegrator::new(system, linkage.mechanism, options, (0.0, &q, &v)));
     assert!(message.starts_with("the scheme `em-nodal` needs a map"), "{message}");
-}
-
-#[test]
-fn constraints_that_depend_on_time_are_refused() {
-    struct Driven;
-    impl Constraints for Driven {
-        fn dim(&self) -> usize {
-            2
-        }
-        fn len(&self) -> usize {
-            1
-        }
-        fn value(&self, t: f64, q: &[f64], out: &mut [f64]) {
-            out[0] = q[0] - t;
-        }
-        fn jacobian(&self, _t: f64, _q: &[f64], out: &mut dyn Entries) {
-            out.add(0, 0, 1.0);
-        }
-        fn second_derivative(&self, _: f64, _: &[f64], _: &[f64], _: &[f64], out: &mut [f64]) {
-            out[0] = 0.0;
-        }
-        fn is_rheonomic(&self) -> bool {
-            true
-        }
-    }
-    let options = EmOptions::new(EmForm::Constrained, 0.1);
-    let at = (0.0, &[0.0; 2][..], &[1.0, 0.0][..]);
-    let found = EmIntegrator::new(common::pendulum().system(), Driven, options, at);
-    assert!(matches!(found.map(|_| ()), Err(EmSetupError::Rheonomic)));
 }
 
 #[test]

@@ -50,6 +50,7 @@ use crate::placement::LoopRank;
 use crate::sparse_nodal::SparseNodal;
 use cluster::Cluster;
 use loops::Loops;
+pub use loops::{longest_arm, with_floors};
 use nalgebra::DMatrix;
 use path::Placed;
 use vi_constraints::null_space::NullSpaceQr;

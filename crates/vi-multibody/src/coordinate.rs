@@ -14,6 +14,7 @@ use crate::joint::Joint;
 use crate::pair::{PairKind, Twist};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicU64, Ordering};
+use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 
 /// A joint coordinate: a length (m) or an angle (rad).
@@ -23,10 +24,18 @@ pub struct JointCoordinate {
     last: AtomicU64, // bits of the angle at the last node
 }
 
+/// What a joint coordinate is a function of: products of linear forms of `q`.
 #[derive(Clone, Debug)]
-enum Value {
+pub enum Value {
+    /// `u`.
     Length(Row),
-    Angle { sine: Row, cosine: Row },
+    /// `θ = atan2(s, c)`.
+    Angle {
+        /// `s`.
+        sine: Row,
+        /// `c`.
+        cosine: Row,
+    },
 }
 
 impl Clone for JointCoordinate {
@@ -79,6 +88,12 @@ impl JointCoordinate {
         Self { value, last: AtomicU64::new(0.0_f64.to_bits()) }
     }
 
+    /// What it is made of.
+    #[must_use]
+    pub fn value(&self) -> &Value {
+        &self.value
+    }
+
     /// Whether it is an angle.
     #[must_use]
     pub fn is_angle(&self) -> bool {
@@ -96,6 +111,16 @@ impl JointCoordinate {
                 angle + TAU * ((last - angle) / TAU).round()
             }
         }
+    }
+
+    /// Mean of both ends of an interval, and their difference; an angle turns by less than `π`.
+    #[must_use]
+    pub fn mean_and_difference(&self, s: &Interval) -> (f64, f64) {
+        let (start, mut end) = (self.at(&s.q0), self.at(&s.q1));
+        if self.is_angle() {
+            end += TAU * ((start - end) / TAU).round();
+        }
+        (0.5 * (start + end), end - start)
     }
 
     /// Remembers the turn at a node.
@@ -134,7 +159,8 @@ impl JointCoordinate {
         });
     }
 
-    fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
+    /// The entries of `∇θ(q)`, always in the same order; a coordinate may come several times.
+    pub fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
         for (factor, row) in self.parts(q) {
             if let Some(row) = row {
                 row.for_each_slope(q, |i, slope| visit(i, factor * slope));

@@ -29,26 +29,17 @@ pub struct JointSpring {
     pub rest: f64,
 }
 
-fn mean_and_difference(coordinate: &JointCoordinate, s: &Interval) -> (f64, f64) {
-    let (start, mut end) = (coordinate.at(&s.q0), coordinate.at(&s.q1));
-    if coordinate.is_angle() {
-        let turn = std::f64::consts::TAU;
-        end += turn * ((start - end) / turn).round();
-    }
-    (0.5 * (start + end), end - start)
-}
-
 impl DiscretePotential for JointSpring {
     fn value(&self, s: &Interval) -> f64 {
-        let stretch = mean_and_difference(&self.coordinate, s).0 - self.rest;
+        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
         0.5 * self.stiffness * stretch * stretch
     }
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        let stretch = mean_and_difference(&self.coordinate, s).0 - self.rest;
+        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
         self.coordinate.add_gradient(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
     }
     fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        let stretch = mean_and_difference(&self.coordinate, s).0 - self.rest;
+        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
         self.coordinate.add_gradient(&s.q1, 0.5 * scale * self.stiffness * stretch, out);
     }
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
@@ -157,7 +148,7 @@ pub struct JointForce<L> {
 
 impl<L: JointLaw> JointForce<L> {
     fn effort(&self, s: &Interval) -> f64 {
-        let (mean, difference) = mean_and_difference(&self.coordinate, s);
+        let (mean, difference) = self.coordinate.mean_and_difference(s);
         self.law.effort(s.t_mid(), mean, difference / s.h)
     }
 }
@@ -170,7 +161,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         self.coordinate.add_gradient(&s.q1, 0.5 * s.h * self.effort(s), out);
     }
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
-        let (mean, difference) = mean_and_difference(&self.coordinate, s);
+        let (mean, difference) = self.coordinate.mean_and_difference(s);
         let (by_coordinate, by_rate) = self.law.slopes(s.t_mid(), mean, difference / s.h);
         let slope = 0.25 * s.h * by_coordinate + 0.5 * by_rate;
         self.coordinate.emit_product(&s.q0, &s.q1, slope, out);

@@ -187,6 +187,13 @@ impl Mechanism {
             && self.description.scalars.is_empty())
     }
 
+    /// The constraints beside the internal ones of the bodies: of joints, then bars, then scalar
+    /// constraints.
+    #[must_use]
+    pub fn rows(&self) -> &[ScalarRow] {
+        &self.rows
+    }
+
     /// The constraints of joint `k`.
     #[must_use]
     pub fn joint_rows(&self, k: usize) -> Range<usize> {

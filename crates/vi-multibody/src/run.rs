@@ -97,15 +97,21 @@ pub fn integrator(
     })
 }
 
-/// The constraints of the motion, and of its start where fewer are independent there.
-struct Loops {
-    rows: IndependentRows,
-    rows_at_start: Option<IndependentRows>,
-    rank: Option<LoopRank>, // None: no loops of bodies
+/// The independent constraints of the motion, and of its start where fewer are independent there.
+#[derive(Clone, Debug)]
+pub struct Loops {
+    /// Of the motion.
+    pub rows: IndependentRows,
+    /// Of the start, when that is a singular placement.
+    pub rows_at_start: Option<IndependentRows>,
+    /// What is known of the loops; `None` without loops of bodies.
+    pub rank: Option<LoopRank>,
 }
 
 impl Loops {
-    fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
+    /// Looks at the start `(t, q)` of a mechanism.
+    #[must_use]
+    pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
         let particles = !mechanism.description().particles.is_empty();
         if !mechanism.cut_bars().is_empty() || (mechanism.has_loops() && particles) {
             let rows = IndependentRows::find(mechanism, t, q);
@@ -120,7 +126,9 @@ impl Loops {
         Self { rows: rank.rows(mechanism), rows_at_start, rank: Some(rank) }
     }
 
-    fn refusal(&self, reason: SingularStart) -> SetupError {
+    /// The refusal of a singular start.
+    #[must_use]
+    pub fn refusal(&self, reason: SingularStart) -> SetupError {
         self.rank.as_ref().map_or_else(
             || SetupError::SingularStart { joint: String::new(), reason },
             |rank| rank.refusal(reason),

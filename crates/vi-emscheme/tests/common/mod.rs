@@ -7,10 +7,13 @@ use vi_constraints::Constraints;
 use vi_emscheme::gonzalez::Gonzalez;
 use vi_emscheme::load::AtMidpoint;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
-use vi_multibody::joint::{FrameId, Joint, Side, complete_axis};
+use vi_multibody::coordinate::JointCoordinate;
+use vi_multibody::joint::{self, FrameId, Joint, Side, complete_axis};
+use vi_multibody::joint_force::{JointForce, JointSpring, PdControl, Viscous};
 use vi_multibody::mechanism::{
     Attachment, Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec,
 };
+use vi_multibody::scalar_constraint::ScalarConstraint;
 use vi_multibody::spring::{Damper, Spring, SpringLaw};
 use vi_multibody::{PairKind, mechanism};
 use vi_rigid::body::RigidBody;
@@ -35,10 +38,6 @@ impl Model {
     pub fn run(&self, form: EmForm, h: f64) -> EmIntegrator<Mechanism> {
         let options = EmOptions::new(form, h);
         EmIntegrator::of_mechanism(self.system(), self.mechanism.clone(), options).unwrap()
-    }
-
-    pub fn forms(&self) -> &'static [EmForm] {
-        if self.mechanism.has_loops() { &EmForm::ALL[..2] } else { &EmForm::ALL }
     }
 
     pub fn spring(
@@ -257,7 +256,8 @@ fn reference_case(name: &str, h: f64) -> Model {
 }
 
 /// A system with one of everything: gravity-free pair with both springs, a spring by Gonzalez's
-/// formula, a damper, a dead and a follower load.
+/// formula, a damper, a dead and a follower load; a spring, a damper and a control on every coordinate
+/// of the joint.
 pub fn loaded(model: &Model) -> EmSystem {
     let [first, second] = [0, 1].map(|k| model.springs[k].clone());
     let n = model.mechanism.dim();
@@ -266,12 +266,88 @@ pub fn loaded(model: &Model) -> EmSystem {
         let (force, torque) = (Vector3::new(0.7, -1.1, 0.4), Vector3::new(-0.3, 0.5, 0.8));
         Load::new(offset, kind, force, torque, TimeHistory::default()).unwrap()
     };
-    model
+    let mut system = model
         .system()
         .gradient(Gonzalez::new(first, n))
         .load(AtMidpoint(damper))
         .load(load(0, LoadKind::Dead))
-        .load(load(12, LoadKind::Follower))
+        .load(load(12, LoadKind::Follower));
+    let joint = &model.mechanism.description().joints[0];
+    for freedom in 0..joint.kind.freedoms() {
+        let Some(coordinate) = JointCoordinate::new(joint, freedom) else { continue };
+        let damper = JointForce { coordinate: coordinate.clone(), law: Viscous(0.7) };
+        let reference = std::sync::Arc::new(|t: f64| ((3.0 * t).sin(), 3.0 * (3.0 * t).cos()));
+        let law = PdControl { proportional: 4.0, derivative: 0.3, reference };
+        let spring = joint_spring(model, freedom).unwrap();
+        let control = JointForce { coordinate, law };
+        system = system.gradient(spring).load(damper).load(control);
+    }
+    system
+}
+
+/// A spring on a coordinate of the first joint.
+pub fn joint_spring(model: &Model, freedom: usize) -> Option<JointSpring> {
+    let joint = model.mechanism.description().joints.first()?;
+    let coordinate = JointCoordinate::new(joint, freedom)?;
+    Some(JointSpring { coordinate, stiffness: 6.0, rest: 0.4 })
+}
+
+/// A screw between two free-floating bodies: a row that is not quadratic.
+pub fn screw() -> Model {
+    pair(PairKind::Screw(0.15.into()), false)
+}
+
+/// Two bodies under gravity: a hinge to the ground whose angle is prescribed, and a free hinge between them.
+pub fn driven() -> Model {
+    let mut bodies = vec![body("first", 0), body("second", 1)];
+    let (base, axes) =
+        (Vector3::new(0.0, 0.35, 0.1), complete_axis(&Vector3::new(1.0, 2.0, -2.0).normalize()));
+    let rate: Vector3<f64> = 2.0 * axes.column(2); // both turn with the first hinge
+    for body in &mut bodies {
+        (body.omega, body.velocity) = (rate, rate.cross(&(body.center - base)));
+    }
+    let hinge =
+        |name: &str, [parent, child]: [FrameId; 2], at: Vector3<f64>, axes: &Matrix3<f64>| {
+            let side = |id| match id {
+                FrameId::Ground => Side::at(id, &joint::GROUND, &at, axes),
+                FrameId::Frame(k) => Side::at(id, &frame(&bodies[k]), &at, axes),
+            };
+            let (parent, child) = (side(parent), side(child));
+            Joint { name: name.into(), kind: PairKind::Revolute, parent, child }
+        };
+    let ground = [FrameId::Ground, FrameId::Frame(0)];
+    let between = [FrameId::Frame(0), FrameId::Frame(1)];
+    let joints = vec![
+        hinge("base", ground, base, &axes),
+        hinge("elbow", between, Vector3::new(0.6, 0.3, 0.2), &complete_axis(&Vector3::x())),
+    ];
+    let angle = JointCoordinate::new(&joints[0], 0).unwrap();
+    let path = |t: f64| [(2.0 * t).sin(), 2.0 * (2.0 * t).cos(), -4.0 * (2.0 * t).sin()];
+    let scalars = vec![ScalarConstraint::motion("drive", angle, std::sync::Arc::new(path))];
+    let gravity = Vector3::new(0.0, 0.0, -9.81);
+    model(
+        Description { dimension: 3, gravity, bodies, joints, scalars, ..Description::default() },
+        0.01,
+    )
+}
+
+/// A chain of three free-floating bodies with two revolute joints that a gear couples.
+pub fn geared() -> Model {
+    let bodies: Vec<BodySpec> = (0..3).map(|k| body(&format!("body {k}"), k % 2)).collect();
+    let joint = |k: usize, axis: Vector3<f64>| {
+        let axes = complete_axis(&axis.normalize());
+        let at = Vector3::new(0.3 * k as f64, 0.35, 0.1);
+        let side = |k: usize| Side::at(FrameId::Frame(k), &frame(&bodies[k]), &at, &axes);
+        let (parent, child) = (side(k), side(k + 1));
+        Joint { name: format!("hinge {k}"), kind: PairKind::Revolute, parent, child }
+    };
+    let joints =
+        vec![joint(0, Vector3::new(1.0, 2.0, -2.0)), joint(1, Vector3::new(0.2, -1.0, 1.0))];
+    let q: Vec<f64> = bodies.iter().flat_map(frame).collect();
+    let coordinate = |k: usize| JointCoordinate::new(&joints[k], 0).unwrap();
+    let gear = ScalarConstraint::coupling("gear", (coordinate(0), coordinate(1)), -1.7, &q);
+    let scalars = vec![gear];
+    model(Description { dimension: 3, bodies, joints, scalars, ..Description::default() }, 0.01)
 }
 
 /// Everything above, by name.
@@ -282,6 +358,8 @@ pub fn all() -> Vec<(String, Model)> {
         ("lamina".to_owned(), lamina()),
         ("linkage 6R".to_owned(), linkage()),
         ("four-bar".to_owned(), four_bar()),
+        ("screw".to_owned(), screw()),
+        ("gear".to_owned(), geared()),
         ("4 particles, linear".to_owned(), four_particles(SpringLaw::Linear)),
         ("4 particles, quadratic".to_owned(), four_particles(SpringLaw::QuadraticStretch)),
     ];

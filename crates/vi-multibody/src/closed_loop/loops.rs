@@ -34,7 +34,7 @@ impl Loops {
         let rows = mechanism.loop_constraints();
         let length = longest_arm(mechanism);
         let scales = row_scales(mechanism, &rows, length);
-        let blocks = blocks(mechanism, length);
+        let blocks = with_floors(mechanism, mechanism.tree().blocks());
         let mut weights = vec![1.0; mechanism.tree().dof()];
         for block in blocks.iter().filter(|b| b.kind == BlockKind::Position) {
             weights[block.range.clone()].fill(length);
@@ -295,7 +295,8 @@ fn cluster_links(tree: &Tree, home: &[(usize, usize)], number: usize) -> Vec<Clu
 }
 
 /// The longest lever arm of a joint at the start, 1 m when there is none.
-fn longest_arm(mechanism: &Mechanism) -> f64 {
+#[must_use]
+pub fn longest_arm(mechanism: &Mechanism) -> f64 {
     let (q, _) = mechanism.start();
     let arm = |joint: &Joint| {
         let at = joint.placement(&q);
@@ -305,13 +306,14 @@ fn longest_arm(mechanism: &Mechanism) -> f64 {
     if length > 0.0 { length } else { 1.0 }
 }
 
-/// The blocks of the tree with floors at which round-off of the loop constraints is no correction.
-fn blocks(mechanism: &Mechanism, arm: f64) -> Vec<Block> {
+/// The blocks of a spanning tree's unknowns with floors at which round-off of the loop constraints is no
+/// correction.
+#[must_use]
+pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> {
     const RELATIVE: f64 = 1e-5; // what Newton's method calls small of this is about 50 ε
-    let q = mechanism.start().0;
+    let (q, arm) = (mechanism.start().0, longest_arm(mechanism));
     let extent =
         q.chunks(12).map(|frame| norm_inf(&frame[..3.min(frame.len())])).fold(arm, f64::max);
-    let mut blocks = mechanism.tree().blocks();
     for block in &mut blocks {
         block.floor = match block.kind {
             BlockKind::Position => RELATIVE * extent,
