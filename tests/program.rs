@@ -42,6 +42,25 @@ fn files(folder: &Path) -> BTreeSet<String> {
 }
 
 #[test]
+fn energy_momentum_schemes_are_schemes_like_others() {
+    let folder = folder("em");
+    for scheme in ["em-constrained", "em-dalembert", "em-nodal"] {
+        let arguments = ["run", "pendulum.toml", "--scheme", scheme, "--json", "-o", scheme];
+        let output = holonom(&folder, &arguments);
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+        let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(summary["scheme"], scheme);
+        let error = summary["energy"]["max_abs_error"].as_f64().unwrap();
+        assert!(error < 1e-12, "{scheme}: energy off by {error:e}");
+        assert!(folder.join(scheme).join("report.html").is_file());
+    }
+    let output =
+        holonom(&folder, &["run", "pendulum.toml", "--scheme", "em-nodal", "--order", "4"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(words(&output).contains("at order 2 only"), "{}", words(&output));
+}
+
+#[test]
 fn a_run_writes_the_files_of_the_contract() {
     let folder = folder("run");
     let output = holonom(&folder, &["run", "pendulum.toml"]);

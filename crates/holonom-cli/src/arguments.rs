@@ -68,6 +68,9 @@ pub(crate) enum Scheme {
     Constrained,
     Dalembert,
     Reduced,
+    EmConstrained,
+    EmDalembert,
+    EmNodal,
 }
 
 #[derive(Args)]

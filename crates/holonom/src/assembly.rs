@@ -2,6 +2,7 @@
 
 use crate::beams::Beams;
 use crate::limits::Stiffness;
+use crate::method::Method;
 use crate::model::{Beam, Inconsistency, Level, Model, ModelError, Settings};
 use serde::{Deserialize, Serialize};
 use vi_constraints::Constraints;
@@ -9,8 +10,8 @@ use vi_constraints::initialization::StartError;
 use vi_constraints::integrator::{SetupError, SingularStart};
 use vi_core::SparseMatrix;
 use vi_core::linear::norm_inf;
+use vi_emscheme::integrator::EmSetupError;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::MechanismIntegrator;
 
 /// What the assembly of a model found.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -107,11 +108,11 @@ pub(crate) fn velocity_inconsistencies(
 /// The report of an assembled model.
 pub(crate) fn report(
     model: &Model,
-    run: &MechanismIntegrator,
+    run: &dyn Method,
     beams: &Beams,
     closure: Closure,
 ) -> AssemblyReport {
-    let mechanism = run.constraints();
+    let mechanism = run.mechanism();
     let rows = run.rows();
     let mut redundant: Vec<String> = Vec::new();
     for row in rows.redundant() {
@@ -147,6 +148,19 @@ pub(crate) fn report(
         stiffness,
         projected: (moved > 0.0).then_some(moved),
         warnings,
+    }
+}
+
+/// A refused set-up of an energy–momentum scheme as an error of the model.
+pub(crate) fn em_refusal(error: &EmSetupError, settings: &Settings) -> ModelError {
+    match error {
+        EmSetupError::Singular(error) => refusal(error, settings),
+        EmSetupError::Start(error) => refusal(&SetupError::Start(error.clone()), settings),
+        _ => ModelError::Unsupported {
+            key: "simulation.scheme".into(),
+            what: error.to_string(),
+            help: "write scheme = \"nodal\"".into(),
+        },
     }
 }
 

@@ -1,9 +1,9 @@
 //! Joint springs, dampers, motors and single constraints of a model, as numbers.
 
+use crate::dynamics::Dynamics;
 use crate::model::{Constraint, Joint as JointModel, JointMotor, ModelError, Problem};
 use nalgebra::Vector3;
 use std::sync::Arc;
-use vi_core::SeparableSystem;
 use vi_multibody::coordinate::JointCoordinate;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_force::{JointForce, JointSpring, Motor, PdControl, Viscous};
@@ -26,38 +26,34 @@ fn coordinate(joint: &Joint, freedom: usize, key: &str) -> Result<JointCoordinat
 
 /// Adds what acts on the coordinates of a joint.
 pub(crate) fn add_joint_forces(
-    mut system: SeparableSystem,
+    mut dynamics: Dynamics,
     model: &JointModel,
     joint: &Joint,
-) -> Result<SeparableSystem, ModelError> {
+) -> Result<Dynamics, ModelError> {
     let key = |what: &str| format!("joint.{}.{what}", model.name);
     if let Some(spring) = &model.spring {
         let coordinate = coordinate(joint, spring.freedom, &key("spring.freedom"))?;
         let (stiffness, rest) = (spring.stiffness, spring.rest);
         let spring = JointSpring { coordinate, stiffness, rest };
-        system = system.discrete_potential(Box::new(spring));
+        dynamics = dynamics.joint_spring(spring);
     }
     if let Some(damper) = &model.damper {
         let coordinate = coordinate(joint, damper.freedom, &key("damper.freedom"))?;
         let law = Viscous(damper.damping);
-        system = system.force(Box::new(JointForce { coordinate, law }));
+        dynamics = dynamics.joint_force(JointForce { coordinate, law });
     }
     if let Some(motor) = &model.motor {
         let coordinate = coordinate(joint, motor.freedom, &key("motor.freedom"))?;
-        system = add_motor(system, motor, &coordinate);
+        dynamics = add_motor(dynamics, motor, &coordinate);
     }
-    Ok(system)
+    Ok(dynamics)
 }
 
-fn add_motor(
-    mut system: SeparableSystem,
-    motor: &JointMotor,
-    coordinate: &JointCoordinate,
-) -> SeparableSystem {
+fn add_motor(mut dynamics: Dynamics, motor: &JointMotor, coordinate: &JointCoordinate) -> Dynamics {
     if motor.effort != 0.0 {
         let (effort, history) = (motor.effort, motor.history.time_history());
         let law = Motor(Arc::new(move |t| effort * history.value(t)));
-        system = system.force(Box::new(JointForce { coordinate: coordinate.clone(), law }));
+        dynamics = dynamics.joint_force(JointForce { coordinate: coordinate.clone(), law });
     }
     if motor.proportional != 0.0 || motor.derivative != 0.0 {
         let path = motor.path;
@@ -67,9 +63,9 @@ fn add_motor(
         });
         let (proportional, derivative) = (motor.proportional, motor.derivative);
         let law = PdControl { proportional, derivative, reference };
-        system = system.force(Box::new(JointForce { coordinate: coordinate.clone(), law }));
+        dynamics = dynamics.joint_force(JointForce { coordinate: coordinate.clone(), law });
     }
-    system
+    dynamics
 }
 
 /// A `[[constraint]]` that couples or drives joint coordinates; `None` for the geometric ones.

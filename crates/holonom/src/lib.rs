@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`model`] | the model file: types, checks, errors with places |
 //! | [`system`] | from a model to numbers |
+//! | [`dynamics`] | what acts, as both families of schemes receive it |
 //! | [`simulation`] | the system of a model, and its run |
 //! | [`sample`] | what a run delivers at a node |
 //! | [`sensor`] | what its sensors measure there |
@@ -119,8 +120,10 @@
 mod assembly;
 mod beams;
 mod drive;
+pub mod dynamics;
 pub mod evidence;
 mod limits;
+mod method;
 pub mod model;
 pub mod output;
 pub mod report;

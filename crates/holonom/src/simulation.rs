@@ -9,17 +9,20 @@ pub use crate::assembly::{AssemblyReport, Closure};
 
 use crate::assembly;
 use crate::beams::Beams;
+use crate::dynamics::Dynamics;
 use crate::limits::LimitWatch;
-use crate::model::{Model, ModelError, Scheme, Settings};
-use crate::sample::{Member, Residuals, Sample};
+use crate::method::{EnergyMomentum, Method, Reading, Variational};
+use crate::model::{Family, Model, ModelError, Scheme, Settings};
+use crate::sample::{Member, Sample};
 use crate::sensor::{Sensors, View};
 use crate::system::{self, System};
 use serde::{Deserialize, Serialize};
-use vi_constraints::node::Node;
-use vi_constraints::scheme::StepError;
-use vi_constraints::{Constraints, Options, SchemeKind};
-use vi_core::State;
-use vi_core::linear::norm_inf;
+use vi_constraints::integrator::StepReport;
+use vi_constraints::scheme::{Condition, StepError};
+use vi_constraints::{Constraints, Options};
+use vi_core::linear::{Singular, norm_inf};
+use vi_emscheme::{EmIntegrator, EmOptions};
+use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 
 /// What a placement is told that bends an element too far, and what to do about it.
@@ -62,18 +65,7 @@ pub struct Simulation {
     sensors: Sensors,
     beams: Beams,
     limits: LimitWatch,
-    integrator: MechanismIntegrator,
-}
-
-impl From<Scheme> for SchemeKind {
-    fn from(scheme: Scheme) -> Self {
-        match scheme {
-            Scheme::Nodal => Self::Nodal,
-            Scheme::Constrained => Self::Constrained,
-            Scheme::Dalembert => Self::Dalembert,
-            Scheme::Reduced => Self::Reduced,
-        }
-    }
+    method: Box<dyn Method>,
 }
 
 impl Simulation {
@@ -91,7 +83,7 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
-        let System { mechanism, system, members, mut sensors, beams, .. } = system::build(model)?;
+        let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let settings = model.settings.clone();
         let (q, v) = mechanism.start();
         let closure = assembly::closure(&mechanism, &q, &v);
@@ -100,22 +92,19 @@ impl Simulation {
         if !missed.is_empty() && !settings.project_start {
             return Err(ModelError::InconsistentStart(missed));
         }
-        let mut options = Options::new(settings.scheme.into(), settings.step);
-        options.gammas = settings.composition().gammas();
-        options.newton = settings.newton();
-        let integrator = integrator(mechanism, system, options, solver, (0.0, &q, &v))
-            .map_err(|error| assembly::refusal(&error, &settings))?;
-        let mut assembly = assembly::report(model, &integrator, &beams, closure);
+        let method = method(mechanism, dynamics, &settings, solver)?;
+        let mut assembly = assembly::report(model, &*method, &beams, closure);
         let mut limits = LimitWatch::new(&beams);
-        if let Err(fault) = limits.follow(0.0, &integrator.state().q) {
+        let start = method.place().2;
+        if let Err(fault) = limits.follow(0.0, start) {
             let key = format!("beam.{}.elements", fault.0);
             let (what, help) = bent_too_far(fault);
             return Err(ModelError::Unsupported { key, what, help });
         }
         assembly.warnings.extend(limits.warnings());
         limits.begin();
-        sensors.begin(&integrator.state().q);
-        Ok(Self { settings, assembly, members, sensors, beams, limits, integrator })
+        sensors.begin(start);
+        Ok(Self { settings, assembly, members, sensors, beams, limits, method })
     }
 
     /// What the assembly found.
@@ -148,9 +137,42 @@ impl Simulation {
         self.assembly.warnings.iter().cloned().chain(self.limits.warnings()).collect()
     }
 
-    /// The integrator at its present node.
+    /// The integrator of a variational scheme at its present node.
+    ///
+    /// # Panics
+    /// When the scheme is one of the energy–momentum schemes: [`Simulation::energy_momentum`].
     pub fn integrator(&mut self) -> &mut MechanismIntegrator {
-        &mut self.integrator
+        self.method.variational().expect("a variational scheme was asked for")
+    }
+
+    /// The integrator of an energy–momentum scheme; `None` for the others.
+    pub fn energy_momentum(&mut self) -> Option<&mut EmIntegrator<Mechanism>> {
+        self.method.energy_momentum()
+    }
+
+    /// Takes one step of either family, without reading the node.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was.
+    pub fn step(&mut self) -> Result<StepReport, StepError> {
+        self.method.step()
+    }
+
+    /// The present configuration, members one after the other.
+    #[must_use]
+    pub fn configuration(&self) -> &[f64] {
+        self.method.place().2
+    }
+
+    /// The constraints.
+    #[must_use]
+    pub fn mechanism(&self) -> &Mechanism {
+        self.method.mechanism()
+    }
+
+    /// Condition numbers of the Newton matrix of the last step; `None` where there is no matrix.
+    pub fn condition(&mut self) -> Option<Condition> {
+        self.method.condition()
     }
 
     /// Runs to the end; `observe` gets each recorded node and may stop the run by an error;
@@ -165,7 +187,7 @@ impl Simulation {
     ) -> Result<RunOutcome, E> {
         let steps = self.settings.steps();
         let mut iterations = 0.0; // of the step that led to the present node
-        self.sensors.follow(&self.integrator.state().q);
+        self.sensors.follow(self.method.place().2);
         for n in 0..steps {
             if n.is_multiple_of(256) {
                 progress(n, steps);
@@ -183,7 +205,8 @@ impl Simulation {
                 }
             }
         }
-        match self.last_sample(iterations) {
+        let multipliers = self.sensors.need_multipliers();
+        match self.read(iterations, |method| method.last(multipliers)) {
             Ok(sample) => observe(&sample)?,
             Err(failure) => return Ok(RunOutcome::Failed(failure)),
         }
@@ -197,35 +220,43 @@ impl Simulation {
         recorded: bool,
         iterations: &mut f64,
     ) -> (Option<Sample>, Result<(), RunFailure>) {
-        let composed = self.settings.order > 2;
+        let (first, multipliers) = (self.method.reads_first(), self.sensors.need_multipliers());
         let mut sample = None;
-        if recorded && composed {
-            match self.sample_from_state(*iterations) {
+        if recorded && first {
+            match self.read(*iterations, |method| method.here(multipliers)) {
                 Ok(found) => sample = Some(found),
                 Err(failure) => return (None, Err(failure)),
             }
         }
-        let start = if recorded && !composed { self.start_multiplier() } else { None };
-        match self.integrator.step() {
+        // at the start the multipliers of the step are of first order: sensors take the acceleration level
+        let at_start = recorded && !first && multipliers && self.method.place().0 == 0;
+        let start = if at_start { self.method.here(true).ok() } else { None };
+        match self.method.step() {
             Err(error) => {
-                if recorded && !composed {
-                    sample = self.sample_from_state(*iterations).ok();
+                if recorded && !first {
+                    sample = self.read(*iterations, |method| method.here(multipliers)).ok();
                 }
                 let failure = self.failure(&error);
                 (sample, Err(failure))
             }
             Ok(report) => {
-                if recorded && !composed {
-                    match self.sample_before(start.as_deref(), *iterations) {
+                if recorded && !first {
+                    let read = self.read(*iterations, |method| {
+                        let mut found = method.left()?;
+                        if let Some(start) = start {
+                            found.lambda = start.lambda;
+                        }
+                        Ok(found)
+                    });
+                    match read {
                         Ok(found) => sample = Some(found),
                         Err(failure) => return (None, Err(failure)),
                     }
                 }
-                let state = self.integrator.state();
-                self.sensors.follow(&state.q);
-                if let Err(fault) = self.limits.follow(state.t, &state.q) {
+                let (step, t, q) = self.method.place();
+                self.sensors.follow(q);
+                if let Err(fault) = self.limits.follow(t, q) {
                     let (message, remedy) = bent_too_far(fault);
-                    let (step, t) = (state.step, state.t);
                     return (sample, Err(RunFailure { step, t, message, remedy }));
                 }
                 *iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
@@ -234,76 +265,26 @@ impl Simulation {
         }
     }
 
-    /// The node that the last step started from; `start`: multipliers that replace those of (47).
-    fn sample_before(
+    /// A node as it is recorded.
+    fn read(
         &mut self,
-        start: Option<&[f64]>,
         iterations: f64,
+        read: impl FnOnce(&mut dyn Method) -> Result<Reading, Singular>,
     ) -> Result<Sample, RunFailure> {
-        let node = self.integrator.node_before().cloned();
-        let node = node.map_err(|error| self.lost(&error.to_string()))?;
-        let lambda = start.unwrap_or(&node.lambda);
-        self.sample(self.integrator.before(), &node, lambda, iterations)
-    }
-
-    /// At the start the multipliers (47) are of first order; sensors take the acceleration level there.
-    fn start_multiplier(&mut self) -> Option<Vec<f64>> {
-        let at_start = self.sensors.need_multipliers() && self.integrator.state().step == 0;
-        if at_start { self.acceleration_multiplier().ok() } else { None }
-    }
-
-    /// The present node with the step from there, where that can be taken.
-    fn last_sample(&mut self, iterations: f64) -> Result<Sample, RunFailure> {
-        if self.settings.order > 2 {
-            return self.sample_from_state(iterations);
-        }
-        match self.integrator.observe().cloned() {
-            Ok(node) => self.sample(self.integrator.state(), &node, &node.lambda, iterations),
-            Err(_) => self.sample_from_state(iterations),
-        }
-    }
-
-    /// The present node, from `q_n` and the projected momentum alone.
-    fn sample_from_state(&mut self, iterations: f64) -> Result<Sample, RunFailure> {
-        let node = self.integrator.observe_state().cloned();
-        let node = node.map_err(|error| self.lost(&error.to_string()))?;
-        let lambda = self.acceleration_multiplier()?;
-        self.sample(self.integrator.state(), &node, &lambda, iterations)
-    }
-
-    /// `λ` of the acceleration level at the present node; empty when no sensor reads it.
-    fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, RunFailure> {
-        if !self.sensors.need_multipliers() {
-            return Ok(Vec::new());
-        }
-        let lambda = self.integrator.acceleration_multiplier();
-        lambda.map_err(|error| self.lost(&error.to_string()))
-    }
-
-    /// A node; `lambda` is read by sensors of reactions only.
-    fn sample(
-        &self,
-        at: &State,
-        node: &Node,
-        lambda: &[f64],
-        iterations: f64,
-    ) -> Result<Sample, RunFailure> {
-        let (mechanism, rows) = (self.integrator.constraints(), self.integrator.rows());
-        let view = View { t: at.t, q: &at.q, v: &node.v, lambda };
+        let at = read(&mut *self.method).map_err(|error| self.lost(&error.to_string()))?;
+        let (mechanism, rows) = (self.method.mechanism(), self.method.rows());
+        let view = View { t: at.t, q: &at.q, v: &at.v, lambda: &at.lambda };
+        let sensors = self.sensors.read(mechanism, rows, view);
         let sample = Sample {
             step: at.step,
             t: at.t,
-            q: at.q.clone(),
-            energy: node.discrete_energy,
-            hamiltonian: node.hamiltonian_projected,
-            momentum: self.integrator.constraints().momentum(&at.q, &node.p_projected),
-            residuals: Residuals {
-                position: node.position_residual,
-                velocity: node.velocity_residual,
-                momentum: node.momentum_residual,
-            },
+            q: at.q,
+            energy: at.energy,
+            hamiltonian: at.hamiltonian,
+            momentum: at.momentum,
+            residuals: at.residuals,
             newton_iterations: iterations,
-            sensors: self.sensors.read(mechanism, rows, view),
+            sensors,
         };
         let energies = sample.energy.is_finite() && sample.hamiltonian.is_finite();
         if energies && norm_inf(&sample.q).is_finite() {
@@ -313,37 +294,60 @@ impl Simulation {
     }
 
     fn lost(&self, message: &str) -> RunFailure {
-        let state = self.integrator.state();
+        let (step, t, _) = self.method.place();
         let remedy = "look for a singular placement near the last rows of the trajectory".into();
-        RunFailure { step: state.step, t: state.t, message: message.into(), remedy }
+        RunFailure { step, t, message: message.into(), remedy }
     }
 
     fn failure(&self, error: &StepError) -> RunFailure {
-        let state = self.integrator.state();
+        let (step, t, _) = self.method.place();
         let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
-        RunFailure {
-            step: state.step,
-            t: state.t,
-            message: format!("{error}{place}"),
-            remedy: error.remedy().into(),
-        }
+        RunFailure { step, t, message: format!("{error}{place}"), remedy: error.remedy().into() }
     }
 
     /// The joint, body or particle that a failed step is about.
     fn culprit(&self, error: &StepError) -> Option<String> {
-        let mechanism = self.integrator.constraints();
+        let mechanism = self.method.mechanism();
         let (_, unknown) = error.unknown()?;
         match self.settings.scheme {
-            Scheme::Nodal | Scheme::Reduced if unknown < mechanism.tree().dof() => {
+            Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => {
                 let (link, _) = mechanism.tree().owner(unknown)?;
                 let body = &mechanism.description().bodies[link.frame].name;
                 Some(format!("body `{body}`, carried by `{}`", link.joint.name))
             }
-            Scheme::Nodal | Scheme::Reduced => None,
             _ if unknown < mechanism.dim() => {
                 Some(format!("`{}`", mechanism.coordinate_name(unknown)))
             }
             _ => None,
+        }
+    }
+}
+
+/// The scheme of the settings, ready to step.
+fn method(
+    mechanism: Mechanism,
+    dynamics: Dynamics,
+    settings: &Settings,
+    solver: Solver,
+) -> Result<Box<dyn Method>, ModelError> {
+    let Dynamics { variational, energy_momentum } = dynamics;
+    let (q, v) = mechanism.start();
+    let at = (0.0, &q[..], &v[..]);
+    match settings.scheme.family() {
+        Family::Variational(kind) => {
+            let mut options = Options::new(kind, settings.step);
+            options.gammas = settings.composition().gammas();
+            options.newton = settings.newton();
+            let run = integrator(mechanism, variational, options, solver, at)
+                .map_err(|error| assembly::refusal(&error, settings))?;
+            Ok(Box::new(Variational::new(run, settings.order)))
+        }
+        Family::EnergyMomentum(form) => {
+            let mut options = EmOptions::new(form, settings.step);
+            options.newton = settings.newton();
+            let run = EmIntegrator::of_mechanism_at(energy_momentum, mechanism, options, at)
+                .map_err(|error| assembly::em_refusal(&error, settings))?;
+            Ok(Box::new(EnergyMomentum::new(run, variational)))
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::beams::{self, BeamParts, Beams};
 use crate::drive;
+use crate::dynamics::Dynamics;
 use crate::model::{self, Constraint, Frame, JointKind, Model, ModelError, StartPoints};
 use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
@@ -10,8 +11,6 @@ use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_beam::BeamModel;
-use vi_core::SeparableSystem;
-use vi_core::force::MidpointForce;
 use vi_multibody::form::Form;
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{
@@ -31,9 +30,9 @@ pub struct System {
     pub beams: Beams,
     /// Constraints, masses, spanning tree.
     pub mechanism: Mechanism,
-    /// Discrete Lagrangian and forces.
-    pub system: SeparableSystem,
-    /// The loads on bodies, nodes and beams; they are part of the system.
+    /// What acts on it.
+    pub dynamics: Dynamics,
+    /// The loads on bodies, nodes and beams; they are part of the dynamics.
     pub loads: Vec<Load>,
     /// Members in the order of their coordinates.
     pub members: Vec<Member>,
@@ -129,25 +128,25 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     parts.description = description;
     let mechanism = parts.mechanism();
     let settings = &model.settings;
-    let mut system =
-        parts.system_by(&mechanism, settings.strain.into(), settings.quadrature.into());
+    let mut dynamics =
+        Dynamics::new(&parts, &mechanism, settings.strain.into(), settings.quadrature.into());
     for spring in &model.springs {
-        system = add_spring(system, spring, &mechanism, &names);
+        dynamics = add_spring(dynamics, spring, &mechanism, &names);
     }
     for (joint, numbers) in model.joints.iter().zip(&mechanism.description().joints) {
-        system = drive::add_joint_forces(system, joint, numbers)?;
+        dynamics = drive::add_joint_forces(dynamics, joint, numbers)?;
     }
     let mut all = Vec::new();
     for load in &model.loads {
         all.extend(loads(load, &names, &parts, &list)?);
     }
     for load in &all {
-        system = system.force(Box::new(load.clone()));
+        dynamics = dynamics.load(load.clone());
     }
     let members = members(model, &parts);
     let beams = Beams { parts: Arc::new(parts), list };
     let sensors = Sensors::new(model, &mechanism, &names.principal, &beams);
-    Ok(System { beams, mechanism, system, loads: all, members, sensors })
+    Ok(System { beams, mechanism, dynamics, loads: all, members, sensors })
 }
 
 fn members(model: &Model, parts: &BeamModel) -> Vec<Member> {
@@ -306,11 +305,11 @@ fn bar(bar: &model::Bar, start: &StartPoints<'_>, names: &Names<'_>) -> Bar {
 }
 
 fn add_spring(
-    system: SeparableSystem,
+    dynamics: Dynamics,
     spring: &model::Spring,
     mechanism: &Mechanism,
     names: &Names<'_>,
-) -> SeparableSystem {
+) -> Dynamics {
     let end = |name: &str, point: &Option<Vec<f64>>| {
         let own = Vector3::from(model::spatial(point.as_deref().unwrap_or_default()));
         mechanism.point_of(names.attachment(name), &names.along_directors(name, &own))
@@ -322,12 +321,12 @@ fn add_spring(
     };
     let natural_length = spring.natural_length.unwrap_or_default();
     let damper = Damper { between: between.clone(), damping: spring.damping };
-    let system =
-        system.potential(Spring { between, stiffness: spring.stiffness, natural_length, law });
+    let dynamics =
+        dynamics.spring(Spring { between, stiffness: spring.stiffness, natural_length, law });
     if spring.damping == 0.0 {
-        return system;
+        return dynamics;
     }
-    system.force(Box::new(MidpointForce(damper)))
+    dynamics.damper(damper)
 }
 
 /// The loads of a `[[load]]`: one, or one for each node of a beam.

@@ -338,6 +338,25 @@ impl AveragedHighOrder {
     }
 }
 
+/// The discrete derivative `D̄V = D_1 U_d + D_2 U_d` of energy–momentum schemes.
+impl AveragedHighOrder {
+    /// `out ← out + scale Σ_g w_g Σ_i C_i ε̄_i 𝔹_i x_{n+1/2}`.
+    pub fn add_discrete_derivative(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        self.add_slot(s, &s.q_mid, 2.0 * scale, out);
+    }
+
+    /// Emits `scale ½ Σ_g w_g Σ_i C_i [𝔹_i x_{n+1/2} (𝔹_i x_{n+1})ᵀ + ε̄_i 𝔹_i]`, its derivative by
+    /// `q_{n+1}`; always the same places in the same order.
+    pub fn add_discrete_derivative_d2(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        for station in &self.0.stations {
+            let mean = 0.5 * (station.strain(&s.q0) + station.strain(&s.q1));
+            let c = 0.5 * scale * station.weight * station.stiffness();
+            let pair = (&station.gradients(&s.q_mid), &station.gradients(&s.q1));
+            station.emit(pair, &c, &c.component_mul(&mean), out);
+        }
+    }
+}
+
 impl DiscretePotential for AveragedHighOrder {
     fn value(&self, s: &Interval) -> f64 {
         let energy = |station: &Station| {

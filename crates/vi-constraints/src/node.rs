@@ -252,17 +252,17 @@ impl NodeObserver {
     }
 }
 
-/// Spreads multipliers of the independent rows over all rows with the least norm: with `G = C G_s`,
-/// `λ = C (CᵀC)⁻¹ λ_s`. Dense; only where constraints are redundant.
+/// The multipliers of the least norm with the same force `Gᵀλ`: with `G = C G_s`, `G_s` the independent
+/// rows, `λ ← C (CᵀC)⁻¹ Cᵀλ`. Dense; only where constraints are redundant.
 pub fn minimum_norm(jacobian: &SparseMatrix, rows: &IndependentRows, lambda: &mut [f64]) {
     let g = jacobian.to_dense();
     let chosen = DMatrix::from_fn(rows.len(), g.ncols(), |i, j| g[(rows.rows()[i], j)]);
     let gram = &chosen * chosen.transpose();
     let Some(cholesky) = gram.cholesky() else { return };
     let c = cholesky.solve(&(&chosen * g.transpose())).transpose(); // G G_sᵀ (G_s G_sᵀ)⁻¹
-    let lambda_s = DVector::from_iterator(rows.len(), rows.rows().iter().map(|&i| lambda[i]));
+    let projected = c.transpose() * DVector::from_column_slice(lambda);
     if let Some(cholesky) = (c.transpose() * &c).cholesky() {
-        lambda.copy_from_slice((c * cholesky.solve(&lambda_s)).as_slice());
+        lambda.copy_from_slice((c * cholesky.solve(&projected)).as_slice());
     }
 }
 

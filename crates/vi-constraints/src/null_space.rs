@@ -115,6 +115,12 @@ impl NullSpaceQr {
         &self.pivots
     }
 
+    /// Size of pivot `k`, the diagonal entry `|R_kk|` of the last factorization.
+    #[must_use]
+    pub fn pivot_size(&self, k: usize) -> f64 {
+        self.factors[(k, k)].abs()
+    }
+
     /// `out ← P`: the last `n − rank` columns of the orthogonal factor, shape `n × (n − rank)`.
     ///
     /// `rank` is the caller's: the generic rank of the system, which a momentary loss must not change.

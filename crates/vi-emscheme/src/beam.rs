@@ -12,9 +12,10 @@
 
 use crate::discrete_gradient::DiscreteGradient;
 use vi_beam::element::{Element, Elements};
+use vi_beam::high_order::AveragedHighOrder;
 use vi_beam::strain::{self, Strain};
 use vi_core::interval::Interval;
-use vi_core::potential::Potential;
+use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
 
 /// `D̄V` of all two-node elements.
@@ -56,6 +57,24 @@ impl DiscreteGradient for BeamGradient {
     }
 }
 
+/// `D̄V` of elements with three or four nodes.
+#[derive(Clone, Debug)]
+pub struct HighOrderGradient(pub AveragedHighOrder);
+
+impl DiscreteGradient for HighOrderGradient {
+    fn potential(&self, q: &[f64]) -> f64 {
+        DiscretePotential::potential(&self.0, q)
+    }
+
+    fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        self.0.add_discrete_derivative(s, scale, out);
+    }
+
+    fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.0.add_discrete_derivative_d2(s, scale, out);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,15 +110,22 @@ mod tests {
     #[test]
     fn it_is_directional_equivariant_and_has_its_derivative() {
         let (elements, q0, q1) = placements();
-        let gradient = BeamGradient(elements);
+        check(&BeamGradient(elements), &q0, &q1);
+        let section = Section::new([3.0, 2.0, 5.0, 1.0, 1.5, 0.7], [1.0, 0.1, 0.2, 0.0]).unwrap();
+        let mut high = vi_beam::high_order::HighOrderElements::default();
+        high.add_stress_free(&[0, 1, 2], 1.6, &section, &q0);
+        check(&HighOrderGradient(AveragedHighOrder(high)), &q0, &q1);
+    }
+
+    fn check(gradient: &impl DiscreteGradient, q0: &[f64], q1: &[f64]) {
         let at = |q1: &[f64]| {
             let mut out = vec![0.0; 36];
-            gradient.add(&interval(&q0, q1), 1.0, &mut out);
+            gradient.add(&interval(q0, q1), 1.0, &mut out);
             out
         };
-        let (s, found) = (interval(&q0, &q1), at(&q1));
+        let (s, found) = (interval(q0, q1), at(q1));
         let work: f64 = found.iter().zip(&s.dq).map(|(d, dq)| d * dq).sum();
-        let change = gradient.potential(&q1) - gradient.potential(&q0);
+        let change = gradient.potential(q1) - gradient.potential(q0);
         let moment: Vector3<f64> = (0..12)
             .map(|k| {
                 let part = |x: &[f64]| Vector3::from_column_slice(&x[3 * k..3 * k + 3]);
@@ -114,7 +140,7 @@ mod tests {
         let (e, mut worst) = (1e-5, 0.0_f64);
         for j in 0..36 {
             let moved = |by: f64| {
-                let mut q = q1.clone();
+                let mut q = q1.to_vec();
                 q[j] += by;
                 at(&q)
             };

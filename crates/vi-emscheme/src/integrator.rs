@@ -266,6 +266,13 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         Ok(self.observer.node())
     }
 
+    /// What can be said of the current node without a step from there: energy, momentum, residuals. The
+    /// multipliers are those of an earlier call.
+    pub fn observe_state(&mut self) -> &EmNode {
+        self.observer.observe_state(&self.system, &self.constraints, &self.state);
+        self.observer.node()
+    }
+
     /// Reverses the direction of time; the next step retraces the last one.
     pub fn reverse(&mut self) {
         self.step = -self.step;

@@ -147,9 +147,8 @@ impl Work {
         closure_jacobian(&self.cut, constraints, &self.balance.s, &mut self.jacobian);
         self.reduced.gemm(1.0, &self.jacobian, &self.push, 0.0);
         let LoopRows { rows, scale, rank } = &self.loops;
-        let found = self.qr.factorize_scaled(&self.reduced, |i| scale[i]);
-        let (kept, dropped) = self.qr.gap();
-        self.sigma = if found < *rank { dropped } else { kept };
+        self.qr.factorize_scaled(&self.reduced, |i| scale[i]);
+        self.sigma = rank.checked_sub(1).map_or(1.0, |last| self.qr.pivot_size(last));
         // the rows of the loops ascend, and so do those of `cut`
         let pivots: Vec<usize> = self.qr.pivots()[..*rank].iter().map(|&k| rows[k]).collect();
         let chosen = IndependentRows::choose(self.g.len(), &pivots);

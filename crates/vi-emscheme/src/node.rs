@@ -92,15 +92,12 @@ impl EmObserver {
         &self.node
     }
 
-    /// The node `state` with the step `s` that starts there, its multipliers `μ = h²λ`, and the step
-    /// before.
-    pub(crate) fn observe(
+    /// What the node `state` says by itself: energy, momentum, residuals; no multipliers.
+    pub(crate) fn observe_state(
         &mut self,
-        (system, rows): (&EmSystem, &IndependentRows),
+        system: &EmSystem,
         constraints: &impl DiscreteConstraints,
         state: &EmState,
-        (s, mu): (&Interval, &[f64]),
-        before: &Before,
     ) {
         let node = &mut self.node;
         node.energy = system.energy(&state.q, &state.v);
@@ -115,7 +112,22 @@ impl EmObserver {
         constraints.time_derivative(state.t, &state.q, &mut self.work);
         jacobian.mul_add(1.0, &state.v, &mut self.work);
         node.momentum_residual = norm_inf(&self.work);
+        node.velocity_residual = node.momentum_residual;
+    }
 
+    /// The node `state` with the step `s` that starts there, its multipliers `μ = h²λ`, and the step
+    /// before.
+    pub(crate) fn observe(
+        &mut self,
+        (system, rows): (&EmSystem, &IndependentRows),
+        constraints: &impl DiscreteConstraints,
+        state: &EmState,
+        (s, mu): (&Interval, &[f64]),
+        before: &Before,
+    ) {
+        self.observe_state(system, constraints, state);
+        let shape = (constraints.len(), constraints.dim());
+        let node = &mut self.node;
         let scale = 1.0 / (s.h * s.h);
         let (lambda, force) = (&mut node.lambda, &mut node.constraint_force);
         if before.known {

@@ -46,7 +46,7 @@ impl DiscretePotential for JointSpring {
         self.coordinate.emit_product(&s.q0, &s.q1, 0.25 * scale * self.stiffness, out);
     }
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        let stretch = mean_and_difference(&self.coordinate, s).0 - self.rest;
+        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
         self.coordinate.emit_product(&s.q0, &s.q0, 0.25 * scale * self.stiffness, out);
         self.coordinate.emit_second(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
     }
@@ -98,6 +98,7 @@ impl JointLaw for Viscous {
 }
 
 /// `τ = T(t)`: a motor that gives the effort it is told.
+#[derive(Clone)]
 pub struct Motor(
     /// `T(t)`.
     pub Arc<dyn Fn(f64) -> f64 + Send + Sync>,
@@ -116,6 +117,7 @@ impl JointLaw for Motor {
 }
 
 /// `τ = k_p (θ_ref(t) − θ) + k_d (θ̇_ref(t) − θ̇)`.
+#[derive(Clone)]
 pub struct PdControl {
     /// `k_p`, N/m or N·m/rad.
     pub proportional: f64,
@@ -139,6 +141,7 @@ impl JointLaw for PdControl {
 }
 
 /// A [`JointLaw`] on a coordinate, as a discrete force pair.
+#[derive(Clone)]
 pub struct JointForce<L> {
     /// The coordinate.
     pub coordinate: JointCoordinate,

@@ -38,7 +38,7 @@ pub use load::{Frame, History, Load};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
 pub use section::{Material, Outline, OutlineKind, Section};
 pub use sensor::{Sensor, SensorKind};
-pub use settings::{Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Strain};
+pub use settings::{Family, Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Strain};
 pub use shape::{Inertia, Shape, ShapeKind};
 pub use source::{line_column, locate};
 pub use start::StartPoints;

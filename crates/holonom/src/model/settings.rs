@@ -2,6 +2,8 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vi_constraints::SchemeKind;
+use vi_emscheme::EmForm;
 
 /// Steps that one run may take at most.
 pub const MAX_STEPS: f64 = 1e9;
@@ -27,9 +29,10 @@ fn three() -> usize {
     3
 }
 
-/// The time-stepping scheme; all give the same motion to round-off.
+/// The time-stepping scheme. The four variational ones give the same motion to round-off, and so do the
+/// three energy–momentum ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Discrete null space method with nodal reparametrization, LMO08 (28).
     #[default]
@@ -40,20 +43,61 @@ pub enum Scheme {
     Dalembert,
     /// Reduced variational scheme, LMO08 (30).
     Reduced,
+    /// Energy–momentum scheme with multipliers: energy exact, not symplectic; order 2.
+    EmConstrained,
+    /// Energy–momentum scheme, discrete null space.
+    EmDalembert,
+    /// Energy–momentum scheme, discrete null space with nodal reparametrization.
+    EmNodal,
+}
+
+/// What kind of scheme it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Variational: symplectic, momentum maps exact, energy bounded.
+    Variational(SchemeKind),
+    /// Energy–momentum: energy and momentum maps exact, not symplectic.
+    EnergyMomentum(EmForm),
 }
 
 impl Scheme {
     /// All schemes.
-    pub const ALL: [Self; 4] = [Self::Nodal, Self::Constrained, Self::Dalembert, Self::Reduced];
+    pub const ALL: [Self; 7] = [
+        Self::Nodal,
+        Self::Constrained,
+        Self::Dalembert,
+        Self::Reduced,
+        Self::EmConstrained,
+        Self::EmDalembert,
+        Self::EmNodal,
+    ];
+
+    /// Its family, and which scheme of it.
+    #[must_use]
+    pub fn family(self) -> Family {
+        match self {
+            Self::Nodal => Family::Variational(SchemeKind::Nodal),
+            Self::Constrained => Family::Variational(SchemeKind::Constrained),
+            Self::Dalembert => Family::Variational(SchemeKind::Dalembert),
+            Self::Reduced => Family::Variational(SchemeKind::Reduced),
+            Self::EmConstrained => Family::EnergyMomentum(EmForm::Constrained),
+            Self::EmDalembert => Family::EnergyMomentum(EmForm::Dalembert),
+            Self::EmNodal => Family::EnergyMomentum(EmForm::Nodal),
+        }
+    }
+
+    /// Whether it is one of the energy–momentum schemes.
+    #[must_use]
+    pub fn is_energy_momentum(self) -> bool {
+        matches!(self.family(), Family::EnergyMomentum(_))
+    }
 
     /// Its name in model files.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Nodal => "nodal",
-            Self::Constrained => "constrained",
-            Self::Dalembert => "dalembert",
-            Self::Reduced => "reduced",
+        match self.family() {
+            Family::Variational(kind) => kind.name(),
+            Family::EnergyMomentum(form) => form.name(),
         }
     }
 }
@@ -135,10 +179,10 @@ pub struct Settings {
     /// Time-stepping scheme.
     #[serde(default)]
     pub scheme: Scheme,
-    /// Order of accuracy: 2, or 4, 6, 8 by symmetric composition.
+    /// Order of accuracy: 2, or 4, 6, 8 by symmetric composition of a variational scheme.
     #[serde(default = "two")]
     pub order: u32,
-    /// Quadrature rule of the discrete Lagrangian.
+    /// Quadrature rule of the discrete Lagrangian; energy–momentum schemes have none.
     #[serde(default)]
     pub quadrature: Quadrature,
     /// Discrete potential of beams.

@@ -1,0 +1,161 @@
+//! The energy–momentum schemes on every shipped model: energy, momentum maps and constraints are kept to
+//! the tolerance of the solver, the three forms move alike, and where something drives or dissipates
+//! the motion is that of the variational schemes to second order.
+#![allow(clippy::unwrap_used)] // helpers of tests
+
+use holonom::model::Scheme;
+use holonom::{Model, Sample, Simulation};
+
+const FORMS: [Scheme; 3] = [Scheme::EmConstrained, Scheme::EmDalembert, Scheme::EmNodal];
+
+fn shipped() -> Vec<(String, Model)> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/models");
+    let mut names: Vec<_> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    names.sort();
+    names.retain(|path| !path.ends_with("four_bar_windows_40.toml")); // dense forms take minutes
+    let read = |path: std::path::PathBuf| {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        (name, Model::from_toml(&text).unwrap())
+    };
+    names.into_iter().map(read).collect()
+}
+
+fn run(model: &Model, scheme: Scheme, steps: u64) -> Result<Vec<Sample>, String> {
+    let mut model = model.clone();
+    model.settings.scheme = scheme;
+    model.settings.order = 2;
+    model.settings.every = 1;
+    model.settings.end = model.settings.step * steps.min(model.settings.steps()) as f64;
+    let mut simulation = Simulation::new(&model).map_err(|e| format!("{e:?}"))?;
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| -> Result<(), String> {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    match simulation.run(&mut observe, &mut |_, _| {})? {
+        holonom::RunOutcome::Done => Ok(samples),
+        holonom::RunOutcome::Failed(failure) => Err(failure.message),
+    }
+}
+
+/// Largest deviation of a quantity from its start.
+fn drift(samples: &[Sample], of: impl Fn(&Sample) -> f64) -> f64 {
+    largest(samples.iter().map(|s| of(s) - of(&samples[0])))
+}
+
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    let worst =
+        |worst: f64, x: f64| if worst.is_nan() || x.abs() <= worst { worst } else { x.abs() };
+    values.fold(0.0, worst)
+}
+
+fn distance(a: &[Sample], b: &[Sample]) -> f64 {
+    let off = |(a, b): (&Sample, &Sample)| largest(a.q.iter().zip(&b.q).map(|(a, b)| a - b));
+    largest(a.iter().zip(b).map(off))
+}
+
+/// Whether anything drives or dissipates.
+fn is_conservative(model: &Model) -> bool {
+    let joint = |j: &holonom::model::Joint| j.damper.is_none() && j.motor.is_none();
+    model.joints.iter().all(joint)
+        && model.springs.iter().all(|s| s.damping == 0.0)
+        && model.loads.is_empty()
+        && !model.constraints.iter().any(|c| matches!(c, holonom::model::Constraint::Motion { .. }))
+}
+
+fn reference(model: &Model, steps: u64) -> Vec<Sample> {
+    run(model, Scheme::Nodal, steps).or_else(|_| run(model, Scheme::Constrained, steps)).unwrap()
+}
+
+#[test]
+fn every_shipped_model_runs_by_every_form() {
+    for (name, model) in shipped() {
+        let variational = reference(&model, 200);
+        let runs = FORMS.map(|form| run(&model, form, 200).unwrap());
+        for (form, samples) in FORMS.iter().zip(&runs) {
+            let energy = drift(samples, |s| s.hamiltonian);
+            let residual = |of: fn(&Sample) -> f64| largest(samples.iter().map(of));
+            let position = residual(|s| s.residuals.position);
+            let velocity = residual(|s| s.residuals.velocity);
+            let (mut momentum, mut size) = (0.0_f64, 1.0_f64);
+            for k in 0..3 {
+                for map in [|s: &Sample| s.momentum.linear, |s: &Sample| s.momentum.angular] {
+                    size = size.max(largest(samples.iter().map(|s| map(s)[k])));
+                    if drift(&variational, |s| map(s)[k]) < 1e-10 {
+                        momentum = momentum.max(drift(samples, |s| map(s)[k]));
+                    }
+                }
+            }
+            let apart = distance(samples, &runs[0]);
+            println!(
+                "{name:<18} {:<14} energy {energy:.1e}, momenta {momentum:.1e}, g {position:.1e} \
+                 {velocity:.1e}, forms {apart:.1e}",
+                form.name()
+            );
+            let scale = 1.0 + largest(samples.iter().map(|s| s.hamiltonian));
+            assert!(
+                !is_conservative(&model) || energy < 1e-13 * scale,
+                "{name}: energy {energy:e}"
+            );
+            assert!(momentum < 1e-12 * size, "{name}: momentum {momentum:e} of {size:.1e}");
+            let extent = 1.0 + largest(samples.iter().flat_map(|s| s.q.iter().copied()));
+            assert!(position < 1e-14 * extent * extent, "{name}: g {position:e}");
+            assert!(velocity < 1e-10 * extent, "{name}: G v {velocity:e}");
+            assert!(apart < 1e-9 * extent, "{name}: forms differ by {apart:e}");
+        }
+    }
+}
+
+/// Where something drives or dissipates, both families have the same limit: their distance falls by
+/// four when the step is halved.
+#[test]
+fn driven_and_damped_motions_are_those_of_the_variational_schemes() {
+    for (name, model) in shipped().into_iter().filter(|(_, model)| !is_conservative(model)) {
+        let apart = |parts: u64| {
+            let mut model = model.clone();
+            model.settings.step /= parts as f64;
+            let steps = 100 * parts;
+            let ends = [run(&model, Scheme::EmNodal, steps).unwrap(), reference(&model, steps)];
+            let [a, b] = ends.map(|samples| samples.into_iter().next_back().unwrap());
+            distance(&[a], &[b])
+        };
+        let (coarse, fine) = (apart(1), apart(2));
+        let order = (coarse / fine).log2();
+        println!("{name:<18} apart by {coarse:.1e}, {fine:.1e}: order {order:.2}");
+        assert!((order - 2.0).abs() < 0.2, "{name}: {coarse:e}, {fine:e}");
+    }
+}
+
+/// Sensors read the same motion: reactions, rates and coordinates of both families differ by the
+/// order of the step, not by sign or scale.
+#[test]
+fn sensors_of_both_families_agree_to_the_order_of_the_step() {
+    let (_, mut model) = shipped().into_iter().find(|(name, _)| name == "four_bar_loop").unwrap();
+    let sensors = ["joint_coordinate", "joint_rate", "reaction"].map(|kind| {
+        let name = &model.joints[1].name;
+        format!("[[sensor]]\nname = \"{kind}\"\ntype = \"{kind}\"\nof = \"{name}\"\n")
+    });
+    model = Model::from_toml(&(model.to_toml() + &sensors.concat())).unwrap();
+    let apart = |parts: u64| {
+        let mut model = model.clone();
+        model.settings.step /= parts as f64;
+        let [em, vi] =
+            [Scheme::EmNodal, Scheme::Nodal].map(|s| run(&model, s, 50 * parts).unwrap());
+        let middle = (25 * parts) as usize;
+        let values = em[middle].sensors.iter().zip(&vi[middle].sensors);
+        let scale = largest(vi[middle].sensors.iter().copied().filter(|x| x.is_finite()));
+        (largest(values.filter(|(a, _)| a.is_finite()).map(|(a, b)| a - b)), scale)
+    };
+    let ((coarse, scale), (fine, _)) = (apart(1), apart(2));
+    println!("sensors up to {scale:.1e} apart by {coarse:.1e}, {fine:.1e}");
+    assert!(coarse < 1e-2 * scale && fine < coarse / 2.5, "{coarse:e}, {fine:e}");
+}
+
+#[test]
+fn orders_above_two_are_refused() {
+    let (_, model) = shipped().into_iter().find(|(name, _)| name == "pendulum").unwrap();
+    let set = |key: &str, value: &str| (format!("simulation.{key}"), value.to_owned());
+    let refused = model.with_overrides(&[set("scheme", "em-nodal"), set("order", "4")]);
+    insta::assert_snapshot!(refused.unwrap_err().to_string(), @"the model has 1 problem(s); the first: simulation.order: the scheme `em-nodal` is there at order 2 only, as it was published: compositions are made of variational steps");
+}
