@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::beams::BeamWriter;
-use super::csv::{Trajectory, TrajectoryWriter};
+use super::csv::{Snapshot, Trajectory, TrajectoryWriter};
 use super::sensors::{SensorTable, SensorWriter};
 use super::summary::Summary;
 use crate::beams::Beams;
@@ -192,13 +192,22 @@ impl RunFolder {
         serde_json::from_str(&text).map_err(|source| OutputError::Summary { path, source })
     }
 
-    /// Reads `trajectory.csv`, positions of the first `members` members only, and `residuals.csv`.
+    /// Reads `trajectory.csv`, positions of the first `members` charted members only, and `residuals.csv`.
     ///
     /// # Errors
     /// [`OutputError::Io`].
     pub fn read_trajectory(&self, members: usize) -> Result<Trajectory, OutputError> {
         let path = self.path.join("trajectory.csv");
         Trajectory::read(&path, &self.path.join("residuals.csv"), members).map_err(|e| at(&path, e))
+    }
+
+    /// Where all members were at up to `count` instants of `trajectory.csv`.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn snapshots(&self, count: usize) -> Result<Vec<Snapshot>, OutputError> {
+        let path = self.path.join("trajectory.csv");
+        Snapshot::read(&path, count).map_err(|e| at(&path, e))
     }
 
     /// The text of `model.toml`; empty when there is none.

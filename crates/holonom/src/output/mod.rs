@@ -17,7 +17,7 @@ mod sensors;
 mod summary;
 
 pub use beams::BeamWriter;
-pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
+pub use csv::{ResidualRow, Snapshot, Trajectory, TrajectoryWriter};
 pub use folder::{OutputError, RunFolder};
 pub use sensors::{SensorTable, SensorWriter};
 pub use summary::{

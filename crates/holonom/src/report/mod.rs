@@ -7,17 +7,20 @@ mod picture;
 mod plots;
 mod sensors;
 mod series;
+mod shapes;
 
 use std::path::PathBuf;
 
+use crate::model::Model;
 use crate::output::{OutputError, RunFolder};
 
 pub use chart::{Axis, Chart, Curve};
 pub use facts::{Fact, counts, facts};
-pub use page::page;
+pub use page::{Figure, page};
 pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
 pub use plots::{Plot, plots};
 pub use sensors::sensor_plots;
+pub use shapes::{caption, shapes};
 
 /// Draws `plots/*.svg` and writes `report.html`; returns the files written.
 ///
@@ -31,16 +34,29 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
         plots.extend(sensor_plots(&sensors, &model));
     }
     let mut files = Vec::new();
-    let mut drawn = Vec::new();
-    for plot in &plots {
-        let svg = plot
-            .chart
-            .svg()
-            .map_err(|reason| OutputError::Plot { name: plot.name.clone(), reason })?;
-        files.push(folder.write(&format!("plots/{}.svg", plot.name), &svg)?);
-        drawn.push((plot, svg));
+    let mut figures = Vec::new();
+    let mut draw = |title: &str, name: &str, caption: String, svg: Result<String, String>| {
+        let svg = svg.map_err(|reason| OutputError::Plot { name: name.to_owned(), reason })?;
+        files.push(folder.write(&format!("plots/{name}.svg"), &svg)?);
+        figures.push(Figure { title: title.to_owned(), name: name.to_owned(), caption, svg });
+        Ok::<(), OutputError>(())
+    };
+    if let Some((picture, caption)) = centre_lines(folder, &model)? {
+        draw(&picture.title, "beams", caption, picture.svg())?;
     }
-    let page = page(&summary, &trajectory, &drawn, &model);
+    for plot in &plots {
+        draw(&plot.chart.title, &plot.name, plot.words(), plot.chart.svg())?;
+    }
+    let page = page(&summary, &trajectory, &figures, &model);
     files.insert(0, folder.write("report.html", &page)?);
     Ok(files)
+}
+
+/// The picture of the beams of a run, with its caption.
+fn centre_lines(folder: &RunFolder, model: &str) -> Result<Option<(Picture, String)>, OutputError> {
+    let Some(model) = Model::from_toml(model).ok().filter(|model| !model.beams.is_empty()) else {
+        return Ok(None);
+    };
+    let snapshots = folder.snapshots(shapes::INSTANTS)?;
+    Ok(shapes(&model, &snapshots).map(|picture| (picture, caption(&snapshots))))
 }

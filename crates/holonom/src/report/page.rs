@@ -3,19 +3,26 @@
 use std::fmt::Write;
 
 use super::facts::{counts, facts};
-use super::plots::Plot;
 use crate::output::{Status, Summary, Trajectory};
 
 const STYLE: &str = include_str!("page.css");
 
-/// The page of a run, from its summary, its drawn plots and the text of its model.
+/// A drawing on the page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Figure {
+    /// What it shows.
+    pub title: String,
+    /// File name without extension.
+    pub name: String,
+    /// What to look for; may be empty.
+    pub caption: String,
+    /// The drawing.
+    pub svg: String,
+}
+
+/// The page of a run, from its summary, its figures and the text of its model.
 #[must_use]
-pub fn page(
-    summary: &Summary,
-    trajectory: &Trajectory,
-    drawn: &[(&Plot, String)],
-    model: &str,
-) -> String {
+pub fn page(summary: &Summary, trajectory: &Trajectory, figures: &[Figure], model: &str) -> String {
     let title = escape(&summary.model);
     let mut html = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -27,7 +34,7 @@ pub fn page(
     );
     push_failure(&mut html, summary);
     push_facts(&mut html, summary);
-    push_plots(&mut html, trajectory, drawn);
+    push_plots(&mut html, trajectory, figures);
     html += "<h2>Numbers</h2>\n";
     push_table(&mut html, summary);
     if !model.is_empty() {
@@ -72,20 +79,14 @@ fn push_facts(html: &mut String, summary: &Summary) {
     html.push_str("</dl>\n");
 }
 
-fn push_plots(html: &mut String, trajectory: &Trajectory, drawn: &[(&Plot, String)]) {
+fn push_plots(html: &mut String, trajectory: &Trajectory, figures: &[Figure]) {
     html.push_str("<h2>Plots</h2>\n");
     let mut positions = 0;
-    for (plot, svg) in drawn {
-        positions += usize::from(plot.name.starts_with("position_"));
-        let _ = writeln!(html, "<figure>\n{}", inline(svg, &plot.chart.title));
-        let zero = plot.chart.zero_curves();
-        let note = match zero.as_slice() {
-            [] => String::new(),
-            names => format!(" Identically zero: {}.", names.join(", ")),
-        };
-        let caption = format!("{}{note}", plot.caption);
+    for Figure { title, name, caption, svg } in figures {
+        positions += usize::from(name.starts_with("position_"));
+        let _ = writeln!(html, "<figure>\n{}", inline(svg, title));
         if !caption.is_empty() {
-            let _ = writeln!(html, "<figcaption>{}</figcaption>", escape(caption.trim()));
+            let _ = writeln!(html, "<figcaption>{}</figcaption>", escape(caption));
         }
         html.push_str("</figure>\n");
     }
@@ -93,8 +94,8 @@ fn push_plots(html: &mut String, trajectory: &Trajectory, drawn: &[(&Plot, Strin
     if members > positions {
         let _ = writeln!(
             html,
-            "<p class=\"note\">Positions of the first {positions} of {members} members; all are \
-             in trajectory.csv.</p>"
+            "<p class=\"note\">Positions of {positions} of {members} members; all are in \
+             trajectory.csv.</p>"
         );
     }
 }
@@ -148,6 +149,8 @@ fn push_table(html: &mut String, summary: &Summary) {
         ("time of the run", format!("{:.3e} s", summary.wall_seconds)),
         ("time per step", format!("{:.3e} s", summary.seconds_per_step)),
     ];
+    let beams = ("beams, elements", format!("{}, {}", summary.beams, summary.elements));
+    let rows = rows.into_iter().chain((summary.beams > 0).then_some(beams));
     html.push_str("<table>\n");
     for (name, value) in rows {
         let _ = writeln!(html, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(&value));

@@ -18,6 +18,18 @@ pub struct Plot {
     pub chart: Chart,
 }
 
+impl Plot {
+    /// The caption, with the curves that are zero throughout.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let note = match self.chart.zero_curves().as_slice() {
+            [] => String::new(),
+            names => format!(" Identically zero: {}.", names.join(", ")),
+        };
+        format!("{}{note}", self.caption).trim().to_owned()
+    }
+}
+
 /// All charts of a run.
 #[must_use]
 pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
@@ -28,7 +40,7 @@ pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
     if !trajectory.residuals.is_empty() {
         plots.push(residuals(&trajectory.residuals));
     }
-    let members = trajectory.members();
+    let members = trajectory.charted();
     let several = members.len() > 1;
     let shown = members.into_iter().take(MEMBERS).enumerate();
     plots.extend(shown.map(|(i, name)| curves.position(i, name, several)));
