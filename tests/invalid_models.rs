@@ -9,6 +9,7 @@ use std::process::{Command, Output};
 
 const PENDULUM: &str = include_str!("../examples/models/pendulum.toml");
 const TOP: &str = include_str!("../examples/models/heavy_top_fast.toml");
+const BEAM: &str = include_str!("../examples/models/flying_beam.toml");
 
 fn folder(case: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("invalid").join(case);
@@ -114,6 +115,45 @@ cases! {
     two_unknown_keys: PENDULUM, "mass = 1.0" => "mas = 1.0\nvelocty = [0, 1]";
     unknown_key_of_a_history: TOP,
         "[simulation]" => "[[load]]\nname = \"l\"\nbody = \"top\"\nhistory = { type = \"ramp\", start = 0, stop = 1 }\n[simulation]";
+    beam_without_a_line: BEAM, "points = [[6.0, 0.0, 0.0], [0.0, 8.0, 0.0]]" => "";
+    beam_of_one_point: BEAM, "[6.0, 0.0, 0.0], [0.0, 8.0, 0.0]" => "[6.0, 0.0, 0.0]";
+    beam_without_length: BEAM, "[0.0, 8.0, 0.0]" => "[6.0, 0.0, 0.0]";
+    beam_with_two_lines: BEAM, "elements = 20" => "elements = 20\ncurve = { type = \"spline\", points = [[0, 0, 0], [1, 0, 0]] }";
+    beam_without_elements: BEAM, "elements = 20" => "elements = 0";
+    beam_with_too_many_elements: BEAM, "elements = 20" => "elements = 1000000";
+    beam_with_odd_elements: BEAM, "elements = 20" => "elements = [20, 10]";
+    beam_with_half_an_element: BEAM, "elements = 20" => "elements = 2.5";
+    beam_of_unknown_order: BEAM, "elements = 20" => "elements = 20\norder = 4";
+    beam_with_a_normal_along_it: BEAM, "elements = 20" => "elements = 20\nnormal = [-6, 8, 0]";
+    beam_that_needs_a_normal: BEAM, "EI2 = 100.0" => "EI2 = 50.0";
+    beam_lumped_at_high_order: BEAM, "elements = 20" => "elements = 20\norder = 2\nmass = \"lumped\"";
+    beam_with_an_unknown_end: BEAM, "elements = 20" => "elements = 20\nstart = \"clampt\"";
+    arc_without_radius: BEAM, "points = [[6.0, 0.0, 0.0], [0.0, 8.0, 0.0]]" =>
+        "curve = { type = \"arc\", from = [1, 0, 3], center = [1, 0, 0], axis = [0, 0, 1], angle = 1 }";
+    arc_without_angle: BEAM, "points = [[6.0, 0.0, 0.0], [0.0, 8.0, 0.0]]" =>
+        "curve = { type = \"arc\", from = [1, 0, 0], center = [0, 0, 0], axis = [0, 0, 1], angle = 0 }";
+    section_that_lacks_numbers: BEAM, "EA = 1e4, GA1 = 1e4," => "";
+    section_with_a_negative_number: BEAM, "EA = 1e4" => "EA = -1e4";
+    section_of_no_mass: BEAM, "rhoI2 = 10.0" => "rhoI2 = 10.0, rhoJ = 25.0";
+    section_with_half_a_shape: BEAM, "EA = 1e4, GA1 = 1e4," => "shape = { type = \"circle\", dimensions = [0.1, 0.2] },";
+    section_with_two_shear_moduli: BEAM, "EA = 1e4," =>
+        "shape = { type = \"circle\", dimensions = [0.1] }, material = { E = 1, G = 1, nu = 0.3, density = 1 },";
+    section_with_an_unknown_key: BEAM, "EA = 1e4" => "Ea = 1e4";
+    node_that_does_not_exist: BEAM, "body = \"beam.start\"" => "body = \"beam.21\"";
+    node_of_no_beam: BEAM, "body = \"beam.start\"" => "body = \"baem.start\"";
+    beam_in_the_place_of_a_node: BEAM, "body = \"beam.start\"" => "body = \"beam\"";
+    load_on_nothing: BEAM, "body = \"beam.start\"" => "";
+    load_on_two_things: BEAM, "body = \"beam.start\"" => "body = \"beam.start\"\nbeam = \"beam\"";
+    joint_of_a_node_with_itself: BEAM, "[[load]]" =>
+        "[[joint]]\nname = \"j\"\ntype = \"fixed\"\nparent = \"beam.end\"\nchild = \"beam.20\"\nposition = [0, 8, 0]\n[[load]]";
+    rate_of_a_node: BEAM, "[[load]]" =>
+        "[[joint]]\nname = \"j\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"beam.end\"\nposition = [0, 8, 0]\naxis = [0, 0, 1]\nrate = 1\n[[load]]";
+    clamp_that_moves: BEAM, "elements = 20" => "elements = 20\nstart = \"clamped\"\nangular_velocity = [0, 0, 1]";
+    section_force_without_an_element: BEAM, "[[load]]" =>
+        "[[sensor]]\nname = \"s\"\ntype = \"section_force\"\nof = \"beam\"\n[[sensor]]\nname = \"t\"\ntype = \"strain\"\nof = \"beam\"\nelement = 20\n[[load]]";
+    elements_bent_too_far: BEAM, "points = [[6.0, 0.0, 0.0], [0.0, 8.0, 0.0]]" =>
+        "curve = { type = \"arc\", from = [1, 0, 0], center = [0, 0, 0], axis = [0, 0, 1], angle = 6.28 }",
+        "elements = 20" => "elements = 3";
     sensor_of_nothing: TOP,
         "[simulation]" => "[[sensor]]\nname = \"s\"\ntype = \"position\"\nof = \"topp\"\n[simulation]";
     sensors_of_the_wrong_kind: TOP,

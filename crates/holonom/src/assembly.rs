@@ -90,7 +90,7 @@ pub(crate) fn velocity_inconsistencies(
         .joints
         .iter()
         .enumerate()
-        .map(|(k, joint)| (format!("joint.{}", joint.name), worst(mechanism.joint_rows(k))));
+        .map(|(k, joint)| (joint_key(&joint.name), worst(mechanism.joint_rows(k))));
     let bars =
         description.bars.iter().enumerate().map(|(k, bar)| {
             (format!("bar.{}", bar.name), worst(mechanism.bar_rows(k)) / bar.length)
@@ -103,6 +103,12 @@ pub(crate) fn velocity_inconsistencies(
         (distance > tolerance).then_some(Inconsistency { key, level, distance, detail })
     };
     joints.chain(bars).chain(scalars).filter_map(missed).collect()
+}
+
+/// The key of a joint; what holds `BEAM.start` is a key of the beam.
+fn joint_key(name: &str) -> String {
+    let section = if name.contains('.') { "beam" } else { "joint" };
+    format!("{section}.{name}")
 }
 
 /// The report of an assembled model.

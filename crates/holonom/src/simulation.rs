@@ -12,7 +12,7 @@ use crate::beams::Beams;
 use crate::dynamics::Dynamics;
 use crate::limits::LimitWatch;
 use crate::method::{EnergyMomentum, Method, Reading, Variational};
-use crate::model::{Family, Model, ModelError, Scheme, Settings};
+use crate::model::{Family, Model, ModelError, Problem, Scheme, Settings};
 use crate::sample::{Member, Sample};
 use crate::sensor::{Sensors, View};
 use crate::system::{self, System};
@@ -98,8 +98,8 @@ impl Simulation {
         let start = method.place().2;
         if let Err(fault) = limits.follow(0.0, start) {
             let key = format!("beam.{}.elements", fault.0);
-            let (what, help) = bent_too_far(fault);
-            return Err(ModelError::Unsupported { key, what, help });
+            let (message, help) = bent_too_far(fault);
+            return Err(ModelError::Assembly(vec![Problem::new(key, message).help(help)]));
         }
         assembly.warnings.extend(limits.warnings());
         limits.begin();
