@@ -10,6 +10,7 @@
 //! | [`system`] | from a model to numbers |
 //! | [`dynamics`] | what acts, as both families of schemes receive it |
 //! | [`simulation`] | the system of a model, and its run |
+//! | [`statics`] | its equilibria along the loads |
 //! | [`sample`] | what a run delivers at a node |
 //! | [`sensor`] | what its sensors measure there |
 //! | [`output`] | the files of a run |
@@ -132,6 +133,7 @@ pub mod sample;
 pub mod sensor;
 pub mod simulation;
 mod start_rates;
+pub mod statics;
 pub mod system;
 
 pub use nalgebra;
@@ -148,3 +150,4 @@ pub use model::{Model, ModelError};
 pub use output::{RunFolder, Summary};
 pub use sample::{Member, MemberKind, Residuals, Sample};
 pub use simulation::{AssemblyReport, RunFailure, RunOutcome, Simulation};
+pub use statics::{StaticFacts, Statics};
