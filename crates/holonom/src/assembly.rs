@@ -199,10 +199,6 @@ pub(crate) fn refusal(error: &SetupError, settings: &Settings) -> ModelError {
             unsupported("simulation.project_start", "correct the positions of the start")
         }
         SetupError::DissipativeComposition => unsupported("simulation.order", "write order = 2"),
-        SetupError::NeedsReparametrization(_) => unsupported(
-            "simulation.scheme",
-            "bars that close a loop have no map of their own: write scheme = \"constrained\"",
-        ),
         SetupError::SingularStart { joint, reason } => {
             let help = match reason {
                 SingularStart::Scheme => "write scheme = \"nodal\"",

@@ -60,7 +60,7 @@
 //! let parabola = ConstraintFn::new(2, 1,
 //!     |q, g| g[0] = q[1] - q[0] * q[0],
 //!     |q, G| { G[(0, 0)] = -2.0 * q[0]; G[(0, 1)] = 1.0; });
-//! let options = Options::new(SchemeKind::Constrained, 0.01); // or Dalembert: P by QR
+//! let options = Options::new(SchemeKind::Constrained, 0.01); // or any other of the four
 //! let mut run = Integrator::new(system, parabola, options, (0.0, &[1.0, 1.0], &[0.0, 0.0]))?;
 //! for _ in 0..1000 {
 //!     run.step()?;
@@ -71,8 +71,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! With a null space matrix `P(q)` and a map `F_d(u, q_n)` that stays on the constraints, schemes 3 and
-//! 4 run too, with as many unknowns as there are freedoms:
+//! Schemes 3 and 4 have as many unknowns as there are freedoms. Without more they step in the tangent
+//! space and project; a null space matrix `P(q)` and a map `F_d(u, q_n)` that stays on the constraints
+//! spare them that:
 //!
 //! ```
 //! use holonom::nalgebra::DMatrix;

@@ -35,7 +35,7 @@
 //! them ([`echelon`]).
 //!
 //! Source: LMO08 §5.4, §5.5; the splitting of coordinates after R. A. Wehage, E. J. Haug, J. Mech. Des.
-//! 104 (1982) 247–255.
+//! 104 (1982).
 #![allow(non_snake_case)] // A, U, J, Z
 
 pub(crate) mod cluster;
