@@ -1,16 +1,27 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
 mod figures;
+mod verify;
 
 use std::process::ExitCode;
 
 const USAGE: &str = "\
+cargo xtask verify [--quick] [--only NAME] [--json FILE]
+                       measures every promise on every system; a full run writes VERIFICATION.md
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments.as_slice() {
+        ["verify", options @ ..] => match verify::run(options) {
+            Ok(true) => ExitCode::SUCCESS,
+            Ok(false) => ExitCode::FAILURE,
+            Err(message) => {
+                eprintln!("verify: {message}");
+                ExitCode::from(2)
+            }
+        },
         ["figures"] => match figures::run() {
             Ok(()) => ExitCode::SUCCESS,
             Err(message) => {

@@ -71,7 +71,6 @@ pub(crate) enum Scheme {
     EmConstrained,
     EmDalembert,
     EmNodal,
-    Static,
 }
 
 #[derive(Args)]

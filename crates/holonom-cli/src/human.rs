@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use holonom::AssemblyReport;
-use holonom::model::{Model, Scheme, Settings};
+use holonom::model::Model;
 use holonom::output::Summary;
 use holonom::report::{counts, facts};
 use holonom::run::Finished;
@@ -44,7 +44,16 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         ("redundant constraints", redundant),
         ("start misses positions by", format!("{:.1e}", report.closure.position)),
         ("start misses velocities by", format!("{:.1e}", report.closure.velocity)),
-        ("simulation", plan(settings)),
+        (
+            "simulation",
+            format!(
+                "{} steps of {} s, scheme {}, order {}",
+                settings.steps(),
+                settings.step,
+                settings.scheme.name(),
+                settings.order
+            ),
+        ),
     ];
     if let Some(stiffness) = &report.stiffness {
         let found = format!(
@@ -65,17 +74,4 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         let _ = writeln!(text, "  warning: {warning}");
     }
     text
-}
-
-fn plan(settings: &Settings) -> String {
-    let (steps, step, scheme) = (settings.steps(), settings.step, settings.scheme.name());
-    match settings.scheme {
-        Scheme::Static if settings.arc_length => {
-            format!("scheme {scheme}, by arc length to t = {}", settings.end)
-        }
-        Scheme::Static => {
-            format!("scheme {scheme}, {steps} steps of the loads' time to t = {}", settings.end)
-        }
-        _ => format!("{steps} steps of {step} s, scheme {scheme}, order {}", settings.order),
-    }
 }

@@ -96,6 +96,12 @@ impl EmSystem {
         self.loads.iter().for_each(|load| load.accept(q));
     }
 
+    /// Whether any load or damper acts.
+    #[must_use]
+    pub fn has_loads(&self) -> bool {
+        !self.loads.is_empty()
+    }
+
     /// Number `n` of coordinates.
     #[must_use]
     pub fn dim(&self) -> usize {

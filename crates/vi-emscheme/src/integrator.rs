@@ -306,6 +306,12 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         self.scheme.interval()
     }
 
+    /// `μ = h²λ` of the last step over all constraints, zero where redundant; shape `m`.
+    #[must_use]
+    pub fn scaled_multiplier(&self) -> &[f64] {
+        self.scheme.scaled_multiplier()
+    }
+
     /// How consistent the start was.
     #[must_use]
     pub fn start_report(&self) -> &StartReport {

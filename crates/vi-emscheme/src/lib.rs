@@ -25,6 +25,7 @@
 //! | [`constrained`], [`dalembert`], [`nodal`], [`loop_nodal`] | the three forms; the last on closed loops |
 //! | [`scheme`] | their common interface, the state |
 //! | [`node`] | energy, momenta, multipliers, residuals |
+//! | [`tangent_map`] | the tangent of a step: the symplectic form is not kept |
 //! | [`integrator`] | all of it together |
 //!
 //! Sources: P. Betsch, S. Leyendecker, IJNME 67 (2006) 499–552 (BL06); O. Gonzalez, J. Nonlinear Sci.
@@ -51,6 +52,7 @@ pub mod nodal;
 pub mod node;
 pub mod null_space;
 pub mod scheme;
+pub mod tangent_map;
 
 #[cfg(test)]
 extern crate self as vi_emscheme; // the models of the tests name the crate

@@ -13,7 +13,9 @@ use super::fit::power_law;
 use serde::{Deserialize, Serialize};
 
 /// Samples needed.
-const SAMPLES: usize = 256;
+const SAMPLES: usize = 1024;
+/// The largest exponent of unbiased round-off: 1/2, and what a single run scatters.
+pub const UNBIASED: f64 = 0.6;
 
 /// Growth of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +24,17 @@ pub struct Growth {
     pub exponent: f64,
     /// `max |x_n − x_0|`.
     pub drift: f64,
+    /// Size that a random walk with these displacements has over the run.
+    pub walk: f64,
+}
+
+impl Growth {
+    /// Whether it grows no faster than round-off that adds up without bias: an exponent of at most
+    /// 0.6, and no more in the end than four such walks.
+    #[must_use]
+    pub fn is_unbiased(&self) -> bool {
+        self.exponent <= UNBIASED && self.drift <= 4.0 * self.walk
+    }
 }
 
 /// Why no growth can be read.
@@ -61,10 +74,12 @@ pub fn growth(samples: &[f64]) -> Result<Growth, NoGrowth> {
     if drift == 0.0 {
         return Err(NoGrowth::Exact);
     }
-    // distances from 1/128 to 1/8 of the run
-    let distances = (3..=7).rev().map(|k| count >> k);
+    // distances from 1/512 to 1/32 of the run: of longer ones there are too few to average over
+    let distances = (5..=9).rev().map(|k| count >> k);
     let law = power_law(distances.map(|k| (k as f64, displacement(samples, k))));
-    Ok(Growth { exponent: law.ok_or(NoGrowth::NotNumbers)?.exponent, drift })
+    let exponent = law.ok_or(NoGrowth::Exact)?.exponent;
+    let walk = displacement(samples, count >> 5) * 32_f64.sqrt();
+    Ok(Growth { exponent, drift, walk })
 }
 
 /// `D(k)`.
@@ -109,14 +124,22 @@ mod tests {
         let mean = exponents.iter().sum::<f64>() / 20.0;
         println!("mean {mean:.3}, of {exponents:.2?}");
         assert!((mean - 0.5).abs() < 0.05, "{mean}");
-        assert!(exponents.iter().all(|a| (0.3..0.7).contains(a)), "{exponents:?}");
+        assert!(exponents.iter().all(|a| (0.4..UNBIASED).contains(a)), "{exponents:?}");
+        let unbiased = |seed: u64| growth(&walk(seed * 7919, 4096, 0.0)).unwrap().is_unbiased();
+        assert!((1..=20).all(unbiased));
+    }
+
+    #[test]
+    fn a_drift_below_the_walk_is_seen_in_the_end() {
+        let found = growth(&walk(5, 200_000, 0.02)).unwrap(); // hidden over 1/32 of the run
+        assert!(!found.is_unbiased() && found.exponent < 0.9, "{found:?}");
     }
 
     #[test]
     fn a_drift_has_the_exponent_one() {
         let found = growth(&walk(5, 4096, 1.0)).unwrap();
         assert!((found.exponent - 1.0).abs() < 0.05, "{found:?}");
-        let quadratic: Vec<f64> = (0..1000).map(|k| 1e-18 * f64::from(k * k)).collect();
+        let quadratic: Vec<f64> = (0..2000).map(|k| 1e-18 * f64::from(k * k)).collect();
         assert!(growth(&quadratic).unwrap().exponent > 0.95);
     }
 
@@ -129,9 +152,9 @@ mod tests {
 
     #[test]
     fn constants_few_samples_and_nan_are_refused() {
-        assert_eq!(growth(&[2.0; 300]), Err(NoGrowth::Exact));
+        assert_eq!(growth(&[2.0; 1024]), Err(NoGrowth::Exact));
         assert!(matches!(growth(&[2.0, 3.0]), Err(NoGrowth::TooFew { .. })));
-        let mut x = walk(3, 300, 0.0);
+        let mut x = walk(3, 1024, 0.0);
         x[7] = f64::INFINITY;
         assert_eq!(growth(&x), Err(NoGrowth::NotNumbers));
     }

@@ -6,10 +6,27 @@
 //! | [`order`] | the observed order of convergence, or why none can be read |
 //! | [`trend`] | band and trend of a bounded quantity (energy) |
 //! | [`growth`] | how an error grows with the number of steps (momentum maps) |
+//! | [`subject`] | what is verified: a system that can be set in motion by any method |
+//! | [`running`], [`em_running`], [`model`] | integrators and model files as subjects |
+//! | [`convergence`] | errors of `q`, `p`, `λ` at shrinking steps |
+//! | [`measure`] | what is kept, reversal, symplecticity, conditioning, agreement |
+//! | [`closed_form`] | discrete equilibria that are known in closed form |
+//! | [`certify`], [`certificate`] | everything measured and judged |
+//! | [`table`] | its findings as tables |
 //!
 //! Every statistic refuses with a reason where the numbers do not carry it.
 
+pub mod certificate;
+pub mod certify;
+pub mod closed_form;
+pub mod convergence;
+pub mod em_running;
 pub mod fit;
 pub mod growth;
+pub mod measure;
+pub mod model;
 pub mod order;
+pub mod running;
+pub mod subject;
+pub mod table;
 pub mod trend;

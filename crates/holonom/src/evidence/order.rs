@@ -34,6 +34,10 @@ pub struct Scale {
 pub const HALVINGS: u32 = 4;
 /// Largest distance of a point from the straight line, in binary digits.
 pub const STRAIGHT: f64 = 0.5;
+/// A reference that is less certain than this part of the quantity tells nothing.
+const UNCERTAIN: f64 = 1e-3;
+/// Errors above this many floors are of the scheme, even where they stop to fall.
+const ABOVE: f64 = 1e3;
 /// A stretch this straight is taken for asymptotic.
 const ASYMPTOTIC: f64 = 0.1;
 
@@ -62,6 +66,15 @@ pub enum NoOrder {
         /// The largest error.
         largest: f64,
     },
+    /// What errors are measured against is not known well enough.
+    #[error(
+        "the reference itself is uncertain by {floor:.0e} of the quantity: the motion is chaotic, or \
+         too rough for these steps"
+    )]
+    Uncertain {
+        /// Its uncertainty, relative.
+        floor: f64,
+    },
     /// The errors are as large as the quantity.
     #[error(
         "errors are as large as the motion itself at {points} of {of} steps: chaotic, or the steps \
@@ -73,7 +86,7 @@ pub enum NoOrder {
         /// Steps in all.
         of: usize,
     },
-    /// Fewer than four halvings are left between the coarse end and the plateau.
+    /// Fewer halvings than needed are left between the coarse end and the plateau.
     #[error(
         "only {halvings:.1} halvings lie between the coarse end and the plateau at {plateau:.1e}"
     )]
@@ -103,16 +116,31 @@ pub enum NoOrder {
     },
 }
 
-/// Reads the order from errors at decreasing steps.
+/// Reads the order from errors at decreasing steps, over [`HALVINGS`] halvings.
 ///
 /// # Errors
 /// [`NoOrder`].
 pub fn observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder, NoOrder> {
+    observed_order_over(errors, scale, HALVINGS)
+}
+
+/// The same over another number of halvings.
+///
+/// # Errors
+/// [`NoOrder`].
+pub fn observed_order_over(
+    errors: &[ErrorAt],
+    scale: Scale,
+    wanted: u32,
+) -> Result<ObservedOrder, NoOrder> {
     let numbers = errors.iter().all(|e| e.step > 0.0 && e.step.is_finite() && e.error >= 0.0);
     let decreasing = errors.windows(2).all(|e| e[0].step > e[1].step);
     if !(numbers && decreasing) || errors.is_empty() || !errors.iter().all(|e| e.error.is_finite())
     {
         return Err(NoOrder::NotNumbers);
+    }
+    if scale.floor > UNCERTAIN * scale.size {
+        return Err(NoOrder::Uncertain { floor: scale.floor / scale.size });
     }
     let largest = errors.iter().map(|e| e.error).fold(0.0, f64::max);
     if largest <= scale.floor {
@@ -125,7 +153,7 @@ pub fn observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder,
         0 | 1 => 0.0,
         _ => (errors[range.start].step / errors[range.end - 1].step).log2(),
     };
-    let needed = f64::from(HALVINGS) - 1e-9;
+    let needed = f64::from(wanted) - 1e-9;
     if halvings(start..end) < needed {
         if halvings(start..errors.len()) < needed && halvings(0..errors.len()) >= needed {
             return Err(NoOrder::Saturated { points: start, of: errors.len() });
@@ -133,6 +161,15 @@ pub fn observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder,
         let smallest = errors.iter().map(|e| e.error).fold(f64::INFINITY, f64::min);
         let plateau = smallest.max(scale.floor);
         return Err(NoOrder::TooFew { halvings: halvings(start..end), plateau });
+    }
+    // errors that stay where they are, far above the floor, are no plateau: no convergence
+    let finest = (start..end).rfind(|&k| halvings(k..end) >= needed).unwrap_or(start);
+    let tail = &errors[finest..end];
+    if tail.iter().all(|e| e.error > ABOVE * scale.floor) {
+        let law = power_law(tail.iter().map(|e| (e.step, e.error)));
+        if let Some(law) = law.filter(|law| law.exponent < 0.5) {
+            return Err(NoOrder::NoConvergence { order: law.exponent });
+        }
     }
     // the shortest stretch of enough halvings from every coarse end
     let stretches = (start..end).filter_map(|from| {
@@ -166,7 +203,8 @@ fn plateau(errors: &[ErrorAt], start: usize, floor: f64) -> usize {
     };
     let fell = (start + 1..end).any(|k| slope(k) > 1.5);
     let all = end;
-    while fell && end > start + 1 && slope(end - 1) < 0.5 {
+    let low = |k: usize| errors[k].error <= ABOVE * floor;
+    while fell && end > start + 1 && slope(end - 1) < 0.5 && low(end - 1) {
         end -= 1;
     }
     // the last point above a plateau is half of it
@@ -255,8 +293,12 @@ mod tests {
     fn chaos_is_refused() {
         let refused = order(8, |h| 0.8 + 0.2 * noise(h)).unwrap_err();
         assert!(matches!(refused, NoOrder::Saturated { points: 8, of: 8 }), "{refused}");
-        // chaotic but below saturation: up and down
-        let refused = order(9, |h| 0.2 + 0.15 * noise(h)).unwrap_err();
+        let errors = study(9, |h| 0.2 + 0.15 * noise(h));
+        let refused = observed_order(&errors, Scale { size: 1.0, floor: 0.1 }).unwrap_err();
+        assert!(matches!(refused, NoOrder::Uncertain { .. }), "{refused}");
+        // up and down just above round-off
+        let errors = study(9, |h| 2e-12 + 1e-12 * noise(h));
+        let refused = observed_order(&errors, UNIT).unwrap_err();
         assert!(matches!(refused, NoOrder::NotMonotone), "{refused}");
     }
 
@@ -271,6 +313,9 @@ mod tests {
     #[test]
     fn an_error_that_stays_is_refused() {
         let refused = order(8, |h| 0.1 + 0.01 * h).unwrap_err();
+        assert!(matches!(refused, NoOrder::NoConvergence { .. }), "{refused}");
+        // falls first, then stays: half of a multiplier
+        let refused = order(12, |h| (0.3 - h).abs() + 1e-9).unwrap_err();
         assert!(matches!(refused, NoOrder::NoConvergence { .. }), "{refused}");
     }
 

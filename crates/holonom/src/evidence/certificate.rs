@@ -1,0 +1,157 @@
+//! What was promised, what was measured, and whether the two agree.
+
+use super::convergence::Convergence;
+use super::measure::Conditioning;
+use super::subject::Method;
+use serde::{Deserialize, Serialize};
+
+/// What a promise is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Criterion {
+    /// The order of convergence of `q`, `p`, `λ`.
+    Order,
+    /// The energy error is bounded and has no trend.
+    Energy,
+    /// Momentum maps drift by unbiased round-off only.
+    Momentum,
+    /// Constraints and hidden constraints hold.
+    Residual,
+    /// Time reverses.
+    Reversal,
+    /// `DΦᵀ Ω DΦ = Ω`.
+    Symplecticity,
+    /// Condition numbers against the step.
+    Conditioning,
+    /// The schemes give the same motion.
+    Agreement,
+    /// Values that are known in closed form.
+    ClosedForm,
+}
+
+impl Criterion {
+    /// In words.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Order => "order",
+            Self::Energy => "energy",
+            Self::Momentum => "momentum",
+            Self::Residual => "constraints",
+            Self::Reversal => "time reversal",
+            Self::Symplecticity => "symplecticity",
+            Self::Conditioning => "condition number",
+            Self::Agreement => "agreement",
+            Self::ClosedForm => "closed form",
+        }
+    }
+}
+
+/// How a promise fared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// It holds.
+    Pass,
+    /// It does not hold.
+    Fail,
+    /// It does not hold, and it is known why.
+    Known,
+    /// The numbers do not tell, or the promise is not made here; the reason says which.
+    Open,
+}
+
+impl Verdict {
+    /// In a word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pass => "pass",
+            Self::Fail => "FAIL",
+            Self::Known => "known",
+            Self::Open => "open",
+        }
+    }
+}
+
+/// One promise, measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    /// What it is about.
+    pub criterion: Criterion,
+    /// The method; `None` where several are compared.
+    pub method: Option<Method>,
+    /// Its order; 0 where it does not matter.
+    pub order: u32,
+    /// The quantity.
+    pub quantity: String,
+    /// What theory says.
+    pub expected: String,
+    /// What was found.
+    pub measured: String,
+    /// The number that was judged, where there is one.
+    pub value: Option<f64>,
+    /// The judgement.
+    pub verdict: Verdict,
+    /// Why, where that is not plain.
+    pub reason: String,
+}
+
+/// A convergence study of a method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Study {
+    /// The method.
+    pub method: Method,
+    /// Its order.
+    pub order: u32,
+    /// End of the runs, s.
+    pub end: f64,
+    /// What errors were measured against.
+    pub reference: String,
+    /// The errors, by quantity.
+    pub curves: Vec<Convergence>,
+}
+
+/// A curve over time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct History {
+    /// What it shows.
+    pub name: String,
+    /// `(t, value)`, thinned out.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// All findings about one system.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Certificate {
+    /// The system.
+    pub system: String,
+    /// The findings.
+    pub findings: Vec<Finding>,
+    /// Convergence studies.
+    pub studies: Vec<Study>,
+    /// Condition numbers of each method.
+    pub conditioning: Vec<(Method, Conditioning)>,
+    /// Energy and momentum errors of the long run.
+    pub histories: Vec<History>,
+}
+
+impl Certificate {
+    /// How many findings have a verdict.
+    #[must_use]
+    pub fn count(&self, verdict: Verdict) -> usize {
+        self.findings.iter().filter(|f| f.verdict == verdict).count()
+    }
+
+    /// Whether nothing failed.
+    #[must_use]
+    pub fn holds(&self) -> bool {
+        self.count(Verdict::Fail) == 0
+    }
+
+    /// The findings about a criterion that failed.
+    pub fn failures(&self, criterion: Criterion) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().filter(move |f| f.criterion == criterion && f.verdict == Verdict::Fail)
+    }
+}

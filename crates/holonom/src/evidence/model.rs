@@ -1,0 +1,75 @@
+//! A model file as a [`Subject`].
+
+use super::em_running::EmRunning;
+use super::running::Running;
+use super::subject::{Method, Motion, Setting, Subject};
+use crate::model::{Model, ModelError, Settings};
+use crate::system::{self, System};
+use vi_constraints::{Options, SchemeKind};
+use vi_core::Composition;
+use vi_emscheme::{EmIntegrator, EmOptions};
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+
+/// A model whose method and step are chosen by the measurements.
+pub struct ModelSubject {
+    model: Model,
+}
+
+impl ModelSubject {
+    /// Of a validated model.
+    #[must_use]
+    pub fn new(model: Model) -> Self {
+        Self { model }
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    fn build(&self) -> Result<(System, &Settings), String> {
+        let built = system::build(&self.model).map_err(|e: ModelError| e.to_string())?;
+        Ok((built, &self.model.settings))
+    }
+
+    /// Its integrator by a variational scheme.
+    ///
+    /// # Errors
+    /// Why the scheme does not apply, in words.
+    pub fn integrator(
+        &self,
+        kind: SchemeKind,
+        setting: Setting,
+    ) -> Result<MechanismIntegrator, String> {
+        let (System { mechanism, dynamics, .. }, settings) = self.build()?;
+        let (q, v) = mechanism.start();
+        let mut options = Options::new(kind, setting.step);
+        options.gammas = Composition::of_order(setting.order).unwrap_or_default().gammas();
+        options.newton = settings.newton();
+        let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
+        let at = (0.0, &q[..], &v[..]);
+        integrator(mechanism, dynamics.variational, options, solver, at).map_err(|e| e.to_string())
+    }
+}
+
+impl Subject for ModelSubject {
+    fn start(&self, setting: Setting) -> Result<Box<dyn Motion>, String> {
+        match setting.method {
+            Method::Variational(kind) => {
+                let run = self.integrator(kind, setting)?;
+                Ok(Box::new(Running::new(run, |mechanism, q, p| mechanism.momentum(q, p))))
+            }
+            Method::EnergyMomentum(form) => {
+                let (System { mechanism, dynamics, .. }, settings) = self.build()?;
+                let (q, v) = mechanism.start();
+                let mut options = EmOptions::new(form, setting.step);
+                options.newton = settings.newton();
+                let (system, at) = (dynamics.energy_momentum, (0.0, &q[..], &v[..]));
+                let run = EmIntegrator::of_mechanism_at(system, mechanism, options, at)
+                    .map_err(|e| e.to_string())?;
+                Ok(Box::new(EmRunning::new(run, dynamics.variational)))
+            }
+        }
+    }
+}
