@@ -18,7 +18,8 @@ fn shipped() -> Vec<(String, Model)> {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         (name, Model::from_toml(&text).unwrap())
     };
-    names.into_iter().map(read).collect()
+    let moves = |(_, model): &(String, Model)| model.settings.scheme != Scheme::Static;
+    names.into_iter().map(read).filter(moves).collect()
 }
 
 fn run(model: &Model, scheme: Scheme, steps: u64) -> Result<Vec<Sample>, String> {

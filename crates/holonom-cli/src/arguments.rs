@@ -71,6 +71,7 @@ pub(crate) enum Scheme {
     EmConstrained,
     EmDalembert,
     EmNodal,
+    Static,
 }
 
 #[derive(Args)]

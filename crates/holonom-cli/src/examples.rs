@@ -38,6 +38,11 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "chain8",
     "heavy_top",
     "flying_beam",
+    "roll_up",
+    "bend_45",
+    "nachbagauer",
+    "princeton",
+    "right_angle_frame",
 ];
 
 pub(crate) fn examples(arguments: &Examples) -> Result<(), Failure> {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use holonom::AssemblyReport;
-use holonom::model::Model;
+use holonom::model::{Model, Scheme, Settings};
 use holonom::output::Summary;
 use holonom::report::{counts, facts};
 use holonom::run::Finished;
@@ -44,16 +44,7 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         ("redundant constraints", redundant),
         ("start misses positions by", format!("{:.1e}", report.closure.position)),
         ("start misses velocities by", format!("{:.1e}", report.closure.velocity)),
-        (
-            "simulation",
-            format!(
-                "{} steps of {} s, scheme {}, order {}",
-                settings.steps(),
-                settings.step,
-                settings.scheme.name(),
-                settings.order
-            ),
-        ),
+        ("simulation", plan(settings)),
     ];
     if let Some(stiffness) = &report.stiffness {
         let found = format!(
@@ -74,4 +65,17 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         let _ = writeln!(text, "  warning: {warning}");
     }
     text
+}
+
+fn plan(settings: &Settings) -> String {
+    let (steps, step, scheme) = (settings.steps(), settings.step, settings.scheme.name());
+    match settings.scheme {
+        Scheme::Static if settings.arc_length => {
+            format!("scheme {scheme}, by arc length to t = {}", settings.end)
+        }
+        Scheme::Static => {
+            format!("scheme {scheme}, {steps} steps of the loads' time to t = {}", settings.end)
+        }
+        _ => format!("{steps} steps of {step} s, scheme {scheme}, order {}", settings.order),
+    }
 }

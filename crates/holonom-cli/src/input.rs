@@ -1,6 +1,7 @@
 //! Reading a model that the command line names.
 
-use holonom::{Model, ModelError, Simulation, model};
+use holonom::run::{Experiment, prepare};
+use holonom::{Model, ModelError, model};
 
 use crate::arguments::ModelArguments;
 use crate::diagnostic::InvalidModel;
@@ -24,13 +25,21 @@ impl<'a> Input<'a> {
     }
 
     /// Reads, checks and assembles the model. With `json`, problems go to standard output too.
-    pub(crate) fn assemble(self) -> Result<(Model, Simulation), Failure> {
+    pub(crate) fn assemble(self) -> Result<(Model, Box<dyn Experiment>), Failure> {
+        self.assemble_as(prepare)
+    }
+
+    /// The same, assembled by `make`.
+    pub(crate) fn assemble_as<T>(
+        self,
+        make: impl FnOnce(&Model) -> Result<T, ModelError>,
+    ) -> Result<(Model, T), Failure> {
         let mut text = String::new();
         let assembled = model::read_text(&self.arguments.model).and_then(|read| {
             text = read;
             let model = Model::from_toml_with(&text, &self.overrides)?;
-            let simulation = Simulation::new(&model)?;
-            Ok((model, simulation))
+            let made = make(&model)?;
+            Ok((model, made))
         });
         assembled.or_else(|error| Err(self.invalid(text, error)?))
     }

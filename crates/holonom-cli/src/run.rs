@@ -24,7 +24,7 @@ pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
         warnings.iter().for_each(|warning| stderr::line(&format!("warning: {warning}")));
     }
     let bar = bar(!arguments.no_progress && !arguments.quiet);
-    let finished = holonom::run::run(&model, &mut simulation, &folder, &mut |step, of| {
+    let finished = holonom::run::run(&model, &mut *simulation, &folder, &mut |step, of| {
         bar.set_length(of);
         bar.set_position(step);
     });

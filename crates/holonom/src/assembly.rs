@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use vi_constraints::Constraints;
 use vi_constraints::initialization::StartError;
 use vi_constraints::integrator::{SetupError, SingularStart};
+use vi_constraints::saddle_point::IndependentRows;
 use vi_core::SparseMatrix;
 use vi_core::linear::norm_inf;
 use vi_emscheme::integrator::EmSetupError;
@@ -118,8 +119,32 @@ pub(crate) fn report(
     beams: &Beams,
     closure: Closure,
 ) -> AssemblyReport {
-    let mechanism = run.mechanism();
-    let rows = run.rows();
+    let mut report = counts(model, (run.mechanism(), run.rows()), beams, closure);
+    let start = run.start_report();
+    let moved = start.position_moved;
+    if moved > 0.0 {
+        let warning = format!("the start was moved onto the constraints by {moved:.3e} m");
+        report.warnings.push(warning);
+        report.projected = Some(moved);
+    }
+    if start.velocity_moved > 0.0 {
+        let moved = start.velocity_moved;
+        let warning = format!("the start velocity was moved onto the constraints by {moved:.3e}");
+        report.warnings.push(warning);
+    }
+    report.stiffness = Stiffness::new(beams, &model.settings);
+    let warning = report.stiffness.as_ref().and_then(|s| s.warning(&model.settings));
+    report.warnings.extend(warning);
+    report
+}
+
+/// The report of constraints and those of them that are enforced.
+pub(crate) fn counts(
+    model: &Model,
+    (mechanism, rows): (&Mechanism, &IndependentRows),
+    beams: &Beams,
+    closure: Closure,
+) -> AssemblyReport {
     let mut redundant: Vec<String> = Vec::new();
     for row in rows.redundant() {
         let name = mechanism.constraint_name(row).to_owned();
@@ -128,18 +153,6 @@ pub(crate) fn report(
         }
     }
     let (n, m) = (mechanism.dim(), mechanism.len());
-    let start = run.start_report();
-    let mut warnings = Vec::new();
-    let moved = start.position_moved;
-    if moved > 0.0 {
-        warnings.push(format!("the start was moved onto the constraints by {moved:.3e} m"));
-    }
-    if start.velocity_moved > 0.0 {
-        let moved = start.velocity_moved;
-        warnings.push(format!("the start velocity was moved onto the constraints by {moved:.3e}"));
-    }
-    let stiffness = Stiffness::new(beams, &model.settings);
-    warnings.extend(stiffness.as_ref().and_then(|s| s.warning(&model.settings)));
     AssemblyReport {
         bodies: model.bodies.len() + model.particles.len(),
         beams: beams.list.len(),
@@ -151,9 +164,9 @@ pub(crate) fn report(
         redundant,
         dof: n - rows.len(),
         closure,
-        stiffness,
-        projected: (moved > 0.0).then_some(moved),
-        warnings,
+        stiffness: None,
+        projected: None,
+        warnings: Vec::new(),
     }
 }
 
@@ -186,10 +199,6 @@ pub(crate) fn refusal(error: &SetupError, settings: &Settings) -> ModelError {
             unsupported("simulation.project_start", "correct the positions of the start")
         }
         SetupError::DissipativeComposition => unsupported("simulation.order", "write order = 2"),
-        SetupError::NeedsReparametrization(_) => unsupported(
-            "simulation.scheme",
-            "bars that close a loop have no map of their own: write scheme = \"constrained\"",
-        ),
         SetupError::SingularStart { joint, reason } => {
             let help = match reason {
                 SingularStart::Scheme => "write scheme = \"nodal\"",

@@ -1,13 +1,81 @@
 //! A whole run: simulate, write, summarise, report.
 
+use std::io;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::model::Model;
+use crate::beams::Beams;
+use crate::model::{Model, ModelError, Scheme};
 use crate::output::{OutputError, RunFolder, Summary, SummaryBuilder};
 use crate::report;
-use crate::sample::Sample;
-use crate::simulation::Simulation;
+use crate::sample::{Member, Sample};
+use crate::sensor::Sensors;
+use crate::simulation::{AssemblyReport, RunOutcome, Simulation};
+use crate::statics::{StaticFacts, Statics};
+
+/// What can be run: a motion, or a walk along equilibria.
+pub trait Experiment {
+    /// What the assembly found.
+    fn assembly(&self) -> &AssemblyReport;
+    /// The members, in the order of their coordinates.
+    fn members(&self) -> &[Member];
+    /// The sensors.
+    fn sensors(&self) -> &Sensors;
+    /// The beams.
+    fn beams(&self) -> &Beams;
+    /// What is worth knowing of the assembly and of the run so far.
+    fn warnings(&self) -> Vec<String>;
+    /// What a walk along equilibria was like; `None` for motions.
+    fn statics(&self) -> Option<StaticFacts> {
+        None
+    }
+    /// Runs to the end; `observe` gets each recorded row and may stop the run by an error;
+    /// `progress(step, of)` is called now and then.
+    ///
+    /// # Errors
+    /// Whatever `observe` returns.
+    fn run(
+        &mut self,
+        observe: &mut dyn FnMut(&Sample) -> io::Result<()>,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> io::Result<RunOutcome>;
+}
+
+impl Experiment for Simulation {
+    fn assembly(&self) -> &AssemblyReport {
+        self.assembly()
+    }
+    fn members(&self) -> &[Member] {
+        self.members()
+    }
+    fn sensors(&self) -> &Sensors {
+        self.sensors()
+    }
+    fn beams(&self) -> &Beams {
+        self.beams()
+    }
+    fn warnings(&self) -> Vec<String> {
+        self.warnings()
+    }
+    fn run(
+        &mut self,
+        observe: &mut dyn FnMut(&Sample) -> io::Result<()>,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> io::Result<RunOutcome> {
+        Self::run(self, observe, progress)
+    }
+}
+
+/// What the scheme of a model asks for: a [`Simulation`], or [`Statics`].
+///
+/// # Errors
+/// [`ModelError`].
+pub fn prepare(model: &Model) -> Result<Box<dyn Experiment>, ModelError> {
+    match model.settings.scheme {
+        Scheme::Static => Ok(Box::new(Statics::new(model)?)),
+        _ => Ok(Box::new(Simulation::new(model)?)),
+    }
+}
 
 /// What a run left behind.
 #[derive(Clone, Debug)]
@@ -26,7 +94,7 @@ pub struct Finished {
 /// [`OutputError`] when a file cannot be written.
 pub fn run(
     model: &Model,
-    simulation: &mut Simulation,
+    simulation: &mut dyn Experiment,
     folder: &RunFolder,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Finished, OutputError> {
@@ -54,6 +122,7 @@ pub fn run(
     let wall = begin.elapsed().as_secs_f64();
     let mut summary = summary.finish(model, simulation.assembly(), &outcome, wall);
     summary.warnings = simulation.warnings();
+    summary.statics = simulation.statics();
     files.push(folder.write_summary(&summary)?);
     files.extend(report::write(folder)?);
     Ok(Finished { summary, files })

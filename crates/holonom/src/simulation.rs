@@ -349,5 +349,10 @@ fn method(
                 .map_err(|error| assembly::em_refusal(&error, settings))?;
             Ok(Box::new(EnergyMomentum::new(run, variational)))
         }
+        Family::Static => Err(ModelError::Unsupported {
+            key: "simulation.scheme".into(),
+            what: "statics is no motion".into(),
+            help: "take the equilibria of the model, or another scheme".into(),
+        }),
     }
 }

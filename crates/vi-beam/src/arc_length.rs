@@ -96,6 +96,26 @@ impl NewtonProblem for Bordered<'_> {
     }
 }
 
+/// A walk along a path, one equilibrium after the other.
+pub struct ArcWalk {
+    settings: ArcSettings,
+    newton: Newton,
+    blocks: Vec<Block>,
+    x: Vec<f64>,        // (u, μ, t − t_last)
+    column: Vec<f64>,   // ∂r/∂t and the like
+    forwards: Vec<f64>, // the last step
+    length: f64,
+    halvings: usize,
+}
+
+impl ArcWalk {
+    /// Steps that were halved so far.
+    #[must_use]
+    pub fn halvings(&self) -> usize {
+        self.halvings
+    }
+}
+
 /// Over the shorter of both.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
@@ -112,54 +132,76 @@ impl StaticProblem {
         settings: &ArcSettings,
         mut done: impl FnMut(&Equilibrium) -> bool,
     ) -> Result<StaticPath, StaticError> {
-        let rest = self.x.len();
-        let blocks = self.arc_blocks(settings.full_load);
-        self.bounds = settings.bounds;
-        let mut newton = Newton::new(rest + 1, settings.newton);
-        let (mut x, mut column) = (vec![0.0; rest + 1], vec![0.0; rest]);
+        let mut walk = self.walk(settings);
         let mut path = StaticPath::default();
-        let mut length = settings.first_length;
-        let mut forwards = vec![0.0; rest + 1];
-        forwards[rest] = settings.full_load;
         while path.points.len() < settings.steps {
-            let full = settings.full_load;
-            let tangent = match self.path_tangent(&forwards, full, &mut column) {
-                Ok(tangent) => tangent,
-                Err(fault) => {
-                    let cause = NewtonError::Refused { fault, iteration: 0 };
-                    return Err(self.failure(Refused::Newton(cause), path));
-                }
-            };
-            let way = (length, full);
-            match self.arc_step((&mut newton, &blocks), &tangent, way, (&mut x, &mut column)) {
-                Ok(point) => {
-                    forwards.copy_from_slice(&x);
-                    let easy = point.iterations <= 6;
-                    length = (if easy { 1.5 } else { 1.0 } * length).min(settings.largest_length);
-                    let stop = done(&point);
-                    path.points.push(point);
-                    if stop {
-                        break;
-                    }
-                }
-                Err(_) if 0.5 * length >= settings.smallest_length => {
-                    length *= 0.5;
-                    path.halvings += 1;
-                }
+            let found = self.next_point(&mut walk);
+            path.halvings = walk.halvings;
+            let point = match found {
+                Ok(point) => point,
                 Err(refused) => return Err(self.failure(refused, path)),
+            };
+            let stop = done(&point);
+            path.points.push(point);
+            if stop {
+                break;
             }
         }
         Ok(path)
     }
 
-    fn arc_step(
-        &mut self,
-        (newton, blocks): (&mut Newton, &[Block]),
-        tangent: &Tangent,
-        (length, full): (f64, f64),
-        (x, column): (&mut [f64], &mut [f64]),
-    ) -> Result<Equilibrium, Refused> {
+    /// Sets out from the last equilibrium towards larger load parameters.
+    #[must_use]
+    pub fn walk(&self, settings: &ArcSettings) -> ArcWalk {
+        let rest = self.x.len();
+        let mut forwards = vec![0.0; rest + 1];
+        forwards[rest] = settings.full_load;
+        ArcWalk {
+            settings: *settings,
+            newton: Newton::new(rest + 1, settings.newton),
+            blocks: self.arc_blocks(settings.full_load),
+            x: vec![0.0; rest + 1],
+            column: vec![0.0; rest],
+            forwards,
+            length: settings.first_length,
+            halvings: 0,
+        }
+    }
+
+    /// The next equilibrium of a walk that began here; the number of steps is the caller's matter.
+    ///
+    /// # Errors
+    /// [`StaticError`], without a path; the problem stands at the last equilibrium.
+    pub fn walk_on(&mut self, walk: &mut ArcWalk) -> Result<Equilibrium, StaticError> {
+        self.next_point(walk).map_err(|refused| self.failure(refused, StaticPath::default()))
+    }
+
+    fn next_point(&mut self, walk: &mut ArcWalk) -> Result<Equilibrium, Refused> {
+        self.bounds = walk.settings.bounds;
+        let tangent = self
+            .path_tangent(&walk.forwards, walk.settings.full_load, &mut walk.column)
+            .map_err(|fault| Refused::Newton(NewtonError::Refused { fault, iteration: 0 }))?;
+        loop {
+            match self.arc_step(walk, &tangent) {
+                Ok(point) => {
+                    walk.forwards.copy_from_slice(&walk.x);
+                    let grown = if point.iterations <= 6 { 1.5 } else { 1.0 } * walk.length;
+                    walk.length = grown.min(walk.settings.largest_length);
+                    return Ok(point);
+                }
+                Err(_) if 0.5 * walk.length >= walk.settings.smallest_length => {
+                    walk.length *= 0.5;
+                    walk.halvings += 1;
+                }
+                Err(refused) => return Err(refused),
+            }
+        }
+    }
+
+    fn arc_step(&mut self, walk: &mut ArcWalk, tangent: &Tangent) -> Result<Equilibrium, Refused> {
         let (d, rest, last) = (self.work.unknowns(), self.x.len(), self.work.t);
+        let ArcWalk { settings, newton, blocks, x, column, length, .. } = walk;
+        let (full, length) = (settings.full_load, *length);
         let square = self.squares();
         let start = x[..d].iter_mut().zip(&tangent.a).zip(&square);
         start.for_each(|((x, a), s)| *x = length * a * s);
@@ -170,6 +212,13 @@ impl StaticProblem {
         let solved = newton.solve(&mut problem, x).map_err(Refused::Newton);
         let outcome = solved.and_then(|report| {
             self.refuse_jump(&self.bounds)?;
+            // off the tangent by less than 60°
+            let ways = x[..d].iter().zip(&square).map(|(u, s)| u * u / s);
+            let way = (ways.sum::<f64>() + (x[rest] / full).powi(2)).sqrt();
+            if way > 2.0 * length {
+                let times = way / length;
+                return Err(Refused::Jump(format!("the step is {times:.1} times its length")));
+            }
             self.x.copy_from_slice(&x[..rest]);
             self.accept(&report)
         });

@@ -119,6 +119,14 @@ pub enum StaticError {
         /// The path so far.
         path: Box<StaticPath>,
     },
+    /// The load does not reach its end.
+    #[error("after {equilibria} equilibria the load factor is {factor:.6}")]
+    TooLong {
+        /// Load factor of the last equilibrium.
+        factor: f64,
+        /// How many there were.
+        equilibria: usize,
+    },
     /// The start does not come to rest.
     #[error("no equilibrium was found from the start at the load factor {factor:.6} ({cause})")]
     NoStart {
@@ -139,13 +147,14 @@ impl StaticError {
                 ..
             } => {
                 "a direction has no stiffness: hold it by a joint or a spring; at a limit or \
-                 bifurcation point follow the path by its arc length"
+                 bifurcation point follow the path by its arc length (arc_length = true)"
             }
             Self::NotConverged { .. } | Self::Jump { .. } => {
-                "a limit or bifurcation point may be there: follow the path by its arc length, or \
-                 prescribe a displacement instead of the load; or refine the mesh"
+                "a limit or bifurcation point may be there: follow the path by its arc length \
+                 (arc_length = true), or prescribe a displacement instead of the load; or refine the mesh"
             }
             Self::ElementLimit { .. } => "use more elements",
+            Self::TooLong { .. } => "take longer steps, or ask for less load",
             Self::NoStart { .. } => {
                 "start nearer to an equilibrium, or hold the directions without stiffness"
             }
@@ -159,7 +168,7 @@ impl StaticError {
             Self::NotConverged { path, .. }
             | Self::ElementLimit { path, .. }
             | Self::Jump { path, .. } => Some(path),
-            Self::NoStart { .. } => None,
+            Self::NoStart { .. } | Self::TooLong { .. } => None,
         }
     }
 }

@@ -10,7 +10,7 @@
 //! let rod = ConstraintFn::new(2, 1,
 //!     |q, g| g[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - 1.0),
 //!     |q, G| { G[(0, 0)] = q[0]; G[(0, 1)] = q[1]; });
-//! let options = Options::new(SchemeKind::Dalembert, 0.01);
+//! let options = Options::new(SchemeKind::Nodal, 0.01); // or any other of the four
 //! let mut run = Integrator::new(system, rod, options, (0.0, &[1.0, 0.0], &[0.0, 0.0]))?;
 //! for _ in 0..100 {
 //!     run.step()?;
@@ -32,6 +32,8 @@ use crate::node::{Node, NodeObserver};
 use crate::reparametrization::{DenseNodal, Reparametrization};
 use crate::saddle_point::IndependentRows;
 use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep};
+use crate::tangent_space::TangentSpace;
+use std::rc::Rc;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
@@ -41,7 +43,7 @@ use vi_core::trajectory::Sink;
 /// A running integration: macro steps of one scheme at one order.
 pub struct Integrator<S, C> {
     system: S,
-    constraints: C,
+    constraints: Rc<C>,
     scheme: Box<dyn Scheme<S, C>>,
     observer: NodeObserver,
     start_observer: Option<NodeObserver>, // where the start has fewer independent constraints
@@ -71,7 +73,8 @@ pub struct StepReport {
 pub type Start<'a> = (f64, &'a [f64], &'a [f64]);
 
 impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
-    /// Schemes 1 and 2; `P` of scheme 2 from a pivoted QR of `Gᵀ`.
+    /// All four schemes from `g` alone: `P` of scheme 2 from a pivoted QR of `Gᵀ`, `P` and `F_d` of
+    /// schemes 3 and 4 from the [`TangentSpace`].
     ///
     /// # Errors
     /// [`SetupError`].
@@ -81,9 +84,10 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         options: Options,
         at: Start<'_>,
     ) -> Result<Self, SetupError> {
+        let constraints = Rc::new(constraints);
         let (n, m) = (constraints.dim(), constraints.len());
-        check_shapes(&system, &constraints, at)?;
-        let rows = IndependentRows::find(&constraints, at.0, at.1);
+        check_shapes(&system, &*constraints, at)?;
+        let rows = IndependentRows::find(&*constraints, at.0, at.1);
         let lanes = options.gammas.len();
         let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
             SchemeKind::Constrained => {
@@ -93,7 +97,11 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
                 let source = QrSource::new(n, m, rows.len());
                 Box::new(Dalembert::new(n, (rows.clone(), m), source, options.newton, lanes))
             }
-            kind => return Err(SetupError::NeedsReparametrization(kind)),
+            SchemeKind::Nodal | SchemeKind::Reduced => {
+                let operators = TangentSpace::new(constraints.clone(), &rows);
+                let (reduced, d) = (options.scheme == SchemeKind::Reduced, operators.dof());
+                Box::new(Nodal::new(operators, (n, d), reduced, options.newton, lanes))
+            }
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)
     }
@@ -138,11 +146,12 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// [`SetupError`].
     pub fn with_scheme(
         system: S,
-        constraints: C,
+        constraints: impl Into<Rc<C>>,
         (scheme, rows): (Box<dyn Scheme<S, C>>, IndependentRows),
         options: Options,
         at: Start<'_>,
     ) -> Result<Self, SetupError> {
+        let constraints: Rc<C> = constraints.into();
         if !(options.step.is_finite() && options.step != 0.0) {
             return Err(SetupError::Step(options.step));
         }
@@ -150,9 +159,9 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         if system.is_dissipative() && signs.any(|same| !same) {
             return Err(SetupError::DissipativeComposition);
         }
-        check_shapes(&system, &constraints, at)?;
+        check_shapes(&system, &*constraints, at)?;
         let (state, initial_velocity, report) =
-            start(&system, &constraints, &rows, at.0, (at.1, at.2))?;
+            start(&system, &*constraints, &rows, at.0, (at.1, at.2))?;
         system.accept(&state.q);
         constraints.accept(&state.q);
         let observer = NodeObserver::new(&system, constraints.len(), &rows);
@@ -235,9 +244,9 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         let Self { observer, start_observer, system, constraints, before, scheme, .. } = self;
         let observer = observer_at(before, observer, start_observer);
         if self.gammas.len() > 1 {
-            return observer.observe_state(system, constraints, before.t, &before.q, &before.p);
+            return observer.observe_state(system, &**constraints, before.t, &before.q, &before.p);
         }
-        observer.observe(system, constraints, scheme.interval(), &before.p, before.step == 0)
+        observer.observe(system, &**constraints, scheme.interval(), &before.p, before.step == 0)
     }
 
     /// The quantities of the current node. At order 2 most of them belong to the step that starts
@@ -250,7 +259,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
             let Self { observer, start_observer, system, constraints, state, .. } = self;
             let observer = observer_at(state, observer, start_observer);
             let (t, q, p) = (state.t, &state.q, &state.p);
-            return Ok(observer.observe_state(system, constraints, t, q, p)?);
+            return Ok(observer.observe_state(system, &**constraints, t, q, p)?);
         }
         let kept = (self.before.clone(), self.macro_steps);
         self.step()?;
@@ -271,7 +280,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     pub fn observe_state(&mut self) -> Result<&Node, Singular> {
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let observer = observer_at(state, observer, start_observer);
-        observer.observe_state(system, constraints, state.t, &state.q, &state.p)
+        observer.observe_state(system, &**constraints, state.t, &state.q, &state.p)
     }
 
     /// The acceleration-level multiplier at the current node, with the velocity of the projected
@@ -283,9 +292,9 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let observer = observer_at(state, observer, start_observer);
         let (t, q, p) = (state.t, &state.q[..], &state.p);
-        let v = observer.observe_state(system, constraints, t, q, p)?.v.clone();
+        let v = observer.observe_state(system, &**constraints, t, q, p)?.v.clone();
         let mut lambda = vec![0.0; constraints.len()];
-        observer.acceleration_multiplier(system, constraints, (t, q, &v), &mut lambda)?;
+        observer.acceleration_multiplier(system, &**constraints, (t, q, &v), &mut lambda)?;
         Ok(lambda)
     }
 

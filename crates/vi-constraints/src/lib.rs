@@ -1,7 +1,8 @@
 //! Holonomic constraints and the four equivalent variational schemes on any `q ∈ R^n`.
 //!
 //! This room knows constraints but no geometry. A mass matrix, a potential and `g(q)` are enough for
-//! schemes 1 and 2; with `P` and `F_d` all four run. [`integrator`] has the ten-line example.
+//! all four schemes; with `P` and `F_d` of one's own schemes 3 and 4 become cheaper. [`integrator`] has
+//! the ten-line example.
 //!
 //! | file | concept |
 //! |---|---|
@@ -9,6 +10,7 @@
 //! | [`null_space`] | `P` and the rank by column-pivoted QR |
 //! | [`saddle_point`] | `[A Gᵀ; G 0]` over independent rows: `Q`, `R_d`, projections |
 //! | [`reparametrization`] | `P`, `F_d`, `∂F_d/∂u`, dense or as operators |
+//! | [`tangent_space`] | `F_d` of any constraints: a step in the tangent space, projected |
 //! | [`constrained`], [`dalembert`], [`nodal`] | schemes 1, 2, and 3 with 4 |
 //! | [`scheme`] | their common interface |
 //! | [`initialization`] | consistent starts |
@@ -33,11 +35,13 @@ pub mod saddle_point;
 pub mod scheme;
 pub mod setup;
 pub mod tangent_map;
+pub mod tangent_space;
 
 pub use constraints::{ConstraintFn, Constraints, Unconstrained};
 pub use integrator::{Integrator, Options};
 pub use reparametrization::{DenseNodal, NodalOperators, Reparametrization};
 pub use scheme::SchemeKind;
+pub use tangent_space::TangentSpace;
 
 #[cfg(test)]
 mod pendulum_tests;

@@ -109,6 +109,16 @@ impl NullSpaceQr {
         self.rank
     }
 
+    /// The last diagonal entry of `R` that counts, relative to the first: near zero next to a placement
+    /// that loses rank.
+    #[must_use]
+    pub fn smallest(&self) -> f64 {
+        match self.rank {
+            0 => 1.0,
+            rank => (self.factors[(rank - 1, rank - 1)] / self.factors[(0, 0)]).abs(),
+        }
+    }
+
     /// The constraints in pivot order: the first `rank` are independent, the rest redundant.
     #[must_use]
     pub fn pivots(&self) -> &[usize] {
@@ -125,11 +135,21 @@ impl NullSpaceQr {
     ///
     /// `rank` is the caller's: the generic rank of the system, which a momentary loss must not change.
     pub fn null_space(&mut self, rank: usize, out: &mut DMatrix<f64>) {
+        self.orthogonal_columns(rank, out);
+    }
+
+    /// `out ← Q₁`: an orthonormal basis of `range Gᵀ`, shape `n × rank`.
+    pub fn range(&mut self, out: &mut DMatrix<f64>) {
+        self.orthogonal_columns(0, out);
+    }
+
+    /// Columns `first ..` of the orthogonal factor, as many as `out` has.
+    fn orthogonal_columns(&mut self, first: usize, out: &mut DMatrix<f64>) {
         let (n, m, count) = (self.n, self.m, out.ncols());
-        debug_assert!(out.nrows() == n && rank + count <= n);
+        debug_assert!(out.nrows() == n && first + count <= n);
         out.fill(0.0);
         for k in 0..count {
-            out[(rank + k, k)] = 1.0;
+            out[(first + k, k)] = 1.0;
         }
         let size = n.min(m);
         if size == 0 || count == 0 {

@@ -75,51 +75,35 @@ pub trait NodalOperators<S> {
     fn condition(&self) -> Option<f64>;
 }
 
-/// [`NodalOperators`] from a [`Reparametrization`], by dense matrices and a dense LU: `O(n d² + d³)`.
-pub struct DenseNodal<R> {
-    map: R,
-    blocks: Vec<Block>,
-    null_space: DMatrix<f64>,    // n × d  P(q_n)
-    tangent: DMatrix<f64>,       // n × d  ∂F_d/∂u
+/// The Newton matrix `P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u` as a dense matrix with its factors.
+pub struct DenseNewton {
     weighted: DMatrix<f64>,      // n × d  D_2 D_1 L_d ∂F_d/∂u
-    matrix: DMatrix<f64>,        // d × d  Pᵀ D_2 D_1 L_d ∂F_d/∂u
+    matrix: DMatrix<f64>,        // d × d
     mixed: Option<SparseMatrix>, // n × n  D_2 D_1 L_d
     lu: DenseLu,
 }
 
-impl<R: Reparametrization> DenseNodal<R> {
-    /// Operators for a map on `R^n`.
-    pub fn new(n: usize, map: R) -> Self {
-        let (d, blocks) = (map.dof(), map.blocks());
-        let nd = || DMatrix::zeros(n, d);
-        Self {
-            map,
-            blocks,
-            null_space: nd(),
-            tangent: nd(),
-            weighted: nd(),
-            matrix: DMatrix::zeros(d, d),
-            mixed: None,
-            lu: DenseLu::new(d),
-        }
+impl DenseNewton {
+    /// For `n` coordinates and `d` freedoms.
+    #[must_use]
+    pub fn new(n: usize, d: usize) -> Self {
+        let (weighted, matrix) = (DMatrix::zeros(n, d), DMatrix::zeros(d, d));
+        Self { weighted, matrix, mixed: None, lu: DenseLu::new(d) }
     }
 
-    /// The map.
-    pub fn map(&self) -> &R {
-        &self.map
-    }
-}
-
-impl<R: Reparametrization> DenseNodal<R> {
-    /// Forms and factorizes `P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u`.
-    pub fn factorize(&mut self, system: &impl MechanicalSystem, u: &[f64], s: &Interval) {
+    /// Forms and factorizes the matrix between `P(q_n)` and `∂F_d/∂u`.
+    pub fn factorize(
+        &mut self,
+        system: &impl MechanicalSystem,
+        s: &Interval,
+        (null_space, tangent): (&DMatrix<f64>, &DMatrix<f64>),
+    ) {
         let n = s.dim();
         let emit = |out: &mut dyn vi_core::Entries| system.forced_d2_d1(s, out);
         let mixed = SparseMatrix::update(&mut self.mixed, (n, n), emit);
-        self.map.tangent(u, s, &mut self.tangent);
         self.weighted.fill(0.0);
-        mixed.mul_dense_add(1.0, &self.tangent, &mut self.weighted);
-        self.matrix.gemm_tr(1.0, &self.null_space, &self.weighted, 0.0);
+        mixed.mul_dense_add(1.0, tangent, &mut self.weighted);
+        self.matrix.gemm_tr(1.0, null_space, &self.weighted, 0.0);
         self.lu.factorize(&self.matrix);
     }
 
@@ -127,14 +111,64 @@ impl<R: Reparametrization> DenseNodal<R> {
     ///
     /// # Errors
     /// [`Fault::SingularTangent`].
-    pub fn solve_factorized(&mut self, x: &mut [f64]) -> Result<(), Fault> {
+    pub fn solve(&mut self, x: &mut [f64]) -> Result<(), Fault> {
         Ok(self.lu.solve_factorized(x)?)
+    }
+
+    /// Condition number of the last matrix.
+    #[must_use]
+    pub fn condition(&self) -> f64 {
+        condition_number(&self.matrix)
+    }
+}
+
+/// `out ← Pᵀ w`.
+pub(crate) fn pull_back(null_space: &DMatrix<f64>, w: &[f64], out: &mut [f64]) {
+    for (o, column) in out.iter_mut().zip(null_space.column_iter()) {
+        *o = column.iter().zip(w).map(|(p, w)| p * w).sum();
+    }
+}
+
+/// [`NodalOperators`] from a [`Reparametrization`], by dense matrices and a dense LU: `O(n d² + d³)`.
+pub struct DenseNodal<R> {
+    map: R,
+    blocks: Vec<Block>,
+    null_space: DMatrix<f64>, // n × d  P(q_n)
+    tangent: DMatrix<f64>,    // n × d  ∂F_d/∂u
+    newton: DenseNewton,
+}
+
+impl<R: Reparametrization> DenseNodal<R> {
+    /// Operators for a map on `R^n`.
+    pub fn new(n: usize, map: R) -> Self {
+        let (d, blocks) = (map.dof(), map.blocks());
+        let nd = || DMatrix::zeros(n, d);
+        Self { map, blocks, null_space: nd(), tangent: nd(), newton: DenseNewton::new(n, d) }
+    }
+
+    /// The map.
+    pub fn map(&self) -> &R {
+        &self.map
+    }
+
+    /// Forms and factorizes `P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u`.
+    pub fn factorize(&mut self, system: &impl MechanicalSystem, u: &[f64], s: &Interval) {
+        self.map.tangent(u, s, &mut self.tangent);
+        self.newton.factorize(system, s, (&self.null_space, &self.tangent));
+    }
+
+    /// Solves with the last factorization, in place.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`].
+    pub fn solve_factorized(&mut self, x: &mut [f64]) -> Result<(), Fault> {
+        self.newton.solve(x)
     }
 }
 
 impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal<R> {
     fn dof(&self) -> usize {
-        self.matrix.ncols()
+        self.null_space.ncols()
     }
 
     fn blocks(&self) -> &[Block] {
@@ -161,9 +195,7 @@ impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal
     }
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
-        for (o, column) in out.iter_mut().zip(self.null_space.column_iter()) {
-            *o = column.iter().zip(w).map(|(p, w)| p * w).sum();
-        }
+        pull_back(&self.null_space, w, out);
     }
 
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
@@ -176,6 +208,6 @@ impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal
     }
 
     fn condition(&self) -> Option<f64> {
-        Some(condition_number(&self.matrix))
+        Some(self.newton.condition())
     }
 }

@@ -71,6 +71,7 @@ impl StepError {
                 fault: Fault::RotationTooLarge { .. }, ..
             }) => "a step must turn no body by more than half a turn: reduce the time step",
             Self::Newton(NewtonError::Refused { fault: Fault::SingularTangent, .. })
+            | Self::Newton(NewtonError::Refused { fault: Fault::RankChanged { .. }, .. })
             | Self::RankLost => {
                 "check for a singular placement, for masses or inertias that are zero in a free \
                  direction, and for redundant constraints; or use another scheme"

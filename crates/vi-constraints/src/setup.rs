@@ -43,13 +43,6 @@ pub enum SetupError {
     /// No consistent start.
     #[error(transparent)]
     Start(#[from] StartError),
-    /// The scheme needs `P` and `F_d`.
-    #[error(
-        "the scheme `{}` needs a null space matrix P(q) and a map F_d(u, q_n): give a \
-         reparametrization, or use the scheme `constrained` or `dalembert`",
-        .0.name()
-    )]
-    NeedsReparametrization(SchemeKind),
     /// A composition steps backwards, which a dissipative force must not.
     #[error(
         "a composition has backward sub-steps, in which dampers would feed energy in: use order 2 \

@@ -69,6 +69,23 @@ pub enum Fault {
         /// Its norm, rad.
         angle: f64,
     },
+    /// No point of the constraints was found over a point of the tangent space.
+    #[error(
+        "no configuration that meets the constraints was found over the tangent space \
+         (still corrected by {correction:.1e})"
+    )]
+    NoProjection {
+        /// The last correction along the normals.
+        correction: f64,
+    },
+    /// The constraints have another rank than the motion.
+    #[error("the constraints have rank {found} here and rank {expected} at the start")]
+    RankChanged {
+        /// Rank found.
+        found: usize,
+        /// Rank of the motion.
+        expected: usize,
+    },
     /// The residual or the correction is not finite.
     #[error("a value that is not finite")]
     NotFinite,

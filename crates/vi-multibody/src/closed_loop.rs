@@ -32,10 +32,10 @@
 //! position: floors and noise of Newton's method are higher than those of a tree. A row sees only the
 //! links of its own loop: what both of its ends share would cancel but for round-off, which `1/σ` would
 //! turn into a drift of the momentum maps. A small pivot waits for all large ones, so it does not spoil
-//! them ([`echelon`]).
+//! them (`echelon`).
 //!
 //! Source: LMO08 §5.4, §5.5; the splitting of coordinates after R. A. Wehage, E. J. Haug, J. Mech. Des.
-//! 104 (1982) 247–255.
+//! 104 (1982).
 #![allow(non_snake_case)] // A, U, J, Z
 
 pub(crate) mod cluster;

@@ -6,7 +6,7 @@
 //! | tree with couplings or point masses | dense up to 60 freedoms, then sparse | dense | sparse |
 //! | tree with nodes of elements | sparse | dense | sparse |
 //! | closed loops of bodies | that of their tree + small complement | dense, QR | sparse |
-//! | loops of bars | none | dense, QR | sparse |
+//! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |
 
 use crate::articulated::TreeNodal;
 use crate::closed_loop::{LoopNodal, TreeSolver};
@@ -16,6 +16,7 @@ use crate::placement::LoopRank;
 use crate::sparse_nodal::SparseNodal;
 use crate::tree::Link;
 use serde::{Deserialize, Serialize};
+use std::rc::Rc;
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::initialization::start;
@@ -23,7 +24,7 @@ use vi_constraints::integrator::{SetupError, SingularStart, Start};
 use vi_constraints::nodal::Nodal;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::Scheme;
-use vi_constraints::{Constraints, DenseNodal, Integrator, Options, SchemeKind};
+use vi_constraints::{Constraints, DenseNodal, Integrator, Options, SchemeKind, TangentSpace};
 use vi_core::interval::Interval;
 use vi_core::{MechanicalSystem, SeparableSystem};
 
@@ -53,7 +54,7 @@ pub type MechanismIntegrator = Integrator<SeparableSystem, Mechanism>;
 /// Sets up the integration of a mechanism from the start `at`.
 ///
 /// # Errors
-/// [`SetupError`]; [`SetupError::NeedsReparametrization`] when bars of point masses close a loop.
+/// [`SetupError`].
 pub fn integrator(
     mechanism: Mechanism,
     system: SeparableSystem,
@@ -62,6 +63,7 @@ pub fn integrator(
     at: Start<'_>,
 ) -> Result<MechanismIntegrator, SetupError> {
     let (t, q, v) = at;
+    let mechanism = Rc::new(mechanism);
     let loops = Loops::find(&mechanism, t, q);
     let rows = loops.rows.clone();
     // a singular start is made consistent with the constraints that are independent there
@@ -70,7 +72,7 @@ pub fn integrator(
         if matches!(options.scheme, SchemeKind::Constrained | SchemeKind::Dalembert) {
             return Err(loops.refusal(SingularStart::Scheme));
         }
-        let (state, v, report) = start(&system, &mechanism, here, t, (q, v))?;
+        let (state, v, report) = start(&system, &*mechanism, here, t, (q, v))?;
         moved = Some((state.q, v, here.clone(), report));
     }
     let at = moved.as_ref().map_or(at, |(q, v, ..)| (t, &q[..], &v[..]));
@@ -113,7 +115,7 @@ impl Loops {
     #[must_use]
     pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
         let particles = !mechanism.description().particles.is_empty();
-        if !mechanism.cut_bars().is_empty() || (mechanism.has_loops() && particles) {
+        if mechanism.has_loops() && particles {
             let rows = IndependentRows::find(mechanism, t, q);
             return Self { rows, rows_at_start: None, rank: None };
         }
@@ -137,7 +139,7 @@ impl Loops {
 }
 
 fn nodal(
-    mechanism: &Mechanism,
+    mechanism: &Rc<Mechanism>,
     system: &SeparableSystem,
     options: &Options,
     solver: Solver,
@@ -146,8 +148,10 @@ fn nodal(
     let (n, newton, lanes) = (mechanism.dim(), options.newton, options.gammas.len());
     let reduced = options.scheme == SchemeKind::Reduced;
     let particles = !mechanism.description().particles.is_empty();
-    if !mechanism.cut_bars().is_empty() || (mechanism.has_loops() && particles) {
-        return Err(SetupError::NeedsReparametrization(options.scheme));
+    if mechanism.has_loops() && particles {
+        let operators = TangentSpace::new(mechanism.clone(), &loops.rows);
+        let d = operators.dof();
+        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
     }
     let d = mechanism.tree().dof() + mechanism.particle_tree().dof();
     let mut recursion = TreeNodal::new(mechanism.tree().clone());

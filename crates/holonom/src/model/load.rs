@@ -24,6 +24,11 @@ pub enum History {
     /// 1 at all times.
     #[default]
     Constant,
+    /// `t/end`: 1 at `end`, and growing beyond.
+    Linear {
+        /// s
+        end: f64,
+    },
     /// 0 before `start`, growing to 1 at `end`, then 1.
     Ramp {
         /// s
@@ -71,6 +76,7 @@ impl History {
         let amplitude = 1.0;
         match self {
             Self::Constant => TimeHistory::Constant { amplitude },
+            &Self::Linear { end } => TimeHistory::Linear { slope: 1.0 / end },
             &Self::Ramp { start, end } => TimeHistory::Ramp { start, end, amplitude },
             &Self::Pulse { start, end } => TimeHistory::Pulse { start, end, amplitude },
             &Self::Triangle { start, peak, end } => {
@@ -91,6 +97,7 @@ impl History {
     pub fn fault(&self) -> Option<String> {
         match self {
             Self::Constant => None,
+            Self::Linear { end } => (*end <= 0.0).then(|| format!("end = {end} must be positive")),
             Self::Ramp { start, end } | Self::Pulse { start, end } => {
                 (start >= end).then(|| format!("start = {start} must be before end = {end}"))
             }

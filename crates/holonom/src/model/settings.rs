@@ -49,6 +49,8 @@ pub enum Scheme {
     EmDalembert,
     /// Energy–momentum scheme, discrete null space with nodal reparametrization.
     EmNodal,
+    /// No motion: the equilibria along the loads, from `t = 0` to the end in steps of the loads' time.
+    Static,
 }
 
 /// What kind of scheme it is.
@@ -58,10 +60,12 @@ pub enum Family {
     Variational(SchemeKind),
     /// Energy–momentum: energy and momentum maps exact, not symplectic.
     EnergyMomentum(EmForm),
+    /// No motion: equilibria.
+    Static,
 }
 
 impl Scheme {
-    /// All schemes.
+    /// All schemes of motion.
     pub const ALL: [Self; 7] = [
         Self::Nodal,
         Self::Constrained,
@@ -83,6 +87,7 @@ impl Scheme {
             Self::EmConstrained => Family::EnergyMomentum(EmForm::Constrained),
             Self::EmDalembert => Family::EnergyMomentum(EmForm::Dalembert),
             Self::EmNodal => Family::EnergyMomentum(EmForm::Nodal),
+            Self::Static => Family::Static,
         }
     }
 
@@ -98,6 +103,7 @@ impl Scheme {
         match self.family() {
             Family::Variational(kind) => kind.name(),
             Family::EnergyMomentum(form) => form.name(),
+            Family::Static => "static",
         }
     }
 }
@@ -200,6 +206,10 @@ pub struct Settings {
     /// What a consistent start may miss a constraint by: m, m/s, rad, rad/s.
     #[serde(default = "start_tolerance")]
     pub start_tolerance: f64,
+    /// Statics: follow the path of equilibria by its arc length, through points where the load has to fall.
+    /// Steps are then lengths of arc: `step/end` of all of the load, or of the size of the system.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub arc_length: bool,
     /// Relative tolerance of Newton's method; 0 iterates to the round-off floor.
     #[serde(default)]
     pub newton_tolerance: f64,
@@ -236,6 +246,7 @@ impl Settings {
             every: one(),
             project_start: false,
             start_tolerance: start_tolerance(),
+            arc_length: false,
             newton_tolerance: 0.0,
             newton_max_iterations: thirty(),
         }

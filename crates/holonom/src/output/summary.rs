@@ -6,6 +6,7 @@ use crate::assembly::is_zero;
 use crate::model::Model;
 use crate::sample::Sample;
 use crate::simulation::{AssemblyReport, RunFailure, RunOutcome};
+use crate::statics::StaticFacts;
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -145,6 +146,9 @@ pub struct Summary {
     pub momentum: MomentumSummary,
     /// Constraint residuals.
     pub constraint_residual: ConstraintSummary,
+    /// What a walk along equilibria was like; absent for motions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub statics: Option<StaticFacts>,
     /// What is worth knowing about the assembly and the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
@@ -241,6 +245,7 @@ impl SummaryBuilder {
             },
             momentum: MomentumSummary { linear: drift(self.linear), angular: drift(self.angular) },
             constraint_residual: ConstraintSummary { position, velocity, momentum },
+            statics: None,
             warnings: assembly.warnings.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         }

@@ -1,6 +1,7 @@
 //! What was measured, in plain sentences.
 
 use crate::output::{Status, Summary};
+use crate::statics::StaticFacts;
 
 /// A measured fact.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,6 +20,11 @@ pub fn counts(summary: &Summary) -> String {
         Status::Done => "",
         Status::Failed => " (failed)",
     };
+    if let Some(statics) = &summary.statics {
+        let found = plural(statics.equilibria, "equilibrium", "equilibria");
+        let freedoms = plural(*dof as u64, "degree of freedom", "degrees of freedom");
+        return format!("{freedoms}; {found} to t = {end_time}{ended}; {scheme}");
+    }
     let freedoms = plural(*dof as u64, "degree of freedom", "degrees of freedom");
     let steps = plural(*steps, "step", "steps");
     format!("{freedoms}; {steps} of {step} s to t = {end_time} s{ended}; {scheme}, order {order}")
@@ -31,6 +37,9 @@ fn plural(count: u64, one: &str, many: &str) -> String {
 /// The facts of a run: constraints, momentum, energy, iterations, time.
 #[must_use]
 pub fn facts(summary: &Summary) -> Vec<Fact> {
+    if let Some(statics) = &summary.statics {
+        return static_facts(summary, statics);
+    }
     let residual = &summary.constraint_residual;
     let energy = &summary.energy;
     let newton = &summary.newton_iterations;
@@ -70,6 +79,30 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
             ),
         ),
     ];
+    facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
+}
+
+fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
+    let halvings = plural(statics.halvings, "step was halved", "steps were halved");
+    let walk = if statics.arc_length { "by arc length" } else { "by steps of the load" };
+    let position = summary.constraint_residual.position.max;
+    let mut facts = vec![
+        ("load path", format!("{walk}, to t = {} at most; {halvings}", statics.largest_time)),
+        ("forces left over", format!("{} at most (N, N·m)", number(statics.max_residual))),
+        ("constraints", format!("met to {}", number(position))),
+        (
+            "Newton iterations",
+            format!(
+                "{:.2} per equilibrium on average, {} at most",
+                summary.newton_iterations.mean, summary.newton_iterations.max
+            ),
+        ),
+        ("time", format!("{} in all", duration(summary.wall_seconds))),
+    ];
+    if statics.neutral {
+        let note = "some direction has none: the equilibrium is not unique along it";
+        facts.insert(1, ("stiffness", note.to_owned()));
+    }
     facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
 }
 

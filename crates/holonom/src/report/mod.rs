@@ -18,7 +18,7 @@ pub use chart::{Axis, Chart, Curve};
 pub use facts::{Fact, counts, facts};
 pub use page::{Figure, page};
 pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
-pub use plots::{Plot, plots};
+pub use plots::{Plot, plots, static_plots};
 pub use sensors::sensor_plots;
 pub use shapes::{caption, shapes};
 
@@ -27,9 +27,14 @@ pub use shapes::{caption, shapes};
 /// # Errors
 /// [`OutputError`] when the files of the run cannot be read, or these cannot be written.
 pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
-    let (summary, trajectory) = (folder.summary()?, folder.read_trajectory(plots::MEMBERS)?);
+    let summary = folder.summary()?;
+    let members = if summary.statics.is_some() { usize::MAX } else { plots::MEMBERS };
+    let trajectory = folder.read_trajectory(members)?;
     let model = folder.model_text();
-    let mut plots = plots(&trajectory);
+    let mut plots = match summary.statics {
+        Some(_) => static_plots(&trajectory),
+        None => plots(&trajectory),
+    };
     if let Some(sensors) = folder.read_sensors()? {
         plots.extend(sensor_plots(&sensors, &model));
     }

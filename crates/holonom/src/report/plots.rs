@@ -47,6 +47,26 @@ pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
     plots
 }
 
+/// All charts of a walk along equilibria: load paths and positions of the members that move most.
+#[must_use]
+pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
+    let curves = Curves { trajectory, t: trajectory.column("t").unwrap_or_default() };
+    let ways = curves.ways();
+    let mut plots = vec![curves.load_path(&ways), curves.potential()];
+    let shown = ways.iter().enumerate();
+    plots.extend(shown.map(|(i, (name, _))| curves.position(i, name, ways.len() > 1)));
+    for plot in &mut plots {
+        if plot.chart.x == Axis::time() {
+            plot.chart.x = Axis::linear("time of the loads", "");
+        }
+        plot.chart.marks = curves.t.len() <= 60;
+    }
+    plots
+}
+
+/// Members whose load paths are drawn.
+const PATHS: usize = 4;
+
 struct Curves<'a> {
     trajectory: &'a Trajectory,
     t: &'a [f64],
@@ -77,6 +97,53 @@ impl Curves<'_> {
                       nothing dissipates or drives."
                 .into(),
             chart: linear("Energy error", "deviation", "J", curves),
+        }
+    }
+
+    /// How far the members that move most are from where they began.
+    fn ways(&self) -> Vec<(&str, Vec<f64>)> {
+        let way = |name: &str| -> Vec<f64> {
+            let axes =
+                ["x", "y", "z"].map(|axis| self.trajectory.column(&format!("{name}.{axis}")));
+            let axes: Vec<&[f64]> = axes.into_iter().flatten().filter(|x| !x.is_empty()).collect();
+            let from = |k: usize, x: &&[f64]| (x[k] - x[0]).powi(2);
+            (0..self.t.len()).map(|k| axes.iter().map(|x| from(k, x)).sum::<f64>().sqrt()).collect()
+        };
+        let mut ways: Vec<(&str, Vec<f64>)> =
+            self.trajectory.members().into_iter().map(|name| (name, way(name))).collect();
+        let farthest = |way: &[f64]| way.iter().copied().fold(0.0, f64::max);
+        ways.sort_by(|a, b| farthest(&b.1).total_cmp(&farthest(&a.1)));
+        ways.truncate(PATHS);
+        ways
+    }
+
+    /// The time of the loads over these ways.
+    fn load_path(&self, ways: &[(&str, Vec<f64>)]) -> Plot {
+        let curve = |(name, way): &(&str, Vec<f64>)| Curve {
+            name: (*name).to_owned(),
+            points: way.iter().copied().zip(self.t.iter().copied()).collect(),
+        };
+        Plot {
+            name: "load_path".into(),
+            caption:
+                "How far the members that move most are from the first equilibrium, and at which \
+                      time of the loads. Where the curve turns back, the load has to fall."
+                    .into(),
+            chart: Chart {
+                title: "Load path".into(),
+                x: Axis::linear("way", "m"),
+                y: Axis::linear("time of the loads", ""),
+                marks: false,
+                curves: ways.iter().map(curve).collect(),
+            },
+        }
+    }
+
+    fn potential(&self) -> Plot {
+        Plot {
+            name: "energy".into(),
+            caption: "Potential energy of elements, springs and weight.".into(),
+            chart: linear("Potential energy", "energy", "J", [self.of("H", "V", false)]),
         }
     }
 

@@ -1,0 +1,302 @@
+//! `scheme = "static"`: the equilibria of a model along its loads.
+//!
+//! ```text
+//! ∇V(q) − f(t, q) + Gᵀ μ = 0,   g(t, q) = 0,        0 ≤ t ≤ end
+//! ```
+//! `t` is the time of the loads: loads and motors with a history and prescribed motions are taken at it. Those
+//! without a history grow in proportion, `t/end` times what is stated, so that with `end = 1` it is the load
+//! factor. The weight is there from the beginning. The start is relaxed to the first equilibrium
+//! ([`vi_beam::relaxation`]); from there on every equilibrium on the way is a row of the trajectory,
+//! also those between the steps that halving needed. With `arc_length = true` the path is followed by its
+//! arc length, through limit points, until `t` first reaches the end.
+
+use crate::assembly::{self, AssemblyReport};
+use crate::beams::Beams;
+use crate::limits::LimitWatch;
+use crate::model::{History, Model, ModelError, Settings};
+use crate::run::Experiment;
+use crate::sample::{Member, Residuals, Sample};
+use crate::sensor::{Sensors, View};
+use crate::simulation::{RunFailure, RunOutcome};
+use crate::system::{self, System};
+use serde::{Deserialize, Serialize};
+use std::io;
+use vi_beam::arc_length::ArcSettings;
+use vi_beam::statics::{Equilibrium, StaticError, StaticProblem, StaticSettings};
+use vi_constraints::Constraints;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_core::momentum_map::Momentum;
+use vi_multibody::mechanism::Mechanism;
+
+/// Equilibria that one walk by arc length may take.
+const MOST: usize = 2000;
+
+/// What the walk along the loads was like.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StaticFacts {
+    /// Equilibria found, the first one included.
+    pub equilibria: u64,
+    /// Steps that were halved.
+    pub halvings: u64,
+    /// Largest force or moment left over in an equilibrium, N or N·m.
+    pub max_residual: f64,
+    /// Largest time of the loads that was reached, s.
+    pub largest_time: f64,
+    /// Whether some direction has no stiffness.
+    pub neutral: bool,
+    /// Whether the path was followed by its arc length.
+    pub arc_length: bool,
+}
+
+/// A model in search of its equilibria.
+pub struct Statics {
+    settings: Settings,
+    assembly: AssemblyReport,
+    members: Vec<Member>,
+    sensors: Sensors,
+    beams: Beams,
+    limits: LimitWatch,
+    problem: StaticProblem,
+    rows: IndependentRows, // with those inside the frames
+    mechanism: Mechanism,
+    facts: StaticFacts,
+    step: u64,
+}
+
+impl Statics {
+    /// Assembles the system of a validated model, whatever its scheme.
+    ///
+    /// # Errors
+    /// [`ModelError`].
+    pub fn new(model: &Model) -> Result<Self, ModelError> {
+        let System { mechanism, dynamics, members, mut sensors, beams, .. } =
+            system::build(&at_rest(model))?;
+        let system = dynamics.variational;
+        let (q, v) = mechanism.start();
+        let pairs = beams.parts.neighbours();
+        let problem = StaticProblem::of_system(system, mechanism.clone(), pairs, (0.0, &q));
+        let internal = 6 * mechanism.description().bodies.len();
+        let chosen: Vec<usize> =
+            (0..internal).chain(problem.rows().rows().iter().copied()).collect();
+        let rows = IndependentRows::choose(mechanism.len(), &chosen);
+        let closure = assembly::closure(&mechanism, &q, &vec![0.0; q.len()]);
+        let mut assembly = assembly::counts(model, (&mechanism, &rows), &beams, closure);
+        if v.iter().any(|v| *v != 0.0) {
+            let note = "the start velocities of the model play no part in statics";
+            assembly.warnings.push(note.into());
+        }
+        sensors.begin(&q);
+        let settings = model.settings.clone();
+        let facts = StaticFacts { arc_length: settings.arc_length, ..StaticFacts::default() };
+        let (limits, step) = (LimitWatch::new(&beams), 0);
+        Ok(Self {
+            settings,
+            assembly,
+            members,
+            sensors,
+            beams,
+            limits,
+            problem,
+            rows,
+            mechanism,
+            facts,
+            step,
+        })
+    }
+
+    /// The problem at its last equilibrium.
+    pub fn problem(&mut self) -> &mut StaticProblem {
+        &mut self.problem
+    }
+
+    /// Walks to the end of the loads without recording anything.
+    ///
+    /// # Errors
+    /// [`RunFailure`].
+    pub fn walk(&mut self) -> Result<(), RunFailure> {
+        let mut ignore = |_: &Sample| Ok(());
+        match Experiment::run(self, &mut ignore, &mut |_, _| {}) {
+            Ok(RunOutcome::Failed(failure)) => Err(failure),
+            _ => Ok(()),
+        }
+    }
+
+    /// The trajectory's row of an equilibrium.
+    fn sample(&mut self, point: &Equilibrium) -> Sample {
+        self.sensors.follow(&point.q);
+        let _ = self.limits.follow(point.factor, &point.q); // what is too far the problem refuses itself
+        self.facts.equilibria += 1;
+        self.facts.max_residual = self.facts.max_residual.max(point.residual);
+        self.facts.largest_time = self.facts.largest_time.max(point.factor);
+        let rest = vec![0.0; point.q.len()];
+        let lambda = &point.multipliers;
+        let view = View { t: point.factor, q: &point.q, v: &rest, lambda };
+        let sample = Sample {
+            step: self.step,
+            t: point.factor,
+            energy: point.potential_energy,
+            hamiltonian: point.potential_energy,
+            momentum: Momentum::default(),
+            residuals: Residuals { position: point.position_residual, ..Residuals::default() },
+            newton_iterations: point.iterations as f64,
+            sensors: self.sensors.read(&self.mechanism, &self.rows, view),
+            q: point.q.clone(),
+        };
+        self.step += 1;
+        sample
+    }
+
+    fn failure(&self, error: &StaticError) -> RunFailure {
+        RunFailure {
+            step: self.step.saturating_sub(1),
+            t: self.problem.factor(),
+            message: error.to_string(),
+            remedy: error.remedy().into(),
+        }
+    }
+
+    /// Steps of the loads, halved where they need it.
+    fn by_steps(
+        &mut self,
+        observe: &mut Observe<'_>,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> io::Result<Result<(), StaticError>> {
+        let steps = self.settings.steps();
+        let settings =
+            StaticSettings { first_step: 1.0, newton: self.newton(), ..StaticSettings::default() };
+        for n in 1..=steps {
+            progress(n, steps);
+            let target = self.settings.end * n as f64 / steps as f64;
+            let walked = self.problem.solve(&[target], &settings);
+            let (path, error) = match walked {
+                Ok(path) => (Some(path), None),
+                Err(error) => (error.path().cloned(), Some(error)),
+            };
+            let path = path.unwrap_or_default();
+            self.facts.halvings += path.halvings as u64;
+            let recorded = n.is_multiple_of(self.settings.every) || n == steps || error.is_some();
+            for point in &path.points {
+                let sample = self.sample(point);
+                if recorded {
+                    observe(&sample)?;
+                }
+            }
+            if let Some(error) = error {
+                return Ok(Err(error));
+            }
+        }
+        Ok(Ok(()))
+    }
+
+    /// The path by its arc length, to the first point where the time of the loads is the end.
+    fn by_arc(
+        &mut self,
+        observe: &mut Observe<'_>,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> io::Result<Result<(), StaticError>> {
+        let end = self.settings.end;
+        let length = self.settings.step / end;
+        let settings = ArcSettings {
+            first_length: 0.2 * length,
+            largest_length: length,
+            full_load: end,
+            newton: vi_core::NewtonSettings { max_iterations: 15, ..self.newton() },
+            ..ArcSettings::default()
+        };
+        let mut walk = self.problem.walk(&settings);
+        for n in 0..MOST {
+            progress(n as u64, MOST as u64);
+            let point = match self.problem.walk_on(&mut walk) {
+                Ok(point) => point,
+                Err(error) => return Ok(Err(error)),
+            };
+            self.facts.halvings = walk.halvings() as u64;
+            if point.factor >= end {
+                let settings =
+                    StaticSettings { newton: self.newton(), ..StaticSettings::default() };
+                return match self.problem.solve(&[end], &settings) {
+                    Ok(path) => {
+                        let last = path.points.last().unwrap_or(&point).clone();
+                        let sample = self.sample(&last);
+                        observe(&sample).map(Ok)
+                    }
+                    Err(error) => Ok(Err(error)),
+                };
+            }
+            let sample = self.sample(&point);
+            observe(&sample)?;
+        }
+        let factor = self.problem.factor();
+        Ok(Err(StaticError::TooLong { factor, equilibria: MOST }))
+    }
+
+    fn newton(&self) -> vi_core::NewtonSettings {
+        let asked = self.settings.newton();
+        vi_core::NewtonSettings { max_iterations: asked.max_iterations.min(25), ..asked }
+    }
+}
+
+type Observe<'a> = dyn FnMut(&Sample) -> io::Result<()> + 'a;
+
+impl Experiment for Statics {
+    fn assembly(&self) -> &AssemblyReport {
+        &self.assembly
+    }
+
+    fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    fn beams(&self) -> &Beams {
+        &self.beams
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.assembly.warnings.iter().cloned().chain(self.limits.warnings()).collect()
+    }
+
+    fn statics(&self) -> Option<StaticFacts> {
+        Some(self.facts)
+    }
+
+    fn run(
+        &mut self,
+        observe: &mut Observe<'_>,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> io::Result<RunOutcome> {
+        let first = match self.problem.settle() {
+            Ok(point) => point,
+            Err(error) => return Ok(RunOutcome::Failed(self.failure(&error))),
+        };
+        self.facts.neutral = self.problem.is_neutral();
+        let sample = self.sample(&first);
+        observe(&sample)?;
+        let walked = if self.settings.arc_length {
+            self.by_arc(observe, progress)?
+        } else {
+            self.by_steps(observe, progress)?
+        };
+        Ok(match walked {
+            Ok(()) => RunOutcome::Done,
+            Err(error) => RunOutcome::Failed(self.failure(&error)),
+        })
+    }
+}
+
+/// The model with loads that grow where they have no history.
+fn at_rest(model: &Model) -> Model {
+    let mut model = model.clone();
+    let end = model.settings.end;
+    let loads = model.loads.iter_mut().map(|load| &mut load.history);
+    let motors = model.joints.iter_mut().filter_map(|joint| joint.motor.as_mut());
+    for history in loads.chain(motors.map(|motor| &mut motor.history)) {
+        if *history == History::Constant {
+            *history = History::Linear { end };
+        }
+    }
+    model
+}

@@ -1,0 +1,291 @@
+//! The discrete reparametrization of any constraints: a step in the tangent space, brought back along the
+//! normals.
+//!
+//! ```text
+//! F_d(u, q_n) = q_n + P u + N ν(u),     g(t_{n+1}, F_d(u, q_n)) = 0              (1)
+//! P = P(q_n), range N = range G(q_n)ᵀ,  [N P] orthogonal by pivoted QR
+//! ν by Newton's method:                 (G N) δ = g,  ν ← ν − δ,                G = G(t_{n+1}, q)
+//! ∂F_d/∂u = P − N (G N)⁻¹ G P           from (1) by the implicit function theorem, at q_{n+1}
+//! ```
+//! For `u = 0` without time in `g` this is `q_n`, and `range ∂F_d/∂u = null G(q_{n+1})`: all that LMO08 (27)
+//! and (28) ask for. The rows of `g` are the independent ones of `q_n`; the columns of `P` are those of the
+//! last node turned into the new tangent space, so that increments of successive steps resemble one
+//! another. Within a step `ν` starts from its linear prediction and is corrected only above round-off: a
+//! correction by round-off alone would stand in the way of the balance, which is met more closely than `g`.
+//!
+//! **Domain.** The map is one-to-one up to the fold at which `G(q_{n+1}) N` loses rank (a quarter turn of a
+//! bar). Each correction must be at most half of the one before: then the point found is the one next to
+//! the tangent space and not another branch; else the step is refused with [`Fault::NoProjection`]. A node
+//! at which the constraints have another rank than at the start is refused with [`Fault::RankChanged`].
+//!
+//! **Cost.** `O(n³)` a step, dense: for small systems, and for those that have no map of their own.
+//!
+//! Letters: `P` null space matrix `n × d`, `N` normals `n × r`, `ν ∈ R^r`, `G` rows of the constraint
+//! Jacobian.
+//!
+//! Source: tangent space parametrization of manifolds, F. A. Potra, J. Yen, Mech. Struct. Mach. 19 (1991);
+//! as a discrete null space method after LMO08 §3.
+#![allow(non_snake_case)] // P, N, G
+
+use crate::constraints::Constraints;
+use crate::null_space::NullSpaceQr;
+use crate::reparametrization::{DenseNewton, NodalOperators, pull_back};
+use crate::saddle_point::IndependentRows;
+use nalgebra::DMatrix;
+use std::rc::Rc;
+use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::interval::Interval;
+use vi_core::linear::{DenseLu, norm_inf};
+use vi_core::newton::{Block, BlockKind, Fault};
+
+/// [`NodalOperators`] of any constraints.
+pub struct TangentSpace<C> {
+    constraints: Rc<C>,
+    blocks: [Block; 1],
+    qr: NullSpaceQr,
+    jacobian: DMatrix<f64>, // m × n
+    rows: Vec<usize>,       // r  constraints enforced
+    P: DMatrix<f64>,        // n × d  of q_n
+    N: DMatrix<f64>,        // n × r  of q_n
+    last: DMatrix<f64>,     // n × d  P of the last node
+    overlap: DMatrix<f64>,  // d × d
+    has_last: bool,
+    refused: Option<Fault>, // at this node
+    has_base: bool,         // ν is known nearby
+    left: DMatrix<f64>,     // n × d  P(q_n), or the tangent of the last step
+    tangent: DMatrix<f64>,  // n × d  ∂F_d/∂u
+    newton: DenseNewton,
+    projection: Projection,
+}
+
+/// Newton's method along the normals.
+struct Projection {
+    g: Vec<f64>,      // m
+    G: DMatrix<f64>,  // r × n
+    GN: DMatrix<f64>, // r × r
+    lu: DenseLu,
+    delta: Vec<f64>,            // r
+    nu: Vec<f64>,               // r
+    along: Vec<f64>,            // n  P u
+    tangent: DMatrix<f64>,      // r × d  (G N)⁻¹ G P = −∂ν/∂u
+    base: (Vec<f64>, Vec<f64>), // u, ν where that is
+}
+
+impl<C: Constraints> TangentSpace<C> {
+    /// For constraints of which `rows` are independent.
+    #[must_use]
+    pub fn new(constraints: Rc<C>, rows: &IndependentRows) -> Self {
+        let (n, m, r) = (constraints.dim(), constraints.len(), rows.len());
+        let d = n - r;
+        let zeros = |i, j| DMatrix::zeros(i, j);
+        Self {
+            constraints,
+            blocks: [Block { kind: BlockKind::Position, range: 0..d, floor: 1e-5 }],
+            qr: NullSpaceQr::new(n, m),
+            jacobian: zeros(m, n),
+            rows: rows.rows().to_vec(),
+            P: zeros(n, d),
+            N: zeros(n, r),
+            last: zeros(n, d),
+            overlap: zeros(d, d),
+            has_last: false,
+            refused: None,
+            has_base: false,
+            left: zeros(n, d),
+            tangent: zeros(n, d),
+            newton: DenseNewton::new(n, d),
+            projection: Projection {
+                g: vec![0.0; m],
+                G: zeros(r, n),
+                GN: zeros(r, r),
+                lu: DenseLu::new(r),
+                delta: vec![0.0; r],
+                nu: vec![0.0; r],
+                along: vec![0.0; n],
+                tangent: zeros(r, d),
+                base: (vec![0.0; d], vec![0.0; r]),
+            },
+        }
+    }
+
+    /// Degrees of freedom `d = n − rank G`.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.P.ncols()
+    }
+
+    /// `P`, `N` and the rows at `(t, q)`.
+    fn split(&mut self, t: f64, q: &[f64]) {
+        self.jacobian.fill(0.0);
+        self.constraints.jacobian(t, q, &mut self.jacobian);
+        let (found, expected) = (self.qr.factorize(&self.jacobian), self.rows.len());
+        self.refused = (found != expected).then_some(Fault::RankChanged { found, expected });
+        self.rows.copy_from_slice(&self.qr.pivots()[..expected]);
+        self.qr.range(&mut self.N);
+        self.qr.null_space(expected, &mut self.P);
+        if self.has_last {
+            // the last columns, projected and made orthonormal again
+            self.overlap.gemm_tr(1.0, &self.P, &self.last, 0.0);
+            self.last.gemm(1.0, &self.P, &self.overlap, 0.0);
+            if orthonormalize(&mut self.last) {
+                self.P.copy_from(&self.last);
+            }
+        }
+        self.last.copy_from(&self.P);
+        self.has_last = true;
+    }
+
+    /// The rows of `G` at `(t, q)`, and `G N`.
+    fn take_normals(&mut self, t: f64, q: &[f64]) {
+        self.jacobian.fill(0.0);
+        self.constraints.jacobian(t, q, &mut self.jacobian);
+        let Projection { G, GN, .. } = &mut self.projection;
+        for (k, &row) in self.rows.iter().enumerate() {
+            G.row_mut(k).copy_from(&self.jacobian.row(row));
+        }
+        GN.gemm(1.0, G, &self.N, 0.0);
+    }
+
+    /// `self.tangent ← ∂F_d/∂u` at the end of `s`.
+    fn take_tangent(&mut self, s: &Interval) -> Result<(), Fault> {
+        self.take_normals(s.t_end(), &s.q1);
+        let Projection { G, GN, tangent, lu, .. } = &mut self.projection;
+        tangent.gemm(1.0, G, &self.P, 0.0);
+        lu.factorize(GN);
+        let r = self.rows.len().max(1);
+        tangent.as_mut_slice().chunks_exact_mut(r).try_for_each(|x| lu.solve_factorized(x))?;
+        self.tangent.copy_from(&self.P);
+        self.tangent.gemm(-1.0, &self.N, tangent, 1.0);
+        Ok(())
+    }
+
+    /// Newton's method along the normals from the `ν` there is; closes the interval.
+    fn project(&mut self, s: &mut Interval) -> Result<(), Fault> {
+        const MAX_ITERATIONS: usize = 50;
+        let scale = norm_inf(&s.q0).max(norm_inf(&self.projection.along));
+        let round_off = 8.0 * f64::EPSILON * scale;
+        let noise = round_off / self.qr.smallest().max(1e-8);
+        let mut last = f64::INFINITY;
+        for _ in 0..MAX_ITERATIONS {
+            self.place(s);
+            let t = s.t_end();
+            self.take_normals(t, &s.q1);
+            let Projection { g, GN, lu, delta, nu, .. } = &mut self.projection;
+            self.constraints.value(t, &s.q1, g);
+            delta.iter_mut().zip(&self.rows).for_each(|(d, &row)| *d = g[row]);
+            lu.solve(GN, delta).map_err(|_| Fault::NoProjection { correction: last })?;
+            let size = norm_inf(delta);
+            let contracts = size <= 0.5 * last;
+            if size <= round_off || (size <= noise && !contracts) {
+                s.close();
+                return Ok(());
+            }
+            if !contracts {
+                return Err(Fault::NoProjection { correction: size });
+            }
+            nu.iter_mut().zip(delta.iter()).for_each(|(nu, d)| *nu -= d);
+            last = size;
+        }
+        Err(Fault::NoProjection { correction: last })
+    }
+
+    /// Writes `s.q1`, `s.dq` from `P u` and `ν`.
+    fn place(&self, s: &mut Interval) {
+        let Projection { along, nu, .. } = &self.projection;
+        s.dq.copy_from_slice(along);
+        for (column, nu) in self.N.column_iter().zip(nu) {
+            s.dq.iter_mut().zip(column.iter()).for_each(|(dq, n)| *dq += n * nu);
+        }
+        for ((q1, q0), dq) in s.q1.iter_mut().zip(&s.q0).zip(&s.dq) {
+            *q1 = q0 + dq;
+        }
+    }
+}
+
+/// Makes columns orthonormal one after the other; `false` when they are not independent enough.
+fn orthonormalize(columns: &mut DMatrix<f64>) -> bool {
+    let n = columns.nrows();
+    for k in 0..columns.ncols() {
+        let (done, rest) = columns.as_mut_slice().split_at_mut(k * n);
+        let own = &mut rest[..n];
+        for other in done.chunks_exact(n) {
+            let along: f64 = other.iter().zip(&*own).map(|(a, b)| a * b).sum();
+            own.iter_mut().zip(other).for_each(|(a, b)| *a -= along * b);
+        }
+        let size = own.iter().map(|a| a * a).sum::<f64>().sqrt();
+        if size.is_nan() || size < 0.1 {
+            return false;
+        }
+        own.iter_mut().for_each(|a| *a /= size);
+    }
+    true
+}
+
+impl<S: MechanicalSystem, C: Constraints> NodalOperators<S> for TangentSpace<C> {
+    fn dof(&self) -> usize {
+        self.P.ncols()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    fn begin(&mut self, _system: &S, s: &Interval, kept: bool) {
+        self.split(s.t, &s.q0);
+        self.has_base = false;
+        // what Newton's method calls small of this is about 50 ε of the configuration
+        self.blocks[0].floor = 1e-5 * norm_inf(&s.q0).max(1e-6);
+        self.left.copy_from(if kept { &self.tangent } else { &self.P });
+    }
+
+    fn keep_tangent(&mut self, _u: &[f64], s: &Interval) -> bool {
+        self.take_tangent(s).is_ok()
+    }
+
+    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        if let Some(fault) = self.refused {
+            return Err(fault);
+        }
+        let Projection { along, nu, tangent, base, .. } = &mut self.projection;
+        along.fill(0.0);
+        for (column, u) in self.P.column_iter().zip(u) {
+            along.iter_mut().zip(column.iter()).for_each(|(a, p)| *a += p * u);
+        }
+        nu.fill(0.0);
+        if self.has_base {
+            nu.copy_from_slice(&base.1);
+            for (column, (u, base)) in tangent.column_iter().zip(u.iter().zip(&base.0)) {
+                nu.iter_mut().zip(column.iter()).for_each(|(nu, t)| *nu -= t * (u - base));
+            }
+            if self.project(s).is_ok() {
+                return Ok(());
+            }
+            self.projection.nu.fill(0.0);
+        }
+        self.project(s)
+    }
+
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
+        pull_back(&self.left, w, out);
+    }
+
+    fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
+        self.take_tangent(s)?;
+        let Projection { base, nu, .. } = &mut self.projection;
+        base.0.copy_from_slice(u);
+        base.1.copy_from_slice(nu);
+        self.has_base = true;
+        self.newton.factorize(system, s, (&self.left, &self.tangent));
+        self.newton.solve(x)
+    }
+
+    fn clean(&mut self, _t: f64, _q: &mut [f64]) {}
+
+    fn noise(&self) -> f64 {
+        1e-9 / self.qr.smallest().clamp(1e-8, 1.0)
+    }
+
+    fn condition(&self) -> Option<f64> {
+        Some(self.newton.condition())
+    }
+}

@@ -1,0 +1,317 @@
+//! `scheme = "static"`: equilibria of model files against closed forms and independent solutions.
+#![allow(clippy::unwrap_used)] // a test
+
+use holonom::model::Model;
+use holonom::run::{Experiment, prepare};
+use holonom::statics::Statics;
+use holonom::{RunOutcome, Sample};
+
+fn text(name: &str) -> String {
+    std::fs::read_to_string(format!(
+        "{}/../../examples/models/{name}.toml",
+        env!("CARGO_MANIFEST_DIR")
+    ))
+    .unwrap()
+}
+
+fn model(text: &str, changes: &[(&str, &str)]) -> Model {
+    let changes: Vec<(String, String)> =
+        changes.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
+    Model::from_toml_with(text, &changes).unwrap()
+}
+
+fn rows(model: &Model) -> (Vec<Sample>, RunOutcome) {
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    let outcome = prepare(model).unwrap().run(&mut observe, &mut |_, _| {}).unwrap();
+    (samples, outcome)
+}
+
+/// The last row of a shipped model with changes.
+fn end_of(name: &str, changes: &[(&str, &str)]) -> Sample {
+    let (samples, outcome) = rows(&model(&text(name), changes));
+    assert_eq!(outcome, RunOutcome::Done);
+    samples.last().unwrap().clone()
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
+#[test]
+fn roll_up_is_the_closed_form_of_the_elements() {
+    let sample = end_of("roll_up", &[]);
+    let (l, moment, bending) = (10.0 / 80.0, 628.3185307179587_f64, 500.0);
+    let theta = 0.5 * (2.0 * moment * l / bending).asin();
+    let (mut point, mut worst) = ([0.0; 3], 0.0_f64);
+    for (k, frame) in sample.q.chunks_exact(12).enumerate() {
+        worst = worst.max(distance(&frame[..3], &point));
+        let (mean, way) = ((k as f64 + 0.5) * theta, l / (0.5 * theta).cos());
+        point = [point[0] + way * mean.cos(), point[1] + way * mean.sin(), 0.0];
+    }
+    println!("roll-up into two circles: nodes off the closed form by {worst:.1e}");
+    assert!(worst < 1e-11, "{worst:e}");
+    let back = distance(&sample.sensors, &[0.0; 3]);
+    assert!(back < 0.2, "the end comes back to the clamp: {back}");
+}
+
+#[test]
+fn cantilevers_tend_to_the_exact_beam_with_order_two() {
+    for (name, beam, exact) in [
+        ("bend_45", "bend", [15.68480053, 47.15043857, 53.47485879]),
+        ("nachbagauer", "beam", [2.0 - 0.15097114423929, 0.71056859785352, 0.0]),
+        ("princeton", "strip", [0.508 - 0.01441182, -0.00897920, 0.10911312]),
+    ] {
+        let key = format!("beam.{beam}.elements");
+        let at = |elements: &str| end_of(name, &[(&key, elements)]).sensors;
+        let found: Vec<Vec<f64>> = ["16", "32", "64"].into_iter().map(at).collect();
+        let errors: Vec<f64> = found.iter().map(|x| distance(x, &exact)).collect();
+        let orders: Vec<f64> = errors.windows(2).map(|e| (e[0] / e[1]).log2()).collect();
+        let limit: Vec<f64> = found[2]
+            .iter()
+            .zip(&found[1])
+            .map(|(fine, coarse)| fine + (fine - coarse) / 3.0)
+            .collect();
+        let left = distance(&limit, &exact) / distance(&exact, &[0.0; 3]);
+        println!("{name}: errors {errors:?}, orders {orders:.3?}, extrapolated off by {left:.1e}");
+        assert!(orders.iter().all(|order| (order - 2.0).abs() < 0.05), "{name}: {orders:?}");
+        assert!(left < 1e-5, "{name}: {limit:?}");
+    }
+}
+
+#[test]
+fn the_right_angle_frame_stands_aside_beyond_its_critical_load() {
+    let (samples, outcome) = rows(&model(&text("right_angle_frame"), &[]));
+    assert_eq!(outcome, RunOutcome::Done);
+    let aside = |t: f64| {
+        let near = |s: &&Sample| (s.t - t).abs() < 1e-9;
+        samples.iter().find(near).unwrap().sensors[2].abs()
+    };
+    println!("aside by {:.1e} m at 1.04 N, {:.1e} m at 1.2 N", aside(1.04), aside(1.2));
+    assert!(aside(1.04) < 1e-4 && aside(1.2) > 0.03);
+}
+
+const ARCH: &str = r#"
+[model]
+name = "two bars"
+
+[[beam]]
+name = "left"
+points = [[-1, 0, 0], [0, 0.25, 0]]
+elements = 2
+normal = [0, 0, 1]
+section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 50, EI2 = 50, GJ = 50, rhoA = 1, rhoI1 = 0.1, rhoI2 = 0.1 }
+
+[[beam]]
+name = "right"
+points = [[0, 0.25, 0], [1, 0, 0]]
+elements = 2
+normal = [0, 0, 1]
+section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 50, EI2 = 50, GJ = 50, rhoA = 1, rhoI1 = 0.1, rhoI2 = 0.1 }
+
+[[joint]]
+name = "foot"
+type = "revolute"
+parent = "ground"
+child = "left.start"
+position = [-1, 0, 0]
+axis = [0, 0, 1]
+
+[[joint]]
+name = "apex"
+type = "revolute"
+parent = "left.end"
+child = "right.start"
+position = [0, 0.25, 0]
+axis = [0, 0, 1]
+
+[[joint]]
+name = "other_foot"
+type = "revolute"
+parent = "ground"
+child = "right.end"
+position = [1, 0, 0]
+axis = [0, 0, 1]
+
+[[load]]
+name = "push"
+body = "left.end"
+force = [0, -100, 0]
+
+[[sensor]]
+name = "height"
+type = "position"
+of = "left.end"
+
+[simulation]
+scheme = "static"
+step = 0.02
+end = 1.0
+"#;
+
+#[test]
+fn an_arch_snaps_through_by_arc_length_and_stops_without() {
+    let rest = (1.0_f64 + 0.0625).sqrt();
+    let exact = |y: f64| 2e4 / rest * (rest / (1.0 + y * y).sqrt() - 1.0) * y;
+    let l = rest.cbrt();
+    let limit = exact((l * l - 1.0).sqrt());
+
+    let (samples, outcome) = rows(&model(ARCH, &[]));
+    let RunOutcome::Failed(failure) = outcome else { panic!("it must stop at the limit point") };
+    println!("t = {}: {}; {}", failure.t, failure.message, failure.remedy);
+    assert!((100.0 * failure.t - limit).abs() < 1e-2 * limit, "limit load {limit}");
+    assert!(failure.remedy.contains("arc_length = true"), "{}", failure.remedy);
+    assert!((samples.last().unwrap().t - failure.t).abs() < 1e-15, "the last equilibrium is a row");
+
+    let (samples, outcome) = rows(&model(ARCH, &[("simulation.arc_length", "true")]));
+    assert_eq!(outcome, RunOutcome::Done);
+    let (mut worst, mut low) = (0.0_f64, 0.0_f64);
+    for sample in &samples {
+        worst = worst.max((100.0 * sample.t - exact(sample.sensors[1])).abs() / limit);
+        low = low.min(sample.t);
+    }
+    let last = samples.last().unwrap();
+    println!(
+        "{} equilibria, off the closed form by {worst:.1e}, load down to {:.2} N, apex ends at {:.4} m",
+        samples.len(),
+        100.0 * low,
+        last.sensors[1]
+    );
+    assert!(worst < 1e-9 && (100.0 * low / limit + 1.0).abs() < 5e-3, "{worst:e}, {low}");
+    assert!(
+        (last.t - 1.0).abs() < 1e-14 && last.sensors[1] < -0.25,
+        "on the far side at full load"
+    );
+}
+
+#[test]
+fn a_closed_cycle_of_the_load_returns() {
+    let cycle = ARCH
+        .replace("[0, -100, 0]", "[10, -30, 0]\nhistory = { type = \"table\", times = [0, 1, 2, 3], values = [0, 1, -1, 0] }")
+        .replace("end = 1.0", "end = 3.0")
+        .replace("step = 0.02", "step = 0.25");
+    let (samples, outcome) = rows(&model(&cycle, &[]));
+    assert_eq!(outcome, RunOutcome::Done);
+    let (first, last) = (&samples[0], samples.last().unwrap());
+    let away = samples.iter().map(|s| distance(&s.q, &first.q)).fold(0.0, f64::max);
+    let back = distance(&last.q, &first.q);
+    println!("load cycle: {away:.2} away, {back:.1e} off on return, energy {:.1e} J", last.energy);
+    assert!(away > 0.05 && back < 1e-12 && last.energy.abs() < 1e-20);
+}
+
+#[test]
+fn pendulums_released_sideways_come_to_hang() {
+    let changes =
+        [("simulation.scheme", "\"static\""), ("simulation.end", "1"), ("simulation.step", "1")];
+    let bob = end_of("pendulum", &changes);
+    let off = distance(&bob.q, &[0.0, -1.0]);
+    println!("point mass: off the vertical by {off:.1e} m");
+    assert!(off < 1e-9, "{:?}", bob.q);
+    // a body on a spherical joint; its spin is neutral
+    let top = end_of("heavy_top", &changes);
+    let off = top.q[0].hypot(top.q[1]);
+    println!("top: off the vertical by {off:.1e} m, at {:.3} m", top.q[2]);
+    assert!(off < 1e-9 && top.q[2] < -0.01, "{:?}", &top.q[..3]);
+}
+
+const DRIVEN: &str = r#"
+[model]
+name = "driven end"
+
+[[beam]]
+name = "beam"
+points = [[0, 0, 0], [1, 0, 0]]
+elements = 16
+normal = [0, 0, 1]
+section = { EA = 1e6, GA1 = 1e6, GA2 = 1e6, EI1 = 10, EI2 = 10, GJ = 10, rhoA = 1, rhoI1 = 1e-4, rhoI2 = 1e-4 }
+start = "clamped"
+
+[[body]]
+name = "slider"
+mass = 1
+inertia = [1, 1, 1]
+position = [1, 0, 0]
+
+[[joint]]
+name = "guide"
+type = "prismatic"
+parent = "ground"
+child = "slider"
+position = [1, 0, 0]
+axis = [0, 1, 0]
+
+[[joint]]
+name = "slot"
+type = "planar"
+parent = "slider"
+child = "beam.end"
+position = [1, 0, 0]
+axis = [0, 1, 0]
+
+[[constraint]]
+name = "drive"
+type = "motion"
+joint = "guide"
+path = { rate = 0.01 }
+
+[[sensor]]
+name = "force"
+type = "reaction"
+of = "slot"
+
+[simulation]
+scheme = "static"
+step = 0.1
+end = 1.0
+"#;
+
+#[test]
+fn a_driven_end_bends_a_beam_as_the_beam_theory_says() {
+    let (samples, outcome) = rows(&model(DRIVEN, &[]));
+    assert_eq!(outcome, RunOutcome::Done);
+    for sample in &samples {
+        // both ends keep their direction: 12 EI w/L³
+        let force = sample.sensors[2]; // along the axis of the joint
+        assert!(
+            (force.abs() - 1.2 * sample.t).abs() <= 0.01 * sample.t + 1e-9,
+            "{force} at {}",
+            sample.t
+        );
+    }
+    println!(
+        "driven end: {:.4} N at 0.01 m, beam theory 1.2 N",
+        samples.last().unwrap().sensors[2]
+    );
+}
+
+#[test]
+fn what_has_no_equilibrium_fails_with_words() {
+    let falling = r#"
+        model = { name = "stone", gravity = [0.0, 0.0, -9.81] }
+        body = [{ name = "stone", mass = 1.0, inertia = [1.0, 1.0, 1.0], position = [0.0, 0.0, 0.0] }]
+        simulation = { scheme = "static", step = 0.1, end = 1.0 }
+    "#;
+    let (samples, outcome) = rows(&model(falling, &[]));
+    let RunOutcome::Failed(failure) = outcome else { panic!("a stone falls") };
+    println!("{}; {}", failure.message, failure.remedy);
+    assert!(
+        samples.is_empty() && failure.message.contains("no equilibrium was found from the start")
+    );
+}
+
+#[test]
+fn the_walk_tells_what_it_found() {
+    let model = model(&text("bend_45"), &[("beam.bend.elements", "8")]);
+    let mut statics = Statics::new(&model).unwrap();
+    statics.walk().unwrap();
+    let facts = statics.statics().unwrap();
+    println!("{facts:?}");
+    assert_eq!((facts.neutral, facts.arc_length), (false, false));
+    assert!(facts.equilibria >= 11 && facts.equilibria <= 11 + 2 * facts.halvings, "{facts:?}");
+    assert!((facts.largest_time - 1.0).abs() < 1e-15 && facts.max_residual < 1e-6);
+    let report = statics.assembly();
+    assert_eq!((report.dof, report.redundant_constraints), (48, 0));
+}
