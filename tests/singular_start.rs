@@ -170,3 +170,71 @@ fn what_decides_no_branch_is_refused() {
     let scheme = refusal([7.0; 2], &format!("{SETTINGS}\nscheme = \"constrained\""));
     assert!(scheme.contains("`nodal`"), "{scheme}");
 }
+
+/// Cranks that a gear keeps parallel.
+const GEAR: &str = "[[constraint]]\ntype = \"gear\"\nname = \"mesh\"\njoints = [\"foot0\", \"foot1\"]\n\
+                    ratio = -1.0\n";
+
+/// A drive that turns the first crank by 7 rad/s.
+const DRIVE: &str = "[[constraint]]\ntype = \"motion\"\nname = \"drive\"\njoint = \"foot0\"\npath = { rate = \
+                     7.0 }\n";
+
+/// A strut of fixed length between the left crank and the coupler: it locks their hinge.
+const STRUT: &str = "[[constraint]]\ntype = \"distance\"\nname = \"strut\"\nfrom = \"crank0\"\nto = \
+                     \"coupler\"\npoint_to = [-0.2, 0.3, 0]\n";
+
+#[test]
+fn a_gear_decides_the_branch_even_at_rest() {
+    for rate in [0.0, 7.0] {
+        let text = linkage(0.0, [rate; 2], 9.81, SETTINGS) + GEAR;
+        let (_, orders) = study(&format!("geared, {rate} rad/s"), &[1e-2, 5e-3, 2.5e-3], |h| {
+            let mut run = Run::new(&text, h, 2);
+            run.until(0.5);
+            let (error, level) = missed(&mut run, (0.0, rate, 9.81));
+            assert!(level < 1e-11 && run.residual() < 1e-13, "{level:e}");
+            error
+        });
+        assert_order(&orders, 2.0, 0.1);
+    }
+}
+
+#[test]
+fn a_driven_flat_start_follows_its_drive() {
+    for scheme in ["nodal", "reduced"] {
+        let settings = format!("{SETTINGS}\nscheme = \"{scheme}\"");
+        let mut run = Run::new(&(linkage(0.0, [7.0; 2], 9.81, &settings) + DRIVE), 1e-2, 2);
+        let report = run.simulation.assembly();
+        assert_eq!(report.dof, 0, "driven through and through");
+        let (mut off, mut level) = (0.0_f64, 0.0_f64);
+        for _ in 0..200 {
+            run.steps(1);
+            let theta = 7.0 * run.t();
+            let (crank, coupler) = (run.coordinates("crank0"), run.coordinates("coupler"));
+            off = off.max((crank[3] - theta.cos()).hypot(crank[4] - theta.sin()));
+            level = level.max(coupler[4].abs());
+        }
+        println!(
+            "{scheme}: 200 driven steps, crank off by {off:.1e}, coupler off level by {level:.1e}"
+        );
+        assert!(off < 1e-12 && level < 1e-9 && run.residual() < 1e-13, "{off:e} {level:e}");
+    }
+}
+
+#[test]
+fn a_strut_that_locks_a_flat_linkage_is_refused() {
+    // a structure, shaky where it is flat: no placement nearby, and no motion
+    let text = linkage(0.0, [0.0; 2], 9.81, SETTINGS) + STRUT;
+    let refused = Simulation::new(&Model::from_toml(&text).unwrap()).err().unwrap().to_string();
+    println!("{refused}");
+    assert!(refused.contains("singular placement"), "{refused}");
+    // not so where it is upright
+    let text = linkage(1.5, [0.0; 2], 9.81, SETTINGS) + STRUT;
+    let mut run = Run::new(&text, 1e-2, 2);
+    assert_eq!(run.simulation.assembly().dof, 0);
+    let start = run.coordinates("coupler");
+    run.steps(100);
+    let moved: f64 =
+        run.coordinates("coupler").iter().zip(&start).map(|(a, b)| (a - b).abs()).sum();
+    println!("the upright structure moves by {moved:.1e}");
+    assert!(moved < 1e-13, "{moved:e}");
+}

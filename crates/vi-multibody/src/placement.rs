@@ -6,6 +6,8 @@
 //! q* :  F_d(u, q_0) with a small random u, then    u ← −J⁺ g_c     until g = 0 (least-norm Newton)
 //! rank = max over q_0 and a few q*
 //! ```
+//! Some of them a moment later, when prescribed motions have moved on; those next to the start along its
+//! velocity belong to the times `t ± ε`.
 //! In a singular placement the null space of `J` has extra columns, and which of them belong to the
 //! motion is not a matter of position. With a velocity along a branch it is the limit of the generic
 //! null space on that branch, taken from both sides:
@@ -28,6 +30,8 @@ use vi_rigid::directors;
 
 /// Size of the random motion, rad and longest lever arms.
 const MOTION: f64 = 1e-3;
+/// A moment in which prescribed motions move on, s.
+const LATER: f64 = 1e-3;
 /// Size of the motion along the velocity.
 const ALONG: f64 = 1e-6;
 /// Relative difference up to which a velocity belongs to a branch.
@@ -74,10 +78,11 @@ impl LoopRank {
         let full: Vec<usize> = loops.clusters.iter().map(Cluster::full_rank).collect();
         let mut joint = String::new();
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
-        for _ in 0..if d > 300 { 1 } else { 3 } {
+        for trial in 0..if d > 300 { 1 } else { 3 } {
             if ranks == full {
                 break;
             }
+            let t = t + if trial == 1 { 0.0 } else { LATER };
             let weights = loops.weights().iter();
             let u: Vec<f64> = weights.map(|s| MOTION * s * random.next()).collect();
             let Some(near) = loops.close(mechanism, (t, &q0), &u) else { continue };
@@ -145,7 +150,7 @@ impl LoopRank {
         let d = rates.len();
         let mut side = |e: f64| {
             let u: Vec<f64> = rates.iter().map(|r| e * r).collect();
-            let near = loops.close(mechanism, (t, q), &u);
+            let near = loops.close(mechanism, (t + e, q), &u);
             let near = near.ok_or_else(|| self.refusal(SingularStart::OffBranch))?;
             if loops.ranks(&near).iter().sum::<usize>() < self.generic {
                 return Err(self.refusal(SingularStart::AtRest)); // the loop itself does not move
@@ -164,7 +169,8 @@ impl LoopRank {
         loops.ranks(q);
         let wide = null_space(&loops.basis());
         let both = &ahead + &behind * (behind.transpose() * &ahead);
-        let null_space = (&wide * (wide.transpose() * both)).qr().q();
+        let projected = &wide * (wide.transpose() * both);
+        let null_space = if projected.is_empty() { projected } else { projected.qr().q() };
         debug_assert_eq!(null_space.shape(), (d, d - self.generic));
         Ok(Departure { null_space, rates })
     }
