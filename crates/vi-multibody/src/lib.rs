@@ -17,7 +17,7 @@
 //! | [`form`] | points and vectors as linear forms in `q`; constraint rows as their products |
 //! | [`joint`] | anchors `ϱ`, axes `n, m_1, m_2`, gap `r` (62), (63) |
 //! | [`pair`] | the kinematic pairs, one file each; the joint table |
-//! | [`mechanism`] | bodies, point masses, joints and bars as one system |
+//! | [`description`], [`mechanism`] | bodies, point masses, joints and bars; the same as one system |
 //! | [`tree`], [`particle`] | sweeps over bodies; point masses on bars |
 //! | [`map`] | `P`, `F_d`, `∂F_d/∂u` of the spanning tree as dense matrices |
 //! | [`articulated`] | the Newton step on trees in linear time |
@@ -43,6 +43,7 @@ pub mod articulated;
 pub mod closed_loop;
 pub mod coordinate;
 pub mod coordinates;
+pub mod description;
 pub mod form;
 pub mod joint;
 pub mod joint_force;

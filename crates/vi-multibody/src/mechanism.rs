@@ -4,95 +4,23 @@
 //! mass. Constraints: six internal ones for each body, LMO08 (56), then the rows of the joints, then
 //! those of the bars. A spanning tree carries the velocity map; joints and bars outside it close loops.
 
+pub use crate::description::{Attachment, Bar, BarEnd, BodySpec, Description, ParticleSpec};
+
 use crate::form::{Form, Row};
 use crate::joint::Joint;
 use crate::pair::{PairKind, screw};
 use crate::particle::ParticleTree;
-use crate::scalar_constraint::{ScalarConstraint, ScalarRow};
+use crate::scalar_constraint::ScalarRow;
 use crate::spanning::{span_bodies, span_particles};
 use crate::tree::Tree;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::momentum_map::Momentum;
 use vi_core::potential::LinearPotential;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{Quadrature, SeparableSystem};
-use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
-
-/// A frame with its start: a rigid body, or a frame whose mass comes from elsewhere (beam nodes).
-#[derive(Clone, Debug, PartialEq)]
-pub struct BodySpec {
-    /// Its name.
-    pub name: String,
-    /// Mass and Euler moments; `None`: no mass of its own.
-    pub body: Option<RigidBody>,
-    /// `φ(0)`, m.
-    pub center: Vector3<f64>,
-    /// Columns `d_1, d_2, d_3` at the start, principal axes of inertia.
-    pub triad: Matrix3<f64>,
-    /// `φ̇(0)`, m/s.
-    pub velocity: Vector3<f64>,
-    /// `ω(0)`, spatial, rad/s.
-    pub omega: Vector3<f64>,
-}
-
-/// A point mass with its start; in the plane the third components are not read.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ParticleSpec {
-    /// Its name.
-    pub name: String,
-    /// Mass, kg.
-    pub mass: f64,
-    /// `x(0)`, m.
-    pub position: Vector3<f64>,
-    /// `ẋ(0)`, m/s.
-    pub velocity: Vector3<f64>,
-}
-
-/// An end of a bar.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum BarEnd {
-    /// A point of the ground.
-    Ground(Vector3<f64>),
-    /// A point mass.
-    Particle(usize),
-}
-
-/// A massless rigid bar.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bar {
-    /// Its name.
-    pub name: String,
-    /// One end.
-    pub from: BarEnd,
-    /// The point mass at the other end.
-    pub to: usize,
-    /// Its length, m.
-    pub length: f64,
-}
-
-/// Everything that makes a mechanism, before springs and loads.
-#[derive(Clone, Debug, Default)]
-pub struct Description {
-    /// 3, or 2 for planar point masses.
-    pub dimension: usize,
-    /// Acceleration of gravity, m/s².
-    pub gravity: Vector3<f64>,
-    /// Rigid bodies.
-    pub bodies: Vec<BodySpec>,
-    /// Point masses.
-    pub particles: Vec<ParticleSpec>,
-    /// Joints between bodies, and to the ground.
-    pub joints: Vec<Joint>,
-    /// Bars between point masses, and to the ground.
-    pub bars: Vec<Bar>,
-    /// Distances, guides, couplings, prescribed motion.
-    pub scalars: Vec<ScalarConstraint>,
-    /// Joints that the spanning tree leaves out: the user's choice of cuts.
-    pub cuts: Vec<usize>,
-}
 
 /// A mechanism: its constraints, its mass matrix, its spanning tree.
 #[derive(Clone, Debug)]
@@ -115,7 +43,7 @@ impl Mechanism {
     /// When a joint or a bar names a member that does not exist.
     #[must_use]
     pub fn new(mut description: Description) -> Self {
-        fit_threads(&mut description);
+        description.fit_threads();
         let bodies = description.bodies.len();
         let mut rows = Vec::new();
         let mut place = |new: Vec<ScalarRow>| {
@@ -128,9 +56,7 @@ impl Mechanism {
         let bar_rows: Vec<_> = description
             .bars
             .iter()
-            .map(|bar| {
-                place(products(vec![Row::distance(&bar_form(&description, bar), bar.length)]))
-            })
+            .map(|bar| place(products(vec![Row::distance(&description.bar_form(bar), bar.length)])))
             .collect();
         let scalar_rows = description.scalars.iter().map(|c| place(c.rows.clone())).collect();
         let (tree, cut_joints) = span_bodies(&description);
@@ -259,7 +185,7 @@ impl Mechanism {
     /// Offset of the coordinates of a point mass.
     #[must_use]
     pub fn particle_offset(&self, k: usize) -> usize {
-        particle_offset(&self.description, k)
+        self.description.particle_offset(k)
     }
 
     /// The constant mass matrix, LMO08 (58), (65), plus what `extra` emits (beam elements).
@@ -358,17 +284,6 @@ impl Mechanism {
     }
 }
 
-/// Where a spring or a sensor is attached.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Attachment {
-    /// A point of the ground.
-    Ground,
-    /// A point of a body.
-    Body(usize),
-    /// A point mass.
-    Particle(usize),
-}
-
 impl Constraints for Mechanism {
     fn dim(&self) -> usize {
         let d = &self.description;
@@ -447,20 +362,6 @@ impl Constraints for Mechanism {
     }
 }
 
-/// Screws hold in the start configuration, wherever their anchors sit along the axis.
-fn fit_threads(description: &mut Description) {
-    let mut q = vec![0.0; 12 * description.bodies.len()];
-    for (body, own) in description.bodies.iter().zip(q.chunks_mut(12)) {
-        directors::set_frame(own, &body.center, &body.triad);
-    }
-    for joint in &mut description.joints {
-        if matches!(joint.kind, PairKind::Screw(_)) {
-            let at = joint.placement(&q);
-            screw::fit_thread(joint, &at);
-        }
-    }
-}
-
 fn joint_rows(joint: &Joint) -> Vec<ScalarRow> {
     let mut rows = products(joint.kind.rows(joint));
     if let PairKind::Screw(pitch) = joint.kind {
@@ -471,18 +372,4 @@ fn joint_rows(joint: &Joint) -> Vec<ScalarRow> {
 
 fn products(rows: Vec<Row>) -> Vec<ScalarRow> {
     rows.into_iter().map(ScalarRow::Product).collect()
-}
-
-pub(crate) fn particle_offset(description: &Description, k: usize) -> usize {
-    12 * description.bodies.len() + description.dimension * k
-}
-
-fn bar_form(description: &Description, bar: &Bar) -> Form {
-    let dimension = description.dimension;
-    let particle = |k| Form::particle(particle_offset(description, k), dimension);
-    let from = match bar.from {
-        BarEnd::Ground(point) => Form::constant(point),
-        BarEnd::Particle(k) => particle(k),
-    };
-    particle(bar.to).minus(&from)
 }

@@ -3,8 +3,8 @@
 //! Breadth first, from the ground on; a component without a joint to the ground hangs on its first
 //! body. Joints that the user cuts never carry a link.
 
+use crate::description::{BarEnd, Description};
 use crate::joint::{FrameId, Joint, Side};
-use crate::mechanism::{BarEnd, Description, particle_offset};
 use crate::pair::PairKind;
 use crate::particle::{Bead, Carrier, ParticleTree};
 use crate::tree::{Link, Tree};
@@ -80,7 +80,7 @@ pub(crate) fn span_particles(
     let mut beads: Vec<Bead> = Vec::new();
     let mut attach = |particle: usize, carrier, length, bead_of: &mut Vec<Option<usize>>| {
         bead_of[particle] = Some(beads.len());
-        let offset = particle_offset(description, particle);
+        let offset = description.particle_offset(particle);
         beads.push(Bead { offset, carrier, length, unknown: 0 });
     };
     let mut queue = VecDeque::new();
