@@ -61,6 +61,39 @@ fn energy_momentum_schemes_are_schemes_like_others() {
 }
 
 #[test]
+fn a_comparison_writes_its_files_and_replaces_none() {
+    let folder = folder("compare");
+    let arguments = ["compare", "pendulum.toml", "--end", "0.5", "--step", "0.01", "--order", "2"];
+    let output = holonom(&folder, &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    assert!(output.stdout.is_empty() && words(&output).contains("em-nodal"));
+    let out = folder.join("pendulum-compare");
+    let expected = ["compare.html", "compare.json", "model.toml"];
+    assert_eq!(files(&out), expected.map(str::to_owned).into());
+    let found: Value =
+        serde_json::from_str(&fs::read_to_string(out.join("compare.json")).unwrap()).unwrap();
+    assert_eq!(found["records"].as_array().unwrap().len(), 7);
+
+    let again = holonom(&folder, &arguments);
+    assert_eq!(again.status.code(), Some(2));
+    assert!(words(&again).contains("add --force"), "{}", words(&again));
+    let forced = [&arguments[..], &["--force", "--json", "--quiet", "--schemes", "nodal,em-nodal"]];
+    let output = holonom(&folder, &forced.concat());
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["records"][1]["scheme"], "em-nodal");
+    assert!(words(&output).is_empty());
+
+    let usage = |more: &[&str]| code(&folder, &[&arguments[..3], &["--force"], more].concat());
+    assert_eq!(usage(&["-1"]), 2, "an end before the start");
+    assert_eq!(usage(&["1", "--order", "3"]), 2);
+    assert_eq!(usage(&["1", "--schemes", "leapfrog"]), 2);
+    assert_eq!(usage(&["1", "--schemes", "nodal,static"]), 2);
+    fs::write(folder.join("bad.toml"), "[model]\n").unwrap();
+    assert_eq!(code(&folder, &["compare", "bad.toml"]), 3);
+}
+
+#[test]
 fn a_run_writes_the_files_of_the_contract() {
     let folder = folder("run");
     let output = holonom(&folder, &["run", "pendulum.toml"]);

@@ -23,6 +23,8 @@ pub(crate) enum Verb {
     Run(Run),
     /// Validate and assemble a model: degrees of freedom, redundant joints, closure
     Check(Check),
+    /// Run all schemes on a model: what each keeps, what it costs, error against time
+    Compare(Compare),
     /// Draw the plots and the report of a finished run again
     Plot(Plot),
     /// Print the JSON schema of model files
@@ -74,6 +76,13 @@ pub(crate) enum Scheme {
     Static,
 }
 
+impl Scheme {
+    /// Its name in model files.
+    pub(crate) fn name(self) -> String {
+        self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+    }
+}
+
 #[derive(Args)]
 pub(crate) struct Run {
     #[command(flatten)]
@@ -116,9 +125,8 @@ pub(crate) struct Run {
 impl Run {
     /// All replacements, the options before the keys, so that `--set` wins.
     pub(crate) fn overrides(&self) -> Vec<(String, String)> {
-        let scheme = self.scheme.and_then(|s| s.to_possible_value());
         let options = [
-            ("scheme", scheme.map(|s| format!("{:?}", s.get_name()))),
+            ("scheme", self.scheme.map(|s| format!("{:?}", s.name()))),
             ("order", self.order.clone()),
             ("step", self.step.map(number)),
             ("end", self.end.map(number)),
@@ -127,6 +135,36 @@ impl Run {
         let given = options.into_iter().filter_map(|(k, v)| Some((format!("simulation.{k}"), v?)));
         given.chain(self.model.set.iter().cloned()).collect()
     }
+}
+
+#[derive(Args)]
+pub(crate) struct Compare {
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
+    /// Folder of the results; by default MODEL-compare in the current directory
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Schemes to compare; all by default
+    #[arg(long, value_name = "S,…", value_delimiter = ',')]
+    pub(crate) schemes: Vec<Scheme>,
+    /// Time steps, s: the first is that of the table; by default that of the model and three halvings
+    #[arg(long, value_name = "H,…", value_delimiter = ',', allow_negative_numbers = true)]
+    pub(crate) step: Vec<f64>,
+    /// End time, s; by default that of the model, but at most 2000 steps
+    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    pub(crate) end: Option<f64>,
+    /// Orders of the variational schemes in error against time
+    #[arg(long, value_name = "K,…", value_delimiter = ',', default_values = ["2", "4", "6"])]
+    pub(crate) order: Vec<u32>,
+    /// Replace the results of an earlier comparison
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print the findings as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
 }
 
 #[derive(Args)]

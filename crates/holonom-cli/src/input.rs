@@ -24,7 +24,12 @@ impl<'a> Input<'a> {
         Self { arguments, overrides, json }
     }
 
-    /// Reads, checks and assembles the model. With `json`, problems go to standard output too.
+    /// Reads and checks the model. With `json`, problems go to standard output too.
+    pub(crate) fn read(self) -> Result<Model, Failure> {
+        self.assemble_as(|_| Ok(())).map(|(model, ())| model)
+    }
+
+    /// The same, and assembles it.
     pub(crate) fn assemble(self) -> Result<(Model, Box<dyn Experiment>), Failure> {
         self.assemble_as(prepare)
     }
@@ -42,6 +47,12 @@ impl<'a> Input<'a> {
             Ok((model, made))
         });
         assembled.or_else(|error| Err(self.invalid(text, error)?))
+    }
+
+    /// A model that could be read and turns out not to run.
+    pub(crate) fn refused(self, error: ModelError) -> Result<Failure, Failure> {
+        let text = model::read_text(&self.arguments.model).unwrap_or_default();
+        self.invalid(text, error)
     }
 
     fn invalid(self, text: String, error: ModelError) -> Result<Failure, Failure> {

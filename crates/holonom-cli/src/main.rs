@@ -6,6 +6,7 @@
 
 mod arguments;
 mod check;
+mod compare;
 mod diagnostic;
 mod examples;
 mod failure;
@@ -41,6 +42,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
     match verb {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Check(arguments) => check::check(&arguments),
+        Verb::Compare(arguments) => compare::compare(&arguments),
         Verb::Plot(arguments) => plot::plot(&arguments),
         Verb::Schema => stdout::json(&holonom::Model::schema()),
         Verb::Examples(arguments) => examples::examples(&arguments),

@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
 }
 
 /// The resolved model must not replace the model that the user wrote.
-fn keep_the_model(model: &Path, resolved: &Path) -> Result<(), Failure> {
+pub(crate) fn keep_the_model(model: &Path, resolved: &Path) -> Result<(), Failure> {
     match (model.canonicalize(), resolved.canonicalize()) {
         (Ok(model), Ok(resolved)) if model == resolved => Err(Failure::Usage {
             message: format!("the results would replace the model {}", model.display()),

@@ -16,6 +16,7 @@
 //! | [`output`] | the files of a run |
 //! | [`report`] | plots and the report page |
 //! | [`run`] | all of it in one call |
+//! | [`compare`](mod@compare) | variational and energy–momentum schemes side by side |
 //! | [`evidence`] | orders, drifts and trends, measured and judged |
 //!
 //! This crate reads and writes files; it knows no terminal. A run in memory:
@@ -121,6 +122,7 @@
 
 mod assembly;
 mod beams;
+pub mod compare;
 mod drive;
 pub mod dynamics;
 pub mod evidence;

@@ -13,8 +13,10 @@
 
 use crate::reparametrization::NodalOperators;
 use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep, solve_step};
+use nalgebra::DMatrix;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
+use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
 use vi_core::predictor::Predictor;
 use vi_core::state::State;
@@ -150,8 +152,15 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
         &self.work.s
     }
 
-    fn condition(&mut self, _system: &S, _constraints: &C) -> Option<Condition> {
-        let number = self.operators.condition()?;
+    /// From the inverse, column by column: the operators may have no matrix. On closed loops the rows of
+    /// closure count among those of the matrix.
+    fn condition(&mut self, system: &S, _constraints: &C) -> Option<Condition> {
+        let d = self.u.len();
+        let mut inverse = DMatrix::identity(d, d);
+        for column in inverse.as_mut_slice().chunks_exact_mut(d.max(1)) {
+            self.operators.solve(system, &self.u, &self.work.s, column).ok()?;
+        }
+        let number = condition_number(&inverse);
         Some(Condition { as_written: number, scaled: number })
     }
 

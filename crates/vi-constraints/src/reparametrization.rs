@@ -13,7 +13,7 @@
 use nalgebra::DMatrix;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::linear::{DenseLu, condition_number};
+use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault};
 use vi_core::sparse::SparseMatrix;
 
@@ -71,8 +71,6 @@ pub trait NodalOperators<S> {
     fn noise(&self) -> f64 {
         1e-9
     }
-    /// Condition number of the last Newton matrix, where there is a matrix.
-    fn condition(&self) -> Option<f64>;
 }
 
 /// The Newton matrix `P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u` as a dense matrix with its factors.
@@ -113,12 +111,6 @@ impl DenseNewton {
     /// [`Fault::SingularTangent`].
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), Fault> {
         Ok(self.lu.solve_factorized(x)?)
-    }
-
-    /// Condition number of the last matrix.
-    #[must_use]
-    pub fn condition(&self) -> f64 {
-        condition_number(&self.matrix)
     }
 }
 
@@ -205,9 +197,5 @@ impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal
 
     fn clean(&mut self, t: f64, q: &mut [f64]) {
         self.map.clean(t, q);
-    }
-
-    fn condition(&self) -> Option<f64> {
-        Some(self.newton.condition())
     }
 }

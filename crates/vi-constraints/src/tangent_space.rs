@@ -284,8 +284,4 @@ impl<S: MechanicalSystem, C: Constraints> NodalOperators<S> for TangentSpace<C> 
     fn noise(&self) -> f64 {
         1e-9 / self.qr.smallest().clamp(1e-8, 1.0)
     }
-
-    fn condition(&self) -> Option<f64> {
-        Some(self.newton.condition())
-    }
 }

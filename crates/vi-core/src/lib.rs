@@ -12,6 +12,7 @@
 //! | [`force`] | discrete Lagrange–d'Alembert forces |
 //! | [`free`] | discrete Euler–Lagrange stepping of unconstrained systems |
 //! | [`newton`], [`predictor`] | the nonlinear solver and its start values |
+//! | [`phase`] | which part of a step is under way, for whoever measures |
 //! | [`linear`], [`sparse`] | factorizations; matrices refilled in place |
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
 //! | [`composition`] | orders 4, 6, 8 |
@@ -33,6 +34,7 @@ pub mod interval;
 pub mod linear;
 pub mod momentum_map;
 pub mod newton;
+pub mod phase;
 pub mod potential;
 pub mod predictor;
 pub mod sparse;

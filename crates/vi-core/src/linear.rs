@@ -3,6 +3,7 @@
 //! Factorizations are faer's. Every answer is checked to be finite: a sparse LU of a singular matrix
 //! may come back without an error and with NaN in it.
 
+use crate::phase::{Phase, within};
 use crate::sparse::SparseMatrix;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting as dense_lu;
@@ -54,14 +55,16 @@ impl DenseLu {
         if n == 0 {
             return;
         }
-        dense_lu::factor::lu_in_place(
-            MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n),
-            &mut self.permutation,
-            &mut self.inverse_permutation,
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-            Default::default(),
-        );
+        within(Phase::Solve, || {
+            dense_lu::factor::lu_in_place(
+                MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n),
+                &mut self.permutation,
+                &mut self.inverse_permutation,
+                Par::Seq,
+                MemStack::new(&mut self.scratch),
+                Default::default(),
+            );
+        });
     }
 
     /// Solves with the last factorization; `b` is overwritten by `x`.
@@ -74,14 +77,16 @@ impl DenseLu {
             return Ok(());
         }
         let lu = MatRef::from_column_major_slice(self.factors.as_slice(), n, n);
-        dense_lu::solve::solve_in_place(
-            lu,
-            lu,
-            PermRef::new_checked(&self.permutation, &self.inverse_permutation, n),
-            MatMut::from_column_major_slice_mut(b, n, 1),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-        );
+        within(Phase::Solve, || {
+            dense_lu::solve::solve_in_place(
+                lu,
+                lu,
+                PermRef::new_checked(&self.permutation, &self.inverse_permutation, n),
+                MatMut::from_column_major_slice_mut(b, n, 1),
+                Par::Seq,
+                MemStack::new(&mut self.scratch),
+            );
+        });
         finite(b)
     }
 }
@@ -118,6 +123,10 @@ impl SparseLu {
     /// # Errors
     /// [`Singular`] when the factorization fails or the answer is not finite.
     pub fn solve(&mut self, a: &SparseMatrix, b: &mut [f64]) -> Result<(), Singular> {
+        within(Phase::Solve, || self.factorize_and_solve(a, b))
+    }
+
+    fn factorize_and_solve(&mut self, a: &SparseMatrix, b: &mut [f64]) -> Result<(), Singular> {
         let n = a.as_sprs().rows();
         let columns = b.len() / n.max(1);
         debug_assert_eq!(b.len(), n * columns);

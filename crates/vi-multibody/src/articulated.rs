@@ -23,6 +23,7 @@ use vi_constraints::NodalOperators;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
+use vi_core::phase::{Phase, within};
 use vi_core::sparse::Entries;
 use vi_rigid::{directors, null_space};
 
@@ -207,7 +208,7 @@ impl Articulated {
         self.keep(u, &s.q1);
         let coupled = self.assemble(system, s);
         debug_assert!(!coupled, "the recursion needs a potential that couples no two bodies");
-        (0..self.links.len()).rev().try_for_each(|k| self.eliminate(k))
+        within(Phase::Solve, || (0..self.links.len()).rev().try_for_each(|k| self.eliminate(k)))
     }
 
     /// Eliminates the joint of link `k`: its `Â` is complete, that of its parent grows.
@@ -319,9 +320,11 @@ impl Articulated {
 
     /// `x ← Dr⁻¹ x` with the last factorization.
     pub fn solve_in_place(&mut self, x: &mut [f64]) {
-        self.rest();
-        (0..self.links.len()).rev().for_each(|k| self.forward(k, x));
-        (0..self.links.len()).for_each(|k| self.backward(k, x));
+        within(Phase::Solve, || {
+            self.rest();
+            (0..self.links.len()).rev().for_each(|k| self.forward(k, x));
+            (0..self.links.len()).for_each(|k| self.backward(k, x));
+        });
     }
 }
 
@@ -397,10 +400,6 @@ impl<S: MechanicalSystem> NodalOperators<S> for TreeNodal {
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
         self.articulated.tree.clean(q);
-    }
-
-    fn condition(&self) -> Option<f64> {
-        None
     }
 }
 

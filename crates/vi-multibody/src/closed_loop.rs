@@ -48,7 +48,6 @@ use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::placement::LoopRank;
 use crate::sparse_nodal::SparseNodal;
-use cluster::Cluster;
 use loops::Loops;
 pub use loops::{longest_arm, with_floors};
 use nalgebra::DMatrix;
@@ -57,8 +56,9 @@ use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::{Constraints, DenseNodal, NodalOperators};
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::linear::{DenseLu, condition_number};
+use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault};
+use vi_core::phase::{Phase, within};
 
 /// What carries the tree: its velocity map and `A`.
 pub enum TreeSolver {
@@ -289,7 +289,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
         self.take_tangent(u, s);
         if let TreeSolver::Recursion = self.solver {
             self.loops.tree.assemble(system, s);
-            solve_by_sweeps(&mut self.loops, &s.q1, x)?;
+            within(Phase::Solve, || solve_by_sweeps(&mut self.loops, &s.q1, x))?;
         } else {
             self.solve_coupled((system, u, s), x)?;
         }
@@ -302,14 +302,5 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
 
     fn noise(&self) -> f64 {
         1e-9 / self.sigma.clamp(1e-8, 1.0)
-    }
-
-    fn condition(&self) -> Option<f64> {
-        Some(match self.solver {
-            TreeSolver::Recursion => {
-                self.loops.clusters.iter().map(Cluster::condition).fold(1.0, f64::max)
-            }
-            _ => condition_number(&self.coupled.complement),
-        })
     }
 }

@@ -29,7 +29,7 @@ pub use reduced_rows::ReducedRows;
 use vi_constraints::NodalOperators;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::linear::{condition_number, norm_inf};
+use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::sparse::Entries;
 
@@ -186,9 +186,5 @@ impl<S: MechanicalSystem> NodalOperators<S> for SparseNodal {
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
         self.layout.clean(q);
-    }
-
-    fn condition(&self) -> Option<f64> {
-        Some(condition_number(&self.matrix.to_dense()))
     }
 }

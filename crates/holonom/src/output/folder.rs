@@ -74,16 +74,32 @@ impl RunFolder {
     /// # Errors
     /// [`OutputError::Occupied`], [`OutputError::Io`].
     pub fn create(path: impl Into<PathBuf>, force: bool) -> Result<Self, OutputError> {
+        let folder = Self::create_for(path, &FILES, force)?;
+        let plots = fs::read_dir(folder.path.join("plots")).into_iter().flatten().flatten();
+        let plots = plots.map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "svg"));
+        for file in plots {
+            fs::remove_file(&file).map_err(|e| at(&file, e))?;
+        }
+        Ok(folder)
+    }
+
+    /// A folder for the given files, created if it does not exist; with `force`, those that are there
+    /// are removed.
+    ///
+    /// # Errors
+    /// [`OutputError::Occupied`], [`OutputError::Io`].
+    pub fn create_for(
+        path: impl Into<PathBuf>,
+        files: &[&str],
+        force: bool,
+    ) -> Result<Self, OutputError> {
         let path = path.into();
-        let present = FILES.iter().find(|file| path.join(file).exists());
+        let present = files.iter().find(|file| path.join(file).exists());
         if let Some(file) = present.filter(|_| !force) {
             return Err(OutputError::Occupied { folder: path, file: (*file).to_owned() });
         }
         fs::create_dir_all(&path).map_err(|e| at(&path, e))?;
-        let plots = fs::read_dir(path.join("plots")).into_iter().flatten().flatten();
-        let plots = plots.map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "svg"));
-        let files = FILES.iter().map(|f| path.join(f)).filter(|f| f.exists());
-        for file in files.chain(plots) {
+        for file in files.iter().map(|f| path.join(f)).filter(|f| f.exists()) {
             fs::remove_file(&file).map_err(|e| at(&file, e))?;
         }
         Ok(Self { path })

@@ -2,7 +2,7 @@
 
 mod chart;
 mod facts;
-mod page;
+pub(crate) mod page;
 mod picture;
 mod plots;
 mod sensors;

@@ -23,13 +23,11 @@ pub struct Figure {
 /// The page of a run, from its summary, its figures and the text of its model.
 #[must_use]
 pub fn page(summary: &Summary, trajectory: &Trajectory, figures: &[Figure], model: &str) -> String {
-    let title = escape(&summary.model);
-    let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n\
-         <title>{title} – holonom</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
-         <h1>{title}</h1>\n<p class=\"counts\">{}</p>\n",
+    let mut html = head(&summary.model);
+    let _ = write!(
+        html,
+        "<h1>{}</h1>\n<p class=\"counts\">{}</p>\n",
+        escape(&summary.model),
         escape(&counts(summary))
     );
     push_failure(&mut html, summary);
@@ -40,14 +38,30 @@ pub fn page(summary: &Summary, trajectory: &Trajectory, figures: &[Figure], mode
     if !model.is_empty() {
         let _ = write!(html, "<h2>Model</h2>\n<pre><code>{}</code></pre>\n", escape(model));
     }
+    foot(&mut html, &summary.version);
+    html
+}
+
+/// Everything before the first heading of a page.
+pub(crate) fn head(title: &str) -> String {
+    let title = escape(title);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n\
+         <title>{title} – holonom</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n"
+    )
+}
+
+/// Everything after the last section of a page.
+pub(crate) fn foot(html: &mut String, version: &str) {
     let _ = write!(
         html,
         "<footer>holonom {}: variational integrators for constrained mechanical systems, after \
          Leyendecker, Marsden &amp; Ortiz, ZAMM 88 (2008) 677–708</footer>\n\
          </main>\n</body>\n</html>\n",
-        escape(&summary.version)
+        escape(version)
     );
-    html
 }
 
 fn push_failure(html: &mut String, summary: &Summary) {
@@ -102,7 +116,7 @@ fn push_plots(html: &mut String, trajectory: &Trajectory, figures: &[Figure]) {
 
 /// A stand-alone SVG as a part of the page: it takes its colours, and tells its title to readers
 /// who do not see it.
-fn inline(svg: &str, title: &str) -> String {
+pub(crate) fn inline(svg: &str, title: &str) -> String {
     let svg =
         svg.replacen("fill=\"#FFFFFF\"", "fill=\"none\"", 1).replace("#1F2937", "currentColor");
     let label = format!("<svg role=\"img\" aria-label=\"{}\" ", escape(title));
@@ -159,7 +173,7 @@ fn push_table(html: &mut String, summary: &Summary) {
 }
 
 /// Text as HTML.
-fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

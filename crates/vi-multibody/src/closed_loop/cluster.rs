@@ -265,9 +265,4 @@ impl Cluster {
     pub(crate) fn gaps(&self) -> &[f64] {
         &self.g
     }
-
-    /// Condition number of the last complement.
-    pub(crate) fn condition(&self) -> f64 {
-        self.complement.condition()
-    }
 }

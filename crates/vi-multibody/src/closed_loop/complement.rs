@@ -12,8 +12,7 @@ use super::echelon::{Echelon, Entry, ROOM};
 use super::path::Paths;
 use crate::articulated::Articulated;
 use crate::pair::Twist;
-use nalgebra::{DMatrix, Vector3};
-use vi_core::linear::condition_number;
+use nalgebra::Vector3;
 use vi_core::newton::Fault;
 
 /// Right-hand sides: the unit twists of the apex, then the closure.
@@ -202,16 +201,5 @@ impl Complement {
         for (&column, entries) in paths.columns.iter().zip(&self.left) {
             x[column] += entries.iter().map(|&(k, value)| multipliers[k] * value).sum::<f64>();
         }
-    }
-
-    /// Condition number of the last `C`, dense.
-    pub(crate) fn condition(&self) -> f64 {
-        let mut C = DMatrix::zeros(self.rank, self.rank);
-        for (i, row) in self.right.iter().enumerate() {
-            for &(column, value) in row {
-                self.left[column].iter().for_each(|&(k, other)| C[(i, k)] += value * other);
-            }
-        }
-        condition_number(&C)
     }
 }

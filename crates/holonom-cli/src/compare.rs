@@ -1,0 +1,80 @@
+//! `holonom compare`: variational and energy–momentum schemes side by side.
+
+use std::path::Path;
+
+use holonom::RunFolder;
+use holonom::compare::{CompareError, Request, compare as compared, page, table};
+use holonom::model::Scheme;
+use holonom::output::OutputError;
+
+use crate::arguments::Compare;
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::run::keep_the_model;
+use crate::{stderr, stdout};
+
+/// Files of a comparison.
+const FILES: [&str; 3] = ["compare.json", "compare.html", "model.toml"];
+
+pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
+    let overrides = arguments.model.set.clone();
+    let model = Input::new(&arguments.model, overrides.clone(), arguments.json).read()?;
+    let schemes = arguments.schemes.iter().map(scheme).collect::<Result<_, _>>()?;
+    let path = &arguments.model.model;
+    let folder = arguments.output.clone().unwrap_or_else(|| default_for(path));
+    keep_the_model(path, &folder.join("model.toml"))?;
+    let folder = RunFolder::create_for(folder, &FILES, arguments.force)?;
+    let request = Request {
+        schemes,
+        steps: arguments.step.clone(),
+        end: arguments.end,
+        orders: arguments.order.clone(),
+        ..Request::default()
+    };
+    let mut progress = |part: &str| {
+        if !arguments.quiet {
+            stderr::line(&format!("  {part}"));
+        }
+    };
+    let comparison = match compared(&model, &request, &mut progress) {
+        Ok(comparison) => comparison,
+        Err(CompareError::Model(error)) => {
+            let input = Input::new(&arguments.model, overrides, arguments.json);
+            return Err(input.refused(error)?);
+        }
+        Err(error) => {
+            let help = "see `holonom compare --help`".into();
+            return Err(Failure::Usage { message: error.to_string(), help });
+        }
+    };
+    let json = serde_json::to_value(&comparison).unwrap_or_default();
+    let name = "compare.html";
+    let html = page::page(&comparison)
+        .map_err(|reason| OutputError::Plot { name: name.to_owned(), reason })?;
+    let files = [
+        folder.write("compare.json", &format!("{json:#}\n"))?,
+        folder.write(name, &html)?,
+        folder.write("model.toml", &model.to_toml())?,
+    ];
+    if !arguments.quiet {
+        stderr::print(&format!("\n{}\nwritten\n", table::text(&comparison)));
+        files.iter().for_each(|file| stderr::line(&format!("  {}", file.display())));
+    }
+    if arguments.json { stdout::json(&json) } else { Ok(()) }
+}
+
+fn scheme(argument: &crate::arguments::Scheme) -> Result<Scheme, Failure> {
+    let name = argument.name();
+    let message = format!("`{name}` steps through no time: it cannot be compared");
+    let help = "leave it out of --schemes".into();
+    let found = Scheme::ALL.into_iter().find(|scheme| scheme.name() == name);
+    found.ok_or(Failure::Usage { message, help })
+}
+
+/// `pendulum-compare` for `…/pendulum.toml`.
+fn default_for(model: &Path) -> std::path::PathBuf {
+    let stem = model.file_stem().filter(|s| !s.is_empty());
+    let mut name = stem.unwrap_or_else(|| "model".as_ref()).to_owned();
+    name.push("-compare");
+    name.into()
+}

@@ -1,0 +1,121 @@
+//! Time of this thread, and where it goes within a step.
+
+use serde::{Deserialize, Serialize};
+use std::cell::Cell;
+use std::time::{Duration, Instant};
+use vi_core::phase::{self, Phase};
+
+/// What the clock counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Clock {
+    /// CPU time of the thread.
+    Cpu,
+    /// Time that passes, where the system has no other.
+    Wall,
+}
+
+#[cfg(unix)]
+fn thread_time() -> Option<Duration> {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Some(Duration::new(time.tv_sec.try_into().ok()?, time.tv_nsec.try_into().ok()?))
+}
+
+#[cfg(not(unix))]
+fn thread_time() -> Option<Duration> {
+    None
+}
+
+impl Clock {
+    /// The clock of this system.
+    #[must_use]
+    pub fn available() -> Self {
+        if thread_time().is_some() { Self::Cpu } else { Self::Wall }
+    }
+}
+
+/// Seconds that `run` takes, with what it returns.
+pub(super) fn timed<T>(run: impl FnOnce() -> T) -> (f64, T) {
+    let (begin, wall) = (thread_time(), Instant::now());
+    let value = run();
+    let seconds = match (begin, thread_time()) {
+        (Some(begin), Some(end)) => (end.saturating_sub(begin)).as_secs_f64(),
+        _ => wall.elapsed().as_secs_f64(),
+    };
+    (seconds, value)
+}
+
+/// Parts of the time of a step; they sum to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Shares {
+    /// Evaluations of the equations.
+    pub residual: f64,
+    /// Newton matrices with null spaces and multipliers.
+    pub assembly: f64,
+    /// Factorizations and solutions of linear systems.
+    pub solve: f64,
+    /// The rest.
+    pub other: f64,
+}
+
+thread_local! {
+    static SPENT: Cell<([Duration; 4], usize)> = const { Cell::new(([Duration::ZERO; 4], 0)) };
+    static SINCE: Cell<Option<Instant>> = const { Cell::new(None) };
+}
+
+fn mark(next: Phase) {
+    let now = Instant::now();
+    let (mut spent, current) = SPENT.get();
+    if let Some(since) = SINCE.get() {
+        spent[current] += now - since;
+    }
+    SPENT.set((spent, next as usize));
+    SINCE.set(Some(now));
+}
+
+/// Where the time of `run` goes, and how many seconds it took.
+pub(super) fn shares<T>(run: impl FnOnce() -> T) -> (Shares, f64, T) {
+    SPENT.set(([Duration::ZERO; 4], Phase::Other as usize));
+    SINCE.set(Some(Instant::now()));
+    phase::observe(Some(mark));
+    let value = run();
+    mark(Phase::Other);
+    phase::observe(None);
+    let (spent, _) = SPENT.get();
+    let total: f64 = spent.iter().map(Duration::as_secs_f64).sum();
+    let part = |phase: Phase| spent[phase as usize].as_secs_f64() / total.max(f64::MIN_POSITIVE);
+    let shares = Shares {
+        residual: part(Phase::Residual),
+        assembly: part(Phase::Assembly),
+        solve: part(Phase::Solve),
+        other: part(Phase::Other),
+    };
+    (shares, total, value)
+}
+
+/// The middle of some numbers; the lower one of two.
+pub(super) fn median(mut numbers: Vec<f64>) -> Option<f64> {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len().checked_sub(1)? / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_sum_to_one_and_follow_the_marks() {
+        let spin = |turns: u64| (0..turns).map(std::hint::black_box).sum::<u64>();
+        let (shares, _, ()) = shares(|| {
+            phase::within(Phase::Assembly, || {
+                spin(300_000);
+                phase::within(Phase::Solve, || spin(300_000));
+            });
+        });
+        let sum = shares.residual + shares.assembly + shares.solve + shares.other;
+        assert!((sum - 1.0).abs() < 1e-12, "{shares:?}");
+        assert!(shares.assembly > shares.residual && shares.solve > shares.residual, "{shares:?}");
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(Vec::new()), None);
+    }
+}
