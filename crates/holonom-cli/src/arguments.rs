@@ -25,6 +25,8 @@ pub(crate) enum Verb {
     Check(Check),
     /// Run all schemes on a model: what each keeps, what it costs, error against time
     Compare(Compare),
+    /// Natural frequencies and shapes about the start or an equilibrium
+    Modes(Modes),
     /// Draw the plots and the report of a finished run again
     Plot(Plot),
     /// Print the JSON schema of model files
@@ -172,6 +174,36 @@ pub(crate) struct Check {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
     /// Print the report as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// About which placement modes are taken.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum At {
+    /// The start as it stands, under the loads at t = 0
+    Start,
+    /// The equilibrium under the loads at the end of the simulation
+    Static,
+}
+
+#[derive(Args)]
+pub(crate) struct Modes {
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
+    /// How many vibrations, softest first; modes without stiffness and unstable ones come besides
+    #[arg(short, long, value_name = "K", default_value_t = 10)]
+    pub(crate) number: usize,
+    /// About which placement
+    #[arg(long, value_enum, default_value_t = At::Start)]
+    pub(crate) at: At,
+    /// Write modes.json, modes.csv and pictures of the shapes into this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace files of an earlier call
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
+    /// Print the modes with their shapes as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -37,7 +37,9 @@ impl Failure {
             Self::Run { failure, files } => {
                 let RunFailure { step, t, message, remedy } = failure;
                 say(&format!("the run failed in step {step}, at t = {t} s: {message}"), remedy);
-                stderr::line("  written so far, all valid:");
+                if !files.is_empty() {
+                    stderr::line("  written so far, all valid:");
+                }
                 files.iter().for_each(|file| stderr::line(&format!("    {}", file.display())));
                 1
             }

@@ -12,6 +12,7 @@ mod examples;
 mod failure;
 mod human;
 mod input;
+mod modes;
 mod plot;
 mod run;
 mod stderr;
@@ -43,6 +44,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Check(arguments) => check::check(&arguments),
         Verb::Compare(arguments) => compare::compare(&arguments),
+        Verb::Modes(arguments) => modes::modes(&arguments),
         Verb::Plot(arguments) => plot::plot(&arguments),
         Verb::Schema => stdout::json(&holonom::Model::schema()),
         Verb::Examples(arguments) => examples::examples(&arguments),

@@ -11,6 +11,7 @@
 //! | [`dynamics`] | what acts, as both families of schemes receive it |
 //! | [`simulation`] | the system of a model, and its run |
 //! | [`statics`] | its equilibria along the loads |
+//! | [`modes`] | natural frequencies and shapes about a placement |
 //! | [`sample`] | what a run delivers at a node |
 //! | [`sensor`] | what its sensors measure there |
 //! | [`output`] | the files of a run |
@@ -129,6 +130,7 @@ pub mod evidence;
 mod limits;
 mod method;
 pub mod model;
+pub mod modes;
 pub mod output;
 pub mod report;
 pub mod run;

@@ -69,8 +69,15 @@ impl Statics {
     /// # Errors
     /// [`ModelError`].
     pub fn new(model: &Model) -> Result<Self, ModelError> {
-        let System { mechanism, dynamics, members, mut sensors, beams, .. } =
-            system::build(&at_rest(model))?;
+        Self::with_loads_as_stated(&growing(model))
+    }
+
+    /// The same with the loads of a motion: those without a history are there at all times.
+    ///
+    /// # Errors
+    /// [`ModelError`].
+    pub fn with_loads_as_stated(model: &Model) -> Result<Self, ModelError> {
+        let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let system = dynamics.variational;
         let (q, v) = mechanism.start();
         let pairs = beams.parts.neighbours();
@@ -102,6 +109,18 @@ impl Statics {
             facts,
             step,
         })
+    }
+
+    /// The members, in the order of their coordinates.
+    #[must_use]
+    pub fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    /// The beams.
+    #[must_use]
+    pub fn beams(&self) -> &Beams {
+        &self.beams
     }
 
     /// The problem at its last equilibrium.
@@ -288,7 +307,7 @@ impl Experiment for Statics {
 }
 
 /// The model with loads that grow where they have no history.
-fn at_rest(model: &Model) -> Model {
+fn growing(model: &Model) -> Model {
     let mut model = model.clone();
     let end = model.settings.end;
     let loads = model.loads.iter_mut().map(|load| &mut load.history);

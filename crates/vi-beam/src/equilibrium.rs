@@ -350,6 +350,24 @@ impl Work {
         Ok(norm_inf(&r[..d]))
     }
 
+    /// Whether the tangent at the last equilibrium is singular to working precision: whether a force
+    /// spread over all directions moves something about `1/ε` times as far as the stiffness would let it.
+    pub(crate) fn is_neutral(&mut self, x: &[f64]) -> bool {
+        const FAR: f64 = 1e13;
+        let (d, mut b) = (self.unknowns(), vec![0.0; x.len()]);
+        if self.evaluate(x, &mut b).is_err() {
+            return false;
+        }
+        self.fill_tangent(x);
+        let diagonal = self.stiffness.diagonal().iter().zip(&self.metric);
+        let stiffest = diagonal.map(|(k, s)| (k / s).abs()).fold(0.0, f64::max);
+        b.fill(0.0);
+        for (k, (b, s)) in b[..d].iter_mut().zip(&self.metric).enumerate() {
+            *b = s.sqrt() * (0.5 + (1.0 + k as f64).sqrt().fract()); // of the size of 1, in no symmetry
+        }
+        self.solve(&mut b).is_err() || self.product(&b, &b).sqrt() * stiffest > FAR
+    }
+
     /// Largest of the forces that balance one another, N.
     pub(crate) fn force_scale(&mut self) -> f64 {
         let (t, q) = (self.t, &self.s.q1);

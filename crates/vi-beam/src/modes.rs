@@ -58,6 +58,8 @@ pub struct Modes {
     pub noise: Vec<f64>,
     /// `|Pᵀw|_∞`, N or N·m: forces that are not in balance; zero at an equilibrium.
     pub unbalanced: f64,
+    /// The largest of the forces that should balance one another, N or N·m.
+    pub applied: f64,
 }
 
 impl Modes {
@@ -81,6 +83,7 @@ impl Modes {
 pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
     let work = &mut problem.work;
     let unbalanced = work.balance(&mut problem.x).map_err(|_| ModeError::NotFinite)?;
+    let applied = work.force_scale();
     let (K, M, layout, columns) = work.tree_matrices();
     let Z = loop_null_space(work, &layout, &columns);
     let reduce = |A: DMatrix<f64>| match &Z {
@@ -104,7 +107,7 @@ pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
     }
     let omega = squared.iter().map(|square| square.max(0.0).sqrt()).collect();
     let noise = found.noise.iter().map(|noise| NOISE * noise).collect();
-    Ok(Modes { squared, omega, noise, shapes, asymmetry, unbalanced })
+    Ok(Modes { squared, omega, noise, shapes, asymmetry, unbalanced, applied })
 }
 
 /// `Z`: null space of the loop constraints in the unknowns of the tree; `None` without loops.

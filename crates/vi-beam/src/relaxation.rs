@@ -49,13 +49,9 @@ impl StaticProblem {
         } else {
             self.relax(&StepBounds::NONE)?
         };
-        // without stiffness somewhere, Newton's method does not stay
-        let here = self.work.s.q0.clone();
-        let still = StepBounds { turn: 1e-3, rotation: 1e-3, travel: 1e-3, ..StepBounds::NONE };
-        let bounds = std::mem::replace(&mut self.bounds, still);
-        self.neutral = self.correct().is_err();
-        self.bounds = bounds;
-        self.work.s.open(0.0, 1.0, &here);
+        self.x[..d].fill(0.0);
+        self.x[d..].copy_from_slice(&self.mu);
+        self.neutral = self.work.is_neutral(&self.x);
         Ok(point)
     }
 

@@ -2,6 +2,7 @@
 
 mod chart;
 mod facts;
+mod mode_shapes;
 pub(crate) mod page;
 mod picture;
 mod plots;
@@ -16,6 +17,7 @@ use crate::output::{OutputError, RunFolder};
 
 pub use chart::{Axis, Chart, Curve};
 pub use facts::{Fact, counts, facts};
+pub use mode_shapes::mode_picture;
 pub use page::{Figure, page};
 pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
 pub use plots::{Plot, plots, static_plots};

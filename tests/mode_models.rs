@@ -1,0 +1,139 @@
+//! Natural frequencies of model files against closed forms.
+#![allow(clippy::unwrap_used)] // a test
+
+use holonom::Model;
+use holonom::modes::{About, Kind, Placement, Report};
+use std::f64::consts::{PI, TAU};
+
+fn modes(text: &str, changes: &[(&str, &str)], about: About, count: usize) -> Report {
+    let changes: Vec<(String, String)> =
+        changes.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
+    let model = Model::from_toml_with(text, &changes).unwrap();
+    Placement::new(&model, about).unwrap().modes(count).unwrap()
+}
+
+fn vibrations(report: &Report) -> Vec<f64> {
+    let of = |kind: Kind| report.modes.iter().filter(move |mode| mode.kind == kind);
+    of(Kind::Vibration).map(|mode| mode.omega).collect()
+}
+
+/// L = 1 m, ρA = 1 kg/m, EI = 1 N·m²; slender: `h/L = 1e-3` in shear, extension and rotary inertia.
+const BEAM: &str = r#"
+[model]
+name = "slender beam"
+
+[[beam]]
+name = "beam"
+points = [[0, 0, 0], [1, 0, 0]]
+elements = 16
+normal = [0, 0, 1]
+section = { EA = 1e6, GA1 = 1e6, GA2 = 1e6, EI1 = 1, EI2 = 1, GJ = 1, rhoA = 1, rhoI1 = 1e-6, rhoI2 = 1e-6 }
+start = "clamped"
+
+[simulation]
+step = 0.01
+end = 1.0
+"#;
+
+#[test]
+fn slender_beams_have_the_frequencies_of_euler_and_bernoulli() {
+    // roots of 1 + cos cosh = 0 and of 1 − cos cosh = 0
+    let roots = [
+        ("\"clamped\"", 0, [1.8751040687119611, 4.694091132974174, 7.854757438237613]),
+        ("\"free\"", 6, [4.730040744862704, 7.853204624095838, 10.995607838001671]),
+    ];
+    for (start, zero, roots) in roots {
+        let found: Vec<Vec<f64>> = ["16", "32", "64"]
+            .into_iter()
+            .map(|n| {
+                let changes = [("beam.beam.start", start), ("beam.beam.elements", n)];
+                let report = modes(BEAM, &changes, About::Start, 6);
+                assert_eq!((report.zero, report.unstable), (zero, 0), "{start} {n}");
+                vibrations(&report)
+            })
+            .collect();
+        for (k, root) in roots.into_iter().enumerate() {
+            let exact: f64 = root * root; // bending about both axes: pairs
+            let errors: Vec<f64> = found.iter().map(|omega| omega[2 * k] / exact - 1.0).collect();
+            let order = (errors[0] / errors[1]).log2();
+            let limit = found[2][2 * k] + (found[2][2 * k] - found[1][2 * k]) / 3.0;
+            let left = limit / exact - 1.0;
+            println!(
+                "start {start}, pair {k}: relative errors {errors:?}, order {order:.3}, \
+                 extrapolated {left:.1e} (shear and rotary inertia: O(1e-6 root²))"
+            );
+            assert!((order - 2.0).abs() < 0.1, "{errors:?}");
+            assert!(left.abs() < 2e-6 * root * root + 3e-5, "{left:e}");
+            let pair = found[2][2 * k + 1] / found[2][2 * k] - 1.0;
+            assert!(pair.abs() < 1e-7, "the section is the same about both axes: {pair:e}");
+        }
+    }
+}
+
+#[test]
+fn a_compressed_column_softens_and_then_is_unstable() {
+    // clamped and free: ω² falls to zero at π²EI/4L² = 2.467 N
+    let loaded = |force: f64| {
+        let load = format!(
+            "{BEAM}\n[[load]]\nname = \"push\"\nbody = \"beam.end\"\nforce = [{}, 0, 0]\n",
+            -force
+        );
+        modes(&load, &[("simulation.scheme", "\"static\"")], About::Static, 2)
+    };
+    let critical = PI * PI / 4.0;
+    let squares: Vec<f64> = [0.2, 0.6, 0.99]
+        .iter()
+        .map(|part| loaded(part * critical).modes[0].omega_squared)
+        .collect();
+    println!("ω² at 0.2, 0.6, 0.99 of the Euler load: {squares:.4?}");
+    assert!(squares[0] > squares[1] && squares[1] > squares[2] && squares[2] > 0.0);
+    let rest = 1.8751040687119611_f64.powi(4);
+    assert!(squares[2] < 0.03 * rest, "nearly no stiffness left");
+    let beyond = loaded(1.05 * critical);
+    let growth = beyond.modes[0].growth;
+    println!("at 1.05 of it: {} unstable, growth {growth:.4} 1/s", beyond.unstable);
+    assert!(beyond.unstable == 2 && growth > 0.0);
+}
+
+#[test]
+fn a_pendulum_and_a_chain_swing_as_they_must() {
+    let shipped = |name: &str| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/models");
+        std::fs::read_to_string(format!("{folder}/{name}.toml")).unwrap()
+    };
+    let report = modes(&shipped("pendulum"), &[], About::Static, 5);
+    let error = report.modes[0].omega / 9.81_f64.sqrt() - 1.0;
+    println!("pendulum of 1 m: {:.9} Hz, relative error {error:.1e}", report.modes[0].frequency);
+    assert!(report.dof == 1 && error.abs() < 1e-12);
+    assert!((report.modes[0].frequency * TAU - report.modes[0].omega).abs() < 1e-15);
+    let start = modes(&shipped("pendulum"), &[], About::Start, 5);
+    assert!(start.warnings[0].contains("no equilibrium"), "{:?}", start.warnings);
+    assert_eq!((start.zero, start.unstable), (1, 0), "level with its pivot nothing resists");
+
+    // two masses on three springs between walls: ω² = k/m, 3 k/m along the line
+    let chain = r#"
+        model = { name = "two masses" }
+        body = [
+            { name = "a", mass = 2.0, inertia = [1.0, 1.0, 1.0], position = [1.0, 0.0, 0.0] },
+            { name = "b", mass = 2.0, inertia = [1.0, 1.0, 1.0], position = [2.0, 0.0, 0.0] },
+        ]
+        joint = [
+            { name = "ja", type = "prismatic", parent = "ground", child = "a", position = [1.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0] },
+            { name = "jb", type = "prismatic", parent = "ground", child = "b", position = [2.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0] },
+        ]
+        spring = [
+            { name = "s1", from = "ground", to = "a", stiffness = 30.0, natural_length = 1.0 },
+            { name = "s2", from = "a", to = "b", stiffness = 30.0, natural_length = 1.0 },
+            { name = "s3", from = "b", to = "ground", point_to = [3.0, 0.0, 0.0], stiffness = 30.0, natural_length = 1.0 },
+        ]
+        simulation = { step = 0.01, end = 1.0 }
+    "#;
+    let report = modes(chain, &[], About::Start, 5);
+    println!("two masses: {:?}", vibrations(&report));
+    for (mode, exact) in report.modes.iter().zip([15.0, 45.0]) {
+        assert!((mode.omega_squared / exact - 1.0).abs() < 1e-13);
+        let ends = [mode.shape[0].translation[0], mode.shape[1].translation[0]];
+        assert!((ends[0].abs() - 1.0).abs() < 1e-12 && (ends[1].abs() - 1.0).abs() < 1e-12);
+        assert_eq!(ends[0] * ends[1] > 0.0, exact < 20.0, "in phase, then against each other");
+    }
+}
