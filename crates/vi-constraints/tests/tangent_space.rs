@@ -306,43 +306,68 @@ fn steps_across_the_fold_are_refused() {
     assert_eq!(refused.remedy(), "reduce the time step");
 }
 
+/// A parallelogram of three bars over the ground points 0 and 1.
+#[derive(Clone)]
+struct Parallelogram(Bars);
+
+impl Constraints for Parallelogram {
+    fn dim(&self) -> usize {
+        4
+    }
+    fn len(&self) -> usize {
+        3
+    }
+    fn value(&self, t: f64, q: &[f64], out: &mut [f64]) {
+        self.0.value(t, q, &mut out[..2]);
+        out[2] = 0.5 * ((q[2] - 1.0).powi(2) + q[3] * q[3] - 0.25);
+    }
+    fn jacobian(&self, t: f64, q: &[f64], out: &mut dyn Entries) {
+        self.0.jacobian(t, q, out);
+        out.add(2, 2, q[2] - 1.0);
+        out.add(2, 3, q[3]);
+    }
+    fn second_derivative(&self, t: f64, q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]) {
+        self.0.second_derivative(t, q, v, w, &mut out[..2]);
+        out[2] = v[2] * w[2] + v[3] * w[3];
+    }
+}
+
+/// Cranks at the angle `theta` with rate `rate`, masses at their ends.
+fn parallelogram(theta: f64, rate: f64) -> Case<Parallelogram> {
+    let (y, x) = (0.5 * theta.sin(), 0.5 * theta.cos());
+    let bars = vec![(None, 0, 0.5), (Some(0), 1, 1.0)];
+    Case {
+        name: "parallelogram",
+        constraints: Parallelogram(Bars { dim: 2, points: 2, bars }),
+        masses: vec![1.0, 1.0, 3.0, 3.0],
+        force: vec![0.0, -9.81, 0.0, -3.0 * 9.81],
+        q: vec![x, y, 1.0 + x, y],
+        v: vec![-rate * y, rate * x, -rate * y, rate * x],
+    }
+}
+
 #[test]
 fn a_flat_start_is_refused_when_the_rank_appears() {
-    // a parallelogram of three bars over the ground points 0 and 1, stretched out
-    #[derive(Clone)]
-    struct Flat(Bars);
-    impl Constraints for Flat {
-        fn dim(&self) -> usize {
-            4
-        }
-        fn len(&self) -> usize {
-            3
-        }
-        fn value(&self, t: f64, q: &[f64], out: &mut [f64]) {
-            self.0.value(t, q, &mut out[..2]);
-            out[2] = 0.5 * ((q[2] - 1.0).powi(2) + q[3] * q[3] - 0.25);
-        }
-        fn jacobian(&self, t: f64, q: &[f64], out: &mut dyn Entries) {
-            self.0.jacobian(t, q, out);
-            out.add(2, 2, q[2] - 1.0);
-            out.add(2, 3, q[3]);
-        }
-        fn second_derivative(&self, t: f64, q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]) {
-            self.0.second_derivative(t, q, v, w, &mut out[..2]);
-            out[2] = v[2] * w[2] + v[3] * w[3];
-        }
-    }
-    let bars = vec![(None, 0, 0.5), (Some(0), 1, 1.0)];
-    let case = Case {
-        name: "flat",
-        constraints: Flat(Bars { dim: 2, points: 2, bars }),
-        masses: vec![1.0; 4],
-        force: vec![0.0; 4],
-        q: vec![0.5, 0.0, 1.5, 0.0],
-        v: vec![0.0, 1.0, 0.0, 1.0],
-    };
-    let mut run = case.run(Options::new(SchemeKind::Nodal, 0.01));
+    let mut run = parallelogram(0.0, 2.0).run(Options::new(SchemeKind::Nodal, 0.01));
     let error = (0..3).find_map(|_| run.step().err()).expect("the third bar is not enforced");
     println!("{error}");
     assert!(error.to_string().contains("rank 3 here and rank 2 at the start"), "{error}");
+}
+
+#[test]
+fn flat_positions_are_passed_on_the_branch_of_the_motion() {
+    // turning over through both flat positions, swinging through one, and almost at rest in it
+    for (theta, rate) in [(1.5_f64, 12.0), (0.3, 0.0), (1e-3, 0.0)] {
+        for scheme in [SchemeKind::Dalembert, SchemeKind::Nodal, SchemeKind::Reduced] {
+            let mut run = parallelogram(theta, rate).run(Options::new(scheme, 0.01));
+            let mut level = 0.0_f64;
+            for _ in 0..500 {
+                run.step().unwrap();
+                let q = &run.state().q;
+                level = level.max((q[1] - q[3]).abs());
+            }
+            println!("from {theta} at {rate} rad/s, {scheme:?}: coupler off level by {level:.1e}");
+            assert!(level < 1e-10, "{level:e}");
+        }
+    }
 }
