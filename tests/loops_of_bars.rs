@@ -4,6 +4,7 @@
 mod benchmark;
 
 use benchmark::{Run, assert_order, study};
+use holonom::{Model, Simulation};
 use nalgebra::Vector3;
 
 /// A tetrahedron of bars that hangs by one more bar, and a swinging chain of two bars at its corner.
@@ -187,5 +188,29 @@ fn positions_converge_with_the_nominal_order() {
             let (_, orders) = study(&what, &steps, |h| (place(h, nominal) - fine).norm());
             assert_order(&orders, f64::from(nominal), 0.5);
         }
+    }
+}
+
+#[test]
+fn a_flat_start_is_refused() {
+    let flat = r#"
+        model = { name = "flat", dimension = 2, gravity = [0, -9.81] }
+        simulation = { step = 0.01, end = 1.0 }
+        particle = [
+          { name = "a", mass = 1.0, position = [0.5, 0.0] },
+          { name = "b", mass = 1.0, position = [1.5, 0.0] },
+        ]
+        bar = [
+          { name = "left", from = "ground", point = [0, 0], to = "a" },
+          { name = "top", from = "a", to = "b" },
+          { name = "right", from = "ground", point = [1, 0], to = "b" },
+        ]
+    "#;
+    for scheme in ["constrained", "dalembert", "nodal", "reduced"] {
+        let overrides = [("simulation.scheme".to_owned(), scheme.to_owned())];
+        let model = Model::from_toml_with(flat, &overrides).unwrap();
+        let refused = Simulation::new(&model).err().unwrap().to_string();
+        println!("{refused}");
+        assert!(refused.contains("rank 2 there and rank 3 next to it"), "{refused}");
     }
 }

@@ -199,6 +199,9 @@ pub(crate) fn refusal(error: &SetupError, settings: &Settings) -> ModelError {
             unsupported("simulation.project_start", "correct the positions of the start")
         }
         SetupError::DissipativeComposition => unsupported("simulation.order", "write order = 2"),
+        SetupError::RankAtStart { .. } => {
+            unsupported("simulation.scheme", "move a point mass or a body off by a little")
+        }
         SetupError::SingularStart { joint, reason } => {
             let help = match reason {
                 SingularStart::Scheme => "write scheme = \"nodal\"",

@@ -87,7 +87,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         let constraints = Rc::new(constraints);
         let (n, m) = (constraints.dim(), constraints.len());
         check_shapes(&system, &*constraints, at)?;
-        let rows = IndependentRows::find(&*constraints, at.0, at.1);
+        let rows = IndependentRows::find_generic(&*constraints, at.0, at.1)?;
         let lanes = options.gammas.len();
         let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
             SchemeKind::Constrained => {

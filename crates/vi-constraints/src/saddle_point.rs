@@ -10,7 +10,8 @@
 
 use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
-use vi_core::linear::{Singular, SparseLu};
+use nalgebra::{DMatrix, DVector};
+use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 
 const DROPPED: usize = usize::MAX;
@@ -45,11 +46,32 @@ impl IndependentRows {
     #[must_use]
     pub fn find(constraints: &impl Constraints, t: f64, q: &[f64]) -> Self {
         let (n, m) = (constraints.dim(), constraints.len());
-        let mut g = nalgebra::DMatrix::zeros(m, n);
+        let mut g = DMatrix::zeros(m, n);
         constraints.jacobian(t, q, &mut g);
         let mut qr = NullSpaceQr::new(n, m);
         let rank = qr.factorize(&g);
         Self::choose(m, &qr.pivots()[..rank])
+    }
+
+    /// The same, unless more are independent in placements nearby: then `(t, q)` is singular, and the rank
+    /// nearby is the error. With more than 150 coordinates nothing is compared.
+    ///
+    /// # Errors
+    /// The rank nearby.
+    pub fn find_generic(
+        constraints: &impl Constraints,
+        t: f64,
+        q: &[f64],
+    ) -> Result<Self, RankNearby> {
+        const MOST: usize = 150;
+        let rows = Self::find(constraints, t, q);
+        if rows.len() == constraints.len().min(q.len()) || q.len() > MOST {
+            return Ok(rows);
+        }
+        match rank_nearby(constraints, t, q) {
+            nearby if nearby > rows.len() => Err(RankNearby { at_start: rows.len(), nearby }),
+            _ => Ok(rows),
+        }
     }
 
     /// The chosen constraints, ascending.
@@ -111,6 +133,55 @@ impl IndependentRows {
     ) {
         emit(&mut Selected { rows: self, place, out });
     }
+}
+
+/// A placement in which fewer constraints are independent than next to it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RankNearby {
+    /// Rank in the placement.
+    pub at_start: usize,
+    /// Rank in placements nearby.
+    pub nearby: usize,
+}
+
+/// The largest rank of `G` in two placements next to `q`, which scattered points are drawn to by
+/// least-norm Newton corrections.
+fn rank_nearby(constraints: &impl Constraints, t: f64, q: &[f64]) -> usize {
+    const MOTION: f64 = 1e-3; // relative to the largest coordinate
+    const CLEAR: f64 = 1e-7; // relative size of a singular value that counts there
+    let (n, m) = (constraints.dim(), constraints.len());
+    let scale = norm_inf(q).max(1e-3);
+    let mut jacobian = DMatrix::zeros(m, n);
+    let mut g = DVector::zeros(m);
+    let mut largest = 0;
+    for trial in 0..2 {
+        let scattered = |(i, q): (usize, &f64)| {
+            q + MOTION * scale * (2.0 * (13.7 * (i + 1 + 31 * trial) as f64).sin().fract())
+        };
+        let mut near = DVector::from_iterator(n, q.iter().enumerate().map(scattered));
+        for _ in 0..8 {
+            constraints.value(t, near.as_slice(), g.as_mut_slice());
+            jacobian.fill(0.0);
+            constraints.jacobian(t, near.as_slice(), &mut jacobian);
+            let step = jacobian.clone().svd(true, true).solve(&g, 1e-12 * jacobian.amax());
+            step.iter().for_each(|step| near -= step);
+        }
+        constraints.value(t, near.as_slice(), g.as_mut_slice());
+        let apart = near.iter().zip(q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let closed = norm_inf(g.as_slice()) <= 1e-12 * (1.0 + scale * scale);
+        if !closed || apart > 30.0 * MOTION * scale {
+            continue;
+        }
+        jacobian.fill(0.0);
+        constraints.jacobian(t, near.as_slice(), &mut jacobian);
+        for mut row in jacobian.row_iter_mut() {
+            let size = row.norm();
+            row.scale_mut(if size > 0.0 { 1.0 / size } else { 1.0 });
+        }
+        let values = jacobian.singular_values();
+        largest = largest.max(values.iter().filter(|v| **v > CLEAR * values.max()).count());
+    }
+    largest
 }
 
 /// Where a constraint Jacobian goes in a larger matrix.

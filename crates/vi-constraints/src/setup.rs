@@ -1,6 +1,7 @@
 //! What an integration is set up with, and why it may be refused.
 
 use crate::initialization::StartError;
+use crate::saddle_point::RankNearby;
 use crate::scheme::SchemeKind;
 use vi_core::composition::Composition;
 use vi_core::newton::NewtonSettings;
@@ -57,6 +58,18 @@ pub enum SetupError {
         /// Why that is in the way.
         reason: SingularStart,
     },
+    /// The start is a placement in which fewer constraints are independent than next to it: some would
+    /// not be enforced.
+    #[error(
+        "the start is a singular placement: the constraints have rank {at_start} there and rank \
+         {nearby} next to it"
+    )]
+    RankAtStart {
+        /// Rank at the start.
+        at_start: usize,
+        /// Rank in placements nearby.
+        nearby: usize,
+    },
     /// Shapes do not match.
     #[error("{what} has {found} entries where {expected} are needed")]
     Shape {
@@ -67,6 +80,12 @@ pub enum SetupError {
         /// The right length.
         expected: usize,
     },
+}
+
+impl From<RankNearby> for SetupError {
+    fn from(RankNearby { at_start, nearby }: RankNearby) -> Self {
+        Self::RankAtStart { at_start, nearby }
+    }
 }
 
 /// What keeps a motion from leaving a singular placement.

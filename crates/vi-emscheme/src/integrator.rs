@@ -374,7 +374,7 @@ impl EmIntegrator<Mechanism> {
         at: Start<'_>,
     ) -> Result<Self, EmSetupError> {
         check(&system, &mechanism, options, at)?;
-        let loops = Loops::find(&mechanism, at.0, at.1);
+        let loops = Loops::find(&mechanism, at.0, at.1).map_err(EmSetupError::Singular)?;
         if loops.rows_at_start.is_some() && options.form != EmForm::Nodal {
             return Err(EmSetupError::Singular(loops.refusal(SingularStart::Scheme)));
         }

@@ -64,7 +64,7 @@ pub fn integrator(
 ) -> Result<MechanismIntegrator, SetupError> {
     let (t, q, v) = at;
     let mechanism = Rc::new(mechanism);
-    let loops = Loops::find(&mechanism, t, q);
+    let loops = Loops::find(&mechanism, t, q)?;
     let rows = loops.rows.clone();
     // a singular start is made consistent with the constraints that are independent there
     let mut moved = None;
@@ -112,20 +112,22 @@ pub struct Loops {
 
 impl Loops {
     /// Looks at the start `(t, q)` of a mechanism.
-    #[must_use]
-    pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
+    ///
+    /// # Errors
+    /// [`SetupError::RankAtStart`] where bars, or loops beside point masses, lose rank.
+    pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Result<Self, SetupError> {
         let particles = !mechanism.description().particles.is_empty();
         if mechanism.has_loops() && particles {
-            let rows = IndependentRows::find(mechanism, t, q);
-            return Self { rows, rows_at_start: None, rank: None };
+            let rows = IndependentRows::find_generic(mechanism, t, q)?;
+            return Ok(Self { rows, rows_at_start: None, rank: None });
         }
         if !mechanism.has_loops() {
             let rows = IndependentRows::all(mechanism.len());
-            return Self { rows, rows_at_start: None, rank: None };
+            return Ok(Self { rows, rows_at_start: None, rank: None });
         }
         let rank = LoopRank::find(mechanism, t, q);
         let rows_at_start = rank.is_singular().then(|| rank.rows_at_start(mechanism));
-        Self { rows: rank.rows(mechanism), rows_at_start, rank: Some(rank) }
+        Ok(Self { rows: rank.rows(mechanism), rows_at_start, rank: Some(rank) })
     }
 
     /// The refusal of a singular start.
