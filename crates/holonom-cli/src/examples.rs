@@ -43,6 +43,11 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "nachbagauer",
     "princeton",
     "right_angle_frame",
+    "elbow_cantilever",
+    "rotating_strip",
+    "flexible_multibody",
+    "elastic_ring",
+    "flexible_four_bar",
 ];
 
 pub(crate) fn examples(arguments: &Examples) -> Result<(), Failure> {

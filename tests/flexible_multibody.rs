@@ -1,0 +1,89 @@
+//! Bodies and beams joined and free in space: momentum maps are constant to round-off and the energy stays in
+//! a band, for as long as one likes.
+#![allow(clippy::unwrap_used)] // a test
+
+mod benchmark;
+
+use benchmark::Run;
+use nalgebra::Vector3;
+
+const MULTIBODY: &str = include_str!("../examples/models/flexible_multibody.toml");
+const RING: &str = include_str!("../examples/models/elastic_ring.toml");
+
+/// After the pulse: drifts of linear and angular momentum, and the range of the energy in both halves of
+/// `steps` steps, observed every `every` steps.
+fn free_flight(run: &mut Run, steps: usize, every: usize) -> ([f64; 2], [(f64, f64); 2]) {
+    let start = run.momentum();
+    let mut drift = [0.0_f64; 2];
+    let mut bands = [(f64::INFINITY, f64::NEG_INFINITY); 2];
+    let count = steps / every;
+    for k in 0..count {
+        run.steps(every);
+        let energy = run.energy();
+        let band = &mut bands[2 * k / count];
+        *band = (band.0.min(energy), band.1.max(energy));
+        for (drift, (now, start)) in drift.iter_mut().zip(run.momentum().iter().zip(&start)) {
+            *drift = drift.max((now - start).amax());
+        }
+    }
+    (drift, bands)
+}
+
+fn report(what: &str, steps: usize, drift: [f64; 2], bands: [(f64, f64); 2]) {
+    println!(
+        "{what}, {steps} steps: momentum drifts by {:.1e} (linear) and {:.1e} (angular); energy in [{:.7}, {:.7}], \
+         then in [{:.7}, {:.7}] J",
+        drift[0], drift[1], bands[0].0, bands[0].1, bands[1].0, bands[1].1
+    );
+}
+
+/// The pulse gives what its history says, and then nothing is lost.
+fn multibody(steps: usize, every: usize) -> ([f64; 2], [(f64, f64); 2]) {
+    let mut run = Run::new(MULTIBODY, 0.002, 2);
+    let stiffness = run.simulation.assembly().stiffness.clone().unwrap();
+    assert!(stiffness.h_omega_max < 1.0, "{stiffness:?}");
+    run.until(0.5);
+    let [linear, _] = run.momentum();
+    assert!((linear - Vector3::new(1.0, 0.5, 0.25)).amax() < 1e-13, "{linear}");
+    let (drift, bands) = free_flight(&mut run, steps, every);
+    report("flexible multibody", steps, drift, bands);
+    assert!(run.residual() < 1e-13);
+    (drift, bands)
+}
+
+#[test]
+fn nothing_is_lost_after_the_pulse() {
+    let (drift, bands) = multibody(4000, 10);
+    assert!(drift[0] < 1e-13 && drift[1] < 1e-12, "{drift:?}");
+    assert!(bands.iter().all(|band| band.1 - band.0 < 1e-4 * band.1), "{bands:?}");
+}
+
+/// As above over 10⁵ steps: a minute.
+#[test]
+#[ignore = "a minute; run with --ignored"]
+fn nothing_is_lost_in_a_hundred_thousand_steps() {
+    let (drift, bands) = multibody(100_000, 50);
+    assert!(drift[0] < 1e-12 && drift[1] < 2e-12, "{drift:?}");
+    let [first, second] = bands.map(|band| (0.5 * (band.0 + band.1), band.1 - band.0));
+    println!(
+        "energy: middle of the band moves by {:.1e} of its width",
+        (second.0 - first.0) / first.1
+    );
+    assert!(second.1 < 1.2 * first.1, "the band widens: {bands:?}");
+    assert!((second.0 - first.0).abs() < 0.2 * first.1, "the band moves: {bands:?}");
+}
+
+/// A ring closed by a weld: the loop is elastic but for one joint, a tree for the null space.
+#[test]
+fn a_closed_ring_turns_for_ever() {
+    let mut run = Run::new(RING, 0.002, 2);
+    let assembly = run.simulation.assembly();
+    assert_eq!((assembly.dof, assembly.redundant_constraints), (192, 0));
+    let (drift, bands) = free_flight(&mut run, 500, 10);
+    report("elastic ring", 500, drift, bands);
+    assert!(drift[0] < 1e-13 && drift[1] < 1e-12, "{drift:?}");
+    assert!(bands.iter().all(|band| band.1 - band.0 < 1e-4), "{bands:?}");
+    let (start, end) = (run.coordinates("ring.0"), run.coordinates("ring.32"));
+    let gap = (0..3).map(|i| (start[i] - end[i]).abs()).fold(0.0, f64::max);
+    assert!(gap < 1e-14, "the weld opens by {gap:e} m");
+}

@@ -1,0 +1,90 @@
+//! Stiff beams in steps far beyond their vibrations: averaged strains run where the midpoint rule fails, and
+//! composed steps say that they are not what they are called.
+#![allow(clippy::unwrap_used)] // a test
+
+mod benchmark;
+
+use benchmark::{assert_order, model, orders};
+use holonom::{RunOutcome, Simulation};
+
+const STRIP: &str = include_str!("../examples/models/rotating_strip.toml");
+const MULTIBODY: &str = include_str!("../examples/models/flexible_multibody.toml");
+
+/// Steps taken until 2 s or failure, largest deviation of `H_d` (J).
+fn turn(strain: &str, h: f64) -> (bool, u64, f64) {
+    let step = format!("{h:e}");
+    let own = [
+        ("simulation.step", step.as_str()),
+        ("simulation.strain", strain),
+        ("simulation.end", "2"),
+    ];
+    let mut simulation = Simulation::new(&model(STRIP, &own)).unwrap();
+    let (mut first, mut worst, mut last) = (None, 0.0_f64, 0);
+    let mut observe = |sample: &holonom::Sample| -> Result<(), std::convert::Infallible> {
+        let start = *first.get_or_insert(sample.hamiltonian);
+        (worst, last) = (worst.max((sample.hamiltonian - start).abs()), sample.step);
+        Ok(())
+    };
+    let done = simulation.run(&mut observe, &mut |_, _| {}).unwrap() == RunOutcome::Done;
+    (done, last, worst)
+}
+
+#[test]
+fn averaged_strains_run_where_the_midpoint_rule_fails() {
+    let steps = [0.04, 0.02, 0.01];
+    let mut errors = Vec::new();
+    for h in steps {
+        let ((done, _, error), (there, at, lost)) = (turn("averaged", h), turn("midpoint", h));
+        println!(
+            "h = {h}: averaged off by {error:.1e} J; midpoint fails at step {at}, off by {lost:.1e} J"
+        );
+        assert!(done && !there, "h = {h}");
+        errors.push(error);
+    }
+    let energy = orders("energy of the turning strip", &steps, &errors);
+    assert_order(&energy, 2.0, 0.2);
+    assert!(errors[2] < 2e-8, "{errors:?}"); // of 3.27 J
+}
+
+#[test]
+fn composed_steps_of_stiff_beams_are_warned_of() {
+    let warnings = |text: &str, own: &[(&str, &str)]| {
+        let simulation = Simulation::new(&model(text, own)).unwrap();
+        let assembly = simulation.assembly();
+        (assembly.stiffness.as_ref().unwrap().h_omega_max, assembly.warnings.clone())
+    };
+    let (number, none) = warnings(STRIP, &[]);
+    assert!(none.is_empty() && number > 1e4, "order 2: {number:e} {none:?}");
+    let (number, warned) = warnings(STRIP, &[("simulation.order", "4")]);
+    println!("{}", warned.join("\n"));
+    assert!(warned.len() == 1 && warned[0].contains("h ω_max") && number > 1e4, "{warned:?}");
+    let soft = [("simulation.order", "4"), ("simulation.step", "0.002")];
+    let (number, none) = warnings(MULTIBODY, &soft);
+    println!("soft beam: h ω_max = {number:.3}");
+    assert!(none.is_empty() && number < 1.0, "{none:?}");
+}
+
+/// On a beam whose vibrations are resolved a composition has its order.
+#[test]
+fn composed_steps_of_soft_beams_have_their_order() {
+    for order in [2, 4] {
+        let end = |h: f64| {
+            let mut run =
+                benchmark::Run::with(MULTIBODY, h, order, &[("load.pulse.history", PUSH)]);
+            run.until(0.2);
+            run.q().to_vec()
+        };
+        let steps = [4e-3, 2e-3, 1e-3];
+        let mut runs: Vec<Vec<f64>> = steps.map(end).into();
+        runs.push(end(0.5e-3));
+        let apart = |pair: &[Vec<f64>]| {
+            pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        let differences: Vec<f64> = runs.windows(2).map(apart).collect();
+        let found = orders(&format!("soft beam, order {order}"), &steps, &differences);
+        assert_order(&found, f64::from(order), 0.3);
+    }
+}
+
+/// A smooth load: kinks off the nodes of the sub-steps would limit the order.
+const PUSH: &str = "{ type = \"harmonic\", frequency = 1.0, phase = 0.5 }";
