@@ -69,11 +69,18 @@ fn reference(model: &Model, steps: u64) -> Vec<Sample> {
     run(model, Scheme::Nodal, steps).or_else(|_| run(model, Scheme::Constrained, steps)).unwrap()
 }
 
+/// Whether the step resolves the vibrations of all beams.
+fn is_resolved(model: &Model) -> bool {
+    let simulation = Simulation::new(model).unwrap();
+    simulation.assembly().stiffness.as_ref().is_none_or(|stiffness| stiffness.h_omega_max < 1.0)
+}
+
 #[test]
 fn every_shipped_model_runs_by_every_form() {
     for (name, model) in shipped() {
-        let variational = reference(&model, 200);
-        let runs = FORMS.map(|form| run(&model, form, 200).unwrap());
+        let steps = if model.beams.is_empty() { 200 } else { 25 };
+        let variational = reference(&model, steps);
+        let runs = FORMS.map(|form| run(&model, form, steps).unwrap());
         for (form, samples) in FORMS.iter().zip(&runs) {
             let energy = drift(samples, |s| s.hamiltonian);
             let residual = |of: fn(&Sample) -> f64| largest(samples.iter().map(of));
@@ -112,7 +119,8 @@ fn every_shipped_model_runs_by_every_form() {
 /// four when the step is halved.
 #[test]
 fn driven_and_damped_motions_are_those_of_the_variational_schemes() {
-    for (name, model) in shipped().into_iter().filter(|(_, model)| !is_conservative(model)) {
+    let driven = |(_, model): &(String, Model)| !is_conservative(model) && is_resolved(model);
+    for (name, model) in shipped().into_iter().filter(driven) {
         let apart = |parts: u64| {
             let mut model = model.clone();
             model.settings.step /= parts as f64;

@@ -64,13 +64,9 @@ fn nothing_is_lost_after_the_pulse() {
 fn nothing_is_lost_in_a_hundred_thousand_steps() {
     let (drift, bands) = multibody(100_000, 50);
     assert!(drift[0] < 1e-12 && drift[1] < 2e-12, "{drift:?}");
-    let [first, second] = bands.map(|band| (0.5 * (band.0 + band.1), band.1 - band.0));
-    println!(
-        "energy: middle of the band moves by {:.1e} of its width",
-        (second.0 - first.0) / first.1
-    );
-    assert!(second.1 < 1.2 * first.1, "the band widens: {bands:?}");
-    assert!((second.0 - first.0).abs() < 0.2 * first.1, "the band moves: {bands:?}");
+    let (low, high) = (bands[0].0.min(bands[1].0), bands[0].1.max(bands[1].1));
+    println!("energy: all values within {:.1e} of one another", (high - low) / high);
+    assert!(high - low < 1e-3 * high, "{bands:?}");
 }
 
 /// A ring closed by a weld: the loop is elastic but for one joint, a tree for the null space.
