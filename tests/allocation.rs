@@ -1,5 +1,6 @@
 //! Nothing is allocated per step in the nodal, reduced and d'Alembert schemes; the constrained one
-//! allocates a few times in a run, when pivoting enlarges the fill of its sparse factors.
+//! allocates a few times in a run, when pivoting enlarges the fill of its sparse factors. Beams, in trees and in
+//! loops, are no exception.
 
 #![allow(clippy::unwrap_used)] // a test
 #![allow(unsafe_code)] // a counting allocator has to be one
@@ -88,6 +89,25 @@ fn no_step_allocates() {
                 let allowed = if scheme == "constrained" { 16 } else { 0 };
                 assert!(allocations <= allowed, "{name}, {scheme}, order {order}: {allocations}");
             }
+        }
+    }
+}
+
+#[test]
+fn no_step_of_beams_allocates() {
+    for name in ["flexible_multibody", "elastic_ring", "flexible_four_bar"] {
+        for scheme in ["nodal", "reduced"] {
+            let mut simulation = simulation(name, &[("simulation.scheme", scheme.to_owned())]);
+            for _ in 0..10 {
+                simulation.step().unwrap(); // warm-up: patterns, symbolic factorizations
+            }
+            let before = COUNT.with(Cell::get);
+            for _ in 0..100 {
+                simulation.step().unwrap();
+            }
+            let allocations = COUNT.with(Cell::get) - before;
+            println!("{name}, {scheme}: {allocations} in 100 steps");
+            assert_eq!(allocations, 0, "{name}, {scheme}");
         }
     }
 }

@@ -1,5 +1,7 @@
-//! Bodies and beams joined and free in space: momentum maps are constant to round-off and the energy stays in
-//! a band, for as long as one likes.
+//! Bodies and beams joined and free in space: momentum maps are constant to round-off and the energy is bounded.
+//!
+//! Motion passes slowly to ever faster vibrations, of which `H_d` sees more than there is by a part of `(hω)²`:
+//! over 10⁵ steps at `h ω_max = 0.9` it creeps up by 7e-4 of itself.
 #![allow(clippy::unwrap_used)] // a test
 
 mod benchmark;
