@@ -165,6 +165,10 @@ cases! {
     negative_every: TOP, "every = 5" => "every = -5";
     nothing_moves: TOP, "velocity = [4.61538, 0.0, 0.0]\nangular_velocity = [0.0, 150.0, -4.61538]" => "fixed = true";
     several_keys: TOP, "mass = 15.0" => "mas = 15.0", "every = 5" => "evry = 5";
+    arc_length_of_a_motion: TOP, "every = 5" => "arc_length = true";
+    order_of_statics: TOP, "every = 5" => "scheme = \"static\"\norder = 4";
+    linear_history_backwards: TOP,
+        "[simulation]" => "[[load]]\nname = \"l\"\nbody = \"top\"\nforce = [1, 0, 0]\nhistory = { type = \"linear\", end = 0.0 }\n[simulation]";
 }
 
 #[test]

@@ -9,8 +9,9 @@
 //! ```
 //! Symmetric, of order 2, equal to the midpoint rule for linear problems. A rigid rotation between the
 //! ends is strain-free, whereas the midpoint configuration is shrunk by `cos(ϑ/2)` and shows the strain
-//! `−sin²(ϑ/2)`: with stiff sections this is the potential to use. No geometric term in the Newton
-//! matrix.
+//! `−sin²(ϑ/2) ≈ −(hω)²/4`: multiplied by `EA` it stretches stiff beams, and beyond about
+//! `h = √(L/(c ω))`, `c = √(EA/ρA)`, the step fails altogether. With stiff sections this is the
+//! potential to use. No geometric term in the Newton matrix.
 //!
 //! Source: theory §6, "Discrete potential".
 #![allow(non_snake_case)] // U_d, C

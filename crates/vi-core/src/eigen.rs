@@ -5,9 +5,9 @@
 //! ```
 //! The usual way, the eigenvalues of `L⁻¹ K L⁻ᵀ`, is wrong by `ε ω_max²`: for slender beams that is more than the
 //! lowest `ω²`. The inverse has the soft modes at its upper end and is wrong by `ε (ω² + σ)²/σ`. So the
-//! shift comes down in rounds, five decades each, and every round replaces the modes that are soft beside its
-//! shift; the last shift is of the size of the seventh mode (a free body has six without stiffness; of small systems
-//! the middle one). Dense, `O(d³)`
+//! shift comes down, in one round where the usual way resolves the mode it aims at, else five decades at a
+//! time, and every round replaces the modes that are soft beside its shift; the last shift is of the size of the
+//! seventh mode (a free body has six without stiffness; of small systems the middle one). Dense, `O(d³)`
 //! for each round; factorizations are faer's.
 //!
 //! Source: B. N. Parlett, The Symmetric Eigenvalue Problem, §15, shift and invert.
@@ -78,16 +78,18 @@ pub fn generalized_eigen(K: &DMatrix<f64>, M: &DMatrix<f64>) -> Result<Eigen, Ei
     L.as_ref().solve_lower_triangular_in_place(T.as_mut());
     let rough =
         symmetrized(&T).self_adjoint_eigen(Side::Lower).map_err(|_| EigenError::NotFound)?;
-    let mut found: Vec<Mode> = (0..n).map(|k| mode(rough.S()[k], 0.0, rough.U(), k)).collect();
+    let largest = (0..n).map(|k| rough.S()[k].abs()).fold(0.0, f64::max);
+    let mut found: Vec<Mode> = (0..n).map(|k| mode(rough.S()[k], largest, rough.U(), k)).collect();
     found.sort_by(|a, b| a.squared.abs().total_cmp(&b.squared.abs()));
     let size = |found: &[Mode], k: usize| found[k].squared.abs();
-    let mut sigma = size(&found, n - 1);
+    let mut sigma = largest;
     for _ in 0..ROUNDS {
         let wanted = 0.37 * size(&found, 6.min(n / 2)); // no eigenvalue with its sign turned
         if !(sigma > 0.0 && wanted < 0.9 * sigma) {
             break;
         }
-        sigma = wanted.max(DOWN * sigma);
+        let resolved = 10.0 * f64::EPSILON * n as f64 * sigma;
+        sigma = if wanted > resolved { wanted } else { DOWN * sigma };
         let A = Mat::from_fn(n, n, |i, j| K[(i, j)] + sigma * M[(i, j)]);
         let T = symmetrized(&(L.transpose() * A.partial_piv_lu().solve(&L)));
         if (0..n).any(|i| !T[(i, i)].is_finite()) {

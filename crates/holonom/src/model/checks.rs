@@ -8,7 +8,8 @@ use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::source::Document;
 use super::start::{StartPoints, distance, is_ground};
 use super::{
-    Bar, Body, Constraint, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Shape, Spring,
+    Bar, Body, Constraint, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Scheme, Shape,
+    Spring,
 };
 
 /// All problems of a model that could be read.
@@ -165,6 +166,15 @@ impl<'a> Checker<'a> {
             );
             let help = "write order = 2, or take one of the variational schemes";
             self.report("simulation.order", message, help);
+        }
+        let statics = settings.scheme == Scheme::Static;
+        if settings.arc_length && !statics {
+            let message = "a motion has no path of equilibria to follow".to_owned();
+            self.report("simulation.arc_length", message, "write scheme = \"static\" with it");
+        }
+        if statics && settings.order != 2 {
+            let message = "equilibria have no order of accuracy in time".to_owned();
+            self.report("simulation.order", message, "remove `order`");
         }
         if settings.every == 0 {
             let help = "write 1 to record every step, 10 for every tenth";
