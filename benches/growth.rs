@@ -1,4 +1,4 @@
-//! Time of a step against the number of bodies: chains, binary trees, chains that carry four-bar
+//! Time of a step against the number of bodies, or of elements of a beam: chains, binary trees, chains that carry four-bar
 //! linkages (eight of them, or one on every link), windows of four-bar linkages side by side.
 //!
 //! The exponent is that of the least-squares line through `log(time)` over `log(bodies)` from 16 bodies
@@ -147,6 +147,31 @@ fn windows(n: usize) -> String {
     text
 }
 
+/// A beam of elements 0.1 m long, turning and bending.
+fn beam(n: usize) -> String {
+    let section = "{ EA = 1e3, GA1 = 1e3, GA2 = 1e3, EI1 = 10.0, EI2 = 10.0, GJ = 10.0, rhoA = 1.0, rhoI1 = 0.1, \
+                   rhoI2 = 0.1 }";
+    header([0.0, 0.0, -9.81])
+        + &format!(
+            "[[beam]]\nname = \"beam\"\npoints = [[0.0, 0.0, 0.0], [{:?}, 0.0, 0.0]]\nelements = {n}\nsection = \
+             {section}\n",
+            0.1 * n as f64
+        )
+}
+
+/// The same with its start clamped.
+fn cantilever(n: usize) -> String {
+    beam(n) + "start = \"clamped\"\n"
+}
+
+/// The same with its start on a driven hinge: a loop for the solver.
+fn driven_beam(n: usize) -> String {
+    beam(n)
+        + "[[joint]]\nname = \"hub\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"beam.start\"\nposition = \
+           [0.0, 0.0, 0.0]\naxis = [0.0, 0.0, 1.0]\n[[constraint]]\nname = \"drive\"\ntype = \"motion\"\njoint = \
+           \"hub\"\npath = { acceleration = 0.1 }\n"
+}
+
 /// Takes `count` steps, turning back every `TURN`.
 fn steps(simulation: &mut Simulation, taken: &mut u64, count: u64) -> Duration {
     let begin = Instant::now();
@@ -179,11 +204,14 @@ fn exponent(points: &[(f64, f64)]) -> f64 {
 
 fn growth(criterion: &mut Criterion) {
     let quick = std::env::args().any(|a| a == "--test");
-    let families: [(&str, fn(usize) -> String, fn(usize) -> usize, &[usize]); 5] = [
+    let families: [(&str, fn(usize) -> String, fn(usize) -> usize, &[usize]); 8] = [
         ("chain", chain, |n| n, &[1, 4, 16, 64, 256, 1024, 4096]),
         ("binary_tree", binary_tree, |n| n, &[1, 3, 15, 63, 255, 1023, 4095]),
         ("eight_loops", eight_loops, |n| n + 24, &[8, 16, 64, 256, 1024]),
         ("looped_chain", looped_chain, |n| 4 * n, &[1, 2, 4, 16, 64, 256]),
+        ("beam", beam, |n| n, &[1, 4, 16, 64, 256, 1000]),
+        ("cantilever", cantilever, |n| n, &[1, 4, 16, 64, 256, 1000]),
+        ("driven_beam", driven_beam, |n| n, &[1, 4, 16, 64, 256, 1000]),
         ("windows", windows, |n| 2 * n + 1, &[1, 2, 8, 16, 32, 64, 128, 256]),
     ];
     for (name, text, bodies, sizes) in families {

@@ -201,3 +201,87 @@ fn the_four_schemes_agree() {
         assert!(apart < 1e-9, "{}: {apart:e}", scheme.name());
     }
 }
+
+/// A rod and a strip, a body, and one joint of a kind between two of them or to the ground.
+fn joined(kind: &str, parent: &str, child: &str) -> String {
+    let axes = match kind {
+        "spherical" | "fixed" => "",
+        "universal" => "axis = [0, 0.6, 0.8]\naxis2 = [1, 0, 0]",
+        "screw" => "axis = [0, 0.6, 0.8]\npitch = 0.2",
+        _ => "axis = [0, 0.6, 0.8]",
+    };
+    let section = "section = { EA = 1e3, GA1 = 1e3, GA2 = 1e3, EI1 = 10, EI2 = 10, GJ = 10, rhoA = 1, rhoI1 = 0.1, \
+                   rhoI2 = 0.1 }";
+    format!(
+        r#"
+model = {{ name = "pair", gravity = [0.5, -1, -9.81] }}
+simulation = {{ step = 2e-3, end = 1.0 }}
+[[body]]
+name = "block"
+mass = 1.5
+inertia = [0.1, 0.2, 0.15]
+position = [1.3, 0.1, 0.2]
+angular_velocity = [0, 0, 0]
+[[beam]]
+name = "rod"
+points = [[0, 0, 0], [1, 0, 0]]
+elements = 3
+{section}
+[[beam]]
+name = "strip"
+points = [[1.1, 0, 0], [1.1, 0.8, 0.3]]
+elements = 2
+order = 2
+{section}
+[[joint]]
+name = "pair"
+type = "{kind}"
+parent = "{parent}"
+child = "{child}"
+position = [1, 0.1, 0]
+{axes}
+"#
+    )
+}
+
+#[test]
+fn every_pair_joins_nodes_bodies_and_the_ground() {
+    let kinds = [
+        ("spherical", 3),
+        ("revolute", 1),
+        ("cylindrical", 2),
+        ("prismatic", 1),
+        ("planar", 3),
+        ("fixed", 0),
+        ("universal", 2),
+        ("screw", 1),
+    ];
+    let sides = [
+        ("ground", "rod.end"),
+        ("rod.2", "block"),
+        ("block", "strip.start"),
+        ("rod.end", "strip.start"),
+        ("strip.2", "rod.start"),
+    ];
+    let mut worst = (0.0_f64, 0.0_f64);
+    for (kind, freedoms) in kinds {
+        for (parent, child) in sides {
+            let run = |scheme: &str| {
+                let own = [("simulation.scheme".to_owned(), scheme.to_owned())];
+                let model = Model::from_toml_with(&joined(kind, parent, child), &own).unwrap();
+                let mut simulation = Simulation::new(&model).unwrap();
+                assert_eq!(simulation.assembly().dof, 6 * (1 + 4 + 5) - 6 + freedoms, "{kind}");
+                for _ in 0..25 {
+                    simulation.step().unwrap();
+                }
+                let residual = simulation.integrator().observe_state().unwrap().position_residual;
+                (simulation.configuration().to_vec(), residual)
+            };
+            let ((q, g), (other, _)) = (run("nodal"), run("constrained"));
+            let apart = q.iter().zip(&other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            worst = (worst.0.max(apart), worst.1.max(g));
+            assert!(apart < 1e-9 && g < 1e-12, "{kind}, {parent} – {child}: {apart:e}, {g:e}");
+        }
+    }
+    println!("nodal and constrained at most {:.1e} apart, |g| at most {:.1e}", worst.0, worst.1);
+}
