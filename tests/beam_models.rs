@@ -285,3 +285,20 @@ fn every_pair_joins_nodes_bodies_and_the_ground() {
     }
     println!("nodal and constrained at most {:.1e} apart, |g| at most {:.1e}", worst.0, worst.1);
 }
+
+/// Elements that bend too far are told of while the results mean something, and end the run when they do not.
+#[test]
+fn the_limit_of_the_elements_ends_a_run() {
+    let text = include_str!("../examples/models/flying_beam.toml");
+    let own = [("beam.beam.elements".to_owned(), "4".to_owned())];
+    let model = Model::from_toml_with(text, &own).unwrap();
+    let mut simulation = Simulation::new(&model).unwrap();
+    assert!(simulation.warnings().is_empty(), "a straight beam is not bent");
+    let mut observe = |_: &holonom::Sample| -> Result<(), std::convert::Infallible> { Ok(()) };
+    let outcome = simulation.run(&mut observe, &mut |_, _| {}).unwrap();
+    let holonom::RunOutcome::Failed(failure) = outcome else { panic!("{outcome:?}") };
+    let warnings = simulation.warnings();
+    println!("t = {}: {}\n{}", failure.t, failure.message, warnings.join("\n"));
+    assert!(failure.message.contains("of beam `beam`") && failure.message.contains("folds"));
+    assert!(warnings.len() == 1 && warnings[0].contains("more than 45°"), "{warnings:?}");
+}
