@@ -137,3 +137,12 @@ fn a_pendulum_and_a_chain_swing_as_they_must() {
         assert_eq!(ends[0] * ends[1] > 0.0, exact < 20.0, "in phase, then against each other");
     }
 }
+
+#[test]
+fn round_off_is_not_taken_for_an_imbalance() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/models");
+    let text = std::fs::read_to_string(format!("{folder}/flexible_four_bar.toml")).unwrap();
+    let report = modes(&text, &[], About::Static, 1);
+    println!("flexible four-bar: {} without stiffness, {:?}", report.zero, report.warnings);
+    assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+}

@@ -211,7 +211,7 @@ fn mode(kind: Kind, squared: f64, shape: Vec<MemberShape>) -> Mode {
 
 fn warnings(found: &Modes) -> Vec<String> {
     let mut warnings = Vec::new();
-    if found.unbalanced > BALANCED * found.applied {
+    if found.unbalanced > (BALANCED * found.applied).max(found.round_off) {
         warnings.push(format!(
             "the placement is no equilibrium, forces of {:.2e} N (N·m) are not in balance: these are \
              the modes of its stiffness alone; --at static takes the equilibrium",

@@ -359,13 +359,24 @@ impl Work {
             return false;
         }
         self.fill_tangent(x);
-        let diagonal = self.stiffness.diagonal().iter().zip(&self.metric);
-        let stiffest = diagonal.map(|(k, s)| (k / s).abs()).fold(0.0, f64::max);
+        let stiffest = self.stiffest();
         b.fill(0.0);
         for (k, (b, s)) in b[..d].iter_mut().zip(&self.metric).enumerate() {
             *b = s.sqrt() * (0.5 + (1.0 + k as f64).sqrt().fract()); // of the size of 1, in no symmetry
         }
         self.solve(&mut b).is_err() || self.product(&b, &b).sqrt() * stiffest > FAR
+    }
+
+    /// Largest entry of the diagonal of the stiffness last filled, in the metric `S`, N/m.
+    fn stiffest(&self) -> f64 {
+        let diagonal = self.stiffness.diagonal().iter().zip(&self.metric);
+        diagonal.map(|(k, s)| (k / s).abs()).fold(0.0, f64::max)
+    }
+
+    /// Forces that round-off in the placement causes, N: what moves the stiffest direction by a few
+    /// bits of the size. Premise: the tangent has been filled.
+    pub(crate) fn round_off(&self) -> f64 {
+        50.0 * f64::EPSILON * self.stiffest() * self.size()
     }
 
     /// Largest of the forces that balance one another, N.

@@ -60,6 +60,8 @@ pub struct Modes {
     pub unbalanced: f64,
     /// The largest of the forces that should balance one another, N or N·m.
     pub applied: f64,
+    /// Forces out of balance that round-off alone may cause, N or N·m.
+    pub round_off: f64,
 }
 
 impl Modes {
@@ -83,7 +85,7 @@ impl Modes {
 pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
     let work = &mut problem.work;
     let unbalanced = work.balance(&mut problem.x).map_err(|_| ModeError::NotFinite)?;
-    let applied = work.force_scale();
+    let (applied, round_off) = (work.force_scale(), work.round_off());
     let (K, M, layout, columns) = work.tree_matrices();
     let Z = loop_null_space(work, &layout, &columns);
     let reduce = |A: DMatrix<f64>| match &Z {
@@ -107,7 +109,7 @@ pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
     }
     let omega = squared.iter().map(|square| square.max(0.0).sqrt()).collect();
     let noise = found.noise.iter().map(|noise| NOISE * noise).collect();
-    Ok(Modes { squared, omega, noise, shapes, asymmetry, unbalanced, applied })
+    Ok(Modes { squared, omega, noise, shapes, asymmetry, unbalanced, applied, round_off })
 }
 
 /// `Z`: null space of the loop constraints in the unknowns of the tree; `None` without loops.

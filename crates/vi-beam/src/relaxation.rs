@@ -44,7 +44,7 @@ impl StaticProblem {
         self.mu.copy_from_slice(&self.x[d..]);
         let scale = self.work.force_scale();
         let closed = self.here(0, left).position_residual <= AT_REST;
-        let point = if left <= AT_REST * scale.max(f64::MIN_POSITIVE) && closed {
+        let point = if left <= (AT_REST * scale).max(self.work.round_off()) && closed {
             self.here(0, left)
         } else {
             self.relax(&StepBounds::NONE)?
@@ -90,7 +90,8 @@ impl StaticProblem {
                     self.mu.copy_from_slice(&self.x[d..]);
                     self.work.advance();
                     self.refuse_way(start, &end, bounds)?;
-                    if report.residual <= REST * self.work.force_scale() || sigma <= 1e-280 {
+                    let rest = (REST * self.work.force_scale()).max(self.work.round_off());
+                    if report.residual <= rest || sigma <= 1e-280 {
                         return Ok(self.here(report.iterations, report.residual));
                     }
                     sigma *= if step.iterations <= 6 { 0.1 } else { 0.5 };
