@@ -1,5 +1,6 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
+mod compare;
 mod figures;
 mod verify;
 
@@ -8,6 +9,7 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE]
                        measures every promise on every system; a full run writes VERIFICATION.md
+cargo xtask compare    variational and energy–momentum schemes on five models, into COMPARISON.md
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
@@ -20,6 +22,13 @@ fn main() -> ExitCode {
             Err(message) => {
                 eprintln!("verify: {message}");
                 ExitCode::from(2)
+            }
+        },
+        ["compare"] => match compare::run() {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(message) => {
+                eprintln!("compare: {message}");
+                ExitCode::FAILURE
             }
         },
         ["figures"] => match figures::run() {

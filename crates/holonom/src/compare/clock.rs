@@ -73,24 +73,32 @@ fn mark(next: Phase) {
     SINCE.set(Some(now));
 }
 
-/// Where the time of `run` goes, and how many seconds it took.
-pub(super) fn shares<T>(run: impl FnOnce() -> T) -> (Shares, f64, T) {
+/// Seconds that `run` spends in each phase.
+pub(super) fn phases<T>(run: impl FnOnce() -> T) -> ([f64; 4], T) {
     SPENT.set(([Duration::ZERO; 4], Phase::Other as usize));
     SINCE.set(Some(Instant::now()));
     phase::observe(Some(mark));
     let value = run();
     mark(Phase::Other);
     phase::observe(None);
-    let (spent, _) = SPENT.get();
-    let total: f64 = spent.iter().map(Duration::as_secs_f64).sum();
-    let part = |phase: Phase| spent[phase as usize].as_secs_f64() / total.max(f64::MIN_POSITIVE);
-    let shares = Shares {
-        residual: part(Phase::Residual),
-        assembly: part(Phase::Assembly),
-        solve: part(Phase::Solve),
-        other: part(Phase::Other),
-    };
-    (shares, total, value)
+    (SPENT.get().0.map(|spent| spent.as_secs_f64()), value)
+}
+
+impl Shares {
+    /// Of the least that was spent in each phase: what interrupts a run only adds.
+    pub(super) fn of_least(windows: &[[f64; 4]]) -> Option<Self> {
+        let least = |phase: Phase| windows.iter().map(|w| w[phase as usize]).reduce(f64::min);
+        let [residual, assembly, solve, other] = [
+            least(Phase::Residual)?,
+            least(Phase::Assembly)?,
+            least(Phase::Solve)?,
+            least(Phase::Other)?,
+        ];
+        let total = (residual + assembly + solve + other).max(f64::MIN_POSITIVE);
+        let [residual, assembly, solve, other] =
+            [residual, assembly, solve, other].map(|seconds| seconds / total);
+        Some(Self { residual, assembly, solve, other })
+    }
 }
 
 /// The middle of some numbers; the lower one of two.
@@ -106,12 +114,16 @@ mod tests {
     #[test]
     fn shares_sum_to_one_and_follow_the_marks() {
         let spin = |turns: u64| (0..turns).map(std::hint::black_box).sum::<u64>();
-        let (shares, _, ()) = shares(|| {
-            phase::within(Phase::Assembly, || {
-                spin(300_000);
-                phase::within(Phase::Solve, || spin(300_000));
-            });
-        });
+        let window = || {
+            let work = || {
+                phase::within(Phase::Assembly, || {
+                    spin(300_000);
+                    phase::within(Phase::Solve, || spin(300_000))
+                })
+            };
+            phases(work).0
+        };
+        let shares = Shares::of_least(&[window(), window(), window()]).unwrap();
         let sum = shares.residual + shares.assembly + shares.solve + shares.other;
         assert!((sum - 1.0).abs() < 1e-12, "{shares:?}");
         assert!(shares.assembly > shares.residual && shares.solve > shares.residual, "{shares:?}");

@@ -1,6 +1,6 @@
 //! One scheme: a run, its cost, its matrices, its error against time.
 
-use super::clock::{median, shares, timed};
+use super::clock::{Shares, median, phases, timed};
 use super::record::{ConditionAt, Measured, Outcome, Point, Record, Verdict, WorkPoint};
 use super::{Plan, distance, larger};
 use crate::evidence::trend::trend;
@@ -14,6 +14,9 @@ use std::convert::Infallible;
 const REPEATS: usize = 5;
 /// Seconds that one of them takes at least, where the run is long enough.
 const LEAST: f64 = 0.02;
+/// Seconds of a window in which phases are watched, and how many there are.
+const WINDOW: f64 = 1e-3;
+const WINDOWS: u64 = 40;
 /// Points of a series.
 const POINTS: usize = 400;
 /// Relative deviation below which a quantity counts as kept.
@@ -185,13 +188,7 @@ pub(super) fn cost(
         let repeats = ((plan.effort / (once * count as f64)) as usize).clamp(1, REPEATS);
         let times = (0..repeats).filter_map(|_| seconds(&at_table, count)).collect();
         measured.seconds_per_step = median(times);
-        // of the run that was disturbed least
-        let watched = (0..repeats).filter_map(|_| {
-            let mut run = Simulation::new(&at_table).ok()?;
-            let (shares, seconds, taken) = shares(|| advance(&mut run, count));
-            taken.then_some((shares, seconds))
-        });
-        measured.shares = watched.min_by(|a, b| a.1.total_cmp(&b.1)).map(|w| w.0);
+        measured.shares = watched(&at_table, steps, once, plan.effort);
     }
     for &count in &plan.counts {
         let model = plan.by_count(model, scheme, 2, count);
@@ -220,6 +217,22 @@ fn seconds(model: &Model, count: u64) -> Option<f64> {
     run.step().ok()?;
     let (seconds, taken) = timed(|| advance(&mut run, count));
     taken.then_some(seconds / count as f64)
+}
+
+/// Where the time goes, from many short windows of one run.
+fn watched(model: &Model, steps: u64, once: f64, effort: f64) -> Option<Shares> {
+    let window = ((WINDOW / once.max(1e-9)) as u64).clamp(1, steps);
+    let most = (effort / (once * window as f64)) as u64;
+    let mut run = Simulation::new(model).ok()?;
+    run.step().ok()?;
+    let mut windows = Vec::new();
+    for _ in 0..(steps / window).clamp(1, WINDOWS).min(most.max(1)) {
+        match phases(|| advance(&mut run, window)) {
+            (seconds, true) => windows.push(seconds),
+            _ => break,
+        }
+    }
+    Shares::of_least(&windows)
 }
 
 /// `κ` of the third step, or of the last before it that goes well.
