@@ -168,3 +168,35 @@ fn orders_above_two_are_refused() {
     let refused = model.with_overrides(&[set("scheme", "em-nodal"), set("order", "4")]);
     insta::assert_snapshot!(refused.unwrap_err().to_string(), @"the model has 1 problem(s); the first: simulation.order: the scheme `em-nodal` is there at order 2 only, as it was published: compositions are made of variational steps");
 }
+
+/// Beams alone and between bodies: when the push is over, energy and both momenta are those of a free system.
+#[test]
+fn flying_beams_keep_energy_and_momenta_after_the_push() {
+    for (name, push, end) in [("flying_beam", 2.5, 3.5), ("flexible_multibody", 0.5, 1.0)] {
+        let (_, mut model) = shipped().into_iter().find(|m| m.0 == name).unwrap();
+        model.settings.end = end;
+        for form in [Scheme::EmConstrained, Scheme::EmNodal] {
+            let samples = run(&model, form, u64::MAX).unwrap();
+            let free: Vec<Sample> =
+                samples.into_iter().filter(|s| s.t > push + 0.5 * model.settings.step).collect();
+            let energy = drift(&free, |s| s.hamiltonian);
+            let mut momentum = 0.0_f64;
+            for k in 0..3 {
+                momentum = momentum.max(drift(&free, |s| s.momentum.linear[k]));
+                momentum = momentum.max(drift(&free, |s| s.momentum.angular[k]));
+            }
+            let size = free[0].hamiltonian;
+            let position = largest(free.iter().map(|s| s.residuals.position));
+            println!(
+                "{name:<18} {:<14} {} steps: energy {size:.1} off by {energy:.1e}, momenta by {momentum:.1e}, g \
+                 {position:.1e}",
+                form.name(),
+                free.len()
+            );
+            assert!(free.len() > 40 && size > 0.1, "{name}: nothing to see");
+            assert!(energy < 1e-12 * (1.0 + size), "{name}: energy {energy:e}");
+            assert!(momentum < 1e-11, "{name}: momenta {momentum:e}");
+            assert!(position < 1e-14, "{name}: g {position:e}");
+        }
+    }
+}
