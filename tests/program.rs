@@ -501,5 +501,62 @@ fn modes_that_cannot_be_say_why() {
     let output =
         holonom(&folder, &[&massless[..], &["--set", "beam.rod.section.rhoI2=0"]].concat());
     println!("{}", words(&output));
+}
+
+#[test]
+fn verify_writes_a_certificate() {
+    let folder = folder("verify");
+    let output = holonom(&folder, &["verify", "pendulum.toml", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let out = folder.join("pendulum-verify");
+    assert_eq!(
+        files(&out),
+        BTreeSet::from(["certificate.json", "certificate.html"].map(String::from))
+    );
+    let written = fs::read_to_string(out.join("certificate.json")).unwrap();
+    assert_eq!(printed, serde_json::from_str::<Value>(&written).unwrap());
+    assert_eq!(printed["holds"], true);
+    let orders =
+        printed["certificate"]["findings"].as_array().unwrap().iter().filter(|f| {
+            f["criterion"] == "order" && f["quantity"] == "q" && f["verdict"] == "pass"
+        });
+    assert_eq!(orders.count(), 5, "nodal of orders 2 and 4, the others of order 2");
+    // a step for 1e-6 that the model's own step, off by 6e-3, does not keep
+    let step = printed["steps"][0]["step"].as_f64().unwrap();
+    assert!((1.0e-4..1.7e-4).contains(&step), "{step}");
+    let page = fs::read_to_string(out.join("certificate.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("Observed orders") && !page.contains("src="));
+    assert!(words(&output).contains("every promise that can be told holds"));
+    // nothing is replaced unasked
+    let again = holonom(&folder, &["verify", "pendulum.toml"]);
+    assert_eq!(again.status.code(), Some(2), "{}", words(&again));
+    assert!(words(&again).contains("--force"), "{}", words(&again));
+}
+
+#[test]
+fn verify_says_so_where_it_cannot_tell() {
+    let folder = folder("verify-chaos");
+    // a step far too coarse for what the springs do
+    let particles = include_str!("../examples/models/four_particles.toml");
+    fs::write(folder.join("particles.toml"), particles).unwrap();
+    let arguments = ["verify", "particles.toml", "--set", "simulation.step=0.2", "--json"];
+    let output = holonom(&folder, &arguments);
+    let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let steps = printed["steps"].as_array().unwrap();
+    assert!(steps.iter().any(|s| s["step"].is_null() && s["reason"] != ""), "{steps:?}");
+    assert!(words(&output).contains("no step can be told"), "{}", words(&output));
+    // statics, and accuracies that nobody can keep
+    let roll_up = include_str!("../examples/models/roll_up.toml");
+    fs::write(folder.join("roll_up.toml"), roll_up).unwrap();
+    let output = holonom(&folder, &["verify", "roll_up.toml"]);
+    assert_eq!(output.status.code(), Some(2), "{}", words(&output));
+    assert!(words(&output).contains("nothing moves"), "{}", words(&output));
+    for wrong in ["0", "-1", "2", "nan", "much"] {
+        let accuracy = format!("--accuracy={wrong}");
+        let output = holonom(&folder, &["verify", "pendulum.toml", &accuracy]);
+        assert_eq!(output.status.code(), Some(2), "{wrong}: {}", words(&output));
+    }
+    let output = holonom(&folder, &["verify", "missing.toml"]);
     assert_eq!(output.status.code(), Some(3), "{}", words(&output));
 }

@@ -27,6 +27,8 @@ pub(crate) enum Verb {
     Compare(Compare),
     /// Natural frequencies and shapes about the start or an equilibrium
     Modes(Modes),
+    /// Measure orders, energy, momentum, constraints and symplecticity on a model; recommend a step
+    Verify(Verify),
     /// Draw the plots and the report of a finished run again
     Plot(Plot),
     /// Print the JSON schema of model files
@@ -206,6 +208,34 @@ pub(crate) struct Modes {
     /// Print the modes with their shapes as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct Verify {
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
+    /// Folder of the certificate; by default MODEL-verify in the current directory
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// The accuracy that a step is recommended for, relative to the largest coordinate
+    #[arg(long, value_name = "E", default_value = "1e-6", value_parser = accuracy)]
+    pub(crate) accuracy: f64,
+    /// Replace an earlier certificate
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print the certificate as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+fn accuracy(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number
+        .filter(|e| *e >= 1e-14 && *e < 1.0)
+        .ok_or_else(|| "write a number from 1e-14 to 1, such as 1e-6".to_owned())
 }
 
 #[derive(Args)]

@@ -17,6 +17,7 @@ mod plot;
 mod run;
 mod stderr;
 mod stdout;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -45,6 +46,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
         Verb::Check(arguments) => check::check(&arguments),
         Verb::Compare(arguments) => compare::compare(&arguments),
         Verb::Modes(arguments) => modes::modes(&arguments),
+        Verb::Verify(arguments) => verify::verify(&arguments),
         Verb::Plot(arguments) => plot::plot(&arguments),
         Verb::Schema => stdout::json(&holonom::Model::schema()),
         Verb::Examples(arguments) => examples::examples(&arguments),

@@ -3,6 +3,7 @@
 //! ```text
 //! impulse of a step   h f̄,     f̄ = f(t_{n+1/2}, q_{n+1/2}, Δq/h)
 //! wrench on a frame   P_in(q_{n+1/2})ᵀ f̄ = (f, τ),    f̄ = (f, w×d̄_1, w×d̄_2, w×d̄_3)
+//! force at ϱ_I d_I    f̄ gains (0, ϱ_1 f, ϱ_2 f, ϱ_3 f)
 //!                     A w = τ,    A = tr(D̄) I − D̄,    D̄ = Σ_I d̄_I d̄_Iᵀ
 //! derivative          δw = A⁻¹ (δτ − δA w),
 //!                     δA w = Σ_J [2 w d̄_Jᵀ − (d̄_J·w) I − d̄_J wᵀ] δd̄_J,    δd̄_J = ½ δd_J
@@ -81,7 +82,7 @@ impl MidpointLoad for Load {
             out[k] += scale * force[k];
         }
         for i in 0..3 {
-            let f = scale * w.cross(&director(frame, i));
+            let f = scale * (w.cross(&director(frame, i)) + self.point()[i] * force);
             (0..3).for_each(|k| out[3 + 3 * i + k] += f[k]);
         }
     }
@@ -102,7 +103,9 @@ impl MidpointLoad for Load {
             emit(&(force * Matrix3::identity()), (0, 3 + 3 * j), &mut block);
             for i in 0..3 {
                 let own = if i == j { skew(&w) } else { Matrix3::zeros() };
-                emit(&(own - skew(&director(frame, i)) * dw), (3 + 3 * i, 3 + 3 * j), &mut block);
+                let lever = self.point()[i] * force * Matrix3::identity();
+                let of_director = own - skew(&director(frame, i)) * dw + lever;
+                emit(&of_director, (3 + 3 * i, 3 + 3 * j), &mut block);
             }
         }
     }

@@ -14,13 +14,19 @@ use vi_rigid::load::{Load, LoadKind};
 
 #[test]
 fn a_wrench_changes_the_momenta_by_exactly_its_impulse() {
-    for kind in [LoadKind::Dead, LoadKind::Follower] {
+    let point = Vector3::new(0.2, -0.1, 0.3);
+    for (kind, point) in [
+        (LoadKind::Dead, Vector3::zeros()),
+        (LoadKind::Follower, Vector3::zeros()),
+        (LoadKind::Dead, point),
+        (LoadKind::Follower, point),
+    ] {
         for form in EmForm::ALL {
             let model = common::pair(PairKind::Cylindrical, false);
             let history =
                 TimeHistory::Harmonic { frequency: 3.0, phase: 0.4, amplitude: 2.0, offset: 0.5 };
             let (force, torque) = (Vector3::new(3.0, -1.0, 2.0), Vector3::new(-0.5, 1.5, 0.7));
-            let load = Load::new(12, kind, force, torque, history).unwrap();
+            let load = Load::new(12, kind, force, torque, history).unwrap().at(point).unwrap();
             let system = model.system().load(load.clone());
             let options = EmOptions::new(form, model.h);
             let mut run =
@@ -39,7 +45,8 @@ fn a_wrench_changes_the_momenta_by_exactly_its_impulse() {
                 let after = momentum(&run);
                 let s = run.interval();
                 let (f, tau) = load.wrench(s.t_mid(), &s.q_mid[12..]);
-                let arm = Vector3::new(s.q_mid[12], s.q_mid[13], s.q_mid[14]);
+                let at = vi_rigid::directors::triad(&s.q_mid[12..]) * point;
+                let arm = Vector3::new(s.q_mid[12], s.q_mid[13], s.q_mid[14]) + at;
                 let moment = arm.cross(&f) + tau;
                 for i in 0..3 {
                     let gain = after.linear[i] - before.linear[i];

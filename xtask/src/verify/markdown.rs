@@ -2,7 +2,9 @@
 
 use super::Certified;
 use holonom::evidence::certificate::Verdict;
-use holonom::evidence::certify::{EXPONENT_TOLERANCE, FORM_TOLERANCE, ORDER_TOLERANCE};
+use holonom::evidence::certify::{
+    EXPONENT_TOLERANCE, FORM_TOLERANCE, ORDER_8_TOLERANCE, ORDER_TOLERANCE,
+};
 use holonom::evidence::table::{Cell, Table, remarks, tables};
 use std::fmt::Write;
 use std::path::Path;
@@ -16,7 +18,8 @@ pub(super) fn page(certified: &[Certified], seconds: f64, root: &Path) -> String
          Written by `cargo xtask verify` on {} at commit {} in {:.0} min. Never edited by hand.\n\n\
          Every promise is measured on every system by every scheme and order that applies. Orders are \
          fitted over at least four halvings of the step above the round-off plateau and must be within \
-         {ORDER_TOLERANCE} of the nominal one, with errors relative to the quantity, at four nodes of \
+         {ORDER_TOLERANCE} of the nominal one ({ORDER_8_TOLERANCE} at order 8, which is read over three \
+         halvings where round-off leaves no four), with errors relative to the quantity, at four nodes of \
          the run. Energy must stay in a band without a trend; momentum maps must drift no faster than \
          `N^0.6` and stay within four random walks of their own steps; `Ω` is the symplectic form on a \
          canonical basis, carried by the exact tangent of the steps, and may change by \

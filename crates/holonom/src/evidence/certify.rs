@@ -2,11 +2,12 @@
 
 use super::certificate::{Certificate, Criterion, Finding, History, Study, Verdict};
 use super::convergence::{Convergence, Horizon, Quantity, Reference, study};
+use super::fit::power_law;
 use super::growth::{Growth, NoGrowth, growth};
 use super::measure::{
     self, LongRun, conditioning, distance, long_run, reversal, symplectic_defect,
 };
-use super::order::{NoOrder, ObservedOrder, Scale, observed_order_over};
+use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, observed_order_over};
 use super::subject::{Method, Setting, Subject};
 use super::trend::trend;
 use vi_constraints::SchemeKind;
@@ -14,6 +15,9 @@ use vi_core::Composition;
 
 /// Observed orders may miss their nominal value by this.
 pub const ORDER_TOLERANCE: f64 = 0.2;
+/// The same at order 8, of which double precision shows three or four halvings, the first of them not
+/// quite asymptotic.
+pub const ORDER_8_TOLERANCE: f64 = 0.3;
 /// The symplectic form may change by this, relative to its terms.
 pub const FORM_TOLERANCE: f64 = 1e-10;
 /// Exponents of condition numbers may be off by this.
@@ -23,6 +27,8 @@ const LEAST_STEPS: u64 = 2048;
 /// Steps below which a trend of the energy or the exponent of a drift cannot be told from the wandering
 /// of the motion.
 const TELLING_STEPS: u64 = 8000;
+/// Steps from which on a trend is one.
+const LONG_STEPS: u64 = 100_000;
 /// Horizons are doubled this often where errors reach round-off too early.
 const EXTENSIONS: usize = 3;
 
@@ -155,10 +161,18 @@ impl Certifier<'_> {
             found.iter_mut().flat_map(|study| &mut study.curves).for_each(fewer_halvings);
         }
         for quantity in Quantity::ALL {
-            // the first horizon at which it could be read, else the first one
+            // over four halvings where that is possible, and the straightest; else the first horizon
             let of = |s: &Study| s.curves.iter().position(|c| c.quantity == quantity);
-            let readable = |s: &&Study| of(s).is_some_and(|k| s.curves[k].observed.is_ok());
-            let Some(study) = found.iter().find(readable).or(found.first()) else { continue };
+            let rank = |s: &&Study| {
+                let curve = &s.curves[of(s)?];
+                let ObservedOrder { spread, points, .. } = curve.observed.as_ref().ok()?;
+                let (coarse, fine) = (curve.errors[points.start], curve.errors[points.end - 1]);
+                let short = (coarse.step / fine.step).log2() < f64::from(HALVINGS) - 0.1;
+                Some((short, *spread))
+            };
+            let readable = found.iter().filter_map(|s| Some((rank(&s)?, s)));
+            let best = readable.min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            let Some(study) = best.map(|(_, study)| study).or(found.first()) else { continue };
             if let Some(k) = of(study) {
                 let finding = judge_order(method, order, &study.curves[k], study);
                 self.push(finding);
@@ -195,24 +209,32 @@ impl Certifier<'_> {
             let drift = judge_momentum((method, order), name, &run, &run.momentum(k));
             self.push(drift);
         }
-        for found in judge_residuals((method, order), setting.step, &run) {
-            self.push(found);
+        let [position, mut velocity] = judge_residuals((method, order), setting.step, &run);
+        self.push(position);
+        let short = self.short_runs(method, order);
+        if velocity.verdict == Verdict::Fail {
+            not_quadratic(&mut velocity, &short);
         }
-        self.hidden(method, order);
+        self.push(velocity);
+        self.hidden(method, order, &short);
     }
 
-    /// The order of the hidden constraint at momenta, from short runs.
-    fn hidden(&mut self, method: Method, order: u32) {
-        let errors: Result<Vec<_>, String> = (0..5)
-            .map(|k| {
-                let step = self.plan.step / f64::from(1 << k);
-                let steps = 32 << k;
-                let run =
-                    long_run(self.subject, Setting { step, ..self.setting(method, order) }, steps)?;
-                Ok((step, run.residuals()[2], run.samples.last().map_or(0.0, |s| s.size)))
-            })
-            .collect();
-        let Ok(errors) = errors else { return };
+    /// Largest residuals of short runs at `h`, `h/2`, … `h/16`; empty where one failed.
+    fn short_runs(&self, method: Method, order: u32) -> Vec<(f64, [f64; 3])> {
+        let residuals = |k: u32| -> Result<_, String> {
+            let step = self.plan.step / f64::from(1 << k);
+            let setting = Setting { step, ..self.setting(method, order) };
+            Ok((step, long_run(self.subject, setting, 32 << k)?.residuals()))
+        };
+        (0..5).map(residuals).collect::<Result<_, String>>().unwrap_or_default()
+    }
+
+    /// The order of the hidden constraint at momenta.
+    fn hidden(&mut self, method: Method, order: u32, short: &[(f64, [f64; 3])]) {
+        let errors: Vec<(f64, f64)> = short.iter().map(|(h, r)| (*h, r[2])).collect();
+        if errors.is_empty() {
+            return;
+        }
         let mut found =
             finding(Criterion::Residual, method, order, "hidden constraint at momenta (46)");
         let largest = errors.iter().map(|e| e.1).fold(0.0, f64::max);
@@ -226,7 +248,7 @@ impl Certifier<'_> {
             }
         } else {
             found.expected = "order 2 in h".into();
-            let law = super::fit::power_law(errors.iter().map(|e| (e.0, e.1)));
+            let law = power_law(errors.iter().copied());
             let slope = law.map_or(f64::NAN, |law| law.exponent);
             found.measured =
                 format!("order {slope:.2}, {:.1e} at h = {}", errors[0].1, errors[0].0);
@@ -274,9 +296,14 @@ impl Certifier<'_> {
             Ok(defect) => {
                 found.measured = format!("{defect:.1e}");
                 found.value = Some(defect);
-                let holds =
-                    if variational { defect <= FORM_TOLERANCE } else { defect > FORM_TOLERANCE };
-                found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };
+                found.verdict = match (variational, defect <= FORM_TOLERANCE) {
+                    (true, true) | (false, false) => Verdict::Pass,
+                    (true, false) => Verdict::Fail,
+                    (false, true) => {
+                        found.reason = "no promise, but so it is on this motion".into();
+                        Verdict::Open
+                    }
+                };
             }
         }
         self.push(found);
@@ -387,13 +414,15 @@ fn judge_order(method: Method, order: u32, curve: &Convergence, study: &Study) -
             found.value = Some(*p);
             // first-order terms may vanish by symmetry of the start
             let holds = if known {
-                *p >= 1.0 - ORDER_TOLERANCE
+                *p >= 1.0 - 2.0 * ORDER_TOLERANCE
             } else {
-                (p - nominal).abs() <= ORDER_TOLERANCE
+                let tolerance = if order == 8 { ORDER_8_TOLERANCE } else { ORDER_TOLERANCE };
+                (p - nominal).abs() <= tolerance
             };
             found.verdict = match (holds, known) {
                 (true, false) => Verdict::Pass,
-                (true, true) => Verdict::Known,
+                (true, true) if *p < 2.0 - ORDER_TOLERANCE => Verdict::Known,
+                (true, true) => Verdict::Pass,
                 (false, _) => Verdict::Fail,
             };
             let halvings = (range[0].step / range[range.len() - 1].step).log2();
@@ -421,6 +450,19 @@ fn judge_order(method: Method, order: u32, curve: &Convergence, study: &Study) -
         }
     }
     found
+}
+
+/// A residual at velocities that is no round-off is of second order where a constraint is not quadratic.
+fn not_quadratic(found: &mut Finding, short: &[(f64, [f64; 3])]) {
+    let law = power_law(short.iter().map(|(h, r)| (*h, r[1])));
+    if let Some(law) = law.filter(|law| law.exponent >= 2.0 - 2.0 * ORDER_TOLERANCE) {
+        found.verdict = Verdict::Known;
+        found.measured = format!("{}, order {:.2}", found.measured, law.exponent);
+        found.reason =
+            "a constraint that is not quadratic in q (a thread, a coupling) meets (45) to \
+                        second order"
+                .into();
+    }
 }
 
 fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding {
@@ -451,6 +493,13 @@ fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding {
             if !kept && run.steps < TELLING_STEPS {
                 found.verdict = Verdict::Open;
                 found.reason = format!("fewer than {TELLING_STEPS} steps do not tell a trend");
+            } else if !holds && variational && run.steps < LONG_STEPS {
+                found.verdict = Verdict::Open;
+                found.reason = format!(
+                    "a trend of {:.0} % of the band over {} steps may be a slow motion",
+                    100.0 * trend.relative(),
+                    run.steps
+                );
             } else if !holds {
                 found.reason = format!(
                     "scatter of the trend {:.1e} J, band widens by {:.2}",
@@ -485,9 +534,25 @@ fn judge_momentum(
             let walks = growth.is_unbiased() || run.steps < TELLING_STEPS;
             let holds = drift <= root || (walks && drift <= 1e3 * root);
             found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };
+            if !holds && drift <= 100.0 * root && solves_for_coordinates(method) {
+                found.verdict = Verdict::Known;
+                found.reason =
+                    "the scheme resolves Δq to round-off of q, not of itself: a small bias \
+                                stays"
+                        .into();
+            }
         }
     }
     found
+}
+
+/// Schemes whose unknowns are coordinates, not increments of a map.
+fn solves_for_coordinates(method: Method) -> bool {
+    matches!(
+        method,
+        Method::Variational(SchemeKind::Constrained | SchemeKind::Dalembert)
+            | Method::EnergyMomentum(_)
+    )
 }
 
 fn judge_residuals((method, order): (Method, u32), h: f64, run: &LongRun) -> [Finding; 2] {

@@ -125,7 +125,7 @@ pub struct Convergence {
 }
 
 /// The start and the nodes at quarters of a run of `steps` steps.
-fn nodes(
+pub(super) fn nodes(
     subject: &dyn Subject,
     (method, order): (Method, u32),
     end: f64,
@@ -163,6 +163,11 @@ fn relative_error(quantity: Quantity, run: &[Values], reference: &[Values]) -> O
     }
     let size = largest(sizes.into_iter());
     (size > 1e-12).then(|| largest(errors.into_iter()) / size)
+}
+
+/// Largest difference of `q` between two runs, relative to the largest coordinate.
+pub(super) fn relative_difference(run: &[Values], other: &[Values]) -> f64 {
+    relative_error(Quantity::Position, run, other).unwrap_or(0.0)
 }
 
 /// The schemes that a reference may be computed by, the best first.

@@ -13,6 +13,7 @@
 //! | [`closed_form`] | discrete equilibria that are known in closed form |
 //! | [`certify`], [`certificate`] | everything measured and judged |
 //! | [`table`] | its findings as tables |
+//! | [`model_certificate`], [`page`] | the certificate of a user's model, and its page |
 //!
 //! Every statistic refuses with a reason where the numbers do not carry it.
 
@@ -25,7 +26,9 @@ pub mod fit;
 pub mod growth;
 pub mod measure;
 pub mod model;
+pub mod model_certificate;
 pub mod order;
+pub mod page;
 pub mod running;
 pub mod subject;
 pub mod table;

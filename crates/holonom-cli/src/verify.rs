@@ -1,0 +1,111 @@
+//! `holonom verify`: the certificate of a model.
+
+use std::path::{Path, PathBuf};
+
+use holonom::RunFolder;
+use holonom::evidence::certificate::Verdict;
+use holonom::evidence::model_certificate::{ModelCertificate, certify_model};
+use holonom::evidence::page::{page, sentence, verdict};
+use holonom::evidence::table::{Cell, Table, remarks, tables};
+use holonom::output::OutputError;
+
+use crate::arguments::Verify;
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::{stderr, stdout};
+
+pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
+    let overrides = arguments.model.set.clone();
+    let (model, _) = Input::new(&arguments.model, overrides, arguments.json).assemble()?;
+    let path = &arguments.model.model;
+    let folder = arguments.output.clone().unwrap_or_else(|| default_folder(path));
+    occupied(&folder, arguments.force)?;
+    let mut progress = |what: &str| {
+        if !arguments.quiet {
+            stderr::line(&format!("  {what}"));
+        }
+    };
+    let certificate = certify_model(&model, arguments.accuracy, &mut progress)
+        .map_err(|message| Failure::Usage { message, help: String::new() })?;
+    let folder = RunFolder::open(folder);
+    let json = serde_json::to_value(&certificate).unwrap_or_default();
+    let drawn = page(&certificate).map_err(|reason| {
+        let name = "certificate.html".to_owned();
+        Failure::Output(OutputError::Plot { name, reason })
+    })?;
+    let files = [
+        folder.write("certificate.json", &format!("{json:#}\n"))?,
+        folder.write("certificate.html", &drawn)?,
+    ];
+    if !arguments.quiet {
+        stderr::print(&words(&certificate));
+        let files = files.map(|file| file.display().to_string());
+        stderr::line(&format!("  written: {}", files.join(", ")));
+    }
+    if arguments.json {
+        match stdout::json(&json) {
+            Err(Failure::Closed) => {} // a promise fails even if nobody reads
+            other => other?,
+        }
+    }
+    if certificate.holds { Ok(()) } else { Err(Failure::Promise(verdict(&certificate))) }
+}
+
+fn default_folder(model: &Path) -> PathBuf {
+    let stem = model.file_stem().filter(|s| !s.is_empty());
+    let mut name = stem.unwrap_or_else(|| "model".as_ref()).to_owned();
+    name.push("-verify");
+    PathBuf::from(name)
+}
+
+fn occupied(folder: &Path, force: bool) -> Result<(), Failure> {
+    let file = "certificate.json";
+    if force || !folder.join(file).exists() {
+        return Ok(());
+    }
+    let (folder, file) = (folder.to_owned(), file.to_owned());
+    Err(Failure::Output(OutputError::Occupied { folder, file }))
+}
+
+/// The certificate for a terminal.
+fn words(certificate: &ModelCertificate) -> String {
+    let mut text = format!("{}: {}\n", certificate.model, verdict(certificate));
+    for step in &certificate.steps {
+        text += &format!("  {}\n", sentence(step, certificate.accuracy));
+    }
+    for of in tables(&certificate.certificate) {
+        text += &table(&of);
+    }
+    let remarks = remarks(&certificate.certificate);
+    if !remarks.is_empty() {
+        text.push('\n');
+        remarks.iter().for_each(|remark| text += &format!("  {remark}\n"));
+    }
+    text
+}
+
+fn table(table: &Table) -> String {
+    let row = |(name, cells): &(String, Vec<Cell>)| -> Vec<String> {
+        std::iter::once(name.clone()).chain(cells.iter().map(cell)).collect()
+    };
+    let rows: Vec<Vec<String>> = table.rows.iter().map(row).collect();
+    let width = |column: usize| {
+        let of = rows.iter().chain([&table.header]).filter_map(|row| row.get(column));
+        of.map(|text| text.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..table.header.len()).map(width).collect();
+    let line = |cells: &[String]| {
+        let padded = cells.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}"));
+        format!("  {}\n", padded.collect::<Vec<_>>().join("  ").trim_end())
+    };
+    let body: String = rows.iter().map(|row| line(row)).collect();
+    format!("\n{}\n{}{body}", table.title, line(&table.header))
+}
+
+fn cell(cell: &Cell) -> String {
+    match cell.verdict {
+        Some(Verdict::Fail) => format!("{} FAIL", cell.text),
+        Some(Verdict::Known) => format!("{} (known)", cell.text),
+        _ => cell.text.clone(),
+    }
+}
