@@ -217,6 +217,17 @@ fn pendulums_released_sideways_come_to_hang() {
     assert!(off < 1e-9 && top.q[2] < -0.01, "{:?}", &top.q[..3]);
 }
 
+#[test]
+fn an_overconstrained_loop_comes_to_rest() {
+    let changes =
+        [("simulation.scheme", "\"static\""), ("simulation.end", "1"), ("simulation.step", "1")];
+    // 30 constraints of rank 29; which of them follow from the others changes on the way
+    let sample = end_of("bricard", &changes);
+    let (energy, missed) = (sample.energy, sample.residuals.position);
+    println!("Bricard: {energy:.6} J at rest, constraints met to {missed:.1e}");
+    assert!(energy < -29.43 - 1.0 && missed < 1e-10, "{energy}, {missed:e}");
+}
+
 const DRIVEN: &str = r#"
 [model]
 name = "driven end"

@@ -88,7 +88,7 @@ impl StaticProblem {
                     report.residual = self.left_over();
                     let end = self.work.s.q1.clone();
                     self.mu.copy_from_slice(&self.x[d..]);
-                    self.work.advance();
+                    self.move_on();
                     self.refuse_way(start, &end, bounds)?;
                     let rest = (REST * self.work.force_scale()).max(self.work.round_off());
                     if report.residual <= rest || sigma <= 1e-280 {

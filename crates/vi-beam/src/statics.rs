@@ -255,8 +255,16 @@ impl StaticProblem {
         self.check_limit()?;
         let d = self.work.unknowns();
         self.mu.copy_from_slice(&self.x[d..]);
-        self.work.advance();
+        self.move_on();
         Ok(self.here(report.iterations, report.residual))
+    }
+
+    /// Moves to the configuration last evaluated.
+    pub(crate) fn move_on(&mut self) {
+        self.work.advance();
+        if self.work.renew_rows() && self.work.balance(&mut self.x).is_ok() {
+            self.mu.copy_from_slice(&self.x[self.work.unknowns()..]);
+        }
     }
 
     /// Refuses folded elements in the configuration last evaluated.
