@@ -29,6 +29,12 @@ pub(super) fn record(model: &Model, scheme: &'static str) -> Result<Recorded> {
 }
 
 impl Recorded {
+    /// Without the nodes before `t`.
+    pub(super) fn since(mut self, t: f64) -> Self {
+        self.samples.retain(|sample| sample.t >= t);
+        self
+    }
+
     /// `H − H(0)` at the nodes, J.
     pub(super) fn energy_errors(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let start = self.samples[0].hamiltonian;

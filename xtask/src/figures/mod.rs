@@ -4,6 +4,7 @@
 //! Writes `examples/leyendecker_2008/*.svg` and its `README.md`; `ERRATA.md` there is written by hand.
 
 mod comparison;
+mod flexible;
 mod linkage;
 mod orbit;
 mod page;
@@ -48,6 +49,7 @@ pub(crate) fn run() -> Result<()> {
         pendulum::free(&shipped(&root, "pendulum_free")?)?,
         pendulum::gravity(&shipped(&root, "pendulum")?)?,
         linkage::section(&shipped(&root, "six_hinge_cube")?)?,
+        flexible::section(&shipped(&root, "flexible_multibody")?)?,
     ];
     let folder = root.join("examples/leyendecker_2008");
     let write = |file: &str, text: &str| {
