@@ -2,6 +2,7 @@
 
 use super::Compared;
 use holonom::compare::{Measured, Outcome, Record, Verdict, table};
+use holonom::vi_core::linear::norm_inf;
 use std::fmt::Write;
 
 const HEAD: &str = include_str!("head.md");
@@ -95,7 +96,7 @@ fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
     let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
     let kept =
         names.iter().zip(m.momentum_drift).filter(|d| one.found.kept.iter().any(|k| k == d.0));
-    let drift = kept.map(|d| d.1).fold(0.0, f64::max);
+    let drift = norm_inf(&kept.map(|d| d.1).collect::<Vec<_>>());
     let failed = if r.outcome == Outcome::Done { "" } else { " (failed)" };
     let micro = |x: f64| format!("{:.2}", 1e6 * x);
     let part = |of: fn(&holonom::compare::Shares) -> f64| match (m.seconds_per_step, m.shares) {

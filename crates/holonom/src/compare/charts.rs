@@ -57,14 +57,20 @@ pub(super) fn figures(c: &Comparison) -> Vec<Figure> {
     figures
 }
 
+/// The same from where no load acts any more.
+fn while_free(c: &Comparison, name: String, m: &Measured, of: fn(&Point) -> f64) -> Curve {
+    let free = m.series.iter().filter(|p| p.t >= c.free_from);
+    curve(name, free.map(|p| (p.t, of(p))))
+}
+
 fn energy(c: &Comparison) -> Figure {
     let curves = representatives(c).into_iter();
-    let curves = curves.map(|(r, m)| over_time(r.scheme.clone(), m, |p| p.energy));
+    let curves = curves.map(|(r, m)| while_free(c, r.scheme.clone(), m, |p| p.energy));
     Figure {
         chart: Chart {
             title: "Energy error".into(),
             x: Axis::time(),
-            y: Axis::linear("H − H(0)", "J"),
+            y: Axis::linear("change of H", "J"),
             marks: false,
             curves: curves.collect(),
         },
@@ -74,10 +80,10 @@ fn energy(c: &Comparison) -> Figure {
 
 fn momentum(c: &Comparison) -> Figure {
     let curves = representatives(c).into_iter();
-    let curves = curves.map(|(r, m)| over_time(r.scheme.clone(), m, |p| p.momentum));
+    let curves = curves.map(|(r, m)| while_free(c, r.scheme.clone(), m, |p| p.momentum));
     Figure {
         chart: Chart {
-            title: "Momentum maps: change since the start".into(),
+            title: "Change of the momentum maps".into(),
             x: Axis::time(),
             y: Axis::logarithmic("largest change", "SI"),
             marks: false,

@@ -27,6 +27,7 @@ pub(super) struct Run {
     scheme: Scheme,
     outcome: Outcome,
     samples: Vec<Sample>,
+    first_free: usize, // sample from which no load acts
     distance: Option<f64>,
 }
 
@@ -44,7 +45,7 @@ pub(super) fn run(
             let problem = error.problems("").into_iter().next();
             let reason = problem.map_or_else(|| error.to_string(), |p| p.message);
             let outcome = Outcome::Refused { reason };
-            return Run { scheme, outcome, samples: Vec::new(), distance: None };
+            return Run { scheme, outcome, samples: Vec::new(), first_free: 0, distance: None };
         }
     };
     let mut samples = Vec::new();
@@ -61,7 +62,9 @@ pub(super) fn run(
         samples.iter().zip(nodes).map(|(s, q)| distance(&s.q, q)).fold(0.0, larger)
     };
     let distance = reference.map(off);
-    Run { scheme, outcome, samples, distance }
+    let free_from = plan.free_from - 1e-9 * model.settings.step;
+    let first_free = samples.partition_point(|sample| sample.t < free_from);
+    Run { scheme, outcome, samples, first_free, distance }
 }
 
 /// `Px Py Pz Lx Ly Lz`.
@@ -74,7 +77,7 @@ fn maps(sample: &Sample) -> [f64; 6] {
 pub(super) fn kept(runs: &[Run]) -> [bool; 6] {
     let mut kept = [false; 6];
     for run in runs.iter().filter(|run| run.samples.len() > 1) {
-        let size = run.samples.iter().flat_map(maps).fold(1.0, larger);
+        let size = run.free().iter().flat_map(maps).fold(1.0, larger);
         for (kept, drift) in kept.iter_mut().zip(run.drift()) {
             *kept |= drift <= ROUND_OFF * size;
         }
@@ -88,10 +91,17 @@ impl Run {
         self.samples.iter().map(|sample| sample.q.clone()).collect()
     }
 
+    /// The nodes on which no load acts; all of them where the run ends before that.
+    fn free(&self) -> &[Sample] {
+        let free = self.samples.get(self.first_free..).filter(|free| free.len() > 1);
+        free.unwrap_or(&self.samples)
+    }
+
     fn drift(&self) -> [f64; 6] {
-        let start = self.samples.first().map(maps).unwrap_or_default();
+        let free = self.free();
+        let start = free.first().map(maps).unwrap_or_default();
         let mut drift = [0.0; 6];
-        for sample in &self.samples {
+        for sample in free {
             for ((drift, now), start) in drift.iter_mut().zip(maps(sample)).zip(start) {
                 *drift = larger(*drift, now - start);
             }
@@ -112,13 +122,13 @@ impl Run {
     }
 
     fn measured(&self, kept: [bool; 6], first: Option<&Vec<Vec<f64>>>) -> Measured {
-        let start = &self.samples[0];
+        let free = self.free();
         let worst = |of: fn(&Sample) -> f64| self.samples.iter().map(of).fold(0.0, larger);
         let maximum = |of| Maximum { max: worst(of) };
         let taken = &self.samples[1..];
         let iterations = taken.iter().map(|s| s.newton_iterations);
-        let energies: Vec<f64> = self.samples.iter().map(|s| s.hamiltonian).collect();
-        let energy_error = energies.iter().map(|e| e - start.hamiltonian).fold(0.0, larger);
+        let energies: Vec<f64> = free.iter().map(|s| s.hamiltonian).collect();
+        let energy_error = energies.iter().map(|e| e - energies[0]).fold(0.0, larger);
         let apart = first.map(|nodes| {
             self.samples.iter().zip(nodes).map(|(s, q)| distance(&s.q, q)).fold(0.0, larger)
         });
@@ -126,7 +136,7 @@ impl Run {
             steps: taken.len() as u64,
             distance: self.distance,
             apart,
-            energy: start.hamiltonian,
+            energy: energies[0],
             energy_error,
             energy_verdict: verdict(&energies, energy_error),
             momentum_drift: self.drift(),
@@ -144,13 +154,13 @@ impl Run {
     }
 
     fn series(&self, kept: [bool; 6]) -> Vec<Point> {
-        let start = maps(&self.samples[0]);
+        let (start, energy) = (maps(&self.free()[0]), self.free()[0].hamiltonian);
         let point = |s: &Sample| {
             let changes = maps(s).into_iter().zip(start).zip(kept).filter(|c| c.1);
             let r = &s.residuals;
             Point {
                 t: s.t,
-                energy: s.hamiltonian - self.samples[0].hamiltonian,
+                energy: s.hamiltonian - energy,
                 momentum: changes.map(|((now, start), _)| now - start).fold(0.0, larger),
                 residuals: [r.position, r.velocity, r.momentum],
             }

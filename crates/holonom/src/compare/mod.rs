@@ -3,7 +3,7 @@
 //! ```text
 //! distance        max_n |q_n − q^ref_n|_∞
 //! energy          max_n |H_n − H_0|; bounded (a band without a trend) or conserved
-//! momentum maps   max_n |J_n − J_0| of those that the system keeps
+//! momentum maps   max_n |J_n − J_0| of those that the system keeps        both once all loads have ended
 //! constraints     |g(q_n)|, |Ḡ Δq/h|, |G(q_n) M⁻¹ p_n|            position, velocity, momentum level
 //! cost            Newton iterations; time per step, and the share of assembly and of solution
 //! κ               of the Newton matrix, as written and as factorized, at several h
@@ -97,6 +97,8 @@ pub(crate) struct Plan {
     counts: Vec<u64>,
     orders: Vec<u32>,
     effort: f64,
+    /// Energy and momentum maps are looked at from here on, s.
+    free_from: f64,
 }
 
 impl Plan {
@@ -130,7 +132,8 @@ impl Plan {
         };
         let (orders, effort) = (request.orders.clone(), request.effort);
         let counts = sizes.iter().map(count).collect();
-        Ok(Self { schemes, step, steps: count(&step), counts, orders, effort })
+        let free_from = model.loads_end().filter(|t| *t < end).unwrap_or(0.0);
+        Ok(Self { schemes, step, steps: count(&step), counts, orders, effort, free_from })
     }
 
     /// End of all runs, s.
@@ -213,6 +216,7 @@ pub fn compare(
         step: plan.step,
         steps: plan.steps,
         end: plan.end(),
+        free_from: plan.free_from,
         reference,
         kept: names.iter().zip(kept).filter(|k| k.1).map(|k| (*k.0).to_owned()).collect(),
         clock: Clock::available(),

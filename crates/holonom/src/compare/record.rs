@@ -22,6 +22,9 @@ pub struct Comparison {
     pub steps: u64,
     /// End of all runs, s.
     pub end: f64,
+    /// Energy and momentum maps are measured from here on, s: the end of the last load, 0 when one never
+    /// ends.
+    pub free_from: f64,
     /// What trajectories are held against.
     pub reference: Reference,
     /// Which momentum maps the system keeps: of `Px Py Pz Lx Ly Lz`.
@@ -91,13 +94,13 @@ pub struct Measured {
     pub distance: Option<f64>,
     /// The same against the first scheme of its family.
     pub apart: Option<f64>,
-    /// Energy at the start, J.
+    /// Energy where nothing is loaded any more (`free_from`), J.
     pub energy: f64,
     /// Largest deviation from it, J.
     pub energy_error: f64,
     /// What it does.
     pub energy_verdict: Verdict,
-    /// Largest deviation of `Px Py Pz Lx Ly Lz` from their start.
+    /// Largest deviation of `Px Py Pz Lx Ly Lz` from their values there.
     pub momentum_drift: [f64; 6],
     /// Constraint residuals at three levels.
     pub constraint_residual: ConstraintSummary,
@@ -132,7 +135,7 @@ pub enum Verdict {
 pub struct Point {
     /// Time, s.
     pub t: f64,
-    /// `H − H(0)`, J.
+    /// `H` less its value at `free_from`, J.
     pub energy: f64,
     /// Largest change of a momentum map that the system keeps.
     pub momentum: f64,

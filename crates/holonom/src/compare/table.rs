@@ -39,9 +39,15 @@ pub(super) fn time_word(clock: Clock) -> &'static str {
 pub fn head(c: &Comparison) -> String {
     let known = c.reference.known_to.map_or(String::new(), |e| format!(", known to {e:.0e}"));
     let kept = if c.kept.is_empty() { "none".to_owned() } else { c.kept.join(" ") };
+    let free = match c.free_from > 0.0 {
+        true => {
+            format!("; energy and momenta once the loads have ended, from t = {} s", c.free_from)
+        }
+        false => String::new(),
+    };
     format!(
         "{}: {} degrees of freedom, {} coordinates, {} constraints; {} steps of {} s to t = {} s\n\
-         reference: {}{known} (m; directors 1)\nmomentum maps that the system keeps: {kept}\n",
+         reference: {}{known} (m; directors 1)\nmomentum maps that the system keeps: {kept}{free}\n",
         c.model,
         c.dof,
         c.coordinates,

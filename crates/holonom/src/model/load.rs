@@ -92,6 +92,21 @@ impl History {
         }
     }
 
+    /// The time from which it stays zero, s; `None` when it never does.
+    #[must_use]
+    pub fn end(&self) -> Option<f64> {
+        match self {
+            Self::Pulse { end, .. } | Self::Triangle { end, .. } => Some(*end),
+            Self::Table { times, values } => {
+                let last = values.iter().rposition(|value| *value != 0.0);
+                times.get(last.map_or(0, |k| k + 1)).copied()
+            }
+            Self::Constant | Self::Linear { .. } | Self::Ramp { .. } | Self::Harmonic { .. } => {
+                None
+            }
+        }
+    }
+
     /// What is wrong with it, in words.
     #[must_use]
     pub fn fault(&self) -> Option<String> {
@@ -172,5 +187,22 @@ impl Checker<'_> {
         if let Some(fault) = load.history.fault() {
             self.report(format!("{key}.history"), fault, "correct the history");
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn histories_end_where_they_stay_zero() {
+        let table = |values: [f64; 4]| {
+            History::Table { times: vec![0.0, 1.0, 2.0, 3.0], values: values.into() }
+        };
+        assert_eq!(table([0.0, 5.0, 0.0, 0.0]).end(), Some(2.0));
+        assert_eq!(table([0.0, 5.0, 0.0, 1.0]).end(), None);
+        assert_eq!(table([0.0; 4]).end(), Some(0.0));
+        assert_eq!(History::Triangle { start: 0.0, peak: 1.0, end: 4.0 }.end(), Some(4.0));
+        assert_eq!(History::Constant.end(), None);
     }
 }

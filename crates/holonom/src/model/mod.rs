@@ -223,6 +223,12 @@ impl Model {
         self.particles.iter().find(|p| p.name == name)
     }
 
+    /// The time from which no load acts, s: 0 without loads, `None` when one never ends.
+    #[must_use]
+    pub fn loads_end(&self) -> Option<f64> {
+        self.loads.iter().try_fold(0.0_f64, |end, load| Some(end.max(load.history.end()?)))
+    }
+
     /// Gravitational acceleration, m/s²; the third component is 0 in the plane.
     #[must_use]
     pub fn gravity(&self) -> [f64; 3] {
