@@ -4,7 +4,7 @@
 //! ```text
 //! J_n = G_c(q_n) P_tree(q_n),      U: row echelon form of J_n, pivots in the columns B
 //! b    = P_treeᵀ (p̄_n + D_1 L_d + f_d^-),     g = g_c(F_d(u, q_n)) (independent rows),   u ∈ R^{d_tree}
-//! r(u) = (b − Uᵀλ, λ: zero in B; g in its place) = 0      balance along Z = null J_n, closure
+//! r(u) = (b − Uᵀλ, λ: zero in B; g/h in its place) = 0    balance along Z = null J_n, closure
 //! [ A  −Uᵀ ] [δ]   [b − Uᵀλ]
 //! [ J'  0  ] [μ] = [   g   ],     A = P_treeᵀ D_2(D_1 L_d + f_d^-) ∂F_d/∂u
 //! ```
@@ -76,6 +76,7 @@ pub struct LoopNodal {
     solver: TreeSolver,
     coupled: Coupled, // of matrices that couple bodies
     q_n: Vec<f64>,
+    h: f64,
     sigma: f64,    // smallest pivot at q_{n+1}
     fresh: bool,   // rows not chosen yet in this step
     current: bool, // the tangent maps kept are those of the last trial
@@ -105,7 +106,7 @@ impl LoopNodal {
             mu: vec![0.0; size],
         };
         let q_n = vec![0.0; mechanism.dim()];
-        Self { loops, solver, coupled, q_n, sigma: 1.0, fresh: true, current: false }
+        Self { loops, solver, coupled, q_n, h: 1.0, sigma: 1.0, fresh: true, current: false }
     }
 
     /// The first node is a singular placement: its null space is that of the branch, `Z_0`.
@@ -227,6 +228,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
 
     fn begin(&mut self, system: &S, s: &Interval, kept: bool) {
         self.q_n.copy_from_slice(&s.q0);
+        self.h = s.h;
         self.loops.tree.begin_at(&s.q0, kept);
         match &mut self.solver {
             TreeSolver::Recursion => {}
@@ -281,11 +283,11 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
             TreeSolver::Sparse(sparse) => NodalOperators::<S>::pull_back(&mut **sparse, w, out),
             _ => self.loops.tree.pull_back_at(&self.q_n, w, out),
         }
-        self.loops.clusters.iter().for_each(|cluster| cluster.project(out));
+        self.loops.clusters.iter().for_each(|cluster| cluster.project(self.h, out));
     }
 
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
-        self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(x))?;
+        self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(s.h, x))?;
         self.take_tangent(u, s);
         if let TreeSolver::Recursion = self.solver {
             self.loops.tree.assemble(system, s);

@@ -158,7 +158,6 @@ pub(crate) fn all(quick: bool) -> Result<Vec<Case>, String> {
     for case in &mut cases {
         match case.name {
             "cantilever" => case.closed_forms = closed_forms::curved_cantilever,
-            "four_bar" | "six_body_linkage" | "rheonomic" => case.plan.closed_loops = true,
             // order 8 reaches round-off before it is asymptotic
             "four_particles" => {
                 case.plan.methods.iter_mut().for_each(|(_, orders)| orders.retain(|k| *k < 8));
@@ -193,7 +192,6 @@ fn case(
     let finest = if quick { finest / 4 } else { finest };
     let horizon = Horizon { end, coarsest, finest };
     let few = if quick { 64 } else { 200 };
-    let plan =
-        Plan { methods, horizon, step, long: long.max(4096), short, few, closed_loops: false };
+    let plan = Plan { methods, horizon, step, long: long.max(4096), short, few };
     Case { name, about, subject, plan, weight, closed_forms: Vec::new }
 }

@@ -28,12 +28,6 @@ impl ModelSubject {
         &self.model
     }
 
-    /// Whether its joints, bars or single constraints close loops.
-    #[must_use]
-    pub fn has_loops(&self) -> bool {
-        self.build().is_ok_and(|(built, _)| built.mechanism.has_loops())
-    }
-
     fn build(&self) -> Result<(System, &Settings), String> {
         let built = system::build(&self.model).map_err(|e: ModelError| e.to_string())?;
         Ok((built, &self.model.settings))

@@ -123,7 +123,6 @@ fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Plan, Stri
         long: long.max(steps.min(20_000)),
         short: 2048,
         few: steps.clamp(1, 64),
-        closed_loops: subject.has_loops(),
     })
 }
 

@@ -196,8 +196,9 @@ mod tests {
 
     #[test]
     fn histories_end_where_they_stay_zero() {
-        let table = |values: [f64; 4]| {
-            History::Table { times: vec![0.0, 1.0, 2.0, 3.0], values: values.into() }
+        let table = |values: [f64; 4]| History::Table {
+            times: vec![0.0, 1.0, 2.0, 3.0],
+            values: values.into(),
         };
         assert_eq!(table([0.0, 5.0, 0.0, 0.0]).end(), Some(2.0));
         assert_eq!(table([0.0, 5.0, 0.0, 1.0]).end(), None);

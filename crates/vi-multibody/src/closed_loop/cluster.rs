@@ -185,8 +185,9 @@ impl Cluster {
         }
     }
 
-    /// Takes the part along `range J_nᵀ` out of `b`, and puts `g` into the places of the pivots.
-    pub(crate) fn project(&self, b: &mut [f64]) {
+    /// Takes the part along `range J_nᵀ` out of `b`, and puts `g/h` into the places of the pivots: rows
+    /// of both kinds then grow like `1/h`, and the condition number does not depend on `h`.
+    pub(crate) fn project(&self, h: f64, b: &mut [f64]) {
         let columns = &self.paths.columns;
         for k in 0..self.rank.min(self.basis.pivots().len()) {
             let (pivot, rest) = self.basis.row(k);
@@ -196,18 +197,18 @@ impl Cluster {
             }
         }
         for (k, g) in self.g.iter().enumerate().take(self.basis.pivots().len()) {
-            b[columns[self.basis.row(k).0]] = *g;
+            b[columns[self.basis.row(k).0]] = *g / h;
         }
     }
 
     /// Takes `g` out of its places again.
-    pub(crate) fn split(&mut self, x: &mut [f64]) -> Result<(), Fault> {
+    pub(crate) fn split(&mut self, h: f64, x: &mut [f64]) -> Result<(), Fault> {
         if self.basis.pivots().len() < self.rank {
             return Err(Fault::SingularTangent);
         }
         for (k, g) in self.g.iter_mut().enumerate() {
             let place = &mut x[self.paths.columns[self.basis.row(k).0]];
-            *g = std::mem::replace(place, 0.0);
+            *g = h * std::mem::replace(place, 0.0);
         }
         Ok(())
     }
