@@ -257,7 +257,6 @@ fn certificate(broken: Broken) -> Certificate {
         long: 10_000,
         short: 2048,
         few: 64,
-        closed_loops: false,
     };
     let certificate = certify(&Top(broken), "top", &plan, &mut |_| {});
     println!("{broken:?}:");
