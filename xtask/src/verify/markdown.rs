@@ -11,11 +11,13 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The page of all certificates.
-pub(super) fn page(certified: &[Certified], seconds: f64, root: &Path) -> String {
+/// The page of all certificates; `quick`: of a short run.
+pub(super) fn page(certified: &[Certified], quick: bool, seconds: f64, root: &Path) -> String {
+    let command =
+        if quick { "cargo xtask verify --quick` (short long runs)" } else { "cargo xtask verify`" };
     let mut text = format!(
         "# Verification\n\n\
-         Written by `cargo xtask verify` on {} at commit {} in {:.0} min. Never edited by hand.\n\n\
+         Written by `{command} on {} at commit {} in {:.0} min. Never edited by hand.\n\n\
          Every promise is measured on every system by every scheme and order that applies. Orders are \
          fitted over at least four halvings of the step above the round-off plateau and must be within \
          {ORDER_TOLERANCE} of the nominal one ({ORDER_8_TOLERANCE} at order 8, which is read over three \

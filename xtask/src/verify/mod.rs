@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &[&str]) -> Result<bool, String> {
         let text = serde_json::to_string_pretty(&certificates).map_err(|e| e.to_string())?;
         write(path, &text)?;
     }
-    let text = markdown::page(&certified, seconds, &root);
+    let text = markdown::page(&certified, wanted.quick, seconds, &root);
     if wanted.only.is_some() || wanted.quick {
         if wanted.only.is_some() {
             print!("{text}");
