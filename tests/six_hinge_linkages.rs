@@ -4,6 +4,11 @@
 mod benchmark;
 
 use benchmark::{Run, assert_order, study};
+use holonom::evidence::measure;
+use holonom::evidence::model::ModelSubject;
+use holonom::evidence::subject::{Method, Setting};
+use holonom::vi_constraints::SchemeKind;
+use holonom::vi_emscheme::EmForm;
 use nalgebra::Vector3;
 
 const CUBE: &str = include_str!("../examples/models/six_hinge_cube.toml");
@@ -99,6 +104,25 @@ fn positions_converge_with_the_nominal_order() {
             let what = format!("{name}, order {nominal}");
             let (_, orders) = study(&what, &steps, |h| (corner(text, h, nominal) - fine).norm());
             assert_order(&orders, f64::from(nominal), 0.4);
+        }
+    }
+}
+
+/// Rows that are independent at the start become dependent on the way.
+#[test]
+fn redundant_constraints_hold_where_other_rows_are_independent() {
+    let variational = [SchemeKind::Constrained, SchemeKind::Dalembert].map(Method::Variational);
+    let comparator = [EmForm::Constrained, EmForm::Dalembert].map(Method::EnergyMomentum);
+    for (name, text) in BOTH {
+        let subject = ModelSubject::new(benchmark::model(text, &[]));
+        for (method, order) in
+            variational.map(|m| (m, 4)).into_iter().chain(comparator.map(|m| (m, 2)))
+        {
+            let run = measure::long_run(&subject, Setting::new(method, order, 0.02), 1500);
+            let run = run.unwrap_or_else(|e| panic!("{name}, {}: {e}", method.name()));
+            let [gap, rate, _] = run.residuals();
+            println!("{name}, {}: |g| {gap:.1e}, |Gv| {rate:.1e}", method.name());
+            assert!(gap < 1e-13 && rate < 1e-11, "{name}, {}: {gap:e}, {rate:e}", method.name());
         }
     }
 }

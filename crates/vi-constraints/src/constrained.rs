@@ -8,7 +8,8 @@
 //! ```
 //! The scaling by powers of `h` makes the condition number independent of `h`; as written it grows
 //! like `h⁻³`. Sparse LU with pivoting, symbolic factorization once: `M` may be singular.
-//! Redundant constraints: the rows of an independent set are used.
+//! Redundant constraints: the rows of an independent set are used, and others once these are no longer
+//! clearly independent.
 
 use crate::constraints::Constraints;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
@@ -137,7 +138,14 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for Constrained {
         work.blocks[1].floor = 1e-5 * length * norm_inf(system.mass().as_sprs().data());
         let mut problem = Problem { system, constraints, work };
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
-        let report = solve_step(newton, predictor, step, &mut problem, &mut self.x)?;
+        let mut outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+        let Work { s, saddle, .. } = &mut *problem.work;
+        let (t, q) = if outcome.is_ok() { (s.t_end(), &s.q1) } else { (s.t, &s.q0) };
+        if (outcome.is_err() || saddle.is_worn()) && saddle.choose(constraints, t, q) {
+            predictor.clear(); // of other multipliers
+            outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+        }
+        let report = outcome?;
         state.move_to_end(system, &self.work.s);
         Ok(report)
     }

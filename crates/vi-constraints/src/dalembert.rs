@@ -30,6 +30,11 @@ use vi_core::state::State;
 pub trait NullSpaceSource<C> {
     /// `out ← P(q)`, shape `n × d`.
     fn null_space(&mut self, constraints: &C, t: f64, q: &[f64], out: &mut DMatrix<f64>);
+    /// Constraints that are independent at the placement of the last `P`, where it was found from
+    /// them.
+    fn independent(&self) -> Option<&[usize]> {
+        None
+    }
 }
 
 /// `P` by pivoted QR, always of the generic rank.
@@ -53,6 +58,10 @@ impl<C: Constraints> NullSpaceSource<C> for QrSource {
         constraints.jacobian(t, q, &mut self.jacobian);
         self.qr.factorize(&self.jacobian);
         self.qr.null_space(self.rank, out);
+    }
+
+    fn independent(&self) -> Option<&[usize]> {
+        Some(&self.qr.pivots()[..self.rank])
     }
 }
 
@@ -184,6 +193,9 @@ impl<S: MechanicalSystem, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> fo
         work.p.copy_from_slice(&state.p);
         work.blocks[0].floor = 1e-5 * norm_inf(&state.q).max(1e-6);
         self.source.null_space(constraints, state.t, &state.q, &mut work.null_space);
+        if let Some(rows) = self.source.independent() {
+            work.rows.replace(rows);
+        }
         let mut problem = Problem { system, constraints, work };
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
         let report = solve_step(newton, predictor, step, &mut problem, &mut self.x)?;

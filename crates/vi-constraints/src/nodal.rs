@@ -160,8 +160,7 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
         for column in inverse.as_mut_slice().chunks_exact_mut(d.max(1)) {
             self.operators.solve(system, &self.u, &self.work.s, column).ok()?;
         }
-        let number = condition_number(&inverse);
-        Some(Condition { as_written: number, scaled: number })
+        Some(Condition::unscaled(condition_number(&inverse)))
     }
 
     fn reset(&mut self) {

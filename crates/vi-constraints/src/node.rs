@@ -14,6 +14,7 @@
 //! minimum-norm form. Letters as in LMO08 §3.
 
 use crate::constraints::Constraints;
+use crate::null_space::NullSpaceQr;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use nalgebra::{DMatrix, DVector};
 use vi_core::discrete_lagrangian::MechanicalSystem;
@@ -166,12 +167,10 @@ impl NodeObserver {
         node.position_residual = norm_inf(&self.m_work);
 
         constraints.time_derivative(t, q, &mut self.m_work);
-        self.x[..n].copy_from_slice(p);
-        self.mass_system.rows().gather(&self.m_work, &mut self.x[n..]);
-        self.x[n..].iter_mut().for_each(|b| *b = -*b);
+        self.m_work.iter_mut().for_each(|b| *b = -*b);
         let mass = |out: &mut dyn Entries| system.mass().emit(out);
-        let at = (t, q);
-        self.mass_system.solve(constraints, &mass, (at, 1.0, at), &mut self.x)?;
+        let (at, right) = ((t, q), (p, &self.m_work[..]));
+        self.mass_system.solve_at(constraints, &mass, at, right, &mut self.x)?;
         node.v.copy_from_slice(&self.x[..n]);
         node.p_projected.fill(0.0);
         system.mass().mul_add(1.0, &node.v, &mut node.p_projected); // (40)
@@ -198,12 +197,12 @@ impl NodeObserver {
         let node = &mut self.node;
         system.forced_d1(s, &mut node.p);
         for i in 0..n {
-            self.x[i] = p[i] + node.p[i];
+            self.n_work[i] = p[i] + node.p[i];
         }
-        self.x[n..].fill(0.0);
+        self.m_work.fill(0.0);
         let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
-        let at = (s.t, &s.q0[..]);
-        self.identity_system.solve(constraints, &identity, (at, 1.0, at), &mut self.x)?;
+        let (at, right) = ((s.t, &s.q0[..]), (&self.n_work[..], &self.m_work[..]));
+        self.identity_system.solve_at(constraints, &identity, at, right, &mut self.x)?;
         let factor = if first { 2.0 } else { 1.0 }; // (47) : (36)
         let rows = self.identity_system.rows();
         rows.scatter(&self.x[n..], &mut node.lambda);
@@ -215,7 +214,7 @@ impl NodeObserver {
             node.p[i] = -node.p[i] + 0.5 * s.h * node.constraint_force[i]; // (34)
         }
         if rows.len() < constraints.len() {
-            minimum_norm(jacobian, rows, &mut node.lambda);
+            minimum_norm(jacobian, rows.len(), &mut node.lambda);
         }
         Ok(())
     }
@@ -234,29 +233,31 @@ impl NodeObserver {
     ) -> Result<(), Singular> {
         let n = self.n;
         constraints.acceleration_terms(t, q, v, &mut self.m_work);
-        self.x.fill(0.0);
-        system.add_potential_gradient(q, -1.0, &mut self.x[..n]);
-        system.add_force(t, q, v, &mut self.x[..n]);
-        self.mass_system.rows().gather(&self.m_work, &mut self.x[n..]);
-        self.x[n..].iter_mut().for_each(|b| *b = -*b);
+        self.m_work.iter_mut().for_each(|b| *b = -*b);
+        self.n_work.fill(0.0);
+        system.add_potential_gradient(q, -1.0, &mut self.n_work);
+        system.add_force(t, q, v, &mut self.n_work);
         let mass = |out: &mut dyn Entries| system.mass().emit(out);
-        let at = (t, q);
-        self.mass_system.solve(constraints, &mass, (at, 1.0, at), &mut self.x)?;
+        let (at, right) = ((t, q), (&self.n_work[..], &self.m_work[..]));
+        self.mass_system.solve_at(constraints, &mass, at, right, &mut self.x)?;
         let rows = self.mass_system.rows();
         rows.scatter(&self.x[n..], lambda);
         if rows.len() < constraints.len() {
             let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
-            minimum_norm(&SparseMatrix::assemble(constraints.len(), n, emit), rows, lambda);
+            minimum_norm(&SparseMatrix::assemble(constraints.len(), n, emit), rows.len(), lambda);
         }
         Ok(())
     }
 }
 
-/// The multipliers of the least norm with the same force `Gᵀλ`: with `G = C G_s`, `G_s` the independent
-/// rows, `λ ← C (CᵀC)⁻¹ Cᵀλ`. Dense; only where constraints are redundant.
-pub fn minimum_norm(jacobian: &SparseMatrix, rows: &IndependentRows, lambda: &mut [f64]) {
+/// The multipliers of the least norm with the same force `Gᵀλ`: with `G = C G_s`, `G_s` the `rank` rows
+/// that are most clearly independent here, `λ ← C (CᵀC)⁻¹ Cᵀλ`. Dense; only where constraints are
+/// redundant.
+pub fn minimum_norm(jacobian: &SparseMatrix, rank: usize, lambda: &mut [f64]) {
     let g = jacobian.to_dense();
-    let chosen = DMatrix::from_fn(rows.len(), g.ncols(), |i, j| g[(rows.rows()[i], j)]);
+    let mut qr = NullSpaceQr::new(g.ncols(), g.nrows());
+    qr.factorize(&g);
+    let chosen = DMatrix::from_fn(rank, g.ncols(), |i, j| g[(qr.pivots()[i], j)]);
     let gram = &chosen * chosen.transpose();
     let Some(cholesky) = gram.cholesky() else { return };
     let c = cholesky.solve(&(&chosen * g.transpose())).transpose(); // G G_sᵀ (G_s G_sᵀ)⁻¹

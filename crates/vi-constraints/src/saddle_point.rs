@@ -6,7 +6,13 @@
 //! ```
 //! `A` is `M`, the identity or a Newton matrix; `G`, `G'` are constraint Jacobians at one or two
 //! configurations. Only the rows of an independent set of constraints enter; the symbolic
-//! factorization is made once. `M` may be singular as long as it is definite on the null space.
+//! factorization is made once for each set. `M` may be singular as long as it is definite on the null
+//! space.
+//!
+//! Rows that are independent at one placement may be nearly dependent at another, although `G` keeps
+//! its rank. Where constraints are redundant, every solve therefore carries a second right-hand side,
+//! `(0, b)` with fixed `b`: its answer is as large as `1/σ_min` of the chosen rows, and once it has
+//! grown fivefold since the set was chosen ([`SaddlePoint::is_worn`]), it is time for another.
 
 use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
@@ -15,6 +21,8 @@ use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 
 const DROPPED: usize = usize::MAX;
+/// Growth of `1/σ_min` of the chosen rows from which on others are looked for.
+const WORN: f64 = 5.0;
 
 /// An independent subset of the rows of `G`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,24 +41,27 @@ impl IndependentRows {
     /// The given constraints out of `m`.
     #[must_use]
     pub fn choose(m: usize, chosen: &[usize]) -> Self {
-        let mut rows = chosen.to_vec();
-        rows.sort_unstable();
-        let mut position = vec![DROPPED; m];
-        for (k, &row) in rows.iter().enumerate() {
-            position[row] = k;
+        let mut rows = Self { position: vec![DROPPED; m], rows: Vec::new() };
+        rows.replace(chosen);
+        rows
+    }
+
+    /// Takes the given constraints instead; allocates nothing where they are no more than before.
+    pub fn replace(&mut self, chosen: &[usize]) {
+        self.rows.clear();
+        self.rows.extend_from_slice(chosen);
+        self.rows.sort_unstable();
+        self.position.fill(DROPPED);
+        for (k, &row) in self.rows.iter().enumerate() {
+            self.position[row] = k;
         }
-        Self { position, rows }
     }
 
     /// Finds an independent set at `(t, q)` by pivoted QR (dense, `O(n m²)`).
     #[must_use]
     pub fn find(constraints: &impl Constraints, t: f64, q: &[f64]) -> Self {
-        let (n, m) = (constraints.dim(), constraints.len());
-        let mut g = DMatrix::zeros(m, n);
-        constraints.jacobian(t, q, &mut g);
-        let mut qr = NullSpaceQr::new(n, m);
-        let rank = qr.factorize(&g);
-        Self::choose(m, &qr.pivots()[..rank])
+        let (qr, rank) = factorized(constraints, t, q);
+        Self::choose(constraints.len(), &qr.pivots()[..rank])
     }
 
     /// The same, unless more are independent in placements nearby: then `(t, q)` is singular, and the rank
@@ -133,6 +144,16 @@ impl IndependentRows {
     ) {
         emit(&mut Selected { rows: self, place, out });
     }
+}
+
+/// The pivoted QR of `Gᵀ` at a placement, and the rank there.
+fn factorized(constraints: &impl Constraints, t: f64, q: &[f64]) -> (NullSpaceQr, usize) {
+    let (n, m) = (constraints.dim(), constraints.len());
+    let mut g = DMatrix::zeros(m, n);
+    constraints.jacobian(t, q, &mut g);
+    let mut qr = NullSpaceQr::new(n, m);
+    let rank = qr.factorize(&g);
+    (qr, rank)
 }
 
 /// A placement in which fewer constraints are independent than next to it.
@@ -220,19 +241,103 @@ pub struct SaddlePoint {
     rows: IndependentRows,
     n: usize,
     matrix: Option<(SparseMatrix, SparseLu)>,
+    probe: Probe,
+}
+
+/// How well the chosen rows stay independent.
+#[derive(Default)]
+struct Probe {
+    x: Vec<f64>, // n + r more than the right-hand sides: theirs and that of the probe
+    now: f64,    // size of its answer in the last solve, ~ 1/σ_min
+    least: f64,  // the smallest since the rows were chosen
+}
+
+impl Probe {
+    /// Solves for the right-hand sides `x`, and for the probe's; `n`, `r`: coordinates and rows.
+    fn solve(
+        &mut self,
+        (lu, matrix): (&mut SparseLu, &SparseMatrix),
+        (n, r): (usize, usize),
+        x: &mut [f64],
+    ) -> Result<(), Singular> {
+        self.x.resize(x.len() + n + r, 0.0);
+        self.now = f64::INFINITY;
+        let (own, probe) = self.x.split_at_mut(x.len());
+        own.copy_from_slice(x);
+        probe.fill(0.0);
+        for (k, b) in probe[n..].iter_mut().enumerate() {
+            *b = if (13.7 * (k + 1) as f64).sin() > 0.0 { 1.0 } else { -1.0 };
+        }
+        lu.solve(matrix, &mut self.x)?;
+        let (own, probe) = self.x.split_at(x.len());
+        x.copy_from_slice(own);
+        self.now = norm_inf(&probe[..n]);
+        self.least = self.least.min(self.now);
+        Ok(())
+    }
 }
 
 impl SaddlePoint {
     /// For `n` coordinates and the given constraints.
     #[must_use]
     pub fn new(n: usize, rows: IndependentRows) -> Self {
-        Self { rows, n, matrix: None }
+        let probe = Probe { least: f64::INFINITY, ..Probe::default() };
+        Self { rows, n, matrix: None, probe }
+    }
+
+    /// Whether the chosen rows were no longer clearly independent in the last solve.
+    #[must_use]
+    pub fn is_worn(&self) -> bool {
+        self.probe.now > WORN * self.probe.least
+    }
+
+    /// Chooses the rows anew, as many as before, by pivoted QR at `(t, q)`; returns whether they
+    /// changed.
+    pub fn choose(&mut self, constraints: &impl Constraints, t: f64, q: &[f64]) -> bool {
+        if self.rows.redundant().next().is_none() {
+            return false;
+        }
+        let (qr, _) = factorized(constraints, t, q);
+        let before = self.rows.clone();
+        self.rows.replace(&qr.pivots()[..before.len()]);
+        (self.probe.now, self.probe.least) = (0.0, f64::INFINITY);
+        let changed = self.rows != before;
+        if changed {
+            self.matrix = None; // another pattern
+        }
+        changed
     }
 
     /// The constraints in use.
     #[must_use]
     pub fn rows(&self) -> &IndependentRows {
         &self.rows
+    }
+
+    /// Solves `A x + Gᵀ y = a`, `G x = b` at one placement; `a`: shape `n`, `b`: over all constraints,
+    /// `x`: shape `n + rank`. Chooses other rows where the present ones are not clearly independent.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub fn solve_at(
+        &mut self,
+        constraints: &impl Constraints,
+        emit: &dyn Fn(&mut dyn Entries),
+        (t, q): (f64, &[f64]),
+        (a, b): (&[f64], &[f64]),
+        x: &mut [f64],
+    ) -> Result<(), Singular> {
+        let mut solve = |this: &mut Self| {
+            let (upper, lower) = x.split_at_mut(this.n);
+            upper.copy_from_slice(a);
+            this.rows.gather(b, lower);
+            this.solve(constraints, emit, ((t, q), 1.0, (t, q)), x)
+        };
+        let solved = solve(self);
+        if self.is_worn() && self.choose(constraints, t, q) {
+            return solve(self);
+        }
+        solved
     }
 
     /// Solves with `A` as emitted, `scale Gᵀ` at `(t0, q0)` and `G` at `(t1, q1)`;
@@ -279,7 +384,10 @@ impl SaddlePoint {
             }
         }
         let (matrix, lu) = self.matrix.as_mut().expect("just written");
-        lu.solve(matrix, x)
+        match rows.redundant().next() {
+            None => lu.solve(matrix, x),
+            Some(_) => self.probe.solve((lu, matrix), (n, rows.len()), x),
+        }
     }
 
     /// The matrix of the last solve.

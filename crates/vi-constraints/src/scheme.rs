@@ -105,6 +105,14 @@ pub struct Condition {
     pub scaled: f64,
 }
 
+impl Condition {
+    /// Of a matrix that is factorized as it is written.
+    #[must_use]
+    pub fn unscaled(number: f64) -> Self {
+        Self { as_written: number, scaled: number }
+    }
+}
+
 /// One of the schemes, with its workspace.
 pub trait Scheme<S, C> {
     /// Which one.

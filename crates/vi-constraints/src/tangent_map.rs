@@ -127,6 +127,9 @@ impl TangentMap {
         if forced(system, s) {
             return Err(TangentError::Forced);
         }
+        if self.step.is_worn() {
+            self.step.choose(constraints, s.t, &s.q0);
+        }
         self.find_multiplier(system, constraints, s)?;
         let square =
             |emit: &dyn Fn(&mut dyn Entries)| SparseMatrix::assemble(n, n, |out| emit(out));
@@ -167,12 +170,12 @@ impl TangentMap {
         s: &Interval,
     ) -> Result<(), TangentError> {
         let n = s.dim();
-        self.x.fill(0.0);
-        system.d1(s, &mut self.x[..n]);
-        self.x.iter_mut().zip(&self.p).for_each(|(x, p)| *x += p);
+        let (mut impulse, zero) = (vec![0.0; n], vec![0.0; constraints.len()]);
+        system.d1(s, &mut impulse);
+        impulse.iter_mut().zip(&self.p).for_each(|(x, p)| *x += p);
         let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
-        let at = (s.t, &s.q0[..]);
-        self.multiplier.solve(constraints, &identity, (at, 1.0, at), &mut self.x)?;
+        let (at, right) = ((s.t, &s.q0[..]), (&impulse[..], &zero[..]));
+        self.multiplier.solve_at(constraints, &identity, at, right, &mut self.x)?;
         self.multiplier.rows().scatter(&self.x[n..], &mut self.lambda);
         Ok(())
     }

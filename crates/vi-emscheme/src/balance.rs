@@ -62,6 +62,19 @@ impl Balance {
         self.least_squares = SaddlePoint::new(self.s.dim(), rows);
     }
 
+    /// After a step that was `solved` or not: other rows where these are no longer clearly independent;
+    /// returns whether they changed and the step is to be solved again.
+    pub(crate) fn renew_rows(
+        &mut self,
+        constraints: &impl DiscreteConstraints,
+        solved: bool,
+    ) -> bool {
+        let s = &self.s;
+        let (t, q) = if solved { (s.t_end(), &s.q1) } else { (s.t, &s.q0) };
+        let due = !solved || self.least_squares.is_worn();
+        due && self.least_squares.choose(constraints, t, q)
+    }
+
     /// Opens a step of length `h` at the state.
     pub(crate) fn open(&mut self, state: &EmState, h: f64) {
         self.s.open(state.t, h, &state.q);
@@ -119,6 +132,20 @@ impl Balance {
             constraints.discrete_hessian(s, mu, out);
         };
         SparseMatrix::update(&mut self.tangent, (n, n), emit);
+    }
+
+    /// `out ← K̃ ∂F_d/∂u` at the point of the last residual, shape `n × d`; `push` holds `∂F_d/∂u`.
+    pub(crate) fn pushed_tangent(
+        &mut self,
+        (system, constraints): (&EmSystem, &impl DiscreteConstraints),
+        push: &DMatrix<f64>,
+        out: &mut DMatrix<f64>,
+    ) -> Result<(), Singular> {
+        self.multipliers(constraints)?;
+        self.tangent(system, constraints);
+        out.fill(0.0);
+        self.parts().0.mul_dense_add(1.0, push, out);
+        Ok(())
     }
 
     /// The tangent last written, the null space matrix, and a scratch vector of shape `n`.

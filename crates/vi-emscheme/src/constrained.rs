@@ -133,7 +133,14 @@ impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
         let mut problem = Problem { system, constraints, work };
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
         let step = SubStep { lane: 0, h };
-        let report = solve_step(newton, predictor, step, &mut problem, &mut self.x)?;
+        let mut outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+        let Work { s, saddle, .. } = &mut *problem.work;
+        let (t, q) = if outcome.is_ok() { (s.t_end(), &s.q1) } else { (s.t, &s.q0) };
+        if (outcome.is_err() || saddle.is_worn()) && saddle.choose(constraints, t, q) {
+            predictor.clear(); // of other multipliers
+            outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+        }
+        let report = outcome?;
         state.advance(&self.work.s);
         Ok(report)
     }

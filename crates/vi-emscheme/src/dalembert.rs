@@ -125,7 +125,11 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalember
         let mut problem = Problem { system, constraints, source: &mut self.source, work };
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
         let step = SubStep { lane: 0, h };
-        let report = solve_step(newton, predictor, step, &mut problem, &mut self.x)?;
+        let mut outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+        if problem.work.balance.renew_rows(constraints, outcome.is_ok()) {
+            outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+        }
+        let report = outcome?;
         state.advance(&self.work.balance.s);
         Ok(report)
     }

@@ -191,12 +191,9 @@ where
     fn correction(&mut self, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
         let Work { balance, push, weighted, matrix, lu, jacobian, reduced, chosen, .. } =
             &mut *self.work;
-        balance.multipliers(self.constraints)?;
-        balance.tangent(self.system, self.constraints);
         self.map.tangent(u, &balance.s, push);
-        let (tangent, null_space, _) = balance.parts();
-        weighted.fill(0.0);
-        tangent.mul_dense_add(1.0, push, weighted);
+        balance.pushed_tangent((self.system, self.constraints), push, weighted)?;
+        let null_space = &balance.null_space;
         let (d, rank) = (null_space.ncols(), chosen.len());
         matrix.rows_mut(0, d).gemm_tr(1.0, null_space, weighted, 0.0);
         closure_jacobian(chosen, self.constraints, &balance.s, jacobian);
@@ -252,8 +249,7 @@ where
     }
 
     fn condition(&self) -> Option<Condition> {
-        let number = condition_number(&self.work.matrix);
-        Some(Condition { as_written: number, scaled: number })
+        Some(Condition::unscaled(condition_number(&self.work.matrix)))
     }
 
     fn reset(&mut self) {

@@ -171,6 +171,6 @@ fn multipliers(
     force.fill(0.0);
     jacobian.tr_mul_add(1.0, lambda, force);
     if rows.len() < lambda.len() {
-        minimum_norm(jacobian, rows, lambda);
+        minimum_norm(jacobian, rows.len(), lambda);
     }
 }

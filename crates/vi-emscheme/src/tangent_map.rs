@@ -58,6 +58,9 @@ impl EmTangentMap {
         if system.has_loads() {
             return Err(TangentError::Forced);
         }
+        if self.step.is_worn() {
+            self.step.choose(constraints, s.t, &s.q0);
+        }
         let n = s.dim();
         let by = |s: &Interval| {
             SparseMatrix::assemble(n, n, |out| {

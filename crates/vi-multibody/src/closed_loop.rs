@@ -287,7 +287,7 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
     }
 
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
-        self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(s.h, x))?;
+        self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(self.h, x))?;
         self.take_tangent(u, s);
         if let TreeSolver::Recursion = self.solver {
             self.loops.tree.assemble(system, s);

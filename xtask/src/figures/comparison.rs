@@ -81,6 +81,16 @@ pub(super) fn momentum(title: &str, runs: &[Recorded]) -> Chart {
     }
 }
 
+/// The largest changes of the momentum maps of a variational and an energy–momentum run, in words.
+pub(super) fn momentum_errors([variational, conserving]: &[Recorded; 2]) -> String {
+    let worst = |run: &Recorded| [0, 1].map(|map| Recorded::worst(run.momentum_errors(map)));
+    let ([a, b], [c, d]) = (worst(variational), worst(conserving));
+    format!(
+        "{a:.1e} kg·m/s and {b:.1e} kg·m²/s in the variational, {c:.1e} and {d:.1e} in the \
+         energy–momentum scheme"
+    )
+}
+
 /// The residuals of the constraints at three levels of one run.
 pub(super) fn constraints(title: &str, run: &Recorded) -> Chart {
     let level =

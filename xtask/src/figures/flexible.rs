@@ -4,11 +4,9 @@
 use holonom::report::{Item, Paint, Picture, Side, axonometric};
 use holonom::{Model, Sample};
 
-use super::comparison::{Recorded, constraints, energy, momentum, record};
+use super::comparison::{Recorded, constraints, energy, momentum, momentum_errors, record};
 use super::{Figure, Result, Section, with};
 
-/// End of the pulse, s.
-const FREE_FROM: f64 = 0.5;
 /// Placements drawn.
 const PLACEMENTS: usize = 6;
 /// The bodies come before the nodes of the beam.
@@ -18,8 +16,9 @@ pub(super) fn section(model: &Model) -> Result<Section> {
     let settings = [("simulation.step", "0.005"), ("simulation.every", "4")];
     let model = &with(model, &settings)?;
     let all = [record(model, "nodal")?, record(model, "em-nodal")?];
+    let free_from = model.loads_end().unwrap_or_default();
     let picture = configurations(&all[0].samples);
-    let runs = all.map(|run| run.since(FREE_FROM));
+    let runs = all.map(|run| run.since(free_from));
     let [variational, conserving] = &runs;
     let figures = vec![
         Figure::picture(
@@ -44,12 +43,8 @@ pub(super) fn section(model: &Model) -> Result<Section> {
             "flexible_momentum.svg",
             &momentum("Change of the momentum maps", &runs),
             format!(
-                "Linear and angular momentum are kept by both: {:.1e} kg·m/s and {:.1e} kg·m²/s in \
-                 the variational, {:.1e} and {:.1e} in the energy–momentum scheme.",
-                Recorded::worst(variational.momentum_errors(0)),
-                Recorded::worst(variational.momentum_errors(1)),
-                Recorded::worst(conserving.momentum_errors(0)),
-                Recorded::worst(conserving.momentum_errors(1))
+                "Linear and angular momentum are kept by both: {}.",
+                momentum_errors(&runs)
             ),
         )?,
         Figure::chart(

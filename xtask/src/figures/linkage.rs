@@ -3,7 +3,7 @@
 use holonom::report::{Item, Paint, Picture, Side, axonometric};
 use holonom::{Model, Sample};
 
-use super::comparison::{Recorded, constraints, energy, momentum, record};
+use super::comparison::{Recorded, constraints, energy, momentum, momentum_errors, record};
 use super::{Figure, Result, Section, with};
 
 /// Pictures of the linkage in a row.
@@ -35,12 +35,8 @@ pub(super) fn section(model: &Model) -> Result<Section> {
             "linkage_momentum.svg",
             &momentum("Change of the momentum maps", &runs),
             format!(
-                "Linear and angular momentum change by round-off in both: {:.1e} kg·m/s and \
-                 {:.1e} kg·m²/s in the variational, {:.1e} and {:.1e} in the energy–momentum scheme.",
-                Recorded::worst(variational.momentum_errors(0)),
-                Recorded::worst(variational.momentum_errors(1)),
-                Recorded::worst(conserving.momentum_errors(0)),
-                Recorded::worst(conserving.momentum_errors(1))
+                "Linear and angular momentum change by round-off in both: {}.",
+                momentum_errors(&runs)
             ),
         )?,
         Figure::chart(

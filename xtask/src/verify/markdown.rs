@@ -2,9 +2,7 @@
 
 use super::Certified;
 use holonom::evidence::certificate::Verdict;
-use holonom::evidence::certify::{
-    EXPONENT_TOLERANCE, FORM_TOLERANCE, ORDER_8_TOLERANCE, ORDER_TOLERANCE,
-};
+use holonom::evidence::judge::{EXPONENT_TOLERANCE, FORM_TOLERANCE, ORDER_TOLERANCE};
 use holonom::evidence::table::{Cell, Table, remarks, tables};
 use std::fmt::Write;
 use std::path::Path;
@@ -13,16 +11,19 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The page of all certificates; `quick`: of a short run.
 pub(super) fn page(certified: &[Certified], quick: bool, seconds: f64, root: &Path) -> String {
-    let command =
-        if quick { "cargo xtask verify --quick` (short long runs)" } else { "cargo xtask verify`" };
+    let command = match quick {
+        true => "cargo xtask verify --quick` (fewer steps and orders)",
+        false => "cargo xtask verify`",
+    };
     let mut text = format!(
         "# Verification\n\n\
          Written by `{command} on {} at commit {} in {:.0} min. Never edited by hand.\n\n\
          Every promise is measured on every system by every scheme and order that applies. Orders are \
-         fitted over at least four halvings of the step above the round-off plateau and must be within \
-         {ORDER_TOLERANCE} of the nominal one ({ORDER_8_TOLERANCE} at order 8, which is read over three \
-         halvings where round-off leaves no four), with errors relative to the quantity, at four nodes of \
-         the run. Energy must stay in a band without a trend; momentum maps must drift no faster than \
+         fitted over at least four halvings of the step above the round-off plateau, with the next term of \
+         the expansion `C h^p (1 + c h²)` where it counts, and must be within {ORDER_TOLERANCE} of the \
+         nominal one. Four halvings of order 8 are a fall by `4·10⁹`, for which double precision leaves no \
+         room between the first asymptotic error and round-off: there the longest straight stretch of four, \
+         three or two halvings is taken. Errors are relative to the quantity, at four nodes of the run. Energy must stay in a band without a trend; momentum maps must drift no faster than \
          `N^0.6` and stay within four random walks of their own steps; `Ω` is the symplectic form on a \
          canonical basis, carried by the exact tangent of the steps, and may change by \
          {FORM_TOLERANCE:.0e} of its terms; exponents of condition numbers must be within \

@@ -77,17 +77,7 @@ pub(crate) fn run(arguments: &[&str]) -> Result<bool, String> {
     let count = |verdict| certified.iter().map(|c| c.certificate.count(verdict)).sum::<usize>();
     for c in &certified {
         for finding in c.certificate.findings.iter().filter(|f| f.verdict == Verdict::Fail) {
-            let method = finding.method.map_or("", |m| m.name());
-            eprintln!(
-                "FAIL {}: {method} {}, {} {}: {}, expected {} {}",
-                c.case.name,
-                finding.order,
-                finding.criterion.name(),
-                finding.quantity,
-                finding.measured,
-                finding.expected,
-                finding.reason
-            );
+            eprintln!("{}: {finding}", c.case.name);
         }
     }
     eprintln!(
@@ -119,7 +109,10 @@ fn certify_all(cases: Vec<Case>) -> Vec<Certified> {
                 while let Some(&k) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let case = &cases[k];
                     let begin = Instant::now();
-                    let mut progress = |what: &str| eprintln!("       {}: {what}", case.name);
+                    let mut progress = |what: &str| {
+                        let seconds = begin.elapsed().as_secs_f64();
+                        eprintln!("       {} after {seconds:.1} s: {what}", case.name);
+                    };
                     let mut certificate =
                         certify(&*case.subject, case.name, &case.plan, &mut progress);
                     certificate.findings.extend((case.closed_forms)());

@@ -98,6 +98,24 @@ pub struct Finding {
     pub reason: String,
 }
 
+impl std::fmt::Display for Finding {
+    /// `FAIL, order of q, constrained, order 8: 7.64, expected 8: why`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}, {} of {}", self.verdict.name(), self.criterion.name(), self.quantity)?;
+        if let Some(method) = self.method {
+            write!(f, ", {}, order {}", method.name(), self.order)?;
+        }
+        for (before, text) in
+            [(": ", &self.measured), (", expected ", &self.expected), (": ", &self.reason)]
+        {
+            if !text.is_empty() {
+                write!(f, "{before}{text}")?;
+            }
+        }
+        Ok(())
+    }
+}
+
 /// A convergence study of a method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Study {

@@ -3,32 +3,19 @@
 use super::certificate::{Certificate, Criterion, Finding, History, Study, Verdict};
 use super::convergence::{Convergence, Horizon, Quantity, Reference, study};
 use super::fit::power_law;
-use super::growth::{Growth, NoGrowth, growth};
+use super::judge::{
+    EXPONENT_TOLERANCE, FORM_TOLERANCE, ORDER_TOLERANCE, finding, judge_energy, judge_momentum,
+    judge_order, judge_residuals, not_quadratic, round_off, sub_steps,
+};
 use super::measure::{
     self, LongRun, conditioning, distance, long_run, reversal, symplectic_defect,
 };
-use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, observed_order_over};
+use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, longest_observed_order};
 use super::subject::{Method, Setting, Subject};
-use super::trend::trend;
 use vi_constraints::SchemeKind;
-use vi_core::Composition;
 
-/// Observed orders may miss their nominal value by this.
-pub const ORDER_TOLERANCE: f64 = 0.2;
-/// The same at order 8, of which double precision shows three or four halvings, the first of them not
-/// quite asymptotic.
-pub const ORDER_8_TOLERANCE: f64 = 0.3;
-/// The symplectic form may change by this, relative to its terms.
-pub const FORM_TOLERANCE: f64 = 1e-10;
-/// Exponents of condition numbers may be off by this.
-pub const EXPONENT_TOLERANCE: f64 = 0.2;
 /// Steps of any long run.
 const LEAST_STEPS: u64 = 2048;
-/// Steps below which a trend of the energy or the exponent of a drift cannot be told from the wandering
-/// of the motion.
-const TELLING_STEPS: u64 = 8000;
-/// Steps from which on a trend is one.
-const LONG_STEPS: u64 = 100_000;
 /// Horizons are doubled this often where errors reach round-off too early.
 const EXTENSIONS: usize = 3;
 
@@ -49,7 +36,7 @@ pub struct Plan {
     pub few: u64,
 }
 
-/// Measures and judges; `progress` is told what comes next.
+/// Measures and judges; `progress` is told what comes next and what fails.
 pub fn certify(
     subject: &dyn Subject,
     system: &str,
@@ -57,21 +44,21 @@ pub fn certify(
     progress: &mut dyn FnMut(&str),
 ) -> Certificate {
     let certificate = Certificate { system: system.to_owned(), ..Certificate::default() };
-    let mut certifier = Certifier { subject, plan, certificate, references: Vec::new() };
+    let mut certifier = Certifier { subject, plan, certificate, references: Vec::new(), progress };
     for (place, (method, orders)) in plan.methods.iter().enumerate() {
         let steps = if place == 0 { plan.long } else { plan.short };
         for &order in orders {
-            progress(&format!("{}, order {order}: convergence", method.name()));
+            (certifier.progress)(&format!("{}, order {order}: convergence", method.name()));
             certifier.orders(*method, order);
-            progress(&format!("{}, order {order}: long run", method.name()));
+            (certifier.progress)(&format!("{}, order {order}: long run", method.name()));
             certifier.kept(*method, order, steps);
             certifier.reversed(*method, order);
             certifier.symplectic(*method, order);
         }
-        progress(&format!("{}: condition numbers", method.name()));
+        (certifier.progress)(&format!("{}: condition numbers", method.name()));
         certifier.conditioned(*method);
     }
-    progress("agreement of the schemes");
+    (certifier.progress)("agreement of the schemes");
     certifier.agreement();
     certifier.certificate
 }
@@ -81,24 +68,14 @@ struct Certifier<'a> {
     plan: &'a Plan,
     certificate: Certificate,
     references: Vec<Result<Reference, String>>, // for the horizon and its doublings
-}
-
-fn finding(criterion: Criterion, method: Method, order: u32, quantity: &str) -> Finding {
-    Finding {
-        criterion,
-        method: Some(method),
-        order,
-        quantity: quantity.to_owned(),
-        expected: String::new(),
-        measured: String::new(),
-        value: None,
-        verdict: Verdict::Open,
-        reason: String::new(),
-    }
+    progress: &'a mut dyn FnMut(&str),
 }
 
 impl Certifier<'_> {
     fn push(&mut self, finding: Finding) {
+        if finding.verdict == Verdict::Fail {
+            (self.progress)(&finding.to_string());
+        }
         self.certificate.findings.push(finding);
     }
 
@@ -137,7 +114,10 @@ impl Certifier<'_> {
                     return self.push(refused);
                 }
                 Err(_) => break,
-                Ok((curves, reference)) => {
+                Ok((mut curves, reference)) => {
+                    if order == 8 {
+                        curves.iter_mut().for_each(fewer_halvings);
+                    }
                     let end = horizon.end;
                     found.push(Study { method, order, end, reference, curves });
                 }
@@ -151,24 +131,27 @@ impl Certifier<'_> {
                         | NoOrder::Uncertain { .. }
                 )
             };
-            let short = |c: &Convergence| c.observed.as_ref().is_err_and(|e| !hopeless(e));
+            let short = |c: &Convergence| match &c.observed {
+                Ok(observed) => !long_enough(observed, c, order),
+                Err(refused) => !hopeless(refused),
+            };
             let last = found.last().expect("just pushed");
-            if !last.curves.iter().any(|c| short(c) && !read(&found, c.quantity)) {
+            let read = |quantity: Quantity| {
+                let mut curves = found.iter().flat_map(|s| &s.curves);
+                curves.any(|c| c.quantity == quantity && c.observed.is_ok() && !short(c))
+            };
+            if !last.curves.iter().any(|c| short(c) && !read(c.quantity)) {
                 break;
             }
         }
-        if order == 8 {
-            found.iter_mut().flat_map(|study| &mut study.curves).for_each(fewer_halvings);
-        }
         for quantity in Quantity::ALL {
-            // over four halvings where that is possible, and the straightest; else the first horizon
+            // the longest of four halvings, and the straightest; else the first horizon
             let of = |s: &Study| s.curves.iter().position(|c| c.quantity == quantity);
             let rank = |s: &&Study| {
                 let curve = &s.curves[of(s)?];
-                let ObservedOrder { spread, points, .. } = curve.observed.as_ref().ok()?;
-                let (coarse, fine) = (curve.errors[points.start], curve.errors[points.end - 1]);
-                let short = (coarse.step / fine.step).log2() < f64::from(HALVINGS) - 0.1;
-                Some((short, *spread))
+                let observed = curve.observed.as_ref().ok()?;
+                let long = long_enough(observed, curve, order);
+                Some((!(long && observed.is_straight()), observed.spread))
             };
             let readable = found.iter().filter_map(|s| Some((rank(&s)?, s)));
             let best = readable.min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -365,210 +348,20 @@ impl Certifier<'_> {
     }
 }
 
-/// Sub-steps of a step.
-fn sub_steps(order: u32) -> u64 {
-    Composition::of_order(order).map_or(1, |c| c.gammas().len() as u64)
+/// Whether an order was read over as many halvings as it takes: three at order 8.
+fn long_enough(observed: &ObservedOrder, curve: &Convergence, order: u32) -> bool {
+    let wanted = if order == 8 { HALVINGS - 1 } else { HALVINGS };
+    let points = &curve.errors[observed.points.clone()];
+    let halvings = (points[0].step / points[points.len() - 1].step).log2();
+    halvings >= f64::from(wanted) - 0.1
 }
 
-/// Round-off of `steps` steps that the motion enlarges: `10 ε √N` times the growth.
-fn round_off(steps: u64, growth: f64) -> f64 {
-    10.0 * f64::EPSILON * (steps as f64).sqrt() * growth
-}
-
-fn read(studies: &[Study], quantity: Quantity) -> bool {
-    let mut curves = studies.iter().flat_map(|s| &s.curves);
-    curves.any(|c| c.quantity == quantity && c.observed.is_ok())
-}
-
-/// Order 8 leaves little between the coarse end and round-off: it is read over three halvings where
-/// there are no four.
+/// Order 8 is read over the longest straight stretch of four, three or two halvings.
 fn fewer_halvings(curve: &mut Convergence) {
-    if curve.observed.is_err() {
-        let scale = Scale { size: 1.0, floor: curve.floor };
-        if let Ok(observed) = observed_order_over(&curve.errors, scale, 3) {
-            curve.observed = Ok(observed);
-        }
+    let scale = Scale { size: 1.0, floor: curve.floor };
+    if let Ok(observed) = longest_observed_order(&curve.errors, scale) {
+        curve.observed = Ok(observed);
     }
-}
-
-/// The order of a quantity: nominal, except for multipliers that are known to be of first order.
-fn judge_order(method: Method, order: u32, curve: &Convergence, study: &Study) -> Finding {
-    let mut found = finding(Criterion::Order, method, order, curve.quantity.name(method));
-    let variational = matches!(method, Method::Variational(_));
-    let first_order = match curve.quantity {
-        Quantity::StartMultiplier if variational => "a start is one-sided: (47) is of first order",
-        Quantity::StartMultiplier => "there is no step before the start to take the mean with",
-        Quantity::OtherMultiplier if !variational => {
-            "the normal part of v_n alternates from step to step; the mean of two steps is of order 2"
-        }
-        _ => "",
-    };
-    let known = !first_order.is_empty();
-    let nominal = if known { 1.0 } else { f64::from(order) };
-    found.expected = if known { "1, not 2".into() } else { order.to_string() };
-    match &curve.observed {
-        Ok(ObservedOrder { order: p, points, .. }) => {
-            let range = &curve.errors[points.clone()];
-            let (coarse, fine) = (range[0].error, range[range.len() - 1].error);
-            found.measured = format!("{p:.2} ({coarse:.0e} … {fine:.0e})");
-            found.value = Some(*p);
-            // first-order terms may vanish by symmetry of the start
-            let holds = if known {
-                *p >= 1.0 - 2.0 * ORDER_TOLERANCE
-            } else {
-                let tolerance = if order == 8 { ORDER_8_TOLERANCE } else { ORDER_TOLERANCE };
-                (p - nominal).abs() <= tolerance
-            };
-            found.verdict = match (holds, known) {
-                (true, false) => Verdict::Pass,
-                (true, true) if *p < 2.0 - ORDER_TOLERANCE => Verdict::Known,
-                (true, true) => Verdict::Pass,
-                (false, _) => Verdict::Fail,
-            };
-            let halvings = (range[0].step / range[range.len() - 1].step).log2();
-            found.reason = if known {
-                first_order.into()
-            } else {
-                format!(
-                    "over {halvings:.1} halvings against {}, to t = {} s",
-                    study.reference, study.end
-                )
-            };
-        }
-        Err(NoOrder::Exact { largest }) => {
-            found.measured = format!("exact ({largest:.0e})");
-            found.verdict = Verdict::Pass;
-        }
-        Err(refused @ NoOrder::NoConvergence { .. }) => {
-            found.measured = "does not converge".into();
-            found.reason = refused.to_string();
-            found.verdict = Verdict::Fail;
-        }
-        Err(refused) => {
-            found.measured = "no order can be read".into();
-            found.reason = refused.to_string();
-        }
-    }
-    found
-}
-
-/// A residual at velocities that is no round-off is of second order where a constraint is not quadratic.
-fn not_quadratic(found: &mut Finding, short: &[(f64, [f64; 3])]) {
-    let law = power_law(short.iter().map(|(h, r)| (*h, r[1])));
-    if let Some(law) = law.filter(|law| law.exponent >= 2.0 - 2.0 * ORDER_TOLERANCE) {
-        found.verdict = Verdict::Known;
-        found.measured = format!("{}, order {:.2}", found.measured, law.exponent);
-        found.reason =
-            "a constraint that is not quadratic in q (a thread, a coupling) meets (45) to \
-                        second order"
-                .into();
-    }
-}
-
-fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding {
-    let mut found = finding(Criterion::Energy, method, order, "H_d");
-    let size = run.energy_size();
-    if !run.nature.conservative {
-        found.reason = "forces or prescribed motion do work: no promise".into();
-        return found;
-    }
-    match trend(&run.energies()) {
-        Err(refused) => found.reason = refused.to_string(),
-        Ok(trend) => {
-            let relative = if size > 0.0 { trend.width() / size } else { 0.0 };
-            let kept = relative <= round_off(run.steps, 10.0);
-            let variational = matches!(method, Method::Variational(_));
-            found.expected = match variational {
-                true => "bounded, no trend".into(),
-                false => "kept to solver tolerance".into(),
-            };
-            found.measured = if kept {
-                format!("kept to {relative:.0e}")
-            } else {
-                format!("± {:.0e}, trend {:.1} %", 0.5 * relative, 100.0 * trend.relative())
-            };
-            found.value = Some(trend.relative());
-            let holds = kept || (variational && trend.is_bounded());
-            found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };
-            if !kept && run.steps < TELLING_STEPS {
-                found.verdict = Verdict::Open;
-                found.reason = format!("fewer than {TELLING_STEPS} steps do not tell a trend");
-            } else if !holds && variational && run.steps < LONG_STEPS {
-                found.verdict = Verdict::Open;
-                found.reason = format!(
-                    "a trend of {:.0} % of the band over {} steps may be a slow motion",
-                    100.0 * trend.relative(),
-                    run.steps
-                );
-            } else if !holds {
-                found.reason = format!(
-                    "scatter of the trend {:.1e} J, band widens by {:.2}",
-                    trend.scatter, trend.widening
-                );
-            }
-        }
-    }
-    found
-}
-
-fn judge_momentum(
-    (method, order): (Method, u32),
-    name: &str,
-    run: &LongRun,
-    samples: &[f64],
-) -> Finding {
-    let mut found = finding(Criterion::Momentum, method, order, name);
-    found.expected = "≤ N^0.6, at round-off".into();
-    match growth(samples) {
-        Err(NoGrowth::Exact) => {
-            found.measured = NoGrowth::Exact.to_string();
-            found.verdict = Verdict::Pass;
-        }
-        Err(refused) => found.reason = refused.to_string(),
-        Ok(growth) => {
-            let Growth { exponent, drift, .. } = growth;
-            found.measured = format!("N^{exponent:.2}, {drift:.0e}");
-            found.value = Some(exponent);
-            let root = f64::EPSILON * ((run.steps * sub_steps(order)) as f64).sqrt();
-            // below ε√N the exponent is that of single last bits, in few steps it scatters
-            let walks = growth.is_unbiased() || run.steps < TELLING_STEPS;
-            let holds = drift <= root || (walks && drift <= 1e3 * root);
-            found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };
-            if !holds && drift <= 100.0 * root && solves_for_coordinates(method) {
-                found.verdict = Verdict::Known;
-                found.reason =
-                    "the scheme resolves Δq to round-off of q, not of itself: a small bias \
-                                stays"
-                        .into();
-            }
-        }
-    }
-    found
-}
-
-/// Schemes whose unknowns are coordinates, not increments of a map.
-fn solves_for_coordinates(method: Method) -> bool {
-    matches!(
-        method,
-        Method::Variational(SchemeKind::Constrained | SchemeKind::Dalembert)
-            | Method::EnergyMomentum(_)
-    )
-}
-
-fn judge_residuals((method, order): (Method, u32), h: f64, run: &LongRun) -> [Finding; 2] {
-    let [position, velocity, _] = run.residuals();
-    let scale = 1.0 + run.size().powi(2);
-    let limits = [1e-13 * scale, 2e-13 * scale / h.min(1.0)];
-    let names = ["constraints g", "hidden constraint at velocities (45)"];
-    let judge = |k: usize, value: f64| {
-        let mut found = finding(Criterion::Residual, method, order, names[k]);
-        found.expected = format!("≤ {:.0e}", limits[k]);
-        found.measured = format!("{value:.0e}");
-        found.value = Some(value);
-        found.verdict = if value <= limits[k] { Verdict::Pass } else { Verdict::Fail };
-        found
-    };
-    [judge(0, position), judge(1, velocity)]
 }
 
 /// Energy error and momentum drifts over time, thinned out.

@@ -1,4 +1,7 @@
-//! Power laws `y = c x^a` by least squares of `log₂ y` against `log₂ x`.
+//! Power laws `y = c x^a` by least squares of `log₂ y` against `log₂ x`, alone or with the next term of
+//! an even expansion.
+
+use nalgebra::{DMatrix, DVector};
 
 /// A fitted power law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +23,37 @@ pub fn power_law(points: impl IntoIterator<Item = (f64, f64)>) -> Option<PowerLa
     let line = line(&points)?;
     let spread = points.iter().map(|(x, y)| (y - line.at(*x)).abs()).fold(0.0, f64::max);
     Some(PowerLaw { exponent: line.slope, spread })
+}
+
+/// A power law with the next term of an even expansion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expansion {
+    /// `a`.
+    pub exponent: f64,
+    /// `b`: what the next term adds at the largest `x`, in binary digits.
+    pub correction: f64,
+    /// Largest distance of a point, in binary digits.
+    pub spread: f64,
+}
+
+/// Fits `log₂ y = log₂ c + a log₂ x + b (x/x_max)²`, the logarithm of `c x^a (1 + c' x² + …)` while the
+/// second term is small. `None` with fewer than five points, or where a number is not positive and
+/// finite.
+#[must_use]
+pub fn expansion(points: &[(f64, f64)]) -> Option<Expansion> {
+    let usable = |v: f64| v.is_finite() && v > 0.0;
+    if points.len() < 5 || !points.iter().all(|(x, y)| usable(*x) && usable(*y)) {
+        return None;
+    }
+    let largest = points.iter().map(|p| p.0).fold(0.0, f64::max);
+    let columns = DMatrix::from_fn(points.len(), 3, |i, j| {
+        let x = points[i].0 / largest;
+        [1.0, x.log2(), x * x][j]
+    });
+    let y = DVector::from_iterator(points.len(), points.iter().map(|p| p.1.log2()));
+    let found = columns.clone().svd(true, true).solve(&y, 1e-12).ok()?;
+    let spread = (columns * &found - y).amax();
+    Some(Expansion { exponent: found[1], correction: found[2], spread })
 }
 
 /// A straight line by least squares.
@@ -73,6 +107,20 @@ mod tests {
         let fit = power_law([(1.0, 1.0), (2.0, 4.0), (4.0, 4.0), (8.0, 16.0)]).unwrap();
         assert!((fit.exponent - 1.2).abs() < 1e-12, "{fit:?}"); // of (0,0), (1,2), (2,2), (3,4)
         assert!((fit.spread - 0.6).abs() < 1e-12, "{fit:?}");
+    }
+
+    #[test]
+    fn the_next_term_is_told_apart() {
+        let at = |k: i32| 0.5_f64.powi(k) * 0.3;
+        let points: Vec<(f64, f64)> =
+            (0..7).map(|k| (at(k), 5.0 * at(k).powi(6) * (1.0 + 4.0 * at(k).powi(2)))).collect();
+        let (plain, found) =
+            (power_law(points.iter().copied()).unwrap(), expansion(&points).unwrap());
+        println!("{plain:?}, {found:?}");
+        assert!((found.exponent - 6.0).abs() < 0.01 && found.spread < 0.01, "{found:?}");
+        assert!((plain.exponent - 6.0).abs() > 0.02 && found.correction > 0.2, "{plain:?}");
+        assert_eq!(expansion(&points[..4]), None);
+        assert_eq!(expansion(&[(1.0, 0.0); 5]), None);
     }
 
     #[test]

@@ -74,11 +74,11 @@ pub fn growth(samples: &[f64]) -> Result<Growth, NoGrowth> {
     if drift == 0.0 {
         return Err(NoGrowth::Exact);
     }
-    // distances from 1/512 to 1/32 of the run: of longer ones there are too few to average over
-    let distances = (5..=9).rev().map(|k| count >> k);
+    // distances from 1/1024 to 1/64 of the run: of longer ones there are too few to average over
+    let distances = (6..=10).rev().map(|k| count >> k);
     let law = power_law(distances.map(|k| (k as f64, displacement(samples, k))));
     let exponent = law.ok_or(NoGrowth::Exact)?.exponent;
-    let walk = displacement(samples, count >> 5) * 32_f64.sqrt();
+    let walk = displacement(samples, count >> 6) * 64_f64.sqrt();
     Ok(Growth { exponent, drift, walk })
 }
 
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn a_drift_below_the_walk_is_seen_in_the_end() {
-        let found = growth(&walk(5, 200_000, 0.02)).unwrap(); // hidden over 1/32 of the run
+        let found = growth(&walk(5, 200_000, 0.02)).unwrap(); // hidden over 1/64 of the run
         assert!(!found.is_unbiased() && found.exponent < 0.9, "{found:?}");
     }
 

@@ -11,7 +11,7 @@
 //! | [`convergence`] | errors of `q`, `p`, `λ` at shrinking steps |
 //! | [`measure`] | what is kept, reversal, symplecticity, conditioning, agreement |
 //! | [`closed_form`] | discrete equilibria that are known in closed form |
-//! | [`certify`], [`certificate`] | everything measured and judged |
+//! | [`certify`], [`judge`], [`certificate`] | everything measured and judged |
 //! | [`table`] | its findings as tables |
 //! | [`model_certificate`], [`page`] | the certificate of a user's model, and its page |
 //!
@@ -24,6 +24,7 @@ pub mod convergence;
 pub mod em_running;
 pub mod fit;
 pub mod growth;
+pub mod judge;
 pub mod measure;
 pub mod model;
 pub mod model_certificate;

@@ -51,7 +51,7 @@ pub struct Recommendation {
     pub reason: String,
 }
 
-/// Measures a model; `progress` is told what comes next.
+/// Measures a model; `progress` is told what comes next and what fails.
 ///
 /// # Errors
 /// Why nothing can be measured, in words.

@@ -1,14 +1,17 @@
 //! The observed order of convergence.
 //!
 //! ```text
-//! e(h) ≈ C h^p      p: slope of log₂ e against log₂ h by least squares over at least four halvings
+//! e(h) ≈ C h^p               p: slope of log₂ e against log₂ h by least squares
+//! e(h) ≈ C h^p (1 + c h²)    where that line is not straight: schemes that reverse have even expansions
 //! ```
 //! Only a part of a convergence study shows the order. At the coarse end higher terms still count
 //! (pre-asymptotic) or the error is as large as the motion; at the fine end it is round-off or the
-//! error of the reference (plateau). The estimator takes the finest straight stretch of four halvings
-//! between the two, and refuses where there is none.
+//! error of the reference (plateau). The estimator takes the finest straight stretch of at least four
+//! halvings between the two, and refuses where there is none. Double precision does not offer four
+//! halvings to order 8, a fall by `4·10⁹` between an error that is asymptotic and round-off; there the
+//! longest straight stretch of at least two is taken ([`longest_observed_order`]).
 
-use super::fit::power_law;
+use super::fit::{expansion, power_law};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -38,18 +41,35 @@ pub const STRAIGHT: f64 = 0.5;
 const UNCERTAIN: f64 = 1e-3;
 /// Errors above this many floors are of the scheme, even where they stop to fall.
 const ABOVE: f64 = 1e3;
+/// Errors below this many floors are known too badly for a fit.
+const CLEAR: f64 = 4.0;
 /// A stretch this straight is taken for asymptotic.
 const ASYMPTOTIC: f64 = 0.1;
+/// A stretch less straight than this is fitted with the next term of the expansion, too.
+const CURVED: f64 = 0.05;
+/// A next term larger than this, in binary digits, is no small one.
+const SMALL_TERM: f64 = 2.0;
 
 /// An order that could be read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObservedOrder {
     /// The order `p`.
     pub order: f64,
-    /// Largest distance of a point from the line, in binary digits.
+    /// Largest distance of a point from the fit, in binary digits.
     pub spread: f64,
+    /// What the next term of the expansion adds at the coarsest of these points, in binary digits; 0
+    /// where it was not needed.
+    pub correction: f64,
     /// The points it was read from, counted from the coarsest step.
     pub points: Range<usize>,
+}
+
+impl ObservedOrder {
+    /// Whether all points lie on the fit to a tenth of a binary digit.
+    #[must_use]
+    pub fn is_straight(&self) -> bool {
+        self.spread <= ASYMPTOTIC
+    }
 }
 
 /// Why no order can be read.
@@ -124,7 +144,27 @@ pub fn observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder,
     observed_order_over(errors, scale, HALVINGS)
 }
 
-/// The same over another number of halvings.
+/// The order over the longest asymptotic stretch of four, three or two halvings; else the straightest of
+/// them.
+///
+/// # Errors
+/// [`NoOrder`] where nothing can be read over two halvings.
+pub fn longest_observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder, NoOrder> {
+    let mut best = observed_order(errors, scale);
+    for wanted in (2..HALVINGS).rev() {
+        let spread = best.as_ref().map_or(f64::INFINITY, |found| found.spread);
+        if spread <= ASYMPTOTIC {
+            break;
+        }
+        match observed_order_over(errors, scale, wanted) {
+            Ok(found) if found.spread < spread => best = Ok(found),
+            _ => {}
+        }
+    }
+    best
+}
+
+/// The same as [`observed_order`] over another number of halvings.
 ///
 /// # Errors
 /// [`NoOrder`].
@@ -177,13 +217,10 @@ pub fn observed_order_over(
     });
     let falls =
         |range: &Range<usize>| errors[range.clone()].windows(2).all(|e| e[0].error > e[1].error);
-    let fitted = stretches.filter(falls).filter_map(|points| {
-        let law = power_law(errors[points.clone()].iter().map(|e| (e.step, e.error)))?;
-        Some(ObservedOrder { order: law.exponent, spread: law.spread, points })
-    });
-    let fitted: Vec<ObservedOrder> = fitted.collect();
+    let fitted: Vec<ObservedOrder> =
+        stretches.filter(falls).filter_map(|points| fitted(errors, points)).collect();
     // what counts is what happens at fine steps: the finest straight stretch, else the straightest
-    let straight = fitted.iter().rfind(|o| o.spread <= ASYMPTOTIC);
+    let straight = fitted.iter().rfind(|o| o.is_straight());
     let best = straight.or_else(|| fitted.iter().min_by(|a, b| a.spread.total_cmp(&b.spread)));
     match best.cloned() {
         None => Err(NoOrder::NotMonotone),
@@ -193,10 +230,31 @@ pub fn observed_order_over(
     }
 }
 
-/// Where the plateau begins: at the first error below the floor, or where the errors stop falling at
+/// The fit to a stretch, with the next term of the expansion where that makes it straight.
+fn fitted(errors: &[ErrorAt], points: Range<usize>) -> Option<ObservedOrder> {
+    let stretch: Vec<(f64, f64)> =
+        errors[points.clone()].iter().map(|e| (e.step, e.error)).collect();
+    let law = power_law(stretch.iter().copied())?;
+    let curved = expansion(&stretch).filter(|found| {
+        law.spread > CURVED
+            && found.spread <= (0.5 * law.spread).min(ASYMPTOTIC)
+            && found.correction.abs() <= SMALL_TERM
+    });
+    Some(match curved {
+        Some(found) => ObservedOrder {
+            order: found.exponent,
+            spread: found.spread,
+            correction: found.correction,
+            points,
+        },
+        None => ObservedOrder { order: law.exponent, spread: law.spread, correction: 0.0, points },
+    })
+}
+
+/// Where the plateau begins: at the first error that is not clearly above the floor, or where the errors stop falling at
 /// the fine end although they fell before.
 fn plateau(errors: &[ErrorAt], start: usize, floor: f64) -> usize {
-    let mut end = errors.iter().position(|e| e.error <= floor).unwrap_or(errors.len());
+    let mut end = errors.iter().position(|e| e.error <= CLEAR * floor).unwrap_or(errors.len());
     let slope = |k: usize| {
         (errors[k - 1].error / errors[k].error).log2()
             / (errors[k - 1].step / errors[k].step).log2()
@@ -250,6 +308,30 @@ mod tests {
         println!("{found:?}");
         assert!((found.order - 4.0).abs() < 0.1, "{found:?}");
         assert!(found.points.start >= 1 && found.points.end < 12, "{found:?}");
+    }
+
+    #[test]
+    fn the_next_term_of_the_expansion_is_fitted_where_it_counts() {
+        let found = order(5, |h| 1e-3 * h.powi(8) * (1.0 + h * h)).unwrap();
+        println!("{found:?}");
+        assert!((found.order - 8.0).abs() < 0.1 && found.correction > 0.5, "{found:?}");
+        let found = order(5, |h| 1e-3 * h.powi(4) * (1.0 - 0.5 * h * h)).unwrap();
+        assert!((found.order - 4.0).abs() < 0.1 && found.correction < -0.3, "{found:?}");
+    }
+
+    #[test]
+    fn where_there_are_no_four_halvings_the_longest_straight_stretch_counts() {
+        let longest = |errors: &[ErrorAt]| longest_observed_order(errors, UNIT);
+        // eight halvings, of which the first is not asymptotic and three are above the plateau
+        let errors = study(9, |h| 1e-4 * h.powi(8) * (1.0 + 30.0 * h.powi(8)) + 2e-15);
+        let found = longest(&errors).unwrap();
+        println!("{found:?}");
+        let halvings = found.points.len() - 1;
+        assert!((found.order - 8.0).abs() < 0.1 && (2..=3).contains(&halvings), "{found:?}");
+        let found = longest(&study(6, |h| 0.3 * h * h)).unwrap();
+        assert_eq!(found.points.len(), 5, "{found:?}");
+        let refused = longest(&study(9, |h| 1e-10 * h.powi(8) + 3e-14)).unwrap_err();
+        assert!(matches!(refused, NoOrder::TooFew { .. }), "{refused}");
     }
 
     #[test]

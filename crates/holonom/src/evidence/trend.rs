@@ -3,6 +3,7 @@
 //! ```text
 //! band     [min x, max x]          bound    max |x_n − x_0|
 //! change   slope of the block means by least squares, times the length of the run
+//! widening scatter about the mean in the second half of the run over that in the first
 //! ```
 //! A symplectic scheme makes the energy oscillate in a band without a trend. Block means take the
 //! oscillation out; what is left scatters, and a change that is not larger than this scatter, or a
@@ -27,7 +28,8 @@ pub struct Trend {
     pub change: f64,
     /// Twice its standard error, from the scatter of the block means.
     pub scatter: f64,
-    /// Width of the band in the second half of the run over that in the first.
+    /// Root mean square distance from the mean in the second half of the run over that in the first:
+    /// the band itself has its width from single excursions, which come when they come.
     pub widening: f64,
 }
 
@@ -62,8 +64,8 @@ impl Trend {
         if self.width() > 0.0 { self.change.abs() / self.width() } else { 0.0 }
     }
 
-    /// Whether the quantity stays: its change is within its scatter or negligible, and its band does
-    /// not widen by more than a half.
+    /// Whether the quantity stays: its change is within its scatter or negligible, and it does not
+    /// scatter by more than a half more in the second half of the run.
     #[must_use]
     pub fn is_bounded(&self) -> bool {
         let still = self.relative() <= NEGLIGIBLE || self.change.abs() <= self.scatter;
@@ -97,8 +99,12 @@ pub fn trend(samples: &[f64]) -> Result<Trend, NoTrend> {
     let blocks = means.len() as f64;
     let fitted = line(&means).ok_or(NoTrend::NotNumbers)?;
     let (early, late) = samples.split_at(samples.len() / 2);
-    let width = |part: &[f64]| band(part).1 - band(part).0;
-    let widening = match (width(early), width(late)) {
+    let scatter = |part: &[f64]| {
+        let n = part.len() as f64;
+        let mean = part.iter().map(|x| x - first).sum::<f64>() / n;
+        (part.iter().map(|x| (x - first - mean).powi(2)).sum::<f64>() / n).sqrt()
+    };
+    let widening = match (scatter(early), scatter(late)) {
         (a, b) if a > 0.0 => b / a,
         (_, b) => {
             if b > 0.0 {
