@@ -179,6 +179,7 @@ impl NodeObserver {
         node.hamiltonian = None;
         node.discrete_energy = node.hamiltonian_projected;
         let jacobian = self.jacobian.as_ref().expect("filled above");
+        self.m_work.iter_mut().for_each(|b| *b = -*b);
         jacobian.mul_add(1.0, &node.v, &mut self.m_work);
         node.velocity_residual = norm_inf(&self.m_work);
         node.momentum_residual = node.velocity_residual;

@@ -117,13 +117,13 @@ pub(crate) fn all(quick: bool) -> Result<Vec<Case>, String> {
         "four_bar",
         "four-bar linkage, three redundant constraints",
         plain("four_bar", own!("four_bar"))?,
-        Numbers(0.4, 16, 1 << 11, 0.004, [400, 30], 40),
+        Numbers(0.8, 16, 1 << 11, 0.004, [400, 30], 40),
     );
     add(
         "six_body_linkage",
         "free threefold-symmetric Bricard linkage, one redundant constraint",
         plain("six_body_linkage", shipped!("six_hinge_cube"))?,
-        Numbers(1.0, 8, 1 << 10, 0.02, [1000, 10], 100),
+        Numbers(4.0, 8, 1 << 10, 0.02, [1000, 10], 100),
     );
     add(
         "cantilever",

@@ -48,7 +48,7 @@ const ASYMPTOTIC: f64 = 0.1;
 /// A stretch less straight than this is fitted with the next term of the expansion, too.
 const CURVED: f64 = 0.05;
 /// A next term larger than this, in binary digits, is no small one.
-const SMALL_TERM: f64 = 2.0;
+const SMALL_TERM: f64 = 1.0;
 
 /// An order that could be read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -144,24 +144,18 @@ pub fn observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder,
     observed_order_over(errors, scale, HALVINGS)
 }
 
-/// The order over the longest asymptotic stretch of four, three or two halvings; else the straightest of
-/// them.
+/// The order over the longest asymptotic stretch of four, three or two halvings; where there is none, as
+/// [`observed_order`].
 ///
 /// # Errors
-/// [`NoOrder`] where nothing can be read over two halvings.
+/// [`NoOrder`] where nothing can be read.
 pub fn longest_observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder, NoOrder> {
-    let mut best = observed_order(errors, scale);
-    for wanted in (2..HALVINGS).rev() {
-        let spread = best.as_ref().map_or(f64::INFINITY, |found| found.spread);
-        if spread <= ASYMPTOTIC {
-            break;
-        }
-        match observed_order_over(errors, scale, wanted) {
-            Ok(found) if found.spread < spread => best = Ok(found),
-            _ => {}
-        }
+    let best = observed_order(errors, scale);
+    if best.as_ref().is_ok_and(ObservedOrder::is_straight) {
+        return best;
     }
-    best
+    let shorter = (2..HALVINGS).rev().map(|wanted| observed_order_over(errors, scale, wanted));
+    shorter.filter_map(Result::ok).find(ObservedOrder::is_straight).map_or(best, Ok)
 }
 
 /// The same as [`observed_order`] over another number of halvings.
@@ -237,7 +231,7 @@ fn fitted(errors: &[ErrorAt], points: Range<usize>) -> Option<ObservedOrder> {
     let law = power_law(stretch.iter().copied())?;
     let curved = expansion(&stretch).filter(|found| {
         law.spread > CURVED
-            && found.spread <= (0.5 * law.spread).min(ASYMPTOTIC)
+            && found.spread <= (0.75 * law.spread).min(ASYMPTOTIC)
             && found.correction.abs() <= SMALL_TERM
     });
     Some(match curved {
