@@ -118,11 +118,11 @@ fn redundant_constraints_hold_where_other_rows_are_independent() {
         for (method, order) in
             variational.map(|m| (m, 4)).into_iter().chain(comparator.map(|m| (m, 2)))
         {
-            let run = measure::long_run(&subject, Setting::new(method, order, 0.02), 1500);
+            let run = measure::long_run(&subject, Setting::new(method, order, 0.02), 300);
             let run = run.unwrap_or_else(|e| panic!("{name}, {}: {e}", method.name()));
             let [gap, rate, _] = run.residuals();
             println!("{name}, {}: |g| {gap:.1e}, |Gv| {rate:.1e}", method.name());
-            assert!(gap < 1e-13 && rate < 1e-11, "{name}, {}: {gap:e}, {rate:e}", method.name());
+            assert!(gap < 1e-14 && rate < 1e-12, "{name}, {}: {gap:e}, {rate:e}", method.name());
         }
     }
 }

@@ -10,9 +10,14 @@
 //! space.
 //!
 //! Rows that are independent at one placement may be nearly dependent at another, although `G` keeps
-//! its rank. Where constraints are redundant, every solve therefore carries a second right-hand side,
-//! `(0, b)` with fixed `b`: its answer is as large as `1/σ_min` of the chosen rows, and once it has
-//! grown fivefold since the set was chosen ([`SaddlePoint::is_worn`]), it is time for another.
+//! its rank: then `G_d = C G_s` of the dropped rows has large coefficients, and what is left of `g_s`
+//! shows in `g_d` that much enlarged. Where constraints are redundant, every solve therefore also finds
+//! ```text
+//! [ Aᵀ  G'ᵀ ] [0]   [ G'_dᵀ s ]
+//! [ G   0   ] [c] = [    0    ]          c = C'ᵀ s   with fixed signs s
+//! ```
+//! from the same factorization, and once `c` is large ([`SaddlePoint::is_worn`]) it is time for other
+//! rows.
 
 use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
@@ -21,7 +26,8 @@ use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 
 const DROPPED: usize = usize::MAX;
-/// Growth of `1/σ_min` of the chosen rows from which on others are looked for.
+/// Largest coefficient of a dropped row in the chosen ones, relative to the smallest since they were
+/// chosen, from which on others are looked for.
 const WORN: f64 = 5.0;
 
 /// An independent subset of the rows of `G`.
@@ -247,33 +253,39 @@ pub struct SaddlePoint {
 /// How well the chosen rows stay independent.
 #[derive(Default)]
 struct Probe {
-    x: Vec<f64>, // n + r more than the right-hand sides: theirs and that of the probe
-    now: f64,    // size of its answer in the last solve, ~ 1/σ_min
+    c: Vec<f64>, // n + r
+    now: f64,    // |c|_∞ in the last solve
     least: f64,  // the smallest since the rows were chosen
 }
 
-impl Probe {
-    /// Solves for the right-hand sides `x`, and for the probe's; `n`, `r`: coordinates and rows.
-    fn solve(
-        &mut self,
-        (lu, matrix): (&mut SparseLu, &SparseMatrix),
-        (n, r): (usize, usize),
-        x: &mut [f64],
-    ) -> Result<(), Singular> {
-        self.x.resize(x.len() + n + r, 0.0);
-        self.now = f64::INFINITY;
-        let (own, probe) = self.x.split_at_mut(x.len());
-        own.copy_from_slice(x);
-        probe.fill(0.0);
-        for (k, b) in probe[n..].iter_mut().enumerate() {
-            *b = if (13.7 * (k + 1) as f64).sin() > 0.0 { 1.0 } else { -1.0 };
+/// Adds up the dropped rows with their signs.
+struct Dropped<'a> {
+    rows: &'a IndependentRows,
+    sum: &'a mut [f64],
+}
+
+impl Entries for Dropped<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        if self.rows.position[row] == DROPPED {
+            let sign = if (13.7 * (row + 1) as f64).sin() > 0.0 { 1.0 } else { -1.0 };
+            self.sum[column] += sign * value;
         }
-        lu.solve(matrix, &mut self.x)?;
-        let (own, probe) = self.x.split_at(x.len());
-        x.copy_from_slice(own);
-        self.now = norm_inf(&probe[..n]);
+    }
+}
+
+impl Probe {
+    /// Writes the right-hand side: `lower` emits `G'` over all constraints; `n`: coordinates.
+    fn prepare(&mut self, rows: &IndependentRows, n: usize, lower: &dyn Fn(&mut dyn Entries)) {
+        self.c.resize(n + rows.len(), 0.0);
+        self.c.fill(0.0);
+        lower(&mut Dropped { rows, sum: &mut self.c[..n] });
+        self.now = f64::INFINITY; // until it is solved
+    }
+
+    /// Reads the answer.
+    fn read(&mut self, n: usize) {
+        self.now = norm_inf(&self.c[n..]);
         self.least = self.least.min(self.now);
-        Ok(())
     }
 }
 
@@ -288,7 +300,7 @@ impl SaddlePoint {
     /// Whether the chosen rows were no longer clearly independent in the last solve.
     #[must_use]
     pub fn is_worn(&self) -> bool {
-        self.probe.now > WORN * self.probe.least
+        self.probe.now > WORN * self.probe.least.max(1.0)
     }
 
     /// Chooses the rows anew, as many as before, by pivoted QR at `(t, q)`; returns whether they
@@ -384,10 +396,13 @@ impl SaddlePoint {
             }
         }
         let (matrix, lu) = self.matrix.as_mut().expect("just written");
-        match rows.redundant().next() {
-            None => lu.solve(matrix, x),
-            Some(_) => self.probe.solve((lu, matrix), (n, rows.len()), x),
+        if rows.redundant().next().is_none() {
+            return lu.solve(matrix, x);
         }
+        self.probe.prepare(rows, n, lower);
+        lu.solve_both(matrix, x, &mut self.probe.c)?;
+        self.probe.read(n);
+        Ok(())
     }
 
     /// The matrix of the last solve.

@@ -5,6 +5,11 @@
 //! whoever moves the end of the interval knows `Δq` to its own relative precision (a rotation
 //! increment, a Newton unknown), while the difference of two stored coordinates is only good to
 //! `ε|q|`, which divided by `h` would spoil the momenta.
+//!
+//! What rounding takes off `q_{n+1} = q_n + Δq` is kept for the next step (compensated summation, Kahan,
+//! Comm. ACM 8 (1965) 40). Where `Δq` is found from `g(q_{n+1}) = 0`, these losses point along the
+//! normals more often one way than the other, and without their sum the angular momentum drifts by a
+//! few hundredths of `ε` a step.
 
 /// One time step `t_n → t_n + h` with its two end configurations.
 ///
@@ -26,6 +31,7 @@ pub struct Interval {
     pub q_mid: Vec<f64>,
     /// `Δq/h`, shape `n`: the velocity of the midpoint rule.
     pub v_mid: Vec<f64>,
+    carry: Vec<f64>, // n  what rounding has taken off q0
 }
 
 impl Interval {
@@ -33,11 +39,27 @@ impl Interval {
     #[must_use]
     pub fn new(n: usize) -> Self {
         let zero = || vec![0.0; n];
-        Self { t: 0.0, h: 0.0, q0: zero(), q1: zero(), dq: zero(), q_mid: zero(), v_mid: zero() }
+        Self {
+            t: 0.0,
+            h: 0.0,
+            q0: zero(),
+            q1: zero(),
+            dq: zero(),
+            q_mid: zero(),
+            v_mid: zero(),
+            carry: zero(),
+        }
     }
 
     /// Opens a step of length `h` at `(t, q_n)`; the end is first put on the start.
     pub fn open(&mut self, t: f64, h: f64, q_n: &[f64]) {
+        if self.q1 == q_n {
+            for i in 0..q_n.len() {
+                self.carry[i] = (self.q0[i] - self.q1[i]) + (self.dq[i] + self.carry[i]);
+            }
+        } else if self.q0 != q_n {
+            self.carry.fill(0.0); // another motion
+        }
         self.t = t;
         self.h = h;
         self.q0.copy_from_slice(q_n);
@@ -55,6 +77,7 @@ impl Interval {
         self.dq.copy_from_slice(&other.dq);
         self.q_mid.copy_from_slice(&other.q_mid);
         self.v_mid.copy_from_slice(&other.v_mid);
+        self.carry.copy_from_slice(&other.carry);
     }
 
     /// Completes the interval after `q1` and `dq` have been written.
@@ -73,10 +96,11 @@ impl Interval {
         self.close();
     }
 
-    /// Completes the interval after only `dq` has been written (`q1 = q0 + Δq`).
+    /// Completes the interval after only `dq` has been written (`q1 = q0 + Δq`, and what rounding took
+    /// off the last one).
     pub fn close_from_increment(&mut self) {
-        for ((q1, q0), dq) in self.q1.iter_mut().zip(&self.q0).zip(&self.dq) {
-            *q1 = q0 + dq;
+        for (i, dq) in self.dq.iter().enumerate() {
+            self.q1[i] = self.q0[i] + (dq + self.carry[i]);
         }
         self.close();
     }
@@ -112,6 +136,23 @@ impl Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn increments_add_up_to_the_last_digit() {
+        let (mut s, mut q) = (Interval::new(1), 0.7);
+        for _ in 0..100_000 {
+            s.open(0.0, 0.1, &[q]);
+            s.dq[0] = 1e-7 / 3.0;
+            s.close_from_increment();
+            q = s.q1[0];
+        }
+        let off = (q - (0.7 + 1e-2 / 3.0)).abs();
+        println!("after 100000 increments off by {off:.1e}");
+        assert!(off <= f64::EPSILON, "{off:e}");
+        s.open(0.0, 0.1, &[5.0]);
+        s.close_from_increment();
+        assert_eq!(s.q1, [5.0], "another motion starts without a carry");
+    }
 
     #[test]
     fn the_increment_keeps_its_own_precision() {

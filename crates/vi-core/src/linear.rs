@@ -123,10 +123,28 @@ impl SparseLu {
     /// # Errors
     /// [`Singular`] when the factorization fails or the answer is not finite.
     pub fn solve(&mut self, a: &SparseMatrix, b: &mut [f64]) -> Result<(), Singular> {
-        within(Phase::Solve, || self.factorize_and_solve(a, b))
+        within(Phase::Solve, || self.factorize_and_solve(a, b, None))
     }
 
-    fn factorize_and_solve(&mut self, a: &SparseMatrix, b: &mut [f64]) -> Result<(), Singular> {
+    /// Solves `A x = b` and `Aᵀ y = c`; `b` and `c` are overwritten by `x` and `y`.
+    ///
+    /// # Errors
+    /// As [`SparseLu::solve`].
+    pub fn solve_both(
+        &mut self,
+        a: &SparseMatrix,
+        b: &mut [f64],
+        c: &mut [f64],
+    ) -> Result<(), Singular> {
+        within(Phase::Solve, || self.factorize_and_solve(a, b, Some(c)))
+    }
+
+    fn factorize_and_solve(
+        &mut self,
+        a: &SparseMatrix,
+        b: &mut [f64],
+        transposed: Option<&mut [f64]>,
+    ) -> Result<(), Singular> {
         let n = a.as_sprs().rows();
         let columns = b.len() / n.max(1);
         debug_assert_eq!(b.len(), n * columns);
@@ -149,6 +167,15 @@ impl SparseLu {
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );
+        if let Some(c) = transposed {
+            factors.solve_transpose_in_place_with_conj(
+                Conj::No,
+                MatMut::from_column_major_slice_mut(c, n, 1),
+                Par::Seq,
+                MemStack::new(&mut self.scratch),
+            );
+            finite(c)?;
+        }
         finite(b)
     }
 }
@@ -157,7 +184,8 @@ fn scratch(symbolic: &sparse_lu::SymbolicLu<usize>, columns: usize) -> MemBuffer
     MemBuffer::new(
         symbolic
             .factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default())
-            .or(symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq)),
+            .or(symbolic.solve_in_place_scratch::<f64>(columns, Par::Seq))
+            .or(symbolic.solve_transpose_in_place_scratch::<f64>(1, Par::Seq)),
     )
 }
 
@@ -225,6 +253,10 @@ mod tests {
         let mut two = [b[0], b[1], b[2], 2.0 * b[0], 2.0 * b[1], 2.0 * b[2]];
         lu.solve(&sparse, &mut two).unwrap();
         assert!((0..3).all(|i| two[i] == y[i] && (two[3 + i] - 2.0 * y[i]).abs() < 1e-14));
+        let c = a.transpose() * nalgebra::DVector::from_column_slice(&exact);
+        let (mut again, mut z) = ([b[0], b[1], b[2]], [c[0], c[1], c[2]]);
+        lu.solve_both(&sparse, &mut again, &mut z).unwrap();
+        assert!((0..3).all(|i| again[i] == y[i] && (z[i] - exact[i]).abs() < 1e-14), "{z:?}");
         for i in 0..3 {
             assert!((x[i] - exact[i]).abs() < 1e-14 && (y[i] - exact[i]).abs() < 1e-14);
         }

@@ -5,7 +5,7 @@
 //! order 8, else (with dampers, which do not compose) an extrapolation of runs of order 2 in even
 //! powers of `h`. Its uncertainty is what the last refinement changed.
 
-use super::order::{ErrorAt, NoOrder, ObservedOrder, Scale, observed_order};
+use super::order::{CLEAR, ErrorAt, NoOrder, ObservedOrder, Scale, observed_order};
 use super::subject::{Method, Setting, Subject, Values};
 use serde::{Deserialize, Serialize};
 use vi_constraints::SchemeKind;
@@ -333,7 +333,7 @@ pub fn study(
     Ok(Quantity::ALL.into_iter().zip(errors).filter_map(judged).collect())
 }
 
-/// Whether refining further shows nothing more.
+/// Whether refining further shows nothing more: two errors in a row are not clearly above the floor.
 fn at_round_off(errors: &[ErrorAt], floor: f64) -> bool {
-    matches!(errors, [.., a, b] if a.error <= floor && b.error <= floor)
+    matches!(errors, [.., a, b] if a.error <= CLEAR * floor && b.error <= CLEAR * floor)
 }

@@ -8,7 +8,6 @@ use super::measure::LongRun;
 use super::order::{NoOrder, ObservedOrder};
 use super::subject::Method;
 use super::trend::trend;
-use vi_constraints::SchemeKind;
 use vi_core::Composition;
 
 /// Observed orders may miss their nominal value by this.
@@ -196,25 +195,9 @@ pub(super) fn judge_momentum(
             let walks = growth.is_unbiased() || run.steps < TELLING_STEPS;
             let holds = drift <= root || (walks && drift <= 1e3 * root);
             found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };
-            if !holds && drift <= 100.0 * root && solves_for_coordinates(method) {
-                found.verdict = Verdict::Known;
-                found.reason =
-                    "the scheme resolves Δq to round-off of q, not of itself: a small bias \
-                                stays"
-                        .into();
-            }
         }
     }
     found
-}
-
-/// Schemes whose unknowns are coordinates, not increments of a map.
-fn solves_for_coordinates(method: Method) -> bool {
-    matches!(
-        method,
-        Method::Variational(SchemeKind::Constrained | SchemeKind::Dalembert)
-            | Method::EnergyMomentum(_)
-    )
 }
 
 pub(super) fn judge_residuals(
