@@ -50,7 +50,7 @@ const CURVED: f64 = 0.05;
 /// Over fewer halvings the next term cannot be told from the order.
 const TERM_HALVINGS: f64 = 3.0 - 1e-9;
 /// A next term larger than this, in binary digits, is no small one.
-const SMALL_TERM: f64 = 1.0;
+const SMALL_TERM: f64 = 1.5;
 
 /// An order that could be read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,0 +1,55 @@
+//! Snapshots of certificates: which promise is judged how, and what cannot be told. Numbers are left out.
+#![allow(clippy::unwrap_used)] // a test
+
+use holonom::Model;
+use holonom::evidence::model_certificate::certify_model;
+use holonom::evidence::page::{sentence, verdict};
+
+/// Text with every number replaced by `#`.
+fn without_numbers(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars().map(|c| if c.is_ascii_digit() { '#' } else { c }) {
+        let inside = matches!(c, '#' | '.' | 'e' | '-') && out.ends_with('#');
+        if !inside {
+            out.push(c);
+        }
+    }
+    out
+}
+
+/// A line for each finding: criterion, quantity, method, order, verdict, and the reason of all but a pass.
+fn judged(model: &Model) -> String {
+    let certificate = certify_model(model, 1e-6, &mut |_| {}).unwrap();
+    let mut text = format!("{}\n", without_numbers(&verdict(&certificate)));
+    for step in &certificate.steps {
+        text += &format!("{}\n", without_numbers(&sentence(step, certificate.accuracy)));
+    }
+    for f in &certificate.certificate.findings {
+        let of = f.method.map_or(String::new(), |m| format!("{} {}: ", m.name(), f.order));
+        let verdict = f.verdict.name();
+        let (criterion, quantity) = (f.criterion.name(), &f.quantity);
+        let reason = if verdict == "pass" { String::new() } else { without_numbers(&f.reason) };
+        text += format!("{of}{criterion} of {quantity}: {verdict} {reason}").trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+macro_rules! shipped {
+    ($name:literal) => {
+        include_str!(concat!("../examples/models/", $name, ".toml"))
+    };
+}
+
+#[test]
+fn certificates_of_shipped_models() {
+    let own = |text: &str, key: &str, value: &str| {
+        Model::from_toml_with(text, &[(key.to_owned(), value.to_owned())]).unwrap()
+    };
+    let pendulum = Model::from_toml(shipped!("pendulum")).unwrap();
+    insta::assert_snapshot!("certificate_pendulum", judged(&pendulum));
+    let governor = Model::from_toml(shipped!("flyball_governor")).unwrap();
+    insta::assert_snapshot!("certificate_flyball_governor", judged(&governor));
+    let rough = own(shipped!("four_particles"), "simulation.step", "0.2");
+    insta::assert_snapshot!("certificate_four_particles_rough", judged(&rough));
+}
