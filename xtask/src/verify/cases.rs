@@ -99,25 +99,25 @@ pub(crate) fn all(quick: bool) -> Result<Vec<Case>, String> {
     for (name, pair, axes) in PAIRS {
         let text = own!("pair").replace("PAIR", pair).replace("AXES\n", axes);
         let about = "two bodies joined by the pair, on springs to the vertical axis, gravity";
-        add(name, about, plain(name, &text)?, Numbers(0.5, 8, 1 << 11, 0.01, [1000, 60], 20));
+        add(name, about, plain(name, &text)?, Numbers(0.5, 8, 1 << 11, 0.01, [200, 40], 20));
     }
     add(
         "chain8",
         "chain of eight bodies on hinges with alternating axes",
         plain("chain8", shipped!("chain8"))?,
-        Numbers(0.5, 8, 1 << 10, 0.005, [400, 10], 80),
+        Numbers(0.5, 8, 1 << 10, 0.005, [200, 10], 80),
     );
     add(
         "tree",
         "branched tree of seven bodies with six kinds of pairs",
         plain("tree", own!("tree"))?,
-        Numbers(0.5, 8, 1 << 10, 0.005, [400, 10], 70),
+        Numbers(0.5, 8, 1 << 10, 0.005, [200, 10], 70),
     );
     add(
         "four_bar",
         "four-bar linkage, three redundant constraints",
         plain("four_bar", own!("four_bar"))?,
-        Numbers(0.8, 16, 1 << 11, 0.004, [400, 30], 40),
+        Numbers(0.8, 16, 1 << 11, 0.004, [200, 20], 40),
     );
     add(
         "six_body_linkage",
