@@ -26,7 +26,7 @@ pub(crate) struct Balance {
     pub(crate) mu: Vec<f64>,
     /// `K̃`, shape `n × n`.
     tangent: Option<SparseMatrix>,
-    v: Vec<f64>,       // n  v_n
+    node: EmState,
     bracket: Vec<f64>, // n  h B
     work: Vec<f64>,    // n
     x: Vec<f64>,       // n + r
@@ -43,7 +43,7 @@ impl Balance {
             null_space: DMatrix::zeros(n, n - r),
             mu: zeros(m),
             tangent: None,
-            v: zeros(n),
+            node: EmState::new(0.0, zeros(n), zeros(n)),
             bracket: zeros(n),
             work: zeros(n),
             x: zeros(n + r),
@@ -78,12 +78,12 @@ impl Balance {
     /// Opens a step of length `h` at the state.
     pub(crate) fn open(&mut self, state: &EmState, h: f64) {
         self.s.open(state.t, h, &state.q);
-        self.v.copy_from_slice(&state.v);
+        self.node.copy_from(state);
     }
 
     /// `out ← P̄ᵀ h B` for the interval and the `P̄` written before; for intervals with `Ḡ P̄ = 0`.
     pub(crate) fn residual(&mut self, system: &EmSystem, out: &mut [f64]) {
-        system.scaled_bracket(&self.s, &self.v, &mut self.work, &mut self.bracket);
+        system.scaled_bracket(&self.s, &self.node, &mut self.work, &mut self.bracket);
         for (r, column) in out.iter_mut().zip(self.null_space.column_iter()) {
             *r = column.iter().zip(&self.bracket).map(|(p, b)| p * b).sum();
         }
@@ -96,7 +96,7 @@ impl Balance {
         constraints: &impl DiscreteConstraints,
         out: &mut [f64],
     ) -> Result<(), Singular> {
-        system.scaled_bracket(&self.s, &self.v, &mut self.work, &mut self.bracket);
+        system.scaled_bracket(&self.s, &self.node, &mut self.work, &mut self.bracket);
         self.multipliers(constraints)?;
         for (r, column) in out.iter_mut().zip(self.null_space.column_iter()) {
             *r = -column.iter().zip(&self.x).map(|(p, c)| p * c).sum::<f64>();

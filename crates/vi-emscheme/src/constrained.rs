@@ -39,7 +39,7 @@ pub struct EmConstrained {
 
 struct Work {
     s: Interval,
-    v: Vec<f64>,                    // n  v_n
+    node: EmState,
     scratch: Vec<f64>,              // n
     g: Vec<f64>,                    // m
     mu: Vec<f64>,                   // m  h²λ over all constraints
@@ -63,7 +63,7 @@ impl EmConstrained {
         let multiplier = Block { kind: BlockKind::Multiplier, range: n..size, floor: 1.0 };
         let work = Work {
             s: Interval::new(n),
-            v: vec![0.0; n],
+            node: EmState::new(0.0, vec![0.0; n], vec![0.0; n]),
             scratch: vec![0.0; n],
             g: vec![0.0; m],
             mu: vec![0.0; m],
@@ -88,7 +88,7 @@ impl<C: DiscreteConstraints> NewtonProblem for Problem<'_, C> {
         let (balance, closure) = r.split_at_mut(n);
         work.s.dq.copy_from_slice(dq);
         work.s.close_from_increment();
-        self.system.scaled_bracket(&work.s, &work.v, &mut work.scratch, balance);
+        self.system.scaled_bracket(&work.s, &work.node, &mut work.scratch, balance);
         let rows = work.saddle.rows();
         rows.scatter(mu, &mut work.mu);
         let (constraints, s) = (self.constraints, &work.s);
@@ -126,7 +126,7 @@ impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
     ) -> Result<NewtonReport, StepError> {
         let work = &mut self.work;
         work.s.open(state.t, h, &state.q);
-        work.v.copy_from_slice(&state.v);
+        work.node.copy_from(state);
         let length = norm_inf(&state.q).max(1e-6);
         work.blocks[0].floor = 1e-5 * length;
         work.blocks[1].floor = 1e-5 * length * norm_inf(system.mass().as_sprs().data());
@@ -185,7 +185,7 @@ mod tests {
         let mut scheme = EmConstrained::new(n, (rows, m), NewtonSettings::default());
         let h = 0.05;
         scheme.work.s.open(0.0, h, &q);
-        scheme.work.v.copy_from_slice(&v);
+        scheme.work.node.v.copy_from_slice(&v);
         let mut problem = Problem { system: &system, constraints, work: &mut scheme.work };
         let x: Vec<f64> = (0..n + m).map(|i| 0.03 * (2.3 * i as f64).sin()).collect();
         let mut at = |i: usize, by: f64| {

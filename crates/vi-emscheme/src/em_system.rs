@@ -17,6 +17,7 @@ use crate::discrete_gradient::DiscreteGradient;
 use crate::gonzalez::Gonzalez;
 use crate::invariant::InvariantPotential;
 use crate::load::MidpointLoad;
+use crate::scheme::{EmState, lag};
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::potential::{LinearPotential, Potential};
@@ -126,10 +127,10 @@ impl EmSystem {
         0.5 * self.mass.bilinear(v, v) + self.potential_energy(q)
     }
 
-    /// `out ← h B`, shape `n`; `v`: `v_n`, `work`: scratch of shape `n`.
-    pub fn scaled_bracket(&self, s: &Interval, v: &[f64], work: &mut [f64], out: &mut [f64]) {
-        for ((w, dq), v) in work.iter_mut().zip(&s.dq).zip(v) {
-            *w = dq - s.h * v;
+    /// `out ← h B`, shape `n`, for a step from the node; `work`: scratch of shape `n`.
+    pub fn scaled_bracket(&self, s: &Interval, node: &EmState, work: &mut [f64], out: &mut [f64]) {
+        for (i, w) in work.iter_mut().enumerate() {
+            *w = lag(s.dq[i], s.h, (node.v[i], node.carry[i]));
         }
         out.fill(0.0);
         self.mass.mul_add(2.0, work, out);

@@ -224,7 +224,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
     /// [`StepError`]; the state is then what it was.
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         let Self { scheme, system, constraints, state, before, .. } = self;
-        copy(state, before);
+        before.copy_from(state);
         if self.carry {
             self.step_before.take(scheme.interval(), scheme.scaled_multiplier());
         }
@@ -257,7 +257,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         let kept = (self.before.clone(), self.steps);
         self.step()?;
         self.node_before();
-        copy(&self.before, &mut self.state);
+        self.state.copy_from(&self.before);
         self.system.accept(&self.state.q);
         self.constraints.accept(&self.state.q);
         (self.before, self.steps) = kept;
@@ -460,12 +460,6 @@ fn loop_rows(
     let scale = rows.iter().map(size).collect();
     let rank = rows.len() - (mechanism.len() - independent.len());
     LoopRows { rows, scale, rank }
-}
-
-fn copy(from: &EmState, to: &mut EmState) {
-    (to.step, to.t) = (from.step, from.t);
-    to.q.copy_from_slice(&from.q);
-    to.v.copy_from_slice(&from.v);
 }
 
 fn check(

@@ -53,24 +53,43 @@ pub struct EmState {
     pub q: Vec<f64>,
     /// `v_n`, shape `n`.
     pub v: Vec<f64>,
+    /// What rounding has taken off `v_n`, shape `n`.
+    pub(crate) carry: Vec<f64>,
 }
 
 impl EmState {
     /// The start of a motion at time `t`.
     #[must_use]
     pub fn new(t: f64, q: Vec<f64>, v: Vec<f64>) -> Self {
-        Self { step: 0, t, q, v }
+        let carry = vec![0.0; v.len()];
+        Self { step: 0, t, q, v, carry }
     }
 
-    /// Replaces the node by the end of a step: `v_{n+1} = (2/h) Δq − v_n`.
+    /// Becomes a copy of another node of the same shape; allocates nothing.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        (self.step, self.t) = (other.step, other.t);
+        self.q.copy_from_slice(&other.q);
+        self.v.copy_from_slice(&other.v);
+        self.carry.copy_from_slice(&other.carry);
+    }
+
+    /// Replaces the node by the end of a step: `v_{n+1} = (2/h) Δq − v_n = v_n + 2 (Δq − h v_n)/h`.
     pub(crate) fn advance(&mut self, s: &Interval) {
         self.q.copy_from_slice(&s.q1);
-        for (v, mid) in self.v.iter_mut().zip(&s.v_mid) {
-            *v = 2.0 * mid - *v;
+        for i in 0..self.v.len() {
+            let (v, carry) = (self.v[i], self.carry[i]);
+            let change = 2.0 * lag(s.dq[i], s.h, (v, carry)) / s.h + carry;
+            self.v[i] = v + change;
+            self.carry[i] = (v - self.v[i]) + change;
         }
         self.t += s.h;
         self.step += 1;
     }
+}
+
+/// `Δq − h v_n` with what rounding has taken off `v_n`.
+pub(crate) fn lag(dq: f64, h: f64, (v, carry): (f64, f64)) -> f64 {
+    (-h).mul_add(v, dq) - h * carry
 }
 
 /// One of the forms, with its workspace.

@@ -123,7 +123,7 @@ pub(crate) fn all(quick: bool) -> Result<Vec<Case>, String> {
         "six_body_linkage",
         "free threefold-symmetric Bricard linkage, one redundant constraint",
         plain("six_body_linkage", shipped!("six_hinge_cube"))?,
-        Numbers(4.0, 8, 1 << 10, 0.02, [1000, 10], 100),
+        Numbers(4.0, 8, 1 << 10, 0.02, [400, 10], 100),
     );
     add(
         "cantilever",

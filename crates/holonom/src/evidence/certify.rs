@@ -1,8 +1,9 @@
 //! Measures everything that a plan asks for, and judges it.
 
-use super::certificate::{Certificate, Criterion, Finding, History, Study, Verdict};
-use super::convergence::{Convergence, Horizon, Quantity, Reference, study};
+use super::certificate::{Certificate, Criterion, Finding, History, Verdict};
+use super::convergence::{Horizon, Quantity};
 use super::fit::power_law;
+use super::horizons::{Horizons, clearest};
 use super::judge::{
     EXPONENT_TOLERANCE, FORM_TOLERANCE, ORDER_TOLERANCE, finding, judge_energy, judge_momentum,
     judge_order, judge_residuals, not_quadratic, round_off, sub_steps,
@@ -10,14 +11,11 @@ use super::judge::{
 use super::measure::{
     self, Conditioning, LongRun, conditioning, distance, long_run, reversal, symplectic_defect,
 };
-use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, longest_observed_order};
 use super::subject::{Method, Setting, Subject};
 use vi_constraints::SchemeKind;
 
 /// Steps of any long run.
 const LEAST_STEPS: u64 = 2048;
-/// Horizons are doubled this often where errors reach round-off too early.
-const EXTENSIONS: usize = 3;
 
 /// What to measure on a subject.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,9 +42,8 @@ pub fn certify(
     progress: &mut dyn FnMut(&str),
 ) -> Certificate {
     let certificate = Certificate { system: system.to_owned(), ..Certificate::default() };
-    let (references, resolved_from) = (Vec::new(), None);
-    let mut certifier =
-        Certifier { subject, plan, certificate, references, resolved_from, progress };
+    let (horizons, resolved_from) = (Horizons::new(subject, plan.horizon), None);
+    let mut certifier = Certifier { subject, plan, certificate, horizons, resolved_from, progress };
     for (place, (method, orders)) in plan.methods.iter().enumerate() {
         let steps = if place == 0 { plan.long } else { plan.short };
         for &order in orders {
@@ -69,8 +66,8 @@ struct Certifier<'a> {
     subject: &'a dyn Subject,
     plan: &'a Plan,
     certificate: Certificate,
-    references: Vec<Result<Reference, String>>, // for the horizon and its doublings
-    resolved_from: Option<Option<f64>>,         // found when first asked for
+    horizons: Horizons<'a>,
+    resolved_from: Option<Option<f64>>, // found when first asked for
     progress: &'a mut dyn FnMut(&str),
 }
 
@@ -86,81 +83,21 @@ impl Certifier<'_> {
         Setting::new(method, order, self.plan.step)
     }
 
-    /// The horizon doubled `extension` times, with its reference.
-    fn reference(&mut self, extension: usize) -> (Horizon, &Result<Reference, String>) {
-        let Horizon { end, coarsest, finest } = self.plan.horizon;
-        let horizon = |k: usize| Horizon { end: end * (1_u32 << k) as f64, coarsest, finest };
-        while self.references.len() <= extension {
-            let next = Reference::find(self.subject, horizon(self.references.len()));
-            self.references.push(next);
-        }
-        (horizon(extension), &self.references[extension])
-    }
-
-    /// Convergence; the horizon grows where round-off comes too early to read an order.
+    /// The orders of all quantities.
     fn orders(&mut self, method: Method, order: u32) {
-        let mut found: Vec<Study> = Vec::new();
-        for extension in 0..=EXTENSIONS {
-            let subject = self.subject;
-            let (horizon, reference) = self.reference(extension);
-            let studied = match reference {
-                Ok(reference) => study(subject, (method, order), horizon, reference)
-                    .map(|curves| (curves, reference.origin.clone())),
-                Err(error) => Err(error.clone()),
-            };
-            match studied {
-                Err(error) if extension == 0 => {
-                    let mut refused = finding(Criterion::Order, method, order, "q, p, λ");
-                    refused.expected = order.to_string();
-                    refused.measured = "not measured".into();
-                    refused.reason = error;
-                    return self.push(refused);
-                }
-                Err(_) => break,
-                Ok((mut curves, reference)) => {
-                    if order == 8 {
-                        curves.iter_mut().for_each(fewer_halvings);
-                    }
-                    let end = horizon.end;
-                    found.push(Study { method, order, end, reference, curves });
-                }
+        let mut found = match self.horizons.studies(method, order) {
+            Ok(found) => found,
+            Err(error) => {
+                let mut refused = finding(Criterion::Order, method, order, "q, p, λ");
+                refused.expected = order.to_string();
+                refused.measured = "not measured".into();
+                refused.reason = error;
+                return self.push(refused);
             }
-            let hopeless = |refused: &NoOrder| {
-                matches!(
-                    refused,
-                    NoOrder::Saturated { .. }
-                        | NoOrder::NoConvergence { .. }
-                        | NoOrder::NotNumbers
-                        | NoOrder::Uncertain { .. }
-                )
-            };
-            let short = |c: &Convergence| match &c.observed {
-                Ok(observed) => !long_enough(observed, c, order),
-                Err(refused) => !hopeless(refused),
-            };
-            let last = found.last().expect("just pushed");
-            let read = |quantity: Quantity| {
-                let mut curves = found.iter().flat_map(|s| &s.curves);
-                curves.any(|c| c.quantity == quantity && c.observed.is_ok() && !short(c))
-            };
-            if !last.curves.iter().any(|c| short(c) && !read(c.quantity)) {
-                break;
-            }
-        }
+        };
         for quantity in Quantity::ALL {
-            // the longest of four halvings, and the straightest; else the first horizon
-            let of = |s: &Study| s.curves.iter().position(|c| c.quantity == quantity);
-            let rank = |s: &&Study| {
-                let curve = &s.curves[of(s)?];
-                let observed = curve.observed.as_ref().ok()?;
-                let long = long_enough(observed, curve, order);
-                Some((!(long && observed.is_straight()), observed.spread))
-            };
-            let readable = found.iter().filter_map(|s| Some((rank(&s)?, s)));
-            let best = readable.min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            let Some(study) = best.map(|(_, study)| study).or(found.first()) else { continue };
-            if let Some(k) = of(study) {
-                let finding = judge_order(method, order, &study.curves[k], study);
+            if let Some((study, curve)) = clearest(&found, quantity) {
+                let finding = judge_order(method, order, curve, study);
                 self.push_of_small_steps(finding);
             }
         }
@@ -394,22 +331,6 @@ fn exponent_as_written(method: Method) -> Option<f64> {
 fn conditioned_as_promised(method: Method, numbers: &Conditioning) -> bool {
     let off = [numbers.as_written - exponent_as_written(method).unwrap_or(0.0), numbers.scaled];
     off.iter().all(|off| off.abs() <= EXPONENT_TOLERANCE)
-}
-
-/// Whether an order was read over as many halvings as it takes: three at order 8.
-fn long_enough(observed: &ObservedOrder, curve: &Convergence, order: u32) -> bool {
-    let wanted = if order == 8 { HALVINGS - 1 } else { HALVINGS };
-    let points = &curve.errors[observed.points.clone()];
-    let halvings = (points[0].step / points[points.len() - 1].step).log2();
-    halvings >= f64::from(wanted) - 0.1
-}
-
-/// Order 8 is read over the longest straight stretch of four, three or two halvings.
-fn fewer_halvings(curve: &mut Convergence) {
-    let scale = Scale { size: 1.0, floor: curve.floor };
-    if let Ok(observed) = longest_observed_order(&curve.errors, scale) {
-        curve.observed = Ok(observed);
-    }
 }
 
 /// Energy error and momentum drifts over time, thinned out.

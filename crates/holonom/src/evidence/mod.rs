@@ -24,6 +24,7 @@ pub mod convergence;
 pub mod em_running;
 pub mod fit;
 pub mod growth;
+mod horizons;
 pub mod judge;
 pub mod measure;
 pub mod model;

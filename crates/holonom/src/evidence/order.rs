@@ -41,6 +41,8 @@ pub const STRAIGHT: f64 = 0.5;
 const UNCERTAIN: f64 = 1e-3;
 /// Errors above this many floors are of the scheme, even where they stop to fall.
 const ABOVE: f64 = 1e3;
+/// Round-off of a quantity that divides by `h²` stays below this.
+const AMPLIFIED: f64 = 1e-6;
 /// Errors below this many floors are known too badly for a fit.
 pub(crate) const CLEAR: f64 = 4.0;
 /// A stretch this straight is taken for asymptotic.
@@ -50,7 +52,7 @@ const CURVED: f64 = 0.05;
 /// Over fewer halvings the next term cannot be told from the order.
 const TERM_HALVINGS: f64 = 3.0 - 1e-9;
 /// A next term larger than this, in binary digits, is no small one.
-const SMALL_TERM: f64 = 1.5;
+const SMALL_TERM: f64 = 2.0;
 
 /// An order that could be read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -130,6 +132,12 @@ pub enum NoOrder {
         /// Distance of a point from the straightest line.
         spread: f64,
     },
+    /// The error is round-off that grows as the step shrinks.
+    #[error("the error is round-off, which grows as the step shrinks (largest {largest:.1e})")]
+    RoundOff {
+        /// The largest error.
+        largest: f64,
+    },
     /// The error does not go to zero.
     #[error("the error hardly decreases: order {order:.2}")]
     NoConvergence {
@@ -203,8 +211,14 @@ pub fn observed_order_over(
     let tail = &errors[finest..end];
     if tail.iter().all(|e| e.error > ABOVE * scale.floor) {
         let law = power_law(tail.iter().map(|e| (e.step, e.error)));
-        if let Some(law) = law.filter(|law| law.exponent < 0.5) {
-            return Err(NoOrder::NoConvergence { order: law.exponent });
+        match law {
+            Some(law) if law.exponent < -0.5 && largest <= AMPLIFIED => {
+                return Err(NoOrder::RoundOff { largest });
+            }
+            Some(law) if law.exponent < 0.5 => {
+                return Err(NoOrder::NoConvergence { order: law.exponent });
+            }
+            _ => {}
         }
     }
     // the shortest stretch of enough halvings from every coarse end
@@ -259,7 +273,10 @@ fn plateau(errors: &[ErrorAt], start: usize, floor: f64) -> usize {
     };
     let fell = (start + 1..end).any(|k| slope(k) > 1.5);
     let all = end;
-    let low = |k: usize| errors[k].error <= ABOVE * floor;
+    // at the fine end errors stay near the floor, or rise: round-off over a power of h
+    let low = |k: usize| {
+        errors[k].error <= ABOVE * floor || (slope(k) < -0.5 && errors[k].error <= AMPLIFIED)
+    };
     while fell && end > start + 1 && slope(end - 1) < 0.5 && low(end - 1) {
         end -= 1;
     }
@@ -394,6 +411,9 @@ mod tests {
     fn an_error_that_stays_is_refused() {
         let refused = order(8, |h| 0.1 + 0.01 * h).unwrap_err();
         assert!(matches!(refused, NoOrder::NoConvergence { .. }), "{refused}");
+        // ε/h² of a multiplier whose error vanishes
+        let refused = order(8, |h| 1e-12 / h.powi(2)).unwrap_err();
+        assert!(matches!(refused, NoOrder::RoundOff { .. }), "{refused}");
         // falls first, then stays: half of a multiplier
         let refused = order(12, |h| (0.3 - h).abs() + 1e-9).unwrap_err();
         assert!(matches!(refused, NoOrder::NoConvergence { .. }), "{refused}");

@@ -1,0 +1,118 @@
+//! Convergence studies over growing horizons, and the one in which a quantity is read best.
+//!
+//! Over a short time the errors of a high order reach round-off before four halvings are over; over
+//! twice the time they are larger.
+
+use super::certificate::Study;
+use super::convergence::{Convergence, Horizon, Quantity, Reference, study};
+use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, longest_observed_order};
+use super::subject::{Method, Subject};
+
+/// Horizons are doubled this often where errors reach round-off too early.
+const EXTENSIONS: usize = 3;
+
+/// A horizon with its doublings; their references are found once.
+pub(super) struct Horizons<'a> {
+    subject: &'a dyn Subject,
+    first: Horizon,
+    references: Vec<Result<Reference, String>>,
+}
+
+impl<'a> Horizons<'a> {
+    /// From the first horizon.
+    pub(super) fn new(subject: &'a dyn Subject, first: Horizon) -> Self {
+        Self { subject, first, references: Vec::new() }
+    }
+
+    /// The horizon doubled `extension` times, with its reference.
+    fn reference(&mut self, extension: usize) -> (Horizon, &Result<Reference, String>) {
+        let Horizon { end, coarsest, finest } = self.first;
+        let horizon = |k: usize| Horizon { end: end * (1_u32 << k) as f64, coarsest, finest };
+        while self.references.len() <= extension {
+            let next = Reference::find(self.subject, horizon(self.references.len()));
+            self.references.push(next);
+        }
+        (horizon(extension), &self.references[extension])
+    }
+
+    /// Studies of a method, over longer and longer times until every quantity could be read that can.
+    /// At least one, or why there is none.
+    pub(super) fn studies(&mut self, method: Method, order: u32) -> Result<Vec<Study>, String> {
+        let mut found: Vec<Study> = Vec::new();
+        for extension in 0..=EXTENSIONS {
+            let subject = self.subject;
+            let (horizon, reference) = self.reference(extension);
+            let studied = reference.as_ref().map_err(String::clone).and_then(|reference| {
+                let curves = study(subject, (method, order), horizon, reference)?;
+                Ok((curves, reference.origin.clone()))
+            });
+            let (mut curves, reference) = match studied {
+                Ok(studied) => studied,
+                Err(error) if extension == 0 => return Err(error),
+                Err(_) => break,
+            };
+            if order == 8 {
+                curves.iter_mut().for_each(fewer_halvings);
+            }
+            found.push(Study { method, order, end: horizon.end, reference, curves });
+            if !a_longer_horizon_helps(&found) {
+                break;
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// The study in which the order of a quantity is read best: over enough halvings and straight, then the
+/// straightest; else the first.
+pub(super) fn clearest(found: &[Study], quantity: Quantity) -> Option<(&Study, &Convergence)> {
+    let with_curve = |s| -> Option<(&Study, &Convergence)> { Some((s, curve_of(s, quantity)?)) };
+    let rank = |(study, curve): &(&Study, &Convergence)| {
+        let observed = curve.observed.as_ref().ok()?;
+        let clear = long_enough(observed, curve, study.order) && observed.is_straight();
+        Some((!clear, observed.spread))
+    };
+    let readable = found.iter().filter_map(with_curve).filter_map(|c| Some((rank(&c)?, c)));
+    let best = readable.min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    best.map(|(_, curve)| curve).or_else(|| found.first().and_then(with_curve))
+}
+
+fn curve_of(study: &Study, quantity: Quantity) -> Option<&Convergence> {
+    study.curves.iter().find(|c| c.quantity == quantity)
+}
+
+/// Whether a quantity was read in no study so far, and larger errors would help in the last one.
+fn a_longer_horizon_helps(found: &[Study]) -> bool {
+    let short = |study: &Study, curve: &Convergence| match &curve.observed {
+        Ok(observed) => !long_enough(observed, curve, study.order),
+        Err(refused) => !matches!(
+            refused,
+            NoOrder::Saturated { .. }
+                | NoOrder::NoConvergence { .. }
+                | NoOrder::NotNumbers
+                | NoOrder::RoundOff { .. }
+                | NoOrder::Uncertain { .. }
+        ),
+    };
+    let read = |quantity: Quantity| {
+        let mut curves = found.iter().filter_map(|s| Some((s, curve_of(s, quantity)?)));
+        curves.any(|(s, c)| c.observed.is_ok() && !short(s, c))
+    };
+    found.last().is_some_and(|s| s.curves.iter().any(|c| short(s, c) && !read(c.quantity)))
+}
+
+/// Whether an order was read over as many halvings as it takes: three at order 8.
+fn long_enough(observed: &ObservedOrder, curve: &Convergence, order: u32) -> bool {
+    let wanted = if order == 8 { HALVINGS - 1 } else { HALVINGS };
+    let points = &curve.errors[observed.points.clone()];
+    let halvings = (points[0].step / points[points.len() - 1].step).log2();
+    halvings >= f64::from(wanted) - 0.1
+}
+
+/// Order 8 is read over the longest straight stretch of four, three or two halvings.
+fn fewer_halvings(curve: &mut Convergence) {
+    let scale = Scale { size: 1.0, floor: curve.floor };
+    if let Ok(observed) = longest_observed_order(&curve.errors, scale) {
+        curve.observed = Ok(observed);
+    }
+}
