@@ -49,10 +49,12 @@ pub(crate) const CLEAR: f64 = 4.0;
 const ASYMPTOTIC: f64 = 0.1;
 /// A stretch less straight than this is fitted with the next term of the expansion, too.
 const CURVED: f64 = 0.05;
-/// Over fewer halvings the next term cannot be told from the order.
-const TERM_HALVINGS: f64 = 3.0 - 1e-9;
-/// A next term larger than this, in binary digits, is no small one.
-const SMALL_TERM: f64 = 2.0;
+/// Shorter stretches have few points: what is fitted to them has to be better.
+const SHORT: f64 = 3.0 - 1e-9;
+/// A next term larger than this, in binary digits, is no small one; over shorter stretches, half of it.
+const SMALL_TERM: f64 = 1.5;
+/// Shorter stretches have few points, and must be this straight.
+const SHORT_ASYMPTOTIC: f64 = 0.06;
 
 /// An order that could be read.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -164,8 +166,11 @@ pub fn longest_observed_order(errors: &[ErrorAt], scale: Scale) -> Result<Observ
     if best.as_ref().is_ok_and(ObservedOrder::is_straight) {
         return best;
     }
-    let shorter = (2..HALVINGS).rev().map(|wanted| observed_order_over(errors, scale, wanted));
-    shorter.filter_map(Result::ok).find(ObservedOrder::is_straight).map_or(best, Ok)
+    let straight = |wanted: u32| {
+        let limit = if f64::from(wanted) < SHORT { SHORT_ASYMPTOTIC } else { ASYMPTOTIC };
+        observed_order_over(errors, scale, wanted).ok().filter(|found| found.spread <= limit)
+    };
+    (2..HALVINGS).rev().find_map(straight).map_or(best, Ok)
 }
 
 /// The same as [`observed_order`] over another number of halvings.
@@ -245,12 +250,12 @@ fn fitted(errors: &[ErrorAt], points: Range<usize>) -> Option<ObservedOrder> {
     let stretch: Vec<(f64, f64)> =
         errors[points.clone()].iter().map(|e| (e.step, e.error)).collect();
     let law = power_law(stretch.iter().copied())?;
-    let halvings = (stretch[0].0 / stretch[stretch.len() - 1].0).log2();
+    let short = (stretch[0].0 / stretch[stretch.len() - 1].0).log2() < SHORT;
+    let (gain, most) = if short { (0.25, 0.5 * SMALL_TERM) } else { (0.75, SMALL_TERM) };
     let curved = expansion(&stretch).filter(|found| {
         law.spread > CURVED
-            && halvings >= TERM_HALVINGS
-            && found.spread <= (0.75 * law.spread).min(ASYMPTOTIC)
-            && found.correction.abs() <= SMALL_TERM
+            && found.spread <= (gain * law.spread).min(ASYMPTOTIC)
+            && found.correction.abs() <= most
     });
     Some(match curved {
         Some(found) => ObservedOrder {
