@@ -44,7 +44,7 @@ const ABOVE: f64 = 1e3;
 /// Round-off of a quantity that divides by `h²` stays below this.
 const AMPLIFIED: f64 = 1e-6;
 /// Errors below this many floors are known too badly for a fit.
-pub(crate) const CLEAR: f64 = 4.0;
+pub(crate) const CLEAR: f64 = 10.0;
 /// A stretch this straight is taken for asymptotic.
 const ASYMPTOTIC: f64 = 0.1;
 /// A stretch less straight than this is fitted with the next term of the expansion, too.
