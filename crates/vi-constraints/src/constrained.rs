@@ -140,8 +140,7 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for Constrained {
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
         let mut outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
         let Work { s, saddle, .. } = &mut *problem.work;
-        let (t, q) = if outcome.is_ok() { (s.t_end(), &s.q1) } else { (s.t, &s.q0) };
-        if (outcome.is_err() || saddle.is_worn()) && saddle.choose(constraints, t, q) {
+        if saddle.renew(constraints, s, outcome.is_ok()) {
             predictor.clear(); // of other multipliers
             outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
         }

@@ -22,6 +22,7 @@
 use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
 use nalgebra::{DMatrix, DVector};
+use vi_core::interval::Interval;
 use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 
@@ -301,6 +302,13 @@ impl SaddlePoint {
     #[must_use]
     pub fn is_worn(&self) -> bool {
         self.probe.now > WORN * self.probe.least.max(1.0)
+    }
+
+    /// After a step that was `solved` or not: chooses other rows where the present ones are not clearly
+    /// independent. Returns whether they changed and the step is to be solved again.
+    pub fn renew(&mut self, constraints: &impl Constraints, s: &Interval, solved: bool) -> bool {
+        let (t, q) = if solved { (s.t_end(), &s.q1) } else { (s.t, &s.q0) };
+        (!solved || self.is_worn()) && self.choose(constraints, t, q)
     }
 
     /// Chooses the rows anew, as many as before, by pivoted QR at `(t, q)`; returns whether they

@@ -69,10 +69,7 @@ impl Balance {
         constraints: &impl DiscreteConstraints,
         solved: bool,
     ) -> bool {
-        let s = &self.s;
-        let (t, q) = if solved { (s.t_end(), &s.q1) } else { (s.t, &s.q0) };
-        let due = !solved || self.least_squares.is_worn();
-        due && self.least_squares.choose(constraints, t, q)
+        self.least_squares.renew(constraints, &self.s, solved)
     }
 
     /// Opens a step of length `h` at the state.

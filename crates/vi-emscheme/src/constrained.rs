@@ -135,8 +135,7 @@ impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
         let step = SubStep { lane: 0, h };
         let mut outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
         let Work { s, saddle, .. } = &mut *problem.work;
-        let (t, q) = if outcome.is_ok() { (s.t_end(), &s.q1) } else { (s.t, &s.q0) };
-        if (outcome.is_err() || saddle.is_worn()) && saddle.choose(constraints, t, q) {
+        if saddle.renew(constraints, s, outcome.is_ok()) {
             predictor.clear(); // of other multipliers
             outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
         }

@@ -153,8 +153,7 @@ pub(crate) fn all(quick: bool) -> Result<Vec<Case>, String> {
         "rheonomic",
         "double pendulum with a driven hinge",
         plain("rheonomic", own!("rheonomic"))?,
-        // longer, and g(t) sees the round-off of t
-        Numbers(0.5, 8, 1 << 11, 0.01, [40, 20], 20),
+        Numbers(0.5, 8, 1 << 11, 0.01, [100, 20], 20),
     );
     for case in &mut cases {
         if case.name == "cantilever" {
