@@ -326,3 +326,18 @@ fn the_walk_tells_what_it_found() {
     let report = statics.assembly();
     assert_eq!((report.dof, report.redundant_constraints), (48, 0));
 }
+
+/// The crank of the linkage has no stiffness of its own: what the stiffness matrix holds there is round-off
+/// of the forces it passes on.
+#[test]
+fn a_rigid_crank_between_elastic_parts_walks_with_steps_of_any_size() {
+    let text = text("flexible_four_bar");
+    for step in ["0.02", "0.05", "0.25"] {
+        let changes = [("simulation.scheme", "\"static\""), ("simulation.step", step)];
+        let (samples, outcome) = rows(&model(&text, &changes));
+        let last = samples.last().unwrap();
+        println!("step {step} s: {} equilibria to t = {} s, {outcome:?}", samples.len(), last.t);
+        assert_eq!(outcome, RunOutcome::Done, "step {step}");
+        assert_eq!(last.t, 4.0);
+    }
+}

@@ -31,6 +31,9 @@ use vi_multibody::sparse_nodal::{Columns, ReducedMatrix, ReducedRows, VelocityLa
 use vi_rigid::directors::director;
 use vi_rigid::rotation::skew;
 
+/// Least stiffness that the matrix is scaled by, relative to the largest.
+const SOFTEST: f64 = 1e-8;
+
 /// Everything an evaluation needs.
 pub(crate) struct Work {
     pub(crate) system: SeparableSystem,
@@ -333,16 +336,18 @@ impl Work {
         Ok(())
     }
 
-    /// Powers of two that bring the diagonal of the stiffness and the constraint rows near 1.
+    /// Powers of two that bring the diagonal of the stiffness and the constraint rows near 1; what is
+    /// softer than [`SOFTEST`] may be round-off of a rigid body that has no stiffness of its own.
     fn set_scales(&mut self, part: f64) {
         let d = self.unknowns();
         let near = |size: f64, exponent: f64| {
             let usable = size.is_finite() && size > f64::MIN_POSITIVE;
             if usable { (exponent * size.log2()).round().exp2() } else { 1.0 }
         };
+        let least = SOFTEST * part * self.stiffest();
         for (i, scale) in self.scale[..d].iter_mut().enumerate() {
             let size = part * self.stiffness.diagonal()[i] + self.sigma * self.metric[i];
-            *scale = near(size.abs(), -0.5);
+            *scale = near(size.abs().max(least * self.metric[i]), -0.5);
         }
         let mut largest = vec![0.0_f64; self.rows.len()];
         self.lower.emit(&mut Largest { scale: &self.scale, out: &mut largest });
