@@ -160,3 +160,88 @@ fn freedoms_that_do_not_exist_are_named() {
     println!("{error}");
     assert!(error.to_string().contains("no coordinate 1"), "{error}");
 }
+
+/// A driven wheel with a weight out of its axle, a gear of no simple ratio, a pendulum on the pinion.
+const TURNING: &str = r#"
+model = { name = "turning", gravity = [0, 0, -9.81] }
+simulation = { step = 0.01, end = 1.0, project_start = true }
+
+[[body]]
+name = "wheel"
+mass = 1.0
+inertia = [0.1, 0.2, 0.1]
+position = [0.1, 0, 0]
+
+[[body]]
+name = "pinion"
+mass = 0.5
+inertia = [0.02, 0.04, 0.02]
+position = [1, 0, 0.05]
+
+[[body]]
+name = "weight"
+mass = 0.2
+inertia = [0.01, 0.01, 0.01]
+position = [1, 0.1, -0.3]
+
+[[joint]]
+name = "wheel_axle"
+type = "revolute"
+parent = "ground"
+child = "wheel"
+position = [0, 0, 0]
+axis = [0, 1, 0]
+
+[[joint]]
+name = "pinion_axle"
+type = "revolute"
+parent = "ground"
+child = "pinion"
+position = [1, 0, 0]
+axis = [0, 1, 0]
+
+[[joint]]
+name = "ball"
+type = "spherical"
+parent = "pinion"
+child = "weight"
+position = [1, 0.1, 0.1]
+
+[[constraint]]
+type = "gear"
+name = "mesh"
+joints = ["wheel_axle", "pinion_axle"]
+ratio = 0.37
+
+[[constraint]]
+type = "motion"
+name = "drive"
+joint = "wheel_axle"
+path = { rate = 20.0, amplitude = 0.5, frequency = 0.7 }
+"#;
+
+/// Turns are counted in whole numbers, and a step ends at the very time at which the next one starts:
+/// neither the size of the angles nor of the time is left in `g(q_n, t_n)`.
+#[test]
+fn driven_gears_meet_their_constraints_to_round_off_after_many_turns() {
+    use holonom::evidence::measure::long_run;
+    use holonom::evidence::model::ModelSubject;
+    use holonom::evidence::subject::{Method, Setting};
+    use holonom::vi_constraints::SchemeKind;
+    use holonom::vi_emscheme::EmForm;
+    let subject = ModelSubject::new(Model::from_toml(TURNING).unwrap());
+    let variational = SchemeKind::ALL.map(Method::Variational);
+    let energy_momentum = EmForm::ALL.map(Method::EnergyMomentum);
+    let orders = [2, 4].map(|order| variational.map(|method| (method, order)));
+    let methods = orders.as_flattened().iter().copied();
+    for (method, order) in methods.chain(energy_momentum.map(|method| (method, 2))) {
+        let setting = Setting::new(method, order, 0.01);
+        let run = match long_run(&subject, setting, 3_000) {
+            Ok(run) => run,
+            Err(why) => panic!("{} {order}: {why}", method.name()),
+        };
+        let [gap, ..] = run.residuals();
+        println!("{} {order}: |g| = {gap:.1e} after 95 turns", method.name());
+        assert!(gap < 1e-14, "{} {order}: {gap:e}", method.name());
+    }
+}

@@ -210,8 +210,11 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     ) -> Result<StepReport, StepError> {
         copy(&self.state, &mut self.before);
         let mut total = StepReport { sub_steps: self.gammas.len(), ..StepReport::default() };
+        let next = self.t0 + (self.macro_steps + 1) as f64 * self.step; // no sum of round-offs
         for (lane, gamma) in self.gammas.iter().enumerate() {
-            let sub_step = SubStep { lane, h: gamma * self.step };
+            let h = gamma * self.step;
+            let t_end = if lane + 1 == self.gammas.len() { next } else { self.state.t + h };
+            let sub_step = SubStep { lane, h, t_end };
             let advance =
                 self.scheme.advance(&self.system, &self.constraints, sub_step, &mut self.state);
             match advance {
@@ -231,7 +234,6 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
             }
         }
         self.macro_steps += 1;
-        self.state.t = self.t0 + self.macro_steps as f64 * self.step; // no sum of round-offs
         self.state.step = self.macro_steps;
         Ok(total)
     }

@@ -121,6 +121,7 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
         // the tangent of the last step must be taken before its interval is overwritten
         let kept = last.is_some_and(|u| self.operators.keep_tangent(u, &self.work.s));
         self.work.s.open(state.t, step.h, &state.q);
+        self.work.s.end_at(step.t_end);
         self.work.p.copy_from_slice(&state.p);
         self.operators.begin(system, &self.work.s, kept);
         if let Some(rates) = self.first.as_ref().filter(|_| state.step == 0 && step.lane == 0) {

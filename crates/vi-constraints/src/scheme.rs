@@ -41,13 +41,23 @@ impl SchemeKind {
     }
 }
 
-/// A sub-step of a composition: its place in it, and its length.
+/// A sub-step of a composition: its place in it, its length and its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SubStep {
     /// Index among the sub-steps of a macro step; 0 without composition.
     pub lane: usize,
     /// `γ_lane h`, s; negative for backward sub-steps.
     pub h: f64,
+    /// `t_{n+1}`, s: `t_n + h` up to rounding; at the end of a macro step that of the node.
+    pub t_end: f64,
+}
+
+impl SubStep {
+    /// A step from `t` (s) of length `h` (s) without composition.
+    #[must_use]
+    pub fn single(t: f64, h: f64) -> Self {
+        Self { lane: 0, h, t_end: t + h }
+    }
 }
 
 /// Why a step was refused. The state is then what it was before the call.
@@ -149,7 +159,7 @@ pub fn solve_step<P: NewtonProblem>(
     x: &mut [f64],
 ) -> Result<NewtonReport, StepError> {
     let mut spent = 0;
-    let SubStep { lane, h } = step;
+    let SubStep { lane, h, .. } = step;
     let known = predictor.predict(lane, h, x);
     if !known {
         x.fill(0.0);

@@ -32,6 +32,7 @@ pub struct Interval {
     /// `Δq/h`, shape `n`: the velocity of the midpoint rule.
     pub v_mid: Vec<f64>,
     carry: Vec<f64>, // n  what rounding has taken off q0
+    t_carry: f64,    // s  what rounding has taken off t + h
 }
 
 impl Interval {
@@ -48,6 +49,7 @@ impl Interval {
             q_mid: zero(),
             v_mid: zero(),
             carry: zero(),
+            t_carry: 0.0,
         }
     }
 
@@ -60,8 +62,7 @@ impl Interval {
         } else if self.q0 != q_n {
             self.carry.fill(0.0); // another motion
         }
-        self.t = t;
-        self.h = h;
+        (self.t, self.h, self.t_carry) = (t, h, 0.0);
         self.q0.copy_from_slice(q_n);
         self.q1.copy_from_slice(q_n);
         self.q_mid.copy_from_slice(q_n);
@@ -71,13 +72,19 @@ impl Interval {
 
     /// Becomes a copy of another interval of the same shape; allocates nothing.
     pub fn copy_from(&mut self, other: &Self) {
-        (self.t, self.h) = (other.t, other.h);
+        (self.t, self.h, self.t_carry) = (other.t, other.h, other.t_carry);
         self.q0.copy_from_slice(&other.q0);
         self.q1.copy_from_slice(&other.q1);
         self.dq.copy_from_slice(&other.dq);
         self.q_mid.copy_from_slice(&other.q_mid);
         self.v_mid.copy_from_slice(&other.v_mid);
         self.carry.copy_from_slice(&other.carry);
+    }
+
+    /// The step ends at `t_end` (s), which is `t + h` up to rounding: over many steps `t_0 + n h`, not
+    /// the sum of rounded steps. [`Interval::open`] sets `t + h`.
+    pub fn end_at(&mut self, t_end: f64) {
+        self.t_carry = t_end - (self.t + self.h);
     }
 
     /// Completes the interval after `q1` and `dq` have been written.
@@ -129,7 +136,7 @@ impl Interval {
     /// `t_{n+1}`, s.
     #[must_use]
     pub fn t_end(&self) -> f64 {
-        self.t + self.h
+        (self.t + self.h) + self.t_carry
     }
 }
 

@@ -27,7 +27,7 @@ impl State {
     pub fn move_to_end(&mut self, system: &impl MechanicalSystem, s: &Interval) {
         self.q.copy_from_slice(&s.q1);
         system.forced_d2(s, &mut self.p);
-        self.t += s.h;
+        self.t = s.t_end();
         self.step += 1;
     }
 

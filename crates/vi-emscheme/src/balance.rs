@@ -13,6 +13,7 @@ use crate::em_system::EmSystem;
 use crate::scheme::EmState;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
+use vi_constraints::scheme::SubStep;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -72,9 +73,10 @@ impl Balance {
         self.least_squares.renew(constraints, &self.s, solved)
     }
 
-    /// Opens a step of length `h` at the state.
-    pub(crate) fn open(&mut self, state: &EmState, h: f64) {
-        self.s.open(state.t, h, &state.q);
+    /// Opens a step at the state.
+    pub(crate) fn open(&mut self, state: &EmState, step: SubStep) {
+        self.s.open(state.t, step.h, &state.q);
+        self.s.end_at(step.t_end);
         self.node.copy_from(state);
     }
 
@@ -169,7 +171,7 @@ mod tests {
         (0..3).for_each(|_| assert!(run.step().is_ok()));
         let (n, m) = (mechanism.dim(), mechanism.len());
         let mut balance = Balance::new(n, (run.rows().clone(), m));
-        balance.open(run.state(), 0.05);
+        balance.open(run.state(), SubStep::single(0.0, 0.05));
         assert!(run.step().is_ok());
         for i in 0..n {
             balance.s.dq[i] = run.interval().dq[i] + by * (1.7 * i as f64).sin();

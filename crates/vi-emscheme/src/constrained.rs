@@ -121,18 +121,18 @@ impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        h: f64,
+        step: SubStep,
         state: &mut EmState,
     ) -> Result<NewtonReport, StepError> {
         let work = &mut self.work;
-        work.s.open(state.t, h, &state.q);
+        work.s.open(state.t, step.h, &state.q);
+        work.s.end_at(step.t_end);
         work.node.copy_from(state);
         let length = norm_inf(&state.q).max(1e-6);
         work.blocks[0].floor = 1e-5 * length;
         work.blocks[1].floor = 1e-5 * length * norm_inf(system.mass().as_sprs().data());
         let mut problem = Problem { system, constraints, work };
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
-        let step = SubStep { lane: 0, h };
         let mut outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
         let Work { s, saddle, .. } = &mut *problem.work;
         if saddle.renew(constraints, s, outcome.is_ok()) {

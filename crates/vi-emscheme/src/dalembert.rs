@@ -116,15 +116,14 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalember
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        h: f64,
+        step: SubStep,
         state: &mut EmState,
     ) -> Result<NewtonReport, StepError> {
         let work = &mut self.work;
-        work.balance.open(state, h);
+        work.balance.open(state, step);
         work.blocks[0].floor = 1e-5 * norm_inf(&state.q).max(1e-6);
         let mut problem = Problem { system, constraints, source: &mut self.source, work };
         let (newton, predictor) = (&mut self.newton, &mut self.predictor);
-        let step = SubStep { lane: 0, h };
         let mut outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
         if problem.work.balance.renew_rows(constraints, outcome.is_ok()) {
             outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);

@@ -34,7 +34,7 @@ use crate::scheme::{EmForm, EmScheme, EmState};
 use vi_constraints::initialization::{StartError, StartReport, start};
 use vi_constraints::integrator::{SetupError, SingularStart, Start, StepReport};
 use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::scheme::{Condition, StepError};
+use vi_constraints::scheme::{Condition, StepError, SubStep};
 use vi_constraints::{Constraints, Reparametrization};
 use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
@@ -229,12 +229,13 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
             self.step_before.take(scheme.interval(), scheme.scaled_multiplier());
         }
         self.carry = false; // until the step has gone well
-        let report = scheme.advance(system, constraints, self.step, state)?;
+        let t_end = self.t0 + (self.steps + 1) as f64 * self.step; // no sum of round-offs
+        let step = SubStep { lane: 0, h: self.step, t_end };
+        let report = scheme.advance(system, constraints, step, state)?;
         system.accept(&state.q);
         constraints.accept(&state.q);
         self.carry = true;
         self.steps += 1;
-        state.t = self.t0 + self.steps as f64 * self.step; // no sum of round-offs
         state.step = self.steps;
         let (iterations, residual) = (report.iterations, report.residual);
         Ok(StepReport { iterations, sub_steps: 1, residual })

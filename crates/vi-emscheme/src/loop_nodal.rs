@@ -221,16 +221,15 @@ where
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        h: f64,
+        step: SubStep,
         state: &mut EmState,
     ) -> Result<NewtonReport, StepError> {
         let Self { newton, predictor, u, first, source, map, work } = self;
-        work.balance.open(state, h);
+        work.balance.open(state, step);
         work.fresh = true;
-        let step = SubStep { lane: 0, h };
         if let Some(rates) = first.as_ref().filter(|_| state.step == 0) {
-            let increment: Vec<f64> = rates.iter().map(|rate| h * rate).collect();
-            predictor.remember(0, h, &increment);
+            let increment: Vec<f64> = rates.iter().map(|rate| step.h * rate).collect();
+            predictor.remember(0, step.h, &increment);
         }
         let mut problem = Problem { system, constraints, source, map, work };
         let report = solve_step(newton, predictor, step, &mut problem, u)?;

@@ -115,12 +115,11 @@ where
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        h: f64,
+        step: SubStep,
         state: &mut EmState,
     ) -> Result<NewtonReport, StepError> {
         let Self { newton, predictor, u, source, map, work } = self;
-        work.balance.open(state, h);
-        let step = SubStep { lane: 0, h };
+        work.balance.open(state, step);
         let mut problem = Problem { system, constraints, source, map, work };
         let report = solve_step(newton, predictor, step, &mut problem, u)?;
         work.balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
@@ -169,9 +168,10 @@ mod tests {
             let (q, v) = mechanism.start();
             let mut state = EmState::new(0.0, q, v);
             let start = state.clone();
-            scheme.advance(&system, mechanism, 0.05, &mut state).unwrap();
+            let step = SubStep::single(0.0, 0.05);
+            scheme.advance(&system, mechanism, step, &mut state).unwrap();
             let EmNodal { source, map, work, u, .. } = &mut scheme;
-            work.balance.open(&start, 0.05);
+            work.balance.open(&start, step);
             let (constraints, map) = (mechanism, &*map);
             let mut problem = Problem { system: &system, constraints, source, map, work };
             let mut at = |j: usize, by: f64| {

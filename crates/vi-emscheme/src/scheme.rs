@@ -6,7 +6,7 @@
 
 use crate::em_system::EmSystem;
 use serde::{Deserialize, Serialize};
-use vi_constraints::scheme::{Condition, StepError};
+use vi_constraints::scheme::{Condition, StepError, SubStep};
 use vi_core::interval::Interval;
 use vi_core::newton::NewtonReport;
 
@@ -82,7 +82,7 @@ impl EmState {
             self.v[i] = v + change;
             self.carry[i] = (v - self.v[i]) + change;
         }
-        self.t += s.h;
+        self.t = s.t_end();
         self.step += 1;
     }
 }
@@ -96,7 +96,7 @@ pub(crate) fn lag(dq: f64, h: f64, (v, carry): (f64, f64)) -> f64 {
 pub trait EmScheme<C> {
     /// Which one.
     fn form(&self) -> EmForm;
-    /// Takes a step of length `h` (s).
+    /// Takes a step.
     ///
     /// # Errors
     /// [`StepError`]; the state is then what it was.
@@ -104,7 +104,7 @@ pub trait EmScheme<C> {
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        h: f64,
+        step: SubStep,
         state: &mut EmState,
     ) -> Result<NewtonReport, StepError>;
     /// The interval of the last step.

@@ -105,6 +105,7 @@ fn four_particles_follow_the_published_motion() {
 fn a_composition_has_order_four() {
     use vi_constraints::Constraints;
     use vi_constraints::saddle_point::IndependentRows;
+    use vi_constraints::scheme::SubStep;
     use vi_core::Composition;
     use vi_core::newton::NewtonSettings;
     use vi_emscheme::EmState;
@@ -122,9 +123,8 @@ fn a_composition_has_order_four() {
         let mut scheme = EmConstrained::new(mechanism.dim(), size, settings);
         for _ in 0..12 * parts {
             for gamma in &gammas {
-                scheme
-                    .advance(&system, mechanism, gamma * 0.05 / parts as f64, &mut state)
-                    .unwrap();
+                let step = SubStep::single(state.t, gamma * 0.05 / parts as f64);
+                scheme.advance(&system, mechanism, step, &mut state).unwrap();
             }
         }
         state.q

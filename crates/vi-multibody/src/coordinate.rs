@@ -103,12 +103,22 @@ impl JointCoordinate {
     /// The coordinate at `q`; an angle in the turn nearest to that of the last node.
     #[must_use]
     pub fn at(&self, q: &[f64]) -> f64 {
+        let (principal, turns) = self.principal_and_turns(q);
+        principal + TAU * turns
+    }
+
+    /// `θ − 2πk` in `[−π, π]` and the number `k` of whole turns at `q`; a length and zero.
+    ///
+    /// After many turns the sum is only good to `ε|θ|`; what is compared with `θ` subtracts the turns
+    /// first.
+    #[must_use]
+    pub fn principal_and_turns(&self, q: &[f64]) -> (f64, f64) {
         match &self.value {
-            Value::Length(row) => row.value(q),
+            Value::Length(row) => (row.value(q), 0.0),
             Value::Angle { sine, cosine } => {
                 let angle = sine.value(q).atan2(cosine.value(q));
                 let last = f64::from_bits(self.last.load(Ordering::Relaxed));
-                angle + TAU * ((last - angle) / TAU).round()
+                (angle, ((last - angle) / TAU).round())
             }
         }
     }
@@ -116,11 +126,13 @@ impl JointCoordinate {
     /// Mean of both ends of an interval, and their difference; an angle turns by less than `π`.
     #[must_use]
     pub fn mean_and_difference(&self, s: &Interval) -> (f64, f64) {
-        let (start, mut end) = (self.at(&s.q0), self.at(&s.q1));
+        let ((start, turns), (end, _)) =
+            (self.principal_and_turns(&s.q0), self.principal_and_turns(&s.q1));
+        let mut difference = end - start;
         if self.is_angle() {
-            end += TAU * ((start - end) / TAU).round();
+            difference -= TAU * (difference / TAU).round();
         }
-        (0.5 * (start + end), end - start)
+        (start + TAU * turns + 0.5 * difference, difference)
     }
 
     /// Remembers the turn at a node.

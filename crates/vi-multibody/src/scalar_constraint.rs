@@ -13,6 +13,7 @@ use crate::coordinate::JointCoordinate;
 use crate::form::{Form, Row};
 use crate::joint::Joint;
 use crate::pair::Twist;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 use vi_core::sparse::Entries;
 
@@ -60,8 +61,14 @@ impl ScalarRow {
     pub fn value(&self, t: f64, q: &[f64]) -> f64 {
         match self {
             Self::Product(row) => row.value(q),
-            Self::Coupling { a, b, ratio, target } => a.at(q) + ratio * b.at(q) - target,
-            Self::Motion { coordinate, reference } => coordinate.at(q) - reference(t)[0],
+            Self::Coupling { a, b, ratio, target } => {
+                let ((a, i), (b, k)) = (a.principal_and_turns(q), b.principal_and_turns(q));
+                a + ratio * b + TAU.mul_add(ratio.mul_add(k, i), -target)
+            }
+            Self::Motion { coordinate, reference } => {
+                let (principal, turns) = coordinate.principal_and_turns(q);
+                principal + TAU.mul_add(turns, -reference(t)[0])
+            }
         }
     }
 
