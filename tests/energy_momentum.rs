@@ -200,3 +200,21 @@ fn flying_beams_keep_energy_and_momenta_after_the_push() {
         }
     }
 }
+
+/// A steady rotation about the origin, where the roundings of `Δq` lean one way at this step.
+#[test]
+fn a_steady_rotation_keeps_its_momentum_within_a_few_last_bits() {
+    use holonom::evidence::measure::long_run;
+    use holonom::evidence::model::ModelSubject;
+    use holonom::evidence::subject::{Method, Setting};
+    use holonom::vi_emscheme::EmForm;
+    let text = include_str!("../examples/models/pendulum_free.toml");
+    let subject = ModelSubject::new(Model::from_toml(text).unwrap());
+    for form in [EmForm::Constrained, EmForm::Dalembert] {
+        let setting = Setting::new(Method::EnergyMomentum(form), 2, 0.02);
+        let angular = long_run(&subject, setting, 20_000).unwrap().momentum(5);
+        let drift = largest(angular.iter().map(|l| l - angular[0]));
+        println!("{}: |L − L_0| ≤ {drift:.1e} in 20000 steps", form.name());
+        assert!(drift < 4e-15, "{}: {drift:e}", form.name());
+    }
+}

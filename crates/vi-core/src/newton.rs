@@ -13,7 +13,8 @@
 //! `scale_block` is the largest entry of the unknowns of that block, at least its floor: increments
 //! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual after
 //! the last correction is evaluated anyway (it closes the interval), so the test costs no extra
-//! factorization. An optional line search halves steps that increase the residual.
+//! factorization. What the format of `x` rounds off the last correction is kept for who needs the root
+//! closer than that. An optional line search halves steps that increase the residual.
 
 use crate::linear::{Singular, norm_inf};
 use crate::phase::{Phase, within};
@@ -118,6 +119,11 @@ pub trait NewtonProblem {
     fn noise(&self) -> f64 {
         1e-9
     }
+    /// Parts of `ε` that may be left over: 1/4 is below the rounding of `x`, less takes one iteration more
+    /// and is for who uses [`Newton::lost`].
+    fn resolution(&self) -> f64 {
+        0.25
+    }
 }
 
 /// Settings of the loop.
@@ -186,8 +192,9 @@ pub enum NewtonError {
 pub struct Newton {
     /// Settings, changeable between solves.
     pub settings: NewtonSettings,
-    r: Vec<f64>,  // residual, shape of x
-    dx: Vec<f64>, // correction, shape of x
+    r: Vec<f64>,    // residual, shape of x
+    dx: Vec<f64>,   // correction, shape of x
+    lost: Vec<f64>, // what rounding has taken off x, shape of x
 }
 
 struct Size {
@@ -214,7 +221,7 @@ impl Newton {
     /// A loop for `n` unknowns.
     #[must_use]
     pub fn new(n: usize, settings: NewtonSettings) -> Self {
-        Self { settings, r: vec![0.0; n], dx: vec![0.0; n] }
+        Self { settings, r: vec![0.0; n], dx: vec![0.0; n], lost: vec![0.0; n] }
     }
 
     /// Solves `r(x) = 0` from the start value in `x`.
@@ -242,8 +249,10 @@ impl Newton {
             if !size.relative.is_finite() {
                 return Err(refused(iteration)(Fault::NotFinite));
             }
-            for (x, dx) in x.iter_mut().zip(&self.dx) {
+            for ((x, dx), lost) in x.iter_mut().zip(&self.dx).zip(&mut self.lost) {
+                let before = *x;
                 *x -= dx;
+                *lost = (before - *x) - dx; // exact where |dx| ≤ |x|
             }
             let next = self.evaluate_with_search(problem, x, residual, &mut report);
             let next = next.map_err(refused(iteration))?;
@@ -255,7 +264,7 @@ impl Newton {
             stalled = if ratio > 0.5 && size.relative <= problem.noise() { stalled + 1 } else { 0 };
             let at_floor = (ratio > 0.5 && size.relative <= 1e-9) || stalled >= 3;
             let settled = size.relative <= 4.0 * f64::EPSILON;
-            let good = left <= self.settings.tolerance.max(0.25 * f64::EPSILON);
+            let good = left <= self.settings.tolerance.max(problem.resolution() * f64::EPSILON);
             if (good && ratio < 1.0) || settled || at_floor {
                 return Ok(report);
             }
@@ -270,6 +279,13 @@ impl Newton {
             }
             residual = next;
         }
+    }
+
+    /// What rounding has taken off the solution in its last correction, shape of `x`: the root is closer
+    /// to `x + lost` than numbers in the format of `x` tell.
+    #[must_use]
+    pub fn lost(&self) -> &[f64] {
+        &self.lost
     }
 
     fn evaluate(&mut self, problem: &mut impl NewtonProblem, x: &[f64]) -> Result<f64, Fault> {
@@ -299,6 +315,7 @@ impl Newton {
                         *dx *= 0.5;
                         *x += *dx;
                     }
+                    self.lost.fill(0.0);
                 }
             }
         }

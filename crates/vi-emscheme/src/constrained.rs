@@ -18,7 +18,7 @@
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
-use crate::scheme::{EmForm, EmScheme, EmState};
+use crate::scheme::{BEYOND_ROUNDING, EmForm, EmScheme, EmState};
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
 use vi_core::interval::Interval;
@@ -100,6 +100,10 @@ impl<C: DiscreteConstraints> NewtonProblem for Problem<'_, C> {
         Ok(())
     }
 
+    fn resolution(&self) -> f64 {
+        BEYOND_ROUNDING
+    }
+
     fn correction(&mut self, _x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
         let Work { s, saddle, mu, .. } = &mut *self.work;
         let emit = |out: &mut dyn Entries| {
@@ -140,7 +144,7 @@ impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
             outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
         }
         let report = outcome?;
-        state.advance(&self.work.s);
+        state.advance(&self.work.s, Some(&self.newton.lost()[..state.q.len()]));
         Ok(report)
     }
 

@@ -14,7 +14,7 @@ use crate::balance::Balance;
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
-use crate::scheme::{EmForm, EmScheme, EmState};
+use crate::scheme::{BEYOND_ROUNDING, EmForm, EmScheme, EmState};
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
@@ -87,6 +87,10 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> NewtonProblem for Problem<
         Ok(())
     }
 
+    fn resolution(&self) -> f64 {
+        BEYOND_ROUNDING
+    }
+
     fn correction(&mut self, _x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
         let Work { balance, matrix, lu, .. } = &mut *self.work;
         balance.tangent(self.system, self.constraints);
@@ -129,7 +133,7 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalember
             outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
         }
         let report = outcome?;
-        state.advance(&self.work.balance.s);
+        state.advance(&self.work.balance.s, Some(self.newton.lost()));
         Ok(report)
     }
 

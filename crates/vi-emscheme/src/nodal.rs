@@ -123,7 +123,7 @@ where
         let mut problem = Problem { system, constraints, source, map, work };
         let report = solve_step(newton, predictor, step, &mut problem, u)?;
         work.balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
-        state.advance(&work.balance.s);
+        state.advance(&work.balance.s, None);
         map.clean(state.t, &mut state.q);
         Ok(report)
     }

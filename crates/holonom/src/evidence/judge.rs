@@ -9,7 +9,6 @@ use super::order::{NoOrder, ObservedOrder};
 use super::subject::Method;
 use super::trend::trend;
 use vi_core::Composition;
-use vi_emscheme::EmForm;
 
 /// Observed orders may miss their nominal value by this.
 pub const ORDER_TOLERANCE: f64 = 0.2;
@@ -22,6 +21,7 @@ pub const EXPONENT_TOLERANCE: f64 = 0.2;
 const TELLING_STEPS: u64 = 8000;
 /// Steps from which on a trend is one.
 const LONG_STEPS: u64 = 100_000;
+
 /// A finding about which nothing is known yet.
 pub(super) fn finding(criterion: Criterion, method: Method, order: u32, quantity: &str) -> Finding {
     Finding {
@@ -204,13 +204,6 @@ pub(super) fn judge_momentum(
             let walks = growth.is_unbiased() || run.steps < TELLING_STEPS;
             let holds = drift <= root || (walks && drift <= 1e3 * root);
             found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };
-            let leans = method == Method::EnergyMomentum(EmForm::Dalembert);
-            if !holds && leans && drift <= 100.0 * root {
-                found.verdict = Verdict::Known;
-                found.reason = "in a steady rotation the balance in the null space of this form \
-                                leans one way by a few hundredths of ε a step"
-                    .into();
-            }
         }
     }
     found
