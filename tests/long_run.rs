@@ -66,3 +66,25 @@ fn the_pendulum_under_gravity_keeps_its_energy_without_a_trend() {
     assert!(worst_g <= 1e-13 && worst_f <= 1e-12);
     assert!(trend < 0.02, "the mean energy moves by {trend:.2e} of its band");
 }
+
+/// Parts that only springs hold together, far away from the origin: what rounding takes off their positions
+/// must not add up, since no momentum answers such jumps.
+#[test]
+fn energy_does_not_walk_far_away_from_the_origin() {
+    use holonom::evidence::measure::long_run;
+    use holonom::evidence::model::ModelSubject;
+    use holonom::evidence::subject::{Method, Setting};
+    use holonom::vi_constraints::SchemeKind;
+    let text = include_str!("../examples/models/four_particles.toml");
+    let far = text.replace("position = [0.0,", "position = [1000.0,");
+    let far = far.replace("position = [1.0,", "position = [1001.0,");
+    let subject = ModelSubject::new(holonom::Model::from_toml(&far).unwrap());
+    for scheme in SchemeKind::ALL {
+        let setting = Setting::new(Method::Variational(scheme), 8, 0.005);
+        let run = long_run(&subject, setting, 2000).unwrap();
+        let energies = run.energies();
+        let off = energies.iter().fold(0.0, |off: f64, e| off.max((e - energies[0]).abs()));
+        println!("{}: energy off by {off:.1e} J, {:.0} m away", scheme.name(), run.size());
+        assert!(off < 4e-12, "{}: {off:e}", scheme.name());
+    }
+}

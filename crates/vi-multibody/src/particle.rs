@@ -183,8 +183,7 @@ impl ParticleTree {
                 }
             };
             for i in 0..self.dimension {
-                s.dq[bead.offset + i] = moved[i];
-                s.q1[bead.offset + i] = s.q0[bead.offset + i] + moved[i];
+                s.increment(bead.offset + i, moved[i]);
             }
         }
         Ok(())

@@ -218,15 +218,18 @@ impl Tree {
 fn move_frame(motion: &Motion, link: &Link, s: &mut Interval) {
     let at = 12 * link.frame;
     for i in 0..3 {
-        s.dq[at + i] = motion.translation[i];
-        s.q1[at + i] = s.q0[at + i] + motion.translation[i];
+        if link.joint.kind.closes_gap() {
+            s.dq[at + i] = motion.translation[i];
+            s.q1[at + i] = s.q0[at + i] + motion.translation[i]; // nothing adds up there
+        } else {
+            s.increment(at + i, motion.translation[i]);
+        }
     }
     for j in 0..3 {
         let d: Vector3<f64> = directors::director(&s.q0[at..at + 12], j);
         let dd = motion.turn * d;
         for i in 0..3 {
-            s.dq[at + 3 + 3 * j + i] = dd[i];
-            s.q1[at + 3 + 3 * j + i] = d[i] + dd[i];
+            s.increment(at + 3 + 3 * j + i, dd[i]);
         }
     }
 }

@@ -212,8 +212,12 @@ impl Reparametrization for SingleBody {
 
     fn reparametrize(&self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
         match self.support {
-            Support::Free => reparametrization::reparametrize(u, &s.q0, &mut s.q1, &mut s.dq)
-                .map_err(|refused| refused.fault(3)),
+            Support::Free => {
+                reparametrization::reparametrize(u, &s.q0, &mut s.q1, &mut s.dq)
+                    .map_err(|refused| refused.fault(3))?;
+                (0..12).for_each(|i| s.increment(i, s.dq[i]));
+                Ok(())
+            }
             Support::FixedPoint { anchor, .. } => {
                 let theta = Vector3::new(u[0], u[1], u[2]);
                 reparametrization::check_rotation(&theta).map_err(|refused| refused.fault(0))?;
