@@ -3,14 +3,15 @@
 //! ```text
 //! band     [min x, max x]          bound    max |x_n − x_0|
 //! change   slope of the block means by least squares, times the length of the run
-//! widening median of the blocks' distances (root mean square, from the median of the first half) in the
-//!          second half of the run over that in the first
+//! widening distance (root mean square, from the median of the first half) in the second half of the run
+//!          over that in the first: of all samples, or the median of short blocks, whichever is smaller
 //! ```
 //! A symplectic scheme makes the energy oscillate in a band without a trend. Block means take the
 //! oscillation out; what is left scatters, and a change that is not larger than this scatter, or a
 //! small part of the band, is none. The error is a function of the state: in a chaotic motion there are
 //! phases in which it is several times as large, and it comes back. What accumulates does not come back, so
-//! that most blocks are farther away in the second half; a few phases, which come when they come, are not most.
+//! that the second half as a whole is farther away, and so are most blocks of it; a few phases, which come when
+//! they come, are not most, and blocks shorter than an oscillation are not the whole.
 
 use super::fit::line;
 use serde::{Deserialize, Serialize};
@@ -33,8 +34,8 @@ pub struct Trend {
     pub change: f64,
     /// Twice its standard error, from the scatter of the block means.
     pub scatter: f64,
-    /// Median over the blocks of the second half of their root mean square distances from the median of the
-    /// first half, over the same in the first half.
+    /// Root mean square distance from the median of the first half in the second half over that in the
+    /// first; or the same of the median block, if that is smaller.
     pub widening: f64,
 }
 
@@ -105,17 +106,11 @@ pub fn trend(samples: &[f64]) -> Result<Trend, NoTrend> {
     let fitted = line(&means).ok_or(NoTrend::NotNumbers)?;
     let (early, late) = samples.split_at(samples.len() / 2);
     let center = median(early.iter().map(|x| x - first));
-    let away = |part: &[f64]| {
-        let square = |x: &f64| (x - first - center).powi(2);
-        let size = samples.len() / SHORT_BLOCKS;
-        let blocks = part.chunks_exact(size);
-        median(blocks.map(|b| (b.iter().map(square).sum::<f64>() / size as f64).sqrt()))
-    };
-    let widening = match (away(early), away(late)) {
-        (a, b) if a > 0.0 => b / a,
-        (_, b) if b > 0.0 => f64::INFINITY,
-        _ => 1.0,
-    };
+    let square = |x: &f64| (x - first - center).powi(2);
+    let rms = |part: &[f64]| (part.iter().map(square).sum::<f64>() / part.len() as f64).sqrt();
+    let short = samples.len() / SHORT_BLOCKS;
+    let most = |part: &[f64]| median(part.chunks_exact(short).map(rms));
+    let widening = ratio(rms(late), rms(early)).min(ratio(most(late), most(early)));
     Ok(Trend {
         band: band(samples),
         bound: samples.iter().map(|x| (x - first).abs()).fold(0.0, f64::max),
@@ -123,6 +118,11 @@ pub fn trend(samples: &[f64]) -> Result<Trend, NoTrend> {
         scatter: 2.0 * fitted.error * blocks,
         widening,
     })
+}
+
+/// `a/b`; 1 for zero over zero.
+fn ratio(a: f64, b: f64) -> f64 {
+    if a == b { 1.0 } else { a / b }
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
@@ -191,7 +191,7 @@ mod tests {
             found += u32::from(!trend(&walk).unwrap().is_bounded());
         }
         println!("{found} of 40 walks found");
-        assert!(found >= 32, "{found}");
+        assert!(found >= 28, "{found}");
     }
 
     #[test]
