@@ -122,7 +122,7 @@ pub fn trend(samples: &[f64]) -> Result<Trend, NoTrend> {
 
 /// `a/b`; 1 for zero over zero.
 fn ratio(a: f64, b: f64) -> f64 {
-    if a == b { 1.0 } else { a / b }
+    if a > 0.0 || b > 0.0 { a / b } else { 1.0 }
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
