@@ -128,8 +128,7 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for Constrained {
         state: &mut State,
     ) -> Result<NewtonReport, StepError> {
         let work = &mut self.work;
-        work.s.open(state.t, step.h, &state.q);
-        work.s.end_at(step.t_end);
+        step.open(&mut work.s, state.t, &state.q);
         work.p.copy_from_slice(&state.p);
         let (m, n) = (constraints.len(), constraints.dim());
         let emit = |out: &mut dyn Entries| constraints.jacobian(state.t, &state.q, out);

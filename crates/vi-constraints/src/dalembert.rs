@@ -189,8 +189,7 @@ impl<S: MechanicalSystem, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> fo
         state: &mut State,
     ) -> Result<NewtonReport, StepError> {
         let work = &mut self.work;
-        work.s.open(state.t, step.h, &state.q);
-        work.s.end_at(step.t_end);
+        step.open(&mut work.s, state.t, &state.q);
         work.p.copy_from_slice(&state.p);
         work.blocks[0].floor = 1e-5 * norm_inf(&state.q).max(1e-6);
         self.source.null_space(constraints, state.t, &state.q, &mut work.null_space);

@@ -120,8 +120,7 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
         let last = self.last.as_deref().filter(|_| self.reduced);
         // the tangent of the last step must be taken before its interval is overwritten
         let kept = last.is_some_and(|u| self.operators.keep_tangent(u, &self.work.s));
-        self.work.s.open(state.t, step.h, &state.q);
-        self.work.s.end_at(step.t_end);
+        step.open(&mut self.work.s, state.t, &state.q);
         self.work.p.copy_from_slice(&state.p);
         self.operators.begin(system, &self.work.s, kept);
         if let Some(rates) = self.first.as_ref().filter(|_| state.step == 0 && step.lane == 0) {

@@ -58,6 +58,12 @@ impl SubStep {
     pub fn single(t: f64, h: f64) -> Self {
         Self { lane: 0, h, t_end: t + h }
     }
+
+    /// Opens the interval of this step at `(t, q_n)`.
+    pub fn open(self, s: &mut Interval, t: f64, q_n: &[f64]) {
+        s.open(t, self.h, q_n);
+        s.end_at(self.t_end);
+    }
 }
 
 /// Why a step was refused. The state is then what it was before the call.

@@ -119,9 +119,7 @@ impl Interval {
     /// Completes the interval after only `dq` has been written (`q1 = q0 + Δq`, and what rounding took
     /// off the last one).
     pub fn close_from_increment(&mut self) {
-        for (i, dq) in self.dq.iter().enumerate() {
-            self.q1[i] = self.q0[i] + (dq + self.carry[i]);
-        }
+        (0..self.dq.len()).for_each(|i| self.increment(i, self.dq[i]));
         self.close();
     }
 

@@ -75,8 +75,7 @@ impl Balance {
 
     /// Opens a step at the state.
     pub(crate) fn open(&mut self, state: &EmState, step: SubStep) {
-        self.s.open(state.t, step.h, &state.q);
-        self.s.end_at(step.t_end);
+        step.open(&mut self.s, state.t, &state.q);
         self.node.copy_from(state);
     }
 

@@ -129,8 +129,7 @@ impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
         state: &mut EmState,
     ) -> Result<NewtonReport, StepError> {
         let work = &mut self.work;
-        work.s.open(state.t, step.h, &state.q);
-        work.s.end_at(step.t_end);
+        step.open(&mut work.s, state.t, &state.q);
         work.node.copy_from(state);
         let length = norm_inf(&state.q).max(1e-6);
         work.blocks[0].floor = 1e-5 * length;

@@ -41,7 +41,7 @@ impl EmForm {
 }
 
 /// Parts of `ε` that Newton's method may leave of `Δq` where `EmState::advance` is told what rounding
-/// has taken off: a remainder of `ε/64` on the same side in each step still showed after 10⁵ steps.
+/// has taken off: a remainder of `ε/64` on the same side in each step still showed after 5·10⁴ steps.
 pub(crate) const BEYOND_ROUNDING: f64 = 1.0 / 65536.0;
 
 /// Time, configuration and velocity at a node.
