@@ -23,7 +23,8 @@ pub(super) fn page(certified: &[Certified], quick: bool, seconds: f64, root: &Pa
          the expansion `C h^p (1 + c h²)` where it counts, and must be within {ORDER_TOLERANCE} of the \
          nominal one. Four halvings of order 8 are a fall by `4·10⁹`, for which double precision leaves no \
          room between the first asymptotic error and round-off: there the longest straight stretch of four, \
-         three or two halvings is taken. Errors are relative to the quantity, at four nodes of the run. Energy must stay in a band without a trend; momentum maps must drift no faster than \
+         three or two halvings is taken. Errors are relative to the quantity, at four nodes of the run. Energy must stay in a band without a \
+         trend, which is read from the shadow energy `(p H_d + E_d)/(p + 1)`; momentum maps must drift no faster than \
          `N^0.6` and stay within four random walks of their own steps; `Ω` is the symplectic form on a \
          canonical basis, carried by the exact tangent of the steps, and may change by \
          {FORM_TOLERANCE:.0e} of its terms; exponents of condition numbers must be within \

@@ -3,6 +3,7 @@
 use super::clock::{Shares, median, phases, timed};
 use super::record::{ConditionAt, Measured, Outcome, Point, Record, Verdict, WorkPoint};
 use super::{Plan, distance, larger};
+use crate::evidence::shadow::shadow_energy;
 use crate::evidence::trend::trend;
 use crate::model::{Model, Scheme};
 use crate::output::{ConstraintSummary, Maximum};
@@ -128,6 +129,8 @@ impl Run {
         let taken = &self.samples[1..];
         let iterations = taken.iter().map(|s| s.newton_iterations);
         let energies: Vec<f64> = free.iter().map(|s| s.hamiltonian).collect();
+        let shadow = |s: &Sample| shadow_energy(2, s.hamiltonian, s.energy);
+        let shadows: Vec<f64> = free.iter().map(shadow).collect();
         let energy_error = energies.iter().map(|e| e - energies[0]).fold(0.0, larger);
         let apart = first.map(|nodes| {
             self.samples.iter().zip(nodes).map(|(s, q)| distance(&s.q, q)).fold(0.0, larger)
@@ -138,7 +141,7 @@ impl Run {
             apart,
             energy: energies[0],
             energy_error,
-            energy_verdict: verdict(&energies, energy_error),
+            energy_verdict: verdict(&energies, &shadows, energy_error),
             momentum_drift: self.drift(),
             constraint_residual: ConstraintSummary {
                 position: maximum(|s| s.residuals.position),
@@ -170,12 +173,12 @@ impl Run {
     }
 }
 
-fn verdict(energies: &[f64], error: f64) -> Verdict {
+fn verdict(energies: &[f64], shadows: &[f64], error: f64) -> Verdict {
     let size = energies.iter().copied().fold(1.0, larger);
     if error <= ROUND_OFF * size {
         return Verdict::Conserved;
     }
-    match trend(energies) {
+    match trend(energies, shadows) {
         Ok(trend) if trend.is_bounded() => Verdict::Bounded,
         Ok(_) => Verdict::Changes,
         Err(_) => Verdict::Unknown,

@@ -66,6 +66,7 @@ impl Motion for EmRunning {
         let kinetic = self.forces.kinetic_energy(&at.v);
         Ok(Kept {
             energy: node.energy,
+            discrete_energy: node.energy,
             energy_size: kinetic.max((node.energy - kinetic).abs()),
             momentum: momentum(&node.p),
             momentum_size: momentum_size(&momentum, &node.p),

@@ -63,8 +63,6 @@ pub struct Line {
     pub slope: f64,
     /// Mean of the points, which it passes through.
     pub middle: (f64, f64),
-    /// Standard error of the slope from the scatter about the line; 0 for two points.
-    pub error: f64,
 }
 
 impl Line {
@@ -87,9 +85,7 @@ pub fn line(points: &[(f64, f64)]) -> Option<Line> {
         return None;
     }
     let slope = sum(&|p| (p.0 - mx) * (p.1 - my)) / width;
-    let scatter = sum(&|p| (p.1 - my - slope * (p.0 - mx)).powi(2));
-    let error = if points.len() > 2 { (scatter / (n - 2.0) / width).sqrt() } else { 0.0 };
-    Some(Line { slope, middle: (mx, my), error })
+    Some(Line { slope, middle: (mx, my) })
 }
 
 #[cfg(test)]

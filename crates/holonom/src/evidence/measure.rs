@@ -1,6 +1,7 @@
 //! Measurements beside convergence: what is kept, reversal, symplecticity, conditioning, agreement.
 
 use super::fit::power_law;
+use super::shadow::shadow_energy;
 use super::subject::{Kept, Method, Nature, Setting, Subject};
 use serde::{Deserialize, Serialize};
 use vi_core::linear::norm_inf;
@@ -11,6 +12,8 @@ const SAMPLES: u64 = 4096;
 /// A run whose energies, momenta and residuals were kept.
 #[derive(Clone, Debug)]
 pub struct LongRun {
+    /// Order of the method.
+    pub order: u32,
     /// Steps taken.
     pub steps: u64,
     /// Times of the samples, s.
@@ -44,7 +47,7 @@ pub fn long_run(subject: &dyn Subject, setting: Setting, steps: u64) -> Result<L
             }
         }
     }
-    Ok(LongRun { steps, times, samples, nature })
+    Ok(LongRun { order: setting.order, steps, times, samples, nature })
 }
 
 impl LongRun {
@@ -52,6 +55,13 @@ impl LongRun {
     #[must_use]
     pub fn energies(&self) -> Vec<f64> {
         self.samples.iter().map(|kept| kept.energy).collect()
+    }
+
+    /// Shadow energies of all samples, J.
+    #[must_use]
+    pub fn shadow_energies(&self) -> Vec<f64> {
+        let shadow = |kept: &Kept| shadow_energy(self.order, kept.energy, kept.discrete_energy);
+        self.samples.iter().map(shadow).collect()
     }
 
     /// The size of what the energy is made of, J.

@@ -5,6 +5,7 @@
 //! | [`fit`] | power laws by least squares |
 //! | [`order`] | the observed order of convergence, or why none can be read |
 //! | [`trend`] | band and trend of a bounded quantity (energy) |
+//! | [`shadow`] | the energy that a variational scheme keeps in the place of the energy |
 //! | [`growth`] | how an error grows with the number of steps (momentum maps) |
 //! | [`subject`] | what is verified: a system that can be set in motion by any method |
 //! | [`running`], [`em_running`], [`model`] | integrators and model files as subjects |
@@ -32,6 +33,7 @@ pub mod model_certificate;
 pub mod order;
 pub mod page;
 pub mod running;
+pub mod shadow;
 pub mod subject;
 pub mod table;
 pub mod trend;

@@ -16,12 +16,13 @@ pub struct Running<S, C> {
     run: Integrator<S, C>,
     momentum: MomentumMap<C>,
     tangent: Option<TangentMap>,
+    discrete_energy: f64, // J  Σ γ_i E_{d,i} of the last step
 }
 
 impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Running<S, C> {
     /// From its present node.
     pub fn new(run: Integrator<S, C>, momentum: MomentumMap<C>) -> Self {
-        Self { run, momentum, tangent: None }
+        Self { run, momentum, tangent: None, discrete_energy: 0.0 }
     }
 
     /// `λ` as it is compared: itself, or the force `Gᵀλ` where rows are redundant.
@@ -108,7 +109,13 @@ pub(crate) fn nature(
 
 impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Motion for Running<S, C> {
     fn step(&mut self) -> Result<(), String> {
-        self.run.step().map(|_| ()).map_err(|e| e.to_string())
+        let (mut action_rate, mut length) = (0.0, 0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
+        let stepped = self.run.step_with(&mut |system, _, s| {
+            action_rate += s.h * system.discrete_energy(s);
+            length += s.h;
+        });
+        self.discrete_energy = action_rate / length;
+        stepped.map(|_| ()).map_err(|e| e.to_string())
     }
 
     fn reverse(&mut self) {
@@ -141,6 +148,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Motion for Running
         let potential = node.hamiltonian_projected - kinetic;
         Ok(Kept {
             energy: node.hamiltonian_projected,
+            discrete_energy: self.discrete_energy,
             energy_size: kinetic.abs().max(potential.abs()),
             momentum: momentum(&node.p_projected),
             momentum_size: momentum_size(&momentum, &node.p_projected),

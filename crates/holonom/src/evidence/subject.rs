@@ -77,6 +77,9 @@ pub struct Values {
 pub struct Kept {
     /// `H_d(q_n, ᵠp_n)`, J.
     pub energy: f64,
+    /// `E_d = −∂L_d/∂h` of the step from here, `Σ γ_i E_{d,i}` of its sub-steps; of energy–momentum schemes
+    /// the energy itself, J.
+    pub discrete_energy: f64,
     /// `½ v̂ᵀ M v̂` or `|V|`, the larger: what the energy is made of, J.
     pub energy_size: f64,
     /// Momentum maps of the projected momentum.
