@@ -29,10 +29,6 @@ fn judged(model: &Model) -> String {
         let verdict = f.verdict.name();
         let (criterion, quantity) = (f.criterion.name(), &f.quantity);
         let reason = if verdict == "pass" { String::new() } else { without_numbers(&f.reason) };
-        // which unknowns a failing Newton iteration ends at is a matter of the last bits
-        let reason = ["position", "rotation"]
-            .iter()
-            .fold(reason, |text, kind| text.replace(&format!("the {kind} block"), "a block"));
         text += format!("{of}{criterion} of {quantity}: {verdict} {reason}").trim_end();
         text.push('\n');
     }

@@ -8,6 +8,9 @@
 //! the tangent space at `q_n` too, so the roots are the same. Its first step has no last one and
 //! takes `P(q_0)`.
 //!
+//! No `u` in its format balances exactly; what is left of a balance belongs to the momentum `p̄_{n+1}` and is handed
+//! to the next one. The momentum maps then change by what rounding makes of `q`, which is carried, too.
+//!
 //! The constraints hold by construction; no derivative of `P` appears; the condition number does not
 //! depend on `h`. Written against [`NodalOperators`], so trees solve it in linear time.
 
@@ -37,6 +40,7 @@ struct Work {
     s: Interval,
     p: Vec<f64>,       // n  p̄_n
     bracket: Vec<f64>, // n  p̄_n + D_1 L_d + f_d^-
+    left: Vec<f64>,    // d  what the last step has left of its balance
 }
 
 struct Problem<'a, S, O> {
@@ -55,7 +59,12 @@ impl<O> Nodal<O> {
         settings: NewtonSettings,
         lanes: usize,
     ) -> Self {
-        let work = Work { s: Interval::new(n), p: vec![0.0; n], bracket: vec![0.0; n] };
+        let work = Work {
+            s: Interval::new(n),
+            p: vec![0.0; n],
+            bracket: vec![0.0; n],
+            left: vec![0.0; d],
+        };
         let (newton, predictor) = (Newton::new(d, settings), Predictor::new(d, lanes));
         let u = vec![0.0; d];
         Self { operators, reduced, newton, predictor, u, last: None, first: None, work }
@@ -93,6 +102,8 @@ impl<S: MechanicalSystem, O: NodalOperators<S>> NewtonProblem for Problem<'_, S,
             *b += p;
         }
         self.operators.pull_back(&work.bracket, r); // (28)
+        r.iter_mut().zip(&work.left).for_each(|(r, left)| *r += left);
+        self.operators.close(r);
         Ok(())
     }
 
@@ -143,6 +154,8 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
                 None => self.last = Some(self.u.clone()),
             }
         }
+        self.work.left.copy_from_slice(self.newton.residual());
+        self.operators.keep_balance(&mut self.work.left);
         state.move_to_end(system, &self.work.s);
         self.operators.clean(state.t, &mut state.q);
         Ok(report)
@@ -165,6 +178,7 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
 
     fn reset(&mut self) {
         self.predictor.clear();
+        self.work.left.fill(0.0);
         self.last = None;
     }
 }

@@ -60,6 +60,11 @@ pub trait NodalOperators<S> {
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
     /// `out ← P(q_n)ᵀ w`, shape `d`.
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]);
+    /// Makes the residual of a pulled back balance: where `u` has to close loops, too, their closure takes the place of
+    /// as many balances.
+    fn close(&mut self, _r: &mut [f64]) {}
+    /// Keeps of the residual of a step what is left of balances and means the same at the next node.
+    fn keep_balance(&self, _r: &mut [f64]) {}
     /// `x ← (P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u)⁻¹ x` at the last `reparametrize`d interval.
     ///
     /// # Errors

@@ -269,6 +269,11 @@ impl<S: MechanicalSystem, C: Constraints> NodalOperators<S> for TangentSpace<C> 
         pull_back(&self.left, w, out);
     }
 
+    /// The next node has another basis.
+    fn keep_balance(&self, r: &mut [f64]) {
+        r.fill(0.0);
+    }
+
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
         self.take_tangent(s)?;
         let Projection { base, nu, .. } = &mut self.projection;

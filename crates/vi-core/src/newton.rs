@@ -288,6 +288,12 @@ impl Newton {
         &self.lost
     }
 
+    /// What is left of the equations at the solution, shape of `x`.
+    #[must_use]
+    pub fn residual(&self) -> &[f64] {
+        &self.r
+    }
+
     fn evaluate(&mut self, problem: &mut impl NewtonProblem, x: &[f64]) -> Result<f64, Fault> {
         within(Phase::Residual, || problem.residual(x, &mut self.r))?;
         let norm = norm_inf(&self.r);

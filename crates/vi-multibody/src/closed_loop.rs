@@ -283,7 +283,14 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
             TreeSolver::Sparse(sparse) => NodalOperators::<S>::pull_back(&mut **sparse, w, out),
             _ => self.loops.tree.pull_back_at(&self.q_n, w, out),
         }
-        self.loops.clusters.iter().for_each(|cluster| cluster.project(self.h, out));
+    }
+
+    fn close(&mut self, r: &mut [f64]) {
+        self.loops.clusters.iter().for_each(|cluster| cluster.project(self.h, r));
+    }
+
+    fn keep_balance(&self, r: &mut [f64]) {
+        self.loops.clusters.iter().for_each(|cluster| cluster.clear_closure(r));
     }
 
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {

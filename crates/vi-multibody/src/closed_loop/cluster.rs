@@ -201,6 +201,13 @@ impl Cluster {
         }
     }
 
+    /// Leaves nothing in the places of `g`.
+    pub(crate) fn clear_closure(&self, b: &mut [f64]) {
+        for k in 0..self.basis.pivots().len() {
+            b[self.paths.columns[self.basis.row(k).0]] = 0.0;
+        }
+    }
+
     /// Takes `g` out of its places again.
     pub(crate) fn split(&mut self, h: f64, x: &mut [f64]) -> Result<(), Fault> {
         if self.basis.pivots().len() < self.rank {
