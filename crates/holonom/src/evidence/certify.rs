@@ -333,7 +333,7 @@ fn conditioned_as_promised(method: Method, numbers: &Conditioning) -> bool {
     off.iter().all(|off| off.abs() <= EXPONENT_TOLERANCE)
 }
 
-/// Energy error and momentum drifts over time, thinned out.
+/// Errors of the energy and of its shadow, and momentum drifts over time, thinned out.
 fn histories(run: &LongRun) -> Vec<History> {
     let thin = (run.samples.len() / 1024).max(1);
     let history = |name: &str, values: Vec<f64>| {
@@ -342,6 +342,9 @@ fn histories(run: &LongRun) -> Vec<History> {
         History { name: name.into(), points: points.map(|(t, v)| (*t, v - start)).collect() }
     };
     let mut histories = vec![history("energy", run.energies())];
+    if run.nature.conservative {
+        histories.push(history("shadow energy", run.shadow_energies()));
+    }
     let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
     for (k, name) in names.into_iter().enumerate().filter(|(k, _)| run.nature.symmetries[*k]) {
         histories.push(history(name, run.momentum(k)));

@@ -117,7 +117,7 @@ fn charts(of: &ModelCertificate) -> Vec<Chart> {
     let x = Axis::logarithmic("step", "s");
     charts.push(chart("Condition numbers", x, y, numbers.collect(), true));
     let (energy, momentum): (Vec<_>, Vec<_>) =
-        of.certificate.histories.iter().partition(|h| h.name == "energy");
+        of.certificate.histories.iter().partition(|h| h.name.ends_with("energy"));
     let curves = |of: Vec<&super::certificate::History>| -> Vec<Curve> {
         of.into_iter().map(|h| Curve { name: h.name.clone(), points: h.points.clone() }).collect()
     };
