@@ -144,7 +144,9 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
         let report = match solved {
             Ok(report) => report,
             Err(error) => {
-                self.last = None; // the interval no longer belongs to the last step
+                // neither the interval nor what was left belongs to the last step any more
+                self.last = None;
+                self.work.left.fill(0.0);
                 return Err(error);
             }
         };
