@@ -101,12 +101,6 @@ impl Shares {
     }
 }
 
-/// The middle of some numbers; the lower one of two.
-pub(super) fn median(mut numbers: Vec<f64>) -> Option<f64> {
-    numbers.sort_by(f64::total_cmp);
-    numbers.get(numbers.len().checked_sub(1)? / 2).copied()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -127,7 +121,5 @@ mod tests {
         let sum = shares.residual + shares.assembly + shares.solve + shares.other;
         assert!((sum - 1.0).abs() < 1e-12, "{shares:?}");
         assert!(shares.assembly > shares.residual && shares.solve > shares.residual, "{shares:?}");
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(Vec::new()), None);
     }
 }

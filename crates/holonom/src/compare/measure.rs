@@ -1,8 +1,9 @@
 //! One scheme: a run, its cost, its matrices, its error against time.
 
-use super::clock::{Shares, median, phases, timed};
+use super::clock::{Shares, phases, timed};
 use super::record::{ConditionAt, Measured, Outcome, Point, Record, Verdict, WorkPoint};
 use super::{Plan, distance, larger};
+use crate::evidence::fit::median;
 use crate::evidence::shadow::shadow_energy;
 use crate::evidence::trend::trend;
 use crate::model::{Model, Scheme};

@@ -1,5 +1,5 @@
 //! Power laws `y = c x^a` by least squares of `log₂ y` against `log₂ x`, alone or with the next term of
-//! an even expansion.
+//! an even expansion; lines; medians.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -88,9 +88,22 @@ pub fn line(points: &[(f64, f64)]) -> Option<Line> {
     Some(Line { slope, middle: (mx, my) })
 }
 
+/// The middle of some numbers; the lower one of two; `None` of none.
+#[must_use]
+pub fn median(mut numbers: Vec<f64>) -> Option<f64> {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len().checked_sub(1)? / 2).copied()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_median_is_in_the_middle() {
+        assert_eq!(median(vec![3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(Vec::new()), None);
+    }
 
     #[test]
     fn a_power_law_is_found_exactly() {

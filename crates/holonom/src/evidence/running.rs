@@ -114,8 +114,9 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Motion for Running
             action_rate += s.h * system.discrete_energy(s);
             length += s.h;
         });
+        stepped.map_err(|e| e.to_string())?;
         self.discrete_energy = action_rate / length;
-        stepped.map(|_| ()).map_err(|e| e.to_string())
+        Ok(())
     }
 
     fn reverse(&mut self) {

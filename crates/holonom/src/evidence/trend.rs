@@ -12,7 +12,7 @@
 //! shadow, which the state leaves alone ([`super::shadow`]); so both wander, and either is
 //! enough to say that nothing does. Where a step is too coarse for a shadow the energy itself may be the quieter one.
 
-use super::fit::line;
+use super::fit::{line, median};
 use serde::{Deserialize, Serialize};
 
 /// Blocks whose means are compared.
@@ -134,9 +134,7 @@ fn block_means(x: &[f64]) -> Vec<f64> {
 /// first, both at least `floor`; 1 for a constant.
 fn widening(x: &[f64], floor: f64) -> f64 {
     let (early, late) = x.split_at(x.len() / 2);
-    let mut sorted = early.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let center = sorted[sorted.len() / 2];
+    let center = median(early.to_vec()).unwrap_or(0.0);
     let rms = |part: &[f64]| {
         (part.iter().map(|x| (x - center).powi(2)).sum::<f64>() / part.len() as f64).sqrt()
     };
