@@ -10,6 +10,7 @@ use benchmark::Run;
 use nalgebra::Vector3;
 
 const MULTIBODY: &str = include_str!("../examples/models/flexible_multibody.toml");
+const FLYING: &str = include_str!("../examples/models/flying_beam.toml");
 const RING: &str = include_str!("../examples/models/elastic_ring.toml");
 
 /// After the pulse: drifts of linear and angular momentum, and the range of the energy in both halves of
@@ -69,6 +70,18 @@ fn nothing_is_lost_in_a_hundred_thousand_steps() {
     let (low, high) = (bands[0].0.min(bands[1].0), bands[0].1.max(bands[1].1));
     println!("energy: all values within {:.1e} of one another", (high - low) / high);
     assert!(high - low < 1e-3 * high, "{bands:?}");
+}
+
+/// Angular momentum of −230 kg·m²/s: 1e-12 is five times its last bit in 1460 steps.
+#[test]
+fn the_flying_beam_conserves_its_angular_momentum_to_the_last_bits() {
+    for h in [0.005, 0.001] {
+        let mut run = Run::new(FLYING, h, 2);
+        run.until(2.5);
+        let (drift, bands) = free_flight(&mut run, 1460, 1);
+        report("flying beam", 1460, drift, bands);
+        assert!(drift[0] < 1e-12 && drift[1] < 1e-12, "h = {h} s: {drift:?}");
+    }
 }
 
 /// A ring closed by a weld: the loop is elastic but for one joint, a tree for the null space.

@@ -290,6 +290,9 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
     }
 
     fn keep_balance(&self, r: &mut [f64]) {
+        if let TreeSolver::Sparse(tree) = &self.solver {
+            NodalOperators::<S>::keep_balance(&**tree, r);
+        }
         self.loops.clusters.iter().for_each(|cluster| cluster.clear_closure(r));
     }
 

@@ -179,6 +179,14 @@ impl<S: MechanicalSystem> NodalOperators<S> for SparseNodal {
         self.layout.pull_back(&self.left, w, out);
     }
 
+    /// Screws are components along the directors of `q_n`, which turn: their residual means something else at
+    /// the next node.
+    fn keep_balance(&self, r: &mut [f64]) {
+        if self.screws {
+            r.fill(0.0);
+        }
+    }
+
     fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
         self.assemble(system, u, s);
         self.solve_assembled(x)
