@@ -4,7 +4,7 @@
 mod benchmark;
 
 use benchmark::{Run, assert_order, study};
-use holonom::evidence::measure;
+use holonom::evidence::measure::{self, Residuals};
 use holonom::evidence::model::ModelSubject;
 use holonom::evidence::subject::{Method, Setting};
 use holonom::vi_constraints::SchemeKind;
@@ -120,7 +120,7 @@ fn redundant_constraints_hold_where_other_rows_are_independent() {
         {
             let run = measure::long_run(&subject, Setting::new(method, order, 0.02), 300);
             let run = run.unwrap_or_else(|e| panic!("{name}, {}: {e}", method.name()));
-            let [gap, rate, _] = run.residuals();
+            let Residuals { position: gap, velocity: rate, .. } = run.residuals();
             println!("{name}, {}: |g| {gap:.1e}, |Gv| {rate:.1e}", method.name());
             assert!(gap < 1e-14 && rate < 1e-12, "{name}, {}: {gap:e}, {rate:e}", method.name());
         }

@@ -1,14 +1,12 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
-mod compare;
-mod figures;
-mod verify;
-
 use std::process::ExitCode;
+use xtask::{compare, figures, verify};
 
 const USAGE: &str = "\
-cargo xtask verify [--quick] [--only NAME] [--json FILE]
-                       measures every promise on every system; a full run writes VERIFICATION.md
+cargo xtask verify [--quick] [--only NAME] [--json FILE] [--age]
+                       measures every property on every system; a full run writes VERIFICATION.md;
+                       --age: of which commit that page is
 cargo xtask compare    variational and energy–momentum schemes on five models, into COMPARISON.md
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 

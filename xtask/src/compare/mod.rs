@@ -26,7 +26,7 @@ struct Compared {
 }
 
 /// Compares, and writes the page.
-pub(super) fn run() -> Result<(), String> {
+pub fn run() -> Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("no root")?;
     let mut all = Vec::new();
     for (name, steps) in MODELS {

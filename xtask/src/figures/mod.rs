@@ -16,7 +16,7 @@ use holonom::Model;
 use holonom::report::{Chart, Curve, Picture};
 
 /// What goes wrong is said in words: nobody decides by it.
-pub(crate) type Result<T> = std::result::Result<T, String>;
+type Result<T> = std::result::Result<T, String>;
 
 /// A picture and what it shows.
 struct Figure {
@@ -43,7 +43,7 @@ struct Section {
 }
 
 /// Draws all figures and writes the page.
-pub(crate) fn run() -> Result<()> {
+pub fn run() -> std::result::Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let sections = [
         pendulum::free(&shipped(&root, "pendulum_free")?)?,

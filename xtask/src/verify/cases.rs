@@ -3,7 +3,7 @@
 use super::closed_forms;
 use super::exact::{self, Exact};
 use holonom::Model;
-use holonom::evidence::certificate::Finding;
+use holonom::evidence::certificate::{Criterion, Finding};
 use holonom::evidence::certify::Plan;
 use holonom::evidence::convergence::Horizon;
 use holonom::evidence::model::ModelSubject;
@@ -39,7 +39,7 @@ macro_rules! own {
 struct Numbers(f64, u32, u32, f64, [u64; 2], u32);
 
 /// A kinematic pair: its name and the lines that state its axes.
-const PAIRS: [(&str, &str, &str); 8] = [
+pub(crate) const PAIRS: [(&str, &str, &str); 8] = [
     ("pair_spherical", "spherical", ""),
     ("pair_revolute", "revolute", "axis = [0.3, 0.6, -0.6]\n"),
     ("pair_cylindrical", "cylindrical", "axis = [0.3, 0.6, -0.6]\n"),
@@ -126,21 +126,21 @@ pub(crate) fn all(quick: bool) -> Result<Vec<Case>, String> {
         Numbers(4.0, 8, 1 << 10, 0.02, [400, 10], 100),
     );
     add(
-        "cantilever",
+        "soft_cantilever",
         "soft curved cantilever released under gravity",
-        plain("cantilever", own!("cantilever"))?,
+        plain("soft_cantilever", own!("soft_cantilever"))?,
         Numbers(1.0, 16, 1 << 11, 0.02, [40, 10], 60),
     );
     add(
-        "flying_beam",
+        "soft_flying_beam",
         "soft beam in free flight",
-        plain("flying_beam", own!("flying_beam"))?,
+        plain("soft_flying_beam", own!("soft_flying_beam"))?,
         Numbers(1.0, 16, 1 << 11, 0.02, [40, 10], 70),
     );
     add(
-        "flexible_multibody",
+        "soft_flexible_multibody",
         "body, ball, soft beam, hinge, body in free flight",
-        plain("flexible_multibody", own!("flexible_multibody"))?,
+        plain("soft_flexible_multibody", own!("soft_flexible_multibody"))?,
         Numbers(1.0, 16, 1 << 11, 0.02, [40, 10], 80),
     );
     add(
@@ -156,7 +156,7 @@ pub(crate) fn all(quick: bool) -> Result<Vec<Case>, String> {
         Numbers(0.5, 8, 1 << 11, 0.01, [100, 20], 20),
     );
     for case in &mut cases {
-        if case.name == "cantilever" {
+        if case.name == "soft_cantilever" {
             case.closed_forms = closed_forms::curved_cantilever;
         }
     }
@@ -187,6 +187,14 @@ fn case(
     let finest = if quick { finest / 4 } else { finest };
     let horizon = Horizon { end, coarsest, finest };
     let few = if quick { 64 } else { 200 };
-    let plan = Plan { methods, horizon, step, long: long.max(4096), short, few };
+    let plan = Plan {
+        methods,
+        horizon,
+        step,
+        long: long.max(4096),
+        short,
+        few,
+        criteria: Criterion::ALL.to_vec(),
+    };
     Case { name, about, subject, plan, weight, closed_forms: Vec::new }
 }

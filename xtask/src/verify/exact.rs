@@ -1,7 +1,7 @@
 //! Motions that are known in closed form.
 
 use holonom::evidence::model::ModelSubject;
-use holonom::evidence::subject::{Method, Motion, Setting, Subject, Values};
+use holonom::evidence::subject::{Initial, Method, Motion, Setting, Subject, Values};
 use holonom::nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use holonom::vi_constraints::node::NodeObserver;
 use holonom::vi_constraints::{Constraints, SchemeKind};
@@ -18,19 +18,23 @@ pub(crate) struct Exact {
 
 impl Exact {
     pub(crate) fn new(subject: ModelSubject, motion: ExactMotion) -> Result<Self, String> {
-        subject.integrator(SchemeKind::Nodal, Setting::new(Method::NODAL, 2, 1.0))?;
+        subject.integrator(SchemeKind::Nodal, Setting::new(Method::NODAL, 2, 1.0), None)?;
         Ok(Self { subject, motion })
     }
 }
 
 impl Subject for Exact {
-    fn start(&self, setting: Setting) -> Result<Box<dyn Motion>, String> {
-        self.subject.start(setting)
+    fn start_from(
+        &self,
+        setting: Setting,
+        at: Option<Initial<'_>>,
+    ) -> Result<Box<dyn Motion>, String> {
+        self.subject.start_from(setting, at)
     }
 
     fn exact(&self, t: f64) -> Option<Values> {
         let setting = Setting::new(Method::NODAL, 2, 1.0);
-        let run = self.subject.integrator(SchemeKind::Nodal, setting).ok()?;
+        let run = self.subject.integrator(SchemeKind::Nodal, setting, None).ok()?;
         let (q, v) = (self.motion)(t, &run.state().q);
         let (system, constraints) = (run.system(), run.constraints());
         let (mut p, mut lambda) = (vec![0.0; q.len()], vec![0.0; constraints.len()]);

@@ -1,8 +1,9 @@
 //! `VERIFICATION.md`.
 
-use super::Certified;
+use super::mutants::table::table as table_of_mutants;
+use super::summary::summary;
+use super::{Around, Certified, criteria, without_mutant};
 use holonom::evidence::certificate::Verdict;
-use holonom::evidence::judge::{EXPONENT_TOLERANCE, FORM_TOLERANCE, ORDER_TOLERANCE};
 use holonom::evidence::table::{Cell, Table, remarks, tables};
 use std::fmt::Write;
 use std::path::Path;
@@ -10,32 +11,51 @@ use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The page of all certificates; `quick`: of a short run.
-pub(super) fn page(certified: &[Certified], quick: bool, seconds: f64, root: &Path) -> String {
+pub(super) fn page(
+    certified: &[Certified],
+    around: Option<&Around>,
+    (quick, seconds): (bool, f64),
+    root: &Path,
+) -> String {
     let command = match quick {
         true => "cargo xtask verify --quick` (fewer steps and orders)",
         false => "cargo xtask verify`",
     };
+    let total = |verdict| certified.iter().map(|c| c.certificate.count(verdict)).sum::<usize>();
     let mut text = format!(
         "# Verification\n\n\
          Written by `{command} on {} at commit {} in {:.0} min. Never edited by hand.\n\n\
-         Every promise is measured on every system by every scheme and order that applies. Orders are \
-         fitted over at least four halvings of the step above the round-off plateau, with the next term of \
-         the expansion `C h^p (1 + c h²)` where it counts, and must be within {ORDER_TOLERANCE} of the \
-         nominal one. Four halvings of order 8 are a fall by `4·10⁹`, for which double precision leaves no \
-         room between the first asymptotic error and round-off: there the longest straight stretch of four, \
-         three or two halvings is taken. Errors are relative to the quantity, at four nodes of the run. Energy must stay in a band without a \
-         trend, which is read from the shadow energy `(p H_d + E_d)/(p + 1)`; momentum maps must drift no faster than \
-         `N^0.6` and stay within four random walks of their own steps; `Ω` is the symplectic form on a \
-         canonical basis, carried by the exact tangent of the steps, and may change by \
-         {FORM_TOLERANCE:.0e} of its terms; exponents of condition numbers must be within \
-         {EXPONENT_TOLERANCE}. Numbers in parentheses are equations of Leyendecker, Marsden & Ortiz, \
-         ZAMM 88 (2008) 677–708.\n\n\
-         In the tables a plain entry holds; **FAIL** does not; *(known)* does not and it is known why; \
-         – could not be told or is not promised. The reasons stand below each system.\n\n",
+         {} systems; of the findings {} pass, {} are known exceptions, {} are open (inconclusive or not applicable), {} fail. \
+         Numbers in parentheses are equations of Leyendecker, Marsden & Ortiz, ZAMM 88 (2008) 677–708.\n\n\
+         ## Summary\n\n\
+         A line for each property and family of schemes, over all systems. Measured: smallest and largest number that was judged \
+         (how many). For orders that is the observed order; for outputs the order of the difference from the equations of motion; \
+         for the energy the change of the block means over the width of the band; for momentum maps the exponent of the growth; for \
+         condition numbers the exponent of `h`; else the quantity itself.\n\n",
         today(),
         commit(root),
-        (seconds / 60.0).ceil()
+        (seconds / 60.0).ceil(),
+        certified.len(),
+        total(Verdict::Pass),
+        total(Verdict::Known),
+        total(Verdict::Open),
+        total(Verdict::Fail),
     );
+    text += &summary(certified);
+    text += "\n## Criteria\n\n\
+             Every property is measured on every system by every scheme and order that applies. `N` counts steps, in compositions \
+             sub-steps; `ε` is 2.2e-16. The last column counts the mutants (integrators with one planted defect) that the criterion \
+             has to find.\n\n";
+    text += &criteria::table();
+    if let Some(around) = around {
+        push_around(&mut text, around, without_mutant(certified).len());
+    }
+    text += "\n## Systems\n\n\
+             A plain entry holds; **FAIL** does not; *(known)* does not and the cause is known; – is inconclusive or not applicable. \
+             The reasons stand below each system. Orders are fitted above the round-off plateau, with the next term of the \
+             expansion `C h^p (1 + c h²)` where it counts. Four halvings of order 8 are a fall by `4·10⁹`, for which double \
+             precision leaves no room between the first asymptotic error and round-off: there the longest straight stretch of four, \
+             three or two halvings is taken. Errors are relative to the quantity, at four nodes of the run.\n\n";
     let _ = writeln!(
         text,
         "| system | | pass | known | open | fail | time |\n|---|---|---|---|---|---|---|"
@@ -58,6 +78,21 @@ pub(super) fn page(certified: &[Certified], quick: bool, seconds: f64, root: &Pa
         system(&mut text, c);
     }
     text
+}
+
+/// Mutants and long tests.
+fn push_around(text: &mut String, around: &Around, without: usize) {
+    let found = around.mutants.iter().filter(|one| one.named).count();
+    let _ = write!(
+        text,
+        "\n## Mutants\n\n\
+         Of {} integrators with one planted defect each, {found} fail on the criterion and the quantity that name the defect. \
+         Criteria and quantities that pass on some system and that no mutant breaks: {without}. An entry counts the systems on \
+         which the criterion fails; in bold the criterion that names the defect.\n\n{}",
+        around.mutants.len(),
+        table_of_mutants(&around.mutants)
+    );
+    let _ = write!(text, "\n## Long tests\n\n{}", around.long_tests.list());
 }
 
 fn system(text: &mut String, c: &Certified) {

@@ -1,9 +1,14 @@
 //! `cargo xtask verify`: every promise on every kind of system, measured and judged.
 
+mod age;
 mod cases;
 mod closed_forms;
+mod criteria;
 mod exact;
+mod long_tests;
 mod markdown;
+pub mod mutants;
+mod summary;
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -11,13 +16,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use cases::Case;
-use holonom::evidence::certificate::{Certificate, Verdict};
+use holonom::evidence::certificate::{Certificate, Criterion, Finding, Verdict};
 use holonom::evidence::certify::certify;
+use long_tests::LongTests;
+use mutants::table::Found;
 
 /// What was asked for.
 #[derive(Default)]
 struct Wanted {
     quick: bool,
+    age: bool,
     only: Option<String>,
     json: Option<PathBuf>,
 }
@@ -29,6 +37,7 @@ impl Wanted {
             let mut value = |of: &str| rest.next().copied().ok_or(format!("{of} needs a value"));
             match *argument {
                 "--quick" => wanted.quick = true,
+                "--age" => wanted.age = true,
                 "--only" => wanted.only = Some(value("--only")?.to_owned()),
                 "--json" => wanted.json = Some(value("--json")?.into()),
                 other => return Err(format!("unknown argument `{other}`")),
@@ -48,8 +57,13 @@ struct Certified {
 /// Runs the verification; `Ok(true)` when every promise holds.
 ///
 /// A full run of all cases writes `VERIFICATION.md` at the root of the repository.
-pub(crate) fn run(arguments: &[&str]) -> Result<bool, String> {
+pub fn run(arguments: &[&str]) -> Result<bool, String> {
     let wanted = Wanted::parse(arguments)?;
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    if wanted.age {
+        println!("{}", age::age(&root)?);
+        return Ok(true);
+    }
     let all = cases::all(wanted.quick)?;
     let known = all.iter().map(|case| case.name).collect::<Vec<_>>().join(", ");
     let chosen = |case: &Case| wanted.only.as_ref().is_none_or(|only| case.name.contains(&**only));
@@ -59,20 +73,19 @@ pub(crate) fn run(arguments: &[&str]) -> Result<bool, String> {
     }
     let begin = Instant::now();
     let certified = certify_all(cases);
-    let seconds = begin.elapsed().as_secs_f64();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     if let Some(path) = &wanted.json {
         let certificates: Vec<&Certificate> = certified.iter().map(|c| &c.certificate).collect();
         let text = serde_json::to_string_pretty(&certificates).map_err(|e| e.to_string())?;
         write(path, &text)?;
     }
-    let text = markdown::page(&certified, wanted.quick, seconds, &root);
-    if wanted.only.is_some() || wanted.quick {
-        if wanted.only.is_some() {
-            print!("{text}");
-        }
-    } else {
+    let full = wanted.only.is_none() && !wanted.quick;
+    let around = if full { Some(Around::measure(&root)?) } else { None };
+    let seconds = begin.elapsed().as_secs_f64();
+    let text = markdown::page(&certified, around.as_ref(), (wanted.quick, seconds), &root);
+    if full {
         write(&root.join("VERIFICATION.md"), &text)?;
+    } else if wanted.only.is_some() {
+        print!("{text}");
     }
     let count = |verdict| certified.iter().map(|c| c.certificate.count(verdict)).sum::<usize>();
     for c in &certified {
@@ -88,7 +101,46 @@ pub(crate) fn run(arguments: &[&str]) -> Result<bool, String> {
         count(Verdict::Open),
         count(Verdict::Fail)
     );
-    Ok(certified.iter().all(|c| c.certificate.holds()))
+    let unfalsifiable = without_mutant(&certified);
+    for (criterion, quantity) in &unfalsifiable {
+        eprintln!("no mutant breaks {} of {quantity}", criterion.name());
+    }
+    let around_holds = around.as_ref().is_none_or(Around::holds);
+    Ok(certified.iter().all(|c| c.certificate.holds()) && unfalsifiable.is_empty() && around_holds)
+}
+
+/// What is measured beside the systems.
+struct Around {
+    mutants: Vec<Found>,
+    long_tests: LongTests,
+}
+
+impl Around {
+    fn measure(root: &Path) -> Result<Self, String> {
+        let mutants = mutants::table::measure(&|what| eprintln!("       mutant: {what}"))?;
+        eprintln!("       long tests");
+        Ok(Self { mutants, long_tests: long_tests::run(root)? })
+    }
+
+    fn holds(&self) -> bool {
+        self.mutants.iter().all(|found| found.named) && self.long_tests.failed() == 0
+    }
+}
+
+/// Criterion and quantity of the passes that no mutant breaks.
+fn without_mutant(certified: &[Certified]) -> Vec<(Criterion, String)> {
+    let all = mutants::list::all();
+    let has =
+        |f: &Finding| all.iter().any(|m| m.criterion == f.criterion && m.quantity == f.quantity);
+    let mut missing: Vec<(Criterion, String)> = certified
+        .iter()
+        .flat_map(|c| &c.certificate.findings)
+        .filter(|f| f.verdict == Verdict::Pass && !has(f))
+        .map(|f| (f.criterion, f.quantity.clone()))
+        .collect();
+    missing.sort();
+    missing.dedup();
+    missing
 }
 
 fn write(path: &Path, text: &str) -> Result<(), String> {

@@ -12,6 +12,8 @@ use serde::{Deserialize, Serialize};
 pub enum Criterion {
     /// The order of convergence of `q`, `p`, `λ`.
     Order,
+    /// What is reported at the nodes satisfies the equations of motion along the configurations.
+    Output,
     /// The energy error is bounded and has no trend.
     Energy,
     /// Momentum maps drift by unbiased round-off only.
@@ -31,11 +33,26 @@ pub enum Criterion {
 }
 
 impl Criterion {
+    /// All of them.
+    pub const ALL: [Self; 10] = [
+        Self::Order,
+        Self::Output,
+        Self::Energy,
+        Self::Momentum,
+        Self::Residual,
+        Self::Reversal,
+        Self::Symplecticity,
+        Self::Conditioning,
+        Self::Agreement,
+        Self::ClosedForm,
+    ];
+
     /// In words.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Order => "order",
+            Self::Output => "output",
             Self::Energy => "energy",
             Self::Momentum => "momentum",
             Self::Residual => "constraints",

@@ -1,12 +1,16 @@
 //! An energy–momentum integrator as a [`Motion`].
 
+use super::equations::{Equations, Observed, OfSystem};
+use super::frequency::frequency;
 use super::running::{momentum_size, nature};
-use super::subject::{Kept, Motion, Nature, Values};
+use super::subject::{Kept, Motion, Nature, Reactions, Values};
 use vi_constraints::Constraints;
+use vi_constraints::initialization::start;
+use vi_constraints::node::NodeObserver;
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::Tangents;
 use vi_core::linear::norm_inf;
-use vi_core::{MechanicalSystem, SeparableSystem, SparseMatrix};
+use vi_core::{MechanicalSystem, SeparableSystem};
 use vi_emscheme::EmIntegrator;
 use vi_emscheme::tangent_map::EmTangentMap;
 use vi_multibody::mechanism::Mechanism;
@@ -41,16 +45,61 @@ impl Motion for EmRunning {
         &self.run.state().q
     }
 
+    fn time(&self) -> f64 {
+        self.run.state().t
+    }
+
+    fn p(&self) -> Vec<f64> {
+        let v = &self.run.state().v;
+        let mut p = vec![0.0; v.len()];
+        self.run.system().mass().mul_add(1.0, v, &mut p);
+        p
+    }
+
+    fn velocity(&mut self) -> Result<Vec<f64>, String> {
+        Ok(self.run.state().v.clone())
+    }
+
+    fn consistent(&self, q: &[f64], v: &[f64]) -> Result<(Vec<f64>, Vec<f64>), String> {
+        let (mechanism, at) = (self.run.constraints(), self.run.state().t);
+        let found = start(&self.forces, mechanism, self.run.rows(), at, (q, v));
+        found.map(|(state, v, _)| (state.q, v)).map_err(|e| e.to_string())
+    }
+
+    fn frequency(&mut self) -> Result<Option<f64>, String> {
+        let (mechanism, state, rows) = (self.run.constraints(), self.run.state(), self.run.rows());
+        let mut lambda = vec![0.0; Constraints::len(mechanism)];
+        NodeObserver::new(&self.forces, lambda.len(), rows)
+            .acceleration_multiplier(
+                &self.forces,
+                mechanism,
+                (state.t, &state.q, &state.v),
+                &mut lambda,
+            )
+            .map_err(|e| e.to_string())?;
+        Ok(frequency(&self.forces, mechanism, rows, ((state.t, &state.q), &lambda)))
+    }
+
+    fn equations(&self) -> Box<dyn Equations + '_> {
+        let constraints = self.run.constraints();
+        let redundant = self.run.rows().len() < Constraints::len(constraints);
+        Box::new(OfSystem { system: &self.forces, constraints, redundant })
+    }
+
     fn values(&mut self) -> Result<Values, String> {
         let node = self.run.observe().map_err(|e| e.to_string())?.clone();
         let (mechanism, state) = (self.run.constraints(), self.run.state());
         let redundant = self.run.rows().len() < Constraints::len(mechanism);
+        let joints = mechanism.reactions((state.t, &state.q), &node.lambda, self.run.rows());
+        let reactions =
+            (!joints.is_empty()).then(|| Reactions { lambda: node.lambda.clone(), joints });
         let (mean, single) = match redundant {
             true => (node.constraint_force, node.constraint_force_mid),
             false => (node.lambda, node.lambda_mid),
         };
         let some = |lambda: Vec<f64>| (!lambda.is_empty()).then_some(lambda);
         Ok(Values {
+            reactions,
             q: state.q.clone(),
             p: node.p,
             p_constrained: None,
@@ -70,19 +119,16 @@ impl Motion for EmRunning {
             energy_size: kinetic.max((node.energy - kinetic).abs()),
             momentum: momentum(&node.p),
             momentum_size: momentum_size(&momentum, &node.p),
-            residuals: [node.position_residual, node.velocity_residual, node.momentum_residual],
+            position: node.position_residual,
+            velocity: node.velocity_residual,
+            momentum_level: Some(node.momentum_residual),
             size: norm_inf(&at.q),
         })
     }
 
     fn nature(&mut self) -> Result<Nature, String> {
         let (state, mechanism) = (self.run.state(), self.run.constraints());
-        let at = (state.t, &state.q[..], &state.v[..]);
-        let momentum = |p: &[f64]| mechanism.momentum(&state.q, p);
-        let (m, n) = (Constraints::len(mechanism), mechanism.dim());
-        let emit = |out: &mut dyn vi_core::Entries| mechanism.jacobian(state.t, &state.q, out);
-        let jacobian = SparseMatrix::assemble(m, n, emit);
-        Ok(nature(&self.forces, mechanism.is_rheonomic(), at, (&momentum, &jacobian)))
+        Ok(nature(&self.forces, mechanism, (state.t, &state.q, &state.v)))
     }
 
     fn condition(&mut self) -> Option<Condition> {

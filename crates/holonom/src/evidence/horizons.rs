@@ -5,6 +5,7 @@
 
 use super::certificate::Study;
 use super::convergence::{Convergence, Horizon, Quantity, Reference, study};
+use super::judge::ORDER_TOLERANCE;
 use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, longest_observed_order};
 use super::subject::{Method, Subject};
 
@@ -75,6 +76,17 @@ pub(super) fn clearest(found: &[Study], quantity: Quantity) -> Option<(&Study, &
     let readable = found.iter().filter_map(with_curve).filter_map(|c| Some((rank(&c)?, c)));
     let best = readable.min_by(|(a, _), (b, _)| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     best.map(|(_, curve)| curve).or_else(|| found.first().and_then(with_curve))
+}
+
+/// The error of a quantity that is as large as the quantity at the finest step of a study in which `q` has its order.
+pub(super) fn saturated(found: &[Study], quantity: Quantity) -> Option<f64> {
+    let at_finest = |study: &Study| {
+        let q = curve_of(study, Quantity::Position)?.observed.as_ref().ok()?;
+        let has_order = (q.order - f64::from(study.order)).abs() <= ORDER_TOLERANCE;
+        let error = curve_of(study, quantity)?.errors.last()?.error;
+        (has_order && error >= 0.5).then_some(error)
+    };
+    found.iter().find_map(at_finest)
 }
 
 fn curve_of(study: &Study, quantity: Quantity) -> Option<&Convergence> {

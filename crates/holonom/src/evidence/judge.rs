@@ -3,22 +3,27 @@
 use super::certificate::{Criterion, Finding, Study, Verdict};
 use super::convergence::{Convergence, Quantity};
 use super::fit::power_law;
+use super::frequency::RESOLVED;
 use super::growth::{Growth, NoGrowth, growth};
-use super::measure::LongRun;
+use super::measure::{LongRun, Residuals};
 use super::order::{NoOrder, ObservedOrder};
+use super::output::{Compared, LEAST_ORDER};
 use super::subject::Method;
-use super::trend::trend;
+use super::trend::{NEGLIGIBLE, Trend, WIDENING, trend};
 use vi_core::Composition;
 
 /// Observed orders may miss their nominal value by this.
 pub const ORDER_TOLERANCE: f64 = 0.2;
-/// The symplectic form may change by this, relative to its terms.
-pub const FORM_TOLERANCE: f64 = 1e-10;
+/// Orders that are known to be 1 are at least this.
+pub const FIRST_ORDER: f64 = 1.0 - 2.0 * ORDER_TOLERANCE;
+/// Momentum maps stay below this times `ε √N`, however they grow.
+pub const MOMENTUM_CAP: f64 = 1e3;
+/// The symplectic form may change by this, relative to its terms: what differences of real steps resolve.
+pub const FORM_TOLERANCE: f64 = 1e-8;
 /// Exponents of condition numbers may be off by this.
 pub const EXPONENT_TOLERANCE: f64 = 0.2;
-/// Steps below which a trend of the energy or the exponent of a drift cannot be told from the wandering
-/// of the motion.
-const TELLING_STEPS: u64 = 8000;
+/// Steps below which a trend of the energy or the exponent of a drift cannot be distinguished from the motion itself.
+pub const TELLING_STEPS: u64 = 8000;
 
 /// A finding about which nothing is known yet.
 pub(super) fn finding(criterion: Criterion, method: Method, order: u32, quantity: &str) -> Finding {
@@ -72,11 +77,8 @@ pub(super) fn judge_order(
             found.measured = format!("{p:.2} ({coarse:.0e} … {fine:.0e})");
             found.value = Some(*p);
             // first-order terms may vanish by symmetry of the start
-            let holds = if known {
-                *p >= 1.0 - 2.0 * ORDER_TOLERANCE
-            } else {
-                (p - nominal).abs() <= ORDER_TOLERANCE
-            };
+            let holds =
+                if known { *p >= FIRST_ORDER } else { (p - nominal).abs() <= ORDER_TOLERANCE };
             found.verdict = match (holds, known) {
                 (true, false) => Verdict::Pass,
                 (true, true) if *p < 2.0 - ORDER_TOLERANCE => Verdict::Known,
@@ -117,58 +119,103 @@ pub(super) fn judge_order(
 }
 
 /// A residual at velocities that is no round-off is of second order where a constraint is not quadratic.
-pub(super) fn not_quadratic(found: &mut Finding, short: &[(f64, [f64; 3])]) {
-    let law = power_law(short.iter().map(|(h, r)| (*h, r[1])));
+pub(super) fn not_quadratic(found: &mut Finding, short: &[(f64, Residuals)]) {
+    let law = power_law(short.iter().map(|(h, r)| (*h, r.velocity)));
     if let Some(law) = law.filter(|law| law.exponent >= 2.0 - 2.0 * ORDER_TOLERANCE) {
         found.verdict = Verdict::Known;
         found.measured = format!("{}, order {:.2}", found.measured, law.exponent);
         found.reason =
-            "a constraint that is not quadratic in q (a thread, a coupling) meets (45) to \
-                        second order"
+            "a constraint of this mechanism is not quadratic in q (a thread, a gear, a prescribed angle): (45) holds to \
+             second order"
                 .into();
     }
 }
 
-pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding {
-    let mut found = finding(Criterion::Energy, method, order, "H_d");
-    let size = run.energy_size();
-    if !run.nature.conservative {
-        found.reason = "forces or prescribed motion do work: no promise".into();
-        return found;
-    }
-    match trend(&run.energies(), &run.shadow_energies()) {
-        Err(refused) => found.reason = refused.to_string(),
-        Ok(trend) => {
-            let relative = if size > 0.0 { trend.width() / size } else { 0.0 };
-            let round_off = round_off(run.steps * sub_steps(order), 10.0);
-            let kept = relative <= round_off;
-            let variational = matches!(method, Method::Variational(_));
-            found.expected = match variational {
-                true => "bounded, no trend".into(),
-                false => "kept to solver tolerance".into(),
-            };
-            found.measured = if kept {
-                format!("kept to {relative:.0e}")
-            } else {
-                format!("± {:.0e}, trend {:.1} %", 0.5 * relative, 100.0 * trend.relative())
-            };
-            found.value = Some(trend.relative());
-            // round-off walks in any case
-            let stays = trend.is_bounded() || trend.wander <= round_off * size;
-            let holds = kept || (variational && stays);
+/// What is reported against the equations of motion: differences of second order, or round-off.
+pub(super) fn judge_output(method: Method, order: u32, compared: &Compared) -> Finding {
+    let mut found = finding(Criterion::Output, method, order, compared.output.name());
+    let (coarse, fine) = (compared.errors[0], compared.errors[compared.errors.len() - 1]);
+    found.expected = compared.output.expected().into();
+    match compared.order() {
+        Err(NoOrder::Exact { largest }) => {
+            found.measured = format!("{largest:.0e}");
+            found.verdict = Verdict::Pass;
+        }
+        Err(refused) => {
+            found.measured = "not a number".into();
+            found.reason = refused.to_string();
+            found.verdict = Verdict::Fail;
+        }
+        Ok(slope) => {
+            found.measured =
+                format!("order {slope:.2} ({:.0e} … {:.0e})", coarse.error, fine.error);
+            found.value = Some(slope);
+            let holds = slope >= LEAST_ORDER && compared.output.may_converge();
             found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };
-            if !kept && run.steps < TELLING_STEPS {
-                found.verdict = Verdict::Open;
-                found.reason = format!("fewer than {TELLING_STEPS} steps do not tell a trend");
-            } else if !holds {
-                found.reason = format!(
-                    "its means wander by {:.1e} J, its band widens by {:.2}",
-                    trend.wander, trend.widening
-                );
-            }
         }
     }
     found
+}
+
+/// The energy of a conservative system: a band for variational schemes, round-off for energy–momentum schemes.
+pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding {
+    let mut found = finding(Criterion::Energy, method, order, "H_d");
+    if !run.nature.conservative {
+        found.reason = "not applicable: forces or prescribed motions do work".into();
+        return found;
+    }
+    let trend = match trend(&run.energies(), &run.shadow_energies()) {
+        Ok(trend) => trend,
+        Err(refused) => {
+            found.reason = refused.to_string();
+            return found;
+        }
+    };
+    let size = run.energy_size();
+    let relative = if size > 0.0 { trend.width() / size } else { 0.0 };
+    let round_off = round_off(run.steps * sub_steps(order), 10.0);
+    let conserved = relative <= round_off;
+    let variational = matches!(method, Method::Variational(_));
+    found.expected = match variational {
+        true => format!("means of H or H̃ within {:.0} % of the band", 100.0 * NEGLIGIBLE),
+        false => "conserved to round-off".into(),
+    };
+    found.value = Some(if trend.width() > 0.0 { trend.wander / trend.width() } else { 0.0 });
+    if conserved {
+        found.measured = format!("conserved to {relative:.0e}");
+        found.verdict = Verdict::Pass;
+        return found;
+    }
+    found.measured = band(&trend, relative, run);
+    // the random walk of round-off is in the means, too
+    let stays = trend.is_bounded() || trend.wander <= round_off * size;
+    found.verdict = if variational && stays { Verdict::Pass } else { Verdict::Fail };
+    let resolution = run.resolution().unwrap_or(f64::INFINITY);
+    if !variational {
+        return found;
+    }
+    if run.steps < TELLING_STEPS {
+        found.verdict = Verdict::Open;
+        found.reason = format!("inconclusive: fewer than {TELLING_STEPS} steps");
+    } else if resolution > RESOLVED {
+        found.verdict = Verdict::Open;
+        found.reason = format!("not applicable: h ω_max = {resolution:.1} is above {RESOLVED}");
+    } else if !stays {
+        found.reason = format!(
+            "the means change by {:.1e} J, the second half is {:.2} times as far from the median as the first \
+             (at most {WIDENING})",
+            trend.wander, trend.widening
+        );
+    }
+    found
+}
+
+/// The band of `H_d`, what is judged, and the condition under which it is.
+fn band(trend: &Trend, relative: f64, run: &LongRun) -> String {
+    let which = if trend.of_shadow { "H̃" } else { "H" };
+    let resolution = run.resolution().map_or(String::new(), |r| format!(", h ω = {r:.2}"));
+    let means = 100.0 * trend.wander / trend.width();
+    format!("H ± {:.0e}, means of {which} within {means:.1} % of it{resolution}", 0.5 * relative)
 }
 
 pub(super) fn judge_momentum(
@@ -192,7 +239,7 @@ pub(super) fn judge_momentum(
             let root = f64::EPSILON * ((run.steps * sub_steps(order)) as f64).sqrt();
             // below ε√N the exponent is that of single last bits, in few steps it scatters
             let walks = growth.is_unbiased() || run.steps < TELLING_STEPS;
-            let holds = drift <= root || (walks && drift <= 1e3 * root);
+            let holds = drift <= root || (walks && drift <= MOMENTUM_CAP * root);
             found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };
         }
     }
@@ -204,7 +251,7 @@ pub(super) fn judge_residuals(
     h: f64,
     run: &LongRun,
 ) -> [Finding; 2] {
-    let [position, velocity, _] = run.residuals();
+    let Residuals { position, velocity, .. } = run.residuals();
     let scale = 1.0 + run.size().powi(2);
     let limits = [1e-13 * scale, 2e-13 * scale / h.min(1.0)];
     let names = ["constraints g", "hidden constraint at velocities (45)"];

@@ -4,6 +4,7 @@ use super::fit::power_law;
 use super::shadow::shadow_energy;
 use super::subject::{Kept, Method, Nature, Setting, Subject};
 use serde::{Deserialize, Serialize};
+use vi_core::Composition;
 use vi_core::linear::norm_inf;
 
 /// Samples of a long run.
@@ -14,6 +15,8 @@ const SAMPLES: u64 = 4096;
 pub struct LongRun {
     /// Order of the method.
     pub order: u32,
+    /// `h`, s.
+    pub step: f64,
     /// Steps taken.
     pub steps: u64,
     /// Times of the samples, s.
@@ -22,6 +25,8 @@ pub struct LongRun {
     pub samples: Vec<Kept>,
     /// What holds at all nodes that were looked at.
     pub nature: Nature,
+    /// The fastest motion at the start or the end, rad/s; `None` where it is not known.
+    pub frequency: Option<f64>,
 }
 
 /// Takes `steps` steps and samples them evenly.
@@ -32,6 +37,7 @@ pub fn long_run(subject: &dyn Subject, setting: Setting, steps: u64) -> Result<L
     let mut motion = subject.start(setting)?;
     let every = (steps / SAMPLES).max(1);
     let mut nature = motion.nature()?;
+    let frequency = motion.frequency()?;
     let (mut times, mut samples) = (Vec::new(), Vec::new());
     for step in 0..steps {
         motion.step().map_err(|error| format!("step {step}: {error}"))?;
@@ -42,12 +48,23 @@ pub fn long_run(subject: &dyn Subject, setting: Setting, steps: u64) -> Result<L
         if step.is_multiple_of((steps / 8).max(1)) {
             let here = motion.nature()?;
             nature.conservative &= here.conservative;
+            nature.forced |= here.forced;
             for (kept, here) in nature.symmetries.iter_mut().zip(here.symmetries) {
                 *kept &= here;
             }
         }
     }
-    Ok(LongRun { order: setting.order, steps, times, samples, nature })
+    let last = motion.frequency()?;
+    let frequency = frequency.zip(last).map(|(a, b)| a.max(b));
+    Ok(LongRun {
+        order: setting.order,
+        step: setting.step,
+        steps,
+        times,
+        samples,
+        nature,
+        frequency,
+    })
 }
 
 impl LongRun {
@@ -84,12 +101,25 @@ impl LongRun {
         self.samples.iter().map(|kept| read(&kept.momentum) / scale).collect()
     }
 
-    /// Largest residuals at positions, velocities and momenta.
+    /// Largest residuals at positions, velocities and momenta; at momenta where (46) is defined.
     #[must_use]
-    pub fn residuals(&self) -> [f64; 3] {
+    pub fn residuals(&self) -> Residuals {
         let largest =
-            |k: usize| norm_inf(&self.samples.iter().map(|s| s.residuals[k]).collect::<Vec<f64>>());
-        [largest(0), largest(1), largest(2)]
+            |of: fn(&Kept) -> f64| norm_inf(&self.samples.iter().map(of).collect::<Vec<f64>>());
+        let levels: Option<Vec<f64>> =
+            self.samples.iter().map(|kept| kept.momentum_level).collect();
+        Residuals {
+            position: largest(|kept| kept.position),
+            velocity: largest(|kept| kept.velocity),
+            momentum: levels.map(|levels| norm_inf(&levels)),
+        }
+    }
+
+    /// `h ω_max`, with the longest sub-step of a composition.
+    #[must_use]
+    pub fn resolution(&self) -> Option<f64> {
+        let gammas = Composition::of_order(self.order).unwrap_or_default().gammas();
+        Some(self.step.abs() * norm_inf(&gammas) * self.frequency?)
     }
 
     /// Largest coordinate.
@@ -97,6 +127,17 @@ impl LongRun {
     pub fn size(&self) -> f64 {
         norm_inf(&self.samples.iter().map(|kept| kept.size).collect::<Vec<f64>>())
     }
+}
+
+/// Largest residuals of the constraints at three levels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Residuals {
+    /// `|g(q_n)|`.
+    pub position: f64,
+    /// (45).
+    pub velocity: f64,
+    /// (46), where it is defined.
+    pub momentum: Option<f64>,
 }
 
 /// Forward and back.
@@ -142,22 +183,6 @@ pub fn amplification(subject: &dyn Subject, setting: Setting, steps: u64) -> Opt
         largest = largest.max(norm_inf(tangents.dq.as_slice()));
     }
     largest.is_finite().then_some(largest)
-}
-
-/// Largest relative change of the symplectic form over a few steps, in a canonical basis.
-///
-/// # Errors
-/// As [`long_run`]; with forces there is no form that is kept.
-pub fn symplectic_defect(
-    subject: &dyn Subject,
-    setting: Setting,
-    steps: u64,
-) -> Result<f64, String> {
-    let mut motion = subject.start(setting)?;
-    let mut tangents = motion.tangents();
-    let before = tangents.form();
-    (0..steps).try_for_each(|_| motion.step_tangents(&mut tangents))?;
-    Ok(tangents.defect(&before))
 }
 
 /// Condition numbers of the Newton matrix at shrinking steps.

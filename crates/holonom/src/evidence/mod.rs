@@ -9,6 +9,9 @@
 //! | [`growth`] | how an error grows with the number of steps (momentum maps) |
 //! | [`subject`] | what is verified: a system that can be set in motion by any method |
 //! | [`running`], [`em_running`], [`model`] | integrators and model files as subjects |
+//! | [`equations`], [`output`] | the equations of motion, and what an integrator reports against them |
+//! | [`frequency`] | the fastest motion, `h ω_max` |
+//! | [`symplectic`] | the symplectic form along real steps |
 //! | [`convergence`] | errors of `q`, `p`, `λ` at shrinking steps |
 //! | [`measure`] | what is kept, reversal, symplecticity, conditioning, agreement |
 //! | [`closed_form`] | discrete equilibria that are known in closed form |
@@ -23,7 +26,9 @@ pub mod certify;
 pub mod closed_form;
 pub mod convergence;
 pub mod em_running;
+pub mod equations;
 pub mod fit;
+pub mod frequency;
 pub mod growth;
 mod horizons;
 pub mod judge;
@@ -31,9 +36,11 @@ pub mod measure;
 pub mod model;
 pub mod model_certificate;
 pub mod order;
+pub mod output;
 pub mod page;
 pub mod running;
 pub mod shadow;
 pub mod subject;
+pub mod symplectic;
 pub mod table;
 pub mod trend;

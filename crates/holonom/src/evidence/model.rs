@@ -2,7 +2,7 @@
 
 use super::em_running::EmRunning;
 use super::running::Running;
-use super::subject::{Method, Motion, Setting, Subject};
+use super::subject::{Initial, Method, Motion, Setting, Subject};
 use crate::model::{Model, ModelError, Settings};
 use crate::system::{self, System};
 use vi_constraints::{Options, SchemeKind};
@@ -33,7 +33,7 @@ impl ModelSubject {
         Ok((built, &self.model.settings))
     }
 
-    /// Its integrator by a variational scheme.
+    /// Its integrator by a variational scheme, from its own initial values or others.
     ///
     /// # Errors
     /// Why the scheme does not apply, in words.
@@ -41,31 +41,37 @@ impl ModelSubject {
         &self,
         kind: SchemeKind,
         setting: Setting,
+        at: Option<Initial<'_>>,
     ) -> Result<MechanismIntegrator, String> {
         let (System { mechanism, dynamics, .. }, settings) = self.build()?;
-        let (q, v) = mechanism.start();
+        let own = mechanism.start();
+        let (q, v) = at.unwrap_or((&own.0, &own.1));
         let mut options = Options::new(kind, setting.step);
         options.gammas = Composition::of_order(setting.order).unwrap_or_default().gammas();
         options.newton = settings.newton();
         let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
-        let at = (0.0, &q[..], &v[..]);
+        let at = (0.0, q, v);
         integrator(mechanism, dynamics.variational, options, solver, at).map_err(|e| e.to_string())
     }
 }
 
 impl Subject for ModelSubject {
-    fn start(&self, setting: Setting) -> Result<Box<dyn Motion>, String> {
+    fn start_from(
+        &self,
+        setting: Setting,
+        at: Option<Initial<'_>>,
+    ) -> Result<Box<dyn Motion>, String> {
         match setting.method {
             Method::Variational(kind) => {
-                let run = self.integrator(kind, setting)?;
-                Ok(Box::new(Running::new(run, |mechanism, q, p| mechanism.momentum(q, p))))
+                Ok(Box::new(Running::new(self.integrator(kind, setting, at)?)))
             }
             Method::EnergyMomentum(form) => {
                 let (System { mechanism, dynamics, .. }, settings) = self.build()?;
-                let (q, v) = mechanism.start();
+                let own = mechanism.start();
+                let (q, v) = at.unwrap_or((&own.0, &own.1));
                 let mut options = EmOptions::new(form, setting.step);
                 options.newton = settings.newton();
-                let (system, at) = (dynamics.energy_momentum, (0.0, &q[..], &v[..]));
+                let (system, at) = (dynamics.energy_momentum, (0.0, q, v));
                 let run = EmIntegrator::of_mechanism_at(system, mechanism, options, at)
                     .map_err(|e| e.to_string())?;
                 Ok(Box::new(EmRunning::new(run, dynamics.variational)))

@@ -1,6 +1,6 @@
 //! The certificate of a user's model: the same promises, and a step for a wanted accuracy.
 
-use super::certificate::Certificate;
+use super::certificate::{Certificate, Criterion};
 use super::certify::{Plan, certify};
 use super::convergence::{Horizon, nodes, relative_difference};
 use super::measure::applicable;
@@ -123,6 +123,7 @@ fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Plan, Stri
         long: long.max(steps.min(20_000)),
         short: 2048,
         few: steps.clamp(1, 64),
+        criteria: Criterion::ALL.to_vec(),
     })
 }
 

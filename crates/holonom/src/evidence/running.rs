@@ -1,42 +1,56 @@
 //! An integrator as a [`Motion`].
 
-use super::subject::{Kept, Motion, Nature, Values};
+use super::equations::{Equations, Observed, OfSystem};
+use super::frequency::frequency;
+use super::subject::{Kept, Motion, Nature, Reactions, Values};
+use vi_constraints::Integrator;
+use vi_constraints::initialization::start;
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::{TangentMap, Tangents};
-use vi_constraints::{Constraints, Integrator};
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
-use vi_core::{MechanicalSystem, SparseMatrix};
+use vi_core::{Interval, MechanicalSystem, SparseMatrix};
 
-/// The momentum map `J(q, p)` of a system, linear in `p`.
-pub type MomentumMap<C> = fn(&C, &[f64], &[f64]) -> Momentum;
-
-/// An integrator in motion, with its momentum map.
+/// An integrator in motion.
 pub struct Running<S, C> {
     run: Integrator<S, C>,
-    momentum: MomentumMap<C>,
     tangent: Option<TangentMap>,
     discrete_energy: f64, // J  Σ γ_i E_{d,i} of the last step
+    velocity_level: f64,  // the largest (45) of its sub-steps
 }
 
-impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Running<S, C> {
+impl<S: MechanicalSystem + 'static, C: Observed + 'static> Running<S, C> {
     /// From its present node.
-    pub fn new(run: Integrator<S, C>, momentum: MomentumMap<C>) -> Self {
-        Self { run, momentum, tangent: None, discrete_energy: 0.0 }
+    pub fn new(run: Integrator<S, C>) -> Self {
+        Self { run, tangent: None, discrete_energy: 0.0, velocity_level: 0.0 }
+    }
+
+    fn redundant(&self) -> bool {
+        self.run.rows().len() < self.run.constraints().len()
     }
 
     /// `λ` as it is compared: itself, or the force `Gᵀλ` where rows are redundant.
     fn unique(&self, lambda: Vec<f64>) -> Vec<f64> {
         let (constraints, state) = (self.run.constraints(), self.run.state());
-        let (m, n) = (constraints.len(), constraints.dim());
-        if self.run.rows().len() == m {
+        if !self.redundant() {
             return lambda;
         }
-        let emit = |out: &mut dyn vi_core::Entries| constraints.jacobian(state.t, &state.q, out);
-        let mut force = vec![0.0; n];
-        SparseMatrix::assemble(m, n, emit).tr_mul_add(1.0, &lambda, &mut force);
-        force
+        let of = OfSystem { system: self.run.system(), constraints, redundant: false };
+        of.constraint_force((state.t, &state.q), &lambda)
     }
+}
+
+/// `|G(q_{n+1/2}) Δq/h|_∞` of (45); of constraints that depend on time `|Δg/h|_∞`.
+pub(crate) fn velocity_level(constraints: &impl Observed, s: &Interval) -> f64 {
+    let (m, n) = (constraints.len(), constraints.dim());
+    let mut rate = vec![0.0; m];
+    if constraints.is_rheonomic() {
+        constraints.value(s.t_end(), &s.q1, &mut rate);
+        return norm_inf(&rate) / s.h.abs();
+    }
+    let emit = |out: &mut dyn vi_core::Entries| constraints.jacobian(s.t_mid(), &s.q_mid, out);
+    SparseMatrix::assemble(m, n, emit).mul_add(1.0, &s.v_mid, &mut rate);
+    norm_inf(&rate)
 }
 
 /// Each component of a momentum map with the absolute values of its terms summed up.
@@ -90,32 +104,54 @@ fn symmetries(
     out
 }
 
-/// What holds of a system at a node `(t, q, v)` with its momentum map and its Jacobian.
+/// What holds of a system at a node `(t, q, v)`.
 pub(crate) fn nature(
     system: &impl MechanicalSystem,
-    rheonomic: bool,
+    constraints: &impl Observed,
     (t, q, v): (f64, &[f64], &[f64]),
-    (momentum, jacobian): (&dyn Fn(&[f64]) -> Momentum, &SparseMatrix),
 ) -> Nature {
+    let momentum = |p: &[f64]| constraints.momentum_map(q, p);
+    let emit = |out: &mut dyn vi_core::Entries| constraints.jacobian(t, q, out);
+    let jacobian = SparseMatrix::assemble(constraints.len(), constraints.dim(), emit);
     let (mut gradient, mut force) = (vec![0.0; q.len()], vec![0.0; q.len()]);
     system.add_potential_gradient(q, 1.0, &mut gradient);
     system.add_force(t, q, v, &mut force);
     Nature {
-        symmetries: symmetries(momentum, jacobian, [&gradient, &force]),
-        conservative: norm_inf(&force) == 0.0 && !rheonomic,
+        symmetries: symmetries(&momentum, &jacobian, [&gradient, &force]),
+        conservative: norm_inf(&force) == 0.0 && !constraints.is_rheonomic(),
+        forced: norm_inf(&force) != 0.0,
         dissipative: system.is_dissipative(),
+        quadratic: is_quadratic(constraints, t, q),
     }
 }
 
-impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Motion for Running<S, C> {
+/// Whether `D²g` is the same at `q` and beside it, in a direction without a pattern.
+fn is_quadratic(constraints: &impl Observed, t: f64, q: &[f64]) -> bool {
+    let m = constraints.len();
+    let w: Vec<f64> = (0..q.len()).map(|i| (1.0 + 1.7 * i as f64).sin()).collect();
+    let beside: Vec<f64> = q.iter().zip(&w).map(|(q, w)| q + 0.1 * w).collect();
+    let (mut here, mut there) = (vec![0.0; m], vec![0.0; m]);
+    constraints.second_derivative(t, q, &w, &w, &mut here);
+    constraints.second_derivative(t, &beside, &w, &w, &mut there);
+    let change: Vec<f64> = here.iter().zip(&there).map(|(a, b)| a - b).collect();
+    norm_inf(&change) <= 1e-6 * (1.0 + norm_inf(&here))
+}
+
+impl<S: MechanicalSystem + 'static, C: Observed + 'static> Motion for Running<S, C> {
     fn step(&mut self) -> Result<(), String> {
         let (mut action_rate, mut length) = (0.0, 0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
-        let stepped = self.run.step_with(&mut |system, _, s| {
+        let composed = self.run.is_composed();
+        let mut level = vec![0.0];
+        let stepped = self.run.step_with(&mut |system, constraints, s| {
             action_rate += s.h * system.discrete_energy(s);
             length += s.h;
+            if composed {
+                level.push(velocity_level(constraints, s));
+            }
         });
         stepped.map_err(|e| e.to_string())?;
         self.discrete_energy = action_rate / length;
+        self.velocity_level = norm_inf(&level);
         Ok(())
     }
 
@@ -127,12 +163,48 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Motion for Running
         &self.run.state().q
     }
 
+    fn time(&self) -> f64 {
+        self.run.state().t
+    }
+
+    fn p(&self) -> Vec<f64> {
+        self.run.state().p.clone()
+    }
+
+    fn velocity(&mut self) -> Result<Vec<f64>, String> {
+        Ok(self.run.observe_state().map_err(|e| e.to_string())?.v.clone())
+    }
+
+    fn consistent(&self, q: &[f64], v: &[f64]) -> Result<(Vec<f64>, Vec<f64>), String> {
+        let (system, constraints) = (self.run.system(), self.run.constraints());
+        let at = self.run.state().t;
+        let found = start(system, constraints, self.run.rows(), at, (q, v));
+        found.map(|(state, v, _)| (state.q, v)).map_err(|e| e.to_string())
+    }
+
+    fn frequency(&mut self) -> Result<Option<f64>, String> {
+        let lambda = self.run.acceleration_multiplier().map_err(|e| e.to_string())?;
+        let (state, rows) = (self.run.state(), self.run.rows());
+        let at = (state.t, &state.q[..]);
+        Ok(frequency(self.run.system(), self.run.constraints(), rows, (at, &lambda)))
+    }
+
+    fn equations(&self) -> Box<dyn Equations + '_> {
+        let (system, constraints) = (self.run.system(), self.run.constraints());
+        Box::new(OfSystem { system, constraints, redundant: self.redundant() })
+    }
+
     fn values(&mut self) -> Result<Values, String> {
         let acceleration = self.run.acceleration_multiplier().map_err(|e| e.to_string())?;
         let (q, m) = (self.run.state().q.clone(), acceleration.len());
         let node = self.run.observe().map_err(|e| e.to_string())?.clone();
         let of_a_step = !self.run.is_composed();
+        let lambda = if of_a_step { &node.lambda } else { &acceleration };
+        let (t, rows) = (self.run.state().t, self.run.rows());
+        let joints = self.run.constraints().reactions((t, &q), lambda, rows);
+        let reactions = (!joints.is_empty()).then(|| Reactions { lambda: lambda.clone(), joints });
         Ok(Values {
+            reactions,
             q,
             p: node.p_projected,
             p_constrained: (of_a_step && node.hamiltonian.is_some()).then_some(node.p),
@@ -144,7 +216,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Motion for Running
     fn kept(&mut self) -> Result<Kept, String> {
         let node = self.run.node_before().map_err(|e| e.to_string())?.clone();
         let (at, constraints) = (self.run.before(), self.run.constraints());
-        let momentum = |p: &[f64]| (self.momentum)(constraints, &at.q, p);
+        let momentum = |p: &[f64]| constraints.momentum_map(&at.q, p);
+        let composed = self.run.is_composed();
         let kinetic = self.run.system().kinetic_energy(&node.v);
         let potential = node.hamiltonian_projected - kinetic;
         Ok(Kept {
@@ -153,20 +226,19 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Motion for Running
             energy_size: kinetic.abs().max(potential.abs()),
             momentum: momentum(&node.p_projected),
             momentum_size: momentum_size(&momentum, &node.p_projected),
-            residuals: [node.position_residual, node.velocity_residual, node.momentum_residual],
+            position: node.position_residual,
+            velocity: if composed { self.velocity_level } else { node.velocity_residual },
+            // with a singular M, and at the nodes of a composition, there is no p_n to speak of
+            momentum_level: (!composed && node.hamiltonian.is_some())
+                .then_some(node.momentum_residual),
             size: norm_inf(&at.q),
         })
     }
 
     fn nature(&mut self) -> Result<Nature, String> {
         let v = self.run.observe_state().map_err(|e| e.to_string())?.v.clone();
-        let (state, constraints) = (self.run.state(), self.run.constraints());
-        let (m, n) = (constraints.len(), constraints.dim());
-        let emit = |out: &mut dyn vi_core::Entries| constraints.jacobian(state.t, &state.q, out);
-        let jacobian = SparseMatrix::assemble(m, n, emit);
-        let momentum = |p: &[f64]| (self.momentum)(constraints, &state.q, p);
-        let (at, rheonomic) = ((state.t, &state.q[..], &v[..]), constraints.is_rheonomic());
-        Ok(nature(self.run.system(), rheonomic, at, (&momentum, &jacobian)))
+        let state = self.run.state();
+        Ok(nature(self.run.system(), self.run.constraints(), (state.t, &state.q, &v)))
     }
 
     fn condition(&mut self) -> Option<Condition> {

@@ -4,6 +4,7 @@
 //! reversed and asked. Models and integrators of one's own become subjects (see
 //! [`super::running`], [`super::model`]), and so does a deliberately broken one.
 
+use super::equations::{Equations, Reaction};
 use serde::{Deserialize, Serialize};
 use vi_constraints::SchemeKind;
 use vi_constraints::scheme::Condition;
@@ -70,6 +71,17 @@ pub struct Values {
     pub lambda: Option<Vec<f64>>,
     /// `λ` of the acceleration level; of energy–momentum schemes that of a single step.
     pub lambda_other: Option<Vec<f64>>,
+    /// What joints exert, with the multipliers that it follows from; `None` without joints.
+    pub reactions: Option<Reactions>,
+}
+
+/// Reactions at a node.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reactions {
+    /// The multipliers of all constraints, shape `m`; of least norm where constraints are redundant.
+    pub lambda: Vec<f64>,
+    /// Of each joint on its child, in space.
+    pub joints: Vec<Reaction>,
 }
 
 /// What should stay what it is, at a node.
@@ -86,8 +98,12 @@ pub struct Kept {
     pub momentum: Momentum,
     /// Sums of the absolute values that they are made of.
     pub momentum_size: Momentum,
-    /// `|g|`, (45), (46).
-    pub residuals: [f64; 3],
+    /// `|g(q_n)|_∞`.
+    pub position: f64,
+    /// `|f_d|_∞` of (45) in the step from here, the largest of its sub-steps.
+    pub velocity: f64,
+    /// `|h_d|_∞` of (46) with `p_n`; `None` where it is not defined (composed steps, singular `M`).
+    pub momentum_level: Option<f64>,
     /// `|q_n|_∞`.
     pub size: f64,
 }
@@ -100,17 +116,36 @@ pub struct Nature {
     pub symmetries: [bool; 6],
     /// No force without a potential acts, and no constraint depends on time.
     pub conservative: bool,
+    /// A force without a potential acts.
+    pub forced: bool,
     /// A force takes energy out.
     pub dissipative: bool,
+    /// All constraints are at most quadratic in `q`: (45) then holds to round-off, not only to second order.
+    pub quadratic: bool,
 }
+
+/// Configuration and velocity of other initial values than those of the subject.
+pub type Initial<'a> = (&'a [f64], &'a [f64]);
 
 /// A system that can be set in motion.
 pub trait Subject: Sync {
-    /// Sets it in motion.
+    /// Sets it in motion from its own initial values, or from the consistent `(q(0), v(0))` given.
     ///
     /// # Errors
     /// Why the method does not apply, in words.
-    fn start(&self, setting: Setting) -> Result<Box<dyn Motion>, String>;
+    fn start_from(
+        &self,
+        setting: Setting,
+        at: Option<Initial<'_>>,
+    ) -> Result<Box<dyn Motion>, String>;
+
+    /// Sets it in motion from its own initial values.
+    ///
+    /// # Errors
+    /// As [`Subject::start_from`].
+    fn start(&self, setting: Setting) -> Result<Box<dyn Motion>, String> {
+        self.start_from(setting, None)
+    }
 
     /// The exact motion at time `t`, where it is known.
     fn exact(&self, _t: f64) -> Option<Values> {
@@ -129,6 +164,27 @@ pub trait Motion {
     fn reverse(&mut self);
     /// The configuration of the present node.
     fn q(&self) -> &[f64];
+    /// The time of the present node, s.
+    fn time(&self) -> f64;
+    /// The momentum that the next step begins with: `p̄_n`, of energy–momentum schemes `M v_n`.
+    fn p(&self) -> Vec<f64>;
+    /// The velocity at the present node, tangential: `v̂` of the projected momentum, or `v_n`.
+    ///
+    /// # Errors
+    /// As [`Motion::values`].
+    fn velocity(&mut self) -> Result<Vec<f64>, String>;
+    /// The closest `(q, v)` that meets all constraints at the present time.
+    ///
+    /// # Errors
+    /// Why there is none, in words.
+    fn consistent(&self, q: &[f64], v: &[f64]) -> Result<(Vec<f64>, Vec<f64>), String>;
+    /// The fastest vibration or rotation about the present node, rad/s; `None` where `Pᵀ M P` is singular.
+    ///
+    /// # Errors
+    /// As [`Motion::values`].
+    fn frequency(&mut self) -> Result<Option<f64>, String>;
+    /// The equations of motion, which outputs are compared with.
+    fn equations(&self) -> Box<dyn Equations + '_>;
     /// What converges, at the present node; the motion goes on as if this had not been asked.
     ///
     /// # Errors

@@ -31,7 +31,13 @@ pub fn tables(certificate: &Certificate) -> Vec<Table> {
         pivot(certificate, "Observed orders", &[Criterion::Order], order_cell),
         pivot(
             certificate,
-            "What is kept",
+            "Outputs against the equations of motion",
+            &[Criterion::Output],
+            plain_cell,
+        ),
+        pivot(
+            certificate,
+            "What is conserved",
             &[
                 Criterion::Energy,
                 Criterion::Momentum,

@@ -22,6 +22,9 @@ const SAMPLES: usize = 4 * BLOCKS;
 /// A wander below this part of the band is none.
 pub const NEGLIGIBLE: f64 = 0.05;
 
+/// The second half may be farther away than the first by this factor.
+pub const WIDENING: f64 = 1.5;
+
 /// A bounded quantity over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trend {
@@ -35,6 +38,8 @@ pub struct Trend {
     pub change: f64,
     /// Distance in the second half over that in the first, beyond the excitation.
     pub widening: f64,
+    /// Whether the means are those of the shadow.
+    pub of_shadow: bool,
 }
 
 /// Why there is no trend to speak of.
@@ -80,7 +85,7 @@ impl Trend {
     /// half is not farther away than the first by more than a half.
     #[must_use]
     pub fn is_bounded(&self) -> bool {
-        self.wander <= NEGLIGIBLE * self.width() && self.widening <= 1.5
+        self.wander <= NEGLIGIBLE * self.width() && self.widening <= WIDENING
     }
 }
 
@@ -105,8 +110,8 @@ pub fn trend(samples: &[f64], shadow: &[f64]) -> Result<Trend, NoTrend> {
     let band = range(&off);
     let (own, other) = (block_means(&off), block_means(&shadow_off));
     let wander = |means: &[f64]| range(means).1 - range(means).0;
-    let (still, means) =
-        if wander(&other) <= wander(&own) { (&shadow_off, other) } else { (&off, own) };
+    let of_shadow = wander(&other) < wander(&own);
+    let (still, means) = if of_shadow { (&shadow_off, other) } else { (&off, own) };
     let fitted = line(&(0_u32..).map(f64::from).zip(means.iter().copied()).collect::<Vec<_>>());
     let fitted = fitted.ok_or(NoTrend::NotNumbers)?;
     let excitation: Vec<f64> = off.iter().zip(&shadow_off).map(|(x, s)| x - s).collect();
@@ -117,6 +122,7 @@ pub fn trend(samples: &[f64], shadow: &[f64]) -> Result<Trend, NoTrend> {
         wander: wander(&means),
         change: fitted.slope * means.len() as f64,
         widening: widening(still, floor) / widening(&excitation, 0.0).max(1.0),
+        of_shadow,
     })
 }
 

@@ -1,0 +1,5 @@
+//! Chores of the repository, as the program `cargo xtask` and the tests of the verifier use them.
+
+pub mod compare;
+pub mod figures;
+pub mod verify;

@@ -1,0 +1,117 @@
+//! The summary of all certificates: a line for each property and family of schemes.
+
+use super::Certified;
+use holonom::evidence::certificate::{Criterion, Finding, Verdict};
+use holonom::evidence::subject::Method;
+use std::collections::BTreeMap;
+
+/// What a line is about: criterion, quantity, family, order.
+type Key = (Criterion, String, &'static str, u32);
+
+/// A line of the summary.
+struct Line<'a> {
+    findings: Vec<(&'a str, &'a Finding)>, // with their systems
+}
+
+/// The table, with the system of the worst case of each line.
+pub(super) fn summary(certified: &[Certified]) -> String {
+    let mut lines: BTreeMap<Key, Line> = BTreeMap::new();
+    for c in certified {
+        for finding in c.certificate.findings.iter().filter(|f| !f.measured.is_empty()) {
+            let line = lines.entry(key(finding)).or_insert_with(|| Line { findings: Vec::new() });
+            line.findings.push((c.case.name, finding));
+        }
+    }
+    let mut text = String::from(
+        "| property | schemes | expected | measured | worst case | system | pass, known, open, fail |\n\
+         |---|---|---|---|---|---|---|\n",
+    );
+    for ((criterion, quantity, family, order), line) in &lines {
+        let order = if *order == 0 { String::new() } else { format!(", order {order}") };
+        let count = |verdict| line.findings.iter().filter(|f| f.1.verdict == verdict).count();
+        let verdicts = [Verdict::Pass, Verdict::Known, Verdict::Open, Verdict::Fail].map(count);
+        let Some((system, worst)) = line.worst() else { continue };
+        text += &format!(
+            "| {}: {quantity} | {family}{order} | {} | {} | {} | {system} | {}, {}, {}, {} |\n",
+            criterion.name(),
+            expected(*criterion, worst),
+            line.range(),
+            worst.measured,
+            verdicts[0],
+            verdicts[1],
+            verdicts[2],
+            verdicts[3]
+        );
+    }
+    text
+}
+
+fn key(finding: &Finding) -> Key {
+    let family = match finding.method {
+        Some(Method::Variational(_)) => "variational",
+        Some(Method::EnergyMomentum(_)) => "energy–momentum",
+        None => "statics",
+    };
+    // the Newton matrix has an exponent of its own in each scheme
+    let scheme = match finding.criterion {
+        Criterion::Conditioning => finding.method.map_or(family, Method::name),
+        _ => family,
+    };
+    let quantity = match finding.criterion {
+        Criterion::Momentum => "linear and angular momentum".to_owned(),
+        _ => finding.quantity.clone(),
+    };
+    let by_order = matches!(finding.criterion, Criterion::Order | Criterion::Energy);
+    (finding.criterion, quantity, scheme, if by_order { finding.order } else { 0 })
+}
+
+/// Limits that depend on the run are given as such.
+fn expected(criterion: Criterion, of: &Finding) -> String {
+    match criterion {
+        Criterion::Residual if of.expected.starts_with('≤') => "round-off".into(),
+        Criterion::Reversal | Criterion::Agreement => "round-off".into(),
+        Criterion::Energy if of.expected.is_empty() => "not applicable".into(),
+        Criterion::ClosedForm => "the closed form".into(),
+        _ => of.expected.clone(),
+    }
+}
+
+impl Line<'_> {
+    /// How far a finding is from what is expected; failures first, what was not judged last.
+    fn worst(&self) -> Option<(&str, &Finding)> {
+        let rank = |f: &Finding| match f.verdict {
+            Verdict::Fail => 3,
+            Verdict::Known => 2,
+            Verdict::Pass => 1,
+            Verdict::Open => 0,
+        };
+        let off = |f: &Finding| {
+            let value = f.value.unwrap_or(0.0);
+            match f.criterion {
+                Criterion::Order => {
+                    (value - f64::from(f.order)).abs() * f64::from(f.value.is_some())
+                }
+                Criterion::Output => -f.value.unwrap_or(f64::INFINITY),
+                _ => value.abs(),
+            }
+        };
+        let judged = self.findings.iter();
+        let worst =
+            judged.max_by(|a, b| rank(a.1).cmp(&rank(b.1)).then(off(a.1).total_cmp(&off(b.1))));
+        worst.map(|(system, finding)| (*system, *finding))
+    }
+
+    /// Smallest and largest number that was judged.
+    fn range(&self) -> String {
+        let judged = self.findings.iter().filter(|f| f.1.verdict != Verdict::Open);
+        let mut values: Vec<f64> = judged.filter_map(|f| f.1.value).collect();
+        values.sort_by(f64::total_cmp);
+        let [Some(low), Some(high)] = [values.first(), values.last()] else { return "–".into() };
+        let number = |x: f64| match x.abs() {
+            0.0 => "0".to_owned(),
+            0.01..100.0 => format!("{x:.2}"),
+            _ => format!("{x:.0e}"),
+        };
+        format!("{} … {} ({})", number(*low), number(*high), values.len())
+    }
+}
