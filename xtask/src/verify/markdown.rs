@@ -30,7 +30,7 @@ pub(super) fn page(
          ## Summary\n\n\
          A line for each property and family of schemes, over all systems. Measured: smallest and largest number that was judged \
          (how many). For orders that is the observed order; for outputs the order of the difference from the equations of motion; \
-         for the energy the change of the block means over the width of the band; for momentum maps the exponent of the growth; for \
+         for the energy the change of the block means over the width of the band, or of the energy itself where that is round-off; for momentum maps the exponent of the growth; for \
          condition numbers the exponent of `h`; else the quantity itself.\n\n",
         today(),
         commit(root),

@@ -19,7 +19,7 @@ pub const FIRST_ORDER: f64 = 1.0 - 2.0 * ORDER_TOLERANCE;
 /// Momentum maps stay below this times `ε √N`, however they grow.
 pub const MOMENTUM_CAP: f64 = 1e3;
 /// The symplectic form may change by this, relative to its terms: what differences of real steps resolve.
-pub const FORM_TOLERANCE: f64 = 1e-8;
+pub const FORM_TOLERANCE: f64 = 1e-9;
 /// Exponents of condition numbers may be off by this.
 pub const EXPONENT_TOLERANCE: f64 = 0.2;
 /// Steps below which a trend of the energy or the exponent of a drift cannot be distinguished from the motion itself.
@@ -182,6 +182,7 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
     };
     found.value = Some(if trend.width() > 0.0 { trend.wander / trend.width() } else { 0.0 });
     if conserved {
+        found.value = Some(relative);
         found.measured = format!("conserved to {relative:.0e}");
         found.verdict = Verdict::Pass;
         return found;

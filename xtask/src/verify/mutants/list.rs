@@ -221,7 +221,7 @@ fn integrators() -> Vec<Mutant> {
         of(
             "F_d leaves the constraints",
             Base::Top,
-            D::Slip(1e-10),
+            D::Slip(1e-14),
             ORDER_2,
             (C::Residual, "constraints g"),
         ),
