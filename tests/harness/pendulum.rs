@@ -168,14 +168,14 @@ impl PendulumCase {
         let lambda = output.lambda.ok_or_else(|| missing("lambda"))?;
         deviation.force(&node.lambda, &[lambda], tolerance);
         deviation.energy(
-            node.discrete_energy,
+            node.discrete_energy.total(),
             output.e_d.ok_or_else(|| missing("E_d"))?,
             tolerance,
         );
-        let hamiltonian = node.hamiltonian.unwrap_or(f64::NAN);
+        let hamiltonian = node.hamiltonian.map_or(f64::NAN, |h| h.total());
         deviation.energy(hamiltonian, output.h_d.ok_or_else(|| missing("H_d"))?, tolerance);
         let projected = output.h_dq.ok_or_else(|| missing("H_dQ"))?;
-        deviation.energy(node.hamiltonian_projected, projected, tolerance);
+        deviation.energy(node.hamiltonian_projected.total(), projected, tolerance);
         if output.h.is_some() || output.lambda_mid.is_some() {
             return Err("energy–momentum outputs in a variational case".into());
         }

@@ -311,16 +311,16 @@ impl RigidCase {
             let force = force.ok_or_else(|| missing("constraint_force"))?;
             deviation.force(&node.constraint_force, force, tolerance);
             let e_d = output.e_d.ok_or_else(|| missing("E_d"))?;
-            deviation.energy(node.discrete_energy, e_d, tolerance);
+            deviation.energy(node.discrete_energy.total(), e_d, tolerance);
             if let (Some(found), Some(h_d)) = (node.hamiltonian, output.h_d) {
-                deviation.energy(found, h_d, tolerance);
+                deviation.energy(found.total(), h_d, tolerance);
             } else if node.hamiltonian.is_some() != output.h_d.is_some() {
                 return Err("H_d with p_n exists on one side only".into());
             }
             &node.p
         };
         let projected = output.h_dq.ok_or_else(|| missing("H_dQ"))?;
-        deviation.energy(node.hamiltonian_projected, projected, tolerance);
+        deviation.energy(node.hamiltonian_projected.total(), projected, tolerance);
         let momentum = mechanism.momentum(&state.q, p);
         deviation.momentum(&momentum.linear, &output.linear_momentum, tolerance);
         deviation.momentum(&momentum.angular, &output.angular_momentum, tolerance);

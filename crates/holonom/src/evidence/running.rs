@@ -146,9 +146,9 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Motion for Running
         let (at, constraints) = (self.run.before(), self.run.constraints());
         let momentum = |p: &[f64]| (self.momentum)(constraints, &at.q, p);
         let kinetic = self.run.system().kinetic_energy(&node.v);
-        let potential = node.hamiltonian_projected - kinetic;
+        let potential = node.hamiltonian_projected.total() - kinetic;
         Ok(Kept {
-            energy: node.hamiltonian_projected,
+            energy: node.hamiltonian_projected.total(),
             discrete_energy: self.discrete_energy,
             energy_size: kinetic.abs().max(potential.abs()),
             momentum: momentum(&node.p_projected),
