@@ -1,6 +1,7 @@
 //! Cases of kind `pendulum2d`: the planar pendulum as a point mass on a bar.
 
 use super::case::{Deviation, Runs, Tolerance};
+use super::legendre::{self, Reference};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use vi_constraints::node::Node;
@@ -96,6 +97,25 @@ impl PendulumCase {
                 .collect(),
             other => Err(format!("unknown scheme `{other}` in {}", self.name)),
         }
+    }
+
+    pub fn legendre(&self) -> Option<Result<Deviation, String>> {
+        let nodes = self.outputs.first_chunk::<3>().filter(|n| n[2].step == 2)?;
+        let (mechanism, mut references) = (self.mechanism(), Vec::new());
+        for node in nodes {
+            references.push(Reference {
+                q: &node.q,
+                p: &node.p,
+                force: node.constraint_force.as_ref()?,
+                lambda: node.lambda,
+                e_d: node.e_d?,
+                h_d: node.h_d?,
+                h_dq: node.h_dq?,
+            });
+        }
+        let references = references.try_into().ok()?;
+        let system = mechanism.system(Quadrature::Midpoint);
+        Some(legendre::deviation(&system, &mechanism, self.h, &references, &self.tolerance))
     }
 
     fn energy_momentum(&self, form: EmForm) -> Result<Deviation, String> {

@@ -1,6 +1,7 @@
 //! Cases of kind `rigid`: bodies, joints, springs.
 
 use super::case::{BodyCase, CompositionCase, Deviation, Runs, Tolerance};
+use super::legendre::{self, Reference};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use vi_constraints::node::Node;
@@ -208,6 +209,30 @@ impl RigidCase {
                 .collect(),
             other => Err(format!("unknown scheme `{other}` in {}", self.name)),
         }
+    }
+
+    pub fn legendre(&self) -> Option<Result<Deviation, String>> {
+        if self.composition.is_some() || self.scheme != "variational" {
+            return None;
+        }
+        let nodes = self.outputs.first_chunk::<3>().filter(|n| n[2].step == 2)?;
+        let mut references = Vec::new();
+        for node in nodes {
+            references.push(Reference {
+                q: &node.q,
+                p: node.p.as_ref()?,
+                force: node.constraint_force.as_ref()?,
+                lambda: None,
+                e_d: node.e_d?,
+                h_d: node.h_d?,
+                h_dq: node.h_dq?,
+            });
+        }
+        let references = references.try_into().ok()?;
+        Some(self.mechanism().and_then(|mechanism| {
+            let system = self.system(&mechanism)?;
+            legendre::deviation(&system, &mechanism, self.h, &references, &self.tolerance)
+        }))
     }
 
     fn energy_momentum(&self, form: EmForm) -> Result<Deviation, String> {
