@@ -85,10 +85,11 @@ pub(super) fn gravity(model: &Model) -> Result<Section> {
             "fig5_gravity_energies.svg",
             &gravity_energies(&coarse, &fine),
             format!(
-                "Kinetic and potential parts exchange some 20 J with every swing. The totals of both \
+                "Kinetic and potential parts exchange up to {:.1} J. The totals of both \
                  energies oscillate with opposite signs and without a trend, at h = 0.1 s: H_d within \
                  [{:.3}, {:.3}] J, E_d within [{:.3}, {:.3}] J; at h = 0.05 s: H_d within \
                  [{:.3}, {:.3}] J, E_d within [{:.3}, {:.3}] J.",
+                largest(coarse.iter().map(|p| p.discrete_energy.kinetic)),
                 h.0, h.1, e.0, e.1, h_fine.0, h_fine.1, e_fine.0, e_fine.1
             ),
         )?,
@@ -129,7 +130,7 @@ fn free_energies(fine: &[Point], coarse: &[Point]) -> Vec<Chart> {
     let panel = |(part, of): (&str, fn(Energies) -> f64)| {
         let discrete = move |p: &Point| (p.t, of(p.discrete_energy));
         energy_chart(
-            format!("Energies without gravity: {part}"),
+            format!("No gravity: {part}"),
             vec![
                 curve("H_d, both steps", coarse.iter().map(|p| (p.t, of(p.hamiltonian)))),
                 curve("E_d, h = 0.1 s", fine.iter().map(discrete)),
