@@ -5,7 +5,7 @@
 //! step,t,lambda.OWNER.k…,p.MEMBER.x…,p_projected.MEMBER.x…,p_reduced.JOINT.k…,
 //! E_d.kinetic,E_d.potential,H_d.kinetic,H_d.potential,H_d_projected.kinetic,H_d_projected.potential
 //! ```
-//! What is not defined at a node is an empty field: [`Momenta`](crate::Momenta) has the table.
+//! What is not defined at a node is an empty field: [`Momenta`] has the table.
 
 use std::io::{self, Write};
 
