@@ -71,7 +71,7 @@ fn energies_are_constant_to_round_off_and_momentum_errors_grow_like_round_off() 
             let off = (0..3).map(|i| (momentum.angular[i] - start.angular[i]).abs());
             drift.push(off.fold(0.0, f64::max));
             worst_g = worst_g.max(node.position_residual);
-            energy.push((node.discrete_energy, node.hamiltonian_projected));
+            energy.push((node.discrete_energy.total(), node.hamiltonian_projected.total()));
         }
     }
     let range = |pick: fn(&(f64, f64)) -> f64| {

@@ -57,7 +57,7 @@ fn the_pendulum_under_gravity_keeps_its_energy_without_a_trend() {
         let node = run.node_before().unwrap();
         worst_g = worst_g.max(node.position_residual);
         worst_f = worst_f.max(node.velocity_residual);
-        let h = node.hamiltonian_projected;
+        let h = node.hamiltonian_projected.total();
         extremes = (extremes.0.min(h), extremes.1.max(h));
         mean += h / f64::from(block);
         if n % block == 0 {

@@ -61,6 +61,54 @@ fn energy_momentum_schemes_are_schemes_like_others() {
 }
 
 #[test]
+fn momenta_are_written_where_the_model_asks_for_them() {
+    let folder = folder("momenta");
+    let set = ["--end", "0.1", "--set", "simulation.momenta=true", "--json"];
+    let run = |more: &[&str]| {
+        let output = holonom(&folder, &[&["run", "pendulum.toml"], &set[..], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    };
+    let rows = |case: &str| -> Vec<Vec<String>> {
+        let text = fs::read_to_string(folder.join(case).join("momenta.csv")).unwrap();
+        text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+    };
+    run(&["-o", "nodal"]);
+    let nodal = rows("nodal");
+    let header = "step,t,lambda.rod.1,p.bob.x,p.bob.y,p_projected.bob.x,p_projected.bob.y,p_reduced.bob.1,\
+                  E_d.kinetic,E_d.potential,H_d.kinetic,H_d.potential,\
+                  H_d_projected.kinetic,H_d_projected.potential";
+    assert_eq!(nodal[0].join(","), header);
+    let trajectory = fs::read_to_string(folder.join("nodal/trajectory.csv")).unwrap();
+    assert_eq!(nodal.len(), trajectory.lines().count());
+    for (row, other) in nodal[1..].iter().zip(trajectory.lines().skip(1)) {
+        let number = |text: &str| text.parse::<f64>().unwrap();
+        let other: Vec<&str> = other.split(',').collect();
+        let sum = |k: usize| number(&row[k]) + number(&row[k + 1]);
+        assert_eq!(row[..2], other[..2]);
+        assert_eq!(sum(8).to_bits(), number(other[4]).to_bits(), "E is the sum of its parts");
+        assert_eq!(sum(12).to_bits(), number(other[5]).to_bits(), "H is the sum of its parts");
+    }
+    run(&["-o", "composed", "--order", "4"]);
+    assert!(rows("composed")[1..].iter().all(|row| row[3].is_empty() && row[8].is_empty()));
+    assert!(rows("composed")[1..].iter().all(|row| !row[5].is_empty() && !row[12].is_empty()));
+    run(&["-o", "em", "--scheme", "em-nodal"]);
+    assert!(rows("em")[1..].iter().all(|row| !row[3].is_empty() && row[5].is_empty()));
+    // a later run without them leaves none behind, and its model says nothing of them
+    assert_eq!(code(&folder, &["run", "pendulum.toml", "-o", "nodal", "--force", "--quiet"]), 0);
+    assert!(!folder.join("nodal/momenta.csv").exists());
+    assert!(!fs::read_to_string(folder.join("nodal/model.toml")).unwrap().contains("momenta"));
+
+    let refused = ["check", "pendulum.toml", "--set", "simulation.momenta=true"];
+    assert_eq!(code(&folder, &refused), 0);
+    let refused = [&refused[..], &["--set", "simulation.scheme=\"static\""]].concat();
+    let output = holonom(&folder, &refused);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(words(&output).contains("equilibria have no momenta"), "{}", words(&output));
+    let schema = holonom(&folder, &["schema"]);
+    assert!(String::from_utf8_lossy(&schema.stdout).contains("\"momenta\""));
+}
+
+#[test]
 fn a_comparison_writes_its_files_and_replaces_none() {
     let folder = folder("compare");
     let arguments = ["compare", "pendulum.toml", "--end", "0.5", "--step", "0.01", "--order", "2"];

@@ -58,7 +58,7 @@ fn imbalance(steps: u32) -> f64 {
     let coordinates: Vec<JointCoordinate> =
         joints.iter().map(|joint| JointCoordinate::new(joint, 0).unwrap()).collect();
     let angles = |q: &[f64]| -> Vec<f64> { coordinates.iter().map(|c| c.at(q)).collect() };
-    let start = run.observe_state().unwrap().hamiltonian_projected;
+    let start = run.observe_state().unwrap().hamiltonian_projected.total();
     let mut work = 0.0;
     for n in 0..steps {
         let before = angles(&run.state().q);
@@ -71,7 +71,7 @@ fn imbalance(steps: u32) -> f64 {
         let turn = after[1] - before[1];
         work -= 0.8 * turn / h * turn; // c θ̇ Δθ taken out
     }
-    run.observe_state().unwrap().hamiltonian_projected - start - work
+    run.observe_state().unwrap().hamiltonian_projected.total() - start - work
 }
 
 #[test]

@@ -102,7 +102,7 @@ impl Run {
 
     /// `H_d` of the projected momentum.
     pub(crate) fn energy(&mut self) -> f64 {
-        self.simulation.integrator().observe_state().unwrap().hamiltonian_projected
+        self.simulation.integrator().observe_state().unwrap().hamiltonian_projected.total()
     }
 
     /// `|g(q_n)|_∞`.

@@ -391,10 +391,10 @@ impl BeamCase {
         let missing = |what: &str| format!("output {} lacks {what}", output.step);
         deviation.q(&state.q, &output.q, tolerance);
         let h_d = output.h_d.ok_or_else(|| missing("H_d"))?;
-        deviation.energy(node.hamiltonian_projected, h_d, tolerance);
+        deviation.energy(node.hamiltonian_projected.total(), h_d, tolerance);
         deviation.energy(model.elements.value(&state.q), output.strain_energy, tolerance);
         match output.e_d {
-            Some(e_d) => deviation.energy(node.discrete_energy, e_d, tolerance),
+            Some(e_d) => deviation.energy(node.discrete_energy.total(), e_d, tolerance),
             None if Some(output.step) == self.steps => {}
             None => return Err(missing("E_d")),
         }

@@ -148,6 +148,16 @@ impl Case {
         }
     }
 
+    /// Of the discrete Legendre transforms at the first nodes; `None` where the case does not hold momenta
+    /// of a variational scheme without composition.
+    pub fn legendre(&self) -> Option<Result<Deviation, String>> {
+        match self {
+            Self::Pendulum(case) => case.legendre(),
+            Self::Rigid(case) => case.legendre(),
+            Self::Beam(_) => None,
+        }
+    }
+
     pub fn run(&self) -> Result<Runs, String> {
         match self {
             Self::Pendulum(case) => case.run(),

@@ -1,6 +1,7 @@
 //! Cases of kind `pendulum2d`: the planar pendulum as a point mass on a bar.
 
 use super::case::{Deviation, Runs, Tolerance};
+use super::legendre::{self, Reference};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use vi_constraints::node::Node;
@@ -98,6 +99,25 @@ impl PendulumCase {
         }
     }
 
+    pub fn legendre(&self) -> Option<Result<Deviation, String>> {
+        let nodes = self.outputs.first_chunk::<3>().filter(|n| n[2].step == 2)?;
+        let (mechanism, mut references) = (self.mechanism(), Vec::new());
+        for node in nodes {
+            references.push(Reference {
+                q: &node.q,
+                p: &node.p,
+                force: node.constraint_force.as_ref()?,
+                lambda: node.lambda,
+                e_d: node.e_d?,
+                h_d: node.h_d?,
+                h_dq: node.h_dq?,
+            });
+        }
+        let references = references.try_into().ok()?;
+        let system = mechanism.system(Quadrature::Midpoint);
+        Some(legendre::deviation(&system, &mechanism, self.h, &references, &self.tolerance))
+    }
+
     fn energy_momentum(&self, form: EmForm) -> Result<Deviation, String> {
         let mechanism = self.mechanism();
         let system = EmSystem::of_mechanism(&mechanism);
@@ -168,14 +188,14 @@ impl PendulumCase {
         let lambda = output.lambda.ok_or_else(|| missing("lambda"))?;
         deviation.force(&node.lambda, &[lambda], tolerance);
         deviation.energy(
-            node.discrete_energy,
+            node.discrete_energy.total(),
             output.e_d.ok_or_else(|| missing("E_d"))?,
             tolerance,
         );
-        let hamiltonian = node.hamiltonian.unwrap_or(f64::NAN);
+        let hamiltonian = node.hamiltonian.map_or(f64::NAN, |h| h.total());
         deviation.energy(hamiltonian, output.h_d.ok_or_else(|| missing("H_d"))?, tolerance);
         let projected = output.h_dq.ok_or_else(|| missing("H_dQ"))?;
-        deviation.energy(node.hamiltonian_projected, projected, tolerance);
+        deviation.energy(node.hamiltonian_projected.total(), projected, tolerance);
         if output.h.is_some() || output.lambda_mid.is_some() {
             return Err("energy–momentum outputs in a variational case".into());
         }

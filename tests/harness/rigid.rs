@@ -1,6 +1,7 @@
 //! Cases of kind `rigid`: bodies, joints, springs.
 
 use super::case::{BodyCase, CompositionCase, Deviation, Runs, Tolerance};
+use super::legendre::{self, Reference};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use vi_constraints::node::Node;
@@ -210,6 +211,30 @@ impl RigidCase {
         }
     }
 
+    pub fn legendre(&self) -> Option<Result<Deviation, String>> {
+        if self.composition.is_some() || self.scheme != "variational" {
+            return None;
+        }
+        let nodes = self.outputs.first_chunk::<3>().filter(|n| n[2].step == 2)?;
+        let mut references = Vec::new();
+        for node in nodes {
+            references.push(Reference {
+                q: &node.q,
+                p: node.p.as_ref()?,
+                force: node.constraint_force.as_ref()?,
+                lambda: None,
+                e_d: node.e_d?,
+                h_d: node.h_d?,
+                h_dq: node.h_dq?,
+            });
+        }
+        let references = references.try_into().ok()?;
+        Some(self.mechanism().and_then(|mechanism| {
+            let system = self.system(&mechanism)?;
+            legendre::deviation(&system, &mechanism, self.h, &references, &self.tolerance)
+        }))
+    }
+
     fn energy_momentum(&self, form: EmForm) -> Result<Deviation, String> {
         let mechanism = self.mechanism()?;
         let system = EmSystem::of_mechanism(&mechanism);
@@ -311,16 +336,16 @@ impl RigidCase {
             let force = force.ok_or_else(|| missing("constraint_force"))?;
             deviation.force(&node.constraint_force, force, tolerance);
             let e_d = output.e_d.ok_or_else(|| missing("E_d"))?;
-            deviation.energy(node.discrete_energy, e_d, tolerance);
+            deviation.energy(node.discrete_energy.total(), e_d, tolerance);
             if let (Some(found), Some(h_d)) = (node.hamiltonian, output.h_d) {
-                deviation.energy(found, h_d, tolerance);
+                deviation.energy(found.total(), h_d, tolerance);
             } else if node.hamiltonian.is_some() != output.h_d.is_some() {
                 return Err("H_d with p_n exists on one side only".into());
             }
             &node.p
         };
         let projected = output.h_dq.ok_or_else(|| missing("H_dQ"))?;
-        deviation.energy(node.hamiltonian_projected, projected, tolerance);
+        deviation.energy(node.hamiltonian_projected.total(), projected, tolerance);
         let momentum = mechanism.momentum(&state.q, p);
         deviation.momentum(&momentum.linear, &output.linear_momentum, tolerance);
         deviation.momentum(&momentum.angular, &output.angular_momentum, tolerance);

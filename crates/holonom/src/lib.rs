@@ -69,7 +69,7 @@
 //! }
 //! let node = run.observe()?;
 //! assert!(node.position_residual < 1e-14);
-//! assert!((node.hamiltonian_projected - 9.81).abs() < 1e-2); // bounded for ever
+//! assert!((node.hamiltonian_projected.total() - 9.81).abs() < 1e-2); // bounded for ever
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -153,6 +153,6 @@ pub use beams::{BeamParts, Beams};
 pub use limits::Stiffness;
 pub use model::{Model, ModelError};
 pub use output::{RunFolder, Summary};
-pub use sample::{Member, MemberKind, Residuals, Sample};
+pub use sample::{Member, MemberKind, Momenta, MomentaNames, Residuals, Sample};
 pub use simulation::{AssemblyReport, RunFailure, RunOutcome, Simulation};
 pub use statics::{StaticFacts, Statics};

@@ -8,7 +8,7 @@ use crate::beams::Beams;
 use crate::model::{Model, ModelError, Scheme};
 use crate::output::{OutputError, RunFolder, Summary, SummaryBuilder};
 use crate::report;
-use crate::sample::{Member, Sample};
+use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
 use crate::simulation::{AssemblyReport, RunOutcome, Simulation};
 use crate::statics::{StaticFacts, Statics};
@@ -23,6 +23,10 @@ pub trait Experiment {
     fn sensors(&self) -> &Sensors;
     /// The beams.
     fn beams(&self) -> &Beams;
+    /// Names of the momenta of a node; `None` where the model does not ask for them.
+    fn momenta_names(&self) -> Option<MomentaNames> {
+        None
+    }
     /// What is worth knowing of the assembly and of the run so far.
     fn warnings(&self) -> Vec<String>;
     /// What a walk along equilibria was like; `None` for motions.
@@ -53,6 +57,9 @@ impl Experiment for Simulation {
     }
     fn beams(&self) -> &Beams {
         self.beams()
+    }
+    fn momenta_names(&self) -> Option<MomentaNames> {
+        self.momenta_names()
     }
     fn warnings(&self) -> Vec<String> {
         self.warnings()
@@ -105,13 +112,16 @@ pub fn run(
     files.extend(sensors.is_some().then(|| folder.path().join("sensors.csv")));
     let mut beams = folder.beams(simulation.beams())?;
     files.extend(beams.is_some().then(|| folder.path().join("beams.csv")));
+    let mut momenta = folder.momenta(simulation.momenta_names().as_ref())?;
+    files.extend(momenta.is_some().then(|| folder.path().join("momenta.csv")));
     let mut summary = SummaryBuilder::default();
     let begin = Instant::now();
     let mut observe = |sample: &Sample| {
         summary.record(sample);
         writer.record(sample)?;
         sensors.as_mut().map_or(Ok(()), |sensors| sensors.record(sample))?;
-        beams.as_mut().map_or(Ok(()), |beams| beams.record(sample))
+        beams.as_mut().map_or(Ok(()), |beams| beams.record(sample))?;
+        momenta.as_mut().map_or(Ok(()), |momenta| momenta.record(sample))
     };
     let trajectory = &files[1];
     let io = |source| OutputError::Io { path: trajectory.clone(), source };
@@ -119,6 +129,7 @@ pub fn run(
     writer.finish().map_err(io)?;
     sensors.map_or(Ok(()), |sensors| sensors.finish()).map_err(io)?;
     beams.map_or(Ok(()), |beams| beams.finish()).map_err(io)?;
+    momenta.map_or(Ok(()), |momenta| momenta.finish()).map_err(io)?;
     let wall = begin.elapsed().as_secs_f64();
     let mut summary = summary.finish(model, simulation.assembly(), &outcome, wall);
     summary.warnings = simulation.warnings();

@@ -1,6 +1,7 @@
 //! What a run delivers at a node: the types between the simulation and everything that writes.
 
 use serde::{Deserialize, Serialize};
+use vi_core::Energies;
 use vi_core::momentum_map::Momentum;
 
 /// How a member of a system stores its coordinates.
@@ -49,6 +50,60 @@ pub struct Residuals {
     pub momentum: f64,
 }
 
+/// Multipliers, discrete Legendre transforms and energies of a node; what is not defined there is empty.
+///
+/// | | order 2 | order above 2, or no step from the node | energy–momentum schemes |
+/// |---|---|---|---|
+/// | `lambda` | (36), at the start (47) | acceleration level | mean of the steps beside the node |
+/// | `p` | (34) | | `M v_n` |
+/// | `p_projected`, `p_reduced`, `hamiltonian_projected` | (39)–(42), (53) | the same | |
+/// | `discrete_energy` | (52) | | |
+/// | `hamiltonian` | (53) with `p`; none where `M` is singular | | `½ v_nᵀ M v_n`, `V(q_n)` |
+///
+/// Energy–momentum schemes have no discrete Lagrangian: their `p` is no Legendre transform, and (39)–(42)
+/// and (52) do not exist.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Momenta {
+    /// `λ_n`, N, shape `m`; of minimum norm where constraints are redundant.
+    pub lambda: Vec<f64>,
+    /// `p_n`, kg·m/s for points and kg·m²/s for directors, shape `n`.
+    pub p: Vec<f64>,
+    /// `ᵠp_n`, shape `n`.
+    pub p_projected: Vec<f64>,
+    /// `Pᵀ ᵠp_n` with `P` of the spanning tree: `ᴾp_n` where no loop is closed. One entry for each rate of a
+    /// joint of the tree; with closed loops more than there are degrees of freedom.
+    pub p_reduced: Vec<f64>,
+    /// `E_d(q_n, q_{n+1})`.
+    pub discrete_energy: Option<Energies>,
+    /// `H_d(q_n, p_n)`.
+    pub hamiltonian: Option<Energies>,
+    /// `H_d(q_n, ᵠp_n)`.
+    pub hamiltonian_projected: Option<Energies>,
+}
+
+impl Momenta {
+    /// Whether no number is NaN or infinite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let energies = [self.discrete_energy, self.hamiltonian, self.hamiltonian_projected];
+        let vectors = [&self.lambda, &self.p, &self.p_projected, &self.p_reduced];
+        let energies = energies.iter().flatten().flat_map(|e| [e.kinetic, e.potential]);
+        vectors.into_iter().flatten().copied().chain(energies).all(f64::is_finite)
+    }
+}
+
+/// Names of the entries of [`Momenta`].
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MomentaNames {
+    /// Of `λ_n`: `OWNER.k`, a body, joint, bar or constraint and its k-th row.
+    pub constraints: Vec<String>,
+    /// Of `p_n` and `ᵠp_n`: `MEMBER.x` and so on, as in the trajectory.
+    pub coordinates: Vec<String>,
+    /// Of `ᴾp_n`: `JOINT.k`, a joint of the spanning tree and its k-th rate; free members under their own
+    /// name.
+    pub rates: Vec<String>,
+}
+
 /// A node of the motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
@@ -71,4 +126,7 @@ pub struct Sample {
     /// What the sensors of the model measure, in the order of their columns; empty without sensors.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensors: Vec<f64>,
+    /// Multipliers and momenta, where the model asks for them (`simulation.momenta`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub momenta: Option<Box<Momenta>>,
 }

@@ -13,7 +13,7 @@ use crate::dynamics::Dynamics;
 use crate::limits::LimitWatch;
 use crate::method::{EnergyMomentum, Method, Reading, Variational};
 use crate::model::{Family, Model, ModelError, Problem, Scheme, Settings};
-use crate::sample::{Member, Sample};
+use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::{Sensors, View};
 use crate::system::{self, System};
 use serde::{Deserialize, Serialize};
@@ -117,6 +117,12 @@ impl Simulation {
     #[must_use]
     pub fn members(&self) -> &[Member] {
         &self.members
+    }
+
+    /// Names of the momenta of a node; `None` where the model does not ask for them.
+    #[must_use]
+    pub fn momenta_names(&self) -> Option<MomentaNames> {
+        self.settings.momenta.then(|| momenta_names(self.mechanism(), &self.members))
     }
 
     /// The sensors.
@@ -285,9 +291,11 @@ impl Simulation {
             residuals: at.residuals,
             newton_iterations: iterations,
             sensors,
+            momenta: at.momenta,
         };
+        let momenta = sample.momenta.as_ref().is_none_or(|momenta| momenta.is_finite());
         let energies = sample.energy.is_finite() && sample.hamiltonian.is_finite();
-        if energies && norm_inf(&sample.q).is_finite() {
+        if momenta && energies && norm_inf(&sample.q).is_finite() {
             return Ok(sample);
         }
         Err(self.lost("a value that is not finite"))
@@ -323,6 +331,26 @@ impl Simulation {
     }
 }
 
+fn momenta_names(mechanism: &Mechanism, members: &[Member]) -> MomentaNames {
+    let rates = mechanism.tree().dof() + mechanism.particle_tree().dof();
+    let of = |m: &Member| m.kind.columns().iter().map(|c| format!("{}.{c}", m.name)).collect();
+    MomentaNames {
+        constraints: counted((0..mechanism.len()).map(|row| mechanism.constraint_name(row))),
+        coordinates: members.iter().map(of).collect::<Vec<Vec<String>>>().concat(),
+        rates: counted((0..rates).map(|rate| mechanism.rate_name(rate))),
+    }
+}
+
+/// `NAME.k`, `k` counting neighbours of one name from 1.
+fn counted<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut last = ("", 0);
+    let mut next = |name: &'a str| {
+        last = (name, if name == last.0 { last.1 + 1 } else { 1 });
+        format!("{name}.{}", last.1)
+    };
+    names.map(&mut next).collect()
+}
+
 /// The scheme of the settings, ready to step.
 fn method(
     mechanism: Mechanism,
@@ -340,14 +368,14 @@ fn method(
             options.newton = settings.newton();
             let run = integrator(mechanism, variational, options, solver, at)
                 .map_err(|error| assembly::refusal(&error, settings))?;
-            Ok(Box::new(Variational::new(run, settings.order)))
+            Ok(Box::new(Variational::new(run, settings)))
         }
         Family::EnergyMomentum(form) => {
             let mut options = EmOptions::new(form, settings.step);
             options.newton = settings.newton();
             let run = EmIntegrator::of_mechanism_at(energy_momentum, mechanism, options, at)
                 .map_err(|error| assembly::em_refusal(&error, settings))?;
-            Ok(Box::new(EnergyMomentum::new(run, variational)))
+            Ok(Box::new(EnergyMomentum::new(run, variational, settings.momenta)))
         }
         Family::Static => Err(ModelError::Unsupported {
             key: "simulation.scheme".into(),

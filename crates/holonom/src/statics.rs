@@ -160,6 +160,7 @@ impl Statics {
             newton_iterations: point.iterations as f64,
             sensors: self.sensors.read(&self.mechanism, &self.rows, view),
             q: point.q.clone(),
+            momenta: None,
         };
         self.step += 1;
         sample

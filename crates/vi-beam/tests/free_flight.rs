@@ -54,7 +54,7 @@ fn momentum_energy_and_reversal() {
             let now = momentum(&run);
             drift[0] = drift[0].max(distance(&now.linear, &first.linear));
             drift[1] = drift[1].max(distance(&now.angular, &first.angular));
-            let energy = run.node_before().unwrap().hamiltonian_projected;
+            let energy = run.node_before().unwrap().hamiltonian_projected.total();
             (low, high) = (low.min(energy), high.max(energy));
         }
         run.reverse();
@@ -104,12 +104,13 @@ fn elements_of_higher_order_fly_too() {
         let mechanism = model.mechanism();
         let mut run = run(&model, rule, SchemeKind::Nodal, 0.02);
         let momentum = |run: &Run| mechanism.momentum(&run.state().q, &run.state().p);
-        let (first, energy) = (momentum(&run), run.observe().unwrap().hamiltonian_projected);
+        let (first, energy) =
+            (momentum(&run), run.observe().unwrap().hamiltonian_projected.total());
         for _ in 0..300 {
             run.step().unwrap();
         }
         let drift = distance(&momentum(&run).angular, &first.angular);
-        let change = run.observe().unwrap().hamiltonian_projected / energy - 1.0;
+        let change = run.observe().unwrap().hamiltonian_projected.total() / energy - 1.0;
         println!(
             "{} nodes: angular momentum drifts by {drift:.1e}, H_d by {change:.1e}",
             order + 1

@@ -8,13 +8,15 @@
 //! |---|---|
 //! | [`constraints`] | `g`, `G`, second derivatives |
 //! | [`null_space`] | `P` and the rank by column-pivoted QR |
-//! | [`saddle_point`] | `[A Gᵀ; G 0]` over independent rows: `Q`, `R_d`, projections |
+//! | [`saddle_point`] | `[A Gᵀ; G 0]` over independent rows |
 //! | [`reparametrization`] | `P`, `F_d`, `∂F_d/∂u`, dense or as operators |
 //! | [`tangent_space`] | `F_d` of any constraints: a step in the tangent space, projected |
 //! | [`constrained`], [`dalembert`], [`nodal`] | schemes 1, 2, and 3 with 4 |
 //! | [`scheme`] | their common interface |
 //! | [`initialization`] | consistent starts |
-//! | [`node`] | multipliers, Legendre transforms, energies, hidden constraints |
+//! | [`projection`] | `R_d`, `Q`, `M⁻¹` at a node |
+//! | [`legendre`] | discrete Legendre transforms, multipliers, energies of given configurations |
+//! | [`node`] | the same along an integration, and hidden constraints |
 //! | [`setup`], [`integrator`] | options and refusals; all of it together |
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708 (LMO08).
@@ -27,9 +29,11 @@ pub mod constraints;
 pub mod dalembert;
 pub mod initialization;
 pub mod integrator;
+pub mod legendre;
 pub mod nodal;
 pub mod node;
 pub mod null_space;
+pub mod projection;
 pub mod reparametrization;
 pub mod saddle_point;
 pub mod scheme;
@@ -39,6 +43,7 @@ pub mod tangent_space;
 
 pub use constraints::{ConstraintFn, Constraints, Unconstrained};
 pub use integrator::{Integrator, Options};
+pub use legendre::LegendreTransforms;
 pub use reparametrization::{DenseNodal, NodalOperators, Reparametrization};
 pub use scheme::SchemeKind;
 pub use tangent_space::TangentSpace;

@@ -1,25 +1,20 @@
 //! What can be said at a node: multipliers, momenta, energies, hidden constraints.
 //!
 //! ```text
-//! λ_n   = R_dᵀ [p̄_n + D_1 L_d(q_n, q_{n+1}) + f_d^-],  R_d = G_dᵀ (G_d G_dᵀ)⁻¹,  G_d = h G    (36)–(38)
-//! λ_0   = 2 R_dᵀ [p(0) + D_1 L_d(q_0, q_1) + f_d^-]                                            (47)
-//! p_n   = −D_1 L_d(q_n, q_{n+1}) − f_d^- + ½ G_dᵀ λ_n                                          (34)
-//! v̂     : [M Gᵀ; G 0](v̂, μ) = (p̄_n, −∂g/∂t),   ᵠp_n = M v̂                                    (39), (40)
-//! E_d   = ½ (Δq/h)ᵀ M (Δq/h) + U_d                                                             (52)
-//! H_d   = ½ p_nᵀ M⁻¹ p_n + V(q_n)  with p_n, or ½ v̂ᵀ M v̂ + V(q_n)  with ᵠp_n                   (53)
-//! f_d   = G(q_{n+1/2}) Δq/h (+ rates),   h_d = G(q_n) M⁻¹ p_n                                   (45), (46)
-//! λ(a)  : [M Gᵀ; G 0](a, λ) = (f − ∇V, −D²g[v̂, v̂])           acceleration level
+//! λ_n, p_n, ᵠp_n, E_d, H_d    (34), (36)–(40), (47), (52), (53): the functions of [`crate::legendre`]
+//! f_d = G(q_{n+1/2}) Δq/h (rheonomic: Δg/h),   h_d = G(q_n) M⁻¹ p_n                        (45), (46)
 //! ```
-//! Redundant constraints: the constraint force `Gᵀλ` is unique, the multipliers are given in their
-//! minimum-norm form. Letters as in LMO08 §3.
+//! An integrator carries `p̄_n` from step to step, so a node needs no interval before it. Letters as in
+//! LMO08 §3.
 
 use crate::constraints::Constraints;
-use crate::null_space::NullSpaceQr;
-use crate::saddle_point::{IndependentRows, SaddlePoint};
-use nalgebra::{DMatrix, DVector};
+use crate::legendre::add_constraint_impulse;
+use crate::projection::{Projections, hamiltonian};
+use crate::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::linear::{Singular, SparseLu, norm_inf};
+use vi_core::legendre::{Energies, discrete_energy, p_minus};
+use vi_core::linear::{Singular, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// Quantities of the node `n`, all buffers sized once.
@@ -35,12 +30,12 @@ pub struct Node {
     pub v: Vec<f64>,
     /// Projected Legendre transform `ᵠp_n = M v̂` (39), (40). Shape `n`.
     pub p_projected: Vec<f64>,
-    /// `E_d(q_n, q_{n+1})` (52), J.
-    pub discrete_energy: f64,
-    /// `H_d` (53) with `p_n`, J; `None` when `M` is singular.
-    pub hamiltonian: Option<f64>,
-    /// `H_d` (53) with `ᵠp_n`, J.
-    pub hamiltonian_projected: f64,
+    /// `E_d(q_n, q_{n+1})` (52).
+    pub discrete_energy: Energies,
+    /// `H_d` (53) with `p_n`; `None` when `M` is singular.
+    pub hamiltonian: Option<Energies>,
+    /// `H_d` (53) with `ᵠp_n`.
+    pub hamiltonian_projected: Energies,
     /// `|g(q_n)|_∞`.
     pub position_residual: f64,
     /// `|f_d|_∞` (45); for rheonomic constraints `|Δg/h|_∞`.
@@ -51,12 +46,8 @@ pub struct Node {
 
 /// Computes [`Node`]s.
 pub struct NodeObserver {
-    n: usize,
-    mass_system: SaddlePoint,       // [M Gᵀ; G 0]
-    identity_system: SaddlePoint,   // [I Gᵀ; G 0]
-    mass_lu: Option<SparseLu>,      // None: M singular
-    jacobian: Option<SparseMatrix>, // m × n
-    x: Vec<f64>,                    // n + r
+    projections: Projections,
+    midpoint: Option<SparseMatrix>, // m × n  G(q_{n+1/2})
     m_work: Vec<f64>,               // m
     n_work: Vec<f64>,               // n
     node: Node,
@@ -67,18 +58,10 @@ impl NodeObserver {
     #[must_use]
     pub fn new(system: &impl MechanicalSystem, m: usize, rows: &IndependentRows) -> Self {
         let n = system.dim();
-        let mass_lu = SparseLu::new(system.mass()).ok().and_then(|mut lu| {
-            let mut probe = vec![1.0; n];
-            lu.solve(system.mass(), &mut probe).ok().map(|()| lu)
-        });
         let zeros = |k: usize| vec![0.0; k];
         Self {
-            n,
-            mass_system: SaddlePoint::new(n, rows.clone()),
-            identity_system: SaddlePoint::new(n, rows.clone()),
-            mass_lu,
-            jacobian: None,
-            x: zeros(n + rows.len()),
+            projections: Projections::new(system, m, rows),
+            midpoint: None,
             m_work: zeros(m),
             n_work: zeros(n),
             node: Node {
@@ -101,7 +84,7 @@ impl NodeObserver {
     /// Whether `M` is singular, so that `p_n` has no velocity.
     #[must_use]
     pub fn mass_is_singular(&self) -> bool {
-        self.mass_lu.is_none()
+        self.projections.mass_is_singular()
     }
 
     /// Everything at `q_n = s.q0` from the step that starts there and the momentum `p̄_n` it started
@@ -120,14 +103,12 @@ impl NodeObserver {
         self.observe_state(system, constraints, s.t, &s.q0, p)?;
         self.multipliers(system, constraints, s, p, first)?;
         let node = &mut self.node;
-        node.discrete_energy = system.discrete_energy(s);
-        if let Some(lu) = &mut self.mass_lu {
-            self.n_work.copy_from_slice(&node.p);
-            lu.solve(system.mass(), &mut self.n_work)?; // M⁻¹ p_n
-            let kinetic = 0.5 * dot(&self.n_work, &node.p);
-            node.hamiltonian = Some(kinetic + system.potential_energy(&s.q0));
+        node.discrete_energy = discrete_energy(system, s); // (52)
+        node.hamiltonian =
+            self.projections.hamiltonian(system, &s.q0, &node.p, &mut self.n_work)?; // (53)
+        if node.hamiltonian.is_some() {
             constraints.time_derivative(s.t, &s.q0, &mut self.m_work);
-            let jacobian = self.jacobian.as_ref().expect("filled by observe_state");
+            let jacobian = self.projections.jacobian(constraints, (s.t, &s.q0));
             jacobian.mul_add(1.0, &self.n_work, &mut self.m_work);
             node.momentum_residual = norm_inf(&self.m_work); // (46)
         }
@@ -135,8 +116,9 @@ impl NodeObserver {
             constraints.value(s.t_end(), &s.q1, &mut self.m_work);
             node.velocity_residual = norm_inf(&self.m_work) / s.h.abs();
         } else {
-            let jacobian = self.jacobian.as_mut().expect("filled by observe_state");
-            jacobian.refill(|out| constraints.jacobian(s.t_mid(), &s.q_mid, out));
+            let shape = (constraints.len(), s.dim());
+            let emit = |out: &mut dyn Entries| constraints.jacobian(s.t_mid(), &s.q_mid, out);
+            let jacobian = SparseMatrix::update(&mut self.midpoint, shape, emit);
             self.m_work.fill(0.0);
             jacobian.mul_add(1.0, &s.v_mid, &mut self.m_work);
             node.velocity_residual = norm_inf(&self.m_work); // (45)
@@ -158,29 +140,18 @@ impl NodeObserver {
         q: &[f64],
         p: &[f64],
     ) -> Result<&Node, Singular> {
-        let n = self.n;
-        let m = constraints.len();
-        let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
-        SparseMatrix::update(&mut self.jacobian, (m, n), emit);
-        let node = &mut self.node;
+        let (node, at) = (&mut self.node, (t, q));
         constraints.value(t, q, &mut self.m_work);
         node.position_residual = norm_inf(&self.m_work);
 
-        constraints.time_derivative(t, q, &mut self.m_work);
-        self.m_work.iter_mut().for_each(|b| *b = -*b);
-        let mass = |out: &mut dyn Entries| system.mass().emit(out);
-        let (at, right) = ((t, q), (p, &self.m_work[..]));
-        self.mass_system.solve_at(constraints, &mass, at, right, &mut self.x)?;
-        node.v.copy_from_slice(&self.x[..n]);
+        self.projections.velocity((system, constraints), at, p, &mut node.v)?;
         node.p_projected.fill(0.0);
         system.mass().mul_add(1.0, &node.v, &mut node.p_projected); // (40)
-        node.hamiltonian_projected =
-            0.5 * dot(&node.v, &node.p_projected) + system.potential_energy(q);
+        node.hamiltonian_projected = hamiltonian(system, q, (&node.v, &node.p_projected)); // (53)
         node.hamiltonian = None;
         node.discrete_energy = node.hamiltonian_projected;
-        let jacobian = self.jacobian.as_ref().expect("filled above");
-        self.m_work.iter_mut().for_each(|b| *b = -*b);
-        jacobian.mul_add(1.0, &node.v, &mut self.m_work);
+        constraints.time_derivative(t, q, &mut self.m_work);
+        self.projections.jacobian(constraints, at).mul_add(1.0, &node.v, &mut self.m_work);
         node.velocity_residual = norm_inf(&self.m_work);
         node.momentum_residual = node.velocity_residual;
         Ok(&self.node)
@@ -194,29 +165,15 @@ impl NodeObserver {
         p: &[f64],
         first: bool,
     ) -> Result<(), Singular> {
-        let n = self.n;
-        let node = &mut self.node;
-        system.forced_d1(s, &mut node.p);
-        for i in 0..n {
-            self.n_work[i] = p[i] + node.p[i];
+        let Node { lambda, constraint_force, p: p_n, .. } = &mut self.node;
+        p_minus(system, s, p_n);
+        for (w, (p, p_n)) in self.n_work.iter_mut().zip(p.iter().zip(&*p_n)) {
+            *w = p - p_n;
         }
-        self.m_work.fill(0.0);
-        let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
-        let (at, right) = ((s.t, &s.q0[..]), (&self.n_work[..], &self.m_work[..]));
-        self.identity_system.solve_at(constraints, &identity, at, right, &mut self.x)?;
-        let factor = if first { 2.0 } else { 1.0 }; // (47) : (36)
-        let rows = self.identity_system.rows();
-        rows.scatter(&self.x[n..], &mut node.lambda);
-        node.lambda.iter_mut().for_each(|l| *l *= factor / s.h);
-        let jacobian = self.jacobian.as_ref().expect("filled by observe_state");
-        node.constraint_force.fill(0.0);
-        jacobian.tr_mul_add(1.0, &node.lambda, &mut node.constraint_force);
-        for i in 0..n {
-            node.p[i] = -node.p[i] + 0.5 * s.h * node.constraint_force[i]; // (34)
-        }
-        if rows.len() < constraints.len() {
-            minimum_norm(jacobian, rows.len(), &mut node.lambda);
-        }
+        let weight = if first { 0.5 * s.h } else { s.h }; // (47) : (36)
+        let (at, found) = ((s.t, &s.q0[..]), (&mut lambda[..], &mut constraint_force[..]));
+        self.projections.multiplier(constraints, at, &self.n_work, weight, found)?;
+        add_constraint_impulse(0.5 * s.h, constraint_force, p_n); // (34)
         Ok(())
     }
 
@@ -229,45 +186,9 @@ impl NodeObserver {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        (t, q, v): (f64, &[f64], &[f64]),
+        at: (f64, &[f64], &[f64]),
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        let n = self.n;
-        constraints.acceleration_terms(t, q, v, &mut self.m_work);
-        self.m_work.iter_mut().for_each(|b| *b = -*b);
-        self.n_work.fill(0.0);
-        system.add_potential_gradient(q, -1.0, &mut self.n_work);
-        system.add_force(t, q, v, &mut self.n_work);
-        let mass = |out: &mut dyn Entries| system.mass().emit(out);
-        let (at, right) = ((t, q), (&self.n_work[..], &self.m_work[..]));
-        self.mass_system.solve_at(constraints, &mass, at, right, &mut self.x)?;
-        let rows = self.mass_system.rows();
-        rows.scatter(&self.x[n..], lambda);
-        if rows.len() < constraints.len() {
-            let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
-            minimum_norm(&SparseMatrix::assemble(constraints.len(), n, emit), rows.len(), lambda);
-        }
-        Ok(())
+        self.projections.acceleration_multiplier((system, constraints), at, lambda)
     }
-}
-
-/// The multipliers of the least norm with the same force `Gᵀλ`: with `G = C G_s`, `G_s` the `rank` rows
-/// that are most clearly independent here, `λ ← C (CᵀC)⁻¹ Cᵀλ`. Dense; only where constraints are
-/// redundant.
-pub fn minimum_norm(jacobian: &SparseMatrix, rank: usize, lambda: &mut [f64]) {
-    let g = jacobian.to_dense();
-    let mut qr = NullSpaceQr::new(g.ncols(), g.nrows());
-    qr.factorize(&g);
-    let chosen = DMatrix::from_fn(rank, g.ncols(), |i, j| g[(qr.pivots()[i], j)]);
-    let gram = &chosen * chosen.transpose();
-    let Some(cholesky) = gram.cholesky() else { return };
-    let c = cholesky.solve(&(&chosen * g.transpose())).transpose(); // G G_sᵀ (G_s G_sᵀ)⁻¹
-    let projected = c.transpose() * DVector::from_column_slice(lambda);
-    if let Some(cholesky) = (c.transpose() * &c).cholesky() {
-        lambda.copy_from_slice((c * cholesky.solve(&projected)).as_slice());
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

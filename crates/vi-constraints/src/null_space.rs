@@ -10,6 +10,7 @@
 //! Source: LMO08 §2 (b); pivoting after Golub & Van Loan, §5.4.
 #![allow(non_snake_case)] // G, P, Q, R
 
+use crate::constraints::Constraints;
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::householder;
 use faer::linalg::qr::{col_pivoting, no_pivoting};
@@ -165,6 +166,26 @@ impl NullSpaceQr {
             MemStack::new(&mut self.scratch),
         );
     }
+}
+
+/// `P(q)` by QR with orthonormal columns, shape `n × (n − rank)`; `rank` as in
+/// [`NullSpaceQr::null_space`]. Allocates: for a look at one configuration.
+#[must_use]
+pub fn null_space_at(
+    constraints: &impl Constraints,
+    (t, q): (f64, &[f64]),
+    rank: usize,
+) -> DMatrix<f64> {
+    let (n, m) = (constraints.dim(), constraints.len());
+    let mut P = DMatrix::identity(n, n - rank);
+    if m > 0 {
+        let mut G = DMatrix::zeros(m, n);
+        constraints.jacobian(t, q, &mut G);
+        let mut qr = NullSpaceQr::new(n, m);
+        qr.factorize(&G);
+        qr.null_space(rank, &mut P);
+    }
+    P
 }
 
 #[cfg(test)]

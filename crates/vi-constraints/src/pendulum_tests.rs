@@ -86,8 +86,8 @@ fn without_potential_the_discrete_solution_is_a_uniform_rotation() {
                     (q[0] - angle.cos()).hypot(q[1] - angle.sin()),
                     (node.lambda[0] - lambda).abs(),
                     (node.p[0] - p_exact[0]).hypot(node.p[1] - p_exact[1]),
-                    (node.discrete_energy - energy).abs(),
-                    (node.hamiltonian.unwrap() - 0.5).abs(),
+                    (node.discrete_energy.total() - energy).abs(),
+                    (node.hamiltonian.unwrap().total() - 0.5).abs(),
                     node.momentum_residual,
                 ];
                 for (w, d) in worst.iter_mut().zip(deviations) {

@@ -19,7 +19,7 @@
 #![allow(non_snake_case)] // P
 
 use crate::constraints::Constraints;
-use crate::null_space::NullSpaceQr;
+use crate::null_space::null_space_at;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use nalgebra::DMatrix;
 use vi_core::discrete_lagrangian::MechanicalSystem;
@@ -44,16 +44,8 @@ impl Tangents {
         rows: &IndependentRows,
         (t, q): (f64, &[f64]),
     ) -> Self {
-        let (n, m) = (constraints.dim(), constraints.len());
-        let mut G = DMatrix::zeros(m, n);
-        constraints.jacobian(t, q, &mut G);
-        let d = n - rows.len();
-        let mut P = DMatrix::identity(n, d);
-        if m > 0 {
-            let mut qr = NullSpaceQr::new(n, m);
-            qr.factorize(&G);
-            qr.null_space(rows.len(), &mut P);
-        }
+        let P = null_space_at(constraints, (t, q), rows.len());
+        let (n, d) = P.shape();
         let (mut dq, mut dp) = (DMatrix::zeros(n, 2 * d), DMatrix::zeros(n, 2 * d));
         dq.columns_mut(0, d).copy_from(&P);
         dp.columns_mut(d, d).copy_from(&P);

@@ -57,8 +57,8 @@ pub trait MechanicalSystem {
         false
     }
 
-    /// `E_d(q_n, q_{n+1})`, J, LMO08 (52).
-    fn discrete_energy(&self, s: &Interval) -> f64;
+    /// `Σ U_d(q_n, q_{n+1})`, J: the potential part of `E_d`, see [`crate::legendre::discrete_energy`].
+    fn discrete_potential_energy(&self, s: &Interval) -> f64;
     /// `V(q)`, J.
     fn potential_energy(&self, q: &[f64]) -> f64;
     /// `out ← out + scale ∇V(q)`, shape `n`.
@@ -68,6 +68,10 @@ pub trait MechanicalSystem {
     /// turn that an angle is in.
     fn accept(&self, _q: &[f64]) {}
 
+    /// `E_d(q_n, q_{n+1})`, J, LMO08 (52).
+    fn discrete_energy(&self, s: &Interval) -> f64 {
+        crate::legendre::discrete_energy(self, s).total()
+    }
     /// `½ vᵀ M v`, J.
     fn kinetic_energy(&self, v: &[f64]) -> f64 {
         0.5 * self.mass().bilinear(v, v)
@@ -179,8 +183,7 @@ impl MechanicalSystem for SeparableSystem {
     }
 
     fn discrete_lagrangian(&self, s: &Interval) -> f64 {
-        let U_d: f64 = self.potentials.iter().map(|u| u.value(s)).sum();
-        self.kinetic_energy(&s.dq) / s.h - s.h * U_d
+        self.kinetic_energy(&s.dq) / s.h - s.h * self.discrete_potential_energy(s)
     }
 
     fn d1(&self, s: &Interval, out: &mut [f64]) {
@@ -248,9 +251,8 @@ impl MechanicalSystem for SeparableSystem {
         self.forces.iter().any(|force| force.is_dissipative())
     }
 
-    fn discrete_energy(&self, s: &Interval) -> f64 {
-        let U_d: f64 = self.potentials.iter().map(|u| u.value(s)).sum();
-        self.kinetic_energy(&s.dq) / (s.h * s.h) + U_d
+    fn discrete_potential_energy(&self, s: &Interval) -> f64 {
+        self.potentials.iter().map(|u| u.value(s)).sum()
     }
 
     fn potential_energy(&self, q: &[f64]) -> f64 {
@@ -290,11 +292,7 @@ mod tests {
     }
 
     fn interval(q0: [f64; 3], q1: [f64; 3]) -> Interval {
-        let mut s = Interval::new(3);
-        s.open(0.0, 0.3, &q0);
-        s.q1.copy_from_slice(&q1);
-        s.close_from_end();
-        s
+        Interval::between(0.0, 0.3, &q0, &q1)
     }
 
     #[test]

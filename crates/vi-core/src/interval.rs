@@ -55,6 +55,19 @@ impl Interval {
         }
     }
 
+    /// The interval between two given configurations, `Δq` by subtraction; `t`, `h` in s.
+    ///
+    /// # Panics
+    /// When `q0` and `q1` have different lengths.
+    #[must_use]
+    pub fn between(t: f64, h: f64, q0: &[f64], q1: &[f64]) -> Self {
+        let mut s = Self::new(q0.len());
+        s.open(t, h, q0);
+        s.q1.copy_from_slice(q1);
+        s.close_from_end();
+        s
+    }
+
     /// Opens a step of length `h` at `(t, q_n)`; the end is first put on the start.
     pub fn open(&mut self, t: f64, h: f64, q_n: &[f64]) {
         if self.q1 == q_n || self.q0 != q_n {

@@ -8,6 +8,7 @@
 //! |---|---|
 //! | [`interval`] | the two-point argument `(q_n, q_{n+1})` with its increment |
 //! | [`discrete_lagrangian`] | `L_d`, `D_1`, `D_2`, `D_2D_1`, `E_d` |
+//! | [`legendre`] | discrete Legendre transforms `p^-`, `p^+`; `E_d` in its parts |
 //! | [`potential`] | `V`, `∇V`, `∇²V`; midpoint, trapezoidal and other discrete potentials |
 //! | [`force`] | discrete Lagrange–d'Alembert forces |
 //! | [`free`] | discrete Euler–Lagrange stepping of unconstrained systems |
@@ -31,6 +32,7 @@ pub mod eigen;
 pub mod force;
 pub mod free;
 pub mod interval;
+pub mod legendre;
 pub mod linear;
 pub mod momentum_map;
 pub mod newton;
@@ -44,6 +46,7 @@ pub mod trajectory;
 pub use composition::Composition;
 pub use discrete_lagrangian::{MechanicalSystem, SeparableSystem};
 pub use interval::Interval;
+pub use legendre::Energies;
 pub use newton::{NewtonError, NewtonReport, NewtonSettings};
 pub use num_dual;
 pub use potential::{DiscretePotential, Potential, Quadrature};

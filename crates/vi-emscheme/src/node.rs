@@ -17,7 +17,7 @@
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::scheme::EmState;
-use vi_constraints::node::minimum_norm;
+use vi_constraints::projection::minimum_norm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;

@@ -40,6 +40,26 @@ impl TreeMap {
         Self { tree, particles, work: RefCell::new(work) }
     }
 
+    /// `out ← P(q)ᵀ w`, shape `d`; sweeps over bodies, dense over point masses.
+    pub fn pull_back(&self, q: &[f64], w: &[f64], out: &mut [f64]) {
+        let work = &mut *self.work.borrow_mut();
+        out.fill(0.0);
+        self.tree.velocity_maps(q, &mut work.maps);
+        for (link, twist) in self.tree.links().iter().zip(&mut work.twists) {
+            let own = 12 * link.frame..12 * link.frame + 12;
+            let b = null_space::pull_back(&q[own.clone()], &w[own]);
+            *twist = Twist::new(Vector3::new(b[0], b[1], b[2]), Vector3::new(b[3], b[4], b[5]));
+        }
+        self.tree.pull_back(|k| &work.maps[k], &mut work.twists, out);
+        if self.particles.dof() > 0 {
+            let mut columns = DMatrix::zeros(q.len(), out.len());
+            self.particles.null_space(q, &mut columns);
+            for (out, column) in out.iter_mut().zip(columns.column_iter()) {
+                *out += column.iter().zip(w).map(|(p, w)| p * w).sum::<f64>();
+            }
+        }
+    }
+
     /// Columns of `P_in(q) P_ex` for the velocity maps in the scratch.
     fn write_columns(&self, work: &mut Work, q: &[f64], out: &mut DMatrix<f64>) {
         let n = out.nrows();

@@ -182,6 +182,16 @@ impl Mechanism {
         self.description.particles.get(k).map_or("", |p| &p.name)
     }
 
+    /// The joint of the spanning tree that a rate `ν_k` belongs to: its name, for free members their own,
+    /// for point masses that of the mass.
+    #[must_use]
+    pub fn rate_name(&self, rate: usize) -> &str {
+        match self.tree.owner(rate) {
+            Some((link, _)) => &link.joint.name,
+            None => self.particle_tree.owner(rate).map_or("", |at| self.coordinate_name(at)),
+        }
+    }
+
     /// Offset of the coordinates of a point mass.
     #[must_use]
     pub fn particle_offset(&self, k: usize) -> usize {

@@ -80,6 +80,13 @@ impl ParticleTree {
         self.beads.iter().map(block).collect()
     }
 
+    /// Offset in `q` of the point mass that an unknown moves against its carrier.
+    #[must_use]
+    pub fn owner(&self, unknown: usize) -> Option<usize> {
+        let bead = self.beads.iter().rev().find(|bead| bead.unknown <= unknown)?;
+        Some(bead.offset)
+    }
+
     fn vector(&self, q: &[f64], offset: usize) -> Vector3<f64> {
         let mut x = Vector3::zeros();
         for i in 0..self.dimension {

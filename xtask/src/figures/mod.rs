@@ -30,6 +30,21 @@ impl Figure {
         Ok(Self { file, svg: chart.svg()?, caption })
     }
 
+    /// Charts below one another.
+    fn panels(file: &'static str, charts: &[Chart], caption: String) -> Result<Self> {
+        const SIZE: (usize, usize) = (880, 330); // of a chart, px
+        let mut svg = format!(
+            "<svg width=\"{}\" height=\"{}\" xmlns=\"http://www.w3.org/2000/svg\">\n",
+            SIZE.0,
+            SIZE.1 * charts.len()
+        );
+        for (k, chart) in charts.iter().enumerate() {
+            svg += &chart.svg()?.replacen("<svg ", &format!("<svg y=\"{}\" ", SIZE.1 * k), 1);
+        }
+        svg += "</svg>\n";
+        Ok(Self { file, svg, caption })
+    }
+
     fn picture(file: &'static str, picture: &Picture, caption: String) -> Result<Self> {
         Ok(Self { file, svg: picture.svg()?, caption })
     }

@@ -2,7 +2,8 @@
 //! Legendre transforms. Letters as there: `p_n^∓`, `λ_n`, `h`.
 
 use holonom::Model;
-use holonom::report::{Axis, Chart, Item, Paint, Picture, Side};
+use holonom::report::{Axis, Chart, Curve, Item, Paint, Picture, Side};
+use holonom::vi_core::Energies;
 
 use super::orbit::{Point, orbit};
 use super::{Figure, Result, Section, curve, largest, span, with};
@@ -16,20 +17,8 @@ const PROJECTED: usize = 3;
 pub(super) fn free(model: &Model) -> Result<Section> {
     let fine = orbit(&with(model, &[("simulation.step", "0.1")])?, 100)?;
     let coarse = orbit(&with(model, &[("simulation.step", "0.8")])?, 13)?;
-    let energies = Chart {
-        title: "Energies without gravity".into(),
-        x: Axis::time(),
-        y: Axis::linear("energy", "J"),
-        marks: false,
-        curves: vec![
-            curve("H_d, h = 0.1 s", fine.iter().map(|p| (p.t, hamiltonian(p)))),
-            curve("E_d, h = 0.1 s", fine.iter().map(|p| (p.t, p.node.discrete_energy))),
-            curve("E_d, h = 0.8 s", coarse.iter().map(|p| (p.t, p.node.discrete_energy))),
-        ],
-    };
     let exact = |h: f64| 2.0 * (1.0 - (1.0 - h * h).sqrt()) / (h * h);
-    let off =
-        |points: &[Point], h: f64| largest(points.iter().map(|p| p.node.lambda[0] - exact(h)));
+    let off = |points: &[Point], h: f64| largest(points.iter().map(|p| p.lambda[0] - exact(h)));
     let figures = vec![
         Figure::picture(
             "fig1_free_snapshots.svg",
@@ -42,17 +31,17 @@ pub(super) fn free(model: &Model) -> Result<Section> {
                 off(&coarse, 0.8)
             ),
         )?,
-        Figure::chart(
+        Figure::panels(
             "fig2_free_energies.svg",
-            &energies,
+            &free_energies(&fine, &coarse),
             format!(
-                "Both energies are constant. H_d = ½ J (largest deviation {:.1e} J); E_d lies above \
-                 it, (1 − √(1 − h²))/h² J: {:.6} J for h = 0.1 s, {:.6} J for h = 0.8 s, constant \
-                 within {:.1e} J.",
-                largest(fine.iter().chain(&coarse).map(|p| hamiltonian(p) - 0.5)),
-                fine[0].node.discrete_energy,
-                coarse[0].node.discrete_energy,
-                largest(fine.iter().map(|p| p.node.discrete_energy - 0.5 * exact(0.1)))
+                "Both energies are constant, and all kinetic: the potential parts are zero. H_d = ½ J \
+                 (largest deviation at both steps {:.1e} J); E_d lies above it, (1 − √(1 − h²))/h² J: \
+                 {:.6} J for h = 0.1 s, {:.6} J for h = 0.8 s, constant within {:.1e} J.",
+                largest(fine.iter().chain(&coarse).map(|p| p.hamiltonian.total() - 0.5)),
+                fine[0].discrete_energy.total(),
+                coarse[0].discrete_energy.total(),
+                largest(fine.iter().map(|p| p.discrete_energy.total() - 0.5 * exact(0.1)))
             ),
         )?,
         Figure::picture(
@@ -76,14 +65,14 @@ pub(super) fn gravity(model: &Model) -> Result<Section> {
     let fine = orbit(&with(model, &[("simulation.step", "0.05")])?, 200)?;
     let levels = |points: &[Point]| {
         let worst = |of: fn(&Point) -> f64| largest(points.iter().map(of));
-        [
-            worst(|p| p.node.position_residual),
-            worst(|p| p.node.velocity_residual),
-            worst(|p| p.node.momentum_residual),
-        ]
+        [worst(|p| p.residuals[0]), worst(|p| p.residuals[1]), worst(|p| p.residuals[2])]
     };
     let [position, velocity, momentum] = levels(&coarse);
-    let (h, e) = (span(coarse.iter().map(hamiltonian)), energy_span(&coarse));
+    let spans = |points: &[Point]| {
+        let of = |energy: fn(&Point) -> Energies| span(points.iter().map(|p| energy(p).total()));
+        (of(|p| p.hamiltonian), of(|p| p.discrete_energy))
+    };
+    let ((h, e), (h_fine, e_fine)) = (spans(&coarse), spans(&fine));
     let figures = vec![
         Figure::picture(
             "fig4_gravity_snapshots.svg",
@@ -92,13 +81,16 @@ pub(super) fn gravity(model: &Model) -> Result<Section> {
              the bottom."
                 .into(),
         )?,
-        Figure::chart(
+        Figure::panels(
             "fig5_gravity_energies.svg",
-            &energies(&coarse),
+            &gravity_energies(&coarse, &fine),
             format!(
-                "Both energies oscillate with opposite signs and without a trend: H_d within \
+                "Kinetic and potential parts exchange up to {:.1} J. The totals of both \
+                 energies oscillate with opposite signs and without a trend, at h = 0.1 s: H_d within \
+                 [{:.3}, {:.3}] J, E_d within [{:.3}, {:.3}] J; at h = 0.05 s: H_d within \
                  [{:.3}, {:.3}] J, E_d within [{:.3}, {:.3}] J.",
-                h.0, h.1, e.0, e.1
+                largest(coarse.iter().map(|p| p.discrete_energy.kinetic)),
+                h.0, h.1, e.0, e.1, h_fine.0, h_fine.1, e_fine.0, e_fine.1
             ),
         )?,
         Figure::chart(
@@ -118,7 +110,7 @@ pub(super) fn gravity(model: &Model) -> Result<Section> {
             format!(
                 "As in Fig. 3: p_n is tangential only to second order, its projection ᵠp_n = Q p_n \
                  always. At the node drawn |G M⁻¹ p_n| = {:.3} m²/s.",
-                coarse[5].node.momentum_residual
+                coarse[5].residuals[2]
             ),
         )?,
     ];
@@ -128,25 +120,52 @@ pub(super) fn gravity(model: &Model) -> Result<Section> {
     Ok(Section { heading: "Pendulum with gravity (Figs. 4–6)", words, figures })
 }
 
-fn hamiltonian(p: &Point) -> f64 {
-    p.node.hamiltonian.unwrap_or(p.node.hamiltonian_projected)
+/// The total and its parts, each in a panel of its own: without gravity curves of one energy coincide.
+fn free_energies(fine: &[Point], coarse: &[Point]) -> Vec<Chart> {
+    let parts: [(&str, fn(Energies) -> f64); 3] = [
+        ("total", |e| e.total()),
+        ("kinetic part", |e| e.kinetic),
+        ("potential part", |e| e.potential),
+    ];
+    let panel = |(part, of): (&str, fn(Energies) -> f64)| {
+        let discrete = move |p: &Point| (p.t, of(p.discrete_energy));
+        energy_chart(
+            format!("No gravity: {part}"),
+            vec![
+                curve("H_d, both steps", coarse.iter().map(|p| (p.t, of(p.hamiltonian)))),
+                curve("E_d, h = 0.1 s", fine.iter().map(discrete)),
+                curve("E_d, h = 0.8 s", coarse.iter().map(discrete)),
+            ],
+        )
+    };
+    parts.map(panel).into()
 }
 
-fn energy_span(points: &[Point]) -> (f64, f64) {
-    span(points.iter().map(|p| p.node.discrete_energy))
-}
-
-fn energies(points: &[Point]) -> Chart {
-    Chart {
-        title: "Energies with gravity, h = 0.1 s".into(),
-        x: Axis::time(),
-        y: Axis::linear("energy", "J"),
-        marks: false,
-        curves: vec![
-            curve("H_d(qₙ, pₙ)", points.iter().map(|p| (p.t, hamiltonian(p)))),
-            curve("E_d(qₙ, qₙ₊₁)", points.iter().map(|p| (p.t, p.node.discrete_energy))),
-        ],
+/// The totals, then each energy at each step in its parts.
+fn gravity_energies(coarse: &[Point], fine: &[Point]) -> Vec<Chart> {
+    let energies: [(&str, fn(&Point) -> Energies); 2] =
+        [("H_d", |p| p.hamiltonian), ("E_d", |p| p.discrete_energy)];
+    let runs = [("0.1", coarse), ("0.05", fine)];
+    let mut totals = Vec::new();
+    let mut panels = Vec::new();
+    for (h, points) in runs {
+        for (name, energy) in energies {
+            let of = |part: fn(Energies) -> f64| points.iter().map(move |p| (p.t, part(energy(p))));
+            totals.push(curve(&format!("{name}, h = {h} s"), of(|e| e.total())));
+            let curves = vec![
+                curve("total", of(|e| e.total())),
+                curve("kinetic part", of(|e| e.kinetic)),
+                curve("potential part", of(|e| e.potential)),
+            ];
+            panels.push(energy_chart(format!("{name} with gravity, h = {h} s"), curves));
+        }
     }
+    panels.insert(0, energy_chart("Totals with gravity".into(), totals));
+    panels
+}
+
+fn energy_chart(title: String, curves: Vec<Curve>) -> Chart {
+    Chart { title, x: Axis::time(), y: Axis::linear("energy", "J"), marks: false, curves }
 }
 
 fn hidden(points: &[Point]) -> Chart {
@@ -158,9 +177,9 @@ fn hidden(points: &[Point]) -> Chart {
         y: Axis::logarithmic("residual", "SI"),
         marks: false,
         curves: vec![
-            level("position", |p| p.node.position_residual),
-            level("velocity", |p| p.node.velocity_residual),
-            level("momentum", |p| p.node.momentum_residual),
+            level("position", |p| p.residuals[0]),
+            level("velocity", |p| p.residuals[1]),
+            level("momentum", |p| p.residuals[2]),
         ],
     }
 }
@@ -182,7 +201,7 @@ fn circle(from: f64, to: f64) -> Item {
 
 /// Rods, bobs and constraint forces `−Gᵀλ`, the longest drawn as 0.6 m.
 fn snapshots(title: &str, points: &[Point]) -> Picture {
-    let size = |p: &Point| p.node.constraint_force[0].hypot(p.node.constraint_force[1]);
+    let size = |p: &Point| p.force[0].hypot(p.force[1]);
     let scale = 0.6 / largest(points.iter().map(size));
     let (low, high) = span(points.iter().map(|p| p.q[1]));
     let full = low < -0.5 && high > 0.5;
@@ -194,7 +213,7 @@ fn snapshots(title: &str, points: &[Point]) -> Picture {
     let rod = |p: &Point| Item::Line(vec![(0.0, 0.0), at(&p.q)], Paint::Ink(0.25), 1.0);
     items.extend(points.iter().map(rod));
     let force = |p: &Point| {
-        let to = beside(&p.q, &p.node.constraint_force, -scale);
+        let to = beside(&p.q, &p.force, -scale);
         Item::Arrow([at(&p.q), to], Paint::Curve(FORCE, 1.0))
     };
     items.extend(points.iter().map(force));
@@ -225,12 +244,12 @@ fn legendre(title: &str, points: &[Point], scale: f64) -> Picture {
         items.push(Item::Words(tip, Paint::Curve(color, 1.0), name.into(), side));
         tip
     };
-    let p = arrow(&n.node.p, MOMENTUM, "pₙ");
+    let p = arrow(&n.p, MOMENTUM, "pₙ");
     let secants =
         [arrow(&n.d2, SECANT, "D₂L_d(qₙ₋₁, qₙ)"), arrow(&n.minus_d1, SECANT, "−D₁L_d(qₙ, qₙ₊₁)")];
-    let skew = largest(n.node.p.iter().zip(&n.node.p_projected).map(|(a, b)| a - b));
+    let skew = largest(n.p.iter().zip(&n.p_projected).map(|(a, b)| a - b));
     if skew > 1e-3 {
-        arrow(&n.node.p_projected, PROJECTED, "");
+        arrow(&n.p_projected, PROJECTED, "");
     }
     items.extend(secants.map(|tip| Item::Arrow([tip, p], Paint::Curve(FORCE, 1.0))));
     Picture { title: title.to_owned(), width: 640.0, items }

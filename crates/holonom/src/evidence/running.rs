@@ -219,9 +219,9 @@ impl<S: MechanicalSystem + 'static, C: Observed + 'static> Motion for Running<S,
         let momentum = |p: &[f64]| constraints.momentum_map(&at.q, p);
         let composed = self.run.is_composed();
         let kinetic = self.run.system().kinetic_energy(&node.v);
-        let potential = node.hamiltonian_projected - kinetic;
+        let potential = node.hamiltonian_projected.total() - kinetic;
         Ok(Kept {
-            energy: node.hamiltonian_projected,
+            energy: node.hamiltonian_projected.total(),
             discrete_energy: self.discrete_energy,
             energy_size: kinetic.abs().max(potential.abs()),
             momentum: momentum(&node.p_projected),

@@ -5,7 +5,7 @@
 //! variational description: in the limit of short steps both descriptions are the same system.
 
 use super::{Method, Reading};
-use crate::sample::Residuals;
+use crate::sample::{Momenta, Residuals};
 use vi_constraints::Constraints;
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::StepReport;
@@ -13,7 +13,7 @@ use vi_constraints::node::NodeObserver;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_core::linear::Singular;
-use vi_core::{MechanicalSystem, SeparableSystem};
+use vi_core::{Energies, MechanicalSystem, SeparableSystem};
 use vi_emscheme::{EmIntegrator, EmNode, EmState};
 use vi_multibody::mechanism::Mechanism;
 
@@ -22,12 +22,37 @@ pub(crate) struct EnergyMomentum {
     run: EmIntegrator<Mechanism>,
     forces: SeparableSystem,
     observer: Option<NodeObserver>, // made when first asked for
+    momenta: bool,                  // whether they are asked for
 }
 
 impl EnergyMomentum {
-    pub(crate) fn new(run: EmIntegrator<Mechanism>, forces: SeparableSystem) -> Self {
+    pub(crate) fn new(
+        run: EmIntegrator<Mechanism>,
+        forces: SeparableSystem,
+        momenta: bool,
+    ) -> Self {
         forces.accept(&run.state().q);
-        Self { run, forces, observer: None }
+        Self { run, forces, observer: None, momenta }
+    }
+
+    /// What these schemes have of the momenta of a node: they have no discrete Lagrangian.
+    fn momenta(&self, at: &EmState, node: &EmNode) -> Option<Box<Momenta>> {
+        if !self.momenta {
+            return None;
+        }
+        let kinetic = self.forces.kinetic_energy(&at.v);
+        let potential = self.run.system().potential_energy(&at.q);
+        Some(Box::new(Momenta {
+            lambda: node.lambda.clone(),
+            p: node.p.clone(),
+            hamiltonian: Some(Energies { kinetic, potential }),
+            ..Momenta::default()
+        }))
+    }
+
+    fn with_step(&self, at: &EmState, node: &EmNode) -> Reading {
+        let momenta = self.momenta(at, node);
+        Reading { momenta, ..reading(self.run.constraints(), at, node) }
     }
 
     fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
@@ -56,6 +81,7 @@ fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode) -> Reading {
             velocity: node.velocity_residual,
             momentum: node.momentum_residual,
         },
+        momenta: None,
     }
 }
 
@@ -77,22 +103,25 @@ impl Method for EnergyMomentum {
 
     fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
         let node = self.run.observe_state().clone();
-        let mut found = reading(self.run.constraints(), self.run.state(), &node);
+        let mut found = self.with_step(self.run.state(), &node);
         found.lambda.clear();
-        if multipliers {
+        if multipliers || self.momenta {
             found.lambda = self.acceleration_multiplier()?;
+        }
+        if let Some(momenta) = &mut found.momenta {
+            momenta.lambda.clone_from(&found.lambda);
         }
         Ok(found)
     }
 
     fn left(&mut self) -> Result<Reading, Singular> {
         let node = self.run.node_before().clone();
-        Ok(reading(self.run.constraints(), self.run.before(), &node))
+        Ok(self.with_step(self.run.before(), &node))
     }
 
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
         match self.run.observe().cloned() {
-            Ok(node) => Ok(reading(self.run.constraints(), self.run.state(), &node)),
+            Ok(node) => Ok(self.with_step(self.run.state(), &node)),
             Err(_) => self.here(multipliers),
         }
     }

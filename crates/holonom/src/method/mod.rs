@@ -11,7 +11,7 @@ mod variational;
 pub(crate) use energy_momentum::EnergyMomentum;
 pub(crate) use variational::Variational;
 
-use crate::sample::Residuals;
+use crate::sample::{Momenta, Residuals};
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::saddle_point::IndependentRows;
@@ -43,6 +43,8 @@ pub(crate) struct Reading {
     pub(crate) momentum: Momentum,
     /// Constraint residuals.
     pub(crate) residuals: Residuals,
+    /// Multipliers and momenta, where the settings ask for them.
+    pub(crate) momenta: Option<Box<Momenta>>,
 }
 
 /// A running integration by a scheme of either family.

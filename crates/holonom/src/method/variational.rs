@@ -1,7 +1,9 @@
 //! The variational schemes as a [`Method`].
 
 use super::{Method, Reading};
-use crate::sample::Residuals;
+use crate::model::Settings;
+use crate::sample::{Momenta, Residuals};
+use vi_constraints::Reparametrization;
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::node::Node;
@@ -9,18 +11,46 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_core::State;
 use vi_core::linear::Singular;
+use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
 
 /// One of the four schemes at some order.
 pub(crate) struct Variational {
     run: MechanismIntegrator,
-    composed: bool, // order above 2
+    composed: bool,           // order above 2
+    momenta: Option<TreeMap>, // where they are asked for
 }
 
 impl Variational {
-    pub(crate) fn new(run: MechanismIntegrator, order: u32) -> Self {
-        Self { run, composed: order > 2 }
+    pub(crate) fn new(run: MechanismIntegrator, settings: &Settings) -> Self {
+        let momenta = settings.momenta.then(|| TreeMap::new(run.constraints()));
+        Self { run, composed: settings.order > 2, momenta }
+    }
+
+    /// Momenta of a node; without a `step` from there only those of its state.
+    fn momenta(&self, at: &State, node: &Node, step: bool) -> Option<Box<Momenta>> {
+        let map = self.momenta.as_ref()?;
+        let mut found = Momenta {
+            p_projected: node.p_projected.clone(),
+            p_reduced: vec![0.0; map.dof()],
+            hamiltonian_projected: Some(node.hamiltonian_projected),
+            ..Momenta::default()
+        };
+        map.pull_back(&at.q, &node.p_projected, &mut found.p_reduced);
+        if step {
+            found.lambda.clone_from(&node.lambda);
+            found.p.clone_from(&node.p);
+            (found.discrete_energy, found.hamiltonian) =
+                (Some(node.discrete_energy), node.hamiltonian);
+        }
+        Some(Box::new(found))
+    }
+
+    /// The present node with the quantities of the step from there.
+    fn with_step(&self, at: &State, node: &Node) -> Reading {
+        let momenta = self.momenta(at, node, true);
+        Reading { momenta, ..reading(self.run.constraints(), at, node) }
     }
 }
 
@@ -31,14 +61,15 @@ fn reading(mechanism: &Mechanism, at: &State, node: &Node) -> Reading {
         q: at.q.clone(),
         v: node.v.clone(),
         lambda: node.lambda.clone(),
-        energy: node.discrete_energy,
-        hamiltonian: node.hamiltonian_projected,
+        energy: node.discrete_energy.total(),
+        hamiltonian: node.hamiltonian_projected.total(),
         momentum: mechanism.momentum(&at.q, &node.p_projected),
         residuals: Residuals {
             position: node.position_residual,
             velocity: node.velocity_residual,
             momentum: node.momentum_residual,
         },
+        momenta: None,
     }
 }
 
@@ -60,15 +91,19 @@ impl Method for Variational {
         let node = self.run.observe_state()?.clone();
         let mut found = reading(self.run.constraints(), self.run.state(), &node);
         found.lambda.clear();
-        if multipliers {
+        found.momenta = self.momenta(self.run.state(), &node, false);
+        if multipliers || found.momenta.is_some() {
             found.lambda = self.run.acceleration_multiplier()?;
+        }
+        if let Some(momenta) = &mut found.momenta {
+            momenta.lambda.clone_from(&found.lambda);
         }
         Ok(found)
     }
 
     fn left(&mut self) -> Result<Reading, Singular> {
         let node = self.run.node_before()?.clone();
-        Ok(reading(self.run.constraints(), self.run.before(), &node))
+        Ok(self.with_step(self.run.before(), &node))
     }
 
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
@@ -76,7 +111,7 @@ impl Method for Variational {
             return self.here(multipliers);
         }
         match self.run.observe().cloned() {
-            Ok(node) => Ok(reading(self.run.constraints(), self.run.state(), &node)),
+            Ok(node) => Ok(self.with_step(self.run.state(), &node)),
             Err(_) => self.here(multipliers),
         }
     }

@@ -176,6 +176,10 @@ impl<'a> Checker<'a> {
             let message = "equilibria have no order of accuracy in time".to_owned();
             self.report("simulation.order", message, "remove `order`");
         }
+        if statics && settings.momenta {
+            let message = "equilibria have no momenta".to_owned();
+            self.report("simulation.momenta", message, "remove `momenta`, or take another scheme");
+        }
         if settings.every == 0 {
             let help = "write 1 to record every step, 10 for every tenth";
             self.report("simulation.every", "no step would be recorded".into(), help);

@@ -200,6 +200,9 @@ pub struct Settings {
     /// Record every k-th step (the first and the last always).
     #[serde(default = "one")]
     pub every: u64,
+    /// Write multipliers, discrete Legendre transforms and the parts of the energies to `momenta.csv`.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub momenta: bool,
     /// Move an inconsistent start onto the constraints instead of refusing it.
     #[serde(default)]
     pub project_start: bool,
@@ -244,6 +247,7 @@ impl Settings {
             strain: Strain::default(),
             solver: LinearSolver::default(),
             every: one(),
+            momenta: false,
             project_start: false,
             start_tolerance: start_tolerance(),
             arc_length: false,

@@ -6,18 +6,20 @@ use std::path::{Path, PathBuf};
 
 use super::beams::BeamWriter;
 use super::csv::{Snapshot, Trajectory, TrajectoryWriter};
+use super::momenta::MomentaWriter;
 use super::sensors::{SensorTable, SensorWriter};
 use super::summary::Summary;
 use crate::beams::Beams;
-use crate::sample::Member;
+use crate::sample::{Member, MomentaNames};
 use crate::sensor::Column;
 
 /// Files that make a folder one of ours.
-const FILES: [&str; 7] = [
+const FILES: [&str; 8] = [
     "trajectory.csv",
     "residuals.csv",
     "sensors.csv",
     "beams.csv",
+    "momenta.csv",
     "summary.json",
     "model.toml",
     "report.html",
@@ -162,6 +164,20 @@ impl RunFolder {
         }
         let path = self.path.join("beams.csv");
         let writer = File::create(&path).and_then(|file| BeamWriter::new(file, beams));
+        writer.map(Some).map_err(|e| at(&path, e))
+    }
+
+    /// Begins `momenta.csv`; `None` where nobody asks for momenta.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn momenta(
+        &self,
+        names: Option<&MomentaNames>,
+    ) -> Result<Option<MomentaWriter<File>>, OutputError> {
+        let Some(names) = names else { return Ok(None) };
+        let path = self.path.join("momenta.csv");
+        let writer = File::create(&path).and_then(|file| MomentaWriter::new(file, names));
         writer.map(Some).map_err(|e| at(&path, e))
     }
 

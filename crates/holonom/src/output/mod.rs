@@ -6,6 +6,7 @@
 //! | `residuals.csv` | constraint residuals and Newton iterations of the same nodes |
 //! | `sensors.csv` | what the sensors measure at the same nodes; only when the model has sensors |
 //! | `beams.csv` | strains and section forces along beams at the same nodes; only when the model has beams |
+//! | `momenta.csv` | multipliers, momenta, parts of the energies at the same nodes; only when the model asks for it |
 //! | `summary.json` | [`Summary`] |
 //! | `model.toml` | the model, resolved |
 //! | `report.html`, `plots/*.svg` | see [`crate::report`] |
@@ -13,12 +14,14 @@
 mod beams;
 mod csv;
 mod folder;
+mod momenta;
 mod sensors;
 mod summary;
 
 pub use beams::BeamWriter;
 pub use csv::{ResidualRow, Snapshot, Trajectory, TrajectoryWriter};
 pub use folder::{OutputError, RunFolder};
+pub use momenta::MomentaWriter;
 pub use sensors::{SensorTable, SensorWriter};
 pub use summary::{
     ConstraintSummary, EnergySummary, Maximum, MomentumSummary, NewtonSummary, Status, Summary,

@@ -136,6 +136,7 @@ mod tests {
             residuals: Default::default(),
             newton_iterations: 0.0,
             sensors: vec![0.1, f64::NAN, 0.0],
+            momenta: None,
         };
         writer.record(&sample).unwrap();
         sample.sensors = vec![7.0, 1e-300, 1.0];

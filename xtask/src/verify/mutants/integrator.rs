@@ -85,8 +85,8 @@ impl MechanicalSystem for WrongSign {
     fn add_force(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
         self.inner.add_force(t, q, v, out);
     }
-    fn discrete_energy(&self, s: &Interval) -> f64 {
-        self.inner.discrete_energy(s)
+    fn discrete_potential_energy(&self, s: &Interval) -> f64 {
+        self.inner.discrete_potential_energy(s)
     }
     fn potential_energy(&self, q: &[f64]) -> f64 {
         self.inner.potential_energy(q)

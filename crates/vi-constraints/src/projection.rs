@@ -1,0 +1,224 @@
+//! The projections at a node `(t_n, q_n)`, all memory sized once.
+//!
+//! ```text
+//! R_dᵀ w = μ/h  :  [I Gᵀ; G 0](x, μ) = (w, 0),      R_d = G_dᵀ (G_d G_dᵀ)⁻¹,  G_d = h G        (37), (38)
+//! Q w    = M v̂  :  [M Gᵀ; G 0](v̂, μ) = (w, 0),      Q = I − Gᵀ (G M⁻¹ Gᵀ)⁻¹ G M⁻¹              (16)
+//! v̂             :  [M Gᵀ; G 0](v̂, μ) = (p, −∂g/∂t)
+//! λ(a)          :  [M Gᵀ; G 0](a, λ) = (f − ∇V, −d²g/dt² + G a)                acceleration level
+//! ```
+//! No `M⁻¹` is formed: where `M` is singular, `M v̂` is `M P (PᵀMP)⁻¹ Pᵀ w`, the same projection. Redundant
+//! constraints: the force `Gᵀλ` is unique, the multipliers are given in their minimum-norm form.
+//!
+//! Letters: `M`, `G`, `P` as in LMO08 §2 and §3; `v̂` velocity of a projected momentum.
+
+use crate::constraints::Constraints;
+use crate::null_space::NullSpaceQr;
+use crate::saddle_point::{IndependentRows, SaddlePoint};
+use nalgebra::{DMatrix, DVector};
+use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::legendre::Energies;
+use vi_core::linear::{Singular, SparseLu};
+use vi_core::sparse::{Entries, SparseMatrix};
+
+/// Time and configuration of a node.
+pub type At<'a> = (f64, &'a [f64]);
+
+/// Applies `R_dᵀ`, `Q` and `M⁻¹`.
+pub struct Projections {
+    n: usize,
+    mass_system: SaddlePoint,       // [M Gᵀ; G 0]
+    identity_system: SaddlePoint,   // [I Gᵀ; G 0]
+    mass_lu: Option<SparseLu>,      // None: M singular
+    jacobian: Option<SparseMatrix>, // m × n
+    x: Vec<f64>,                    // n + r
+    m_work: Vec<f64>,               // m
+    n_work: Vec<f64>,               // n
+}
+
+impl Projections {
+    /// For a system and an independent set of its `m` constraints.
+    #[must_use]
+    pub fn new(system: &impl MechanicalSystem, m: usize, rows: &IndependentRows) -> Self {
+        let n = system.dim();
+        let mass_lu = SparseLu::new(system.mass()).ok().and_then(|mut lu| {
+            let mut probe = vec![1.0; n];
+            lu.solve(system.mass(), &mut probe).ok().map(|()| lu)
+        });
+        Self {
+            n,
+            mass_system: SaddlePoint::new(n, rows.clone()),
+            identity_system: SaddlePoint::new(n, rows.clone()),
+            mass_lu,
+            jacobian: None,
+            x: vec![0.0; n + rows.len()],
+            m_work: vec![0.0; m],
+            n_work: vec![0.0; n],
+        }
+    }
+
+    /// Whether `M` is singular, so that a momentum that is not projected has no velocity.
+    #[must_use]
+    pub fn mass_is_singular(&self) -> bool {
+        self.mass_lu.is_none()
+    }
+
+    /// `G(q)`, shape `m × n`.
+    pub fn jacobian(&mut self, constraints: &impl Constraints, (t, q): At<'_>) -> &SparseMatrix {
+        let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
+        SparseMatrix::update(&mut self.jacobian, (constraints.len(), self.n), emit)
+    }
+
+    /// `λ ← R_dᵀ w` with `G_d = weight G`, shape `m`, and `force ← Gᵀ λ`, N, shape `n`; (36)–(38) and
+    /// (47) differ by `w` and `weight` only.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub fn multiplier(
+        &mut self,
+        constraints: &impl Constraints,
+        at: At<'_>,
+        w: &[f64],
+        weight: f64,
+        (lambda, force): (&mut [f64], &mut [f64]),
+    ) -> Result<(), Singular> {
+        let n = self.n;
+        self.m_work.fill(0.0);
+        let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
+        let right = (w, &self.m_work[..]);
+        self.identity_system.solve_at(constraints, &identity, at, right, &mut self.x)?;
+        let rows = self.identity_system.rows();
+        rows.scatter(&self.x[n..], lambda);
+        let scale = 1.0 / weight;
+        lambda.iter_mut().for_each(|l| *l *= scale); // (37), (38)
+        let rank = rows.len();
+        let jacobian = self.jacobian(constraints, at);
+        force.fill(0.0);
+        jacobian.tr_mul_add(1.0, lambda, force);
+        if rank < constraints.len() {
+            minimum_norm(jacobian, rank, lambda);
+        }
+        Ok(())
+    }
+
+    /// `v̂` of a momentum: `M v̂ + Gᵀμ = p`, `G v̂ + ∂g/∂t = 0`; shape `n`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no mass.
+    pub fn velocity(
+        &mut self,
+        (system, constraints): (&impl MechanicalSystem, &impl Constraints),
+        at: At<'_>,
+        p: &[f64],
+        v: &mut [f64],
+    ) -> Result<(), Singular> {
+        constraints.time_derivative(at.0, at.1, &mut self.m_work);
+        self.m_work.iter_mut().for_each(|b| *b = -*b);
+        self.solve_mass(system, constraints, at, p)?;
+        v.copy_from_slice(&self.x[..self.n]);
+        Ok(())
+    }
+
+    /// `out ← Q w` (16), shape `n`.
+    ///
+    /// # Errors
+    /// As [`Projections::velocity`].
+    pub fn project(
+        &mut self,
+        (system, constraints): (&impl MechanicalSystem, &impl Constraints),
+        at: At<'_>,
+        w: &[f64],
+        out: &mut [f64],
+    ) -> Result<(), Singular> {
+        self.m_work.fill(0.0);
+        self.solve_mass(system, constraints, at, w)?;
+        out.fill(0.0);
+        system.mass().mul_add(1.0, &self.x[..self.n], out); // (16)
+        Ok(())
+    }
+
+    /// `x` of `[M Gᵀ; G 0] x = (a, m_work)`.
+    fn solve_mass(
+        &mut self,
+        system: &impl MechanicalSystem,
+        constraints: &impl Constraints,
+        at: At<'_>,
+        a: &[f64],
+    ) -> Result<(), Singular> {
+        let mass = |out: &mut dyn Entries| system.mass().emit(out);
+        let right = (a, &self.m_work[..]);
+        self.mass_system.solve_at(constraints, &mass, at, right, &mut self.x)
+    }
+
+    /// `H_d(q, p) = ½ pᵀ M⁻¹ p + V(q)`, J (53), and `v ← M⁻¹ p`; `None` when `M` is singular.
+    ///
+    /// # Errors
+    /// [`Singular`] when `p` holds a number that is not finite.
+    pub fn hamiltonian(
+        &mut self,
+        system: &impl MechanicalSystem,
+        q: &[f64],
+        p: &[f64],
+        v: &mut [f64],
+    ) -> Result<Option<Energies>, Singular> {
+        let Some(lu) = &mut self.mass_lu else { return Ok(None) };
+        v.copy_from_slice(p);
+        lu.solve(system.mass(), v)?;
+        Ok(Some(hamiltonian(system, q, (v, p))))
+    }
+
+    /// The multiplier of the acceleration level at `(t, q)` with the velocity `v`; it has the order of
+    /// `v`, also at the macro nodes of a composition.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub fn acceleration_multiplier(
+        &mut self,
+        (system, constraints): (&impl MechanicalSystem, &impl Constraints),
+        (t, q, v): (f64, &[f64], &[f64]),
+        lambda: &mut [f64],
+    ) -> Result<(), Singular> {
+        constraints.acceleration_terms(t, q, v, &mut self.m_work);
+        self.m_work.iter_mut().for_each(|b| *b = -*b);
+        let mut force = std::mem::take(&mut self.n_work);
+        force.fill(0.0);
+        system.add_potential_gradient(q, -1.0, &mut force);
+        system.add_force(t, q, v, &mut force);
+        let solved = self.solve_mass(system, constraints, (t, q), &force);
+        self.n_work = force;
+        solved?;
+        let rows = self.mass_system.rows();
+        rows.scatter(&self.x[self.n..], lambda);
+        let rank = rows.len();
+        if rank < constraints.len() {
+            minimum_norm(self.jacobian(constraints, (t, q)), rank, lambda);
+        }
+        Ok(())
+    }
+}
+
+/// `½ vᵀ p + V(q)`, J: `H_d` (53) of a momentum with its velocity.
+pub fn hamiltonian(
+    system: &impl MechanicalSystem,
+    q: &[f64],
+    (v, p): (&[f64], &[f64]),
+) -> Energies {
+    let twice: f64 = v.iter().zip(p).map(|(v, p)| v * p).sum();
+    Energies { kinetic: 0.5 * twice, potential: system.potential_energy(q) }
+}
+
+/// The multipliers of the least norm with the same force `Gᵀλ`: with `G = C G_s`, `G_s` the `rank` rows
+/// that are most clearly independent here, `λ ← C (CᵀC)⁻¹ Cᵀλ`. Dense; only where constraints are
+/// redundant.
+pub fn minimum_norm(jacobian: &SparseMatrix, rank: usize, lambda: &mut [f64]) {
+    let g = jacobian.to_dense();
+    let mut qr = NullSpaceQr::new(g.ncols(), g.nrows());
+    qr.factorize(&g);
+    let chosen = DMatrix::from_fn(rank, g.ncols(), |i, j| g[(qr.pivots()[i], j)]);
+    let gram = &chosen * chosen.transpose();
+    let Some(cholesky) = gram.cholesky() else { return };
+    let c = cholesky.solve(&(&chosen * g.transpose())).transpose(); // G G_sᵀ (G_s G_sᵀ)⁻¹
+    let projected = c.transpose() * DVector::from_column_slice(lambda);
+    if let Some(cholesky) = (c.transpose() * &c).cholesky() {
+        lambda.copy_from_slice((c * cholesky.solve(&projected)).as_slice());
+    }
+}
