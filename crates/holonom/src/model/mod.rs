@@ -23,6 +23,7 @@ mod settings;
 mod shape;
 mod source;
 mod start;
+mod strict;
 
 use std::io::Read;
 use std::path::Path;
