@@ -93,7 +93,11 @@ impl Simulation {
         if !missed.is_empty() && !settings.project_start {
             return Err(ModelError::InconsistentStart(missed));
         }
-        let method = method(mechanism, dynamics, model, solver)?;
+        let mut method = method(mechanism, dynamics, model, solver)?;
+        if method.here(false).is_err() {
+            let detail = "some motion that the constraints allow carries no mass".into();
+            return Err(ModelError::SingularMass { member: String::new(), detail });
+        }
         agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
         let mut assembly = assembly::report(model, &*method, &beams, closure);
         let mut limits = LimitWatch::new(&beams);
@@ -283,6 +287,7 @@ impl Simulation {
             q: at.q,
             energy: at.energy,
             hamiltonian: at.hamiltonian,
+            work: at.work,
             momentum: at.momentum,
             residuals: at.residuals,
             newton_iterations: iterations,

@@ -4,6 +4,7 @@
 //! start, and where a step fails) it is taken from the acceleration level, with the forces of the
 //! variational description: in the limit of short steps both descriptions are the same system.
 
+use super::work::Work;
 use super::{Method, Reading};
 use crate::sample::Residuals;
 use vi_constraints::Constraints;
@@ -22,12 +23,31 @@ pub(crate) struct EnergyMomentum {
     run: EmIntegrator<Mechanism>,
     forces: SeparableSystem,
     observer: Option<NodeObserver>, // made when first asked for
+    work: Work,
+    rates: Vec<f64>, // m  ∂g/∂t
 }
 
 impl EnergyMomentum {
     pub(crate) fn new(run: EmIntegrator<Mechanism>, forces: SeparableSystem) -> Self {
         forces.accept(&run.state().q);
-        Self { run, forces, observer: None }
+        let (start, mechanism) = (run.state(), run.constraints());
+        let work = Work::new(&start.q, &start.v, false); // the multipliers of the step are at hand
+        let driven = mechanism.is_rheonomic();
+        let rates = vec![0.0; if driven { mechanism.len() } else { 0 }];
+        Self { run, forces, observer: None, work, rates }
+    }
+
+    /// The work of the step that was just taken: prescribed motions do `h λ·∂g/∂t`, with `μ = h²λ`.
+    fn add_work(&mut self) {
+        let Self { run, forces, work, rates, .. } = self;
+        let s = run.interval();
+        work.begin();
+        work.add_forces(forces, s);
+        if !rates.is_empty() {
+            run.constraints().time_derivative(s.t_mid(), &s.q_mid, rates);
+            let power = run.scaled_multiplier().iter().zip(rates).map(|(mu, rate)| mu * *rate);
+            work.add_known(power.sum::<f64>() / s.h);
+        }
     }
 
     fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
@@ -41,7 +61,7 @@ impl EnergyMomentum {
     }
 }
 
-fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode) -> Reading {
+fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode, work: f64) -> Reading {
     Reading {
         step: at.step,
         t: at.t,
@@ -50,6 +70,7 @@ fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode) -> Reading {
         lambda: node.lambda.clone(),
         energy: node.energy,
         hamiltonian: node.energy,
+        work,
         momentum: mechanism.momentum(&at.q, &node.p),
         residuals: Residuals {
             position: node.position_residual,
@@ -62,6 +83,7 @@ fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode) -> Reading {
 impl Method for EnergyMomentum {
     fn step(&mut self) -> Result<StepReport, StepError> {
         let report = self.run.step()?;
+        self.add_work();
         self.forces.accept(&self.run.state().q);
         Ok(report)
     }
@@ -77,7 +99,8 @@ impl Method for EnergyMomentum {
 
     fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
         let node = self.run.observe_state().clone();
-        let mut found = reading(self.run.constraints(), self.run.state(), &node);
+        let work = self.work.known(false);
+        let mut found = reading(self.run.constraints(), self.run.state(), &node, work);
         found.lambda.clear();
         if multipliers {
             found.lambda = self.acceleration_multiplier()?;
@@ -87,12 +110,16 @@ impl Method for EnergyMomentum {
 
     fn left(&mut self) -> Result<Reading, Singular> {
         let node = self.run.node_before().clone();
-        Ok(reading(self.run.constraints(), self.run.before(), &node))
+        let work = self.work.known(true);
+        Ok(reading(self.run.constraints(), self.run.before(), &node, work))
     }
 
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
         match self.run.observe().cloned() {
-            Ok(node) => Ok(reading(self.run.constraints(), self.run.state(), &node)),
+            Ok(node) => {
+                let work = self.work.known(false);
+                Ok(reading(self.run.constraints(), self.run.state(), &node, work))
+            }
             Err(_) => self.here(multipliers),
         }
     }

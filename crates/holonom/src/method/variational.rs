@@ -1,7 +1,9 @@
 //! The variational schemes as a [`Method`].
 
+use super::work::Work;
 use super::{Method, Reading};
 use crate::sample::Residuals;
+use vi_constraints::Constraints;
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::node::Node;
@@ -16,15 +18,26 @@ use vi_multibody::run::MechanismIntegrator;
 pub(crate) struct Variational {
     run: MechanismIntegrator,
     composed: bool, // order above 2
+    work: Work,
 }
 
 impl Variational {
     pub(crate) fn new(run: MechanismIntegrator, order: u32) -> Self {
-        Self { run, composed: order > 2 }
+        let driven = run.constraints().is_rheonomic();
+        let work = Work::new(&run.state().p, run.initial_velocity(), driven);
+        Self { run, composed: order > 2, work }
     }
 }
 
-fn reading(mechanism: &Mechanism, at: &State, node: &Node) -> Reading {
+impl Variational {
+    fn reading_here(&self, node: &Node) -> Reading {
+        let at = self.run.state();
+        let work = self.work.at(false, &at.p, (&node.p_projected, &node.v));
+        reading(self.run.constraints(), at, node, work)
+    }
+}
+
+fn reading(mechanism: &Mechanism, at: &State, node: &Node, work: f64) -> Reading {
     Reading {
         step: at.step,
         t: at.t,
@@ -33,6 +46,7 @@ fn reading(mechanism: &Mechanism, at: &State, node: &Node) -> Reading {
         lambda: node.lambda.clone(),
         energy: node.discrete_energy,
         hamiltonian: node.hamiltonian_projected,
+        work,
         momentum: mechanism.momentum(&at.q, &node.p_projected),
         residuals: Residuals {
             position: node.position_residual,
@@ -44,7 +58,13 @@ fn reading(mechanism: &Mechanism, at: &State, node: &Node) -> Reading {
 
 impl Method for Variational {
     fn step(&mut self) -> Result<StepReport, StepError> {
-        self.run.step()
+        let Self { run, work, .. } = self;
+        work.begin();
+        let taken = run.step_with(&mut |system, _, s| work.add(system, s));
+        if taken.is_err() {
+            work.take_back();
+        }
+        taken
     }
 
     fn place(&self) -> (u64, f64, &[f64]) {
@@ -58,7 +78,7 @@ impl Method for Variational {
 
     fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
         let node = self.run.observe_state()?.clone();
-        let mut found = reading(self.run.constraints(), self.run.state(), &node);
+        let mut found = self.reading_here(&node);
         found.lambda.clear();
         if multipliers {
             found.lambda = self.run.acceleration_multiplier()?;
@@ -68,7 +88,9 @@ impl Method for Variational {
 
     fn left(&mut self) -> Result<Reading, Singular> {
         let node = self.run.node_before()?.clone();
-        Ok(reading(self.run.constraints(), self.run.before(), &node))
+        let at = self.run.before();
+        let work = self.work.at(true, &at.p, (&node.p_projected, &node.v));
+        Ok(reading(self.run.constraints(), at, &node, work))
     }
 
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
@@ -76,7 +98,7 @@ impl Method for Variational {
             return self.here(multipliers);
         }
         match self.run.observe().cloned() {
-            Ok(node) => Ok(reading(self.run.constraints(), self.run.state(), &node)),
+            Ok(node) => Ok(self.reading_here(&node)),
             Err(_) => self.here(multipliers),
         }
     }

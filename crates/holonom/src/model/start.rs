@@ -91,7 +91,7 @@ pub(super) fn coincide([a, b]: &[Vector3<f64>; 2]) -> bool {
 }
 
 /// Distance of two points, m.
-fn distance([a, b]: [Vector3<f64>; 2]) -> f64 {
+pub(super) fn distance([a, b]: [Vector3<f64>; 2]) -> f64 {
     (b - a).norm()
 }
 

@@ -13,6 +13,7 @@
 mod beams;
 mod csv;
 mod folder;
+mod pictures;
 mod sensors;
 mod summary;
 
