@@ -169,11 +169,11 @@ fn the_balance_of_the_summary_is_of_second_order_in_every_scheme() {
                 assert!((balance - energy.balance_error).abs() < 1e-12);
                 energy.balance_error.abs()
             });
-            println!("{name}, {scheme}, order {order}: {errors:.2e?} J, {:.2?}", orders(&errors));
+            println!("{name}, {scheme}, order {order}: {errors:.2?} J, {:.2?}", orders(&errors));
             let exact = errors[2] < 1e-9;
             assert!(
                 exact || orders(&errors).iter().all(|o| *o > 1.8),
-                "{name}, {scheme}: {errors:e?}"
+                "{name}, {scheme}: {errors:?}"
             );
         }
     }

@@ -129,6 +129,7 @@ fn locked(
     rows: &IndependentRows,
     (q, motions): (&[f64], &[usize]),
 ) -> Vec<(usize, usize)> {
+    let first = mechanism.len() - mechanism.rows().len();
     let mut dependence = Dependence::new(mechanism, rows, (0.0, q));
     let dropped: Vec<usize> = rows.redundant().collect();
     // W_R: what a unit rate of each motion leaves in the dependent rows
@@ -147,12 +148,14 @@ fn locked(
     }
     let mut found = Vec::new();
     for (j, &row) in motions.iter().enumerate().filter(|(j, _)| share[*j] > 1.0 - 1e-6) {
-        let others = || dropped.iter().enumerate().filter(|(_, other)| **other != row);
-        let weight = |i: usize| left[(i, j)].abs();
-        let by = others().max_by(|a, b| weight(a.0).total_cmp(&weight(b.0)));
-        let by = by.filter(|(i, _)| weight(*i) > RELATIVE).map(|(_, by)| *by);
-        let by = by.or_else(|| dependence.partners(row).into_iter().find(|by| *by != row));
-        found.extend(by.map(|by| (row, by)));
+        let member = |other: usize| other != row && other >= first; // no internal constraint
+        let weight = |i: &usize| left[(*i, j)].abs();
+        let Some(i) = (0..dropped.len()).max_by(|a, b| weight(a).total_cmp(&weight(b))) else {
+            continue;
+        };
+        let by = Some(dropped[i]).filter(|by| member(*by));
+        let by = by.or_else(|| dependence.partners(dropped[i]).into_iter().find(|by| member(*by)));
+        found.push((row, by.unwrap_or(row)));
     }
     found
 }

@@ -147,7 +147,8 @@ impl<'de> SeqAccess<'de> for Entries<'_, '_> {
         &mut self,
         seed: T,
     ) -> Result<Option<T::Value>, ReadError> {
-        self.0.next().map(|value| seed.deserialize(Strict(value))).transpose()
+        let Some(value) = self.0.next() else { return Ok(None) };
+        seed.deserialize(Strict(value)).map(Some).map_err(|error| error.at(&value.span()))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -177,7 +178,7 @@ impl<'a, 'i: 'a, 'de, I: Iterator<Item = Pair<'a, 'i>>> MapAccess<'de> for Table
 
     fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, ReadError> {
         let value = self.value.take().expect("a key comes first");
-        seed.deserialize(Strict(value))
+        seed.deserialize(Strict(value)).map_err(|error| error.at(&value.span()))
     }
 }
 
