@@ -189,6 +189,8 @@ fn conservative_systems_report_the_slope_of_the_shadow_energy() {
         let drift = energy.drift_per_step.unwrap();
         println!("{scheme}: {drift:.1e} J per step, error {:.1e} J", energy.max_abs_error);
         assert!(drift.abs() < 1e-8 && energy.work == 0.0, "{energy:?}");
+        let short = self::energy(&text, &[set[0].clone(), ("simulation.end", "1.0".into())]);
+        println!("1 s: {:.8e} {:.8e}", short.drift_per_step.unwrap(), short.last);
         assert!((energy.balance_error - (energy.last - energy.initial)).abs() < 1e-14);
     }
 }
