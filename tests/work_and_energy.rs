@@ -147,13 +147,9 @@ fn the_balance_of_the_summary_is_of_second_order_in_every_scheme() {
             ("reduced", 2),
             ("constrained", 2),
             ("dalembert", 2),
-            ("nodal", 4),
             ("em-nodal", 2),
             ("em-constrained", 2),
         ] {
-            if order > 2 && name.contains("damper") {
-                continue; // dampers refuse backward sub-steps
-            }
             let errors = [100, 200, 400].map(|steps| {
                 let energy = energy(
                     text,
@@ -189,8 +185,6 @@ fn conservative_systems_report_the_slope_of_the_shadow_energy() {
         let drift = energy.drift_per_step.unwrap();
         println!("{scheme}: {drift:.1e} J per step, error {:.1e} J", energy.max_abs_error);
         assert!(drift.abs() < 1e-8 && energy.work == 0.0, "{energy:?}");
-        let short = self::energy(&text, &[set[0].clone(), ("simulation.end", "1.0".into())]);
-        println!("1 s: {:.8e} {:.8e}", short.drift_per_step.unwrap(), short.last);
         assert!((energy.balance_error - (energy.last - energy.initial)).abs() < 1e-14);
     }
 }
