@@ -28,8 +28,8 @@ fn at_start(found: &Contradiction, mechanism: &Mechanism) -> ModelError {
         return problem(&names, message, AGREE);
     }
     let message = format!(
-        "{}: no {level} satisfies them with the velocities of the start (a chain that is fully \
-         stretched, or a velocity across a dead centre)",
+        "{}: no branch of the motion has the velocities of the start, no {level} satisfies the \
+         constraints with them (a chain that is fully stretched, or a velocity across a dead centre)",
         together(&names)
     );
     let help = "start without these velocities from a configuration that can move, or correct the \

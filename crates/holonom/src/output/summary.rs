@@ -50,7 +50,8 @@ pub struct EnergySummary {
     /// Work of loads, motors, dampers and prescribed motions over all steps, J.
     #[serde(default, deserialize_with = "number")]
     pub work: f64,
-    /// `final − initial − work`, J; of second order in the time step.
+    /// `final − initial − work`, J; of second order in the time step at order 2 (with prescribed motions
+    /// at higher orders its order has not been established).
     #[serde(default, deserialize_with = "number")]
     pub balance_error: f64,
 }
