@@ -8,6 +8,7 @@
 mod harness;
 
 use harness::models::orders;
+use holonom::output::{EnergySummary, SummaryBuilder};
 use holonom::{Model, ModelError, Simulation};
 use vi_multibody::coordinate::JointCoordinate;
 
@@ -81,6 +82,110 @@ fn energy_changes_by_the_work_done_to_second_order() {
     println!("imbalance {errors:?} J, slopes {slopes:.3?}");
     for slope in &slopes {
         assert!((slope - 2.0).abs() < 0.15, "{slopes:?}");
+    }
+}
+
+/// The energy of a run as its summary reports it.
+fn energy(text: &str, settings: &[(&str, String)]) -> EnergySummary {
+    let set: Vec<_> = settings.iter().map(|(k, v)| ((*k).to_owned(), v.clone())).collect();
+    let model = Model::from_toml_with(text, &set).unwrap();
+    let mut simulation = Simulation::new(&model).unwrap();
+    let mut summary = SummaryBuilder::default();
+    let mut observe = |sample: &holonom::Sample| {
+        summary.record(sample);
+        Ok::<(), ()>(())
+    };
+    let outcome = simulation.run(&mut observe, &mut |_, _| {}).unwrap();
+    summary.finish(&model, simulation.assembly(), &outcome, 0.0).energy
+}
+
+/// A pendulum whose hinge on a cart is driven, with a second link that swings freely.
+const DRIVEN: &str = r#"
+model = { name = "driven", gravity = [0, 0, -9.81] }
+simulation = { step = 0.01, end = 1.0 }
+[[body]]
+name = "arm"
+mass = 2.0
+inertia = [0.02, 0.2, 0.2]
+position = [0.5, 0, 0]
+angular_velocity = [0.0, 1.2566370614359172, 0.0]
+velocity = [0.0, 0.0, -0.6283185307179586]
+[[body]]
+name = "tip"
+mass = 1.0
+inertia = [0.01, 0.1, 0.1]
+position = [1.4, 0, 0]
+angular_velocity = [0.0, 1.2566370614359172, 0.0]
+velocity = [0.0, 0.0, -1.7592918860102842]
+[[joint]]
+name = "shoulder"
+type = "revolute"
+parent = "ground"
+child = "arm"
+position = [0, 0, 0]
+axis = [0, 1, 0]
+[[joint]]
+name = "elbow"
+type = "revolute"
+parent = "arm"
+child = "tip"
+position = [1, 0, 0]
+axis = [0, 1, 0]
+[[constraint]]
+name = "drive"
+type = "motion"
+joint = "shoulder"
+path = { amplitude = 0.2, frequency = 1.0 }
+"#;
+
+#[test]
+fn the_balance_of_the_summary_is_of_second_order_in_every_scheme() {
+    let arm = arm(0.01, 2, 0.8);
+    for (name, text) in [("motor and damper", arm.as_str()), ("prescribed motion", DRIVEN)] {
+        for (scheme, order) in [
+            ("nodal", 2),
+            ("reduced", 2),
+            ("constrained", 2),
+            ("dalembert", 2),
+            ("em-nodal", 2),
+            ("em-constrained", 2),
+        ] {
+            let errors = [100, 200, 400].map(|steps| {
+                let energy = energy(
+                    text,
+                    &[
+                        ("simulation.step", format!("{:?}", 1.0 / f64::from(steps))),
+                        ("simulation.scheme", format!("\"{scheme}\"")),
+                        ("simulation.order", order.to_string()),
+                        ("simulation.every", "30".to_owned()), // not a divisor of the steps
+                    ],
+                );
+                assert!(energy.drift_per_step.is_none() && energy.work.abs() > 0.5, "{energy:?}");
+                let balance = energy.last - energy.initial - energy.work;
+                assert!((balance - energy.balance_error).abs() < 1e-12);
+                energy.balance_error.abs()
+            });
+            println!("{name}, {scheme}, order {order}: {errors:.2?} J, {:.2?}", orders(&errors));
+            let exact = errors[2] < 1e-9;
+            assert!(
+                exact || orders(&errors).iter().all(|o| *o > 1.8),
+                "{name}, {scheme}: {errors:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn conservative_systems_report_the_slope_of_the_shadow_energy() {
+    let text = harness::models::shipped("pendulum");
+    for scheme in ["nodal", "em-nodal"] {
+        let set =
+            [("simulation.scheme", format!("\"{scheme}\"")), ("simulation.end", "10.0".into())];
+        let energy = energy(&text, &set);
+        let drift = energy.drift_per_step.unwrap();
+        println!("{scheme}: {drift:.1e} J per step, error {:.1e} J", energy.max_abs_error);
+        assert!(drift.abs() < 1e-8 && energy.work == 0.0, "{energy:?}");
+        assert!((energy.balance_error - (energy.last - energy.initial)).abs() < 1e-14);
     }
 }
 

@@ -23,7 +23,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
     let path = &arguments.model.model;
     let folder = arguments.output.clone().unwrap_or_else(|| default_for(path));
     keep_the_model(path, &folder.join("model.toml"))?;
-    let folder = RunFolder::create_for(folder, &FILES, arguments.force)?;
+    RunFolder::vacant(&folder, &FILES, arguments.force)?;
     let request = Request {
         schemes,
         steps: arguments.step.clone(),
@@ -47,6 +47,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
             return Err(Failure::Usage { message: error.to_string(), help });
         }
     };
+    let folder = RunFolder::create_for(folder, &FILES, arguments.force)?;
     let json = serde_json::to_value(&comparison).unwrap_or_default();
     let name = "compare.html";
     let html = page::page(&comparison)

@@ -55,6 +55,10 @@ impl Failure {
                 say(&error.to_string(), help);
                 2
             }
+            Self::Output(error @ OutputError::Foreign { .. }) => {
+                say(&error.to_string(), "move it away, or choose another folder with -o DIR");
+                2
+            }
             Self::Output(error) => {
                 say(&error.to_string(), "");
                 1

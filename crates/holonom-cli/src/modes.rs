@@ -62,11 +62,7 @@ fn write(
     report: &Report,
     force: bool,
 ) -> Result<(), Failure> {
-    let present = ["modes.json", "modes.csv"].iter().find(|f| folder.path().join(f).exists());
-    if let Some(file) = present.filter(|_| !force) {
-        let folder = folder.path().to_owned();
-        return Err(OutputError::Occupied { folder, file: (*file).to_owned() }.into());
-    }
+    RunFolder::vacant(folder.path(), &["modes.json", "modes.csv"], force)?;
     let json = format!("{:#}\n", serde_json::to_value(report).unwrap_or_default());
     let mut files = vec![folder.write("modes.json", &json)?];
     files.push(folder.write("modes.csv", &report.csv())?);
@@ -75,7 +71,7 @@ fn write(
         let picture = mode_picture(report, k, placement.members(), placement.beams());
         let svg =
             picture.svg().map_err(|reason| OutputError::Plot { name: name.clone(), reason })?;
-        files.push(folder.write(&name, &svg)?);
+        files.push(folder.write_picture(&name, &svg)?);
     }
     let place = folder.path().display();
     stderr::line(&format!(

@@ -19,7 +19,7 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
     let (model, _) = Input::new(&arguments.model, overrides, arguments.json).assemble()?;
     let path = &arguments.model.model;
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(path));
-    occupied(&folder, arguments.force)?;
+    RunFolder::vacant(&folder, &["certificate.json", "certificate.html"], arguments.force)?;
     let mut progress = |what: &str| {
         if !arguments.quiet {
             stderr::line(&format!("  {what}"));
@@ -56,15 +56,6 @@ fn default_folder(model: &Path) -> PathBuf {
     let mut name = stem.unwrap_or_else(|| "model".as_ref()).to_owned();
     name.push("-verify");
     PathBuf::from(name)
-}
-
-fn occupied(folder: &Path, force: bool) -> Result<(), Failure> {
-    let file = "certificate.json";
-    if force || !folder.join(file).exists() {
-        return Ok(());
-    }
-    let (folder, file) = (folder.to_owned(), file.to_owned());
-    Err(Failure::Output(OutputError::Occupied { folder, file }))
 }
 
 /// The certificate for a terminal.

@@ -1,9 +1,10 @@
 //! What the assembly of a model finds, before anything moves.
 
+use crate::agreement;
 use crate::beams::Beams;
 use crate::limits::Stiffness;
 use crate::method::Method;
-use crate::model::{Beam, Inconsistency, Level, Model, ModelError, Settings};
+use crate::model::{Beam, Inconsistency, Level, Model, ModelError};
 use serde::{Deserialize, Serialize};
 use vi_constraints::Constraints;
 use vi_constraints::initialization::StartError;
@@ -106,6 +107,23 @@ pub(crate) fn velocity_inconsistencies(
     joints.chain(bars).chain(scalars).filter_map(missed).collect()
 }
 
+/// The key of the member that constraint `row` belongs to.
+pub(crate) fn constraint_key(mechanism: &Mechanism, row: usize) -> String {
+    let name = mechanism.constraint_name(row);
+    let description = mechanism.description();
+    let own = |count: usize, rows: &dyn Fn(usize) -> std::ops::Range<usize>| {
+        (0..count).any(|k| rows(k).contains(&row))
+    };
+    if description.bodies.iter().any(|body| body.name == name) {
+        return format!("body.{name}");
+    }
+    if own(description.joints.len(), &|k| mechanism.joint_rows(k)) {
+        return joint_key(name);
+    }
+    let bar = own(description.bars.len(), &|k| mechanism.bar_rows(k));
+    format!("{}.{name}", if bar { "bar" } else { "constraint" })
+}
+
 /// The key of a joint; what holds `BEAM.start` is a key of the beam.
 fn joint_key(name: &str) -> String {
     let section = if name.contains('.') { "beam" } else { "joint" };
@@ -171,10 +189,11 @@ pub(crate) fn counts(
 }
 
 /// A refused set-up of an energy–momentum scheme as an error of the model.
-pub(crate) fn em_refusal(error: &EmSetupError, settings: &Settings) -> ModelError {
+pub(crate) fn em_refusal(error: &EmSetupError, model: &Model) -> ModelError {
     match error {
-        EmSetupError::Singular(error) => refusal(error, settings),
-        EmSetupError::Start(error) => refusal(&SetupError::Start(error.clone()), settings),
+        EmSetupError::Singular(error) => refusal(error, model),
+        EmSetupError::Start(error) => refusal(&SetupError::Start(error.clone()), model),
+        EmSetupError::Contradiction(found) => agreement::refusal(found, model),
         _ => ModelError::Unsupported {
             key: "simulation.scheme".into(),
             what: error.to_string(),
@@ -184,7 +203,7 @@ pub(crate) fn em_refusal(error: &EmSetupError, settings: &Settings) -> ModelErro
 }
 
 /// A refused set-up as an error of the model.
-pub(crate) fn refusal(error: &SetupError, settings: &Settings) -> ModelError {
+pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
     let unsupported = |key: &str, help: &str| ModelError::Unsupported {
         key: key.into(),
         what: error.to_string(),
@@ -198,6 +217,7 @@ pub(crate) fn refusal(error: &SetupError, settings: &Settings) -> ModelError {
         SetupError::Start(StartError::NoConfiguration { .. } | StartError::NotFinite) => {
             unsupported("simulation.project_start", "correct the positions of the start")
         }
+        SetupError::Contradiction(found) => agreement::refusal(found, model),
         SetupError::DissipativeComposition => unsupported("simulation.order", "write order = 2"),
         SetupError::RankAtStart { .. } => {
             unsupported("simulation.scheme", "move a point mass or a body off by a little")
@@ -211,6 +231,6 @@ pub(crate) fn refusal(error: &SetupError, settings: &Settings) -> ModelError {
             };
             unsupported(&format!("joint.{joint}"), help)
         }
-        _ => unsupported("simulation", &format!("step = {}", settings.step)),
+        _ => unsupported("simulation", &format!("step = {}", model.settings.step)),
     }
 }

@@ -121,6 +121,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod agreement;
 mod assembly;
 mod beams;
 pub mod compare;

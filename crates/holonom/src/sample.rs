@@ -117,6 +117,10 @@ pub struct Sample {
     pub energy: f64,
     /// `H_d(q_n, ᵠp_n)`, J, LMO08 (53) with the projected momentum.
     pub hamiltonian: f64,
+    /// Work done since the start by loads, motors, dampers and prescribed motions, J, over all steps;
+    /// zero for conservative systems and in statics.
+    #[serde(default)]
+    pub work: f64,
     /// Momentum maps of the projected momentum `ᵠp_n`.
     pub momentum: Momentum,
     /// Constraint residuals.

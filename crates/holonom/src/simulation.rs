@@ -7,6 +7,7 @@
 
 pub use crate::assembly::{AssemblyReport, Closure};
 
+use crate::agreement;
 use crate::assembly;
 use crate::beams::Beams;
 use crate::dynamics::Dynamics;
@@ -92,7 +93,12 @@ impl Simulation {
         if !missed.is_empty() && !settings.project_start {
             return Err(ModelError::InconsistentStart(missed));
         }
-        let method = method(mechanism, dynamics, &settings, solver)?;
+        let mut method = method(mechanism, dynamics, model, solver)?;
+        if method.here(false).is_err() {
+            let detail = "some motion that the constraints allow carries no mass".into();
+            return Err(ModelError::SingularMass { member: String::new(), detail });
+        }
+        agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
         let mut assembly = assembly::report(model, &*method, &beams, closure);
         let mut limits = LimitWatch::new(&beams);
         let start = method.place().2;
@@ -287,6 +293,7 @@ impl Simulation {
             q: at.q,
             energy: at.energy,
             hamiltonian: at.hamiltonian,
+            work: at.work,
             momentum: at.momentum,
             residuals: at.residuals,
             newton_iterations: iterations,
@@ -313,9 +320,12 @@ impl Simulation {
         RunFailure { step, t, message: format!("{error}{place}"), remedy: error.remedy().into() }
     }
 
-    /// The joint, body or particle that a failed step is about.
+    /// The constraint, joint, body or particle that a failed step is about.
     fn culprit(&self, error: &StepError) -> Option<String> {
         let mechanism = self.method.mechanism();
+        if let Some(row) = error.constraint() {
+            return Some(format!("`{}`", mechanism.constraint_name(row)));
+        }
         let (_, unknown) = error.unknown()?;
         match self.settings.scheme {
             Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => {
@@ -355,9 +365,10 @@ fn counted<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
 fn method(
     mechanism: Mechanism,
     dynamics: Dynamics,
-    settings: &Settings,
+    model: &Model,
     solver: Solver,
 ) -> Result<Box<dyn Method>, ModelError> {
+    let settings = &model.settings;
     let Dynamics { variational, energy_momentum } = dynamics;
     let (q, v) = mechanism.start();
     let at = (0.0, &q[..], &v[..]);
@@ -367,14 +378,14 @@ fn method(
             options.gammas = settings.composition().gammas();
             options.newton = settings.newton();
             let run = integrator(mechanism, variational, options, solver, at)
-                .map_err(|error| assembly::refusal(&error, settings))?;
+                .map_err(|error| assembly::refusal(&error, model))?;
             Ok(Box::new(Variational::new(run, settings)))
         }
         Family::EnergyMomentum(form) => {
             let mut options = EmOptions::new(form, settings.step);
             options.newton = settings.newton();
             let run = EmIntegrator::of_mechanism_at(energy_momentum, mechanism, options, at)
-                .map_err(|error| assembly::em_refusal(&error, settings))?;
+                .map_err(|error| assembly::em_refusal(&error, model))?;
             Ok(Box::new(EnergyMomentum::new(run, variational, settings.momenta)))
         }
         Family::Static => Err(ModelError::Unsupported {

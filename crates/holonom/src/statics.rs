@@ -10,6 +10,7 @@
 //! also those between the steps that halving needed. With `arc_length = true` the path is followed by its
 //! arc length, through limit points, until `t` first reaches the end.
 
+use crate::agreement;
 use crate::assembly::{self, AssemblyReport};
 use crate::beams::Beams;
 use crate::limits::LimitWatch;
@@ -24,6 +25,7 @@ use std::io;
 use vi_beam::arc_length::ArcSettings;
 use vi_beam::statics::{Equilibrium, StaticError, StaticProblem, StaticSettings};
 use vi_constraints::Constraints;
+use vi_constraints::closure::ClosureWatch;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::momentum_map::Momentum;
 use vi_multibody::mechanism::Mechanism;
@@ -59,6 +61,7 @@ pub struct Statics {
     problem: StaticProblem,
     rows: IndependentRows, // with those inside the frames
     mechanism: Mechanism,
+    watch: ClosureWatch,
     facts: StaticFacts,
     step: u64,
 }
@@ -96,6 +99,8 @@ impl Statics {
         let settings = model.settings.clone();
         let facts = StaticFacts { arc_length: settings.arc_length, ..StaticFacts::default() };
         let (limits, step) = (LimitWatch::new(&beams), 0);
+        agreement::paths((&mechanism, &rows), &q, settings.end)?;
+        let watch = ClosureWatch::new(&mechanism, (0.0, &q), settings.newton_tolerance);
         Ok(Self {
             settings,
             assembly,
@@ -106,6 +111,7 @@ impl Statics {
             problem,
             rows,
             mechanism,
+            watch,
             facts,
             step,
         })
@@ -155,6 +161,7 @@ impl Statics {
             t: point.factor,
             energy: point.potential_energy,
             hamiltonian: point.potential_energy,
+            work: 0.0,
             momentum: Momentum::default(),
             residuals: Residuals { position: point.position_residual, ..Residuals::default() },
             newton_iterations: point.iterations as f64,
@@ -164,6 +171,19 @@ impl Statics {
         };
         self.step += 1;
         sample
+    }
+
+    /// Whether an equilibrium satisfies all constraints.
+    fn check(&mut self, point: &Equilibrium) -> Result<(), RunFailure> {
+        self.watch.check(&self.mechanism, point.factor, &point.q).map_err(|error| {
+            let name = error.constraint().map_or("", |row| self.mechanism.constraint_name(row));
+            RunFailure {
+                step: self.step,
+                t: point.factor,
+                message: format!("{error} (`{name}`)"),
+                remedy: error.remedy().into(),
+            }
+        })
     }
 
     fn failure(&self, error: &StaticError) -> RunFailure {
@@ -180,7 +200,7 @@ impl Statics {
         &mut self,
         observe: &mut Observe<'_>,
         progress: &mut dyn FnMut(u64, u64),
-    ) -> io::Result<Result<(), StaticError>> {
+    ) -> io::Result<Result<(), RunFailure>> {
         let steps = self.settings.steps();
         let settings =
             StaticSettings { first_step: 1.0, newton: self.newton(), ..StaticSettings::default() };
@@ -196,13 +216,16 @@ impl Statics {
             self.facts.halvings += path.halvings as u64;
             let recorded = n.is_multiple_of(self.settings.every) || n == steps || error.is_some();
             for point in &path.points {
+                if let Err(failure) = self.check(point) {
+                    return Ok(Err(failure));
+                }
                 let sample = self.sample(point);
                 if recorded {
                     observe(&sample)?;
                 }
             }
             if let Some(error) = error {
-                return Ok(Err(error));
+                return Ok(Err(self.failure(&error)));
             }
         }
         Ok(Ok(()))
@@ -213,7 +236,7 @@ impl Statics {
         &mut self,
         observe: &mut Observe<'_>,
         progress: &mut dyn FnMut(u64, u64),
-    ) -> io::Result<Result<(), StaticError>> {
+    ) -> io::Result<Result<(), RunFailure>> {
         let end = self.settings.end;
         let length = self.settings.step / end;
         let settings = ArcSettings {
@@ -228,8 +251,11 @@ impl Statics {
             progress(n as u64, MOST as u64);
             let point = match self.problem.walk_on(&mut walk) {
                 Ok(point) => point,
-                Err(error) => return Ok(Err(error)),
+                Err(error) => return Ok(Err(self.failure(&error))),
             };
+            if let Err(failure) = self.check(&point) {
+                return Ok(Err(failure));
+            }
             self.facts.halvings = walk.halvings() as u64;
             if point.factor >= end {
                 let settings =
@@ -240,14 +266,14 @@ impl Statics {
                         let sample = self.sample(&last);
                         observe(&sample).map(Ok)
                     }
-                    Err(error) => Ok(Err(error)),
+                    Err(error) => Ok(Err(self.failure(&error))),
                 };
             }
             let sample = self.sample(&point);
             observe(&sample)?;
         }
         let factor = self.problem.factor();
-        Ok(Err(StaticError::TooLong { factor, equilibria: MOST }))
+        Ok(Err(self.failure(&StaticError::TooLong { factor, equilibria: MOST })))
     }
 
     fn newton(&self) -> vi_core::NewtonSettings {
@@ -292,6 +318,9 @@ impl Experiment for Statics {
             Ok(point) => point,
             Err(error) => return Ok(RunOutcome::Failed(self.failure(&error))),
         };
+        if let Err(failure) = self.check(&first) {
+            return Ok(RunOutcome::Failed(failure));
+        }
         self.facts.neutral = self.problem.is_neutral();
         let sample = self.sample(&first);
         observe(&sample)?;
@@ -302,7 +331,7 @@ impl Experiment for Statics {
         };
         Ok(match walked {
             Ok(()) => RunOutcome::Done,
-            Err(error) => RunOutcome::Failed(self.failure(&error)),
+            Err(failure) => RunOutcome::Failed(failure),
         })
     }
 }

@@ -62,8 +62,36 @@ pub trait Constraints {
     fn is_rheonomic(&self) -> bool {
         false
     }
+    /// `out_j ←` the size that coordinate `j` has in the system, shape `n`, positive: rounding moves it
+    /// by `ε` of that. The default takes the largest coordinate for all.
+    fn coordinate_sizes(&self, q: &[f64], out: &mut [f64]) {
+        let largest = vi_core::linear::norm_inf(q);
+        out.fill(if largest > 0.0 { largest } else { 1.0 });
+    }
+    /// `out_i ← Σ_j |G_ij| size_j`, shape `m`, in the unit of `g_i`: rounding changes `g_i` by a small
+    /// multiple of `ε` of that. A row that depends on time adds the size of what it follows. Allocates.
+    fn row_sizes(&self, t: f64, q: &[f64], out: &mut [f64]) {
+        let mut sizes = vec![0.0; self.dim()];
+        self.coordinate_sizes(q, &mut sizes);
+        out.fill(0.0);
+        self.jacobian(t, q, &mut RowSums { sizes: &sizes, out });
+    }
     /// Told of every node reached: a constraint on an angle keeps track of the turn it is in.
     fn accept(&self, _q: &[f64]) {}
+}
+
+/// `out_i ← out_i + |G_ij| size_j` for every entry of a Jacobian.
+pub struct RowSums<'a> {
+    /// `size_j`, shape `n`.
+    pub sizes: &'a [f64],
+    /// Shape `m`.
+    pub out: &'a mut [f64],
+}
+
+impl Entries for RowSums<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        self.out[row] += value.abs() * self.sizes[column];
+    }
 }
 
 /// No constraints at all: the schemes then reduce to discrete Euler–Lagrange stepping.

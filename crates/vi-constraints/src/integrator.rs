@@ -23,6 +23,8 @@
 
 pub use crate::setup::{Options, SetupError, SingularStart};
 
+use crate::agreement::contradiction;
+use crate::closure::ClosureWatch;
 use crate::constrained::Constrained;
 use crate::constraints::Constraints;
 use crate::dalembert::{Dalembert, MapSource, QrSource};
@@ -56,6 +58,7 @@ pub struct Integrator<S, C> {
     before: State, // the node the last macro step started from
     start: StartReport,
     initial_velocity: Vec<f64>,
+    watch: ClosureWatch,
 }
 
 /// Newton's work in one macro step.
@@ -103,7 +106,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
                 Box::new(Nodal::new(operators, (n, d), reduced, options.newton, lanes))
             }
         };
-        Self::with_scheme(system, constraints, (scheme, rows), options, at)
+        Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
     }
 
     /// All four schemes, with the user's `P` and `F_d`.
@@ -137,7 +140,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
                 Box::new(Nodal::new(DenseNodal::new(n, map), (n, d), reduced, newton, lanes))
             }
         };
-        Self::with_scheme(system, constraints, (scheme, rows), options, at)
+        Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
     }
 
     /// Any scheme, with an independent set of constraints that the caller knows.
@@ -165,6 +168,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         system.accept(&state.q);
         constraints.accept(&state.q);
         let observer = NodeObserver::new(&system, constraints.len(), &rows);
+        let start_at = (state.t, &state.q[..]);
+        let watch = ClosureWatch::new(&*constraints, start_at, options.newton.tolerance);
         Ok(Self {
             system,
             constraints,
@@ -180,7 +185,21 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
             state,
             start: report,
             initial_velocity,
+            watch,
         })
+    }
+
+    /// Refuses a start at which dependent constraints contradict each other. Premise: the start is not
+    /// singular.
+    ///
+    /// # Errors
+    /// [`SetupError::Contradiction`].
+    pub fn consistent(self) -> Result<Self, SetupError> {
+        let at = (self.state.t, &self.state.q[..], &self.initial_velocity[..]);
+        match contradiction(&*self.constraints, &self.rows, at) {
+            Some(found) => Err(found.into()),
+            None => Ok(self),
+        }
     }
 
     /// The start is a singular placement in which only `rows` are independent; `report` is of the
@@ -226,16 +245,25 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
                     total.residual = total.residual.max(report.residual);
                 }
                 Err(error) => {
-                    copy(&self.before, &mut self.state);
-                    self.system.accept(&self.state.q);
-                    self.constraints.accept(&self.state.q);
+                    self.take_back();
                     return Err(error);
                 }
             }
         }
+        if let Err(error) = self.watch.check(&*self.constraints, self.state.t, &self.state.q) {
+            self.take_back();
+            self.scheme.reset();
+            return Err(error);
+        }
         self.macro_steps += 1;
         self.state.step = self.macro_steps;
         Ok(total)
+    }
+
+    fn take_back(&mut self) {
+        copy(&self.before, &mut self.state);
+        self.system.accept(&self.state.q);
+        self.constraints.accept(&self.state.q);
     }
 
     /// The quantities of the node that the last macro step has left (the node before the state's).
@@ -266,9 +294,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         let kept = (self.before.clone(), self.macro_steps);
         self.step()?;
         let outcome = self.node_before().map(|_| ());
-        copy(&self.before, &mut self.state);
-        self.system.accept(&self.state.q);
-        self.constraints.accept(&self.state.q);
+        self.take_back();
         (self.before, self.macro_steps) = kept;
         self.scheme.reset();
         outcome?;

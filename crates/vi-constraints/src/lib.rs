@@ -14,6 +14,8 @@
 //! | [`constrained`], [`dalembert`], [`nodal`] | schemes 1, 2, and 3 with 4 |
 //! | [`scheme`] | their common interface |
 //! | [`initialization`] | consistent starts |
+//! | [`agreement`] | dependent constraints that contradict each other at the start |
+//! | [`closure`] | the residual `g(q_n)` of every step against round-off |
 //! | [`projection`] | `R_d`, `Q`, `M⁻¹` at a node |
 //! | [`legendre`] | discrete Legendre transforms, multipliers, energies of given configurations |
 //! | [`node`] | the same along an integration, and hidden constraints |
@@ -24,6 +26,8 @@
 #![deny(missing_docs)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
+pub mod agreement;
+pub mod closure;
 pub mod constrained;
 pub mod constraints;
 pub mod dalembert;

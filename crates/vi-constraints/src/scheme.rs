@@ -76,6 +76,19 @@ pub enum StepError {
     /// The constraints lost the rank that the scheme relies on.
     #[error("the step matrix is singular: the constraints have lost rank")]
     RankLost,
+    /// The configuration reached does not satisfy all constraints ([`crate::closure`]).
+    #[error(
+        "the constraints cannot all be satisfied: residual {residual:.1e}, where rounding leaves \
+         less than {bound:.1e}"
+    )]
+    ConstraintViolated {
+        /// The constraint that is violated most, relative to its bound.
+        row: usize,
+        /// `|g_i|`, in the unit of the constraint.
+        residual: f64,
+        /// The largest residual of round-off.
+        bound: f64,
+    },
 }
 
 impl StepError {
@@ -92,7 +105,20 @@ impl StepError {
                 "check for a singular placement, for masses or inertias that are zero in a free \
                  direction, and for redundant constraints; or use another scheme"
             }
+            Self::ConstraintViolated { .. } => {
+                "constraints that depend on one another disagree along this motion: remove one of \
+                 them, or correct lengths, axes and prescribed motions so that they agree"
+            }
             _ => "reduce the time step",
+        }
+    }
+
+    /// The constraint the failure is about, if one is.
+    #[must_use]
+    pub fn constraint(&self) -> Option<usize> {
+        match self {
+            Self::ConstraintViolated { row, .. } => Some(*row),
+            _ => None,
         }
     }
 

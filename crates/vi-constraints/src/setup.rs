@@ -1,5 +1,6 @@
 //! What an integration is set up with, and why it may be refused.
 
+use crate::agreement::Contradiction;
 use crate::initialization::StartError;
 use crate::saddle_point::RankNearby;
 use crate::scheme::SchemeKind;
@@ -44,6 +45,9 @@ pub enum SetupError {
     /// No consistent start.
     #[error(transparent)]
     Start(#[from] StartError),
+    /// Dependent constraints contradict each other at the start.
+    #[error(transparent)]
+    Contradiction(#[from] Contradiction),
     /// A composition steps backwards, which a dissipative force must not.
     #[error(
         "a composition has backward sub-steps, in which dampers would feed energy in: use order 2 \

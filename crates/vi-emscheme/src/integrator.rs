@@ -31,6 +31,8 @@ use crate::nodal::EmNodal;
 use crate::node::{Before, EmNode, EmObserver};
 use crate::null_space::{AveragedTree, DiscreteNullSpace, DiscreteQr, TreeComplement};
 use crate::scheme::{EmForm, EmScheme, EmState};
+use vi_constraints::agreement::{Contradiction, contradiction};
+use vi_constraints::closure::ClosureWatch;
 use vi_constraints::initialization::{StartError, StartReport, start};
 use vi_constraints::integrator::{SetupError, SingularStart, Start, StepReport};
 use vi_constraints::saddle_point::IndependentRows;
@@ -73,6 +75,9 @@ pub enum EmSetupError {
     /// No consistent start.
     #[error(transparent)]
     Start(#[from] StartError),
+    /// Dependent constraints contradict each other at the start.
+    #[error(transparent)]
+    Contradiction(#[from] Contradiction),
     /// The form needs `F_d`.
     #[error(
         "the scheme `{}` needs a map F_d(u, q_n): give a reparametrization, or use the scheme \
@@ -110,6 +115,7 @@ pub struct EmIntegrator<C> {
     step_before: Before, // the step that ended there
     carry: bool,         // the scheme's interval is the last step
     start: StartReport,
+    watch: ClosureWatch,
 }
 
 impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
@@ -201,6 +207,11 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         system.accept(&state.q);
         constraints.accept(&state.q);
         let (n, m) = (system.dim(), constraints.len());
+        let at = (state.t, &state.q[..], &state.v[..]);
+        if let Some(found) = contradiction(&constraints, &rows, at) {
+            return Err(found.into());
+        }
+        let watch = ClosureWatch::new(&constraints, (at.0, at.1), options.newton.tolerance);
         Ok(Self {
             system,
             constraints,
@@ -215,6 +226,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
             step_before: Before::new(n, m),
             carry: false,
             start,
+            watch,
         })
     }
 
@@ -234,6 +246,13 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         let report = scheme.advance(system, constraints, step, state)?;
         system.accept(&state.q);
         constraints.accept(&state.q);
+        if let Err(error) = self.watch.check(constraints, state.t, &state.q) {
+            state.copy_from(before);
+            system.accept(&state.q);
+            constraints.accept(&state.q);
+            scheme.reset();
+            return Err(error);
+        }
         self.carry = true;
         self.steps += 1;
         state.step = self.steps;

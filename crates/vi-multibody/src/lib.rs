@@ -26,6 +26,7 @@
 //! | [`scalar_constraint`] | distances, guides, couplings, prescribed motion |
 //! | [`coordinate`], [`joint_force`] | joint coordinates with their turns; springs, dampers, motors on them |
 //! | [`spring`] | springs and dampers between two points |
+//! | [`prescribed`] | prescribed motions that contradict each other along their paths |
 //! | [`reaction`] | joint reactions and bar tensions from multipliers |
 //! | [`coordinates`] | all coordinates of a joint along a run, and their rates, as output |
 //! | [`run`] | which operators carry which scheme |
@@ -52,6 +53,7 @@ pub mod mechanism;
 pub mod pair;
 pub mod particle;
 pub mod placement;
+pub mod prescribed;
 pub mod reaction;
 pub mod run;
 pub mod scalar_constraint;

@@ -6,6 +6,7 @@
 
 pub use crate::description::{Attachment, Bar, BarEnd, BodySpec, Description, ParticleSpec};
 
+use crate::closed_loop::longest_arm;
 use crate::form::{Form, Row};
 use crate::joint::Joint;
 use crate::pair::{PairKind, screw};
@@ -16,6 +17,8 @@ use crate::tree::Tree;
 use nalgebra::Vector3;
 use std::ops::Range;
 use vi_constraints::Constraints;
+use vi_constraints::constraints::RowSums;
+use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
 use vi_core::potential::LinearPotential;
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -354,6 +357,31 @@ impl Constraints for Mechanism {
 
     fn is_rheonomic(&self) -> bool {
         self.rows.iter().any(ScalarRow::is_rheonomic)
+    }
+
+    /// Directors have size 1; points have that of the farthest one, no less than the longest lever arm.
+    fn coordinate_sizes(&self, q: &[f64], out: &mut [f64]) {
+        let frames = 12 * self.description.bodies.len();
+        let points = q[..frames].chunks(12).map(|frame| norm_inf(&frame[..3]));
+        let extent = points.fold(norm_inf(&q[frames..]), f64::max);
+        let arm = if self.description.joints.is_empty() && extent > 0.0 {
+            0.0
+        } else {
+            longest_arm(self)
+        };
+        out.fill(extent.max(arm));
+        out[..frames].chunks_mut(12).for_each(|frame| frame[3..].fill(1.0));
+    }
+
+    fn row_sizes(&self, t: f64, q: &[f64], out: &mut [f64]) {
+        let mut sizes = vec![0.0; self.dim()];
+        self.coordinate_sizes(q, &mut sizes);
+        out.fill(0.0);
+        self.jacobian(t, q, &mut RowSums { sizes: &sizes, out });
+        let first = 6 * self.description.bodies.len();
+        for (row, size) in self.rows.iter().zip(&mut out[first..]) {
+            *size += row.target_size(t, q);
+        }
     }
 
     fn accept(&self, q: &[f64]) {

@@ -245,6 +245,9 @@ fn tree_rates(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
         let (own, carried) = (twist(link.frame), map.transfer.apply(&parent));
         let rest = Twist::new(own.linear - carried.linear, own.angular - carried.angular);
         let f = map.freedoms;
+        if f == 0 {
+            continue; // a weld has no rate
+        }
         let s = map.columns();
         let gram = DMatrix::from_fn(f, f, |i, j| s[i].dot(&s[j]));
         let right = DVector::from_fn(f, |i, _| s[i].dot(&rest));

@@ -17,6 +17,7 @@ use crate::sparse_nodal::SparseNodal;
 use crate::tree::Link;
 use serde::{Deserialize, Serialize};
 use std::rc::Rc;
+use vi_constraints::agreement::contradiction;
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::initialization::start;
@@ -73,6 +74,9 @@ pub fn integrator(
             return Err(loops.refusal(SingularStart::Scheme));
         }
         let (state, v, report) = start(&system, &*mechanism, here, t, (q, v))?;
+        if let Some(found) = contradiction(&*mechanism, here, (t, &state.q, &v)) {
+            return Err(found.into());
+        }
         moved = Some((state.q, v, here.clone(), report));
     }
     let at = moved.as_ref().map_or(at, |(q, v, ..)| (t, &q[..], &v[..]));
@@ -93,10 +97,10 @@ pub fn integrator(
         }
     };
     let run = Integrator::with_scheme(system, mechanism, (scheme, rows), options, at)?;
-    Ok(match moved {
-        Some((.., here, report)) => run.starting_singular(&here, report),
-        None => run,
-    })
+    match moved {
+        Some((.., here, report)) => Ok(run.starting_singular(&here, report)),
+        None => run.consistent(),
+    }
 }
 
 /// The independent constraints of the motion, and of its start where fewer are independent there.

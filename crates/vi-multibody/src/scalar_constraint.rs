@@ -132,6 +132,20 @@ impl ScalarRow {
         }
     }
 
+    /// The size of what the coordinates are compared with beside their own: whole revolutions, which are
+    /// known to `ε` of their number, and the path at `t`.
+    #[must_use]
+    pub fn target_size(&self, t: f64, q: &[f64]) -> f64 {
+        let turned = |c: &JointCoordinate| TAU * c.principal_and_turns(q).1.abs();
+        match self {
+            Self::Product(_) => 0.0,
+            Self::Coupling { a, b, ratio, target } => {
+                turned(a) + ratio.abs() * turned(b) + target.abs()
+            }
+            Self::Motion { coordinate, reference } => turned(coordinate) + reference(t)[0].abs(),
+        }
+    }
+
     /// Whether it depends on time.
     #[must_use]
     pub fn is_rheonomic(&self) -> bool {

@@ -4,6 +4,7 @@
 //! start, and where a step fails) it is taken from the acceleration level, with the forces of the
 //! variational description: in the limit of short steps both descriptions are the same system.
 
+use super::work::Work;
 use super::{Method, Reading};
 use crate::sample::{Momenta, Residuals};
 use vi_constraints::Constraints;
@@ -23,6 +24,8 @@ pub(crate) struct EnergyMomentum {
     forces: SeparableSystem,
     observer: Option<NodeObserver>, // made when first asked for
     momenta: bool,                  // whether they are asked for
+    work: Work,
+    rates: Vec<f64>, // m  ∂g/∂t
 }
 
 impl EnergyMomentum {
@@ -32,7 +35,11 @@ impl EnergyMomentum {
         momenta: bool,
     ) -> Self {
         forces.accept(&run.state().q);
-        Self { run, forces, observer: None, momenta }
+        let (start, mechanism) = (run.state(), run.constraints());
+        let work = Work::new(&start.q, &start.v, false); // the multipliers of the step are at hand
+        let driven = mechanism.is_rheonomic();
+        let rates = vec![0.0; if driven { mechanism.len() } else { 0 }];
+        Self { run, forces, observer: None, momenta, work, rates }
     }
 
     /// What these schemes have of the momenta of a node: they have no discrete Lagrangian.
@@ -50,9 +57,23 @@ impl EnergyMomentum {
         }))
     }
 
-    fn with_step(&self, at: &EmState, node: &EmNode) -> Reading {
-        let momenta = self.momenta(at, node);
-        Reading { momenta, ..reading(self.run.constraints(), at, node) }
+    /// A node with its momenta and the work up to it; `before`: that of the step which started there is left out.
+    fn read(&self, before: bool, at: &EmState, node: &EmNode) -> Reading {
+        let (momenta, work) = (self.momenta(at, node), self.work.known(before));
+        Reading { momenta, ..reading(self.run.constraints(), at, node, work) }
+    }
+
+    /// The work of the step that was just taken: prescribed motions do `h λ·∂g/∂t`, with `μ = h²λ`.
+    fn add_work(&mut self) {
+        let Self { run, forces, work, rates, .. } = self;
+        let s = run.interval();
+        work.begin();
+        work.add_forces(forces, s);
+        if !rates.is_empty() {
+            run.constraints().time_derivative(s.t_mid(), &s.q_mid, rates);
+            let power = run.scaled_multiplier().iter().zip(rates).map(|(mu, rate)| mu * *rate);
+            work.add_known(power.sum::<f64>() / s.h);
+        }
     }
 
     fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
@@ -66,7 +87,7 @@ impl EnergyMomentum {
     }
 }
 
-fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode) -> Reading {
+fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode, work: f64) -> Reading {
     Reading {
         step: at.step,
         t: at.t,
@@ -75,6 +96,7 @@ fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode) -> Reading {
         lambda: node.lambda.clone(),
         energy: node.energy,
         hamiltonian: node.energy,
+        work,
         momentum: mechanism.momentum(&at.q, &node.p),
         residuals: Residuals {
             position: node.position_residual,
@@ -88,6 +110,7 @@ fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode) -> Reading {
 impl Method for EnergyMomentum {
     fn step(&mut self) -> Result<StepReport, StepError> {
         let report = self.run.step()?;
+        self.add_work();
         self.forces.accept(&self.run.state().q);
         Ok(report)
     }
@@ -103,7 +126,7 @@ impl Method for EnergyMomentum {
 
     fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
         let node = self.run.observe_state().clone();
-        let mut found = self.with_step(self.run.state(), &node);
+        let mut found = self.read(false, self.run.state(), &node);
         found.lambda.clear();
         if multipliers || self.momenta {
             found.lambda = self.acceleration_multiplier()?;
@@ -116,12 +139,12 @@ impl Method for EnergyMomentum {
 
     fn left(&mut self) -> Result<Reading, Singular> {
         let node = self.run.node_before().clone();
-        Ok(self.with_step(self.run.before(), &node))
+        Ok(self.read(true, self.run.before(), &node))
     }
 
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
         match self.run.observe().cloned() {
-            Ok(node) => Ok(self.with_step(self.run.state(), &node)),
+            Ok(node) => Ok(self.read(false, self.run.state(), &node)),
             Err(_) => self.here(multipliers),
         }
     }

@@ -4,9 +4,11 @@
 //! |---|---|
 //! | [`variational`] | the four variational schemes at any order |
 //! | [`energy_momentum`] | the three energy–momentum forms |
+//! | [`work`] | the work of loads, motors, dampers and prescribed motions |
 
 mod energy_momentum;
 mod variational;
+mod work;
 
 pub(crate) use energy_momentum::EnergyMomentum;
 pub(crate) use variational::Variational;
@@ -39,6 +41,8 @@ pub(crate) struct Reading {
     pub(crate) energy: f64,
     /// Energy of the node.
     pub(crate) hamiltonian: f64,
+    /// Work of non-conservative forces and prescribed motions since the start.
+    pub(crate) work: f64,
     /// Momentum maps.
     pub(crate) momentum: Momentum,
     /// Constraint residuals.

@@ -1,14 +1,15 @@
 //! The variational schemes as a [`Method`].
 
+use super::work::Work;
 use super::{Method, Reading};
 use crate::model::Settings;
 use crate::sample::{Momenta, Residuals};
-use vi_constraints::Reparametrization;
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::node::Node;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
+use vi_constraints::{Constraints, Reparametrization};
 use vi_core::State;
 use vi_core::linear::Singular;
 use vi_multibody::map::TreeMap;
@@ -20,12 +21,15 @@ pub(crate) struct Variational {
     run: MechanismIntegrator,
     composed: bool,           // order above 2
     momenta: Option<TreeMap>, // where they are asked for
+    work: Work,
 }
 
 impl Variational {
     pub(crate) fn new(run: MechanismIntegrator, settings: &Settings) -> Self {
         let momenta = settings.momenta.then(|| TreeMap::new(run.constraints()));
-        Self { run, composed: settings.order > 2, momenta }
+        let driven = run.constraints().is_rheonomic();
+        let work = Work::new(&run.state().p, run.initial_velocity(), driven);
+        Self { run, composed: settings.order > 2, momenta, work }
     }
 
     /// Momenta of a node; without a `step` from there only those of its state.
@@ -47,14 +51,14 @@ impl Variational {
         Some(Box::new(found))
     }
 
-    /// The present node with the quantities of the step from there.
-    fn with_step(&self, at: &State, node: &Node) -> Reading {
-        let momenta = self.momenta(at, node, true);
-        Reading { momenta, ..reading(self.run.constraints(), at, node) }
+    fn reading_here(&self, node: &Node) -> Reading {
+        let at = self.run.state();
+        let work = self.work.at(false, &at.p, (&node.p_projected, &node.v));
+        reading(self.run.constraints(), at, node, work)
     }
 }
 
-fn reading(mechanism: &Mechanism, at: &State, node: &Node) -> Reading {
+fn reading(mechanism: &Mechanism, at: &State, node: &Node, work: f64) -> Reading {
     Reading {
         step: at.step,
         t: at.t,
@@ -63,6 +67,7 @@ fn reading(mechanism: &Mechanism, at: &State, node: &Node) -> Reading {
         lambda: node.lambda.clone(),
         energy: node.discrete_energy.total(),
         hamiltonian: node.hamiltonian_projected.total(),
+        work,
         momentum: mechanism.momentum(&at.q, &node.p_projected),
         residuals: Residuals {
             position: node.position_residual,
@@ -75,7 +80,13 @@ fn reading(mechanism: &Mechanism, at: &State, node: &Node) -> Reading {
 
 impl Method for Variational {
     fn step(&mut self) -> Result<StepReport, StepError> {
-        self.run.step()
+        let Self { run, work, .. } = self;
+        work.begin();
+        let taken = run.step_with(&mut |system, _, s| work.add(system, s));
+        if taken.is_err() {
+            work.take_back();
+        }
+        taken
     }
 
     fn place(&self) -> (u64, f64, &[f64]) {
@@ -89,7 +100,7 @@ impl Method for Variational {
 
     fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
         let node = self.run.observe_state()?.clone();
-        let mut found = reading(self.run.constraints(), self.run.state(), &node);
+        let mut found = self.reading_here(&node);
         found.lambda.clear();
         found.momenta = self.momenta(self.run.state(), &node, false);
         if multipliers || found.momenta.is_some() {
@@ -103,7 +114,10 @@ impl Method for Variational {
 
     fn left(&mut self) -> Result<Reading, Singular> {
         let node = self.run.node_before()?.clone();
-        Ok(self.with_step(self.run.before(), &node))
+        let at = self.run.before();
+        let work = self.work.at(true, &at.p, (&node.p_projected, &node.v));
+        let momenta = self.momenta(at, &node, true);
+        Ok(Reading { momenta, ..reading(self.run.constraints(), at, &node, work) })
     }
 
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
@@ -111,7 +125,10 @@ impl Method for Variational {
             return self.here(multipliers);
         }
         match self.run.observe().cloned() {
-            Ok(node) => Ok(self.with_step(self.run.state(), &node)),
+            Ok(node) => {
+                let momenta = self.momenta(self.run.state(), &node, true);
+                Ok(Reading { momenta, ..self.reading_here(&node) })
+            }
             Err(_) => self.here(multipliers),
         }
     }

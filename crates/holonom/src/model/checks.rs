@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::source::Document;
-use super::start::{StartPoints, distance, is_ground};
+use super::start::{StartPoints, coincide, is_ground};
 use super::{
     Bar, Body, Constraint, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Scheme, Shape,
     Spring,
@@ -319,14 +319,11 @@ impl<'a> Checker<'a> {
         if let Some(length) = bar.length.filter(|l| *l <= 0.0) {
             let message = format!("the length {length} m is not positive");
             self.report(format!("{key}.length"), message, "write a positive length in m");
-        } else if bar.length.is_none() && bar.from != bar.to && self.is_degenerate(bar) {
-            let message = "both ends start at the same point: the bar has no length".to_owned();
-            self.report(key, message, "move one of them, or state the `length`");
+        } else if bar.from != bar.to && coincide(&self.points.bar(bar)) {
+            let message = "both ends start at the same point: the bar has no direction".to_owned();
+            let help = "move one of them, or write one particle with the mass of both";
+            self.report(key, message, help);
         }
-    }
-
-    fn is_degenerate(&self, bar: &Bar) -> bool {
-        distance(self.points.bar(bar)) == 0.0
     }
 
     fn joint(&mut self, key: &str, joint: &Joint) {

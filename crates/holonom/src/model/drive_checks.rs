@@ -1,6 +1,7 @@
 //! Checks of what acts on joint coordinates and of single constraints.
 
 use super::checks::Checker;
+use super::start::coincide;
 use super::{Constraint, GROUND, Joint, JointKind};
 
 impl Checker<'_> {
@@ -36,13 +37,22 @@ impl Checker<'_> {
     pub(super) fn constraint(&mut self, key: &str, constraint: &Constraint) {
         let axis_of = |axis: &[f64; 3]| axis.iter().all(|a| a.abs() < 1e-100);
         match constraint {
-            Constraint::Distance { from, to, length, .. } => {
+            Constraint::Distance { from, to, length, point_from, point_to, .. } => {
                 self.reference(format!("{key}.from"), from, &["body", GROUND]);
                 self.reference(format!("{key}.to"), to, &["body", GROUND]);
                 self.two_ends(&format!("{key}.to"), from, to);
                 if let Some(length) = length.filter(|l| *l <= 0.0) {
                     let message = format!("the length {length} m is not positive");
                     self.report(format!("{key}.length"), message, "write a positive length in m");
+                }
+                let ends = [(from, point_from), (to, point_to)]
+                    .map(|(member, point)| self.points.point(member, Some(&point[..])));
+                if from != to && coincide(&ends) {
+                    let message =
+                        "both ends start at the same point: the rod has no direction".to_owned();
+                    let help = "write a [[joint]] with type = \"spherical\" to hold the points \
+                                together, or move one of them";
+                    self.report(key, message, help);
                 }
             }
             Constraint::PointOnLine { parent, child, axis, .. }

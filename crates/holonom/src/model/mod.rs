@@ -23,6 +23,7 @@ mod settings;
 mod shape;
 mod source;
 mod start;
+mod strict;
 
 use std::io::Read;
 use std::path::Path;
@@ -229,6 +230,22 @@ impl Model {
         self.loads.iter().try_fold(0.0_f64, |end, load| Some(end.max(load.history.end()?)))
     }
 
+    /// Whether nothing but weight, springs and elastic beams does work: no load, motor, damper or
+    /// prescribed motion.
+    #[must_use]
+    pub fn is_conservative(&self) -> bool {
+        let passive = |joint: &Joint| {
+            let motor = joint.motor.as_ref();
+            joint.damper.as_ref().is_none_or(|damper| damper.damping == 0.0)
+                && motor
+                    .is_none_or(|m| m.effort == 0.0 && m.proportional == 0.0 && m.derivative == 0.0)
+        };
+        self.loads.is_empty()
+            && self.springs.iter().all(|spring| spring.damping == 0.0)
+            && self.joints.iter().all(passive)
+            && !self.constraints.iter().any(|c| matches!(c, Constraint::Motion { .. }))
+    }
+
     /// Gravitational acceleration, m/s²; the third component is 0 in the plane.
     #[must_use]
     pub fn gravity(&self) -> [f64; 3] {
@@ -302,6 +319,11 @@ pub fn read_text(path: &Path) -> Result<String, ModelError> {
     let unreadable = |e: std::io::Error| ModelError::Unreadable { reason: e.to_string() };
     if path.is_dir() {
         return Err(ModelError::Unreadable { reason: "this is a directory, not a file".into() });
+    }
+    // a named pipe that nobody writes to would block; those of a shell stand under /dev or /proc
+    let device = path.starts_with("/dev") || path.starts_with("/proc");
+    if !path.metadata().map_err(unreadable)?.is_file() && !device {
+        return Err(ModelError::Unreadable { reason: "this is not a regular file".into() });
     }
     let file = std::fs::File::open(path).map_err(unreadable)?;
     let mut bytes = Vec::new();

@@ -7,10 +7,11 @@ use std::ops::Range;
 
 use serde::de::DeserializeOwned;
 use toml::Spanned;
-use toml::de::{DeString, DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeString, DeTable, DeValue};
 
 use super::overrides::set;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
+use super::strict::{Strict, list_of, wrong_length};
 
 /// Sections that are one table.
 pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
@@ -163,15 +164,18 @@ impl<'i> Document<'i> {
         value: &Spanned<DeValue<'i>>,
         problems: &mut Vec<Problem>,
     ) -> Option<T> {
-        match T::deserialize(ValueDeserializer::from(value.clone())) {
+        match T::deserialize(Strict(value)) {
             Ok(entry) => Some(entry),
             Err(error) => {
-                let span = error.span().unwrap_or_else(|| value.span());
+                let mut span = error.span.unwrap_or_else(|| value.span());
                 if let Some(table) = table_with_key(value, &span) {
-                    problems.extend(self.unknown_keys(path, table, error.message()));
+                    problems.extend(self.unknown_keys(path, table, &error.message));
                     return None;
                 }
-                let (message, help) = reworded(error.message());
+                if let Some((found, _)) = buffered_length(&error.message) {
+                    span = list_of(value, found).unwrap_or(span);
+                }
+                let (message, help) = reworded(&error.message);
                 let key = self.path_at(path, &span);
                 let mut problem = Problem::new(key, message).at(self.inside(span));
                 problem.help = help;
@@ -326,6 +330,13 @@ fn suggestion(word: &str, known: &[&str]) -> Option<String> {
     }
 }
 
+/// The lengths in serde's "invalid length 4, expected …3…".
+fn buffered_length(message: &str) -> Option<(usize, usize)> {
+    let (found, expected) = message.strip_prefix("invalid length ")?.split_once(", expected ")?;
+    let digits = expected.split(|c: char| !c.is_ascii_digit()).find(|word| !word.is_empty())?;
+    Some((found.parse().ok()?, digits.parse().ok()?))
+}
+
 /// serde's words in ours, with the nearest of the expected ones.
 fn reworded(message: &str) -> (String, Option<String>) {
     let words: Vec<&str> = quoted(message).collect();
@@ -338,6 +349,12 @@ fn reworded(message: &str) -> (String, Option<String>) {
         }
         (Some(word), m) if m.starts_with("missing field") => {
             (format!("the key `{word}` is missing"), Some(format!("add `{word} = …`")))
+        }
+        (_, m) if buffered_length(m).is_some() || m.ends_with("are needed") => {
+            let message = buffered_length(m).map(|(found, expected)| wrong_length(found, expected));
+            let message = message.unwrap_or_else(|| m.to_owned());
+            let help = "write exactly as many entries as are needed".to_owned();
+            (message, Some(help))
         }
         _ => {
             let message = message.replace("expected f64", "expected a number");

@@ -85,6 +85,11 @@ impl<'a> StartPoints<'a> {
     }
 }
 
+/// Whether two points are one to rounding.
+pub(super) fn coincide([a, b]: &[Vector3<f64>; 2]) -> bool {
+    (b - a).norm() <= 1e-14 * a.amax().max(b.amax())
+}
+
 /// Distance of two points, m.
 pub(super) fn distance([a, b]: [Vector3<f64>; 2]) -> f64 {
     (b - a).norm()

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::beams::BeamWriter;
 use super::csv::{Snapshot, Trajectory, TrajectoryWriter};
 use super::momenta::MomentaWriter;
+use super::pictures::{self, is_there};
 use super::sensors::{SensorTable, SensorWriter};
 use super::summary::Summary;
 use crate::beams::Beams;
@@ -36,6 +37,12 @@ pub enum OutputError {
         folder: PathBuf,
         /// One of its files.
         file: String,
+    },
+    /// A picture that somebody else made, or a folder of pictures that is a link, is in the way.
+    #[error("{} was not written by this program", path.display())]
+    Foreign {
+        /// The file or folder.
+        path: PathBuf,
     },
     /// The operating system refuses.
     #[error("{}: {source}", path.display())]
@@ -71,17 +78,15 @@ pub struct RunFolder {
 
 impl RunFolder {
     /// A folder for a new run; created, with its parents, if it does not exist. With `force`, the
-    /// files of an earlier run are removed.
+    /// files of an earlier run are removed; pictures only where this program drew them.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`], [`OutputError::Io`].
+    /// [`OutputError::Occupied`], [`OutputError::Foreign`], [`OutputError::Io`].
     pub fn create(path: impl Into<PathBuf>, force: bool) -> Result<Self, OutputError> {
+        let path = path.into();
+        pictures::check_before(&path.join("plots"))?;
         let folder = Self::create_for(path, &FILES, force)?;
-        let plots = fs::read_dir(folder.path.join("plots")).into_iter().flatten().flatten();
-        let plots = plots.map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "svg"));
-        for file in plots {
-            fs::remove_file(&file).map_err(|e| at(&file, e))?;
-        }
+        pictures::remove(&folder.path.join("plots"))?;
         Ok(folder)
     }
 
@@ -96,15 +101,26 @@ impl RunFolder {
         force: bool,
     ) -> Result<Self, OutputError> {
         let path = path.into();
-        let present = files.iter().find(|file| path.join(file).exists());
-        if let Some(file) = present.filter(|_| !force) {
-            return Err(OutputError::Occupied { folder: path, file: (*file).to_owned() });
-        }
+        Self::vacant(&path, files, force)?;
         fs::create_dir_all(&path).map_err(|e| at(&path, e))?;
-        for file in files.iter().map(|f| path.join(f)).filter(|f| f.exists()) {
+        for file in files.iter().map(|f| path.join(f)).filter(|f| is_there(f)) {
             fs::remove_file(&file).map_err(|e| at(&file, e))?;
         }
         Ok(Self { path })
+    }
+
+    /// Whether the given files may be written to a folder: none is there, or `force` is set. Changes
+    /// nothing.
+    ///
+    /// # Errors
+    /// [`OutputError::Occupied`].
+    pub fn vacant(path: &Path, files: &[&str], force: bool) -> Result<(), OutputError> {
+        match files.iter().find(|file| is_there(&path.join(file))).filter(|_| !force) {
+            Some(file) => {
+                Err(OutputError::Occupied { folder: path.to_owned(), file: (*file).to_owned() })
+            }
+            None => Ok(()),
+        }
     }
 
     /// The folder of an earlier run.
@@ -203,6 +219,14 @@ impl RunFolder {
         Ok(path)
     }
 
+    /// Writes a picture as a whole; one that this program did not draw stays.
+    ///
+    /// # Errors
+    /// [`OutputError::Foreign`], [`OutputError::Io`].
+    pub fn write_picture(&self, name: &str, svg: &str) -> Result<PathBuf, OutputError> {
+        pictures::write(self.path.join(name), svg)
+    }
+
     /// Writes `summary.json`.
     ///
     /// # Errors
@@ -255,7 +279,7 @@ pub(crate) fn at(path: &Path, source: io::Error) -> OutputError {
 }
 
 /// Writes beside the file and renames.
-fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
+pub(super) fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
     if let Some(parent) = path.parent() {
         fs::create_dir_all(parent)?;
     }

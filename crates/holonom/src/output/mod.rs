@@ -15,6 +15,7 @@ mod beams;
 mod csv;
 mod folder;
 mod momenta;
+mod pictures;
 mod sensors;
 mod summary;
 

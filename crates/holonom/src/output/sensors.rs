@@ -132,6 +132,7 @@ mod tests {
             q: vec![],
             energy: 0.0,
             hamiltonian: 0.0,
+            work: 0.0,
             momentum: Default::default(),
             residuals: Default::default(),
             newton_iterations: 0.0,

@@ -1,6 +1,6 @@
 //! What was measured, in plain sentences.
 
-use crate::output::{Status, Summary};
+use crate::output::{EnergySummary, Status, Summary};
 use crate::statics::StaticFacts;
 
 /// A measured fact.
@@ -57,15 +57,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
         ("constraints", constraints),
         ("linear momentum", kept(&summary.momentum.linear.components, "kg·m/s")),
         ("angular momentum", kept(&summary.momentum.angular.components, "kg·m²/s")),
-        (
-            "energy",
-            format!(
-                "{} J at the start, off by at most {} J, drift {} J per step",
-                energy.initial,
-                number(energy.max_abs_error),
-                number(energy.drift_per_step)
-            ),
-        ),
+        ("energy", energy_words(energy)),
         (
             "Newton iterations",
             format!("{:.2} per step on average, {} at most", newton.mean, newton.max),
@@ -80,6 +72,25 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
         ),
     ];
     facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
+}
+
+/// Conservation, or the balance of energy and work.
+fn energy_words(energy: &EnergySummary) -> String {
+    let start = energy.initial;
+    match energy.drift_per_step {
+        Some(drift) => format!(
+            "{start} J at the start, off by at most {} J, drift {} J per step",
+            number(energy.max_abs_error),
+            number(drift)
+        ),
+        None => format!(
+            "{start} J at the start, {} J at the end; work of forces and prescribed motions {} J, \
+             balance error {} J",
+            number(energy.last),
+            number(energy.work),
+            number(energy.balance_error)
+        ),
+    }
 }
 
 fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {

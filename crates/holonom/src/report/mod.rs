@@ -44,7 +44,7 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     let mut figures = Vec::new();
     let mut draw = |title: &str, name: &str, caption: String, svg: Result<String, String>| {
         let svg = svg.map_err(|reason| OutputError::Plot { name: name.to_owned(), reason })?;
-        files.push(folder.write(&format!("plots/{name}.svg"), &svg)?);
+        files.push(folder.write_picture(&format!("plots/{name}.svg"), &svg)?);
         figures.push(Figure { title: title.to_owned(), name: name.to_owned(), caption, svg });
         Ok::<(), OutputError>(())
     };

@@ -144,7 +144,10 @@ fn push_table(html: &mut String, summary: &Summary) {
         ("degrees of freedom", summary.dof.to_string()),
         ("energy at the start", format!("{} J", energy.initial)),
         ("largest energy error", format!("{:.3e} J", energy.max_abs_error)),
-        ("energy drift per step", format!("{:.3e} J", energy.drift_per_step)),
+        match energy.drift_per_step {
+            Some(drift) => ("energy drift per step", format!("{drift:.3e} J")),
+            None => ("energy less work done", format!("{:.3e} J", energy.balance_error)),
+        },
         (
             "largest change of linear momentum",
             format!("{:.3e} kg·m/s", momentum.linear.max_abs_drift),

@@ -1,0 +1,115 @@
+//! The work that loads, motors, dampers and prescribed motions do along a run, summed over all steps.
+//!
+//! ```text
+//! forces       Σ (f_d^- + f_d^+)·Δq/h                      over the (sub-)steps
+//! constraints  −Σ b_n·v_n,  b_n = p̄_n + D_1 L_d + f_d^-    over the nodes: b_n = h Gᵀλ, the force is −Gᵀλ
+//!              −(p̄_N − ᵠp_N)·v̂_N                           the first half of the impulse of the last node
+//! ```
+//! `v_n` is interpolated between the velocities `Δq/h` of the steps beside the node. Constraints that do
+//! not depend on time do no work, so the second line is summed for prescribed motions alone. The energy
+//! changes by the sum to second order in the step (theory: discrete Lagrange–d'Alembert principle).
+
+use vi_core::MechanicalSystem;
+use vi_core::interval::Interval;
+
+/// The work up to the present node and up to the one before.
+#[derive(Clone, Debug)]
+pub(crate) struct Work {
+    force: Vec<f64>, // n  scratch
+    total: f64,
+    before: f64,
+    node: Option<[Node; 2]>, // the present one and the one before; None without prescribed motions
+}
+
+/// What the impulse at a node is made of.
+#[derive(Clone, Debug)]
+struct Node {
+    p: Vec<f64>, // n  p̄_n
+    v: Vec<f64>, // n  of the step that ended here; the velocity at the start
+    h: f64,      // s  of that step; 0 at the start
+}
+
+impl Work {
+    /// From the start with momentum `p` and velocity `v`; `driven`: some motion is prescribed.
+    pub(crate) fn new(p: &[f64], v: &[f64], driven: bool) -> Self {
+        let start = Node { p: p.to_vec(), v: v.to_vec(), h: 0.0 };
+        let node = driven.then(|| [start.clone(), start]);
+        Self { force: vec![0.0; p.len()], total: 0.0, before: 0.0, node }
+    }
+
+    /// A macro step begins.
+    pub(crate) fn begin(&mut self) {
+        self.before = self.total;
+        if let Some([now, kept]) = &mut self.node {
+            kept.copy_from(now);
+        }
+    }
+
+    /// It was refused.
+    pub(crate) fn take_back(&mut self) {
+        self.total = self.before;
+        if let Some([now, kept]) = &mut self.node {
+            now.copy_from(kept);
+        }
+    }
+
+    /// Adds a (sub-)step of a variational scheme.
+    pub(crate) fn add(&mut self, system: &impl MechanicalSystem, s: &Interval) {
+        self.add_forces(system, s);
+        let Some([node, _]) = &mut self.node else { return };
+        system.forced_d1(s, &mut self.force);
+        let weight = if node.h == 0.0 { 0.0 } else { node.h / (node.h + s.h) };
+        for (i, b) in self.force.iter().enumerate() {
+            let v = node.v[i] + weight * (s.v_mid[i] - node.v[i]);
+            self.total -= (node.p[i] + b) * v;
+        }
+        system.forced_d2(s, &mut node.p);
+        node.v.copy_from_slice(&s.v_mid);
+        node.h = s.h;
+    }
+
+    /// Adds the work of the discrete forces of a step.
+    pub(crate) fn add_forces(&mut self, system: &impl MechanicalSystem, s: &Interval) {
+        self.force.fill(0.0);
+        system.add_force_minus(s, &mut self.force);
+        system.add_force_plus(s, &mut self.force);
+        self.total += dot(&self.force, &s.v_mid);
+    }
+
+    /// Adds work that is known otherwise, J.
+    pub(crate) fn add_known(&mut self, work: f64) {
+        self.total += work;
+    }
+
+    /// Whether some motion is prescribed.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.node.is_some()
+    }
+
+    /// The work up to the present node, J, or up to the one `before`; `p`: `p̄` of that node,
+    /// `p_projected` and `v`: its projection and the velocity of that.
+    pub(crate) fn at(&self, before: bool, p: &[f64], (p_projected, v): (&[f64], &[f64])) -> f64 {
+        let total = if before { self.before } else { self.total };
+        if !self.is_driven() {
+            return total;
+        }
+        total - dot(p, v) + dot(p_projected, v)
+    }
+
+    /// The same without prescribed motions, or with their work known.
+    pub(crate) fn known(&self, before: bool) -> f64 {
+        if before { self.before } else { self.total }
+    }
+}
+
+impl Node {
+    fn copy_from(&mut self, other: &Self) {
+        self.p.copy_from_slice(&other.p);
+        self.v.copy_from_slice(&other.v);
+        self.h = other.h;
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}

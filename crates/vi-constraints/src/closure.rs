@@ -1,0 +1,130 @@
+//! The residual `g(q_n)` of every step against round-off.
+//!
+//! ```text
+//! |g_i(q_n)| ≤ max(1e-9, 100 χ_0, 10 τ) Σ_j |G_ij| size_j           i = 1 … m, all constraints
+//! ```
+//! `size_j` is the size of coordinate `j` in the system, so each row is measured in its own unit; `χ_0`
+//! is the same ratio at the start and `τ` the relative tolerance of Newton's method.
+//!
+//! A scheme solves for independent constraints and relies on the others to follow. Where they do not
+//! (prescribed motions that contradict each other, a loop that cannot move, a rank that was misjudged),
+//! the residual of a constraint that was left out grows with the motion. Round-off stays below `1e-12`
+//! in this measure: the increments are found from `g(q_{n+1}) = 0`, so nothing accumulates, and the
+//! enlargement in a constraint that was left out is bounded by the choice of the others
+//! ([`crate::saddle_point`]). The bound is three orders above that.
+
+use crate::constraints::Constraints;
+use crate::scheme::StepError;
+
+/// Largest residual of round-off, relative to the size of the row.
+const ROUND_OFF: f64 = 1e-9;
+/// By how much the residual of the start may grow.
+const GROWTH: f64 = 100.0;
+/// Largest residual that a relative tolerance of Newton's method leaves, in units of it.
+const NEWTON: f64 = 10.0;
+
+/// Compares the constraint residual of every node with round-off.
+#[derive(Clone, Debug)]
+pub struct ClosureWatch {
+    g: Vec<f64>,     // m  g(q_n)
+    sizes: Vec<f64>, // m  of the rows
+    factor: f64,
+}
+
+impl ClosureWatch {
+    /// From the start `(t, q)`; `tolerance`: relative tolerance of Newton's method.
+    #[must_use]
+    pub fn new(constraints: &impl Constraints, (t, q): (f64, &[f64]), tolerance: f64) -> Self {
+        let m = constraints.len();
+        let (mut g, mut sizes) = (vec![0.0; m], vec![0.0; m]);
+        constraints.value(t, q, &mut g);
+        constraints.row_sizes(t, q, &mut sizes);
+        let ratio = |(g, size): (&f64, &f64)| if *size > 0.0 { g.abs() / size } else { 0.0 };
+        let start = g.iter().zip(&sizes).map(ratio).fold(0.0, f64::max);
+        let factor = ROUND_OFF.max(GROWTH * start).max(NEWTON * tolerance);
+        Self { g, sizes, factor }
+    }
+
+    /// Checks the node `(t, q)`.
+    ///
+    /// # Errors
+    /// [`StepError::ConstraintViolated`] with the constraint whose residual is largest relative to its
+    /// bound.
+    pub fn check(
+        &mut self,
+        constraints: &impl Constraints,
+        t: f64,
+        q: &[f64],
+    ) -> Result<(), StepError> {
+        constraints.value(t, q, &mut self.g);
+        if self.holds() {
+            return Ok(());
+        }
+        constraints.row_sizes(t, q, &mut self.sizes); // the system may have moved away
+        if self.holds() { Ok(()) } else { Err(self.violation()) }
+    }
+
+    /// Whether all residuals are within their bounds; one that is not a number is not.
+    fn holds(&self) -> bool {
+        self.g.iter().zip(&self.sizes).all(|(g, size)| g.abs() <= self.factor * size)
+    }
+
+    fn violation(&self) -> StepError {
+        let excess = |i: usize| {
+            let (g, bound) = (self.g[i].abs(), self.factor * self.sizes[i]);
+            if g <= bound {
+                0.0
+            } else if g.is_nan() {
+                f64::INFINITY
+            } else {
+                g / bound
+            }
+        };
+        let row = (0..self.g.len()).max_by(|&a, &b| excess(a).total_cmp(&excess(b))).unwrap_or(0);
+        let (residual, bound) = (self.g[row].abs(), self.factor * self.sizes[row]);
+        StepError::ConstraintViolated { row, residual, bound }
+    }
+}
+
+#[cfg(test)]
+#[allow(non_snake_case)] // G
+mod tests {
+    use super::*;
+    use crate::constraints::ConstraintFn;
+
+    /// Two points of the line at distances 1 and 1000.
+    fn rods() -> impl Constraints {
+        ConstraintFn::new(
+            2,
+            2,
+            |q, g| (g[0], g[1]) = (0.5 * (q[0] * q[0] - 1.0), q[1] - 1000.0),
+            |q, G| (G[(0, 0)], G[(1, 1)]) = (q[0], 1.0),
+        )
+    }
+
+    #[test]
+    fn round_off_passes_and_a_violation_is_named() {
+        let rods = rods();
+        let mut watch = ClosureWatch::new(&rods, (0.0, &[1.0, 1000.0]), 0.0);
+        assert_eq!(watch.check(&rods, 0.0, &[1.0 + 1e-9, 1000.0 - 1e-7]), Ok(()));
+        let violated = watch.check(&rods, 0.0, &[1.0, 1000.01]);
+        let Err(StepError::ConstraintViolated { row, residual, bound }) = violated else {
+            panic!("{violated:?}");
+        };
+        assert!(row == 1 && (residual - 0.01).abs() < 1e-9 && bound < 1e-5, "{row} {residual:e}");
+        let nan = watch.check(&rods, 0.0, &[f64::NAN, 1000.0]);
+        assert!(matches!(nan, Err(StepError::ConstraintViolated { row: 0, .. })), "{nan:?}");
+    }
+
+    #[test]
+    fn a_loose_tolerance_and_a_start_that_is_off_widen_the_bound() {
+        let rods = rods();
+        let off = [1.0 + 1e-5, 1000.0];
+        let mut strict = ClosureWatch::new(&rods, (0.0, &[1.0, 1000.0]), 0.0);
+        assert!(strict.check(&rods, 0.0, &[1.0 + 1e-3, 1000.0]).is_err());
+        let mut loose = ClosureWatch::new(&rods, (0.0, &[1.0, 1000.0]), 1e-3);
+        assert_eq!(loose.check(&rods, 0.0, &[1.0 + 1e-3, 1000.0]), Ok(()));
+        let mut begun_off = ClosureWatch::new(&rods, (0.0, &off), 0.0);
+        assert_eq!(begun_off.check(&rods, 0.0, &off), Ok(()));
+    }
+}
