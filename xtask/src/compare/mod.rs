@@ -26,6 +26,9 @@ struct Compared {
 }
 
 /// Compares, and writes the page.
+///
+/// # Errors
+/// What could not be measured or written, in words.
 pub fn run() -> Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("no root")?;
     let mut all = Vec::new();

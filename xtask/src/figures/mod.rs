@@ -58,6 +58,9 @@ struct Section {
 }
 
 /// Draws all figures and writes the page.
+///
+/// # Errors
+/// What could not be measured or written, in words.
 pub fn run() -> std::result::Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let sections = [

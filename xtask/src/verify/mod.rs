@@ -57,6 +57,9 @@ struct Certified {
 /// Runs the verification; `Ok(true)` when every promise holds.
 ///
 /// A full run of all cases writes `VERIFICATION.md` at the root of the repository.
+///
+/// # Errors
+/// What could not be measured or written, in words.
 pub fn run(arguments: &[&str]) -> Result<bool, String> {
     let wanted = Wanted::parse(arguments)?;
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
