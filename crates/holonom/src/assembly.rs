@@ -173,7 +173,9 @@ pub(crate) fn counts(
 /// A refused set-up of an energy–momentum scheme as an error of the model.
 pub(crate) fn em_refusal(error: &EmSetupError, settings: &Settings) -> ModelError {
     match error {
-        EmSetupError::Singular(error) => refusal(error, settings),
+        EmSetupError::Singular(error) | EmSetupError::Composition(error) => {
+            refusal(error, settings)
+        }
         EmSetupError::Start(error) => refusal(&SetupError::Start(error.clone()), settings),
         _ => ModelError::Unsupported {
             key: "simulation.scheme".into(),

@@ -25,41 +25,77 @@
 use crate::constrained::EmConstrained;
 use crate::constraint::DiscreteConstraints;
 use crate::dalembert::EmDalembert;
+use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
 use crate::loop_nodal::{EmLoopNodal, LoopRows};
 use crate::nodal::EmNodal;
 use crate::node::{Before, EmNode, EmObserver};
-use crate::null_space::{AveragedTree, DiscreteNullSpace, DiscreteQr, TreeComplement};
+use crate::null_space::{
+    AveragedTree, DiscreteNullSpace, DiscreteQr, EmLinearization, TreeComplement,
+};
 use crate::scheme::{EmForm, EmScheme, EmState};
+use crate::sparse_operators::SparseOperators;
+use crate::tree_multipliers::TreeMultipliers;
 use vi_constraints::initialization::{StartError, StartReport, start};
 use vi_constraints::integrator::{SetupError, SingularStart, Start, StepReport};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError, SubStep};
 use vi_constraints::{Constraints, Reparametrization};
-use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
 use vi_core::newton::NewtonSettings;
+use vi_core::{Composition, SeparableSystem};
 use vi_multibody::closed_loop::{longest_arm, with_floors};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::Loops;
+use vi_multibody::run::{Loops, Solver, has_nodes};
 
 /// What to integrate with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmOptions {
     /// One of the three forms.
     pub form: EmForm,
-    /// Time step `h`, s; negative to run backwards in time.
+    /// Macro time step `h`, s; negative to run backwards in time.
     pub step: f64,
+    /// The symmetric composition; [`EmOptions::sub_steps`] says how it is made of steps.
+    pub composition: Composition,
     /// Newton's method.
     pub newton: NewtonSettings,
+    /// The derivative of `P̄` in the nodal form.
+    pub linearization: EmLinearization,
+    /// The algebra of the nodal form on trees: [`Solver::Dense`], or sparse where [`Solver::is_sparse`].
+    pub solver: Solver,
 }
 
 impl EmOptions {
-    /// Step `h` (s) and Newton's method to the round-off floor.
+    /// Order 2 with step `h` (s) and Newton's method to the round-off floor.
     #[must_use]
     pub fn new(form: EmForm, step: f64) -> Self {
-        Self { form, step, newton: NewtonSettings::default() }
+        let (composition, newton) = (Composition::Identity, NewtonSettings::default());
+        let (linearization, solver) = (EmLinearization::default(), Solver::default());
+        Self { form, step, composition, newton, linearization, solver }
+    }
+
+    /// With a symmetric composition of order 4, 6 or 8.
+    #[must_use]
+    pub fn composition(mut self, composition: Composition) -> Self {
+        self.composition = composition;
+        self
+    }
+
+    /// The sub-steps of a macro step, in parts of `h`: each `γ_j` of the composition as two steps of
+    /// `γ_j/2`; `[1]` without composition.
+    ///
+    /// A single step turns the sign of the part of `v` that is not tangential, so it is no small change
+    /// of `(q, v)` and the conditions of order do not apply to it. Two equal steps turn it back: their
+    /// map is self-adjoint and close to the identity on all `(q, v)`, and its compositions have the full
+    /// order in `q` and `v`.
+    #[must_use]
+    pub fn sub_steps(&self) -> Vec<f64> {
+        let gammas = self.composition.gammas();
+        if gammas.len() == 1 {
+            return gammas;
+        }
+        gammas.iter().flat_map(|gamma| [0.5 * gamma; 2]).collect()
     }
 }
 
@@ -73,6 +109,15 @@ pub enum EmSetupError {
     /// No consistent start.
     #[error(transparent)]
     Start(#[from] StartError),
+    /// A composition steps backwards, which a dissipative force must not.
+    #[error(transparent)]
+    Composition(SetupError),
+    /// The derivative of `P̄` was asked for where it is not known.
+    #[error(
+        "the derivative of the discrete null space is known for trees of bodies without screws and \
+         closed loops: take the linearization by multipliers"
+    )]
+    Linearization,
     /// The form needs `F_d`.
     #[error(
         "the scheme `{}` needs a map F_d(u, q_n): give a reparametrization, or use the scheme \
@@ -102,12 +147,13 @@ pub struct EmIntegrator<C> {
     scheme: Box<dyn EmScheme<C>>,
     observer: EmObserver,
     rows: IndependentRows,
+    sub_steps: Vec<f64>, // in parts of the macro step
     step: f64,
     t0: f64,
     steps: u64,
     state: EmState,
-    before: EmState,     // the node the last step started from
-    step_before: Before, // the step that ended there
+    before: EmState,     // the node the last macro step started from
+    step_before: Before, // without composition: the step that ended there
     carry: bool,         // the scheme's interval is the last step
     start: StartReport,
 }
@@ -128,12 +174,12 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         check(&system, &constraints, options, at)?;
         let (n, m) = (constraints.dim(), constraints.len());
         let rows = IndependentRows::find(&constraints, at.0, at.1);
-        let chosen = (rows.clone(), m);
+        let (chosen, lanes) = ((rows.clone(), m), options.sub_steps().len());
         let scheme: Box<dyn EmScheme<C>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, options.newton)),
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, options.newton, lanes)),
             EmForm::Dalembert => {
                 let source = DiscreteQr::new(n, m, rows.len());
-                Box::new(EmDalembert::new(n, chosen, source, options.newton))
+                Box::new(EmDalembert::new(n, chosen, source, options.newton, lanes))
             }
             EmForm::Nodal => return Err(EmSetupError::NeedsReparametrization(options.form)),
         };
@@ -163,11 +209,11 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
             return Err(EmSetupError::Shape { what, found: map.dof(), expected: n - rows.len() });
         }
         let chosen = (rows.clone(), m);
-        let newton = options.newton;
+        let (newton, lanes) = (options.newton, options.sub_steps().len());
         let scheme: Box<dyn EmScheme<C>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton)),
-            EmForm::Dalembert => Box::new(EmDalembert::new(n, chosen, source, newton)),
-            EmForm::Nodal => Box::new(EmNodal::new(n, chosen, (source, map), newton)),
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, lanes)),
+            EmForm::Dalembert => Box::new(EmDalembert::new(n, chosen, source, newton, lanes)),
+            EmForm::Nodal => Box::new(EmNodal::new(n, chosen, (source, map), newton, lanes)),
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)
     }
@@ -207,6 +253,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
             scheme,
             observer: EmObserver::new(n, m),
             rows,
+            sub_steps: options.sub_steps(),
             step: options.step,
             t0: at.0,
             steps: 0,
@@ -218,31 +265,66 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         })
     }
 
-    /// One step.
+    /// One macro step.
     ///
     /// # Errors
-    /// [`StepError`]; the state is then what it was.
+    /// [`StepError`]; the state is then what it was before the macro step.
     pub fn step(&mut self) -> Result<StepReport, StepError> {
+        self.step_with(&mut |_, _, _| {})
+    }
+
+    /// One macro step; `each` sees the interval of every sub-step with its `μ = h²λ`, as
+    /// [`EmIntegrator::scaled_multiplier`].
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before the macro step.
+    pub fn step_with(
+        &mut self,
+        each: &mut dyn FnMut((&EmSystem, &C), &Interval, &[f64]),
+    ) -> Result<StepReport, StepError> {
         let Self { scheme, system, constraints, state, before, .. } = self;
         before.copy_from(state);
         if self.carry {
             self.step_before.take(scheme.interval(), scheme.scaled_multiplier());
         }
         self.carry = false; // until the step has gone well
-        let t_end = self.t0 + (self.steps + 1) as f64 * self.step; // no sum of round-offs
-        let step = SubStep { lane: 0, h: self.step, t_end };
-        let report = scheme.advance(system, constraints, step, state)?;
-        system.accept(&state.q);
-        constraints.accept(&state.q);
-        self.carry = true;
+        let count = self.sub_steps.len();
+        let mut total = StepReport { sub_steps: count, ..StepReport::default() };
+        let next = self.t0 + (self.steps + 1) as f64 * self.step; // no sum of round-offs
+        for (lane, part) in self.sub_steps.iter().enumerate() {
+            let h = part * self.step;
+            let t_end = if lane + 1 == count { next } else { state.t + h };
+            let sub_step = SubStep { lane, h, t_end };
+            let outcome = scheme.advance(system, constraints, sub_step, state);
+            if outcome.is_err() {
+                state.copy_from(before);
+            }
+            system.accept(&state.q);
+            constraints.accept(&state.q);
+            let report = outcome?;
+            each((system, constraints), scheme.interval(), scheme.scaled_multiplier());
+            total.iterations += report.iterations;
+            total.residual = total.residual.max(report.residual);
+        }
+        self.carry = count == 1;
         self.steps += 1;
         state.step = self.steps;
-        let (iterations, residual) = (report.iterations, report.residual);
-        Ok(StepReport { iterations, sub_steps: 1, residual })
+        Ok(total)
     }
 
-    /// The quantities of the node that the last step has left, with the multipliers of that step.
+    /// Whether a macro step has several sub-steps.
+    #[must_use]
+    pub fn is_composed(&self) -> bool {
+        self.sub_steps.len() > 1
+    }
+
+    /// The quantities of the node that the last step has left, with the multipliers of that step; with a
+    /// composition without multipliers, as [`EmIntegrator::observe_state`].
     pub fn node_before(&mut self) -> &EmNode {
+        if self.is_composed() {
+            self.observer.observe_state(&self.system, &self.constraints, &self.before);
+            return self.observer.node();
+        }
         let Self { observer, system, rows, constraints, before, scheme, step_before, .. } = self;
         let step = (scheme.interval(), scheme.scaled_multiplier());
         observer.observe((system, rows), constraints, before, step, step_before);
@@ -250,11 +332,14 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
     }
 
     /// The quantities of the current node. The multipliers belong to the step that starts here: it is
-    /// taken, and taken back.
+    /// taken, and taken back. With a composition there are none, as in [`EmIntegrator::observe_state`].
     ///
     /// # Errors
     /// [`StepError`] when that step fails.
     pub fn observe(&mut self) -> Result<&EmNode, StepError> {
+        if self.is_composed() {
+            return Ok(self.observe_state());
+        }
         let kept = (self.before.clone(), self.steps);
         self.step()?;
         self.node_before();
@@ -301,7 +386,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         self.system.energy(&self.state.q, &self.state.v)
     }
 
-    /// The interval of the last step.
+    /// The interval of the last (sub-)step.
     #[must_use]
     pub fn interval(&self) -> &Interval {
         self.scheme.interval()
@@ -381,21 +466,31 @@ impl EmIntegrator<Mechanism> {
         }
         let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
         let (chosen, newton) = ((rows.clone(), m), options.newton);
+        let lanes = options.sub_steps().len();
         let qr = || DiscreteQr::new(n, m, rows.len());
         let map = TreeMap::new(&mechanism);
         let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
         let scheme: Box<dyn EmScheme<Mechanism>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton)),
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, lanes)),
             EmForm::Dalembert => match averaged() {
-                Some(source) => Box::new(EmDalembert::new(n, chosen, source, newton)),
-                None => Box::new(EmDalembert::new(n, chosen, qr(), newton)),
+                Some(source) => {
+                    let scheme = EmDalembert::new(n, chosen, source, newton, lanes);
+                    Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
+                }
+                None => Box::new(EmDalembert::new(n, chosen, qr(), newton, lanes)),
             },
             EmForm::Nodal if mechanism.has_loops() => {
-                nodal_on_loops(&mechanism, &loops, newton, at)?
+                nodal_on_loops(&mechanism, &loops, options, at)?
             }
             EmForm::Nodal => match averaged() {
-                Some(source) => Box::new(EmNodal::new(n, chosen, (source, map), newton)),
-                None => Box::new(EmNodal::new(n, chosen, (qr(), map), newton)),
+                Some(averaged) => nodal_on_tree(&mechanism, averaged, options, at)?,
+                None if options.linearization == EmLinearization::NullSpaceDerivative => {
+                    return Err(EmSetupError::Linearization);
+                }
+                None => {
+                    let scheme = EmNodal::new(n, chosen, (qr(), map), newton, lanes);
+                    Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
+                }
             },
         };
         let at_start = loops.rows_at_start.unwrap_or_else(|| rows.clone());
@@ -405,15 +500,45 @@ impl EmIntegrator<Mechanism> {
     }
 }
 
+/// `em-nodal` on a tree.
+fn nodal_on_tree(
+    mechanism: &Mechanism,
+    averaged: AveragedTree,
+    options: EmOptions,
+    at: Start<'_>,
+) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
+    let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
+    let (d, chosen) = (map.dof(), (IndependentRows::all(m), m));
+    let (newton, lanes, tree) =
+        (options.newton, options.sub_steps().len(), TreeMultipliers::new(mechanism));
+    let explicit = options.linearization == EmLinearization::NullSpaceDerivative;
+    if options.solver.is_sparse(mechanism) && !explicit && tree.is_some() {
+        let operators = SparseOperators::new(mechanism, averaged);
+        let elements = has_nodes(mechanism);
+        let operators = if elements { operators.for_elements(at.1) } else { operators };
+        let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, lanes);
+        return Ok(Box::new(scheme.on_tree(tree)));
+    }
+    let operators = DenseOperators::new(n, (averaged, map));
+    let operators = operators.linearized::<Mechanism>(options.linearization);
+    let operators = operators.ok_or(EmSetupError::Linearization)?;
+    let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, lanes);
+    Ok(Box::new(scheme.on_tree(tree)))
+}
+
 /// `em-nodal` with the unknowns of the spanning tree.
 fn nodal_on_loops(
     mechanism: &Mechanism,
     loops: &Loops,
-    newton: NewtonSettings,
+    options: EmOptions,
     at: Start<'_>,
 ) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
+    if options.linearization == EmLinearization::NullSpaceDerivative {
+        return Err(EmSetupError::Linearization);
+    }
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let blocks = with_floors(mechanism, map.blocks());
+    let settings = (options.newton, options.sub_steps().len());
     let rows = loop_rows(mechanism, &loops.rows, at);
     let mut rates = None;
     if let Some(rank) = loops.rank.as_ref().filter(|_| loops.rows_at_start.is_some()) {
@@ -429,10 +554,12 @@ fn nodal_on_loops(
         }
     }
     Ok(match TreeComplement::new(mechanism, rows.clone()) {
-        Some(source) => boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, newton), rates),
+        Some(source) => {
+            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, settings), rates)
+        }
         None => {
             let source = DiscreteQr::new(n, m, loops.rows.len());
-            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, newton), rates)
+            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, settings), rates)
         }
     })
 }
@@ -471,6 +598,10 @@ fn check(
 ) -> Result<(), EmSetupError> {
     if !(options.step.is_finite() && options.step != 0.0) {
         return Err(EmSetupError::Step(options.step));
+    }
+    let backward = options.sub_steps().iter().any(|part| *part < 0.0);
+    if backward && system.is_dissipative() {
+        return Err(EmSetupError::Composition(SetupError::DissipativeComposition));
     }
     let expected = system.dim();
     for (what, found) in [

@@ -5,10 +5,11 @@ use super::subject::{Kept, Motion, Nature, Values};
 use vi_constraints::Constraints;
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::Tangents;
+use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_core::{MechanicalSystem, SeparableSystem, SparseMatrix};
-use vi_emscheme::EmIntegrator;
 use vi_emscheme::tangent_map::EmTangentMap;
+use vi_emscheme::{EmIntegrator, EmSystem};
 use vi_multibody::mechanism::Mechanism;
 
 /// An energy–momentum integrator in motion.
@@ -49,7 +50,8 @@ impl Motion for EmRunning {
             true => (node.constraint_force, node.constraint_force_mid),
             false => (node.lambda, node.lambda_mid),
         };
-        let some = |lambda: Vec<f64>| (!lambda.is_empty()).then_some(lambda);
+        let composed = self.run.is_composed(); // no multiplier of a step belongs to a node
+        let some = |lambda: Vec<f64>| (!composed && !lambda.is_empty()).then_some(lambda);
         Ok(Values {
             q: state.q.clone(),
             p: node.p,
@@ -99,10 +101,15 @@ impl Motion for EmRunning {
     }
 
     fn step_tangents(&mut self, tangents: &mut Tangents) -> Result<(), String> {
-        self.step()?;
         let map = self.tangent.as_mut().ok_or("no tangent vectors were asked for")?;
-        let step = (self.run.interval(), self.run.scaled_multiplier());
-        let pushed = map.push(self.run.system(), self.run.constraints(), step, tangents);
+        let mut pushed = Ok(());
+        let mut each = |at: (&EmSystem, &Mechanism), s: &Interval, mu: &[f64]| {
+            if pushed.is_ok() {
+                pushed = map.push(at.0, at.1, (s, mu), tangents);
+            }
+        };
+        self.run.step_with(&mut each).map_err(|e| e.to_string())?;
+        self.forces.accept(&self.run.state().q);
         pushed.map_err(|e| e.to_string())
     }
 }

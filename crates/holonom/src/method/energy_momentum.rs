@@ -1,7 +1,7 @@
 //! The energy–momentum schemes as a [`Method`].
 //!
 //! The multiplier of a node is the mean of the steps beside it; where there is only one of them (at the
-//! start, and where a step fails) it is taken from the acceleration level, with the forces of the
+//! start, and where a step fails), and with a composition, it is taken from the acceleration level, with the forces of the
 //! variational description: in the limit of short steps both descriptions are the same system.
 
 use super::{Method, Reading};
@@ -72,7 +72,7 @@ impl Method for EnergyMomentum {
     }
 
     fn reads_first(&self) -> bool {
-        false
+        self.run.is_composed()
     }
 
     fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
@@ -91,6 +91,9 @@ impl Method for EnergyMomentum {
     }
 
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
+        if self.run.is_composed() {
+            return self.here(multipliers);
+        }
         match self.run.observe().cloned() {
             Ok(node) => Ok(reading(self.run.constraints(), self.run.state(), &node)),
             Err(_) => self.here(multipliers),
