@@ -9,7 +9,9 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE]
                        measures every promise on every system; a full run writes VERIFICATION.md
-cargo xtask compare    variational and energy–momentum schemes on five models, into COMPARISON.md
+cargo xtask compare [--quick]
+                       variational and energy–momentum schemes on five models, into COMPARISON.md;
+                       quick: a tenth of the steps, printed only
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
@@ -24,7 +26,7 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
-        ["compare"] => match compare::run() {
+        ["compare", options @ ..] => match compare::run(options) {
             Ok(()) => ExitCode::SUCCESS,
             Err(message) => {
                 eprintln!("compare: {message}");

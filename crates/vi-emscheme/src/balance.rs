@@ -291,6 +291,29 @@ mod tests {
         (balance.null_space.transpose() * nalgebra::DVector::from_vec(bracket)).as_slice().to_vec()
     }
 
+    /// At the root the equations of a tree have one solution, which the sweep finds too.
+    #[test]
+    fn the_multipliers_of_a_tree_are_those_of_least_squares_at_the_root() {
+        let mut trees = 0;
+        for (name, model) in models() {
+            let mechanism = &model.mechanism;
+            let Some(tree) = TreeMultipliers::new(mechanism) else { continue };
+            let mut balance = balance(&model, 0.0);
+            let system = model.system();
+            balance.bracket(&system);
+            balance.multipliers(mechanism).unwrap();
+            let expected = balance.mu.clone();
+            let mut balance = balance.on_tree(Some(tree));
+            balance.multipliers(mechanism).unwrap();
+            let off = crate::common::distance(&balance.mu, &expected);
+            let size = vi_core::linear::norm_inf(&expected);
+            println!("{name:<20} off by {off:.1e} of {size:.1e}");
+            assert!(size > 1e-4 && off < 1e-12 * (1.0 + size), "{name}: {off:e}");
+            trees += 1;
+        }
+        assert!(trees >= 13, "{trees}");
+    }
+
     #[test]
     fn the_newton_matrix_is_exact_off_the_root() {
         for (name, model) in models() {

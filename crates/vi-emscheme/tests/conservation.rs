@@ -153,6 +153,42 @@ fn the_forms_agree() {
     }
 }
 
+/// The published linearization has the same roots, and about as many iterations; where the derivative of `P̄`
+/// is not known it is refused.
+#[test]
+fn both_linearizations_give_the_same_motion() {
+    use vi_emscheme::{EmIntegrator, EmLinearization, EmOptions};
+    let (mut trees, mut refused) = (0, Vec::new());
+    for (name, model) in all() {
+        let start = |linearization| {
+            let mut options = EmOptions::new(EmForm::Nodal, model.h);
+            options.linearization = linearization;
+            EmIntegrator::of_mechanism(model.system(), model.mechanism.clone(), options)
+        };
+        let mut run = start(EmLinearization::Multipliers).unwrap();
+        let mut explicit = match start(EmLinearization::NullSpaceDerivative) {
+            Ok(explicit) => explicit,
+            Err(error) => {
+                assert!(error.to_string().contains("derivative"), "{error}");
+                refused.push(name);
+                continue;
+            }
+        };
+        let mut iterations = [0; 2];
+        for _ in 0..100 {
+            iterations[0] += run.step().unwrap().iterations;
+            iterations[1] += explicit.step().unwrap().iterations;
+        }
+        let off = common::distance(&run.state().q, &explicit.state().q);
+        println!("{name:<24} {iterations:?} iterations in 100 steps, off by {off:.1e}");
+        assert!(off < 1e-11, "{name}: {off:e}");
+        assert!(iterations[0].abs_diff(iterations[1]) <= 10, "{name}: {iterations:?}");
+        trees += 1;
+    }
+    println!("refused: {refused:?}");
+    assert!(trees >= 12 && refused.iter().any(|name| name == "screw"), "{trees}, {refused:?}");
+}
+
 #[test]
 fn energy_stays_at_round_off_in_a_long_run() {
     let mut run = common::heavy_top().run(EmForm::Nodal, 0.005);
