@@ -22,123 +22,23 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use crate::setup::{EmOptions, EmSetupError};
+
 use crate::constrained::EmConstrained;
 use crate::constraint::DiscreteConstraints;
 use crate::dalembert::EmDalembert;
-use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
-use crate::loop_nodal::{EmLoopNodal, LoopRows};
 use crate::nodal::EmNodal;
 use crate::node::{Before, EmNode, EmObserver};
-use crate::null_space::{
-    AveragedTree, DiscreteNullSpace, DiscreteQr, EmLinearization, TreeComplement,
-};
+use crate::null_space::{DiscreteNullSpace, DiscreteQr};
 use crate::scheme::{EmForm, EmScheme, EmState};
-use crate::sparse_operators::SparseOperators;
-use crate::tree_multipliers::TreeMultipliers;
-use vi_constraints::initialization::{StartError, StartReport, start};
-use vi_constraints::integrator::{SetupError, SingularStart, Start, StepReport};
+use vi_constraints::initialization::{StartReport, start};
+use vi_constraints::integrator::{SetupError, Start, StepReport};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError, SubStep};
 use vi_constraints::{Constraints, Reparametrization};
+use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
-use vi_core::newton::NewtonSettings;
-use vi_core::{Composition, SeparableSystem};
-use vi_multibody::closed_loop::{longest_arm, with_floors};
-use vi_multibody::map::TreeMap;
-use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::{Loops, Solver, has_nodes};
-
-/// What to integrate with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EmOptions {
-    /// One of the three forms.
-    pub form: EmForm,
-    /// Macro time step `h`, s; negative to run backwards in time.
-    pub step: f64,
-    /// The symmetric composition; [`EmOptions::sub_steps`] says how it is made of steps.
-    pub composition: Composition,
-    /// Newton's method.
-    pub newton: NewtonSettings,
-    /// The derivative of `P̄` in the nodal form.
-    pub linearization: EmLinearization,
-    /// The algebra of the nodal form on trees: [`Solver::Dense`], or sparse where [`Solver::is_sparse`].
-    pub solver: Solver,
-}
-
-impl EmOptions {
-    /// Order 2 with step `h` (s) and Newton's method to the round-off floor.
-    #[must_use]
-    pub fn new(form: EmForm, step: f64) -> Self {
-        let (composition, newton) = (Composition::Identity, NewtonSettings::default());
-        let (linearization, solver) = (EmLinearization::default(), Solver::default());
-        Self { form, step, composition, newton, linearization, solver }
-    }
-
-    /// With a symmetric composition of order 4, 6 or 8.
-    #[must_use]
-    pub fn composition(mut self, composition: Composition) -> Self {
-        self.composition = composition;
-        self
-    }
-
-    /// The sub-steps of a macro step, in parts of `h`: each `γ_j` of the composition as two steps of
-    /// `γ_j/2`; `[1]` without composition.
-    ///
-    /// A single step turns the sign of the part of `v` that is not tangential, so it is no small change
-    /// of `(q, v)` and the conditions of order do not apply to it. Two equal steps turn it back: their
-    /// map is self-adjoint and close to the identity on all `(q, v)`, and its compositions have the full
-    /// order in `q` and `v`.
-    #[must_use]
-    pub fn sub_steps(&self) -> Vec<f64> {
-        let gammas = self.composition.gammas();
-        if gammas.len() == 1 {
-            return gammas;
-        }
-        gammas.iter().flat_map(|gamma| [0.5 * gamma; 2]).collect()
-    }
-}
-
-/// Why an integrator could not be set up.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum EmSetupError {
-    /// The step is zero or not finite.
-    #[error("the time step is {0}: it must be a finite number other than zero")]
-    Step(f64),
-    /// No consistent start.
-    #[error(transparent)]
-    Start(#[from] StartError),
-    /// A composition steps backwards, which a dissipative force must not.
-    #[error(transparent)]
-    Composition(SetupError),
-    /// The derivative of `P̄` was asked for where it is not known.
-    #[error(
-        "the derivative of the discrete null space is known for trees of bodies without screws and \
-         closed loops: take the linearization by multipliers"
-    )]
-    Linearization,
-    /// The form needs `F_d`.
-    #[error(
-        "the scheme `{}` needs a map F_d(u, q_n): give a reparametrization, or use the scheme \
-         `em-constrained` or `em-dalembert`",
-        .0.name()
-    )]
-    NeedsReparametrization(EmForm),
-    /// The start is a singular placement that the motion cannot leave.
-    #[error(transparent)]
-    Singular(SetupError),
-    /// Shapes do not match.
-    #[error("{what} has {found} entries where {expected} are needed")]
-    Shape {
-        /// Which input.
-        what: &'static str,
-        /// Its length.
-        found: usize,
-        /// The right length.
-        expected: usize,
-    },
-}
 
 /// A running integration.
 pub struct EmIntegrator<C> {
@@ -146,7 +46,7 @@ pub struct EmIntegrator<C> {
     constraints: C,
     scheme: Box<dyn EmScheme<C>>,
     observer: EmObserver,
-    rows: IndependentRows,
+    pub(crate) rows: IndependentRows,
     sub_steps: Vec<f64>, // in parts of the macro step
     step: f64,
     t0: f64,
@@ -234,7 +134,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         Self::with_null_space(system, constraints, (source, map), options, at)
     }
 
-    fn with_scheme(
+    pub(crate) fn with_scheme(
         system: EmSystem,
         constraints: C,
         (scheme, rows): (Box<dyn EmScheme<C>>, IndependentRows),
@@ -429,168 +329,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
     }
 }
 
-impl EmIntegrator<Mechanism> {
-    /// A mechanism from its start; loops and single constraints on a spanning tree.
-    ///
-    /// | | `em-nodal` | `em-dalembert` | `em-constrained` |
-    /// |---|---|---|---|
-    /// | trees | averaged velocity maps | the same | sparse |
-    /// | loops | the same and a small complement, `u` of the tree | QR of `Ḡᵀ` | sparse |
-    /// | screws in the tree | QR of `Ḡᵀ` | the same | sparse |
-    ///
-    /// # Errors
-    /// [`EmSetupError`]; `em-constrained` and `em-dalembert` refuse to start in a singular placement.
-    pub fn of_mechanism(
-        system: EmSystem,
-        mechanism: Mechanism,
-        options: EmOptions,
-    ) -> Result<Self, EmSetupError> {
-        let (q, v) = mechanism.start();
-        Self::of_mechanism_at(system, mechanism, options, (0.0, &q, &v))
-    }
-
-    /// The same from another start.
-    ///
-    /// # Errors
-    /// As [`EmIntegrator::of_mechanism`].
-    pub fn of_mechanism_at(
-        system: EmSystem,
-        mechanism: Mechanism,
-        options: EmOptions,
-        at: Start<'_>,
-    ) -> Result<Self, EmSetupError> {
-        check(&system, &mechanism, options, at)?;
-        let loops = Loops::find(&mechanism, at.0, at.1).map_err(EmSetupError::Singular)?;
-        if loops.rows_at_start.is_some() && options.form != EmForm::Nodal {
-            return Err(EmSetupError::Singular(loops.refusal(SingularStart::Scheme)));
-        }
-        let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
-        let (chosen, newton) = ((rows.clone(), m), options.newton);
-        let lanes = options.sub_steps().len();
-        let qr = || DiscreteQr::new(n, m, rows.len());
-        let map = TreeMap::new(&mechanism);
-        let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
-        let scheme: Box<dyn EmScheme<Mechanism>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, lanes)),
-            EmForm::Dalembert => match averaged() {
-                Some(source) => {
-                    let scheme = EmDalembert::new(n, chosen, source, newton, lanes);
-                    Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
-                }
-                None => Box::new(EmDalembert::new(n, chosen, qr(), newton, lanes)),
-            },
-            EmForm::Nodal if mechanism.has_loops() => {
-                nodal_on_loops(&mechanism, &loops, options, at)?
-            }
-            EmForm::Nodal => match averaged() {
-                Some(averaged) => nodal_on_tree(&mechanism, averaged, options, at)?,
-                None if options.linearization == EmLinearization::NullSpaceDerivative => {
-                    return Err(EmSetupError::Linearization);
-                }
-                None => {
-                    let scheme = EmNodal::new(n, chosen, (qr(), map), newton, lanes);
-                    Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
-                }
-            },
-        };
-        let at_start = loops.rows_at_start.unwrap_or_else(|| rows.clone());
-        let mut run = Self::with_scheme(system, mechanism, (scheme, at_start), options, at)?;
-        run.rows = rows;
-        Ok(run)
-    }
-}
-
-/// `em-nodal` on a tree.
-fn nodal_on_tree(
-    mechanism: &Mechanism,
-    averaged: AveragedTree,
-    options: EmOptions,
-    at: Start<'_>,
-) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
-    let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
-    let (d, chosen) = (map.dof(), (IndependentRows::all(m), m));
-    let (newton, lanes, tree) =
-        (options.newton, options.sub_steps().len(), TreeMultipliers::new(mechanism));
-    let explicit = options.linearization == EmLinearization::NullSpaceDerivative;
-    if options.solver.is_sparse(mechanism) && !explicit && tree.is_some() {
-        let operators = SparseOperators::new(mechanism, averaged);
-        let elements = has_nodes(mechanism);
-        let operators = if elements { operators.for_elements(at.1) } else { operators };
-        let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, lanes);
-        return Ok(Box::new(scheme.on_tree(tree)));
-    }
-    let operators = DenseOperators::new(n, (averaged, map));
-    let operators = operators.linearized::<Mechanism>(options.linearization);
-    let operators = operators.ok_or(EmSetupError::Linearization)?;
-    let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, lanes);
-    Ok(Box::new(scheme.on_tree(tree)))
-}
-
-/// `em-nodal` with the unknowns of the spanning tree.
-fn nodal_on_loops(
-    mechanism: &Mechanism,
-    loops: &Loops,
-    options: EmOptions,
-    at: Start<'_>,
-) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
-    if options.linearization == EmLinearization::NullSpaceDerivative {
-        return Err(EmSetupError::Linearization);
-    }
-    let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
-    let blocks = with_floors(mechanism, map.blocks());
-    let settings = (options.newton, options.sub_steps().len());
-    let rows = loop_rows(mechanism, &loops.rows, at);
-    let mut rates = None;
-    if let Some(rank) = loops.rank.as_ref().filter(|_| loops.rows_at_start.is_some()) {
-        rates = Some(rank.departure(mechanism, at).map_err(EmSetupError::Singular)?.rates);
-    }
-    fn boxed<N: DiscreteNullSpace<Mechanism> + 'static>(
-        scheme: EmLoopNodal<N, TreeMap>,
-        rates: Option<Vec<f64>>,
-    ) -> Box<dyn EmScheme<Mechanism>> {
-        match rates {
-            Some(rates) => Box::new(scheme.starting_with(rates)),
-            None => Box::new(scheme),
-        }
-    }
-    Ok(match TreeComplement::new(mechanism, rows.clone()) {
-        Some(source) => {
-            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, settings), rates)
-        }
-        None => {
-            let source = DiscreteQr::new(n, m, loops.rows.len());
-            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, settings), rates)
-        }
-    })
-}
-
-/// The constraints that the spanning tree leaves out; lengths weighed by the longest lever arm.
-fn loop_rows(
-    mechanism: &Mechanism,
-    independent: &IndependentRows,
-    (t, q, _): Start<'_>,
-) -> LoopRows {
-    let mut rows = mechanism.loop_rows();
-    rows.extend(mechanism.cut_bars().iter().flat_map(|&k| mechanism.bar_rows(k)));
-    rows.sort_unstable();
-    let arm = longest_arm(mechanism);
-    let frames = 12 * mechanism.description().bodies.len();
-    let mut jacobian = nalgebra::DMatrix::zeros(mechanism.len(), mechanism.dim());
-    mechanism.jacobian(t, q, &mut jacobian);
-    let is_length = |j: usize| j >= frames || j % 12 < 3;
-    let size = |row: &usize| {
-        let entries = jacobian.row(*row);
-        let weighed =
-            entries.iter().enumerate().map(|(j, g)| if is_length(j) { arm * g } else { *g });
-        let size = weighed.map(|g| g * g).sum::<f64>().sqrt();
-        if size > 0.0 { 1.0 / size } else { 1.0 }
-    };
-    let scale = rows.iter().map(size).collect();
-    let rank = rows.len() - (mechanism.len() - independent.len());
-    LoopRows { rows, scale, rank }
-}
-
-fn check(
+pub(crate) fn check(
     system: &EmSystem,
     constraints: &impl Constraints,
     options: EmOptions,
