@@ -9,7 +9,7 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE]
                        measures every promise on every system; a full run writes VERIFICATION.md
-cargo xtask compare [--quick]
+cargo xtask compare [--quick [--only MODEL]]
                        variational and energy–momentum schemes on five models, into COMPARISON.md;
                        quick: a tenth of the steps, printed only
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";

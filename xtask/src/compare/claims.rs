@@ -28,12 +28,12 @@ fn verdict(exceptions: &[String], of: usize, condition: &str) -> String {
 
 /// All schemes of a family that were measured, with their models.
 fn family(all: &[Compared], em: bool) -> Vec<(&Compared, &Record, &Measured)> {
-    let of = |one| {
-        let Compared { found, .. } = one;
-        let records = found.records.iter().filter(move |r| r.energy_momentum == em);
-        records.filter_map(move |r| Some((one, r, r.measured.as_ref()?)))
-    };
-    all.iter().flat_map(of).collect()
+    let mut found = Vec::new();
+    for one in all {
+        let records = one.found.records.iter().filter(|r| r.energy_momentum == em);
+        found.extend(records.filter_map(|r| Some((one, r, r.measured.as_ref()?))));
+    }
+    found
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> f64 {

@@ -40,14 +40,15 @@ struct Compared {
 
 /// Compares, and writes the page.
 pub(super) fn run(options: &[&str]) -> Result<(), String> {
-    let quick = match options {
-        [] => false,
-        ["--quick"] => true,
-        _ => return Err(format!("unknown options {options:?}: there is --quick")),
+    let (quick, only) = match options {
+        [] => (false, None),
+        ["--quick"] => (true, None),
+        ["--quick", "--only", name] => (true, Some(*name)),
+        _ => return Err(format!("unknown options {options:?}: write --quick [--only MODEL]")),
     };
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("no root")?;
     let mut all = Vec::new();
-    for (name, steps) in MODELS {
+    for (name, steps) in MODELS.into_iter().filter(|model| only.is_none_or(|o| o == model.0)) {
         let path = root.join(format!("examples/models/{name}.toml"));
         let text = std::fs::read_to_string(&path).map_err(|e| format!("{name}: {e}"))?;
         let model = Model::from_toml(&text).map_err(|e| format!("{name}: {e}"))?;
@@ -97,8 +98,10 @@ fn compared(
     let alone = Request { schemes, orders: vec![2], effort: 0.05, ..request.clone() };
     let dense = compare(&dense, &alone, &mut progress).map_err(|e| format!("{name}: {e}"))?;
     progress("linearizations");
-    let linearizations = linearizations(model, &request);
-    let level = |parts| momentum_level(model, (step / f64::from(parts), steps * u64::from(parts)));
+    let end = Some(step * steps.min(50) as f64);
+    let linearizations = linearizations(model, &Request { end, ..request });
+    let level =
+        |parts: u32| momentum_level(model, (step / f64::from(parts), steps * u64::from(parts)));
     let momentum_level = level(1).zip(level(2)).map(|(coarse, fine)| [coarse, fine]);
     let description = model.header.description.clone().unwrap_or_default();
     let dense = dense.records;
