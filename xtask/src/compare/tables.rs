@@ -90,7 +90,8 @@ pub(super) fn ratio_of(e: &EqualError) -> Ratio {
 pub(super) fn equal_errors(out: &mut String, all: &[Compared]) {
     *out += "\n## The same error\n\nTime of the fastest EM scheme over that of the fastest variational one, at the \
              same error at the end (m; directors 1); times are interpolated between steps. Order 2 against order 2 \
-             in the middle of the errors that both reach, the best orders at the smallest error that both reach.\n\n\
+             in the middle of the errors that both reach, the best orders at the smallest error that both reach; a \
+             scheme whose largest step is more accurate already counts with the time of that step.\n\n\
              | model | orders | error | variational | energy–momentum | EM : VI |\n|---|---|---|---|---|---|\n";
     for one in all {
         for (orders, found) in equal(one) {

@@ -59,8 +59,11 @@ fn curve(record: &Record, order: u32, floor: f64) -> Vec<(f64, Time)> {
     points
 }
 
-/// The time at an error within the errors of a curve.
+/// The time at an error; where the largest step is more accurate already, the time of that step.
 fn at(points: &[(f64, Time)], error: f64) -> Option<Time> {
+    if let Some((_, time)) = points.first().filter(|first| first.0 < error) {
+        return Some(*time);
+    }
     let pair = points.windows(2).find(|pair| pair[1].0 <= error && error <= pair[0].0)?;
     let ((e0, t0), (e1, t1)) = (pair[0], pair[1]);
     let part = if e0 > e1 { (e0 / error).ln() / (e0 / e1).ln() } else { 0.0 };
@@ -125,7 +128,7 @@ mod tests {
         let found = at(&points, 0.1).unwrap();
         assert!((found.median - 0.1_f64.powf(-0.5)).abs() < 1e-12, "{found:?}");
         assert!((found.range[1] / found.median - 1.2).abs() < 1e-12, "{found:?}");
-        assert_eq!(at(&points, 2.0), None, "beyond the errors of the curve");
+        assert_eq!(at(&points, 2.0), Some(time(1.0)), "the largest step is more accurate");
         assert_eq!(at(&points, 0.01), None, "below them");
     }
 
