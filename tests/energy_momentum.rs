@@ -23,9 +23,16 @@ fn shipped() -> Vec<(String, Model)> {
 }
 
 fn run(model: &Model, scheme: Scheme, steps: u64) -> Result<Vec<Sample>, String> {
+    run_by(model, (scheme, 2), steps)
+}
+
+fn run_by(
+    model: &Model,
+    (scheme, order): (Scheme, u32),
+    steps: u64,
+) -> Result<Vec<Sample>, String> {
     let mut model = model.clone();
-    model.settings.scheme = scheme;
-    model.settings.order = 2;
+    (model.settings.scheme, model.settings.order) = (scheme, order);
     model.settings.every = 1;
     model.settings.end = model.settings.step * steps.min(model.settings.steps()) as f64;
     let mut simulation = Simulation::new(&model).map_err(|e| format!("{e:?}"))?;
@@ -161,12 +168,100 @@ fn sensors_of_both_families_agree_to_the_order_of_the_step() {
     assert!(coarse < 1e-2 * scale && fine < coarse / 2.5, "{coarse:e}, {fine:e}");
 }
 
+/// Compositions have backward sub-steps. They conserve what a single step does: on a linkage with redundant
+/// joints, on point masses, on bodies and on a beam.
 #[test]
-fn orders_above_two_are_refused() {
-    let (_, model) = shipped().into_iter().find(|(name, _)| name == "pendulum").unwrap();
-    let set = |key: &str, value: &str| (format!("simulation.{key}"), value.to_owned());
-    let refused = model.with_overrides(&[set("scheme", "em-nodal"), set("order", "4")]);
-    insta::assert_snapshot!(refused.unwrap_err().to_string(), @"the model has 1 problem(s); the first: simulation.order: the scheme `em-nodal` is there at order 2 only, as it was published: compositions are made of variational steps");
+fn compositions_conserve_energy_momenta_and_constraints() {
+    for name in ["pendulum", "heavy_top", "six_hinge_cube", "flying_beam"] {
+        let Some((_, mut model)) = shipped().into_iter().find(|m| m.0 == name) else {
+            panic!("{name} is not shipped")
+        };
+        model.loads.clear(); // the beam turns without a push
+        model.beams.iter_mut().for_each(|beam| beam.angular_velocity = [0.2, -0.1, 0.5]);
+        for (form, order) in FORMS.into_iter().zip([4, 6, 8]) {
+            let steps = if model.beams.is_empty() { 20 } else { 3 };
+            let samples = run_by(&model, (form, order), steps).unwrap();
+            let energy = drift(&samples, |s| s.hamiltonian);
+            let scale = 1.0 + largest(samples.iter().map(|s| s.hamiltonian));
+            let angular = drift(&samples, |s| s.momentum.angular[2]);
+            let position = largest(samples.iter().map(|s| s.residuals.position));
+            println!(
+                "{name:<16} {} of order {order}: energy {energy:.1e} of {scale:.1}, Lz {angular:.1e}, \
+                 g {position:.1e}",
+                form.name()
+            );
+            assert!(samples.len() as u64 == steps + 1, "{name}: {} nodes", samples.len());
+            assert!(energy < 1e-12 * scale, "{name}: energy {energy:e}");
+            assert!(name == "pendulum" || angular < 1e-11, "{name}: Lz {angular:e}");
+            assert!(position < 1e-13, "{name}: g {position:e}");
+        }
+    }
+}
+
+/// The orders of a whole run by model file, in the positions of its bodies, against the variational scheme of
+/// order 8; the multipliers at nodes are those of the acceleration level.
+#[test]
+fn compositions_have_their_order_in_model_files() {
+    let (_, model) = shipped().into_iter().find(|m| m.0 == "heavy_top").unwrap();
+    let at = |scheme: Scheme, order: u32, parts: u64| {
+        let mut model = model.clone();
+        model.settings.step = 0.01 / parts as f64;
+        let samples = run_by(&model, (scheme, order), 10 * parts).unwrap();
+        samples.into_iter().next_back().unwrap()
+    };
+    let exact = at(Scheme::Nodal, 8, 4);
+    for order in [4, 6] {
+        let [coarse, fine] = [1, 2].map(|parts| {
+            distance(&[at(Scheme::EmNodal, order, parts)], std::slice::from_ref(&exact))
+        });
+        let found = (coarse / fine).log2();
+        println!("em-nodal of order {order}: off by {coarse:.1e}, {fine:.1e}: order {found:.2}");
+        assert!((found - f64::from(order)).abs() < 0.3, "{coarse:e}, {fine:e}");
+    }
+}
+
+#[test]
+fn compositions_of_damped_models_are_refused() {
+    let damped = |(_, model): &(String, Model)| {
+        model.joints.iter().any(|j| j.damper.is_some())
+            || model.springs.iter().any(|s| s.damping > 0.0)
+    };
+    let (_, mut model) = shipped().into_iter().find(damped).unwrap();
+    let refusal = |scheme: Scheme, model: &mut Model| {
+        (model.settings.scheme, model.settings.order) = (scheme, 4);
+        Simulation::new(model).map(|_| ()).unwrap_err().to_string()
+    };
+    let variational = refusal(Scheme::Nodal, &mut model);
+    assert!(variational.contains("backward sub-steps"), "{variational}");
+    assert_eq!(refusal(Scheme::EmNodal, &mut model), variational);
+}
+
+/// The sparse and the dense algebra of `em-nodal` are one scheme.
+#[test]
+fn sparse_and_dense_matrices_give_the_same_motion() {
+    use holonom::vi_multibody::run::Solver;
+    let tree = |(_, model): &(String, Model)| {
+        Simulation::new(model).is_ok_and(|s| {
+            !s.mechanism().has_loops() && s.mechanism().description().particles.is_empty()
+        })
+    };
+    let mut count = 0;
+    for (name, mut model) in shipped().into_iter().filter(tree) {
+        (model.settings.scheme, model.settings.order) = (Scheme::EmNodal, 2);
+        let steps = if model.beams.is_empty() { 50 } else { 5 };
+        let end = |solver| {
+            let mut run = Simulation::with_solver(&model, solver).unwrap();
+            (0..steps).for_each(|_| assert!(run.step().is_ok()));
+            run.configuration().to_vec()
+        };
+        let (sparse, dense) = (end(Solver::Sparse), end(Solver::Dense));
+        let size = 1.0 + largest(dense.iter().copied());
+        let apart = largest(sparse.iter().zip(&dense).map(|(a, b)| a - b));
+        println!("{name:<22} apart by {apart:.1e}");
+        assert!(apart < 1e-11 * size, "{name}: {apart:e}");
+        count += 1;
+    }
+    assert!(count > 10, "{count} models");
 }
 
 /// Beams alone and between bodies: when the push is over, energy and both momenta are those of a free system.

@@ -7,7 +7,9 @@ const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE] [--age]
                        measures every property on every system; a full run writes VERIFICATION.md;
                        --age: of which commit that page is
-cargo xtask compare    variational and energy–momentum schemes on five models, into COMPARISON.md
+cargo xtask compare [--quick [--only MODEL]]
+                       variational and energy–momentum schemes on five models, into COMPARISON.md;
+                       quick: a tenth of the steps, printed only
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
@@ -22,7 +24,7 @@ fn main() -> ExitCode {
                 ExitCode::from(2)
             }
         },
-        ["compare"] => match compare::run() {
+        ["compare", options @ ..] => match compare::run(options) {
             Ok(()) => ExitCode::SUCCESS,
             Err(message) => {
                 eprintln!("compare: {message}");

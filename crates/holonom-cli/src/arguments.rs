@@ -157,7 +157,7 @@ pub(crate) struct Compare {
     /// End time, s; by default that of the model, but at most 2000 steps
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) end: Option<f64>,
-    /// Orders of the variational schemes in error against time
+    /// Orders in error against time
     #[arg(long, value_name = "K,…", value_delimiter = ',', default_values = ["2", "4", "6"])]
     pub(crate) order: Vec<u32>,
     /// Replace the results of an earlier comparison

@@ -383,7 +383,8 @@ fn method(
         }
         Family::EnergyMomentum(form) => {
             let mut options = EmOptions::new(form, settings.step);
-            options.newton = settings.newton();
+            options = options.composition(settings.composition());
+            (options.newton, options.solver) = (settings.newton(), solver);
             let run = EmIntegrator::of_mechanism_at(energy_momentum, mechanism, options, at)
                 .map_err(|error| assembly::em_refusal(&error, model))?;
             Ok(Box::new(EnergyMomentum::new(run, variational, settings.momenta)))

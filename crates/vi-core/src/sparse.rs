@@ -206,7 +206,15 @@ impl SparseMatrix {
         dense
     }
 
-    fn for_each(&self, mut visit: impl FnMut(usize, usize, f64)) {
+    /// The stored entries of a column: row, value.
+    pub fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let own = self.indptr[j]..self.indptr[j + 1];
+        let (rows, values) = (&self.matrix.indices()[own.clone()], &self.matrix.data()[own]);
+        rows.iter().copied().zip(values.iter().copied())
+    }
+
+    /// Visits the stored entries: row, column, value.
+    pub fn for_each(&self, mut visit: impl FnMut(usize, usize, f64)) {
         let (indices, values) = (self.matrix.indices(), self.matrix.data());
         for j in 0..self.matrix.cols() {
             for k in self.indptr[j]..self.indptr[j + 1] {

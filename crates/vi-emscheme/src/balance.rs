@@ -11,6 +11,7 @@
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::scheme::EmState;
+use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::SubStep;
@@ -18,20 +19,30 @@ use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_core::sparse::{Entries, SparseMatrix};
 
+/// How the multipliers of an iterate are found; any `μ_k` that tends to `μ*` serves.
+pub(crate) enum Multipliers {
+    /// In least squares over the system, for an independent set of constraints.
+    LeastSquares(Box<SaddlePoint>),
+    /// Frame by frame, on a tree of bodies, where all constraints are independent.
+    Tree(TreeMultipliers),
+}
+
 /// One step's balance in the null space.
 pub(crate) struct Balance {
     pub(crate) s: Interval,
-    /// `P̄`, shape `n × d`.
+    /// `P̄`, shape `n × d`, of the forms that keep it as a matrix.
     pub(crate) null_space: DMatrix<f64>,
     /// `h²λ` over all constraints, shape `m`.
     pub(crate) mu: Vec<f64>,
     /// `K̃`, shape `n × n`.
     tangent: Option<SparseMatrix>,
     node: EmState,
-    bracket: Vec<f64>, // n  h B
-    work: Vec<f64>,    // n
-    x: Vec<f64>,       // n + r
-    least_squares: SaddlePoint,
+    bracket: Vec<f64>,              // n  h B
+    work: Vec<f64>,                 // n
+    x: Vec<f64>,                    // n + r
+    jacobian: Option<SparseMatrix>, // m × n  Ḡ
+    rows: IndependentRows,
+    solver: Multipliers,
 }
 
 impl Balance {
@@ -48,19 +59,39 @@ impl Balance {
             bracket: zeros(n),
             work: zeros(n),
             x: zeros(n + r),
-            least_squares: SaddlePoint::new(n, rows),
+            jacobian: None,
+            solver: Multipliers::LeastSquares(Box::new(SaddlePoint::new(n, rows.clone()))),
+            rows,
         }
+    }
+
+    /// With the multipliers of a tree, where there is one.
+    pub(crate) fn on_tree(mut self, tree: Option<TreeMultipliers>) -> Self {
+        if let Some(tree) = tree {
+            self.solver = Multipliers::Tree(tree);
+        }
+        self
+    }
+
+    /// Without a matrix for `P̄`.
+    pub(crate) fn without_matrix(mut self) -> Self {
+        self.null_space = DMatrix::zeros(0, 0);
+        self
     }
 
     /// The constraints in use.
     pub(crate) fn rows(&self) -> &IndependentRows {
-        self.least_squares.rows()
+        match &self.solver {
+            Multipliers::LeastSquares(saddle) => saddle.rows(),
+            Multipliers::Tree(_) => &self.rows,
+        }
     }
 
     /// Another independent set of the same size.
     pub(crate) fn set_rows(&mut self, rows: IndependentRows) {
         debug_assert_eq!(rows.len(), self.rows().len());
-        self.least_squares = SaddlePoint::new(self.s.dim(), rows);
+        let saddle = SaddlePoint::new(self.s.dim(), rows);
+        self.solver = Multipliers::LeastSquares(Box::new(saddle));
     }
 
     /// After a step that was `solved` or not: other rows where these are no longer clearly independent;
@@ -70,7 +101,10 @@ impl Balance {
         constraints: &impl DiscreteConstraints,
         solved: bool,
     ) -> bool {
-        self.least_squares.renew(constraints, &self.s, solved)
+        match &mut self.solver {
+            Multipliers::LeastSquares(saddle) => saddle.renew(constraints, &self.s, solved),
+            Multipliers::Tree(_) => false,
+        }
     }
 
     /// Opens a step at the state.
@@ -79,12 +113,21 @@ impl Balance {
         self.node.copy_from(state);
     }
 
+    /// `h B` of the interval, shape `n`.
+    pub(crate) fn bracket(&mut self, system: &EmSystem) -> &[f64] {
+        system.scaled_bracket(&self.s, &self.node, &mut self.work, &mut self.bracket);
+        &self.bracket
+    }
+
+    /// `h B` last computed, with the interval.
+    pub(crate) fn evaluated(&self) -> (&[f64], &Interval) {
+        (&self.bracket, &self.s)
+    }
+
     /// `out ← P̄ᵀ h B` for the interval and the `P̄` written before; for intervals with `Ḡ P̄ = 0`.
     pub(crate) fn residual(&mut self, system: &EmSystem, out: &mut [f64]) {
-        system.scaled_bracket(&self.s, &self.node, &mut self.work, &mut self.bracket);
-        for (r, column) in out.iter_mut().zip(self.null_space.column_iter()) {
-            *r = column.iter().zip(&self.bracket).map(|(p, b)| p * b).sum();
-        }
+        self.bracket(system);
+        pull_back(&self.null_space, &self.bracket, out);
     }
 
     /// `out ← P̄ᵀ (h B + Ḡᵀμ)` and `μ`: as [`Balance::residual`] where `Ḡ P̄ = 0`.
@@ -94,31 +137,41 @@ impl Balance {
         constraints: &impl DiscreteConstraints,
         out: &mut [f64],
     ) -> Result<(), Singular> {
-        system.scaled_bracket(&self.s, &self.node, &mut self.work, &mut self.bracket);
+        self.bracket(system);
         self.multipliers(constraints)?;
-        for (r, column) in out.iter_mut().zip(self.null_space.column_iter()) {
-            *r = -column.iter().zip(&self.x).map(|(p, c)| p * c).sum::<f64>();
-        }
+        self.work.copy_from_slice(&self.bracket);
+        let jacobian = self.jacobian.as_ref().expect("written by `multipliers`");
+        jacobian.tr_mul_add(1.0, &self.mu, &mut self.work);
+        pull_back(&self.null_space, &self.work, out);
         Ok(())
     }
 
-    /// `μ` from the bracket of the last residual, in least squares.
+    /// `μ` from the bracket of the last residual.
     pub(crate) fn multipliers(
         &mut self,
         constraints: &impl DiscreteConstraints,
     ) -> Result<(), Singular> {
-        let n = self.s.dim();
+        let (n, s) = (self.s.dim(), &self.s);
+        let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
+        let shape = (constraints.len(), n);
+        let jacobian = SparseMatrix::update(&mut self.jacobian, shape, emit);
+        let saddle = match &mut self.solver {
+            Multipliers::Tree(tree) => {
+                self.mu.copy_from_slice(tree.solve(jacobian, &self.bracket)?);
+                return Ok(());
+            }
+            Multipliers::LeastSquares(saddle) => saddle,
+        };
         for (x, b) in self.x.iter_mut().zip(&self.bracket) {
             *x = -b;
         }
         self.x[n..].fill(0.0);
         let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
-        let s = &self.s;
-        let jacobian = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
+        let emit = |out: &mut dyn Entries| jacobian.emit(out);
         let blocks: (&dyn Fn(&mut dyn Entries), f64, &dyn Fn(&mut dyn Entries)) =
-            (&jacobian, 1.0, &jacobian);
-        self.least_squares.solve_with(&identity, blocks, &mut self.x)?;
-        self.least_squares.rows().scatter(&self.x[n..], &mut self.mu);
+            (&emit, 1.0, &emit);
+        saddle.solve_with(&identity, blocks, &mut self.x)?;
+        saddle.rows().scatter(&self.x[n..], &mut self.mu);
         Ok(())
     }
 
@@ -150,6 +203,13 @@ impl Balance {
     pub(crate) fn parts(&mut self) -> (&SparseMatrix, &DMatrix<f64>, &mut [f64]) {
         let tangent = self.tangent.as_ref().expect("written by `tangent`");
         (tangent, &self.null_space, &mut self.work)
+    }
+}
+
+/// `out ← P̄ᵀ w`.
+pub(crate) fn pull_back(null_space: &DMatrix<f64>, w: &[f64], out: &mut [f64]) {
+    for (r, column) in out.iter_mut().zip(null_space.column_iter()) {
+        *r = column.iter().zip(w).map(|(p, w)| p * w).sum();
     }
 }
 
@@ -229,6 +289,29 @@ mod tests {
         let mut bracket = balance.bracket.clone();
         jacobian.tr_mul_add(1.0, &balance.mu, &mut bracket);
         (balance.null_space.transpose() * nalgebra::DVector::from_vec(bracket)).as_slice().to_vec()
+    }
+
+    /// At the root the equations of a tree have one solution, which the sweep finds too.
+    #[test]
+    fn the_multipliers_of_a_tree_are_those_of_least_squares_at_the_root() {
+        let mut trees = 0;
+        for (name, model) in models() {
+            let mechanism = &model.mechanism;
+            let Some(tree) = TreeMultipliers::new(mechanism) else { continue };
+            let mut balance = balance(&model, 0.0);
+            let system = model.system();
+            balance.bracket(&system);
+            balance.multipliers(mechanism).unwrap();
+            let expected = balance.mu.clone();
+            let mut balance = balance.on_tree(Some(tree));
+            balance.multipliers(mechanism).unwrap();
+            let off = crate::common::distance(&balance.mu, &expected);
+            let size = vi_core::linear::norm_inf(&expected);
+            println!("{name:<20} off by {off:.1e} of {size:.1e}");
+            assert!(size > 1e-4 && off < 1e-12 * (1.0 + size), "{name}: {off:e}");
+            trees += 1;
+        }
+        assert!(trees >= 13, "{trees}");
     }
 
     #[test]

@@ -55,9 +55,14 @@ struct Problem<'a, C> {
 }
 
 impl EmConstrained {
-    /// For `n` coordinates and an independent set of `m` constraints.
+    /// For `n` coordinates, an independent set of `m` constraints and a composition of `lanes` sub-steps.
     #[must_use]
-    pub fn new(n: usize, (rows, m): (IndependentRows, usize), settings: NewtonSettings) -> Self {
+    pub fn new(
+        n: usize,
+        (rows, m): (IndependentRows, usize),
+        settings: NewtonSettings,
+        lanes: usize,
+    ) -> Self {
         let size = n + rows.len();
         let position = Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 };
         let multiplier = Block { kind: BlockKind::Multiplier, range: n..size, floor: 1.0 };
@@ -71,7 +76,10 @@ impl EmConstrained {
             saddle: SaddlePoint::new(n, rows),
             blocks: [position, multiplier],
         };
-        let (newton, predictor) = (Newton::new(size, settings), Predictor::new(size, 1));
+        // μ of single steps alternates; the two halves of a sub-step of a composition have their own histories
+        let alternating = if lanes == 1 { n..size } else { 0..0 };
+        let (newton, predictor) =
+            (Newton::new(size, settings), Predictor::new(size, lanes).alternating(alternating));
         Self { newton, predictor, x: vec![0.0; size], work }
     }
 }
@@ -184,7 +192,7 @@ mod tests {
         let (q, v) = constraints.start();
         let (n, m) = (constraints.dim(), constraints.len());
         let rows = IndependentRows::all(m);
-        let mut scheme = EmConstrained::new(n, (rows, m), NewtonSettings::default());
+        let mut scheme = EmConstrained::new(n, (rows, m), NewtonSettings::default(), 1);
         let h = 0.05;
         scheme.work.s.open(0.0, h, &q);
         scheme.work.node.v.copy_from_slice(&v);

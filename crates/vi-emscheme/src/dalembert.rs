@@ -5,7 +5,7 @@
 //! [ P̄ᵀ (h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}) ]
 //! [ G(q_{n+1})                          ]
 //! ```
-//! Unknown `Δq ∈ R^n`. `μ` is not an unknown: it follows from the bracket in least squares, and drops
+//! Unknown `Δq ∈ R^n`. `μ` is not an unknown: it follows from the bracket, and drops
 //! out where `Ḡ P̄ = 0`, which averaged formulas fulfil only once `g(q_{n+1}) = 0`. Dense, `O(n³)` a step: for small systems and comparisons.
 //!
 //! Letters and the derivative of `P̄`: [`crate::null_space`]. Source: Betsch & Leyendecker 2006.
@@ -15,6 +15,7 @@ use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
 use crate::scheme::{BEYOND_ROUNDING, EmForm, EmScheme, EmState};
+use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
@@ -57,6 +58,7 @@ impl<N> EmDalembert<N> {
         (rows, m): (IndependentRows, usize),
         source: N,
         settings: NewtonSettings,
+        lanes: usize,
     ) -> Self {
         let work = Work {
             balance: Balance::new(n, (rows, m)),
@@ -65,8 +67,15 @@ impl<N> EmDalembert<N> {
             lu: DenseLu::new(n),
             blocks: [Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
         };
-        let (newton, predictor) = (Newton::new(n, settings), Predictor::new(n, 1));
+        let (newton, predictor) = (Newton::new(n, settings), Predictor::new(n, lanes));
         Self { newton, predictor, x: vec![0.0; n], source, work }
+    }
+
+    /// With the multipliers of a tree found frame by frame, where there is one.
+    #[must_use]
+    pub fn on_tree(mut self, tree: Option<TreeMultipliers>) -> Self {
+        self.work.balance = self.work.balance.on_tree(tree);
+        self
     }
 }
 

@@ -103,6 +103,12 @@ impl EmSystem {
         !self.loads.is_empty()
     }
 
+    /// Whether some load depends on velocities in a way that dissipates energy.
+    #[must_use]
+    pub fn is_dissipative(&self) -> bool {
+        self.loads.iter().any(|load| load.is_dissipative())
+    }
+
     /// Number `n` of coordinates.
     #[must_use]
     pub fn dim(&self) -> usize {

@@ -22,83 +22,25 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use crate::setup::{EmOptions, EmSetupError};
+
 use crate::constrained::EmConstrained;
 use crate::constraint::DiscreteConstraints;
 use crate::dalembert::EmDalembert;
 use crate::em_system::EmSystem;
-use crate::loop_nodal::{EmLoopNodal, LoopRows};
 use crate::nodal::EmNodal;
 use crate::node::{Before, EmNode, EmObserver};
-use crate::null_space::{AveragedTree, DiscreteNullSpace, DiscreteQr, TreeComplement};
+use crate::null_space::{DiscreteNullSpace, DiscreteQr};
 use crate::scheme::{EmForm, EmScheme, EmState};
-use vi_constraints::agreement::{Contradiction, contradiction};
+use vi_constraints::agreement::contradiction;
 use vi_constraints::closure::ClosureWatch;
-use vi_constraints::initialization::{StartError, StartReport, start};
-use vi_constraints::integrator::{SetupError, SingularStart, Start, StepReport};
+use vi_constraints::initialization::{StartReport, start};
+use vi_constraints::integrator::{SetupError, Start, StepReport};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError, SubStep};
 use vi_constraints::{Constraints, Reparametrization};
 use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
-use vi_core::newton::NewtonSettings;
-use vi_multibody::closed_loop::{longest_arm, with_floors};
-use vi_multibody::map::TreeMap;
-use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::Loops;
-
-/// What to integrate with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EmOptions {
-    /// One of the three forms.
-    pub form: EmForm,
-    /// Time step `h`, s; negative to run backwards in time.
-    pub step: f64,
-    /// Newton's method.
-    pub newton: NewtonSettings,
-}
-
-impl EmOptions {
-    /// Step `h` (s) and Newton's method to the round-off floor.
-    #[must_use]
-    pub fn new(form: EmForm, step: f64) -> Self {
-        Self { form, step, newton: NewtonSettings::default() }
-    }
-}
-
-/// Why an integrator could not be set up.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum EmSetupError {
-    /// The step is zero or not finite.
-    #[error("the time step is {0}: it must be a finite number other than zero")]
-    Step(f64),
-    /// No consistent start.
-    #[error(transparent)]
-    Start(#[from] StartError),
-    /// Dependent constraints contradict each other at the start.
-    #[error(transparent)]
-    Contradiction(#[from] Contradiction),
-    /// The form needs `F_d`.
-    #[error(
-        "the scheme `{}` needs a map F_d(u, q_n): give a reparametrization, or use the scheme \
-         `em-constrained` or `em-dalembert`",
-        .0.name()
-    )]
-    NeedsReparametrization(EmForm),
-    /// The start is a singular placement that the motion cannot leave.
-    #[error(transparent)]
-    Singular(SetupError),
-    /// Shapes do not match.
-    #[error("{what} has {found} entries where {expected} are needed")]
-    Shape {
-        /// Which input.
-        what: &'static str,
-        /// Its length.
-        found: usize,
-        /// The right length.
-        expected: usize,
-    },
-}
 
 /// A running integration.
 pub struct EmIntegrator<C> {
@@ -106,13 +48,14 @@ pub struct EmIntegrator<C> {
     constraints: C,
     scheme: Box<dyn EmScheme<C>>,
     observer: EmObserver,
-    rows: IndependentRows,
+    pub(crate) rows: IndependentRows,
+    sub_steps: Vec<f64>, // in parts of the macro step
     step: f64,
     t0: f64,
     steps: u64,
     state: EmState,
-    before: EmState,     // the node the last step started from
-    step_before: Before, // the step that ended there
+    before: EmState,     // the node the last macro step started from
+    step_before: Before, // without composition: the step that ended there
     carry: bool,         // the scheme's interval is the last step
     start: StartReport,
     watch: ClosureWatch,
@@ -134,12 +77,12 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         check(&system, &constraints, options, at)?;
         let (n, m) = (constraints.dim(), constraints.len());
         let rows = IndependentRows::find(&constraints, at.0, at.1);
-        let chosen = (rows.clone(), m);
+        let (chosen, lanes) = ((rows.clone(), m), options.sub_steps().len());
         let scheme: Box<dyn EmScheme<C>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, options.newton)),
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, options.newton, lanes)),
             EmForm::Dalembert => {
                 let source = DiscreteQr::new(n, m, rows.len());
-                Box::new(EmDalembert::new(n, chosen, source, options.newton))
+                Box::new(EmDalembert::new(n, chosen, source, options.newton, lanes))
             }
             EmForm::Nodal => return Err(EmSetupError::NeedsReparametrization(options.form)),
         };
@@ -169,11 +112,11 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
             return Err(EmSetupError::Shape { what, found: map.dof(), expected: n - rows.len() });
         }
         let chosen = (rows.clone(), m);
-        let newton = options.newton;
+        let (newton, lanes) = (options.newton, options.sub_steps().len());
         let scheme: Box<dyn EmScheme<C>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton)),
-            EmForm::Dalembert => Box::new(EmDalembert::new(n, chosen, source, newton)),
-            EmForm::Nodal => Box::new(EmNodal::new(n, chosen, (source, map), newton)),
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, lanes)),
+            EmForm::Dalembert => Box::new(EmDalembert::new(n, chosen, source, newton, lanes)),
+            EmForm::Nodal => Box::new(EmNodal::new(n, chosen, (source, map), newton, lanes)),
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)
     }
@@ -194,7 +137,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         Self::with_null_space(system, constraints, (source, map), options, at)
     }
 
-    fn with_scheme(
+    pub(crate) fn with_scheme(
         system: EmSystem,
         constraints: C,
         (scheme, rows): (Box<dyn EmScheme<C>>, IndependentRows),
@@ -218,6 +161,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
             scheme,
             observer: EmObserver::new(n, m),
             rows,
+            sub_steps: options.sub_steps(),
             step: options.step,
             t0: at.0,
             steps: 0,
@@ -230,38 +174,72 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         })
     }
 
-    /// One step.
+    /// One macro step.
     ///
     /// # Errors
-    /// [`StepError`]; the state is then what it was.
+    /// [`StepError`]; the state is then what it was before the macro step.
     pub fn step(&mut self) -> Result<StepReport, StepError> {
+        self.step_with(&mut |_, _, _| {})
+    }
+
+    /// One macro step; `each` sees the interval of every sub-step with its `μ = h²λ`, as
+    /// [`EmIntegrator::scaled_multiplier`].
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before the macro step.
+    pub fn step_with(
+        &mut self,
+        each: &mut dyn FnMut((&EmSystem, &C), &Interval, &[f64]),
+    ) -> Result<StepReport, StepError> {
         let Self { scheme, system, constraints, state, before, .. } = self;
         before.copy_from(state);
         if self.carry {
             self.step_before.take(scheme.interval(), scheme.scaled_multiplier());
         }
         self.carry = false; // until the step has gone well
-        let t_end = self.t0 + (self.steps + 1) as f64 * self.step; // no sum of round-offs
-        let step = SubStep { lane: 0, h: self.step, t_end };
-        let report = scheme.advance(system, constraints, step, state)?;
-        system.accept(&state.q);
-        constraints.accept(&state.q);
-        if let Err(error) = self.watch.check(constraints, state.t, &state.q) {
-            state.copy_from(before);
+        let count = self.sub_steps.len();
+        let mut total = StepReport { sub_steps: count, ..StepReport::default() };
+        let next = self.t0 + (self.steps + 1) as f64 * self.step; // no sum of round-offs
+        for (lane, part) in self.sub_steps.iter().enumerate() {
+            let h = part * self.step;
+            let t_end = if lane + 1 == count { next } else { state.t + h };
+            let sub_step = SubStep { lane, h, t_end };
+            let mut outcome = scheme.advance(system, constraints, sub_step, state);
+            if lane + 1 == count && outcome.is_ok() {
+                if let Err(violated) = self.watch.check(constraints, state.t, &state.q) {
+                    scheme.reset();
+                    outcome = Err(violated);
+                }
+            }
+            if outcome.is_err() {
+                state.copy_from(before);
+            }
             system.accept(&state.q);
             constraints.accept(&state.q);
-            scheme.reset();
-            return Err(error);
+            let report = outcome?;
+            each((system, constraints), scheme.interval(), scheme.scaled_multiplier());
+            total.iterations += report.iterations;
+            total.residual = total.residual.max(report.residual);
         }
-        self.carry = true;
+        self.carry = count == 1;
         self.steps += 1;
         state.step = self.steps;
-        let (iterations, residual) = (report.iterations, report.residual);
-        Ok(StepReport { iterations, sub_steps: 1, residual })
+        Ok(total)
     }
 
-    /// The quantities of the node that the last step has left, with the multipliers of that step.
+    /// Whether a macro step has several sub-steps.
+    #[must_use]
+    pub fn is_composed(&self) -> bool {
+        self.sub_steps.len() > 1
+    }
+
+    /// The quantities of the node that the last step has left, with the multipliers of that step; with a
+    /// composition without multipliers, as [`EmIntegrator::observe_state`].
     pub fn node_before(&mut self) -> &EmNode {
+        if self.is_composed() {
+            self.observer.observe_state(&self.system, &self.constraints, &self.before);
+            return self.observer.node();
+        }
         let Self { observer, system, rows, constraints, before, scheme, step_before, .. } = self;
         let step = (scheme.interval(), scheme.scaled_multiplier());
         observer.observe((system, rows), constraints, before, step, step_before);
@@ -269,11 +247,14 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
     }
 
     /// The quantities of the current node. The multipliers belong to the step that starts here: it is
-    /// taken, and taken back.
+    /// taken, and taken back. With a composition there are none, as in [`EmIntegrator::observe_state`].
     ///
     /// # Errors
     /// [`StepError`] when that step fails.
     pub fn observe(&mut self) -> Result<&EmNode, StepError> {
+        if self.is_composed() {
+            return Ok(self.observe_state());
+        }
         let kept = (self.before.clone(), self.steps);
         self.step()?;
         self.node_before();
@@ -320,7 +301,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         self.system.energy(&self.state.q, &self.state.v)
     }
 
-    /// The interval of the last step.
+    /// The interval of the last (sub-)step.
     #[must_use]
     pub fn interval(&self) -> &Interval {
         self.scheme.interval()
@@ -363,126 +344,7 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
     }
 }
 
-impl EmIntegrator<Mechanism> {
-    /// A mechanism from its start; loops and single constraints on a spanning tree.
-    ///
-    /// | | `em-nodal` | `em-dalembert` | `em-constrained` |
-    /// |---|---|---|---|
-    /// | trees | averaged velocity maps | the same | sparse |
-    /// | loops | the same and a small complement, `u` of the tree | QR of `Ḡᵀ` | sparse |
-    /// | screws in the tree | QR of `Ḡᵀ` | the same | sparse |
-    ///
-    /// # Errors
-    /// [`EmSetupError`]; `em-constrained` and `em-dalembert` refuse to start in a singular placement.
-    pub fn of_mechanism(
-        system: EmSystem,
-        mechanism: Mechanism,
-        options: EmOptions,
-    ) -> Result<Self, EmSetupError> {
-        let (q, v) = mechanism.start();
-        Self::of_mechanism_at(system, mechanism, options, (0.0, &q, &v))
-    }
-
-    /// The same from another start.
-    ///
-    /// # Errors
-    /// As [`EmIntegrator::of_mechanism`].
-    pub fn of_mechanism_at(
-        system: EmSystem,
-        mechanism: Mechanism,
-        options: EmOptions,
-        at: Start<'_>,
-    ) -> Result<Self, EmSetupError> {
-        check(&system, &mechanism, options, at)?;
-        let loops = Loops::find(&mechanism, at.0, at.1).map_err(EmSetupError::Singular)?;
-        if loops.rows_at_start.is_some() && options.form != EmForm::Nodal {
-            return Err(EmSetupError::Singular(loops.refusal(SingularStart::Scheme)));
-        }
-        let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
-        let (chosen, newton) = ((rows.clone(), m), options.newton);
-        let qr = || DiscreteQr::new(n, m, rows.len());
-        let map = TreeMap::new(&mechanism);
-        let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
-        let scheme: Box<dyn EmScheme<Mechanism>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton)),
-            EmForm::Dalembert => match averaged() {
-                Some(source) => Box::new(EmDalembert::new(n, chosen, source, newton)),
-                None => Box::new(EmDalembert::new(n, chosen, qr(), newton)),
-            },
-            EmForm::Nodal if mechanism.has_loops() => {
-                nodal_on_loops(&mechanism, &loops, newton, at)?
-            }
-            EmForm::Nodal => match averaged() {
-                Some(source) => Box::new(EmNodal::new(n, chosen, (source, map), newton)),
-                None => Box::new(EmNodal::new(n, chosen, (qr(), map), newton)),
-            },
-        };
-        let at_start = loops.rows_at_start.unwrap_or_else(|| rows.clone());
-        let mut run = Self::with_scheme(system, mechanism, (scheme, at_start), options, at)?;
-        run.rows = rows;
-        Ok(run)
-    }
-}
-
-/// `em-nodal` with the unknowns of the spanning tree.
-fn nodal_on_loops(
-    mechanism: &Mechanism,
-    loops: &Loops,
-    newton: NewtonSettings,
-    at: Start<'_>,
-) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
-    let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
-    let blocks = with_floors(mechanism, map.blocks());
-    let rows = loop_rows(mechanism, &loops.rows, at);
-    let mut rates = None;
-    if let Some(rank) = loops.rank.as_ref().filter(|_| loops.rows_at_start.is_some()) {
-        rates = Some(rank.departure(mechanism, at).map_err(EmSetupError::Singular)?.rates);
-    }
-    fn boxed<N: DiscreteNullSpace<Mechanism> + 'static>(
-        scheme: EmLoopNodal<N, TreeMap>,
-        rates: Option<Vec<f64>>,
-    ) -> Box<dyn EmScheme<Mechanism>> {
-        match rates {
-            Some(rates) => Box::new(scheme.starting_with(rates)),
-            None => Box::new(scheme),
-        }
-    }
-    Ok(match TreeComplement::new(mechanism, rows.clone()) {
-        Some(source) => boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, newton), rates),
-        None => {
-            let source = DiscreteQr::new(n, m, loops.rows.len());
-            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, newton), rates)
-        }
-    })
-}
-
-/// The constraints that the spanning tree leaves out; lengths weighed by the longest lever arm.
-fn loop_rows(
-    mechanism: &Mechanism,
-    independent: &IndependentRows,
-    (t, q, _): Start<'_>,
-) -> LoopRows {
-    let mut rows = mechanism.loop_rows();
-    rows.extend(mechanism.cut_bars().iter().flat_map(|&k| mechanism.bar_rows(k)));
-    rows.sort_unstable();
-    let arm = longest_arm(mechanism);
-    let frames = 12 * mechanism.description().bodies.len();
-    let mut jacobian = nalgebra::DMatrix::zeros(mechanism.len(), mechanism.dim());
-    mechanism.jacobian(t, q, &mut jacobian);
-    let is_length = |j: usize| j >= frames || j % 12 < 3;
-    let size = |row: &usize| {
-        let entries = jacobian.row(*row);
-        let weighed =
-            entries.iter().enumerate().map(|(j, g)| if is_length(j) { arm * g } else { *g });
-        let size = weighed.map(|g| g * g).sum::<f64>().sqrt();
-        if size > 0.0 { 1.0 / size } else { 1.0 }
-    };
-    let scale = rows.iter().map(size).collect();
-    let rank = rows.len() - (mechanism.len() - independent.len());
-    LoopRows { rows, scale, rank }
-}
-
-fn check(
+pub(crate) fn check(
     system: &EmSystem,
     constraints: &impl Constraints,
     options: EmOptions,
@@ -490,6 +352,10 @@ fn check(
 ) -> Result<(), EmSetupError> {
     if !(options.step.is_finite() && options.step != 0.0) {
         return Err(EmSetupError::Step(options.step));
+    }
+    let backward = options.sub_steps().iter().any(|part| *part < 0.0);
+    if backward && system.is_dissipative() {
+        return Err(EmSetupError::Composition(SetupError::DissipativeComposition));
     }
     let expected = system.dim();
     for (what, found) in [

@@ -53,6 +53,10 @@ impl<L: JointLaw> MidpointLoad for JointForce<L> {
         coordinate::emit_derivative(&self.coordinate, s, scale * effort, out);
     }
 
+    fn is_dissipative(&self) -> bool {
+        self.law.is_dissipative()
+    }
+
     fn accept(&self, q: &[f64]) {
         self.coordinate.accept(q);
     }

@@ -6,7 +6,7 @@
 //! ```
 //! Conserved along a step without load, up to what Newton's method leaves over: energy, linear and
 //! angular momentum (with an equivariant `D̄V`), the constraints. Not symplectic. Order 2 in `q` and
-//! `p`; the multiplier belongs to the middle of the step and alternates by `O(h)` from step to step,
+//! `p`, and 4, 6, 8 by composition of pairs of steps ([`EmOptions::sub_steps`]); the multiplier belongs to the middle of the step and alternates by `O(h)` from step to step,
 //! the mean of two neighbours has order 2 ([`node`]). The same three forms as the variational
 //! schemes, so that both methods are compared on equal footing.
 //!
@@ -23,7 +23,9 @@
 //! | [`em_system`] | mass, potentials, loads: the bracket and its derivative |
 //! | [`null_space`] | `P̄` with `Ḡ P̄ = 0`, and why its derivative is not needed |
 //! | [`constrained`], [`dalembert`], [`nodal`], [`loop_nodal`] | the three forms; the last on closed loops |
+//! | [`dense_operators`], [`sparse_operators`] | the algebra of the nodal form |
 //! | [`scheme`] | their common interface, the state |
+//! | [`tree_multipliers`] | the multipliers of a tree, frame by frame |
 //! | [`node`] | energy, momenta, multipliers, residuals |
 //! | [`tangent_map`] | the tangent of a step: the symplectic form is not kept |
 //! | [`integrator`] | all of it together |
@@ -40,6 +42,7 @@ pub mod constrained;
 pub mod constraint;
 pub mod coordinate;
 pub mod dalembert;
+pub mod dense_operators;
 pub mod discrete_gradient;
 pub mod em_system;
 pub mod gonzalez;
@@ -51,8 +54,12 @@ pub mod loop_nodal;
 pub mod nodal;
 pub mod node;
 pub mod null_space;
+mod of_mechanism;
 pub mod scheme;
+mod setup;
+pub mod sparse_operators;
 pub mod tangent_map;
+pub mod tree_multipliers;
 
 #[cfg(test)]
 extern crate self as vi_emscheme; // the models of the tests name the crate
@@ -65,4 +72,5 @@ pub use discrete_gradient::DiscreteGradient;
 pub use em_system::EmSystem;
 pub use integrator::{EmIntegrator, EmOptions};
 pub use node::EmNode;
+pub use null_space::EmLinearization;
 pub use scheme::{EmForm, EmState};

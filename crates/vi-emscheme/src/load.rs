@@ -28,6 +28,10 @@ pub trait MidpointLoad: Send {
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]);
     /// Emits `scale ∂f̄/∂q_{n+1}`; always the same places in the same order.
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
+    /// Whether it depends on velocities in a way that dissipates energy: it must not be run backwards.
+    fn is_dissipative(&self) -> bool {
+        false
+    }
     /// Told of every node reached: a force on an angle remembers which turn it is in.
     fn accept(&self, _q: &[f64]) {}
 }
@@ -45,6 +49,10 @@ impl<F: Force> MidpointLoad for AtMidpoint<F> {
         let (t, q, v) = (s.t_mid(), &s.q_mid, &s.v_mid);
         self.0.add_position_derivative(t, q, v, 0.5 * scale, out);
         self.0.add_velocity_derivative(t, q, v, scale / s.h, out);
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.0.is_dissipative()
     }
 }
 

@@ -84,14 +84,14 @@ struct Problem<'a, C, N, R> {
 
 impl<N, R: Reparametrization> EmLoopNodal<N, R> {
     /// For `n` coordinates, `m` constraints, the loops among them, a source of `P̄` and the map `F_d` of
-    /// the spanning tree; `blocks`: units and scales of `u`.
+    /// the spanning tree; `blocks`: units and scales of `u`; Newton's method and the number of sub-steps.
     #[must_use]
     pub fn new(
         (n, m): (usize, usize),
         loops: LoopRows,
         (source, map): (N, R),
         blocks: Vec<Block>,
-        settings: NewtonSettings,
+        (settings, lanes): (NewtonSettings, usize),
     ) -> Self {
         let (d, cut) = (map.dof(), loops.rows.len());
         let tree_rows: Vec<usize> = (0..m).filter(|row| !loops.rows.contains(row)).collect();
@@ -116,7 +116,7 @@ impl<N, R: Reparametrization> EmLoopNodal<N, R> {
             tree_rows,
             loops,
         };
-        let (newton, predictor) = (Newton::new(d, settings), Predictor::new(d, 1));
+        let (newton, predictor) = (Newton::new(d, settings), Predictor::new(d, lanes));
         Self { newton, predictor, u: vec![0.0; d], first: None, source, map, work }
     }
 
@@ -227,9 +227,9 @@ where
         let Self { newton, predictor, u, first, source, map, work } = self;
         work.balance.open(state, step);
         work.fresh = true;
-        if let Some(rates) = first.as_ref().filter(|_| state.step == 0) {
+        if let Some(rates) = first.as_ref().filter(|_| state.step == 0 && step.lane == 0) {
             let increment: Vec<f64> = rates.iter().map(|rate| step.h * rate).collect();
-            predictor.remember(0, step.h, &increment);
+            predictor.remember(step.lane, step.h, &increment);
         }
         let mut problem = Problem { system, constraints, source, map, work };
         let report = solve_step(newton, predictor, step, &mut problem, u)?;

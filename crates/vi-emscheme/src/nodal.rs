@@ -5,108 +5,147 @@
 //! Dr   = P̄ᵀ (h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}) ∂F_d/∂u
 //! ```
 //! The constraints hold by construction, whatever Newton's method leaves over. The condition number
-//! does not depend on `h`. Dense in `n × d`.
+//! does not depend on `h`. Written against [`EmOperators`]: dense matrices for any system, sparse ones for
+//! trees ([`crate::sparse_operators`]).
 //!
 //! Letters and the derivative of `P̄`: [`crate::null_space`]. Source: Betsch & Leyendecker 2006.
 
 use crate::balance::Balance;
 use crate::constraint::DiscreteConstraints;
+use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
-use crate::null_space::DiscreteNullSpace;
+use crate::null_space::EmLinearization;
 use crate::scheme::{EmForm, EmScheme, EmState};
+use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::Reparametrization;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
 use vi_core::interval::Interval;
-use vi_core::linear::{DenseLu, condition_number};
+use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
 use vi_core::predictor::Predictor;
+use vi_core::sparse::Entries;
+
+/// What the nodal form asks of `P̄` and `F_d`.
+///
+/// Call order in an iteration: `reparametrize`, `pull_back`, `solve`.
+pub trait EmOperators<C> {
+    /// Degrees of freedom `d`.
+    fn dof(&self) -> usize;
+    /// Units and scales of the increments `u`.
+    fn blocks(&self) -> &[Block];
+    /// Writes `s.q1 = F_d(u, s.q0)` and `s.dq`, closes the interval and takes its `P̄`.
+    ///
+    /// # Errors
+    /// [`Fault`] when `u` is outside the domain of the map.
+    fn reparametrize(&mut self, constraints: &C, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
+    /// `out ← P̄ᵀ w`, shape `d`.
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]);
+    /// Which terms the Newton matrix takes for the derivative of `P̄`.
+    fn linearization(&self) -> EmLinearization;
+    /// `x ← (P̄ᵀ K̃ ∂F_d/∂u)⁻¹ x` at `u`, the last interval and `w = h B`, with `K̃` as emitted: always the same places in the
+    /// same order. With [`EmLinearization::NullSpaceDerivative`] what is emitted is `h K`, and
+    /// `∂(P̄ᵀ w)/∂u` is added.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`].
+    fn solve(
+        &mut self,
+        emit: &dyn Fn(&mut dyn Entries),
+        at: (&[f64], &Interval, &[f64]),
+        x: &mut [f64],
+    ) -> Result<(), Fault>;
+    /// See [`Reparametrization::clean`].
+    fn clean(&mut self, t: f64, q: &mut [f64]);
+    /// The Newton matrix of the last `solve`, dense.
+    fn matrix(&self) -> DMatrix<f64>;
+}
 
 /// The nodal form.
-pub struct EmNodal<N, R> {
+pub struct EmNodal<O> {
     newton: Newton,
     predictor: Predictor,
     u: Vec<f64>, // d
-    source: N,
-    map: R,
-    work: Work,
-}
-
-struct Work {
+    operators: O,
     balance: Balance,
-    push: DMatrix<f64>,     // n × d  ∂F_d/∂u
-    weighted: DMatrix<f64>, // n × d  K̃ ∂F_d/∂u
-    matrix: DMatrix<f64>,   // d × d
-    lu: DenseLu,
-    blocks: Vec<Block>,
 }
 
-struct Problem<'a, C, N, R> {
+struct Problem<'a, C, O> {
     system: &'a EmSystem,
     constraints: &'a C,
-    source: &'a mut N,
-    map: &'a R,
-    work: &'a mut Work,
+    operators: &'a mut O,
+    balance: &'a mut Balance,
 }
 
-impl<N, R: Reparametrization> EmNodal<N, R> {
-    /// For `n` coordinates, an independent set of `m` constraints, a source of `P̄` and a map `F_d`.
+impl<N, R: Reparametrization> EmNodal<DenseOperators<N, R>> {
+    /// For `n` coordinates, an independent set of `m` constraints, a source of `P̄`, a map `F_d` and a
+    /// composition of `lanes` sub-steps, by dense matrices.
     #[must_use]
     pub fn new(
         n: usize,
-        (rows, m): (IndependentRows, usize),
+        constraints: (IndependentRows, usize),
         (source, map): (N, R),
         settings: NewtonSettings,
+        lanes: usize,
     ) -> Self {
-        let d = map.dof();
-        let work = Work {
-            balance: Balance::new(n, (rows, m)),
-            push: DMatrix::zeros(n, d),
-            weighted: DMatrix::zeros(n, d),
-            matrix: DMatrix::zeros(d, d),
-            lu: DenseLu::new(d),
-            blocks: map.blocks(),
-        };
-        let (newton, predictor) = (Newton::new(d, settings), Predictor::new(d, 1));
-        Self { newton, predictor, u: vec![0.0; d], source, map, work }
+        let operators = DenseOperators::new(n, (source, map));
+        let d = operators.map().dof();
+        Self::with_operators((n, d), constraints, operators, settings, lanes)
     }
 }
 
-impl<C, N, R> NewtonProblem for Problem<'_, C, N, R>
-where
-    C: DiscreteConstraints,
-    N: DiscreteNullSpace<C>,
-    R: Reparametrization,
-{
+impl<O> EmNodal<O> {
+    /// For `n` coordinates, `d` degrees of freedom, an independent set of `m` constraints and operators.
+    #[must_use]
+    pub fn with_operators(
+        (n, d): (usize, usize),
+        constraints: (IndependentRows, usize),
+        operators: O,
+        settings: NewtonSettings,
+        lanes: usize,
+    ) -> Self {
+        let balance = Balance::new(n, constraints).without_matrix();
+        let (newton, predictor) = (Newton::new(d, settings), Predictor::new(d, lanes));
+        Self { newton, predictor, u: vec![0.0; d], operators, balance }
+    }
+
+    /// With the multipliers of a tree found frame by frame, where there is one.
+    #[must_use]
+    pub fn on_tree(mut self, tree: Option<TreeMultipliers>) -> Self {
+        self.balance = self.balance.on_tree(tree);
+        self
+    }
+}
+
+impl<C: DiscreteConstraints, O: EmOperators<C>> NewtonProblem for Problem<'_, C, O> {
     fn blocks(&self) -> &[Block] {
-        &self.work.blocks
+        self.operators.blocks()
     }
 
     fn residual(&mut self, u: &[f64], r: &mut [f64]) -> Result<(), Fault> {
-        let balance = &mut self.work.balance;
-        self.map.reparametrize(u, &mut balance.s)?;
-        balance.s.close();
-        self.source.null_space(self.constraints, &balance.s, &mut balance.null_space);
-        balance.residual(self.system, r);
+        self.operators.reparametrize(self.constraints, u, &mut self.balance.s)?;
+        self.operators.pull_back(self.balance.bracket(self.system), r);
         Ok(())
     }
 
     fn correction(&mut self, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
-        let Work { balance, push, weighted, matrix, lu, .. } = &mut *self.work;
-        self.map.tangent(u, &balance.s, push);
-        balance.pushed_tangent((self.system, self.constraints), push, weighted)?;
-        matrix.gemm_tr(1.0, &balance.null_space, weighted, 0.0);
-        Ok(lu.solve(matrix, du)?)
+        let explicit = self.operators.linearization() == EmLinearization::NullSpaceDerivative;
+        if !explicit {
+            self.balance.multipliers(self.constraints)?;
+        }
+        let (bracket, s) = self.balance.evaluated();
+        let emit = |out: &mut dyn Entries| {
+            self.system.scaled_bracket_derivative(s, out);
+            if !explicit {
+                self.constraints.discrete_hessian(s, &self.balance.mu, out);
+            }
+        };
+        self.operators.solve(&emit, (u, s, bracket), du)
     }
 }
 
-impl<C, N, R> EmScheme<C> for EmNodal<N, R>
-where
-    C: DiscreteConstraints,
-    N: DiscreteNullSpace<C>,
-    R: Reparametrization,
-{
+impl<C: DiscreteConstraints, O: EmOperators<C>> EmScheme<C> for EmNodal<O> {
     fn form(&self) -> EmForm {
         EmForm::Nodal
     }
@@ -118,26 +157,26 @@ where
         step: SubStep,
         state: &mut EmState,
     ) -> Result<NewtonReport, StepError> {
-        let Self { newton, predictor, u, source, map, work } = self;
-        work.balance.open(state, step);
-        let mut problem = Problem { system, constraints, source, map, work };
+        let Self { newton, predictor, u, operators, balance } = self;
+        balance.open(state, step);
+        let mut problem = Problem { system, constraints, operators, balance };
         let report = solve_step(newton, predictor, step, &mut problem, u)?;
-        work.balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
-        state.advance(&work.balance.s, None);
-        map.clean(state.t, &mut state.q);
+        balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
+        state.advance(&balance.s, None);
+        operators.clean(state.t, &mut state.q);
         Ok(report)
     }
 
     fn interval(&self) -> &Interval {
-        &self.work.balance.s
+        &self.balance.s
     }
 
     fn scaled_multiplier(&self) -> &[f64] {
-        &self.work.balance.mu
+        &self.balance.mu
     }
 
     fn condition(&self) -> Option<Condition> {
-        Some(Condition::unscaled(condition_number(&self.work.matrix)))
+        Some(Condition::unscaled(condition_number(&self.operators.matrix())))
     }
 
     fn reset(&mut self) {
@@ -150,9 +189,45 @@ mod tests {
     use super::*;
     use crate::common::{PAIRS, four_particles, loaded, pair};
     use crate::null_space::AveragedTree;
+    use crate::sparse_operators::SparseOperators;
     use vi_constraints::Constraints;
     use vi_multibody::map::TreeMap;
+    use vi_multibody::mechanism::Mechanism;
     use vi_multibody::spring::SpringLaw;
+
+    /// The largest difference of the Newton matrix at the root of a step from central differences.
+    fn mismatch<O: EmOperators<Mechanism>>(
+        (system, mechanism): (&EmSystem, &Mechanism),
+        mut scheme: EmNodal<O>,
+    ) -> f64 {
+        let (q, v) = mechanism.start();
+        let mut state = EmState::new(0.0, q, v);
+        let start = state.clone();
+        let step = SubStep::single(0.0, 0.05);
+        scheme.advance(system, mechanism, step, &mut state).unwrap();
+        let EmNodal { operators, balance, u, .. } = &mut scheme;
+        balance.open(&start, step);
+        let mut problem = Problem { system, constraints: mechanism, operators, balance };
+        let mut at = |j: usize, by: f64| {
+            let mut u = u.clone();
+            u[j] += by;
+            let mut r = vec![0.0; u.len()];
+            problem.residual(&u, &mut r).unwrap();
+            r
+        };
+        let (d, e) = (u.len(), 1e-5);
+        let slopes: Vec<_> = (0..d).map(|j| (at(j, e), at(j, -e))).collect();
+        let mut r = at(0, 0.0);
+        problem.correction(u, &mut r).unwrap();
+        let (matrix, mut worst) = (scheme.operators.matrix(), 0.0_f64);
+        for (j, (plus, minus)) in slopes.iter().enumerate() {
+            for i in 0..d {
+                let slope = (plus[i] - minus[i]) / (2.0 * e);
+                worst = worst.max((slope - matrix[(i, j)]).abs());
+            }
+        }
+        worst
+    }
 
     #[test]
     fn the_newton_matrix_at_the_root_against_central_differences() {
@@ -162,39 +237,29 @@ mod tests {
             let bodies = !mechanism.description().bodies.is_empty();
             let system = if bodies { loaded(&model) } else { model.system() };
             let (n, m) = (mechanism.dim(), mechanism.len());
-            let parts = (AveragedTree::new(mechanism).unwrap(), TreeMap::new(mechanism));
-            let rows = IndependentRows::all(m);
-            let mut scheme = EmNodal::new(n, (rows, m), parts, NewtonSettings::default());
-            let (q, v) = mechanism.start();
-            let mut state = EmState::new(0.0, q, v);
-            let start = state.clone();
-            let step = SubStep::single(0.0, 0.05);
-            scheme.advance(&system, mechanism, step, &mut state).unwrap();
-            let EmNodal { source, map, work, u, .. } = &mut scheme;
-            work.balance.open(&start, step);
-            let (constraints, map) = (mechanism, &*map);
-            let mut problem = Problem { system: &system, constraints, source, map, work };
-            let mut at = |j: usize, by: f64| {
-                let mut u = u.clone();
-                u[j] += by;
-                let mut r = vec![0.0; u.len()];
-                problem.residual(&u, &mut r).unwrap();
-                r
+            let (size, settings) = ((IndependentRows::all(m), m), NewtonSettings::default());
+            let averaged = || AveragedTree::new(mechanism).unwrap();
+            let dense = |linearization| {
+                let operators = DenseOperators::new(n, (averaged(), TreeMap::new(mechanism)));
+                operators.linearized::<Mechanism>(linearization)
             };
-            let (d, e) = (u.len(), 1e-5);
-            let slopes: Vec<_> = (0..d).map(|j| (at(j, e), at(j, -e))).collect();
-            let mut r = at(0, 0.0);
-            problem.correction(u, &mut r).unwrap();
-            let mut worst = 0.0_f64;
-            for (j, (plus, minus)) in slopes.iter().enumerate() {
-                for i in 0..d {
-                    let slope = (plus[i] - minus[i]) / (2.0 * e);
-                    worst = worst.max((slope - scheme.work.matrix[(i, j)]).abs());
-                }
+            let d = TreeMap::new(mechanism).dof();
+            let at = (&system, mechanism);
+            let of =
+                |operators| EmNodal::with_operators((n, d), size.clone(), operators, settings, 1);
+            let tree = TreeMultipliers::new(mechanism);
+            let multipliers = dense(EmLinearization::Multipliers).unwrap();
+            let mut found = vec![mismatch(at, of(multipliers).on_tree(tree))];
+            match dense(EmLinearization::NullSpaceDerivative) {
+                Some(explicit) => found.push(mismatch(at, of(explicit))),
+                None => assert!(!bodies, "only bars have no such derivative"),
             }
+            let sparse = SparseOperators::new(mechanism, averaged());
+            let sparse = EmNodal::with_operators((n, d), size.clone(), sparse, settings, 1);
+            found.push(mismatch(at, sparse));
             let name = mechanism.description().joints.first().map_or("particles", |j| &j.name);
-            println!("{name:<12} Newton matrix off by {worst:.1e}");
-            assert!(worst < 1e-9, "{name}: {worst:e}");
+            println!("{name:<12} Newton matrices off by {found:?}");
+            assert!(found.iter().all(|off| *off < 1e-9), "{name}: {found:?}");
         }
     }
 }

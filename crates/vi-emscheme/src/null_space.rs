@@ -17,7 +17,9 @@
 //! `(G* P̄_k)ᵀ (μ_k − μ*)`, of second order in `q_k − q*`, so convergence stays quadratic. (The same
 //! follows from `δḠ P̄ + Ḡ δP̄ = 0` and `h B = −Ḡᵀμ` at the root: `δP̄ᵀ h B = P̄ᵀ δḠᵀ μ`, `δḠ = ½ D²g[δq]` for
 //! quadratic `g`.)
-//! This is the additional term of an energy–momentum scheme, and the multipliers are a by-product.
+//! Any `μ_k` that tends to `μ*` will do; on trees they are found frame by frame ([`crate::tree_multipliers`]).
+//! This is the additional term of an energy–momentum scheme, and the multipliers are a by-product. The derivative
+//! itself is offered beside it ([`EmLinearization`]).
 //! Averaged formulas annihilate `Ḡ` when `g(q_{n+1}) = 0`; on the way there, in the d'Alembert form, the
 //! residual keeps the term `Ḡᵀμ_k`.
 //!
@@ -40,10 +42,35 @@ use vi_multibody::pair::{Transfer, Twist, VelocityMap};
 use vi_multibody::particle::ParticleTree;
 use vi_multibody::tree::{Link, Tree};
 
+/// How the Newton matrix of the nodal form takes the derivative of `P̄` into account; the roots are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EmLinearization {
+    /// By the multipliers, `P̄ᵀ Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}`: for every system.
+    #[default]
+    Multipliers,
+    /// By the derivative itself, `δP̄ᵀ h B`, as published (Betsch & Leyendecker 2006): for trees of bodies
+    /// without screws, in dense matrices.
+    NullSpaceDerivative,
+}
+
 /// Where `P̄` comes from.
 pub trait DiscreteNullSpace<C> {
     /// `out ← P̄(q_n, q_{n+1})`, shape `n × d`; `out` may hold anything on entry.
     fn null_space(&mut self, constraints: &C, s: &Interval, out: &mut DMatrix<f64>);
+    /// Whether [`DiscreteNullSpace::add_derivative`] is there.
+    fn is_differentiable(&self) -> bool {
+        false
+    }
+    /// `out ← out + ∂(P̄ᵀ w)/∂q_{n+1} X` for a constant `w` of shape `n` and `X` of shape `n × d`.
+    fn add_derivative(
+        &mut self,
+        _s: &Interval,
+        _w: &[f64],
+        _x: &DMatrix<f64>,
+        _out: &mut DMatrix<f64>,
+    ) {
+        debug_assert!(false, "only of sources that are differentiable");
+    }
 }
 
 /// `P̄ = P(q_{n+1/2})` with the `P` of a source that is exact off the constraint manifold too.
@@ -151,6 +178,8 @@ pub struct AveragedTree {
     maps: Vec<VelocityMap>,
     twists: Vec<Twist>,
     nu: Vec<f64>,
+    shifted: Vec<f64>, // n
+    pulled: Vec<f64>,  // d
 }
 
 impl AveragedTree {
@@ -169,6 +198,8 @@ impl AveragedTree {
             maps: vec![VelocityMap::new(Transfer::None, &[]); links],
             twists: vec![Twist::zero(); links],
             nu: vec![0.0; tree.dof()],
+            shifted: Vec::new(),
+            pulled: Vec::new(),
             tree,
             particles,
         })
@@ -178,6 +209,24 @@ impl AveragedTree {
     #[must_use]
     pub fn dof(&self) -> usize {
         self.tree.dof() + self.particles.dof()
+    }
+
+    /// The velocity maps of the links at the averaged configuration.
+    pub(crate) fn maps_at(&mut self, q_mid: &[f64]) -> &[VelocityMap] {
+        self.velocity_maps(q_mid);
+        &self.maps
+    }
+
+    /// `out ← P̄(q_{n+1/2})ᵀ w` by a sweep; frames only.
+    fn pull_back(&mut self, q_mid: &[f64], w: &[f64], out: &mut [f64]) {
+        self.velocity_maps(q_mid);
+        for (link, twist) in self.tree.links().iter().zip(&mut self.twists) {
+            let own = 12 * link.frame..12 * link.frame + 12;
+            let b = vi_rigid::null_space::pull_back(&q_mid[own.clone()], &w[own]);
+            *twist = Twist::new(Vector3::new(b[0], b[1], b[2]), Vector3::new(b[3], b[4], b[5]));
+        }
+        let Self { tree, maps, twists, .. } = self;
+        tree.pull_back(|k| &maps[k], twists, out);
     }
 
     fn velocity_maps(&mut self, q_mid: &[f64]) {
@@ -235,5 +284,39 @@ impl<C> DiscreteNullSpace<C> for AveragedTree {
             }
         }
         self.particles.null_space(&s.q_mid, out);
+    }
+
+    /// Of bodies: the axes of bars are not polynomial in `q`.
+    fn is_differentiable(&self) -> bool {
+        self.particles.dof() == 0
+    }
+
+    /// `P̄` is a polynomial of degree two in `q_{n+1/2}`, for which a central difference of any width is
+    /// exact: `∂(P̄ᵀ w) δ = ½ [P̄(q + δ)ᵀ w − P̄(q − δ)ᵀ w]`, with `δq_{n+1/2} = ½ δq_{n+1}`. `O(N)` for each
+    /// column.
+    fn add_derivative(
+        &mut self,
+        s: &Interval,
+        w: &[f64],
+        x: &DMatrix<f64>,
+        out: &mut DMatrix<f64>,
+    ) {
+        let d = self.tree.dof();
+        self.shifted.resize(s.dim(), 0.0);
+        self.pulled.resize(d, 0.0);
+        let (mut shifted, mut pulled) =
+            (std::mem::take(&mut self.shifted), std::mem::take(&mut self.pulled));
+        for k in 0..x.ncols() {
+            for by in [0.5, -0.5] {
+                for (i, shifted) in shifted.iter_mut().enumerate() {
+                    *shifted = s.q_mid[i] + by * x[(i, k)];
+                }
+                self.pull_back(&shifted, w, &mut pulled);
+                for (i, pulled) in pulled.iter().enumerate() {
+                    out[(i, k)] += by * pulled;
+                }
+            }
+        }
+        (self.shifted, self.pulled) = (shifted, pulled);
     }
 }

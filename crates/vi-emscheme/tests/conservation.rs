@@ -21,8 +21,8 @@ struct Drift {
     iterations: usize,
 }
 
-fn drift(model: &Model, form: EmForm, steps: usize) -> Drift {
-    let mut run = model.run(form, model.h);
+fn drift(model: &Model, (form, order): (EmForm, u32), (h, steps): (f64, usize)) -> Drift {
+    let mut run = model.run_by(form, order, h);
     let mass = run.system().mass().clone();
     let momenta = |run: &vi_emscheme::EmIntegrator<_>| {
         let mut p = vec![0.0; mass.shape().0];
@@ -65,7 +65,7 @@ fn energy_momenta_and_constraints_are_kept() {
     println!("{:<24} {:<15} energy  linear  angular |g|     |ḠΔq/h| iterations", "500 steps", "");
     for (name, model) in all() {
         for form in EmForm::ALL {
-            let worst = drift(&model, form, 500);
+            let worst = drift(&model, (form, 2), (model.h, 500));
             let Drift { energy, linear, angular, closure, velocity, iterations } = worst;
             println!(
                 "{name:<24} {:<15} {energy:.1e} {linear:.1e} {angular:.1e} {closure:.1e} \
@@ -77,6 +77,46 @@ fn energy_momenta_and_constraints_are_kept() {
             for (found, limit) in worst.iter().zip(limits) {
                 assert!(*found <= limit, "{name} by {}: {worst:?}", form.name());
             }
+        }
+    }
+}
+
+/// What a step conserves, its compositions do: with backward sub-steps, redundant joints and loops.
+#[test]
+fn compositions_conserve_energy_momenta_and_constraints() {
+    for (name, model) in all() {
+        for (form, order) in EmForm::ALL.into_iter().zip([4, 6, 8]) {
+            let worst = drift(&model, (form, order), (2.0 * model.h, 40));
+            let Drift { energy, linear, angular, closure, iterations, .. } = worst;
+            println!(
+                "{name:<24} {:<15} {order} {energy:.1e} {linear:.1e} {angular:.1e} {closure:.1e} \
+                 {iterations}",
+                form.name()
+            );
+            let limits = [2e-12, 2e-13, 3e-13, 5e-15];
+            for (found, limit) in [energy, linear, angular, closure].iter().zip(limits) {
+                assert!(*found <= limit, "{name} by {} of order {order}", form.name());
+            }
+        }
+    }
+}
+
+/// `G(q_n) v_n` falls with the order of the composition; without one it has order 2.
+#[test]
+fn the_velocity_is_tangential_to_the_order() {
+    for (name, model, end) in
+        [("heavy top", common::heavy_top(), 0.2), ("linkage 6R", common::linkage(), 1.6)]
+    {
+        for order in [2, 4, 6] {
+            let residual = |steps: usize| {
+                let mut run = model.run_by(EmForm::Constrained, order, end / steps as f64);
+                (0..steps).for_each(|_| assert!(run.step().is_ok()));
+                run.observe_state().momentum_residual
+            };
+            let [coarse, fine] = [6, 12].map(residual);
+            let found = (coarse / fine).log2();
+            println!("{name} order {order}: |G v| {coarse:.1e}, {fine:.1e}: order {found:.2}");
+            assert!((found - f64::from(order)).abs() < 0.5, "{name}: {coarse:e} {fine:e}");
         }
     }
 }
@@ -111,6 +151,42 @@ fn the_forms_agree() {
             assert!(off[0] < 1e-10 && off[1] < 1e-9 && off[2] < 1e-6, "{name}: {off:?}");
         }
     }
+}
+
+/// The published linearization has the same roots, and about as many iterations; where the derivative of `P̄`
+/// is not known it is refused.
+#[test]
+fn both_linearizations_give_the_same_motion() {
+    use vi_emscheme::{EmIntegrator, EmLinearization, EmOptions};
+    let (mut trees, mut refused) = (0, Vec::new());
+    for (name, model) in all() {
+        let start = |linearization| {
+            let mut options = EmOptions::new(EmForm::Nodal, model.h);
+            options.linearization = linearization;
+            EmIntegrator::of_mechanism(model.system(), model.mechanism.clone(), options)
+        };
+        let mut run = start(EmLinearization::Multipliers).unwrap();
+        let mut explicit = match start(EmLinearization::NullSpaceDerivative) {
+            Ok(explicit) => explicit,
+            Err(error) => {
+                assert!(error.to_string().contains("derivative"), "{error}");
+                refused.push(name);
+                continue;
+            }
+        };
+        let mut iterations = [0; 2];
+        for _ in 0..100 {
+            iterations[0] += run.step().unwrap().iterations;
+            iterations[1] += explicit.step().unwrap().iterations;
+        }
+        let off = common::distance(&run.state().q, &explicit.state().q);
+        println!("{name:<24} {iterations:?} iterations in 100 steps, off by {off:.1e}");
+        assert!(off < 1e-11, "{name}: {off:e}");
+        assert!(iterations[0].abs_diff(iterations[1]) <= 10, "{name}: {iterations:?}");
+        trees += 1;
+    }
+    println!("refused: {refused:?}");
+    assert!(trees >= 12 && refused.iter().any(|name| name == "screw"), "{trees}, {refused:?}");
 }
 
 #[test]

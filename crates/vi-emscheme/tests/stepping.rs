@@ -57,6 +57,34 @@ fn a_failed_step_leaves_the_state_alone() {
     }
 }
 
+/// A composition fails in the middle of a macro step, with sub-steps behind it.
+#[test]
+fn a_failed_macro_step_is_taken_back_as_a_whole() {
+    for form in EmForm::ALL {
+        let mut run = common::heavy_top().run_by(form, 4, 0.4);
+        let mut failed = false;
+        for _ in 0..200 {
+            let before = run.state().clone();
+            if run.step().is_err() {
+                assert_eq!(run.state(), &before);
+                failed = true;
+                break;
+            }
+        }
+        assert!(failed, "{}: macro steps of 0.4 s at 25 rad/s", form.name());
+    }
+}
+
+#[test]
+fn compositions_of_damped_systems_are_refused() {
+    let model = common::pair(PairKind::Cylindrical, false);
+    let composition = vi_core::Composition::of_order(4).unwrap();
+    let options = EmOptions::new(EmForm::Nodal, 0.01).composition(composition);
+    let system = common::loaded(&model);
+    let message = refusal(EmIntegrator::of_mechanism(system, model.mechanism, options));
+    assert!(message.starts_with("a composition has backward sub-steps"), "{message}");
+}
+
 #[test]
 fn time_reverses_and_observing_changes_nothing() {
     for form in EmForm::ALL {

@@ -47,6 +47,20 @@ pub enum Solver {
 /// Freedoms up to which a coupled tree is solved densely.
 const DENSE_UP_TO: usize = 60;
 
+impl Solver {
+    /// Whether a tree that the recursion does not solve gets sparse matrices: when asked for; with nodes of
+    /// elements and with more than 60 freedoms, when nothing is asked for.
+    #[must_use]
+    pub fn is_sparse(self, mechanism: &Mechanism) -> bool {
+        let d = mechanism.tree().dof() + mechanism.particle_tree().dof();
+        match self {
+            Self::Dense => false,
+            Self::Sparse => true,
+            Self::Auto | Self::Articulated => has_nodes(mechanism) || d > DENSE_UP_TO,
+        }
+    }
+}
+
 type BoxedScheme = Box<dyn Scheme<SeparableSystem, Mechanism>>;
 
 /// A running mechanism.
@@ -163,11 +177,7 @@ fn nodal(
     let mut recursion = TreeNodal::new(mechanism.tree().clone());
     let uncoupled = !particles && recursion.applies(system, &probe(mechanism, system));
     let elements = has_nodes(mechanism);
-    let sparse = match solver {
-        Solver::Dense => false,
-        Solver::Sparse => true,
-        _ => elements || d > DENSE_UP_TO,
-    };
+    let sparse = solver.is_sparse(mechanism);
     if let Some(rank) = &loops.rank {
         let tree = match (uncoupled, sparse) {
             (true, _) => TreeSolver::Recursion,
@@ -200,7 +210,8 @@ fn nodal(
 }
 
 /// Whether some frame gets its mass from elements: it moves and has none of its own.
-fn has_nodes(mechanism: &Mechanism) -> bool {
+#[must_use]
+pub fn has_nodes(mechanism: &Mechanism) -> bool {
     let bodies = &mechanism.description().bodies;
     let moves = |link: &&Link| link.freedoms() > 0;
     mechanism.tree().links().iter().filter(moves).any(|link| bodies[link.frame].body.is_none())

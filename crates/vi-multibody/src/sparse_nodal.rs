@@ -21,7 +21,7 @@ pub mod reduced_matrix;
 pub mod reduced_rows;
 
 use crate::mechanism::Mechanism;
-use crate::pair::Twist;
+use crate::pair::{Twist, VelocityMap};
 pub use layout::{Columns, VelocityLayout};
 use nalgebra::DMatrix;
 pub use reduced_matrix::ReducedMatrix;
@@ -119,9 +119,33 @@ impl SparseNodal {
 
     /// Forms the reduced Newton matrix.
     pub(crate) fn assemble(&mut self, system: &impl MechanicalSystem, u: &[f64], s: &Interval) {
+        self.assemble_emitted(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), u, s);
+    }
+
+    /// Forms `Pᵀ K ∂F_d/∂u` with `K` as emitted: always the same places in the same order.
+    fn assemble_emitted(&mut self, emit: &dyn Fn(&mut dyn Entries), u: &[f64], s: &Interval) {
         self.take_tangent(u, s);
-        let emit = |out: &mut dyn Entries| system.forced_d2_d1(s, out);
-        self.matrix.fill(&self.layout, &emit, (&self.left, &self.right), &[]);
+        self.matrix.fill(&self.layout, emit, (&self.left, &self.right), &[]);
+    }
+
+    /// Takes `P_in(q) P_ex` with the given velocity maps of the links in the place of `P(q_n)`: a discrete
+    /// null space.
+    pub fn take_maps(&mut self, q: &[f64], maps: &[VelocityMap]) {
+        self.layout.with_maps(q, maps, &mut self.left);
+    }
+
+    /// `x ← (Pᵀ K ∂F_d/∂u)⁻¹ x` with `K` as emitted: always the same places in the same order.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`].
+    pub fn solve_emitted(
+        &mut self,
+        emit: &dyn Fn(&mut dyn Entries),
+        (u, s): (&[f64], &Interval),
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.assemble_emitted(emit, u, s);
+        self.solve_assembled(x)
     }
 
     /// Solves with the matrix last formed; several right-hand sides may follow one another.

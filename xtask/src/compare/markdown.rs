@@ -1,65 +1,40 @@
 //! `COMPARISON.md` from the findings.
 
-use super::Compared;
+use super::{Compared, claims, tables};
 use holonom::compare::{Measured, Outcome, Record, Verdict, table};
 use holonom::vi_core::linear::norm_inf;
 use std::fmt::Write;
 
 const HEAD: &str = include_str!("head.md");
-const CAUSES: &str = include_str!("causes.md");
 
-pub(super) fn page(all: &[Compared]) -> String {
+pub(super) fn page(all: &[Compared], provenance: &str) -> String {
     let mut out = HEAD.to_owned();
-    out += "\n## EM : VI\n\n";
-    ratios(&mut out, all);
-    out += CAUSES;
+    let _ = writeln!(out, "\n{provenance}");
+    claims::table(&mut out, all);
+    tables::equal_errors(&mut out, all);
+    tables::same_step(&mut out, all);
+    tables::conditions(&mut out, all);
+    tables::linearizations(&mut out, all);
     for one in all {
         model(&mut out, one);
     }
     out
 }
 
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     if value == 0.0 { "0".into() } else { format!("{value:.1e}") }
 }
 
-fn record<'a>(one: &'a Compared, scheme: &str) -> Option<&'a Record> {
+pub(super) fn record<'a>(one: &'a Compared, scheme: &str) -> Option<&'a Record> {
     one.found.records.iter().find(|r| r.scheme == scheme)
 }
 
-/// Seconds of a step, and of the assembly in it.
-fn times(m: &Measured) -> Option<(f64, f64)> {
-    let seconds = m.seconds_per_step?;
-    Some((seconds, seconds * m.shares?.assembly))
-}
-
-fn ratios(out: &mut String, all: &[Compared]) {
-    out.push_str("| model | form | iterations | assembly | assembly per iteration | step |\n");
-    out.push_str("|---|---|---|---|---|---|\n");
-    for one in all {
-        let pairs = [
-            ("constrained", record(one, "constrained"), record(one, "em-constrained")),
-            ("d'Alembert", record(one, "dalembert"), record(one, "em-dalembert")),
-            ("nodal, both dense", one.dense.as_ref(), record(one, "em-nodal")),
-            ("nodal, as they run", record(one, "nodal"), record(one, "em-nodal")),
-        ];
-        for (form, vi, em) in pairs {
-            let measured = |r: Option<&Record>| r?.measured.clone();
-            let (Some(vi), Some(em)) = (measured(vi), measured(em)) else { continue };
-            let (Some(a), Some(b)) = (times(&vi), times(&em)) else { continue };
-            let iterations = em.mean_iterations / vi.mean_iterations;
-            let _ = writeln!(
-                out,
-                "| {} | {form} | {:.2} : {:.2} | {:.1} | {:.1} | {:.1} |",
-                one.name,
-                em.mean_iterations,
-                vi.mean_iterations,
-                b.1 / a.1,
-                b.1 / a.1 / iterations,
-                b.0 / a.0
-            );
-        }
-    }
+/// Largest drift of the momentum maps that the system conserves.
+pub(super) fn drift(one: &Compared, m: &Measured) -> f64 {
+    let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
+    let conserved =
+        names.iter().zip(m.momentum_drift).filter(|d| one.found.kept.iter().any(|k| k == d.0));
+    norm_inf(&conserved.map(|d| d.1).collect::<Vec<_>>())
 }
 
 fn model(out: &mut String, one: &Compared) {
@@ -68,12 +43,13 @@ fn model(out: &mut String, one: &Compared) {
         let _ = writeln!(out, "{line}  ");
     }
     let head = "\n| scheme | distance | energy error | | momenta | g | Ḡ Δq/h | G M⁻¹p | iterations | \
-                µs/step | equations | assembly | solution |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+                µs/step | range | equations | assembly | solution |\n\
+                |---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
     out.push_str(head);
     for r in &one.found.records {
         row(out, one, &r.scheme, r);
-        if let Some(dense) = one.dense.as_ref().filter(|_| r.scheme == "nodal") {
-            row(out, one, "nodal, dense", dense);
+        if let Some(dense) = one.dense.iter().find(|dense| dense.scheme == r.scheme) {
+            row(out, one, &format!("{}, dense", r.scheme), dense);
         }
     }
     work(out, one);
@@ -82,7 +58,7 @@ fn model(out: &mut String, one: &Compared) {
 fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
     let Some(m) = &r.measured else {
         if let Outcome::Refused { reason } = &r.outcome {
-            let _ = writeln!(out, "| {name} | does not run: {reason} ||||||||||||");
+            let _ = writeln!(out, "| {name} | does not run: {reason} |||||||||||||");
         }
         return;
     };
@@ -93,10 +69,6 @@ fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
         Verdict::Changes => "changes",
         Verdict::Unknown => "",
     };
-    let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
-    let kept =
-        names.iter().zip(m.momentum_drift).filter(|d| one.found.kept.iter().any(|k| k == d.0));
-    let drift = norm_inf(&kept.map(|d| d.1).collect::<Vec<_>>());
     let failed = if r.outcome == Outcome::Done { "" } else { " (failed)" };
     let micro = |x: f64| format!("{:.2}", 1e6 * x);
     let part = |of: fn(&holonom::compare::Shares) -> f64| match (m.seconds_per_step, m.shares) {
@@ -105,41 +77,52 @@ fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
     };
     let _ = writeln!(
         out,
-        "| {name}{failed} | {} | {} | {verdict} | {} | {} | {} | {} | {:.2}, {} | {} | {} | {} | {} |",
+        "| {name}{failed} | {} | {} | {verdict} | {} | {} | {} | {} | {:.2}, {} | {} | {} | {} | {} | {} |",
         m.distance.map_or_else(String::new, number),
         number(m.energy_error),
-        number(drift),
+        number(drift(one, m)),
         number(g.position.max),
         number(g.velocity.max),
         number(g.momentum.max),
         m.mean_iterations,
         m.max_iterations,
         m.seconds_per_step.map_or_else(String::new, micro),
+        m.seconds_range.map_or_else(String::new, |[a, b]| format!("{} … {}", micro(a), micro(b))),
         part(|s| s.residual),
         part(|s| s.assembly),
         part(|s| s.solve)
     );
 }
 
-/// Error at the end against the time of the run, of the nodal forms.
+/// Error at the end against the time of the run, of the form of each family and order that is fastest at the
+/// largest step.
 fn work(out: &mut String, one: &Compared) {
-    let rows = ["nodal", "em-nodal"].into_iter().filter_map(|s| record(one, s)).flat_map(|r| {
-        let orders = [2, 4, 6].into_iter();
-        orders.map(move |k| (r, k, r.work.iter().filter(move |p| p.order == k)))
-    });
-    let rows: Vec<_> = rows.map(|(r, k, points)| (r, k, points.collect::<Vec<_>>())).collect();
-    let Some(steps) = rows.iter().map(|row| &row.2).find(|points| !points.is_empty()) else {
-        return;
+    let time = |r: &Record, order| {
+        r.work.iter().find(|p| p.order == order && p.error.is_some()).and_then(|p| p.seconds)
     };
+    let mut rows = Vec::new();
+    for em in [false, true] {
+        for order in [2, 4, 6] {
+            let family = one.found.records.iter().filter(|r| r.energy_momentum == em);
+            let timed = family.filter_map(|r| Some((time(r, order)?, r)));
+            let fastest = timed.min_by(|a, b| a.0.total_cmp(&b.0));
+            rows.extend(fastest.map(|(_, r)| (r, order)));
+        }
+    }
+    let points = |r: &&'_ Record, order: u32| {
+        r.work.iter().filter(|p| p.order == order).cloned().collect::<Vec<_>>()
+    };
+    let Some((first, order)) = rows.first() else { return };
+    let steps = points(first, *order);
     let heads: String = steps.iter().map(|p| format!(" h = {} |", p.step)).collect();
     let lines = "---|".repeat(steps.len());
     let _ = write!(out, "\n| error at the end, CPU time in s | order |{heads}\n|---|---|{lines}\n");
-    for (r, order, points) in rows.iter().filter(|row| row.2.iter().any(|p| p.error.is_some())) {
-        let cell = |p: &&holonom::compare::record::WorkPoint| match (p.error, p.seconds) {
+    for (r, order) in &rows {
+        let cell = |p: &holonom::compare::record::WorkPoint| match (p.error, p.seconds) {
             (Some(error), Some(seconds)) => format!(" {}, {} |", number(error), number(seconds)),
             _ => " |".to_owned(),
         };
-        let cells: String = points.iter().map(cell).collect();
+        let cells: String = points(r, *order).iter().map(cell).collect();
         let _ = writeln!(out, "| {} | {order} |{cells}", r.scheme);
     }
 }

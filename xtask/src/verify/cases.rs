@@ -181,7 +181,12 @@ fn case(
     };
     let variational = std::iter::once(nodal).chain(others).map(|m| (m, orders(m)));
     let forms = if quick { &EmForm::ALL[2..] } else { &EmForm::ALL };
-    let comparator = forms.iter().map(|form| (Method::EnergyMomentum(*form), vec![2]));
+    let composed = |form: &EmForm| match (quick, *form == EmForm::Nodal) {
+        (false, true) => vec![2, 4, 6],
+        (false, false) => vec![2, 4],
+        (true, _) => vec![2],
+    };
+    let comparator = forms.iter().map(|form| (Method::EnergyMomentum(*form), composed(form)));
     let methods = variational.chain(comparator).collect();
     let (long, short) = if quick { (long * 10, 2048) } else { (long * 1000, short * 1000) };
     let finest = if quick { finest / 4 } else { finest };

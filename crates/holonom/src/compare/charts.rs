@@ -89,7 +89,7 @@ fn momentum(c: &Comparison) -> Figure {
             marks: false,
             curves: if c.kept.is_empty() { Vec::new() } else { curves.collect() },
         },
-        caption: format!("Those that the system keeps: {}.", c.kept.join(", ")),
+        caption: format!("Those that the system conserves: {}.", c.kept.join(", ")),
     }
 }
 

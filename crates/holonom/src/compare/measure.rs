@@ -6,11 +6,12 @@ use super::{Plan, distance, larger};
 use crate::evidence::fit::median;
 use crate::evidence::shadow::shadow_energy;
 use crate::evidence::trend::trend;
-use crate::model::{Model, Scheme};
+use crate::model::{Family, Model, Scheme};
 use crate::output::{ConstraintSummary, Maximum};
 use crate::sample::Sample;
 use crate::simulation::{RunOutcome, Simulation};
 use std::convert::Infallible;
+use vi_emscheme::EmOptions;
 
 /// Repeated measurements of a time.
 const REPEATS: usize = 5;
@@ -152,6 +153,7 @@ impl Run {
             mean_iterations: iterations.clone().sum::<f64>() / taken.len() as f64,
             max_iterations: iterations.fold(0.0, larger),
             seconds_per_step: None,
+            seconds_range: None,
             shares: None,
             series: self.series(kept),
         }
@@ -200,7 +202,8 @@ pub(super) fn cost(
     if let Some(once) = seconds(&at_table, steps.min(4)) {
         let count = ((LEAST / once.max(1e-9)) as u64).clamp(4.min(steps), steps);
         let repeats = ((plan.effort / (once * count as f64)) as usize).clamp(1, REPEATS);
-        let times = (0..repeats).filter_map(|_| seconds(&at_table, count)).collect();
+        let times: Vec<f64> = (0..repeats).filter_map(|_| seconds(&at_table, count)).collect();
+        measured.seconds_range = range(&times);
         measured.seconds_per_step = median(times);
         measured.shares = watched(&at_table, steps, once, plan.effort);
     }
@@ -210,15 +213,31 @@ pub(super) fn cost(
         record.conditions.push(ConditionAt { step, condition: condition(&model) });
     }
     let per_step = measured.seconds_per_step;
-    let orders: &[u32] = if scheme.is_energy_momentum() { &[2] } else { &plan.orders };
-    for &order in orders {
-        let parts = vi_core::Composition::of_order(order).map_or(1, |c| c.gammas().len());
+    for &order in &plan.orders {
+        let parts = sub_steps(scheme, order);
         for &count in &plan.counts {
             let model = plan.by_count(model, scheme, order, count);
             let expected = per_step.map(|s| s * (parts as u64 * count) as f64);
             record.work.push(work_point(&model, count, expected, plan.effort, end));
         }
     }
+}
+
+/// Steps of the scheme in a macro step of an order.
+fn sub_steps(scheme: Scheme, order: u32) -> usize {
+    let composition = vi_core::Composition::of_order(order).unwrap_or_default();
+    match scheme.family() {
+        Family::EnergyMomentum(form) => {
+            EmOptions::new(form, 1.0).composition(composition).sub_steps().len()
+        }
+        _ => composition.gammas().len(),
+    }
+}
+
+/// The smallest and the largest of some times.
+pub(super) fn range(times: &[f64]) -> Option<[f64; 2]> {
+    let least = times.iter().copied().reduce(f64::min)?;
+    Some([least, times.iter().copied().reduce(f64::max)?])
 }
 
 fn advance(run: &mut Simulation, count: u64) -> bool {
@@ -268,6 +287,7 @@ fn work_point(
         order,
         step,
         seconds: None,
+        seconds_range: None,
         error: None,
         missing: Some(reason),
     };
@@ -277,7 +297,7 @@ fn work_point(
     }
     let mut times = Vec::new();
     let mut error = f64::NAN;
-    while times.len() < 3 && times.iter().sum::<f64>() < 0.3 {
+    while times.len() < REPEATS {
         let mut run = match Simulation::new(model) {
             Ok(run) => run,
             Err(error) => {
@@ -292,5 +312,13 @@ fn work_point(
         times.push(seconds);
         error = distance(run.configuration(), end);
     }
-    WorkPoint { order, step, seconds: median(times), error: Some(error), missing: None }
+    let seconds_range = range(&times);
+    WorkPoint {
+        order,
+        step,
+        seconds: median(times),
+        seconds_range,
+        error: Some(error),
+        missing: None,
+    }
 }

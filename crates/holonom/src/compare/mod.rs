@@ -3,7 +3,7 @@
 //! ```text
 //! distance        max_n |q_n − q^ref_n|_∞
 //! energy          max_n |H_n − H_0|; bounded (a band without a trend) or conserved
-//! momentum maps   max_n |J_n − J_0| of those that the system keeps        both once all loads have ended
+//! momentum maps   max_n |J_n − J_0| of those that the system conserves    both once all loads have ended
 //! constraints     |g(q_n)|, |Ḡ Δq/h|, |G(q_n) M⁻¹ p_n|            position, velocity, momentum level
 //! cost            Newton iterations; time per step, and the share of assembly and of solution
 //! κ               of the Newton matrix, as written and as factorized, at several h
@@ -17,11 +17,15 @@
 //! | `reference` | the trajectory that others are held against |
 //! | `measure` | one scheme: a run, its cost, its matrices |
 //! | `clock` | CPU time, and where it goes |
+//! | [`equal_error`] | both families at the same error |
+//! | [`linearization`] | the two Newton matrices of `em-nodal` |
 //! | [`table`] | the findings on a terminal |
 //! | [`page`] | the findings as one page |
 
 mod charts;
 mod clock;
+pub mod equal_error;
+pub mod linearization;
 mod measure;
 pub mod page;
 pub mod record;
@@ -47,7 +51,7 @@ pub struct Request {
     pub steps: Vec<f64>,
     /// End of all runs, s; otherwise that of the model, but at most 2000 steps.
     pub end: Option<f64>,
-    /// Orders of the variational schemes in work–precision.
+    /// Orders in work–precision.
     pub orders: Vec<u32>,
     /// Seconds that a single measurement may take; longer ones are left out.
     pub effort: f64,

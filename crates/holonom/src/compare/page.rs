@@ -22,10 +22,10 @@ pub fn page(c: &Comparison) -> Result<String, String> {
     for (scheme, reason) in table::reasons(c) {
         let _ = writeln!(html, "<p class=\"failed\">{}: {}</p>", escape(scheme), escape(&reason));
     }
-    html += "<h2>What is kept</h2>\n";
+    html += "<h2>What is conserved</h2>\n";
     push(&mut html, &table::quality(c));
     html += "<p class=\"note\">distance: to the reference; in family: to the first scheme of the family; \
-             energy: largest deviation, J; momenta: largest change of those kept; g, Ḡ Δq/h, G M⁻¹p: \
+             energy: largest deviation, J; momenta: largest change of those conserved; g, Ḡ Δq/h, G M⁻¹p: \
              constraints at positions, velocities, momenta.</p>\n<h2>Cost</h2>\n";
     push(&mut html, &table::cost(c));
     let time = table::time_word(c.clock);

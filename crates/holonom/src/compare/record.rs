@@ -27,7 +27,7 @@ pub struct Comparison {
     pub free_from: f64,
     /// What trajectories are held against.
     pub reference: Reference,
-    /// Which momentum maps the system keeps: of `Px Py Pz Lx Ly Lz`.
+    /// Which momentum maps the system conserves: of `Px Py Pz Lx Ly Lz`.
     pub kept: Vec<String>,
     /// What times are.
     pub clock: Clock,
@@ -110,6 +110,9 @@ pub struct Measured {
     pub max_iterations: f64,
     /// Time per step, s: median of repeated runs without observation.
     pub seconds_per_step: Option<f64>,
+    /// The shortest and the longest of them, s.
+    #[serde(default)]
+    pub seconds_range: Option<[f64; 2]>,
     /// Where that time goes.
     pub shares: Option<Shares>,
     /// The run for drawing.
@@ -137,7 +140,7 @@ pub struct Point {
     pub t: f64,
     /// `H` less its value at `free_from`, J.
     pub energy: f64,
-    /// Largest change of a momentum map that the system keeps.
+    /// Largest change of a momentum map that the system conserves.
     pub momentum: f64,
     /// Constraint residuals at positions, velocities, momenta.
     pub residuals: [f64; 3],
@@ -159,8 +162,11 @@ pub struct WorkPoint {
     pub order: u32,
     /// `h`, s.
     pub step: f64,
-    /// Time of the whole run, s.
+    /// Time of the whole run, s: median of repeated runs.
     pub seconds: Option<f64>,
+    /// The shortest and the longest of them, s.
+    #[serde(default)]
+    pub seconds_range: Option<[f64; 2]>,
     /// Distance to the reference at the end.
     pub error: Option<f64>,
     /// Why there is none.

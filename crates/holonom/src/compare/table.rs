@@ -47,7 +47,7 @@ pub fn head(c: &Comparison) -> String {
     };
     format!(
         "{}: {} degrees of freedom, {} coordinates, {} constraints; {} steps of {} s to t = {} s\n\
-         reference: {}{known} (m; directors 1)\nmomentum maps that the system keeps: {kept}{free}\n",
+         reference: {}{known} (m; directors 1)\nmomentum maps that the system conserves: {kept}{free}\n",
         c.model,
         c.dof,
         c.coordinates,
@@ -88,7 +88,7 @@ pub(super) fn verdict(m: &Measured) -> &'static str {
     }
 }
 
-/// Largest drift of the momentum maps that the system keeps.
+/// Largest drift of the momentum maps that the system conserves.
 fn kept_drift(c: &Comparison, m: &Measured) -> Option<f64> {
     let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
     let kept = names.iter().zip(m.momentum_drift).filter(|d| c.kept.iter().any(|k| k == d.0));

@@ -9,10 +9,12 @@ use vi_constraints::initialization::start;
 use vi_constraints::node::NodeObserver;
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::Tangents;
+use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
-use vi_core::{MechanicalSystem, SeparableSystem};
-use vi_emscheme::EmIntegrator;
+use vi_core::{Entries, MechanicalSystem, SeparableSystem, SparseMatrix};
+use vi_emscheme::constraint::DiscreteConstraints;
 use vi_emscheme::tangent_map::EmTangentMap;
+use vi_emscheme::{EmIntegrator, EmSystem};
 use vi_multibody::mechanism::Mechanism;
 
 /// An energy–momentum integrator in motion.
@@ -20,19 +22,28 @@ pub struct EmRunning {
     run: EmIntegrator<Mechanism>,
     forces: SeparableSystem, // the same system, to ask for its potential and forces
     tangent: Option<EmTangentMap>,
+    velocity_level: f64, // the largest Ḡ Δq/h of the sub-steps of a composition
 }
 
 impl EmRunning {
     /// From its present node; `forces` is the variational description of the same system.
     #[must_use]
     pub fn new(run: EmIntegrator<Mechanism>, forces: SeparableSystem) -> Self {
-        Self { run, forces, tangent: None }
+        Self { run, forces, tangent: None, velocity_level: 0.0 }
     }
 }
 
 impl Motion for EmRunning {
     fn step(&mut self) -> Result<(), String> {
-        self.run.step().map_err(|e| e.to_string())?;
+        let mut levels = vec![0.0];
+        let stepped = match self.run.is_composed() {
+            true => self
+                .run
+                .step_with(&mut |(_, mechanism), s, _| levels.push(velocity_level(mechanism, s))),
+            false => self.run.step(),
+        };
+        stepped.map_err(|e| e.to_string())?;
+        self.velocity_level = norm_inf(&levels);
         self.forces.accept(&self.run.state().q);
         Ok(())
     }
@@ -91,13 +102,14 @@ impl Motion for EmRunning {
         let (mechanism, state) = (self.run.constraints(), self.run.state());
         let redundant = self.run.rows().len() < Constraints::len(mechanism);
         let joints = mechanism.reactions((state.t, &state.q), &node.lambda, self.run.rows());
-        let reactions =
-            (!joints.is_empty()).then(|| Reactions { lambda: node.lambda.clone(), joints });
+        let composed = self.run.is_composed(); // no multiplier of a step belongs to a node
+        let reactions = (!composed && !joints.is_empty())
+            .then(|| Reactions { lambda: node.lambda.clone(), joints });
         let (mean, single) = match redundant {
             true => (node.constraint_force, node.constraint_force_mid),
             false => (node.lambda, node.lambda_mid),
         };
-        let some = |lambda: Vec<f64>| (!lambda.is_empty()).then_some(lambda);
+        let some = |lambda: Vec<f64>| (!composed && !lambda.is_empty()).then_some(lambda);
         Ok(Values {
             reactions,
             q: state.q.clone(),
@@ -120,7 +132,11 @@ impl Motion for EmRunning {
             momentum: momentum(&node.p),
             momentum_size: momentum_size(&momentum, &node.p),
             position: node.position_residual,
-            velocity: node.velocity_residual,
+            velocity: if self.run.is_composed() {
+                self.velocity_level
+            } else {
+                node.velocity_residual
+            },
             momentum_level: Some(node.momentum_residual),
             size: norm_inf(&at.q),
         })
@@ -145,10 +161,28 @@ impl Motion for EmRunning {
     }
 
     fn step_tangents(&mut self, tangents: &mut Tangents) -> Result<(), String> {
-        self.step()?;
         let map = self.tangent.as_mut().ok_or("no tangent vectors were asked for")?;
-        let step = (self.run.interval(), self.run.scaled_multiplier());
-        let pushed = map.push(self.run.system(), self.run.constraints(), step, tangents);
+        let mut pushed = Ok(());
+        let mut each = |at: (&EmSystem, &Mechanism), s: &Interval, mu: &[f64]| {
+            if pushed.is_ok() {
+                pushed = map.push(at.0, at.1, (s, mu), tangents);
+            }
+        };
+        self.run.step_with(&mut each).map_err(|e| e.to_string())?;
+        self.forces.accept(&self.run.state().q);
         pushed.map_err(|e| e.to_string())
     }
+}
+
+/// `|Ḡ Δq/h|_∞`; of constraints that depend on time `|Δg/h|_∞`.
+fn velocity_level(mechanism: &Mechanism, s: &Interval) -> f64 {
+    let (m, n) = (Constraints::len(mechanism), mechanism.dim());
+    let mut rate = vec![0.0; m];
+    if mechanism.is_rheonomic() {
+        mechanism.value(s.t_end(), &s.q1, &mut rate);
+        return norm_inf(&rate) / s.h.abs();
+    }
+    let emit = |out: &mut dyn Entries| mechanism.discrete_jacobian(s, out);
+    SparseMatrix::assemble(m, n, emit).mul_add(1.0, &s.v_mid, &mut rate);
+    norm_inf(&rate)
 }

@@ -70,7 +70,9 @@ impl Subject for ModelSubject {
                 let own = mechanism.start();
                 let (q, v) = at.unwrap_or((&own.0, &own.1));
                 let mut options = EmOptions::new(form, setting.step);
+                options.composition = Composition::of_order(setting.order).unwrap_or_default();
                 options.newton = settings.newton();
+                options.solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
                 let (system, at) = (dynamics.energy_momentum, (0.0, q, v));
                 let run = EmIntegrator::of_mechanism_at(system, mechanism, options, at)
                     .map_err(|e| e.to_string())?;

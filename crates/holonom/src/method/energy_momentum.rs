@@ -1,7 +1,7 @@
 //! The energy–momentum schemes as a [`Method`].
 //!
 //! The multiplier of a node is the mean of the steps beside it; where there is only one of them (at the
-//! start, and where a step fails) it is taken from the acceleration level, with the forces of the
+//! start, and where a step fails), and with a composition, it is taken from the acceleration level, with the forces of the
 //! variational description: in the limit of short steps both descriptions are the same system.
 
 use super::work::Work;
@@ -63,19 +63,6 @@ impl EnergyMomentum {
         Reading { momenta, ..reading(self.run.constraints(), at, node, work) }
     }
 
-    /// The work of the step that was just taken: prescribed motions do `h λ·∂g/∂t`, with `μ = h²λ`.
-    fn add_work(&mut self) {
-        let Self { run, forces, work, rates, .. } = self;
-        let s = run.interval();
-        work.begin();
-        work.add_forces(forces, s);
-        if !rates.is_empty() {
-            run.constraints().time_derivative(s.t_mid(), &s.q_mid, rates);
-            let power = run.scaled_multiplier().iter().zip(rates).map(|(mu, rate)| mu * *rate);
-            work.add_known(power.sum::<f64>() / s.h);
-        }
-    }
-
     fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
         let (mechanism, rows, forces) = (self.run.constraints(), self.run.rows(), &self.forces);
         let mut lambda = vec![0.0; mechanism.len()];
@@ -109,10 +96,22 @@ fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode, work: f64) -> Rea
 
 impl Method for EnergyMomentum {
     fn step(&mut self) -> Result<StepReport, StepError> {
-        let report = self.run.step()?;
-        self.add_work();
-        self.forces.accept(&self.run.state().q);
-        Ok(report)
+        let Self { run, forces, work, rates, .. } = self;
+        work.begin();
+        let taken = run.step_with(&mut |(_, mechanism), s, mu| {
+            work.add_forces(forces, s);
+            if !rates.is_empty() {
+                // prescribed motions do h λ·∂g/∂t, with μ = h²λ
+                mechanism.time_derivative(s.t_mid(), &s.q_mid, rates);
+                let power: f64 = mu.iter().zip(&*rates).map(|(mu, rate)| mu * rate).sum();
+                work.add_known(power / s.h);
+            }
+        });
+        match taken {
+            Ok(_) => forces.accept(&run.state().q),
+            Err(_) => work.take_back(),
+        }
+        taken
     }
 
     fn place(&self) -> (u64, f64, &[f64]) {
@@ -121,7 +120,7 @@ impl Method for EnergyMomentum {
     }
 
     fn reads_first(&self) -> bool {
-        false
+        self.run.is_composed()
     }
 
     fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
@@ -143,6 +142,9 @@ impl Method for EnergyMomentum {
     }
 
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
+        if self.run.is_composed() {
+            return self.here(multipliers);
+        }
         match self.run.observe().cloned() {
             Ok(node) => Ok(self.read(false, self.run.state(), &node)),
             Err(_) => self.here(multipliers),

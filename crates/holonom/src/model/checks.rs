@@ -158,14 +158,6 @@ impl<'a> Checker<'a> {
         if vi_core::Composition::of_order(settings.order).is_none() {
             let message = format!("there is no scheme of order {}", settings.order);
             self.report("simulation.order", message, "write 2, 4, 6 or 8");
-        } else if settings.order > 2 && settings.scheme.is_energy_momentum() {
-            let scheme = settings.scheme.name();
-            let message = format!(
-                "the scheme `{scheme}` is there at order 2 only, as it was published: compositions are \
-                 made of variational steps"
-            );
-            let help = "write order = 2, or take one of the variational schemes";
-            self.report("simulation.order", message, help);
         }
         let statics = settings.scheme == Scheme::Static;
         if settings.arc_length && !statics {

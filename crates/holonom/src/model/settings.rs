@@ -43,7 +43,7 @@ pub enum Scheme {
     Dalembert,
     /// Reduced variational scheme, LMO08 (30).
     Reduced,
-    /// Energy–momentum scheme with multipliers: energy exact, not symplectic; order 2.
+    /// Energy–momentum scheme with multipliers: energy exact, not symplectic.
     EmConstrained,
     /// Energy–momentum scheme, discrete null space.
     EmDalembert,
@@ -185,7 +185,7 @@ pub struct Settings {
     /// Time-stepping scheme.
     #[serde(default)]
     pub scheme: Scheme,
-    /// Order of accuracy: 2, or 4, 6, 8 by symmetric composition of a variational scheme.
+    /// Order of accuracy: 2, or 4, 6, 8 by symmetric composition.
     #[serde(default = "two")]
     pub order: u32,
     /// Quadrature rule of the discrete Lagrangian; energy–momentum schemes have none.

@@ -36,7 +36,12 @@ impl Model {
     }
 
     pub fn run(&self, form: EmForm, h: f64) -> EmIntegrator<Mechanism> {
-        let options = EmOptions::new(form, h);
+        self.run_by(form, 2, h)
+    }
+
+    pub fn run_by(&self, form: EmForm, order: u32, h: f64) -> EmIntegrator<Mechanism> {
+        let composition = vi_core::Composition::of_order(order).unwrap();
+        let options = EmOptions::new(form, h).composition(composition);
         EmIntegrator::of_mechanism(self.system(), self.mechanism.clone(), options).unwrap()
     }
 

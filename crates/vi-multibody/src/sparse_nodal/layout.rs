@@ -150,6 +150,17 @@ impl VelocityLayout {
         self.write(q, out);
     }
 
+    /// `out ← P_in(q) P_ex` with `P_ex` of the given velocity maps, one for each link: discrete null spaces
+    /// from averaged vectors.
+    pub fn with_maps(&mut self, q: &[f64], maps: &[VelocityMap], out: &mut Columns) {
+        self.maps.copy_from_slice(maps);
+        if let Some(rows) = &mut self.particle_rows {
+            rows.fill(0.0);
+            self.particles.null_space(q, rows);
+        }
+        self.write(q, out);
+    }
+
     /// `out ← ∂F_d/∂u (u, q_n)` for a reparametrized interval.
     pub fn tangent(&mut self, u: &[f64], s: &Interval, out: &mut Columns) {
         self.tree.tangents(u, &s.q1, &mut self.maps);

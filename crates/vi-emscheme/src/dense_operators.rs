@@ -1,0 +1,113 @@
+//! The operators of the nodal form by dense matrices, `O(n d²)`: for any source of `P̄` and any map `F_d`.
+
+use crate::balance::pull_back;
+use crate::nodal::EmOperators;
+use crate::null_space::{DiscreteNullSpace, EmLinearization};
+use nalgebra::DMatrix;
+use vi_constraints::Reparametrization;
+use vi_core::interval::Interval;
+use vi_core::linear::DenseLu;
+use vi_core::newton::{Block, Fault};
+use vi_core::sparse::{Entries, SparseMatrix};
+
+/// [`EmOperators`] of a source of `P̄` and a map `F_d`.
+pub struct DenseOperators<N, R> {
+    source: N,
+    map: R,
+    linearization: EmLinearization,
+    blocks: Vec<Block>,
+    null_space: DMatrix<f64>,      // n × d  P̄
+    push: DMatrix<f64>,            // n × d  ∂F_d/∂u
+    weighted: DMatrix<f64>,        // n × d  K̃ ∂F_d/∂u
+    matrix: DMatrix<f64>,          // d × d
+    tangent: Option<SparseMatrix>, // n × n  K̃
+    lu: DenseLu,
+}
+
+impl<N, R: Reparametrization> DenseOperators<N, R> {
+    /// For `n` coordinates, with the term of the multipliers in the Newton matrix.
+    #[must_use]
+    pub fn new(n: usize, (source, map): (N, R)) -> Self {
+        let (d, blocks) = (map.dof(), map.blocks());
+        let nd = || DMatrix::zeros(n, d);
+        Self {
+            source,
+            map,
+            linearization: EmLinearization::Multipliers,
+            blocks,
+            null_space: nd(),
+            push: nd(),
+            weighted: nd(),
+            matrix: DMatrix::zeros(d, d),
+            tangent: None,
+            lu: DenseLu::new(d),
+        }
+    }
+
+    /// The map.
+    pub fn map(&self) -> &R {
+        &self.map
+    }
+
+    /// With another linearization; `None` when the source of `P̄` has no derivative.
+    #[must_use]
+    pub fn linearized<C>(mut self, linearization: EmLinearization) -> Option<Self>
+    where
+        N: DiscreteNullSpace<C>,
+    {
+        self.linearization = linearization;
+        let explicit = linearization == EmLinearization::NullSpaceDerivative;
+        (!explicit || self.source.is_differentiable()).then_some(self)
+    }
+}
+
+impl<C, N: DiscreteNullSpace<C>, R: Reparametrization> EmOperators<C> for DenseOperators<N, R> {
+    fn dof(&self) -> usize {
+        self.matrix.nrows()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    fn reparametrize(&mut self, constraints: &C, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.map.reparametrize(u, s)?;
+        s.close();
+        self.source.null_space(constraints, s, &mut self.null_space);
+        Ok(())
+    }
+
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
+        pull_back(&self.null_space, w, out);
+    }
+
+    fn linearization(&self) -> EmLinearization {
+        self.linearization
+    }
+
+    fn solve(
+        &mut self,
+        emit: &dyn Fn(&mut dyn Entries),
+        (u, s, bracket): (&[f64], &Interval, &[f64]),
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        let n = s.dim();
+        self.map.tangent(u, s, &mut self.push);
+        self.weighted.fill(0.0);
+        let tangent = SparseMatrix::update(&mut self.tangent, (n, n), emit);
+        tangent.mul_dense_add(1.0, &self.push, &mut self.weighted);
+        self.matrix.gemm_tr(1.0, &self.null_space, &self.weighted, 0.0);
+        if self.linearization == EmLinearization::NullSpaceDerivative {
+            self.source.add_derivative(s, bracket, &self.push, &mut self.matrix);
+        }
+        Ok(self.lu.solve(&self.matrix, x)?)
+    }
+
+    fn clean(&mut self, t: f64, q: &mut [f64]) {
+        self.map.clean(t, q);
+    }
+
+    fn matrix(&self) -> DMatrix<f64> {
+        self.matrix.clone()
+    }
+}

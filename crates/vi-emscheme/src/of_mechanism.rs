@@ -1,0 +1,184 @@
+//! From a mechanism to a running integrator: which operators carry the form.
+
+use crate::constrained::EmConstrained;
+use crate::dalembert::EmDalembert;
+use crate::dense_operators::DenseOperators;
+use crate::em_system::EmSystem;
+use crate::integrator::{EmIntegrator, check};
+use crate::loop_nodal::{EmLoopNodal, LoopRows};
+use crate::nodal::EmNodal;
+use crate::null_space::{
+    AveragedTree, DiscreteNullSpace, DiscreteQr, EmLinearization, TreeComplement,
+};
+use crate::scheme::{EmForm, EmScheme};
+use crate::setup::{EmOptions, EmSetupError};
+use crate::sparse_operators::SparseOperators;
+use crate::tree_multipliers::TreeMultipliers;
+use vi_constraints::integrator::{SingularStart, Start};
+use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::{Constraints, Reparametrization};
+use vi_multibody::closed_loop::{longest_arm, with_floors};
+use vi_multibody::map::TreeMap;
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::{Loops, has_nodes};
+
+impl EmIntegrator<Mechanism> {
+    /// A mechanism from its start; loops and single constraints on a spanning tree.
+    ///
+    /// | | `em-nodal` | `em-dalembert` | `em-constrained` |
+    /// |---|---|---|---|
+    /// | trees | averaged velocity maps; sparse with nodes of elements or more than 60 freedoms | the same, dense | sparse |
+    /// | loops | the same and a small complement, `u` of the tree | QR of `Ḡᵀ` | sparse |
+    /// | screws in the tree | QR of `Ḡᵀ` | the same | sparse |
+    ///
+    /// # Errors
+    /// [`EmSetupError`]; `em-constrained` and `em-dalembert` refuse to start in a singular placement.
+    pub fn of_mechanism(
+        system: EmSystem,
+        mechanism: Mechanism,
+        options: EmOptions,
+    ) -> Result<Self, EmSetupError> {
+        let (q, v) = mechanism.start();
+        Self::of_mechanism_at(system, mechanism, options, (0.0, &q, &v))
+    }
+
+    /// The same from another start.
+    ///
+    /// # Errors
+    /// As [`EmIntegrator::of_mechanism`].
+    pub fn of_mechanism_at(
+        system: EmSystem,
+        mechanism: Mechanism,
+        options: EmOptions,
+        at: Start<'_>,
+    ) -> Result<Self, EmSetupError> {
+        check(&system, &mechanism, options, at)?;
+        let loops = Loops::find(&mechanism, at.0, at.1).map_err(EmSetupError::Singular)?;
+        if loops.rows_at_start.is_some() && options.form != EmForm::Nodal {
+            return Err(EmSetupError::Singular(loops.refusal(SingularStart::Scheme)));
+        }
+        let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
+        let (chosen, newton) = ((rows.clone(), m), options.newton);
+        let lanes = options.sub_steps().len();
+        let qr = || DiscreteQr::new(n, m, rows.len());
+        let map = TreeMap::new(&mechanism);
+        let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
+        let scheme: Box<dyn EmScheme<Mechanism>> = match options.form {
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, lanes)),
+            EmForm::Dalembert => match averaged() {
+                Some(source) => {
+                    let scheme = EmDalembert::new(n, chosen, source, newton, lanes);
+                    Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
+                }
+                None => Box::new(EmDalembert::new(n, chosen, qr(), newton, lanes)),
+            },
+            EmForm::Nodal if mechanism.has_loops() => {
+                nodal_on_loops(&mechanism, &loops, options, at)?
+            }
+            EmForm::Nodal => match averaged() {
+                Some(averaged) => nodal_on_tree(&mechanism, averaged, options, at)?,
+                None if options.linearization == EmLinearization::NullSpaceDerivative => {
+                    return Err(EmSetupError::Linearization);
+                }
+                None => {
+                    let scheme = EmNodal::new(n, chosen, (qr(), map), newton, lanes);
+                    Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
+                }
+            },
+        };
+        let at_start = loops.rows_at_start.unwrap_or_else(|| rows.clone());
+        let mut run = Self::with_scheme(system, mechanism, (scheme, at_start), options, at)?;
+        run.rows = rows;
+        Ok(run)
+    }
+}
+
+/// `em-nodal` on a tree.
+fn nodal_on_tree(
+    mechanism: &Mechanism,
+    averaged: AveragedTree,
+    options: EmOptions,
+    at: Start<'_>,
+) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
+    let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
+    let (d, chosen) = (map.dof(), (IndependentRows::all(m), m));
+    let (newton, lanes, tree) =
+        (options.newton, options.sub_steps().len(), TreeMultipliers::new(mechanism));
+    let explicit = options.linearization == EmLinearization::NullSpaceDerivative;
+    if options.solver.is_sparse(mechanism) && !explicit && tree.is_some() {
+        let operators = SparseOperators::new(mechanism, averaged);
+        let elements = has_nodes(mechanism);
+        let operators = if elements { operators.for_elements(at.1) } else { operators };
+        let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, lanes);
+        return Ok(Box::new(scheme.on_tree(tree)));
+    }
+    let operators = DenseOperators::new(n, (averaged, map));
+    let operators = operators.linearized::<Mechanism>(options.linearization);
+    let operators = operators.ok_or(EmSetupError::Linearization)?;
+    let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, lanes);
+    Ok(Box::new(scheme.on_tree(tree)))
+}
+
+/// `em-nodal` with the unknowns of the spanning tree.
+fn nodal_on_loops(
+    mechanism: &Mechanism,
+    loops: &Loops,
+    options: EmOptions,
+    at: Start<'_>,
+) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
+    if options.linearization == EmLinearization::NullSpaceDerivative {
+        return Err(EmSetupError::Linearization);
+    }
+    let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
+    let blocks = with_floors(mechanism, map.blocks());
+    let settings = (options.newton, options.sub_steps().len());
+    let rows = loop_rows(mechanism, &loops.rows, at);
+    let mut rates = None;
+    if let Some(rank) = loops.rank.as_ref().filter(|_| loops.rows_at_start.is_some()) {
+        rates = Some(rank.departure(mechanism, at).map_err(EmSetupError::Singular)?.rates);
+    }
+    fn boxed<N: DiscreteNullSpace<Mechanism> + 'static>(
+        scheme: EmLoopNodal<N, TreeMap>,
+        rates: Option<Vec<f64>>,
+    ) -> Box<dyn EmScheme<Mechanism>> {
+        match rates {
+            Some(rates) => Box::new(scheme.starting_with(rates)),
+            None => Box::new(scheme),
+        }
+    }
+    Ok(match TreeComplement::new(mechanism, rows.clone()) {
+        Some(source) => {
+            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, settings), rates)
+        }
+        None => {
+            let source = DiscreteQr::new(n, m, loops.rows.len());
+            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, settings), rates)
+        }
+    })
+}
+
+/// The constraints that the spanning tree leaves out; lengths weighed by the longest lever arm.
+fn loop_rows(
+    mechanism: &Mechanism,
+    independent: &IndependentRows,
+    (t, q, _): Start<'_>,
+) -> LoopRows {
+    let mut rows = mechanism.loop_rows();
+    rows.extend(mechanism.cut_bars().iter().flat_map(|&k| mechanism.bar_rows(k)));
+    rows.sort_unstable();
+    let arm = longest_arm(mechanism);
+    let frames = 12 * mechanism.description().bodies.len();
+    let mut jacobian = nalgebra::DMatrix::zeros(mechanism.len(), mechanism.dim());
+    mechanism.jacobian(t, q, &mut jacobian);
+    let is_length = |j: usize| j >= frames || j % 12 < 3;
+    let size = |row: &usize| {
+        let entries = jacobian.row(*row);
+        let weighed =
+            entries.iter().enumerate().map(|(j, g)| if is_length(j) { arm * g } else { *g });
+        let size = weighed.map(|g| g * g).sum::<f64>().sqrt();
+        if size > 0.0 { 1.0 / size } else { 1.0 }
+    };
+    let scale = rows.iter().map(size).collect();
+    let rank = rows.len() - (mechanism.len() - independent.len());
+    LoopRows { rows, scale, rank }
+}

@@ -1,0 +1,91 @@
+//! The operators of the nodal form by sparse matrices, for trees: beams and large mechanisms.
+//!
+//! `P̄` from averaged vectors has the pattern of `P`: each frame is moved by the unknowns of its ancestors.
+//! `P̄ᵀ K̃ ∂F_d/∂u` is therefore the reduced matrix of [`SparseNodal`] with `P̄` in the place of `P(q_n)` and
+//! `K̃` in the place of `D_2 D_1 L_d`: one symbolic factorization for ever, `O(elements)` for beams. The
+//! multipliers in `K̃` come from [`crate::tree_multipliers`], `O(N)` too.
+
+use crate::nodal::EmOperators;
+use crate::null_space::{AveragedTree, EmLinearization};
+use nalgebra::DMatrix;
+use vi_constraints::NodalOperators;
+use vi_core::SeparableSystem;
+use vi_core::interval::Interval;
+use vi_core::newton::{Block, Fault};
+use vi_core::sparse::Entries;
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::sparse_nodal::SparseNodal;
+
+/// [`EmOperators`] of a tree.
+pub struct SparseOperators {
+    averaged: AveragedTree,
+    sparse: SparseNodal,
+}
+
+/// The part of the operators that does not depend on a system.
+type Operators = dyn NodalOperators<SeparableSystem>;
+
+impl SparseOperators {
+    /// For the spanning tree of a mechanism.
+    #[must_use]
+    pub fn new(mechanism: &Mechanism, averaged: AveragedTree) -> Self {
+        Self { averaged, sparse: SparseNodal::new(mechanism) }
+    }
+
+    /// For elements that couple frames at `q`, as [`SparseNodal::for_elements`].
+    #[must_use]
+    pub fn for_elements(mut self, q: &[f64]) -> Self {
+        self.sparse = self.sparse.for_elements(q);
+        self
+    }
+}
+
+impl<C> EmOperators<C> for SparseOperators {
+    fn dof(&self) -> usize {
+        (&self.sparse as &Operators).dof()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        let operators: &Operators = &self.sparse;
+        operators.blocks()
+    }
+
+    fn reparametrize(
+        &mut self,
+        _constraints: &C,
+        u: &[f64],
+        s: &mut Interval,
+    ) -> Result<(), Fault> {
+        let operators: &mut Operators = &mut self.sparse;
+        operators.reparametrize(u, s)?;
+        self.sparse.take_maps(&s.q_mid, self.averaged.maps_at(&s.q_mid));
+        Ok(())
+    }
+
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
+        let operators: &mut Operators = &mut self.sparse;
+        operators.pull_back(w, out);
+    }
+
+    fn linearization(&self) -> EmLinearization {
+        EmLinearization::Multipliers
+    }
+
+    fn solve(
+        &mut self,
+        emit: &dyn Fn(&mut dyn Entries),
+        (u, s, _): (&[f64], &Interval, &[f64]),
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.sparse.solve_emitted(emit, (u, s), x)
+    }
+
+    fn clean(&mut self, t: f64, q: &mut [f64]) {
+        let operators: &mut Operators = &mut self.sparse;
+        operators.clean(t, q);
+    }
+
+    fn matrix(&self) -> DMatrix<f64> {
+        self.sparse.matrix()
+    }
+}

@@ -1,0 +1,92 @@
+//! Multipliers of a tree by one sweep from the leaves to the roots.
+//!
+//! ```text
+//! w_α + Ḡ_ααᵀ μ_α = 0   in least squares,     w_α = (h B)_α + Σ_{children β} Ḡ_βαᵀ μ_β
+//! (Ḡ_αα Ḡ_ααᵀ) μ_α = −Ḡ_αα w_α              at most 12 × 12 for each frame
+//! ```
+//! `μ_α`: the internal constraints of a frame and those of the joint that carries it; both touch no other
+//! frame but the parent. `O(N)`. At the root of the scheme the equations of a tree have exactly one
+//! solution `μ = h²λ`, which the sweep finds; on the way there it differs from that of the least squares
+//! over the whole system, and as [`crate::null_space`] shows any `μ_k → μ*` serves Newton's method.
+//!
+//! Letters as in [`crate::null_space`]; `α` a frame of the tree.
+
+use nalgebra::{SMatrix, SVector};
+use vi_core::linear::Singular;
+use vi_core::sparse::SparseMatrix;
+use vi_multibody::mechanism::Mechanism;
+
+/// Coordinates of a frame, and the most constraints that it and its joint have.
+const FRAME: usize = 12;
+
+/// The sweep, with its memory.
+pub struct TreeMultipliers {
+    frames: Vec<usize>,    // in the order of the tree, root first
+    owner: Vec<usize>,     // constraint → place of its frame in that order
+    row: Vec<usize>,       // constraint → row among those of its frame
+    rows: Vec<Vec<usize>>, // place of a frame → its constraints
+    mu: Vec<f64>,          // m
+}
+
+impl TreeMultipliers {
+    /// For a mechanism; `None` when it is no tree of bodies.
+    #[must_use]
+    pub fn new(mechanism: &Mechanism) -> Option<Self> {
+        if mechanism.has_loops() || !mechanism.description().particles.is_empty() {
+            return None;
+        }
+        let links = mechanism.tree().links();
+        let frames = links.iter().map(|link| link.frame).collect();
+        Some(Self { frames, owner: Vec::new(), row: Vec::new(), rows: Vec::new(), mu: Vec::new() })
+    }
+
+    /// Finds which frame a constraint belongs to: the last of those that it touches.
+    fn analyse(&mut self, jacobian: &SparseMatrix) {
+        let (m, n) = jacobian.shape();
+        let mut place = vec![0; n];
+        for (k, frame) in self.frames.iter().enumerate() {
+            place[FRAME * frame..FRAME * (frame + 1)].fill(k);
+        }
+        self.owner = vec![0; m];
+        jacobian.for_each(|i, j, _| self.owner[i] = self.owner[i].max(place[j]));
+        self.rows = vec![Vec::new(); self.frames.len()];
+        self.row = vec![0; m];
+        for (i, &owner) in self.owner.iter().enumerate() {
+            self.row[i] = self.rows[owner].len();
+            self.rows[owner].push(i);
+        }
+        self.mu = vec![0.0; m];
+    }
+
+    /// `μ` from `Ḡ` (always of the same pattern) and `h B`, shape `m`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints of a frame are not independent.
+    pub fn solve(&mut self, jacobian: &SparseMatrix, bracket: &[f64]) -> Result<&[f64], Singular> {
+        if self.owner.len() != jacobian.shape().0 {
+            self.analyse(jacobian);
+        }
+        for (k, &frame) in self.frames.iter().enumerate().rev() {
+            let mut own = SMatrix::<f64, FRAME, FRAME>::zeros(); // Ḡ_αα
+            let mut w = SVector::<f64, FRAME>::zeros();
+            for c in 0..FRAME {
+                let column = FRAME * frame + c;
+                w[c] = bracket[column];
+                for (i, value) in jacobian.column(column) {
+                    if self.owner[i] == k {
+                        own[(self.row[i], c)] = value;
+                    } else {
+                        w[c] += value * self.mu[i];
+                    }
+                }
+            }
+            let mut normal = own * own.transpose();
+            (self.rows[k].len()..FRAME).for_each(|i| normal[(i, i)] = 1.0);
+            let mu = normal.cholesky().ok_or(Singular)?.solve(&-(own * w));
+            for (&i, mu) in self.rows[k].iter().zip(&mu) {
+                self.mu[i] = *mu;
+            }
+        }
+        Ok(&self.mu)
+    }
+}
