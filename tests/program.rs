@@ -65,7 +65,7 @@ fn momenta_are_written_where_the_model_asks_for_them() {
     let folder = folder("momenta");
     let set = ["--end", "0.1", "--set", "simulation.momenta=true", "--json"];
     let run = |more: &[&str]| {
-        let output = holonom(&folder, &[&["run", "pendulum.toml"], &set[..], more].concat());
+        let output = holonom(&folder, &[&["run", "pendulum.toml"][..], &set, more].concat());
         assert_eq!(output.status.code(), Some(0), "{}", words(&output));
     };
     let rows = |case: &str| -> Vec<Vec<String>> {
