@@ -25,6 +25,7 @@ fn sample(step: u64) -> Sample {
         q: vec![t.cos(), t.sin()],
         energy: 0.5,
         hamiltonian: 0.5 + 1e-12 * t.sin(),
+        shadow: None,
         work: 0.0,
         momentum: Default::default(),
         residuals: Residuals { position: 2.2e-16, velocity: 0.0, momentum: 1e-7 },

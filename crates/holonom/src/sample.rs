@@ -117,6 +117,11 @@ pub struct Sample {
     pub energy: f64,
     /// `H_d(q_n, ᵠp_n)`, J, LMO08 (53) with the projected momentum.
     pub hamiltonian: f64,
+    /// The shadow energy `(p H_d + E_d)/(p + 1)` of a scheme of order `p`, J, with `E_d` of the step that starts
+    /// here, of a composed step that ended here (`Σ γ_i E_{d,i}`); the energy of energy–momentum schemes. `None`
+    /// at the start of composed steps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shadow: Option<f64>,
     /// Work done since the start by loads, motors, dampers and prescribed motions, J, over all steps;
     /// zero for conservative systems and in statics.
     #[serde(default)]

@@ -293,6 +293,7 @@ impl Simulation {
             q: at.q,
             energy: at.energy,
             hamiltonian: at.hamiltonian,
+            shadow: at.shadow,
             work: at.work,
             momentum: at.momentum,
             residuals: at.residuals,

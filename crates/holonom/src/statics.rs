@@ -161,6 +161,7 @@ impl Statics {
             t: point.factor,
             energy: point.potential_energy,
             hamiltonian: point.potential_energy,
+            shadow: None,
             work: 0.0,
             momentum: Momentum::default(),
             residuals: Residuals { position: point.position_residual, ..Residuals::default() },

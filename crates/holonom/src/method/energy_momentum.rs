@@ -83,6 +83,7 @@ fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode, work: f64) -> Rea
         lambda: node.lambda.clone(),
         energy: node.energy,
         hamiltonian: node.energy,
+        shadow: Some(node.energy),
         work,
         momentum: mechanism.momentum(&at.q, &node.p),
         residuals: Residuals {

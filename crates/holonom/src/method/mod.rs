@@ -41,6 +41,8 @@ pub(crate) struct Reading {
     pub(crate) energy: f64,
     /// Energy of the node.
     pub(crate) hamiltonian: f64,
+    /// Shadow energy; `None` at the start of composed steps.
+    pub(crate) shadow: Option<f64>,
     /// Work of non-conservative forces and prescribed motions since the start.
     pub(crate) work: f64,
     /// Momentum maps.

@@ -2,6 +2,7 @@
 
 use super::work::Work;
 use super::{Method, Reading};
+use crate::evidence::shadow::shadow_energy;
 use crate::model::Settings;
 use crate::sample::{Momenta, Residuals};
 use vi_constraints::initialization::StartReport;
@@ -19,7 +20,8 @@ use vi_multibody::run::MechanismIntegrator;
 /// One of the four schemes at some order.
 pub(crate) struct Variational {
     run: MechanismIntegrator,
-    composed: bool,           // order above 2
+    order: u32,
+    ended: Option<f64>, // J  E_d of the composed step that ended at the present node
     momenta: Option<TreeMap>, // where they are asked for
     work: Work,
 }
@@ -29,7 +31,11 @@ impl Variational {
         let momenta = settings.momenta.then(|| TreeMap::new(run.constraints()));
         let driven = run.constraints().is_rheonomic();
         let work = Work::new(&run.state().p, run.initial_velocity(), driven);
-        Self { run, composed: settings.order > 2, momenta, work }
+        Self { run, order: settings.order, ended: None, momenta, work }
+    }
+
+    fn is_composed(&self) -> bool {
+        self.order > 2
     }
 
     /// Momenta of a node; without a `step` from there only those of its state.
@@ -54,7 +60,12 @@ impl Variational {
     fn reading_here(&self, node: &Node) -> Reading {
         let at = self.run.state();
         let work = self.work.at(false, &at.p, (&node.p_projected, &node.v));
-        reading(self.run.constraints(), at, node, work)
+        let found = reading(self.run.constraints(), at, node, work);
+        let step = if self.is_composed() { self.ended } else { Some(found.energy) };
+        Reading {
+            shadow: step.map(|step| shadow_energy(self.order, found.hamiltonian, step)),
+            ..found
+        }
     }
 }
 
@@ -67,6 +78,7 @@ fn reading(mechanism: &Mechanism, at: &State, node: &Node, work: f64) -> Reading
         lambda: node.lambda.clone(),
         energy: node.discrete_energy.total(),
         hamiltonian: node.hamiltonian_projected.total(),
+        shadow: None,
         work,
         momentum: mechanism.momentum(&at.q, &node.p_projected),
         residuals: Residuals {
@@ -80,11 +92,21 @@ fn reading(mechanism: &Mechanism, at: &State, node: &Node, work: f64) -> Reading
 
 impl Method for Variational {
     fn step(&mut self) -> Result<StepReport, StepError> {
-        let Self { run, work, .. } = self;
+        let composed = self.is_composed();
+        let Self { run, work, ended, .. } = self;
         work.begin();
-        let taken = run.step_with(&mut |system, _, s| work.add(system, s));
-        if taken.is_err() {
-            work.take_back();
+        let (mut action_rate, mut length) = (0.0, 0.0); // E_d = −∂/∂h of the action
+        let taken = run.step_with(&mut |system, _, s| {
+            work.add(system, s);
+            if composed {
+                action_rate += s.h * system.discrete_energy(s);
+                length += s.h;
+            }
+        });
+        match taken {
+            Ok(_) if composed => *ended = Some(action_rate / length),
+            Ok(_) => {}
+            Err(_) => work.take_back(),
         }
         taken
     }
@@ -95,7 +117,7 @@ impl Method for Variational {
     }
 
     fn reads_first(&self) -> bool {
-        self.composed
+        self.is_composed()
     }
 
     fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
@@ -116,12 +138,13 @@ impl Method for Variational {
         let node = self.run.node_before()?.clone();
         let at = self.run.before();
         let work = self.work.at(true, &at.p, (&node.p_projected, &node.v));
-        let momenta = self.momenta(at, &node, true);
-        Ok(Reading { momenta, ..reading(self.run.constraints(), at, &node, work) })
+        let found = reading(self.run.constraints(), at, &node, work);
+        let shadow = Some(shadow_energy(self.order, found.hamiltonian, found.energy));
+        Ok(Reading { momenta: self.momenta(at, &node, true), shadow, ..found })
     }
 
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
-        if self.composed {
+        if self.is_composed() {
             return self.here(multipliers);
         }
         match self.run.observe().cloned() {

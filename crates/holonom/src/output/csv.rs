@@ -280,6 +280,7 @@ mod tests {
             q: vec![0.1 + 0.2, -1e-300],
             energy: 1.0 / 3.0,
             hamiltonian: 0.0,
+            shadow: None,
             work: 0.0,
             momentum: Momentum { linear: [1.0, 2.0, 3.0], angular: [4.0, 5.0, 6.0] },
             residuals: Residuals { position: 1e-16, velocity: 0.0, momentum: 2.5e-7 },

@@ -132,6 +132,7 @@ mod tests {
             q: vec![],
             energy: 0.0,
             hamiltonian: 0.0,
+            shadow: None,
             work: 0.0,
             momentum: Default::default(),
             residuals: Default::default(),

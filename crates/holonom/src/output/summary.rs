@@ -3,7 +3,6 @@
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::assembly::is_zero;
-use crate::evidence::shadow::shadow_energy;
 use crate::model::{Family, Model};
 use crate::sample::Sample;
 use crate::simulation::{AssemblyReport, RunFailure, RunOutcome};
@@ -42,10 +41,10 @@ pub struct EnergySummary {
     /// `H_d` at the last recorded node, J.
     #[serde(rename = "final", default, deserialize_with = "number")]
     pub last: f64,
-    /// Least-squares slope per step, J, of the shadow energy `(p H_d + E_d)/(p + 1)`, which a conservative
-    /// system conserves up to `O(h^{p+2})`; at orders above 2, where `E` repeats `H_d`, and for
-    /// energy–momentum schemes of `H_d`. `null` where loads, motors, dampers or prescribed motions do
-    /// work, and in statics.
+    /// Least-squares slope per step, J, of the shadow energy `(p H_d + E_d)/(p + 1)` of a scheme of order `p`,
+    /// which a conservative system conserves up to `O(h^{p+2})` where `h ω_max ≲ 1`; of the energy itself for
+    /// energy–momentum schemes. `null` where loads, motors, dampers or prescribed motions do work, and in
+    /// statics.
     pub drift_per_step: Option<f64>,
     /// Work of loads, motors, dampers and prescribed motions over all steps, J.
     #[serde(default, deserialize_with = "number")]
@@ -179,7 +178,6 @@ pub struct SummaryBuilder {
     newton_sum: f64,
     newton_max: f64,
     energy_error: f64,
-    hamiltonian: Slope,
     shadow: Slope,
     last: [f64; 2], // H_d and work
     linear: [f64; 3],
@@ -194,8 +192,9 @@ impl SummaryBuilder {
         let error = sample.hamiltonian - first.hamiltonian;
         self.energy_error = larger(self.energy_error, error);
         let step = (sample.step - first.step) as f64;
-        self.hamiltonian.add(step, error);
-        self.shadow.add(step, shadow_energy(2, error, sample.energy - first.hamiltonian));
+        if let Some(shadow) = sample.shadow {
+            self.shadow.add(step, shadow - first.hamiltonian);
+        }
         self.last = [sample.hamiltonian, sample.work];
         for i in 0..3 {
             let (now, start) = (&sample.momentum, &first.momentum);
@@ -268,19 +267,14 @@ impl SummaryBuilder {
 
 impl SummaryBuilder {
     fn energy(&self, model: &Model) -> EnergySummary {
-        let settings = &model.settings;
-        let slope = match (settings.scheme.family(), settings.order) {
-            (Family::Static, _) => None,
-            (Family::Variational(_), 2) => Some(self.shadow),
-            _ => Some(self.hamiltonian), // E_d is not recorded, or the energy itself is conserved
-        };
+        let moves = !matches!(model.settings.scheme.family(), Family::Static);
         let initial = self.first.as_ref().map_or(0.0, |s| s.hamiltonian);
         let [last, work] = self.last;
         EnergySummary {
             initial,
             max_abs_error: self.energy_error,
             last,
-            drift_per_step: slope.filter(|_| model.is_conservative()).map(Slope::value),
+            drift_per_step: (moves && model.is_conservative()).then(|| self.shadow.value()),
             work,
             balance_error: last - initial - work,
         }
