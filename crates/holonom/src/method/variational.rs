@@ -11,7 +11,7 @@ use vi_constraints::node::Node;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, Reparametrization};
-use vi_core::State;
+use vi_core::{MechanicalSystem, State};
 use vi_core::linear::Singular;
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
