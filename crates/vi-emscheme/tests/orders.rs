@@ -118,9 +118,9 @@ fn composed(
 fn finest_order(counts: &[usize], errors: &[f64], floor: f64) -> Option<f64> {
     let halvings = counts.iter().enumerate().filter_map(|(i, count)| {
         let fine = counts.iter().position(|other| *other == 2 * count)?;
-        (errors[fine] > floor).then(|| (errors[i] / errors[fine]).log2())
+        (errors[fine] > floor).then(|| (fine, (errors[i] / errors[fine]).log2()))
     });
-    halvings.last()
+    halvings.max_by_key(|(fine, _)| *fine).map(|(_, order)| order)
 }
 
 /// The compositions have their orders in `q` and in all of `v`, which without composition leaves the
