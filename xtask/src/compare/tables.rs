@@ -133,7 +133,7 @@ pub(super) fn equal_errors(out: &mut String, all: &[Compared]) {
 /// Exponent `p` of `κ ~ h^p` between the largest and the smallest step: as written, as factorized.
 pub(super) fn exponents(r: &Record) -> Option<[f64; 2]> {
     let known = || r.conditions.iter().filter_map(|at| Some((at.step, at.condition?)));
-    let ((h0, k0), (h1, k1)) = (known().next()?, known().last()?);
+    let ((h0, k0), (h1, k1)) = (known().next()?, known().next_back()?);
     let exponent = |a: f64, b: f64| (b / a).ln() / (h1 / h0).ln();
     (h1 < h0).then(|| [exponent(k0.as_written, k1.as_written), exponent(k0.scaled, k1.scaled)])
 }

@@ -96,9 +96,10 @@ pub fn fastest(c: &Comparison, em: bool, orders: &[u32], error: f64) -> Option<C
     choices.min_by(|a, b| a.time.median.total_cmp(&b.time.median))
 }
 
-/// Errors below ten times what the reference is known to are not used.
+/// Errors below ten times what the reference is known to, or near round-off, are not used.
 fn floor(c: &Comparison) -> f64 {
-    10.0 * c.reference.known_to.unwrap_or(f64::INFINITY)
+    const ROUND_OFF: f64 = 1e-11;
+    (10.0 * c.reference.known_to.unwrap_or(f64::INFINITY)).max(ROUND_OFF)
 }
 
 /// Both families by schemes of some orders: at the smallest error that both reach, where `finest`, else in
