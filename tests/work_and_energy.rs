@@ -189,7 +189,7 @@ fn conservative_systems_report_the_slope_of_the_shadow_energy() {
         let error = energy.max_abs_error;
         println!("{scheme}, order {order}: {drift:.1e} J per step, error {error:.1e} J");
         // a band of the error that is not seen would show as much as error / steps
-        let most = f64::max(1e-5 * error, 1e-16);
+        let most = f64::max(1e-5 * error, 1e-15);
         assert!(drift.abs() < most && energy.work == 0.0, "{energy:?}");
         assert!((energy.balance_error - (energy.last - energy.initial)).abs() < 1e-14);
     }

@@ -174,9 +174,11 @@ impl Statics {
         sample
     }
 
-    /// Whether an equilibrium satisfies all constraints.
+    /// Whether an equilibrium satisfies all constraints; angles are unwrapped from the one before.
     fn check(&mut self, point: &Equilibrium) -> Result<(), RunFailure> {
-        self.watch.check(&self.mechanism, point.factor, &point.q).map_err(|error| {
+        let checked = self.watch.check(&self.mechanism, point.factor, &point.q);
+        self.mechanism.accept(&point.q);
+        checked.map_err(|error| {
             let name = error.constraint().map_or("", |row| self.mechanism.constraint_name(row));
             RunFailure {
                 step: self.step,

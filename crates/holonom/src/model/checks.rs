@@ -262,16 +262,21 @@ impl<'a> Checker<'a> {
 
     /// A member must exist and be of one of these sections (or the ground).
     pub(super) fn reference(&mut self, key: String, name: &str, sections: &[&'static str]) {
+        self.refers(key, name, sections);
+    }
+
+    /// The same; returns whether it does.
+    pub(super) fn refers(&mut self, key: String, name: &str, sections: &[&'static str]) -> bool {
         let ground = sections.contains(&GROUND);
         if is_ground(name) && ground {
-            return;
+            return true;
         }
         let kind = self.kinds.get(name).copied();
         if kind.is_some_and(|k| sections.contains(&k)) {
-            return;
+            return true;
         }
         if sections.contains(&"body") && self.node_reference(&key, name) {
-            return;
+            return true;
         }
         let expected = sections.join(" or ");
         let message = match kind {
@@ -286,6 +291,7 @@ impl<'a> Checker<'a> {
             None => format!("there are: {}", some(&candidates)),
         };
         self.report(key, message, help);
+        false
     }
 
     pub(super) fn two_ends(&mut self, key: &str, from: &str, to: &str) {
@@ -297,8 +303,8 @@ impl<'a> Checker<'a> {
     }
 
     fn bar(&mut self, key: &str, bar: &Bar) {
-        self.reference(format!("{key}.from"), &bar.from, &["particle", GROUND]);
-        self.reference(format!("{key}.to"), &bar.to, &["particle", GROUND]);
+        let from = self.refers(format!("{key}.from"), &bar.from, &["particle", GROUND]);
+        let to = self.refers(format!("{key}.to"), &bar.to, &["particle", GROUND]);
         self.two_ends(&format!("{key}.to"), &bar.from, &bar.to);
         let grounded = is_ground(&bar.from) || is_ground(&bar.to);
         if let Some(point) = &bar.point {
@@ -311,7 +317,7 @@ impl<'a> Checker<'a> {
         if let Some(length) = bar.length.filter(|l| *l <= 0.0) {
             let message = format!("the length {length} m is not positive");
             self.report(format!("{key}.length"), message, "write a positive length in m");
-        } else if bar.from != bar.to && coincide(&self.points.bar(bar)) {
+        } else if from && to && bar.from != bar.to && coincide(&self.points.bar(bar)) {
             let message = "both ends start at the same point: the bar has no direction".to_owned();
             let help = "move one of them, or write one particle with the mass of both";
             self.report(key, message, help);

@@ -38,8 +38,9 @@ impl Checker<'_> {
         let axis_of = |axis: &[f64; 3]| axis.iter().all(|a| a.abs() < 1e-100);
         match constraint {
             Constraint::Distance { from, to, length, point_from, point_to, .. } => {
-                self.reference(format!("{key}.from"), from, &["body", GROUND]);
-                self.reference(format!("{key}.to"), to, &["body", GROUND]);
+                let known = [("from", from), ("to", to)].map(|(end, name)| {
+                    self.refers(format!("{key}.{end}"), name, &["body", GROUND])
+                });
                 self.two_ends(&format!("{key}.to"), from, to);
                 if let Some(length) = length.filter(|l| *l <= 0.0) {
                     let message = format!("the length {length} m is not positive");
@@ -47,7 +48,7 @@ impl Checker<'_> {
                 }
                 let ends = [(from, point_from), (to, point_to)]
                     .map(|(member, point)| self.points.point(member, Some(&point[..])));
-                if from != to && coincide(&ends) {
+                if known == [true; 2] && from != to && coincide(&ends) {
                     let message =
                         "both ends start at the same point: the rod has no direction".to_owned();
                     let help = "write a [[joint]] with type = \"spherical\" to hold the points \

@@ -181,13 +181,6 @@ fn integrators() -> Vec<Mutant> {
         ),
         of("P of the node before", Base::Top, D::NullSpaceOfTheNodeBefore, ORDER_2, q),
         of(
-            "P of the node before",
-            Base::FreeBody,
-            D::NullSpaceOfTheNodeBefore,
-            ORDER_2,
-            (C::Momentum, "Lz"),
-        ),
-        of(
             "force of first order",
             Base::Top,
             D::FirstOrderForce,
@@ -221,7 +214,7 @@ fn integrators() -> Vec<Mutant> {
         of(
             "F_d leaves the constraints",
             Base::Top,
-            D::Slip(1e-14),
+            D::Slip(1e-12),
             ORDER_2,
             (C::Residual, "constraints g"),
         ),
