@@ -205,11 +205,12 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
             let t_end = if lane + 1 == count { next } else { state.t + h };
             let sub_step = SubStep { lane, h, t_end };
             let mut outcome = scheme.advance(system, constraints, sub_step, state);
-            if lane + 1 == count && outcome.is_ok() {
-                if let Err(violated) = self.watch.check(constraints, state.t, &state.q) {
-                    scheme.reset();
-                    outcome = Err(violated);
-                }
+            if lane + 1 == count
+                && outcome.is_ok()
+                && let Err(violated) = self.watch.check(constraints, state.t, &state.q)
+            {
+                scheme.reset();
+                outcome = Err(violated);
             }
             if outcome.is_err() {
                 state.copy_from(before);

@@ -2,9 +2,9 @@
 //!
 //! | file | defects |
 //! |---|---|
-//! | [`output`] | integrators that step rightly and report wrongly |
-//! | [`integrator`] | variational integrators with one wrong part |
-//! | [`energy_momentum`] | energy–momentum schemes with one wrong part |
+//! | `output` | integrators that step rightly and report wrongly |
+//! | `integrator` | variational integrators with one wrong part |
+//! | `energy_momentum` | energy–momentum schemes with one wrong part |
 //! | [`list`], [`table`] | all of them, on their systems; against all criteria |
 
 mod energy_momentum;
