@@ -4,6 +4,7 @@ use super::clock::{Shares, phases, timed};
 use super::record::{ConditionAt, Measured, Outcome, Point, Record, Verdict, WorkPoint};
 use super::{Plan, distance, larger};
 use crate::evidence::fit::median;
+use crate::evidence::judge::TELLING_STEPS;
 use crate::evidence::shadow::shadow_energy;
 use crate::evidence::trend::trend;
 use crate::model::{Family, Model, Scheme};
@@ -180,6 +181,9 @@ fn verdict(energies: &[f64], shadows: &[f64], error: f64) -> Verdict {
     let size = energies.iter().copied().fold(1.0, larger);
     if error <= ROUND_OFF * size {
         return Verdict::Conserved;
+    }
+    if (energies.len() as u64) < TELLING_STEPS {
+        return Verdict::Unknown;
     }
     match trend(energies, shadows) {
         Ok(trend) if trend.is_bounded() => Verdict::Bounded,
