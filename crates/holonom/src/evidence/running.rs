@@ -9,7 +9,7 @@ use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::{TangentMap, Tangents};
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
-use vi_core::{Interval, MechanicalSystem, SparseMatrix};
+use vi_core::{Entries, Interval, MechanicalSystem, SparseMatrix};
 
 /// An integrator in motion.
 pub struct Running<S, C> {
@@ -42,15 +42,26 @@ impl<S: MechanicalSystem + 'static, C: Observed + 'static> Running<S, C> {
 
 /// `|G(q_{n+1/2}) Δq/h|_∞` of (45); of constraints that depend on time `|Δg/h|_∞`.
 pub(crate) fn velocity_level(constraints: &impl Observed, s: &Interval) -> f64 {
-    let (m, n) = (constraints.len(), constraints.dim());
-    let mut rate = vec![0.0; m];
+    let mut rate = vec![0.0; constraints.len()];
     if constraints.is_rheonomic() {
         constraints.value(s.t_end(), &s.q1, &mut rate);
         return norm_inf(&rate) / s.h.abs();
     }
-    let emit = |out: &mut dyn vi_core::Entries| constraints.jacobian(s.t_mid(), &s.q_mid, out);
-    SparseMatrix::assemble(m, n, emit).mul_add(1.0, &s.v_mid, &mut rate);
+    let mut product = Product { v: &s.v_mid, out: &mut rate };
+    constraints.jacobian(s.t_mid(), &s.q_mid, &mut product);
     norm_inf(&rate)
+}
+
+/// `out ← out + A v` from the entries of `A`, without the matrix.
+pub(crate) struct Product<'a> {
+    pub(crate) v: &'a [f64],
+    pub(crate) out: &'a mut [f64],
+}
+
+impl Entries for Product<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        self.out[row] += value * self.v[column];
+    }
 }
 
 /// Each component of a momentum map with the absolute values of its terms summed up.
@@ -111,7 +122,7 @@ pub(crate) fn nature(
     (t, q, v): (f64, &[f64], &[f64]),
 ) -> Nature {
     let momentum = |p: &[f64]| constraints.momentum_map(q, p);
-    let emit = |out: &mut dyn vi_core::Entries| constraints.jacobian(t, q, out);
+    let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
     let jacobian = SparseMatrix::assemble(constraints.len(), constraints.dim(), emit);
     let (mut gradient, mut force) = (vec![0.0; q.len()], vec![0.0; q.len()]);
     system.add_potential_gradient(q, 1.0, &mut gradient);
