@@ -50,18 +50,20 @@ impl EqualError {
 fn curve(record: &Record, order: u32, floor: f64) -> Vec<(f64, Time)> {
     let time = |p: &WorkPoint| {
         let (median, error) = (p.seconds?, p.error?);
-        let usable = error > floor && error.is_finite();
-        usable.then_some((error, Time { median, range: p.seconds_range.unwrap_or([median; 2]) }))
+        let usable = error.is_finite() && floor.is_finite();
+        let time = Time { median, range: p.seconds_range.unwrap_or([median; 2]) };
+        usable.then_some((error.max(floor), time)) // below the floor an error is not known
     };
     let of = record.work.iter().filter(|p| p.order == order);
     let mut points: Vec<_> = of.filter_map(time).collect();
-    points.sort_by(|a, b| b.0.total_cmp(&a.0));
+    points.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.median.total_cmp(&b.1.median)));
+    points.dedup_by(|later, kept| later.0.to_bits() == kept.0.to_bits()); // the cheapest at the floor
     points
 }
 
 /// The time at an error; where the largest step is more accurate already, the time of that step.
 fn at(points: &[(f64, Time)], error: f64) -> Option<Time> {
-    if let Some((_, time)) = points.first().filter(|first| first.0 < error) {
+    if let Some((_, time)) = points.first().filter(|first| first.0 <= error) {
         return Some(*time);
     }
     let pair = points.windows(2).find(|pair| pair[1].0 <= error && error <= pair[0].0)?;
@@ -78,7 +80,7 @@ fn at(points: &[(f64, Time)], error: f64) -> Option<Time> {
 fn reach(c: &Comparison, em: bool, orders: &[u32], floor: f64) -> Option<[f64; 2]> {
     let family = c.records.iter().filter(|r| r.energy_momentum == em);
     let curves = family.flat_map(|r| orders.iter().map(move |order| curve(r, *order, floor)));
-    let ends = curves.filter(|points| points.len() > 1);
+    let ends = curves.filter(|points| !points.is_empty());
     let ends = ends.map(|points| [points[points.len() - 1].0, points[0].0]);
     ends.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
@@ -131,6 +133,32 @@ mod tests {
         assert!((found.range[1] / found.median - 1.2).abs() < 1e-12, "{found:?}");
         assert_eq!(at(&points, 2.0), Some(time(1.0)), "the largest step is more accurate");
         assert_eq!(at(&points, 0.01), None, "below them");
+    }
+
+    /// A scheme whose coarsest run is at round-off counts with the time of that run.
+    #[test]
+    fn errors_below_the_floor_count_as_the_floor() {
+        let point = |step: f64, seconds, error| WorkPoint {
+            order: 6,
+            step,
+            seconds: Some(seconds),
+            seconds_range: None,
+            error: Some(error),
+            missing: None,
+        };
+        let record = Record {
+            scheme: "nodal".into(),
+            energy_momentum: false,
+            outcome: super::super::record::Outcome::Done,
+            measured: None,
+            conditions: Vec::new(),
+            work: vec![point(0.1, 1.0, 4e-12), point(0.05, 2.0, 1e-13)],
+        };
+        let points = curve(&record, 6, 1e-11);
+        assert_eq!(points.len(), 1);
+        assert_eq!(at(&points, 1e-11).map(|t| t.median), Some(1.0));
+        assert_eq!(at(&points, 1e-10).map(|t| t.median), Some(1.0));
+        assert!(curve(&record, 6, f64::INFINITY).is_empty());
     }
 
     #[test]
