@@ -7,7 +7,6 @@ mod benchmark;
 use benchmark::{Run, assert_order, orders};
 use holonom::Simulation;
 use holonom::model::Scheme;
-use holonom::vi_multibody::coordinate::JointCoordinate;
 
 const FOUR_BAR: &str = include_str!("../examples/models/flexible_four_bar.toml");
 
@@ -62,15 +61,13 @@ fn imbalance(h: f64) -> (f64, f64) {
     let steps = (0.5 / h).round() as usize;
     let start = run.energy();
     let row = run.simulation.mechanism().scalar_rows(0).start;
-    let joints = run.simulation.mechanism().description().joints.clone();
-    let hub = joints.iter().find(|joint| joint.name == "hub").unwrap();
-    let angle = JointCoordinate::new(hub, 0).unwrap();
     let (mut work, mut off) = (0.0, 0.0_f64);
     for n in 0..=steps {
         let node = run.simulation.integrator().observe().unwrap();
         let power = -node.lambda[row] * path(n as f64 * h)[1];
         work += h * power * if n == 0 || n == steps { 0.5 } else { 1.0 };
-        off = off.max((angle.at(run.q()) - path(n as f64 * h)[0]).abs());
+        off =
+            off.max((run.simulation.integrator().state().angles[0] - path(n as f64 * h)[0]).abs());
         if n < steps {
             run.steps(1);
         }

@@ -7,6 +7,7 @@ mod harness;
 
 use holonom::simulation::RunOutcome;
 use holonom::vi_constraints::Constraints;
+use holonom::vi_core::Configuration;
 use holonom::{Model, ModelError, Simulation};
 
 fn hostile(name: &str) -> String {
@@ -302,8 +303,8 @@ fn largest_ratio(simulation: &mut Simulation, steps: u32) -> f64 {
     for _ in 0..steps {
         simulation.step().unwrap();
         let (mechanism, q) = (simulation.mechanism(), simulation.configuration());
-        mechanism.value(0.0, q, &mut g);
-        mechanism.row_sizes(0.0, q, &mut sizes);
+        mechanism.value(Configuration::new(0.0, q), &mut g);
+        mechanism.row_sizes(Configuration::new(0.0, q), &mut sizes);
         let ratio = |(g, size): (&f64, &f64)| g.abs() / size;
         largest = g.iter().zip(&sizes).map(ratio).fold(largest, f64::max);
     }

@@ -49,7 +49,7 @@ fn against_the_library(name: &str, settings: &[(&str, &str)]) {
         let found = momenta(&rows[1]);
         let between = |k: usize| Interval::between(rows[k].t, h, &rows[k].q, &rows[k + 1].q);
         let (before, after) = (between(0), between(1));
-        let at = (after.t, &after.q0[..]);
+        let at = after.start();
         assert_eq!(found.lambda.len(), names.constraints.len());
         assert_eq!(found.p.len(), names.coordinates.len());
         assert_eq!(found.p_reduced.len(), names.rates.len());
@@ -62,7 +62,7 @@ fn against_the_library(name: &str, settings: &[(&str, &str)]) {
         raise(&mut p_off, &found.p, &of.momentum_plus(&before, &lambda).unwrap());
         let projected = of.projected_momentum_minus(&after).unwrap();
         raise(&mut p_off, &found.p_projected, &projected);
-        map.null_space(at.1, &mut tree);
+        map.null_space(at.q, &mut tree);
         let reduced = tree.tr_mul(&nalgebra::DVector::from_column_slice(&projected));
         raise(&mut p_off, &found.p_reduced, reduced.as_slice());
         if !mechanism.has_loops() {
@@ -76,7 +76,7 @@ fn against_the_library(name: &str, settings: &[(&str, &str)]) {
         assert!((e_d.kinetic - expected.kinetic).abs() < 1e-9 * scale, "{name}: {e_d:?}");
         let h_d = found.hamiltonian_projected.unwrap();
         assert_eq!(h_d.total().to_bits(), rows[1].hamiltonian.to_bits());
-        assert_eq!(found.hamiltonian.is_some(), of.hamiltonian(at.1, &found.p).unwrap().is_some());
+        assert_eq!(found.hamiltonian.is_some(), of.hamiltonian(at, &found.p).unwrap().is_some());
         size = size.max(vi_core::linear::norm_inf(&found.p));
     }
     println!("{name}: p off by {p_off:.1e}, force by {force_off:.1e}, |p| ≤ {size:.1e}");

@@ -11,7 +11,7 @@ mod harness;
 
 use harness::models::{model, orders};
 use holonom::vi_constraints::Constraints;
-use holonom::vi_core::MechanicalSystem;
+use holonom::vi_core::{Configuration, MechanicalSystem};
 use holonom::{Model, Sample, Simulation};
 use nalgebra::{DMatrix, Vector3};
 use vi_multibody::joint::FrameId;
@@ -224,7 +224,7 @@ fn reactions_and_gravity_balance_the_rate_of_momentum_of_every_body() {
                     (0..q.len()).map(|i| (state.q[i] - 2.0 * q[i] + last[i]) / (h * h)).collect();
                 let mut rate = vec![0.0; q.len()];
                 run.system().mass().mul_add(1.0, &second, &mut rate);
-                run.system().add_potential_gradient(q, 1.0, &mut rate);
+                run.system().add_potential_gradient(Configuration::new(0.0, q), 1.0, &mut rate);
                 for body in 0..model.bodies.len() {
                     let own = 12 * body..12 * body + 12;
                     let needed = null_space::pull_back(&q[own.clone()], &rate[own]);

@@ -10,7 +10,7 @@ mod harness;
 use harness::models::orders;
 use holonom::output::{EnergySummary, SummaryBuilder};
 use holonom::{Model, ModelError, Simulation};
-use vi_multibody::coordinate::JointCoordinate;
+use vi_multibody::run::MechanismIntegrator;
 
 /// A two-link arm: motor and spring at the first hinge, damper at the second.
 fn arm(step: f64, order: u32, damping: f64) -> String {
@@ -55,17 +55,14 @@ fn imbalance(steps: u32) -> f64 {
     let model = Model::from_toml(&arm(h, 2, 0.8)).unwrap();
     let mut simulation = Simulation::new(&model).unwrap();
     let run = simulation.integrator();
-    let joints = run.constraints().description().joints.clone();
-    let coordinates: Vec<JointCoordinate> =
-        joints.iter().map(|joint| JointCoordinate::new(joint, 0).unwrap()).collect();
-    let angles = |q: &[f64]| -> Vec<f64> { coordinates.iter().map(|c| c.at(q)).collect() };
+    // of the motor and the damper, in this order
+    let angles = |run: &MechanismIntegrator| run.state().angles.clone();
     let start = run.observe_state().unwrap().hamiltonian_projected.total();
     let mut work = 0.0;
     for n in 0..steps {
-        let before = angles(&run.state().q);
+        let before = angles(run);
         run.step().unwrap();
-        let after = angles(&run.state().q);
-        coordinates.iter().for_each(|c| c.accept(&run.state().q));
+        let after = angles(run);
         let t = (f64::from(n) + 0.5) * h;
         let effort = -20.0 * (std::f64::consts::TAU * 0.7 * t + 1.0).sin();
         work += effort * (after[0] - before[0]); // τ Δθ

@@ -11,7 +11,7 @@ use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_constraints::node::Node;
 use vi_constraints::{Options, SchemeKind};
 use vi_core::potential::Potential;
-use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, State};
+use vi_core::{Configuration, MechanicalSystem, Quadrature, SeparableSystem, State};
 use vi_emscheme::beam::BeamGradient;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
@@ -351,7 +351,8 @@ impl BeamCase {
                 let next = &run.state().q;
                 let dq: Vec<f64> = next.iter().zip(&state.q).map(|(a, b)| a - b).collect();
                 let mid: Vec<f64> = next.iter().zip(&state.q).map(|(a, b)| 0.5 * (a + b)).collect();
-                let potential = model.elements.value(&mid) + weight.potential_energy(&mid);
+                let potential = model.elements.value(&mid)
+                    + weight.potential_energy(Configuration::new(state.t, &mid));
                 e_d = Some(0.5 * mass.bilinear(&dq, &dq) / (h * h) + potential);
             }
             if !output_steps.contains(&n) {
@@ -364,7 +365,7 @@ impl BeamCase {
             mass.mul_add(1.0, &state.v, &mut p);
             let strain_energy = model.elements.value(&state.q);
             let kinetic = 0.5 * mass.bilinear(&state.v, &state.v);
-            let energy = kinetic + strain_energy + weight.potential_energy(&state.q);
+            let energy = kinetic + strain_energy + weight.potential_energy(state.configuration());
             deviation.q(&state.q, &output.q, &tolerance);
             deviation.energy(energy, output.h_d.ok_or_else(|| missing("H_d"))?, &tolerance);
             deviation.energy(strain_energy, output.strain_energy, &tolerance);

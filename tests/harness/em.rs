@@ -1,6 +1,7 @@
 //! Cases with `scheme = "em"`: every form of the energy–momentum scheme that applies.
 
-use vi_emscheme::{EmForm, EmIntegrator, EmNode, EmOptions, EmState, EmSystem};
+use vi_core::State;
+use vi_emscheme::{EmForm, EmIntegrator, EmNode, EmOptions, EmSystem};
 use vi_multibody::Mechanism;
 
 /// The forms that apply.
@@ -13,7 +14,7 @@ pub fn drive(
     (system, mechanism): (EmSystem, Mechanism),
     (form, h): (EmForm, f64),
     (steps, output_steps): (u64, &[u64]),
-    mut compare: impl FnMut(u64, &EmState, &EmNode) -> Result<(), String>,
+    mut compare: impl FnMut(u64, &State, &EmNode) -> Result<(), String>,
 ) -> Result<(), String> {
     let options = EmOptions::new(form, h);
     let mut run =

@@ -31,12 +31,12 @@ pub fn deviation(
     let before = Interval::between(0.0, h, start.q, node.q);
     let after = Interval::between(h, h, node.q, next.q);
     let words = |e: vi_constraints::legendre::LegendreError| e.to_string();
-    let mut of = LegendreTransforms::new(system, mechanism, (0.0, start.q)).map_err(words)?;
+    let mut of = LegendreTransforms::new(system, mechanism, before.start()).map_err(words)?;
     let mut found = Deviation::default();
     let lambda_0 = of.start_multiplier(start.p, &before).map_err(words)?;
     let lambda_1 = of.multiplier(&before, &after).map_err(words)?;
     for (reference, s, lambda) in [(start, &before, lambda_0), (node, &after, lambda_1)] {
-        let at = (s.t, &s.q0[..]);
+        let at = s.start();
         let p = of.momentum_minus(s, &lambda).map_err(words)?;
         found.p(&p, reference.p, tolerance);
         let force = of.constraint_force(at, &lambda).map_err(words)?;
@@ -46,7 +46,7 @@ pub fn deviation(
         }
         let total = |e: Energies| e.total();
         found.energy(of.discrete_energy(s).map(total).map_err(words)?, reference.e_d, tolerance);
-        let hamiltonian = of.hamiltonian(at.1, &p).map_err(words)?;
+        let hamiltonian = of.hamiltonian(at, &p).map_err(words)?;
         found.energy(hamiltonian.map_or(f64::NAN, total), reference.h_d, tolerance);
         let projected = of.projected_hamiltonian(at, &p).map(total).map_err(words)?;
         found.energy(projected, reference.h_dq, tolerance);

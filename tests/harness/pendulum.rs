@@ -7,7 +7,7 @@ use serde::Deserialize;
 use vi_constraints::node::Node;
 use vi_constraints::{Integrator, Options, SchemeKind};
 use vi_core::{Quadrature, SeparableSystem, State};
-use vi_emscheme::{EmForm, EmNode, EmState, EmSystem};
+use vi_emscheme::{EmForm, EmNode, EmSystem};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::{Bar, BarEnd, Description, Mechanism, ParticleSpec};
 
@@ -134,7 +134,7 @@ impl PendulumCase {
     fn compare_em(
         &self,
         output: &Output,
-        state: &EmState,
+        state: &State,
         node: &EmNode,
         deviation: &mut Deviation,
     ) -> Result<(), String> {

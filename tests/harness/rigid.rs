@@ -7,7 +7,7 @@ use serde::Deserialize;
 use vi_constraints::node::Node;
 use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
 use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, State};
-use vi_emscheme::{EmForm, EmNode, EmState, EmSystem};
+use vi_emscheme::{EmForm, EmNode, EmSystem};
 use vi_multibody::joint::{FrameId, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{Attachment, BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
@@ -254,7 +254,7 @@ impl RigidCase {
         &self,
         output: &Output,
         mechanism: &Mechanism,
-        (state, node): (&EmState, &EmNode),
+        (state, node): (&State, &EmNode),
         deviation: &mut Deviation,
     ) -> Result<(), String> {
         let tolerance = &self.tolerance;

@@ -10,8 +10,8 @@ use vi_constraints::Constraints;
 use vi_constraints::initialization::StartError;
 use vi_constraints::integrator::{SetupError, SingularStart};
 use vi_constraints::saddle_point::IndependentRows;
-use vi_core::SparseMatrix;
 use vi_core::linear::norm_inf;
+use vi_core::{Configuration, SparseMatrix};
 use vi_emscheme::integrator::EmSetupError;
 use vi_multibody::mechanism::Mechanism;
 
@@ -66,7 +66,7 @@ pub struct Closure {
 /// Residuals of a start `(q, v)`.
 pub(crate) fn closure(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Closure {
     let mut g = vec![0.0; mechanism.len()];
-    mechanism.value(0.0, q, &mut g);
+    mechanism.value(Configuration::new(0.0, q), &mut g);
     Closure { position: norm_inf(&g), velocity: norm_inf(&velocity_residuals(mechanism, q, v)) }
 }
 

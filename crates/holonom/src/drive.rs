@@ -7,12 +7,13 @@ use std::sync::Arc;
 use vi_multibody::coordinate::JointCoordinate;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_force::{JointForce, JointSpring, Motor, PdControl, Viscous};
+use vi_multibody::mechanism::Mechanism;
 use vi_multibody::scalar_constraint::ScalarConstraint;
 
-/// Coordinate `freedom` of a joint.
+/// Coordinate `freedom` of a joint for a constraint.
 fn coordinate(joint: &Joint, freedom: usize, key: &str) -> Result<JointCoordinate, ModelError> {
-    JointCoordinate::new(joint, freedom).ok_or_else(|| {
-        let count = (0..6).filter(|k| JointCoordinate::new(joint, *k).is_some()).count();
+    JointCoordinate::principal(joint, freedom).ok_or_else(|| {
+        let count = (0..6).filter(|k| JointCoordinate::principal(joint, *k).is_some()).count();
         let kind = joint.kind.name();
         let message = format!("a {kind} joint has no coordinate {freedom}");
         let help = match count {
@@ -24,26 +25,30 @@ fn coordinate(joint: &Joint, freedom: usize, key: &str) -> Result<JointCoordinat
     })
 }
 
-/// Adds what acts on the coordinates of a joint.
+/// Adds what acts on the coordinates of joint `k`.
 pub(crate) fn add_joint_forces(
     mut dynamics: Dynamics,
     model: &JointModel,
-    joint: &Joint,
+    (mechanism, k): (&mut Mechanism, usize),
 ) -> Result<Dynamics, ModelError> {
     let key = |what: &str| format!("joint.{}.{what}", model.name);
+    let mut listed = |freedom: usize, what: &str| match mechanism.coordinate(k, freedom) {
+        Some(coordinate) => Ok(coordinate),
+        None => coordinate(&mechanism.description().joints[k], freedom, &key(what)), // the error
+    };
     if let Some(spring) = &model.spring {
-        let coordinate = coordinate(joint, spring.freedom, &key("spring.freedom"))?;
+        let coordinate = listed(spring.freedom, "spring.freedom")?;
         let (stiffness, rest) = (spring.stiffness, spring.rest);
         let spring = JointSpring { coordinate, stiffness, rest };
         dynamics = dynamics.joint_spring(spring);
     }
     if let Some(damper) = &model.damper {
-        let coordinate = coordinate(joint, damper.freedom, &key("damper.freedom"))?;
+        let coordinate = listed(damper.freedom, "damper.freedom")?;
         let law = Viscous(damper.damping);
         dynamics = dynamics.joint_force(JointForce { coordinate, law });
     }
     if let Some(motor) = &model.motor {
-        let coordinate = coordinate(joint, motor.freedom, &key("motor.freedom"))?;
+        let coordinate = listed(motor.freedom, "motor.freedom")?;
         dynamics = add_motor(dynamics, motor, &coordinate);
     }
     Ok(dynamics)

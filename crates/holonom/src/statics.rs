@@ -27,6 +27,7 @@ use vi_beam::statics::{Equilibrium, StaticError, StaticProblem, StaticSettings};
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
 use vi_constraints::saddle_point::IndependentRows;
+use vi_core::Configuration;
 use vi_core::momentum_map::Momentum;
 use vi_multibody::mechanism::Mechanism;
 
@@ -62,6 +63,7 @@ pub struct Statics {
     rows: IndependentRows, // with those inside the frames
     mechanism: Mechanism,
     watch: ClosureWatch,
+    angles: Vec<f64>, // of the last equilibrium
     facts: StaticFacts,
     step: u64,
 }
@@ -100,7 +102,10 @@ impl Statics {
         let facts = StaticFacts { arc_length: settings.arc_length, ..StaticFacts::default() };
         let (limits, step) = (LimitWatch::new(&beams), 0);
         agreement::paths((&mechanism, &rows), &q, settings.end)?;
-        let watch = ClosureWatch::new(&mechanism, (0.0, &q), settings.newton_tolerance);
+        let mut angles = vec![0.0; mechanism.angle_count()];
+        mechanism.unwrap_angles(&q, &mut angles);
+        let watch =
+            ClosureWatch::new(&mechanism, Configuration::new(0.0, &q), settings.newton_tolerance);
         Ok(Self {
             settings,
             assembly,
@@ -112,6 +117,7 @@ impl Statics {
             rows,
             mechanism,
             watch,
+            angles,
             facts,
             step,
         })
@@ -176,8 +182,9 @@ impl Statics {
 
     /// Whether an equilibrium satisfies all constraints; angles are unwrapped from the one before.
     fn check(&mut self, point: &Equilibrium) -> Result<(), RunFailure> {
-        let checked = self.watch.check(&self.mechanism, point.factor, &point.q);
-        self.mechanism.accept(&point.q);
+        let at = Configuration { t: point.factor, q: &point.q, angles: &self.angles };
+        let checked = self.watch.check(&self.mechanism, at);
+        self.mechanism.unwrap_angles(&point.q, &mut self.angles);
         checked.map_err(|error| {
             let name = error.constraint().map_or("", |row| self.mechanism.constraint_name(row));
             RunFailure {

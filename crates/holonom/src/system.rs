@@ -126,15 +126,15 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     };
     start_rates::apply(model, &mut description)?;
     parts.description = description;
-    let mechanism = parts.mechanism();
+    let mut mechanism = parts.mechanism();
     let settings = &model.settings;
     let mut dynamics =
         Dynamics::new(&parts, &mechanism, settings.strain.into(), settings.quadrature.into());
     for spring in &model.springs {
         dynamics = add_spring(dynamics, spring, &mechanism, &names);
     }
-    for (joint, numbers) in model.joints.iter().zip(&mechanism.description().joints) {
-        dynamics = drive::add_joint_forces(dynamics, joint, numbers)?;
+    for (k, joint) in model.joints.iter().enumerate() {
+        dynamics = drive::add_joint_forces(dynamics, joint, (&mut mechanism, k))?;
     }
     let mut all = Vec::new();
     for load in &model.loads {

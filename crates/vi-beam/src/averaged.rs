@@ -18,6 +18,7 @@
 
 use crate::element::{Element, Elements};
 use crate::strain::Strain;
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
@@ -78,16 +79,16 @@ impl DiscretePotential for AveragedStrains {
         }
     }
 
-    fn potential(&self, q: &[f64]) -> f64 {
-        self.0.value(q)
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        self.0.value(at.q)
     }
 
-    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
-        self.0.add_gradient(q, scale, out);
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(at.q, scale, out);
     }
 
-    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.0.add_hessian(q, scale, out);
+    fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(at.q, scale, out);
     }
 }
 

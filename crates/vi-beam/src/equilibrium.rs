@@ -20,6 +20,7 @@ use nalgebra::{DMatrix, Matrix3, Matrix6};
 use vi_constraints::Constraints;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::newton::{Block, BlockKind, Fault, NewtonProblem};
@@ -92,6 +93,8 @@ impl Work {
         let (n, d) = layout.dimension();
         let mut s = Interval::new(n);
         s.open(0.0, 1.0, q);
+        s.angles = vec![0.0; mechanism.angle_count()];
+        mechanism.unwrap_angles(q, &mut s.angles);
         let m = mechanism.len();
         let frames = mechanism.description().bodies.len();
         let mut work = Self {
@@ -236,16 +239,17 @@ impl Work {
         let (u, mu) = x.split_at(self.unknowns());
         self.layout.reparametrize(u, &mut self.s)?;
         let (t, q) = (self.t, &self.s.q1);
+        let at = Configuration { t, ..self.s.end() };
         self.layout.null_space(q, &mut self.left);
         self.rows.scatter(mu, &mut self.mu);
-        self.system.rest_force(t, q, &mut self.force);
+        self.system.rest_force(at, &mut self.force);
         self.mechanism.jacobian(t, q, &mut Transposed { mu: &self.mu, out: &mut self.force });
         let (balance, closure) = r.split_at_mut(u.len());
         self.layout.pull_back(&self.left, &self.force, balance);
         for ((r, s), u) in balance.iter_mut().zip(&self.metric).zip(u) {
             *r += self.sigma * s * u;
         }
-        self.mechanism.value(t, q, &mut self.g);
+        self.mechanism.value(at, &mut self.g);
         self.rows.gather(&self.g, closure);
         Ok(())
     }
@@ -256,8 +260,8 @@ impl Work {
         let (t, q, n) = (self.t, &self.s.q1, self.force.len());
         let step = 1e-4 * t.abs().max(1.0);
         let (mut after, mut before) = (vec![0.0; n], vec![0.0; n]);
-        self.system.rest_force(t + step, q, &mut after);
-        self.system.rest_force(t - step, q, &mut before);
+        self.system.rest_force(Configuration { t: t + step, ..self.s.end() }, &mut after);
+        self.system.rest_force(Configuration { t: t - step, ..self.s.end() }, &mut before);
         after.iter_mut().zip(&before).for_each(|(a, b)| *a = (*a - b) / (2.0 * step));
         let d = self.unknowns();
         let (balance, closure) = out.split_at_mut(d);
@@ -277,9 +281,14 @@ impl Work {
         }
     }
 
+    /// The configuration last evaluated.
+    fn here(&self) -> Configuration<'_> {
+        Configuration { t: self.t, ..self.s.end() }
+    }
+
     /// `∇²V − ∂f/∂q + Σ μ_i D²g_i` at the point last evaluated.
     fn emit_stiffness(&self, out: &mut dyn Entries) {
-        self.system.rest_stiffness(self.t, &self.s.q1, out);
+        self.system.rest_stiffness(self.here(), out);
         self.mechanism.weighted_hessian(self.t, &self.s.q1, &self.mu, 1.0, out);
     }
 
@@ -409,12 +418,12 @@ impl Work {
 
     /// Largest of the forces that balance one another, N.
     pub(crate) fn force_scale(&mut self) -> f64 {
-        let (t, q) = (self.t, &self.s.q1);
-        let mut out = vec![0.0; q.len()];
-        self.system.add_force(t, q, &vec![0.0; q.len()], &mut out);
+        let (at, n) = (self.here(), self.s.dim());
+        let mut out = vec![0.0; n];
+        self.system.add_force(at, &vec![0.0; n], &mut out);
         let applied = norm_inf(&out);
         out.fill(0.0);
-        self.system.add_potential_gradient(q, 1.0, &mut out);
+        self.system.add_potential_gradient(at, 1.0, &mut out);
         applied.max(norm_inf(&out))
     }
 
@@ -422,9 +431,15 @@ impl Work {
     pub(crate) fn advance(&mut self) {
         let mut q = self.s.q1.clone();
         self.layout.clean(&mut q);
-        self.s.open(0.0, 1.0, &q);
-        self.system.accept(&q);
-        self.mechanism.accept(&q);
+        let mut angles = self.s.angles.clone();
+        self.mechanism.unwrap_angles(&q, &mut angles);
+        self.stand_at(&q, angles);
+    }
+
+    /// Takes `q` with its unwrapped angles as the last equilibrium.
+    pub(crate) fn stand_at(&mut self, q: &[f64], angles: Vec<f64>) {
+        self.s.open(0.0, 1.0, q);
+        self.s.angles = angles;
     }
 
     /// `Σ S u u'/d` of unknowns `(u, …)`, m².
@@ -531,7 +546,6 @@ mod tests {
     use crate::sample::Sample;
     use crate::section::Section;
     use nalgebra::Vector3;
-    use vi_multibody::coordinate::JointCoordinate;
     use vi_multibody::form::Form;
     use vi_multibody::joint_force::{JointForce, JointSpring, PdControl};
     use vi_multibody::mechanism::Attachment;
@@ -557,12 +571,12 @@ mod tests {
         model.join(kinds[0], None, 0, &point(Vector3::zeros()), &axis);
         model.join(kinds[1], Some(2), 3, &point(corner), &axis);
         model.join(kinds[2], Some(3), 4, &point(end), &axis);
-        let coordinate = JointCoordinate::new(&model.description.joints[0], 0);
         let held = Form::point(12, &Vector3::x()).minus(&Form::constant(Vector3::y()));
         let length = held.at(&model.placement()).norm();
         let rod = ScalarConstraint::distance("rod", &held, length);
         model.description.scalars.push(rod);
-        let mechanism = model.mechanism();
+        let mut mechanism = model.mechanism();
+        let coordinate = mechanism.coordinate(0, 0);
         let mut load = |frame: usize, kind| {
             let (force, torque) = (sample.vector(), sample.vector());
             let load = Load::new(12 * frame, kind, force, torque, TimeHistory::default()).unwrap();

@@ -19,6 +19,7 @@ use crate::section_force::Place;
 use crate::strain::Strain;
 use nalgebra::Vector3;
 use std::ops::Range;
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
@@ -391,16 +392,16 @@ impl DiscretePotential for AveragedHighOrder {
         }
     }
 
-    fn potential(&self, q: &[f64]) -> f64 {
-        self.0.value(q)
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        self.0.value(at.q)
     }
 
-    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
-        self.0.add_gradient(q, scale, out);
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(at.q, scale, out);
     }
 
-    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.0.add_hessian(q, scale, out);
+    fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(at.q, scale, out);
     }
 }
 

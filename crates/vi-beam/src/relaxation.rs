@@ -59,10 +59,11 @@ impl StaticProblem {
     /// before; a motion beyond the `bounds` is one.
     pub(crate) fn relax(&mut self, bounds: &StepBounds) -> Result<Equilibrium, Refused> {
         let (start, mu) = (self.work.s.q0.clone(), self.mu.clone());
+        let angles = self.work.s.angles.clone();
         let outcome = self.relax_from_here(&start, bounds);
         self.work.sigma = 0.0;
         if outcome.is_err() {
-            self.work.s.open(0.0, 1.0, &start);
+            self.work.stand_at(&start, angles);
             self.mu = mu;
         }
         outcome
@@ -135,7 +136,8 @@ impl StaticProblem {
         self.work.s.q0.copy_from_slice(start);
         self.work.s.q1.copy_from_slice(end);
         let outcome = self.refuse_jump(bounds);
-        self.work.s.open(0.0, 1.0, &here);
+        let angles = self.work.s.angles.clone();
+        self.work.stand_at(&here, angles);
         outcome
     }
 }

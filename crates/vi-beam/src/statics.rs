@@ -19,6 +19,7 @@ use crate::model::BeamModel;
 pub use crate::static_path::{Equilibrium, StaticError, StaticPath, StaticSettings, StepBounds};
 use nalgebra::Vector3;
 use vi_constraints::Constraints;
+use vi_core::Configuration;
 use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, Newton, NewtonError, NewtonReport, NewtonSettings};
 use vi_core::{MechanicalSystem, SeparableSystem};
@@ -283,11 +284,12 @@ impl StaticProblem {
         let mut multipliers = vec![0.0; work.mechanism.len()];
         work.rows.scatter(&self.mu, &mut multipliers);
         let mut g = vec![0.0; multipliers.len()];
-        work.mechanism.value(work.t, &q, &mut g);
+        let at = Configuration { t: work.t, ..work.s.start() };
+        work.mechanism.value(at, &mut g);
         Equilibrium {
             factor: work.t,
             multipliers,
-            potential_energy: work.system.potential_energy(&q),
+            potential_energy: work.system.potential_energy(at),
             iterations,
             residual,
             position_residual: norm_inf(&g),

@@ -14,7 +14,8 @@ use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::{FrameRule, Mesh};
 use vi_constraints::{Constraints, NodalOperators, Reparametrization};
 use vi_core::linear::DenseLu;
-use vi_core::{Interval, MechanicalSystem, SeparableSystem};
+use vi_core::state::Memory;
+use vi_core::{Entries, Interval, MechanicalSystem, SeparableSystem};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::{Attachment, Bar, BarEnd, BodySpec, Mechanism, ParticleSpec};
 use vi_multibody::pair::PairKind;
@@ -109,8 +110,8 @@ fn check(kinds: [PairKind; 4], rule: StrainRule, turn: [f64; 3], seed: [f64; 8])
     let u: Vec<f64> = (0..d).map(|k| 0.3 * seed[k % 8] * (1.0 + 0.1 * k as f64).sin()).collect();
     let mut s = Interval::new(n);
     s.open(0.0, 0.01, &mechanism.start().0);
-    NodalOperators::<SeparableSystem>::reparametrize(&mut sparse, &u, &mut s).unwrap();
-    sparse.begin(&system, &s, false);
+    sparse.reparametrize(&u, &mut s).unwrap();
+    sparse.begin(&s, &Memory::default(), None);
 
     let (mut P, mut tangent) = (DMatrix::zeros(n, d), DMatrix::zeros(n, d));
     map.null_space(&s.q0, &mut P);
@@ -120,19 +121,21 @@ fn check(kinds: [PairKind; 4], rule: StrainRule, turn: [f64; 3], seed: [f64; 8])
     let dense = P.tr_mul(&(K * tangent));
     let w: Vec<f64> = (0..n).map(|i| (1.0 + i as f64).cos()).collect();
     let mut pulled = vec![0.0; d];
-    NodalOperators::<SeparableSystem>::pull_back(&mut sparse, &w, &mut pulled);
+    sparse.pull_back(&w, &mut pulled);
     let expected = P.tr_mul(&nalgebra::DVector::from_column_slice(&w));
     assert!(common::distance(&pulled, expected.as_slice()) < 1e-12);
 
     let right: Vec<f64> = (0..d).map(|k| (2.0 + k as f64).sin()).collect();
     let (mut x, mut y) = (right.clone(), right);
-    sparse.solve(&system, &u, &s, &mut x).unwrap();
+    sparse.solve(&|out: &mut dyn Entries| system.forced_d2_d1(&s, out), &u, &s, &mut x).unwrap();
     DenseLu::new(d).solve(&dense, &mut y).unwrap();
     let matrix = (sparse.matrix() - &dense).amax() / dense.amax();
     let solution = common::distance(&x, &y) / largest(y.iter().copied());
     // a second solve replays the emission
     let mut again = vec![1.0; d];
-    sparse.solve(&system, &u, &s, &mut again).unwrap();
+    sparse
+        .solve(&|out: &mut dyn Entries| system.forced_d2_d1(&s, out), &u, &s, &mut again)
+        .unwrap();
     assert!((sparse.matrix() - &dense).amax() / dense.amax() < 1e-13);
     (matrix, solution)
 }
@@ -163,23 +166,25 @@ fn with_screws_the_matrix_is_the_derivative_of_the_residual() {
         let system = system(&model, &mechanism, rule);
         let n = Constraints::dim(&mechanism);
         let mut sparse = SparseNodal::new(&mechanism).by_screws();
-        let d = NodalOperators::<SeparableSystem>::dof(&sparse);
+        let d = sparse.dof();
         let mut s = Interval::new(n);
         s.open(0.0, 0.1, &mechanism.start().0);
-        sparse.begin(&system, &s, false);
+        sparse.begin(&s, &Memory::default(), None);
         let y: Vec<f64> = (0..d).map(|k| size * (1.0 + k as f64).sin()).collect();
         let mut residual = |j: usize, by: f64| {
             let (mut y, mut r, mut w) = (y.clone(), vec![0.0; d], vec![0.0; n]);
             y[j] += by;
-            NodalOperators::<SeparableSystem>::reparametrize(&mut sparse, &y, &mut s).unwrap();
+            sparse.reparametrize(&y, &mut s).unwrap();
             system.forced_d1(&s, &mut w);
-            NodalOperators::<SeparableSystem>::pull_back(&mut sparse, &w, &mut r);
+            sparse.pull_back(&w, &mut r);
             r
         };
         let e = 1e-5;
         let differences: Vec<_> = (0..d).map(|j| (residual(j, e), residual(j, -e))).collect();
         residual(0, 0.0);
-        sparse.solve(&system, &y, &s, &mut vec![1.0; d]).unwrap();
+        sparse
+            .solve(&|out: &mut dyn Entries| system.forced_d2_d1(&s, out), &y, &s, &mut vec![1.0; d])
+            .unwrap();
         let exact = sparse.matrix();
         for (j, (plus, minus)) in differences.iter().enumerate() {
             for i in 0..d {

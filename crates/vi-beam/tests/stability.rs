@@ -214,7 +214,7 @@ fn a_driven_end_walks_through_the_limit_point() {
     });
     let guide = model.join(PairKind::Prismatic, None, slider, &point, &Vector3::y());
     model.join(PairKind::Revolute, Some(slider), apex, &point, &Vector3::z());
-    let coordinate = JointCoordinate::new(&model.description.joints[guide], 0).unwrap();
+    let coordinate = JointCoordinate::principal(&model.description.joints[guide], 0).unwrap();
     let reference = Arc::new(|t: f64| [-0.5 * t, -0.5, 0.0]);
     let driven = ScalarConstraint::motion("apex", coordinate, reference);
     model.description.scalars.push(driven);

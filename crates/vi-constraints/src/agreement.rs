@@ -14,6 +14,7 @@
 
 use crate::constraints::Constraints;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
+use vi_core::Configuration;
 use vi_core::linear::{Singular, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 
@@ -57,7 +58,7 @@ pub struct Contradiction {
 /// `[W Gᵀ; G 0]` at one configuration, with what is left in all rows.
 pub struct Dependence<'a, C> {
     constraints: &'a C,
-    at: (f64, &'a [f64]),
+    at: Configuration<'a>,
     saddle: SaddlePoint,
     weights: Vec<f64>,      // n  W: one over the squared sizes of the coordinates
     sizes: Vec<f64>,        // m  of the rows
@@ -67,12 +68,12 @@ pub struct Dependence<'a, C> {
 impl<'a, C: Constraints> Dependence<'a, C> {
     /// At `(t, q)`, with the constraints that are independent there.
     #[must_use]
-    pub fn new(constraints: &'a C, rows: &IndependentRows, at: (f64, &'a [f64])) -> Self {
-        let (n, m, (t, q)) = (constraints.dim(), constraints.len(), at);
+    pub fn new(constraints: &'a C, rows: &IndependentRows, at: Configuration<'a>) -> Self {
+        let (n, m, t, q) = (constraints.dim(), constraints.len(), at.t, at.q);
         let (mut weights, mut sizes) = (vec![0.0; n], vec![0.0; m]);
         constraints.coordinate_sizes(q, &mut weights);
         weights.iter_mut().for_each(|size| *size = 1.0 / (*size * *size));
-        constraints.row_sizes(t, q, &mut sizes);
+        constraints.row_sizes(at, &mut sizes);
         let jacobian = SparseMatrix::assemble(m, n, |out| constraints.jacobian(t, q, out));
         Self {
             constraints,
@@ -100,7 +101,12 @@ impl<'a, C: Constraints> Dependence<'a, C> {
         let emit = |out: &mut dyn Entries| {
             weights.iter().enumerate().for_each(|(i, w)| out.add(i, i, *w));
         };
-        self.saddle.solve(self.constraints, &emit, (self.at, 1.0, self.at), &mut x)?;
+        self.saddle.solve(
+            self.constraints,
+            &emit,
+            ((self.at.t, self.at.q), 1.0, (self.at.t, self.at.q)),
+            &mut x,
+        )?;
         if x.iter().all(|x| x.is_finite()) { Ok(x) } else { Err(Singular) }
     }
 
@@ -148,18 +154,18 @@ fn relative(value: f64, size: f64) -> f64 {
 pub fn contradiction<C: Constraints>(
     constraints: &C,
     rows: &IndependentRows,
-    (t, q, v): (f64, &[f64], &[f64]),
+    (at, v): (Configuration<'_>, &[f64]),
 ) -> Option<Contradiction> {
     rows.redundant().next()?;
     let m = constraints.len();
-    let mut dependence = Dependence::new(constraints, rows, (t, q));
+    let mut dependence = Dependence::new(constraints, rows, at);
     let rate = v.iter().zip(&dependence.weights).map(|(v, w)| v.abs() * w.sqrt());
     let rate = rate.fold(0.0, f64::max); // 1/s
     let mut b = vec![0.0; m];
-    constraints.time_derivative(t, q, &mut b);
+    constraints.time_derivative(at.t, at.q, &mut b);
     let found = dependence.contradiction(Level::Velocity, &b, VELOCITY * rate);
     found.or_else(|| {
-        constraints.acceleration_terms(t, q, v, &mut b);
+        constraints.acceleration_terms(at.t, at.q, v, &mut b);
         dependence.contradiction(Level::Acceleration, &b, VELOCITY * (1.0 + rate) * rate)
     })
 }
@@ -219,18 +225,18 @@ mod tests {
 
     #[test]
     fn constraints_that_agree_are_let_through_and_others_are_named() {
-        let at = (0.0, &[1.0, 0.0][..]);
+        let at = Configuration::new(0.0, &[1.0, 0.0]);
         for v in [0.0, 1e-17, 1e-8, 1.0, 1e6] {
             let circle = circle();
-            let rows = IndependentRows::find(&circle, at.0, at.1);
-            assert_eq!(contradiction(&circle, &rows, (0.0, at.1, &[0.0, v])), None, "{v:e}");
+            let rows = IndependentRows::find(&circle, at.t, at.q);
+            assert_eq!(contradiction(&circle, &rows, (at, &[0.0, v])), None, "{v:e}");
         }
         let touching = touching();
-        let rows = IndependentRows::find(&touching, at.0, at.1);
+        let rows = IndependentRows::find(&touching, at.t, at.q);
         assert_eq!(rows.len(), 1);
-        assert_eq!(contradiction(&touching, &rows, (0.0, at.1, &[0.0, 0.0])), None);
+        assert_eq!(contradiction(&touching, &rows, (at, &[0.0, 0.0])), None);
         for v in [1e-6, 1.0, 1e6] {
-            let found = contradiction(&touching, &rows, (0.0, at.1, &[0.0, v])).unwrap();
+            let found = contradiction(&touching, &rows, (at, &[0.0, v])).unwrap();
             assert_eq!(found.level, Level::Acceleration);
             let mut named = found.rows.clone();
             named.sort_unstable();

@@ -15,6 +15,7 @@
 
 use crate::constraints::Constraints;
 use crate::scheme::StepError;
+use vi_core::Configuration;
 
 /// Largest residual of round-off, relative to the size of the row.
 const ROUND_OFF: f64 = 1e-9;
@@ -34,11 +35,11 @@ pub struct ClosureWatch {
 impl ClosureWatch {
     /// From the start `(t, q)`; `tolerance`: relative tolerance of Newton's method.
     #[must_use]
-    pub fn new(constraints: &impl Constraints, (t, q): (f64, &[f64]), tolerance: f64) -> Self {
+    pub fn new(constraints: &impl Constraints, at: Configuration<'_>, tolerance: f64) -> Self {
         let m = constraints.len();
         let (mut g, mut sizes) = (vec![0.0; m], vec![0.0; m]);
-        constraints.value(t, q, &mut g);
-        constraints.row_sizes(t, q, &mut sizes);
+        constraints.value(at, &mut g);
+        constraints.row_sizes(at, &mut sizes);
         let ratio = |(g, size): (&f64, &f64)| if *size > 0.0 { g.abs() / size } else { 0.0 };
         let start = g.iter().zip(&sizes).map(ratio).fold(0.0, f64::max);
         let factor = ROUND_OFF.max(GROWTH * start).max(NEWTON * tolerance);
@@ -53,14 +54,13 @@ impl ClosureWatch {
     pub fn check(
         &mut self,
         constraints: &impl Constraints,
-        t: f64,
-        q: &[f64],
+        at: Configuration<'_>,
     ) -> Result<(), StepError> {
-        constraints.value(t, q, &mut self.g);
+        constraints.value(at, &mut self.g);
         if self.holds() {
             return Ok(());
         }
-        constraints.row_sizes(t, q, &mut self.sizes); // the system may have moved away
+        constraints.row_sizes(at, &mut self.sizes); // the system may have moved away
         if self.holds() { Ok(()) } else { Err(self.violation()) }
     }
 
@@ -105,14 +105,17 @@ mod tests {
     #[test]
     fn round_off_passes_and_a_violation_is_named() {
         let rods = rods();
-        let mut watch = ClosureWatch::new(&rods, (0.0, &[1.0, 1000.0]), 0.0);
-        assert_eq!(watch.check(&rods, 0.0, &[1.0 + 1e-9, 1000.0 - 1e-7]), Ok(()));
-        let violated = watch.check(&rods, 0.0, &[1.0, 1000.01]);
+        let mut watch = ClosureWatch::new(&rods, Configuration::new(0.0, &[1.0, 1000.0]), 0.0);
+        assert_eq!(
+            watch.check(&rods, Configuration::new(0.0, &[1.0 + 1e-9, 1000.0 - 1e-7])),
+            Ok(())
+        );
+        let violated = watch.check(&rods, Configuration::new(0.0, &[1.0, 1000.01]));
         let Err(StepError::ConstraintViolated { row, residual, bound }) = violated else {
             panic!("{violated:?}");
         };
         assert!(row == 1 && (residual - 0.01).abs() < 1e-9 && bound < 1e-5, "{row} {residual:e}");
-        let nan = watch.check(&rods, 0.0, &[f64::NAN, 1000.0]);
+        let nan = watch.check(&rods, Configuration::new(0.0, &[f64::NAN, 1000.0]));
         assert!(matches!(nan, Err(StepError::ConstraintViolated { row: 0, .. })), "{nan:?}");
     }
 
@@ -120,11 +123,11 @@ mod tests {
     fn a_loose_tolerance_and_a_start_that_is_off_widen_the_bound() {
         let rods = rods();
         let off = [1.0 + 1e-5, 1000.0];
-        let mut strict = ClosureWatch::new(&rods, (0.0, &[1.0, 1000.0]), 0.0);
-        assert!(strict.check(&rods, 0.0, &[1.0 + 1e-3, 1000.0]).is_err());
-        let mut loose = ClosureWatch::new(&rods, (0.0, &[1.0, 1000.0]), 1e-3);
-        assert_eq!(loose.check(&rods, 0.0, &[1.0 + 1e-3, 1000.0]), Ok(()));
-        let mut begun_off = ClosureWatch::new(&rods, (0.0, &off), 0.0);
-        assert_eq!(begun_off.check(&rods, 0.0, &off), Ok(()));
+        let mut strict = ClosureWatch::new(&rods, Configuration::new(0.0, &[1.0, 1000.0]), 0.0);
+        assert!(strict.check(&rods, Configuration::new(0.0, &[1.0 + 1e-3, 1000.0])).is_err());
+        let mut loose = ClosureWatch::new(&rods, Configuration::new(0.0, &[1.0, 1000.0]), 1e-3);
+        assert_eq!(loose.check(&rods, Configuration::new(0.0, &[1.0 + 1e-3, 1000.0])), Ok(()));
+        let mut begun_off = ClosureWatch::new(&rods, Configuration::new(0.0, &off), 0.0);
+        assert_eq!(begun_off.check(&rods, Configuration::new(0.0, &off)), Ok(()));
     }
 }

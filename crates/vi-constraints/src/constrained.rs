@@ -20,14 +20,13 @@ use vi_core::linear::{condition_number, norm_inf};
 use vi_core::newton::{
     Block, BlockKind, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings,
 };
-use vi_core::predictor::Predictor;
 use vi_core::sparse::{Block as MatrixBlock, Entries, SparseMatrix};
 use vi_core::state::State;
 
 /// The constrained scheme.
 pub struct Constrained {
     newton: Newton,
-    predictor: Predictor,
+    sub_steps: usize,
     x: Vec<f64>, // n + r  (Δq, h²λ)
     work: Work,
 }
@@ -57,7 +56,7 @@ impl Constrained {
         rows: IndependentRows,
         m: usize,
         settings: NewtonSettings,
-        lanes: usize,
+        sub_steps: usize,
     ) -> Self {
         let size = n + rows.len();
         let position = Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 };
@@ -72,8 +71,7 @@ impl Constrained {
             saddle: SaddlePoint::new(n, rows),
             blocks: [position, multiplier],
         };
-        let (newton, predictor) = (Newton::new(size, settings), Predictor::new(size, lanes));
-        Self { newton, predictor, x: vec![0.0; size], work }
+        Self { newton: Newton::new(size, settings), sub_steps, x: vec![0.0; size], work }
     }
 }
 
@@ -98,7 +96,7 @@ impl<S: MechanicalSystem, C: Constraints> NewtonProblem for Problem<'_, S, C> {
         for i in 0..n {
             momentum[i] = work.s.h * (momentum[i] + work.p[i]) - work.force[i]; // (22)₁ times h
         }
-        self.constraints.value(work.s.t_end(), &work.s.q1, &mut work.g);
+        self.constraints.value(work.s.end(), &mut work.g);
         rows.gather(&work.g, closure); // (22)₂
         Ok(())
     }
@@ -128,7 +126,9 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for Constrained {
         state: &mut State,
     ) -> Result<NewtonReport, StepError> {
         let work = &mut self.work;
-        step.open(&mut work.s, state.t, &state.q);
+        state.history.fit(self.x.len(), self.sub_steps, 0..0);
+        work.saddle.recall(&state.memory);
+        step.open(&mut work.s, state);
         work.p.copy_from_slice(&state.p);
         let (m, n) = (constraints.len(), constraints.dim());
         let emit = |out: &mut dyn Entries| constraints.jacobian(state.t, &state.q, out);
@@ -137,20 +137,25 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for Constrained {
         work.blocks[0].floor = 1e-5 * length;
         work.blocks[1].floor = 1e-5 * length * norm_inf(system.mass().as_sprs().data());
         let mut problem = Problem { system, constraints, work };
-        let (newton, predictor) = (&mut self.newton, &mut self.predictor);
-        let mut outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+        let (newton, history) = (&mut self.newton, &mut state.history);
+        let mut outcome = solve_step(newton, history, step, &mut problem, &mut self.x);
         let Work { s, saddle, .. } = &mut *problem.work;
         if saddle.renew(constraints, s, outcome.is_ok()) {
-            predictor.clear(); // of other multipliers
-            outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+            history.clear(); // of other multipliers
+            outcome = solve_step(newton, history, step, &mut problem, &mut self.x);
         }
         let report = outcome?;
+        self.work.saddle.remember(&mut state.memory);
         state.move_to_end(system, &self.work.s);
         Ok(report)
     }
 
     fn interval(&self) -> &Interval {
         &self.work.s
+    }
+
+    fn interval_mut(&mut self) -> &mut Interval {
+        &mut self.work.s
     }
 
     fn condition(&mut self, _system: &S, _constraints: &C) -> Option<Condition> {
@@ -161,9 +166,5 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for Constrained {
         written.view_mut((0, 0), (n, scaled.ncols())).scale_mut(1.0 / h);
         let condition = |a| condition_number(a);
         Some(Condition { as_written: condition(&written), scaled: condition(&scaled) })
-    }
-
-    fn reset(&mut self) {
-        self.predictor.clear();
     }
 }

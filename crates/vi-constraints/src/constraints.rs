@@ -4,12 +4,13 @@
 //! `w`. Source: LMO08 §2; rheonomic constraints are held at the nodes `t_{n+1}`, and the velocity at
 //! the start satisfies `G v + ∂g/∂t = 0`.
 
+use vi_core::Configuration;
 use vi_core::sparse::Entries;
 
 /// Constraints `g(q, t) = 0` on `q ∈ R^n`.
 ///
 /// Redundant constraints are allowed: rows of `G` may depend on one another.
-pub trait Constraints {
+pub trait Constraints: Send + Sync {
     /// Number `n` of coordinates.
     fn dim(&self) -> usize;
     /// Number `m` of constraints.
@@ -19,7 +20,7 @@ pub trait Constraints {
         self.len() == 0
     }
     /// `out ← g(q, t)`, shape `m`.
-    fn value(&self, t: f64, q: &[f64], out: &mut [f64]);
+    fn value(&self, at: Configuration<'_>, out: &mut [f64]);
     /// Emits `G(q, t)`, shape `m × n`; always the same places in the same order.
     fn jacobian(&self, t: f64, q: &[f64], out: &mut dyn Entries);
     /// `out_i ← vᵀ D²g_i(q, t) w`, shape `m`.
@@ -70,14 +71,18 @@ pub trait Constraints {
     }
     /// `out_i ← Σ_j |G_ij| size_j`, shape `m`, in the unit of `g_i`: rounding changes `g_i` by a small
     /// multiple of `ε` of that. A row that depends on time adds the size of what it follows. Allocates.
-    fn row_sizes(&self, t: f64, q: &[f64], out: &mut [f64]) {
+    fn row_sizes(&self, at: Configuration<'_>, out: &mut [f64]) {
         let mut sizes = vec![0.0; self.dim()];
-        self.coordinate_sizes(q, &mut sizes);
+        self.coordinate_sizes(at.q, &mut sizes);
         out.fill(0.0);
-        self.jacobian(t, q, &mut RowSums { sizes: &sizes, out });
+        self.jacobian(at.t, at.q, &mut RowSums { sizes: &sizes, out });
     }
-    /// Told of every node reached: a constraint on an angle keeps track of the turn it is in.
-    fn accept(&self, _q: &[f64]) {}
+    /// Number of joint angles whose revolutions count: [`vi_core::Configuration::angles`].
+    fn angle_count(&self) -> usize {
+        0
+    }
+    /// Replaces each unwrapped angle by its value at `q` next to it, rad.
+    fn unwrap_angles(&self, _q: &[f64], _angles: &mut [f64]) {}
 }
 
 /// `out_i ← out_i + |G_ij| size_j` for every entry of a Jacobian.
@@ -108,7 +113,7 @@ impl Constraints for Unconstrained {
     fn len(&self) -> usize {
         0
     }
-    fn value(&self, _t: f64, _q: &[f64], _out: &mut [f64]) {}
+    fn value(&self, _at: Configuration<'_>, _out: &mut [f64]) {}
     fn jacobian(&self, _t: f64, _q: &[f64], _out: &mut dyn Entries) {}
     fn second_derivative(&self, _t: f64, _q: &[f64], _v: &[f64], _w: &[f64], _out: &mut [f64]) {}
     fn weighted_hessian(&self, _: f64, _: &[f64], _: &[f64], _: f64, _: &mut dyn Entries) {}
@@ -128,8 +133,8 @@ pub struct ConstraintFn<F, J> {
 
 impl<F, J> ConstraintFn<F, J>
 where
-    F: Fn(&[f64], &mut [f64]),
-    J: Fn(&[f64], &mut nalgebra::DMatrix<f64>),
+    F: Fn(&[f64], &mut [f64]) + Send + Sync,
+    J: Fn(&[f64], &mut nalgebra::DMatrix<f64>) + Send + Sync,
 {
     /// `value(q, g)` writes `g(q)` of shape `m`; `jacobian(q, G)` writes `G(q)` of shape `m × n`
     /// into a zeroed matrix.
@@ -146,8 +151,8 @@ where
 
 impl<F, J> Constraints for ConstraintFn<F, J>
 where
-    F: Fn(&[f64], &mut [f64]),
-    J: Fn(&[f64], &mut nalgebra::DMatrix<f64>),
+    F: Fn(&[f64], &mut [f64]) + Send + Sync,
+    J: Fn(&[f64], &mut nalgebra::DMatrix<f64>) + Send + Sync,
 {
     fn dim(&self) -> usize {
         self.n
@@ -155,8 +160,8 @@ where
     fn len(&self) -> usize {
         self.m
     }
-    fn value(&self, _t: f64, q: &[f64], out: &mut [f64]) {
-        (self.value)(q, out);
+    fn value(&self, at: Configuration<'_>, out: &mut [f64]) {
+        (self.value)(at.q, out);
     }
     fn jacobian(&self, _t: f64, q: &[f64], out: &mut dyn Entries) {
         let matrix = self.dense(q);

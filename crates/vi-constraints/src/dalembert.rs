@@ -22,12 +22,11 @@ use vi_core::linear::{DenseLu, condition_number, norm_inf};
 use vi_core::newton::{
     Block, BlockKind, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings,
 };
-use vi_core::predictor::Predictor;
 use vi_core::sparse::SparseMatrix;
 use vi_core::state::State;
 
 /// Where the null space matrix comes from.
-pub trait NullSpaceSource<C> {
+pub trait NullSpaceSource<C>: Send {
     /// `out ← P(q)`, shape `n × d`.
     fn null_space(&mut self, constraints: &C, t: f64, q: &[f64], out: &mut DMatrix<f64>);
     /// Constraints that are independent at the placement of the last `P`, where it was found from
@@ -77,7 +76,7 @@ impl<C, R: Reparametrization> NullSpaceSource<C> for MapSource<R> {
 /// The d'Alembert scheme.
 pub struct Dalembert<N> {
     newton: Newton,
-    predictor: Predictor,
+    sub_steps: usize,
     x: Vec<f64>, // n  Δq
     source: N,
     work: Work,
@@ -110,7 +109,7 @@ impl<N> Dalembert<N> {
         (rows, m): (IndependentRows, usize),
         source: N,
         settings: NewtonSettings,
-        lanes: usize,
+        sub_steps: usize,
     ) -> Self {
         let d = n - rows.len();
         let work = Work {
@@ -125,8 +124,7 @@ impl<N> Dalembert<N> {
             lu: DenseLu::new(n),
             blocks: [Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
         };
-        let (newton, predictor) = (Newton::new(n, settings), Predictor::new(n, lanes));
-        Self { newton, predictor, x: vec![0.0; n], source, work }
+        Self { newton: Newton::new(n, settings), sub_steps, x: vec![0.0; n], source, work }
     }
 }
 
@@ -148,7 +146,7 @@ impl<S: MechanicalSystem, C: Constraints> NewtonProblem for Problem<'_, S, C> {
             let work_done: f64 = column.iter().zip(&work.bracket).map(|(p, b)| p * b).sum();
             *r = work.s.h * work_done; // (25)₁ times h
         }
-        self.constraints.value(work.s.t_end(), &work.s.q1, &mut work.g);
+        self.constraints.value(work.s.end(), &mut work.g);
         work.rows.gather(&work.g, closure); // (25)₂
         Ok(())
     }
@@ -189,7 +187,8 @@ impl<S: MechanicalSystem, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> fo
         state: &mut State,
     ) -> Result<NewtonReport, StepError> {
         let work = &mut self.work;
-        step.open(&mut work.s, state.t, &state.q);
+        state.history.fit(self.x.len(), self.sub_steps, 0..0);
+        step.open(&mut work.s, state);
         work.p.copy_from_slice(&state.p);
         work.blocks[0].floor = 1e-5 * norm_inf(&state.q).max(1e-6);
         self.source.null_space(constraints, state.t, &state.q, &mut work.null_space);
@@ -197,14 +196,18 @@ impl<S: MechanicalSystem, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> fo
             work.rows.replace(rows);
         }
         let mut problem = Problem { system, constraints, work };
-        let (newton, predictor) = (&mut self.newton, &mut self.predictor);
-        let report = solve_step(newton, predictor, step, &mut problem, &mut self.x)?;
+        let (newton, history) = (&mut self.newton, &mut state.history);
+        let report = solve_step(newton, history, step, &mut problem, &mut self.x)?;
         state.move_to_end(system, &self.work.s);
         Ok(report)
     }
 
     fn interval(&self) -> &Interval {
         &self.work.s
+    }
+
+    fn interval_mut(&mut self) -> &mut Interval {
+        &mut self.work.s
     }
 
     fn condition(&mut self, _system: &S, _constraints: &C) -> Option<Condition> {
@@ -214,9 +217,5 @@ impl<S: MechanicalSystem, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> fo
         written.rows_mut(0, d).scale_mut(1.0 / h);
         let as_written = condition_number(&written);
         Some(Condition { as_written, scaled: condition_number(scaled) })
-    }
-
-    fn reset(&mut self) {
-        self.predictor.clear();
     }
 }

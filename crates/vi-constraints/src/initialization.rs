@@ -14,6 +14,7 @@
 use crate::constraints::Constraints;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use serde::{Deserialize, Serialize};
+use vi_core::Configuration;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::linear::norm_inf;
 use vi_core::sparse::Entries;
@@ -77,7 +78,7 @@ pub fn start(
     let (n, m) = (constraints.dim(), constraints.len());
     let mut report = StartReport::default();
     let mut g = vec![0.0; m];
-    constraints.value(t, q, &mut g);
+    constraints.value(Configuration::new(t, q), &mut g);
     report.position_residual = norm_inf(&g);
     let mut q0 = q.to_vec();
     let floor = 1e-14 * (1.0 + norm_inf(q)).powi(2);
@@ -129,7 +130,7 @@ fn closest(
     let mut q = target.to_vec();
     let mut residual = f64::INFINITY;
     for _ in 0..MAX_ITERATIONS {
-        constraints.value(t, &q, &mut g);
+        constraints.value(Configuration::new(t, &q), &mut g);
         residual = norm_inf(&g);
         if !residual.is_finite() {
             break;
@@ -154,7 +155,7 @@ fn closest(
         let moved = distance(&next, &q);
         q = next;
         if residual <= floor && moved <= 1e-12 * (1.0 + norm_inf(&q)) {
-            constraints.value(t, &q, &mut g);
+            constraints.value(Configuration::new(t, &q), &mut g);
             return Ok(q);
         }
     }

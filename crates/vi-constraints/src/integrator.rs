@@ -35,30 +35,74 @@ use crate::reparametrization::{DenseNodal, Reparametrization};
 use crate::saddle_point::IndependentRows;
 use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep};
 use crate::tangent_space::TangentSpace;
-use std::rc::Rc;
+use std::sync::Arc;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_core::state::State;
-use vi_core::trajectory::Sink;
 
 /// A running integration: macro steps of one scheme at one order.
+///
+/// The bits of every later step are a function of what it was made from and of its [`State`]:
+/// [`Integrator::resume`] continues a motion from a state that was stored.
 pub struct Integrator<S, C> {
     system: S,
-    constraints: Rc<C>,
+    constraints: Arc<C>,
     scheme: Box<dyn Scheme<S, C>>,
     observer: NodeObserver,
     start_observer: Option<NodeObserver>, // where the start has fewer independent constraints
     rows: IndependentRows,
     gammas: Vec<f64>,
     step: f64,
-    t0: f64,
-    macro_steps: u64,
+    origin: Origin,
     state: State,
     before: State, // the node the last macro step started from
     start: StartReport,
     initial_velocity: Vec<f64>,
     watch: ClosureWatch,
+}
+
+/// The node from which time is counted: `t_n = t + (n − step) h`, not the sum of rounded steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Origin {
+    /// Its time, s.
+    pub t: f64,
+    /// Its number.
+    pub step: u64,
+}
+
+impl Origin {
+    /// `t_{n+1}` without a sum of rounding errors, for steps of length `h` (s).
+    #[must_use]
+    pub fn next_time(self, n: u64, h: f64) -> f64 {
+        self.t + (n + 1 - self.step) as f64 * h
+    }
+
+    /// The origin after a motion continues from `next` instead of `present`.
+    ///
+    /// # Errors
+    /// [`ResumeError`] where `next` is no state of the same system.
+    pub fn resume(self, present: &State, next: &State, h: f64) -> Result<Self, ResumeError> {
+        for (what, found, expected) in [
+            ("q", next.q.len(), present.q.len()),
+            ("p", next.p.len(), present.p.len()),
+            ("v", next.v.len(), present.v.len()),
+            ("the angles", next.angles.len(), present.angles.len()),
+            ("the compensation of q", next.compensation.q.len(), present.compensation.q.len()),
+            ("the compensation of v", next.compensation.v.len(), present.compensation.v.len()),
+        ] {
+            if found != expected {
+                return Err(ResumeError::Shape { what, found, expected });
+            }
+        }
+        let vectors = [&next.q, &next.p, &next.v, &next.angles];
+        if !(next.t.is_finite() && vectors.iter().all(|x| x.iter().all(|x| x.is_finite()))) {
+            return Err(ResumeError::NotFinite);
+        }
+        let counts = next.step >= self.step
+            && (self.t + (next.step - self.step) as f64 * h).to_bits() == next.t.to_bits();
+        Ok(if counts { self } else { Self { t: next.t, step: next.step } })
+    }
 }
 
 /// Newton's work in one macro step.
@@ -87,23 +131,23 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         options: Options,
         at: Start<'_>,
     ) -> Result<Self, SetupError> {
-        let constraints = Rc::new(constraints);
+        let constraints = Arc::new(constraints);
         let (n, m) = (constraints.dim(), constraints.len());
         check_shapes(&system, &*constraints, at)?;
         let rows = IndependentRows::find_generic(&*constraints, at.0, at.1)?;
-        let lanes = options.gammas.len();
+        let sub_steps = options.gammas.len();
         let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
             SchemeKind::Constrained => {
-                Box::new(Constrained::new(n, rows.clone(), m, options.newton, lanes))
+                Box::new(Constrained::new(n, rows.clone(), m, options.newton, sub_steps))
             }
             SchemeKind::Dalembert => {
                 let source = QrSource::new(n, m, rows.len());
-                Box::new(Dalembert::new(n, (rows.clone(), m), source, options.newton, lanes))
+                Box::new(Dalembert::new(n, (rows.clone(), m), source, options.newton, sub_steps))
             }
             SchemeKind::Nodal | SchemeKind::Reduced => {
                 let operators = TangentSpace::new(constraints.clone(), &rows);
                 let (reduced, d) = (options.scheme == SchemeKind::Reduced, operators.dof());
-                Box::new(Nodal::new(operators, (n, d), reduced, options.newton, lanes))
+                Box::new(Nodal::new(operators, (n, d), reduced, options.newton, sub_steps))
             }
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
@@ -127,17 +171,17 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
             let what = "the increment u of the reparametrization";
             return Err(SetupError::Shape { what, found: d, expected: n - rows.len() });
         }
-        let (lanes, newton) = (options.gammas.len(), options.newton);
+        let (sub_steps, newton) = (options.gammas.len(), options.newton);
         let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
             SchemeKind::Constrained => {
-                Box::new(Constrained::new(n, rows.clone(), m, newton, lanes))
+                Box::new(Constrained::new(n, rows.clone(), m, newton, sub_steps))
             }
             SchemeKind::Dalembert => {
-                Box::new(Dalembert::new(n, (rows.clone(), m), MapSource(map), newton, lanes))
+                Box::new(Dalembert::new(n, (rows.clone(), m), MapSource(map), newton, sub_steps))
             }
             SchemeKind::Nodal | SchemeKind::Reduced => {
                 let reduced = options.scheme == SchemeKind::Reduced;
-                Box::new(Nodal::new(DenseNodal::new(n, map), (n, d), reduced, newton, lanes))
+                Box::new(Nodal::new(DenseNodal::new(n, map), (n, d), reduced, newton, sub_steps))
             }
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
@@ -149,12 +193,12 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// [`SetupError`].
     pub fn with_scheme(
         system: S,
-        constraints: impl Into<Rc<C>>,
+        constraints: impl Into<Arc<C>>,
         (scheme, rows): (Box<dyn Scheme<S, C>>, IndependentRows),
         options: Options,
         at: Start<'_>,
     ) -> Result<Self, SetupError> {
-        let constraints: Rc<C> = constraints.into();
+        let constraints: Arc<C> = constraints.into();
         if !(options.step.is_finite() && options.step != 0.0) {
             return Err(SetupError::Step(options.step));
         }
@@ -163,13 +207,13 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
             return Err(SetupError::DissipativeComposition);
         }
         check_shapes(&system, &*constraints, at)?;
-        let (state, initial_velocity, report) =
+        let (mut state, initial_velocity, report) =
             start(&system, &*constraints, &rows, at.0, (at.1, at.2))?;
-        system.accept(&state.q);
-        constraints.accept(&state.q);
+        state.angles = vec![0.0; constraints.angle_count()];
+        constraints.unwrap_angles(&state.q, &mut state.angles);
         let observer = NodeObserver::new(&system, constraints.len(), &rows);
-        let start_at = (state.t, &state.q[..]);
-        let watch = ClosureWatch::new(&*constraints, start_at, options.newton.tolerance);
+        let watch =
+            ClosureWatch::new(&*constraints, state.configuration(), options.newton.tolerance);
         Ok(Self {
             system,
             constraints,
@@ -179,8 +223,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
             rows,
             gammas: options.gammas,
             step: options.step,
-            t0: at.0,
-            macro_steps: 0,
+            origin: Origin { t: at.0, step: 0 },
             before: state.clone(),
             state,
             start: report,
@@ -195,14 +238,14 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// # Errors
     /// [`SetupError::Contradiction`].
     pub fn consistent(self) -> Result<Self, SetupError> {
-        let at = (self.state.t, &self.state.q[..], &self.initial_velocity[..]);
+        let at = (self.state.configuration(), &self.initial_velocity[..]);
         match contradiction(&*self.constraints, &self.rows, at) {
             Some(found) => Err(found.into()),
             None => Ok(self),
         }
     }
 
-    /// The start is a singular placement in which only `rows` are independent; `report` is of the
+    /// The start is a singular configuration in which only `rows` are independent; `report` is of the
     /// projection that was made with them.
     #[must_use]
     pub fn starting_singular(mut self, rows: &IndependentRows, report: StartReport) -> Self {
@@ -227,43 +270,47 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         &mut self,
         each: &mut dyn FnMut(&S, &C, &Interval),
     ) -> Result<StepReport, StepError> {
-        copy(&self.state, &mut self.before);
+        self.before.copy_from(&self.state);
+        let taken = self.take_sub_steps(each);
+        if taken.is_err() {
+            self.state.copy_from(&self.before);
+        }
+        taken
+    }
+
+    fn take_sub_steps(
+        &mut self,
+        each: &mut dyn FnMut(&S, &C, &Interval),
+    ) -> Result<StepReport, StepError> {
         let mut total = StepReport { sub_steps: self.gammas.len(), ..StepReport::default() };
-        let next = self.t0 + (self.macro_steps + 1) as f64 * self.step; // no sum of round-offs
-        for (lane, gamma) in self.gammas.iter().enumerate() {
+        let (step, next) = (self.state.step + 1, self.origin.next_time(self.state.step, self.step));
+        let Self { system, constraints, scheme, state, .. } = self;
+        for (index, gamma) in self.gammas.iter().enumerate() {
             let h = gamma * self.step;
-            let t_end = if lane + 1 == self.gammas.len() { next } else { self.state.t + h };
-            let sub_step = SubStep { lane, h, t_end };
-            let advance =
-                self.scheme.advance(&self.system, &self.constraints, sub_step, &mut self.state);
-            match advance {
-                Ok(report) => {
-                    each(&self.system, &self.constraints, self.scheme.interval());
-                    self.system.accept(&self.state.q);
-                    self.constraints.accept(&self.state.q);
-                    total.iterations += report.iterations;
-                    total.residual = total.residual.max(report.residual);
-                }
-                Err(error) => {
-                    self.take_back();
-                    return Err(error);
-                }
-            }
+            let t_end = if index + 1 == self.gammas.len() { next } else { state.t + h };
+            let report = scheme.advance(system, constraints, SubStep { index, h, t_end }, state)?;
+            constraints.unwrap_angles(&state.q, &mut state.angles);
+            each(system, constraints, scheme.interval());
+            total.iterations += report.iterations;
+            total.residual = total.residual.max(report.residual);
         }
-        if let Err(error) = self.watch.check(&*self.constraints, self.state.t, &self.state.q) {
-            self.take_back();
-            self.scheme.reset();
-            return Err(error);
-        }
-        self.macro_steps += 1;
-        self.state.step = self.macro_steps;
+        self.watch.check(&**constraints, state.configuration())?;
+        state.step = step;
         Ok(total)
     }
 
-    fn take_back(&mut self) {
-        copy(&self.before, &mut self.state);
-        self.system.accept(&self.state.q);
-        self.constraints.accept(&self.state.q);
+    /// Continues from a state of this motion, for example one that was stored: the next steps are, bit for
+    /// bit, those that the integration which it comes from would have taken.
+    ///
+    /// # Errors
+    /// [`ResumeError`]; the state is then what it was.
+    pub fn resume(&mut self, state: State) -> Result<(), ResumeError> {
+        let origin = self.origin.resume(&self.state, &state, self.step)?;
+        self.watch.check(&*self.constraints, state.configuration())?;
+        self.origin = origin;
+        self.before.copy_from(&state);
+        self.state = state;
+        Ok(())
     }
 
     /// The quantities of the node that the last macro step has left (the node before the state's).
@@ -274,31 +321,36 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         let Self { observer, start_observer, system, constraints, before, scheme, .. } = self;
         let observer = observer_at(before, observer, start_observer);
         if self.gammas.len() > 1 {
-            return observer.observe_state(system, &**constraints, before.t, &before.q, &before.p);
+            return observer.observe_state(
+                system,
+                &**constraints,
+                before.configuration(),
+                &before.p,
+            );
         }
         observer.observe(system, &**constraints, scheme.interval(), &before.p, before.step == 0)
     }
 
-    /// The quantities of the current node. At order 2 most of them belong to the step that starts
-    /// here: it is taken, and taken back.
+    /// The quantities of the current node. At order 2 most of them belong to the step that starts here: it is
+    /// taken on a copy of the state.
     ///
     /// # Errors
     /// [`ObserveError`] when that step fails or the constraints have lost rank.
     pub fn observe(&mut self) -> Result<&Node, ObserveError> {
         if self.gammas.len() > 1 {
-            let Self { observer, start_observer, system, constraints, state, .. } = self;
-            let observer = observer_at(state, observer, start_observer);
-            let (t, q, p) = (state.t, &state.q, &state.p);
-            return Ok(observer.observe_state(system, &**constraints, t, q, p)?);
+            return Ok(self.observe_state()?);
         }
-        let kept = (self.before.clone(), self.macro_steps);
-        self.step()?;
-        let outcome = self.node_before().map(|_| ());
-        self.take_back();
-        (self.before, self.macro_steps) = kept;
-        self.scheme.reset();
-        outcome?;
-        Ok(observer_at(&self.state, &mut self.observer, &mut self.start_observer).node())
+        let (mut next, last) = (self.state.clone(), self.scheme.interval().clone());
+        let t_end = self.origin.next_time(self.state.step, self.step);
+        let Self { observer, start_observer, system, constraints, state, scheme, watch, .. } = self;
+        let sub_step = SubStep { index: 0, h: self.gammas[0] * self.step, t_end };
+        let trial = scheme
+            .advance(system, constraints, sub_step, &mut next)
+            .and_then(|_| watch.check(&**constraints, next.configuration()));
+        let s = std::mem::replace(scheme.interval_mut(), last);
+        trial?;
+        let observer = observer_at(state, observer, start_observer);
+        Ok(observer.observe(system, &**constraints, &s, &state.p, state.step == 0)?)
     }
 
     /// What can be said of the current node without a step from there: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`.
@@ -308,7 +360,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     pub fn observe_state(&mut self) -> Result<&Node, Singular> {
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let observer = observer_at(state, observer, start_observer);
-        observer.observe_state(system, &**constraints, state.t, &state.q, &state.p)
+        observer.observe_state(system, &**constraints, state.configuration(), &state.p)
     }
 
     /// The acceleration-level multiplier at the current node, with the velocity of the projected
@@ -319,39 +371,20 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     pub fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let observer = observer_at(state, observer, start_observer);
-        let (t, q, p) = (state.t, &state.q[..], &state.p);
-        let v = observer.observe_state(system, &**constraints, t, q, p)?.v.clone();
+        let at = state.configuration();
+        let v = observer.observe_state(system, &**constraints, at, &state.p)?.v.clone();
         let mut lambda = vec![0.0; constraints.len()];
-        observer.acceleration_multiplier(system, &**constraints, (t, q, &v), &mut lambda)?;
+        observer.acceleration_multiplier(system, &**constraints, (at, &v), &mut lambda)?;
         Ok(lambda)
-    }
-
-    /// Takes `steps` macro steps; the states of the start, of every `every`-th step and of the end go
-    /// to the sink.
-    ///
-    /// # Errors
-    /// [`RunError`]; the sink then has every state up to the refused step.
-    pub fn run<K: Sink<State>>(
-        &mut self,
-        (steps, every): (u64, u64),
-        sink: &mut K,
-    ) -> Result<(), RunError<K::Error>> {
-        sink.record(&self.state).map_err(RunError::Sink)?;
-        for n in 1..=steps {
-            self.step()?;
-            if n.is_multiple_of(every.max(1)) || n == steps {
-                sink.record(&self.state).map_err(RunError::Sink)?;
-            }
-        }
-        Ok(())
     }
 
     /// Reverses the direction of time; the next step retraces the last one.
     pub fn reverse(&mut self) {
         self.step = -self.step;
-        self.t0 = self.state.t;
-        self.macro_steps = 0;
-        self.scheme.reset();
+        self.origin = Origin { t: self.state.t, step: self.state.step };
+        self.state.history.clear();
+        self.state.compensation.balance.fill(0.0);
+        self.state.memory.last = None;
     }
 
     /// The current state.
@@ -414,15 +447,26 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     }
 }
 
-/// Why a run ended early.
+/// Why a motion cannot be continued from a state.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RunError<E> {
-    /// A step was refused; the integrator stands before it.
+#[non_exhaustive]
+pub enum ResumeError {
+    /// It is the state of another system.
+    #[error("{what} of the state has {found} entries where {expected} are needed")]
+    Shape {
+        /// Which vector.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// The right length.
+        expected: usize,
+    },
+    /// It holds a number that is not finite.
+    #[error("the state holds a number that is not finite")]
+    NotFinite,
+    /// It does not satisfy the constraints.
     #[error(transparent)]
-    Step(#[from] StepError),
-    /// The sink refused a state.
-    #[error("the sink refused a state")]
-    Sink(E),
+    Violated(#[from] StepError),
 }
 
 /// Why a node could not be observed.
@@ -446,12 +490,6 @@ fn observer_at<'a>(
         Some(own) if node.step == 0 => own,
         _ => observer,
     }
-}
-
-fn copy(from: &State, to: &mut State) {
-    (to.step, to.t) = (from.step, from.t);
-    to.q.copy_from_slice(&from.q);
-    to.p.copy_from_slice(&from.p);
 }
 
 fn check_shapes(

@@ -30,11 +30,12 @@ pub use error::LegendreError;
 
 use crate::constraints::Constraints;
 use crate::null_space::null_space_at;
-use crate::projection::{At, Projections, hamiltonian};
+use crate::projection::{Projections, hamiltonian};
 use crate::reparametrization::pull_back;
 use crate::saddle_point::IndependentRows;
 use error::{Result, finite, meet, shape, step};
 use nalgebra::DMatrix;
+use vi_core::Configuration;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::legendre::{Energies, p_minus, p_plus};
@@ -47,7 +48,7 @@ use vi_core::legendre::{Energies, p_minus, p_plus};
 /// The pendulum of LMO08 §3.1 without gravity, `q_n = (cos nΔ, sin nΔ)` with `sin Δ = h`:
 /// ```
 /// use vi_constraints::{ConstraintFn, LegendreTransforms};
-/// use vi_core::{Interval, SeparableSystem};
+/// use vi_core::{Configuration, Interval, SeparableSystem};
 ///
 /// let system = SeparableSystem::with_diagonal_mass(&[1.0, 1.0]);
 /// let rod = ConstraintFn::new(2, 1,
@@ -57,7 +58,7 @@ use vi_core::legendre::{Energies, p_minus, p_plus};
 /// let q = |n: i32| [(f64::from(n) * h.asin()).cos(), (f64::from(n) * h.asin()).sin()];
 /// let (before, after) = (Interval::between(0.0, h, &q(0), &q(1)), Interval::between(h, h, &q(1), &q(2)));
 ///
-/// let mut legendre = LegendreTransforms::new(&system, &rod, (h, &q(1)))?;
+/// let mut legendre = LegendreTransforms::new(&system, &rod, Configuration::new(h, &q(1)))?;
 /// let lambda = legendre.multiplier(&before, &after)?;                                  // (36)
 /// assert!((lambda[0] - 2.0 * (1.0 - (1.0 - h * h).sqrt()) / (h * h)).abs() < 1e-14);
 /// let (minus, plus) =
@@ -65,7 +66,7 @@ use vi_core::legendre::{Energies, p_minus, p_plus};
 /// for i in 0..2 {
 ///     assert!((minus[i] - plus[i]).abs() < 1e-14);                                     // (34) = (35)
 /// }
-/// let energy = legendre.hamiltonian(&q(1), &minus)?.expect("M is regular");            // (53)
+/// let energy = legendre.hamiltonian(Configuration::new(h, &q(1)), &minus)?.expect("M is regular");            // (53)
 /// assert!((energy.kinetic - 0.5).abs() < 1e-14 && energy.potential == 0.0);
 /// # Ok::<(), vi_constraints::legendre::LegendreError>(())
 /// ```
@@ -82,11 +83,11 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError::Shape`], [`LegendreError::NotFinite`].
-    pub fn new(system: &'a S, constraints: &'a C, (t, q): At<'_>) -> Result<Self> {
-        shape("q", q.len(), system.dim())?;
+    pub fn new(system: &'a S, constraints: &'a C, at: Configuration<'_>) -> Result<Self> {
+        shape("q", at.q.len(), system.dim())?;
         shape("the argument of the constraints", constraints.dim(), system.dim())?;
-        finite("the configuration", q)?;
-        Self::with_rows(system, constraints, &IndependentRows::find(constraints, t, q))
+        finite("the configuration", at.q)?;
+        Self::with_rows(system, constraints, &IndependentRows::find(constraints, at.t, at.q))
     }
 
     /// With an independent set of constraints that the caller knows.
@@ -105,7 +106,7 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     /// # Errors
     /// [`LegendreError`].
     pub fn multiplier(&mut self, before: &Interval, after: &Interval) -> Result<Vec<f64>> {
-        self.accept(before)?;
+        self.check(before)?;
         meet(before, after)?;
         self.multiplier_after(&self.p_plus(before)?, after, 0.5 * (before.h + after.h))
     }
@@ -123,7 +124,7 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     fn multiplier_after(&mut self, p: &[f64], after: &Interval, weight: f64) -> Result<Vec<f64>> {
         let minus = self.p_minus(after)?;
         let w: Vec<f64> = p.iter().zip(&minus).map(|(p, minus)| p - minus).collect();
-        self.r_d_transposed((after.t, &after.q0), weight, &w) // (36), (47)
+        self.r_d_transposed(after.start(), weight, &w) // (36), (47)
     }
 
     /// `R_dᵀ w` (37), (38) with `G_d = h G(q)`, shape `m`; of minimum norm where constraints are
@@ -131,9 +132,9 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn r_d_transposed(&mut self, at: At<'_>, h: f64, w: &[f64]) -> Result<Vec<f64>> {
+    pub fn r_d_transposed(&mut self, at: Configuration<'_>, h: f64, w: &[f64]) -> Result<Vec<f64>> {
         step(h)?;
-        self.accept_vectors(at.1, w)?;
+        self.check_vectors(at.q, w)?;
         let (mut lambda, mut force) = (vec![0.0; self.constraints.len()], vec![0.0; w.len()]);
         self.projections.multiplier(self.constraints, at, w, h, (&mut lambda, &mut force))?;
         finite("the multiplier", &lambda)?;
@@ -144,10 +145,10 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn constraint_force(&mut self, at: At<'_>, lambda: &[f64]) -> Result<Vec<f64>> {
+    pub fn constraint_force(&mut self, at: Configuration<'_>, lambda: &[f64]) -> Result<Vec<f64>> {
         shape("λ", lambda.len(), self.constraints.len())?;
-        shape("q", at.1.len(), self.system.dim())?;
-        let mut force = vec![0.0; at.1.len()];
+        shape("q", at.q.len(), self.system.dim())?;
+        let mut force = vec![0.0; at.q.len()];
         self.projections.jacobian(self.constraints, at).tr_mul_add(1.0, lambda, &mut force);
         finite("the constraint force", &force)?;
         Ok(force)
@@ -159,7 +160,7 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     /// [`LegendreError`].
     pub fn momentum_minus(&mut self, after: &Interval, lambda: &[f64]) -> Result<Vec<f64>> {
         let mut p = self.p_minus(after)?;
-        let force = self.constraint_force((after.t, &after.q0), lambda)?;
+        let force = self.constraint_force(after.start(), lambda)?;
         add_constraint_impulse(0.5 * after.h, &force, &mut p); // (34)
         finite("the momentum", &p)?;
         Ok(p)
@@ -171,7 +172,7 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     /// [`LegendreError`].
     pub fn momentum_plus(&mut self, before: &Interval, lambda: &[f64]) -> Result<Vec<f64>> {
         let mut p = self.p_plus(before)?;
-        let force = self.constraint_force((before.t_end(), &before.q1), lambda)?;
+        let force = self.constraint_force(before.end(), lambda)?;
         add_constraint_impulse(-0.5 * before.h, &force, &mut p); // (35)
         finite("the momentum", &p)?;
         Ok(p)
@@ -181,8 +182,8 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn project(&mut self, at: At<'_>, p: &[f64]) -> Result<Vec<f64>> {
-        self.accept_vectors(at.1, p)?;
+    pub fn project(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Vec<f64>> {
+        self.check_vectors(at.q, p)?;
         let mut out = vec![0.0; p.len()];
         self.projections.project((self.system, self.constraints), at, p, &mut out)?;
         finite("the projected momentum", &out)?;
@@ -193,7 +194,7 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn projection(&mut self, at: At<'_>) -> Result<DMatrix<f64>> {
+    pub fn projection(&mut self, at: Configuration<'_>) -> Result<DMatrix<f64>> {
         let n = self.system.dim();
         let (mut matrix, mut unit) = (DMatrix::zeros(n, n), vec![0.0; n]);
         for j in 0..n {
@@ -208,8 +209,8 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn velocity(&mut self, at: At<'_>, p: &[f64]) -> Result<Vec<f64>> {
-        self.accept_vectors(at.1, p)?;
+    pub fn velocity(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Vec<f64>> {
+        self.check_vectors(at.q, p)?;
         let mut v = vec![0.0; p.len()];
         self.projections.velocity((self.system, self.constraints), at, p, &mut v)?;
         finite("the velocity", &v)?;
@@ -217,7 +218,7 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     }
 
     /// `v̂` and `M v̂` of a momentum.
-    fn tangential(&mut self, at: At<'_>, p: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
+    fn tangential(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
         let v = self.velocity(at, p)?;
         let mut projected = vec![0.0; v.len()];
         self.system.mass().mul_add(1.0, &v, &mut projected);
@@ -230,7 +231,7 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     /// [`LegendreError`].
     pub fn projected_momentum_minus(&mut self, after: &Interval) -> Result<Vec<f64>> {
         let p = self.p_minus(after)?;
-        Ok(self.tangential((after.t, &after.q0), &p)?.1) // (39)
+        Ok(self.tangential(after.start(), &p)?.1) // (39)
     }
 
     /// `ᵠp_n = Q (D_2 L_d(q_{n-1}, q_n) + f_d^+)` (40).
@@ -239,7 +240,7 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     /// [`LegendreError`].
     pub fn projected_momentum_plus(&mut self, before: &Interval) -> Result<Vec<f64>> {
         let p = self.p_plus(before)?;
-        Ok(self.tangential((before.t_end(), &before.q1), &p)?.1) // (40)
+        Ok(self.tangential(before.end(), &p)?.1) // (40)
     }
 
     /// A null space matrix `P(q)` by QR, orthonormal columns, shape `n × d`. Its columns may change
@@ -247,9 +248,9 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn null_space(&self, at: At<'_>) -> Result<DMatrix<f64>> {
-        self.accept_vectors(at.1, at.1)?;
-        Ok(null_space_at(self.constraints, at, self.rank))
+    pub fn null_space(&self, at: Configuration<'_>) -> Result<DMatrix<f64>> {
+        self.check_vectors(at.q, at.q)?;
+        Ok(null_space_at(self.constraints, (at.t, at.q), self.rank))
     }
 
     /// `ᴾp_n = −Pᵀ (D_1 L_d(q_n, q_{n+1}) + f_d^-)` (41), shape `d`, with `P = P(q_n)`, shape `n × d`.
@@ -282,7 +283,7 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     /// # Errors
     /// [`LegendreError`].
     pub fn discrete_energy(&self, s: &Interval) -> Result<Energies> {
-        self.accept(s)?;
+        self.check(s)?;
         let found = vi_core::legendre::discrete_energy(self.system, s); // (52)
         finite("the energy", &[found.kinetic, found.potential])?;
         Ok(found)
@@ -292,9 +293,9 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn hamiltonian(&mut self, q: &[f64], p: &[f64]) -> Result<Option<Energies>> {
-        self.accept_vectors(q, p)?;
-        let found = self.projections.hamiltonian(self.system, q, p, &mut vec![0.0; p.len()])?; // (53)
+    pub fn hamiltonian(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Option<Energies>> {
+        self.check_vectors(at.q, p)?;
+        let found = self.projections.hamiltonian(self.system, at, p, &mut vec![0.0; p.len()])?; // (53)
         found.iter().try_for_each(|e| finite("the energy", &[e.kinetic, e.potential]))?;
         Ok(found)
     }
@@ -304,16 +305,16 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
     ///
     /// # Errors
     /// [`LegendreError`].
-    pub fn projected_hamiltonian(&mut self, at: At<'_>, p: &[f64]) -> Result<Energies> {
+    pub fn projected_hamiltonian(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Energies> {
         let (v, projected) = self.tangential(at, p)?;
-        let found = hamiltonian(self.system, at.1, (&v, &projected)); // (53)
+        let found = hamiltonian(self.system, at, (&v, &projected)); // (53)
         finite("the energy", &[found.kinetic, found.potential])?;
         Ok(found)
     }
 
     /// `−D_1 L_d − f_d^-`.
     fn p_minus(&self, s: &Interval) -> Result<Vec<f64>> {
-        self.accept(s)?;
+        self.check(s)?;
         let mut p = vec![0.0; s.dim()];
         p_minus(self.system, s, &mut p);
         finite("D_1 L_d + f_d^-", &p)?;
@@ -322,19 +323,19 @@ impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
 
     /// `D_2 L_d + f_d^+`.
     fn p_plus(&self, s: &Interval) -> Result<Vec<f64>> {
-        self.accept(s)?;
+        self.check(s)?;
         let mut p = vec![0.0; s.dim()];
         p_plus(self.system, s, &mut p);
         finite("D_2 L_d + f_d^+", &p)?;
         Ok(p)
     }
 
-    fn accept(&self, s: &Interval) -> Result<()> {
+    fn check(&self, s: &Interval) -> Result<()> {
         shape("the interval", s.dim(), self.system.dim())?;
         step(s.h)
     }
 
-    fn accept_vectors(&self, q: &[f64], p: &[f64]) -> Result<()> {
+    fn check_vectors(&self, q: &[f64], p: &[f64]) -> Result<()> {
         shape("q", q.len(), self.system.dim())?;
         shape("the vector", p.len(), self.system.dim())?;
         finite("the configuration", q)?;

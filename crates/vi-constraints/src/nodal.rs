@@ -8,20 +8,20 @@
 //! the tangent space at `q_n` too, so the roots are the same. Its first step has no last one and
 //! takes `P(q_0)`.
 //!
-//! No `u` in its format balances exactly; what is left of a balance belongs to the momentum `p̄_{n+1}` and is handed
-//! to the next one. The momentum maps then change by what rounding makes of `q`, which is carried, too.
+//! The rounding error of the momentum balance is carried to the next step, as is that of `q` (compensated
+//! stepping, [`vi_core::state::Compensation`]).
 //!
 //! The constraints hold by construction; no derivative of `P` appears; the condition number does not
 //! depend on `h`. Written against [`NodalOperators`], so trees solve it in linear time.
 
-use crate::reparametrization::NodalOperators;
+use crate::reparametrization::{LastStep, NodalOperators};
 use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep, solve_step};
 use nalgebra::DMatrix;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
-use vi_core::predictor::Predictor;
+use vi_core::sparse::Entries;
 use vi_core::state::State;
 
 /// The nodal scheme, or with `reduced` the reduced variational scheme.
@@ -29,18 +29,17 @@ pub struct Nodal<O> {
     operators: O,
     reduced: bool,
     newton: Newton,
-    predictor: Predictor,
+    sub_steps: usize,
     u: Vec<f64>,             // d
-    last: Option<Vec<f64>>,  // d  u_{n-1}, when the last interval ends at the current node
     first: Option<Vec<f64>>, // d  ν(0), where the first step cannot start from u = 0
     work: Work,
 }
 
 struct Work {
     s: Interval,
-    p: Vec<f64>,       // n  p̄_n
-    bracket: Vec<f64>, // n  p̄_n + D_1 L_d + f_d^-
-    left: Vec<f64>,    // d  what the last step has left of its balance
+    p: Vec<f64>,        // n  p̄_n
+    residual: Vec<f64>, // n  p̄_n + D_1 L_d + f_d^-
+    carried: Vec<f64>,  // d  residual of the last balance
 }
 
 struct Problem<'a, S, O> {
@@ -57,21 +56,16 @@ impl<O> Nodal<O> {
         (n, d): (usize, usize),
         reduced: bool,
         settings: NewtonSettings,
-        lanes: usize,
+        sub_steps: usize,
     ) -> Self {
-        let work = Work {
-            s: Interval::new(n),
-            p: vec![0.0; n],
-            bracket: vec![0.0; n],
-            left: vec![0.0; d],
-        };
-        let (newton, predictor) = (Newton::new(d, settings), Predictor::new(d, lanes));
-        let u = vec![0.0; d];
-        Self { operators, reduced, newton, predictor, u, last: None, first: None, work }
+        let zeros = |k: usize| vec![0.0; k];
+        let work = Work { s: Interval::new(n), p: zeros(n), residual: zeros(n), carried: zeros(d) };
+        let newton = Newton::new(d, settings);
+        Self { operators, reduced, newton, sub_steps, u: zeros(d), first: None, work }
     }
 
-    /// Newton's method of the first step starts from `h ν`: at a singular placement `u = 0` is no
-    /// start value.
+    /// Newton's method of the first step starts from `h ν`: at a singular configuration `u = 0` is no
+    /// initial guess.
     #[must_use]
     pub fn starting_with(mut self, rates: Vec<f64>) -> Self {
         self.first = Some(rates);
@@ -89,26 +83,25 @@ impl<O> Nodal<O> {
     }
 }
 
-impl<S: MechanicalSystem, O: NodalOperators<S>> NewtonProblem for Problem<'_, S, O> {
+impl<S: MechanicalSystem, O: NodalOperators> NewtonProblem for Problem<'_, S, O> {
     fn blocks(&self) -> &[Block] {
         self.operators.blocks()
     }
 
     fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
-        let work = &mut *self.work;
-        self.operators.reparametrize(x, &mut work.s)?;
-        self.system.forced_d1(&work.s, &mut work.bracket);
-        for (b, p) in work.bracket.iter_mut().zip(&work.p) {
-            *b += p;
-        }
-        self.operators.pull_back(&work.bracket, r); // (28)
-        r.iter_mut().zip(&work.left).for_each(|(r, left)| *r += left);
+        let Work { s, p, residual, carried } = &mut *self.work;
+        self.operators.reparametrize(x, s)?;
+        self.system.forced_d1(s, residual);
+        residual.iter_mut().zip(p).for_each(|(r, p)| *r += *p);
+        self.operators.pull_back(residual, r); // (28)
+        r.iter_mut().zip(carried).for_each(|(r, carried)| *r += *carried);
         self.operators.close(r);
         Ok(())
     }
 
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
-        self.operators.solve(self.system, x, &self.work.s, dx)
+        let s = &self.work.s;
+        self.operators.solve(&|out: &mut dyn Entries| self.system.forced_d2_d1(s, out), x, s, dx)
     }
 
     fn noise(&self) -> f64 {
@@ -116,7 +109,7 @@ impl<S: MechanicalSystem, O: NodalOperators<S>> NewtonProblem for Problem<'_, S,
     }
 }
 
-impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
+impl<S: MechanicalSystem, C, O: NodalOperators> Scheme<S, C> for Nodal<O> {
     fn kind(&self) -> SchemeKind {
         if self.reduced { SchemeKind::Reduced } else { SchemeKind::Nodal }
     }
@@ -128,38 +121,29 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
         step: SubStep,
         state: &mut State,
     ) -> Result<NewtonReport, StepError> {
-        let last = self.last.as_deref().filter(|_| self.reduced);
-        // the tangent of the last step must be taken before its interval is overwritten
-        let kept = last.is_some_and(|u| self.operators.keep_tangent(u, &self.work.s));
-        step.open(&mut self.work.s, state.t, &state.q);
-        self.work.p.copy_from_slice(&state.p);
-        self.operators.begin(system, &self.work.s, kept);
-        if let Some(rates) = self.first.as_ref().filter(|_| state.step == 0 && step.lane == 0) {
+        let Self { operators, reduced, newton, sub_steps, u, first, work } = self;
+        state.history.fit(u.len(), *sub_steps, 0..0);
+        state.compensation.balance.resize(u.len(), 0.0);
+        step.open(&mut work.s, state);
+        work.p.copy_from_slice(&state.p);
+        work.carried.copy_from_slice(&state.compensation.balance);
+        let last = state.memory.last.as_ref().zip(state.history.before(step.index));
+        let last = last.filter(|_| *reduced).map(|(s, u)| LastStep { u, s });
+        operators.begin(&work.s, &state.memory, last);
+        if let Some(rates) = first.as_ref().filter(|_| state.step == 0 && step.index == 0) {
             let increment: Vec<f64> = rates.iter().map(|rate| step.h * rate).collect();
-            self.predictor.remember(step.lane, step.h, &increment);
+            state.history.remember(step.index, step.h, false, &increment);
         }
-        let mut problem = Problem { system, operators: &mut self.operators, work: &mut self.work };
-        let (newton, predictor) = (&mut self.newton, &mut self.predictor);
-        let solved = solve_step(newton, predictor, step, &mut problem, &mut self.u);
-        let report = match solved {
-            Ok(report) => report,
-            Err(error) => {
-                // neither the interval nor what was left belongs to the last step any more
-                self.last = None;
-                self.work.left.fill(0.0);
-                return Err(error);
-            }
-        };
-        if self.reduced {
-            match &mut self.last {
-                Some(last) => last.copy_from_slice(&self.u),
-                None => self.last = Some(self.u.clone()),
-            }
+        let mut problem = Problem { system, operators, work };
+        let report = solve_step(newton, &mut state.history, step, &mut problem, u)?;
+        state.compensation.balance.copy_from_slice(newton.residual());
+        operators.carry_balance(&mut state.compensation.balance);
+        operators.remember(&mut state.memory);
+        if *reduced {
+            state.memory.keep(&work.s);
         }
-        self.work.left.copy_from_slice(self.newton.residual());
-        self.operators.keep_balance(&mut self.work.left);
-        state.move_to_end(system, &self.work.s);
-        self.operators.clean(state.t, &mut state.q);
+        state.move_to_configuration(&work.s, |t, q| operators.clean(t, q));
+        system.forced_d2(&work.s, &mut state.p);
         Ok(report)
     }
 
@@ -167,20 +151,19 @@ impl<S: MechanicalSystem, C, O: NodalOperators<S>> Scheme<S, C> for Nodal<O> {
         &self.work.s
     }
 
-    /// From the inverse, column by column: the operators may have no matrix. On closed loops the rows of
-    /// closure count among those of the matrix.
-    fn condition(&mut self, system: &S, _constraints: &C) -> Option<Condition> {
-        let d = self.u.len();
-        let mut inverse = DMatrix::identity(d, d);
-        for column in inverse.as_mut_slice().chunks_exact_mut(d.max(1)) {
-            self.operators.solve(system, &self.u, &self.work.s, column).ok()?;
-        }
-        Some(Condition::unscaled(condition_number(&inverse)))
+    fn interval_mut(&mut self) -> &mut Interval {
+        &mut self.work.s
     }
 
-    fn reset(&mut self) {
-        self.predictor.clear();
-        self.work.left.fill(0.0);
-        self.last = None;
+    /// From the inverse, column by column: the operators may have no matrix. On closed loops the rows of
+    /// their constraints count among those of the matrix.
+    fn condition(&mut self, system: &S, _constraints: &C) -> Option<Condition> {
+        let (d, s) = (self.u.len(), &self.work.s);
+        let mixed = |out: &mut dyn Entries| system.forced_d2_d1(s, out);
+        let mut inverse = DMatrix::identity(d, d);
+        for column in inverse.as_mut_slice().chunks_exact_mut(d.max(1)) {
+            self.operators.solve(&mixed, &self.u, s, column).ok()?;
+        }
+        Some(Condition::unscaled(condition_number(&inverse)))
     }
 }

@@ -11,6 +11,7 @@ use crate::constraints::Constraints;
 use crate::legendre::add_constraint_impulse;
 use crate::projection::{Projections, hamiltonian};
 use crate::saddle_point::IndependentRows;
+use vi_core::Configuration;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::legendre::{Energies, discrete_energy, p_minus};
@@ -100,20 +101,20 @@ impl NodeObserver {
         p: &[f64],
         first: bool,
     ) -> Result<&Node, Singular> {
-        self.observe_state(system, constraints, s.t, &s.q0, p)?;
+        self.observe_state(system, constraints, s.start(), p)?;
         self.multipliers(system, constraints, s, p, first)?;
         let node = &mut self.node;
         node.discrete_energy = discrete_energy(system, s); // (52)
         node.hamiltonian =
-            self.projections.hamiltonian(system, &s.q0, &node.p, &mut self.n_work)?; // (53)
+            self.projections.hamiltonian(system, s.start(), &node.p, &mut self.n_work)?; // (53)
         if node.hamiltonian.is_some() {
             constraints.time_derivative(s.t, &s.q0, &mut self.m_work);
-            let jacobian = self.projections.jacobian(constraints, (s.t, &s.q0));
+            let jacobian = self.projections.jacobian(constraints, s.start());
             jacobian.mul_add(1.0, &self.n_work, &mut self.m_work);
             node.momentum_residual = norm_inf(&self.m_work); // (46)
         }
         if constraints.is_rheonomic() {
-            constraints.value(s.t_end(), &s.q1, &mut self.m_work);
+            constraints.value(s.end(), &mut self.m_work);
             node.velocity_residual = norm_inf(&self.m_work) / s.h.abs();
         } else {
             let shape = (constraints.len(), s.dim());
@@ -136,21 +137,20 @@ impl NodeObserver {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        t: f64,
-        q: &[f64],
+        at: Configuration<'_>,
         p: &[f64],
     ) -> Result<&Node, Singular> {
-        let (node, at) = (&mut self.node, (t, q));
-        constraints.value(t, q, &mut self.m_work);
+        let node = &mut self.node;
+        constraints.value(at, &mut self.m_work);
         node.position_residual = norm_inf(&self.m_work);
 
         self.projections.velocity((system, constraints), at, p, &mut node.v)?;
         node.p_projected.fill(0.0);
         system.mass().mul_add(1.0, &node.v, &mut node.p_projected); // (40)
-        node.hamiltonian_projected = hamiltonian(system, q, (&node.v, &node.p_projected)); // (53)
+        node.hamiltonian_projected = hamiltonian(system, at, (&node.v, &node.p_projected)); // (53)
         node.hamiltonian = None;
         node.discrete_energy = node.hamiltonian_projected;
-        constraints.time_derivative(t, q, &mut self.m_work);
+        constraints.time_derivative(at.t, at.q, &mut self.m_work);
         self.projections.jacobian(constraints, at).mul_add(1.0, &node.v, &mut self.m_work);
         node.velocity_residual = norm_inf(&self.m_work);
         node.momentum_residual = node.velocity_residual;
@@ -171,8 +171,8 @@ impl NodeObserver {
             *w = p - p_n;
         }
         let weight = if first { 0.5 * s.h } else { s.h }; // (47) : (36)
-        let (at, found) = ((s.t, &s.q0[..]), (&mut lambda[..], &mut constraint_force[..]));
-        self.projections.multiplier(constraints, at, &self.n_work, weight, found)?;
+        let found = (&mut lambda[..], &mut constraint_force[..]);
+        self.projections.multiplier(constraints, s.start(), &self.n_work, weight, found)?;
         add_constraint_impulse(0.5 * s.h, constraint_force, p_n); // (34)
         Ok(())
     }
@@ -186,7 +186,7 @@ impl NodeObserver {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        at: (f64, &[f64], &[f64]),
+        at: (Configuration<'_>, &[f64]),
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
         self.projections.acceleration_multiplier((system, constraints), at, lambda)

@@ -9,7 +9,7 @@ use vi_core::composition::Composition;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::potential::LinearPotential;
-use vi_core::{Entries, SeparableSystem};
+use vi_core::{Configuration, Entries, SeparableSystem};
 
 struct Rod;
 impl Constraints for Rod {
@@ -19,7 +19,7 @@ impl Constraints for Rod {
     fn len(&self) -> usize {
         1
     }
-    fn value(&self, _t: f64, q: &[f64], out: &mut [f64]) {
+    fn value(&self, Configuration { q, .. }: Configuration<'_>, out: &mut [f64]) {
         out[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - 1.0);
     }
     fn jacobian(&self, _t: f64, q: &[f64], out: &mut dyn Entries) {
@@ -237,21 +237,61 @@ fn a_failed_step_leaves_the_state_alone() {
     assert!(failed, "a step of 5 s cannot go well for ever");
 }
 
+/// Every scheme: a motion goes on, bit for bit, from a state that was stored, in an integrator that is new and
+/// on another thread.
 #[test]
-fn a_run_hands_its_states_to_a_sink() {
-    let mut states: Vec<vi_core::State> = Vec::new();
-    let mut run = pendulum(9.81, Options::new(SchemeKind::Nodal, 0.1), 0.0);
-    run.run((25, 10), &mut states).unwrap();
-    let steps: Vec<u64> = states.iter().map(|state| state.step).collect();
-    assert_eq!(steps, [0, 10, 20, 25]);
-    let mut full = vi_core::trajectory::Each(
-        |state: &vi_core::State| {
-            if state.step < 28 { Ok(()) } else { Err("full") }
-        },
-    );
-    let refused = run.run((10, 1), &mut full);
-    assert_eq!(refused, Err(crate::integrator::RunError::Sink("full")));
-    assert_eq!(run.state().step, 28);
+fn a_stored_state_continues_bit_for_bit_on_another_thread() {
+    for (scheme, composition) in SchemeKind::ALL
+        .into_iter()
+        .flat_map(|scheme| [(scheme, Composition::Identity), (scheme, Composition::Suzuki5)])
+    {
+        let options = Options::new(scheme, 0.1).composition(composition);
+        let mut run = pendulum(9.81, options.clone(), 0.3);
+        (0..7).for_each(|_| assert!(run.step().is_ok()));
+        let stored = serde_json::to_string(run.state()).unwrap();
+        (0..20).for_each(|_| assert!(run.step().is_ok()));
+        let mut again = pendulum(9.81, options, 0.3);
+        again.resume(serde_json::from_str(&stored).unwrap()).unwrap();
+        let moved = std::thread::spawn(move || {
+            (0..20).for_each(|_| assert!(again.step().is_ok()));
+            again.state().clone()
+        });
+        assert_eq!(moved.join().unwrap(), *run.state(), "{scheme:?} {composition:?}");
+    }
+}
+
+#[test]
+fn a_state_of_another_motion_is_refused() {
+    let mut run = pendulum(9.81, Options::new(SchemeKind::Nodal, 0.1), 0.3);
+    let before = run.state().clone();
+    let with = |q: Vec<f64>| vi_core::State { q, ..before.clone() };
+    for (q, message) in [
+        (vec![1.0], "q of the state has 1 entries where 2 are needed"),
+        (vec![f64::NAN, 0.0], "not finite"),
+        (vec![2.0, 0.0], "constraint"),
+    ] {
+        let refused = run.resume(with(q)).unwrap_err().to_string();
+        println!("{refused}");
+        assert!(refused.contains(message), "{refused}");
+        assert_eq!(run.state(), &before);
+    }
+}
+
+/// Observing a node changes no bit of the steps after it.
+#[test]
+fn observing_changes_nothing() {
+    for scheme in SchemeKind::ALL {
+        let options = Options::new(scheme, 0.1);
+        let (mut seen, mut unseen) =
+            (pendulum(9.81, options.clone(), 0.3), pendulum(9.81, options, 0.3));
+        for _ in 0..20 {
+            seen.observe().unwrap();
+            seen.observe_state().unwrap();
+            seen.step().unwrap();
+            unseen.step().unwrap();
+        }
+        assert_eq!(seen.state(), unseen.state(), "{scheme:?}");
+    }
 }
 
 /// The tangent of a step against central differences of it, and the symplectic form.

@@ -15,13 +15,11 @@ use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use nalgebra::{DMatrix, DVector};
+use vi_core::Configuration;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::legendre::Energies;
 use vi_core::linear::{Singular, SparseLu};
 use vi_core::sparse::{Entries, SparseMatrix};
-
-/// Time and configuration of a node.
-pub type At<'a> = (f64, &'a [f64]);
 
 /// Applies `R_dᵀ`, `Q` and `M⁻¹`.
 pub struct Projections {
@@ -63,8 +61,12 @@ impl Projections {
     }
 
     /// `G(q)`, shape `m × n`.
-    pub fn jacobian(&mut self, constraints: &impl Constraints, (t, q): At<'_>) -> &SparseMatrix {
-        let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
+    pub fn jacobian(
+        &mut self,
+        constraints: &impl Constraints,
+        at: Configuration<'_>,
+    ) -> &SparseMatrix {
+        let emit = |out: &mut dyn Entries| constraints.jacobian(at.t, at.q, out);
         SparseMatrix::update(&mut self.jacobian, (constraints.len(), self.n), emit)
     }
 
@@ -76,7 +78,7 @@ impl Projections {
     pub fn multiplier(
         &mut self,
         constraints: &impl Constraints,
-        at: At<'_>,
+        at: Configuration<'_>,
         w: &[f64],
         weight: f64,
         (lambda, force): (&mut [f64], &mut [f64]),
@@ -85,7 +87,7 @@ impl Projections {
         self.m_work.fill(0.0);
         let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
         let right = (w, &self.m_work[..]);
-        self.identity_system.solve_at(constraints, &identity, at, right, &mut self.x)?;
+        self.identity_system.solve_at(constraints, &identity, (at.t, at.q), right, &mut self.x)?;
         let rows = self.identity_system.rows();
         rows.scatter(&self.x[n..], lambda);
         let scale = 1.0 / weight;
@@ -107,11 +109,11 @@ impl Projections {
     pub fn velocity(
         &mut self,
         (system, constraints): (&impl MechanicalSystem, &impl Constraints),
-        at: At<'_>,
+        at: Configuration<'_>,
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Singular> {
-        constraints.time_derivative(at.0, at.1, &mut self.m_work);
+        constraints.time_derivative(at.t, at.q, &mut self.m_work);
         self.m_work.iter_mut().for_each(|b| *b = -*b);
         self.solve_mass(system, constraints, at, p)?;
         v.copy_from_slice(&self.x[..self.n]);
@@ -125,7 +127,7 @@ impl Projections {
     pub fn project(
         &mut self,
         (system, constraints): (&impl MechanicalSystem, &impl Constraints),
-        at: At<'_>,
+        at: Configuration<'_>,
         w: &[f64],
         out: &mut [f64],
     ) -> Result<(), Singular> {
@@ -141,12 +143,12 @@ impl Projections {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        at: At<'_>,
+        at: Configuration<'_>,
         a: &[f64],
     ) -> Result<(), Singular> {
         let mass = |out: &mut dyn Entries| system.mass().emit(out);
         let right = (a, &self.m_work[..]);
-        self.mass_system.solve_at(constraints, &mass, at, right, &mut self.x)
+        self.mass_system.solve_at(constraints, &mass, (at.t, at.q), right, &mut self.x)
     }
 
     /// `H_d(q, p) = ½ pᵀ M⁻¹ p + V(q)`, J (53), and `v ← M⁻¹ p`; `None` when `M` is singular.
@@ -156,14 +158,14 @@ impl Projections {
     pub fn hamiltonian(
         &mut self,
         system: &impl MechanicalSystem,
-        q: &[f64],
+        at: Configuration<'_>,
         p: &[f64],
         v: &mut [f64],
     ) -> Result<Option<Energies>, Singular> {
         let Some(lu) = &mut self.mass_lu else { return Ok(None) };
         v.copy_from_slice(p);
         lu.solve(system.mass(), v)?;
-        Ok(Some(hamiltonian(system, q, (v, p))))
+        Ok(Some(hamiltonian(system, at, (v, p))))
     }
 
     /// The multiplier of the acceleration level at `(t, q)` with the velocity `v`; it has the order of
@@ -174,23 +176,23 @@ impl Projections {
     pub fn acceleration_multiplier(
         &mut self,
         (system, constraints): (&impl MechanicalSystem, &impl Constraints),
-        (t, q, v): (f64, &[f64], &[f64]),
+        (at, v): (Configuration<'_>, &[f64]),
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        constraints.acceleration_terms(t, q, v, &mut self.m_work);
+        constraints.acceleration_terms(at.t, at.q, v, &mut self.m_work);
         self.m_work.iter_mut().for_each(|b| *b = -*b);
         let mut force = std::mem::take(&mut self.n_work);
         force.fill(0.0);
-        system.add_potential_gradient(q, -1.0, &mut force);
-        system.add_force(t, q, v, &mut force);
-        let solved = self.solve_mass(system, constraints, (t, q), &force);
+        system.add_potential_gradient(at, -1.0, &mut force);
+        system.add_force(at, v, &mut force);
+        let solved = self.solve_mass(system, constraints, at, &force);
         self.n_work = force;
         solved?;
         let rows = self.mass_system.rows();
         rows.scatter(&self.x[self.n..], lambda);
         let rank = rows.len();
         if rank < constraints.len() {
-            minimum_norm(self.jacobian(constraints, (t, q)), rank, lambda);
+            minimum_norm(self.jacobian(constraints, at), rank, lambda);
         }
         Ok(())
     }
@@ -199,11 +201,11 @@ impl Projections {
 /// `½ vᵀ p + V(q)`, J: `H_d` (53) of a momentum with its velocity.
 pub fn hamiltonian(
     system: &impl MechanicalSystem,
-    q: &[f64],
+    at: Configuration<'_>,
     (v, p): (&[f64], &[f64]),
 ) -> Energies {
     let twice: f64 = v.iter().zip(p).map(|(v, p)| v * p).sum();
-    Energies { kinetic: 0.5 * twice, potential: system.potential_energy(q) }
+    Energies { kinetic: 0.5 * twice, potential: system.potential_energy(at) }
 }
 
 /// The multipliers of the least norm with the same force `Gᵀλ`: with `G = C G_s`, `G_s` the `rank` rows

@@ -11,14 +11,14 @@
 //! second.
 
 use nalgebra::DMatrix;
-use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault};
-use vi_core::sparse::SparseMatrix;
+use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::state::Memory;
 
 /// Local coordinates of the constraint manifold around each node, as dense matrices.
-pub trait Reparametrization {
+pub trait Reparametrization: Send {
     /// Degrees of freedom `d = n − rank G`.
     fn dof(&self) -> usize;
     /// Units and scales of the increments `u`.
@@ -39,20 +39,32 @@ pub trait Reparametrization {
     fn clean(&self, _t: f64, _q: &mut [f64]) {}
 }
 
+/// Emits a sparse matrix: always the same places in the same order.
+pub type Emission<'a> = dyn Fn(&mut dyn Entries) + 'a;
+
+/// Increment `u` and interval of a step.
+#[derive(Clone, Copy, Debug)]
+pub struct LastStep<'a> {
+    /// `u_{n-1}`, shape `d`.
+    pub u: &'a [f64],
+    /// `(q_{n-1}, q_n)`.
+    pub s: &'a Interval,
+}
+
 /// What the nodal scheme asks of a system, without matrices.
 ///
-/// Call order within a step: `begin`, then for each iteration `reparametrize`, `pull_back`, `solve`.
-pub trait NodalOperators<S> {
+/// Call order within a step: `begin`, then for each iteration `reparametrize`, `pull_back`, `solve`; `remember`
+/// when the step is taken.
+pub trait NodalOperators: Send {
     /// Degrees of freedom `d`.
     fn dof(&self) -> usize;
     /// Units and scales of the increments `u`.
     fn blocks(&self) -> &[Block];
-    /// Takes up the node `q_n = s.q0`: everything that depends on `P(q_n)` alone. With `kept`, the
-    /// tangent kept by [`NodalOperators::keep_tangent`] stands for `P(q_n)`.
-    fn begin(&mut self, system: &S, s: &Interval, kept: bool);
-    /// Keeps `∂F_d/∂u (u, s.q0)` of a step just taken, for the reduced scheme; `false` when these
-    /// operators cannot.
-    fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool;
+    /// Computes all that depends on `P(q_n)` alone, `q_n = s.q0`. With a `last` step, its `∂F_d/∂u` takes
+    /// the place of `P(q_n)` (30). `memory`: of [`NodalOperators::remember`] after the last step.
+    fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>);
+    /// Writes what the next node needs of this step beside `q_{n+1}`.
+    fn remember(&self, _memory: &mut Memory) {}
     /// Writes `s.q1`, `s.dq` and closes the interval.
     ///
     /// # Errors
@@ -60,16 +72,24 @@ pub trait NodalOperators<S> {
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
     /// `out ← P(q_n)ᵀ w`, shape `d`.
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]);
-    /// Makes the residual of a pulled back balance: where `u` has to close loops, too, their closure takes the place of
-    /// as many balances.
+    /// Makes the residual of a pulled back balance: where `u` has to close loops, too, their constraints take
+    /// the place of as many balances.
     fn close(&mut self, _r: &mut [f64]) {}
-    /// Keeps of the residual of a step what is left of balances and means the same at the next node.
-    fn keep_balance(&self, _r: &mut [f64]) {}
-    /// `x ← (P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u)⁻¹ x` at the last `reparametrize`d interval.
+    /// Sets those entries of the residual of a step to zero that are no balance, or mean something else at
+    /// the next node: the others are carried to it.
+    fn carry_balance(&self, _r: &mut [f64]) {}
+    /// `x ← (P(q_n)ᵀ K ∂F_d/∂u)⁻¹ x` at the last `reparametrize`d interval, with `K = D_2(D_1 L_d + f_d^-)`
+    /// as emitted.
     ///
     /// # Errors
     /// [`Fault::SingularTangent`].
-    fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault>;
+    fn solve(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+        x: &mut [f64],
+    ) -> Result<(), Fault>;
     /// See [`Reparametrization::clean`].
     fn clean(&mut self, t: f64, q: &mut [f64]);
     /// See [`vi_core::newton::NewtonProblem::noise`].
@@ -97,13 +117,12 @@ impl DenseNewton {
     /// Forms and factorizes the matrix between `P(q_n)` and `∂F_d/∂u`.
     pub fn factorize(
         &mut self,
-        system: &impl MechanicalSystem,
-        s: &Interval,
-        (null_space, tangent): (&DMatrix<f64>, &DMatrix<f64>),
+        mixed: &Emission<'_>,
+        null_space: &DMatrix<f64>,
+        tangent: &DMatrix<f64>,
     ) {
-        let n = s.dim();
-        let emit = |out: &mut dyn vi_core::Entries| system.forced_d2_d1(s, out);
-        let mixed = SparseMatrix::update(&mut self.mixed, (n, n), emit);
+        let n = null_space.nrows();
+        let mixed = SparseMatrix::update(&mut self.mixed, (n, n), mixed);
         self.weighted.fill(0.0);
         mixed.mul_dense_add(1.0, tangent, &mut self.weighted);
         self.matrix.gemm_tr(1.0, null_space, &self.weighted, 0.0);
@@ -149,9 +168,9 @@ impl<R: Reparametrization> DenseNodal<R> {
     }
 
     /// Forms and factorizes `P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u`.
-    pub fn factorize(&mut self, system: &impl MechanicalSystem, u: &[f64], s: &Interval) {
+    pub fn factorize(&mut self, mixed: &Emission<'_>, u: &[f64], s: &Interval) {
         self.map.tangent(u, s, &mut self.tangent);
-        self.newton.factorize(system, s, (&self.null_space, &self.tangent));
+        self.newton.factorize(mixed, &self.null_space, &self.tangent);
     }
 
     /// Solves with the last factorization, in place.
@@ -163,7 +182,7 @@ impl<R: Reparametrization> DenseNodal<R> {
     }
 }
 
-impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal<R> {
+impl<R: Reparametrization> NodalOperators for DenseNodal<R> {
     fn dof(&self) -> usize {
         self.null_space.ncols()
     }
@@ -172,17 +191,11 @@ impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal
         &self.blocks
     }
 
-    fn begin(&mut self, _system: &S, s: &Interval, kept: bool) {
-        if kept {
-            self.null_space.copy_from(&self.tangent);
-        } else {
-            self.map.null_space(&s.q0, &mut self.null_space);
+    fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {
+        match last {
+            Some(last) => self.map.tangent(last.u, last.s, &mut self.null_space),
+            None => self.map.null_space(&s.q0, &mut self.null_space),
         }
-    }
-
-    fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool {
-        self.map.tangent(u, s, &mut self.tangent);
-        true
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
@@ -195,8 +208,14 @@ impl<S: MechanicalSystem, R: Reparametrization> NodalOperators<S> for DenseNodal
         pull_back(&self.null_space, w, out);
     }
 
-    fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
-        self.factorize(system, u, s);
+    fn solve(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.factorize(mixed, u, s);
         self.solve_factorized(x)
     }
 

@@ -22,9 +22,11 @@
 use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
 use nalgebra::{DMatrix, DVector};
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::state::Memory;
 
 const DROPPED: usize = usize::MAX;
 /// Largest coefficient of a dropped row in the chosen ones, relative to the smallest since they were
@@ -188,13 +190,13 @@ fn rank_nearby(constraints: &impl Constraints, t: f64, q: &[f64]) -> usize {
         };
         let mut near = DVector::from_iterator(n, q.iter().enumerate().map(scattered));
         for _ in 0..8 {
-            constraints.value(t, near.as_slice(), g.as_mut_slice());
+            constraints.value(Configuration::new(t, near.as_slice()), g.as_mut_slice());
             jacobian.fill(0.0);
             constraints.jacobian(t, near.as_slice(), &mut jacobian);
             let step = jacobian.clone().svd(true, true).solve(&g, 1e-12 * jacobian.amax());
             step.iter().for_each(|step| near -= step);
         }
-        constraints.value(t, near.as_slice(), g.as_mut_slice());
+        constraints.value(Configuration::new(t, near.as_slice()), g.as_mut_slice());
         let apart = near.iter().zip(q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let closed = norm_inf(g.as_slice()) <= 1e-12 * (1.0 + scale * scale);
         if !closed || apart > 30.0 * MOTION * scale {
@@ -245,6 +247,7 @@ impl Entries for Selected<'_> {
 
 /// A saddle-point matrix with its factorization.
 pub struct SaddlePoint {
+    initial: IndependentRows,
     rows: IndependentRows,
     n: usize,
     matrix: Option<(SparseMatrix, SparseLu)>,
@@ -295,7 +298,39 @@ impl SaddlePoint {
     #[must_use]
     pub fn new(n: usize, rows: IndependentRows) -> Self {
         let probe = Probe { least: f64::INFINITY, ..Probe::default() };
-        Self { rows, n, matrix: None, probe }
+        Self { initial: rows.clone(), rows, n, matrix: None, probe }
+    }
+
+    /// Takes the rows that a state remembers, or the first ones if it remembers none.
+    pub fn recall(&mut self, memory: &Memory) {
+        if self.rows.redundant().next().is_none() {
+            return;
+        }
+        let m = self.rows.position.len();
+        let known = memory.indices.len() == self.rows.len()
+            && memory.values.len() == 1
+            && memory.indices.iter().all(|&row| row < m);
+        let (rows, least) = match known {
+            true => (&memory.indices[..], memory.values[0]),
+            false => (self.initial.rows(), 0.0),
+        };
+        self.probe.least = if least > 0.0 { least } else { f64::INFINITY };
+        if self.rows.rows() != rows {
+            self.rows.replace(rows);
+            self.matrix = None; // another pattern
+        }
+    }
+
+    /// Writes the rows in use into the memory of a state.
+    pub fn remember(&self, memory: &mut Memory) {
+        if self.rows.redundant().next().is_none() {
+            return;
+        }
+        let least = if self.probe.least.is_finite() { self.probe.least } else { 0.0 };
+        memory.indices.clear();
+        memory.indices.extend_from_slice(self.rows.rows());
+        memory.values.clear();
+        memory.values.push(least);
     }
 
     /// Whether the chosen rows were no longer clearly independent in the last solve.

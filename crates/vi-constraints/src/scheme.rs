@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 use vi_core::interval::Interval;
 use vi_core::newton::{BlockKind, Fault, Newton, NewtonError, NewtonProblem, NewtonReport};
-use vi_core::predictor::Predictor;
+use vi_core::predictor::History;
 use vi_core::state::State;
 
 /// Which scheme.
@@ -44,9 +44,9 @@ impl SchemeKind {
 /// A sub-step of a composition: its place in it, its length and its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SubStep {
-    /// Index among the sub-steps of a macro step; 0 without composition.
-    pub lane: usize,
-    /// `γ_lane h`, s; negative for backward sub-steps.
+    /// Index `k` among the sub-steps of a macro step; 0 without composition.
+    pub index: usize,
+    /// `γ_k h`, s; negative for backward sub-steps.
     pub h: f64,
     /// `t_{n+1}`, s: `t_n + h` up to rounding; at the end of a macro step that of the node.
     pub t_end: f64,
@@ -56,12 +56,12 @@ impl SubStep {
     /// A step from `t` (s) of length `h` (s) without composition.
     #[must_use]
     pub fn single(t: f64, h: f64) -> Self {
-        Self { lane: 0, h, t_end: t + h }
+        Self { index: 0, h, t_end: t + h }
     }
 
-    /// Opens the interval of this step at `(t, q_n)`.
-    pub fn open(self, s: &mut Interval, t: f64, q_n: &[f64]) {
-        s.open(t, self.h, q_n);
+    /// Opens the interval of this step at a state.
+    pub fn open(self, s: &mut Interval, state: &State) {
+        s.open_at(state, self.h);
         s.end_at(self.t_end);
     }
 }
@@ -155,14 +155,14 @@ impl Condition {
     }
 }
 
-/// One of the schemes, with its workspace.
-pub trait Scheme<S, C> {
+/// One of the schemes, with its workspace: nothing in it influences a later step but through the [`State`].
+pub trait Scheme<S, C>: Send {
     /// Which one.
     fn kind(&self) -> SchemeKind;
-    /// Takes the sub-step `lane` of length `h` (s): replaces `(t, q_n, p̄_n)` by the next node.
+    /// Takes a sub-step: replaces `(t, q_n, p̄_n)` by the next node.
     ///
     /// # Errors
-    /// [`StepError`]; the state is then what it was.
+    /// [`StepError`]; of the state only history and memory may then have changed, which the caller restores.
     fn advance(
         &mut self,
         system: &S,
@@ -172,35 +172,35 @@ pub trait Scheme<S, C> {
     ) -> Result<NewtonReport, StepError>;
     /// The interval of the last step.
     fn interval(&self) -> &Interval;
+    /// The same, to put back the one before a trial step.
+    fn interval_mut(&mut self) -> &mut Interval;
     /// Condition numbers of the Newton matrix of the last step (dense: for studies, not for runs).
     fn condition(&mut self, system: &S, constraints: &C) -> Option<Condition>;
-    /// Forgets start values and last increments (after the state was changed from outside).
-    fn reset(&mut self);
 }
 
-/// Solves one step, from better and better tried start values: the extrapolated increment, the last
-/// one, nothing with a line search.
+/// Solves one step with increasingly robust initial guesses: the extrapolated increment, the last one, zero
+/// with a line search.
 ///
 /// # Errors
 /// [`StepError::Newton`] when all of them fail.
 pub fn solve_step<P: NewtonProblem>(
     newton: &mut Newton,
-    predictor: &mut Predictor,
+    history: &mut History,
     step: SubStep,
     problem: &mut P,
     x: &mut [f64],
 ) -> Result<NewtonReport, StepError> {
     let mut spent = 0;
-    let SubStep { lane, h, .. } = step;
-    let known = predictor.predict(lane, h, x);
+    let SubStep { index, h, .. } = step;
+    let known = history.predict(index, h, usize::MAX, x);
     if !known {
         x.fill(0.0);
     }
     let mut outcome = newton.solve(problem, x);
+    let extrapolated = outcome.is_ok();
     if outcome.is_err() && known {
         spent += newton.settings.max_iterations;
-        predictor.shorten(lane);
-        predictor.predict(lane, h, x);
+        history.predict(index, h, 1, x);
         outcome = newton.solve(problem, x);
     }
     if outcome.is_err() && !newton.settings.line_search {
@@ -212,6 +212,6 @@ pub fn solve_step<P: NewtonProblem>(
     }
     let mut report = outcome?;
     report.iterations += spent;
-    predictor.remember(lane, h, x);
+    history.remember(index, h, !extrapolated, x);
     Ok(report)
 }

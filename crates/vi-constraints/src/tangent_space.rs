@@ -29,27 +29,26 @@
 
 use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
-use crate::reparametrization::{DenseNewton, NodalOperators, pull_back};
+use crate::reparametrization::{DenseNewton, Emission, LastStep, NodalOperators, pull_back};
 use crate::saddle_point::IndependentRows;
 use nalgebra::DMatrix;
-use std::rc::Rc;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use std::sync::Arc;
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
 use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::state::Memory;
 
 /// [`NodalOperators`] of any constraints.
 pub struct TangentSpace<C> {
-    constraints: Rc<C>,
+    constraints: Arc<C>,
     blocks: [Block; 1],
     qr: NullSpaceQr,
     jacobian: DMatrix<f64>, // m × n
     rows: Vec<usize>,       // r  constraints enforced
     P: DMatrix<f64>,        // n × d  of q_n
     N: DMatrix<f64>,        // n × r  of q_n
-    last: DMatrix<f64>,     // n × d  P of the last node
+    last: DMatrix<f64>,     // n × d  scratch: P of the last node
     overlap: DMatrix<f64>,  // d × d
-    has_last: bool,
     refused: Option<Fault>, // at this node
     has_base: bool,         // ν is known nearby
     left: DMatrix<f64>,     // n × d  P(q_n), or the tangent of the last step
@@ -74,7 +73,7 @@ struct Projection {
 impl<C: Constraints> TangentSpace<C> {
     /// For constraints of which `rows` are independent.
     #[must_use]
-    pub fn new(constraints: Rc<C>, rows: &IndependentRows) -> Self {
+    pub fn new(constraints: Arc<C>, rows: &IndependentRows) -> Self {
         let (n, m, r) = (constraints.dim(), constraints.len(), rows.len());
         let d = n - r;
         let zeros = |i, j| DMatrix::zeros(i, j);
@@ -88,7 +87,6 @@ impl<C: Constraints> TangentSpace<C> {
             N: zeros(n, r),
             last: zeros(n, d),
             overlap: zeros(d, d),
-            has_last: false,
             refused: None,
             has_base: false,
             left: zeros(n, d),
@@ -114,8 +112,8 @@ impl<C: Constraints> TangentSpace<C> {
         self.P.ncols()
     }
 
-    /// `P`, `N` and the rows at `(t, q)`.
-    fn split(&mut self, t: f64, q: &[f64]) {
+    /// `P`, `N` and the rows at `(t, q)`, the columns of `P` close to those of the `last` node.
+    fn split(&mut self, t: f64, q: &[f64], last: Option<&[f64]>) {
         self.jacobian.fill(0.0);
         self.constraints.jacobian(t, q, &mut self.jacobian);
         let (found, expected) = (self.qr.factorize(&self.jacobian), self.rows.len());
@@ -123,16 +121,15 @@ impl<C: Constraints> TangentSpace<C> {
         self.rows.copy_from_slice(&self.qr.pivots()[..expected]);
         self.qr.range(&mut self.N);
         self.qr.null_space(expected, &mut self.P);
-        if self.has_last {
+        if let Some(last) = last {
             // the last columns, projected and made orthonormal again
+            self.last.as_mut_slice().copy_from_slice(last);
             self.overlap.gemm_tr(1.0, &self.P, &self.last, 0.0);
             self.last.gemm(1.0, &self.P, &self.overlap, 0.0);
             if orthonormalize(&mut self.last) {
                 self.P.copy_from(&self.last);
             }
         }
-        self.last.copy_from(&self.P);
-        self.has_last = true;
     }
 
     /// The rows of `G` at `(t, q)`, and `G N`.
@@ -171,7 +168,7 @@ impl<C: Constraints> TangentSpace<C> {
             let t = s.t_end();
             self.take_normals(t, &s.q1);
             let Projection { g, GN, lu, delta, nu, .. } = &mut self.projection;
-            self.constraints.value(t, &s.q1, g);
+            self.constraints.value(s.end(), g);
             delta.iter_mut().zip(&self.rows).for_each(|(d, &row)| *d = g[row]);
             lu.solve(GN, delta).map_err(|_| Fault::NoProjection { correction: last })?;
             let size = norm_inf(delta);
@@ -221,7 +218,7 @@ fn orthonormalize(columns: &mut DMatrix<f64>) -> bool {
     true
 }
 
-impl<S: MechanicalSystem, C: Constraints> NodalOperators<S> for TangentSpace<C> {
+impl<C: Constraints> NodalOperators for TangentSpace<C> {
     fn dof(&self) -> usize {
         self.P.ncols()
     }
@@ -230,16 +227,25 @@ impl<S: MechanicalSystem, C: Constraints> NodalOperators<S> for TangentSpace<C> 
         &self.blocks
     }
 
-    fn begin(&mut self, _system: &S, s: &Interval, kept: bool) {
-        self.split(s.t, &s.q0);
+    fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>) {
+        let known = memory.values.len() == self.P.len() && !memory.values.is_empty();
+        let basis = known.then_some(&memory.values[..]);
+        let mut tangent_known = false;
+        if let (Some(LastStep { s: last, .. }), Some(basis)) = (last, basis) {
+            self.split(last.t, &last.q0, None);
+            self.P.as_mut_slice().copy_from_slice(basis);
+            tangent_known = self.take_tangent(last).is_ok();
+        }
+        self.split(s.t, &s.q0, basis);
         self.has_base = false;
         // what Newton's method calls small of this is about 50 ε of the configuration
         self.blocks[0].floor = 1e-5 * norm_inf(&s.q0).max(1e-6);
-        self.left.copy_from(if kept { &self.tangent } else { &self.P });
+        self.left.copy_from(if tangent_known { &self.tangent } else { &self.P });
     }
 
-    fn keep_tangent(&mut self, _u: &[f64], s: &Interval) -> bool {
-        self.take_tangent(s).is_ok()
+    fn remember(&self, memory: &mut Memory) {
+        memory.values.clear();
+        memory.values.extend_from_slice(self.P.as_slice());
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
@@ -270,17 +276,23 @@ impl<S: MechanicalSystem, C: Constraints> NodalOperators<S> for TangentSpace<C> 
     }
 
     /// The next node has another basis.
-    fn keep_balance(&self, r: &mut [f64]) {
+    fn carry_balance(&self, r: &mut [f64]) {
         r.fill(0.0);
     }
 
-    fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
+    fn solve(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
         self.take_tangent(s)?;
         let Projection { base, nu, .. } = &mut self.projection;
         base.0.copy_from_slice(u);
         base.1.copy_from_slice(nu);
         self.has_base = true;
-        self.newton.factorize(system, s, (&self.left, &self.tangent));
+        self.newton.factorize(mixed, &self.left, &self.tangent);
         self.newton.solve(x)
     }
 

@@ -14,7 +14,9 @@ use vi_constraints::{
 use vi_core::force::{LinearDamping, MidpointForce};
 use vi_core::linear::norm_inf;
 use vi_core::potential::{DualPotential, LinearPotential, Potential, ScalarField};
-use vi_core::{Energies, Entries, Interval, Quadrature, SeparableSystem, num_dual::DualNum};
+use vi_core::{
+    Configuration, Energies, Entries, Interval, Quadrature, SeparableSystem, num_dual::DualNum,
+};
 
 fn difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
@@ -48,7 +50,7 @@ impl Constraints for Directors {
     fn len(&self) -> usize {
         6
     }
-    fn value(&self, _t: f64, q: &[f64], out: &mut [f64]) {
+    fn value(&self, Configuration { q, .. }: Configuration<'_>, out: &mut [f64]) {
         for (g, pair) in out.iter_mut().zip(Self::PAIRS) {
             let dot = Self::dot(q, q, pair);
             *g = if pair.0 == pair.1 { 0.5 * (dot - 1.0) } else { dot };
@@ -115,7 +117,7 @@ impl<C: Constraints + Clone + 'static> Case<C> {
             states.windows(2).map(|s| Interval::between(s[0].t, h, &s[0].q, &s[1].q)).collect();
         let (system, constraints) = (run.system(), run.constraints());
         let mut of =
-            LegendreTransforms::new(system, constraints, (states[1].t, &states[1].q)).unwrap();
+            LegendreTransforms::new(system, constraints, states[1].configuration()).unwrap();
         let mut worst = Worst::default();
         let raise = |worst: &mut f64, a: &[f64], b: &[f64]| *worst = worst.max(difference(a, b));
 
@@ -127,7 +129,7 @@ impl<C: Constraints + Clone + 'static> Case<C> {
 
         for n in 1..steps {
             let (before, after, node) = (&intervals[n - 1], &intervals[n], &nodes[n]);
-            let at = (after.t, &after.q0[..]);
+            let at = after.start();
             let lambda = of.multiplier(before, after).unwrap();
             let minus = of.momentum_minus(after, &lambda).unwrap();
             let plus = of.momentum_plus(before, &lambda).unwrap();
@@ -142,9 +144,9 @@ impl<C: Constraints + Clone + 'static> Case<C> {
             raise(&mut worst.node, &projected, &node.p_projected);
             let v = of.velocity(at, &minus).unwrap();
             let mut rate = vec![0.0; constraints.len()];
-            constraints.time_derivative(at.0, at.1, &mut rate);
+            constraints.time_derivative(at.t, at.q, &mut rate);
             let mut jacobian = DMatrix::zeros(constraints.len(), v.len());
-            constraints.jacobian(at.0, at.1, &mut jacobian);
+            constraints.jacobian(at.t, at.q, &mut jacobian);
             let rate = jacobian * DVector::from_column_slice(&v) + DVector::from_vec(rate);
             worst.tangent = worst.tangent.max(norm_inf(rate.as_slice()));
 
@@ -157,7 +159,7 @@ impl<C: Constraints + Clone + 'static> Case<C> {
             let energies = |e: Energies| [e.kinetic, e.potential];
             let found = of.discrete_energy(after).unwrap();
             raise(&mut worst.node, &energies(found), &energies(node.discrete_energy));
-            let found = of.hamiltonian(at.1, &minus).unwrap();
+            let found = of.hamiltonian(at, &minus).unwrap();
             assert_eq!(found.is_some(), node.hamiltonian.is_some());
             if let (Some(found), Some(expected)) = (found, node.hamiltonian) {
                 raise(&mut worst.node, &energies(found), &energies(expected));
@@ -255,7 +257,8 @@ fn the_pendulum_without_gravity_has_the_closed_form() {
     for h in [0.01_f64, 0.1, 0.5, 0.8, 0.99] {
         let q = |n: u32| [(f64::from(n) * h.asin()).cos(), (f64::from(n) * h.asin()).sin()];
         let interval = |n: u32| Interval::between(f64::from(n) * h, h, &q(n), &q(n + 1));
-        let mut of = LegendreTransforms::new(&system, &rod, (0.0, &q(0))).unwrap();
+        let mut of =
+            LegendreTransforms::new(&system, &rod, Configuration::new(0.0, &q(0))).unwrap();
         let root = (1.0 - h * h).sqrt();
         let lambda_exact = 2.0 / (1.0 + root); // 2 (1 − √(1 − h²))/h² without its cancellation
         let mut check = |found: f64, exact: f64, scale: f64| {
@@ -271,7 +274,11 @@ fn the_pendulum_without_gravity_has_the_closed_form() {
             let p = of.momentum_minus(&after, &lambda).unwrap();
             check(p[0].hypot(p[1]), 1.0, 1.0 / h);
             check(p[0] * q(n)[0] + p[1] * q(n)[1], 0.0, 1.0 / h);
-            check(of.hamiltonian(&q(n), &p).unwrap().unwrap().total(), 0.5, 1.0 / h);
+            check(
+                of.hamiltonian(Configuration::new(0.0, &q(n)), &p).unwrap().unwrap().total(),
+                0.5,
+                1.0 / h,
+            );
             check(of.discrete_energy(&after).unwrap().kinetic, 0.5 * lambda_exact, 1.0 / h);
         }
     }
@@ -304,21 +311,21 @@ proptest! {
         independent.bars.pop();
         let G = jacobian(&all, &q);
         prop_assume!(jacobian(&independent, &q).singular_values().min() > 0.05);
-        let P = { LegendreTransforms::new(&system, &all, (0.0, &q)).unwrap().null_space((0.0, &q)).unwrap() };
+        let P = { LegendreTransforms::new(&system, &all, Configuration::new(0.0, &q)).unwrap().null_space(Configuration::new(0.0, &q)).unwrap() };
         prop_assert_eq!(P.shape(), (8, 3));
         prop_assert!((&G * &P).amax() < 1e-13 * G.amax());
 
         let M = mass(&system);
         for constraints in [&all, &independent] {
-            let mut of = LegendreTransforms::new(&system, constraints, (0.0, &q)).unwrap();
-            let Q = of.projection((0.0, &q)).unwrap();
+            let mut of = LegendreTransforms::new(&system, constraints, Configuration::new(0.0, &q)).unwrap();
+            let Q = of.projection(Configuration::new(0.0, &q)).unwrap();
             let scale = 1e-11 * (1.0 + Q.amax().powi(2));
             prop_assert!((&Q * &Q - &Q).amax() < scale, "Q² − Q = {:e}", (&Q * &Q - &Q).amax());
             prop_assert!((&Q * G.transpose()).amax() < scale, "Q Gᵀ = {:e}", (&Q * G.transpose()).amax());
             let inverse = P.tr_mul(&(&M * &P)).cholesky().expect("definite").inverse();
             let second = &M * &P * inverse * P.transpose();
             prop_assert!((&Q - &second).amax() < scale, "Q − MP(PᵀMP)⁻¹Pᵀ = {:e}", (&Q - &second).amax());
-            let applied = of.project((0.0, &q), &w).unwrap();
+            let applied = of.project(Configuration::new(0.0, &q), &w).unwrap();
             let expected = &Q * DVector::from_column_slice(&w);
             prop_assert!(difference(&applied, expected.as_slice()) < scale);
 
@@ -326,7 +333,7 @@ proptest! {
             let g = jacobian(constraints, &q) * h;
             let pseudo = g.transpose().pseudo_inverse(1e-9).unwrap();
             let expected = pseudo * DVector::from_column_slice(&w);
-            let found = of.r_d_transposed((0.0, &q), h, &w).unwrap();
+            let found = of.r_d_transposed(Configuration::new(0.0, &q), h, &w).unwrap();
             let size = 1e-10 * (1.0 + expected.amax());
             prop_assert!(difference(&found, expected.as_slice()) < size);
         }
@@ -335,8 +342,8 @@ proptest! {
             let inverse = M.clone().try_inverse().unwrap();
             let gram = (&g * &inverse * g.transpose()).try_inverse().unwrap();
             let first = DMatrix::identity(8, 8) - g.transpose() * gram * &g * &inverse; // (16)
-            let Q = LegendreTransforms::new(&system, &independent, (0.0, &q)).unwrap();
-            let Q = { let mut of = Q; of.projection((0.0, &q)).unwrap() };
+            let Q = LegendreTransforms::new(&system, &independent, Configuration::new(0.0, &q)).unwrap();
+            let Q = { let mut of = Q; of.projection(Configuration::new(0.0, &q)).unwrap() };
             prop_assert!((&Q - first).amax() < 1e-10 * (1.0 + Q.amax().powi(2)));
         }
     }
@@ -355,8 +362,8 @@ proptest! {
         bars.bars.pop();
         prop_assume!(jacobian(&bars, &q0).singular_values().min() > 0.1);
         let after = Interval::between(0.0, h, &q0, &q1);
-        let mut of = LegendreTransforms::new(&system, &bars, (0.0, &q0)).unwrap();
-        let P = of.null_space((0.0, &q0)).unwrap();
+        let mut of = LegendreTransforms::new(&system, &bars, Configuration::new(0.0, &q0)).unwrap();
+        let P = of.null_space(Configuration::new(0.0, &q0)).unwrap();
         let projected = of.projected_momentum_minus(&after).unwrap();
         let reduced = of.reduced_momentum_minus(&after, &P).unwrap();
         let pulled = P.tr_mul(&DVector::from_column_slice(&projected));
@@ -364,8 +371,8 @@ proptest! {
         prop_assert!(difference(&reduced, pulled.as_slice()) < 1e-11 * size);
         let p = of.momentum_minus(&after, &[0.0; 5]).unwrap();
         let normal: Vec<f64> = p.iter().zip(&projected).map(|(p, t)| p - t).collect();
-        let [whole, part] = [&p, &normal].map(|p| of.hamiltonian(&q0, p).unwrap().unwrap());
-        let tangential = of.projected_hamiltonian((0.0, &q0), &p).unwrap();
+        let [whole, part] = [&p, &normal].map(|p| of.hamiltonian(Configuration::new(0.0, &q0), p).unwrap().unwrap());
+        let tangential = of.projected_hamiltonian(Configuration::new(0.0, &q0), &p).unwrap();
         let sum = tangential.kinetic + part.kinetic; // orthogonal in the norm of M⁻¹
         prop_assert!((whole.kinetic - sum).abs() < 1e-10 * (1.0 + whole.kinetic));
         prop_assert_eq!(whole.potential.to_bits(), tangential.potential.to_bits());
@@ -391,7 +398,7 @@ fn nothing_is_read_that_an_equation_does_not_name() {
     let (q0, q1, q2) = ([1.0, 0.0], [0.8, 0.6], [0.28, 0.96]);
     let (before, after) =
         (Interval::between(0.0, 0.1, &q0, &q1), Interval::between(0.1, 0.1, &q1, &q2));
-    let at = (0.1, &q1[..]);
+    let at = Configuration::new(0.1, &q1);
     let P = DMatrix::from_column_slice(2, 1, &[-0.6, 0.8]);
     // g itself enters nothing, nor does V enter a momentum
     let system = SeparableSystem::with_diagonal_mass(&[1.0, 2.0]).potential(Unknown);
@@ -405,7 +412,7 @@ fn nothing_is_read_that_an_equation_does_not_name() {
     of.projected_momentum_minus(&after).unwrap();
     of.projected_momentum_plus(&before).unwrap();
     of.projection(at).unwrap();
-    let energy = of.hamiltonian(&q1, &[0.0, 1.0]);
+    let energy = of.hamiltonian(at, &[0.0, 1.0]);
     assert_eq!(energy, Err(LegendreError::NotFinite("the energy")), "V is named by (53)");
     // R_d does not know the mass
     let unknown = SeparableSystem::with_diagonal_mass(&[f64::NAN, 2.0]);
@@ -426,7 +433,7 @@ fn nothing_is_read_that_an_equation_does_not_name() {
     let plus = of.reduced_momentum_plus(&before, &P).unwrap();
     assert!(minus[0].is_finite() && plus[0].is_finite());
     of.discrete_energy(&after).unwrap();
-    of.hamiltonian(&q1, &[0.0, 1.0]).unwrap();
+    of.hamiltonian(at, &[0.0, 1.0]).unwrap();
     assert_eq!(
         of.project(at, &[0.0, 1.0]).unwrap_err(),
         LegendreError::Singular(vi_core::linear::Singular)
@@ -440,7 +447,7 @@ fn what_has_no_value_is_refused_with_a_reason() {
     let (q0, q1, q2) = ([1.0, 0.0], [0.8, 0.6], [0.28, 0.96]);
     let (before, after) =
         (Interval::between(0.0, 0.1, &q0, &q1), Interval::between(0.1, 0.1, &q1, &q2));
-    let mut of = LegendreTransforms::new(&system, &rod, (0.1, &q1)).unwrap();
+    let mut of = LegendreTransforms::new(&system, &rod, Configuration::new(0.1, &q1)).unwrap();
     let words = |e: LegendreError| e.to_string();
 
     let apart = of.multiplier(&after, &before).unwrap_err();
@@ -455,7 +462,7 @@ fn what_has_no_value_is_refused_with_a_reason() {
     assert!(matches!(of.momentum_minus(&lost, &[1.0]), Err(LegendreError::NotFinite(_))));
     assert!(matches!(of.discrete_energy(&lost), Err(LegendreError::NotFinite(_))));
     assert!(matches!(
-        of.project((0.0, &q0), &[f64::INFINITY, 0.0]),
+        of.project(Configuration::new(0.0, &q0), &[f64::INFINITY, 0.0]),
         Err(LegendreError::NotFinite(_))
     ));
 
@@ -467,20 +474,20 @@ fn what_has_no_value_is_refused_with_a_reason() {
     let wide = DMatrix::zeros(2, 2);
     assert!(matches!(of.reduced_momentum_minus(&after, &wide), Err(LegendreError::Shape { .. })));
     assert!(matches!(
-        LegendreTransforms::new(&system, &Unconstrained(3), (0.0, &q0)),
+        LegendreTransforms::new(&system, &Unconstrained(3), Configuration::new(0.0, &q0)),
         Err(LegendreError::Shape { .. })
     ));
     assert!(matches!(
-        LegendreTransforms::new(&system, &rod, (0.0, &[f64::NAN, 0.0])),
+        LegendreTransforms::new(&system, &rod, Configuration::new(0.0, &[f64::NAN, 0.0])),
         Err(LegendreError::NotFinite(_))
     ));
 
     // a direction that is free and has no mass
     let massless = SeparableSystem::with_diagonal_mass(&[1.0, 0.0]);
-    let mut of = LegendreTransforms::new(&massless, &rod, (0.0, &q0)).unwrap();
-    let singular = of.projection((0.0, &q0)).unwrap_err();
+    let mut of = LegendreTransforms::new(&massless, &rod, Configuration::new(0.0, &q0)).unwrap();
+    let singular = of.projection(Configuration::new(0.0, &q0)).unwrap_err();
     assert!(words(singular).contains("carries no mass"));
-    assert_eq!(of.hamiltonian(&q0, &[0.0, 0.0]), Ok(None));
+    assert_eq!(of.hamiltonian(Configuration::new(0.0, &q0), &[0.0, 0.0]), Ok(None));
 }
 
 #[test]
@@ -488,15 +495,16 @@ fn without_constraints_everything_is_tangential() {
     let system = SeparableSystem::with_diagonal_mass(&[1.0, 2.0]);
     let (q0, q1) = ([1.0, 0.0], [0.8, 0.6]);
     let s = Interval::between(0.0, 0.1, &q0, &q1);
-    let mut of = LegendreTransforms::new(&system, &Unconstrained(2), (0.0, &q0)).unwrap();
+    let mut of =
+        LegendreTransforms::new(&system, &Unconstrained(2), Configuration::new(0.0, &q0)).unwrap();
     assert!(of.start_multiplier(&[0.0, 1.0], &s).unwrap().is_empty());
     let p = of.momentum_minus(&s, &[]).unwrap();
     assert!(difference(&p, &of.projected_momentum_minus(&s).unwrap()) < 1e-14);
-    let P = of.null_space((0.0, &q0)).unwrap();
+    let P = of.null_space(Configuration::new(0.0, &q0)).unwrap();
     assert!(difference(&p, &of.reduced_momentum_minus(&s, &P).unwrap()) < 1e-14);
     let (whole, projected) = (
-        of.hamiltonian(&q0, &p).unwrap().unwrap(),
-        of.projected_hamiltonian((0.0, &q0), &p).unwrap(),
+        of.hamiltonian(Configuration::new(0.0, &q0), &p).unwrap().unwrap(),
+        of.projected_hamiltonian(Configuration::new(0.0, &q0), &p).unwrap(),
     );
     assert!((whole.total() - projected.total()).abs() < 1e-13);
 }

@@ -11,7 +11,7 @@ use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
 use vi_core::composition::Composition;
 use vi_core::linear::norm_inf;
 use vi_core::potential::LinearPotential;
-use vi_core::{Entries, SeparableSystem};
+use vi_core::{Configuration, Entries, SeparableSystem};
 
 struct Case<C> {
     name: &'static str,
@@ -217,8 +217,9 @@ impl Constraints for Parallelogram {
     fn len(&self) -> usize {
         3
     }
-    fn value(&self, t: f64, q: &[f64], out: &mut [f64]) {
-        self.0.value(t, q, &mut out[..2]);
+    fn value(&self, at: Configuration<'_>, out: &mut [f64]) {
+        self.0.value(at, &mut out[..2]);
+        let q = at.q;
         out[2] = 0.5 * ((q[2] - 1.0).powi(2) + q[3] * q[3] - 0.25);
     }
     fn jacobian(&self, t: f64, q: &[f64], out: &mut dyn Entries) {
@@ -272,9 +273,9 @@ fn a_rank_that_changes_on_the_way_is_refused() {
         fn len(&self) -> usize {
             2
         }
-        fn value(&self, t: f64, q: &[f64], out: &mut [f64]) {
-            self.0.value(t, q, &mut out[..1]);
-            out[1] = if t > 0.05 { q[2] } else { out[0] };
+        fn value(&self, at: Configuration<'_>, out: &mut [f64]) {
+            self.0.value(at, &mut out[..1]);
+            out[1] = if at.t > 0.05 { at.q[2] } else { out[0] };
         }
         fn jacobian(&self, t: f64, q: &[f64], out: &mut dyn Entries) {
             self.0.jacobian(t, q, out);

@@ -15,6 +15,7 @@
 //! potential, `f_d^∓` discrete forces (N·s).
 #![allow(non_snake_case)] // M, L_d
 
+use crate::configuration::Configuration;
 use crate::force::DiscreteForce;
 use crate::interval::Interval;
 use crate::potential::{DiscretePotential, Potential, Quadrature};
@@ -51,7 +52,7 @@ pub trait MechanicalSystem {
     /// Emits `D_2 f_d^-`, shape `n × n`; always the same places in the same order.
     fn force_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
     /// `out ← out + f(t, q, v)`: the continuous generalized force, N.
-    fn add_force(&self, _t: f64, _q: &[f64], _v: &[f64], _out: &mut [f64]) {}
+    fn add_force(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut [f64]) {}
     /// Whether any force dissipates: backward sub-steps of a composition are then refused.
     fn is_dissipative(&self) -> bool {
         false
@@ -60,13 +61,9 @@ pub trait MechanicalSystem {
     /// `Σ U_d(q_n, q_{n+1})`, J: the potential part of `E_d`, see [`crate::legendre::discrete_energy`].
     fn discrete_potential_energy(&self, s: &Interval) -> f64;
     /// `V(q)`, J.
-    fn potential_energy(&self, q: &[f64]) -> f64;
+    fn potential_energy(&self, at: Configuration<'_>) -> f64;
     /// `out ← out + scale ∇V(q)`, shape `n`.
-    fn add_potential_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
-
-    /// Told of every node reached. The numbers of a system never change; this only keeps track of the
-    /// turn that an angle is in.
-    fn accept(&self, _q: &[f64]) {}
+    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
 
     /// `E_d(q_n, q_{n+1})`, J, LMO08 (52).
     fn discrete_energy(&self, s: &Interval) -> f64 {
@@ -158,18 +155,18 @@ impl SeparableSystem {
     }
 
     /// `out ← ∇V(q) − f(t, q, 0)`, N: what the constraints have to balance at rest.
-    pub fn rest_force(&self, t: f64, q: &[f64], out: &mut [f64]) {
+    pub fn rest_force(&self, at: Configuration<'_>, out: &mut [f64]) {
         out.fill(0.0);
-        self.add_force(t, q, &vec![0.0; q.len()], out);
+        self.add_force(at, &vec![0.0; at.q.len()], out);
         out.iter_mut().for_each(|f| *f = -*f);
-        self.add_potential_gradient(q, 1.0, out);
+        self.add_potential_gradient(at, 1.0, out);
     }
 
     /// Emits `∂/∂q` of [`SeparableSystem::rest_force`], shape `n × n`; always the same places in the same
     /// order. Not symmetric where a force has no potential.
-    pub fn rest_stiffness(&self, t: f64, q: &[f64], out: &mut dyn Entries) {
-        self.potentials.iter().for_each(|potential| potential.add_hessian(q, 1.0, out));
-        self.forces.iter().for_each(|force| force.add_rest_derivative(t, q, -1.0, out));
+    pub fn rest_stiffness(&self, at: Configuration<'_>, out: &mut dyn Entries) {
+        self.potentials.iter().for_each(|potential| potential.add_hessian(at, 1.0, out));
+        self.forces.iter().for_each(|force| force.add_rest_derivative(at, -1.0, out));
     }
 }
 
@@ -241,9 +238,9 @@ impl MechanicalSystem for SeparableSystem {
         }
     }
 
-    fn add_force(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         for force in &self.forces {
-            force.add_continuous(t, q, v, out);
+            force.add_continuous(at, v, out);
         }
     }
 
@@ -255,19 +252,14 @@ impl MechanicalSystem for SeparableSystem {
         self.potentials.iter().map(|u| u.value(s)).sum()
     }
 
-    fn potential_energy(&self, q: &[f64]) -> f64 {
-        self.potentials.iter().map(|u| u.potential(q)).sum()
+    fn potential_energy(&self, at: Configuration<'_>) -> f64 {
+        self.potentials.iter().map(|u| u.potential(at)).sum()
     }
 
-    fn add_potential_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         for potential in &self.potentials {
-            potential.add_gradient(q, scale, out);
+            potential.add_gradient(at, scale, out);
         }
-    }
-
-    fn accept(&self, q: &[f64]) {
-        self.potentials.iter().for_each(|potential| potential.accept(q));
-        self.forces.iter().for_each(|force| force.accept(q));
     }
 }
 

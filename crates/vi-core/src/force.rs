@@ -7,6 +7,7 @@
 //! ```
 //! Source: Marsden & West 2001, part 3. The midpoint choice keeps order 2 in q, p and λ.
 
+use crate::configuration::Configuration;
 use crate::interval::Interval;
 use crate::sparse::{Block, Entries};
 
@@ -19,14 +20,12 @@ pub trait DiscreteForce: Send + Sync {
     /// Emits `D_2 f_d^-`; always the same places in the same order.
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries);
     /// `out ← out + f(t, q, v)`, N: the continuous force that the pair approximates.
-    fn add_continuous(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]);
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
     /// Emits `scale ∂f/∂q (t, q, 0)`, the stiffness of the force at rest; always the same places in the
     /// same order.
-    fn add_rest_derivative(&self, t: f64, q: &[f64], scale: f64, out: &mut dyn Entries);
+    fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
     /// Whether the force takes energy out whichever way time runs (dampers, friction).
     fn is_dissipative(&self) -> bool;
-    /// Told of every node reached: a force on an angle remembers which turn it is in.
-    fn accept(&self, _q: &[f64]) {}
 }
 
 /// A continuous generalized force `f(t, q, v)`, N.
@@ -73,12 +72,12 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
         self.0.add_velocity_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.5, out);
     }
 
-    fn add_continuous(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
-        self.0.add(t, q, v, 1.0, out);
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.0.add(at.t, at.q, v, 1.0, out);
     }
 
-    fn add_rest_derivative(&self, t: f64, q: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.0.add_position_derivative(t, q, &vec![0.0; q.len()], scale, out);
+    fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.0.add_position_derivative(at.t, at.q, &vec![0.0; at.q.len()], scale, out);
     }
 
     fn is_dissipative(&self) -> bool {

@@ -15,7 +15,6 @@ use crate::linear::SparseLu;
 use crate::newton::{
     Block, BlockKind, Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings,
 };
-use crate::predictor::Predictor;
 use crate::sparse::SparseMatrix;
 use crate::state::State;
 
@@ -23,7 +22,7 @@ use crate::state::State;
 pub struct FreeStepper<S> {
     system: S,
     newton: Newton,
-    predictor: Predictor,
+    sub_steps: usize,
     dq: Vec<f64>, // n  unknown
     work: Work,
 }
@@ -65,11 +64,11 @@ impl<S: MechanicalSystem> NewtonProblem for Problem<'_, S> {
 }
 
 impl<S: MechanicalSystem> FreeStepper<S> {
-    /// A stepper for `lanes` sub-steps per composition (1 without one).
+    /// A stepper for `sub_steps` sub-steps per composition (1 without one).
     ///
     /// # Errors
     /// [`Fault::SingularTangent`] when the mass matrix has an empty row.
-    pub fn new(system: S, settings: NewtonSettings, lanes: usize) -> Result<Self, Fault> {
+    pub fn new(system: S, settings: NewtonSettings, sub_steps: usize) -> Result<Self, Fault> {
         let n = system.dim();
         let mut s = Interval::new(n);
         s.h = 1.0;
@@ -77,8 +76,7 @@ impl<S: MechanicalSystem> FreeStepper<S> {
         let lu = SparseLu::new(&tangent)?;
         let blocks = [Block { kind: BlockKind::Position, range: 0..n, floor: 1e-12 }];
         let work = Work { s, p: vec![0.0; n], tangent, lu, blocks };
-        let (newton, predictor) = (Newton::new(n, settings), Predictor::new(n, lanes));
-        Ok(Self { system, newton, predictor, dq: vec![0.0; n], work })
+        Ok(Self { system, newton: Newton::new(n, settings), sub_steps, dq: vec![0.0; n], work })
     }
 
     /// The system.
@@ -99,24 +97,25 @@ impl<S: MechanicalSystem> FreeStepper<S> {
         self.sub_step(0, h, state)
     }
 
-    /// Sub-step `lane` of a composition.
+    /// Sub-step `k` of a composition.
     ///
     /// # Errors
     /// [`NewtonError`]; the state is then what it was.
     pub fn sub_step(
         &mut self,
-        lane: usize,
+        k: usize,
         h: f64,
         state: &mut State,
     ) -> Result<NewtonReport, NewtonError> {
-        self.work.s.open(state.t, h, &state.q);
+        state.history.fit(self.dq.len(), self.sub_steps, 0..0);
+        self.work.s.open_at(state, h);
         self.work.p.copy_from_slice(&state.p);
-        if !self.predictor.predict(lane, h, &mut self.dq) {
+        if !state.history.predict(k, h, usize::MAX, &mut self.dq) {
             self.dq.fill(0.0);
         }
         let mut problem = Problem { system: &self.system, work: &mut self.work };
         let report = self.newton.solve(&mut problem, &mut self.dq)?;
-        self.predictor.remember(lane, h, &self.dq);
+        state.history.remember(k, h, false, &self.dq);
         state.move_to_end(&self.system, &self.work.s);
         Ok(report)
     }
@@ -154,8 +153,8 @@ mod tests {
         let (mut stepper, mut state) = (kepler(), start());
         let h = end / f64::from(steps);
         for _ in 0..steps {
-            for (lane, gamma) in composition.gammas().iter().enumerate() {
-                stepper.sub_step(lane, gamma * h, &mut state).unwrap();
+            for (k, gamma) in composition.gammas().iter().enumerate() {
+                stepper.sub_step(k, gamma * h, &mut state).unwrap();
             }
         }
         state

@@ -1,23 +1,23 @@
 //! Discrete mechanics without constraints.
 //!
-//! The room of everything that knows a discrete Lagrangian but no constraint and no body: slot
-//! derivatives, discrete Legendre transforms, forces, Newton's method, symmetric compositions,
-//! trajectories.
+//! Everything that knows a discrete Lagrangian but no constraint and no body: slot derivatives, discrete
+//! Legendre transforms, forces, Newton's method, symmetric compositions, the state of a motion.
 //!
 //! | file | concept |
 //! |---|---|
+//! | [`configuration`] | `(t, q)` with unwrapped joint angles |
 //! | [`interval`] | the two-point argument `(q_n, q_{n+1})` with its increment |
 //! | [`discrete_lagrangian`] | `L_d`, `D_1`, `D_2`, `D_2D_1`, `E_d` |
 //! | [`legendre`] | discrete Legendre transforms `p^-`, `p^+`; `E_d` in its parts |
 //! | [`potential`] | `V`, `∇V`, `∇²V`; midpoint, trapezoidal and other discrete potentials |
 //! | [`force`] | discrete Lagrange–d'Alembert forces |
 //! | [`free`] | discrete Euler–Lagrange stepping of unconstrained systems |
-//! | [`newton`], [`predictor`] | the nonlinear solver and its start values |
+//! | [`newton`], [`predictor`] | the nonlinear solver and its initial guesses |
 //! | [`phase`] | which part of a step is under way, for whoever measures |
 //! | [`linear`], [`sparse`] | factorizations; matrices refilled in place |
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
 //! | [`composition`] | orders 4, 6, 8 |
-//! | [`state`], [`trajectory`] | the state of the future; sinks of samples |
+//! | [`state`] | all that the future of a motion depends on |
 //! | [`momentum_map`] | discrete Noether quantities |
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, Variational integrators for constrained
@@ -27,6 +27,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod composition;
+pub mod configuration;
 pub mod discrete_lagrangian;
 pub mod eigen;
 pub mod force;
@@ -41,9 +42,9 @@ pub mod potential;
 pub mod predictor;
 pub mod sparse;
 pub mod state;
-pub mod trajectory;
 
 pub use composition::Composition;
+pub use configuration::Configuration;
 pub use discrete_lagrangian::{MechanicalSystem, SeparableSystem};
 pub use interval::Interval;
 pub use legendre::Energies;

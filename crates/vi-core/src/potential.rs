@@ -9,6 +9,7 @@
 //! Other consistent, symmetric choices (averaged strains of beams) implement [`DiscretePotential`]
 //! directly. All letters: `V` potential, `U_d` discrete potential, both in J.
 
+use crate::configuration::Configuration;
 use crate::interval::Interval;
 use crate::sparse::{Block, Entries};
 use num_dual::{Dual64, DualNum, HyperDual64};
@@ -42,13 +43,11 @@ pub trait DiscretePotential: Send + Sync {
         self.add_d1_d1(&s.exchanged(), scale, out);
     }
     /// The continuous `V(q)` that `U_d` approximates, J.
-    fn potential(&self, q: &[f64]) -> f64;
+    fn potential(&self, at: Configuration<'_>) -> f64;
     /// `out ← out + scale ∇V(q)`.
-    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
     /// Emits `scale ∇²V(q)`; always the same places in the same order.
-    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries);
-    /// Told of every node reached: a potential of an angle remembers which turn it is in.
-    fn accept(&self, _q: &[f64]) {}
+    fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
 }
 
 /// The quadrature rule of a discrete Lagrangian.
@@ -92,14 +91,14 @@ impl<V: Potential> DiscretePotential for Midpoint<V> {
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         self.add_d2_d1(s, scale, out);
     }
-    fn potential(&self, q: &[f64]) -> f64 {
-        self.0.value(q)
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        self.0.value(at.q)
     }
-    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
-        self.0.add_gradient(q, scale, out);
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(at.q, scale, out);
     }
-    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.0.add_hessian(q, scale, out);
+    fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(at.q, scale, out);
     }
 }
 
@@ -123,14 +122,14 @@ impl<V: Potential> DiscretePotential for Trapezoidal<V> {
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         self.0.add_hessian(&s.q0, 0.5 * scale, out);
     }
-    fn potential(&self, q: &[f64]) -> f64 {
-        self.0.value(q)
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        self.0.value(at.q)
     }
-    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
-        self.0.add_gradient(q, scale, out);
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(at.q, scale, out);
     }
-    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.0.add_hessian(q, scale, out);
+    fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.0.add_hessian(at.q, scale, out);
     }
 }
 

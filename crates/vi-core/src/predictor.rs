@@ -1,4 +1,4 @@
-//! Start values for Newton's method, extrapolated from the increments of earlier steps.
+//! Initial guesses for Newton's method, extrapolated from the increments of earlier steps.
 //!
 //! Through the last `k ≤ 4` increments of equal steps goes a polynomial of degree `k − 1`:
 //! ```text
@@ -9,9 +9,13 @@
 //! ```text
 //! u_{n+1} ≈ u_{n-1},   u_n + u_{n-1} − u_{n-2},   2u_n − 2u_{n-2} + u_{n-3}
 //! ```
-//! The formulas above would multiply `a` by up to 16. A composition keeps one history for each sub-step,
+//! The formulas above would multiply `a` by up to 16. A composition has one history for each sub-step,
 //! since sub-step `j` resembles sub-step `j` of the steps before, not its neighbour.
+//!
+//! The history is part of the [`crate::State`]: it decides from where Newton's method starts, and so the
+//! last bits of the result.
 
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 const DEPTH: usize = 4;
@@ -20,26 +24,29 @@ const ALTERNATING: [&[f64]; DEPTH] =
     [&[1.0], &[0.0, 1.0], &[1.0, 1.0, -1.0], &[2.0, 0.0, -2.0, 1.0]];
 
 /// The last increments of each sub-step of a composition.
-#[derive(Clone, Debug)]
-pub struct Predictor {
-    lanes: Vec<Lane>,
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct History {
+    unknowns: usize,
     alternating: Range<usize>,
+    sub_steps: Vec<Known>,
+    increments: Vec<f64>, // sub-steps × DEPTH × unknowns
 }
 
-#[derive(Clone, Debug)]
-struct Lane {
+/// What is known of a sub-step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Known {
     h: f64,
-    history: [Vec<f64>; DEPTH], // newest first
-    known: usize,
+    count: usize,  // increments known
+    newest: usize, // place of the newest among DEPTH
 }
 
-impl Predictor {
-    /// For increments of shape `dof` and a composition of `lanes` sub-steps.
+impl History {
+    /// For increments of `unknowns` entries and a composition of `sub_steps` sub-steps.
     #[must_use]
-    pub fn new(dof: usize, lanes: usize) -> Self {
-        let history = || std::array::from_fn(|_| vec![0.0; dof]);
-        let lane = || Lane { h: 0.0, history: history(), known: 0 };
-        Self { lanes: (0..lanes.max(1)).map(|_| lane()).collect(), alternating: 0..0 }
+    pub fn new(unknowns: usize, sub_steps: usize) -> Self {
+        let sub_steps = vec![Known::default(); sub_steps.max(1)];
+        let increments = vec![0.0; sub_steps.len() * DEPTH * unknowns];
+        Self { unknowns, alternating: 0..0, sub_steps, increments }
     }
 
     /// The unknowns in `range` alternate from step to step around a smooth course.
@@ -49,43 +56,74 @@ impl Predictor {
         self
     }
 
-    /// Writes the start value of sub-step `lane` of length `h`; `false` when nothing is known yet.
-    pub fn predict(&self, lane: usize, h: f64, out: &mut [f64]) -> bool {
-        let lane = &self.lanes[lane];
-        if lane.known == 0 || lane.h.to_bits() != h.to_bits() {
+    /// Becomes empty where it is of other unknowns or sub-steps, or of other `alternating` unknowns.
+    pub fn fit(&mut self, unknowns: usize, sub_steps: usize, alternating: Range<usize>) {
+        let fits = self.unknowns == unknowns
+            && self.sub_steps.len() == sub_steps
+            && self.alternating == alternating
+            && self.increments.len() == sub_steps * DEPTH * unknowns
+            && self.sub_steps.iter().all(|known| known.count <= DEPTH && known.newest < DEPTH);
+        if !fits {
+            *self = Self::new(unknowns, sub_steps).alternating(alternating);
+        }
+    }
+
+    /// Becomes a copy of another history; allocates only when that is larger.
+    pub fn copy_from(&mut self, other: &Self) {
+        (self.unknowns, self.alternating) = (other.unknowns, other.alternating.clone());
+        self.sub_steps.clone_from(&other.sub_steps);
+        self.increments.clone_from(&other.increments);
+    }
+
+    /// The increment of sub-step `k` that is `age` steps old, 0 for the newest.
+    fn increment(&self, k: usize, age: usize) -> &[f64] {
+        let place = k * DEPTH + (self.sub_steps[k].newest + age) % DEPTH;
+        &self.increments[place * self.unknowns..(place + 1) * self.unknowns]
+    }
+
+    /// The newest increment of the sub-step before sub-step `k`, shape of the unknowns, if there is one.
+    #[must_use]
+    pub fn before(&self, k: usize) -> Option<&[f64]> {
+        let before = k.checked_sub(1).unwrap_or(self.sub_steps.len() - 1);
+        (self.sub_steps[before].count > 0).then(|| self.increment(before, 0))
+    }
+
+    /// Writes the initial guess of sub-step `k` of length `h` from at most `depth` increments; `false` when
+    /// none is known.
+    pub fn predict(&self, k: usize, h: f64, depth: usize, out: &mut [f64]) -> bool {
+        let known = self.sub_steps[k];
+        let count = known.count.min(depth);
+        if count == 0 || known.h.to_bits() != h.to_bits() {
             return false;
         }
         out.fill(0.0);
-        let weights = [WEIGHTS, ALTERNATING].map(|weights| weights[lane.known - 1]);
-        for (k, u) in lane.history.iter().enumerate().take(lane.known) {
-            for (i, (o, u)) in out.iter_mut().zip(u).enumerate() {
-                *o += weights[usize::from(self.alternating.contains(&i))][k] * u;
+        let weights = [WEIGHTS, ALTERNATING].map(|weights| weights[count - 1]);
+        for age in 0..count {
+            for (i, (o, u)) in out.iter_mut().zip(self.increment(k, age)).enumerate() {
+                *o += weights[usize::from(self.alternating.contains(&i))][age] * u;
             }
         }
         true
     }
 
-    /// Remembers the increment of sub-step `lane`; a change of `h` starts its history anew.
-    pub fn remember(&mut self, lane: usize, h: f64, u: &[f64]) {
-        let lane = &mut self.lanes[lane];
-        if lane.h.to_bits() != h.to_bits() {
-            (lane.h, lane.known) = (h, 0);
+    /// Remembers the increment of sub-step `k`; a change of `h` starts its history anew. After a failure
+    /// of the extrapolation (`anew`) only this increment is known.
+    pub fn remember(&mut self, k: usize, h: f64, anew: bool, u: &[f64]) {
+        let known = &mut self.sub_steps[k];
+        if known.h.to_bits() != h.to_bits() {
+            (known.h, known.count) = (h, 0);
+        } else if anew {
+            known.count = known.count.min(1);
         }
-        lane.history.rotate_right(1);
-        lane.history[0].copy_from_slice(u);
-        lane.known = (lane.known + 1).min(DEPTH);
-    }
-
-    /// Keeps only the newest increment (the polynomial was a bad guess).
-    pub fn shorten(&mut self, lane: usize) {
-        self.lanes[lane].known = self.lanes[lane].known.min(1);
+        known.newest = (known.newest + DEPTH - 1) % DEPTH;
+        known.count = (known.count + 1).min(DEPTH);
+        let place = k * DEPTH + known.newest;
+        self.increments[place * self.unknowns..(place + 1) * self.unknowns].copy_from_slice(u);
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
-        for lane in &mut self.lanes {
-            lane.known = 0;
-        }
+        self.sub_steps.iter_mut().for_each(|known| known.count = 0);
     }
 }
 
@@ -96,16 +134,16 @@ mod tests {
     #[test]
     fn cubic_increments_are_predicted_exactly() {
         let u = |k: f64| 1.0 + k * (2.0 - k * (0.5 - 0.25 * k));
-        let mut predictor = Predictor::new(1, 2);
+        let mut history = History::new(1, 2);
         let mut guess = [f64::NAN];
-        assert!(!predictor.predict(1, 0.1, &mut guess), "nothing known yet");
+        assert!(!history.predict(1, 0.1, 4, &mut guess), "nothing known yet");
         for k in 0..4 {
-            predictor.remember(1, 0.1, &[u(f64::from(k))]);
+            history.remember(1, 0.1, false, &[u(f64::from(k))]);
         }
-        assert!(predictor.predict(1, 0.1, &mut guess));
+        assert!(history.predict(1, 0.1, 4, &mut guess));
         assert!((guess[0] - u(4.0)).abs() < 1e-13, "{} vs {}", guess[0], u(4.0));
-        assert!(!predictor.predict(0, 0.1, &mut guess), "the other lane is untouched");
-        assert!(!predictor.predict(1, 0.2, &mut guess), "another step length");
+        assert!(!history.predict(0, 0.1, 4, &mut guess), "the other sub-step is untouched");
+        assert!(!history.predict(1, 0.2, 4, &mut guess), "another step length");
     }
 
     #[test]
@@ -114,13 +152,13 @@ mod tests {
             let (t, sign) = (f64::from(k), if k % 2 == 0 { 1.0 } else { -1.0 });
             [1.0 + t * (2.0 - 0.5 * t), 0.3 + t * (0.7 - 0.2 * t) + 5.0 * sign]
         };
-        let mut predictor = Predictor::new(2, 1).alternating(1..2);
+        let mut history = History::new(2, 1).alternating(1..2);
         let mut guess = [f64::NAN; 2];
         let mut off = Vec::new();
         for k in 0..5 {
-            predictor.predict(0, 0.1, &mut guess);
+            history.predict(0, 0.1, 4, &mut guess);
             off.push((guess[1] - u(k)[1]).abs());
-            predictor.remember(0, 0.1, &u(k));
+            history.remember(0, 0.1, false, &u(k));
         }
         println!("the alternating unknown is missed by {off:?}");
         // two values: of the same parity; three: linear; four: quadratic

@@ -1,15 +1,19 @@
-//! The state of the future.
+//! The state of a motion: all that its future depends on beside the model.
 
 use crate::discrete_lagrangian::MechanicalSystem;
 use crate::interval::Interval;
+use crate::predictor::History;
 use serde::{Deserialize, Serialize};
 
-/// Time, configuration and the momentum `p̄_n = D_2 L_d(q_{n-1}, q_n) + f_d^+` carried from the last
-/// step (at the start: `p(0) = M v(0)`).
+/// Time, configuration and the momentum `p̄_n = D_2 L_d(q_{n-1}, q_n) + f_d^+` of the last step (at the
+/// start: `p(0) = M v(0)`), and what finite precision and iterative solution add to them.
 ///
-/// On a constrained system only `P(q_n)ᵀ p̄_n` decides the future; the part of `p̄_n` in `range Gᵀ`
+/// The bits of every later step are a function of the model and of the state: a state that was written
+/// and read again continues the motion as if nothing had happened.
+///
+/// On a constrained system only `P(q_n)ᵀ p̄_n` determines the motion; the part of `p̄_n` in `range Gᵀ`
 /// is needed for `λ_n` and `p_n` at this node.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Number of steps taken.
     pub step: u64,
@@ -17,23 +21,110 @@ pub struct State {
     pub t: f64,
     /// `q_n`, shape `n`.
     pub q: Vec<f64>,
-    /// `p̄_n`, shape `n`.
+    /// `p̄_n`, shape `n`; `M v_n` in energy–momentum schemes.
     pub p: Vec<f64>,
+    /// `v_n`, shape `n`, where it is a variable of the scheme (energy–momentum schemes); else empty.
+    pub v: Vec<f64>,
+    /// Unwrapped joint angles at `q_n`, rad; see [`crate::Configuration::angles`].
+    pub angles: Vec<f64>,
+    /// Rounding errors that the next step takes into account.
+    pub compensation: Compensation,
+    /// Increments of the last steps, from which initial guesses are extrapolated.
+    pub history: History,
+    /// What a scheme needs of the last step beside its increments.
+    pub memory: Memory,
+}
+
+/// Rounding errors of a step (compensated stepping).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Compensation {
+    /// Of `q_n`, shape `n`.
+    pub q: Vec<f64>,
+    /// Of `v_n`, where that is a variable; else empty.
+    pub v: Vec<f64>,
+    /// Residual of the last momentum balance, shape `d`; empty where it is not carried.
+    pub balance: Vec<f64>,
+}
+
+/// What a scheme needs of the last step beside its increments; empty for most.
+///
+/// The branch of a closed loop at a singular configuration, the independent constraints in use, the basis of
+/// a tangent space: quantities that `q_n` alone does not determine.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// The last interval, for schemes that use derivatives at its end.
+    pub last: Option<Interval>,
+    /// Constraints or columns chosen.
+    pub indices: Vec<usize>,
+    /// Numbers that belong to them.
+    pub values: Vec<f64>,
+    /// `h²λ` of the last interval, shape `m`, for schemes whose nodes need it.
+    pub multipliers: Vec<f64>,
+}
+
+impl Memory {
+    /// Takes a copy of the last interval; allocates once.
+    pub fn keep(&mut self, s: &Interval) {
+        match &mut self.last {
+            Some(last) => last.copy_from(s),
+            none => *none = Some(s.clone()),
+        }
+    }
+
+    /// Becomes a copy; allocates only when it grows.
+    pub fn copy_from(&mut self, other: &Self) {
+        match (&mut self.last, &other.last) {
+            (Some(own), Some(other)) => own.copy_from(other),
+            (own, other) => own.clone_from(other),
+        }
+        self.indices.clone_from(&other.indices);
+        self.values.clone_from(&other.values);
+        self.multipliers.clone_from(&other.multipliers);
+    }
 }
 
 impl State {
-    /// Moves to the end of an interval that the step equation holds on: `q_{n+1}`, and
-    /// `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`.
-    pub fn move_to_end(&mut self, system: &impl MechanicalSystem, s: &Interval) {
-        self.q.copy_from_slice(&s.q1);
-        system.forced_d2(s, &mut self.p);
-        self.t = s.t_end();
-        self.step += 1;
-    }
-
     /// The start of a motion at time `t`.
     #[must_use]
     pub fn new(t: f64, q: Vec<f64>, p: Vec<f64>) -> Self {
-        Self { step: 0, t, q, p }
+        let compensation = Compensation { q: vec![0.0; q.len()], ..Compensation::default() };
+        Self { t, q, p, compensation, ..Self::default() }
+    }
+
+    /// `(t_n, q_n)` with the angles.
+    #[must_use]
+    pub fn configuration(&self) -> crate::Configuration<'_> {
+        crate::Configuration { t: self.t, q: &self.q, angles: &self.angles }
+    }
+
+    /// Moves to the end of an interval that the step equation holds on: `q_{n+1}`, and
+    /// `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`.
+    pub fn move_to_end(&mut self, system: &impl MechanicalSystem, s: &Interval) {
+        self.move_to_configuration(s, |_, _| {});
+        system.forced_d2(s, &mut self.p);
+    }
+
+    /// Moves time and configuration to the end of an interval, with the rounding error of `q_{n+1}`; `clean(t, q)`
+    /// may remove round-off from it.
+    pub fn move_to_configuration(&mut self, s: &Interval, clean: impl FnOnce(f64, &mut [f64])) {
+        self.t = s.t_end();
+        self.step += 1;
+        self.q.copy_from_slice(&s.q1);
+        clean(self.t, &mut self.q);
+        s.rounding_error(&self.q, &mut self.compensation.q);
+    }
+
+    /// Becomes a copy of another state of the same motion; allocates only when that has grown.
+    pub fn copy_from(&mut self, other: &Self) {
+        (self.step, self.t) = (other.step, other.t);
+        self.q.clone_from(&other.q);
+        self.p.clone_from(&other.p);
+        self.v.clone_from(&other.v);
+        self.angles.clone_from(&other.angles);
+        self.compensation.q.clone_from(&other.compensation.q);
+        self.compensation.v.clone_from(&other.compensation.v);
+        self.compensation.balance.clone_from(&other.compensation.balance);
+        self.history.copy_from(&other.history);
+        self.memory.copy_from(&other.memory);
     }
 }

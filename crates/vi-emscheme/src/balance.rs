@@ -9,8 +9,7 @@
 //! Letters and derivation: [`crate::null_space`].
 
 use crate::constraint::DiscreteConstraints;
-use crate::em_system::EmSystem;
-use crate::scheme::EmState;
+use crate::em_system::{EmSystem, Velocity};
 use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
@@ -18,6 +17,7 @@ use vi_constraints::scheme::SubStep;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::state::{Memory, State};
 
 /// How the multipliers of an iterate are found; any `μ_k` that tends to `μ*` serves.
 pub(crate) enum Multipliers {
@@ -36,7 +36,7 @@ pub(crate) struct Balance {
     pub(crate) mu: Vec<f64>,
     /// `K̃`, shape `n × n`.
     tangent: Option<SparseMatrix>,
-    node: EmState,
+    v: Velocity,
     bracket: Vec<f64>,              // n  h B
     work: Vec<f64>,                 // n
     x: Vec<f64>,                    // n + r
@@ -55,7 +55,7 @@ impl Balance {
             null_space: DMatrix::zeros(n, n - r),
             mu: zeros(m),
             tangent: None,
-            node: EmState::new(0.0, zeros(n), zeros(n)),
+            v: Velocity::new(n),
             bracket: zeros(n),
             work: zeros(n),
             x: zeros(n + r),
@@ -108,14 +108,24 @@ impl Balance {
     }
 
     /// Opens a step at the state.
-    pub(crate) fn open(&mut self, state: &EmState, step: SubStep) {
-        step.open(&mut self.s, state.t, &state.q);
-        self.node.copy_from(state);
+    pub(crate) fn open(&mut self, state: &State, step: SubStep) {
+        if let Multipliers::LeastSquares(saddle) = &mut self.solver {
+            saddle.recall(&state.memory);
+        }
+        step.open(&mut self.s, state);
+        self.v.take(state);
+    }
+
+    /// Writes the constraints in use into the memory of a state.
+    pub(crate) fn remember(&self, memory: &mut Memory) {
+        if let Multipliers::LeastSquares(saddle) = &self.solver {
+            saddle.remember(memory);
+        }
     }
 
     /// `h B` of the interval, shape `n`.
     pub(crate) fn bracket(&mut self, system: &EmSystem) -> &[f64] {
-        system.scaled_bracket(&self.s, &self.node, &mut self.work, &mut self.bracket);
+        system.scaled_bracket(&self.s, &self.v, &mut self.work, &mut self.bracket);
         &self.bracket
     }
 
@@ -233,7 +243,7 @@ mod tests {
         balance.open(run.state(), SubStep::single(0.0, 0.05));
         assert!(run.step().is_ok());
         for i in 0..n {
-            balance.s.dq[i] = run.interval().dq[i] + by * (1.7 * i as f64).sin();
+            balance.s.dq[i] = run.interval().unwrap().dq[i] + by * (1.7 * i as f64).sin();
         }
         balance.s.close_from_increment();
         source(model, run.rows().len()).null_space(mechanism, &balance.s, &mut balance.null_space);

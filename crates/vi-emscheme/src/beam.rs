@@ -14,6 +14,7 @@ use crate::discrete_gradient::DiscreteGradient;
 use vi_beam::element::{Element, Elements};
 use vi_beam::high_order::AveragedHighOrder;
 use vi_beam::strain::{self, Strain};
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
@@ -29,8 +30,8 @@ fn mean_forces(element: &Element, C: &Strain, s: &Interval) -> Strain {
 }
 
 impl DiscreteGradient for BeamGradient {
-    fn potential(&self, q: &[f64]) -> f64 {
-        self.0.value(q)
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        self.0.value(at.q)
     }
 
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
@@ -62,8 +63,8 @@ impl DiscreteGradient for BeamGradient {
 pub struct HighOrderGradient(pub AveragedHighOrder);
 
 impl DiscreteGradient for HighOrderGradient {
-    fn potential(&self, q: &[f64]) -> f64 {
-        DiscretePotential::potential(&self.0, q)
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        DiscretePotential::potential(&self.0, at)
     }
 
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
@@ -125,7 +126,7 @@ mod tests {
         };
         let (s, found) = (interval(q0, q1), at(q1));
         let work: f64 = found.iter().zip(&s.dq).map(|(d, dq)| d * dq).sum();
-        let change = gradient.potential(q1) - gradient.potential(q0);
+        let change = gradient.potential(s.end()) - gradient.potential(s.start());
         let moment: Vector3<f64> = (0..12)
             .map(|k| {
                 let part = |x: &[f64]| Vector3::from_column_slice(&x[3 * k..3 * k + 3]);

@@ -17,8 +17,8 @@
 //! Letters: [`crate::em_system`]. Source: Betsch & Leyendecker 2006; scaling as in LMO08 (22).
 
 use crate::constraint::DiscreteConstraints;
-use crate::em_system::EmSystem;
-use crate::scheme::{BEYOND_ROUNDING, EmForm, EmScheme, EmState};
+use crate::em_system::{EmSystem, Velocity};
+use crate::scheme::{BEYOND_ROUNDING, EmForm, EmScheme, advance_state};
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
 use vi_core::interval::Interval;
@@ -26,20 +26,20 @@ use vi_core::linear::{condition_number, norm_inf};
 use vi_core::newton::{
     Block, BlockKind, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings,
 };
-use vi_core::predictor::Predictor;
 use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::state::State;
 
 /// The constrained form.
 pub struct EmConstrained {
     newton: Newton,
-    predictor: Predictor,
+    sub_steps: usize,
     x: Vec<f64>, // n + r  (Δq, h²λ)
     work: Work,
 }
 
 struct Work {
     s: Interval,
-    node: EmState,
+    v: Velocity,
     scratch: Vec<f64>,              // n
     g: Vec<f64>,                    // m
     mu: Vec<f64>,                   // m  h²λ over all constraints
@@ -55,20 +55,20 @@ struct Problem<'a, C> {
 }
 
 impl EmConstrained {
-    /// For `n` coordinates, an independent set of `m` constraints and a composition of `lanes` sub-steps.
+    /// For `n` coordinates, an independent set of `m` constraints and a composition of `sub_steps` sub-steps.
     #[must_use]
     pub fn new(
         n: usize,
         (rows, m): (IndependentRows, usize),
         settings: NewtonSettings,
-        lanes: usize,
+        sub_steps: usize,
     ) -> Self {
         let size = n + rows.len();
         let position = Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 };
         let multiplier = Block { kind: BlockKind::Multiplier, range: n..size, floor: 1.0 };
         let work = Work {
             s: Interval::new(n),
-            node: EmState::new(0.0, vec![0.0; n], vec![0.0; n]),
+            v: Velocity::new(n),
             scratch: vec![0.0; n],
             g: vec![0.0; m],
             mu: vec![0.0; m],
@@ -76,11 +76,7 @@ impl EmConstrained {
             saddle: SaddlePoint::new(n, rows),
             blocks: [position, multiplier],
         };
-        // μ of single steps alternates; the two halves of a sub-step of a composition have their own histories
-        let alternating = if lanes == 1 { n..size } else { 0..0 };
-        let (newton, predictor) =
-            (Newton::new(size, settings), Predictor::new(size, lanes).alternating(alternating));
-        Self { newton, predictor, x: vec![0.0; size], work }
+        Self { newton: Newton::new(size, settings), sub_steps, x: vec![0.0; size], work }
     }
 }
 
@@ -96,14 +92,14 @@ impl<C: DiscreteConstraints> NewtonProblem for Problem<'_, C> {
         let (balance, closure) = r.split_at_mut(n);
         work.s.dq.copy_from_slice(dq);
         work.s.close_from_increment();
-        self.system.scaled_bracket(&work.s, &work.node, &mut work.scratch, balance);
+        self.system.scaled_bracket(&work.s, &work.v, &mut work.scratch, balance);
         let rows = work.saddle.rows();
         rows.scatter(mu, &mut work.mu);
         let (constraints, s) = (self.constraints, &work.s);
         let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
         let jacobian = SparseMatrix::update(&mut work.jacobian, (constraints.len(), n), emit);
         jacobian.tr_mul_add(1.0, &work.mu, balance);
-        constraints.value(s.t_end(), &s.q1, &mut work.g);
+        constraints.value(s.end(), &mut work.g);
         rows.gather(&work.g, closure);
         Ok(())
     }
@@ -134,33 +130,33 @@ impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
         system: &EmSystem,
         constraints: &C,
         step: SubStep,
-        state: &mut EmState,
+        state: &mut State,
     ) -> Result<NewtonReport, StepError> {
         let work = &mut self.work;
-        step.open(&mut work.s, state.t, &state.q);
-        work.node.copy_from(state);
+        // μ of single steps alternates; the two halves of a sub-step of a composition have their own histories
+        let (n, size) = (state.q.len(), self.x.len());
+        let alternating = if self.sub_steps == 1 { n..size } else { 0..0 };
+        state.history.fit(size, self.sub_steps, alternating);
+        work.saddle.recall(&state.memory);
+        step.open(&mut work.s, state);
+        work.v.take(state);
         let length = norm_inf(&state.q).max(1e-6);
         work.blocks[0].floor = 1e-5 * length;
         work.blocks[1].floor = 1e-5 * length * norm_inf(system.mass().as_sprs().data());
         let mut problem = Problem { system, constraints, work };
-        let (newton, predictor) = (&mut self.newton, &mut self.predictor);
-        let mut outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+        let (newton, history) = (&mut self.newton, &mut state.history);
+        let mut outcome = solve_step(newton, history, step, &mut problem, &mut self.x);
         let Work { s, saddle, .. } = &mut *problem.work;
         if saddle.renew(constraints, s, outcome.is_ok()) {
-            predictor.clear(); // of other multipliers
-            outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+            history.clear(); // of other multipliers
+            outcome = solve_step(newton, history, step, &mut problem, &mut self.x);
         }
         let report = outcome?;
-        state.advance(&self.work.s, Some(&self.newton.lost()[..state.q.len()]));
+        let Work { s, saddle, mu, .. } = &self.work;
+        saddle.remember(&mut state.memory);
+        let lost = Some(&self.newton.lost()[..n]);
+        advance_state(state, system, (s, mu), lost, |_, _| {});
         Ok(report)
-    }
-
-    fn interval(&self) -> &Interval {
-        &self.work.s
-    }
-
-    fn scaled_multiplier(&self) -> &[f64] {
-        &self.work.mu
     }
 
     fn condition(&self) -> Option<Condition> {
@@ -171,10 +167,6 @@ impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
         written.view_mut((0, 0), (n, scaled.ncols())).scale_mut(1.0 / h);
         let as_written = condition_number(&written);
         Some(Condition { as_written, scaled: condition_number(&scaled) })
-    }
-
-    fn reset(&mut self) {
-        self.predictor.clear();
     }
 }
 
@@ -195,7 +187,7 @@ mod tests {
         let mut scheme = EmConstrained::new(n, (rows, m), NewtonSettings::default(), 1);
         let h = 0.05;
         scheme.work.s.open(0.0, h, &q);
-        scheme.work.node.v.copy_from_slice(&v);
+        scheme.work.v.v.copy_from_slice(&v);
         let mut problem = Problem { system: &system, constraints, work: &mut scheme.work };
         let x: Vec<f64> = (0..n + m).map(|i| 0.03 * (2.3 * i as f64).sin()).collect();
         let mut at = |i: usize, by: f64| {

@@ -39,8 +39,8 @@ impl DiscreteConstraints for Unconstrained {}
 impl DiscreteConstraints for SingleBody {}
 impl<F, J> DiscreteConstraints for ConstraintFn<F, J>
 where
-    F: Fn(&[f64], &mut [f64]),
-    J: Fn(&[f64], &mut nalgebra::DMatrix<f64>),
+    F: Fn(&[f64], &mut [f64]) + Send + Sync,
+    J: Fn(&[f64], &mut nalgebra::DMatrix<f64>) + Send + Sync,
 {
 }
 

@@ -149,7 +149,7 @@ mod tests {
             s.open(0.0, 0.1, &q);
             s.dq.iter_mut().enumerate().for_each(|(i, dq)| *dq = 0.3 * number(i, 1.9));
             s.close_from_increment();
-            (JointCoordinate::new(&joint, freedom).unwrap(), s)
+            (JointCoordinate::principal(&joint, freedom).unwrap(), s)
         };
         let turn = of(PairKind::Revolute, 0);
         let advance = of(PairKind::Cylindrical, 0);

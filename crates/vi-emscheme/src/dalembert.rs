@@ -14,22 +14,21 @@ use crate::balance::Balance;
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
-use crate::scheme::{BEYOND_ROUNDING, EmForm, EmScheme, EmState};
+use crate::scheme::{BEYOND_ROUNDING, EmForm, EmScheme, advance_state};
 use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
-use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, condition_number, norm_inf};
 use vi_core::newton::{
     Block, BlockKind, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings,
 };
-use vi_core::predictor::Predictor;
+use vi_core::state::State;
 
 /// The d'Alembert form.
 pub struct EmDalembert<N> {
     newton: Newton,
-    predictor: Predictor,
+    sub_steps: usize,
     x: Vec<f64>, // n  Δq
     source: N,
     work: Work,
@@ -58,7 +57,7 @@ impl<N> EmDalembert<N> {
         (rows, m): (IndependentRows, usize),
         source: N,
         settings: NewtonSettings,
-        lanes: usize,
+        sub_steps: usize,
     ) -> Self {
         let work = Work {
             balance: Balance::new(n, (rows, m)),
@@ -67,8 +66,7 @@ impl<N> EmDalembert<N> {
             lu: DenseLu::new(n),
             blocks: [Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
         };
-        let (newton, predictor) = (Newton::new(n, settings), Predictor::new(n, lanes));
-        Self { newton, predictor, x: vec![0.0; n], source, work }
+        Self { newton: Newton::new(n, settings), sub_steps, x: vec![0.0; n], source, work }
     }
 
     /// With the multipliers of a tree found frame by frame, where there is one.
@@ -91,7 +89,7 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> NewtonProblem for Problem<
         self.source.null_space(self.constraints, &balance.s, &mut balance.null_space);
         let (work_done, closure) = r.split_at_mut(balance.null_space.ncols());
         balance.projected_residual(self.system, self.constraints, work_done)?;
-        self.constraints.value(balance.s.t_end(), &balance.s.q1, g);
+        self.constraints.value(balance.s.end(), g);
         balance.rows().gather(g, closure);
         Ok(())
     }
@@ -130,28 +128,24 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalember
         system: &EmSystem,
         constraints: &C,
         step: SubStep,
-        state: &mut EmState,
+        state: &mut State,
     ) -> Result<NewtonReport, StepError> {
         let work = &mut self.work;
+        state.history.fit(self.x.len(), self.sub_steps, 0..0);
         work.balance.open(state, step);
         work.blocks[0].floor = 1e-5 * norm_inf(&state.q).max(1e-6);
         let mut problem = Problem { system, constraints, source: &mut self.source, work };
-        let (newton, predictor) = (&mut self.newton, &mut self.predictor);
-        let mut outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+        let (newton, history) = (&mut self.newton, &mut state.history);
+        let mut outcome = solve_step(newton, history, step, &mut problem, &mut self.x);
         if problem.work.balance.renew_rows(constraints, outcome.is_ok()) {
-            outcome = solve_step(newton, predictor, step, &mut problem, &mut self.x);
+            outcome = solve_step(newton, history, step, &mut problem, &mut self.x);
         }
         let report = outcome?;
-        state.advance(&self.work.balance.s, Some(self.newton.lost()));
+        let balance = &self.work.balance;
+        balance.remember(&mut state.memory);
+        let lost = Some(self.newton.lost());
+        advance_state(state, system, (&balance.s, &balance.mu), lost, |_, _| {});
         Ok(report)
-    }
-
-    fn interval(&self) -> &Interval {
-        &self.work.balance.s
-    }
-
-    fn scaled_multiplier(&self) -> &[f64] {
-        &self.work.balance.mu
     }
 
     fn condition(&self) -> Option<Condition> {
@@ -161,9 +155,5 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalember
         written.rows_mut(0, d).scale_mut(1.0 / self.work.balance.s.h);
         let as_written = condition_number(&written);
         Some(Condition { as_written, scaled: condition_number(scaled) })
-    }
-
-    fn reset(&mut self) {
-        self.predictor.clear();
     }
 }

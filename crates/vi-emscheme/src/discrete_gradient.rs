@@ -16,30 +16,28 @@
 //! Letters: `V` potential (J), `D̄V` discrete derivative, shape `n` (N for positions, N·m for
 //! directors). Source: Gonzalez, J. Nonlinear Sci. 6 (1996) 449–467 (G96).
 
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::{LinearPotential, Potential};
 use vi_core::sparse::Entries;
 
 /// A potential with a discrete derivative.
 ///
-/// Open for extension; an implementation may keep scratch behind interior mutability, so a system is
-/// `Send` but not shared between threads.
-pub trait DiscreteGradient: Send {
+/// Open for extension.
+pub trait DiscreteGradient: Send + Sync {
     /// `V(q)`, J.
-    fn potential(&self, q: &[f64]) -> f64;
+    fn potential(&self, at: Configuration<'_>) -> f64;
     /// `out ← out + scale D̄V(q_n, q_{n+1})`, shape `n`.
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]);
     /// Emits `scale ∂D̄V/∂q_{n+1}`, shape `n × n`, in general not symmetric; always the same places
     /// in the same order.
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
-    /// Told of every node reached: a potential of an angle remembers which turn it is in.
-    fn accept(&self, _q: &[f64]) {}
 }
 
 /// `V = −w·q`, gravity for one: `D̄V = −w`.
 impl DiscreteGradient for LinearPotential {
-    fn potential(&self, q: &[f64]) -> f64 {
-        self.value(q)
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        self.value(at.q)
     }
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         self.add_gradient(&s.q_mid, scale, out);
@@ -108,7 +106,7 @@ mod tests {
                 let s = interval(step);
                 let found = derivative(&*gradient, &s);
                 let work: f64 = found.iter().zip(&s.dq).map(|(d, dq)| d * dq).sum();
-                let rise = gradient.potential(&s.q1) - gradient.potential(&s.q0);
+                let rise = gradient.potential(s.end()) - gradient.potential(s.start());
                 direction = direction.max((work - rise).abs());
                 let mut back = s.clone();
                 std::mem::swap(&mut back.q0, &mut back.q1);

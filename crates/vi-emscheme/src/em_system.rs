@@ -17,14 +17,37 @@ use crate::discrete_gradient::DiscreteGradient;
 use crate::gonzalez::Gonzalez;
 use crate::invariant::InvariantPotential;
 use crate::load::MidpointLoad;
-use crate::scheme::{EmState, lag};
+use crate::scheme::lag;
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::potential::{LinearPotential, Potential};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
-use vi_core::{Quadrature, SeparableSystem};
+use vi_core::{Configuration, Quadrature, SeparableSystem, State};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::spring::Spring;
+
+/// `v_n` with its rounding error, both of shape `n`.
+#[derive(Clone, Debug, Default)]
+pub struct Velocity {
+    /// `v_n`.
+    pub v: Vec<f64>,
+    /// Its rounding error.
+    pub rounding: Vec<f64>,
+}
+
+impl Velocity {
+    /// Zero, for `n` coordinates.
+    #[must_use]
+    pub fn new(n: usize) -> Self {
+        Self { v: vec![0.0; n], rounding: vec![0.0; n] }
+    }
+
+    /// Becomes that of a state.
+    pub fn take(&mut self, state: &State) {
+        self.v.copy_from_slice(&state.v);
+        self.rounding.copy_from_slice(&state.compensation.v);
+    }
+}
 
 /// A constant mass matrix, potentials with discrete derivatives, loads.
 pub struct EmSystem {
@@ -56,7 +79,7 @@ impl EmSystem {
     pub fn of_linear(system: &SeparableSystem) -> Self {
         let n = system.dim();
         let (origin, mut force) = (vec![0.0; n], vec![0.0; n]);
-        system.add_potential_gradient(&origin, -1.0, &mut force);
+        system.add_potential_gradient(Configuration::new(0.0, &origin), -1.0, &mut force);
         let found = Self::new(system.mass().clone());
         if force.iter().all(|w| *w == 0.0) {
             return found;
@@ -91,12 +114,6 @@ impl EmSystem {
         self
     }
 
-    /// Told of every node reached.
-    pub fn accept(&self, q: &[f64]) {
-        self.gradients.iter().for_each(|gradient| gradient.accept(q));
-        self.loads.iter().for_each(|load| load.accept(q));
-    }
-
     /// Whether any load or damper acts.
     #[must_use]
     pub fn has_loads(&self) -> bool {
@@ -123,20 +140,20 @@ impl EmSystem {
 
     /// `V(q)`, J.
     #[must_use]
-    pub fn potential_energy(&self, q: &[f64]) -> f64 {
-        self.gradients.iter().map(|v| v.potential(q)).sum()
+    pub fn potential_energy(&self, at: Configuration<'_>) -> f64 {
+        self.gradients.iter().map(|v| v.potential(at)).sum()
     }
 
     /// `H = ½ vᵀMv + V(q)`, J.
     #[must_use]
-    pub fn energy(&self, q: &[f64], v: &[f64]) -> f64 {
-        0.5 * self.mass.bilinear(v, v) + self.potential_energy(q)
+    pub fn energy(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+        0.5 * self.mass.bilinear(v, v) + self.potential_energy(at)
     }
 
-    /// `out ← h B`, shape `n`, for a step from the node; `work`: scratch of shape `n`.
-    pub fn scaled_bracket(&self, s: &Interval, node: &EmState, work: &mut [f64], out: &mut [f64]) {
+    /// `out ← h B`, shape `n`, for a step from a node with velocity `v_n`; `work`: scratch of shape `n`.
+    pub fn scaled_bracket(&self, s: &Interval, v: &Velocity, work: &mut [f64], out: &mut [f64]) {
         for (i, w) in work.iter_mut().enumerate() {
-            *w = lag(s.dq[i], s.h, (node.v[i], node.carry[i]));
+            *w = lag(s.dq[i], s.h, (v.v[i], v.rounding[i]));
         }
         out.fill(0.0);
         self.mass.mul_add(2.0, work, out);

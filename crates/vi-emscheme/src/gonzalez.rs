@@ -16,6 +16,7 @@
 
 use crate::discrete_gradient::DiscreteGradient;
 use std::cell::RefCell;
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::Potential;
 use vi_core::sparse::{Block, Entries};
@@ -26,14 +27,27 @@ const OUTER: f64 = 0.387_298_334_620_741_7;
 /// Any potential, on the coordinates it depends on.
 pub struct Gonzalez<V> {
     potential: V,
+    n: usize,
     coordinates: Vec<usize>,
-    scratch: RefCell<Scratch>,
 }
 
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = RefCell::default();
+}
+
+#[derive(Default)]
 struct Scratch {
     mid: Vec<f64>,   // n  ∇V(q_{n+1/2})
     other: Vec<f64>, // n  ∇V at another point, then ∂e/∂q_{n+1}
     q: Vec<f64>,     // n
+}
+
+impl Scratch {
+    fn fit(&mut self, n: usize) {
+        for x in [&mut self.mid, &mut self.other, &mut self.q] {
+            x.resize(n, 0.0);
+        }
+    }
 }
 
 /// `y ← y + A x` from the entries of `A`.
@@ -58,9 +72,7 @@ impl<V: Potential> Gonzalez<V> {
     /// A potential of the given coordinates out of `n`; `∇V` vanishes in the others.
     #[must_use]
     pub fn on(potential: V, n: usize, coordinates: Vec<usize>) -> Self {
-        let zeros = || vec![0.0; n];
-        let scratch = RefCell::new(Scratch { mid: zeros(), other: zeros(), q: zeros() });
-        Self { potential, coordinates, scratch }
+        Self { potential, n, coordinates }
     }
 
     fn dot(&self, a: &[f64], b: &[f64]) -> f64 {
@@ -103,12 +115,22 @@ impl<V: Potential> Gonzalez<V> {
 }
 
 impl<V: Potential> DiscreteGradient for Gonzalez<V> {
-    fn potential(&self, q: &[f64]) -> f64 {
-        self.potential.value(q)
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        self.potential.value(at.q)
     }
 
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        let work = &mut *self.scratch.borrow_mut();
+        SCRATCH.with_borrow_mut(|work| self.add_with(work, s, scale, out));
+    }
+
+    fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        SCRATCH.with_borrow_mut(|work| self.add_derivative_with(work, s, scale, out));
+    }
+}
+
+impl<V: Potential> Gonzalez<V> {
+    fn add_with(&self, work: &mut Scratch, s: &Interval, scale: f64, out: &mut [f64]) {
+        work.fit(self.n);
         let defect = self.defect(s, work);
         let square = self.dot(&s.dq, &s.dq);
         let along = if square > 0.0 { defect / square } else { 0.0 };
@@ -117,11 +139,17 @@ impl<V: Potential> DiscreteGradient for Gonzalez<V> {
         }
     }
 
-    fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+    fn add_derivative_with(
+        &self,
+        work: &mut Scratch,
+        s: &Interval,
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        work.fit(self.n);
         let (row, column, transposed) = (0, 0, false);
         let mut half = Block { into: out, row, column, scale: 0.5 * scale, transposed };
         self.potential.add_hessian(&s.q_mid, 1.0, &mut half);
-        let work = &mut *self.scratch.borrow_mut();
         let defect = self.defect(s, work);
         self.defect_derivative(s, work);
         let square = self.dot(&s.dq, &s.dq);

@@ -29,18 +29,19 @@ use crate::constraint::DiscreteConstraints;
 use crate::dalembert::EmDalembert;
 use crate::em_system::EmSystem;
 use crate::nodal::EmNodal;
-use crate::node::{Before, EmNode, EmObserver};
+use crate::node::{EmNode, EmObserver};
 use crate::null_space::{DiscreteNullSpace, DiscreteQr};
-use crate::scheme::{EmForm, EmScheme, EmState};
+use crate::scheme::{EmForm, EmScheme, start_state};
 use vi_constraints::agreement::contradiction;
 use vi_constraints::closure::ClosureWatch;
 use vi_constraints::initialization::{StartReport, start};
-use vi_constraints::integrator::{SetupError, Start, StepReport};
+use vi_constraints::integrator::{Origin, ResumeError, SetupError, Start, StepReport};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError, SubStep};
 use vi_constraints::{Constraints, Reparametrization};
 use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
+use vi_core::state::State;
 
 /// A running integration.
 pub struct EmIntegrator<C> {
@@ -51,12 +52,9 @@ pub struct EmIntegrator<C> {
     pub(crate) rows: IndependentRows,
     sub_steps: Vec<f64>, // in parts of the macro step
     step: f64,
-    t0: f64,
-    steps: u64,
-    state: EmState,
-    before: EmState,     // the node the last macro step started from
-    step_before: Before, // without composition: the step that ended there
-    carry: bool,         // the scheme's interval is the last step
+    origin: Origin,
+    state: State,
+    before: State, // the node the last macro step started from
     start: StartReport,
     watch: ClosureWatch,
 }
@@ -77,12 +75,14 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         check(&system, &constraints, options, at)?;
         let (n, m) = (constraints.dim(), constraints.len());
         let rows = IndependentRows::find(&constraints, at.0, at.1);
-        let (chosen, lanes) = ((rows.clone(), m), options.sub_steps().len());
+        let (chosen, sub_steps) = ((rows.clone(), m), options.sub_steps().len());
         let scheme: Box<dyn EmScheme<C>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, options.newton, lanes)),
+            EmForm::Constrained => {
+                Box::new(EmConstrained::new(n, chosen, options.newton, sub_steps))
+            }
             EmForm::Dalembert => {
                 let source = DiscreteQr::new(n, m, rows.len());
-                Box::new(EmDalembert::new(n, chosen, source, options.newton, lanes))
+                Box::new(EmDalembert::new(n, chosen, source, options.newton, sub_steps))
             }
             EmForm::Nodal => return Err(EmSetupError::NeedsReparametrization(options.form)),
         };
@@ -112,11 +112,11 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
             return Err(EmSetupError::Shape { what, found: map.dof(), expected: n - rows.len() });
         }
         let chosen = (rows.clone(), m);
-        let (newton, lanes) = (options.newton, options.sub_steps().len());
+        let (newton, sub_steps) = (options.newton, options.sub_steps().len());
         let scheme: Box<dyn EmScheme<C>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, lanes)),
-            EmForm::Dalembert => Box::new(EmDalembert::new(n, chosen, source, newton, lanes)),
-            EmForm::Nodal => Box::new(EmNodal::new(n, chosen, (source, map), newton, lanes)),
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, sub_steps)),
+            EmForm::Dalembert => Box::new(EmDalembert::new(n, chosen, source, newton, sub_steps)),
+            EmForm::Nodal => Box::new(EmNodal::new(n, chosen, (source, map), newton, sub_steps)),
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)
     }
@@ -146,15 +146,16 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
     ) -> Result<Self, EmSetupError> {
         let masses = SeparableSystem::new(system.mass().clone());
         let (found, v, start) = start(&masses, &constraints, &rows, at.0, (at.1, at.2))?;
-        let state = EmState::new(at.0, found.q, v);
-        system.accept(&state.q);
-        constraints.accept(&state.q);
+        let mut state = start_state(&system, at.0, found.q, v);
+        state.angles = vec![0.0; constraints.angle_count()];
+        constraints.unwrap_angles(&state.q, &mut state.angles);
         let (n, m) = (system.dim(), constraints.len());
-        let at = (state.t, &state.q[..], &state.v[..]);
+        let at = (state.configuration(), &state.v[..]);
         if let Some(found) = contradiction(&constraints, &rows, at) {
             return Err(found.into());
         }
-        let watch = ClosureWatch::new(&constraints, (at.0, at.1), options.newton.tolerance);
+        let tolerance = options.newton.tolerance;
+        let watch = ClosureWatch::new(&constraints, state.configuration(), tolerance);
         Ok(Self {
             system,
             constraints,
@@ -163,12 +164,9 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
             rows,
             sub_steps: options.sub_steps(),
             step: options.step,
-            t0: at.0,
-            steps: 0,
+            origin: Origin { t: state.t, step: 0 },
             before: state.clone(),
             state,
-            step_before: Before::new(n, m),
-            carry: false,
             start,
             watch,
         })
@@ -191,40 +189,35 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         &mut self,
         each: &mut dyn FnMut((&EmSystem, &C), &Interval, &[f64]),
     ) -> Result<StepReport, StepError> {
-        let Self { scheme, system, constraints, state, before, .. } = self;
-        before.copy_from(state);
-        if self.carry {
-            self.step_before.take(scheme.interval(), scheme.scaled_multiplier());
+        self.before.copy_from(&self.state);
+        let taken = self.take_sub_steps(each);
+        if taken.is_err() {
+            self.state.copy_from(&self.before);
         }
-        self.carry = false; // until the step has gone well
+        taken
+    }
+
+    fn take_sub_steps(
+        &mut self,
+        each: &mut dyn FnMut((&EmSystem, &C), &Interval, &[f64]),
+    ) -> Result<StepReport, StepError> {
         let count = self.sub_steps.len();
         let mut total = StepReport { sub_steps: count, ..StepReport::default() };
-        let next = self.t0 + (self.steps + 1) as f64 * self.step; // no sum of round-offs
-        for (lane, part) in self.sub_steps.iter().enumerate() {
+        let (step, next) = (self.state.step + 1, self.origin.next_time(self.state.step, self.step));
+        let Self { scheme, system, constraints, state, .. } = self;
+        for (index, part) in self.sub_steps.iter().enumerate() {
             let h = part * self.step;
-            let t_end = if lane + 1 == count { next } else { state.t + h };
-            let sub_step = SubStep { lane, h, t_end };
-            let mut outcome = scheme.advance(system, constraints, sub_step, state);
-            if lane + 1 == count
-                && outcome.is_ok()
-                && let Err(violated) = self.watch.check(constraints, state.t, &state.q)
-            {
-                scheme.reset();
-                outcome = Err(violated);
+            let t_end = if index + 1 == count { next } else { state.t + h };
+            let report = scheme.advance(system, constraints, SubStep { index, h, t_end }, state)?;
+            constraints.unwrap_angles(&state.q, &mut state.angles);
+            if let Some(s) = &state.memory.last {
+                each((system, constraints), s, &state.memory.multipliers);
             }
-            if outcome.is_err() {
-                state.copy_from(before);
-            }
-            system.accept(&state.q);
-            constraints.accept(&state.q);
-            let report = outcome?;
-            each((system, constraints), scheme.interval(), scheme.scaled_multiplier());
             total.iterations += report.iterations;
             total.residual = total.residual.max(report.residual);
         }
-        self.carry = count == 1;
-        self.steps += 1;
-        state.step = self.steps;
+        self.watch.check(constraints, state.configuration())?;
+        state.step = step;
         Ok(total)
     }
 
@@ -241,14 +234,17 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
             self.observer.observe_state(&self.system, &self.constraints, &self.before);
             return self.observer.node();
         }
-        let Self { observer, system, rows, constraints, before, scheme, step_before, .. } = self;
-        let step = (scheme.interval(), scheme.scaled_multiplier());
-        observer.observe((system, rows), constraints, before, step, step_before);
+        let Self { observer, system, rows, constraints, before, state, .. } = self;
+        if let Some(s) = &state.memory.last {
+            let step = (s, &state.memory.multipliers[..]);
+            observer.observe((system, rows), constraints, before, step);
+        }
         self.observer.node()
     }
 
     /// The quantities of the current node. The multipliers belong to the step that starts here: it is
-    /// taken, and taken back. With a composition there are none, as in [`EmIntegrator::observe_state`].
+    /// taken on a copy of the state. With a composition there are none, as in
+    /// [`EmIntegrator::observe_state`].
     ///
     /// # Errors
     /// [`StepError`] when that step fails.
@@ -256,15 +252,16 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         if self.is_composed() {
             return Ok(self.observe_state());
         }
-        let kept = (self.before.clone(), self.steps);
-        self.step()?;
-        self.node_before();
-        self.state.copy_from(&self.before);
-        self.system.accept(&self.state.q);
-        self.constraints.accept(&self.state.q);
-        (self.before, self.steps) = kept;
-        self.carry = false; // `step_before` holds the last step already
-        self.scheme.reset();
+        let mut next = self.state.clone();
+        let t_end = self.origin.next_time(self.state.step, self.step);
+        let Self { observer, scheme, system, rows, constraints, state, watch, .. } = self;
+        let sub_step = SubStep { index: 0, h: self.step, t_end };
+        scheme.advance(system, constraints, sub_step, &mut next)?;
+        watch.check(constraints, next.configuration())?;
+        if let Some(s) = &next.memory.last {
+            let step = (s, &next.memory.multipliers[..]);
+            observer.observe((system, rows), constraints, state, step);
+        }
         Ok(self.observer.node())
     }
 
@@ -275,43 +272,56 @@ impl<C: DiscreteConstraints + 'static> EmIntegrator<C> {
         self.observer.node()
     }
 
+    /// Continues from a state of this motion, as [`vi_constraints::Integrator::resume`].
+    ///
+    /// # Errors
+    /// [`ResumeError`]; the state is then what it was.
+    pub fn resume(&mut self, state: State) -> Result<(), ResumeError> {
+        let origin = self.origin.resume(&self.state, &state, self.step)?;
+        self.watch.check(&self.constraints, state.configuration())?;
+        self.origin = origin;
+        self.before.copy_from(&state);
+        self.state = state;
+        Ok(())
+    }
+
     /// Reverses the direction of time; the next step retraces the last one.
     pub fn reverse(&mut self) {
         self.step = -self.step;
-        self.t0 = self.state.t;
-        self.steps = 0;
-        (self.carry, self.step_before.known) = (false, false);
-        self.scheme.reset();
+        self.origin = Origin { t: self.state.t, step: self.state.step };
+        self.state.history.clear();
+        self.state.memory.last = None;
     }
 
     /// The current state.
     #[must_use]
-    pub fn state(&self) -> &EmState {
+    pub fn state(&self) -> &State {
         &self.state
     }
 
     /// The state that the last step started from.
     #[must_use]
-    pub fn before(&self) -> &EmState {
+    pub fn before(&self) -> &State {
         &self.before
     }
 
     /// `H_n` of the current state, J.
     #[must_use]
     pub fn energy(&self) -> f64 {
-        self.system.energy(&self.state.q, &self.state.v)
+        self.system.energy(self.state.configuration(), &self.state.v)
     }
 
-    /// The interval of the last (sub-)step.
+    /// The interval of the last (sub-)step; `None` before the first.
     #[must_use]
-    pub fn interval(&self) -> &Interval {
-        self.scheme.interval()
+    pub fn interval(&self) -> Option<&Interval> {
+        self.state.memory.last.as_ref()
     }
 
-    /// `μ = h²λ` of the last step over all constraints, zero where redundant; shape `m`.
+    /// `μ = h²λ` of the last step over all constraints, zero where redundant; shape `m`, empty before the
+    /// first step.
     #[must_use]
     pub fn scaled_multiplier(&self) -> &[f64] {
-        self.scheme.scaled_multiplier()
+        &self.state.memory.multipliers
     }
 
     /// How consistent the start was.

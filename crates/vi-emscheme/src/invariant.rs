@@ -16,6 +16,7 @@
 
 use crate::discrete_gradient::DiscreteGradient;
 use nalgebra::Matrix3;
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 use vi_multibody::form::Form;
@@ -31,7 +32,7 @@ const GAUSS: [(f64, f64); 3] = [
 ];
 
 /// A potential as a function of `s = D·D ≥ 0`.
-pub trait InvariantLaw: Send {
+pub trait InvariantLaw: Send + Sync {
     /// `V(s)`, J.
     fn value(&self, s: f64) -> f64;
     /// `V'(s)`.
@@ -135,7 +136,7 @@ impl<L: InvariantLaw> InvariantPotential<L> {
 }
 
 impl<L: InvariantLaw> DiscreteGradient for InvariantPotential<L> {
-    fn potential(&self, q: &[f64]) -> f64 {
+    fn potential(&self, Configuration { q, .. }: Configuration<'_>) -> f64 {
         self.law.value(self.between.at(q).norm_squared())
     }
 

@@ -9,14 +9,15 @@
 use crate::coordinate;
 use crate::discrete_gradient::DiscreteGradient;
 use crate::load::MidpointLoad;
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Entries;
 use vi_multibody::joint_force::{JointForce, JointLaw, JointSpring};
 
 impl DiscreteGradient for JointSpring {
-    fn potential(&self, q: &[f64]) -> f64 {
-        DiscretePotential::potential(self, q)
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        DiscretePotential::potential(self, at)
     }
 
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
@@ -29,10 +30,6 @@ impl DiscreteGradient for JointSpring {
         coordinate::emit_product(&self.coordinate, s, 0.5 * scale * self.stiffness, out);
         let force = scale * self.stiffness * stretch;
         coordinate::emit_derivative(&self.coordinate, s, force, out);
-    }
-
-    fn accept(&self, q: &[f64]) {
-        self.coordinate.accept(q);
     }
 }
 
@@ -55,9 +52,5 @@ impl<L: JointLaw> MidpointLoad for JointForce<L> {
 
     fn is_dissipative(&self) -> bool {
         self.law.is_dissipative()
-    }
-
-    fn accept(&self, q: &[f64]) {
-        self.coordinate.accept(q);
     }
 }

@@ -73,4 +73,4 @@ pub use em_system::EmSystem;
 pub use integrator::{EmIntegrator, EmOptions};
 pub use node::EmNode;
 pub use null_space::EmLinearization;
-pub use scheme::{EmForm, EmState};
+pub use scheme::EmForm;

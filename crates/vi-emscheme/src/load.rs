@@ -23,7 +23,7 @@ use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::rotation::skew;
 
 /// A generalized force that acts for the whole step.
-pub trait MidpointLoad: Send {
+pub trait MidpointLoad: Send + Sync {
     /// `out ← out + scale f̄(q_n, q_{n+1})`, shape `n`, N.
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]);
     /// Emits `scale ∂f̄/∂q_{n+1}`; always the same places in the same order.
@@ -32,8 +32,6 @@ pub trait MidpointLoad: Send {
     fn is_dissipative(&self) -> bool {
         false
     }
-    /// Told of every node reached: a force on an angle remembers which turn it is in.
-    fn accept(&self, _q: &[f64]) {}
 }
 
 /// `f(t_{n+1/2}, q_{n+1/2}, Δq/h)`: dampers and other continuous forces.

@@ -22,7 +22,7 @@ use crate::balance::Balance;
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
-use crate::scheme::{EmForm, EmScheme, EmState};
+use crate::scheme::{EmForm, EmScheme, advance_state};
 use nalgebra::DMatrix;
 use vi_constraints::Reparametrization;
 use vi_constraints::null_space::NullSpaceQr;
@@ -31,7 +31,7 @@ use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, condition_number};
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
-use vi_core::predictor::Predictor;
+use vi_core::state::State;
 
 /// The constraints that a spanning tree leaves out.
 #[derive(Clone, Debug)]
@@ -47,7 +47,7 @@ pub struct LoopRows {
 /// The nodal form on closed loops.
 pub struct EmLoopNodal<N, R> {
     newton: Newton,
-    predictor: Predictor,
+    sub_steps: usize,
     u: Vec<f64>,             // d_tree
     first: Option<Vec<f64>>, // d_tree  ν(0), where the first step cannot start from u = 0
     source: N,
@@ -91,7 +91,7 @@ impl<N, R: Reparametrization> EmLoopNodal<N, R> {
         loops: LoopRows,
         (source, map): (N, R),
         blocks: Vec<Block>,
-        (settings, lanes): (NewtonSettings, usize),
+        (settings, sub_steps): (NewtonSettings, usize),
     ) -> Self {
         let (d, cut) = (map.dof(), loops.rows.len());
         let tree_rows: Vec<usize> = (0..m).filter(|row| !loops.rows.contains(row)).collect();
@@ -116,8 +116,8 @@ impl<N, R: Reparametrization> EmLoopNodal<N, R> {
             tree_rows,
             loops,
         };
-        let (newton, predictor) = (Newton::new(d, settings), Predictor::new(d, lanes));
-        Self { newton, predictor, u: vec![0.0; d], first: None, source, map, work }
+        let newton = Newton::new(d, settings);
+        Self { newton, sub_steps, u: vec![0.0; d], first: None, source, map, work }
     }
 
     /// Newton's method of the first step starts from `h ν`: at a singular placement `u = 0` is no start
@@ -183,7 +183,7 @@ where
         self.source.null_space(self.constraints, &balance.s, &mut balance.null_space);
         let (along, closure) = r.split_at_mut(balance.null_space.ncols());
         balance.residual(self.system, along);
-        self.constraints.value(balance.s.t_end(), &balance.s.q1, &mut work.g);
+        self.constraints.value(balance.s.end(), &mut work.g);
         work.chosen.gather(&work.g, closure);
         Ok(())
     }
@@ -222,36 +222,25 @@ where
         system: &EmSystem,
         constraints: &C,
         step: SubStep,
-        state: &mut EmState,
+        state: &mut State,
     ) -> Result<NewtonReport, StepError> {
-        let Self { newton, predictor, u, first, source, map, work } = self;
+        let Self { newton, sub_steps, u, first, source, map, work } = self;
+        state.history.fit(u.len(), *sub_steps, 0..0);
         work.balance.open(state, step);
         work.fresh = true;
-        if let Some(rates) = first.as_ref().filter(|_| state.step == 0 && step.lane == 0) {
+        if let Some(rates) = first.as_ref().filter(|_| state.step == 0 && step.index == 0) {
             let increment: Vec<f64> = rates.iter().map(|rate| step.h * rate).collect();
-            predictor.remember(step.lane, step.h, &increment);
+            state.history.remember(step.index, step.h, false, &increment);
         }
         let mut problem = Problem { system, constraints, source, map, work };
-        let report = solve_step(newton, predictor, step, &mut problem, u)?;
+        let report = solve_step(newton, &mut state.history, step, &mut problem, u)?;
         work.balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
-        state.advance(&work.balance.s, None);
-        map.clean(state.t, &mut state.q);
+        let clean = |t: f64, q: &mut [f64]| map.clean(t, q);
+        advance_state(state, system, (&work.balance.s, &work.balance.mu), None, clean);
         Ok(report)
-    }
-
-    fn interval(&self) -> &Interval {
-        &self.work.balance.s
-    }
-
-    fn scaled_multiplier(&self) -> &[f64] {
-        &self.work.balance.mu
     }
 
     fn condition(&self) -> Option<Condition> {
         Some(Condition::unscaled(condition_number(&self.work.matrix)))
-    }
-
-    fn reset(&mut self) {
-        self.predictor.clear();
     }
 }

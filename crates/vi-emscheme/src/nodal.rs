@@ -15,7 +15,7 @@ use crate::constraint::DiscreteConstraints;
 use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
 use crate::null_space::EmLinearization;
-use crate::scheme::{EmForm, EmScheme, EmState};
+use crate::scheme::{EmForm, EmScheme, advance_state};
 use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::Reparametrization;
@@ -24,13 +24,13 @@ use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
-use vi_core::predictor::Predictor;
 use vi_core::sparse::Entries;
+use vi_core::state::State;
 
 /// What the nodal form asks of `P̄` and `F_d`.
 ///
 /// Call order in an iteration: `reparametrize`, `pull_back`, `solve`.
-pub trait EmOperators<C> {
+pub trait EmOperators<C>: Send {
     /// Degrees of freedom `d`.
     fn dof(&self) -> usize;
     /// Units and scales of the increments `u`.
@@ -65,7 +65,7 @@ pub trait EmOperators<C> {
 /// The nodal form.
 pub struct EmNodal<O> {
     newton: Newton,
-    predictor: Predictor,
+    sub_steps: usize,
     u: Vec<f64>, // d
     operators: O,
     balance: Balance,
@@ -80,18 +80,18 @@ struct Problem<'a, C, O> {
 
 impl<N, R: Reparametrization> EmNodal<DenseOperators<N, R>> {
     /// For `n` coordinates, an independent set of `m` constraints, a source of `P̄`, a map `F_d` and a
-    /// composition of `lanes` sub-steps, by dense matrices.
+    /// composition of `sub_steps` sub-steps, by dense matrices.
     #[must_use]
     pub fn new(
         n: usize,
         constraints: (IndependentRows, usize),
         (source, map): (N, R),
         settings: NewtonSettings,
-        lanes: usize,
+        sub_steps: usize,
     ) -> Self {
         let operators = DenseOperators::new(n, (source, map));
         let d = operators.map().dof();
-        Self::with_operators((n, d), constraints, operators, settings, lanes)
+        Self::with_operators((n, d), constraints, operators, settings, sub_steps)
     }
 }
 
@@ -103,11 +103,10 @@ impl<O> EmNodal<O> {
         constraints: (IndependentRows, usize),
         operators: O,
         settings: NewtonSettings,
-        lanes: usize,
+        sub_steps: usize,
     ) -> Self {
         let balance = Balance::new(n, constraints).without_matrix();
-        let (newton, predictor) = (Newton::new(d, settings), Predictor::new(d, lanes));
-        Self { newton, predictor, u: vec![0.0; d], operators, balance }
+        Self { newton: Newton::new(d, settings), sub_steps, u: vec![0.0; d], operators, balance }
     }
 
     /// With the multipliers of a tree found frame by frame, where there is one.
@@ -155,32 +154,22 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> EmScheme<C> for EmNodal<O> {
         system: &EmSystem,
         constraints: &C,
         step: SubStep,
-        state: &mut EmState,
+        state: &mut State,
     ) -> Result<NewtonReport, StepError> {
-        let Self { newton, predictor, u, operators, balance } = self;
+        let Self { newton, sub_steps, u, operators, balance } = self;
+        state.history.fit(u.len(), *sub_steps, 0..0);
         balance.open(state, step);
         let mut problem = Problem { system, constraints, operators, balance };
-        let report = solve_step(newton, predictor, step, &mut problem, u)?;
+        let report = solve_step(newton, &mut state.history, step, &mut problem, u)?;
         balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
-        state.advance(&balance.s, None);
-        operators.clean(state.t, &mut state.q);
+        balance.remember(&mut state.memory);
+        let clean = |t: f64, q: &mut [f64]| operators.clean(t, q);
+        advance_state(state, system, (&balance.s, &balance.mu), None, clean);
         Ok(report)
-    }
-
-    fn interval(&self) -> &Interval {
-        &self.balance.s
-    }
-
-    fn scaled_multiplier(&self) -> &[f64] {
-        &self.balance.mu
     }
 
     fn condition(&self) -> Option<Condition> {
         Some(Condition::unscaled(condition_number(&self.operators.matrix())))
-    }
-
-    fn reset(&mut self) {
-        self.predictor.clear();
     }
 }
 
@@ -201,7 +190,7 @@ mod tests {
         mut scheme: EmNodal<O>,
     ) -> f64 {
         let (q, v) = mechanism.start();
-        let mut state = EmState::new(0.0, q, v);
+        let mut state = crate::scheme::start_state(system, 0.0, q, v);
         let start = state.clone();
         let step = SubStep::single(0.0, 0.05);
         scheme.advance(system, mechanism, step, &mut state).unwrap();

@@ -16,12 +16,12 @@
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
-use crate::scheme::EmState;
 use vi_constraints::projection::minimum_norm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::state::State;
 
 /// Quantities of the node `n` and of the step to `n + 1`, all buffers sized once.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,25 +54,6 @@ pub(crate) struct EmObserver {
     work: Vec<f64>,                 // m
 }
 
-/// The step before a node, with its multipliers.
-pub(crate) struct Before {
-    pub(crate) known: bool,
-    pub(crate) s: Interval,
-    pub(crate) mu: Vec<f64>, // m  h²λ
-}
-
-impl Before {
-    pub(crate) fn new(n: usize, m: usize) -> Self {
-        Self { known: false, s: Interval::new(n), mu: vec![0.0; m] }
-    }
-
-    pub(crate) fn take(&mut self, s: &Interval, mu: &[f64]) {
-        self.known = true;
-        self.s.copy_from(s);
-        self.mu.copy_from_slice(mu);
-    }
-}
-
 impl EmObserver {
     /// For `n` coordinates and `m` constraints.
     pub(crate) fn new(n: usize, m: usize) -> Self {
@@ -97,13 +78,13 @@ impl EmObserver {
         &mut self,
         system: &EmSystem,
         constraints: &impl DiscreteConstraints,
-        state: &EmState,
+        state: &State,
     ) {
         let node = &mut self.node;
-        node.energy = system.energy(&state.q, &state.v);
+        node.energy = system.energy(state.configuration(), &state.v);
         node.p.fill(0.0);
         system.mass().mul_add(1.0, &state.v, &mut node.p);
-        constraints.value(state.t, &state.q, &mut self.work);
+        constraints.value(state.configuration(), &mut self.work);
         node.position_residual = norm_inf(&self.work);
 
         let shape = (constraints.len(), constraints.dim());
@@ -115,30 +96,30 @@ impl EmObserver {
         node.velocity_residual = node.momentum_residual;
     }
 
-    /// The node `state` with the step `s` that starts there, its multipliers `μ = h²λ`, and the step
-    /// before.
+    /// The node `state`, which remembers the step before, with the step `s` that starts there and its
+    /// multipliers `μ = h²λ`.
     pub(crate) fn observe(
         &mut self,
         (system, rows): (&EmSystem, &IndependentRows),
         constraints: &impl DiscreteConstraints,
-        state: &EmState,
+        state: &State,
         (s, mu): (&Interval, &[f64]),
-        before: &Before,
     ) {
+        let before = state.memory.last.as_ref();
         self.observe_state(system, constraints, state);
         let shape = (constraints.len(), constraints.dim());
         let node = &mut self.node;
         let scale = 1.0 / (s.h * s.h);
         let (lambda, force) = (&mut node.lambda, &mut node.constraint_force);
-        if before.known {
-            let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(&before.s, out);
+        if let Some(before) = before {
+            let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(before, out);
             let jacobian = SparseMatrix::update(&mut self.jacobian, shape, emit);
-            multipliers(jacobian, rows, (&before.mu, scale), lambda, force);
+            multipliers(jacobian, rows, (&state.memory.multipliers, scale), lambda, force);
         }
         let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
         let jacobian = SparseMatrix::update(&mut self.jacobian, shape, emit);
         if constraints.is_rheonomic() {
-            constraints.value(s.t_end(), &s.q1, &mut self.work);
+            constraints.value(s.end(), &mut self.work);
             node.velocity_residual = norm_inf(&self.work) / s.h.abs();
         } else {
             self.work.fill(0.0);
@@ -147,7 +128,7 @@ impl EmObserver {
         }
         let (lambda_mid, force_mid) = (&mut node.lambda_mid, &mut node.constraint_force_mid);
         multipliers(jacobian, rows, (mu, scale), lambda_mid, force_mid);
-        if before.known {
+        if before.is_some() {
             lambda.iter_mut().zip(lambda_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b));
             force.iter_mut().zip(force_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b));
         } else {

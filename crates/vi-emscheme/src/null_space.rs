@@ -54,7 +54,7 @@ pub enum EmLinearization {
 }
 
 /// Where `P̄` comes from.
-pub trait DiscreteNullSpace<C> {
+pub trait DiscreteNullSpace<C>: Send {
     /// `out ← P̄(q_n, q_{n+1})`, shape `n × d`; `out` may hold anything on entry.
     fn null_space(&mut self, constraints: &C, s: &Interval, out: &mut DMatrix<f64>);
     /// Whether [`DiscreteNullSpace::add_derivative`] is there.

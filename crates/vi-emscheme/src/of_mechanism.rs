@@ -59,18 +59,18 @@ impl EmIntegrator<Mechanism> {
         }
         let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
         let (chosen, newton) = ((rows.clone(), m), options.newton);
-        let lanes = options.sub_steps().len();
+        let sub_steps = options.sub_steps().len();
         let qr = || DiscreteQr::new(n, m, rows.len());
         let map = TreeMap::new(&mechanism);
         let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
         let scheme: Box<dyn EmScheme<Mechanism>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, lanes)),
+            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, sub_steps)),
             EmForm::Dalembert => match averaged() {
                 Some(source) => {
-                    let scheme = EmDalembert::new(n, chosen, source, newton, lanes);
+                    let scheme = EmDalembert::new(n, chosen, source, newton, sub_steps);
                     Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
                 }
-                None => Box::new(EmDalembert::new(n, chosen, qr(), newton, lanes)),
+                None => Box::new(EmDalembert::new(n, chosen, qr(), newton, sub_steps)),
             },
             EmForm::Nodal if mechanism.has_loops() => {
                 nodal_on_loops(&mechanism, &loops, options, at)?
@@ -81,7 +81,7 @@ impl EmIntegrator<Mechanism> {
                     return Err(EmSetupError::Linearization);
                 }
                 None => {
-                    let scheme = EmNodal::new(n, chosen, (qr(), map), newton, lanes);
+                    let scheme = EmNodal::new(n, chosen, (qr(), map), newton, sub_steps);
                     Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
                 }
             },
@@ -102,20 +102,20 @@ fn nodal_on_tree(
 ) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let (d, chosen) = (map.dof(), (IndependentRows::all(m), m));
-    let (newton, lanes, tree) =
+    let (newton, sub_steps, tree) =
         (options.newton, options.sub_steps().len(), TreeMultipliers::new(mechanism));
     let explicit = options.linearization == EmLinearization::NullSpaceDerivative;
     if options.solver.is_sparse(mechanism) && !explicit && tree.is_some() {
         let operators = SparseOperators::new(mechanism, averaged);
         let elements = has_nodes(mechanism);
         let operators = if elements { operators.for_elements(at.1) } else { operators };
-        let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, lanes);
+        let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, sub_steps);
         return Ok(Box::new(scheme.on_tree(tree)));
     }
     let operators = DenseOperators::new(n, (averaged, map));
     let operators = operators.linearized::<Mechanism>(options.linearization);
     let operators = operators.ok_or(EmSetupError::Linearization)?;
-    let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, lanes);
+    let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, sub_steps);
     Ok(Box::new(scheme.on_tree(tree)))
 }
 

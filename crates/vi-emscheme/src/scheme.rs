@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use vi_constraints::scheme::{Condition, StepError, SubStep};
 use vi_core::interval::Interval;
 use vi_core::newton::NewtonReport;
+use vi_core::state::State;
 
 /// Which form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -40,89 +41,70 @@ impl EmForm {
     }
 }
 
-/// Parts of `ε` that Newton's method may leave of `Δq` where `EmState::advance` is told what rounding
-/// has taken off: a remainder of `ε/64` on the same side in each step still showed after 5·10⁴ steps.
+/// Parts of `ε` that Newton's method may leave of `Δq` where [`advance_state`] gets its rounding error: a
+/// remainder of `ε/64` on the same side in each step still showed after 5·10⁴ steps.
 pub(crate) const BEYOND_ROUNDING: f64 = 1.0 / 65536.0;
 
-/// Time, configuration and velocity at a node.
+/// The start of a motion at time `t`: `v_0 = v(0)`, `p_0 = M v_0`. Later `v_n` is not in `null G(q_n)`, but
+/// `O(h²)` off.
+#[must_use]
+pub fn start_state(system: &EmSystem, t: f64, q: Vec<f64>, v: Vec<f64>) -> State {
+    let mut state = State::new(t, q, vec![0.0; v.len()]);
+    system.mass().mul_add(1.0, &v, &mut state.p);
+    state.compensation.v = vec![0.0; v.len()];
+    state.v = v;
+    state
+}
+
+/// Replaces the node by the end of a step: `v_{n+1} = (2/h) Δq − v_n = v_n + 2 (Δq − h v_n)/h`, with the
+/// rounding error of `Δq` where that is the unknown; `mu`: `h²λ` of the step; `clean(t, q)` may remove round-off
+/// from `q_{n+1}`.
 ///
-/// `v_0 = v(0)`; later `v_n` is not in `null G(q_n)`, but `O(h²)` off.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct EmState {
-    /// Number of steps taken.
-    pub step: u64,
-    /// `t_n`, s.
-    pub t: f64,
-    /// `q_n`, shape `n`.
-    pub q: Vec<f64>,
-    /// `v_n`, shape `n`.
-    pub v: Vec<f64>,
-    /// What rounding has taken off `v_n`, shape `n`.
-    pub(crate) carry: Vec<f64>,
+/// No `Δq` in its format balances the momentum exactly. In a steady rotation the errors have the same sign at
+/// some steps `h`, up to 0.05 `ε` a step: `rounding` takes them out of the velocity.
+pub(crate) fn advance_state(
+    state: &mut State,
+    system: &EmSystem,
+    (s, mu): (&Interval, &[f64]),
+    rounding: Option<&[f64]>,
+    clean: impl FnOnce(f64, &mut [f64]),
+) {
+    state.move_to_configuration(s, clean);
+    for i in 0..state.v.len() {
+        let (v, error) = (state.v[i], state.compensation.v[i]);
+        let of_increment = rounding.map_or(0.0, |rounding| rounding[i]);
+        let change = 2.0 * (lag(s.dq[i], s.h, (v, error)) + of_increment) / s.h + error;
+        state.v[i] = v + change;
+        state.compensation.v[i] = (v - state.v[i]) + change;
+    }
+    state.p.fill(0.0);
+    system.mass().mul_add(1.0, &state.v, &mut state.p);
+    state.memory.keep(s);
+    state.memory.multipliers.clear();
+    state.memory.multipliers.extend_from_slice(mu);
 }
 
-impl EmState {
-    /// The start of a motion at time `t`.
-    #[must_use]
-    pub fn new(t: f64, q: Vec<f64>, v: Vec<f64>) -> Self {
-        let carry = vec![0.0; v.len()];
-        Self { step: 0, t, q, v, carry }
-    }
-
-    /// Becomes a copy of another node of the same shape; allocates nothing.
-    pub(crate) fn copy_from(&mut self, other: &Self) {
-        (self.step, self.t) = (other.step, other.t);
-        self.q.copy_from_slice(&other.q);
-        self.v.copy_from_slice(&other.v);
-        self.carry.copy_from_slice(&other.carry);
-    }
-
-    /// Replaces the node by the end of a step: `v_{n+1} = (2/h) Δq − v_n = v_n + 2 (Δq − h v_n)/h`, where
-    /// rounding has taken `lost` off `Δq` where that is the unknown.
-    ///
-    /// No `Δq` in its format balances the momentum exactly. In a steady rotation what is left over leans
-    /// one way at some steps `h`, by up to 0.05 `ε` a step: `lost` takes that out of the velocity.
-    pub(crate) fn advance(&mut self, s: &Interval, lost: Option<&[f64]>) {
-        self.q.copy_from_slice(&s.q1);
-        for i in 0..self.v.len() {
-            let (v, carry) = (self.v[i], self.carry[i]);
-            let change = 2.0 * (lag(s.dq[i], s.h, (v, carry)) + lost.map_or(0.0, |lost| lost[i]))
-                / s.h
-                + carry;
-            self.v[i] = v + change;
-            self.carry[i] = (v - self.v[i]) + change;
-        }
-        self.t = s.t_end();
-        self.step += 1;
-    }
+/// `Δq − h v_n` with the rounding error of `v_n`.
+pub(crate) fn lag(dq: f64, h: f64, (v, error): (f64, f64)) -> f64 {
+    (-h).mul_add(v, dq) - h * error
 }
 
-/// `Δq − h v_n` with what rounding has taken off `v_n`.
-pub(crate) fn lag(dq: f64, h: f64, (v, carry): (f64, f64)) -> f64 {
-    (-h).mul_add(v, dq) - h * carry
-}
-
-/// One of the forms, with its workspace.
-pub trait EmScheme<C> {
+/// One of the forms, with its workspace: nothing in it influences a later step but through the [`State`].
+pub trait EmScheme<C>: Send {
     /// Which one.
     fn form(&self) -> EmForm;
-    /// Takes a step.
+    /// Takes a step. The interval and `μ = h²λ` over all constraints, zero where redundant, are then in the
+    /// memory of the state.
     ///
     /// # Errors
-    /// [`StepError`]; the state is then what it was.
+    /// [`StepError`]; of the state only history and memory may then have changed, which the caller restores.
     fn advance(
         &mut self,
         system: &EmSystem,
         constraints: &C,
         step: SubStep,
-        state: &mut EmState,
+        state: &mut State,
     ) -> Result<NewtonReport, StepError>;
-    /// The interval of the last step.
-    fn interval(&self) -> &Interval;
-    /// `μ = h²λ` of the last step over all constraints, zero where redundant; shape `m`.
-    fn scaled_multiplier(&self) -> &[f64];
     /// Condition numbers of the Newton matrix of the last step (dense: for studies, not for runs).
     fn condition(&self) -> Option<Condition>;
-    /// Forgets start values (after the state was changed from outside).
-    fn reset(&mut self);
 }

@@ -9,7 +9,6 @@ use crate::nodal::EmOperators;
 use crate::null_space::{AveragedTree, EmLinearization};
 use nalgebra::DMatrix;
 use vi_constraints::NodalOperators;
-use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
 use vi_core::sparse::Entries;
@@ -21,9 +20,6 @@ pub struct SparseOperators {
     averaged: AveragedTree,
     sparse: SparseNodal,
 }
-
-/// The part of the operators that does not depend on a system.
-type Operators = dyn NodalOperators<SeparableSystem>;
 
 impl SparseOperators {
     /// For the spanning tree of a mechanism.
@@ -42,12 +38,11 @@ impl SparseOperators {
 
 impl<C> EmOperators<C> for SparseOperators {
     fn dof(&self) -> usize {
-        (&self.sparse as &Operators).dof()
+        self.sparse.dof()
     }
 
     fn blocks(&self) -> &[Block] {
-        let operators: &Operators = &self.sparse;
-        operators.blocks()
+        self.sparse.blocks()
     }
 
     fn reparametrize(
@@ -56,15 +51,13 @@ impl<C> EmOperators<C> for SparseOperators {
         u: &[f64],
         s: &mut Interval,
     ) -> Result<(), Fault> {
-        let operators: &mut Operators = &mut self.sparse;
-        operators.reparametrize(u, s)?;
+        self.sparse.reparametrize(u, s)?;
         self.sparse.take_maps(&s.q_mid, self.averaged.maps_at(&s.q_mid));
         Ok(())
     }
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
-        let operators: &mut Operators = &mut self.sparse;
-        operators.pull_back(w, out);
+        self.sparse.pull_back(w, out);
     }
 
     fn linearization(&self) -> EmLinearization {
@@ -77,12 +70,11 @@ impl<C> EmOperators<C> for SparseOperators {
         (u, s, _): (&[f64], &Interval, &[f64]),
         x: &mut [f64],
     ) -> Result<(), Fault> {
-        self.sparse.solve_emitted(emit, (u, s), x)
+        self.sparse.solve(emit, u, s, x)
     }
 
     fn clean(&mut self, t: f64, q: &mut [f64]) {
-        let operators: &mut Operators = &mut self.sparse;
-        operators.clean(t, q);
+        self.sparse.clean(t, q);
     }
 
     fn matrix(&self) -> DMatrix<f64> {

@@ -43,7 +43,7 @@ fn a_wrench_changes_the_momenta_by_exactly_its_impulse() {
                 let energy = run.energy();
                 run.step().unwrap();
                 let after = momentum(&run);
-                let s = run.interval();
+                let s = run.interval().unwrap();
                 let (f, tau) = load.wrench(s.t_mid(), &s.q_mid[12..]);
                 let at = vi_rigid::directors::triad(&s.q_mid[12..]) * point;
                 let arm = Vector3::new(s.q_mid[12], s.q_mid[13], s.q_mid[14]) + at;

@@ -172,22 +172,21 @@ fn single_steps_compose_to_order_four_in_q_and_two_in_v() {
     use vi_constraints::saddle_point::IndependentRows;
     use vi_constraints::scheme::SubStep;
     use vi_core::newton::NewtonSettings;
-    use vi_emscheme::EmState;
     use vi_emscheme::constrained::EmConstrained;
-    use vi_emscheme::scheme::EmScheme;
+    use vi_emscheme::scheme::{EmScheme, start_state};
     let model = common::pendulum();
     let (mechanism, system) = (&model.mechanism, model.system());
     let gammas = Composition::of_order(6).unwrap().gammas();
     let end = |parts: usize| {
         let (q, v) = mechanism.start();
-        let mut state = EmState::new(0.0, q, v);
+        let mut state = start_state(&system, 0.0, q, v);
         let size = (IndependentRows::all(mechanism.len()), mechanism.len());
         let settings = NewtonSettings::default();
         let mut scheme = EmConstrained::new(mechanism.dim(), size, settings, gammas.len());
         for _ in 0..12 * parts {
-            for (lane, gamma) in gammas.iter().enumerate() {
+            for (index, gamma) in gammas.iter().enumerate() {
                 let h = gamma * 0.05 / parts as f64;
-                let step = SubStep { lane, h, t_end: state.t + h };
+                let step = SubStep { index, h, t_end: state.t + h };
                 scheme.advance(&system, mechanism, step, &mut state).unwrap();
             }
         }

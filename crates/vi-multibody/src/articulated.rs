@@ -20,11 +20,13 @@ use crate::spatial::SpatialMatrix;
 use crate::tree::Tree;
 use nalgebra::Vector3;
 use vi_constraints::NodalOperators;
+use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
 use vi_core::phase::{Phase, within};
 use vi_core::sparse::Entries;
+use vi_core::state::Memory;
 use vi_rigid::{directors, null_space};
 
 /// What a link needs during a step, side by side in memory.
@@ -117,7 +119,7 @@ impl Articulated {
     /// Whether the Newton matrix of `system` is block diagonal, so that the recursion applies.
     #[must_use]
     pub fn applies(&mut self, system: &impl MechanicalSystem, s: &Interval) -> bool {
-        !self.assemble(system, s)
+        !self.assemble(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), s)
     }
 
     /// The tree.
@@ -144,20 +146,19 @@ impl Articulated {
         self.link_of[frame]
     }
 
-    /// Takes up `q_n`.
-    pub fn begin_at(&mut self, q: &[f64], kept: bool) {
-        if kept {
-            self.links.iter_mut().for_each(|link| link.at = link.next);
-            return;
+    /// Computes `X, S` at `q_n`; with a `last` step those of its `∂F_d/∂u`.
+    pub fn begin_at(&mut self, q: &[f64], last: Option<LastStep<'_>>) {
+        match last {
+            Some(last) => self.tree.tangents(last.u, &last.s.q1, &mut self.maps),
+            None => self.tree.velocity_maps(q, &mut self.maps),
         }
-        self.tree.velocity_maps(q, &mut self.maps);
         for (link, map) in self.links.iter_mut().zip(&self.maps) {
             link.at = *map;
         }
     }
 
-    /// Keeps `X', S'` of a step just taken.
-    pub fn keep(&mut self, u: &[f64], q1: &[f64]) {
+    /// Computes `X', S'` at `q_{n+1}`.
+    pub fn tangent(&mut self, u: &[f64], q1: &[f64]) {
         self.tree.tangents(u, q1, &mut self.maps);
         for (link, map) in self.links.iter_mut().zip(&self.maps) {
             link.next = *map;
@@ -187,11 +188,11 @@ impl Articulated {
     }
 
     /// `A_α` of the last [`Articulated::move_to`]d interval; whether bodies are coupled.
-    pub(crate) fn assemble(&mut self, system: &impl MechanicalSystem, s: &Interval) -> bool {
+    pub(crate) fn assemble(&mut self, mixed: &Emission<'_>, s: &Interval) -> bool {
         self.links.iter_mut().for_each(|link| link.A = SpatialMatrix::zero());
         let (links, link_of) = (&mut self.links[..], &self.link_of[..]);
         let mut sink = BlockSink { links, link_of, q0: &s.q0, q1: &s.q1, coupled: false };
-        system.forced_d2_d1(s, &mut sink);
+        mixed(&mut sink);
         sink.coupled
     }
 
@@ -201,12 +202,12 @@ impl Articulated {
     /// [`Fault::SingularTangent`].
     pub fn factorize(
         &mut self,
-        system: &impl MechanicalSystem,
+        mixed: &Emission<'_>,
         u: &[f64],
         s: &Interval,
     ) -> Result<(), Fault> {
-        self.keep(u, &s.q1);
-        let coupled = self.assemble(system, s);
+        self.tangent(u, &s.q1);
+        let coupled = self.assemble(mixed, s);
         debug_assert!(!coupled, "the recursion needs a potential that couples no two bodies");
         within(Phase::Solve, || (0..self.links.len()).rev().try_for_each(|k| self.eliminate(k)))
     }
@@ -365,7 +366,7 @@ fn invert(
     Some(inverse)
 }
 
-impl<S: MechanicalSystem> NodalOperators<S> for TreeNodal {
+impl NodalOperators for TreeNodal {
     fn dof(&self) -> usize {
         self.articulated.tree.dof()
     }
@@ -374,14 +375,9 @@ impl<S: MechanicalSystem> NodalOperators<S> for TreeNodal {
         &self.articulated.blocks
     }
 
-    fn begin(&mut self, _system: &S, s: &Interval, kept: bool) {
+    fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {
         self.q_n.copy_from_slice(&s.q0);
-        self.articulated.begin_at(&s.q0, kept);
-    }
-
-    fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool {
-        self.articulated.keep(u, &s.q1);
-        true
+        self.articulated.begin_at(&s.q0, last);
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
@@ -392,8 +388,14 @@ impl<S: MechanicalSystem> NodalOperators<S> for TreeNodal {
         self.articulated.pull_back_at(&self.q_n, w, out);
     }
 
-    fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
-        self.articulated.factorize(system, u, s)?;
+    fn solve(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.articulated.factorize(mixed, u, s)?;
         self.articulated.solve_in_place(x);
         if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }

@@ -48,17 +48,19 @@ use crate::map::TreeMap;
 use crate::mechanism::Mechanism;
 use crate::placement::LoopRank;
 use crate::sparse_nodal::SparseNodal;
+use cluster::Recall;
 use loops::Loops;
 pub use loops::{longest_arm, with_floors};
 use nalgebra::DMatrix;
 use path::Placed;
 use vi_constraints::null_space::NullSpaceQr;
+use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{Constraints, DenseNodal, NodalOperators};
-use vi_core::discrete_lagrangian::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault};
 use vi_core::phase::{Phase, within};
+use vi_core::state::Memory;
 
 /// What carries the tree: its velocity map and `A`.
 pub enum TreeSolver {
@@ -75,11 +77,12 @@ pub struct LoopNodal {
     loops: Loops,
     solver: TreeSolver,
     coupled: Coupled, // of matrices that couple bodies
+    initial: Memory,  // before the first step
     q_n: Vec<f64>,
     h: f64,
     sigma: f64,    // smallest pivot at q_{n+1}
     fresh: bool,   // rows not chosen yet in this step
-    current: bool, // the tangent maps kept are those of the last trial
+    current: bool, // the tangent maps are those of the last trial
 }
 
 /// The complement of all loops together, where `A` is one matrix.
@@ -105,8 +108,9 @@ impl LoopNodal {
             lu: DenseLu::new(size),
             mu: vec![0.0; size],
         };
-        let q_n = vec![0.0; mechanism.dim()];
-        Self { loops, solver, coupled, q_n, h: 1.0, sigma: 1.0, fresh: true, current: false }
+        let (initial, q_n) = (initial(&loops), vec![0.0; mechanism.dim()]);
+        let (fresh, current) = (true, false);
+        Self { loops, solver, coupled, initial, q_n, h: 1.0, sigma: 1.0, fresh, current }
     }
 
     /// The first node is a singular placement: its null space is that of the branch, `Z_0`.
@@ -117,7 +121,8 @@ impl LoopNodal {
         qr.factorize(&null_space.transpose());
         let mut range = DMatrix::zeros(d, d - f);
         qr.null_space(f, &mut range);
-        self.loops.clusters.iter_mut().for_each(|cluster| cluster.remember(&range));
+        self.loops.clusters.iter_mut().for_each(|cluster| cluster.leave_along(&range));
+        self.initial = initial(&self.loops);
         self
     }
 
@@ -128,15 +133,15 @@ impl LoopNodal {
         }
         match &mut self.solver {
             TreeSolver::Sparse(sparse) => sparse.take_tangent(u, s),
-            _ => self.loops.tree.keep(u, &s.q1),
+            _ => self.loops.tree.tangent(u, &s.q1),
         }
         self.current = true;
     }
 
     /// The correction where `A` is one matrix: `δ = A⁻¹ b + A⁻¹ Uᵀ μ`, `(J' A⁻¹ Uᵀ) μ = g − J' A⁻¹ b`.
-    fn solve_coupled<S: MechanicalSystem>(
+    fn solve_coupled(
         &mut self,
-        (system, u, s): (&S, &[f64], &Interval),
+        (mixed, u, s): (&Emission<'_>, &[f64], &Interval),
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let Self { loops, solver, coupled, .. } = self;
@@ -153,12 +158,12 @@ impl LoopNodal {
         match solver {
             TreeSolver::Recursion => {}
             TreeSolver::Dense(dense) => {
-                dense.factorize(system, u, s);
+                dense.factorize(mixed, u, s);
                 let mut sides = solutions.as_mut_slice().chunks_exact_mut(d);
                 sides.try_for_each(|x| dense.solve_factorized(x))?;
             }
             TreeSolver::Sparse(sparse) => {
-                sparse.assemble(system, u, s);
+                sparse.assemble(mixed, u, s);
                 sparse.solve_assembled(solutions.as_mut_slice())?;
             }
         }
@@ -182,6 +187,13 @@ impl LoopNodal {
         }
         Ok(())
     }
+}
+
+/// What the clusters say before the first step.
+fn initial(loops: &Loops) -> Memory {
+    let mut memory = Memory::default();
+    loops.clusters.iter().for_each(|cluster| cluster.remember(&mut memory));
+    memory
 }
 
 impl TreeSolver {
@@ -217,7 +229,7 @@ fn solve_by_sweeps(loops: &mut Loops, q1: &[f64], x: &mut [f64]) -> Result<(), F
     Ok(())
 }
 
-impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
+impl NodalOperators for LoopNodal {
     fn dof(&self) -> usize {
         self.loops.dof()
     }
@@ -226,37 +238,38 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
         &self.loops.blocks
     }
 
-    fn begin(&mut self, system: &S, s: &Interval, kept: bool) {
+    fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>) {
         self.q_n.copy_from_slice(&s.q0);
         self.h = s.h;
-        self.loops.tree.begin_at(&s.q0, kept);
         match &mut self.solver {
-            TreeSolver::Recursion => {}
-            TreeSolver::Dense(dense) => dense.begin(system, s, kept),
-            TreeSolver::Sparse(sparse) => sparse.begin(system, s, kept),
+            TreeSolver::Recursion => self.loops.tree.begin_at(&s.q0, last),
+            TreeSolver::Dense(dense) => {
+                self.loops.tree.begin_at(&s.q0, last);
+                dense.begin(s, memory, last);
+            }
+            TreeSolver::Sparse(sparse) => sparse.begin(s, memory, last),
         }
+        let memory = if memory.indices.is_empty() { &self.initial } else { memory };
+        let mut recall = Recall::new(memory);
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
         let at =
             Placed { tree, sparse: self.solver.sparse(), home, column_of, q: &s.q0, next: false };
         for cluster in clusters {
-            cluster.paths.rows.iter().for_each(|row| row.row.accept(&s.q0));
-            cluster.begin(at);
+            cluster.begin(at, &mut recall);
         }
         (self.fresh, self.current) = (true, false);
     }
 
-    fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool {
-        self.take_tangent(u, s);
-        if let TreeSolver::Dense(dense) = &mut self.solver {
-            NodalOperators::<S>::keep_tangent(&mut **dense, u, s);
-        }
-        true
+    fn remember(&self, memory: &mut Memory) {
+        memory.indices.clear();
+        memory.values.clear();
+        self.loops.clusters.iter().for_each(|cluster| cluster.remember(memory));
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
         self.current = false;
         match &mut self.solver {
-            TreeSolver::Sparse(sparse) => NodalOperators::<S>::reparametrize(&mut **sparse, u, s)?,
+            TreeSolver::Sparse(sparse) => sparse.reparametrize(u, s)?,
             _ => self.loops.tree.move_to(u, s)?,
         }
         if self.fresh {
@@ -274,13 +287,13 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
             self.sigma = smallest.fold(1.0, f64::min);
             self.fresh = false;
         }
-        self.loops.clusters.iter_mut().for_each(|cluster| cluster.close(s.t_end(), &s.q1));
+        self.loops.clusters.iter_mut().for_each(|cluster| cluster.close(s.end()));
         Ok(())
     }
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
         match &mut self.solver {
-            TreeSolver::Sparse(sparse) => NodalOperators::<S>::pull_back(&mut **sparse, w, out),
+            TreeSolver::Sparse(sparse) => sparse.pull_back(w, out),
             _ => self.loops.tree.pull_back_at(&self.q_n, w, out),
         }
     }
@@ -289,21 +302,27 @@ impl<S: MechanicalSystem> NodalOperators<S> for LoopNodal {
         self.loops.clusters.iter().for_each(|cluster| cluster.project(self.h, r));
     }
 
-    fn keep_balance(&self, r: &mut [f64]) {
+    fn carry_balance(&self, r: &mut [f64]) {
         if let TreeSolver::Sparse(tree) = &self.solver {
-            NodalOperators::<S>::keep_balance(&**tree, r);
+            tree.carry_balance(r);
         }
         self.loops.clusters.iter().for_each(|cluster| cluster.clear_closure(r));
     }
 
-    fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
+    fn solve(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
         self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(self.h, x))?;
         self.take_tangent(u, s);
         if let TreeSolver::Recursion = self.solver {
-            self.loops.tree.assemble(system, s);
+            self.loops.tree.assemble(mixed, s);
             within(Phase::Solve, || solve_by_sweeps(&mut self.loops, &s.q1, x))?;
         } else {
-            self.solve_coupled((system, u, s), x)?;
+            self.solve_coupled((mixed, u, s), x)?;
         }
         if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }

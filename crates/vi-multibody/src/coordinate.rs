@@ -5,24 +5,27 @@
 //! angle    θ = atan2(s, c),  s = m_1'·m_2,  c = m_1'·m_1        about n, from m_1 to m_1'
 //! ∇θ = (c ∇s − s ∇c)/(s² + c²)
 //! ```
-//! `s`, `c`, `u` are products of linear forms, so every derivative is exact. `atan2` knows an angle up
-//! to whole turns; the coordinate remembers the angle of the last node and takes the turn nearest to
-//! it, which is unique while a step turns by less than `π`.
+//! `s`, `c`, `u` are products of linear forms, so every derivative is exact. `atan2` gives an angle up to
+//! whole revolutions; these follow from the angles of the last node, [`Configuration::angles`], where the
+//! mechanism lists the coordinate ([`crate::Mechanism::coordinate`]).
 
 use crate::form::Row;
 use crate::joint::Joint;
 use crate::pair::{PairKind, Twist};
 use std::f64::consts::TAU;
-use std::sync::atomic::{AtomicU64, Ordering};
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 
 /// A joint coordinate: a length (m) or an angle (rad).
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct JointCoordinate {
     value: Value,
-    last: AtomicU64, // bits of the angle at the last node
+    slot: usize, // among the unwrapped angles
 }
+
+/// Of an angle that is not listed: its principal value is meant.
+const UNLISTED: usize = usize::MAX;
 
 /// What a joint coordinate is a function of: products of linear forms of `q`.
 #[derive(Clone, Debug)]
@@ -38,13 +41,6 @@ pub enum Value {
     },
 }
 
-impl Clone for JointCoordinate {
-    fn clone(&self) -> Self {
-        let last = AtomicU64::new(self.last.load(Ordering::Relaxed));
-        Self { value: self.value.clone(), last }
-    }
-}
-
 /// Axis `i` of the parent times the gap.
 fn length(joint: &Joint, i: usize) -> Value {
     Value::Length(Row::product(joint.parent.axis(i), joint.gap(), 0.0))
@@ -56,10 +52,10 @@ fn product(joint: &Joint, i: usize, j: usize) -> Row {
 }
 
 impl JointCoordinate {
-    /// Coordinate `freedom` of a joint; `None` for pairs whose freedoms are no such coordinates
-    /// (spherical, free) and for freedoms that do not exist.
+    /// Coordinate `freedom` of a joint, an angle by its principal value, in `[−π, π]`; `None` for pairs whose
+    /// freedoms are no such coordinates (spherical, free) and for freedoms that do not exist.
     #[must_use]
-    pub fn new(joint: &Joint, freedom: usize) -> Option<Self> {
+    pub fn principal(joint: &Joint, freedom: usize) -> Option<Self> {
         Some(match (joint.kind, freedom) {
             (PairKind::Revolute | PairKind::Screw(_) | PairKind::Universal, 0)
             | (PairKind::Cylindrical, 1)
@@ -85,7 +81,15 @@ impl JointCoordinate {
     }
 
     fn of(value: Value) -> Self {
-        Self { value, last: AtomicU64::new(0.0_f64.to_bits()) }
+        Self { value, slot: UNLISTED }
+    }
+
+    /// Lists the angle, if it is one: appended to `angles`.
+    pub(crate) fn list(&mut self, angles: &mut Vec<Self>) {
+        if self.is_angle() {
+            self.slot = angles.len();
+            angles.push(self.clone());
+        }
     }
 
     /// What it is made of.
@@ -100,46 +104,38 @@ impl JointCoordinate {
         matches!(self.value, Value::Angle { .. })
     }
 
-    /// The coordinate at `q`; an angle in the turn nearest to that of the last node.
+    /// The coordinate; a listed angle with its revolutions.
     #[must_use]
-    pub fn at(&self, q: &[f64]) -> f64 {
-        let (principal, turns) = self.principal_and_turns(q);
-        principal + TAU * turns
+    pub fn at(&self, at: Configuration<'_>) -> f64 {
+        let (principal, revolutions) = self.principal_and_revolutions(at);
+        principal + TAU * revolutions
     }
 
-    /// `θ − 2πk` in `[−π, π]` and the number `k` of whole turns at `q`; a length and zero.
+    /// `θ − 2πk` in `[−π, π]` and the number `k` of whole revolutions; a length and zero.
     ///
-    /// After many turns the sum is only good to `ε|θ|`; what is compared with `θ` subtracts the turns
-    /// first.
+    /// After many revolutions the sum is only accurate to `ε|θ|`; what is compared with `θ` subtracts the
+    /// revolutions first.
     #[must_use]
-    pub fn principal_and_turns(&self, q: &[f64]) -> (f64, f64) {
+    pub fn principal_and_revolutions(&self, at: Configuration<'_>) -> (f64, f64) {
         match &self.value {
-            Value::Length(row) => (row.value(q), 0.0),
+            Value::Length(row) => (row.value(at.q), 0.0),
             Value::Angle { sine, cosine } => {
-                let angle = sine.value(q).atan2(cosine.value(q));
-                let last = f64::from_bits(self.last.load(Ordering::Relaxed));
-                (angle, ((last - angle) / TAU).round())
+                let angle = sine.value(at.q).atan2(cosine.value(at.q));
+                (angle, at.revolutions(self.slot, angle))
             }
         }
     }
 
-    /// Mean of both ends of an interval, and their difference; an angle turns by less than `π`.
+    /// Mean of both ends of an interval, and their difference; an angle changes by less than `π`.
     #[must_use]
     pub fn mean_and_difference(&self, s: &Interval) -> (f64, f64) {
-        let ((start, turns), (end, _)) =
-            (self.principal_and_turns(&s.q0), self.principal_and_turns(&s.q1));
+        let ((start, revolutions), (end, _)) =
+            (self.principal_and_revolutions(s.start()), self.principal_and_revolutions(s.end()));
         let mut difference = end - start;
         if self.is_angle() {
             difference -= TAU * (difference / TAU).round();
         }
-        (start + TAU * turns + 0.5 * difference, difference)
-    }
-
-    /// Remembers the turn at a node.
-    pub fn accept(&self, q: &[f64]) {
-        if self.is_angle() {
-            self.last.store(self.at(q).to_bits(), Ordering::Relaxed);
-        }
+        (start + TAU * revolutions + 0.5 * difference, difference)
     }
 
     /// The rows it is made of, with the factors of their gradients at `q`.

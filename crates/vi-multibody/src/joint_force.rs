@@ -13,6 +13,7 @@
 
 use crate::coordinate::JointCoordinate;
 use std::sync::Arc;
+use vi_core::Configuration;
 use vi_core::force::DiscreteForce;
 use vi_core::interval::Interval;
 use vi_core::potential::DiscretePotential;
@@ -50,21 +51,18 @@ impl DiscretePotential for JointSpring {
         self.coordinate.emit_product(&s.q0, &s.q0, 0.25 * scale * self.stiffness, out);
         self.coordinate.emit_second(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
     }
-    fn potential(&self, q: &[f64]) -> f64 {
-        let stretch = self.coordinate.at(q) - self.rest;
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        let stretch = self.coordinate.at(at) - self.rest;
         0.5 * self.stiffness * stretch * stretch
     }
-    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
-        let stretch = self.coordinate.at(q) - self.rest;
-        self.coordinate.add_gradient(q, scale * self.stiffness * stretch, out);
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        let stretch = self.coordinate.at(at) - self.rest;
+        self.coordinate.add_gradient(at.q, scale * self.stiffness * stretch, out);
     }
-    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
-        let stretch = self.coordinate.at(q) - self.rest;
+    fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        let (q, stretch) = (at.q, self.coordinate.at(at) - self.rest);
         self.coordinate.emit_product(q, q, scale * self.stiffness, out);
         self.coordinate.emit_second(q, scale * self.stiffness * stretch, out);
-    }
-    fn accept(&self, q: &[f64]) {
-        self.coordinate.accept(q);
     }
 }
 
@@ -169,12 +167,13 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         let slope = 0.25 * s.h * by_coordinate + 0.5 * by_rate;
         self.coordinate.emit_product(&s.q0, &s.q1, slope, out);
     }
-    fn add_continuous(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
-        let effort = self.law.effort(t, self.coordinate.at(q), self.coordinate.rate(q, v));
-        self.coordinate.add_gradient(q, effort, out);
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        let rate = self.coordinate.rate(at.q, v);
+        let effort = self.law.effort(at.t, self.coordinate.at(at), rate);
+        self.coordinate.add_gradient(at.q, effort, out);
     }
-    fn add_rest_derivative(&self, t: f64, q: &[f64], scale: f64, out: &mut dyn Entries) {
-        let coordinate = self.coordinate.at(q);
+    fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        let (Configuration { t, q, .. }, coordinate) = (at, self.coordinate.at(at));
         let slope = self.law.slopes(t, coordinate, 0.0).0;
         self.coordinate.emit_product(q, q, scale * slope, out);
         let effort = self.law.effort(t, coordinate, 0.0);
@@ -182,8 +181,5 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     }
     fn is_dissipative(&self) -> bool {
         self.law.is_dissipative()
-    }
-    fn accept(&self, q: &[f64]) {
-        self.coordinate.accept(q);
     }
 }

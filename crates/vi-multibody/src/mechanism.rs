@@ -7,6 +7,7 @@
 pub use crate::description::{Attachment, Bar, BarEnd, BodySpec, Description, ParticleSpec};
 
 use crate::closed_loop::longest_arm;
+use crate::coordinate::JointCoordinate;
 use crate::form::{Form, Row};
 use crate::joint::Joint;
 use crate::pair::{PairKind, screw};
@@ -22,7 +23,7 @@ use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
 use vi_core::potential::LinearPotential;
 use vi_core::sparse::{Entries, SparseMatrix};
-use vi_core::{Quadrature, SeparableSystem};
+use vi_core::{Configuration, Quadrature, SeparableSystem};
 use vi_rigid::directors;
 
 /// A mechanism: its constraints, its mass matrix, its spanning tree.
@@ -30,6 +31,7 @@ use vi_rigid::directors;
 pub struct Mechanism {
     description: Description,
     rows: Vec<ScalarRow>,          // joints, then bars, then scalar constraints
+    angles: Vec<JointCoordinate>,  // whose revolutions count
     joint_rows: Vec<Range<usize>>, // into the constraints, for each joint
     bar_rows: Vec<Range<usize>>,
     scalar_rows: Vec<Range<usize>>,
@@ -62,11 +64,14 @@ impl Mechanism {
             .map(|bar| place(products(vec![Row::distance(&description.bar_form(bar), bar.length)])))
             .collect();
         let scalar_rows = description.scalars.iter().map(|c| place(c.rows.clone())).collect();
+        let mut angles = Vec::new();
+        rows.iter_mut().for_each(|row| row.list_angles(&mut angles));
         let (tree, cut_joints) = span_bodies(&description);
         let (particle_tree, cut_bars) = span_particles(&description, tree.dof());
         Self {
             description,
             rows,
+            angles,
             joint_rows,
             bar_rows,
             scalar_rows,
@@ -81,6 +86,15 @@ impl Mechanism {
     #[must_use]
     pub fn description(&self) -> &Description {
         &self.description
+    }
+
+    /// Coordinate `freedom` of joint `joint` for springs, dampers and motors, an angle with its revolutions;
+    /// `None` as [`JointCoordinate::principal`]. Before the integrator takes the mechanism.
+    pub fn coordinate(&mut self, joint: usize, freedom: usize) -> Option<JointCoordinate> {
+        let joint = self.description.joints.get(joint)?;
+        let mut coordinate = JointCoordinate::principal(joint, freedom)?;
+        coordinate.list(&mut self.angles);
+        Some(coordinate)
     }
 
     /// The spanning tree of the bodies.
@@ -307,13 +321,13 @@ impl Constraints for Mechanism {
         6 * self.description.bodies.len() + self.rows.len()
     }
 
-    fn value(&self, t: f64, q: &[f64], out: &mut [f64]) {
-        let bodies = self.description.bodies.len();
+    fn value(&self, at: Configuration<'_>, out: &mut [f64]) {
+        let (q, bodies) = (at.q, self.description.bodies.len());
         for k in 0..bodies {
             directors::internal_value(&q[12 * k..12 * k + 12], &mut out[6 * k..6 * k + 6]);
         }
         for (row, g) in self.rows.iter().zip(&mut out[6 * bodies..]) {
-            *g = row.value(t, q);
+            *g = row.value(at);
         }
     }
 
@@ -373,19 +387,26 @@ impl Constraints for Mechanism {
         out[..frames].chunks_mut(12).for_each(|frame| frame[3..].fill(1.0));
     }
 
-    fn row_sizes(&self, t: f64, q: &[f64], out: &mut [f64]) {
+    fn row_sizes(&self, at: Configuration<'_>, out: &mut [f64]) {
+        let Configuration { t, q, .. } = at;
         let mut sizes = vec![0.0; self.dim()];
         self.coordinate_sizes(q, &mut sizes);
         out.fill(0.0);
         self.jacobian(t, q, &mut RowSums { sizes: &sizes, out });
         let first = 6 * self.description.bodies.len();
         for (row, size) in self.rows.iter().zip(&mut out[first..]) {
-            *size += row.target_size(t, q);
+            *size += row.target_size(at);
         }
     }
 
-    fn accept(&self, q: &[f64]) {
-        self.rows.iter().for_each(|row| row.accept(q));
+    fn angle_count(&self) -> usize {
+        self.angles.len()
+    }
+
+    fn unwrap_angles(&self, q: &[f64], angles: &mut [f64]) {
+        for (slot, coordinate) in self.angles.iter().enumerate() {
+            angles[slot] = coordinate.at(Configuration { t: 0.0, q, angles });
+        }
     }
 
     fn weighted_hessian(&self, _: f64, q: &[f64], w: &[f64], scale: f64, out: &mut dyn Entries) {

@@ -15,6 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use vi_constraints::Constraints;
 use vi_constraints::agreement::Dependence;
 use vi_constraints::saddle_point::IndependentRows;
+use vi_core::Configuration;
 
 /// Relative size below which singular values and differences of paths are round-off.
 const RELATIVE: f64 = 1e-8;
@@ -130,7 +131,7 @@ fn locked(
     (q, motions): (&[f64], &[usize]),
 ) -> Vec<(usize, usize)> {
     let first = mechanism.len() - mechanism.rows().len();
-    let mut dependence = Dependence::new(mechanism, rows, (0.0, q));
+    let mut dependence = Dependence::new(mechanism, rows, Configuration::new(0.0, q));
     let dropped: Vec<usize> = rows.redundant().collect();
     // W_R: what a unit rate of each motion leaves in the dependent rows
     let mut left = DMatrix::zeros(dropped.len(), motions.len());

@@ -16,7 +16,7 @@ use crate::placement::LoopRank;
 use crate::sparse_nodal::SparseNodal;
 use crate::tree::Link;
 use serde::{Deserialize, Serialize};
-use std::rc::Rc;
+use std::sync::Arc;
 use vi_constraints::agreement::contradiction;
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
@@ -78,7 +78,7 @@ pub fn integrator(
     at: Start<'_>,
 ) -> Result<MechanismIntegrator, SetupError> {
     let (t, q, v) = at;
-    let mechanism = Rc::new(mechanism);
+    let mechanism = Arc::new(mechanism);
     let loops = Loops::find(&mechanism, t, q)?;
     let rows = loops.rows.clone();
     // a singular start is made consistent with the constraints that are independent there
@@ -88,7 +88,7 @@ pub fn integrator(
             return Err(loops.refusal(SingularStart::Scheme));
         }
         let (state, v, report) = start(&system, &*mechanism, here, t, (q, v))?;
-        if let Some(found) = contradiction(&*mechanism, here, (t, &state.q, &v)) {
+        if let Some(found) = contradiction(&*mechanism, here, (state.configuration(), &v)) {
             return Err(found.into());
         }
         moved = Some((state.q, v, here.clone(), report));
@@ -159,7 +159,7 @@ impl Loops {
 }
 
 fn nodal(
-    mechanism: &Rc<Mechanism>,
+    mechanism: &Arc<Mechanism>,
     system: &SeparableSystem,
     options: &Options,
     solver: Solver,

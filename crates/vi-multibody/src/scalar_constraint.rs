@@ -15,6 +15,7 @@ use crate::joint::Joint;
 use crate::pair::Twist;
 use std::f64::consts::TAU;
 use std::sync::Arc;
+use vi_core::Configuration;
 use vi_core::sparse::Entries;
 
 /// `θ_ref`, `θ̇_ref` and `θ̈_ref` at time `t`.
@@ -58,16 +59,17 @@ impl std::fmt::Debug for ScalarRow {
 impl ScalarRow {
     /// `g(q, t)`.
     #[must_use]
-    pub fn value(&self, t: f64, q: &[f64]) -> f64 {
+    pub fn value(&self, at: Configuration<'_>) -> f64 {
         match self {
-            Self::Product(row) => row.value(q),
+            Self::Product(row) => row.value(at.q),
             Self::Coupling { a, b, ratio, target } => {
-                let ((a, i), (b, k)) = (a.principal_and_turns(q), b.principal_and_turns(q));
+                let ((a, i), (b, k)) =
+                    (a.principal_and_revolutions(at), b.principal_and_revolutions(at));
                 a + ratio * b + TAU.mul_add(ratio.mul_add(k, i), -target)
             }
             Self::Motion { coordinate, reference } => {
-                let (principal, turns) = coordinate.principal_and_turns(q);
-                principal + TAU.mul_add(turns, -reference(t)[0])
+                let (principal, revolutions) = coordinate.principal_and_revolutions(at);
+                principal + TAU.mul_add(revolutions, -reference(at.t)[0])
             }
         }
     }
@@ -133,16 +135,16 @@ impl ScalarRow {
     }
 
     /// The size of what the coordinates are compared with beside their own: whole revolutions, which are
-    /// known to `ε` of their number, and the path at `t`.
+    /// known to `ε` of their number, and the reference at `t`.
     #[must_use]
-    pub fn target_size(&self, t: f64, q: &[f64]) -> f64 {
-        let turned = |c: &JointCoordinate| TAU * c.principal_and_turns(q).1.abs();
+    pub fn target_size(&self, at: Configuration<'_>) -> f64 {
+        let turned = |c: &JointCoordinate| TAU * c.principal_and_revolutions(at).1.abs();
         match self {
             Self::Product(_) => 0.0,
             Self::Coupling { a, b, ratio, target } => {
                 turned(a) + ratio.abs() * turned(b) + target.abs()
             }
-            Self::Motion { coordinate, reference } => turned(coordinate) + reference(t)[0].abs(),
+            Self::Motion { coordinate, reference } => turned(coordinate) + reference(at.t)[0].abs(),
         }
     }
 
@@ -152,15 +154,15 @@ impl ScalarRow {
         matches!(self, Self::Motion { .. })
     }
 
-    /// Remembers turns at a node.
-    pub fn accept(&self, q: &[f64]) {
+    /// Lists its angles.
+    pub(crate) fn list_angles(&mut self, angles: &mut Vec<JointCoordinate>) {
         match self {
             Self::Product(_) => {}
             Self::Coupling { a, b, .. } => {
-                a.accept(q);
-                b.accept(q);
+                a.list(angles);
+                b.list(angles);
             }
-            Self::Motion { coordinate, .. } => coordinate.accept(q),
+            Self::Motion { coordinate, .. } => coordinate.list(angles),
         }
     }
 }
@@ -199,7 +201,7 @@ impl ScalarConstraint {
         Self::new(&joint.name, vec![ScalarRow::Product(row)])
     }
 
-    /// `θ_a + ρ θ_b` keeps the value it has at `q`: gears (`ρ` = teeth of b over teeth of a), racks,
+    /// `θ_a + ρ θ_b` has the value that it has at `q`, with principal angles: gears (`ρ` = teeth of b over teeth of a), racks,
     /// and with the two coordinates of a cylindrical joint (`ρ = −pitch/2π`) screws.
     #[must_use]
     pub fn coupling(
@@ -208,7 +210,8 @@ impl ScalarConstraint {
         ratio: f64,
         q: &[f64],
     ) -> Self {
-        let target = a.at(q) + ratio * b.at(q);
+        let at = Configuration::new(0.0, q);
+        let target = a.at(at) + ratio * b.at(at);
         let (a, b) = (Box::new(a), Box::new(b));
         Self::new(name, vec![ScalarRow::Coupling { a, b, ratio, target }])
     }

@@ -27,11 +27,11 @@ use nalgebra::DMatrix;
 pub use reduced_matrix::ReducedMatrix;
 pub use reduced_rows::ReducedRows;
 use vi_constraints::NodalOperators;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, BlockKind, Fault};
-use vi_core::sparse::Entries;
+use vi_core::state::Memory;
 
 /// Extent of a placement, m: the largest coordinate of a centre, at least the largest distance of one
 /// from the first; the scale of round-off in the strains of elements.
@@ -117,13 +117,8 @@ impl SparseNodal {
         });
     }
 
-    /// Forms the reduced Newton matrix.
-    pub(crate) fn assemble(&mut self, system: &impl MechanicalSystem, u: &[f64], s: &Interval) {
-        self.assemble_emitted(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), u, s);
-    }
-
     /// Forms `Pᵀ K ∂F_d/∂u` with `K` as emitted: always the same places in the same order.
-    fn assemble_emitted(&mut self, emit: &dyn Fn(&mut dyn Entries), u: &[f64], s: &Interval) {
+    pub(crate) fn assemble(&mut self, emit: &Emission<'_>, u: &[f64], s: &Interval) {
         self.take_tangent(u, s);
         self.matrix.fill(&self.layout, emit, (&self.left, &self.right), &[]);
     }
@@ -132,20 +127,6 @@ impl SparseNodal {
     /// null space.
     pub fn take_maps(&mut self, q: &[f64], maps: &[VelocityMap]) {
         self.layout.with_maps(q, maps, &mut self.left);
-    }
-
-    /// `x ← (Pᵀ K ∂F_d/∂u)⁻¹ x` with `K` as emitted: always the same places in the same order.
-    ///
-    /// # Errors
-    /// [`Fault::SingularTangent`].
-    pub fn solve_emitted(
-        &mut self,
-        emit: &dyn Fn(&mut dyn Entries),
-        (u, s): (&[f64], &Interval),
-        x: &mut [f64],
-    ) -> Result<(), Fault> {
-        self.assemble_emitted(emit, u, s);
-        self.solve_assembled(x)
     }
 
     /// Solves with the matrix last formed; several right-hand sides may follow one another.
@@ -169,7 +150,7 @@ impl SparseNodal {
     }
 }
 
-impl<S: MechanicalSystem> NodalOperators<S> for SparseNodal {
+impl NodalOperators for SparseNodal {
     fn dof(&self) -> usize {
         self.layout.dimension.1
     }
@@ -178,8 +159,9 @@ impl<S: MechanicalSystem> NodalOperators<S> for SparseNodal {
         &self.blocks
     }
 
-    fn begin(&mut self, _system: &S, s: &Interval, kept: bool) {
-        if kept {
+    fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {
+        if let Some(last) = last {
+            self.take_tangent(last.u, last.s);
             std::mem::swap(&mut self.left, &mut self.right);
         } else {
             self.layout.null_space(&s.q0, &mut self.left);
@@ -187,11 +169,6 @@ impl<S: MechanicalSystem> NodalOperators<S> for SparseNodal {
                 self.layout.chain_screws(&s.q0, None, &mut self.left);
             }
         }
-    }
-
-    fn keep_tangent(&mut self, u: &[f64], s: &Interval) -> bool {
-        self.take_tangent(u, s);
-        true
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
@@ -205,14 +182,20 @@ impl<S: MechanicalSystem> NodalOperators<S> for SparseNodal {
 
     /// Screws are components along the directors of `q_n`, which turn: their residual means something else at
     /// the next node.
-    fn keep_balance(&self, r: &mut [f64]) {
+    fn carry_balance(&self, r: &mut [f64]) {
         if self.screws {
             r.fill(0.0);
         }
     }
 
-    fn solve(&mut self, system: &S, u: &[f64], s: &Interval, x: &mut [f64]) -> Result<(), Fault> {
-        self.assemble(system, u, s);
+    fn solve(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.assemble(mixed, u, s);
         self.solve_assembled(x)
     }
 

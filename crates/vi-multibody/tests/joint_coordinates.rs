@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use vi_constraints::{Constraints, Options, SchemeKind};
-use vi_core::{Composition, Quadrature};
+use vi_core::{Composition, Configuration, Quadrature};
 use vi_multibody::coordinate::JointCoordinate;
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::joint_force::{JointForce, JointSpring, Motor, PdControl, Viscous};
@@ -72,21 +72,21 @@ fn rotors(omega: [f64; 2]) -> Description {
     d
 }
 
-fn coordinate(d: &Description, k: usize, freedom: usize) -> JointCoordinate {
-    JointCoordinate::new(&d.joints[k], freedom).unwrap()
+/// For a constraint.
+fn principal(d: &Description, k: usize, freedom: usize) -> JointCoordinate {
+    JointCoordinate::principal(&d.joints[k], freedom).unwrap()
 }
 
-fn turned(run: &MechanismIntegrator, tracker: &JointCoordinate) -> f64 {
-    tracker.at(&run.state().q)
+fn turned(run: &MechanismIntegrator, coordinate: &JointCoordinate) -> f64 {
+    coordinate.at(run.state().configuration())
 }
 
-/// Steps to the end and follows a coordinate.
-fn follow(run: &mut MechanismIntegrator, tracker: &JointCoordinate, steps: u32) -> f64 {
+/// Steps to the end and reads a coordinate.
+fn follow(run: &mut MechanismIntegrator, coordinate: &JointCoordinate, steps: u32) -> f64 {
     for _ in 0..steps {
         run.step().unwrap();
-        tracker.accept(&run.state().q);
     }
-    turned(run, tracker)
+    turned(run, coordinate)
 }
 
 fn start(
@@ -122,13 +122,13 @@ fn coordinates_have_exact_derivatives() {
             q
         };
         for freedom in 0..freedoms {
-            let c = JointCoordinate::new(&j, freedom).unwrap();
+            let c = JointCoordinate::principal(&j, freedom).unwrap();
             let e = 1e-5;
             let v: Vec<f64> = (0..24).map(|i| (f64::from(i) * 1.7).sin()).collect();
             let w: Vec<f64> = (0..24).map(|i| (f64::from(i) * 0.7).cos()).collect();
             let at = |s: f64, t: f64| -> f64 {
                 let x: Vec<f64> = (0..24).map(|i| q[i] + s * v[i] + t * w[i]).collect();
-                c.at(&x)
+                c.at(Configuration::new(0.0, &x))
             };
             let first = (at(e, 0.0) - at(-e, 0.0)) / (2.0 * e);
             let rate = c.rate(&q, &v);
@@ -161,15 +161,15 @@ fn a_torsional_spring_winds_over_several_turns() {
     // J θ̈ = −k θ: θ = θ̇_0/w sin w t with w = √(k/J); amplitude 25 rad = 4 turns
     let error = |steps: u32, composition: Composition| {
         let d = rotors([5.0, 0.0]);
-        let (coordinate, tracker) = (coordinate(&d, 0, 0), coordinate(&d, 0, 0));
-        let mechanism = Mechanism::new(d);
-        let spring = JointSpring { coordinate, stiffness: 0.02, rest: 0.0 };
+        let mut mechanism = Mechanism::new(d);
+        let coordinate = mechanism.coordinate(0, 0).unwrap();
+        let spring = JointSpring { coordinate: coordinate.clone(), stiffness: 0.02, rest: 0.0 };
         let system = mechanism.system(Quadrature::Midpoint).discrete_potential(Box::new(spring));
         let (w, end) = ((0.02_f64 / 0.5).sqrt(), 12.0);
         let options =
             Options::new(SchemeKind::Nodal, end / f64::from(steps)).composition(composition);
         let mut run = start(mechanism, system, options);
-        let found = follow(&mut run, &tracker, steps);
+        let found = follow(&mut run, &coordinate, steps);
         (found - 5.0 / w * (w * end).sin()).abs()
     };
     // the potential of the spring is quadratic in the angle, the rotation is not: an honest order
@@ -194,9 +194,10 @@ fn joint_springs_and_dampers_keep_the_momentum_of_a_free_pair() {
     d.bodies[1].omega = spin;
     let arm = Vector3::new(0.5, 0.0, 0.0);
     d.bodies[1].velocity = omega.cross(&arm) + spin.cross(&arm);
-    let mechanism = Mechanism::new(d.clone());
-    let spring = JointSpring { coordinate: coordinate(&d, 0, 0), stiffness: 3.0, rest: 0.4 };
-    let damper = JointForce { coordinate: coordinate(&d, 0, 0), law: Viscous(0.2) };
+    let mut mechanism = Mechanism::new(d);
+    let coordinate = mechanism.coordinate(0, 0).unwrap();
+    let spring = JointSpring { coordinate: coordinate.clone(), stiffness: 3.0, rest: 0.4 };
+    let damper = JointForce { coordinate, law: Viscous(0.2) };
     let mut ends = Vec::new();
     for scheme in SchemeKind::ALL {
         let system = mechanism
@@ -232,20 +233,18 @@ fn gears_with_any_ratio_over_many_turns() {
     let (ratio, torque, end) = (-0.37, 0.8, 6.0);
     for scheme in SchemeKind::ALL {
         let mut d = rotors([0.0, 0.0]);
-        let pair = (coordinate(&d, 0, 0), coordinate(&d, 1, 0));
+        let pair = (principal(&d, 0, 0), principal(&d, 1, 0));
         let q = Mechanism::new(d.clone()).start().0;
         d.scalars.push(ScalarConstraint::coupling("gear", pair, ratio, &q));
-        let motor =
-            JointForce { coordinate: coordinate(&d, 0, 0), law: Motor(Arc::new(move |_| torque)) };
-        let (left, right) = (coordinate(&d, 0, 0), coordinate(&d, 1, 0));
-        let mechanism = Mechanism::new(d);
+        let mut mechanism = Mechanism::new(d);
+        let [left, right] = [0, 1].map(|k| mechanism.coordinate(k, 0).unwrap());
+        let law = Motor(Arc::new(move |_| torque));
+        let motor = JointForce { coordinate: left.clone(), law };
         let system = mechanism.system(Quadrature::Midpoint).force(Box::new(motor));
         let mut run = start(mechanism, system, Options::new(scheme, 0.005));
         let steps = (end / 0.005) as u32;
         for _ in 0..steps {
             run.step().unwrap();
-            left.accept(&run.state().q);
-            right.accept(&run.state().q);
         }
         let (l, r) = (turned(&run, &left), turned(&run, &right));
         let exact = 0.5 * torque / (0.5 + 0.5 / (ratio * ratio)) * end * end;
@@ -268,12 +267,12 @@ fn a_screw_couples_turn_and_advance() {
     let guide = joint(&d, PairKind::Cylindrical, [G, A], Vector3::zeros(), Vector3::z());
     d.joints.push(guide);
     let q = Mechanism::new(d.clone()).start().0;
-    let pair = (coordinate(&d, 0, 0), coordinate(&d, 0, 1));
+    let pair = (principal(&d, 0, 0), principal(&d, 0, 1));
     d.scalars.push(ScalarConstraint::coupling("thread", pair, -pitch, &q));
     let law = Motor(Arc::new(move |_| torque));
-    let motor = JointForce { coordinate: coordinate(&d, 0, 1), law };
-    let (slide, angle) = (coordinate(&d, 0, 0), coordinate(&d, 0, 1));
-    let mechanism = Mechanism::new(d);
+    let mut mechanism = Mechanism::new(d);
+    let [slide, angle] = [0, 1].map(|freedom| mechanism.coordinate(0, freedom).unwrap());
+    let motor = JointForce { coordinate: angle.clone(), law };
     let system = mechanism.system(Quadrature::Midpoint).force(Box::new(motor));
     let mut run = start(mechanism, system, Options::new(SchemeKind::Nodal, 0.002));
     let theta = follow(&mut run, &angle, 2000);
@@ -306,13 +305,13 @@ fn a_driven_hinge_follows_its_reference_exactly_in_every_scheme() {
         let reference = Arc::new(|t: f64| {
             [2.0 * t + (3.0 * t).sin(), 2.0 + 3.0 * (3.0 * t).cos(), -9.0 * (3.0 * t).sin()]
         });
-        d.scalars.push(ScalarConstraint::motion("drive", coordinate(&d, 0, 0), reference));
-        let tracker = coordinate(&d, 0, 0);
-        let mechanism = Mechanism::new(d);
+        d.scalars.push(ScalarConstraint::motion("drive", principal(&d, 0, 0), reference));
+        let mut mechanism = Mechanism::new(d);
+        let angle = mechanism.coordinate(0, 0).unwrap();
         let system = mechanism.system(Quadrature::Midpoint);
         let mut run = start(mechanism, system, Options::new(scheme, 0.01));
         assert!(run.start_report().velocity_moved < 1e-12, "{:?}", run.start_report());
-        let theta = follow(&mut run, &tracker, 600);
+        let theta = follow(&mut run, &angle, 600);
         let exact = 2.0 * 6.0 + 18.0_f64.sin();
         println!("{scheme:?}: hinge at {theta} rad, off by {:.1e}", theta - exact);
         assert!((theta - exact).abs() < 1e-12);
@@ -336,12 +335,12 @@ fn pd_control_settles_with_the_error_of_its_stiffness() {
     d.joints.push(hinge);
     let law =
         PdControl { proportional: 200.0, derivative: 40.0, reference: Arc::new(|_| (0.5, 0.0)) };
-    let control = JointForce { coordinate: coordinate(&d, 0, 0), law };
-    let tracker = coordinate(&d, 0, 0);
-    let mechanism = Mechanism::new(d);
+    let mut mechanism = Mechanism::new(d);
+    let angle = mechanism.coordinate(0, 0).unwrap();
+    let control = JointForce { coordinate: angle.clone(), law };
     let system = mechanism.system(Quadrature::Midpoint).force(Box::new(control));
     let mut run = start(mechanism, system, Options::new(SchemeKind::Nodal, 0.01));
-    let theta = follow(&mut run, &tracker, 1000);
+    let theta = follow(&mut run, &angle, 1000);
     let balance = 200.0 * (0.5 - theta) - 2.0 * 9.81 * 0.5 * theta.cos();
     println!("settles at {theta:.6} rad, balance of torques {balance:.1e}");
     assert!(balance.abs() < 1e-9);
@@ -380,7 +379,7 @@ fn guides_and_distances_hold_to_round_off() {
         for _ in 0..400 {
             run.step().unwrap();
             let mut g = vec![0.0; mechanism.len()];
-            mechanism.value(0.0, &run.state().q, &mut g);
+            mechanism.value(run.state().configuration(), &mut g);
             worst = worst.max(vi_core::linear::norm_inf(&g));
         }
         let scale = vi_core::linear::norm_inf(&run.state().q);

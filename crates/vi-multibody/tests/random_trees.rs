@@ -8,7 +8,8 @@ use proptest::prelude::*;
 use vi_constraints::{Constraints, DenseNodal, NodalOperators, Reparametrization};
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
-use vi_core::{Quadrature, SeparableSystem};
+use vi_core::state::Memory;
+use vi_core::{Configuration, Entries, MechanicalSystem, Quadrature, SeparableSystem};
 use vi_multibody::articulated::TreeNodal;
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::map::TreeMap;
@@ -122,7 +123,7 @@ fn jacobian(mechanism: &Mechanism, q: &[f64]) -> DMatrix<f64> {
 
 fn residual(mechanism: &Mechanism, q: &[f64]) -> f64 {
     let mut g = vec![0.0; mechanism.len()];
-    mechanism.value(0.0, q, &mut g);
+    mechanism.value(Configuration::new(0.0, q), &mut g);
     norm_inf(&g)
 }
 
@@ -182,8 +183,8 @@ proptest! {
         let mid: Vec<f64> = q0.iter().zip(&q1).map(|(a, b)| 0.5 * (a + b)).collect();
         let dq = DVector::from_iterator(n, q0.iter().zip(&q1).map(|(a, b)| b - a));
         let (mut g0, mut g1) = (vec![0.0; mechanism.len()], vec![0.0; mechanism.len()]);
-        mechanism.value(0.0, &q0, &mut g0);
-        mechanism.value(0.0, &q1, &mut g1);
+        mechanism.value(Configuration::new(0.0, &q0), &mut g0);
+        mechanism.value(Configuration::new(0.0, &q1), &mut g1);
         let predicted = jacobian(&mechanism, &mid) * &dq;
         let off: Vec<f64> = (0..g0.len()).map(|i| g1[i] - g0[i] - predicted[i]).collect();
         prop_assert!(norm_inf(&off) < 1e-12, "g(q1) − g(q0) − G(q_mid) Δq = {:e}", norm_inf(&off));
@@ -209,18 +210,18 @@ proptest! {
 
         let mut tree = TreeNodal::new(mechanism.tree().clone());
         let mut dense = DenseNodal::new(n, map);
-        NodalOperators::<SeparableSystem>::begin(&mut tree, &system, &s, false);
-        NodalOperators::<SeparableSystem>::begin(&mut dense, &system, &s, false);
+        tree.begin(&s, &Memory::default(), None);
+        dense.begin(&s, &Memory::default(), None);
 
         let w = increments(n, 1.0, seed ^ 31);
         let (mut a, mut b) = (vec![0.0; d], vec![0.0; d]);
-        NodalOperators::<SeparableSystem>::pull_back(&mut tree, &w, &mut a);
-        NodalOperators::<SeparableSystem>::pull_back(&mut dense, &w, &mut b);
+        tree.pull_back(&w, &mut a);
+        dense.pull_back(&w, &mut b);
         let off: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
         prop_assert!(norm_inf(&off) < 1e-13 * (1.0 + norm_inf(&b)), "Pᵀw off by {:e}", norm_inf(&off));
 
-        tree.solve(&system, &u, &s, &mut a).unwrap();
-        dense.solve(&system, &u, &s, &mut b).unwrap();
+        tree.solve(&|out: &mut dyn Entries| system.forced_d2_d1(&s, out), &u, &s, &mut a).unwrap();
+        dense.solve(&|out: &mut dyn Entries| system.forced_d2_d1(&s, out), &u, &s, &mut b).unwrap();
         let off: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
         let relative = norm_inf(&off) / norm_inf(&b).max(1e-300);
         prop_assert!(d == 0 || relative <= 1e-11, "relative difference {relative:e}");

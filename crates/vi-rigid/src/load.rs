@@ -21,6 +21,7 @@ use crate::directors::{FRAME, director};
 use crate::time_history::{HistoryError, TimeHistory};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use vi_core::Configuration;
 use vi_core::force::DiscreteForce;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
@@ -235,12 +236,13 @@ impl DiscreteForce for Load {
         }
     }
 
-    fn add_continuous(&self, t: f64, q: &[f64], _v: &[f64], out: &mut [f64]) {
-        let frame = self.frame(q);
-        self.add(1.0, self.wrench(t, frame), frame, &mut out[self.offset..]);
+    fn add_continuous(&self, at: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
+        let frame = self.frame(at.q);
+        self.add(1.0, self.wrench(at.t, frame), frame, &mut out[self.offset..]);
     }
 
-    fn add_rest_derivative(&self, t: f64, q: &[f64], scale: f64, out: &mut dyn Entries) {
+    fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        let Configuration { t, q, .. } = at;
         let frame = self.frame(q);
         let (_, torque) = self.wrench(t, frame);
         let follows = self.kind == LoadKind::Follower;
@@ -350,7 +352,8 @@ mod tests {
             assert!((tau.dot(&d) - load.torque[i]).abs() < 2e-15);
         }
         let mut continuous = vec![0.0; 24];
-        load.add_continuous(0.5, &[q, q].concat(), &[], &mut continuous);
+        let both = [q, q].concat();
+        load.add_continuous(Configuration::new(0.5, &both), &[], &mut continuous);
         let pulled = pull_back(&q, &continuous[12..]);
         let moment = tau + arm(&load, &q).cross(&f);
         let error = norm_inf((pulled.fixed_rows::<3>(3) - moment).as_slice());
@@ -412,12 +415,12 @@ mod tests {
             let (load, q) = (load(&mut sample, kind), sample.frame());
             let force = |q: &[f64]| {
                 let mut out = vec![0.0; 24];
-                load.add_continuous(0.7, q, &[0.0; 24], &mut out);
+                load.add_continuous(Configuration::new(0.7, q), &[0.0; 24], &mut out);
                 out
             };
             let q = [q, q].concat();
             let mut exact = DMatrix::zeros(24, 24);
-            load.add_rest_derivative(0.7, &q, 1.0, &mut exact);
+            load.add_rest_derivative(Configuration::new(0.7, &q), 1.0, &mut exact);
             for j in 0..24 {
                 let (mut plus, mut minus) = (q.clone(), q.clone());
                 (plus[j], minus[j]) = (q[j] + 1e-3, q[j] - 1e-3); // quadratic in q

@@ -22,6 +22,7 @@ use crate::rotation::{self, skew};
 use crate::{null_space, reparametrization};
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 use vi_constraints::{Constraints, Reparametrization};
+use vi_core::Configuration;
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::potential::LinearPotential;
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -153,7 +154,7 @@ impl Constraints for SingleBody {
         }
     }
 
-    fn value(&self, _t: f64, q: &[f64], out: &mut [f64]) {
+    fn value(&self, Configuration { q, .. }: Configuration<'_>, out: &mut [f64]) {
         directors::internal_value(q, out);
         if let Support::FixedPoint { anchor, point } = self.support {
             let gap = directors::center(q) + arm(&anchor, q) - point;
@@ -286,7 +287,7 @@ mod tests {
 
     fn gap(body: &SingleBody, q: &[f64]) -> f64 {
         let mut g = vec![0.0; body.len()];
-        body.value(0.0, q, &mut g);
+        body.value(Configuration::new(0.0, q), &mut g);
         norm_inf(&g)
     }
 
@@ -372,7 +373,7 @@ mod tests {
             let pv: f64 = state.p.iter().zip(&v).map(|(p, v)| p * v).sum();
             let energy = system.kinetic_energy(&v);
             assert!((0.5 * pv - energy).abs() < 1e-15, "{} against {energy}", 0.5 * pv);
-            let height = system.potential_energy(&q) / (1.7 * 9.81);
+            let height = system.potential_energy(Configuration::new(0.0, &q)) / (1.7 * 9.81);
             assert!((height - q[2]).abs() < 1e-15, "V = m g z: {height} against {}", q[2]);
             assert_eq!((state.t, state.step), (0.5, 0));
         }

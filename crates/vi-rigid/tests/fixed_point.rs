@@ -4,6 +4,7 @@
 
 use nalgebra::Vector3;
 use vi_constraints::{Constraints, Reparametrization};
+use vi_core::Configuration;
 use vi_core::Interval;
 use vi_core::linear::norm_inf;
 use vi_rigid::{EulerMoments, RigidBody, SingleBody, Support, rotation};
@@ -29,7 +30,7 @@ fn the_point_is_kept_for_a_million_steps() {
         body.reparametrize(&u, &mut s).unwrap();
         q.copy_from_slice(&s.q1);
         body.clean(0.0, &mut q);
-        body.value(0.0, &q, &mut g);
+        body.value(Configuration::new(0.0, &q), &mut g);
         worst = worst.max(norm_inf(&g));
     }
     println!("constraints at most {worst:.1e}");

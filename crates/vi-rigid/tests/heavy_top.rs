@@ -44,7 +44,7 @@ fn run(steps: u32) -> (f64, f64) {
     let (mut residual, mut g) = (0.0_f64, [0.0; 9]);
     for _ in 0..steps {
         stepper.step(0.5 / f64::from(steps), &mut state);
-        body.value(state.t, &state.q, &mut g);
+        body.value(state.configuration(), &mut g);
         residual = residual.max(norm_inf(&g));
     }
     let exact = rotation::exp(&Vector3::new(0.0, 0.0, PRECESSION * 0.5)) * start;

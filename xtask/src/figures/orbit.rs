@@ -63,10 +63,10 @@ pub(super) fn orbit(model: &Model, steps: usize) -> Result<Vec<Point>> {
             Ok(Point {
                 t: after.t,
                 q: after.q0.clone(),
-                force: of.constraint_force((after.t, &after.q0), &lambda)?,
+                force: of.constraint_force(after.start(), &lambda)?,
                 p_projected: of.projected_momentum_minus(after)?,
                 discrete_energy: of.discrete_energy(after)?,
-                hamiltonian: of.hamiltonian(&after.q0, &p)?.unwrap_or_default(),
+                hamiltonian: of.hamiltonian(after.start(), &p)?.unwrap_or_default(),
                 residuals: residuals[n],
                 d2,
                 minus_d1,

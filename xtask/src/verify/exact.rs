@@ -5,7 +5,7 @@ use holonom::evidence::subject::{Initial, Method, Motion, Setting, Subject, Valu
 use holonom::nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use holonom::vi_constraints::node::NodeObserver;
 use holonom::vi_constraints::{Constraints, SchemeKind};
-use holonom::vi_core::MechanicalSystem;
+use holonom::vi_core::{Configuration, MechanicalSystem};
 
 /// `(q, v)` at time `t`, from the start `q(0)`.
 pub(crate) type ExactMotion = fn(f64, &[f64]) -> (Vec<f64>, Vec<f64>);
@@ -40,7 +40,12 @@ impl Subject for Exact {
         let (mut p, mut lambda) = (vec![0.0; q.len()], vec![0.0; constraints.len()]);
         system.mass().mul_add(1.0, &v, &mut p);
         NodeObserver::new(system, constraints.len(), run.rows())
-            .acceleration_multiplier(system, constraints, (t, &q, &v), &mut lambda)
+            .acceleration_multiplier(
+                system,
+                constraints,
+                (Configuration::new(t, &q), &v),
+                &mut lambda,
+            )
             .ok()?;
         Some(Values { q, p, lambda_other: Some(lambda), ..Values::default() })
     }

@@ -44,7 +44,6 @@ impl Motion for EmRunning {
         };
         stepped.map_err(|e| e.to_string())?;
         self.velocity_level = norm_inf(&levels);
-        self.forces.accept(&self.run.state().q);
         Ok(())
     }
 
@@ -84,7 +83,7 @@ impl Motion for EmRunning {
             .acceleration_multiplier(
                 &self.forces,
                 mechanism,
-                (state.t, &state.q, &state.v),
+                (state.configuration(), &state.v),
                 &mut lambda,
             )
             .map_err(|e| e.to_string())?;
@@ -92,9 +91,9 @@ impl Motion for EmRunning {
     }
 
     fn equations(&self) -> Box<dyn Equations + '_> {
-        let constraints = self.run.constraints();
+        let (constraints, angles) = (self.run.constraints(), &self.run.state().angles[..]);
         let redundant = self.run.rows().len() < Constraints::len(constraints);
-        Box::new(OfSystem { system: &self.forces, constraints, redundant })
+        Box::new(OfSystem { system: &self.forces, constraints, angles, redundant })
     }
 
     fn values(&mut self) -> Result<Values, String> {
@@ -145,7 +144,7 @@ impl Motion for EmRunning {
 
     fn nature(&mut self) -> Result<Nature, String> {
         let (state, mechanism) = (self.run.state(), self.run.constraints());
-        Ok(nature(&self.forces, mechanism, (state.t, &state.q, &state.v)))
+        Ok(nature(&self.forces, mechanism, (state.configuration(), &state.v)))
     }
 
     fn condition(&mut self) -> Option<Condition> {
@@ -170,7 +169,6 @@ impl Motion for EmRunning {
             }
         };
         self.run.step_with(&mut each).map_err(|e| e.to_string())?;
-        self.forces.accept(&self.run.state().q);
         pushed.map_err(|e| e.to_string())
     }
 }
@@ -179,7 +177,7 @@ impl Motion for EmRunning {
 fn velocity_level(mechanism: &Mechanism, s: &Interval) -> f64 {
     let mut rate = vec![0.0; Constraints::len(mechanism)];
     if mechanism.is_rheonomic() {
-        mechanism.value(s.t_end(), &s.q1, &mut rate);
+        mechanism.value(s.end(), &mut rate);
         return norm_inf(&rate) / s.h.abs();
     }
     mechanism.discrete_jacobian(s, &mut Product { v: &s.v_mid, out: &mut rate });

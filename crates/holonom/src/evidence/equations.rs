@@ -10,6 +10,7 @@
 
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::IndependentRows;
+use vi_core::Configuration;
 use vi_core::momentum_map::Momentum;
 use vi_core::{Entries, MechanicalSystem, SparseMatrix};
 use vi_multibody::joint::{FrameId, Joint};
@@ -145,6 +146,8 @@ pub struct OfSystem<'a, S, C> {
     pub system: &'a S,
     /// `g`.
     pub constraints: &'a C,
+    /// Unwrapped joint angles nearby.
+    pub angles: &'a [f64],
     /// Whether constraints are redundant.
     pub redundant: bool,
 }
@@ -157,7 +160,8 @@ impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
     }
 
     fn energy(&self, q: &[f64], v: &[f64]) -> f64 {
-        self.system.kinetic_energy(v) + self.system.potential_energy(q)
+        let at = Configuration { t: 0.0, q, angles: self.angles };
+        self.system.kinetic_energy(v) + self.system.potential_energy(at)
     }
 
     fn momentum_map(&self, q: &[f64], p: &[f64]) -> Momentum {
@@ -166,9 +170,10 @@ impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
 
     fn demand(&self, (t, q): (f64, &[f64]), v: &[f64], a: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; q.len()];
-        self.system.add_force(t, q, v, &mut out);
+        let at = Configuration { t, q, angles: self.angles };
+        self.system.add_force(at, v, &mut out);
         out.iter_mut().for_each(|f| *f = -*f);
-        self.system.add_potential_gradient(q, 1.0, &mut out);
+        self.system.add_potential_gradient(at, 1.0, &mut out);
         self.system.mass().mul_add(1.0, a, &mut out);
         out
     }
@@ -184,7 +189,7 @@ impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
 
     fn residual(&self, (t, q): (f64, &[f64])) -> f64 {
         let mut g = vec![0.0; self.constraints.len()];
-        self.constraints.value(t, q, &mut g);
+        self.constraints.value(Configuration { t, q, angles: self.angles }, &mut g);
         vi_core::linear::norm_inf(&g)
     }
 

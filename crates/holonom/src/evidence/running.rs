@@ -9,7 +9,7 @@ use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::{TangentMap, Tangents};
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
-use vi_core::{Entries, Interval, MechanicalSystem, SparseMatrix};
+use vi_core::{Configuration, Entries, Interval, MechanicalSystem, SparseMatrix};
 
 /// An integrator in motion.
 pub struct Running<S, C> {
@@ -35,7 +35,12 @@ impl<S: MechanicalSystem + 'static, C: Observed + 'static> Running<S, C> {
         if !self.redundant() {
             return lambda;
         }
-        let of = OfSystem { system: self.run.system(), constraints, redundant: false };
+        let of = OfSystem {
+            system: self.run.system(),
+            constraints,
+            angles: &state.angles,
+            redundant: false,
+        };
         of.constraint_force((state.t, &state.q), &lambda)
     }
 }
@@ -44,7 +49,7 @@ impl<S: MechanicalSystem + 'static, C: Observed + 'static> Running<S, C> {
 pub(crate) fn velocity_level(constraints: &impl Observed, s: &Interval) -> f64 {
     let mut rate = vec![0.0; constraints.len()];
     if constraints.is_rheonomic() {
-        constraints.value(s.t_end(), &s.q1, &mut rate);
+        constraints.value(s.end(), &mut rate);
         return norm_inf(&rate) / s.h.abs();
     }
     let mut product = Product { v: &s.v_mid, out: &mut rate };
@@ -119,14 +124,15 @@ fn symmetries(
 pub(crate) fn nature(
     system: &impl MechanicalSystem,
     constraints: &impl Observed,
-    (t, q, v): (f64, &[f64], &[f64]),
+    (at, v): (Configuration<'_>, &[f64]),
 ) -> Nature {
+    let Configuration { t, q, .. } = at;
     let momentum = |p: &[f64]| constraints.momentum_map(q, p);
     let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
     let jacobian = SparseMatrix::assemble(constraints.len(), constraints.dim(), emit);
     let (mut gradient, mut force) = (vec![0.0; q.len()], vec![0.0; q.len()]);
-    system.add_potential_gradient(q, 1.0, &mut gradient);
-    system.add_force(t, q, v, &mut force);
+    system.add_potential_gradient(at, 1.0, &mut gradient);
+    system.add_force(at, v, &mut force);
     Nature {
         symmetries: symmetries(&momentum, &jacobian, [&gradient, &force]),
         conservative: norm_inf(&force) == 0.0 && !constraints.is_rheonomic(),
@@ -202,7 +208,8 @@ impl<S: MechanicalSystem + 'static, C: Observed + 'static> Motion for Running<S,
 
     fn equations(&self) -> Box<dyn Equations + '_> {
         let (system, constraints) = (self.run.system(), self.run.constraints());
-        Box::new(OfSystem { system, constraints, redundant: self.redundant() })
+        let angles = &self.run.state().angles;
+        Box::new(OfSystem { system, constraints, angles, redundant: self.redundant() })
     }
 
     fn values(&mut self) -> Result<Values, String> {
@@ -249,7 +256,7 @@ impl<S: MechanicalSystem + 'static, C: Observed + 'static> Motion for Running<S,
     fn nature(&mut self) -> Result<Nature, String> {
         let v = self.run.observe_state().map_err(|e| e.to_string())?.v.clone();
         let state = self.run.state();
-        Ok(nature(self.run.system(), self.run.constraints(), (state.t, &state.q, &v)))
+        Ok(nature(self.run.system(), self.run.constraints(), (state.configuration(), &v)))
     }
 
     fn condition(&mut self) -> Option<Condition> {

@@ -14,8 +14,8 @@ use vi_constraints::node::NodeObserver;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_core::linear::Singular;
-use vi_core::{Energies, MechanicalSystem, SeparableSystem};
-use vi_emscheme::{EmIntegrator, EmNode, EmState};
+use vi_core::{Energies, MechanicalSystem, SeparableSystem, State};
+use vi_emscheme::{EmIntegrator, EmNode};
 use vi_multibody::mechanism::Mechanism;
 
 /// One of the three forms.
@@ -34,7 +34,6 @@ impl EnergyMomentum {
         forces: SeparableSystem,
         momenta: bool,
     ) -> Self {
-        forces.accept(&run.state().q);
         let (start, mechanism) = (run.state(), run.constraints());
         let work = Work::new(&start.q, &start.v, false); // the multipliers of the step are at hand
         let driven = mechanism.is_rheonomic();
@@ -43,12 +42,12 @@ impl EnergyMomentum {
     }
 
     /// What these schemes have of the momenta of a node: they have no discrete Lagrangian.
-    fn momenta(&self, at: &EmState, node: &EmNode) -> Option<Box<Momenta>> {
+    fn momenta(&self, at: &State, node: &EmNode) -> Option<Box<Momenta>> {
         if !self.momenta {
             return None;
         }
         let kinetic = self.forces.kinetic_energy(&at.v);
-        let potential = self.run.system().potential_energy(&at.q);
+        let potential = self.run.system().potential_energy(at.configuration());
         Some(Box::new(Momenta {
             lambda: node.lambda.clone(),
             p: node.p.clone(),
@@ -58,7 +57,7 @@ impl EnergyMomentum {
     }
 
     /// A node with its momenta and the work up to it; `before`: that of the step which started there is left out.
-    fn read(&self, before: bool, at: &EmState, node: &EmNode) -> Reading {
+    fn read(&self, before: bool, at: &State, node: &EmNode) -> Reading {
         let (momenta, work) = (self.momenta(at, node), self.work.known(before));
         Reading { momenta, ..reading(self.run.constraints(), at, node, work) }
     }
@@ -68,13 +67,14 @@ impl EnergyMomentum {
         let mut lambda = vec![0.0; mechanism.len()];
         let observer =
             self.observer.get_or_insert_with(|| NodeObserver::new(forces, mechanism.len(), rows));
-        let EmState { t, q, v, .. } = self.run.state();
-        observer.acceleration_multiplier(forces, mechanism, (*t, q, v), &mut lambda)?;
+        let state = self.run.state();
+        let at = (state.configuration(), &state.v[..]);
+        observer.acceleration_multiplier(forces, mechanism, at, &mut lambda)?;
         Ok(lambda)
     }
 }
 
-fn reading(mechanism: &Mechanism, at: &EmState, node: &EmNode, work: f64) -> Reading {
+fn reading(mechanism: &Mechanism, at: &State, node: &EmNode, work: f64) -> Reading {
     Reading {
         step: at.step,
         t: at.t,
@@ -108,9 +108,8 @@ impl Method for EnergyMomentum {
                 work.add_known(power / s.h);
             }
         });
-        match taken {
-            Ok(_) => forces.accept(&run.state().q),
-            Err(_) => work.take_back(),
+        if taken.is_err() {
+            work.take_back();
         }
         taken
     }

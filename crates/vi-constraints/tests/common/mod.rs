@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub)] // each test takes what it needs
 
 use vi_constraints::Constraints;
-use vi_core::Entries;
+use vi_core::{Configuration, Entries};
 
 /// Bars between points of `dim` coordinates; `None`: the origin.
 #[derive(Clone)]
@@ -27,7 +27,7 @@ impl Constraints for Bars {
     fn len(&self) -> usize {
         self.bars.len()
     }
-    fn value(&self, _t: f64, q: &[f64], out: &mut [f64]) {
+    fn value(&self, Configuration { q, .. }: Configuration<'_>, out: &mut [f64]) {
         for (k, g) in out.iter_mut().enumerate() {
             let square: f64 = self.arm(k, q).iter().map(|x| x * x).sum();
             *g = 0.5 * (square - self.bars[k].2.powi(2));
@@ -67,7 +67,8 @@ impl Constraints for Winch {
     fn len(&self) -> usize {
         1
     }
-    fn value(&self, t: f64, q: &[f64], out: &mut [f64]) {
+    fn value(&self, at: Configuration<'_>, out: &mut [f64]) {
+        let Configuration { t, q, .. } = at;
         out[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - Self::length(t)[0].powi(2));
     }
     fn jacobian(&self, _t: f64, q: &[f64], out: &mut dyn Entries) {

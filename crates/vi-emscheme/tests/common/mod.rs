@@ -26,6 +26,8 @@ use vi_rigid::{TimeHistory, directors, rotation};
 pub struct Model {
     pub mechanism: Mechanism,
     pub springs: Vec<Spring>,
+    /// Of the first joint.
+    pub coordinates: Vec<Option<JointCoordinate>>,
     pub h: f64,
 }
 
@@ -59,7 +61,10 @@ impl Model {
 }
 
 fn model(description: Description, h: f64) -> Model {
-    Model { mechanism: Mechanism::new(description), springs: Vec::new(), h }
+    let mut mechanism = Mechanism::new(description);
+    let freedoms = mechanism.description().joints.first().map_or(0, |joint| joint.kind.freedoms());
+    let coordinates = (0..freedoms).map(|freedom| mechanism.coordinate(0, freedom)).collect();
+    Model { mechanism, springs: Vec::new(), coordinates, h }
 }
 
 /// The pendulum of theory §3, started with a push.
@@ -277,9 +282,8 @@ pub fn loaded(model: &Model) -> EmSystem {
         .load(AtMidpoint(damper))
         .load(load(0, LoadKind::Dead))
         .load(load(12, LoadKind::Follower));
-    let joint = &model.mechanism.description().joints[0];
-    for freedom in 0..joint.kind.freedoms() {
-        let Some(coordinate) = JointCoordinate::new(joint, freedom) else { continue };
+    for (freedom, coordinate) in model.coordinates.iter().enumerate() {
+        let Some(coordinate) = coordinate.clone() else { continue };
         let damper = JointForce { coordinate: coordinate.clone(), law: Viscous(0.7) };
         let reference = std::sync::Arc::new(|t: f64| ((3.0 * t).sin(), 3.0 * (3.0 * t).cos()));
         let law = PdControl { proportional: 4.0, derivative: 0.3, reference };
@@ -292,8 +296,7 @@ pub fn loaded(model: &Model) -> EmSystem {
 
 /// A spring on a coordinate of the first joint.
 pub fn joint_spring(model: &Model, freedom: usize) -> Option<JointSpring> {
-    let joint = model.mechanism.description().joints.first()?;
-    let coordinate = JointCoordinate::new(joint, freedom)?;
+    let coordinate = model.coordinates.get(freedom)?.clone()?;
     Some(JointSpring { coordinate, stiffness: 6.0, rest: 0.4 })
 }
 
@@ -326,7 +329,7 @@ pub fn driven() -> Model {
         hinge("base", ground, base, &axes),
         hinge("elbow", between, Vector3::new(0.6, 0.3, 0.2), &complete_axis(&Vector3::x())),
     ];
-    let angle = JointCoordinate::new(&joints[0], 0).unwrap();
+    let angle = JointCoordinate::principal(&joints[0], 0).unwrap();
     let path = |t: f64| [(2.0 * t).sin(), 2.0 * (2.0 * t).cos(), -4.0 * (2.0 * t).sin()];
     let scalars = vec![ScalarConstraint::motion("drive", angle, std::sync::Arc::new(path))];
     let gravity = Vector3::new(0.0, 0.0, -9.81);
@@ -349,7 +352,7 @@ pub fn geared() -> Model {
     let joints =
         vec![joint(0, Vector3::new(1.0, 2.0, -2.0)), joint(1, Vector3::new(0.2, -1.0, 1.0))];
     let q: Vec<f64> = bodies.iter().flat_map(frame).collect();
-    let coordinate = |k: usize| JointCoordinate::new(&joints[k], 0).unwrap();
+    let coordinate = |k: usize| JointCoordinate::principal(&joints[k], 0).unwrap();
     let gear = ScalarConstraint::coupling("gear", (coordinate(0), coordinate(1)), -1.7, &q);
     let scalars = vec![gear];
     model(Description { dimension: 3, bodies, joints, scalars, ..Description::default() }, 0.01)

@@ -20,15 +20,49 @@ use super::path::{Paths, Placed};
 use crate::articulated::Articulated;
 use nalgebra::DMatrix;
 use vi_constraints::null_space::RANK_TOLERANCE;
+use vi_core::Configuration;
 use vi_core::newton::Fault;
+use vi_core::state::Memory;
+
+/// Reads what [`Cluster::remember`] wrote, cluster by cluster.
+pub(crate) struct Recall<'a> {
+    indices: &'a [usize],
+    values: &'a [f64],
+}
+
+/// What a cluster needs of the last node.
+struct LastNode<'a> {
+    chosen: &'a [usize],
+    lengths: &'a [usize], // of the rows of U
+    columns: &'a [usize],
+    values: &'a [f64],
+}
+
+impl<'a> Recall<'a> {
+    /// From the beginning.
+    pub(crate) fn new(memory: &'a Memory) -> Self {
+        Self { indices: &memory.indices, values: &memory.values }
+    }
+
+    /// Of the next cluster, with a certain rank; `None` where the memory is of other loops.
+    fn next(&mut self, rank: usize, rows: usize, width: usize) -> Option<LastNode<'a>> {
+        let (chosen, rest) = self.indices.split_at_checked(rank)?;
+        let (count, rest) = rest.split_first()?;
+        let (lengths, rest) = rest.split_at_checked(*count)?;
+        let entries = lengths.iter().try_fold(0_usize, |sum, &length| sum.checked_add(length))?;
+        let (columns, indices) = rest.split_at_checked(entries)?;
+        let (own, values) = self.values.split_at_checked(entries)?;
+        let fits = chosen.iter().all(|&i| i < rows) && columns.iter().all(|&c| c < width);
+        (self.indices, self.values) = (indices, values);
+        fits.then_some(LastNode { chosen, lengths, columns, values: own })
+    }
+}
 
 /// Loops that share links.
 pub(crate) struct Cluster {
     pub(crate) paths: Paths,
-    rank: usize,    // generic
-    basis: Echelon, // U: rows of J at q_n
-    last: Echelon,  // the same at the last node
-    has_last: bool,
+    rank: usize,        // generic
+    basis: Echelon,     // U: rows of J at q_n
     next: Echelon,      // rows of J' at q_{n+1}, or of J wherever it is asked for
     chosen: Vec<usize>, // rows enforced at q_{n+1}
     g: Vec<f64>,        // of the chosen rows
@@ -44,8 +78,6 @@ impl Cluster {
         Self {
             rank: 0,
             basis: echelon(),
-            last: echelon(),
-            has_last: false,
             next: echelon(),
             chosen: Vec::new(),
             g: Vec::new(),
@@ -142,28 +174,46 @@ impl Cluster {
 
     /// The null space of the node before the first is the orthogonal complement of the columns of
     /// `range`.
-    pub(crate) fn remember(&mut self, range: &DMatrix<f64>) {
+    pub(crate) fn leave_along(&mut self, range: &DMatrix<f64>) {
         self.basis.clear();
         for column in range.column_iter() {
             let own = self.paths.columns.iter().enumerate();
             self.basis.push(own.map(|(k, &at)| (k, column[at])));
         }
         self.basis.eliminate(self.rank, RANK_TOLERANCE);
-        self.has_last = true;
+    }
+
+    /// Appends what the next node needs of this step: the rows enforced, and `U`.
+    pub(crate) fn remember(&self, memory: &mut Memory) {
+        let rows = 0..self.basis.pivots().len();
+        memory.indices.extend_from_slice(&self.chosen);
+        memory.indices.push(rows.len());
+        memory.indices.extend(rows.clone().map(|k| self.basis.row(k).1.len() + 1));
+        for (column, value) in rows.flat_map(|k| self.basis.entries(k)) {
+            memory.indices.push(column);
+            memory.values.push(value);
+        }
     }
 
     /// `U` at `q_n`. At a placement that loses rank the rows that are missing are those of the last `U`
     /// that do not depend on the new ones.
-    pub(crate) fn begin(&mut self, at: Placed<'_>) {
-        std::mem::swap(&mut self.basis, &mut self.last);
+    pub(crate) fn begin(&mut self, at: Placed<'_>, memory: &mut Recall<'_>) {
         self.paths.fill(&mut self.basis, at, &[]);
-        if self.basis.eliminate(self.rank, RANK_TOLERANCE) < self.rank && self.has_last {
-            for k in 0..self.last.pivots().len() {
-                self.basis.push(self.last.entries(k));
-            }
-            self.basis.eliminate(self.rank, RANK_TOLERANCE);
+        let complete = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank;
+        let (rows, width) = (self.paths.rows.len(), self.paths.columns.len());
+        let Some(last) = memory.next(self.rank, rows, width) else { return };
+        self.chosen.copy_from_slice(last.chosen);
+        if complete || last.lengths.is_empty() {
+            return;
         }
-        self.has_last = true;
+        let (mut columns, mut values) = (last.columns, last.values);
+        for &length in last.lengths {
+            let (own, rest) = columns.split_at(length);
+            let (numbers, others) = values.split_at(length);
+            self.basis.push(own.iter().copied().zip(numbers.iter().copied()));
+            (columns, values) = (rest, others);
+        }
+        self.basis.eliminate(self.rank, RANK_TOLERANCE);
     }
 
     /// Chooses the rows to enforce from the first trial of `q_{n+1}`: where they lose rank there, the last
@@ -179,9 +229,9 @@ impl Cluster {
     }
 
     /// `g_c` of the chosen rows.
-    pub(crate) fn close(&mut self, t: f64, q: &[f64]) {
+    pub(crate) fn close(&mut self, at: Configuration<'_>) {
         for (g, &i) in self.g.iter_mut().zip(&self.chosen) {
-            *g = self.paths.rows[i].row.value(t, q);
+            *g = self.paths.rows[i].row.value(at);
         }
     }
 

@@ -9,6 +9,7 @@ use crate::pair::{PairKind, Twist};
 use crate::scalar_constraint::ScalarRow;
 use crate::tree::Tree;
 use nalgebra::{DMatrix, Vector3};
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, BlockKind};
@@ -83,14 +84,14 @@ impl Loops {
     fn raw_values(&self, t: f64, q: &[f64]) -> Vec<f64> {
         let mut values = vec![0.0; self.scales.len()];
         for row in self.clusters.iter().flat_map(|cluster| &cluster.paths.rows) {
-            values[row.number] = row.row.value(t, q);
+            values[row.number] = row.row.value(Configuration::new(t, q));
         }
         values
     }
 
     /// Takes up `q`, and finds the rank of each cluster there.
     pub(crate) fn ranks(&mut self, q: &[f64]) -> Vec<usize> {
-        self.tree.begin_at(q, false);
+        self.tree.begin_at(q, None);
         let Self { tree, clusters, home, column_of, .. } = self;
         let at = Placed { tree, sparse: None, home, column_of, q, next: false };
         clusters.iter_mut().map(|cluster| cluster.rank_here(at, &[])).collect()
@@ -162,7 +163,7 @@ impl Loops {
                 return Some(q);
             }
             let side: Vec<f64> = self.raw_values(t, &q).iter().map(|g| -g).collect();
-            self.tree.begin_at(&q, false);
+            self.tree.begin_at(&q, None);
             u.fill(0.0);
             let Self { tree, clusters, home, column_of, weights, .. } = self;
             let at = Placed { tree, sparse: None, home, column_of, q: &q, next: false };

@@ -4,7 +4,8 @@
 
 use vi_constraints::{Constraints, DenseNodal, NodalOperators};
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonSettings};
-use vi_core::{Interval, MechanicalSystem, SeparableSystem, State};
+use vi_core::state::Memory;
+use vi_core::{Entries, Interval, MechanicalSystem, SeparableSystem, State};
 use vi_rigid::SingleBody;
 
 struct Problem {
@@ -17,19 +18,20 @@ struct Problem {
 
 impl NewtonProblem for Problem {
     fn blocks(&self) -> &[Block] {
-        NodalOperators::<SeparableSystem>::blocks(&self.operators)
+        self.operators.blocks()
     }
     fn residual(&mut self, u: &[f64], r: &mut [f64]) -> Result<(), Fault> {
-        NodalOperators::<SeparableSystem>::reparametrize(&mut self.operators, u, &mut self.s)?;
+        self.operators.reparametrize(u, &mut self.s)?;
         self.system.forced_d1(&self.s, &mut self.bracket);
         for (b, p) in self.bracket.iter_mut().zip(&self.p) {
             *b += p;
         }
-        NodalOperators::<SeparableSystem>::pull_back(&mut self.operators, &self.bracket, r);
+        self.operators.pull_back(&self.bracket, r);
         Ok(())
     }
     fn correction(&mut self, u: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
-        self.operators.solve(&self.system, u, &self.s, dx)
+        let Self { system, operators, s, .. } = self;
+        operators.solve(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), u, s, dx)
     }
 }
 
@@ -44,7 +46,7 @@ impl Stepper {
     pub(crate) fn new(body: SingleBody, system: SeparableSystem) -> Self {
         let n = body.dim();
         let operators = DenseNodal::new(n, body);
-        let dof = NodalOperators::<SeparableSystem>::dof(&operators);
+        let dof = operators.dof();
         let (p, bracket) = (vec![0.0; n], vec![0.0; n]);
         let problem = Problem { system, operators, s: Interval::new(n), p, bracket };
         Self { problem, newton: Newton::new(dof, NewtonSettings::default()), u: vec![0.0; dof] }
@@ -54,12 +56,11 @@ impl Stepper {
         let problem = &mut self.problem;
         problem.s.open(state.t, h, &state.q);
         problem.p.copy_from_slice(&state.p);
-        problem.operators.begin(&problem.system, &problem.s, false);
+        problem.operators.begin(&problem.s, &Memory::default(), None);
         let report = self.newton.solve(problem, &mut self.u).unwrap();
         problem.system.forced_d2(&problem.s, &mut state.p);
         state.q.copy_from_slice(&problem.s.q1);
-        let operators = &mut problem.operators;
-        NodalOperators::<SeparableSystem>::clean(operators, state.t + h, &mut state.q);
+        problem.operators.clean(state.t + h, &mut state.q);
         state.t += h;
         state.step += 1;
         report.iterations

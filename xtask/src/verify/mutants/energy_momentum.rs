@@ -5,7 +5,7 @@ use holonom::evidence::subject::{Initial, Method, Motion, Setting};
 use holonom::nalgebra::DMatrix;
 use holonom::vi_constraints::Reparametrization;
 use holonom::vi_core::potential::Potential;
-use holonom::vi_core::{Entries, Interval, Quadrature};
+use holonom::vi_core::{Configuration, Entries, Interval, Quadrature};
 use holonom::vi_emscheme::discrete_gradient::DiscreteGradient;
 use holonom::vi_emscheme::null_space::DiscreteNullSpace;
 use holonom::vi_emscheme::{EmIntegrator, EmOptions, EmSystem};
@@ -70,8 +70,8 @@ impl Entries for Half<'_> {
 }
 
 impl DiscreteGradient for Midpoint {
-    fn potential(&self, q: &[f64]) -> f64 {
-        self.0.value(q)
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        self.0.value(at.q)
     }
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         self.0.add_gradient(&s.q_mid, scale, out);

@@ -7,7 +7,7 @@ use holonom::vi_constraints::{Integrator, Options, Reparametrization};
 use holonom::vi_core::force::DiscreteForce;
 use holonom::vi_core::newton::{Block, Fault};
 use holonom::vi_core::{
-    Composition, Entries, Interval, MechanicalSystem, SeparableSystem, SparseMatrix,
+    Composition, Configuration, Entries, Interval, MechanicalSystem, SeparableSystem, SparseMatrix,
 };
 use holonom::vi_multibody::map::TreeMap;
 use holonom::{Model, system};
@@ -82,17 +82,17 @@ impl MechanicalSystem for WrongSign {
     fn force_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         self.inner.force_minus_d2(s, out);
     }
-    fn add_force(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
-        self.inner.add_force(t, q, v, out);
+    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.inner.add_force(at, v, out);
     }
     fn discrete_potential_energy(&self, s: &Interval) -> f64 {
         self.inner.discrete_potential_energy(s)
     }
-    fn potential_energy(&self, q: &[f64]) -> f64 {
-        self.inner.potential_energy(q)
+    fn potential_energy(&self, at: Configuration<'_>) -> f64 {
+        self.inner.potential_energy(at)
     }
-    fn add_potential_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
-        self.inner.add_potential_gradient(q, scale, out);
+    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.inner.add_potential_gradient(at, scale, out);
     }
 }
 
@@ -112,12 +112,12 @@ impl DiscreteForce for AtTheStart {
     }
     fn add_plus(&self, _s: &Interval, _out: &mut [f64]) {}
     fn add_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
-    fn add_continuous(&self, _t: f64, _q: &[f64], _v: &[f64], out: &mut [f64]) {
+    fn add_continuous(&self, _: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
         if self.declared {
             out.iter_mut().zip(&self.w).for_each(|(o, f)| *o += f);
         }
     }
-    fn add_rest_derivative(&self, _t: f64, _q: &[f64], _scale: f64, _out: &mut dyn Entries) {}
+    fn add_rest_derivative(&self, _: Configuration<'_>, _scale: f64, _out: &mut dyn Entries) {}
     fn is_dissipative(&self) -> bool {
         false
     }
@@ -211,7 +211,7 @@ pub(super) fn start(
     inner = match defect {
         IntegratorDefect::FirstOrderForce => {
             let mut w = w;
-            inner.add_potential_gradient(q, -1.0, &mut w);
+            inner.add_potential_gradient(Configuration::new(0.0, q), -1.0, &mut w);
             let weight = AtTheStart { w, damping: None, declared: true };
             SeparableSystem::new(mass).force(Box::new(weight))
         }

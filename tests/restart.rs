@@ -1,0 +1,238 @@
+//! A motion goes on, bit for bit, from a state that was stored, in an integrator that is new: for each scheme
+//! and order, on models whose next step depends on more than `(q_n, p_n)`. Observing a node changes nothing.
+#![allow(clippy::unwrap_used)] // a test
+
+mod harness;
+
+use harness::models::shipped;
+use holonom::vi_constraints::SchemeKind;
+use holonom::vi_core::State;
+use holonom::vi_emscheme::EmForm;
+use holonom::{Model, Simulation};
+
+/// Steps before the state is stored, and after: where revolutions count, and elsewhere.
+const TURNING: [u32; 2] = [60, 17];
+const OTHERS: [u32; 2] = [9, 6];
+
+/// Two rotors whose hinges a gear couples, a motor on one; 40 rad/s: the state is stored after revolutions.
+const GEARS: &str = r#"
+[model]
+name = "gears"
+[[body]]
+name = "left"
+mass = 1.0
+inertia = [0.3, 0.4, 0.5]
+position = [0, 0, 0]
+angular_velocity = [0, 0, 40]
+[[body]]
+name = "right"
+mass = 2.0
+inertia = [0.3, 0.4, 0.5]
+position = [2, 0, 0]
+angular_velocity = [0, 0, 20]
+[[joint]]
+name = "a"
+type = "revolute"
+parent = "ground"
+child = "left"
+position = [0, 0, 0]
+axis = [0, 0, 1]
+motor = { effort = 0.7 }
+[[joint]]
+name = "b"
+type = "revolute"
+parent = "ground"
+child = "right"
+position = [2, 0, 0]
+axis = [0, 0, 1]
+[[constraint]]
+type = "gear"
+name = "gear"
+joints = ["a", "b"]
+ratio = -2.0
+[simulation]
+step = 0.01
+end = 1.0
+"#;
+
+/// A torsion spring that is wound by more than five revolutions when the state is stored.
+const TORSION: &str = r#"
+[model]
+name = "torsion"
+gravity = [0, -9.81, 0]
+[[body]]
+name = "rotor"
+mass = 1.0
+inertia = [0.3, 0.4, 0.5]
+position = [0.1, 0, 0]
+velocity = [0, 7, 0]
+angular_velocity = [0, 0, 70]
+[[joint]]
+name = "hinge"
+type = "revolute"
+parent = "ground"
+child = "rotor"
+position = [0, 0, 0]
+axis = [0, 0, 1]
+spring = { stiffness = 0.3, rest = 0.5 }
+[simulation]
+step = 0.01
+end = 1.0
+"#;
+
+/// A nut on a screw that turns several times, and a body that hangs on it.
+const SCREW: &str = r#"
+[model]
+name = "screw"
+gravity = [0.3, 0, -9.81]
+[[body]]
+name = "nut"
+mass = 1.0
+inertia = [0.3, 0.4, 0.5]
+position = [0, 0, 0]
+velocity = [0, 0, 1.2732395447351628]
+angular_velocity = [0, 0, 40]
+[[body]]
+name = "pendulum"
+mass = 0.3
+inertia = [0.01, 0.01, 0.02]
+position = [0.2, 0, -0.3]
+velocity = [0, 8, 1.2732395447351628]
+angular_velocity = [0, 0, 40]
+[[joint]]
+name = "thread"
+type = "screw"
+parent = "ground"
+child = "nut"
+position = [0, 0, 0]
+axis = [0, 0, 1]
+pitch = 0.2
+[[joint]]
+name = "ball"
+type = "spherical"
+parent = "nut"
+child = "pendulum"
+position = [0.2, 0, 0]
+[simulation]
+step = 0.01
+end = 1.0
+"#;
+
+/// A shipped model with a quarter of its elements.
+fn coarse(name: &str) -> String {
+    let line = |line: &str| match line.strip_prefix("elements = ") {
+        Some(count) => format!("elements = {}\n", count.parse::<u32>().unwrap().div_ceil(4)),
+        None => format!("{line}\n"),
+    };
+    shipped(name).lines().map(line).collect()
+}
+
+fn models() -> Vec<(&'static str, String)> {
+    let xtask = |name: &str| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../xtask/models/");
+        std::fs::read_to_string(format!("{folder}{name}.toml")).unwrap()
+    };
+    vec![
+        ("gears", GEARS.into()),
+        ("torsion", TORSION.into()),
+        ("screw", SCREW.into()),
+        ("heavy_top", shipped("heavy_top")),
+        ("tree", xtask("tree")),
+        ("driven", xtask("rheonomic")),
+        ("four_particles", shipped("four_particles")),
+        ("redundant loop", shipped("bricard")),
+        ("windows", shipped("four_bar_windows")),
+        ("six-bar loop", shipped("six_hinge_cube")),
+        ("singular start", shipped("four_bar_loop")),
+        ("beam", coarse("flying_beam")),
+        ("beam between bodies", coarse("flexible_multibody")),
+        ("loop with a beam", coarse("flexible_four_bar")),
+    ]
+}
+
+/// The scheme names of both families with their orders; the slow ones at fewer.
+fn schemes() -> Vec<(&'static str, u32)> {
+    let variational = SchemeKind::ALL.map(SchemeKind::name);
+    let energy_momentum = EmForm::ALL.map(EmForm::name);
+    let of = |names: &[&'static str], orders: &[u32]| -> Vec<(&'static str, u32)> {
+        names.iter().flat_map(|name| orders.iter().map(|order| (*name, *order))).collect()
+    };
+    [of(&variational, &[2, 4, 6, 8]), of(&energy_momentum, &[2, 4])].concat()
+}
+
+fn simulation(text: &str, (scheme, order): (&str, u32)) -> Option<Simulation> {
+    let overrides =
+        [("simulation.scheme", scheme.to_owned()), ("simulation.order", order.to_string())];
+    let overrides = overrides.map(|(key, value)| (key.to_owned(), value));
+    Simulation::new(&Model::from_toml_with(text, &overrides).ok()?).ok() // e.g. a damper at order 4
+}
+
+fn state(simulation: &mut Simulation) -> State {
+    match simulation.energy_momentum() {
+        Some(run) => run.state().clone(),
+        None => simulation.integrator().state().clone(),
+    }
+}
+
+fn resume(simulation: &mut Simulation, state: State) {
+    match simulation.energy_momentum() {
+        Some(run) => run.resume(state).unwrap(),
+        None => simulation.integrator().resume(state).unwrap(),
+    }
+}
+
+fn observe(simulation: &mut Simulation) {
+    match simulation.energy_momentum() {
+        Some(run) => {
+            run.observe().unwrap();
+            run.observe_state();
+        }
+        None => {
+            let run = simulation.integrator();
+            run.observe().unwrap();
+            run.observe_state().unwrap();
+            run.acceleration_multiplier().unwrap();
+        }
+    }
+}
+
+fn advance(simulation: &mut Simulation, steps: u32, seen: bool) {
+    for n in 0..steps {
+        if seen {
+            observe(simulation);
+        }
+        simulation.step().unwrap_or_else(|error| panic!("step {n}: {error}"));
+    }
+}
+
+#[test]
+fn a_stored_state_continues_bit_for_bit() {
+    let (mut checked, mut angles) = (0, 0.0_f64);
+    for (name, text) in models() {
+        let mut schemes_of_model = Vec::new();
+        let steps = if matches!(name, "gears" | "torsion" | "screw") { TURNING } else { OTHERS };
+        for scheme in schemes() {
+            let Some(mut run) = simulation(&text, scheme) else { continue };
+            advance(&mut run, steps[0], false);
+            let stored = serde_json::to_string(&state(&mut run)).unwrap();
+            let read: State = serde_json::from_str(&stored).unwrap();
+            assert_eq!(
+                read,
+                state(&mut run),
+                "{name}, {scheme:?}: what is read is what was stored"
+            );
+            angles = read.angles.iter().fold(angles, |largest, angle| largest.max(angle.abs()));
+            let mut again = simulation(&text, scheme).unwrap();
+            resume(&mut again, read);
+            advance(&mut run, steps[1], false);
+            advance(&mut again, steps[1], true);
+            assert_eq!(state(&mut again), state(&mut run), "{name}, {scheme:?}");
+            schemes_of_model.push(format!("{} {}", scheme.0, scheme.1));
+            checked += 1;
+        }
+        println!("{name:<20} {} schemes and orders", schemes_of_model.len());
+        assert!(schemes_of_model.len() >= 10, "{name}: {schemes_of_model:?}");
+    }
+    println!("{checked} motions; the largest angle stored {angles:.1} rad");
+    assert!(checked > 200 && angles > 5.0 * std::f64::consts::TAU, "{checked}, {angles}");
+}
