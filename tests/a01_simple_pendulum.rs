@@ -1,7 +1,7 @@
 //! IFToMM A01: the simple pendulum, against its exact motion in elliptic functions.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, study};
 

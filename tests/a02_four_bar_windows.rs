@@ -4,7 +4,7 @@
 //! `c = ((N+1)/2 + N) / ((N+1)/3 + N)`.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, ode, study};
 

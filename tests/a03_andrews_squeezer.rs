@@ -1,7 +1,7 @@
 //! IFToMM A03: Andrews' squeezing mechanism as hinges in space, against the IVP test set.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, Turn, assert_order, study};
 

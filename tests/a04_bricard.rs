@@ -1,7 +1,7 @@
 //! IFToMM A04: Bricard's mechanism, one freedom and one redundant constraint.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, study};
 use nalgebra::Vector3;

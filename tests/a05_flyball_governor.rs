@@ -1,7 +1,7 @@
 //! IFToMM A05: the stiff flyball governor, with spring-dampers that couple bodies.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, study};
 

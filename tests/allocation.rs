@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used)] // a test
 #![allow(unsafe_code)] // a counting allocator has to be one
 
-mod harness;
+use crate::harness;
 
 use harness::models::simulation;
 use holonom::{Model, Simulation};

@@ -2,7 +2,7 @@
 //! independent limits with order 2 in the length of the elements.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, orders};
 

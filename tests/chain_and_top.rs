@@ -1,7 +1,7 @@
 //! Trees against independent references: a chain of eight boxes, a heavy top.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, study};
 use nalgebra::Vector3;

@@ -2,7 +2,7 @@
 //! coordinate follows its path to round-off, and the work of the drive is what the energy changes by.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, orders};
 use holonom::Simulation;

@@ -4,7 +4,7 @@
 //! over 10⁵ steps at `h ω_max = 0.9` it creeps up by 7e-4 of itself.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::Run;
 use nalgebra::Vector3;

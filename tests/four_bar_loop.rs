@@ -4,7 +4,7 @@
 //! step boundaries, so the midpoint sums are exact: 400 N s.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, study};
 use nalgebra::Vector3;

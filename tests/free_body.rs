@@ -7,7 +7,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-mod harness;
+use crate::harness;
 
 use harness::models::{exponent, orders, simulation};
 use nalgebra::{Matrix3, Vector3};

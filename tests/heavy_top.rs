@@ -6,7 +6,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-mod harness;
+use crate::harness;
 
 use harness::models::{orders, simulation};
 

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-mod harness;
+use crate::harness;
 
 use holonom::simulation::RunOutcome;
 use holonom::vi_constraints::Constraints;

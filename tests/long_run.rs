@@ -5,7 +5,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-mod harness;
+use crate::harness;
 
 use harness::models::simulation;
 use holonom::Model;

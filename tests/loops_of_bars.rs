@@ -1,7 +1,7 @@
 //! Bars that close loops, and loops of bodies beside point masses: all four schemes give one motion.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, study};
 use holonom::{Model, Simulation};

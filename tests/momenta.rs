@@ -2,7 +2,7 @@
 //! nodes, against the functions of the library and against the other columns of the same row.
 #![allow(clippy::unwrap_used)] // a test
 
-mod harness;
+use crate::harness;
 
 use harness::case::distance;
 use harness::models::model;

@@ -5,7 +5,7 @@
 //! link, another one to the ground.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::Run;
 

@@ -7,7 +7,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-mod harness;
+use crate::harness;
 
 use harness::models::{model, orders};
 use holonom::vi_constraints::Constraints;

@@ -8,7 +8,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-mod harness;
+use crate::harness;
 
 use harness::case::{Case, Deviation};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Sensors of a model file: what they measure, along a run and in `sensors.csv`.
 #![allow(clippy::unwrap_used)] // a test
 
-mod harness;
+use crate::harness;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -2,8 +2,6 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-mod harness;
-
 use holonom::{Model, ModelError, Simulation};
 
 const MODEL: &str = r#"

@@ -6,7 +6,7 @@
 //! antiparallelogram `θ_1 = θ_0 (a + d)/(a − d) = −3 θ_0`.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, ode, study};
 use holonom::{Model, Simulation};

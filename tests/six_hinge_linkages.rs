@@ -1,7 +1,7 @@
 //! Free six-hinge linkages: one internal freedom although counting gives none, momentum maps to round-off.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, assert_order, study};
 use holonom::evidence::measure::{self, Residuals};

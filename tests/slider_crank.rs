@@ -1,7 +1,7 @@
 //! Spatial slider-crank (Haug 1989): revolute, spherical, universal and prismatic joints in a loop.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{Run, Turn, assert_order, study};
 

@@ -2,7 +2,7 @@
 //! composed steps say that they are not what they are called.
 #![allow(clippy::unwrap_used)] // a test
 
-mod benchmark;
+use crate::benchmark;
 
 use benchmark::{assert_order, model, orders};
 use holonom::{RunOutcome, Simulation};

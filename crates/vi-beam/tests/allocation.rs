@@ -3,7 +3,7 @@
 #![allow(unsafe_code)] // a counting allocator cannot be written without
 #![allow(clippy::unwrap_used)] // a test
 
-mod common;
+use crate::common;
 
 use common::{flying_section, load, straight, vector};
 use nalgebra::Vector3;

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-mod common;
+use crate::common;
 
 use common::{center_of, vector};
 use nalgebra::Vector3;

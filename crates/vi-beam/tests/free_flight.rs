@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-mod common;
+use crate::common;
 
 use common::{distance, flying_section, straight, vector};
 use nalgebra::Vector3;

@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used)] // a test
 #![allow(non_snake_case)] // P, K
 
-mod common;
+use crate::common;
 
 use common::{flying_section, largest, vector};
 use nalgebra::{DMatrix, Matrix3, Vector3};

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-mod common;
+use crate::common;
 
 use common::{center_of, dead, distance, flying_section, load, straight, vector};
 use nalgebra::Vector3;

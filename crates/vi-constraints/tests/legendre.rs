@@ -2,7 +2,7 @@
 //! four schemes, identities at any configuration, closed forms, refusals.
 #![allow(clippy::unwrap_used, non_snake_case)] // a test; G, M, P, Q
 
-mod common;
+use crate::common;
 
 use common::{Bars, Winch, frame};
 use nalgebra::{DMatrix, DVector};

@@ -2,7 +2,7 @@
 //! reparametrization over the tangent space refuses.
 #![allow(clippy::unwrap_used)] // a test
 
-mod common;
+use crate::common;
 
 use common::{Bars, Winch, frame};
 use std::collections::BTreeMap;

@@ -77,9 +77,14 @@ impl Memory {
             (Some(own), Some(other)) => own.copy_from(other),
             (own, other) => own.clone_from(other),
         }
-        self.indices.clone_from(&other.indices);
-        self.values.clone_from(&other.values);
-        self.multipliers.clone_from(&other.multipliers);
+        fn copy<T: Copy>(to: &mut Vec<T>, from: &Vec<T>) {
+            to.clear();
+            to.reserve(from.capacity());
+            to.extend_from_slice(from);
+        }
+        copy(&mut self.indices, &other.indices);
+        copy(&mut self.values, &other.values);
+        copy(&mut self.multipliers, &other.multipliers);
     }
 }
 

@@ -5,7 +5,7 @@
 //! round-off with room for its random walk, not truncation.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-mod common;
+use crate::common;
 
 use common::{Model, all};
 use vi_constraints::Constraints;

@@ -1,7 +1,7 @@
 //! Springs, dampers, controls and prescribed motion on joint coordinates: energy and momentum balances.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-mod common;
+use crate::common;
 
 use vi_core::momentum_map::Momentum;
 use vi_core::sparse::SparseMatrix;

@@ -1,7 +1,7 @@
 //! Momentum and energy balances under loads and dampers.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-mod common;
+use crate::common;
 
 use common::distance;
 use nalgebra::Vector3;

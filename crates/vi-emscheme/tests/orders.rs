@@ -1,7 +1,7 @@
 //! Order 2 of `q`, `p` and of the constraint force at the nodes; order 1 of the force of single steps.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-mod common;
+use crate::common;
 
 use common::{Model, distance};
 use vi_core::Composition;

@@ -1,7 +1,7 @@
 //! What the integrator refuses, and what it leaves behind.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-mod common;
+use crate::common;
 
 use vi_emscheme::integrator::EmSetupError;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};

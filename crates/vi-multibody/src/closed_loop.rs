@@ -264,6 +264,9 @@ impl NodalOperators for LoopNodal {
         memory.indices.clear();
         memory.values.clear();
         self.loops.clusters.iter().for_each(|cluster| cluster.remember(memory));
+        // which entries are zero changes along the motion
+        memory.indices.reserve(memory.indices.len());
+        memory.values.reserve(memory.values.len());
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {

@@ -1,4 +1,4 @@
-//! Joint coordinates as functions of the configuration, with their turns counted.
+//! Joint coordinates as functions of the configuration, with their revolutions.
 //!
 //! ```text
 //! length   u = a·r                    a: an axis of the parent, r: the gap

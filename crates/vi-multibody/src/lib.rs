@@ -24,7 +24,7 @@
 //! | [`closed_loop`] | loops on top of a tree, redundant constraints, singular placements |
 //! | [`sparse_nodal`] | the Newton step on trees whose members are coupled by potentials |
 //! | [`scalar_constraint`] | distances, guides, couplings, prescribed motion |
-//! | [`coordinate`], [`joint_force`] | joint coordinates with their turns; springs, dampers, motors on them |
+//! | [`coordinate`], [`joint_force`] | joint coordinates with their revolutions; springs, dampers, motors on them |
 //! | [`spring`] | springs and dampers between two points |
 //! | [`prescribed`] | prescribed motions that contradict each other along their paths |
 //! | [`reaction`] | joint reactions and bar tensions from multipliers |

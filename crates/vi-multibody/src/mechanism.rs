@@ -30,8 +30,9 @@ use vi_rigid::directors;
 #[derive(Clone, Debug)]
 pub struct Mechanism {
     description: Description,
-    rows: Vec<ScalarRow>,          // joints, then bars, then scalar constraints
-    angles: Vec<JointCoordinate>,  // whose revolutions count
+    rows: Vec<ScalarRow>,         // joints, then bars, then scalar constraints
+    angles: Vec<JointCoordinate>, // whose revolutions count
+    coordinates: Vec<((usize, usize), JointCoordinate)>, // asked for: joint, freedom
     joint_rows: Vec<Range<usize>>, // into the constraints, for each joint
     bar_rows: Vec<Range<usize>>,
     scalar_rows: Vec<Range<usize>>,
@@ -72,6 +73,7 @@ impl Mechanism {
             description,
             rows,
             angles,
+            coordinates: Vec::new(),
             joint_rows,
             bar_rows,
             scalar_rows,
@@ -91,9 +93,14 @@ impl Mechanism {
     /// Coordinate `freedom` of joint `joint` for springs, dampers and motors, an angle with its revolutions;
     /// `None` as [`JointCoordinate::principal`]. Before the integrator takes the mechanism.
     pub fn coordinate(&mut self, joint: usize, freedom: usize) -> Option<JointCoordinate> {
+        let place = (joint, freedom);
+        if let Some((_, known)) = self.coordinates.iter().find(|(at, _)| *at == place) {
+            return Some(known.clone());
+        }
         let joint = self.description.joints.get(joint)?;
         let mut coordinate = JointCoordinate::principal(joint, freedom)?;
         coordinate.list(&mut self.angles);
+        self.coordinates.push((place, coordinate.clone()));
         Some(coordinate)
     }
 

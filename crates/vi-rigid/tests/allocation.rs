@@ -2,7 +2,7 @@
 #![allow(unsafe_code)] // a counting allocator cannot be written without
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-mod common;
+use crate::common;
 
 use common::Stepper;
 use nalgebra::Vector3;

@@ -3,7 +3,7 @@
 //! the impulses.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-mod common;
+use crate::common;
 
 use common::Stepper;
 use nalgebra::{Matrix3, Vector3};

@@ -8,7 +8,7 @@
 //! its place.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
-mod common;
+use crate::common;
 
 use common::Stepper;
 use nalgebra::{Matrix3, Vector3};

@@ -1,0 +1,14 @@
+//! Every test of `vi-beam` against its public interface, in one binary.
+#![allow(clippy::unwrap_used)] // tests
+
+mod common;
+
+mod allocation;
+mod elbow;
+mod equilibria;
+mod free_flight;
+mod modes;
+mod order;
+mod sparse_nodal;
+mod stability;
+mod statics;

@@ -1,0 +1,7 @@
+//! Every test of `vi-constraints` against its public interface, in one binary.
+#![allow(clippy::unwrap_used)] // tests
+
+mod common;
+
+mod legendre;
+mod tangent_space;

@@ -1,0 +1,5 @@
+//! Every test of `vi-multibody` against its public interface, in one binary.
+#![allow(clippy::unwrap_used)] // tests
+
+mod joint_coordinates;
+mod random_trees;

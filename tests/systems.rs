@@ -1,0 +1,58 @@
+//! Every test of the facade that runs systems, in one binary.
+#![allow(clippy::unwrap_used)] // tests
+
+mod benchmark;
+mod harness;
+
+mod a01_simple_pendulum;
+mod a02_four_bar_windows;
+mod a03_andrews_squeezer;
+mod a04_bricard;
+mod a05_flyball_governor;
+mod allocation;
+mod beam_benchmarks;
+mod beam_models;
+mod certificates;
+mod chain_and_top;
+mod compare;
+mod driven_beams;
+mod energy_momentum;
+mod flexible_multibody;
+mod four_bar_loop;
+mod four_particles;
+mod free_body;
+mod heavy_top;
+mod hostile;
+mod long_run;
+mod loops_of_bars;
+mod mode_models;
+mod model_file;
+mod momenta;
+mod nested_loops;
+mod reactions;
+mod reference;
+mod report;
+mod restart;
+mod sensors;
+mod shipped_models;
+mod single_constraints;
+mod singular_start;
+mod six_hinge_linkages;
+mod slider_crank;
+mod start_rates;
+mod static_models;
+mod stiff_beams;
+mod work_and_energy;
+
+/// A file of this folder that no binary lists would not be compiled.
+#[test]
+fn every_file_of_the_folder_is_a_module() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests");
+    let listed = [include_str!("systems.rs"), include_str!("command_line.rs")].concat();
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let names = files.filter(|path| path.extension().is_some_and(|e| e == "rs"));
+    for name in names.map(|path| path.file_stem().unwrap().to_string_lossy().into_owned()) {
+        let known = ["systems", "command_line", "broken_integrators"].contains(&name.as_str());
+        assert!(known || listed.contains(&format!("mod {name};\n")), "tests/{name}.rs");
+    }
+}
