@@ -5,9 +5,11 @@
 use crate::harness;
 
 use harness::models::shipped;
-use holonom::vi_constraints::SchemeKind;
+use holonom::vi_constraints::discretization::Discretization;
+use holonom::vi_constraints::{Integrator, SchemeKind};
 use holonom::vi_core::State;
 use holonom::vi_emscheme::EmForm;
+use holonom::vi_multibody::mechanism::Mechanism;
 use holonom::{Model, Simulation};
 
 /// Steps before the state is stored, and after: where revolutions count, and elsewhere.
@@ -183,17 +185,14 @@ fn resume(simulation: &mut Simulation, state: State) {
 }
 
 fn observe(simulation: &mut Simulation) {
+    fn every_way<S: Discretization<Mechanism>>(run: &mut Integrator<S, Mechanism>) {
+        run.observe().unwrap();
+        run.observe_state().unwrap();
+        run.acceleration_multiplier().unwrap();
+    }
     match simulation.energy_momentum() {
-        Some(run) => {
-            run.observe().unwrap();
-            run.observe_state();
-        }
-        None => {
-            let run = simulation.integrator();
-            run.observe().unwrap();
-            run.observe_state().unwrap();
-            run.acceleration_multiplier().unwrap();
-        }
+        Some(run) => every_way(run),
+        None => every_way(simulation.integrator()),
     }
 }
 

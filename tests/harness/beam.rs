@@ -13,7 +13,7 @@ use vi_constraints::{Options, SchemeKind};
 use vi_core::potential::Potential;
 use vi_core::{Configuration, MechanicalSystem, Quadrature, SeparableSystem, State};
 use vi_emscheme::beam::BeamGradient;
-use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
+use vi_emscheme::{EmForm, EmOptions, EmSystem};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{BodySpec, Mechanism};
 use vi_multibody::pair::PairKind;
@@ -342,7 +342,7 @@ impl BeamCase {
         }
         let (tolerance, mut deviation) = (self.tolerance(), Deviation::default());
         let mut run =
-            EmIntegrator::of_mechanism(system, model.mechanism(), EmOptions::new(form, h))
+            vi_emscheme::run::integrator(system, model.mechanism(), EmOptions::new(form, h))
                 .map_err(|e| format!("{}: {e}", form.name()))?;
         for n in 0..=steps {
             let (state, mut e_d) = (run.state().clone(), None);

@@ -1,7 +1,8 @@
 //! Cases with `scheme = "em"`: every form of the energy–momentum scheme that applies.
 
+use vi_constraints::node::Node;
 use vi_core::State;
-use vi_emscheme::{EmForm, EmIntegrator, EmNode, EmOptions, EmSystem};
+use vi_emscheme::{EmForm, EmOptions, EmSystem};
 use vi_multibody::Mechanism;
 
 /// The forms that apply.
@@ -14,15 +15,15 @@ pub fn drive(
     (system, mechanism): (EmSystem, Mechanism),
     (form, h): (EmForm, f64),
     (steps, output_steps): (u64, &[u64]),
-    mut compare: impl FnMut(u64, &State, &EmNode) -> Result<(), String>,
+    mut compare: impl FnMut(u64, &State, &Node) -> Result<(), String>,
 ) -> Result<(), String> {
     let options = EmOptions::new(form, h);
     let mut run =
-        EmIntegrator::of_mechanism(system, mechanism, options).map_err(|e| e.to_string())?;
+        vi_emscheme::run::integrator(system, mechanism, options).map_err(|e| e.to_string())?;
     for n in 0..steps {
         run.step().map_err(|e| format!("step {n}: {e}"))?;
         if output_steps.contains(&n) {
-            let node = run.node_before().clone();
+            let node = run.node_before().map_err(|e| e.to_string())?.clone();
             compare(n, run.before(), &node)?;
         }
     }

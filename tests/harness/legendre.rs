@@ -4,7 +4,7 @@
 use super::case::{Deviation, Tolerance};
 use nalgebra::DMatrix;
 use vi_constraints::{Constraints, LegendreTransforms, Reparametrization};
-use vi_core::{Energies, Interval, MechanicalSystem};
+use vi_core::{DiscreteLagrangian, Energies, Interval};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
 
@@ -21,7 +21,7 @@ pub struct Reference<'a> {
 
 /// Deviations at the nodes 0 and 1 from the configurations 0, 1, 2; (47) and the bare `p(0)` at the start.
 pub fn deviation(
-    system: &impl MechanicalSystem,
+    system: &impl DiscreteLagrangian,
     mechanism: &Mechanism,
     h: f64,
     nodes: &[Reference<'_>; 3],

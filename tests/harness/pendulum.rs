@@ -7,7 +7,7 @@ use serde::Deserialize;
 use vi_constraints::node::Node;
 use vi_constraints::{Integrator, Options, SchemeKind};
 use vi_core::{Quadrature, SeparableSystem, State};
-use vi_emscheme::{EmForm, EmNode, EmSystem};
+use vi_emscheme::{EmForm, EmSystem};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::{Bar, BarEnd, Description, Mechanism, ParticleSpec};
 
@@ -135,7 +135,7 @@ impl PendulumCase {
         &self,
         output: &Output,
         state: &State,
-        node: &EmNode,
+        node: &Node,
         deviation: &mut Deviation,
     ) -> Result<(), String> {
         let tolerance = &self.tolerance;
@@ -144,7 +144,11 @@ impl PendulumCase {
         deviation.p(&node.p, &output.p, tolerance);
         let lambda = output.lambda_mid.ok_or_else(|| missing("lambda_mid"))?;
         deviation.force(&node.lambda_mid, &[lambda], tolerance);
-        deviation.energy(node.energy, output.h.ok_or_else(|| missing("H"))?, tolerance);
+        deviation.energy(
+            node.discrete_energy.total(),
+            output.h.ok_or_else(|| missing("H"))?,
+            tolerance,
+        );
         let variational = [output.lambda, output.e_d, output.h_d, output.h_dq];
         if output.constraint_force.is_some() || variational.iter().any(Option::is_some) {
             return Err("variational outputs in an energy–momentum case".into());

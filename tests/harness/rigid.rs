@@ -6,8 +6,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use vi_constraints::node::Node;
 use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
-use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, State};
-use vi_emscheme::{EmForm, EmNode, EmSystem};
+use vi_core::{DiscreteLagrangian, MechanicalSystem, Quadrature, SeparableSystem, State};
+use vi_emscheme::{EmForm, EmSystem};
 use vi_multibody::joint::{FrameId, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{Attachment, BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
@@ -254,7 +254,7 @@ impl RigidCase {
         &self,
         output: &Output,
         mechanism: &Mechanism,
-        (state, node): (&State, &EmNode),
+        (state, node): (&State, &Node),
         deviation: &mut Deviation,
     ) -> Result<(), String> {
         let tolerance = &self.tolerance;
@@ -264,7 +264,11 @@ impl RigidCase {
         let force = output.constraint_force_mid.as_ref();
         let force = force.ok_or_else(|| missing("constraint_force_mid"))?;
         deviation.force(&node.constraint_force_mid, force, tolerance);
-        deviation.energy(node.energy, output.h.ok_or_else(|| missing("H"))?, tolerance);
+        deviation.energy(
+            node.discrete_energy.total(),
+            output.h.ok_or_else(|| missing("H"))?,
+            tolerance,
+        );
         let momentum = mechanism.momentum(&state.q, &node.p);
         deviation.momentum(&momentum.linear, &output.linear_momentum, tolerance);
         deviation.momentum(&momentum.angular, &output.angular_momentum, tolerance);
@@ -357,7 +361,7 @@ impl RigidCase {
 }
 
 /// Steps to the end and hands over the listed nodes.
-pub fn drive<S: MechanicalSystem + 'static, C: Constraints + 'static>(
+pub fn drive<S: DiscreteLagrangian + 'static, C: Constraints + 'static>(
     run: &mut Integrator<S, C>,
     steps: u64,
     output_steps: &[u64],

@@ -191,9 +191,7 @@ pub(crate) fn counts(
 /// A refused set-up of an energy–momentum scheme as an error of the model.
 pub(crate) fn em_refusal(error: &EmSetupError, model: &Model) -> ModelError {
     match error {
-        EmSetupError::Singular(error) | EmSetupError::Composition(error) => refusal(error, model),
-        EmSetupError::Start(error) => refusal(&SetupError::Start(error.clone()), model),
-        EmSetupError::Contradiction(found) => agreement::refusal(found, model),
+        EmSetupError::Setup(error) => refusal(error, model),
         _ => ModelError::Unsupported {
             key: "simulation.scheme".into(),
             what: error.to_string(),

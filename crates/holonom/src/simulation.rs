@@ -386,9 +386,9 @@ fn method(
             let mut options = EmOptions::new(form, settings.step);
             options = options.composition(settings.composition());
             (options.newton, options.solver) = (settings.newton(), solver);
-            let run = EmIntegrator::of_mechanism_at(energy_momentum, mechanism, options, at)
+            let run = vi_emscheme::run::integrator_at(energy_momentum, mechanism, options, at)
                 .map_err(|error| assembly::em_refusal(&error, model))?;
-            Ok(Box::new(EnergyMomentum::new(run, variational, settings.momenta)))
+            Ok(Box::new(EnergyMomentum::new(run, settings.momenta)))
         }
         Family::Static => Err(ModelError::Unsupported {
             key: "simulation.scheme".into(),

@@ -51,3 +51,8 @@ pub use statics::{StaticProblem, StaticSettings};
 
 #[cfg(test)]
 mod sample;
+
+/// The example of the README is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -15,7 +15,7 @@ use vi_beam::{FrameRule, Mesh};
 use vi_constraints::{Constraints, NodalOperators, Reparametrization};
 use vi_core::linear::DenseLu;
 use vi_core::state::Memory;
-use vi_core::{Entries, Interval, MechanicalSystem, SeparableSystem};
+use vi_core::{DiscreteLagrangian, Entries, Interval, SeparableSystem};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::{Attachment, Bar, BarEnd, BodySpec, Mechanism, ParticleSpec};
 use vi_multibody::pair::PairKind;

@@ -14,7 +14,7 @@
 use crate::constraints::Constraints;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep, solve_step};
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::{condition_number, norm_inf};
 use vi_core::newton::{
@@ -75,7 +75,7 @@ impl Constrained {
     }
 }
 
-impl<S: MechanicalSystem, C: Constraints> NewtonProblem for Problem<'_, S, C> {
+impl<S: DiscreteLagrangian, C: Constraints> NewtonProblem for Problem<'_, S, C> {
     fn blocks(&self) -> &[Block] {
         &self.work.blocks
     }
@@ -113,9 +113,9 @@ impl<S: MechanicalSystem, C: Constraints> NewtonProblem for Problem<'_, S, C> {
     }
 }
 
-impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for Constrained {
-    fn kind(&self) -> SchemeKind {
-        SchemeKind::Constrained
+impl<S: DiscreteLagrangian, C: Constraints> Scheme<S, C> for Constrained {
+    fn name(&self) -> &'static str {
+        SchemeKind::Constrained.name()
     }
 
     fn advance(

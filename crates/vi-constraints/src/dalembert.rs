@@ -16,7 +16,7 @@ use crate::reparametrization::Reparametrization;
 use crate::saddle_point::{IndependentRows, JacobianPlace};
 use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep, solve_step};
 use nalgebra::DMatrix;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, condition_number, norm_inf};
 use vi_core::newton::{
@@ -128,7 +128,7 @@ impl<N> Dalembert<N> {
     }
 }
 
-impl<S: MechanicalSystem, C: Constraints> NewtonProblem for Problem<'_, S, C> {
+impl<S: DiscreteLagrangian, C: Constraints> NewtonProblem for Problem<'_, S, C> {
     fn blocks(&self) -> &[Block] {
         &self.work.blocks
     }
@@ -174,9 +174,9 @@ impl<S: MechanicalSystem, C: Constraints> NewtonProblem for Problem<'_, S, C> {
     }
 }
 
-impl<S: MechanicalSystem, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> for Dalembert<N> {
-    fn kind(&self) -> SchemeKind {
-        SchemeKind::Dalembert
+impl<S: DiscreteLagrangian, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> for Dalembert<N> {
+    fn name(&self) -> &'static str {
+        SchemeKind::Dalembert.name()
     }
 
     fn advance(

@@ -15,7 +15,7 @@ use crate::constraints::Constraints;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use serde::{Deserialize, Serialize};
 use vi_core::Configuration;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::MechanicalSystem;
 use vi_core::linear::norm_inf;
 use vi_core::sparse::Entries;
 use vi_core::state::State;

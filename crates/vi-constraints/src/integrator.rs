@@ -28,29 +28,31 @@ use crate::closure::ClosureWatch;
 use crate::constrained::Constrained;
 use crate::constraints::Constraints;
 use crate::dalembert::{Dalembert, MapSource, QrSource};
+use crate::discretization::{Discretization, ObserveNode, Step};
 use crate::initialization::{StartReport, start};
 use crate::nodal::Nodal;
-use crate::node::{Node, NodeObserver};
+use crate::node::Node;
 use crate::reparametrization::{DenseNodal, Reparametrization};
 use crate::saddle_point::IndependentRows;
 use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep};
 use crate::tangent_space::TangentSpace;
 use std::sync::Arc;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
+use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::state::State;
 
 /// A running integration: macro steps of one scheme at one order.
 ///
 /// The bits of every later step are a function of what it was made from and of its [`State`]:
 /// [`Integrator::resume`] continues a motion from a state that was stored.
-pub struct Integrator<S, C> {
+pub struct Integrator<S: Discretization<C>, C> {
     system: S,
     constraints: Arc<C>,
     scheme: Box<dyn Scheme<S, C>>,
-    observer: NodeObserver,
-    start_observer: Option<NodeObserver>, // where the start has fewer independent constraints
+    observer: S::Observer,
+    start_observer: Option<S::Observer>, // where the start has fewer independent constraints
     rows: IndependentRows,
     gammas: Vec<f64>,
     step: f64,
@@ -119,7 +121,7 @@ pub struct StepReport {
 /// Time, configuration and velocity of a start.
 pub type Start<'a> = (f64, &'a [f64], &'a [f64]);
 
-impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
+impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// All four schemes from `g` alone: `P` of scheme 2 from a pivoted QR of `Gᵀ`, `P` and `F_d` of
     /// schemes 3 and 4 from the [`TangentSpace`].
     ///
@@ -186,16 +188,18 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
     }
+}
 
-    /// Any scheme, with an independent set of constraints that the caller knows.
+impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
+    /// Any scheme of any family, with an independent set of constraints that the caller knows.
     ///
     /// # Errors
     /// [`SetupError`].
-    pub fn with_scheme(
+    pub fn with_scheme<K>(
         system: S,
         constraints: impl Into<Arc<C>>,
         (scheme, rows): (Box<dyn Scheme<S, C>>, IndependentRows),
-        options: Options,
+        options: Options<K>,
         at: Start<'_>,
     ) -> Result<Self, SetupError> {
         let constraints: Arc<C> = constraints.into();
@@ -209,9 +213,10 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         check_shapes(&system, &*constraints, at)?;
         let (mut state, initial_velocity, report) =
             start(&system, &*constraints, &rows, at.0, (at.1, at.2))?;
+        system.begin(&mut state, &initial_velocity);
         state.angles = vec![0.0; constraints.angle_count()];
         constraints.unwrap_angles(&state.q, &mut state.angles);
-        let observer = NodeObserver::new(&system, constraints.len(), &rows);
+        let observer = system.observer(constraints.len(), &rows);
         let watch =
             ClosureWatch::new(&*constraints, state.configuration(), options.newton.tolerance);
         Ok(Self {
@@ -249,7 +254,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// projection that was made with them.
     #[must_use]
     pub fn starting_singular(mut self, rows: &IndependentRows, report: StartReport) -> Self {
-        self.start_observer = Some(NodeObserver::new(&self.system, self.constraints.len(), rows));
+        self.start_observer = Some(self.system.observer(self.constraints.len(), rows));
         self.start = report;
         self
     }
@@ -262,13 +267,13 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         self.step_with(&mut |_, _, _| {})
     }
 
-    /// One macro step; `each` sees the interval of every sub-step.
+    /// One macro step; `each` sees every sub-step.
     ///
     /// # Errors
     /// [`StepError`]; the state is then what it was before the macro step.
     pub fn step_with(
         &mut self,
-        each: &mut dyn FnMut(&S, &C, &Interval),
+        each: &mut dyn FnMut(&S, &C, Step<'_>),
     ) -> Result<StepReport, StepError> {
         self.before.copy_from(&self.state);
         let taken = self.take_sub_steps(each);
@@ -280,7 +285,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
 
     fn take_sub_steps(
         &mut self,
-        each: &mut dyn FnMut(&S, &C, &Interval),
+        each: &mut dyn FnMut(&S, &C, Step<'_>),
     ) -> Result<StepReport, StepError> {
         let mut total = StepReport { sub_steps: self.gammas.len(), ..StepReport::default() };
         let (step, next) = (self.state.step + 1, self.origin.next_time(self.state.step, self.step));
@@ -290,7 +295,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
             let t_end = if index + 1 == self.gammas.len() { next } else { state.t + h };
             let report = scheme.advance(system, constraints, SubStep { index, h, t_end }, state)?;
             constraints.unwrap_angles(&state.q, &mut state.angles);
-            each(system, constraints, scheme.interval());
+            let multipliers = &state.memory.multipliers;
+            each(system, constraints, Step { s: scheme.interval(), multipliers });
             total.iterations += report.iterations;
             total.residual = total.residual.max(report.residual);
         }
@@ -318,17 +324,14 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn node_before(&mut self) -> Result<&Node, Singular> {
-        let Self { observer, start_observer, system, constraints, before, scheme, .. } = self;
+        let Self { observer, start_observer, system, constraints, before, state, scheme, .. } =
+            self;
         let observer = observer_at(before, observer, start_observer);
         if self.gammas.len() > 1 {
-            return observer.observe_state(
-                system,
-                &**constraints,
-                before.configuration(),
-                &before.p,
-            );
+            return observer.observe_state(system, constraints, before);
         }
-        observer.observe(system, &**constraints, scheme.interval(), &before.p, before.step == 0)
+        let step = Step { s: scheme.interval(), multipliers: &state.memory.multipliers };
+        observer.observe(system, constraints, before, step)
     }
 
     /// The quantities of the current node. At order 2 most of them belong to the step that starts here: it is
@@ -350,7 +353,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
         let s = std::mem::replace(scheme.interval_mut(), last);
         trial?;
         let observer = observer_at(state, observer, start_observer);
-        Ok(observer.observe(system, &**constraints, &s, &state.p, state.step == 0)?)
+        let step = Step { s: &s, multipliers: &next.memory.multipliers };
+        Ok(observer.observe(system, constraints, state, step)?)
     }
 
     /// What can be said of the current node without a step from there: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`.
@@ -360,7 +364,7 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     pub fn observe_state(&mut self) -> Result<&Node, Singular> {
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let observer = observer_at(state, observer, start_observer);
-        observer.observe_state(system, &**constraints, state.configuration(), &state.p)
+        observer.observe_state(system, constraints, state)
     }
 
     /// The acceleration-level multiplier at the current node, with the velocity of the projected
@@ -371,10 +375,8 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     pub fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let observer = observer_at(state, observer, start_observer);
-        let at = state.configuration();
-        let v = observer.observe_state(system, &**constraints, at, &state.p)?.v.clone();
         let mut lambda = vec![0.0; constraints.len()];
-        observer.acceleration_multiplier(system, &**constraints, (at, &v), &mut lambda)?;
+        observer.acceleration_multiplier(system, constraints, state, &mut lambda)?;
         Ok(lambda)
     }
 
@@ -447,6 +449,16 @@ impl<S: MechanicalSystem + 'static, C: Constraints + 'static> Integrator<S, C> {
     }
 }
 
+/// The steps of a motion, without end: `run.by_ref().take(100)` are a hundred macro steps. After an error the next
+/// item is the attempt of the same step.
+impl<S: Discretization<C>, C: Constraints> Iterator for Integrator<S, C> {
+    type Item = Result<StepReport, StepError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        Some(self.step())
+    }
+}
+
 /// Why a motion cannot be continued from a state.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -481,11 +493,11 @@ pub enum ObserveError {
 }
 
 /// The observer of a node: the start may have its own.
-fn observer_at<'a>(
+fn observer_at<'a, O>(
     node: &State,
-    observer: &'a mut NodeObserver,
-    of_the_start: &'a mut Option<NodeObserver>,
-) -> &'a mut NodeObserver {
+    observer: &'a mut O,
+    of_the_start: &'a mut Option<O>,
+) -> &'a mut O {
     match of_the_start {
         Some(own) if node.step == 0 => own,
         _ => observer,

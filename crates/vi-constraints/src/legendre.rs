@@ -36,7 +36,7 @@ use crate::saddle_point::IndependentRows;
 use error::{Result, finite, meet, shape, step};
 use nalgebra::DMatrix;
 use vi_core::Configuration;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::legendre::{Energies, p_minus, p_plus};
 
@@ -77,7 +77,7 @@ pub struct LegendreTransforms<'a, S, C> {
     projections: Projections,
 }
 
-impl<'a, S: MechanicalSystem, C: Constraints> LegendreTransforms<'a, S, C> {
+impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     /// With the independent constraints found at `(t, q)` by pivoted QR. They serve every configuration
     /// with the same rank.
     ///

@@ -12,7 +12,7 @@
 //! | [`reparametrization`] | `P`, `F_d`, `∂F_d/∂u`, dense or as operators |
 //! | [`tangent_space`] | `F_d` of any constraints: a step in the tangent space, projected |
 //! | [`constrained`], [`dalembert`], [`nodal`] | schemes 1, 2, and 3 with 4 |
-//! | [`scheme`] | their common interface |
+//! | [`scheme`], [`discretization`] | their common interface; what a family of schemes provides |
 //! | [`initialization`] | consistent starts |
 //! | [`agreement`] | dependent constraints that contradict each other at the start |
 //! | [`closure`] | the residual `g(q_n)` of every step against round-off |
@@ -31,6 +31,7 @@ pub mod closure;
 pub mod constrained;
 pub mod constraints;
 pub mod dalembert;
+pub mod discretization;
 pub mod initialization;
 pub mod integrator;
 pub mod legendre;
@@ -54,3 +55,8 @@ pub use tangent_space::TangentSpace;
 
 #[cfg(test)]
 mod pendulum_tests;
+
+/// The example of the README is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

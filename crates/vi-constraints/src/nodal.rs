@@ -17,7 +17,7 @@
 use crate::reparametrization::{LastStep, NodalOperators};
 use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep, solve_step};
 use nalgebra::DMatrix;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
@@ -83,7 +83,7 @@ impl<O> Nodal<O> {
     }
 }
 
-impl<S: MechanicalSystem, O: NodalOperators> NewtonProblem for Problem<'_, S, O> {
+impl<S: DiscreteLagrangian, O: NodalOperators> NewtonProblem for Problem<'_, S, O> {
     fn blocks(&self) -> &[Block] {
         self.operators.blocks()
     }
@@ -109,9 +109,9 @@ impl<S: MechanicalSystem, O: NodalOperators> NewtonProblem for Problem<'_, S, O>
     }
 }
 
-impl<S: MechanicalSystem, C, O: NodalOperators> Scheme<S, C> for Nodal<O> {
-    fn kind(&self) -> SchemeKind {
-        if self.reduced { SchemeKind::Reduced } else { SchemeKind::Nodal }
+impl<S: DiscreteLagrangian, C, O: NodalOperators> Scheme<S, C> for Nodal<O> {
+    fn name(&self) -> &'static str {
+        if self.reduced { SchemeKind::Reduced } else { SchemeKind::Nodal }.name()
     }
 
     fn advance(

@@ -12,7 +12,7 @@ use crate::legendre::add_constraint_impulse;
 use crate::projection::{Projections, hamiltonian};
 use crate::saddle_point::IndependentRows;
 use vi_core::Configuration;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::legendre::{Energies, discrete_energy, p_minus};
 use vi_core::linear::{Singular, norm_inf};
@@ -25,6 +25,10 @@ pub struct Node {
     pub lambda: Vec<f64>,
     /// `G(q_n)ᵀ λ_n`, N; unique even where `λ_n` is not. Shape `n`.
     pub constraint_force: Vec<f64>,
+    /// `λ_{n+1/2}` of the step that starts here, of schemes that find it; else empty. Shape `m`.
+    pub lambda_mid: Vec<f64>,
+    /// The constraint force of `λ_{n+1/2}`, N, likewise. Shape `n`.
+    pub constraint_force_mid: Vec<f64>,
     /// Constrained Legendre transform `p_n` (34), (35). Shape `n`.
     pub p: Vec<f64>,
     /// Velocity `v̂` of the projected momentum. Shape `n`.
@@ -57,7 +61,7 @@ pub struct NodeObserver {
 impl NodeObserver {
     /// For a system and an independent set of its constraints.
     #[must_use]
-    pub fn new(system: &impl MechanicalSystem, m: usize, rows: &IndependentRows) -> Self {
+    pub fn new(system: &impl DiscreteLagrangian, m: usize, rows: &IndependentRows) -> Self {
         let n = system.dim();
         let zeros = |k: usize| vec![0.0; k];
         Self {
@@ -95,7 +99,7 @@ impl NodeObserver {
     /// [`Singular`] when the constraints have lost rank.
     pub fn observe(
         &mut self,
-        system: &impl MechanicalSystem,
+        system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
         s: &Interval,
         p: &[f64],
@@ -135,7 +139,7 @@ impl NodeObserver {
     /// [`Singular`] when the constraints have lost rank.
     pub fn observe_state(
         &mut self,
-        system: &impl MechanicalSystem,
+        system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
         at: Configuration<'_>,
         p: &[f64],
@@ -159,7 +163,7 @@ impl NodeObserver {
 
     fn multipliers(
         &mut self,
-        system: &impl MechanicalSystem,
+        system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
         s: &Interval,
         p: &[f64],
@@ -184,7 +188,7 @@ impl NodeObserver {
     /// [`Singular`] when the constraints have lost rank.
     pub fn acceleration_multiplier(
         &mut self,
-        system: &impl MechanicalSystem,
+        system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
         at: (Configuration<'_>, &[f64]),
         lambda: &mut [f64],

@@ -320,7 +320,7 @@ fn the_tangent_of_a_step_is_exact_and_symplectic() {
         };
         let before = tangents.form();
         for _ in 0..3 {
-            run.step_with(&mut |system, rod, s| map.push(system, rod, s, &mut tangents).unwrap())
+            run.step_with(&mut |system, rod, s| map.push(system, rod, s.s, &mut tangents).unwrap())
                 .unwrap();
         }
         let e = 1e-5;

@@ -16,7 +16,7 @@ use crate::null_space::NullSpaceQr;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use nalgebra::{DMatrix, DVector};
 use vi_core::Configuration;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::MechanicalSystem;
 use vi_core::legendre::Energies;
 use vi_core::linear::{Singular, SparseLu};
 use vi_core::sparse::{Entries, SparseMatrix};

@@ -157,8 +157,8 @@ impl Condition {
 
 /// One of the schemes, with its workspace: nothing in it influences a later step but through the [`State`].
 pub trait Scheme<S, C>: Send {
-    /// Which one.
-    fn kind(&self) -> SchemeKind;
+    /// Its name in model files.
+    fn name(&self) -> &'static str;
     /// Takes a sub-step: replaces `(t, q_n, p̄_n)` by the next node.
     ///
     /// # Errors

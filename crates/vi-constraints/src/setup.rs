@@ -9,9 +9,9 @@ use vi_core::newton::NewtonSettings;
 
 /// What to integrate with.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
-    /// One of the four schemes.
-    pub scheme: SchemeKind,
+pub struct Options<K = SchemeKind> {
+    /// One of the schemes of a family.
+    pub scheme: K,
     /// Macro time step `h`, s; negative to run backwards in time.
     pub step: f64,
     /// Coefficients `γ` of the composition; `[1]` without one.
@@ -20,10 +20,10 @@ pub struct Options {
     pub newton: NewtonSettings,
 }
 
-impl Options {
+impl<K> Options<K> {
     /// Order 2 with step `h` (s) and Newton's method to the round-off floor.
     #[must_use]
-    pub fn new(scheme: SchemeKind, step: f64) -> Self {
+    pub fn new(scheme: K, step: f64) -> Self {
         Self { scheme, step, gammas: vec![1.0], newton: NewtonSettings::default() }
     }
 

@@ -22,7 +22,7 @@ use crate::constraints::Constraints;
 use crate::null_space::null_space_at;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use nalgebra::DMatrix;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, norm_inf};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
@@ -110,7 +110,7 @@ impl TangentMap {
     /// [`TangentError`].
     pub fn push(
         &mut self,
-        system: &impl MechanicalSystem,
+        system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
         s: &Interval,
         tangents: &mut Tangents,
@@ -157,7 +157,7 @@ impl TangentMap {
     /// `h λ` from `p̄ + D_1 L_d = h Gᵀλ`.
     fn find_multiplier(
         &mut self,
-        system: &impl MechanicalSystem,
+        system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
         s: &Interval,
     ) -> Result<(), TangentError> {
@@ -173,7 +173,7 @@ impl TangentMap {
     }
 }
 
-fn forced(system: &impl MechanicalSystem, s: &Interval) -> bool {
+fn forced(system: &impl DiscreteLagrangian, s: &Interval) -> bool {
     let mut force = vec![0.0; s.dim()];
     system.add_force_minus(s, &mut force);
     system.add_force_plus(s, &mut force);

@@ -18,19 +18,15 @@
 use crate::configuration::Configuration;
 use crate::force::DiscreteForce;
 use crate::interval::Interval;
+use crate::mechanical_system::MechanicalSystem;
 use crate::potential::{DiscretePotential, Potential, Quadrature};
 use crate::sparse::{Block, Entries, SparseMatrix};
 
-/// A mechanical system as the integrators see it: mass matrix, discrete Lagrangian, discrete forces.
+/// The discrete Lagrangian of a system with its discrete forces, and their slot derivatives.
 ///
 /// Implementors provide the discrete functions of one [`Interval`]; the forced terms default to
 /// none. Open for extension: anything with these slot derivatives can be integrated.
-pub trait MechanicalSystem {
-    /// Number `n` of coordinates.
-    fn dim(&self) -> usize;
-    /// The constant mass matrix `M`, shape `n × n`.
-    fn mass(&self) -> &SparseMatrix;
-
+pub trait DiscreteLagrangian: MechanicalSystem {
     /// `L_d(q_n, q_{n+1})`, J·s.
     fn discrete_lagrangian(&self, s: &Interval) -> f64;
     /// `out ← D_1 L_d(q_n, q_{n+1})`, shape `n`, unit of momentum.
@@ -42,43 +38,27 @@ pub trait MechanicalSystem {
     /// Emits `D_1 D_1 L_d`, shape `n × n`; always the same places in the same order. No step needs it:
     /// it is part of the tangent of a step.
     fn d1_d1(&self, s: &Interval, out: &mut dyn Entries);
-    /// Emits `D_2 D_2 L_d`, as [`MechanicalSystem::d1_d1`].
+    /// Emits `D_2 D_2 L_d`, as [`DiscreteLagrangian::d1_d1`].
     fn d2_d2(&self, s: &Interval, out: &mut dyn Entries);
-
     /// `out ← out + f_d^-(q_n, q_{n+1})`, N·s.
     fn add_force_minus(&self, _s: &Interval, _out: &mut [f64]) {}
     /// `out ← out + f_d^+(q_n, q_{n+1})`, N·s.
     fn add_force_plus(&self, _s: &Interval, _out: &mut [f64]) {}
     /// Emits `D_2 f_d^-`, shape `n × n`; always the same places in the same order.
     fn force_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
-    /// `out ← out + f(t, q, v)`: the continuous generalized force, N.
-    fn add_force(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut [f64]) {}
-    /// Whether any force dissipates: backward sub-steps of a composition are then refused.
-    fn is_dissipative(&self) -> bool {
-        false
-    }
-
     /// `Σ U_d(q_n, q_{n+1})`, J: the potential part of `E_d`, see [`crate::legendre::discrete_energy`].
     fn discrete_potential_energy(&self, s: &Interval) -> f64;
-    /// `V(q)`, J.
-    fn potential_energy(&self, at: Configuration<'_>) -> f64;
-    /// `out ← out + scale ∇V(q)`, shape `n`.
-    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
 
     /// `E_d(q_n, q_{n+1})`, J, LMO08 (52).
     fn discrete_energy(&self, s: &Interval) -> f64 {
         crate::legendre::discrete_energy(self, s).total()
     }
-    /// `½ vᵀ M v`, J.
-    fn kinetic_energy(&self, v: &[f64]) -> f64 {
-        0.5 * self.mass().bilinear(v, v)
-    }
-    /// `out ← D_1 L_d + f_d^-`: the bracket that balances `p̄_n`.
+    /// `out ← D_1 L_d + f_d^-`: what balances `p̄_n`.
     fn forced_d1(&self, s: &Interval, out: &mut [f64]) {
         self.d1(s, out);
         self.add_force_minus(s, out);
     }
-    /// `out ← D_2 L_d + f_d^+`: the momentum `p̄_{n+1}` carried to the next step.
+    /// `out ← D_2 L_d + f_d^+`: the momentum `p̄_{n+1}` of the next step.
     fn forced_d2(&self, s: &Interval, out: &mut [f64]) {
         self.d2(s, out);
         self.add_force_plus(s, out);
@@ -171,14 +151,32 @@ impl SeparableSystem {
 }
 
 impl MechanicalSystem for SeparableSystem {
-    fn dim(&self) -> usize {
-        self.mass.shape().0
-    }
-
     fn mass(&self) -> &SparseMatrix {
         &self.mass
     }
 
+    fn potential_energy(&self, at: Configuration<'_>) -> f64 {
+        self.potentials.iter().map(|u| u.potential(at)).sum()
+    }
+
+    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        for potential in &self.potentials {
+            potential.add_gradient(at, scale, out);
+        }
+    }
+
+    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        for force in &self.forces {
+            force.add_continuous(at, v, out);
+        }
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.forces.iter().any(|force| force.is_dissipative())
+    }
+}
+
+impl DiscreteLagrangian for SeparableSystem {
     fn discrete_lagrangian(&self, s: &Interval) -> f64 {
         self.kinetic_energy(&s.dq) / s.h - s.h * self.discrete_potential_energy(s)
     }
@@ -238,28 +236,8 @@ impl MechanicalSystem for SeparableSystem {
         }
     }
 
-    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        for force in &self.forces {
-            force.add_continuous(at, v, out);
-        }
-    }
-
-    fn is_dissipative(&self) -> bool {
-        self.forces.iter().any(|force| force.is_dissipative())
-    }
-
     fn discrete_potential_energy(&self, s: &Interval) -> f64 {
         self.potentials.iter().map(|u| u.value(s)).sum()
-    }
-
-    fn potential_energy(&self, at: Configuration<'_>) -> f64 {
-        self.potentials.iter().map(|u| u.potential(at)).sum()
-    }
-
-    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
-        for potential in &self.potentials {
-            potential.add_gradient(at, scale, out);
-        }
     }
 }
 

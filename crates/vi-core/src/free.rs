@@ -9,7 +9,7 @@
 //!
 //! Source: Marsden & West 2001, part 1; LMO08 §3.
 
-use crate::discrete_lagrangian::MechanicalSystem;
+use crate::discrete_lagrangian::DiscreteLagrangian;
 use crate::interval::Interval;
 use crate::linear::SparseLu;
 use crate::newton::{
@@ -40,7 +40,7 @@ struct Problem<'a, S> {
     work: &'a mut Work,
 }
 
-impl<S: MechanicalSystem> NewtonProblem for Problem<'_, S> {
+impl<S: DiscreteLagrangian> NewtonProblem for Problem<'_, S> {
     fn blocks(&self) -> &[Block] {
         &self.work.blocks
     }
@@ -63,7 +63,7 @@ impl<S: MechanicalSystem> NewtonProblem for Problem<'_, S> {
     }
 }
 
-impl<S: MechanicalSystem> FreeStepper<S> {
+impl<S: DiscreteLagrangian> FreeStepper<S> {
     /// A stepper for `sub_steps` sub-steps per composition (1 without one).
     ///
     /// # Errors

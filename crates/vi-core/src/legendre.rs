@@ -9,7 +9,7 @@
 //! Legendre transforms of LMO08 §3 without constraints; the forced ones are those of Marsden & West 2001,
 //! part 3. With constraints: `vi_constraints::legendre`.
 
-use crate::discrete_lagrangian::MechanicalSystem;
+use crate::discrete_lagrangian::DiscreteLagrangian;
 use crate::interval::Interval;
 use serde::{Deserialize, Serialize};
 
@@ -31,7 +31,7 @@ impl Energies {
 }
 
 /// `out ← p_n^- = −D_1 L_d(q_n, q_{n+1}) − f_d^-`, shape `n`, unit of momentum.
-pub fn p_minus(system: &(impl MechanicalSystem + ?Sized), s: &Interval, out: &mut [f64]) {
+pub fn p_minus(system: &(impl DiscreteLagrangian + ?Sized), s: &Interval, out: &mut [f64]) {
     system.forced_d1(s, out);
     out.iter_mut().for_each(|p| *p = -*p);
 }
@@ -39,13 +39,13 @@ pub fn p_minus(system: &(impl MechanicalSystem + ?Sized), s: &Interval, out: &mu
 /// `out ← p_{n+1}^+ = D_2 L_d(q_n, q_{n+1}) + f_d^+`, shape `n`, unit of momentum.
 ///
 /// On a constrained system this is `p̄_{n+1}`, the momentum of [`crate::State`].
-pub fn p_plus(system: &(impl MechanicalSystem + ?Sized), s: &Interval, out: &mut [f64]) {
+pub fn p_plus(system: &(impl DiscreteLagrangian + ?Sized), s: &Interval, out: &mut [f64]) {
     system.forced_d2(s, out);
 }
 
 /// `E_d(q_n, q_{n+1})`, J, LMO08 (52), in its parts.
 #[must_use]
-pub fn discrete_energy(system: &(impl MechanicalSystem + ?Sized), s: &Interval) -> Energies {
+pub fn discrete_energy(system: &(impl DiscreteLagrangian + ?Sized), s: &Interval) -> Energies {
     let kinetic = system.kinetic_energy(&s.dq) / (s.h * s.h); // ½ (Δq/h)ᵀ M (Δq/h)
     Energies { kinetic, potential: system.discrete_potential_energy(s) }
 }
@@ -55,6 +55,7 @@ mod tests {
     use super::*;
     use crate::force::{LinearDamping, MidpointForce};
     use crate::free::FreeStepper;
+    use crate::mechanical_system::MechanicalSystem;
     use crate::potential::{DualPotential, Quadrature, ScalarField};
     use crate::{NewtonSettings, SeparableSystem, State};
     use num_dual::DualNum;
@@ -88,7 +89,7 @@ mod tests {
                 stepper.step(0.05, &mut state).unwrap();
                 let s = stepper.interval();
                 p_minus(stepper.system(), s, &mut minus);
-                crate::MechanicalSystem::d1(stepper.system(), s, &mut unforced);
+                crate::DiscreteLagrangian::d1(stepper.system(), s, &mut unforced);
                 for i in 0..2 {
                     off = off.max((plus[i] - minus[i]).abs());
                     force = force.max((minus[i] + unforced[i]).abs());

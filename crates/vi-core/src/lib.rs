@@ -35,6 +35,7 @@ pub mod free;
 pub mod interval;
 pub mod legendre;
 pub mod linear;
+pub mod mechanical_system;
 pub mod momentum_map;
 pub mod newton;
 pub mod phase;
@@ -45,11 +46,17 @@ pub mod state;
 
 pub use composition::Composition;
 pub use configuration::Configuration;
-pub use discrete_lagrangian::{MechanicalSystem, SeparableSystem};
+pub use discrete_lagrangian::{DiscreteLagrangian, SeparableSystem};
 pub use interval::Interval;
 pub use legendre::Energies;
+pub use mechanical_system::MechanicalSystem;
 pub use newton::{NewtonError, NewtonReport, NewtonSettings};
 pub use num_dual;
 pub use potential::{DiscretePotential, Potential, Quadrature};
 pub use sparse::{Entries, SparseMatrix};
 pub use state::State;
+
+/// The example of the README is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,6 +1,6 @@
 //! The state of a motion: all that its future depends on beside the model.
 
-use crate::discrete_lagrangian::MechanicalSystem;
+use crate::discrete_lagrangian::DiscreteLagrangian;
 use crate::interval::Interval;
 use crate::predictor::History;
 use serde::{Deserialize, Serialize};
@@ -104,7 +104,7 @@ impl State {
 
     /// Moves to the end of an interval that the step equation holds on: `q_{n+1}`, and
     /// `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`.
-    pub fn move_to_end(&mut self, system: &impl MechanicalSystem, s: &Interval) {
+    pub fn move_to_end(&mut self, system: &impl DiscreteLagrangian, s: &Interval) {
         self.move_to_configuration(s, |_, _| {});
         system.forced_d2(s, &mut self.p);
     }

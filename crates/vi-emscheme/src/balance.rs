@@ -243,7 +243,7 @@ mod tests {
         balance.open(run.state(), SubStep::single(0.0, 0.05));
         assert!(run.step().is_ok());
         for i in 0..n {
-            balance.s.dq[i] = run.interval().unwrap().dq[i] + by * (1.7 * i as f64).sin();
+            balance.s.dq[i] = run.interval().dq[i] + by * (1.7 * i as f64).sin();
         }
         balance.s.close_from_increment();
         source(model, run.rows().len()).null_space(mechanism, &balance.s, &mut balance.null_space);

@@ -34,6 +34,10 @@ impl DiscreteGradient for BeamGradient {
         self.0.value(at.q)
     }
 
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(at.q, scale, out);
+    }
+
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         for (element, C) in self.0.iter() {
             let n = scale * mean_forces(element, &C, s);
@@ -65,6 +69,10 @@ pub struct HighOrderGradient(pub AveragedHighOrder);
 impl DiscreteGradient for HighOrderGradient {
     fn potential(&self, at: Configuration<'_>) -> f64 {
         DiscretePotential::potential(&self.0, at)
+    }
+
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        DiscretePotential::add_gradient(&self.0, at, scale, out);
     }
 
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {

@@ -18,9 +18,10 @@
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::{EmSystem, Velocity};
-use crate::scheme::{BEYOND_ROUNDING, EmForm, EmScheme, advance_state};
+use crate::scheme::{BEYOND_ROUNDING, EmForm, advance_state};
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
-use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
+use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep, solve_step};
+use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::linear::{condition_number, norm_inf};
 use vi_core::newton::{
@@ -120,9 +121,9 @@ impl<C: DiscreteConstraints> NewtonProblem for Problem<'_, C> {
     }
 }
 
-impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
-    fn form(&self) -> EmForm {
-        EmForm::Constrained
+impl<C: DiscreteConstraints> Scheme<EmSystem, C> for EmConstrained {
+    fn name(&self) -> &'static str {
+        EmForm::Constrained.name()
     }
 
     fn advance(
@@ -159,7 +160,15 @@ impl<C: DiscreteConstraints> EmScheme<C> for EmConstrained {
         Ok(report)
     }
 
-    fn condition(&self) -> Option<Condition> {
+    fn interval(&self) -> &Interval {
+        &self.work.s
+    }
+
+    fn interval_mut(&mut self) -> &mut Interval {
+        &mut self.work.s
+    }
+
+    fn condition(&mut self, _system: &EmSystem, _constraints: &C) -> Option<Condition> {
         let (n, h) = (self.work.s.dim(), self.work.s.h);
         let scaled = self.work.saddle.matrix()?.to_dense();
         let mut written = scaled.clone(); // columns of λ carry h², balance rows 1/h

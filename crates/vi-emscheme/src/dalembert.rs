@@ -14,11 +14,12 @@ use crate::balance::Balance;
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
-use crate::scheme::{BEYOND_ROUNDING, EmForm, EmScheme, advance_state};
+use crate::scheme::{BEYOND_ROUNDING, EmForm, advance_state};
 use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
-use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
+use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep, solve_step};
+use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, condition_number, norm_inf};
 use vi_core::newton::{
     Block, BlockKind, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings,
@@ -118,9 +119,9 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> NewtonProblem for Problem<
     }
 }
 
-impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalembert<N> {
-    fn form(&self) -> EmForm {
-        EmForm::Dalembert
+impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for EmDalembert<N> {
+    fn name(&self) -> &'static str {
+        EmForm::Dalembert.name()
     }
 
     fn advance(
@@ -148,7 +149,15 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> EmScheme<C> for EmDalember
         Ok(report)
     }
 
-    fn condition(&self) -> Option<Condition> {
+    fn interval(&self) -> &Interval {
+        &self.work.balance.s
+    }
+
+    fn interval_mut(&mut self) -> &mut Interval {
+        &mut self.work.balance.s
+    }
+
+    fn condition(&mut self, _system: &EmSystem, _constraints: &C) -> Option<Condition> {
         let d = self.work.balance.null_space.ncols();
         let scaled = &self.work.matrix;
         let mut written = scaled.clone();

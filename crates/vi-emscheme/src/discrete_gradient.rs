@@ -27,6 +27,8 @@ use vi_core::sparse::Entries;
 pub trait DiscreteGradient: Send + Sync {
     /// `V(q)`, J.
     fn potential(&self, at: Configuration<'_>) -> f64;
+    /// `out ← out + scale ∇V(q)`, shape `n`.
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
     /// `out ← out + scale D̄V(q_n, q_{n+1})`, shape `n`.
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]);
     /// Emits `scale ∂D̄V/∂q_{n+1}`, shape `n × n`, in general not symmetric; always the same places
@@ -39,8 +41,11 @@ impl DiscreteGradient for LinearPotential {
     fn potential(&self, at: Configuration<'_>) -> f64 {
         self.value(at.q)
     }
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        Potential::add_gradient(self, at.q, scale, out);
+    }
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_gradient(&s.q_mid, scale, out);
+        Potential::add_gradient(self, &s.q_mid, scale, out);
     }
     fn add_derivative(&self, _s: &Interval, _scale: f64, _out: &mut dyn Entries) {}
 }

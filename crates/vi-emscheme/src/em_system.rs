@@ -13,12 +13,16 @@
 //! Letters: `M` mass matrix (constant, may be singular), `v_n` velocity, `D̄V`, `f̄` as in
 //! [`crate::discrete_gradient`], [`crate::load`].
 
+use crate::constraint::DiscreteConstraints;
 use crate::discrete_gradient::DiscreteGradient;
 use crate::gonzalez::Gonzalez;
 use crate::invariant::InvariantPotential;
 use crate::load::MidpointLoad;
+use crate::node::EmObserver;
 use crate::scheme::lag;
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_constraints::discretization::Discretization;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::potential::{LinearPotential, Potential};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
@@ -120,34 +124,28 @@ impl EmSystem {
         !self.loads.is_empty()
     }
 
-    /// Whether some load depends on velocities in a way that dissipates energy.
+    /// `H = ½ vᵀMv + V(q)` of a node, J.
     #[must_use]
-    pub fn is_dissipative(&self) -> bool {
-        self.loads.iter().any(|load| load.is_dissipative())
+    pub fn energy(&self, state: &State) -> f64 {
+        self.kinetic_energy(&state.v) + self.potential_energy(state.configuration())
     }
 
-    /// Number `n` of coordinates.
+    /// The work of all loads in a step, `f̄·Δq`, J; `work`: scratch of shape `n`.
     #[must_use]
-    pub fn dim(&self) -> usize {
-        self.mass.shape().0
+    pub fn work(&self, s: &Interval, work: &mut [f64]) -> f64 {
+        work.fill(0.0);
+        self.loads.iter().for_each(|load| load.add(s, 1.0, work));
+        work.iter().zip(&s.dq).map(|(f, dq)| f * dq).sum()
     }
 
-    /// `M`, shape `n × n`.
+    /// The start of a motion at time `t` with consistent `(q, v)`: `v_0 = v`, `p_0 = M v`.
     #[must_use]
-    pub fn mass(&self) -> &SparseMatrix {
-        &self.mass
-    }
-
-    /// `V(q)`, J.
-    #[must_use]
-    pub fn potential_energy(&self, at: Configuration<'_>) -> f64 {
-        self.gradients.iter().map(|v| v.potential(at)).sum()
-    }
-
-    /// `H = ½ vᵀMv + V(q)`, J.
-    #[must_use]
-    pub fn energy(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
-        0.5 * self.mass.bilinear(v, v) + self.potential_energy(at)
+    pub fn start(&self, t: f64, q: Vec<f64>, v: &[f64]) -> State {
+        let mut state = State::new(t, q, vec![0.0; v.len()]);
+        self.mass.mul_add(1.0, v, &mut state.p);
+        state.compensation.v = vec![0.0; v.len()];
+        state.v = v.to_vec();
+        state
     }
 
     /// `out ← h B`, shape `n`, for a step from a node with velocity `v_n`; `work`: scratch of shape `n`.
@@ -178,5 +176,39 @@ impl EmSystem {
         for load in &self.loads {
             load.add_derivative(s, -square, out);
         }
+    }
+}
+
+impl MechanicalSystem for EmSystem {
+    fn mass(&self) -> &SparseMatrix {
+        &self.mass
+    }
+
+    fn potential_energy(&self, at: Configuration<'_>) -> f64 {
+        self.gradients.iter().map(|v| v.potential(at)).sum()
+    }
+
+    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.gradients.iter().for_each(|v| v.add_gradient(at, scale, out));
+    }
+
+    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.loads.iter().for_each(|load| load.add_continuous(at, v, out));
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.loads.iter().any(|load| load.is_dissipative())
+    }
+}
+
+impl<C: DiscreteConstraints> Discretization<C> for EmSystem {
+    type Observer = EmObserver;
+
+    fn observer(&self, m: usize, rows: &IndependentRows) -> EmObserver {
+        EmObserver::new(self.dim(), m, rows)
+    }
+
+    fn begin(&self, state: &mut State, v: &[f64]) {
+        *state = self.start(state.t, std::mem::take(&mut state.q), v);
     }
 }

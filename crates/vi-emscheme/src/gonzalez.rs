@@ -119,6 +119,10 @@ impl<V: Potential> DiscreteGradient for Gonzalez<V> {
         self.potential.value(at.q)
     }
 
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.potential.add_gradient(at.q, scale, out);
+    }
+
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         SCRATCH.with_borrow_mut(|work| self.add_with(work, s, scale, out));
     }

@@ -140,6 +140,12 @@ impl<L: InvariantLaw> DiscreteGradient for InvariantPotential<L> {
         self.law.value(self.between.at(q).norm_squared())
     }
 
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        let d = self.between.at(at.q);
+        let s = d.norm_squared();
+        self.between.add_transposed(&(2.0 * scale * self.law.quotient(s, s) * d), out);
+    }
+
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         let (s0, s1) = self.invariants(s);
         let sigma = self.law.quotient(s0, s1);

@@ -10,6 +10,7 @@ use crate::coordinate;
 use crate::discrete_gradient::DiscreteGradient;
 use crate::load::MidpointLoad;
 use vi_core::Configuration;
+use vi_core::force::DiscreteForce;
 use vi_core::interval::Interval;
 use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Entries;
@@ -18,6 +19,10 @@ use vi_multibody::joint_force::{JointForce, JointLaw, JointSpring};
 impl DiscreteGradient for JointSpring {
     fn potential(&self, at: Configuration<'_>) -> f64 {
         DiscretePotential::potential(self, at)
+    }
+
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        DiscretePotential::add_gradient(self, at, scale, out);
     }
 
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
@@ -48,6 +53,10 @@ impl<L: JointLaw> MidpointLoad for JointForce<L> {
         coordinate::emit_product(&self.coordinate, s, scale * slope, out);
         let effort = self.law.effort(t, mean, rate);
         coordinate::emit_derivative(&self.coordinate, s, scale * effort, out);
+    }
+
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        DiscreteForce::add_continuous(self, at, v, out);
     }
 
     fn is_dissipative(&self) -> bool {

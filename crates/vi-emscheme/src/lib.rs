@@ -24,11 +24,11 @@
 //! | [`null_space`] | `P̄` with `Ḡ P̄ = 0`, and why its derivative is not needed |
 //! | [`constrained`], [`dalembert`], [`nodal`], [`loop_nodal`] | the three forms; the last on closed loops |
 //! | [`dense_operators`], [`sparse_operators`] | the algebra of the nodal form |
-//! | [`scheme`] | their common interface, the state |
+//! | [`scheme`] | the names of the forms; the end of a step |
 //! | [`tree_multipliers`] | the multipliers of a tree, frame by frame |
 //! | [`node`] | energy, momenta, multipliers, residuals |
 //! | [`tangent_map`] | the tangent of a step: the symplectic form is not kept |
-//! | [`integrator`] | all of it together |
+//! | [`integrator`], [`run`] | the integrator of any constraints; of mechanisms |
 //!
 //! Sources: P. Betsch, S. Leyendecker, IJNME 67 (2006) 499–552 (BL06); O. Gonzalez, J. Nonlinear Sci.
 //! 6 (1996) 449–467 (G96).
@@ -54,7 +54,8 @@ pub mod loop_nodal;
 pub mod nodal;
 pub mod node;
 pub mod null_space;
-mod of_mechanism;
+
+pub mod run;
 pub mod scheme;
 mod setup;
 pub mod sparse_operators;
@@ -71,6 +72,10 @@ pub use constraint::DiscreteConstraints;
 pub use discrete_gradient::DiscreteGradient;
 pub use em_system::EmSystem;
 pub use integrator::{EmIntegrator, EmOptions};
-pub use node::EmNode;
 pub use null_space::EmLinearization;
 pub use scheme::EmForm;
+
+/// The example of the README is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

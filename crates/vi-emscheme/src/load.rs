@@ -15,7 +15,8 @@
 #![allow(non_snake_case)] // A, D: the matrices above
 
 use nalgebra::{Matrix3, Vector3};
-use vi_core::force::Force;
+use vi_core::Configuration;
+use vi_core::force::{DiscreteForce, Force};
 use vi_core::interval::Interval;
 use vi_core::sparse::{Block, Entries};
 use vi_rigid::directors::{FRAME, director};
@@ -28,6 +29,8 @@ pub trait MidpointLoad: Send + Sync {
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]);
     /// Emits `scale ∂f̄/∂q_{n+1}`; always the same places in the same order.
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
+    /// `out ← out + f(t, q, v)`: the force that it approximates, shape `n`, N.
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
     /// Whether it depends on velocities in a way that dissipates energy: it must not be run backwards.
     fn is_dissipative(&self) -> bool {
         false
@@ -47,6 +50,10 @@ impl<F: Force> MidpointLoad for AtMidpoint<F> {
         let (t, q, v) = (s.t_mid(), &s.q_mid, &s.v_mid);
         self.0.add_position_derivative(t, q, v, 0.5 * scale, out);
         self.0.add_velocity_derivative(t, q, v, scale / s.h, out);
+    }
+
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.0.add(at.t, at.q, v, 1.0, out);
     }
 
     fn is_dissipative(&self) -> bool {
@@ -79,6 +86,10 @@ fn follower_components(load: &Load, t: f64) -> [(f64, f64); 3] {
 }
 
 impl MidpointLoad for Load {
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        DiscreteForce::add_continuous(self, at, v, out);
+    }
+
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         let frame = &s.q_mid[self.offset()..self.offset() + FRAME];
         let (force, torque) = self.wrench(s.t_mid(), frame);

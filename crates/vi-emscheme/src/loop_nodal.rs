@@ -22,12 +22,12 @@ use crate::balance::Balance;
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
-use crate::scheme::{EmForm, EmScheme, advance_state};
+use crate::scheme::{EmForm, advance_state};
 use nalgebra::DMatrix;
 use vi_constraints::Reparametrization;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
-use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
+use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep, solve_step};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, condition_number};
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
@@ -207,14 +207,14 @@ where
     }
 }
 
-impl<C, N, R> EmScheme<C> for EmLoopNodal<N, R>
+impl<C, N, R> Scheme<EmSystem, C> for EmLoopNodal<N, R>
 where
     C: DiscreteConstraints,
     N: DiscreteNullSpace<C>,
     R: Reparametrization,
 {
-    fn form(&self) -> EmForm {
-        EmForm::Nodal
+    fn name(&self) -> &'static str {
+        EmForm::Nodal.name()
     }
 
     fn advance(
@@ -240,7 +240,15 @@ where
         Ok(report)
     }
 
-    fn condition(&self) -> Option<Condition> {
+    fn interval(&self) -> &Interval {
+        &self.work.balance.s
+    }
+
+    fn interval_mut(&mut self) -> &mut Interval {
+        &mut self.work.balance.s
+    }
+
+    fn condition(&mut self, _system: &EmSystem, _constraints: &C) -> Option<Condition> {
         Some(Condition::unscaled(condition_number(&self.work.matrix)))
     }
 }

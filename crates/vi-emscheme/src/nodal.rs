@@ -15,12 +15,12 @@ use crate::constraint::DiscreteConstraints;
 use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
 use crate::null_space::EmLinearization;
-use crate::scheme::{EmForm, EmScheme, advance_state};
+use crate::scheme::{EmForm, advance_state};
 use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::Reparametrization;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::scheme::{Condition, StepError, SubStep, solve_step};
+use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep, solve_step};
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
@@ -144,9 +144,9 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> NewtonProblem for Problem<'_, C,
     }
 }
 
-impl<C: DiscreteConstraints, O: EmOperators<C>> EmScheme<C> for EmNodal<O> {
-    fn form(&self) -> EmForm {
-        EmForm::Nodal
+impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<O> {
+    fn name(&self) -> &'static str {
+        EmForm::Nodal.name()
     }
 
     fn advance(
@@ -168,7 +168,15 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> EmScheme<C> for EmNodal<O> {
         Ok(report)
     }
 
-    fn condition(&self) -> Option<Condition> {
+    fn interval(&self) -> &Interval {
+        &self.balance.s
+    }
+
+    fn interval_mut(&mut self) -> &mut Interval {
+        &mut self.balance.s
+    }
+
+    fn condition(&mut self, _system: &EmSystem, _constraints: &C) -> Option<Condition> {
         Some(Condition::unscaled(condition_number(&self.operators.matrix())))
     }
 }
@@ -190,7 +198,7 @@ mod tests {
         mut scheme: EmNodal<O>,
     ) -> f64 {
         let (q, v) = mechanism.start();
-        let mut state = crate::scheme::start_state(system, 0.0, q, v);
+        let mut state = system.start(0.0, q, &v);
         let start = state.clone();
         let step = SubStep::single(0.0, 0.05);
         scheme.advance(system, mechanism, step, &mut state).unwrap();

@@ -16,75 +16,59 @@
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
-use vi_constraints::projection::minimum_norm;
+use vi_constraints::discretization::{ObserveNode, Step};
+use vi_constraints::node::Node;
+use vi_constraints::projection::{Projections, minimum_norm};
 use vi_constraints::saddle_point::IndependentRows;
-use vi_core::interval::Interval;
-use vi_core::linear::norm_inf;
+use vi_core::linear::{Singular, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
+use vi_core::{Energies, MechanicalSystem};
 
-/// Quantities of the node `n` and of the step to `n + 1`, all buffers sized once.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct EmNode {
-    /// `H_n`, J.
-    pub energy: f64,
-    /// `p_n = M v_n`, shape `n`.
-    pub p: Vec<f64>,
-    /// `λ_n`, mean of the steps before and after the node (order 2); at the start that of the step
-    /// after it. Shape `m`; minimum norm when `G` is rank deficient.
-    pub lambda: Vec<f64>,
-    /// The constraint force of `λ_n`, N, shape `n`; at the start that of the step after it.
-    pub constraint_force: Vec<f64>,
-    /// `λ_{n+1/2}` of the step, shape `m`; minimum norm when `G` is rank deficient.
-    pub lambda_mid: Vec<f64>,
-    /// `Ḡᵀ λ` of the step, N, shape `n`.
-    pub constraint_force_mid: Vec<f64>,
-    /// `|g(q_n)|_∞`.
-    pub position_residual: f64,
-    /// `|Ḡ Δq/h|_∞` of the step; for rheonomic constraints `|Δg/h|_∞`.
-    pub velocity_residual: f64,
-    /// `|G(q_n) v_n + ∂g/∂t|_∞`: the velocity is not quite tangential.
-    pub momentum_residual: f64,
-}
-
-/// Computes [`EmNode`]s.
-pub(crate) struct EmObserver {
-    node: EmNode,
-    jacobian: Option<SparseMatrix>, // m × n
-    work: Vec<f64>,                 // m
+/// Computes the [`Node`]s of energy–momentum schemes: `p_n = M v_n` is `p` and `ᵠp`, `H_n` is every energy, `λ_n` is the mean
+/// of the steps beside the node (order 2), at the start the multiplier of the step after it.
+pub struct EmObserver {
+    node: Node,
+    rows: IndependentRows,
+    projections: Option<Projections>, // made when first asked for
+    jacobian: Option<SparseMatrix>,   // m × n
+    work: Vec<f64>,                   // m
 }
 
 impl EmObserver {
-    /// For `n` coordinates and `m` constraints.
-    pub(crate) fn new(n: usize, m: usize) -> Self {
+    /// For `n` coordinates and an independent set of the `m` constraints.
+    #[must_use]
+    pub fn new(n: usize, m: usize, rows: &IndependentRows) -> Self {
         let zeros = |k: usize| vec![0.0; k];
-        let node = EmNode {
+        let node = Node {
+            v: zeros(n),
             p: zeros(n),
+            p_projected: zeros(n),
             lambda: zeros(m),
             constraint_force: zeros(n),
             lambda_mid: zeros(m),
             constraint_force_mid: zeros(n),
-            ..EmNode::default()
+            ..Node::default()
         };
-        Self { node, jacobian: None, work: zeros(m) }
+        Self { node, rows: rows.clone(), projections: None, jacobian: None, work: zeros(m) }
     }
 
-    pub(crate) fn node(&self) -> &EmNode {
-        &self.node
-    }
-
-    /// What the node `state` says by itself: energy, momentum, residuals; no multipliers.
-    pub(crate) fn observe_state(
+    /// Energy, momentum, residuals; no multipliers.
+    fn read_state<C: DiscreteConstraints>(
         &mut self,
         system: &EmSystem,
-        constraints: &impl DiscreteConstraints,
+        constraints: &C,
         state: &State,
     ) {
         let node = &mut self.node;
-        node.energy = system.energy(state.configuration(), &state.v);
-        node.p.fill(0.0);
-        system.mass().mul_add(1.0, &state.v, &mut node.p);
-        constraints.value(state.configuration(), &mut self.work);
+        node.v.copy_from_slice(&state.v);
+        node.p.copy_from_slice(&state.p);
+        node.p_projected.copy_from_slice(&state.p);
+        let (kinetic, at) = (system.kinetic_energy(&state.v), state.configuration());
+        let energy = Energies { kinetic, potential: system.potential_energy(at) };
+        (node.discrete_energy, node.hamiltonian_projected) = (energy, energy);
+        node.hamiltonian = Some(energy);
+        constraints.value(at, &mut self.work);
         node.position_residual = norm_inf(&self.work);
 
         let shape = (constraints.len(), constraints.dim());
@@ -95,20 +79,31 @@ impl EmObserver {
         node.momentum_residual = norm_inf(&self.work);
         node.velocity_residual = node.momentum_residual;
     }
+}
 
-    /// The node `state`, which remembers the step before, with the step `s` that starts there and its
-    /// multipliers `μ = h²λ`.
-    pub(crate) fn observe(
+impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
+    fn observe_state(
         &mut self,
-        (system, rows): (&EmSystem, &IndependentRows),
-        constraints: &impl DiscreteConstraints,
+        system: &EmSystem,
+        constraints: &C,
         state: &State,
-        (s, mu): (&Interval, &[f64]),
-    ) {
+    ) -> Result<&Node, Singular> {
+        self.read_state(system, constraints, state);
+        Ok(&self.node)
+    }
+
+    /// The state remembers the step before.
+    fn observe(
+        &mut self,
+        system: &EmSystem,
+        constraints: &C,
+        state: &State,
+        Step { s, multipliers: mu }: Step<'_>,
+    ) -> Result<&Node, Singular> {
+        self.read_state(system, constraints, state);
         let before = state.memory.last.as_ref();
-        self.observe_state(system, constraints, state);
         let shape = (constraints.len(), constraints.dim());
-        let node = &mut self.node;
+        let Self { node, rows, .. } = self;
         let scale = 1.0 / (s.h * s.h);
         let (lambda, force) = (&mut node.lambda, &mut node.constraint_force);
         if let Some(before) = before {
@@ -135,6 +130,20 @@ impl EmObserver {
             lambda.copy_from_slice(lambda_mid);
             force.copy_from_slice(force_mid);
         }
+        Ok(&self.node)
+    }
+
+    fn acceleration_multiplier(
+        &mut self,
+        system: &EmSystem,
+        constraints: &C,
+        state: &State,
+        lambda: &mut [f64],
+    ) -> Result<(), Singular> {
+        let make = || Projections::new(system, constraints.len(), &self.rows);
+        let projections = self.projections.get_or_insert_with(make);
+        let at = (state.configuration(), &state.v[..]);
+        projections.acceleration_multiplier((system, constraints), at, lambda)
     }
 }
 

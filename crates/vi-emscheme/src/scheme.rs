@@ -1,4 +1,4 @@
-//! The three equivalent forms of the energy–momentum scheme behind one interface.
+//! The three equivalent forms of the energy–momentum scheme, and the end of a step.
 //!
 //! All of them advance the same state `(q_n, v_n) → (q_{n+1}, v_{n+1})` with
 //! `v_{n+1} = (2/h) Δq − v_n`, and differ only in how `q_{n+1}` is found. Their trajectories agree to
@@ -6,9 +6,8 @@
 
 use crate::em_system::EmSystem;
 use serde::{Deserialize, Serialize};
-use vi_constraints::scheme::{Condition, StepError, SubStep};
+use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::newton::NewtonReport;
 use vi_core::state::State;
 
 /// Which form.
@@ -45,18 +44,7 @@ impl EmForm {
 /// remainder of `ε/64` on the same side in each step still showed after 5·10⁴ steps.
 pub(crate) const BEYOND_ROUNDING: f64 = 1.0 / 65536.0;
 
-/// The start of a motion at time `t`: `v_0 = v(0)`, `p_0 = M v_0`. Later `v_n` is not in `null G(q_n)`, but
-/// `O(h²)` off.
-#[must_use]
-pub fn start_state(system: &EmSystem, t: f64, q: Vec<f64>, v: Vec<f64>) -> State {
-    let mut state = State::new(t, q, vec![0.0; v.len()]);
-    system.mass().mul_add(1.0, &v, &mut state.p);
-    state.compensation.v = vec![0.0; v.len()];
-    state.v = v;
-    state
-}
-
-/// Replaces the node by the end of a step: `v_{n+1} = (2/h) Δq − v_n = v_n + 2 (Δq − h v_n)/h`, with the
+/// Replaces the node by the end of a step; `v_0 = v(0)`, and later `v_n` is not in `null G(q_n)`, but `O(h²)` off: `v_{n+1} = (2/h) Δq − v_n = v_n + 2 (Δq − h v_n)/h`, with the
 /// rounding error of `Δq` where that is the unknown; `mu`: `h²λ` of the step; `clean(t, q)` may remove round-off
 /// from `q_{n+1}`.
 ///
@@ -87,24 +75,4 @@ pub(crate) fn advance_state(
 /// `Δq − h v_n` with the rounding error of `v_n`.
 pub(crate) fn lag(dq: f64, h: f64, (v, error): (f64, f64)) -> f64 {
     (-h).mul_add(v, dq) - h * error
-}
-
-/// One of the forms, with its workspace: nothing in it influences a later step but through the [`State`].
-pub trait EmScheme<C>: Send {
-    /// Which one.
-    fn form(&self) -> EmForm;
-    /// Takes a step. The interval and `μ = h²λ` over all constraints, zero where redundant, are then in the
-    /// memory of the state.
-    ///
-    /// # Errors
-    /// [`StepError`]; of the state only history and memory may then have changed, which the caller restores.
-    fn advance(
-        &mut self,
-        system: &EmSystem,
-        constraints: &C,
-        step: SubStep,
-        state: &mut State,
-    ) -> Result<NewtonReport, StepError>;
-    /// Condition numbers of the Newton matrix of the last step (dense: for studies, not for runs).
-    fn condition(&self) -> Option<Condition>;
 }

@@ -2,8 +2,7 @@
 
 use crate::null_space::EmLinearization;
 use crate::scheme::EmForm;
-use vi_constraints::agreement::Contradiction;
-use vi_constraints::initialization::StartError;
+use vi_constraints::Options;
 use vi_constraints::integrator::SetupError;
 use vi_core::Composition;
 use vi_core::newton::NewtonSettings;
@@ -42,6 +41,11 @@ impl EmOptions {
         self
     }
 
+    pub(crate) fn of_integrator(self) -> Options<EmForm> {
+        let (gammas, newton) = (self.sub_steps(), self.newton);
+        Options { scheme: self.form, step: self.step, gammas, newton }
+    }
+
     /// The sub-steps of a macro step, in parts of `h`: each `γ_j` of the composition as two steps of
     /// `γ_j/2`; `[1]` without composition.
     ///
@@ -63,18 +67,9 @@ impl EmOptions {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum EmSetupError {
-    /// The step is zero or not finite.
-    #[error("the time step is {0}: it must be a finite number other than zero")]
-    Step(f64),
-    /// No consistent start.
+    /// A reason that every family of schemes has.
     #[error(transparent)]
-    Start(#[from] StartError),
-    /// Dependent constraints contradict each other at the start.
-    #[error(transparent)]
-    Contradiction(#[from] Contradiction),
-    /// A composition steps backwards, which a dissipative force must not.
-    #[error(transparent)]
-    Composition(SetupError),
+    Setup(#[from] SetupError),
     /// The derivative of `P̄` was asked for where it is not known.
     #[error(
         "the derivative of the discrete null space is known for trees of bodies without screws and \
@@ -88,17 +83,4 @@ pub enum EmSetupError {
         .0.name()
     )]
     NeedsReparametrization(EmForm),
-    /// The start is a singular placement that the motion cannot leave.
-    #[error(transparent)]
-    Singular(SetupError),
-    /// Shapes do not match.
-    #[error("{what} has {found} entries where {expected} are needed")]
-    Shape {
-        /// Which input.
-        what: &'static str,
-        /// Its length.
-        found: usize,
-        /// The right length.
-        expected: usize,
-    },
 }

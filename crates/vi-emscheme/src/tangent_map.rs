@@ -15,6 +15,7 @@ use nalgebra::DMatrix;
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::tangent_map::{TangentError, Tangents};
+use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::sparse::{Entries, SparseMatrix};
 

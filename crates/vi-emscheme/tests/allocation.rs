@@ -8,7 +8,7 @@ use vi_emscheme::EmForm;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
-use vi_emscheme::{EmIntegrator, EmOptions};
+use vi_emscheme::EmOptions;
 use vi_multibody::PairKind;
 
 struct Counting;
@@ -46,7 +46,7 @@ fn a_thousand_steps_allocate_nothing() {
             let system = if pair { common::loaded(&model) } else { model.system() };
             let options = EmOptions::new(form, 0.005);
             let mut run =
-                EmIntegrator::of_mechanism(system, model.mechanism.clone(), options).unwrap();
+                vi_emscheme::run::integrator(system, model.mechanism.clone(), options).unwrap();
             run.step().unwrap();
             let _ = run.node_before();
             let before = ALLOCATIONS.get();

@@ -5,7 +5,7 @@ use crate::common;
 
 use common::{Model, distance};
 use vi_core::Composition;
-use vi_emscheme::{EmForm, EmIntegrator, EmOptions};
+use vi_emscheme::{EmForm, EmOptions};
 use vi_multibody::PairKind;
 use vi_multibody::spring::SpringLaw;
 
@@ -17,7 +17,7 @@ fn end(model: &Model, form: EmForm, (h, steps, parts): (f64, usize, usize)) -> [
     for n in 0..steps * parts {
         run.step().unwrap();
         if n == (steps - 1) * parts + parts / 2 {
-            force.clone_from(&run.node_before().constraint_force_mid);
+            force.clone_from(&run.node_before().unwrap().constraint_force_mid);
         }
     }
     let node = run.observe().unwrap().constraint_force.clone();
@@ -109,7 +109,7 @@ fn composed(
     let composition = Composition::of_order(order).unwrap();
     let options = EmOptions::new(form, h / parts as f64).composition(composition);
     let (system, mechanism) = (model.system(), model.mechanism.clone());
-    let mut run = EmIntegrator::of_mechanism(system, mechanism, options).unwrap();
+    let mut run = vi_emscheme::run::integrator(system, mechanism, options).unwrap();
     (0..steps * parts).for_each(|_| assert!(run.step().is_ok()));
     [run.state().q.clone(), run.state().v.clone()]
 }
@@ -170,16 +170,16 @@ fn compositions_have_orders_four_six_and_eight() {
 fn single_steps_compose_to_order_four_in_q_and_two_in_v() {
     use vi_constraints::Constraints;
     use vi_constraints::saddle_point::IndependentRows;
+    use vi_constraints::scheme::Scheme;
     use vi_constraints::scheme::SubStep;
     use vi_core::newton::NewtonSettings;
     use vi_emscheme::constrained::EmConstrained;
-    use vi_emscheme::scheme::{EmScheme, start_state};
     let model = common::pendulum();
     let (mechanism, system) = (&model.mechanism, model.system());
     let gammas = Composition::of_order(6).unwrap().gammas();
     let end = |parts: usize| {
         let (q, v) = mechanism.start();
-        let mut state = start_state(&system, 0.0, q, v);
+        let mut state = system.start(0.0, q, &v);
         let size = (IndependentRows::all(mechanism.len()), mechanism.len());
         let settings = NewtonSettings::default();
         let mut scheme = EmConstrained::new(mechanism.dim(), size, settings, gammas.len());

@@ -21,7 +21,7 @@ use crate::tree::Tree;
 use nalgebra::Vector3;
 use vi_constraints::NodalOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
-use vi_core::discrete_lagrangian::MechanicalSystem;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
 use vi_core::phase::{Phase, within};
@@ -118,7 +118,7 @@ impl Articulated {
 
     /// Whether the Newton matrix of `system` is block diagonal, so that the recursion applies.
     #[must_use]
-    pub fn applies(&mut self, system: &impl MechanicalSystem, s: &Interval) -> bool {
+    pub fn applies(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
         !self.assemble(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), s)
     }
 
@@ -421,7 +421,7 @@ impl TreeNodal {
 
     /// Whether the recursion applies to `system`.
     #[must_use]
-    pub fn applies(&mut self, system: &impl MechanicalSystem, s: &Interval) -> bool {
+    pub fn applies(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
         self.articulated.applies(system, s)
     }
 }

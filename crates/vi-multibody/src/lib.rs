@@ -68,3 +68,8 @@ pub use joint::{FrameId, Joint, Side};
 pub use mechanism::{Description, Mechanism};
 pub use pair::PairKind;
 pub use reaction::{Reaction, Reactions, Tension};
+
+/// The example of the README is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -20,7 +20,8 @@ use std::sync::Arc;
 use vi_constraints::agreement::contradiction;
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
-use vi_constraints::initialization::start;
+use vi_constraints::discretization::Discretization;
+use vi_constraints::initialization::{StartReport, start};
 use vi_constraints::integrator::{SetupError, SingularStart, Start};
 use vi_constraints::nodal::Nodal;
 use vi_constraints::saddle_point::IndependentRows;
@@ -77,44 +78,60 @@ pub fn integrator(
     solver: Solver,
     at: Start<'_>,
 ) -> Result<MechanismIntegrator, SetupError> {
-    let (t, q, v) = at;
+    let (t, q, _) = at;
     let mechanism = Arc::new(mechanism);
     let loops = Loops::find(&mechanism, t, q)?;
     let rows = loops.rows.clone();
-    // a singular start is made consistent with the constraints that are independent there
-    let mut moved = None;
-    if let Some(here) = &loops.rows_at_start {
-        if matches!(options.scheme, SchemeKind::Constrained | SchemeKind::Dalembert) {
-            return Err(loops.refusal(SingularStart::Scheme));
-        }
-        let (state, v, report) = start(&system, &*mechanism, here, t, (q, v))?;
-        if let Some(found) = contradiction(&*mechanism, here, (state.configuration(), &v)) {
-            return Err(found.into());
-        }
-        moved = Some((state.q, v, here.clone(), report));
-    }
-    let at = moved.as_ref().map_or(at, |(q, v, ..)| (t, &q[..], &v[..]));
+    let leaves = matches!(options.scheme, SchemeKind::Nodal | SchemeKind::Reduced);
+    let moved = loops.singular_start(&system, &mechanism, at, leaves)?;
+    let at = moved.as_ref().map_or(at, |start| (t, &start.q[..], &start.v[..]));
     let (n, m) = (mechanism.dim(), mechanism.len());
-    let (lanes, newton) = (options.gammas.len(), options.newton);
+    let (sub_steps, newton) = (options.gammas.len(), options.newton);
     let scheme: BoxedScheme = match options.scheme {
-        SchemeKind::Constrained => Box::new(Constrained::new(n, rows.clone(), m, newton, lanes)),
+        SchemeKind::Constrained => {
+            Box::new(Constrained::new(n, rows.clone(), m, newton, sub_steps))
+        }
         SchemeKind::Dalembert if mechanism.has_loops() => {
             let source = QrSource::new(n, m, rows.len());
-            Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, lanes))
+            Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, sub_steps))
         }
         SchemeKind::Dalembert => {
             let source = MapSource(TreeMap::new(&mechanism));
-            Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, lanes))
+            Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, sub_steps))
         }
         SchemeKind::Nodal | SchemeKind::Reduced => {
             nodal(&mechanism, &system, &options, solver, (&loops, at))?
         }
     };
     let run = Integrator::with_scheme(system, mechanism, (scheme, rows), options, at)?;
-    match moved {
-        Some((.., here, report)) => Ok(run.starting_singular(&here, report)),
+    begun(run, moved)
+}
+
+/// A run whose start is consistent, from the singular start that was found if there was one.
+///
+/// # Errors
+/// [`SetupError::Contradiction`].
+pub fn begun<S: Discretization<Mechanism>>(
+    run: Integrator<S, Mechanism>,
+    start: Option<ConsistentStart>,
+) -> Result<Integrator<S, Mechanism>, SetupError> {
+    match start {
+        Some(start) => Ok(run.starting_singular(&start.rows, start.report)),
         None => run.consistent(),
     }
+}
+
+/// A singular start, made consistent with the constraints that are independent there.
+#[derive(Clone, Debug)]
+pub struct ConsistentStart {
+    /// `q(0)`, shape `n`.
+    pub q: Vec<f64>,
+    /// `v(0)`, shape `n`.
+    pub v: Vec<f64>,
+    /// The constraints that are independent there.
+    pub rows: IndependentRows,
+    /// How consistent it was as given.
+    pub report: StartReport,
 }
 
 /// The independent constraints of the motion, and of its start where fewer are independent there.
@@ -148,6 +165,29 @@ impl Loops {
         Ok(Self { rows: rank.rows(mechanism), rows_at_start, rank: Some(rank) })
     }
 
+    /// The start `at`, made consistent, where it is singular; `leaves`: whether the scheme can leave a singular
+    /// configuration.
+    ///
+    /// # Errors
+    /// [`SetupError`].
+    pub fn singular_start(
+        &self,
+        system: &impl MechanicalSystem,
+        mechanism: &Mechanism,
+        (t, q, v): Start<'_>,
+        leaves: bool,
+    ) -> Result<Option<ConsistentStart>, SetupError> {
+        let Some(rows) = &self.rows_at_start else { return Ok(None) };
+        if !leaves {
+            return Err(self.refusal(SingularStart::Scheme));
+        }
+        let (state, v, report) = start(system, mechanism, rows, t, (q, v))?;
+        if let Some(found) = contradiction(mechanism, rows, (state.configuration(), &v)) {
+            return Err(found.into());
+        }
+        Ok(Some(ConsistentStart { q: state.q, v, rows: rows.clone(), report }))
+    }
+
     /// The refusal of a singular start.
     #[must_use]
     pub fn refusal(&self, reason: SingularStart) -> SetupError {
@@ -165,13 +205,13 @@ fn nodal(
     solver: Solver,
     (loops, at): (&Loops, Start<'_>),
 ) -> Result<BoxedScheme, SetupError> {
-    let (n, newton, lanes) = (mechanism.dim(), options.newton, options.gammas.len());
+    let (n, newton, sub_steps) = (mechanism.dim(), options.newton, options.gammas.len());
     let reduced = options.scheme == SchemeKind::Reduced;
     let particles = !mechanism.description().particles.is_empty();
     if mechanism.has_loops() && particles {
         let operators = TangentSpace::new(mechanism.clone(), &loops.rows);
         let d = operators.dof();
-        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
+        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)));
     }
     let d = mechanism.tree().dof() + mechanism.particle_tree().dof();
     let mut recursion = TreeNodal::new(mechanism.tree().clone());
@@ -190,23 +230,23 @@ fn nodal(
         };
         let operators = LoopNodal::new(mechanism, rank, tree);
         if !rank.is_singular() {
-            return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
+            return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)));
         }
         let departure = rank.departure(mechanism, at)?;
         let operators = operators.leaving_along(&departure.null_space);
-        let nodal = Nodal::new(operators, (n, d), reduced, newton, lanes);
+        let nodal = Nodal::new(operators, (n, d), reduced, newton, sub_steps);
         return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
     if uncoupled && !matches!(solver, Solver::Dense | Solver::Sparse) {
-        return Ok(Box::new(Nodal::new(recursion, (n, d), reduced, newton, lanes)));
+        return Ok(Box::new(Nodal::new(recursion, (n, d), reduced, newton, sub_steps)));
     }
     if !sparse {
         let operators = DenseNodal::new(n, TreeMap::new(mechanism));
-        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)));
+        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)));
     }
     let operators = SparseNodal::new(mechanism);
     let operators = if elements { operators.for_elements(at.1) } else { operators };
-    Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, lanes)))
+    Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)))
 }
 
 /// Whether some frame gets its mass from elements: it moves and has none of its own.

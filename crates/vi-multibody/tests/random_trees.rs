@@ -9,7 +9,7 @@ use vi_constraints::{Constraints, DenseNodal, NodalOperators, Reparametrization}
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_core::state::Memory;
-use vi_core::{Configuration, Entries, MechanicalSystem, Quadrature, SeparableSystem};
+use vi_core::{Configuration, DiscreteLagrangian, Entries, Quadrature, SeparableSystem};
 use vi_multibody::articulated::TreeNodal;
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::map::TreeMap;

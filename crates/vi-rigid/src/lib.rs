@@ -47,3 +47,8 @@ pub use time_history::{HistoryError, TimeHistory};
 
 #[cfg(test)]
 mod sample;
+
+/// The example of the README is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

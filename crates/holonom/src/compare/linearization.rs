@@ -53,7 +53,7 @@ pub fn linearizations(model: &Model, request: &Request) -> Result<Linearizations
         let mut options = EmOptions::new(EmForm::Nodal, plan.step);
         options.newton = model.settings.newton();
         (options.linearization, options.solver) = (linearization, Solver::Dense);
-        EmIntegrator::of_mechanism(dynamics.energy_momentum, mechanism, options)
+        vi_emscheme::run::integrator(dynamics.energy_momentum, mechanism, options)
             .map_err(|e| e.to_string())
     };
     let cost = |linearization| -> Result<(Cost, Vec<f64>), String> {

@@ -5,8 +5,8 @@ use super::frequency::frequency;
 use super::running::{Product, momentum_size, nature};
 use super::subject::{Kept, Motion, Nature, Reactions, Values};
 use vi_constraints::Constraints;
+use vi_constraints::discretization::Step;
 use vi_constraints::initialization::start;
-use vi_constraints::node::NodeObserver;
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::Tangents;
 use vi_core::interval::Interval;
@@ -37,9 +37,9 @@ impl Motion for EmRunning {
     fn step(&mut self) -> Result<(), String> {
         let mut levels = vec![0.0];
         let stepped = match self.run.is_composed() {
-            true => self
-                .run
-                .step_with(&mut |(_, mechanism), s, _| levels.push(velocity_level(mechanism, s))),
+            true => self.run.step_with(&mut |_, mechanism, Step { s, .. }| {
+                levels.push(velocity_level(mechanism, s));
+            }),
             false => self.run.step(),
         };
         stepped.map_err(|e| e.to_string())?;
@@ -77,16 +77,8 @@ impl Motion for EmRunning {
     }
 
     fn frequency(&mut self) -> Result<Option<f64>, String> {
+        let lambda = self.run.acceleration_multiplier().map_err(|e| e.to_string())?;
         let (mechanism, state, rows) = (self.run.constraints(), self.run.state(), self.run.rows());
-        let mut lambda = vec![0.0; Constraints::len(mechanism)];
-        NodeObserver::new(&self.forces, lambda.len(), rows)
-            .acceleration_multiplier(
-                &self.forces,
-                mechanism,
-                (state.configuration(), &state.v),
-                &mut lambda,
-            )
-            .map_err(|e| e.to_string())?;
         Ok(frequency(&self.forces, mechanism, rows, ((state.t, &state.q), &lambda)))
     }
 
@@ -120,14 +112,15 @@ impl Motion for EmRunning {
     }
 
     fn kept(&mut self) -> Result<Kept, String> {
-        let node = self.run.node_before().clone();
+        let node = self.run.node_before().map_err(|e| e.to_string())?.clone();
         let (at, mechanism) = (self.run.before(), self.run.constraints());
         let momentum = |p: &[f64]| mechanism.momentum(&at.q, p);
-        let kinetic = self.forces.kinetic_energy(&at.v);
+        let energy = node.hamiltonian_projected.total();
+        let kinetic = node.hamiltonian_projected.kinetic;
         Ok(Kept {
-            energy: node.energy,
-            discrete_energy: node.energy,
-            energy_size: kinetic.max((node.energy - kinetic).abs()),
+            energy,
+            discrete_energy: energy,
+            energy_size: kinetic.max((energy - kinetic).abs()),
             momentum: momentum(&node.p),
             momentum_size: momentum_size(&momentum, &node.p),
             position: node.position_residual,
@@ -163,9 +156,9 @@ impl Motion for EmRunning {
     fn step_tangents(&mut self, tangents: &mut Tangents) -> Result<(), String> {
         let map = self.tangent.as_mut().ok_or("no tangent vectors were asked for")?;
         let mut pushed = Ok(());
-        let mut each = |at: (&EmSystem, &Mechanism), s: &Interval, mu: &[f64]| {
+        let mut each = |system: &EmSystem, mechanism: &Mechanism, step: Step<'_>| {
             if pushed.is_ok() {
-                pushed = map.push(at.0, at.1, (s, mu), tangents);
+                pushed = map.push(system, mechanism, (step.s, step.multipliers), tangents);
             }
         };
         self.run.step_with(&mut each).map_err(|e| e.to_string())?;

@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use vi_constraints::Constraints;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_core::{Entries, Interval, MechanicalSystem, SparseMatrix};
+use vi_core::{DiscreteLagrangian, Entries, Interval, SparseMatrix};
 
 /// `h ω_max` above which the fastest motion is not resolved.
 pub const RESOLVED: f64 = 1.0;
@@ -20,7 +20,7 @@ pub const RESOLVED: f64 = 1.0;
 /// `ω_max` at `(t, q)` with the multipliers `λ` (shape `m`), rad/s; `None` where `Pᵀ M P` is not positive definite. Dense.
 #[must_use]
 pub fn frequency(
-    system: &impl MechanicalSystem,
+    system: &impl DiscreteLagrangian,
     constraints: &impl Constraints,
     rows: &IndependentRows,
     ((t, q), lambda): ((f64, &[f64]), &[f64]),

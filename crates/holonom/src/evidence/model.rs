@@ -7,7 +7,7 @@ use crate::model::{Model, ModelError, Settings};
 use crate::system::{self, System};
 use vi_constraints::{Options, SchemeKind};
 use vi_core::Composition;
-use vi_emscheme::{EmIntegrator, EmOptions};
+use vi_emscheme::EmOptions;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 
 /// A model whose method and step are chosen by the measurements.
@@ -74,7 +74,7 @@ impl Subject for ModelSubject {
                 options.newton = settings.newton();
                 options.solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
                 let (system, at) = (dynamics.energy_momentum, (0.0, q, v));
-                let run = EmIntegrator::of_mechanism_at(system, mechanism, options, at)
+                let run = vi_emscheme::run::integrator_at(system, mechanism, options, at)
                     .map_err(|e| e.to_string())?;
                 Ok(Box::new(EmRunning::new(run, dynamics.variational)))
             }

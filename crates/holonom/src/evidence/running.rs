@@ -3,23 +3,26 @@
 use super::equations::{Equations, Observed, OfSystem};
 use super::frequency::frequency;
 use super::subject::{Kept, Motion, Nature, Reactions, Values};
-use vi_constraints::Integrator;
+use vi_constraints::discretization::Step;
 use vi_constraints::initialization::start;
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::{TangentMap, Tangents};
+use vi_constraints::{Constraints, Integrator};
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
-use vi_core::{Configuration, Entries, Interval, MechanicalSystem, SparseMatrix};
+use vi_core::{
+    Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem, SparseMatrix,
+};
 
 /// An integrator in motion.
-pub struct Running<S, C> {
+pub struct Running<S: DiscreteLagrangian, C: Constraints> {
     run: Integrator<S, C>,
     tangent: Option<TangentMap>,
     discrete_energy: f64, // J  Σ γ_i E_{d,i} of the last step
     velocity_level: f64,  // the largest (45) of its sub-steps
 }
 
-impl<S: MechanicalSystem + 'static, C: Observed + 'static> Running<S, C> {
+impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Running<S, C> {
     /// From its present node.
     pub fn new(run: Integrator<S, C>) -> Self {
         Self { run, tangent: None, discrete_energy: 0.0, velocity_level: 0.0 }
@@ -154,12 +157,12 @@ fn is_quadratic(constraints: &impl Observed, t: f64, q: &[f64]) -> bool {
     norm_inf(&change) <= 1e-6 * (1.0 + norm_inf(&here))
 }
 
-impl<S: MechanicalSystem + 'static, C: Observed + 'static> Motion for Running<S, C> {
+impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Motion for Running<S, C> {
     fn step(&mut self) -> Result<(), String> {
         let (mut action_rate, mut length) = (0.0, 0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
         let composed = self.run.is_composed();
         let mut level = vec![0.0];
-        let stepped = self.run.step_with(&mut |system, constraints, s| {
+        let stepped = self.run.step_with(&mut |system, constraints, Step { s, .. }| {
             action_rate += s.h * system.discrete_energy(s);
             length += s.h;
             if composed {
@@ -273,7 +276,7 @@ impl<S: MechanicalSystem + 'static, C: Observed + 'static> Motion for Running<S,
     fn step_tangents(&mut self, tangents: &mut Tangents) -> Result<(), String> {
         let map = self.tangent.as_mut().ok_or("no tangent vectors were asked for")?;
         let mut pushed = Ok(());
-        let stepped = self.run.step_with(&mut |system, constraints, s| {
+        let stepped = self.run.step_with(&mut |system, constraints, Step { s, .. }| {
             if pushed.is_ok() {
                 pushed = map.push(system, constraints, s, tangents);
             }

@@ -1,89 +1,73 @@
 //! The energy–momentum schemes as a [`Method`].
 //!
 //! The multiplier of a node is the mean of the steps beside it; where there is only one of them (at the
-//! start, and where a step fails), and with a composition, it is taken from the acceleration level, with the forces of the
-//! variational description: in the limit of short steps both descriptions are the same system.
+//! start, and where a step fails), and with a composition, it is taken from the acceleration level.
 
 use super::work::Work;
 use super::{Method, Reading};
 use crate::sample::{Momenta, Residuals};
 use vi_constraints::Constraints;
+use vi_constraints::discretization::Step;
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::StepReport;
-use vi_constraints::node::NodeObserver;
+use vi_constraints::node::Node;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
+use vi_core::State;
 use vi_core::linear::Singular;
-use vi_core::{Energies, MechanicalSystem, SeparableSystem, State};
-use vi_emscheme::{EmIntegrator, EmNode};
+use vi_emscheme::EmIntegrator;
 use vi_multibody::mechanism::Mechanism;
 
 /// One of the three forms.
 pub(crate) struct EnergyMomentum {
     run: EmIntegrator<Mechanism>,
-    forces: SeparableSystem,
-    observer: Option<NodeObserver>, // made when first asked for
-    momenta: bool,                  // whether they are asked for
+    momenta: bool, // whether they are asked for
     work: Work,
-    rates: Vec<f64>, // m  ∂g/∂t
+    scratch: Vec<f64>, // n
+    rates: Vec<f64>,   // m  ∂g/∂t
 }
 
 impl EnergyMomentum {
-    pub(crate) fn new(
-        run: EmIntegrator<Mechanism>,
-        forces: SeparableSystem,
-        momenta: bool,
-    ) -> Self {
+    pub(crate) fn new(run: EmIntegrator<Mechanism>, momenta: bool) -> Self {
         let (start, mechanism) = (run.state(), run.constraints());
         let work = Work::new(&start.q, &start.v, false); // the multipliers of the step are at hand
         let driven = mechanism.is_rheonomic();
         let rates = vec![0.0; if driven { mechanism.len() } else { 0 }];
-        Self { run, forces, observer: None, momenta, work, rates }
+        let scratch = vec![0.0; start.q.len()];
+        Self { run, momenta, work, scratch, rates }
     }
 
     /// What these schemes have of the momenta of a node: they have no discrete Lagrangian.
-    fn momenta(&self, at: &State, node: &EmNode) -> Option<Box<Momenta>> {
+    fn momenta(&self, node: &Node) -> Option<Box<Momenta>> {
         if !self.momenta {
             return None;
         }
-        let kinetic = self.forces.kinetic_energy(&at.v);
-        let potential = self.run.system().potential_energy(at.configuration());
         Some(Box::new(Momenta {
             lambda: node.lambda.clone(),
             p: node.p.clone(),
-            hamiltonian: Some(Energies { kinetic, potential }),
+            hamiltonian: node.hamiltonian,
             ..Momenta::default()
         }))
     }
 
     /// A node with its momenta and the work up to it; `before`: that of the step which started there is left out.
-    fn read(&self, before: bool, at: &State, node: &EmNode) -> Reading {
-        let (momenta, work) = (self.momenta(at, node), self.work.known(before));
+    fn read(&self, before: bool, at: &State, node: &Node) -> Reading {
+        let (momenta, work) = (self.momenta(node), self.work.known(before));
         Reading { momenta, ..reading(self.run.constraints(), at, node, work) }
-    }
-
-    fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
-        let (mechanism, rows, forces) = (self.run.constraints(), self.run.rows(), &self.forces);
-        let mut lambda = vec![0.0; mechanism.len()];
-        let observer =
-            self.observer.get_or_insert_with(|| NodeObserver::new(forces, mechanism.len(), rows));
-        let state = self.run.state();
-        let at = (state.configuration(), &state.v[..]);
-        observer.acceleration_multiplier(forces, mechanism, at, &mut lambda)?;
-        Ok(lambda)
     }
 }
 
-fn reading(mechanism: &Mechanism, at: &State, node: &EmNode, work: f64) -> Reading {
+fn reading(mechanism: &Mechanism, at: &State, node: &Node, work: f64) -> Reading {
+    let energy = node.hamiltonian_projected.total();
     Reading {
         step: at.step,
         t: at.t,
         q: at.q.clone(),
         v: at.v.clone(),
         lambda: node.lambda.clone(),
-        energy: node.energy,
-        hamiltonian: node.energy,
-        shadow: Some(node.energy),
+        energy,
+        hamiltonian: energy,
+        shadow: Some(energy),
         work,
         momentum: mechanism.momentum(&at.q, &node.p),
         residuals: Residuals {
@@ -97,10 +81,10 @@ fn reading(mechanism: &Mechanism, at: &State, node: &EmNode, work: f64) -> Readi
 
 impl Method for EnergyMomentum {
     fn step(&mut self) -> Result<StepReport, StepError> {
-        let Self { run, forces, work, rates, .. } = self;
+        let Self { run, work, scratch, rates, .. } = self;
         work.begin();
-        let taken = run.step_with(&mut |(_, mechanism), s, mu| {
-            work.add_forces(forces, s);
+        let taken = run.step_with(&mut |system, mechanism, Step { s, multipliers: mu }| {
+            work.add_known(system.work(s, scratch));
             if !rates.is_empty() {
                 // prescribed motions do h λ·∂g/∂t, with μ = h²λ
                 mechanism.time_derivative(s.t_mid(), &s.q_mid, rates);
@@ -124,11 +108,11 @@ impl Method for EnergyMomentum {
     }
 
     fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
-        let node = self.run.observe_state().clone();
+        let node = self.run.observe_state()?.clone();
         let mut found = self.read(false, self.run.state(), &node);
         found.lambda.clear();
         if multipliers || self.momenta {
-            found.lambda = self.acceleration_multiplier()?;
+            found.lambda = self.run.acceleration_multiplier()?;
         }
         if let Some(momenta) = &mut found.momenta {
             momenta.lambda.clone_from(&found.lambda);
@@ -137,7 +121,7 @@ impl Method for EnergyMomentum {
     }
 
     fn left(&mut self) -> Result<Reading, Singular> {
-        let node = self.run.node_before().clone();
+        let node = self.run.node_before()?.clone();
         Ok(self.read(true, self.run.before(), &node))
     }
 

@@ -5,6 +5,7 @@ use super::{Method, Reading};
 use crate::evidence::shadow::shadow_energy;
 use crate::model::Settings;
 use crate::sample::{Momenta, Residuals};
+use vi_constraints::discretization::Step;
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::node::Node;
@@ -12,7 +13,7 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, Reparametrization};
 use vi_core::linear::Singular;
-use vi_core::{MechanicalSystem, State};
+use vi_core::{DiscreteLagrangian, State};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
@@ -96,7 +97,7 @@ impl Method for Variational {
         let Self { run, work, ended, .. } = self;
         work.begin();
         let (mut action_rate, mut length) = (0.0, 0.0); // E_d = −∂/∂h of the action
-        let taken = run.step_with(&mut |system, _, s| {
+        let taken = run.step_with(&mut |system, _, Step { s, .. }| {
             work.add(system, s);
             if composed {
                 action_rate += s.h * system.discrete_energy(s);

@@ -9,7 +9,7 @@
 //! not depend on time do no work, so the second line is summed for prescribed motions alone. The energy
 //! changes by the sum to second order in the step (theory: discrete Lagrange–d'Alembert principle).
 
-use vi_core::MechanicalSystem;
+use vi_core::DiscreteLagrangian;
 use vi_core::interval::Interval;
 
 /// The work up to the present node and up to the one before.
@@ -54,7 +54,7 @@ impl Work {
     }
 
     /// Adds a (sub-)step of a variational scheme.
-    pub(crate) fn add(&mut self, system: &impl MechanicalSystem, s: &Interval) {
+    pub(crate) fn add(&mut self, system: &impl DiscreteLagrangian, s: &Interval) {
         self.add_forces(system, s);
         let Some([node, _]) = &mut self.node else { return };
         system.forced_d1(s, &mut self.force);
@@ -69,7 +69,7 @@ impl Work {
     }
 
     /// Adds the work of the discrete forces of a step.
-    pub(crate) fn add_forces(&mut self, system: &impl MechanicalSystem, s: &Interval) {
+    pub(crate) fn add_forces(&mut self, system: &impl DiscreteLagrangian, s: &Interval) {
         self.force.fill(0.0);
         system.add_force_minus(s, &mut self.force);
         system.add_force_plus(s, &mut self.force);

@@ -44,7 +44,7 @@ impl Model {
     pub fn run_by(&self, form: EmForm, order: u32, h: f64) -> EmIntegrator<Mechanism> {
         let composition = vi_core::Composition::of_order(order).unwrap();
         let options = EmOptions::new(form, h).composition(composition);
-        EmIntegrator::of_mechanism(self.system(), self.mechanism.clone(), options).unwrap()
+        vi_emscheme::run::integrator(self.system(), self.mechanism.clone(), options).unwrap()
     }
 
     pub fn spring(

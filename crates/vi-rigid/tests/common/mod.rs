@@ -5,7 +5,7 @@
 use vi_constraints::{Constraints, DenseNodal, NodalOperators};
 use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonSettings};
 use vi_core::state::Memory;
-use vi_core::{Entries, Interval, MechanicalSystem, SeparableSystem, State};
+use vi_core::{DiscreteLagrangian, Entries, Interval, SeparableSystem, State};
 use vi_rigid::SingleBody;
 
 struct Problem {

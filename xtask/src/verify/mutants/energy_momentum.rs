@@ -8,7 +8,7 @@ use holonom::vi_core::potential::Potential;
 use holonom::vi_core::{Configuration, Entries, Interval, Quadrature};
 use holonom::vi_emscheme::discrete_gradient::DiscreteGradient;
 use holonom::vi_emscheme::null_space::DiscreteNullSpace;
-use holonom::vi_emscheme::{EmIntegrator, EmOptions, EmSystem};
+use holonom::vi_emscheme::{EmOptions, EmSystem, integrator, run};
 use holonom::vi_multibody::map::TreeMap;
 use holonom::vi_multibody::mechanism::Mechanism;
 use holonom::{Model, system};
@@ -73,6 +73,9 @@ impl DiscreteGradient for Midpoint {
     fn potential(&self, at: Configuration<'_>) -> f64 {
         self.0.value(at.q)
     }
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.0.add_gradient(at.q, scale, out);
+    }
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         self.0.add_gradient(&s.q_mid, scale, out);
     }
@@ -114,9 +117,9 @@ pub(super) fn start(
     let run = match defect {
         Some(EmDefect::NullSpaceAtTheStart) => {
             let source = AtTheStart(TreeMap::new(&mechanism));
-            EmIntegrator::with_null_space(system, mechanism, (source, map), options, at)
+            integrator::with_null_space(system, mechanism, (source, map), options, at)
         }
-        _ => EmIntegrator::of_mechanism_at(system, mechanism, options, at),
+        _ => run::integrator_at(system, mechanism, options, at),
     };
     Ok(Box::new(EmRunning::new(run.map_err(|e| e.to_string())?, forces)))
 }

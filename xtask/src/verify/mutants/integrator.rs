@@ -7,7 +7,8 @@ use holonom::vi_constraints::{Integrator, Options, Reparametrization};
 use holonom::vi_core::force::DiscreteForce;
 use holonom::vi_core::newton::{Block, Fault};
 use holonom::vi_core::{
-    Composition, Configuration, Entries, Interval, MechanicalSystem, SeparableSystem, SparseMatrix,
+    Composition, Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem,
+    SeparableSystem, SparseMatrix,
 };
 use holonom::vi_multibody::map::TreeMap;
 use holonom::{Model, system};
@@ -45,12 +46,21 @@ struct WrongSign {
 }
 
 impl MechanicalSystem for WrongSign {
-    fn dim(&self) -> usize {
-        self.inner.dim()
-    }
     fn mass(&self) -> &SparseMatrix {
         self.inner.mass()
     }
+    fn potential_energy(&self, at: Configuration<'_>) -> f64 {
+        self.inner.potential_energy(at)
+    }
+    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.inner.add_potential_gradient(at, scale, out);
+    }
+    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.inner.add_force(at, v, out);
+    }
+}
+
+impl DiscreteLagrangian for WrongSign {
     fn discrete_lagrangian(&self, s: &Interval) -> f64 {
         self.inner.discrete_lagrangian(s)
     }
@@ -82,17 +92,8 @@ impl MechanicalSystem for WrongSign {
     fn force_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         self.inner.force_minus_d2(s, out);
     }
-    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.inner.add_force(at, v, out);
-    }
     fn discrete_potential_energy(&self, s: &Interval) -> f64 {
         self.inner.discrete_potential_energy(s)
-    }
-    fn potential_energy(&self, at: Configuration<'_>) -> f64 {
-        self.inner.potential_energy(at)
-    }
-    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
-        self.inner.add_potential_gradient(at, scale, out);
     }
 }
 

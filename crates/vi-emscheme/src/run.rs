@@ -4,93 +4,87 @@ use crate::constrained::EmConstrained;
 use crate::dalembert::EmDalembert;
 use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
-use crate::integrator::{EmIntegrator, check};
+use crate::integrator::{BoxedScheme, EmIntegrator, check};
 use crate::loop_nodal::{EmLoopNodal, LoopRows};
 use crate::nodal::EmNodal;
 use crate::null_space::{
     AveragedTree, DiscreteNullSpace, DiscreteQr, EmLinearization, TreeComplement,
 };
-use crate::scheme::{EmForm, EmScheme};
+use crate::scheme::EmForm;
 use crate::setup::{EmOptions, EmSetupError};
 use crate::sparse_operators::SparseOperators;
 use crate::tree_multipliers::TreeMultipliers;
-use vi_constraints::integrator::{SingularStart, Start};
+use vi_constraints::integrator::Start;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::{Constraints, Reparametrization};
+use vi_constraints::{Constraints, Integrator, Reparametrization};
 use vi_multibody::closed_loop::{longest_arm, with_floors};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::{Loops, has_nodes};
+use vi_multibody::run::{Loops, begun, has_nodes};
 
-impl EmIntegrator<Mechanism> {
-    /// A mechanism from its start; loops and single constraints on a spanning tree.
-    ///
-    /// | | `em-nodal` | `em-dalembert` | `em-constrained` |
-    /// |---|---|---|---|
-    /// | trees | averaged velocity maps; sparse with nodes of elements or more than 60 freedoms | the same, dense | sparse |
-    /// | loops | the same and a small complement, `u` of the tree | QR of `Ḡᵀ` | sparse |
-    /// | screws in the tree | QR of `Ḡᵀ` | the same | sparse |
-    ///
-    /// # Errors
-    /// [`EmSetupError`]; `em-constrained` and `em-dalembert` refuse to start in a singular placement.
-    pub fn of_mechanism(
-        system: EmSystem,
-        mechanism: Mechanism,
-        options: EmOptions,
-    ) -> Result<Self, EmSetupError> {
-        let (q, v) = mechanism.start();
-        Self::of_mechanism_at(system, mechanism, options, (0.0, &q, &v))
-    }
+/// A mechanism from its start; loops and single constraints on a spanning tree.
+///
+/// | | `em-nodal` | `em-dalembert` | `em-constrained` |
+/// |---|---|---|---|
+/// | trees | averaged velocity maps; sparse with nodes of elements or more than 60 freedoms | the same, dense | sparse |
+/// | loops | the same and a small complement, `u` of the tree | QR of `Ḡᵀ` | sparse |
+/// | screws in the tree | QR of `Ḡᵀ` | the same | sparse |
+///
+/// # Errors
+/// [`EmSetupError`]; `em-constrained` and `em-dalembert` refuse to start in a singular placement.
+pub fn integrator(
+    system: EmSystem,
+    mechanism: Mechanism,
+    options: EmOptions,
+) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
+    let (q, v) = mechanism.start();
+    integrator_at(system, mechanism, options, (0.0, &q, &v))
+}
 
-    /// The same from another start.
-    ///
-    /// # Errors
-    /// As [`EmIntegrator::of_mechanism`].
-    pub fn of_mechanism_at(
-        system: EmSystem,
-        mechanism: Mechanism,
-        options: EmOptions,
-        at: Start<'_>,
-    ) -> Result<Self, EmSetupError> {
-        check(&system, &mechanism, options, at)?;
-        let loops = Loops::find(&mechanism, at.0, at.1).map_err(EmSetupError::Singular)?;
-        if loops.rows_at_start.is_some() && options.form != EmForm::Nodal {
-            return Err(EmSetupError::Singular(loops.refusal(SingularStart::Scheme)));
-        }
-        let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
-        let (chosen, newton) = ((rows.clone(), m), options.newton);
-        let sub_steps = options.sub_steps().len();
-        let qr = || DiscreteQr::new(n, m, rows.len());
-        let map = TreeMap::new(&mechanism);
-        let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
-        let scheme: Box<dyn EmScheme<Mechanism>> = match options.form {
-            EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, sub_steps)),
-            EmForm::Dalembert => match averaged() {
-                Some(source) => {
-                    let scheme = EmDalembert::new(n, chosen, source, newton, sub_steps);
-                    Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
-                }
-                None => Box::new(EmDalembert::new(n, chosen, qr(), newton, sub_steps)),
-            },
-            EmForm::Nodal if mechanism.has_loops() => {
-                nodal_on_loops(&mechanism, &loops, options, at)?
+/// The same from another start.
+///
+/// # Errors
+/// As [`integrator`].
+pub fn integrator_at(
+    system: EmSystem,
+    mechanism: Mechanism,
+    options: EmOptions,
+    at: Start<'_>,
+) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
+    check(&system, &mechanism, at)?;
+    let loops = Loops::find(&mechanism, at.0, at.1)?;
+    let start = loops.singular_start(&system, &mechanism, at, options.form == EmForm::Nodal)?;
+    let at = start.as_ref().map_or(at, |start| (at.0, &start.q[..], &start.v[..]));
+    let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
+    let (chosen, newton) = ((rows.clone(), m), options.newton);
+    let sub_steps = options.sub_steps().len();
+    let qr = || DiscreteQr::new(n, m, rows.len());
+    let map = TreeMap::new(&mechanism);
+    let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
+    let scheme: BoxedScheme<Mechanism> = match options.form {
+        EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, sub_steps)),
+        EmForm::Dalembert => match averaged() {
+            Some(source) => {
+                let scheme = EmDalembert::new(n, chosen, source, newton, sub_steps);
+                Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
             }
-            EmForm::Nodal => match averaged() {
-                Some(averaged) => nodal_on_tree(&mechanism, averaged, options, at)?,
-                None if options.linearization == EmLinearization::NullSpaceDerivative => {
-                    return Err(EmSetupError::Linearization);
-                }
-                None => {
-                    let scheme = EmNodal::new(n, chosen, (qr(), map), newton, sub_steps);
-                    Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
-                }
-            },
-        };
-        let at_start = loops.rows_at_start.unwrap_or_else(|| rows.clone());
-        let mut run = Self::with_scheme(system, mechanism, (scheme, at_start), options, at)?;
-        run.rows = rows;
-        Ok(run)
-    }
+            None => Box::new(EmDalembert::new(n, chosen, qr(), newton, sub_steps)),
+        },
+        EmForm::Nodal if mechanism.has_loops() => nodal_on_loops(&mechanism, &loops, options, at)?,
+        EmForm::Nodal => match averaged() {
+            Some(averaged) => nodal_on_tree(&mechanism, averaged, options, at)?,
+            None if options.linearization == EmLinearization::NullSpaceDerivative => {
+                return Err(EmSetupError::Linearization);
+            }
+            None => {
+                let scheme = EmNodal::new(n, chosen, (qr(), map), newton, sub_steps);
+                Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
+            }
+        },
+    };
+    let chosen = (scheme, rows);
+    let run = Integrator::with_scheme(system, mechanism, chosen, options.of_integrator(), at)?;
+    Ok(begun(run, start)?)
 }
 
 /// `em-nodal` on a tree.
@@ -99,7 +93,7 @@ fn nodal_on_tree(
     averaged: AveragedTree,
     options: EmOptions,
     at: Start<'_>,
-) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
+) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let (d, chosen) = (map.dof(), (IndependentRows::all(m), m));
     let (newton, sub_steps, tree) =
@@ -125,7 +119,7 @@ fn nodal_on_loops(
     loops: &Loops,
     options: EmOptions,
     at: Start<'_>,
-) -> Result<Box<dyn EmScheme<Mechanism>>, EmSetupError> {
+) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
     if options.linearization == EmLinearization::NullSpaceDerivative {
         return Err(EmSetupError::Linearization);
     }
@@ -135,12 +129,12 @@ fn nodal_on_loops(
     let rows = loop_rows(mechanism, &loops.rows, at);
     let mut rates = None;
     if let Some(rank) = loops.rank.as_ref().filter(|_| loops.rows_at_start.is_some()) {
-        rates = Some(rank.departure(mechanism, at).map_err(EmSetupError::Singular)?.rates);
+        rates = Some(rank.departure(mechanism, at)?.rates);
     }
     fn boxed<N: DiscreteNullSpace<Mechanism> + 'static>(
         scheme: EmLoopNodal<N, TreeMap>,
         rates: Option<Vec<f64>>,
-    ) -> Box<dyn EmScheme<Mechanism>> {
+    ) -> BoxedScheme<Mechanism> {
         match rates {
             Some(rates) => Box::new(scheme.starting_with(rates)),
             None => Box::new(scheme),

@@ -1,0 +1,111 @@
+//! A family of schemes as the integrator sees it: systems, and how their nodes are read.
+//!
+//! The variational schemes are one family: every [`DiscreteLagrangian`] belongs to it. Another family, with
+//! another discretization of forces and other quantities at its nodes, implements [`Discretization`] for its own
+//! systems and [`crate::Scheme`] for its schemes; the integrator is the same.
+
+use crate::constraints::Constraints;
+use crate::node::{Node, NodeObserver};
+use crate::saddle_point::IndependentRows;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
+use vi_core::interval::Interval;
+use vi_core::linear::Singular;
+use vi_core::mechanical_system::MechanicalSystem;
+use vi_core::state::State;
+
+/// A step that has been taken.
+#[derive(Clone, Copy, Debug)]
+pub struct Step<'a> {
+    /// Its interval.
+    pub s: &'a Interval,
+    /// `h²λ` over all constraints, shape `m`, of schemes that find the multiplier of the step; else empty.
+    pub multipliers: &'a [f64],
+}
+
+/// A system that an integrator can step.
+pub trait Discretization<C>: MechanicalSystem + Sized {
+    /// Reads nodes.
+    type Observer: ObserveNode<Self, C>;
+    /// For an independent set of the `m` constraints.
+    fn observer(&self, m: usize, rows: &IndependentRows) -> Self::Observer;
+    /// Adds to the state of a start what the schemes of this family need beside `(t, q_0, p_0)`; `v`: the
+    /// consistent velocity, shape `n`.
+    fn begin(&self, _state: &mut State, _v: &[f64]) {}
+}
+
+/// Computes the quantities of a node.
+pub trait ObserveNode<S, C>: Send {
+    /// Everything at a node with the step that starts there.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    fn observe(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        state: &State,
+        step: Step<'_>,
+    ) -> Result<&Node, Singular>;
+    /// What a node says without a step from there; its multipliers are those of an earlier call.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    fn observe_state(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        state: &State,
+    ) -> Result<&Node, Singular>;
+    /// `λ ←` the multiplier of the acceleration level, shape `m`, with the velocity of the node.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    fn acceleration_multiplier(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        state: &State,
+        lambda: &mut [f64],
+    ) -> Result<(), Singular>;
+}
+
+impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
+    type Observer = NodeObserver;
+
+    fn observer(&self, m: usize, rows: &IndependentRows) -> NodeObserver {
+        NodeObserver::new(self, m, rows)
+    }
+}
+
+impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
+    fn observe(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        state: &State,
+        step: Step<'_>,
+    ) -> Result<&Node, Singular> {
+        Self::observe(self, system, constraints, step.s, &state.p, state.step == 0)
+    }
+
+    fn observe_state(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        state: &State,
+    ) -> Result<&Node, Singular> {
+        Self::observe_state(self, system, constraints, state.configuration(), &state.p)
+    }
+
+    fn acceleration_multiplier(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        state: &State,
+        lambda: &mut [f64],
+    ) -> Result<(), Singular> {
+        let at = state.configuration();
+        let v = Self::observe_state(self, system, constraints, at, &state.p)?.v.clone();
+        Self::acceleration_multiplier(self, system, constraints, (at, &v), lambda)
+    }
+}

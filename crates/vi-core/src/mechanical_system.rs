@@ -1,0 +1,35 @@
+//! What every discretization starts from: `M`, `V(q)`, `f(t, q, v)`.
+//!
+//! ```text
+//! M q̈ = −∇V(q) + f(t, q, q̇)                                          without constraints
+//! ```
+
+use crate::configuration::Configuration;
+use crate::sparse::SparseMatrix;
+
+/// A mechanical system: a constant mass matrix, a potential, generalized forces.
+///
+/// Its discretizations are [`crate::DiscreteLagrangian`]s and those of other families of schemes.
+pub trait MechanicalSystem: Send + Sync {
+    /// The constant mass matrix `M`, shape `n × n`.
+    fn mass(&self) -> &SparseMatrix;
+    /// `V(q)`, J.
+    fn potential_energy(&self, at: Configuration<'_>) -> f64;
+    /// `out ← out + scale ∇V(q)`, shape `n`.
+    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
+    /// `out ← out + f(t, q, v)`: the generalized force, N.
+    fn add_force(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut [f64]) {}
+    /// Whether any force dissipates: backward sub-steps of a composition are then refused.
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+
+    /// Number `n` of coordinates.
+    fn dim(&self) -> usize {
+        self.mass().shape().0
+    }
+    /// `½ vᵀ M v`, J.
+    fn kinetic_energy(&self, v: &[f64]) -> f64 {
+        0.5 * self.mass().bilinear(v, v)
+    }
+}
