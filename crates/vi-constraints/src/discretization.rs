@@ -2,7 +2,7 @@
 //!
 //! The variational schemes are one family: every [`DiscreteLagrangian`] belongs to it. Another family, with
 //! another discretization of forces and other quantities at its nodes, implements [`Discretization`] for its own
-//! systems and [`crate::Scheme`] for its schemes; the integrator is the same.
+//! systems and [`crate::scheme::Scheme`] for its schemes; the integrator is the same.
 
 use crate::constraints::Constraints;
 use crate::node::{Node, NodeObserver};
