@@ -3,7 +3,7 @@
 //!
 //! The exponent is that of the least-squares line through `log(time)` over `log(bodies)` from 16 bodies
 //! on. Trees are solved in linear time; loops add the sparse complement of each cluster that they form.
-//! The motion goes to and fro over 64 steps, so that every sample sees the same placements.
+//! The motion goes to and fro over 64 steps, so that every sample sees the same configurations.
 #![allow(clippy::unwrap_used, missing_docs)] // a bench; criterion's macro makes public items
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

@@ -222,7 +222,7 @@ fn a_driven_flat_start_follows_its_drive() {
 
 #[test]
 fn a_strut_that_locks_a_flat_linkage_is_refused() {
-    // a structure, shaky where it is flat: no placement nearby, and no motion
+    // a structure, shaky where it is flat: no configuration nearby, and no motion
     let text = linkage(0.0, [0.0; 2], 9.81, SETTINGS) + STRUT;
     let refused = Simulation::new(&Model::from_toml(&text).unwrap()).err().unwrap().to_string();
     println!("{refused}");

@@ -130,7 +130,7 @@ impl RigidCase {
         let joint = |(k, joint): (usize, &JointCase)| -> Result<Joint, String> {
             let (parent, child) = (frame(joint.parent), frame(joint.child));
             let kind = pair_kind(&joint.kind)?;
-            // child-fixed vectors follow from the initial placement
+            // child-fixed vectors follow from the initial configuration
             let axes_parent = match joint.axis {
                 Some(axis) => complete_axis(&Vector3::from(axis).normalize()),
                 None if kind.has_axis() => return Err(format!("joint {k} lacks its axis")),

@@ -180,7 +180,7 @@ pub(crate) struct Check {
     pub(crate) json: bool,
 }
 
-/// About which placement modes are taken.
+/// About which configuration modes are taken.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum At {
     /// The start as it stands, under the loads at t = 0
@@ -196,7 +196,7 @@ pub(crate) struct Modes {
     /// How many vibrations, softest first; modes without stiffness and unstable ones come besides
     #[arg(short, long, value_name = "K", default_value_t = 10)]
     pub(crate) number: usize,
-    /// About which placement
+    /// About which configuration
     #[arg(long, value_enum, default_value_t = At::Start)]
     pub(crate) at: At,
     /// Write modes.json, modes.csv and pictures of the shapes into this folder

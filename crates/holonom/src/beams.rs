@@ -29,7 +29,7 @@ pub struct Beams {
 }
 
 impl Beams {
-    /// Strains and section forces along a beam in the placement `q`; elements and arc length (m) are
+    /// Strains and section forces along a beam in the configuration `q`; elements and arc length (m) are
     /// counted along the whole beam.
     #[must_use]
     pub fn section_states(&self, beam: &BeamParts, q: &[f64]) -> Vec<SectionState> {

@@ -4,14 +4,14 @@
 //! model.toml → Model → Simulation → Sample, Sample, … → RunFolder: trajectory.csv, summary.json, …
 //! ```
 //!
-//! | room | concept |
+//! | crate | concept |
 //! |---|---|
 //! | [`model`] | the model file: types, checks, errors with places |
 //! | [`system`] | from a model to numbers |
 //! | [`dynamics`] | what acts, as both families of schemes receive it |
 //! | [`simulation`] | the system of a model, and its run |
 //! | [`statics`] | its equilibria along the loads |
-//! | [`modes`] | natural frequencies and shapes about a placement |
+//! | [`modes`] | natural frequencies and shapes about a configuration |
 //! | [`sample`] | what a run delivers at a node |
 //! | [`sensor`] | what its sensors measure there |
 //! | [`output`] | the files of a run |
@@ -73,7 +73,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Schemes 3 and 4 have as many unknowns as there are freedoms. Without more they step in the tangent
+//! Schemes 3 and 4 have as many unknowns as there are degrees of freedom. Without more they step in the tangent
 //! space and project; a null space matrix `P(q)` and a map `F_d(u, q_n)` that stays on the constraints
 //! spare them that:
 //!

@@ -24,7 +24,7 @@ pub struct Stiffness {
 }
 
 impl Stiffness {
-    /// Of the beams in their stress-free placement; `None` without beams.
+    /// Of the beams in their stress-free configuration; `None` without beams.
     pub(crate) fn new(beams: &Beams, settings: &Settings) -> Option<Self> {
         let q = beams.parts.placement();
         let gammas = settings.composition().gammas();
@@ -90,7 +90,7 @@ impl LimitWatch {
         Self { beams: beams.list.iter().map(watched).collect() }
     }
 
-    /// Takes up the placement `q` at `t`; allocates nothing.
+    /// Takes up the configuration `q` at `t`; allocates nothing.
     ///
     /// # Errors
     /// Beam, element and angle (rad) of an element that is bent too far to mean anything.
@@ -117,7 +117,7 @@ impl LimitWatch {
         self.beams.iter_mut().for_each(|watched| watched.first = None);
     }
 
-    /// What the placements since must be told.
+    /// What the configurations since must be told.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let warning = |watched: &Watched| {
             let (first, begin) = watched.first?;

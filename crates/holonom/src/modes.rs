@@ -3,7 +3,7 @@
 //! ```text
 //! K x = ω² M x       K, M of the freedoms of the system, without damping
 //! ```
-//! See [`vi_beam::modes`]. Modes without stiffness (rigid-body motions, spins, idle freedoms) have
+//! See [`vi_beam::modes`]. Modes without stiffness (rigid-body motions, spins, idle degrees of freedom) have
 //! `ω = 0`; `ω² < 0` is an instability that grows as `exp(√−ω² t)`. Start velocities play no part.
 
 use crate::beams::Beams;
@@ -22,7 +22,7 @@ const STEPS: f64 = 10.0;
 /// Forces out of balance, as a part of the largest one, above which a start is called no equilibrium.
 const BALANCED: f64 = 1e-6;
 
-/// About which placement.
+/// About which configuration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum About {
@@ -37,7 +37,7 @@ pub enum About {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
-    /// `ω² < 0`: the placement is unstable along it.
+    /// `ω² < 0`: the configuration is unstable along it.
     Unstable,
     /// `ω = 0` to round-off: nothing resists.
     Zero,
@@ -74,12 +74,12 @@ pub struct Mode {
     pub shape: Vec<MemberShape>,
 }
 
-/// Modes about a placement.
+/// Modes about a configuration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Name of the model.
     pub model: String,
-    /// About which placement.
+    /// About which configuration.
     pub about: About,
     /// Time of the loads there, s.
     pub t: f64,
@@ -91,7 +91,7 @@ pub struct Report {
     pub zero: usize,
     /// Softest first: all unstable ones, all without stiffness, and vibrations as asked for.
     pub modes: Vec<Mode>,
-    /// Coordinates of the placement, members one after the other.
+    /// Coordinates of the configuration, members one after the other.
     pub placement: Vec<f64>,
     /// What is worth knowing.
     pub warnings: Vec<String>,
@@ -109,7 +109,7 @@ pub enum ModesError {
     Statics(RunFailure),
 }
 
-/// A model at a placement, ready for its modes.
+/// A model at a configuration, ready for its modes.
 pub struct Placement {
     statics: Statics,
     about: About,

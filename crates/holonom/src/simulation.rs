@@ -26,7 +26,7 @@ use vi_emscheme::{EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 
-/// What a placement is told that bends an element too far, and what to do about it.
+/// The error for an element that is bent too far, with its remedy.
 fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (String, String) {
     let angle = angle.to_degrees();
     let message = format!(

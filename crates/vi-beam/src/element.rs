@@ -72,7 +72,7 @@ pub struct Element {
     pub length: f64,
     /// Index of the section.
     pub section: usize,
-    /// `ε_0`: strains of the stress-free placement.
+    /// `ε_0`: strains of the stress-free configuration.
     pub reference: Strain,
     /// How its mass is distributed.
     pub mass: MassKind,
@@ -196,7 +196,7 @@ impl Elements {
         Ok(index)
     }
 
-    /// Adds an element that is stress-free in the placement `q` of all frames.
+    /// Adds an element that is stress-free in the configuration `q` of all frames.
     ///
     /// # Errors
     /// [`ElementError`].

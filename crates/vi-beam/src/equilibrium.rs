@@ -83,7 +83,7 @@ fn separate(mechanism: &Mechanism) -> VelocityLayout {
 }
 
 impl Work {
-    /// At the placement `q` and the load parameter `t`.
+    /// At the configuration `q` and the load parameter `t`.
     pub(crate) fn new(
         system: SeparableSystem,
         mechanism: Mechanism,
@@ -140,7 +140,7 @@ impl Work {
         if mechanism.description().particles.is_empty() {
             let rank = LoopRank::find(mechanism, self.t, &self.s.q0);
             if rank.is_singular() {
-                let rows = rank.rows(mechanism); // those of placements nearby
+                let rows = rank.rows(mechanism); // those of configurations nearby
                 let outer = rows.rows().iter().copied().filter(|&row| row >= internal);
                 return IndependentRows::choose(m, &outer.collect::<Vec<_>>());
             }
@@ -169,7 +169,7 @@ impl Work {
     }
 
     /// Chooses the independent rows anew where some follow from others: which ones is a matter of the
-    /// placement. Returns whether the choice has changed; a lower rank in passing changes nothing.
+    /// configuration. Returns whether the choice has changed; a lower rank in passing changes nothing.
     pub(crate) fn renew_rows(&mut self) -> bool {
         let outer = self.mechanism.len() - 6 * self.mechanism.description().bodies.len();
         if self.rows.len() == outer {
@@ -195,7 +195,7 @@ impl Work {
             block.floor = if block.kind == BlockKind::Rotation { 1e-5 } else { length };
         }
         let d = self.unknowns();
-        // multipliers follow from the rest: they converge with the placement
+        // multipliers follow from the rest: they converge with the configuration
         let multipliers = d..d + self.rows.len();
         blocks.push(Block {
             kind: BlockKind::Multiplier,
@@ -410,7 +410,7 @@ impl Work {
         diagonal.map(|(k, s)| (k / s).abs()).fold(0.0, f64::max)
     }
 
-    /// Forces that round-off in the placement causes, N: what moves the stiffest direction by a few
+    /// Forces that round-off in the configuration causes, N: what moves the stiffest direction by a few
     /// bits of the size. Premise: the tangent has been filled.
     pub(crate) fn round_off(&self) -> f64 {
         50.0 * f64::EPSILON * self.stiffest() * self.size()

@@ -26,7 +26,7 @@ pub struct Stiffest {
     pub omega: f64,
 }
 
-/// The bound for a beam in its stress-free placement `q`.
+/// The bound for a beam in its stress-free configuration `q`.
 #[must_use]
 pub fn highest_frequency(model: &BeamModel, beam: &Beam, q: &[f64]) -> Stiffest {
     let mut stiffest = Stiffest::default();

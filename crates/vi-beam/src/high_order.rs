@@ -201,7 +201,7 @@ fn lagrange(count: usize, xi: f64) -> ([f64; MOST], [f64; MOST]) {
 
 impl HighOrderElements {
     /// Adds an element of arc length `length` (m) through three or four nodes, stress-free in the
-    /// placement `q`.
+    /// configuration `q`.
     ///
     /// # Panics
     /// When there are not three or four nodes.
@@ -255,7 +255,7 @@ impl HighOrderElements {
         &self.stations[self.elements[element].stations.start].section
     }
 
-    /// What is deformed at the Gauss points of an element in the placement `q`.
+    /// What is deformed at the Gauss points of an element in the configuration `q`.
     pub(crate) fn places<'a>(
         &'a self,
         element: usize,

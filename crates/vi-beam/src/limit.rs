@@ -1,4 +1,4 @@
-//! How far the elements of a placement are from their limit.
+//! How far the elements of a configuration are from their limit.
 //!
 //! Nodes turned against each other by `θ` about `d_I` give `K_I = sin θ/ℓ` and carry the moment
 //! `EI_I sin θ cos θ/ℓ` at most: `EI/(2ℓ)` at 45°. Beyond 90° the energy falls again and the element
@@ -12,7 +12,7 @@ use vi_rigid::directors;
 
 /// Angle between the triads of an element beyond which the mesh should be refined, rad.
 pub const WARN: f64 = std::f64::consts::FRAC_PI_4;
-/// Angle beyond which a placement is refused, rad.
+/// Angle beyond which a configuration is refused, rad.
 pub const STOP: f64 = std::f64::consts::FRAC_PI_2;
 
 /// The angle between the triads of two nodes, rad.
@@ -35,7 +35,7 @@ pub struct LimitReport {
 }
 
 impl LimitReport {
-    /// Looks at all elements in the placement `q`.
+    /// Looks at all elements in the configuration `q`.
     #[must_use]
     pub fn new(elements: &Elements, q: &[f64]) -> Self {
         Self::of_pairs(elements.list().iter().map(|element| element.nodes), q)

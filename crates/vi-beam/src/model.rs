@@ -158,7 +158,7 @@ impl BeamModel {
     }
 
     /// Joins two frames (`None`: the ground) by a pair at a world point with a world axis, both in the
-    /// initial placement; pairs without an axis do not read it. Returns the index of the joint.
+    /// initial configuration; pairs without an axis do not read it. Returns the index of the joint.
     pub fn join(
         &mut self,
         kind: PairKind,

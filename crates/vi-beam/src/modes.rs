@@ -40,7 +40,7 @@ impl From<EigenError> for ModeError {
     }
 }
 
-/// What errors in the placement add to those of the stiffness.
+/// What errors in the configuration add to those of the stiffness.
 const NOISE: f64 = 100.0;
 
 /// Modes, softest first.
@@ -71,7 +71,7 @@ impl Modes {
         self.squared[k].abs() <= self.noise[k]
     }
 
-    /// Whether the placement is unstable along mode `k`.
+    /// Whether the configuration is unstable along mode `k`.
     #[must_use]
     pub fn is_unstable(&self, k: usize) -> bool {
         self.squared[k] < -self.noise[k]

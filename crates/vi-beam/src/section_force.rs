@@ -41,7 +41,7 @@ pub struct SectionState {
     pub spatial_moment: [f64; 3],
 }
 
-/// A place of a beam in some placement, and what is deformed there.
+/// A place of a beam in some configuration, and what is deformed there.
 pub(crate) struct Place {
     /// Reference arc length from the start of the element, m.
     pub(crate) along: f64,
@@ -78,7 +78,7 @@ impl Place {
     }
 }
 
-/// The states along a beam in the placement `q`.
+/// The states along a beam in the configuration `q`.
 #[must_use]
 pub fn section_states(model: &BeamModel, beam: &Beam, q: &[f64]) -> Vec<SectionState> {
     let mut start = 0.0;

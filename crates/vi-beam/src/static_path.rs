@@ -109,7 +109,7 @@ pub enum StaticError {
         /// The path so far.
         path: Box<StaticPath>,
     },
-    /// However small the step, the placement jumps.
+    /// However small the step, the configuration jumps.
     #[error("beyond the load factor {factor:.6} the equilibrium jumps: {what}")]
     Jump {
         /// Load factor of the last equilibrium.

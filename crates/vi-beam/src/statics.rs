@@ -57,7 +57,7 @@ pub struct StaticProblem {
 }
 
 impl StaticProblem {
-    /// The beams of a model in their initial placement, which is taken for the equilibrium at `t = 0`;
+    /// The beams of a model in their initial configuration, which is taken for the equilibrium at `t = 0`;
     /// loads and weight grow in proportion to `t`, whatever the histories of the loads.
     #[must_use]
     pub fn new(model: &BeamModel, mechanism: &Mechanism, loads: Vec<Load>) -> Self {
@@ -65,7 +65,7 @@ impl StaticProblem {
         Self::of_system(system, mechanism.clone(), model.neighbours(), (0.0, &model.placement()))
     }
 
-    /// Any system with its constraints, at the load parameter `t` and the placement `q`; `pairs`:
+    /// Any system with its constraints, at the load parameter `t` and the configuration `q`; `pairs`:
     /// frames that are neighbouring nodes of an element.
     #[must_use]
     pub fn of_system(

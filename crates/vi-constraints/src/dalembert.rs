@@ -29,7 +29,7 @@ use vi_core::state::State;
 pub trait NullSpaceSource<C>: Send {
     /// `out ← P(q)`, shape `n × d`.
     fn null_space(&mut self, constraints: &C, t: f64, q: &[f64], out: &mut DMatrix<f64>);
-    /// Constraints that are independent at the placement of the last `P`, where it was found from
+    /// Constraints that are independent at the configuration of the last `P`, where it was found from
     /// them.
     fn independent(&self) -> Option<&[usize]> {
         None

@@ -20,7 +20,7 @@ use nalgebra::DMatrix;
 /// Relative size of a pivot below which a constraint counts as dependent on the others.
 ///
 /// Permanent redundancy leaves pivots near `1e-16`; a mechanism at an angle `δ` from a singular
-/// placement keeps one near `0.1 δ`.
+/// configuration keeps one near `0.1 δ`.
 pub const RANK_TOLERANCE: f64 = 1e-11;
 
 /// Pivoted QR of `Gᵀ` with all memory sized once.
@@ -110,7 +110,7 @@ impl NullSpaceQr {
         self.rank
     }
 
-    /// The last diagonal entry of `R` that counts, relative to the first: near zero next to a placement
+    /// The last diagonal entry of `R` that counts, relative to the first: near zero next to a configuration
     /// that loses rank.
     #[must_use]
     pub fn smallest(&self) -> f64 {

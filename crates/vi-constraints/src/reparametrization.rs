@@ -107,7 +107,7 @@ pub struct DenseNewton {
 }
 
 impl DenseNewton {
-    /// For `n` coordinates and `d` freedoms.
+    /// For `n` coordinates and `d` degrees of freedom.
     #[must_use]
     pub fn new(n: usize, d: usize) -> Self {
         let (weighted, matrix) = (DMatrix::zeros(n, d), DMatrix::zeros(d, d));

@@ -9,7 +9,7 @@
 //! factorization is made once for each set. `M` may be singular as long as it is definite on the null
 //! space.
 //!
-//! Rows that are independent at one placement may be nearly dependent at another, although `G` keeps
+//! Rows that are independent at one configuration may be nearly dependent at another, although `G` keeps
 //! its rank: then `G_d = C G_s` of the dropped rows has large coefficients, and what is left of `g_s`
 //! shows in `g_d` that much enlarged. Where constraints are redundant, every solve therefore also finds
 //! ```text
@@ -73,7 +73,7 @@ impl IndependentRows {
         Self::choose(constraints.len(), &qr.pivots()[..rank])
     }
 
-    /// The same, unless more are independent in placements nearby: then `(t, q)` is singular, and the rank
+    /// The same, unless more are independent in configurations nearby: then `(t, q)` is singular, and the rank
     /// nearby is the error. With more than 150 coordinates nothing is compared.
     ///
     /// # Errors
@@ -155,7 +155,7 @@ impl IndependentRows {
     }
 }
 
-/// The pivoted QR of `Gᵀ` at a placement, and the rank there.
+/// The pivoted QR of `Gᵀ` at a configuration, and the rank there.
 fn factorized(constraints: &impl Constraints, t: f64, q: &[f64]) -> (NullSpaceQr, usize) {
     let (n, m) = (constraints.dim(), constraints.len());
     let mut g = DMatrix::zeros(m, n);
@@ -165,16 +165,16 @@ fn factorized(constraints: &impl Constraints, t: f64, q: &[f64]) -> (NullSpaceQr
     (qr, rank)
 }
 
-/// A placement in which fewer constraints are independent than next to it.
+/// A configuration in which fewer constraints are independent than next to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RankNearby {
-    /// Rank in the placement.
+    /// Rank in the configuration.
     pub at_start: usize,
-    /// Rank in placements nearby.
+    /// Rank in configurations nearby.
     pub nearby: usize,
 }
 
-/// The largest rank of `G` in two placements next to `q`, which scattered points are drawn to by
+/// The largest rank of `G` in two configurations next to `q`, which scattered points are drawn to by
 /// least-norm Newton corrections.
 fn rank_nearby(constraints: &impl Constraints, t: f64, q: &[f64]) -> usize {
     const MOTION: f64 = 1e-3; // relative to the largest coordinate
@@ -369,7 +369,7 @@ impl SaddlePoint {
         &self.rows
     }
 
-    /// Solves `A x + Gᵀ y = a`, `G x = b` at one placement; `a`: shape `n`, `b`: over all constraints,
+    /// Solves `A x + Gᵀ y = a`, `G x = b` at one configuration; `a`: shape `n`, `b`: over all constraints,
     /// `x`: shape `n + rank`. Chooses other rows where the present ones are not clearly independent.
     ///
     /// # Errors

@@ -70,7 +70,7 @@ impl SubStep {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
-    /// Newton's method failed from every start value that was tried.
+    /// Newton's method failed from every initial guess that was tried.
     #[error("{0}")]
     Newton(#[from] NewtonError),
     /// The constraints lost the rank that the scheme relies on.

@@ -54,7 +54,7 @@ pub enum SetupError {
          with dissipative forces"
     )]
     DissipativeComposition,
-    /// The start is a placement in which the constraints of a loop lose rank.
+    /// The start is a configuration in which the constraints of a loop lose rank.
     #[error("the start is a singular placement (the loop closed by `{joint}`) {reason}")]
     SingularStart {
         /// The joint at which the loop is cut.
@@ -62,7 +62,7 @@ pub enum SetupError {
         /// Why that is in the way.
         reason: SingularStart,
     },
-    /// The start is a placement in which fewer constraints are independent than next to it: some would
+    /// The start is a configuration in which fewer constraints are independent than next to it: some would
     /// not be enforced.
     #[error(
         "the start is a singular placement: the constraints have rank {at_start} there and rank \
@@ -71,7 +71,7 @@ pub enum SetupError {
     RankAtStart {
         /// Rank at the start.
         at_start: usize,
-        /// Rank in placements nearby.
+        /// Rank in configurations nearby.
         nearby: usize,
     },
     /// Shapes do not match.
@@ -92,7 +92,7 @@ impl From<RankNearby> for SetupError {
     }
 }
 
-/// What keeps a motion from leaving a singular placement.
+/// What keeps a motion from leaving a singular configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SingularStart {

@@ -224,7 +224,7 @@ impl Newton {
         Self { settings, r: vec![0.0; n], dx: vec![0.0; n], lost: vec![0.0; n] }
     }
 
-    /// Solves `r(x) = 0` from the start value in `x`.
+    /// Solves `r(x) = 0` from the initial guess in `x`.
     ///
     /// On success the problem was last evaluated at the solution.
     ///

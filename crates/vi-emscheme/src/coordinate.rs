@@ -138,7 +138,7 @@ mod tests {
     use nalgebra::{DMatrix, Vector3};
     use vi_multibody::PairKind;
 
-    /// A coordinate, and two placements that are nowhere near the constraint manifold.
+    /// A coordinate, and two configurations that are nowhere near the constraint manifold.
     fn coordinates() -> Vec<(&'static str, JointCoordinate, Interval)> {
         let number = |i: usize, k: f64| ((i as f64 + 0.3) * k).sin();
         let of = |kind, freedom| {

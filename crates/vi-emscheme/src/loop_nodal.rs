@@ -120,7 +120,7 @@ impl<N, R: Reparametrization> EmLoopNodal<N, R> {
         Self { newton, sub_steps, u: vec![0.0; d], first: None, source, map, work }
     }
 
-    /// Newton's method of the first step starts from `h ν`: at a singular placement `u = 0` is no start
+    /// Newton's method of the first step starts from `h ν`: at a singular configuration `u = 0` is no start
     /// value.
     #[must_use]
     pub fn starting_with(mut self, rates: Vec<f64>) -> Self {

@@ -244,7 +244,7 @@ fn is_averaged(kind: PairKind) -> bool {
     )
 }
 
-/// `X̄`, `S̄` at the averaged placement.
+/// `X̄`, `S̄` at the averaged configuration.
 fn averaged_map(link: &Link, reversed: bool, at: &Placement) -> VelocityMap {
     let axis = |i: usize| if reversed { at.axis_child(i) } else { at.axis(i) };
     let slide = |along: Vector3<f64>| Twist::new(along, Vector3::zeros());

@@ -26,12 +26,12 @@ use vi_multibody::run::{Loops, begun, has_nodes};
 ///
 /// | | `em-nodal` | `em-dalembert` | `em-constrained` |
 /// |---|---|---|---|
-/// | trees | averaged velocity maps; sparse with nodes of elements or more than 60 freedoms | the same, dense | sparse |
+/// | trees | averaged velocity maps; sparse with nodes of elements or more than 60 degrees of freedom | the same, dense | sparse |
 /// | loops | the same and a small complement, `u` of the tree | QR of `Ḡᵀ` | sparse |
 /// | screws in the tree | QR of `Ḡᵀ` | the same | sparse |
 ///
 /// # Errors
-/// [`EmSetupError`]; `em-constrained` and `em-dalembert` refuse to start in a singular placement.
+/// [`EmSetupError`]; `em-constrained` and `em-dalembert` refuse to start in a singular configuration.
 pub fn integrator(
     system: EmSystem,
     mechanism: Mechanism,

@@ -2,7 +2,7 @@
 //!
 //! Most models float freely without gravity: both momenta are whole. On the tops the moment of
 //! momentum about the vertical is kept, on the pendulum and the four-bar loop none. The bounds are
-//! round-off with room for its random walk, not truncation.
+//! round-off with a margin for its random-walk growth, not truncation.
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use crate::common;

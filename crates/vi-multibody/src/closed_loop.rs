@@ -1,4 +1,4 @@
-//! Closed loops on top of a tree: null space, redundancy, singular placements.
+//! Closed loops on top of a tree: null space, redundancy, singular configurations.
 //!
 //! Loops are cut at joints; `g_c` are the cut joints' constraints.
 //! ```text
@@ -21,10 +21,10 @@
 //!
 //! **Rank.** Permanent redundancy (overconstrained loops) shows as a clear gap between the pivots; the
 //! rows without a pivot follow from the others. The *generic* rank, the largest met, is kept when a
-//! placement loses rank momentarily (a flat four-bar): the rows of `U` that are missing are then those of
+//! configuration loses rank momentarily (a flat four-bar): the rows of `U` that are missing are then those of
 //! the last node that do not depend on the new ones, so the branch of the motion is the one its velocity
-//! points along, and the rows enforced are chosen at `q_{n+1}`. A start in such a placement is compared
-//! with placements nearby ([`crate::placement`]): with a velocity, `Z` at the start is the limit of the
+//! points along, and the rows enforced are chosen at `q_{n+1}`. A start in such a configuration is compared
+//! with configurations nearby ([`crate::placement`]): with a velocity, `Z` at the start is the limit of the
 //! generic null space along it; at rest it is refused, since nothing says which branch the motion takes.
 //!
 //! **Round-off.** `g_c` is a difference of stored coordinates, so the increments of a loop are known to
@@ -113,7 +113,7 @@ impl LoopNodal {
         Self { loops, solver, coupled, initial, q_n, h: 1.0, sigma: 1.0, fresh, current }
     }
 
-    /// The first node is a singular placement: its null space is that of the branch, `Z_0`.
+    /// The first node is a singular configuration: its null space is that of the branch, `Z_0`.
     #[must_use]
     pub fn leaving_along(mut self, null_space: &DMatrix<f64>) -> Self {
         let (d, f) = null_space.shape();

@@ -53,7 +53,7 @@ fn product(joint: &Joint, i: usize, j: usize) -> Row {
 
 impl JointCoordinate {
     /// Coordinate `freedom` of a joint, an angle by its principal value, in `[−π, π]`; `None` for pairs whose
-    /// freedoms are no such coordinates (spherical, free) and for freedoms that do not exist.
+    /// degrees of freedom are no such coordinates (spherical, free) and for degrees of freedom that do not exist.
     #[must_use]
     pub fn principal(joint: &Joint, freedom: usize) -> Option<Self> {
         Some(match (joint.kind, freedom) {

@@ -8,7 +8,7 @@
 //! not turn the joint by `π` or more. `S'` are the columns of the pair's velocity map moved to the
 //! child's anchor, where a turn has no linear part and a slide no angular one.
 //!
-//! This is output: it reads coordinates of any pair from placements. Joint springs, motors and couplings
+//! This is output: it reads coordinates of any pair from configurations. Joint springs, motors and couplings
 //! need a single coordinate with its derivatives: [`crate::coordinate`].
 //!
 //! S (and free) pairs have no angles: their coordinates are the rotation vector of `(m_1', m_2', n')`
@@ -57,7 +57,7 @@ impl JointCoordinates {
         }
     }
 
-    /// The coordinates, in the order of the pair's freedoms: lengths in m, angles in rad.
+    /// The coordinates, in the order of the pair's degrees of freedom: lengths in m, angles in rad.
     #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values[..self.joint.kind.freedoms()]

@@ -38,7 +38,7 @@ pub struct Side {
 
 impl Side {
     /// The side of `frame` that meets a world point and world axes (columns `m_1, m_2, n`) in the
-    /// placement `q` of the frame (12 numbers).
+    /// configuration `q` of the frame (12 numbers).
     #[must_use]
     pub fn at(frame: FrameId, q: &[f64], point: &Vector3<f64>, axes: &Matrix3<f64>) -> Self {
         let inverse = directors::triad(q).transpose();
@@ -90,7 +90,7 @@ pub struct Joint {
 impl Joint {
     /// The same joint seen from the other side.
     ///
-    /// All pairs describe the same set of relative placements from either side.
+    /// All pairs describe the same set of relative configurations from either side.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let kind = self.kind;
@@ -111,7 +111,7 @@ impl Joint {
         self.child.point().minus(&self.parent.point())
     }
 
-    /// World vectors of the joint in the placement `q` of all frames.
+    /// World vectors of the joint in the configuration `q` of all frames.
     #[must_use]
     pub fn placement(&self, q: &[f64]) -> Placement {
         Placement::new(self, self.parent.coordinates(q), self.child.coordinates(q))

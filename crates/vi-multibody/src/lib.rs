@@ -21,7 +21,7 @@
 //! | [`tree`], [`particle`] | sweeps over bodies; point masses on bars |
 //! | [`map`] | `P`, `F_d`, `∂F_d/∂u` of the spanning tree as dense matrices |
 //! | [`articulated`] | the Newton step on trees in linear time |
-//! | [`closed_loop`] | loops on top of a tree, redundant constraints, singular placements |
+//! | [`closed_loop`] | loops on top of a tree, redundant constraints, singular configurations |
 //! | [`sparse_nodal`] | the Newton step on trees whose members are coupled by potentials |
 //! | [`scalar_constraint`] | distances, guides, couplings, prescribed motion |
 //! | [`coordinate`], [`joint_force`] | joint coordinates with their revolutions; springs, dampers, motors on them |
@@ -32,7 +32,7 @@
 //! | [`run`] | which operators carry which scheme |
 //!
 //! Conserved to round-off: the constraints at positions and velocities, and the momentum maps of every
-//! symmetry that gravity, springs and ground joints leave. This room knows no beam and no file.
+//! symmetry that gravity, springs and ground joints leave. This crate knows no beam and no file.
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708, §5, cited as LMO08 with
 //! its equation numbers.

@@ -1,14 +1,14 @@
-//! Generic rank of closed loops, and starts in singular placements.
+//! Generic rank of closed loops, and starts in singular configurations.
 //!
-//! The rank of the loop constraints' Jacobian `J` is that of almost all placements of a branch. A start
-//! may sit where it is lower (a flat four-bar), so it is compared with closed placements nearby:
+//! The rank of the loop constraints' Jacobian `J` is that of almost all configurations of a branch. A start
+//! may sit where it is lower (a flat four-bar), so it is compared with closed configurations nearby:
 //! ```text
 //! q* :  F_d(u, q_0) with a small random u, then    u ← −J⁺ g_c     until g = 0 (least-norm Newton)
 //! rank = max over q_0 and a few q*
 //! ```
 //! Some of them a moment later, when prescribed motions have moved on; those next to the start along its
 //! velocity belong to the times `t ± ε`.
-//! In a singular placement the null space of `J` has extra columns, and which of them belong to the
+//! In a singular configuration the null space of `J` has extra columns, and which of them belong to the
 //! motion is not a matter of position. With a velocity along a branch it is the limit of the generic
 //! null space on that branch, taken from both sides:
 //! ```text
@@ -64,7 +64,7 @@ pub struct Departure {
 }
 
 impl LoopRank {
-    /// Looks at the start `q` and at closed placements near it.
+    /// Looks at the start `q` and at closed configurations near it.
     #[must_use]
     pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
         let mut loops = Loops::new(mechanism);

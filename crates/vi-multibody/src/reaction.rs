@@ -138,7 +138,7 @@ impl Reactions {
 
 /// Orthonormal columns that span `null Gᵀ`, shape `m × (m − rank)`.
 ///
-/// At a placement that has lost rank (a flat four-bar) there are more of them.
+/// At a configuration that has lost rank (a flat four-bar) there are more of them.
 fn null_vectors(mechanism: &Mechanism, (t, q): (f64, &[f64]), rank: usize) -> DMatrix<f64> {
     let (n, m) = (mechanism.dim(), mechanism.len());
     let mut transposed = DMatrix::zeros(n, m);

@@ -3,7 +3,7 @@
 //! | mechanism | nodal and reduced | d'Alembert | constrained |
 //! |---|---|---|---|
 //! | tree of bodies, uncoupled potential | articulated recursion, `O(N)` | dense | sparse |
-//! | tree with couplings or point masses | dense up to 60 freedoms, then sparse | dense | sparse |
+//! | tree with couplings or point masses | dense up to 60 degrees of freedom, then sparse | dense | sparse |
 //! | tree with nodes of elements | sparse | dense | sparse |
 //! | closed loops of bodies | that of their tree + small complement | dense, QR | sparse |
 //! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |
@@ -50,7 +50,7 @@ const DENSE_UP_TO: usize = 60;
 
 impl Solver {
     /// Whether a tree that the recursion does not solve gets sparse matrices: when asked for; with nodes of
-    /// elements and with more than 60 freedoms, when nothing is asked for.
+    /// elements and with more than 60 degrees of freedom, when nothing is asked for.
     #[must_use]
     pub fn is_sparse(self, mechanism: &Mechanism) -> bool {
         let d = mechanism.tree().dof() + mechanism.particle_tree().dof();
@@ -139,7 +139,7 @@ pub struct ConsistentStart {
 pub struct Loops {
     /// Of the motion.
     pub rows: IndependentRows,
-    /// Of the start, when that is a singular placement.
+    /// Of the start, when that is a singular configuration.
     pub rows_at_start: Option<IndependentRows>,
     /// What is known of the loops; `None` without loops of bodies.
     pub rank: Option<LoopRank>,

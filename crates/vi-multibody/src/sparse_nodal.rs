@@ -33,7 +33,7 @@ use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::state::Memory;
 
-/// Extent of a placement, m: the largest coordinate of a centre, at least the largest distance of one
+/// Extent of a configuration, m: the largest coordinate of a centre, at least the largest distance of one
 /// from the first; the scale of round-off in the strains of elements.
 #[must_use]
 pub fn extent(q: &[f64]) -> f64 {
@@ -67,7 +67,7 @@ impl SparseNodal {
 
     /// Takes screws as the unknowns of free roots: `θ = D y_θ`, `u_φ = T(θ) D y_φ` with the directors
     /// `D` of `q_n`. In a steady screw motion `y = h (Dᵀφ̇, Dᵀω)` is constant, and every member stays on
-    /// its circle: start values that are extrapolated, and the first iterate `hν` from `y = 0`, are
+    /// its circle: initial guesses that are extrapolated, and the first iterate `hν` from `y = 0`, are
     /// then free of strain. Stiff beams that turn fast need it; the root `q_{n+1}` is the same.
     #[must_use]
     pub fn by_screws(mut self) -> Self {

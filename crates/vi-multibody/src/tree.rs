@@ -30,7 +30,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// Number of its freedoms.
+    /// Number of its degrees of freedom.
     #[must_use]
     pub fn freedoms(&self) -> usize {
         self.joint.kind.freedoms()
@@ -94,7 +94,7 @@ impl Tree {
         blocks
     }
 
-    /// The placement of a link's joint at `q`.
+    /// The configuration of a link's joint at `q`.
     #[must_use]
     pub fn placement(&self, link: &Link, q: &[f64]) -> Placement {
         let parent = link.parent.map_or(&GROUND[..], |p| self.links[p].coordinates(q));
@@ -206,7 +206,7 @@ impl Tree {
         }
     }
 
-    /// The link that owns an unknown, and which of its freedoms it is.
+    /// The link that owns an unknown, and which of its degrees of freedom it is.
     #[must_use]
     pub fn owner(&self, unknown: usize) -> Option<(&Link, usize)> {
         let k = self.links.partition_point(|link| link.offset <= unknown);

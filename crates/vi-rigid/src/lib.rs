@@ -16,7 +16,7 @@
 //! | [`load`], [`time_history`] | wrenches on a frame | |
 //! | [`single_body`] | a body that is free or held at one point | §4 |
 //!
-//! Directors are numbered from 0 in code and from 1 in formulas and messages. This room knows no
+//! Directors are numbered from 0 in code and from 1 in formulas and messages. This crate knows no
 //! joint except the fixed point and no system of bodies.
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, Variational integrators for constrained

@@ -7,7 +7,7 @@ use holonom::{Model, Sample};
 use super::comparison::{Recorded, constraints, energy, momentum, momentum_errors, record};
 use super::{Figure, Result, Section, with};
 
-/// Placements drawn.
+/// Configurations drawn.
 const PLACEMENTS: usize = 6;
 /// The bodies come before the nodes of the beam.
 const BODIES: usize = 2;

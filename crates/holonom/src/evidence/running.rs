@@ -87,7 +87,7 @@ pub(crate) fn momentum_size(of: &dyn Fn(&[f64]) -> Momentum, p: &[f64]) -> Momen
     size
 }
 
-/// Whether translations and rotations leave `∇V`, the force and `g` alone at a placement.
+/// Whether translations and rotations leave `∇V`, the force and `g` alone at a configuration.
 ///
 /// The generator of a component of `J` is `ξ = ∂J/∂p`; invariance means `G ξ = 0`, `∇V·ξ = 0`,
 /// `f·ξ = 0`.

@@ -30,19 +30,19 @@ pub struct Bar {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum JointKind {
-    /// A common point; 3 freedoms.
+    /// A common point; 3 degrees of freedom.
     Spherical,
     /// Turns about `axis`; 1 freedom.
     Revolute,
-    /// Turns about and slides along `axis`; 2 freedoms.
+    /// Turns about and slides along `axis`; 2 degrees of freedom.
     Cylindrical,
     /// Slides along `axis`; 1 freedom.
     Prismatic,
-    /// Slides in the plane normal to `axis` and turns about it; 3 freedoms.
+    /// Slides in the plane normal to `axis` and turns about it; 3 degrees of freedom.
     Planar,
     /// No relative motion.
     Fixed,
-    /// Two crossing axes, `axis` fixed in the parent, `axis2` in the child; 2 freedoms.
+    /// Two crossing axes, `axis` fixed in the parent, `axis2` in the child; 2 degrees of freedom.
     Universal,
     /// Turns about `axis` and advances along it by `pitch` per turn; 1 freedom.
     Screw,
@@ -113,7 +113,7 @@ pub struct Joint {
     /// perpendicular to `axis`, which is fixed in the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis2: Option<[f64; 3]>,
-    /// Rates of its freedoms at the start (slides first, then turns; m/s, rad/s): a number, or a list
+    /// Rates of its degrees of freedom at the start (slides first, then turns; m/s, rad/s): a number, or a list
     /// for several. The velocity of the child then follows from that of the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<Rates>,

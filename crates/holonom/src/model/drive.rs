@@ -151,7 +151,7 @@ pub enum Constraint {
         name: String,
         /// The two joints a and b.
         joints: [String; 2],
-        /// Their freedoms, counted from 0.
+        /// Their degrees of freedom, counted from 0.
         #[serde(default)]
         freedoms: [usize; 2],
         /// The ratio: teeth of b over teeth of a for gears that turn against one another.

@@ -70,7 +70,7 @@ pub enum History {
 }
 
 impl History {
-    /// The time history of the rigid-body room.
+    /// The time history of the rigid-body crate.
     #[must_use]
     pub fn time_history(&self) -> TimeHistory {
         let amplitude = 1.0;

@@ -49,7 +49,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The solid of the rigid-body room. Premise: as many dimensions as the kind has.
+    /// The solid of the rigid-body crate. Premise: as many dimensions as the kind has.
     fn solid(&self) -> vi_rigid::shape::Shape {
         use vi_rigid::shape::Shape as Solid;
         let at = |i: usize| self.dimensions.get(i).copied().unwrap_or_default();

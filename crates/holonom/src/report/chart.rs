@@ -236,7 +236,7 @@ pub(super) fn color(index: usize) -> RGBColor {
     COLORS[index % COLORS.len()]
 }
 
-/// A range with room around the values, in units of a power of ten.
+/// A range with a margin around the values, in units of a power of ten.
 fn linear_range(values: impl Iterator<Item = f64>) -> ((f64, f64), i32) {
     let (low, high) = range(values).unwrap_or((0.0, 0.0));
     let magnitude = low.abs().max(high.abs());

@@ -1,11 +1,11 @@
-//! Pictures of mode shapes: the placement, and the placement displaced to both sides.
+//! Pictures of mode shapes: the configuration, and the configuration displaced to both sides.
 
 use super::picture::{Item, Paint, Picture, Point, axonometric};
 use crate::beams::Beams;
 use crate::modes::{Kind, Report};
 use crate::sample::Member;
 
-/// Largest displacement drawn, as a part of the size of the placement.
+/// Largest displacement drawn, as a part of the size of the configuration.
 const AMPLITUDE: f64 = 0.15;
 
 /// The picture of mode `k` of a report.

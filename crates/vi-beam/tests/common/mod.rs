@@ -37,7 +37,7 @@ pub fn distance(a: &[f64], b: &[f64]) -> f64 {
     largest(a.iter().zip(b).map(|(a, b)| (a - b).abs()))
 }
 
-/// The centre of a frame in a placement.
+/// The centre of a frame in a configuration.
 pub fn center_of(q: &[f64], frame: usize) -> Vector3<f64> {
     vi_rigid::directors::center(&q[12 * frame..12 * frame + 12])
 }

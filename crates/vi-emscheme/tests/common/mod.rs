@@ -151,7 +151,7 @@ pub fn pair(kind: PairKind, reversed: bool) -> Model {
     let bodies = vec![body("first", 0), body("second", 1)];
     let axes = complete_axis(&Vector3::new(1.0, 2.0, -2.0).normalize());
     let at = Vector3::new(0.3, 0.35, 0.1);
-    // C and E start with a gap along their freedoms
+    // C and E start with a gap along their degrees of freedom
     let gap: Vector3<f64> = match kind {
         PairKind::Cylindrical | PairKind::Prismatic => 0.3 * axes.column(2),
         PairKind::Planar => 0.2 * axes.column(0) - 0.1 * axes.column(1),

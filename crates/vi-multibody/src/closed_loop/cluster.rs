@@ -195,7 +195,7 @@ impl Cluster {
         }
     }
 
-    /// `U` at `q_n`. At a placement that loses rank the rows that are missing are those of the last `U`
+    /// `U` at `q_n`. At a configuration that loses rank the rows that are missing are those of the last `U`
     /// that do not depend on the new ones.
     pub(crate) fn begin(&mut self, at: Placed<'_>, memory: &mut Recall<'_>) {
         self.paths.fill(&mut self.basis, at, &[]);

@@ -16,7 +16,7 @@
 const LEVEL: f64 = 0.25;
 /// Entries that may be the pivot of their row, relative to the largest.
 const NEAR: f64 = 0.3;
-/// Entries for which a row has room from the beginning; longer ones grow.
+/// Entries for which a row has space from the beginning; longer ones grow.
 pub(crate) const ROOM: usize = 32;
 const NONE: usize = usize::MAX;
 

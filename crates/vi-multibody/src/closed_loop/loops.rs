@@ -112,7 +112,7 @@ impl Loops {
         all.flat_map(own).collect()
     }
 
-    /// The rank of some rows of `g_c` alone, at the placement taken up last.
+    /// The rank of some rows of `g_c` alone, at the configuration taken up last.
     pub(crate) fn rank_of(&mut self, rows: std::ops::Range<usize>, q: &[f64]) -> usize {
         let Self { tree, clusters, home, column_of, .. } = self;
         let at = Placed { tree, sparse: None, home, column_of, q, next: false };
@@ -139,7 +139,7 @@ impl Loops {
         out
     }
 
-    /// A closed placement next to `F_d(u, q)` by least-norm Newton corrections; `None` when there is
+    /// A closed configuration next to `F_d(u, q)` by least-norm Newton corrections; `None` when there is
     /// none nearby.
     pub(crate) fn close(
         &mut self,

@@ -35,7 +35,7 @@ pub(crate) struct ClusterLink {
     pub(crate) first: usize,
     /// Its first unknown in the tree.
     pub(crate) offset: usize,
-    /// Number of its freedoms.
+    /// Number of its degrees of freedom.
     pub(crate) freedoms: usize,
 }
 

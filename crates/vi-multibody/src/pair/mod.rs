@@ -1,15 +1,15 @@
 //! The kinematic pairs: LMO08 §5, one file each with the same sections in the same order.
 //!
 //! 1. constraints `g_ex` as rows,
-//! 2. velocity map: `t² = X t¹ + S τ` at a placement,
+//! 2. velocity map: `t² = X t¹ + S τ` at a configuration,
 //! 3. nodal reparametrization `F_d`: the motion of the child from that of the parent,
-//! 4. tangent: `S'` at the new placement, with the tangent map of the increments,
+//! 4. tangent: `S'` at the new configuration, with the tangent map of the increments,
 //! 5. cleaning of what the map merely carries along,
 //! 6. joint coordinates.
 //!
 //! # The joint table
 //!
-//! | pair | constraints `g_ex` | freedoms | `τ` | velocity map `X`; columns of `S` | LMO08 |
+//! | pair | constraints `g_ex` | degrees of freedom | `τ` | velocity map `X`; columns of `S` | LMO08 |
 //! |---|---|---|---|---|---|
 //! | [`spherical`] S | `r` | 3 | `ω²` | point of `ϱ¹`; `(ϱ²×e_k, e_k)` | (79), (82), (84)–(86) |
 //! | [`revolute`] R | `r`; `n·m_1'`, `n·m_2'` | 1 | `θ̇` | rigid by `c`; `(ϱ²×n, n)` | §5 |
@@ -114,7 +114,7 @@ pub enum PairKind {
     Free,
 }
 
-/// The largest number of freedoms of a pair.
+/// The largest number of degrees of freedom of a pair.
 pub const MAX_FREEDOMS: usize = 6;
 
 /// A rotation of more than half a turn about the unknown with this index within the joint.
@@ -230,7 +230,7 @@ impl PairKind {
         each_pair!(self, pair => pair::NAME)
     }
 
-    /// Number of freedoms.
+    /// Number of degrees of freedom.
     #[must_use]
     pub fn freedoms(self) -> usize {
         each_pair!(self, pair => pair::FREEDOMS)
@@ -254,7 +254,7 @@ impl PairKind {
         matches!(self, Self::Spherical | Self::Revolute | Self::Fixed | Self::Universal)
     }
 
-    /// Which freedoms are angles (the others are lengths).
+    /// Which degrees of freedom are angles (the others are lengths).
     #[must_use]
     pub fn is_angle(self, freedom: usize) -> bool {
         match self {
@@ -272,7 +272,7 @@ impl PairKind {
         each_pair!(self, pair => pair::rows(joint))
     }
 
-    /// `X` and `S` at a placement.
+    /// `X` and `S` at a configuration.
     #[must_use]
     pub fn velocity_map(self, at: &Placement) -> VelocityMap {
         each_pair!(self, pair => pair::velocity_map(at))
@@ -291,7 +291,7 @@ impl PairKind {
         each_pair!(self, pair => pair::reparametrize(u, parent, at))
     }
 
-    /// `X'` and `S'` at the new placement.
+    /// `X'` and `S'` at the new configuration.
     #[must_use]
     pub fn tangent(self, u: &[f64], at: &Placement) -> VelocityMap {
         each_pair!(self, pair => pair::tangent(u, at))
@@ -309,7 +309,7 @@ impl PairKind {
         each_pair!(self, pair => pair::clean_gap(at))
     }
 
-    /// Joint coordinates at a placement, lengths in m and angles in `(−π, π]`; the first `freedoms`
+    /// Joint coordinates at a configuration, lengths in m and angles in `(−π, π]`; the first `freedoms`
     /// entries count. S and free pairs give the rotation vector of the relative attitude.
     #[must_use]
     pub fn coordinates(self, at: &Placement) -> [f64; MAX_FREEDOMS] {

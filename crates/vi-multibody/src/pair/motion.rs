@@ -78,14 +78,14 @@ impl Transfer {
     }
 }
 
-/// Velocity map of a pair at one placement: `t² = X t¹ + Σ_k S_k τ_k`.
+/// Velocity map of a pair at one configuration: `t² = X t¹ + Σ_k S_k τ_k`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityMap {
     /// `X`.
     pub transfer: Transfer,
     /// Columns of `S`; the first `freedoms` count.
     pub s: [Twist; MAX_FREEDOMS],
-    /// Number of freedoms.
+    /// Number of degrees of freedom.
     pub freedoms: usize,
 }
 

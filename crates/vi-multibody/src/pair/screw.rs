@@ -53,7 +53,7 @@ pub fn thread(joint: &Joint, pitch: Pitch) -> ScalarRow {
     ScalarRow::Coupling { a, b, ratio: -f64::from(pitch), target: 0.0 }
 }
 
-/// Moves the child's anchor along the axis to where the thread holds at the placement `at`.
+/// Moves the child's anchor along the axis to where the thread holds at the configuration `at`.
 pub fn fit_thread(joint: &mut Joint, at: &Placement) {
     let excess = at.gap.dot(&at.axis(2)) - at.pitch * super::angle_about_axis(at);
     joint.child.anchor -= excess * joint.child.axes.column(2);

@@ -6,7 +6,7 @@
 //! F_d: A² = A¹ exp(ϑ_1 n̂_n) exp(ϑ_2 m̂_1'),  φ²_{n+1} = φ¹_{n+1} + A¹ϱ¹_n − A²ϱ²_n
 //! T:   as P at q_{n+1}, since A¹ n_n = n_{n+1} and A¹ exp(ϑ_1 n̂_n) m_1' = m_1'_{n+1}
 //! ```
-//! In the reference placement `m_1' = m_1`.
+//! In the reference configuration `m_1' = m_1`.
 
 use super::{Motion, TooLarge, Transfer, Twist, VelocityMap};
 use crate::form::Row;

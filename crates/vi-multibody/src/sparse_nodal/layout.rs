@@ -89,7 +89,7 @@ impl VelocityLayout {
         let count = description.particles.len();
         let mut particle_rows = None;
         if count > 0 {
-            // which unknowns move a particle, from a placement without symmetry
+            // which unknowns move a particle, from a configuration without symmetry
             let mut probe = DMatrix::zeros(n, d);
             let scattered: Vec<f64> = (0..n).map(|i| (1.0 + i as f64).sqrt().fract()).collect();
             particles.null_space(&scattered, &mut probe);

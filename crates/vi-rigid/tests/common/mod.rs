@@ -35,7 +35,7 @@ impl NewtonProblem for Problem {
     }
 }
 
-/// Steps one body; the start value of each step is the last increment.
+/// Steps one body; the initial guess of each step is the last increment.
 pub(crate) struct Stepper {
     problem: Problem,
     newton: Newton,
