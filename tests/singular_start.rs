@@ -162,7 +162,7 @@ fn refusal(rates: [f64; 2], settings: &str) -> String {
 fn what_decides_no_branch_is_refused() {
     let at_rest = refusal([0.0; 2], SETTINGS);
     println!("{at_rest}");
-    for part in ["singular placement", "`right`", "at rest", "give it a velocity or move it off"] {
+    for part in ["singular configuration", "`right`", "at rest", "give it a velocity or move it off"] {
         assert!(at_rest.contains(part), "{at_rest}");
     }
     let mixed = refusal([4.0, 2.0], SETTINGS);
@@ -226,7 +226,7 @@ fn a_strut_that_locks_a_flat_linkage_is_refused() {
     let text = linkage(0.0, [0.0; 2], 9.81, SETTINGS) + STRUT;
     let refused = Simulation::new(&Model::from_toml(&text).unwrap()).err().unwrap().to_string();
     println!("{refused}");
-    assert!(refused.contains("singular placement"), "{refused}");
+    assert!(refused.contains("singular configuration"), "{refused}");
     // not so where it is upright
     let text = linkage(1.5, [0.0; 2], 9.81, SETTINGS) + STRUT;
     let mut run = Run::new(&text, 1e-2, 2);

@@ -93,7 +93,7 @@ fn table(report: &Report) -> String {
     let mut text = format!("{}: {freedoms}; modes about {about}\n", report.model);
     if report.unstable > 0 {
         let (count, s) = (report.unstable, if report.unstable == 1 { "" } else { "s" });
-        let _ = writeln!(text, "  {count} unstable mode{s}: the placement does not stay");
+        let _ = writeln!(text, "  {count} unstable mode{s}: the configuration does not stay");
     }
     if report.zero > 0 {
         let (count, s) = (report.zero, if report.zero == 1 { "" } else { "s" });

@@ -213,7 +213,7 @@ fn warnings(found: &Modes) -> Vec<String> {
     let mut warnings = Vec::new();
     if found.unbalanced > (BALANCED * found.applied).max(found.round_off) {
         warnings.push(format!(
-            "the placement is no equilibrium, forces of {:.2e} N (N·m) are not in balance: these are \
+            "the configuration is no equilibrium, the residual force is {:.2e} N (N·m): these are \
              the modes of its stiffness alone; --at static takes the equilibrium",
             found.unbalanced
         ));

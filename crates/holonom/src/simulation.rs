@@ -311,7 +311,7 @@ impl Simulation {
 
     fn lost(&self, message: &str) -> RunFailure {
         let (step, t, _) = self.method.place();
-        let remedy = "look for a singular placement near the last rows of the trajectory".into();
+        let remedy = "look for a singular configuration near the last rows of the trajectory".into();
         RunFailure { step, t, message: message.into(), remedy }
     }
 

@@ -27,7 +27,7 @@ pub enum ModeError {
     #[error("a free direction carries no mass: give it mass or rotary inertia, or hold it")]
     NoMass,
     /// A value is not finite.
-    #[error("the stiffness at this placement is not finite")]
+    #[error("the stiffness at this configuration is not finite")]
     NotFinite,
 }
 

@@ -102,7 +102,7 @@ impl StepError {
             Self::Newton(NewtonError::Refused { fault: Fault::SingularTangent, .. })
             | Self::Newton(NewtonError::Refused { fault: Fault::RankChanged { .. }, .. })
             | Self::RankLost => {
-                "check for a singular placement, for masses or inertias that are zero in a free \
+                "check for a singular configuration, for masses or inertias that are zero in a free \
                  direction, and for redundant constraints; or use another scheme"
             }
             Self::ConstraintViolated { .. } => {

@@ -55,7 +55,7 @@ pub enum SetupError {
     )]
     DissipativeComposition,
     /// The start is a configuration in which the constraints of a loop lose rank.
-    #[error("the start is a singular placement (the loop closed by `{joint}`) {reason}")]
+    #[error("the start is a singular configuration (the loop closed by `{joint}`) {reason}")]
     SingularStart {
         /// The joint at which the loop is cut.
         joint: String,
@@ -65,7 +65,7 @@ pub enum SetupError {
     /// The start is a configuration in which fewer constraints are independent than next to it: some would
     /// not be enforced.
     #[error(
-        "the start is a singular placement: the constraints have rank {at_start} there and rank \
+        "the start is a singular configuration: the constraints have rank {at_start} there and rank \
          {nearby} next to it"
     )]
     RankAtStart {
