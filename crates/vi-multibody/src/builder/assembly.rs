@@ -13,7 +13,7 @@ use crate::initial_rates;
 use crate::joint::{FrameId, Joint, complete_axis};
 use crate::joint_force::{JointForce, JointSpring};
 use crate::mechanism::Mechanism;
-use crate::pair::{MAX_FREEDOMS, PairKind};
+use crate::pair::PairKind;
 use crate::scalar_constraint::ScalarConstraint;
 use crate::spring::{Damper, Spring};
 use nalgebra::{Matrix3, Vector3};
@@ -344,8 +344,7 @@ fn principal(
     element: impl Fn() -> String,
 ) -> Result<JointCoordinate, BuildError> {
     JointCoordinate::principal(joint, freedom).ok_or_else(|| {
-        let exists = |k: &usize| JointCoordinate::principal(joint, *k).is_some();
-        let (pair, count) = (joint.kind.name(), (0..MAX_FREEDOMS).filter(exists).count());
+        let (pair, count) = (joint.kind.name(), joint.kind.coordinate_count());
         BuildError::NoCoordinate { element: element(), pair, freedom, count }
     })
 }
