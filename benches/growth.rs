@@ -7,18 +7,28 @@
 #![allow(clippy::unwrap_used, missing_docs)] // a bench; criterion's macro makes public items
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use holonom::{Model, Simulation};
 use nalgebra::Vector3;
-use std::fmt::Write;
 use std::time::{Duration, Instant};
+use vi_beam::model::{BeamModel, StrainRule};
+use vi_beam::{FrameRule, Mesh, Section};
+use vi_constraints::{Options, SchemeKind};
+use vi_multibody::builder::{BodyId, Inertia, MechanismBuilder};
+use vi_multibody::coordinate::JointCoordinate;
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+use vi_multibody::scalar_constraint::ScalarConstraint;
+use vi_multibody::{FrameId, PairKind};
+use vi_rigid::Shape;
 
 const TURN: u64 = 64;
-const BOX: &str = "shape = { type = \"box\", dimensions = [1.0, 0.1, 0.1] }";
+const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
-fn header(gravity: [f64; 3]) -> String {
-    format!(
-        "[model]\nname = \"growth\"\ngravity = {gravity:?}\n[simulation]\nstep = 0.001\nend = 1.0\n"
-    )
+fn options() -> Options {
+    Options::new(SchemeKind::Nodal, 0.001)
+}
+
+fn run(builder: &MechanismBuilder) -> MechanismIntegrator {
+    builder.build().unwrap().integrator(options()).unwrap()
 }
 
 /// Straight links along x, link `i` carried by `parent(i)`, hinge axes `y` or `z`; some carry a four-bar
@@ -28,167 +38,157 @@ fn links(
     parent: impl Fn(usize) -> Option<usize>,
     level: impl Fn(usize) -> usize,
     carries: impl Fn(usize) -> bool,
-) -> String {
-    let mut text = header([0.0, 0.0, -9.81]);
-    let mut state: Vec<(f64, Vector3<f64>, Vector3<f64>)> = Vec::new(); // end: x, velocity; ω
+) -> MechanismIntegrator {
+    let mut builder = MechanismBuilder::new().gravity(GRAVITY);
+    let bar = Inertia::shape_of_mass(Shape::Box { lengths: [1.0, 0.1, 0.1] }, 1.0);
+    // end: x, velocity; ω
+    let mut state: Vec<(BodyId, f64, Vector3<f64>, Vector3<f64>)> = Vec::new();
     for i in 0..n {
-        let zero = (0.0, Vector3::zeros(), Vector3::zeros());
-        let (x, v, w) = parent(i).map_or(zero, |p| state[p]);
+        let carrier = parent(i).map(|p| state[p]);
+        let (frame, x, v, w) = match carrier {
+            Some((body, x, v, w)) => (body.into(), x, v, w),
+            None => (FrameId::Ground, 0.0, Vector3::zeros(), Vector3::zeros()),
+        };
         let axis: Vector3<f64> =
             if level(i).is_multiple_of(2) { Vector3::y() } else { Vector3::z() };
         let sign = if (i / 2).is_multiple_of(2) { 0.1 } else { -0.1 };
         let w: Vector3<f64> = w + sign * axis;
         let half: Vector3<f64> = w.cross(&(0.5 * Vector3::x()));
         let center: Vector3<f64> = v + half;
-        write!(
-            text,
-            "[[body]]\nname = \"b{i}\"\nmass = 1.0\n{BOX}\nposition = [{:?}, 0.0, 0.0]\nvelocity = \
-             {:?}\nangular_velocity = {:?}\n[[joint]]\nname = \"j{i}\"\ntype = \"revolute\"\nparent = \
-             \"{}\"\nchild = \"b{i}\"\nposition = [{x:?}, 0.0, 0.0]\naxis = {:?}\n",
-            x + 0.5,
-            center.as_slice(),
-            w.as_slice(),
-            parent(i).map_or_else(|| "ground".to_owned(), |p| format!("b{p}")),
-            axis.as_slice(),
-        )
-        .unwrap();
+        let link = builder.body(&format!("b{i}"), bar).at([x + 0.5, 0.0, 0.0]);
+        let link = link.velocity(center).angular_velocity(w).id();
+        let hinge = builder.joint(&format!("j{i}"), PairKind::Revolute, frame, link);
+        hinge.at([x, 0.0, 0.0]).axis(axis);
         if carries(i) {
-            linkage(&mut text, i, x + 0.5, (center, w));
+            linkage(&mut builder, link, x + 0.5, (center, w));
         }
-        state.push((x + 1.0, center + half, w));
+        state.push((link, x + 1.0, center + half, w));
     }
-    text
+    run(&builder)
 }
 
-/// A rectangle of three bars that stands on the middle of link `i` and moves with it.
-fn linkage(text: &mut String, i: usize, x: f64, (v, w): (Vector3<f64>, Vector3<f64>)) {
-    let bars = [("left", -0.2, 0.15, true), ("right", 0.2, 0.15, true), ("top", 0.0, 0.3, false)];
-    for (name, dx, y, upright) in bars {
-        let inertia = if upright { [1e-3, 1e-4, 1e-3] } else { [1e-4, 1e-3, 1e-3] };
+/// A rectangle of three bars that stands on the middle of a link and moves with it.
+fn linkage(
+    builder: &mut MechanismBuilder,
+    link: BodyId,
+    x: f64,
+    (v, w): (Vector3<f64>, Vector3<f64>),
+) {
+    let mut bar = |dx: f64, y: f64, moments| {
         let velocity: Vector3<f64> = v + w.cross(&Vector3::new(dx, y, 0.0));
-        write!(
-            text,
-            "[[body]]\nname = \"{name}{i}\"\nmass = 0.1\ninertia = {inertia:?}\nposition = [{:?}, {y:?}, \
-             0.0]\nvelocity = {:?}\nangular_velocity = {:?}\n",
-            x + dx,
-            velocity.as_slice(),
-            w.as_slice()
-        )
-        .unwrap();
-    }
+        let bar = builder.body("bar", Inertia::principal(0.1, moments)).at([x + dx, y, 0.0]);
+        bar.velocity(velocity).angular_velocity(w).id()
+    };
+    let [left, right] = [-0.2, 0.2].map(|dx| bar(dx, 0.15, [1e-3, 1e-4, 1e-3]));
+    let top = bar(0.0, 0.3, [1e-4, 1e-3, 1e-3]);
     for (parent, child, dx, y) in [
-        ("b", "left", -0.2, 0.0),
-        ("b", "right", 0.2, 0.0),
-        ("left", "top", -0.2, 0.3),
-        ("right", "top", 0.2, 0.3),
+        (link, left, -0.2, 0.0),
+        (link, right, 0.2, 0.0),
+        (left, top, -0.2, 0.3),
+        (right, top, 0.2, 0.3),
     ] {
-        write!(
-            text,
-            "[[joint]]\nname = \"{parent}_{child}{i}\"\ntype = \"revolute\"\nparent = \"{parent}{i}\"\n\
-             child = \"{child}{i}\"\nposition = [{:?}, {y:?}, 0.0]\naxis = [0.0, 0.0, 1.0]\n",
-            x + dx
-        )
-        .unwrap();
+        builder.joint("hinge", PairKind::Revolute, parent, child).at([x + dx, y, 0.0]).axis(Z);
     }
 }
 
-fn chain(n: usize) -> String {
+fn chain(n: usize) -> MechanismIntegrator {
     links(n, |i| i.checked_sub(1), |i| i, |_| false)
 }
 
-fn eight_loops(n: usize) -> String {
+fn eight_loops(n: usize) -> MechanismIntegrator {
     links(n, |i| i.checked_sub(1), |i| i, |i| (8 * i) / n != (8 * (i + 1)) / n)
 }
 
-fn looped_chain(n: usize) -> String {
+fn looped_chain(n: usize) -> MechanismIntegrator {
     links(n, |i| i.checked_sub(1), |i| i, |_| true)
 }
 
-fn binary_tree(n: usize) -> String {
+fn binary_tree(n: usize) -> MechanismIntegrator {
     let level = |i: usize| (i + 1).ilog2() as usize + i;
     links(n, |i| i.checked_sub(1).map(|k| k / 2), level, |_| false)
 }
 
 /// `2 n + 1` bars; see the shipped model `four_bar_windows`.
-fn windows(n: usize) -> String {
-    let mut text = header([0.0, -9.81, 0.0]);
-    let mut body = |name: String, [x, y]: [f64; 2], upright: bool| {
-        let inertia = if upright { "[0.1, 0.01, 0.1]" } else { "[0.01, 0.1, 0.1]" };
-        let (v, w) = if upright { (0.5, -1.0) } else { (1.0, 0.0) };
-        write!(
-            text,
-            "[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = {inertia}\nposition = [{x:?}, {y:?}, \
-             0.0]\nvelocity = [{v:?}, 0.0, 0.0]\nangular_velocity = [0.0, 0.0, {w:?}]\n"
-        )
-        .unwrap();
+fn windows(n: usize) -> MechanismIntegrator {
+    let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
+    let crank = Inertia::principal(1.0, [0.1, 0.01, 0.1]);
+    let coupler = Inertia::principal(1.0, [0.01, 0.1, 0.1]);
+    let mut bar = |inertia: Inertia, x: f64, y: f64, [v, w]: [f64; 2]| {
+        let bar = builder.body("bar", inertia).at([x, y, 0.0]).velocity([v, 0.0, 0.0]);
+        bar.angular_velocity([0.0, 0.0, w]).id()
     };
-    for i in 0..=n {
-        body(format!("crank{i}"), [i as f64, 0.5], true);
-    }
-    for i in 1..=n {
-        body(format!("coupler{i}"), [i as f64 - 0.5, 1.0], false);
-    }
-    let mut joint = |name: String, parent: String, child: String, [x, y]: [f64; 2]| {
-        write!(
-            text,
-            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \
-             \"{child}\"\nposition = [{x:?}, {y:?}, 0.0]\naxis = [0.0, 0.0, 1.0]\n"
-        )
-        .unwrap();
+    let cranks: Vec<BodyId> = (0..=n).map(|i| bar(crank, i as f64, 0.5, [0.5, -1.0])).collect();
+    let couplers: Vec<BodyId> =
+        (1..=n).map(|i| bar(coupler, i as f64 - 0.5, 1.0, [1.0, 0.0])).collect();
+    let mut hinge = |parent: FrameId, child: BodyId, x: f64, y: f64| {
+        builder.joint("hinge", PairKind::Revolute, parent, child).at([x, y, 0.0]).axis(Z);
     };
-    for i in 0..=n {
-        joint(format!("foot{i}"), "ground".into(), format!("crank{i}"), [i as f64, 0.0]);
+    for (i, crank) in cranks.iter().enumerate() {
+        hinge(FrameId::Ground, *crank, i as f64, 0.0);
     }
-    for i in 1..=n {
-        let (left, right) = ([i as f64 - 1.0, 1.0], [i as f64, 1.0]);
-        joint(format!("left{i}"), format!("crank{}", i - 1), format!("coupler{i}"), left);
-        joint(format!("right{i}"), format!("coupler{i}"), format!("crank{i}"), right);
+    for (i, coupler) in couplers.iter().enumerate() {
+        hinge(cranks[i].into(), *coupler, i as f64, 1.0);
+        hinge((*coupler).into(), cranks[i + 1], (i + 1) as f64, 1.0);
     }
-    text
+    run(&builder)
 }
 
-/// A beam of elements 0.1 m long, turning and bending.
-fn beam(n: usize) -> String {
-    let section = "{ EA = 1e3, GA1 = 1e3, GA2 = 1e3, EI1 = 10.0, EI2 = 10.0, GJ = 10.0, rhoA = 1.0, rhoI1 = 0.1, \
-                   rhoI2 = 0.1 }";
-    header([0.0, 0.0, -9.81])
-        + &format!(
-            "[[beam]]\nname = \"beam\"\npoints = [[0.0, 0.0, 0.0], [{:?}, 0.0, 0.0]]\nelements = {n}\nsection = \
-             {section}\n",
-            0.1 * n as f64
-        )
+/// A beam of elements 0.1 m long; returns its first node.
+fn beam_model(n: usize) -> (BeamModel, usize) {
+    let mut model = BeamModel::new(GRAVITY.into());
+    let section = Section::new([1e3, 1e3, 1e3, 10.0, 10.0, 10.0], [1.0, 0.1, 0.1, 0.0]).unwrap();
+    let (end, rule) = (0.1 * n as f64 * Vector3::x(), FrameRule::Normal(Vector3::z()));
+    let mesh = Mesh::straight(Vector3::zeros(), end, n, rule).unwrap();
+    let beam = model.add_beam("beam", &mesh, section).unwrap();
+    (model, beam.nodes.start)
 }
 
-/// The same with its start clamped.
-fn cantilever(n: usize) -> String {
-    beam(n) + "start = \"clamped\"\n"
+fn run_beam(model: &BeamModel) -> MechanismIntegrator {
+    let mechanism = model.mechanism();
+    let system = model.system(&mechanism, StrainRule::Averaged);
+    let (q, v) = mechanism.start();
+    integrator(mechanism, system, options(), Solver::Auto, (0.0, &q, &v)).unwrap()
 }
 
-/// The same with its start on a driven hinge: a loop for the solver.
-fn driven_beam(n: usize) -> String {
-    beam(n)
-        + "[[joint]]\nname = \"hub\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"beam.start\"\nposition = \
-           [0.0, 0.0, 0.0]\naxis = [0.0, 0.0, 1.0]\n[[constraint]]\nname = \"drive\"\ntype = \"motion\"\njoint = \
-           \"hub\"\npath = { acceleration = 0.1 }\n"
+/// Free, in gravity.
+fn beam(n: usize) -> MechanismIntegrator {
+    run_beam(&beam_model(n).0)
+}
+
+/// With its start clamped.
+fn cantilever(n: usize) -> MechanismIntegrator {
+    let (mut model, start) = beam_model(n);
+    model.clamp(start);
+    run_beam(&model)
+}
+
+/// With its start on a driven hinge: a loop for the solver.
+fn driven_beam(n: usize) -> MechanismIntegrator {
+    let (mut model, start) = beam_model(n);
+    let hub = model.join(PairKind::Revolute, None, start, &Vector3::zeros(), &Vector3::z());
+    let angle = JointCoordinate::principal(&model.description.joints[hub], 0).unwrap();
+    let reference = std::sync::Arc::new(|t: f64| [0.05 * t * t, 0.1 * t, 0.1]);
+    model.description.scalars.push(ScalarConstraint::motion("drive", angle, reference));
+    run_beam(&model)
 }
 
 /// Takes `count` steps, turning back every `TURN`.
-fn steps(simulation: &mut Simulation, taken: &mut u64, count: u64) -> Duration {
+fn steps(run: &mut MechanismIntegrator, taken: &mut u64, count: u64) -> Duration {
     let begin = Instant::now();
     for _ in 0..count {
         if *taken > 0 && taken.is_multiple_of(TURN) {
-            simulation.integrator().reverse();
+            run.reverse();
         }
-        simulation.integrator().step().unwrap();
+        run.step().unwrap();
         *taken += 1;
     }
     begin.elapsed()
 }
 
 /// Seconds for a step: the fastest of a few rounds.
-fn seconds(simulation: &mut Simulation, taken: &mut u64, rounds: u32, count: u64) -> f64 {
+fn seconds(run: &mut MechanismIntegrator, taken: &mut u64, rounds: u32, count: u64) -> f64 {
     (0..rounds)
-        .map(|_| steps(simulation, taken, count).as_secs_f64() / count as f64)
+        .map(|_| steps(run, taken, count).as_secs_f64() / count as f64)
         .fold(f64::INFINITY, f64::min)
 }
 
@@ -204,7 +204,7 @@ fn exponent(points: &[(f64, f64)]) -> f64 {
 
 fn growth(criterion: &mut Criterion) {
     let quick = std::env::args().any(|a| a == "--test");
-    let families: [(&str, fn(usize) -> String, fn(usize) -> usize, &[usize]); 8] = [
+    let families: [(&str, fn(usize) -> MechanismIntegrator, fn(usize) -> usize, &[usize]); 8] = [
         ("chain", chain, |n| n, &[1, 4, 16, 64, 256, 1024, 4096]),
         ("binary_tree", binary_tree, |n| n, &[1, 3, 15, 63, 255, 1023, 4095]),
         ("eight_loops", eight_loops, |n| n + 24, &[8, 16, 64, 256, 1024]),
@@ -214,24 +214,22 @@ fn growth(criterion: &mut Criterion) {
         ("driven_beam", driven_beam, |n| n, &[1, 4, 16, 64, 256, 1000]),
         ("windows", windows, |n| 2 * n + 1, &[1, 2, 8, 16, 32, 64, 128, 256]),
     ];
-    for (name, text, bodies, sizes) in families {
+    for (name, start, bodies, sizes) in families {
         let mut group = criterion.benchmark_group(name);
         group.sample_size(10).measurement_time(Duration::from_secs(1));
         group.warm_up_time(Duration::from_millis(200));
         let mut points = Vec::new();
         for &n in if quick { &sizes[..3] } else { sizes } {
-            let model = Model::from_toml(&text(n)).unwrap();
             let begin = Instant::now();
-            let mut simulation = Simulation::new(&model).unwrap();
+            let mut run = start(n);
             let set_up = begin.elapsed().as_secs_f64();
             let (mut taken, count) = (0, bodies(n));
             group.throughput(Throughput::Elements(count as u64));
             group.bench_function(BenchmarkId::from_parameter(count), |bencher| {
-                bencher.iter_custom(|iterations| steps(&mut simulation, &mut taken, iterations));
+                bencher.iter_custom(|iterations| steps(&mut run, &mut taken, iterations));
             });
             if !quick {
-                let time =
-                    seconds(&mut simulation, &mut taken, 5, (20_000 / count as u64).clamp(4, 2000));
+                let time = seconds(&mut run, &mut taken, 5, (20_000 / count as u64).clamp(4, 2000));
                 points.push((count as f64, time));
                 println!(
                     "{name}, {count} bodies: {:.2} µs a step, {:.3} µs a body (set-up {set_up:.3} s)",

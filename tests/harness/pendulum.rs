@@ -2,14 +2,14 @@
 
 use super::case::{Deviation, Runs, Tolerance};
 use super::legendre::{self, Reference};
-use nalgebra::Vector3;
 use serde::Deserialize;
 use vi_constraints::node::Node;
 use vi_constraints::{Integrator, Options, SchemeKind};
 use vi_core::{Quadrature, SeparableSystem, State};
 use vi_emscheme::{EmForm, EmSystem};
+use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::map::TreeMap;
-use vi_multibody::mechanism::{Bar, BarEnd, Description, Mechanism, ParticleSpec};
+use vi_multibody::mechanism::Mechanism;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -63,26 +63,11 @@ struct Output {
 
 impl PendulumCase {
     pub fn mechanism(&self) -> Mechanism {
-        let plane = |x: [f64; 2]| Vector3::new(x[0], x[1], 0.0);
-        let particle = ParticleSpec {
-            name: "bob".into(),
-            mass: self.mass,
-            position: plane(self.q0),
-            velocity: plane(self.v0),
-        };
-        let bar = Bar {
-            name: "rod".into(),
-            from: BarEnd::Ground(Vector3::zeros()),
-            to: 0,
-            length: self.length,
-        };
-        Mechanism::new(Description {
-            dimension: 2,
-            gravity: plane(self.gravity),
-            particles: vec![particle],
-            bars: vec![bar],
-            ..Description::default()
-        })
+        let plane = |x: [f64; 2]| [x[0], x[1], 0.0];
+        let mut builder = MechanismBuilder::planar().gravity(plane(self.gravity));
+        let bob = builder.particle("bob", self.mass, plane(self.q0), plane(self.v0));
+        builder.bar_of_length("rod", [0.0; 3], bob, self.length);
+        builder.build().expect("a pendulum").mechanism
     }
 
     pub fn run(&self) -> Result<Runs, String> {

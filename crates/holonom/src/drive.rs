@@ -1,105 +1,106 @@
-//! Joint springs, dampers, motors and single constraints of a model, as numbers.
+//! Joint springs, dampers, motors and scalar constraints of a model, as parts of a mechanism.
 
-use crate::dynamics::Dynamics;
-use crate::model::{Constraint, Joint as JointModel, JointMotor, ModelError, Problem};
-use nalgebra::Vector3;
+use crate::model::{self, Constraint, ModelError, Problem};
+use crate::system::{Names, pair_kind};
 use std::sync::Arc;
-use vi_multibody::coordinate::JointCoordinate;
-use vi_multibody::joint::Joint;
-use vi_multibody::joint_force::{JointForce, JointSpring, Motor, PdControl, Viscous};
-use vi_multibody::mechanism::Mechanism;
-use vi_multibody::scalar_constraint::ScalarConstraint;
+use vi_multibody::builder::{CoordinateId, JointId, MechanismBuilder};
+use vi_multibody::joint_force::{PdControl, Viscous};
 
-/// Coordinate `freedom` of a joint for a constraint.
-fn coordinate(joint: &Joint, freedom: usize, key: &str) -> Result<JointCoordinate, ModelError> {
-    JointCoordinate::principal(joint, freedom).ok_or_else(|| {
-        let count = (0..6).filter(|k| JointCoordinate::principal(joint, *k).is_some()).count();
-        let kind = joint.kind.name();
-        let message = format!("a {kind} joint has no coordinate {freedom}");
-        let help = match count {
-            0 => format!("{kind} joints have no joint coordinates: use a [[spring]] or a [[load]]"),
-            1 => "its only coordinate is 0".to_owned(),
-            _ => format!("its coordinates are 0 to {}", count - 1),
-        };
-        ModelError::Assembly(vec![Problem::new(key, message).help(help)])
-    })
-}
-
-/// Adds what acts on the coordinates of joint `k`.
-pub(crate) fn add_joint_forces(
-    mut dynamics: Dynamics,
-    model: &JointModel,
-    (mechanism, k): (&mut Mechanism, usize),
-) -> Result<Dynamics, ModelError> {
-    let key = |what: &str| format!("joint.{}.{what}", model.name);
-    let mut listed = |freedom: usize, what: &str| match mechanism.coordinate(k, freedom) {
-        Some(coordinate) => Ok(coordinate),
-        None => coordinate(&mechanism.description().joints[k], freedom, &key(what)), // the error
+/// Coordinate `freedom` of joint `id`.
+fn coordinate(
+    joint: &model::Joint,
+    id: JointId,
+    freedom: usize,
+    key: String,
+) -> Result<CoordinateId, ModelError> {
+    let kind = pair_kind(joint.kind, joint.pitch);
+    let count = kind.coordinate_count();
+    if freedom < count {
+        return Ok(id.coordinate(freedom));
+    }
+    let name = kind.name();
+    let message = format!("a {name} joint has no coordinate {freedom}");
+    let help = match count {
+        0 => format!("{name} joints have no joint coordinates: use a [[spring]] or a [[load]]"),
+        1 => "its only coordinate is 0".to_owned(),
+        _ => format!("its coordinates are 0 to {}", count - 1),
     };
-    if let Some(spring) = &model.spring {
-        let coordinate = listed(spring.freedom, "spring.freedom")?;
-        let (stiffness, rest) = (spring.stiffness, spring.rest);
-        let spring = JointSpring { coordinate, stiffness, rest };
-        dynamics = dynamics.joint_spring(spring);
-    }
-    if let Some(damper) = &model.damper {
-        let coordinate = listed(damper.freedom, "damper.freedom")?;
-        let law = Viscous(damper.damping);
-        dynamics = dynamics.joint_force(JointForce { coordinate, law });
-    }
-    if let Some(motor) = &model.motor {
-        let coordinate = listed(motor.freedom, "motor.freedom")?;
-        dynamics = add_motor(dynamics, motor, &coordinate);
-    }
-    Ok(dynamics)
+    Err(ModelError::Assembly(vec![Problem::new(key, message).help(help)]))
 }
 
-fn add_motor(mut dynamics: Dynamics, motor: &JointMotor, coordinate: &JointCoordinate) -> Dynamics {
-    if motor.effort != 0.0 {
-        let (effort, history) = (motor.effort, motor.history.time_history());
-        let law = Motor(Arc::new(move |t| effort * history.value(t)));
-        dynamics = dynamics.joint_force(JointForce { coordinate: coordinate.clone(), law });
+/// Adds what acts on the coordinates of a joint.
+pub(crate) fn add_joint_forces(
+    builder: &mut MechanismBuilder,
+    joint: &model::Joint,
+    id: JointId,
+) -> Result<(), ModelError> {
+    let of = |freedom: usize, what: &str| {
+        coordinate(joint, id, freedom, format!("joint.{}.{what}.freedom", joint.name))
+    };
+    if let Some(spring) = &joint.spring {
+        builder.joint_spring(of(spring.freedom, "spring")?, spring.stiffness, spring.rest);
     }
-    if motor.proportional != 0.0 || motor.derivative != 0.0 {
-        let path = motor.path;
-        let reference = Arc::new(move |t| {
-            let [value, rate, _] = path.at(t);
-            (value, rate)
-        });
-        let (proportional, derivative) = (motor.proportional, motor.derivative);
-        let law = PdControl { proportional, derivative, reference };
-        dynamics = dynamics.joint_force(JointForce { coordinate: coordinate.clone(), law });
+    if let Some(damper) = &joint.damper {
+        builder.joint_force(of(damper.freedom, "damper")?, Viscous(damper.damping));
     }
-    dynamics
+    if let Some(motor) = &joint.motor {
+        let at = of(motor.freedom, "motor")?;
+        if motor.effort != 0.0 {
+            let (effort, history) = (motor.effort, motor.history.time_history());
+            builder.motor(at, move |t| effort * history.value(t));
+        }
+        if motor.proportional != 0.0 || motor.derivative != 0.0 {
+            let path = motor.path;
+            let reference = Arc::new(move |t| {
+                let [value, rate, _] = path.at(t);
+                (value, rate)
+            });
+            let (proportional, derivative) = (motor.proportional, motor.derivative);
+            builder.joint_force(at, PdControl { proportional, derivative, reference });
+        }
+    }
+    Ok(())
 }
 
-/// A `[[constraint]]` that couples or drives joint coordinates; `None` for the geometric ones.
-pub(crate) fn coordinate_constraint(
+/// Adds a `[[constraint]]`.
+pub(crate) fn add_constraint(
+    builder: &mut MechanismBuilder,
     constraint: &Constraint,
-    joints: &[Joint],
-    q: &[f64],
-) -> Result<Option<ScalarConstraint>, ModelError> {
-    let find = |name: &str| joints.iter().find(|j| j.name == name);
-    let key = |what: &str| format!("constraint.{}.{what}", constraint.name());
+    names: &Names<'_>,
+) -> Result<(), ModelError> {
+    let of = |joint: &str, freedom: usize, what: &str| {
+        let found = names.joint(joint);
+        let key = format!("constraint.{}.{what}", constraint.name());
+        found.map(|(joint, id)| coordinate(joint, id, freedom, key)).transpose()
+    };
     match constraint {
+        Constraint::Distance { name, from, to, point_from, point_to, length } => {
+            let (from, to) = (names.point(from, *point_from), names.point(to, *point_to));
+            match length {
+                Some(length) => builder.distance_of_length(name, from, to, *length),
+                None => builder.distance(name, from, to),
+            }
+        }
+        Constraint::PointOnLine { name, parent, child, position, axis } => {
+            let (parent, child) = (names.frame(parent), names.frame(child));
+            builder.point_on_line(name, parent, child, *position, *axis);
+        }
+        Constraint::PointOnPlane { name, parent, child, position, axis } => {
+            let (parent, child) = (names.frame(parent), names.frame(child));
+            builder.point_on_plane(name, parent, child, *position, *axis);
+        }
         Constraint::Gear { name, joints: [a, b], freedoms, ratio } => {
-            let (Some(a), Some(b)) = (find(a), find(b)) else { return Ok(None) };
-            let a = coordinate(a, freedoms[0], &key("freedoms"))?;
-            let b = coordinate(b, freedoms[1], &key("freedoms"))?;
-            Ok(Some(ScalarConstraint::coupling(name, (a, b), *ratio, q)))
+            let a = of(a, freedoms[0], "freedoms")?;
+            if let (Some(a), Some(b)) = (a, of(b, freedoms[1], "freedoms")?) {
+                builder.gear(name, a, b, *ratio);
+            }
         }
         Constraint::Motion { name, joint, freedom, path } => {
-            let Some(joint) = find(joint) else { return Ok(None) };
-            let coordinate = coordinate(joint, *freedom, &key("freedom"))?;
             let path = *path;
-            let reference = Arc::new(move |t| path.at(t));
-            Ok(Some(ScalarConstraint::motion(name, coordinate, reference)))
+            if let Some(coordinate) = of(joint, *freedom, "freedom")? {
+                builder.motion(name, coordinate, move |t| path.at(t));
+            }
         }
-        _ => Ok(None),
     }
-}
-
-/// A vector from numbers.
-pub(crate) fn vector(x: &[f64; 3]) -> Vector3<f64> {
-    Vector3::from(*x)
+    Ok(())
 }

@@ -10,19 +10,16 @@
 //! joint law       f_d^± = (h/2) τ ∇θ                  f̄ = τ D̄θ
 //! wrench (f, τ)   P_in(q_n)ᵀ f_d^- = (h/2) (f, τ)     P_in(q_{n+1/2})ᵀ f̄ = (f, τ)
 //! ```
-//! One walk over a model fills both.
+//! The force elements of a builder fill both.
 
 use vi_beam::high_order::AveragedHighOrder;
 use vi_beam::{BeamModel, StrainRule};
-use vi_core::force::MidpointForce;
 use vi_core::{Quadrature, SeparableSystem};
 use vi_emscheme::EmSystem;
 use vi_emscheme::beam::{BeamGradient, HighOrderGradient};
 use vi_emscheme::load::AtMidpoint;
-use vi_multibody::joint_force::{JointForce, JointLaw, JointSpring};
+use vi_multibody::builder::ForceElements;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::spring::{Damper, Spring};
-use vi_rigid::load::Load;
 
 /// The same system in the descriptions of both families.
 pub struct Dynamics {
@@ -55,48 +52,25 @@ impl Dynamics {
         Self { variational, energy_momentum }
     }
 
-    /// Adds a spring.
+    /// Adds the springs, dampers, motors and loads of a mechanism.
     #[must_use]
-    pub fn spring(self, spring: Spring) -> Self {
-        Self {
-            variational: self.variational.potential(spring.clone()),
-            energy_momentum: self.energy_momentum.spring(spring),
+    pub fn forces(self, forces: &ForceElements) -> Self {
+        let mut energy_momentum = self.energy_momentum;
+        for spring in &forces.springs {
+            energy_momentum = energy_momentum.spring(spring.clone());
         }
-    }
-
-    /// Adds a damper between two points.
-    #[must_use]
-    pub fn damper(self, damper: Damper) -> Self {
-        Self {
-            variational: self.variational.force(Box::new(MidpointForce(damper.clone()))),
-            energy_momentum: self.energy_momentum.load(AtMidpoint(damper)),
+        for spring in &forces.joint_springs {
+            energy_momentum = energy_momentum.gradient(spring.clone());
         }
-    }
-
-    /// Adds a spring on a joint coordinate.
-    #[must_use]
-    pub fn joint_spring(self, spring: JointSpring) -> Self {
-        Self {
-            variational: self.variational.discrete_potential(Box::new(spring.clone())),
-            energy_momentum: self.energy_momentum.gradient(spring),
+        for damper in &forces.dampers {
+            energy_momentum = energy_momentum.load(AtMidpoint(damper.clone()));
         }
-    }
-
-    /// Adds a damper, a motor or a control on a joint coordinate.
-    #[must_use]
-    pub fn joint_force<L: JointLaw + Clone + 'static>(self, force: JointForce<L>) -> Self {
-        Self {
-            variational: self.variational.force(Box::new(force.clone())),
-            energy_momentum: self.energy_momentum.load(force),
+        for force in &forces.joint_forces {
+            energy_momentum = energy_momentum.load(force.clone());
         }
-    }
-
-    /// Adds a wrench on a frame.
-    #[must_use]
-    pub fn load(self, load: Load) -> Self {
-        Self {
-            variational: self.variational.force(Box::new(load.clone())),
-            energy_momentum: self.energy_momentum.load(load),
+        for load in &forces.loads {
+            energy_momentum = energy_momentum.load(load.clone());
         }
+        Self { variational: forces.add_to(self.variational), energy_momentum }
     }
 }

@@ -138,7 +138,6 @@ pub mod run;
 pub mod sample;
 pub mod sensor;
 pub mod simulation;
-mod start_rates;
 pub mod statics;
 pub mod system;
 

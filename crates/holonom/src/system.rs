@@ -3,25 +3,20 @@
 use crate::beams::{self, BeamParts, Beams};
 use crate::drive;
 use crate::dynamics::Dynamics;
-use crate::model::{self, Constraint, Frame, JointKind, Model, ModelError, StartPoints};
+use crate::model::{self, Frame, JointKind, Model, ModelError, Problem, StartPoints};
 use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
-use crate::start_rates;
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_beam::BeamModel;
-use vi_multibody::form::Form;
-use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
-use vi_multibody::mechanism::{
-    Attachment, Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec,
+use vi_multibody::builder::{
+    BodyId, BuildError, Inertia, JointId, MechanismBuilder, ParticleId, PointOn,
 };
+use vi_multibody::joint::FrameId;
+use vi_multibody::mechanism::{BarEnd, Mechanism};
 use vi_multibody::pair::PairKind;
-use vi_multibody::scalar_constraint::ScalarConstraint;
-use vi_multibody::spring::{Damper, Spring, SpringLaw};
-use vi_rigid::body::RigidBody;
-use vi_rigid::directors;
-use vi_rigid::inertia::{InertiaError, PrincipalInertia};
+use vi_multibody::spring::SpringLaw;
 use vi_rigid::load::{Load, LoadError, LoadKind};
 
 /// The numbers of a model.
@@ -41,11 +36,13 @@ pub struct System {
 }
 
 /// Where the names of a model are among its members.
-struct Names<'a> {
+pub(crate) struct Names<'a> {
     model: &'a Model,
     bodies: BTreeMap<&'a str, usize>,
-    particles: BTreeMap<&'a str, usize>,
+    particles: BTreeMap<&'a str, ParticleId>,
+    frames: Vec<BodyId>,          // bodies, then nodes
     principal: Vec<Matrix3<f64>>, // of all frames: body components → principal components: its transpose
+    joints: Vec<JointId>,         // of the joints of the model
 }
 
 impl Names<'_> {
@@ -54,16 +51,24 @@ impl Names<'_> {
         self.bodies.get(name).copied().or_else(|| self.model.frame(name))
     }
 
-    fn frame(&self, name: &str) -> FrameId {
-        self.index(name).map_or(FrameId::Ground, FrameId::Frame)
+    /// A body, a node of a beam, or the ground.
+    pub(crate) fn frame(&self, name: &str) -> FrameId {
+        self.index(name).map_or(FrameId::Ground, |k| self.frames[k].into())
     }
 
-    fn attachment(&self, name: &str) -> Attachment {
+    /// A point of a member by its own components; of the ground in space.
+    pub(crate) fn point(&self, name: &str, components: [f64; 3]) -> PointOn {
         match (self.index(name), self.particles.get(name)) {
-            (Some(k), _) => Attachment::Body(k),
-            (_, Some(&k)) => Attachment::Particle(k),
-            _ => Attachment::Ground,
+            (Some(k), _) => self.frames[k].point(components),
+            (_, Some(&particle)) => particle.into(),
+            _ => components.into(),
         }
+    }
+
+    /// A joint of the model.
+    pub(crate) fn joint(&self, name: &str) -> Option<(&model::Joint, JointId)> {
+        let k = self.model.joints.iter().position(|joint| joint.name == name)?;
+        Some((&self.model.joints[k], self.joints[k]))
     }
 
     /// Components along the directors of a vector given in the body's own frame.
@@ -80,73 +85,85 @@ impl Names<'_> {
 /// # Errors
 /// [`ModelError`] for what only shows when numbers meet: inertias, loads.
 pub fn build(model: &Model) -> Result<System, ModelError> {
+    let planar = model.header.dimension == 2;
+    let builder = if planar { MechanismBuilder::planar() } else { MechanismBuilder::new() };
+    let mut builder = builder.gravity(model.gravity());
     let mut names = Names {
         model,
         bodies: model.bodies.iter().enumerate().map(|(k, b)| (b.name.as_str(), k)).collect(),
-        particles: model.particles.iter().enumerate().map(|(k, p)| (p.name.as_str(), k)).collect(),
+        particles: BTreeMap::new(),
+        frames: model.bodies.iter().map(|body| add_body(&mut builder, body)).collect(),
         principal: Vec::new(),
+        joints: Vec::new(),
     };
     let mut parts = BeamModel::new(Vector3::from(model.gravity()));
-    for body in &model.bodies {
-        let (spec, axes) = rigid_body(body)?;
-        parts.add_frame(spec);
-        names.principal.push(axes);
-    }
+    parts.description = builder.description().map_err(refusal)?; // nodes of beams follow the bodies
     let list = beams::add(model, &mut parts)?;
-    let supports = std::mem::take(&mut parts.description.joints);
-    let bodies = &parts.description.bodies;
-    names.principal.resize(bodies.len(), Matrix3::identity());
-    let point = |x: &[f64]| Vector3::from(model::spatial(x));
-    let particles = model.particles.iter().map(|particle| ParticleSpec {
-        name: particle.name.clone(),
-        mass: particle.mass,
-        position: point(&particle.position),
-        velocity: point(&particle.velocity),
-    });
+    for body in &names.frames {
+        names.principal.push(builder.principal_axes(*body).map_err(refusal)?);
+    }
+    for node in &parts.description.bodies[model.bodies.len()..] {
+        names.frames.push(builder.frame(node.clone()));
+        names.principal.push(Matrix3::identity());
+    }
+    for p in &model.particles {
+        let (position, velocity) = (model::spatial(&p.position), model::spatial(&p.velocity));
+        let particle = builder.particle(&p.name, p.mass, position, velocity);
+        names.particles.insert(&p.name, particle);
+    }
     let start = StartPoints::new(model);
-    let mut joints: Vec<Joint> =
-        model.joints.iter().map(|j| joint(j, &start, bodies, &names)).collect();
-    joints.extend(model.bodies.iter().enumerate().filter(|(_, b)| b.fixed).map(|(k, body)| {
-        let sides = [FrameId::Ground, FrameId::Frame(k)];
-        let point = bodies[k].center;
-        make_joint(&body.name, PairKind::Fixed, sides, [point; 2], &Matrix3::identity(), bodies)
-    }));
-    joints.extend(supports);
-    let cuts = (0..model.joints.len()).filter(|&k| model.joints[k].cut).collect();
-    let scalars = scalar_constraints(model, &joints, bodies, &names)?;
-    let mut description = Description {
-        dimension: model.header.dimension,
-        gravity: parts.description.gravity,
-        particles: particles.collect(),
-        bars: model.bars.iter().map(|b| bar(b, &start, &names)).collect(),
-        bodies: bodies.clone(),
-        joints,
-        scalars,
-        cuts,
-    };
-    start_rates::apply(model, &mut description)?;
-    parts.description = description;
-    let mut mechanism = parts.mechanism();
-    let settings = &model.settings;
-    let mut dynamics =
-        Dynamics::new(&parts, &mechanism, settings.strain.into(), settings.quadrature.into());
-    for spring in &model.springs {
-        dynamics = add_spring(dynamics, spring, &mechanism, &names);
+    for joint in &model.joints {
+        names.joints.push(add_joint(&mut builder, joint, &start, &names));
     }
-    for (k, joint) in model.joints.iter().enumerate() {
-        dynamics = drive::add_joint_forces(dynamics, joint, (&mut mechanism, k))?;
+    for (body, id) in model.bodies.iter().zip(&names.frames).filter(|(body, _)| body.fixed) {
+        builder.joint(&body.name, PairKind::Fixed, FrameId::Ground, *id).at(body.position);
     }
-    let mut all = Vec::new();
+    for support in &parts.description.joints {
+        builder.joint_of_sides(support.clone());
+    }
+    model.bars.iter().for_each(|bar| add_bar(&mut builder, bar, &start, &names));
+    for constraint in &model.constraints {
+        drive::add_constraint(&mut builder, constraint, &names)?;
+    }
+    model.springs.iter().for_each(|spring| add_spring(&mut builder, spring, &names));
+    for (joint, id) in model.joints.iter().zip(&names.joints) {
+        drive::add_joint_forces(&mut builder, joint, *id)?;
+    }
     for load in &model.loads {
-        all.extend(loads(load, &names, &parts, &list)?);
+        for load in loads(load, &names, &parts, &list)? {
+            builder.load_of_frame(load);
+        }
     }
-    for load in &all {
-        dynamics = dynamics.load(load.clone());
-    }
+    parts.description = builder.description().map_err(refusal)?;
+    let mut mechanism = parts.mechanism();
+    let forces = builder.forces(&mut mechanism).map_err(refusal)?;
+    let settings = &model.settings;
+    let dynamics =
+        Dynamics::new(&parts, &mechanism, settings.strain.into(), settings.quadrature.into())
+            .forces(&forces);
     let members = members(model, &parts);
     let beams = Beams { parts: Arc::new(parts), list };
     let sensors = Sensors::new(model, &mechanism, &names.principal, &beams);
-    Ok(System { beams, mechanism, dynamics, loads: all, members, sensors })
+    Ok(System { beams, mechanism, dynamics, loads: forces.loads, members, sensors })
+}
+
+/// A refused part of the mechanism as an error of the model.
+fn refusal(error: BuildError) -> ModelError {
+    let (key, message, help) = match &error {
+        BuildError::Inertia { body, source } => {
+            let help = "check the unit (kg·m²) and that the moments are about the centre of mass";
+            (format!("body.{body}.inertia"), source.to_string(), Some(help.to_owned()))
+        }
+        BuildError::Rate { joint, source } => {
+            (format!("joint.{joint}.rate"), source.to_string(), Some(source.help()))
+        }
+        _ => (String::new(), error.to_string(), None),
+    };
+    let problem = Problem::new(key, message);
+    ModelError::Assembly(vec![match help {
+        Some(help) => problem.help(help),
+        None => problem,
+    }])
 }
 
 fn members(model: &Model, parts: &BeamModel) -> Vec<Member> {
@@ -157,31 +174,18 @@ fn members(model: &Model, parts: &BeamModel) -> Vec<Member> {
     bodies.chain(particles).map(|(name, kind)| Member { name: name.clone(), kind }).collect()
 }
 
-/// A body with its directors along the principal axes; also returns these axes in its own frame.
-fn rigid_body(body: &model::Body) -> Result<(BodySpec, Matrix3<f64>), ModelError> {
-    let refuse = |error: InertiaError| {
-        let key = format!("body.{}.inertia", body.name);
-        let help = "check the unit (kg·m²) and that the moments are about the centre of mass";
-        ModelError::Assembly(vec![model::Problem::new(key, error.to_string()).help(help)])
-    };
-    let massless = body.fixed && body.mass() <= 0.0;
-    let (rigid, axes) = if massless {
-        (None, Matrix3::identity())
+/// Adds a body; a fixed one is at rest, and may have no mass.
+fn add_body(builder: &mut MechanismBuilder, body: &model::Body) -> BodyId {
+    let inertia = if body.fixed && body.mass() <= 0.0 {
+        Inertia::Massless
     } else {
-        let (inertia, axes) =
-            PrincipalInertia::from_tensor(&body.inertia_tensor()).map_err(refuse)?;
-        (Some(RigidBody::from_inertia(body.mass(), &inertia).map_err(refuse)?), axes)
+        Inertia::tensor(body.mass(), body.inertia_tensor())
     };
-    let moving = |v: Vector3<f64>| if body.fixed { Vector3::zeros() } else { v };
-    let spec = BodySpec {
-        name: body.name.clone(),
-        body: rigid,
-        center: Vector3::from(body.position),
-        triad: body.rotation() * axes,
-        velocity: moving(Vector3::from(body.velocity)),
-        omega: moving(body.spatial_angular_velocity()),
-    };
-    Ok((spec, axes))
+    let entry = builder.body(&body.name, inertia).at(body.position).attitude(body.rotation());
+    if body.fixed {
+        return entry.id();
+    }
+    entry.velocity(body.velocity).angular_velocity(body.spatial_angular_velocity()).id()
 }
 
 /// The kinematic pair of a type of joint; `pitch` in m per turn.
@@ -201,132 +205,60 @@ pub(crate) fn pair_kind(kind: JointKind, pitch: Option<f64>) -> PairKind {
     }
 }
 
-fn joint(
+fn add_joint(
+    builder: &mut MechanismBuilder,
     joint: &model::Joint,
     start: &StartPoints<'_>,
-    bodies: &[BodySpec],
     names: &Names<'_>,
-) -> Joint {
+) -> JointId {
     let kind = pair_kind(joint.kind, joint.pitch);
-    let axes = match (joint.axis, joint.axis2) {
-        (Some(axis), Some(second)) => crossing_axes(&axis, &second),
-        (Some(axis), None) => complete_axis(&Vector3::from(axis).normalize()),
-        (None, _) => Matrix3::identity(),
-    };
-    let sides = [names.frame(&joint.parent), names.frame(&joint.child)];
-    make_joint(&joint.name, kind, sides, start.joint(joint), &axes, bodies)
+    let (parent, child) = (names.frame(&joint.parent), names.frame(&joint.child));
+    let [on_parent, on_child] = start.joint(joint);
+    let mut entry = builder.joint(&joint.name, kind, parent, child).anchors(on_parent, on_child);
+    if let Some(axis) = joint.axis {
+        entry = entry.axis(axis);
+    }
+    if let Some(axis) = joint.axis2 {
+        entry = entry.second_axis(axis);
+    }
+    if let Some(rate) = &joint.rate {
+        entry = entry.rates(rate.values());
+    }
+    if joint.cut {
+        entry = entry.cut();
+    }
+    entry.id()
 }
 
-/// `(m_1, m_2, n)` with `n` along the first axis and `m_1` along the second.
-fn crossing_axes(first: &[f64; 3], second: &[f64; 3]) -> Matrix3<f64> {
-    let n = Vector3::from(*first).normalize();
-    let second = Vector3::from(*second);
-    let m1 = (second - n * n.dot(&second)).normalize();
-    Matrix3::from_columns(&[m1, n.cross(&m1), n])
-}
-
-/// The `[[constraint]]`s in their order.
-fn scalar_constraints(
-    model: &Model,
-    joints: &[Joint],
-    bodies: &[BodySpec],
+fn add_bar(
+    builder: &mut MechanismBuilder,
+    bar: &model::Bar,
+    start: &StartPoints<'_>,
     names: &Names<'_>,
-) -> Result<Vec<ScalarConstraint>, ModelError> {
-    let mut q = vec![0.0; 12 * bodies.len()];
-    for (k, body) in bodies.iter().enumerate() {
-        directors::set_frame(&mut q[12 * k..12 * k + 12], &body.center, &body.triad);
-    }
-    let guide = |name: &str, [parent, child]: [&String; 2], position: &[f64; 3], axis| {
-        let axes = complete_axis(&drive::vector(axis).normalize());
-        let sides = [names.frame(parent), names.frame(child)];
-        make_joint(name, PairKind::Free, sides, [drive::vector(position); 2], &axes, bodies)
-    };
-    let point = |member: &str, components: &[f64; 3]| {
-        let along = names.along_directors(member, &drive::vector(components));
-        match names.index(member) {
-            Some(k) => Form::point(12 * k, &along),
-            None => Form::constant(along),
-        }
-    };
-    let mut scalars = Vec::new();
-    for constraint in &model.constraints {
-        let made = match constraint {
-            Constraint::Distance { name, from, to, point_from, point_to, length } => {
-                let between = point(to, point_to).minus(&point(from, point_from));
-                let length = length.unwrap_or_else(|| between.at(&q).norm());
-                Some(ScalarConstraint::distance(name, &between, length))
-            }
-            Constraint::PointOnLine { name, parent, child, position, axis } => {
-                Some(ScalarConstraint::point_on_line(&guide(name, [parent, child], position, axis)))
-            }
-            Constraint::PointOnPlane { name, parent, child, position, axis } => Some(
-                ScalarConstraint::point_on_plane(&guide(name, [parent, child], position, axis)),
-            ),
-            _ => drive::coordinate_constraint(constraint, joints, &q)?,
-        };
-        scalars.extend(made);
-    }
-    Ok(scalars)
-}
-
-fn make_joint(
-    name: &str,
-    kind: PairKind,
-    [parent, child]: [FrameId; 2],
-    points: [Vector3<f64>; 2],
-    axes: &Matrix3<f64>,
-    bodies: &[BodySpec],
-) -> Joint {
-    let side = |frame: FrameId, point: &Vector3<f64>| match frame {
-        FrameId::Ground => Side::at(frame, &GROUND, point, axes),
-        FrameId::Frame(k) => {
-            let mut q = [0.0; 12];
-            directors::set_frame(&mut q, &bodies[k].center, &bodies[k].triad);
-            Side::at(frame, &q, point, axes)
-        }
-    };
-    let (parent, child) = (side(parent, &points[0]), side(child, &points[1]));
-    Joint { name: name.to_owned(), kind, parent, child }
-}
-
-fn bar(bar: &model::Bar, start: &StartPoints<'_>, names: &Names<'_>) -> Bar {
+) {
     let [from, to] = start.bar(bar);
     let length = bar.length.unwrap_or_else(|| (to - from).norm());
-    let end = |name: &str, point| match names.particles.get(name) {
-        Some(&k) => BarEnd::Particle(k),
-        None => BarEnd::Ground(point),
+    let end = |name: &str| names.particles.get(name).copied();
+    let (other, particle) = match (end(&bar.from), end(&bar.to)) {
+        (Some(from), Some(to)) => (BarEnd::from(from), to),
+        (None, Some(to)) => (BarEnd::Ground(from), to),
+        (Some(from), None) => (BarEnd::Ground(to), from),
+        (None, None) => return, // refused by the checks of the model
     };
-    let (from, to) = match (end(&bar.from, from), end(&bar.to, to)) {
-        (from, BarEnd::Particle(to)) => (from, to),
-        (BarEnd::Particle(to), ground) => (ground, to),
-        (ground, _) => (ground, 0), // refused by the checks of the model: no particle at either end
-    };
-    Bar { name: bar.name.clone(), from, to, length }
+    builder.bar_of_length(&bar.name, other, particle, length);
 }
 
-fn add_spring(
-    dynamics: Dynamics,
-    spring: &model::Spring,
-    mechanism: &Mechanism,
-    names: &Names<'_>,
-) -> Dynamics {
+fn add_spring(builder: &mut MechanismBuilder, spring: &model::Spring, names: &Names<'_>) {
     let end = |name: &str, point: &Option<Vec<f64>>| {
-        let own = Vector3::from(model::spatial(point.as_deref().unwrap_or_default()));
-        mechanism.point_of(names.attachment(name), &names.along_directors(name, &own))
+        names.point(name, model::spatial(point.as_deref().unwrap_or_default()))
     };
-    let between = end(&spring.to, &spring.point_to).minus(&end(&spring.from, &spring.point_from));
+    let (from, to) = (end(&spring.from, &spring.point_from), end(&spring.to, &spring.point_to));
     let law = match spring.law {
         model::SpringLaw::Linear => SpringLaw::Linear,
         model::SpringLaw::QuadraticStretch => SpringLaw::QuadraticStretch,
     };
-    let natural_length = spring.natural_length.unwrap_or_default();
-    let damper = Damper { between: between.clone(), damping: spring.damping };
-    let dynamics =
-        dynamics.spring(Spring { between, stiffness: spring.stiffness, natural_length, law });
-    if spring.damping == 0.0 {
-        return dynamics;
-    }
-    dynamics.damper(damper)
+    let entry = builder.spring(from, to, spring.stiffness).law(law).damping(spring.damping);
+    entry.natural_length(spring.natural_length.unwrap_or_default());
 }
 
 /// The loads of a `[[load]]`: one, or one for each node of a beam.
@@ -338,7 +270,7 @@ fn loads(
 ) -> Result<Vec<Load>, ModelError> {
     let refuse = |error: LoadError| {
         let key = format!("load.{}", load.name);
-        ModelError::Assembly(vec![model::Problem::new(key, error.to_string())])
+        ModelError::Assembly(vec![Problem::new(key, error.to_string())])
     };
     let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
     let kind = match load.frame {

@@ -76,6 +76,25 @@ pub trait JointLaw: Send + Sync {
     fn is_dissipative(&self) -> bool;
 }
 
+impl std::fmt::Debug for dyn JointLaw {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = if self.is_dissipative() { "dissipative joint law" } else { "joint law" };
+        f.write_str(name)
+    }
+}
+
+impl JointLaw for Arc<dyn JointLaw> {
+    fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        (**self).effort(t, coordinate, rate)
+    }
+    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, f64) {
+        (**self).slopes(t, coordinate, rate)
+    }
+    fn is_dissipative(&self) -> bool {
+        (**self).is_dissipative()
+    }
+}
+
 /// `τ = −c θ̇`: damper or viscous friction, `c` in N·s/m or N·m·s/rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Viscous(
@@ -139,7 +158,7 @@ impl JointLaw for PdControl {
 }
 
 /// A [`JointLaw`] on a coordinate, as a discrete force pair.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub struct JointForce<L> {
     /// The coordinate.
     pub coordinate: JointCoordinate,

@@ -18,6 +18,7 @@
 //! | [`joint`] | anchors `ϱ`, axes `n, m_1, m_2`, gap `r` (62), (63) |
 //! | [`pair`] | the kinematic pairs, one file each; the joint table |
 //! | [`description`], [`mechanism`] | bodies, point masses, joints and bars; the same as one system |
+//! | [`builder`], [`initial_rates`] | a mechanism described in Rust; velocities from joint rates |
 //! | [`tree`], [`particle`] | sweeps over bodies; point masses on bars |
 //! | [`map`] | `P`, `F_d`, `∂F_d/∂u` of the spanning tree as dense matrices |
 //! | [`articulated`] | the Newton step on trees in linear time |
@@ -41,11 +42,13 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod articulated;
+pub mod builder;
 pub mod closed_loop;
 pub mod coordinate;
 pub mod coordinates;
 pub mod description;
 pub mod form;
+pub mod initial_rates;
 pub mod joint;
 pub mod joint_force;
 pub mod map;
@@ -63,6 +66,7 @@ pub mod spatial;
 pub mod spring;
 pub mod tree;
 
+pub use builder::{BuildError, BuiltMechanism, ForceElements, MechanismBuilder};
 pub use coordinates::JointCoordinates;
 pub use joint::{FrameId, Joint, Side};
 pub use mechanism::{Description, Mechanism};

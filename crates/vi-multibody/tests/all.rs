@@ -1,5 +1,6 @@
 //! Every test of `vi-multibody` against its public interface, in one binary.
 #![allow(clippy::unwrap_used)] // tests
 
+mod builder;
 mod joint_coordinates;
 mod random_trees;

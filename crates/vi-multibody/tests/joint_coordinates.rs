@@ -2,79 +2,37 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_constraints::{Constraints, Options, SchemeKind};
-use vi_core::{Composition, Configuration, Quadrature};
+use vi_core::{Composition, Configuration};
+use vi_multibody::FrameId::Ground;
+use vi_multibody::builder::{BodyEntry, BuiltMechanism, CoordinateId, Inertia, MechanismBuilder};
 use vi_multibody::coordinate::JointCoordinate;
-use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
-use vi_multibody::joint_force::{JointForce, JointSpring, Motor, PdControl, Viscous};
-use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
+use vi_multibody::joint_force::{PdControl, Viscous};
 use vi_multibody::pair::PairKind;
-use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
-use vi_multibody::scalar_constraint::ScalarConstraint;
-use vi_rigid::body::RigidBody;
-use vi_rigid::directors;
-use vi_rigid::inertia::PrincipalInertia;
-use vi_rigid::rotation;
+use vi_multibody::run::MechanismIntegrator;
+use vi_rigid::{directors, rotation};
 
-fn body(name: &str, center: Vector3<f64>, omega: Vector3<f64>) -> BodySpec {
-    let inertia = PrincipalInertia::new([0.3, 0.4, 0.5]).unwrap();
-    BodySpec {
-        name: name.into(),
-        body: Some(RigidBody::from_inertia(2.0, &inertia).unwrap()),
-        center,
-        triad: Matrix3::identity(),
-        velocity: Vector3::zeros(),
-        omega,
-    }
+const X: [f64; 3] = [1.0, 0.0, 0.0];
+const Y: [f64; 3] = [0.0, 1.0, 0.0];
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
+
+fn body<'a>(builder: &'a mut MechanismBuilder, name: &str, center: [f64; 3]) -> BodyEntry<'a> {
+    builder.body(name, Inertia::principal(2.0, [0.3, 0.4, 0.5])).at(center)
 }
 
-fn joint(
-    description: &Description,
-    kind: PairKind,
-    [parent, child]: [FrameId; 2],
-    point: Vector3<f64>,
-    axis: Vector3<f64>,
-) -> Joint {
-    let axes = complete_axis(&axis.normalize());
-    let side = |id: FrameId| match id {
-        FrameId::Ground => Side::at(id, &GROUND, &point, &axes),
-        FrameId::Frame(k) => {
-            let mut q = [0.0; 12];
-            let b = &description.bodies[k];
-            directors::set_frame(&mut q, &b.center, &b.triad);
-            Side::at(id, &q, &point, &axes)
-        }
-    };
-    let (parent, child) = (side(parent), side(child));
-    Joint { name: format!("{}-{}", kind.name(), description.joints.len()), kind, parent, child }
-}
-
-const G: FrameId = FrameId::Ground;
-const A: FrameId = FrameId::Frame(0);
-const B: FrameId = FrameId::Frame(1);
-
-fn empty() -> Description {
-    Description { dimension: 3, ..Description::default() }
-}
-
-/// Two rotors about z, side by side, `J = 0.5` each.
-fn rotors(omega: [f64; 2]) -> Description {
-    let mut d = empty();
-    let (left, right) = (Vector3::zeros(), Vector3::new(2.0, 0.0, 0.0));
-    d.bodies.push(body("left", left, omega[0] * Vector3::z()));
-    d.bodies.push(body("right", right, omega[1] * Vector3::z()));
-    for (frame, point) in [(A, left), (B, right)] {
-        let hinge = joint(&d, PairKind::Revolute, [G, frame], point, Vector3::z());
-        d.joints.push(hinge);
-    }
-    d
-}
-
-/// For a constraint.
-fn principal(d: &Description, k: usize, freedom: usize) -> JointCoordinate {
-    JointCoordinate::principal(&d.joints[k], freedom).unwrap()
+/// Two rotors about z, side by side, `J = 0.5` each, and their angles.
+fn rotors(rates: [f64; 2]) -> (MechanismBuilder, [CoordinateId; 2]) {
+    let mut builder = MechanismBuilder::new();
+    let angles = [("left", [0.0; 3], rates[0]), ("right", [2.0, 0.0, 0.0], rates[1])].map(
+        |(name, center, rate)| {
+            let rotor = body(&mut builder, name, center).angular_velocity([0.0, 0.0, rate]).id();
+            let hinge = builder.joint(name, PairKind::Revolute, Ground, rotor);
+            hinge.at(center).axis(Z).id().coordinate(0)
+        },
+    );
+    (builder, angles)
 }
 
 fn turned(run: &MechanismIntegrator, coordinate: &JointCoordinate) -> f64 {
@@ -89,21 +47,18 @@ fn follow(run: &mut MechanismIntegrator, coordinate: &JointCoordinate, steps: u3
     turned(run, coordinate)
 }
 
-fn start(
-    mechanism: Mechanism,
-    system: vi_core::SeparableSystem,
-    options: Options,
-) -> MechanismIntegrator {
-    let (q, v) = mechanism.start();
-    integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v)).unwrap()
+/// The mechanism, and coordinates of it as they are read along a run.
+fn built<const N: usize>(
+    builder: &MechanismBuilder,
+    coordinates: [CoordinateId; N],
+) -> (BuiltMechanism, [JointCoordinate; N]) {
+    let mut built = builder.build().unwrap();
+    let coordinates = coordinates.map(|coordinate| built.coordinate(coordinate).unwrap());
+    (built, coordinates)
 }
 
 #[test]
 fn coordinates_have_exact_derivatives() {
-    let mut d = empty();
-    d.bodies.push(body("a", Vector3::new(0.1, 0.2, -0.3), Vector3::zeros()));
-    d.bodies.push(body("b", Vector3::new(0.9, -0.2, 0.4), Vector3::zeros()));
-    d.bodies[0].triad = rotation::exp(&Vector3::new(0.3, -0.2, 0.9));
     for (kind, freedoms) in [
         (PairKind::Revolute, 1),
         (PairKind::Cylindrical, 2),
@@ -111,7 +66,12 @@ fn coordinates_have_exact_derivatives() {
         (PairKind::Planar, 3),
         (PairKind::Universal, 2),
     ] {
-        let j = joint(&d, kind, [A, B], Vector3::new(0.4, 0.1, 0.2), Vector3::new(1.0, 2.0, -1.0));
+        let mut builder = MechanismBuilder::new();
+        let a = body(&mut builder, "a", [0.1, 0.2, -0.3]).rotation_vector([0.3, -0.2, 0.9]).id();
+        let b = body(&mut builder, "b", [0.9, -0.2, 0.4]).id();
+        builder.joint("joint", kind, a, b).at([0.4, 0.1, 0.2]).axis([1.0, 2.0, -1.0]);
+        let d = builder.description().unwrap();
+        let j = &d.joints[0];
         let q: Vec<f64> = {
             let mut q = vec![0.0; 24];
             for (k, b) in d.bodies.iter().enumerate() {
@@ -122,7 +82,7 @@ fn coordinates_have_exact_derivatives() {
             q
         };
         for freedom in 0..freedoms {
-            let c = JointCoordinate::principal(&j, freedom).unwrap();
+            let c = JointCoordinate::principal(j, freedom).unwrap();
             let e = 1e-5;
             let v: Vec<f64> = (0..24).map(|i| (f64::from(i) * 1.7).sin()).collect();
             let w: Vec<f64> = (0..24).map(|i| (f64::from(i) * 0.7).cos()).collect();
@@ -160,15 +120,13 @@ fn coordinates_have_exact_derivatives() {
 fn a_torsional_spring_winds_over_several_turns() {
     // J θ̈ = −k θ: θ = θ̇_0/w sin w t with w = √(k/J); amplitude 25 rad = 4 turns
     let error = |steps: u32, composition: Composition| {
-        let d = rotors([5.0, 0.0]);
-        let mut mechanism = Mechanism::new(d);
-        let coordinate = mechanism.coordinate(0, 0).unwrap();
-        let spring = JointSpring { coordinate: coordinate.clone(), stiffness: 0.02, rest: 0.0 };
-        let system = mechanism.system(Quadrature::Midpoint).discrete_potential(Box::new(spring));
+        let (mut builder, [angle, _]) = rotors([5.0, 0.0]);
+        builder.joint_spring(angle, 0.02, 0.0);
+        let (mechanism, [coordinate]) = built(&builder, [angle]);
         let (w, end) = ((0.02_f64 / 0.5).sqrt(), 12.0);
         let options =
             Options::new(SchemeKind::Nodal, end / f64::from(steps)).composition(composition);
-        let mut run = start(mechanism, system, options);
+        let mut run = mechanism.integrator(options).unwrap();
         let found = follow(&mut run, &coordinate, steps);
         (found - 5.0 / w * (w * end).sin()).abs()
     };
@@ -183,28 +141,18 @@ fn a_torsional_spring_winds_over_several_turns() {
 
 #[test]
 fn joint_springs_and_dampers_keep_the_momentum_of_a_free_pair() {
-    let mut d = empty();
-    d.bodies.push(body("a", Vector3::zeros(), Vector3::new(0.3, -0.2, 1.0)));
-    d.bodies.push(body("b", Vector3::new(1.0, 0.0, 0.0), Vector3::zeros()));
-    let hinge = joint(&d, PairKind::Revolute, [A, B], Vector3::new(0.5, 0.0, 0.0), Vector3::y());
-    d.joints.push(hinge);
-    // consistent rates: b turns with a, plus 2 rad/s about the hinge
-    let omega = d.bodies[0].omega;
-    let spin = omega + 2.0 * Vector3::y();
-    d.bodies[1].omega = spin;
-    let arm = Vector3::new(0.5, 0.0, 0.0);
-    d.bodies[1].velocity = omega.cross(&arm) + spin.cross(&arm);
-    let mut mechanism = Mechanism::new(d);
-    let coordinate = mechanism.coordinate(0, 0).unwrap();
-    let spring = JointSpring { coordinate: coordinate.clone(), stiffness: 3.0, rest: 0.4 };
-    let damper = JointForce { coordinate, law: Viscous(0.2) };
+    let mut builder = MechanismBuilder::new();
+    let a = body(&mut builder, "a", [0.0; 3]).angular_velocity([0.3, -0.2, 1.0]).id();
+    let b = body(&mut builder, "b", X).id(); // turns with a, plus 2 rad/s about the hinge
+    let hinge = builder.joint("hinge", PairKind::Revolute, a, b).at([0.5, 0.0, 0.0]).axis(Y);
+    let angle = hinge.rate(2.0).id().coordinate(0);
+    builder.joint_spring(angle, 3.0, 0.4);
+    builder.joint_force(angle, Viscous(0.2));
+    let made = builder.build().unwrap();
+    let mechanism = &made.mechanism;
     let mut ends = Vec::new();
     for scheme in SchemeKind::ALL {
-        let system = mechanism
-            .system(Quadrature::Midpoint)
-            .discrete_potential(Box::new(spring.clone()))
-            .force(Box::new(JointForce { coordinate: damper.coordinate.clone(), law: damper.law }));
-        let mut run = start(mechanism.clone(), system, Options::new(scheme, 0.01));
+        let mut run = made.clone().integrator(Options::new(scheme, 0.01)).unwrap();
         let before = mechanism.momentum(&run.state().q, &run.state().p);
         for _ in 0..500 {
             run.step().unwrap();
@@ -232,16 +180,11 @@ fn gears_with_any_ratio_over_many_turns() {
     // motor T on the left rotor, θ_l + ρ θ_r = const: (J + J/ρ²) θ̈_l = T
     let (ratio, torque, end) = (-0.37, 0.8, 6.0);
     for scheme in SchemeKind::ALL {
-        let mut d = rotors([0.0, 0.0]);
-        let pair = (principal(&d, 0, 0), principal(&d, 1, 0));
-        let q = Mechanism::new(d.clone()).start().0;
-        d.scalars.push(ScalarConstraint::coupling("gear", pair, ratio, &q));
-        let mut mechanism = Mechanism::new(d);
-        let [left, right] = [0, 1].map(|k| mechanism.coordinate(k, 0).unwrap());
-        let law = Motor(Arc::new(move |_| torque));
-        let motor = JointForce { coordinate: left.clone(), law };
-        let system = mechanism.system(Quadrature::Midpoint).force(Box::new(motor));
-        let mut run = start(mechanism, system, Options::new(scheme, 0.005));
+        let (mut builder, [left, right]) = rotors([0.0, 0.0]);
+        builder.gear("gear", left, right, ratio);
+        builder.motor(left, move |_| torque);
+        let (mechanism, [left, right]) = built(&builder, [left, right]);
+        let mut run = mechanism.integrator(Options::new(scheme, 0.005)).unwrap();
         let steps = (end / 0.005) as u32;
         for _ in 0..steps {
             run.step().unwrap();
@@ -262,19 +205,17 @@ fn gears_with_any_ratio_over_many_turns() {
 fn a_screw_couples_turn_and_advance() {
     // pitch p per rad: (J + m p²) θ̈ = T
     let (pitch, torque, end) = (0.3, 0.4, 4.0);
-    let mut d = empty();
-    d.bodies.push(body("nut", Vector3::zeros(), Vector3::zeros()));
-    let guide = joint(&d, PairKind::Cylindrical, [G, A], Vector3::zeros(), Vector3::z());
-    d.joints.push(guide);
-    let q = Mechanism::new(d.clone()).start().0;
-    let pair = (principal(&d, 0, 0), principal(&d, 0, 1));
-    d.scalars.push(ScalarConstraint::coupling("thread", pair, -pitch, &q));
-    let law = Motor(Arc::new(move |_| torque));
-    let mut mechanism = Mechanism::new(d);
-    let [slide, angle] = [0, 1].map(|freedom| mechanism.coordinate(0, freedom).unwrap());
-    let motor = JointForce { coordinate: angle.clone(), law };
-    let system = mechanism.system(Quadrature::Midpoint).force(Box::new(motor));
-    let mut run = start(mechanism, system, Options::new(SchemeKind::Nodal, 0.002));
+    let mut builder = MechanismBuilder::new();
+    let nut = body(&mut builder, "nut", [0.0; 3]).id();
+    let guide = builder.joint("guide", PairKind::Cylindrical, Ground, nut).at([0.0; 3]).axis(Z);
+    let [slide, angle] = [0, 1].map({
+        let guide = guide.id();
+        move |freedom| guide.coordinate(freedom)
+    });
+    builder.gear("thread", slide, angle, -pitch);
+    builder.motor(angle, move |_| torque);
+    let (mechanism, [slide, angle]) = built(&builder, [slide, angle]);
+    let mut run = mechanism.integrator(Options::new(SchemeKind::Nodal, 0.002)).unwrap();
     let theta = follow(&mut run, &angle, 2000);
     let exact = 0.5 * torque / (0.5 + 2.0 * pitch * pitch) * end * end;
     let u = turned(&run, &slide);
@@ -291,25 +232,17 @@ fn a_driven_hinge_follows_its_reference_exactly_in_every_scheme() {
     // θ_ref = 0.3 + 2 t + sin 3t − 0.3 at the left hinge, a pendulum hangs on it
     let mut ends = Vec::new();
     for scheme in SchemeKind::ALL {
-        let mut d = empty();
-        d.gravity = Vector3::new(0.0, -9.81, 0.0);
-        let rate = 2.0 + 3.0;
-        d.bodies.push(body("crank", Vector3::new(0.5, 0.0, 0.0), rate * Vector3::z()));
-        d.bodies[0].velocity = Vector3::new(0.0, 0.5 * rate, 0.0);
-        d.bodies.push(body("arm", Vector3::new(1.0, -0.7, 0.0), Vector3::zeros()));
-        d.bodies[1].velocity = Vector3::new(0.0, rate, 0.0);
-        let hinge = joint(&d, PairKind::Revolute, [G, A], Vector3::zeros(), Vector3::z());
-        d.joints.push(hinge);
-        let hinge = joint(&d, PairKind::Revolute, [A, B], Vector3::x(), Vector3::z());
-        d.joints.push(hinge);
-        let reference = Arc::new(|t: f64| {
+        let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
+        let crank = body(&mut builder, "crank", [0.5, 0.0, 0.0]).id();
+        let arm = body(&mut builder, "arm", [1.0, -0.7, 0.0]).velocity([0.0, 5.0, 0.0]).id();
+        let base = builder.joint("base", PairKind::Revolute, Ground, crank).at([0.0; 3]).axis(Z);
+        let angle = base.rate(2.0 + 3.0).id().coordinate(0);
+        builder.joint("elbow", PairKind::Revolute, crank, arm).at(X).axis(Z);
+        builder.motion("drive", angle, |t| {
             [2.0 * t + (3.0 * t).sin(), 2.0 + 3.0 * (3.0 * t).cos(), -9.0 * (3.0 * t).sin()]
         });
-        d.scalars.push(ScalarConstraint::motion("drive", principal(&d, 0, 0), reference));
-        let mut mechanism = Mechanism::new(d);
-        let angle = mechanism.coordinate(0, 0).unwrap();
-        let system = mechanism.system(Quadrature::Midpoint);
-        let mut run = start(mechanism, system, Options::new(scheme, 0.01));
+        let (mechanism, [angle]) = built(&builder, [angle]);
+        let mut run = mechanism.integrator(Options::new(scheme, 0.01)).unwrap();
         assert!(run.start_report().velocity_moved < 1e-12, "{:?}", run.start_report());
         let theta = follow(&mut run, &angle, 600);
         let exact = 2.0 * 6.0 + 18.0_f64.sin();
@@ -328,18 +261,14 @@ fn a_driven_hinge_follows_its_reference_exactly_in_every_scheme() {
 
 #[test]
 fn pd_control_settles_with_the_error_of_its_stiffness() {
-    let mut d = empty();
-    d.gravity = Vector3::new(0.0, -9.81, 0.0);
-    d.bodies.push(body("arm", Vector3::new(0.5, 0.0, 0.0), Vector3::zeros()));
-    let hinge = joint(&d, PairKind::Revolute, [G, A], Vector3::zeros(), Vector3::z());
-    d.joints.push(hinge);
-    let law =
-        PdControl { proportional: 200.0, derivative: 40.0, reference: Arc::new(|_| (0.5, 0.0)) };
-    let mut mechanism = Mechanism::new(d);
-    let angle = mechanism.coordinate(0, 0).unwrap();
-    let control = JointForce { coordinate: angle.clone(), law };
-    let system = mechanism.system(Quadrature::Midpoint).force(Box::new(control));
-    let mut run = start(mechanism, system, Options::new(SchemeKind::Nodal, 0.01));
+    let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
+    let arm = body(&mut builder, "arm", [0.5, 0.0, 0.0]).id();
+    let hinge = builder.joint("hinge", PairKind::Revolute, Ground, arm).at([0.0; 3]).axis(Z);
+    let angle = hinge.id().coordinate(0);
+    let reference = Arc::new(|_| (0.5, 0.0));
+    builder.joint_force(angle, PdControl { proportional: 200.0, derivative: 40.0, reference });
+    let (mechanism, [angle]) = built(&builder, [angle]);
+    let mut run = mechanism.integrator(Options::new(SchemeKind::Nodal, 0.01)).unwrap();
     let theta = follow(&mut run, &angle, 1000);
     let balance = 200.0 * (0.5 - theta) - 2.0 * 9.81 * 0.5 * theta.cos();
     println!("settles at {theta:.6} rad, balance of torques {balance:.1e}");
@@ -348,33 +277,17 @@ fn pd_control_settles_with_the_error_of_its_stiffness() {
 
 #[test]
 fn guides_and_distances_hold_to_round_off() {
-    let mut d = empty();
-    d.gravity = Vector3::new(0.3, 0.2, -9.81);
-    d.bodies.push(body("bead", Vector3::zeros(), Vector3::new(0.1, 0.2, 0.3)));
-    d.bodies.push(body("slab", Vector3::new(2.0, 0.0, 0.0), Vector3::new(0.0, 0.5, 0.0)));
-    let line = joint(
-        &d,
-        PairKind::Free,
-        [G, A],
-        Vector3::new(0.1, 0.0, 0.0),
-        Vector3::new(1.0, 1.0, -1.0),
-    );
-    let plane =
-        joint(&d, PairKind::Free, [G, B], Vector3::new(2.0, 0.2, 0.0), Vector3::new(0.0, 1.0, 3.0));
-    let q = Mechanism::new(d.clone()).start().0;
-    let between = vi_multibody::form::Form::point(12, &Vector3::new(-0.3, 0.0, 0.0))
-        .minus(&vi_multibody::form::Form::point(0, &Vector3::new(0.3, 0.1, 0.0)));
-    let length = between.at(&q).norm();
-    d.scalars = vec![
-        ScalarConstraint::point_on_line(&line),
-        ScalarConstraint::point_on_plane(&plane),
-        ScalarConstraint::distance("rod", &between, length),
-    ];
-    let mechanism = Mechanism::new(d);
+    let mut builder = MechanismBuilder::new().gravity([0.3, 0.2, -9.81]);
+    let bead = body(&mut builder, "bead", [0.0; 3]).angular_velocity([0.1, 0.2, 0.3]).id();
+    let slab = body(&mut builder, "slab", [2.0, 0.0, 0.0]).angular_velocity([0.0, 0.5, 0.0]).id();
+    builder.point_on_line("line", Ground, bead, [0.1, 0.0, 0.0], [1.0, 1.0, -1.0]);
+    builder.point_on_plane("plane", Ground, slab, [2.0, 0.2, 0.0], [0.0, 1.0, 3.0]);
+    builder.distance("rod", bead.point([0.3, 0.1, 0.0]), slab.point([-0.3, 0.0, 0.0]));
+    let made = builder.build().unwrap();
+    let mechanism = &made.mechanism;
     let mut ends = Vec::new();
     for scheme in SchemeKind::ALL {
-        let system = mechanism.system(Quadrature::Midpoint);
-        let mut run = start(mechanism.clone(), system, Options::new(scheme, 0.005));
+        let mut run = made.clone().integrator(Options::new(scheme, 0.005)).unwrap();
         let mut worst = 0.0_f64;
         for _ in 0..400 {
             run.step().unwrap();

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use proptest::prelude::*;
 use vi_constraints::{Constraints, DenseNodal, NodalOperators, Reparametrization};
 use vi_core::interval::Interval;
@@ -11,14 +11,11 @@ use vi_core::linear::norm_inf;
 use vi_core::state::Memory;
 use vi_core::{Configuration, DiscreteLagrangian, Entries, Quadrature, SeparableSystem};
 use vi_multibody::articulated::TreeNodal;
-use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+use vi_multibody::builder::{Inertia, MechanismBuilder};
+use vi_multibody::joint::{FrameId, Joint};
 use vi_multibody::map::TreeMap;
-use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
+use vi_multibody::mechanism::Mechanism;
 use vi_multibody::pair::PairKind;
-use vi_rigid::body::RigidBody;
-use vi_rigid::directors;
-use vi_rigid::inertia::PrincipalInertia;
-use vi_rigid::rotation;
 
 const KINDS: [PairKind; 9] = [
     PairKind::Spherical,
@@ -55,23 +52,13 @@ fn random_tree(bodies: usize, seed: u64) -> Mechanism {
     for _ in 0..20 {
         random.next();
     }
-    let mut description = Description {
-        dimension: 3,
-        gravity: Vector3::new(0.3, -1.0, -9.0),
-        ..Description::default()
-    };
+    let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
+    let mut frames = vec![FrameId::Ground];
     for k in 0..bodies {
         let j = Vector3::new(1.0, 1.2, 1.5) + 0.15 * random.vector();
-        let inertia = PrincipalInertia::new(j.into()).unwrap();
-        let mass = 2.0 + random.next();
-        description.bodies.push(BodySpec {
-            name: format!("body {k}"),
-            body: Some(RigidBody::from_inertia(mass, &inertia).unwrap()),
-            center: 2.0 * random.vector(),
-            triad: rotation::exp(&random.vector()),
-            velocity: Vector3::zeros(),
-            omega: Vector3::zeros(),
-        });
+        let inertia = Inertia::principal(2.0 + random.next(), j.into());
+        let body = builder.body(&format!("body {k}"), inertia).at(2.0 * random.vector());
+        frames.push(body.rotation_vector(random.vector()).id().into());
     }
     for k in 0..bodies {
         let kind = match random.below(KINDS.len()) {
@@ -81,25 +68,13 @@ fn random_tree(bodies: usize, seed: u64) -> Mechanism {
         if kind == PairKind::Free {
             continue;
         }
-        let parent = random.below(k + 1);
-        let parent = if parent == k { FrameId::Ground } else { FrameId::Frame(parent) };
-        let coordinates = |id| match id {
-            FrameId::Ground => GROUND,
-            FrameId::Frame(k) => {
-                let mut q = [0.0; 12];
-                let body: &BodySpec = &description.bodies[k];
-                directors::set_frame(&mut q, &body.center, &body.triad);
-                q
-            }
-        };
-        let (point, axis) = (random.vector(), random.vector().normalize());
-        let axes: Matrix3<f64> = complete_axis(&axis);
-        let side = |id| Side::at(id, &coordinates(id), &point, &axes);
-        let (a, b) = (side(parent), side(FrameId::Frame(k)));
-        let (parent, child) = if random.next() > 0.0 { (a, b) } else { (b, a) };
-        description.joints.push(Joint { name: format!("joint {k}"), kind, parent, child });
+        let (parent, child) = (frames[(random.below(k + 1) + 1) % (k + 1)], frames[k + 1]);
+        let (point, axis) = (random.vector(), random.vector());
+        let reversed = random.next() <= 0.0;
+        let [parent, child] = if reversed { [child, parent] } else { [parent, child] };
+        builder.joint(&format!("joint {k}"), kind, parent, child).at(point).axis(axis);
     }
-    Mechanism::new(description)
+    builder.build().unwrap().mechanism
 }
 
 fn increments(d: usize, size: f64, seed: u64) -> Vec<f64> {

@@ -236,6 +236,13 @@ impl PairKind {
         each_pair!(self, pair => pair::FREEDOMS)
     }
 
+    /// Number of its freedoms that are joint coordinates, which springs and motors act on: the rotations
+    /// of spherical and free joints are none.
+    #[must_use]
+    pub fn coordinate_count(self) -> usize {
+        if matches!(self, Self::Spherical | Self::Free) { 0 } else { self.freedoms() }
+    }
+
     /// Number of constraints `m_ex`.
     #[must_use]
     pub fn constraints(self) -> usize {

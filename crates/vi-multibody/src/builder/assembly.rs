@@ -1,0 +1,350 @@
+//! From the parts of a builder to a description, a mechanism, and its force elements.
+
+use super::force::{JointElementKind, LoadPart};
+use super::joint::{coordinates, direction, joint_at};
+use super::{
+    BuildError, BuiltMechanism, ConstraintKind, ConstraintPart, CoordinateId, ForceElements, Guide,
+    MechanismBuilder, Place, PointOn,
+};
+use crate::coordinate::JointCoordinate;
+use crate::description::{Attachment, Bar, BarEnd, Description};
+use crate::form::Form;
+use crate::initial_rates;
+use crate::joint::{FrameId, Joint, complete_axis};
+use crate::joint_force::{JointForce, JointSpring};
+use crate::mechanism::Mechanism;
+use crate::pair::PairKind;
+use crate::scalar_constraint::ScalarConstraint;
+use crate::spring::{Damper, Spring};
+use nalgebra::{Matrix3, Vector3};
+
+/// Refuses numbers that are NaN or infinite.
+pub(super) fn finite(
+    element: impl Fn() -> String,
+    what: &'static str,
+    numbers: &[f64],
+) -> Result<(), BuildError> {
+    match numbers.iter().find(|number| !number.is_finite()) {
+        Some(&value) => Err(BuildError::NotFinite { element: element(), what, value }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses numbers that are not positive, and those that are not finite.
+fn positive(
+    element: impl Fn() -> String,
+    what: &'static str,
+    value: f64,
+) -> Result<(), BuildError> {
+    finite(&element, what, &[value])?;
+    if value > 0.0 {
+        return Ok(());
+    }
+    Err(BuildError::NotPositive { element: element(), what, value })
+}
+
+/// The length of a bar, by default the initial distance of its ends; `sizes`: how far they are from the
+/// origin.
+fn length_of(
+    element: impl Fn() -> String,
+    stated: Option<f64>,
+    distance: f64,
+    sizes: f64,
+) -> Result<f64, BuildError> {
+    if stated.is_none() && distance <= 8.0 * f64::EPSILON * sizes {
+        return Err(BuildError::ZeroLength { element: element() });
+    }
+    let length = stated.unwrap_or(distance);
+    positive(element, "length", length)?;
+    Ok(length)
+}
+
+fn known(
+    element: impl Fn() -> String,
+    kind: &'static str,
+    index: usize,
+    count: usize,
+) -> Result<(), BuildError> {
+    if index < count {
+        return Ok(());
+    }
+    Err(BuildError::UnknownId { element: element(), kind, index, count })
+}
+
+impl MechanismBuilder {
+    /// The mechanism, and what acts on it.
+    ///
+    /// # Errors
+    /// [`BuildError`] for the first part that makes no sense.
+    pub fn build(&self) -> Result<BuiltMechanism, BuildError> {
+        let mut mechanism = Mechanism::new(self.description()?);
+        let forces = self.forces(&mut mechanism)?;
+        Ok(BuiltMechanism { mechanism, forces })
+    }
+
+    /// The description of the mechanism: everything but the force elements.
+    ///
+    /// # Errors
+    /// [`BuildError`] for the first part that makes no sense.
+    pub fn description(&self) -> Result<Description, BuildError> {
+        finite(|| "the mechanism".to_owned(), "gravity", self.gravity.as_slice())?;
+        let mut description = Description {
+            dimension: self.dimension,
+            gravity: self.gravity,
+            particles: self.particles.clone(),
+            ..Description::default()
+        };
+        for body in &self.bodies {
+            description.bodies.push(body.resolve()?.0);
+        }
+        for particle in &self.particles {
+            let element = || format!("particle `{}`", particle.name);
+            finite(element, "position", particle.position.as_slice())?;
+            finite(element, "velocity", particle.velocity.as_slice())?;
+            positive(element, "mass", particle.mass)?;
+        }
+        for joint in &self.joints {
+            self.check_frames(|| format!("joint `{}`", joint.name), joint.frames())?;
+            if let Some(rates) = &joint.rates {
+                finite(|| format!("joint `{}`", joint.name), "rate", rates)?;
+            }
+            description.joints.push(joint.resolve(&description.bodies)?);
+        }
+        description.cuts = (0..self.joints.len()).filter(|&k| self.joints[k].cut).collect();
+        for k in 0..self.bars.len() {
+            description.bars.push(self.bar_at(k)?);
+        }
+        let mut q = Vec::with_capacity(12 * description.bodies.len());
+        for k in 0..description.bodies.len() {
+            q.extend(coordinates(FrameId::Frame(k), &description.bodies));
+        }
+        for constraint in &self.constraints {
+            let made = self.scalar(constraint, &description, &q)?;
+            description.scalars.push(made);
+        }
+        let rates: Vec<_> = self.joints.iter().map(|joint| joint.rates.as_deref()).collect();
+        initial_rates::apply(&mut description, &rates).map_err(|refused| BuildError::Rate {
+            joint: self.joints[refused.joint].name.clone(),
+            source: refused.error,
+        })?;
+        Ok(description)
+    }
+
+    /// The force elements, for a mechanism of this description; the joint coordinates that they need are
+    /// listed in it.
+    ///
+    /// # Errors
+    /// [`BuildError`] for the first part that makes no sense.
+    pub fn forces(&self, mechanism: &mut Mechanism) -> Result<ForceElements, BuildError> {
+        let mut forces = ForceElements::default();
+        for (k, element) in self.point_elements.iter().enumerate() {
+            let (law, damping) = (element.law, element.damping);
+            let name = || {
+                let kind = if element.stiffness.is_some() { "spring" } else { "damper" };
+                format!("{kind} {k} between points")
+            };
+            let stiffness = element.stiffness.unwrap_or_default();
+            let natural_length = element.natural_length;
+            finite(name, "parameters", &[stiffness, natural_length, damping])?;
+            let [from, to] = self.ends(name, &element.from, &element.to)?;
+            let between = to.minus(&from);
+            let damper = Damper { between: between.clone(), damping };
+            if element.stiffness.is_some() {
+                forces.springs.push(Spring { between, stiffness, natural_length, law });
+            }
+            if damping != 0.0 {
+                forces.dampers.push(damper);
+            }
+        }
+        for element in &self.joint_elements {
+            let coordinate = self.listed(element.coordinate, mechanism)?;
+            match &element.kind {
+                JointElementKind::Spring { stiffness, rest } => {
+                    let (stiffness, rest) = (*stiffness, *rest);
+                    let at = element.coordinate.joint.index();
+                    let name = || format!("spring on joint `{}`", self.joints[at].name);
+                    finite(name, "parameters", &[stiffness, rest])?;
+                    forces.joint_springs.push(JointSpring { coordinate, stiffness, rest });
+                }
+                JointElementKind::Force(law) => {
+                    forces.joint_forces.push(JointForce { coordinate, law: law.clone() });
+                }
+            }
+        }
+        for (k, load) in self.loads.iter().enumerate() {
+            let load = match load {
+                LoadPart::Given(load) => {
+                    let (body, count) = (load.offset() / 12, self.bodies.len());
+                    known(|| format!("load {k}"), "body", body, count)?;
+                    load.clone()
+                }
+                LoadPart::Described(load) => {
+                    let body = load.body.index();
+                    known(|| format!("load {k}"), "body", body, self.bodies.len())?;
+                    let axes = self.bodies[body].resolve()?.1;
+                    let along = |components: &Vector3<f64>| axes.transpose() * components;
+                    let place = load.place;
+                    let point = self.components(&PointOn { member: load.body.into(), place })?;
+                    load.resolve(self.bodies[body].name(), point, along)?
+                }
+            };
+            forces.loads.push(load);
+        }
+        Ok(forces)
+    }
+
+    /// The principal axes (columns) of a body in the components that it was described in: where inertia
+    /// was given as a tensor, they differ from its own axes.
+    ///
+    /// # Errors
+    /// [`BuildError`] when the body makes no sense.
+    pub fn principal_axes(&self, body: super::BodyId) -> Result<Matrix3<f64>, BuildError> {
+        known(|| "the question".to_owned(), "body", body.index(), self.bodies.len())?;
+        Ok(self.bodies[body.index()].resolve()?.1)
+    }
+
+    fn check_frames(
+        &self,
+        element: impl Fn() -> String,
+        frames: [FrameId; 2],
+    ) -> Result<(), BuildError> {
+        for frame in frames {
+            if let FrameId::Frame(k) = frame {
+                known(&element, "body", k, self.bodies.len())?;
+            }
+        }
+        if frames[0] == frames[1] {
+            return Err(BuildError::SameMember { element: element() });
+        }
+        Ok(())
+    }
+
+    fn bar_at(&self, k: usize) -> Result<Bar, BuildError> {
+        let bar = &self.bars[k];
+        let element = || format!("bar `{}`", bar.name);
+        let count = self.particles.len();
+        known(element, "particle", bar.to.index(), count)?;
+        let from = match bar.from {
+            BarEnd::Ground(point) => point,
+            BarEnd::Particle(from) => {
+                known(element, "particle", from, count)?;
+                self.particles[from].position
+            }
+        };
+        finite(element, "end on the ground", from.as_slice())?;
+        let between = self.particles[bar.to.index()].position - from;
+        let sizes = from.norm() + self.particles[bar.to.index()].position.norm();
+        let length = length_of(element, bar.length, between.norm(), sizes)?;
+        Ok(Bar { name: bar.name.clone(), from: bar.from, to: bar.to.index(), length })
+    }
+
+    fn scalar(
+        &self,
+        constraint: &ConstraintPart,
+        description: &Description,
+        q: &[f64],
+    ) -> Result<ScalarConstraint, BuildError> {
+        let name = &constraint.name;
+        let element = || format!("constraint `{name}`");
+        let guide = |guide: &Guide| -> Result<Joint, BuildError> {
+            let frames = [guide.parent, guide.child];
+            self.check_frames(element, frames)?;
+            finite(element, "point", guide.point.as_slice())?;
+            let axes = complete_axis(&direction(element, "direction", &guide.axis)?);
+            let points = [guide.point; 2];
+            Ok(joint_at(name, PairKind::Free, frames, points, &axes, &description.bodies))
+        };
+        let coordinate = |id: &CoordinateId| {
+            known(element, "joint", id.joint.index(), self.joints.len())?;
+            principal(&description.joints[id.joint.index()], id.freedom, element)
+        };
+        Ok(match &constraint.kind {
+            ConstraintKind::Distance { from, to, length } => {
+                let is_particle = |end: &PointOn| matches!(end.member, Attachment::Particle(_));
+                if is_particle(from) || is_particle(to) {
+                    return Err(BuildError::DistanceOfParticle { element: element() });
+                }
+                let ends = self.ends(element, from, to)?;
+                let between = ends[1].minus(&ends[0]);
+                let sizes = ends.iter().map(|end| end.at(q).norm()).sum();
+                let length = length_of(element, *length, between.at(q).norm(), sizes)?;
+                ScalarConstraint::distance(name, &between, length)
+            }
+            ConstraintKind::PointOnLine(line) => ScalarConstraint::point_on_line(&guide(line)?),
+            ConstraintKind::PointOnPlane(plane) => ScalarConstraint::point_on_plane(&guide(plane)?),
+            ConstraintKind::Gear { a, b, ratio } => {
+                finite(element, "ratio", &[*ratio])?;
+                ScalarConstraint::coupling(name, (coordinate(a)?, coordinate(b)?), *ratio, q)
+            }
+            ConstraintKind::Motion { coordinate: id, reference } => {
+                finite(element, "reference at t = 0", &reference(0.0))?;
+                ScalarConstraint::motion(name, coordinate(id)?, reference.clone())
+            }
+        })
+    }
+
+    /// Two points as forms.
+    fn ends(
+        &self,
+        element: impl Fn() -> String,
+        from: &PointOn,
+        to: &PointOn,
+    ) -> Result<[Form; 2], BuildError> {
+        let end = |point: &PointOn| -> Result<Form, BuildError> {
+            match point.member {
+                Attachment::Ground => {}
+                Attachment::Body(k) => known(&element, "body", k, self.bodies.len())?,
+                Attachment::Particle(k) => known(&element, "particle", k, self.particles.len())?,
+            }
+            let components = self.components(point)?;
+            finite(&element, "point", components.as_slice())?;
+            Ok(match point.member {
+                Attachment::Ground => Form::constant(components),
+                Attachment::Body(k) => Form::point(12 * k, &components),
+                Attachment::Particle(k) => {
+                    Form::particle(12 * self.bodies.len() + self.dimension * k, self.dimension)
+                }
+            })
+        };
+        Ok([end(from)?, end(to)?])
+    }
+
+    /// The components of a point along the directors of its member, from its centre.
+    fn components(&self, point: &PointOn) -> Result<Vector3<f64>, BuildError> {
+        let Attachment::Body(k) = point.member else {
+            return Ok(match point.place {
+                Place::Components(x) | Place::Space(x) => x,
+            });
+        };
+        let (body, axes) = self.bodies[k].resolve()?;
+        Ok(match point.place {
+            Place::Components(components) => axes.transpose() * components,
+            Place::Space(position) => body.triad.transpose() * (position - body.center),
+        })
+    }
+
+    /// A joint coordinate whose revolutions the mechanism counts.
+    fn listed(
+        &self,
+        id: CoordinateId,
+        mechanism: &mut Mechanism,
+    ) -> Result<JointCoordinate, BuildError> {
+        let joint = id.joint.index();
+        known(|| "force on a joint".to_owned(), "joint", joint, self.joints.len())?;
+        let element = || format!("force on joint `{}`", self.joints[joint].name);
+        principal(&mechanism.description().joints[joint], id.freedom, element)?;
+        Ok(mechanism.coordinate(joint, id.freedom).expect("its principal value exists"))
+    }
+}
+
+/// A joint coordinate by its principal value.
+fn principal(
+    joint: &Joint,
+    freedom: usize,
+    element: impl Fn() -> String,
+) -> Result<JointCoordinate, BuildError> {
+    JointCoordinate::principal(joint, freedom).ok_or_else(|| {
+        let (pair, count) = (joint.kind.name(), joint.kind.coordinate_count());
+        BuildError::NoCoordinate { element: element(), pair, freedom, count }
+    })
+}

@@ -1,0 +1,252 @@
+//! Force elements: springs, dampers, motors, loads, as parts of a builder and as numbers.
+
+use super::assembly::finite;
+use super::{BodyId, BuildError, CoordinateId, Place, PointOn};
+use crate::coordinate::JointCoordinate;
+use crate::joint_force::{JointForce, JointLaw, JointSpring};
+use crate::mechanism::Mechanism;
+use crate::run::{MechanismIntegrator, Solver, integrator};
+use crate::spring::{Damper, Spring, SpringLaw};
+use nalgebra::Vector3;
+use std::sync::Arc;
+use vi_constraints::Options;
+use vi_constraints::integrator::SetupError;
+use vi_core::force::MidpointForce;
+use vi_core::{Quadrature, SeparableSystem};
+use vi_rigid::load::{Load, LoadKind};
+use vi_rigid::time_history::TimeHistory;
+
+/// What acts on a mechanism beside gravity, for any family of schemes.
+#[derive(Clone, Debug, Default)]
+pub struct ForceElements {
+    /// Springs between points.
+    pub springs: Vec<Spring>,
+    /// Dampers between points.
+    pub dampers: Vec<Damper>,
+    /// Springs on joint coordinates.
+    pub joint_springs: Vec<JointSpring>,
+    /// Dampers, motors and controls on joint coordinates.
+    pub joint_forces: Vec<JointForce<Arc<dyn JointLaw>>>,
+    /// Forces and torques on bodies.
+    pub loads: Vec<Load>,
+}
+
+impl ForceElements {
+    /// Adds all of them to a variational system.
+    #[must_use]
+    pub fn add_to(&self, mut system: SeparableSystem) -> SeparableSystem {
+        for spring in &self.springs {
+            system = system.potential(spring.clone());
+        }
+        for spring in &self.joint_springs {
+            system = system.discrete_potential(Box::new(spring.clone()));
+        }
+        for damper in &self.dampers {
+            system = system.force(Box::new(MidpointForce(damper.clone())));
+        }
+        for force in &self.joint_forces {
+            system = system.force(Box::new(force.clone()));
+        }
+        for load in &self.loads {
+            system = system.force(Box::new(load.clone()));
+        }
+        system
+    }
+}
+
+/// A mechanism, and what acts on it.
+#[derive(Clone, Debug)]
+pub struct BuiltMechanism {
+    /// Bodies, joints, constraints, spanning tree.
+    pub mechanism: Mechanism,
+    /// Springs, dampers, motors, loads.
+    pub forces: ForceElements,
+}
+
+impl BuiltMechanism {
+    /// The variational system: masses, gravity, force elements.
+    #[must_use]
+    pub fn system(&self, quadrature: Quadrature) -> SeparableSystem {
+        self.forces.add_to(self.mechanism.system(quadrature))
+    }
+
+    /// A joint coordinate, an angle with its revolutions: for reading along a run.
+    ///
+    /// `None` for freedoms that are no coordinate; see [`Mechanism::coordinate`].
+    pub fn coordinate(&mut self, coordinate: CoordinateId) -> Option<JointCoordinate> {
+        self.mechanism.coordinate(coordinate.joint.index(), coordinate.freedom)
+    }
+
+    /// The motion from the initial configuration at `t = 0`, with the midpoint rule and the fastest solver
+    /// that applies; [`integrator`] takes other choices.
+    ///
+    /// # Errors
+    /// [`SetupError`].
+    pub fn integrator(self, options: Options) -> Result<MechanismIntegrator, SetupError> {
+        let (q, v) = self.mechanism.start();
+        let system = self.system(Quadrature::Midpoint);
+        integrator(self.mechanism, system, options, Solver::Auto, (0.0, &q, &v))
+    }
+}
+
+/// A spring with a damper beside it, or a damper.
+#[derive(Clone)]
+pub(super) struct PointElement {
+    pub(super) from: PointOn,
+    pub(super) to: PointOn,
+    pub(super) stiffness: Option<f64>,
+    pub(super) natural_length: f64,
+    pub(super) law: SpringLaw,
+    pub(super) damping: f64,
+}
+
+impl PointElement {
+    pub(super) fn new(from: PointOn, to: PointOn, stiffness: Option<f64>, damping: f64) -> Self {
+        let law = SpringLaw::Linear;
+        Self { from, to, stiffness, natural_length: 0.0, law, damping }
+    }
+}
+
+/// A spring that was added.
+pub struct SpringEntry<'a> {
+    spring: &'a mut PointElement,
+}
+
+impl<'a> SpringEntry<'a> {
+    pub(super) fn new(spring: &'a mut PointElement) -> Self {
+        Self { spring }
+    }
+
+    /// The length at which it is relaxed, m; 0 by default.
+    pub fn natural_length(self, length: f64) -> Self {
+        self.spring.natural_length = length;
+        self
+    }
+
+    /// Its energy as a function of its length; the stiffness is then in the unit of the law.
+    pub fn law(self, law: SpringLaw) -> Self {
+        self.spring.law = law;
+        self
+    }
+
+    /// A damper beside it, N·s/m.
+    pub fn damping(self, damping: f64) -> Self {
+        self.spring.damping = damping;
+        self
+    }
+}
+
+#[derive(Clone)]
+pub(super) struct JointElement {
+    pub(super) coordinate: CoordinateId,
+    pub(super) kind: JointElementKind,
+}
+
+#[derive(Clone)]
+pub(super) enum JointElementKind {
+    Spring { stiffness: f64, rest: f64 },
+    Force(Arc<dyn JointLaw>),
+}
+
+/// A load as it was described.
+#[derive(Clone)]
+pub(super) enum LoadPart {
+    Described(Box<DescribedLoad>),
+    Given(Load),
+}
+
+#[derive(Clone)]
+pub(super) struct DescribedLoad {
+    pub(super) body: BodyId,
+    kind: LoadKind,
+    force: Vector3<f64>,
+    torque: Vector3<f64>,
+    pub(super) place: Place,
+    history: TimeHistory,
+}
+
+impl LoadPart {
+    pub(super) fn new(body: BodyId) -> Self {
+        Self::Described(Box::new(DescribedLoad {
+            body,
+            kind: LoadKind::Dead,
+            force: Vector3::zeros(),
+            torque: Vector3::zeros(),
+            place: Place::Components(Vector3::zeros()),
+            history: TimeHistory::default(),
+        }))
+    }
+}
+
+impl DescribedLoad {
+    /// The load at `point`; `along` takes components of the body to those along its directors.
+    pub(super) fn resolve(
+        &self,
+        name: &str,
+        point: Vector3<f64>,
+        along: impl Fn(&Vector3<f64>) -> Vector3<f64>,
+    ) -> Result<Load, BuildError> {
+        finite(|| format!("load on body `{name}`"), "point", point.as_slice())?;
+        let turned = |vector: &Vector3<f64>| match self.kind {
+            LoadKind::Dead => *vector,
+            LoadKind::Follower => along(vector),
+        };
+        let offset = 12 * self.body.index();
+        let (force, torque) = (turned(&self.force), turned(&self.torque));
+        Load::new(offset, self.kind, force, torque, self.history.clone())
+            .and_then(|load| load.at(point))
+            .map_err(|source| BuildError::Load { body: name.to_owned(), source })
+    }
+}
+
+/// A load that was added: no force and no torque, constant in time, until said otherwise.
+pub struct LoadEntry<'a> {
+    load: &'a mut DescribedLoad,
+}
+
+impl<'a> LoadEntry<'a> {
+    pub(super) fn new(part: &'a mut LoadPart) -> Self {
+        match part {
+            LoadPart::Described(load) => Self { load },
+            LoadPart::Given(_) => unreachable!("an entry is of a described load"),
+        }
+    }
+
+    /// The force, N: components in space, or along the axes of the body for a follower.
+    pub fn force(self, force: impl Into<Vector3<f64>>) -> Self {
+        self.load.force = force.into();
+        self
+    }
+
+    /// The torque, N·m: components in space, or along the axes of the body for a follower.
+    pub fn torque(self, torque: impl Into<Vector3<f64>>) -> Self {
+        self.load.torque = torque.into();
+        self
+    }
+
+    /// The load turns with the body.
+    pub fn follower(self) -> Self {
+        self.load.kind = LoadKind::Follower;
+        self
+    }
+
+    /// The point of the body where the force acts: components along its axes from its centre of mass, m;
+    /// the centre by default.
+    pub fn point(self, components: impl Into<Vector3<f64>>) -> Self {
+        self.load.place = Place::Components(components.into());
+        self
+    }
+
+    /// The force acts at the point of the body that is at `position` (m, in space) in the initial
+    /// configuration.
+    pub fn point_at(self, position: impl Into<Vector3<f64>>) -> Self {
+        self.load.place = Place::Space(position.into());
+        self
+    }
+
+    /// The factor in time.
+    pub fn history(self, history: TimeHistory) -> Self {
+        self.load.history = history;
+        self
+    }
+}

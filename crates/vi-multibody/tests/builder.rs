@@ -1,0 +1,512 @@
+//! The builder: the same bits as a description made by hand, every pair, every refusal.
+
+use nalgebra::{Matrix3, Vector3};
+use std::sync::Arc;
+use vi_constraints::{Constraints, Options, SchemeKind};
+use vi_core::linear::norm_inf;
+use vi_core::{Configuration, MechanicalSystem, Quadrature, SparseMatrix};
+use vi_multibody::builder::{BodyId, BuildError, Inertia, MechanismBuilder};
+use vi_multibody::coordinate::JointCoordinate;
+use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+use vi_multibody::joint_force::{PdControl, Viscous};
+use vi_multibody::mechanism::{Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec};
+use vi_multibody::scalar_constraint::ScalarConstraint;
+use vi_multibody::{FrameId::Ground, PairKind};
+use vi_rigid::body::RigidBody;
+use vi_rigid::inertia::PrincipalInertia;
+use vi_rigid::{Shape, TimeHistory, directors, rotation};
+
+const BODY: Inertia = Inertia::Principal { mass: 2.0, moments: [0.3, 0.4, 0.5] };
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
+
+/// Every pair, with the axes and the places that it needs.
+const PAIRS: [PairKind; 8] = [
+    PairKind::Spherical,
+    PairKind::Revolute,
+    PairKind::Cylindrical,
+    PairKind::Prismatic,
+    PairKind::Planar,
+    PairKind::Fixed,
+    PairKind::Universal,
+    PairKind::Free,
+];
+
+fn residual(mechanism: &Mechanism) -> f64 {
+    let mut g = vec![0.0; mechanism.len()];
+    mechanism.value(Configuration::new(0.0, &mechanism.start().0), &mut g);
+    norm_inf(&g)
+}
+
+/// `(q, v, g, G v)` of the initial configuration.
+fn numbers(mechanism: &Mechanism) -> [Vec<f64>; 4] {
+    let (q, v) = mechanism.start();
+    let (m, n) = (mechanism.len(), mechanism.dim());
+    let (mut g, mut rate) = (vec![0.0; m], vec![0.0; m]);
+    mechanism.value(Configuration::new(0.0, &q), &mut g);
+    let jacobian = SparseMatrix::assemble(m, n, |out| mechanism.jacobian(0.0, &q, out));
+    jacobian.mul_add(1.0, &v, &mut rate);
+    [q, v, g, rate]
+}
+
+/// A chain of two bodies with a gear, a guide, a rod and a driven hinge, by hand.
+fn by_hand() -> Mechanism {
+    let inertia = PrincipalInertia::new([0.3, 0.4, 0.5]).unwrap();
+    let body = |name: &str, center, triad, omega| BodySpec {
+        name: name.into(),
+        body: Some(RigidBody::from_inertia(2.0, &inertia).unwrap()),
+        center,
+        triad,
+        velocity: Vector3::new(0.1, -0.2, 0.3),
+        omega,
+    };
+    let turned = rotation::exp(&Vector3::new(0.3, -0.2, 0.9));
+    let mut d = Description {
+        dimension: 3,
+        gravity: Vector3::new(0.3, 0.2, -9.81),
+        bodies: vec![
+            body("a", Vector3::new(0.1, 0.2, -0.3), turned, Vector3::new(0.3, -0.2, 1.0)),
+            body("b", Vector3::new(0.9, -0.2, 0.4), Matrix3::identity(), Vector3::z()),
+        ],
+        ..Description::default()
+    };
+    let joint = |kind, [parent, child]: [FrameId; 2], point: Vector3<f64>, axis: Vector3<f64>| {
+        let axes = complete_axis(&axis.normalize());
+        let side = |id: FrameId| match id {
+            FrameId::Ground => Side::at(id, &GROUND, &point, &axes),
+            FrameId::Frame(k) => {
+                let (mut q, b) = ([0.0; 12], &d.bodies[k]);
+                directors::set_frame(&mut q, &b.center, &b.triad);
+                Side::at(id, &q, &point, &axes)
+            }
+        };
+        Joint { name: "joint".into(), kind, parent: side(parent), child: side(child) }
+    };
+    let (ground, a, b) = (FrameId::Ground, FrameId::Frame(0), FrameId::Frame(1));
+    let at = Vector3::new(0.4, 0.1, 0.2);
+    let axis = Vector3::new(1.0, 2.0, -1.0);
+    let base = joint(PairKind::Revolute, [ground, a], Vector3::zeros(), Vector3::z());
+    let elbow = joint(PairKind::Cylindrical, [a, b], at, axis);
+    let guide = joint(PairKind::Free, [ground, b], at, axis);
+    let principal = |joint, freedom| JointCoordinate::principal(joint, freedom).unwrap();
+    let q = Mechanism::new(d.clone()).start().0;
+    let between = vi_multibody::form::Form::point(12, &Vector3::new(-0.3, 0.0, 0.0))
+        .minus(&vi_multibody::form::Form::constant(Vector3::new(0.5, 0.0, 2.0)));
+    let length = between.at(&q).norm();
+    let pair = (principal(&base, 0), principal(&elbow, 1));
+    d.scalars = vec![
+        ScalarConstraint::coupling("gear", pair, -0.37, &q),
+        ScalarConstraint::point_on_line(&guide),
+        ScalarConstraint::distance("rod", &between, length),
+        ScalarConstraint::motion("drive", principal(&base, 0), Arc::new(|t| [t, 1.0, 0.0])),
+    ];
+    d.joints = vec![base, elbow];
+    Mechanism::new(d)
+}
+
+#[test]
+fn a_built_mechanism_has_the_bits_of_one_made_by_hand() {
+    let mut builder = MechanismBuilder::new().gravity([0.3, 0.2, -9.81]);
+    let velocity = [0.1, -0.2, 0.3];
+    let a = builder
+        .body("a", BODY)
+        .at([0.1, 0.2, -0.3])
+        .rotation_vector([0.3, -0.2, 0.9])
+        .velocity(velocity)
+        .angular_velocity([0.3, -0.2, 1.0])
+        .id();
+    let b = builder.body("b", BODY).at([0.9, -0.2, 0.4]).velocity(velocity);
+    let b = b.angular_velocity(Z).id();
+    let (at, axis) = ([0.4, 0.1, 0.2], [1.0, 2.0, -1.0]);
+    let base = builder.joint("base", PairKind::Revolute, Ground, a).at([0.0; 3]).axis(Z).id();
+    let elbow = builder.joint("elbow", PairKind::Cylindrical, a, b).at(at).axis(axis).id();
+    builder.gear("gear", base.coordinate(0), elbow.coordinate(1), -0.37);
+    builder.point_on_line("guide", Ground, b, at, axis);
+    builder.distance("rod", [0.5, 0.0, 2.0], b.point([-0.3, 0.0, 0.0]));
+    builder.motion("drive", base.coordinate(0), |t| [t, 1.0, 0.0]);
+    let built = builder.build().unwrap().mechanism;
+    let hand = by_hand();
+    assert_eq!(built.dim(), hand.dim());
+    for (what, found, expected) in numbers(&built)
+        .into_iter()
+        .zip(numbers(&hand))
+        .zip(["q", "v", "g", "G v"])
+        .map(|((found, expected), what)| (what, found, expected))
+    {
+        let bits = |x: &[f64]| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&found), bits(&expected), "{what}: {found:?} for {expected:?}");
+    }
+}
+
+#[test]
+fn point_masses_and_bars_have_the_bits_of_those_made_by_hand() {
+    let mut builder = MechanismBuilder::planar().gravity([0.0, -9.81, 0.0]);
+    let inner = builder.particle("inner", 1.0, [0.6, 0.8, 0.0], [0.0; 3]);
+    let outer = builder.particle("outer", 2.0, [1.6, 0.8, 0.0], [0.0, 0.3, 0.0]);
+    builder.bar("first", [0.0; 3], inner);
+    builder.bar_of_length("second", inner, outer, 1.0);
+    let built = builder.build().unwrap().mechanism;
+    let particle = |name: &str, mass, position, velocity| ParticleSpec {
+        name: name.into(),
+        mass,
+        position,
+        velocity,
+    };
+    let bar = |name: &str, from, to| Bar { name: name.into(), from, to, length: 1.0 };
+    let hand = Mechanism::new(Description {
+        dimension: 2,
+        gravity: Vector3::new(0.0, -9.81, 0.0),
+        particles: vec![
+            particle("inner", 1.0, Vector3::new(0.6, 0.8, 0.0), Vector3::zeros()),
+            particle("outer", 2.0, Vector3::new(1.6, 0.8, 0.0), Vector3::new(0.0, 0.3, 0.0)),
+        ],
+        bars: vec![
+            bar("first", BarEnd::Ground(Vector3::zeros()), 0),
+            bar("second", BarEnd::Particle(0), 1),
+        ],
+        ..Description::default()
+    });
+    assert_eq!(numbers(&built), numbers(&hand));
+}
+
+/// Two bodies, the second on the first by the pair.
+fn pair(kind: PairKind) -> (MechanismBuilder, BodyId) {
+    let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+    let first = builder.body("first", BODY).at([0.0, 0.0, -0.5]).id();
+    let second = builder.body("second", BODY).at([0.5, 0.2, -1.0]);
+    let second = second.rotation_vector([0.2, 0.1, -0.4]).id();
+    let shoulder = builder.joint("shoulder", PairKind::Universal, Ground, first).at([0.0; 3]);
+    shoulder.axis([1.0, 0.0, 0.0]).second_axis([0.0, 1.0, 0.0]);
+    if kind != PairKind::Free {
+        let pair = builder.joint("pair", kind, first, second).at([0.3, 0.1, -0.8]);
+        pair.axis([1.0, 1.0, 0.5]);
+    }
+    (builder, second)
+}
+
+#[test]
+fn every_pair_starts_on_its_constraints_and_keeps_them() {
+    let screw = PairKind::Screw(0.1.into());
+    for kind in PAIRS.into_iter().chain([screw]) {
+        let (builder, _) = pair(kind);
+        let built = builder.build().unwrap();
+        let (n, m) = (built.mechanism.dim(), built.mechanism.len());
+        assert_eq!(n - m, 2 + kind.freedoms(), "{}", kind.name());
+        assert!(residual(&built.mechanism) < 1e-14, "{}", kind.name());
+        let mut run = built.integrator(Options::new(SchemeKind::Nodal, 0.01)).unwrap();
+        let energy = run.observe().unwrap().hamiltonian_projected.total();
+        for _ in 0..20 {
+            run.step().unwrap();
+        }
+        let node = run.observe().unwrap();
+        let drift = (node.hamiltonian_projected.total() - energy).abs();
+        assert!(node.position_residual < 1e-13, "{}: {node:?}", kind.name());
+        assert!(drift < 1e-2, "{}: energy off by {drift:e} J", kind.name());
+    }
+}
+
+#[test]
+fn a_tensor_is_turned_to_its_principal_axes_and_points_with_it() {
+    // the same body, once along its principal axes and once turned
+    let turn = rotation::exp(&Vector3::new(0.4, -0.3, 0.8));
+    let moments = [0.3, 0.4, 0.5];
+    let tensor = turn * Matrix3::from_diagonal(&Vector3::from(moments)) * turn.transpose();
+    let arm = Vector3::new(0.5, -0.1, 0.2);
+    let end = |inertia: Inertia, attitude: Matrix3<f64>, arm: Vector3<f64>| {
+        let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+        let top = builder.body("top", inertia).attitude(attitude).angular_velocity([1.0, 2.0, 9.0]);
+        let top = top.id();
+        builder.joint("tip", PairKind::Spherical, Ground, top).at([0.0, 0.0, -0.4]);
+        builder.spring([1.0, 1.0, 0.0], top.point(arm), 30.0).natural_length(0.3).damping(0.2);
+        builder.load(top).force(arm).torque(2.0 * arm).follower().point(arm);
+        let built = builder.build().unwrap();
+        let mut run = built.integrator(Options::new(SchemeKind::Nodal, 0.01)).unwrap();
+        (0..100).for_each(|_| assert!(run.step().is_ok()));
+        run.state().q[..3].to_vec()
+    };
+    let straight = end(Inertia::principal(2.0, moments), turn, turn.transpose() * arm);
+    let turned = end(Inertia::tensor(2.0, tensor), Matrix3::identity(), arm);
+    let off = (0..3).map(|i| (straight[i] - turned[i]).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-11, "{straight:?} and {turned:?} differ by {off:e}");
+}
+
+#[test]
+fn points_by_components_and_in_space_are_the_same() {
+    let mut builder = MechanismBuilder::new();
+    let a = builder.body("a", BODY).at([1.0, 0.0, 0.0]).rotation_vector([0.0, 0.0, 0.5]).id();
+    let components = Vector3::new(0.2, 0.3, 0.1);
+    let position = Vector3::x() + rotation::exp(&(0.5 * Vector3::z())) * components;
+    builder.spring([0.0; 3], a.point(components), 1.0);
+    builder.spring([0.0; 3], a.point_at(position), 1.0);
+    let built = builder.build().unwrap();
+    let (q, _) = built.mechanism.start();
+    let [first, second] = [0, 1].map(|k| built.forces.springs[k].between.at(&q));
+    assert!((first - position).norm() < 1e-15 && (second - position).norm() < 1e-15);
+}
+
+#[test]
+fn force_elements_are_counted_with_their_revolutions() {
+    // a rotor on a torsion spring, a damper and a motor: J θ̈ = −k θ − c θ̇ + T, from the rate of its joint
+    let mut builder = MechanismBuilder::new();
+    let rotor = builder.body("rotor", BODY).id();
+    let hinge = builder.joint("hinge", PairKind::Revolute, Ground, rotor);
+    let hinge = hinge.at([0.0; 3]).axis(Z).rate(20.0).id().coordinate(0);
+    builder.joint_spring(hinge, 0.2, 0.0);
+    builder.joint_force(hinge, Viscous(0.05));
+    builder.motor(hinge, |_| 0.4);
+    let mut built = builder.build().unwrap();
+    let angle = built.coordinate(hinge).unwrap();
+    let mut run = built.integrator(Options::new(SchemeKind::Nodal, 0.001)).unwrap();
+    (0..2000).for_each(|_| assert!(run.step().is_ok()));
+    // x = x_p + e^{−at} (A cos wt + B sin wt)
+    let (k, c, inertia, particular, t): (f64, f64, f64, f64, f64) = (0.2, 0.05, 0.5, 2.0, 2.0);
+    let a = 0.5 * c / inertia;
+    let w = (k / inertia - a * a).sqrt();
+    let (first, second) = (-particular, (20.0 - a * particular) / w);
+    let wave = first * (w * t).cos() + second * (w * t).sin();
+    let exact = particular + (-a * t).exp() * wave;
+    let found = angle.at(run.state().configuration());
+    assert!(exact > 20.0, "three revolutions: {exact}");
+    assert!((found - exact).abs() < 1e-3, "{found} for {exact}");
+}
+
+#[test]
+fn rates_of_joints_give_velocities_on_the_constraints() {
+    let (mut builder, second) = pair(PairKind::Free);
+    let shoulder = builder.body("arm", BODY).at([0.0, 1.0, 0.0]).id();
+    let y = [0.0, 1.0, 0.0];
+    builder.joint("hinge", PairKind::Revolute, Ground, shoulder).at(y).axis(Z).rate(3.0);
+    let slide = builder.joint("slide", PairKind::Cylindrical, shoulder, second).at(y).axis(Z);
+    slide.rates(&[0.5, -1.0]);
+    let built = builder.build().unwrap();
+    let [_, v, _, rate] = numbers(&built.mechanism);
+    assert!(norm_inf(&rate) < 1e-14, "G v = {rate:?}");
+    assert!((v[12 + 2] - 0.5).abs() < 1e-15, "{}", v[14]);
+    assert!(norm_inf(&v[..12]).abs() < 1e-15, "the others rest");
+}
+
+/// What a builder says after a change of a valid mechanism.
+fn message(change: impl FnOnce(&mut MechanismBuilder, BodyId)) -> String {
+    let (mut builder, second) = pair(PairKind::Revolute);
+    builder.build().unwrap();
+    change(&mut builder, second);
+    builder.build().unwrap_err().to_string()
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_with_its_place() {
+    let thin = Inertia::principal(1.0, [1.0, 0.1, 0.2]);
+    let other = || {
+        let mut other = MechanismBuilder::new();
+        (0..9).map(|_| other.body("other", BODY).id()).last().unwrap()
+    };
+    let stranger = {
+        let mut other = MechanismBuilder::new();
+        let id = |_| other.particle("p", 1.0, [0.0; 3], [0.0; 3]);
+        (0..3).map(id).last().unwrap()
+    };
+    let cases: Vec<(&str, String)> = vec![
+        (
+            "body `x`: the mass is 0; it must be positive",
+            message(|b, _| {
+                b.body("x", Inertia::principal(0.0, [1.0; 3]));
+            }),
+        ),
+        (
+            "body `x`: J1 = 1 kg·m² exceeds J2 + J3 = 0.30000000000000004 kg·m² by 7.000e-1 kg·m²; no distribution of mass has such an inertia",
+            message(|b, _| {
+                b.body("x", thin);
+            }),
+        ),
+        (
+            "body `x`: the density is -1; it must be positive",
+            message(|b, _| {
+                b.body("x", Inertia::shape(Shape::Sphere { radius: 1.0 }, -1.0));
+            }),
+        ),
+        (
+            "body `x`: a number of the position is NaN; it must be finite",
+            message(|b, _| {
+                b.body("x", BODY).at([0.0, f64::NAN, 0.0]);
+            }),
+        ),
+        (
+            "body `x`: the matrix of its attitude misses a rotation by 3.0e0; its columns must be orthonormal and right-handed",
+            message(|b, _| {
+                b.body("x", BODY).attitude(2.0 * Matrix3::identity());
+            }),
+        ),
+        (
+            "particle `p`: the mass is -1; it must be positive",
+            message(|b, _| {
+                b.particle("p", -1.0, [0.0; 3], [0.0; 3]);
+            }),
+        ),
+        (
+            "joint `j` refers to body 8, but there are 2; use the id that this builder returned",
+            message(|b, _| {
+                b.joint("j", PairKind::Spherical, Ground, other());
+            }),
+        ),
+        (
+            "joint `j` connects a member with itself; give it two different members",
+            message(|b, second| {
+                b.joint("j", PairKind::Spherical, second, second);
+            }),
+        ),
+        (
+            "joint `j`: its place is missing; add `.at([x, y, z])`",
+            message(|b, second| {
+                b.joint("j", PairKind::Spherical, Ground, second);
+            }),
+        ),
+        (
+            "joint `j`: a revolute joint needs an axis; add `.axis([x, y, z])`",
+            message(|b, second| {
+                b.joint("j", PairKind::Revolute, Ground, second).at([0.0; 3]);
+            }),
+        ),
+        (
+            "joint `j`: the axis has length zero; give a direction, such as [0, 0, 1]",
+            message(|b, second| {
+                b.joint("j", PairKind::Revolute, Ground, second).at(Z).axis([0.0; 3]);
+            }),
+        ),
+        (
+            "joint `j`: its second axis is parallel to the first; give one across it",
+            message(|b, second| {
+                let joint = b.joint("j", PairKind::Universal, Ground, second).at(Z);
+                joint.axis(Z).second_axis([0.0, 0.0, 2.0]);
+            }),
+        ),
+        (
+            "joint `j`: a number of the place is inf; it must be finite",
+            message(|b, second| {
+                let joint = b.joint("j", PairKind::Spherical, Ground, second);
+                joint.at([f64::INFINITY, 0.0, 0.0]);
+            }),
+        ),
+        (
+            "joint `j`: 2 rate(s) for 1 freedom(s)",
+            message(|b, _| {
+                let x = b.body("x", BODY).id();
+                b.joint("j", PairKind::Revolute, Ground, x).at(Z).axis(Z).rates(&[1.0, 2.0]);
+            }),
+        ),
+        (
+            "bar `rod`: its ends coincide; move one, or use a spherical joint",
+            message(|b, _| {
+                let p = b.particle("p", 1.0, Z, [0.0; 3]);
+                b.bar("rod", Z, p);
+            }),
+        ),
+        (
+            "bar `rod`: the length is 0; it must be positive",
+            message(|b, _| {
+                let p = b.particle("p", 1.0, Z, [0.0; 3]);
+                b.bar_of_length("rod", [0.0; 3], p, 0.0);
+            }),
+        ),
+        (
+            "bar `rod` refers to particle 2, but there are 0; use the id that this builder returned",
+            message(|b, _| b.bar("rod", Z, stranger)),
+        ),
+        (
+            "constraint `rod`: its ends coincide; move one, or use a spherical joint",
+            message(|b, second| b.distance("rod", Z, second.point_at(Z))),
+        ),
+        (
+            "constraint `rod`: a distance to a point mass is a bar; use `bar`",
+            message(|b, second| {
+                let p = b.particle("p", 1.0, Z, [0.0; 3]);
+                b.distance("rod", second.point(Z), p);
+            }),
+        ),
+        (
+            "constraint `guide`: the direction has length zero; give a direction, such as [0, 0, 1]",
+            message(|b, second| b.point_on_plane("guide", Ground, second, Z, [0.0; 3])),
+        ),
+        (
+            "force on joint `j`: a spherical joint has no coordinate 0; it has none: use springs between points, or loads",
+            message(|b, second| {
+                let x = b.body("x", BODY).id();
+                let j = b.joint("j", PairKind::Spherical, second, x).at([0.0; 3]).id();
+                b.motor(j.coordinate(0), |_| 1.0);
+            }),
+        ),
+        (
+            "constraint `gear`: a planar joint has no coordinate 3; its coordinates are 0 to 2",
+            message(|b, second| {
+                let x = b.body("x", BODY).id();
+                let j = b.joint("j", PairKind::Planar, second, x).at([0.0; 3]).axis(Z).id();
+                b.gear("gear", j.coordinate(0), j.coordinate(3), 1.0);
+            }),
+        ),
+        (
+            "spring 0 between points: a number of the parameters is NaN; it must be finite",
+            message(|b, second| {
+                b.spring(Z, second.point(Z), f64::NAN);
+            }),
+        ),
+        (
+            "load on body `second`: a component of the force is NaN; it must be a finite number",
+            message(|b, second| {
+                b.load(second).force([f64::NAN, 0.0, 0.0]);
+            }),
+        ),
+        (
+            "load on body `second`: the table of the time history has no points",
+            message(|b, second| {
+                b.load(second).history(TimeHistory::Table { points: Vec::new() });
+            }),
+        ),
+        (
+            "the mechanism: a number of the gravity is NaN; it must be finite",
+            message(|b, _| *b = std::mem::take(b).gravity([f64::NAN; 3])),
+        ),
+    ];
+    for (expected, found) in cases {
+        assert_eq!(found, expected);
+    }
+}
+
+#[test]
+fn a_joint_that_closes_a_loop_has_no_rate_of_its_own() {
+    let mut builder = MechanismBuilder::new();
+    let bar = |builder: &mut MechanismBuilder, x: f64, y: f64| {
+        builder.body("bar", BODY).at([x, y, 0.0]).id()
+    };
+    let bars = [(0.0, 0.5), (0.5, 1.0), (1.0, 0.5)].map(|(x, y)| bar(&mut builder, x, y));
+    let joint = |builder: &mut MechanismBuilder, parent: FrameId, child, at: [f64; 3]| {
+        builder.joint("hinge", PairKind::Revolute, parent, child).at(at).axis(Z).id()
+    };
+    joint(&mut builder, Ground, bars[0], [0.0; 3]);
+    joint(&mut builder, bars[0].into(), bars[1], [0.0, 1.0, 0.0]);
+    joint(&mut builder, bars[1].into(), bars[2], [1.0, 1.0, 0.0]);
+    let last = builder.joint("last", PairKind::Revolute, bars[2], Ground).at([1.0, 0.0, 0.0]);
+    last.axis(Z).cut().rate(1.0);
+    let error = builder.build().unwrap_err();
+    assert!(matches!(error, BuildError::Rate { .. }), "{error}");
+    assert_eq!(
+        error.to_string(),
+        "joint `last`: the rate of a joint that closes a loop follows from the others"
+    );
+}
+
+#[test]
+fn the_force_elements_are_data() {
+    let (mut builder, second) = pair(PairKind::Prismatic);
+    let slide = builder.joint("slide", PairKind::Prismatic, Ground, second).at(Z).axis(Z);
+    let slide = slide.cut().id().coordinate(0);
+    builder.spring([0.0; 3], second.point(Z), 2.0).damping(0.1);
+    builder.damper([0.0; 3], second.point(Z), 0.2);
+    let reference = Arc::new(|_| (0.0, 0.0));
+    builder.joint_force(slide, PdControl { proportional: 1.0, derivative: 0.1, reference });
+    builder.joint_spring(slide, 3.0, 0.1);
+    builder.load(second).torque(Z);
+    let built = builder.build().unwrap();
+    let forces = &built.forces;
+    let counts = (forces.springs.len(), forces.dampers.len(), forces.joint_springs.len());
+    assert_eq!((counts, forces.joint_forces.len(), forces.loads.len()), ((1, 2, 1), 1, 1));
+    assert!(built.system(Quadrature::Midpoint).is_dissipative());
+    assert!(format!("{builder:?}").contains("slide"), "{builder:?}");
+}
