@@ -6,7 +6,7 @@
 
 use std::error::Error;
 use vi_constraints::{Options, SchemeKind};
-use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
+use vi_emscheme::{EmForm, EmOptions, EmSystem, run};
 use vi_multibody::PairKind;
 use vi_multibody::builder::{BuiltMechanism, Inertia, MechanismBuilder};
 
@@ -48,13 +48,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let springs = built.forces.springs.iter().cloned();
     let system = springs.fold(EmSystem::of_mechanism(&of), EmSystem::spring);
-    let mut run = EmIntegrator::of_mechanism(system, of.clone(), EmOptions::new(EmForm::Nodal, h))?;
-    let energy = run.energy();
+    let mut run = run::integrator(system, of.clone(), EmOptions::new(EmForm::Nodal, h))?;
+    let energy = run.system().energy(run.state());
     let mut conserving = [0.0_f64; 2];
     for _ in 0..steps {
         run.step()?;
         let now = of.momentum(&run.state().q, &run.state().p);
-        conserving[0] = conserving[0].max((run.energy() - energy).abs());
+        conserving[0] = conserving[0].max((run.system().energy(run.state()) - energy).abs());
         conserving[1] = conserving[1].max(distance(&now.angular, &start.angular));
     }
     println!("of {energy:.3} J and {:.3?} kg·m²/s in {steps} steps:", start.angular);

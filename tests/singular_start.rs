@@ -162,7 +162,9 @@ fn refusal(rates: [f64; 2], settings: &str) -> String {
 fn what_decides_no_branch_is_refused() {
     let at_rest = refusal([0.0; 2], SETTINGS);
     println!("{at_rest}");
-    for part in ["singular configuration", "`right`", "at rest", "give it a velocity or move it off"] {
+    for part in
+        ["singular configuration", "`right`", "at rest", "give it a velocity or move it off"]
+    {
         assert!(at_rest.contains(part), "{at_rest}");
     }
     let mixed = refusal([4.0, 2.0], SETTINGS);

@@ -10,8 +10,9 @@
 //! joint law       f_d^± = (h/2) τ ∇θ                  f̄ = τ D̄θ
 //! wrench (f, τ)   P_in(q_n)ᵀ f_d^- = (h/2) (f, τ)     P_in(q_{n+1/2})ᵀ f̄ = (f, τ)
 //! ```
-//! The force elements of a builder fill both.
+//! Only the family that is asked for is assembled.
 
+use std::sync::Arc;
 use vi_beam::high_order::AveragedHighOrder;
 use vi_beam::{BeamModel, StrainRule};
 use vi_core::{Quadrature, SeparableSystem};
@@ -21,56 +22,54 @@ use vi_emscheme::load::AtMidpoint;
 use vi_multibody::builder::ForceElements;
 use vi_multibody::mechanism::Mechanism;
 
-/// The same system in the descriptions of both families.
+/// Elements, gravity and force elements of a model, from which the system of either family is made.
 pub struct Dynamics {
-    /// Mass, discrete potentials and forces.
-    pub variational: SeparableSystem,
-    /// Mass, discrete derivatives and loads.
-    pub energy_momentum: EmSystem,
+    /// Bodies and beams with their masses.
+    pub parts: Arc<BeamModel>,
+    /// How strains are averaged over a step.
+    pub rule: StrainRule,
+    /// The quadrature of the other potentials.
+    pub quadrature: Quadrature,
+    /// Springs, dampers, motors, loads.
+    pub forces: ForceElements,
 }
 
 impl Dynamics {
-    /// Bodies and elements with their masses, gravity and elastic energy.
+    /// The discrete Lagrangian with its forces.
     #[must_use]
-    pub fn new(
-        parts: &BeamModel,
-        mechanism: &Mechanism,
-        rule: StrainRule,
-        quadrature: Quadrature,
-    ) -> Self {
-        let variational = parts.system_by(mechanism, rule, quadrature);
-        let mass = parts.mass_matrix(mechanism);
-        let weight = mechanism.system_with_mass(mass, Quadrature::Midpoint);
-        let mut energy_momentum = EmSystem::of_linear(&weight);
-        if !parts.elements.list().is_empty() {
-            energy_momentum = energy_momentum.gradient(BeamGradient(parts.elements.clone()));
-        }
-        if !parts.high_order.is_empty() {
-            let gradient = HighOrderGradient(AveragedHighOrder(parts.high_order.clone()));
-            energy_momentum = energy_momentum.gradient(gradient);
-        }
-        Self { variational, energy_momentum }
+    pub fn variational(&self, mechanism: &Mechanism) -> SeparableSystem {
+        self.forces.add_to(self.parts.system_by(mechanism, self.rule, self.quadrature))
     }
 
-    /// Adds the springs, dampers, motors and loads of a mechanism.
+    /// The system of the energy–momentum schemes.
     #[must_use]
-    pub fn forces(self, forces: &ForceElements) -> Self {
-        let mut energy_momentum = self.energy_momentum;
+    pub fn energy_momentum(&self, mechanism: &Mechanism) -> EmSystem {
+        let Self { parts, forces, .. } = self;
+        let mass = parts.mass_matrix(mechanism);
+        let mut system =
+            EmSystem::of_linear(&mechanism.system_with_mass(mass, Quadrature::Midpoint));
+        if !parts.elements.list().is_empty() {
+            system = system.gradient(BeamGradient(parts.elements.clone()));
+        }
+        if !parts.high_order.is_empty() {
+            system =
+                system.gradient(HighOrderGradient(AveragedHighOrder(parts.high_order.clone())));
+        }
         for spring in &forces.springs {
-            energy_momentum = energy_momentum.spring(spring.clone());
+            system = system.spring(spring.clone());
         }
         for spring in &forces.joint_springs {
-            energy_momentum = energy_momentum.gradient(spring.clone());
+            system = system.gradient(spring.clone());
         }
         for damper in &forces.dampers {
-            energy_momentum = energy_momentum.load(AtMidpoint(damper.clone()));
+            system = system.load(AtMidpoint(damper.clone()));
         }
         for force in &forces.joint_forces {
-            energy_momentum = energy_momentum.load(force.clone());
+            system = system.load(force.clone());
         }
         for load in &forces.loads {
-            energy_momentum = energy_momentum.load(load.clone());
+            system = system.load(load.clone());
         }
-        Self { variational: forces.add_to(self.variational), energy_momentum }
+        system
     }
 }

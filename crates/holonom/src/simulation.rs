@@ -93,7 +93,7 @@ impl Simulation {
         if !missed.is_empty() && !settings.project_start {
             return Err(ModelError::InconsistentStart(missed));
         }
-        let mut method = method(mechanism, dynamics, model, solver)?;
+        let mut method = method(mechanism, &dynamics, model, solver)?;
         if method.here(false).is_err() {
             let detail = "some motion that the constraints allow carries no mass".into();
             return Err(ModelError::SingularMass { member: String::new(), detail });
@@ -311,7 +311,8 @@ impl Simulation {
 
     fn lost(&self, message: &str) -> RunFailure {
         let (step, t, _) = self.method.place();
-        let remedy = "look for a singular configuration near the last rows of the trajectory".into();
+        let remedy =
+            "look for a singular configuration near the last rows of the trajectory".into();
         RunFailure { step, t, message: message.into(), remedy }
     }
 
@@ -365,12 +366,11 @@ fn counted<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
 /// The scheme of the settings, ready to step.
 fn method(
     mechanism: Mechanism,
-    dynamics: Dynamics,
+    dynamics: &Dynamics,
     model: &Model,
     solver: Solver,
 ) -> Result<Box<dyn Method>, ModelError> {
     let settings = &model.settings;
-    let Dynamics { variational, energy_momentum } = dynamics;
     let (q, v) = mechanism.start();
     let at = (0.0, &q[..], &v[..]);
     match settings.scheme.family() {
@@ -378,7 +378,8 @@ fn method(
             let mut options = Options::new(kind, settings.step);
             options.gammas = settings.composition().gammas();
             options.newton = settings.newton();
-            let run = integrator(mechanism, variational, options, solver, at)
+            let system = dynamics.variational(&mechanism);
+            let run = integrator(mechanism, system, options, solver, at)
                 .map_err(|error| assembly::refusal(&error, model))?;
             Ok(Box::new(Variational::new(run, settings)))
         }
@@ -386,7 +387,8 @@ fn method(
             let mut options = EmOptions::new(form, settings.step);
             options = options.composition(settings.composition());
             (options.newton, options.solver) = (settings.newton(), solver);
-            let run = vi_emscheme::run::integrator_at(energy_momentum, mechanism, options, at)
+            let system = dynamics.energy_momentum(&mechanism);
+            let run = vi_emscheme::run::integrator_at(system, mechanism, options, at)
                 .map_err(|error| assembly::em_refusal(&error, model))?;
             Ok(Box::new(EnergyMomentum::new(run, settings.momenta)))
         }

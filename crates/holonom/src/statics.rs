@@ -83,7 +83,7 @@ impl Statics {
     /// [`ModelError`].
     pub fn with_loads_as_stated(model: &Model) -> Result<Self, ModelError> {
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
-        let system = dynamics.variational;
+        let system = dynamics.variational(&mechanism);
         let (q, v) = mechanism.start();
         let pairs = beams.parts.neighbours();
         let problem = StaticProblem::of_system(system, mechanism.clone(), pairs, (0.0, &q));

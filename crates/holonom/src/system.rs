@@ -27,8 +27,6 @@ pub struct System {
     pub mechanism: Mechanism,
     /// What acts on it.
     pub dynamics: Dynamics,
-    /// The loads on bodies, nodes and beams; they are part of the dynamics.
-    pub loads: Vec<Load>,
     /// Members in the order of their coordinates.
     pub members: Vec<Member>,
     /// What is measured along a run.
@@ -138,13 +136,13 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     let mut mechanism = parts.mechanism();
     let forces = builder.forces(&mut mechanism).map_err(refusal)?;
     let settings = &model.settings;
-    let dynamics =
-        Dynamics::new(&parts, &mechanism, settings.strain.into(), settings.quadrature.into())
-            .forces(&forces);
     let members = members(model, &parts);
-    let beams = Beams { parts: Arc::new(parts), list };
+    let parts = Arc::new(parts);
+    let (rule, quadrature) = (settings.strain.into(), settings.quadrature.into());
+    let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
+    let beams = Beams { parts, list };
     let sensors = Sensors::new(model, &mechanism, &names.principal, &beams);
-    Ok(System { beams, mechanism, dynamics, loads: forces.loads, members, sensors })
+    Ok(System { beams, mechanism, dynamics, members, sensors })
 }
 
 /// A refused part of the mechanism as an error of the model.

@@ -53,8 +53,8 @@ pub fn linearizations(model: &Model, request: &Request) -> Result<Linearizations
         let mut options = EmOptions::new(EmForm::Nodal, plan.step);
         options.newton = model.settings.newton();
         (options.linearization, options.solver) = (linearization, Solver::Dense);
-        vi_emscheme::run::integrator(dynamics.energy_momentum, mechanism, options)
-            .map_err(|e| e.to_string())
+        let system = dynamics.energy_momentum(&mechanism);
+        vi_emscheme::run::integrator(system, mechanism, options).map_err(|e| e.to_string())
     };
     let cost = |linearization| -> Result<(Cost, Vec<f64>), String> {
         let (mut times, mut iterations, mut end) = (Vec::new(), 0, Vec::new());

@@ -51,7 +51,8 @@ impl ModelSubject {
         options.newton = settings.newton();
         let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
         let at = (0.0, q, v);
-        integrator(mechanism, dynamics.variational, options, solver, at).map_err(|e| e.to_string())
+        let system = dynamics.variational(&mechanism);
+        integrator(mechanism, system, options, solver, at).map_err(|e| e.to_string())
     }
 }
 
@@ -73,10 +74,11 @@ impl Subject for ModelSubject {
                 options.composition = Composition::of_order(setting.order).unwrap_or_default();
                 options.newton = settings.newton();
                 options.solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
-                let (system, at) = (dynamics.energy_momentum, (0.0, q, v));
+                let (system, at) = (dynamics.energy_momentum(&mechanism), (0.0, q, v));
+                let forces = dynamics.variational(&mechanism); // to evaluate the equations of motion
                 let run = vi_emscheme::run::integrator_at(system, mechanism, options, at)
                     .map_err(|e| e.to_string())?;
-                Ok(Box::new(EmRunning::new(run, dynamics.variational)))
+                Ok(Box::new(EmRunning::new(run, forces)))
             }
         }
     }

@@ -204,7 +204,8 @@ pub(super) fn start(
     at: Option<Initial<'_>>,
 ) -> Result<Box<dyn Motion>, String> {
     let built = system::build(model).map_err(|e| e.to_string())?;
-    let (mechanism, mut inner) = (built.mechanism, built.dynamics.variational);
+    let mut inner = built.dynamics.variational(&built.mechanism);
+    let mechanism = built.mechanism;
     let own = mechanism.start();
     let (q, v) = at.unwrap_or((&own.0, &own.1));
     let n = q.len();
