@@ -70,7 +70,7 @@ fn the_page_needs_nothing_else_and_escapes_names() {
     }
     assert!(page.contains("&lt;b&gt;&amp;&#39;x&#39;"));
     assert!(!page.contains("<b>"), "a name is not markup");
-    assert!(page.contains("met to 2.2e-16 at positions"));
+    assert!(page.contains("residual 2.2e-16 at position level"));
     assert!(page.contains("Identically zero: velocity."), "zero curves are named");
     assert!(page.len() < 1_000_000, "{} bytes", page.len());
     for svg in std::fs::read_dir(folder.path().join("plots")).unwrap() {

@@ -4,8 +4,9 @@ use std::process::ExitCode;
 use xtask::{compare, figures, verify};
 
 const USAGE: &str = "\
-cargo xtask verify [--quick] [--only NAME] [--json FILE] [--age]
+cargo xtask verify [--quick] [--only NAME] [--json FILE] [--from FILE] [--age]
                        measures every property on every system; a full run writes VERIFICATION.md;
+                       --json: keeps the readings, --from: makes the page from them again;
                        --age: of which commit that page is
 cargo xtask compare [--quick [--only MODEL]]
                        variational and energy–momentum schemes on five models, into COMPARISON.md;

@@ -8,26 +8,7 @@ pub(super) struct LongTests {
     pub(super) outcomes: Vec<(String, bool)>,
 }
 
-/// Names of the test files that hold an ignored test.
-fn files(root: &Path) -> Result<Vec<String>, String> {
-    let entries = std::fs::read_dir(root.join("tests")).map_err(|e| format!("tests: {e}"))?;
-    let mut names = Vec::new();
-    for path in entries
-        .flatten()
-        .map(|entry| entry.path())
-        .filter(|p| p.extension().is_some_and(|e| e == "rs"))
-    {
-        let text =
-            std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-        if text.lines().any(|line| line.trim_start().starts_with("#[ignore")) {
-            names.extend(path.file_stem().map(|stem| stem.to_string_lossy().into_owned()));
-        }
-    }
-    names.sort();
-    Ok(names)
-}
-
-/// Runs all ignored tests of `tests/`.
+/// Runs the ignored tests; all of them are in the binary `systems`.
 ///
 /// # Errors
 /// When they cannot be built or run.
@@ -35,9 +16,7 @@ pub(super) fn run(root: &Path) -> Result<LongTests, String> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let output = Command::new(cargo)
         .current_dir(root)
-        .args(["test", "--release", "--workspace", "--no-fail-fast"])
-        .args(files(root)?.iter().flat_map(|name| ["--test", name.as_str()]))
-        .args(["--", "--ignored"])
+        .args(["test", "--release", "-p", "holonom", "--test", "systems", "--", "--ignored"])
         .output()
         .map_err(|e| format!("cargo test: {e}"))?;
     let outcomes = outcomes(&String::from_utf8_lossy(&output.stdout));

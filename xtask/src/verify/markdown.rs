@@ -15,7 +15,7 @@ pub(super) fn page(
     certified: &[Certified],
     around: Option<&Around>,
     (quick, seconds): (bool, f64),
-    root: &Path,
+    commit: &str,
 ) -> String {
     let command = match quick {
         true => "cargo xtask verify --quick` (fewer steps and orders)",
@@ -33,7 +33,7 @@ pub(super) fn page(
          for the energy the change of the block means over the width of the band, or of the energy itself where that is round-off; for momentum maps the exponent of the growth; for \
          condition numbers the exponent of `h`; else the quantity itself.\n\n",
         today(),
-        commit(root),
+        commit,
         (seconds / 60.0).ceil(),
         certified.len(),
         total(Verdict::Pass),
@@ -134,7 +134,8 @@ fn cell(cell: &Cell) -> String {
     }
 }
 
-fn commit(root: &Path) -> String {
+/// The short name of the present commit.
+pub(super) fn commit(root: &Path) -> String {
     let git = Command::new("git").current_dir(root).args(["rev-parse", "--short", "HEAD"]).output();
     match git {
         Ok(output) if output.status.success() => {

@@ -20,6 +20,7 @@ use holonom::evidence::certificate::{Certificate, Criterion, Finding, Verdict};
 use holonom::evidence::certify::certify;
 use long_tests::LongTests;
 use mutants::table::Found;
+use serde::{Deserialize, Serialize};
 
 /// What was asked for.
 #[derive(Default)]
@@ -28,6 +29,7 @@ struct Wanted {
     age: bool,
     only: Option<String>,
     json: Option<PathBuf>,
+    from: Option<PathBuf>,
 }
 
 impl Wanted {
@@ -40,10 +42,47 @@ impl Wanted {
                 "--age" => wanted.age = true,
                 "--only" => wanted.only = Some(value("--only")?.to_owned()),
                 "--json" => wanted.json = Some(value("--json")?.into()),
+                "--from" => wanted.from = Some(value("--from")?.into()),
                 other => return Err(format!("unknown argument `{other}`")),
             }
         }
         Ok(wanted)
+    }
+}
+
+/// The readings of a run, from which its page can be made again.
+#[derive(Serialize, Deserialize)]
+struct Readings {
+    /// The commit that was measured.
+    commit: String,
+    /// Wall time of all systems, s.
+    seconds: f64,
+    systems: Vec<Reading>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Reading {
+    seconds: f64,
+    certificate: Certificate,
+}
+
+impl Readings {
+    /// Reads them, for the same cases.
+    fn read(path: &Path, cases: &[Case]) -> Result<Self, String> {
+        let place = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
+        let text = std::fs::read_to_string(path).map_err(|e| place(&e))?;
+        let readings: Self = serde_json::from_str(&text).map_err(|e| place(&e))?;
+        let names = readings.systems.iter().map(|reading| reading.certificate.system.as_str());
+        if !names.eq(cases.iter().map(|case| case.name)) {
+            return Err(place(&"the systems are not those of this verification"));
+        }
+        Ok(readings)
+    }
+
+    fn measure(cases: &[Case], root: &Path) -> Self {
+        let begin = Instant::now();
+        let systems = certify_all(cases);
+        Self { commit: markdown::commit(root), seconds: begin.elapsed().as_secs_f64(), systems }
     }
 }
 
@@ -74,17 +113,22 @@ pub fn run(arguments: &[&str]) -> Result<bool, String> {
     if cases.is_empty() {
         return Err(format!("no system of that name; there are {known}"));
     }
-    let begin = Instant::now();
-    let certified = certify_all(cases);
+    let readings = match &wanted.from {
+        Some(path) => Readings::read(path, &cases)?,
+        None => Readings::measure(&cases, &root),
+    };
     if let Some(path) = &wanted.json {
-        let certificates: Vec<&Certificate> = certified.iter().map(|c| &c.certificate).collect();
-        let text = serde_json::to_string_pretty(&certificates).map_err(|e| e.to_string())?;
-        write(path, &text)?;
+        write(path, &serde_json::to_string_pretty(&readings).map_err(|e| e.to_string())?)?;
     }
+    let Readings { commit, seconds, systems } = readings;
+    let certified: Vec<Certified> = cases
+        .into_iter()
+        .zip(systems)
+        .map(|(case, Reading { certificate, seconds })| Certified { case, certificate, seconds })
+        .collect();
     let full = wanted.only.is_none() && !wanted.quick;
     let around = if full { Some(Around::measure(&root)?) } else { None };
-    let seconds = begin.elapsed().as_secs_f64();
-    let text = markdown::page(&certified, around.as_ref(), (wanted.quick, seconds), &root);
+    let text = markdown::page(&certified, around.as_ref(), (wanted.quick, seconds), &commit);
     if full {
         write(&root.join("VERIFICATION.md"), &text)?;
     } else if wanted.only.is_some() {
@@ -151,7 +195,7 @@ fn write(path: &Path, text: &str) -> Result<(), String> {
 }
 
 /// All cases, as many at a time as there are processors; results in the order of the cases.
-fn certify_all(cases: Vec<Case>) -> Vec<Certified> {
+fn certify_all(cases: &[Case]) -> Vec<Reading> {
     let count = cases.len();
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
     // the longest first, so that none is left alone at the end
@@ -186,9 +230,5 @@ fn certify_all(cases: Vec<Case>) -> Vec<Certified> {
     });
     let mut done = done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     done.sort_by_key(|(k, ..)| *k);
-    cases
-        .into_iter()
-        .zip(done)
-        .map(|(case, (_, certificate, seconds))| Certified { case, certificate, seconds })
-        .collect()
+    done.into_iter().map(|(_, certificate, seconds)| Reading { seconds, certificate }).collect()
 }

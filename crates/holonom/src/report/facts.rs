@@ -47,7 +47,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
         "there are none".to_owned()
     } else {
         format!(
-            "met to {} at positions, {} at velocities, {} at momenta",
+            "residual {} at position level, {} at velocity level, {} at momentum level",
             number(residual.position.max),
             number(residual.velocity.max),
             number(residual.momentum.max)
@@ -55,8 +55,8 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
     };
     let facts = [
         ("constraints", constraints),
-        ("linear momentum", kept(&summary.momentum.linear.components, "kg·m/s")),
-        ("angular momentum", kept(&summary.momentum.angular.components, "kg·m²/s")),
+        ("linear momentum", conserved(&summary.momentum.linear.components, "kg·m/s")),
+        ("angular momentum", conserved(&summary.momentum.angular.components, "kg·m²/s")),
         ("energy", energy_words(energy)),
         (
             "Newton iterations",
@@ -79,12 +79,12 @@ fn energy_words(energy: &EnergySummary) -> String {
     let start = energy.initial;
     match energy.drift_per_step {
         Some(drift) => format!(
-            "{start} J at the start, off by at most {} J, drift {} J per step",
+            "{start} J initially, error at most {} J, drift {} J per step",
             number(energy.max_abs_error),
             number(drift)
         ),
         None => format!(
-            "{start} J at the start, {} J at the end; work of forces and prescribed motions {} J, \
+            "{start} J initially, {} J at the end; work of forces and prescribed motions {} J, \
              balance error {} J",
             number(energy.last),
             number(energy.work),
@@ -99,8 +99,8 @@ fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
     let position = summary.constraint_residual.position.max;
     let mut facts = vec![
         ("load path", format!("{walk}, to t = {} at most; {halvings}", statics.largest_time)),
-        ("forces left over", format!("{} at most (N, N·m)", number(statics.max_residual))),
-        ("constraints", format!("met to {}", number(position))),
+        ("residual force", format!("{} at most (N, N·m)", number(statics.max_residual))),
+        ("constraints", format!("residual {}", number(position))),
         (
             "Newton iterations",
             format!(
@@ -118,25 +118,28 @@ fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
 }
 
 /// Below this a change of momentum is called round-off.
-const KEPT: f64 = 1e-9;
+const CONSERVED: f64 = 1e-9;
 
-/// How far the components of a momentum map stay what they were.
-fn kept(components: &[f64; 3], unit: &str) -> String {
-    let part = |kept: bool| {
+/// How well the components of a momentum map are conserved.
+fn conserved(components: &[f64; 3], unit: &str) -> String {
+    let part = |is: bool| {
         let all = ["x", "y", "z"].into_iter().zip(*components);
-        let (names, changes): (Vec<_>, Vec<_>) = all.filter(|c| (c.1 < KEPT) == kept).unzip();
+        let (names, changes): (Vec<_>, Vec<_>) = all.filter(|c| (c.1 < CONSERVED) == is).unzip();
         (names, changes.into_iter().fold(0.0, f64::max))
     };
     let ((still, least), (moved, most)) = (part(true), part(false));
     let (least, most) = (number(least), number(most));
     let (verb, and) = (if moved.len() == 1 { "changes" } else { "change" }, " and ");
     match (still.len(), moved.len()) {
-        (_, 0) if least == "0" => "kept exactly".to_owned(),
-        (_, 0) => format!("kept to {least} {unit}"),
+        (_, 0) if least == "0" => "conserved exactly".to_owned(),
+        (_, 0) => format!("conserved to {least} {unit}"),
         (0, _) => format!("all components change, by up to {most} {unit}"),
         _ => {
-            let kept =
-                if least == "0" { "kept exactly".into() } else { format!("kept to {least}") };
+            let kept = if least == "0" {
+                "conserved exactly".into()
+            } else {
+                format!("conserved to {least}")
+            };
             let (moved, still) = (moved.join(and), still.join(and));
             format!("{moved} {verb} by up to {most} {unit}, {still} {kept}")
         }
