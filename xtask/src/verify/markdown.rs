@@ -64,14 +64,14 @@ pub(super) fn page(
         let count = |verdict| c.certificate.count(verdict);
         let _ = writeln!(
             text,
-            "| [{0}](#{0}) | {1} | {2} | {3} | {4} | {5} | {6:.0} s |",
+            "| [{0}](#{0}) | {1} | {2} | {3} | {4} | {5} | {6} |",
             c.case.name,
             c.case.about,
             count(Verdict::Pass),
             count(Verdict::Known),
             count(Verdict::Open),
             count(Verdict::Fail),
-            c.seconds
+            c.seconds.map_or_else(|| "–".to_owned(), |seconds| format!("{seconds:.0} s"))
         );
     }
     for c in certified {

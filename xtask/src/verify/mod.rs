@@ -62,7 +62,8 @@ struct Readings {
 
 #[derive(Serialize, Deserialize)]
 struct Reading {
-    seconds: f64,
+    /// Wall time, s, where it is known.
+    seconds: Option<f64>,
     certificate: Certificate,
 }
 
@@ -90,7 +91,7 @@ impl Readings {
 struct Certified {
     case: Case,
     certificate: Certificate,
-    seconds: f64,
+    seconds: Option<f64>,
 }
 
 /// Runs the verification; `Ok(true)` when every promise holds.
@@ -230,5 +231,7 @@ fn certify_all(cases: &[Case]) -> Vec<Reading> {
     });
     let mut done = done.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     done.sort_by_key(|(k, ..)| *k);
-    done.into_iter().map(|(_, certificate, seconds)| Reading { seconds, certificate }).collect()
+    done.into_iter()
+        .map(|(_, certificate, seconds)| Reading { seconds: Some(seconds), certificate })
+        .collect()
 }
