@@ -276,7 +276,7 @@ impl MechanismBuilder {
         ParticleId(self.particles.len() - 1)
     }
 
-    /// Adds a joint from a parent to a child; the entry takes its place and its axes.
+    /// Adds a joint from a parent to a child; the entry takes its position and its axes.
     pub fn joint(
         &mut self,
         name: &str,

@@ -19,7 +19,7 @@ use vi_rigid::{Shape, TimeHistory, directors, rotation};
 const BODY: Inertia = Inertia::Principal { mass: 2.0, moments: [0.3, 0.4, 0.5] };
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// Every pair, with the axes and the places that it needs.
+/// Every pair of the joint table but the screw, whose pitch is no constant expression.
 const PAIRS: [PairKind; 8] = [
     PairKind::Spherical,
     PairKind::Revolute,
@@ -293,7 +293,7 @@ fn message(change: impl FnOnce(&mut MechanismBuilder, BodyId)) -> String {
 }
 
 #[test]
-fn what_makes_no_sense_is_refused_with_its_place() {
+fn what_makes_no_sense_is_refused_by_name() {
     let thin = Inertia::principal(1.0, [1.0, 0.1, 0.2]);
     let other = || {
         let mut other = MechanismBuilder::new();
@@ -354,7 +354,7 @@ fn what_makes_no_sense_is_refused_with_its_place() {
             }),
         ),
         (
-            "joint `j`: its place is missing; add `.at([x, y, z])`",
+            "joint `j`: its position is missing; add `.at([x, y, z])`",
             message(|b, second| {
                 b.joint("j", PairKind::Spherical, Ground, second);
             }),
@@ -379,7 +379,7 @@ fn what_makes_no_sense_is_refused_with_its_place() {
             }),
         ),
         (
-            "joint `j`: a number of the place is inf; it must be finite",
+            "joint `j`: a number of the position is inf; it must be finite",
             message(|b, second| {
                 let joint = b.joint("j", PairKind::Spherical, Ground, second);
                 joint.at([f64::INFINITY, 0.0, 0.0]);

@@ -68,8 +68,8 @@ pub enum BuildError {
         /// The part.
         element: String,
     },
-    /// A joint without a place.
-    #[error("joint `{joint}`: its place is missing; add `.at([x, y, z])`")]
+    /// A joint without a position.
+    #[error("joint `{joint}`: its position is missing; add `.at([x, y, z])`")]
     MissingAnchor {
         /// Its name.
         joint: String,

@@ -1,4 +1,4 @@
-//! Joints of a builder: place and axes in space in the initial configuration.
+//! Joints of a builder: position and axes in space in the initial configuration.
 
 use super::assembly::finite;
 use super::{BuildError, JointId};
@@ -67,7 +67,7 @@ impl JointPart {
         }
         let element = || format!("joint `{name}`");
         for point in &points {
-            finite(element, "place", point.as_slice())?;
+            finite(element, "position", point.as_slice())?;
         }
         if let PairKind::Screw(pitch) = kind {
             finite(element, "pitch", &[pitch.into()])?;
@@ -150,13 +150,13 @@ impl<'a> JointEntry<'a> {
         self
     }
 
-    /// Its place in space, m.
+    /// Its position in space, m.
     pub fn at(self, position: impl Into<Vector3<f64>>) -> Self {
         let position = position.into();
         self.anchors(position, position)
     }
 
-    /// Its places on the parent and on the child, in space, m: for pairs that slide, and for loops whose
+    /// Its positions on the parent and on the child, in space, m: for pairs that slide, and for loops whose
     /// initial configuration is not closed yet.
     pub fn anchors(self, parent: impl Into<Vector3<f64>>, child: impl Into<Vector3<f64>>) -> Self {
         let anchors = [parent.into(), child.into()];
