@@ -31,6 +31,7 @@ pub(super) fn summary(certified: &[Certified]) -> String {
         let count = |verdict| line.findings.iter().filter(|f| f.1.verdict == verdict).count();
         let verdicts = [Verdict::Pass, Verdict::Known, Verdict::Open, Verdict::Fail].map(count);
         let Some((system, worst)) = line.worst() else { continue };
+        let quantity = quantity.replace('|', "\\|"); // not the end of a cell
         text += &format!(
             "| {}: {quantity} | {family}{order} | {} | {} | {} | {system} | {}, {}, {}, {} |\n",
             criterion.name(),
