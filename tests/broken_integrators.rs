@@ -2,7 +2,7 @@
 //! criterion that passes anywhere has a mutant that it fails on.
 #![allow(clippy::unwrap_used)] // a test
 
-use holonom::evidence::subject::Method;
+use holonom::verification::subject::Method;
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 use xtask::verify::mutants::{Base, Mutant, list, passes};

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use holonom::Model;
-use holonom::evidence::model_certificate::certify_model;
-use holonom::evidence::page::{sentence, verdict};
+use holonom::certificate::certify_model;
+use holonom::certificate::page::{sentence, verdict};
 
 /// Text with every number replaced by `#`.
 fn without_numbers(text: &str) -> String {

@@ -299,9 +299,9 @@ fn flying_beams_keep_energy_and_momenta_after_the_push() {
 /// A steady rotation about the origin, where the roundings of `Δq` lean one way at this step.
 #[test]
 fn a_steady_rotation_keeps_its_momentum_within_a_few_last_bits() {
-    use holonom::evidence::measure::long_run;
-    use holonom::evidence::model::ModelSubject;
-    use holonom::evidence::subject::{Method, Setting};
+    use holonom::certificate::subject::ModelSubject;
+    use holonom::verification::measure::long_run;
+    use holonom::verification::subject::{Method, Setting};
     use holonom::vi_emscheme::EmForm;
     let text = include_str!("../examples/models/pendulum_free.toml");
     let subject = ModelSubject::new(Model::from_toml(text).unwrap());

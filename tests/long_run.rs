@@ -9,10 +9,10 @@ use crate::harness;
 
 use harness::models::simulation;
 use holonom::Model;
-use holonom::evidence::measure::{LongRun, long_run};
-use holonom::evidence::model::ModelSubject;
-use holonom::evidence::subject::{Method, Setting};
-use holonom::evidence::trend::trend;
+use holonom::certificate::subject::ModelSubject;
+use holonom::verification::measure::{LongRun, long_run};
+use holonom::verification::subject::{Method, Setting};
+use holonom::verification::trend::trend;
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_core::linear::norm_inf;
 

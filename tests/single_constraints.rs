@@ -222,9 +222,9 @@ path = { rate = 20.0, amplitude = 0.5, frequency = 0.7 }
 /// neither the size of the angles nor of the time is left in `g(q_n, t_n)`.
 #[test]
 fn driven_gears_meet_their_constraints_to_round_off_after_many_turns() {
-    use holonom::evidence::measure::long_run;
-    use holonom::evidence::model::ModelSubject;
-    use holonom::evidence::subject::{Method, Setting};
+    use holonom::certificate::subject::ModelSubject;
+    use holonom::verification::measure::long_run;
+    use holonom::verification::subject::{Method, Setting};
     use holonom::vi_constraints::SchemeKind;
     use holonom::vi_emscheme::EmForm;
     let subject = ModelSubject::new(Model::from_toml(TURNING).unwrap());

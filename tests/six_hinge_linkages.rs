@@ -4,9 +4,9 @@
 use crate::benchmark;
 
 use benchmark::{Run, assert_order, study};
-use holonom::evidence::measure::{self, Residuals};
-use holonom::evidence::model::ModelSubject;
-use holonom::evidence::subject::{Method, Setting};
+use holonom::certificate::subject::ModelSubject;
+use holonom::verification::measure::{self, Residuals};
+use holonom::verification::subject::{Method, Setting};
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 use nalgebra::Vector3;

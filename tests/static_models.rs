@@ -1,8 +1,9 @@
 //! `scheme = "static"`: equilibria of model files against closed forms and independent solutions.
 #![allow(clippy::unwrap_used)] // a test
 
+use holonom::experiment::Experiment;
 use holonom::model::Model;
-use holonom::run::{Experiment, prepare};
+use holonom::run::prepare;
 use holonom::statics::Statics;
 use holonom::{RunOutcome, Sample};
 

@@ -34,6 +34,7 @@ mod reference;
 mod report;
 mod restart;
 mod sensors;
+mod shadow_energy;
 mod shipped_models;
 mod single_constraints;
 mod singular_start;

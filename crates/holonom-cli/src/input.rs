@@ -1,6 +1,7 @@
 //! Reading a model that the command line names.
 
-use holonom::run::{Experiment, prepare};
+use holonom::experiment::Experiment;
+use holonom::run::prepare;
 use holonom::{Model, ModelError, model};
 
 use crate::arguments::ModelArguments;

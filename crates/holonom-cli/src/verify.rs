@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use holonom::RunFolder;
-use holonom::evidence::certificate::Verdict;
-use holonom::evidence::model_certificate::{ModelCertificate, certify_model};
-use holonom::evidence::page::{page, sentence, verdict};
-use holonom::evidence::table::{Cell, Table, remarks, tables};
+use holonom::certificate::page::{page, sentence, verdict};
+use holonom::certificate::{ModelCertificate, certify_model};
 use holonom::output::OutputError;
+use holonom::verification::certificate::Verdict;
+use holonom::verification::table::{Cell, Table, remarks, tables};
 
 use crate::arguments::Verify;
 use crate::failure::Failure;

@@ -4,21 +4,17 @@
 //! model.toml → Model → Simulation → Sample, Sample, … → RunFolder: trajectory.csv, summary.json, …
 //! ```
 //!
-//! | crate | concept |
-//! |---|---|
-//! | [`model`] | the model file: types, checks, errors with places |
-//! | [`system`] | from a model to numbers |
-//! | [`dynamics`] | what acts, as both families of schemes receive it |
-//! | [`simulation`] | the system of a model, and its run |
-//! | [`statics`] | its equilibria along the loads |
-//! | [`modes`] | natural frequencies and shapes about a configuration |
-//! | [`sample`] | what a run delivers at a node |
-//! | [`sensor`] | what its sensors measure there |
-//! | [`output`] | the files of a run |
-//! | [`report`] | plots and the report page |
-//! | [`run`] | all of it in one call |
-//! | [`compare`](mod@compare) | variational and energy–momentum schemes side by side |
-//! | [`evidence`] | orders, drifts and trends, measured and judged |
+//! | module | crate | concept |
+//! |---|---|---|
+//! | [`model`] | `holonom-model` | the model file: types, checks, errors with places |
+//! | [`system`], [`dynamics`] | `holonom-sim` | from a model to numbers |
+//! | [`simulation`], [`sample`], [`sensor`] | `holonom-sim` | the system of a model, its run, what is recorded |
+//! | [`statics`], [`modes`] | `holonom-sim` | equilibria along the loads; small vibrations |
+//! | [`output`] | `holonom-sim` | the files of a run |
+//! | [`report`] | `holonom-report` | plots and the report page |
+//! | [`verification`] | `vi-verify` | orders, invariants, growth of errors, measured and judged |
+//! | [`compare`](mod@compare), [`certificate`] | `holonom-study` | schemes side by side; verified properties on a model |
+//! | [`run`] | | all of it in one call |
 //!
 //! This crate reads and writes files; it knows no terminal. A run in memory:
 //!
@@ -121,25 +117,15 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
-mod agreement;
-mod assembly;
-mod beams;
-pub mod compare;
-mod drive;
-pub mod dynamics;
-pub mod evidence;
-mod limits;
-mod method;
-pub mod model;
-pub mod modes;
-pub mod output;
-pub mod report;
 pub mod run;
-pub mod sample;
-pub mod sensor;
-pub mod simulation;
-pub mod statics;
-pub mod system;
+
+pub use holonom_model as model;
+pub use holonom_report as report;
+pub use holonom_sim::{
+    dynamics, experiment, modes, output, sample, sensor, simulation, statics, system,
+};
+pub use holonom_study::{certificate, compare};
+pub use vi_verify as verification;
 
 pub use nalgebra;
 pub use vi_beam;
@@ -149,10 +135,9 @@ pub use vi_emscheme;
 pub use vi_multibody;
 pub use vi_rigid;
 
-pub use beams::{BeamParts, Beams};
-pub use limits::Stiffness;
-pub use model::{Model, ModelError};
-pub use output::{RunFolder, Summary};
-pub use sample::{Member, MemberKind, Momenta, MomentaNames, Residuals, Sample};
-pub use simulation::{AssemblyReport, RunFailure, RunOutcome, Simulation};
-pub use statics::{StaticFacts, Statics};
+pub use holonom_model::{Model, ModelError};
+pub use holonom_sim::output::{RunFolder, Summary};
+pub use holonom_sim::sample::{Member, MemberKind, Momenta, MomentaNames, Residuals, Sample};
+pub use holonom_sim::simulation::{AssemblyReport, RunFailure, RunOutcome, Simulation};
+pub use holonom_sim::statics::{StaticFacts, Statics};
+pub use holonom_sim::{BeamParts, Beams, Stiffness};

@@ -1,77 +1,14 @@
 //! A whole run: simulate, write, summarise, report.
 
-use std::io;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use crate::beams::Beams;
-use crate::model::{Model, ModelError, Scheme};
-use crate::output::{OutputError, RunFolder, Summary, SummaryBuilder};
-use crate::report;
-use crate::sample::{Member, MomentaNames, Sample};
-use crate::sensor::Sensors;
-use crate::simulation::{AssemblyReport, RunOutcome, Simulation};
-use crate::statics::{StaticFacts, Statics};
-
-/// What can be run: a motion, or a walk along equilibria.
-pub trait Experiment {
-    /// What the assembly found.
-    fn assembly(&self) -> &AssemblyReport;
-    /// The members, in the order of their coordinates.
-    fn members(&self) -> &[Member];
-    /// The sensors.
-    fn sensors(&self) -> &Sensors;
-    /// The beams.
-    fn beams(&self) -> &Beams;
-    /// Names of the momenta of a node; `None` where the model does not ask for them.
-    fn momenta_names(&self) -> Option<MomentaNames> {
-        None
-    }
-    /// What is worth knowing of the assembly and of the run so far.
-    fn warnings(&self) -> Vec<String>;
-    /// What a walk along equilibria was like; `None` for motions.
-    fn statics(&self) -> Option<StaticFacts> {
-        None
-    }
-    /// Runs to the end; `observe` gets each recorded row and may stop the run by an error;
-    /// `progress(step, of)` is called now and then.
-    ///
-    /// # Errors
-    /// Whatever `observe` returns.
-    fn run(
-        &mut self,
-        observe: &mut dyn FnMut(&Sample) -> io::Result<()>,
-        progress: &mut dyn FnMut(u64, u64),
-    ) -> io::Result<RunOutcome>;
-}
-
-impl Experiment for Simulation {
-    fn assembly(&self) -> &AssemblyReport {
-        self.assembly()
-    }
-    fn members(&self) -> &[Member] {
-        self.members()
-    }
-    fn sensors(&self) -> &Sensors {
-        self.sensors()
-    }
-    fn beams(&self) -> &Beams {
-        self.beams()
-    }
-    fn momenta_names(&self) -> Option<MomentaNames> {
-        self.momenta_names()
-    }
-    fn warnings(&self) -> Vec<String> {
-        self.warnings()
-    }
-    fn run(
-        &mut self,
-        observe: &mut dyn FnMut(&Sample) -> io::Result<()>,
-        progress: &mut dyn FnMut(u64, u64),
-    ) -> io::Result<RunOutcome> {
-        Self::run(self, observe, progress)
-    }
-}
+use holonom_model::{Model, ModelError, Scheme};
+use holonom_sim::experiment::Experiment;
+use holonom_sim::output::{OutputError, RunFolder, Summary, SummaryBuilder};
+use holonom_sim::sample::Sample;
+use holonom_sim::simulation::Simulation;
+use holonom_sim::statics::Statics;
 
 /// What the scheme of a model asks for: a [`Simulation`], or [`Statics`].
 ///
@@ -135,6 +72,6 @@ pub fn run(
     summary.warnings = simulation.warnings();
     summary.statics = simulation.statics();
     files.push(folder.write_summary(&summary)?);
-    files.extend(report::write(folder)?);
+    files.extend(holonom_report::write(folder)?);
     Ok(Finished { summary, files })
 }

@@ -41,6 +41,7 @@ pub mod newton;
 pub mod phase;
 pub mod potential;
 pub mod predictor;
+mod shadow_energy;
 pub mod sparse;
 pub mod state;
 
@@ -53,6 +54,7 @@ pub use mechanical_system::MechanicalSystem;
 pub use newton::{NewtonError, NewtonReport, NewtonSettings};
 pub use num_dual;
 pub use potential::{DiscretePotential, Potential, Quadrature};
+pub use shadow_energy::shadow_energy;
 pub use sparse::{Entries, SparseMatrix};
 pub use state::State;
 

@@ -12,8 +12,8 @@ mod tables;
 
 use holonom::compare::linearization::{Linearizations, linearizations};
 use holonom::compare::{Comparison, Record, Request, compare};
-use holonom::evidence::trend::{Trend, trend};
 use holonom::model::{LinearSolver, Scheme};
+use holonom::verification::trend::{Trend, trend};
 use holonom::{Model, RunOutcome, Simulation};
 use std::path::Path;
 use std::process::Command;

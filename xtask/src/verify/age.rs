@@ -11,7 +11,7 @@ const INTEGRATORS: [&str; 8] = [
     "crates/vi-multibody/src",
     "crates/vi-beam/src",
     "crates/vi-emscheme/src",
-    "crates/holonom/src/evidence",
+    "crates/vi-verify/src",
     "xtask/src/verify",
 ];
 

@@ -1,14 +1,14 @@
 //! What each criterion asks, and with which limit: for the page.
 
 use super::mutants::{Mutant, list};
-use holonom::evidence::certificate::Criterion;
-use holonom::evidence::frequency::RESOLVED;
-use holonom::evidence::growth::UNBIASED;
-use holonom::evidence::judge::{
+use holonom::verification::certificate::Criterion;
+use holonom::verification::frequency::RESOLVED;
+use holonom::verification::growth::UNBIASED;
+use holonom::verification::judge::{
     EXPONENT_TOLERANCE, FIRST_ORDER, FORM_TOLERANCE, MOMENTUM_CAP, ORDER_TOLERANCE, TELLING_STEPS,
 };
-use holonom::evidence::output::LEAST_ORDER;
-use holonom::evidence::trend::{NEGLIGIBLE, WIDENING};
+use holonom::verification::output::LEAST_ORDER;
+use holonom::verification::trend::{NEGLIGIBLE, WIDENING};
 
 /// Statement and limit of a criterion.
 fn asks(criterion: Criterion) -> (&'static str, String) {

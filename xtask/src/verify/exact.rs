@@ -1,8 +1,8 @@
 //! Motions that are known in closed form.
 
-use holonom::evidence::model::ModelSubject;
-use holonom::evidence::subject::{Initial, Method, Motion, Setting, Subject, Values};
+use holonom::certificate::subject::ModelSubject;
 use holonom::nalgebra::{Matrix3, Rotation3, Unit, Vector3};
+use holonom::verification::subject::{Initial, Method, Motion, Setting, Subject, Values};
 use holonom::vi_constraints::node::NodeObserver;
 use holonom::vi_constraints::{Constraints, SchemeKind};
 use holonom::vi_core::{Configuration, MechanicalSystem};

@@ -3,8 +3,8 @@
 use super::mutants::table::table as table_of_mutants;
 use super::summary::summary;
 use super::{Around, Certified, criteria, without_mutant};
-use holonom::evidence::certificate::Verdict;
-use holonom::evidence::table::{Cell, Table, remarks, tables};
+use holonom::verification::certificate::Verdict;
+use holonom::verification::table::{Cell, Table, remarks, tables};
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;

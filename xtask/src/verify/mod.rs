@@ -16,8 +16,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use cases::Case;
-use holonom::evidence::certificate::{Certificate, Criterion, Finding, Verdict};
-use holonom::evidence::certify::certify;
+use holonom::verification::certificate::{Certificate, Criterion, Finding, Verdict};
+use holonom::verification::certify::certify;
 use long_tests::LongTests;
 use mutants::table::Found;
 use serde::{Deserialize, Serialize};

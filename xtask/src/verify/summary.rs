@@ -1,8 +1,8 @@
 //! The summary of all certificates: a line for each property and family of schemes.
 
 use super::Certified;
-use holonom::evidence::certificate::{Criterion, Finding, Verdict};
-use holonom::evidence::subject::Method;
+use holonom::verification::certificate::{Criterion, Finding, Verdict};
+use holonom::verification::subject::Method;
 use std::collections::BTreeMap;
 
 /// What a line is about: criterion, quantity, family, order.

@@ -1,8 +1,8 @@
 //! Energy–momentum schemes with one wrong part.
 
-use holonom::evidence::em_running::EmRunning;
-use holonom::evidence::subject::{Initial, Method, Motion, Setting};
 use holonom::nalgebra::DMatrix;
+use holonom::verification::em_running::EmRunning;
+use holonom::verification::subject::{Initial, Method, Motion, Setting};
 use holonom::vi_constraints::Reparametrization;
 use holonom::vi_core::potential::Potential;
 use holonom::vi_core::{Configuration, Entries, Interval, Quadrature};

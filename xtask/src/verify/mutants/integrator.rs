@@ -1,8 +1,8 @@
 //! Integrators with one wrong part, plugged in where a user would plug in a part of his own.
 
-use holonom::evidence::running::Running;
-use holonom::evidence::subject::{Initial, Method, Motion, Setting};
 use holonom::nalgebra::DMatrix;
+use holonom::verification::running::Running;
+use holonom::verification::subject::{Initial, Method, Motion, Setting};
 use holonom::vi_constraints::{Integrator, Options, Reparametrization};
 use holonom::vi_core::force::DiscreteForce;
 use holonom::vi_core::newton::{Block, Fault};

@@ -1,8 +1,8 @@
 //! All mutants.
 
 use super::{Base, Defect, EmDefect, IntegratorDefect, Mutant, OutputDefect, PAIRS, em};
-use holonom::evidence::certificate::Criterion;
-use holonom::evidence::subject::Method;
+use holonom::verification::certificate::Criterion;
+use holonom::verification::subject::Method;
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 

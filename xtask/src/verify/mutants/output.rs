@@ -1,7 +1,7 @@
 //! Integrators that step rightly and report wrongly.
 
-use holonom::evidence::equations::Equations;
-use holonom::evidence::subject::{Kept, Motion, Nature, Values};
+use holonom::verification::equations::Equations;
+use holonom::verification::subject::{Kept, Motion, Nature, Values};
 use holonom::vi_constraints::scheme::Condition;
 use holonom::vi_constraints::tangent_map::Tangents;
 

@@ -1,7 +1,7 @@
 //! Mutants against criteria, measured.
 
 use super::{Mutant, list};
-use holonom::evidence::certificate::Criterion;
+use holonom::verification::certificate::Criterion;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};

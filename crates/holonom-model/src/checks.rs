@@ -1,0 +1,434 @@
+//! What a readable model may still get wrong.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use super::problem::{MAX_PROBLEMS, Problem, nearest};
+use super::source::Document;
+use super::start::{StartPoints, coincide, is_ground};
+use super::{
+    Bar, Body, Constraint, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Scheme, Shape,
+    Spring,
+};
+
+/// All problems of a model that could be read.
+pub(super) fn problems(model: &Model, document: &Document<'_>) -> Vec<Problem> {
+    let mut checker = Checker {
+        model,
+        document,
+        points: StartPoints::new(model),
+        problems: Vec::new(),
+        kinds: BTreeMap::new(),
+    };
+    checker.names();
+    checker.header();
+    checker.settings();
+    let each = |i: usize, section: &str| document.label(section, i).to_owned();
+    model.bodies.iter().enumerate().for_each(|(i, b)| checker.body(&each(i, "body"), b));
+    model.beams.iter().enumerate().for_each(|(i, b)| checker.beam(&each(i, "beam"), b));
+    model.particles.iter().enumerate().for_each(|(i, p)| checker.particle(&each(i, "particle"), p));
+    model.bars.iter().enumerate().for_each(|(i, b)| checker.bar(&each(i, "bar"), b));
+    model.joints.iter().enumerate().for_each(|(i, j)| checker.joint(&each(i, "joint"), j));
+    model.springs.iter().enumerate().for_each(|(i, s)| checker.spring(&each(i, "spring"), s));
+    model.loads.iter().enumerate().for_each(|(i, l)| checker.load(&each(i, "load"), l));
+    model.sensors.iter().enumerate().for_each(|(i, s)| checker.sensor(&each(i, "sensor"), s));
+    model
+        .constraints
+        .iter()
+        .enumerate()
+        .for_each(|(i, c)| checker.constraint(&each(i, "constraint"), c));
+    checker.problems
+}
+
+pub(super) struct Checker<'a> {
+    pub(super) model: &'a Model,
+    document: &'a Document<'a>,
+    pub(super) points: StartPoints<'a>,
+    problems: Vec<Problem>,
+    /// The section of every name.
+    pub(super) kinds: BTreeMap<&'a str, &'static str>,
+}
+
+impl<'a> Checker<'a> {
+    pub(super) fn report(
+        &mut self,
+        key: impl Into<String>,
+        message: String,
+        help: impl Into<String>,
+    ) {
+        self.add(Problem::new(key, message).help(help));
+    }
+
+    /// A problem with its full key; its place in the text is looked up.
+    pub(super) fn add(&mut self, problem: Problem) {
+        if self.problems.len() < MAX_PROBLEMS {
+            let span = self.document.span(&problem.key);
+            self.problems.push(problem.at(span));
+        }
+    }
+
+    fn names(&mut self) {
+        let model = self.model;
+        let sections: [(&'static str, Vec<&'a str>); 9] = [
+            ("body", model.bodies.iter().map(|m| m.name.as_str()).collect()),
+            ("beam", model.beams.iter().map(|m| m.name.as_str()).collect()),
+            ("particle", model.particles.iter().map(|m| m.name.as_str()).collect()),
+            ("bar", model.bars.iter().map(|m| m.name.as_str()).collect()),
+            ("joint", model.joints.iter().map(|m| m.name.as_str()).collect()),
+            ("constraint", model.constraints.iter().map(Constraint::name).collect()),
+            ("spring", model.springs.iter().map(|m| m.name.as_str()).collect()),
+            ("load", model.loads.iter().map(|m| m.name.as_str()).collect()),
+            ("sensor", model.sensors.iter().map(|m| m.name.as_str()).collect()),
+        ];
+        for (section, names) in sections {
+            for (i, name) in names.into_iter().enumerate() {
+                let key = format!("{}.name", self.document.label(section, i));
+                self.name(section, &key, name);
+            }
+        }
+    }
+
+    fn name(&mut self, section: &'static str, key: &str, name: &'a str) {
+        let odd = |c: char| c.is_control() || ".,\"[]=".contains(c);
+        if is_ground(name) {
+            let help = "choose another name; `ground` is the inertial frame";
+            self.report(key, format!("the name `{GROUND}` is reserved"), help);
+        } else if name.trim().is_empty()
+            || name.trim() != name
+            || name.contains(odd)
+            || name.chars().count() > 100
+        {
+            let help = "use up to 100 letters, digits, `_` and `-`, such as `upper_arm`";
+            self.report(key, format!("`{}` cannot be a name", name.escape_debug()), help);
+        } else if let Some(first) = self.kinds.get(name) {
+            let help = "names are unique in the whole model";
+            self.report(key, format!("the name `{name}` is taken by a {first}"), help);
+        } else {
+            self.kinds.insert(name, section);
+        }
+    }
+
+    fn header(&mut self) {
+        let header = &self.model.header;
+        if header.dimension != 2 && header.dimension != 3 {
+            let message = format!("dimension is {}", header.dimension);
+            self.report("model.dimension", message, "write 3, or 2 for point masses in the plane");
+            return;
+        }
+        self.length("model.gravity", &header.gravity, true);
+        let beams = !self.model.beams.is_empty();
+        if self.model.bodies.is_empty() && self.model.particles.is_empty() && !beams {
+            let message = "the model is empty: it has no body, no beam and no particle".to_owned();
+            self.report("model", message, "add at least one [[body]], [[beam]] or [[particle]]");
+        }
+        let fixed = !self.model.bodies.is_empty() && self.model.bodies.iter().all(|b| b.fixed);
+        if fixed && self.model.particles.is_empty() && !beams {
+            let message = "nothing can move: every body is fixed".to_owned();
+            self.report("model", message, "remove `fixed = true` from at least one body");
+        }
+        if header.dimension == 2 && (beams || !self.model.bodies.is_empty()) {
+            let message = "planar models have no bodies and no beams, only particles".to_owned();
+            self.report("model.dimension", message, "use dimension = 3 and vectors of 3 numbers");
+        }
+    }
+
+    /// A vector must have as many numbers as the model has dimensions.
+    fn length(&mut self, key: &str, vector: &[f64], may_be_absent: bool) -> bool {
+        let dimension = self.model.header.dimension;
+        let right = vector.len() == dimension || (may_be_absent && vector.is_empty());
+        if !right {
+            let message = format!("{} number(s) in a model of dimension {dimension}", vector.len());
+            self.report(key, message, format!("write a vector of {dimension} numbers"));
+        }
+        right
+    }
+
+    fn settings(&mut self) {
+        let settings = &self.model.settings;
+        let positive = [("simulation.step", settings.step), ("simulation.end", settings.end)];
+        for (key, value) in positive {
+            if value <= 0.0 {
+                let message = format!("{value} is not a positive time");
+                self.report(key, message, "write a positive number of seconds, such as 0.01");
+            }
+        }
+        let steps = settings.end / settings.step;
+        if steps > MAX_STEPS {
+            let message = format!("{steps:.3e} steps are more than {MAX_STEPS:e}");
+            self.report("simulation.step", message, "choose a larger step or an earlier end");
+        }
+        if vi_core::Composition::of_order(settings.order).is_none() {
+            let message = format!("there is no scheme of order {}", settings.order);
+            self.report("simulation.order", message, "write 2, 4, 6 or 8");
+        }
+        let statics = settings.scheme == Scheme::Static;
+        if settings.arc_length && !statics {
+            let message = "a motion has no path of equilibria to follow".to_owned();
+            self.report("simulation.arc_length", message, "write scheme = \"static\" with it");
+        }
+        if statics && settings.order != 2 {
+            let message = "equilibria have no order of accuracy in time".to_owned();
+            self.report("simulation.order", message, "remove `order`");
+        }
+        if statics && settings.momenta {
+            let message = "equilibria have no momenta".to_owned();
+            self.report("simulation.momenta", message, "remove `momenta`, or take another scheme");
+        }
+        if settings.every == 0 {
+            let help = "write 1 to record every step, 10 for every tenth";
+            self.report("simulation.every", "no step would be recorded".into(), help);
+        }
+        let tolerances = [
+            ("simulation.start_tolerance", settings.start_tolerance),
+            ("simulation.newton_tolerance", settings.newton_tolerance),
+        ];
+        for (key, value) in tolerances {
+            if value < 0.0 {
+                self.report(key, format!("the tolerance {value} is negative"), "write 0 or more");
+            }
+        }
+        if settings.newton_max_iterations == 0 {
+            let message = "Newton's method needs at least one iteration".to_owned();
+            self.report("simulation.newton_max_iterations", message, "write 30");
+        }
+    }
+
+    fn mass(&mut self, key: &str, mass: f64) {
+        if mass <= 0.0 {
+            let message = format!("the mass {mass} kg is not positive");
+            self.report(key, message, "write a positive mass in kg");
+        }
+    }
+
+    fn body(&mut self, key: &str, body: &Body) {
+        if let Some(shape) = &body.shape {
+            self.shape(&format!("{key}.shape"), shape);
+        }
+        if let Some(mass) = body.mass {
+            self.mass(&format!("{key}.mass"), mass);
+        } else if !body.fixed && body.shape.as_ref().is_none_or(|s| s.density.is_none()) {
+            let help = "add `mass = …`, or a shape with a density";
+            self.report(key, "the body has no mass".into(), help);
+        }
+        if let Some(inertia) = &body.inertia {
+            self.inertia(&format!("{key}.inertia"), inertia);
+        } else if !body.fixed && body.shape.is_none() {
+            let help = "add `inertia = [I1, I2, I3]`, or a shape";
+            self.report(key, "the body has no inertia".into(), help);
+        }
+        if let Some(problem) = body.orientation_fault() {
+            self.add(problem.below(key));
+        }
+        if body.angular_velocity.is_some() && body.body_angular_velocity.is_some() {
+            let message = "the angular velocity is stated twice".to_owned();
+            let help = "keep angular_velocity (in space) or body_angular_velocity (in the body)";
+            self.report(format!("{key}.body_angular_velocity"), message, help);
+        }
+        let spins = [body.angular_velocity, body.body_angular_velocity].into_iter().flatten();
+        let moves = spins.chain([body.velocity]).flatten().any(|v| v != 0.0);
+        if body.fixed && moves {
+            let help = "remove its velocities, or `fixed = true`";
+            self.report(format!("{key}.fixed"), "a fixed body has a velocity".into(), help);
+        }
+    }
+
+    fn inertia(&mut self, key: &str, inertia: &Inertia) {
+        if let Some(fault) = inertia.fault() {
+            let help = "moments of inertia about the centre of mass satisfy I1 + I2 >= I3 for \
+                        every choice of the axes";
+            self.report(key, fault, help);
+        }
+    }
+
+    fn shape(&mut self, key: &str, shape: &Shape) {
+        let names = shape.kind.dimensions();
+        if shape.dimensions.len() != names.len() {
+            let message = format!("{} dimension(s) for this shape", shape.dimensions.len());
+            let help = format!("write dimensions = [{}], in m", names.join(", "));
+            self.report(format!("{key}.dimensions"), message, help);
+        } else if let Some(bad) = shape.dimensions.iter().find(|d| **d <= 0.0) {
+            let message = format!("the dimension {bad} m is not positive");
+            self.report(format!("{key}.dimensions"), message, "write positive lengths in m");
+        }
+        if let Some(density) = shape.density.filter(|d| *d <= 0.0) {
+            let message = format!("the density {density} kg/m³ is not positive");
+            self.report(format!("{key}.density"), message, "write a positive density");
+        }
+    }
+
+    fn particle(&mut self, key: &str, particle: &Particle) {
+        self.mass(&format!("{key}.mass"), particle.mass);
+        self.length(&format!("{key}.position"), &particle.position, false);
+        self.length(&format!("{key}.velocity"), &particle.velocity, true);
+    }
+
+    /// A member must exist and be of one of these sections (or the ground).
+    pub(super) fn reference(&mut self, key: String, name: &str, sections: &[&'static str]) {
+        self.refers(key, name, sections);
+    }
+
+    /// The same; returns whether it does.
+    pub(super) fn refers(&mut self, key: String, name: &str, sections: &[&'static str]) -> bool {
+        let ground = sections.contains(&GROUND);
+        if is_ground(name) && ground {
+            return true;
+        }
+        let kind = self.kinds.get(name).copied();
+        if kind.is_some_and(|k| sections.contains(&k)) {
+            return true;
+        }
+        if sections.contains(&"body") && self.node_reference(&key, name) {
+            return true;
+        }
+        let expected = sections.join(" or ");
+        let message = match kind {
+            Some(kind) => format!("`{name}` is a {kind}, not a {expected}"),
+            None => format!("there is no {expected} named `{name}`"),
+        };
+        let fitting = self.kinds.iter().filter(|(_, k)| sections.contains(k)).map(|(n, _)| *n);
+        let candidates: Vec<&str> = fitting.chain(ground.then_some(GROUND)).collect();
+        let help = match nearest(name, candidates.iter().copied()) {
+            Some(best) => format!("did you mean `{best}`?"),
+            None if candidates.is_empty() => format!("add a [[{}]] first", sections[0]),
+            None => format!("there are: {}", some(&candidates)),
+        };
+        self.report(key, message, help);
+        false
+    }
+
+    pub(super) fn two_ends(&mut self, key: &str, from: &str, to: &str) {
+        let frames = (self.model.frame(from), self.model.frame(to));
+        if from == to || matches!(frames, (Some(a), Some(b)) if a == b) {
+            let message = format!("both ends are `{from}`");
+            self.report(key, message, "connect two different members");
+        }
+    }
+
+    fn bar(&mut self, key: &str, bar: &Bar) {
+        let from = self.refers(format!("{key}.from"), &bar.from, &["particle", GROUND]);
+        let to = self.refers(format!("{key}.to"), &bar.to, &["particle", GROUND]);
+        self.two_ends(&format!("{key}.to"), &bar.from, &bar.to);
+        let grounded = is_ground(&bar.from) || is_ground(&bar.to);
+        if let Some(point) = &bar.point {
+            self.length(&format!("{key}.point"), point, false);
+            if !grounded {
+                let message = "a point is only for a bar that is held by the ground".to_owned();
+                self.report(format!("{key}.point"), message, "remove `point`");
+            }
+        }
+        if let Some(length) = bar.length.filter(|l| *l <= 0.0) {
+            let message = format!("the length {length} m is not positive");
+            self.report(format!("{key}.length"), message, "write a positive length in m");
+        } else if from && to && bar.from != bar.to && coincide(&self.points.bar(bar)) {
+            let message = "both ends start at the same point: the bar has no direction".to_owned();
+            let help = "move one of them, or write one particle with the mass of both";
+            self.report(key, message, help);
+        }
+    }
+
+    fn joint(&mut self, key: &str, joint: &Joint) {
+        self.reference(format!("{key}.parent"), &joint.parent, &["body", GROUND]);
+        self.reference(format!("{key}.child"), &joint.child, &["body", GROUND]);
+        self.two_ends(&format!("{key}.child"), &joint.parent, &joint.child);
+        let rests = |name: &str| is_ground(name) || self.points.is_fixed(name);
+        if joint.parent != joint.child && rests(&joint.parent) && rests(&joint.child) {
+            let message = "neither side of the joint can move".to_owned();
+            self.report(key, message, "remove the joint");
+        }
+        match (joint.position, joint.anchor_parent, joint.anchor_child) {
+            (Some(_), None, None) | (None, Some(_), Some(_)) => {}
+            (Some(_), _, _) => {
+                let message = "the place of the joint is stated twice".to_owned();
+                let help = "keep `position`, or `anchor_parent` and `anchor_child`";
+                self.report(format!("{key}.position"), message, help);
+            }
+            _ => {
+                let message = "the joint has no place".to_owned();
+                let help = "add `position = [x, y, z]` (in space, at the start), or both \
+                            `anchor_parent` and `anchor_child`";
+                self.report(key, message, help);
+            }
+        }
+        self.drives(key, joint);
+        match joint.axis {
+            None if joint.kind.has_axis() => {
+                let message = "this type of joint needs an axis".to_owned();
+                self.report(key, message, "add `axis = [0, 0, 1]` (in space, at the start)");
+            }
+            Some(axis) if axis.iter().all(|a| a.abs() < 1e-100) => {
+                let message = "the axis has zero length".to_owned();
+                self.report(format!("{key}.axis"), message, "write a direction, such as [0, 0, 1]");
+            }
+            _ => {}
+        }
+        self.second_axis(key, joint);
+    }
+
+    fn second_axis(&mut self, key: &str, joint: &Joint) {
+        let at = format!("{key}.axis2");
+        let Some(second) = joint.axis2 else {
+            if joint.kind.has_second_axis() {
+                let message = "this type of joint needs a second axis".to_owned();
+                let help = "add `axis2 = [0, 1, 0]` (fixed in the child; in space, at the start, \
+                            perpendicular to `axis`)";
+                self.report(key, message, help);
+            }
+            return;
+        };
+        if !joint.kind.has_second_axis() {
+            let message = "this type of joint has no second axis".to_owned();
+            self.report(at, message, "remove `axis2`, or write type = \"universal\"");
+            return;
+        }
+        let second = Vector3::from(second);
+        if second.amax() < 1e-100 {
+            let message = "the axis has zero length".to_owned();
+            self.report(at, message, "write a direction, such as [0, 1, 0]");
+            return;
+        }
+        let first = joint.axis.map(Vector3::from).filter(|first| first.amax() >= 1e-100);
+        let cosine = first.map_or(0.0, |first| first.normalize().dot(&second.normalize()));
+        if cosine.abs() > 1e-6 {
+            let angle = cosine.clamp(-1.0, 1.0).acos().to_degrees();
+            let message = format!("the axes of the joint are at {angle:.4}° to each other");
+            self.report(at, message, "choose `axis2` perpendicular to `axis`");
+        }
+    }
+
+    fn spring(&mut self, key: &str, spring: &Spring) {
+        let sections = ["body", "particle", GROUND];
+        self.reference(format!("{key}.from"), &spring.from, &sections);
+        self.reference(format!("{key}.to"), &spring.to, &sections);
+        self.two_ends(&format!("{key}.to"), &spring.from, &spring.to);
+        let ends = [
+            ("point_from", &spring.from, &spring.point_from),
+            ("point_to", &spring.to, &spring.point_to),
+        ];
+        for (end, member, point) in ends {
+            let Some(point) = point else { continue };
+            self.length(&format!("{key}.{end}"), point, false);
+            if self.kinds.get(member.as_str()) == Some(&"particle") {
+                let message = format!("`{member}` is a particle, it has no other points");
+                self.report(format!("{key}.{end}"), message, format!("remove `{end}`"));
+            }
+        }
+        let amounts = [
+            ("stiffness", Some(spring.stiffness)),
+            ("natural_length", spring.natural_length),
+            ("damping", Some(spring.damping)),
+        ];
+        for (name, value) in amounts {
+            if let Some(value) = value.filter(|v| *v < 0.0) {
+                let message = format!("{name} = {value} is negative");
+                self.report(format!("{key}.{name}"), message, "write 0 or a positive number");
+            }
+        }
+    }
+}
+
+/// The first few of a list of names.
+pub(super) fn some(names: &[&str]) -> String {
+    let shown = names.iter().take(8).map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
+    if names.len() > 8 { format!("{shown}, … ({} in all)", names.len()) } else { shown }
+}

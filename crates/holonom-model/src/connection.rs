@@ -1,0 +1,204 @@
+//! `[[bar]]`, `[[joint]]` and `[[spring]]`: what connects members.
+
+use super::drive::{JointDamper, JointMotor, JointSpring};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use vi_multibody::pair::PairKind;
+
+/// The reserved name of the inertial frame.
+pub const GROUND: &str = "ground";
+
+/// `[[bar]]`: a rigid massless bar between two particles, or a particle and the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Bar {
+    /// Its name, unique in the model.
+    pub name: String,
+    /// A particle, or `ground`.
+    pub from: String,
+    /// A particle, or `ground`.
+    pub to: String,
+    /// The point of the ground it is held at, m; `dimension` numbers. Only with `ground`; the
+    /// origin by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point: Option<Vec<f64>>,
+    /// Its length, m; the distance at the start by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+}
+
+/// Kind of a joint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum JointKind {
+    /// A common point; 3 degrees of freedom.
+    Spherical,
+    /// Turns about `axis`; 1 freedom.
+    Revolute,
+    /// Turns about and slides along `axis`; 2 degrees of freedom.
+    Cylindrical,
+    /// Slides along `axis`; 1 freedom.
+    Prismatic,
+    /// Slides in the plane normal to `axis` and turns about it; 3 degrees of freedom.
+    Planar,
+    /// No relative motion.
+    Fixed,
+    /// Two crossing axes, `axis` fixed in the parent, `axis2` in the child; 2 degrees of freedom.
+    Universal,
+    /// Turns about `axis` and advances along it by `pitch` per turn; 1 freedom.
+    Screw,
+}
+
+impl JointKind {
+    /// The kinematic pair; `pitch` of a screw in m per revolution.
+    #[must_use]
+    pub fn pair(self, pitch: Option<f64>) -> PairKind {
+        match self {
+            Self::Spherical => PairKind::Spherical,
+            Self::Revolute => PairKind::Revolute,
+            Self::Cylindrical => PairKind::Cylindrical,
+            Self::Prismatic => PairKind::Prismatic,
+            Self::Planar => PairKind::Planar,
+            Self::Fixed => PairKind::Fixed,
+            Self::Universal => PairKind::Universal,
+            Self::Screw => {
+                let per_revolution = pitch.unwrap_or_default();
+                PairKind::Screw((per_revolution / std::f64::consts::TAU).into())
+            }
+        }
+    }
+
+    /// Whether it needs an `axis`.
+    #[must_use]
+    pub fn has_axis(self) -> bool {
+        !matches!(self, Self::Spherical | Self::Fixed)
+    }
+
+    /// Whether it needs an `axis2`.
+    #[must_use]
+    pub fn has_second_axis(self) -> bool {
+        self == Self::Universal
+    }
+}
+
+/// One rate, or several.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "rate is a number, or a list of numbers")]
+pub enum Rates {
+    /// Of a single freedom.
+    One(f64),
+    /// One for each freedom.
+    Many(Vec<f64>),
+}
+
+impl Rates {
+    /// The numbers.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        match self {
+            Self::One(rate) => std::slice::from_ref(rate),
+            Self::Many(rates) => rates,
+        }
+    }
+}
+
+/// `[[joint]]`: a kinematic pair of two bodies, or of a body and the ground. Its place is `position`,
+/// or `anchor_parent` and `anchor_child`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Joint {
+    /// Its name, unique in the model.
+    pub name: String,
+    /// Kind of the joint.
+    #[serde(rename = "type")]
+    pub kind: JointKind,
+    /// A body, or `ground`.
+    pub parent: String,
+    /// A body, or `ground`.
+    pub child: String,
+    /// Its place in space in the start configuration, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// Its place on the parent: body components from the centre of mass, m (ground: in space).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub anchor_parent: Option<[f64; 3]>,
+    /// Its place on the child: body components from the centre of mass, m (ground: in space).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub anchor_child: Option<[f64; 3]>,
+    /// Its axis in space in the start configuration; any length but zero.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis: Option<[f64; 3]>,
+    /// Universal joints: the axis fixed in the child, in space in the start configuration,
+    /// perpendicular to `axis`, which is fixed in the parent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axis2: Option<[f64; 3]>,
+    /// Rates of its degrees of freedom at the start (slides first, then turns; m/s, rad/s): a number, or a list
+    /// for several. The velocity of the child then follows from that of the parent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<Rates>,
+    /// Cut the loop that the joint closes here; by default the spanning tree is found breadth first
+    /// from the ground and the joints left over are cut.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub cut: bool,
+    /// Screw joints: advance along `axis` per right-handed turn, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pitch: Option<f64>,
+    /// A spring on a joint coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spring: Option<JointSpring>,
+    /// A damper (viscous friction) on a joint coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damper: Option<JointDamper>,
+    /// A motor on a joint coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor: Option<JointMotor>,
+}
+
+impl Joint {
+    /// Its kinematic pair.
+    #[must_use]
+    pub fn pair(&self) -> PairKind {
+        self.kind.pair(self.pitch)
+    }
+}
+
+/// Energy of a spring of length `l`, natural length `l0` and stiffness `k`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SpringLaw {
+    /// `V = ½ k (l − l0)²`; `k` in N/m.
+    #[default]
+    Linear,
+    /// `V = ½ k (l² − l0²)²`; `k` in N/m³.
+    QuadraticStretch,
+}
+
+/// `[[spring]]`: a spring, with an optional damper, between two members or a member and the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Spring {
+    /// Its name, unique in the model.
+    pub name: String,
+    /// A body, a particle, or `ground`.
+    pub from: String,
+    /// A body, a particle, or `ground`.
+    pub to: String,
+    /// Where it is held at `from`, m: body components from the centre of mass, or a point of the
+    /// ground; the centre or the origin by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point_from: Option<Vec<f64>>,
+    /// Where it is held at `to`, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point_to: Option<Vec<f64>>,
+    /// Stiffness `k`: N/m (`linear`), N/m³ (`quadratic_stretch`).
+    pub stiffness: f64,
+    /// Natural length `l0`, m; the distance at the start by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub natural_length: Option<f64>,
+    /// Its energy as a function of its length.
+    #[serde(default)]
+    pub law: SpringLaw,
+    /// Damping along the line, N·s/m.
+    #[serde(default)]
+    pub damping: f64,
+}

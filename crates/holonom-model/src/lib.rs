@@ -1,0 +1,343 @@
+//! The model file: a validated description of a system, as TOML.
+//!
+//! ```text
+//! text ── Document (values with their places) ── sections (serde) ── checks ── Model
+//! ```
+//! All units are SI, angles in rad. Unknown keys are errors. What is wrong is said all at once where
+//! that is sensible: first everything that cannot be read, then everything that makes no sense, then
+//! every bar and joint that the stated start misses.
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod beam;
+mod beam_checks;
+mod body;
+mod checks;
+mod connection;
+mod drive;
+mod drive_checks;
+mod load;
+mod overrides;
+mod places;
+mod problem;
+mod section;
+mod sections;
+mod sensor;
+mod settings;
+mod shape;
+mod source;
+mod start;
+mod strict;
+
+use std::io::Read;
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use beam::{Beam, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist};
+pub use body::{Body, Euler, Particle};
+pub use connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
+pub use drive::{Constraint, JointDamper, JointMotor, JointSpring, Path as MotionPath};
+pub use load::{Frame, History, Load};
+pub use places::{line_column, locate};
+pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
+pub use section::{Material, Outline, OutlineKind, Section};
+pub use sensor::{Sensor, SensorKind};
+pub use settings::{Family, Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Strain};
+pub use shape::{Inertia, Shape, ShapeKind};
+
+pub use start::StartPoints;
+use start::distance;
+
+/// The greatest size of a model text, bytes.
+pub const MAX_BYTES: usize = 16 * 1024 * 1024;
+
+/// A model: what there is, how it is connected, how it is simulated.
+///
+/// One that comes from [`Model::from_toml`] is valid and resolved: lengths, masses and inertias that
+/// the text leaves open are filled in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// `[model]`.
+    #[serde(rename = "model")]
+    pub header: Header,
+    /// `[simulation]`.
+    #[serde(rename = "simulation")]
+    pub settings: Settings,
+    /// `[[body]]`: rigid bodies.
+    #[serde(default, rename = "body", skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<Body>,
+    /// `[[beam]]`: geometrically exact beams.
+    #[serde(default, rename = "beam", skip_serializing_if = "Vec::is_empty")]
+    pub beams: Vec<Beam>,
+    /// `[[particle]]`: point masses.
+    #[serde(default, rename = "particle", skip_serializing_if = "Vec::is_empty")]
+    pub particles: Vec<Particle>,
+    /// `[[bar]]`: rigid bars between particles.
+    #[serde(default, rename = "bar", skip_serializing_if = "Vec::is_empty")]
+    pub bars: Vec<Bar>,
+    /// `[[joint]]`: joints between bodies.
+    #[serde(default, rename = "joint", skip_serializing_if = "Vec::is_empty")]
+    pub joints: Vec<Joint>,
+    /// `[[constraint]]`: distances, guides, gears, prescribed motion.
+    #[serde(default, rename = "constraint", skip_serializing_if = "Vec::is_empty")]
+    pub constraints: Vec<Constraint>,
+    /// `[[spring]]`: springs and dampers.
+    #[serde(default, rename = "spring", skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<Spring>,
+    /// `[[load]]`: loads on bodies.
+    #[serde(default, rename = "load", skip_serializing_if = "Vec::is_empty")]
+    pub loads: Vec<Load>,
+    /// `[[sensor]]`: what is written to `sensors.csv`.
+    #[serde(default, rename = "sensor", skip_serializing_if = "Vec::is_empty")]
+    pub sensors: Vec<Sensor>,
+}
+
+impl Model {
+    /// Reads, checks and resolves a model.
+    ///
+    /// # Errors
+    /// [`ModelError`], with everything that is wrong and where.
+    pub fn from_toml(text: &str) -> Result<Self, ModelError> {
+        Self::from_toml_with(text, &[])
+    }
+
+    /// The same with values of the text replaced: `("body.top.mass", "2.5")`. A value is TOML, or a
+    /// bare word.
+    ///
+    /// # Errors
+    /// [`ModelError`]; problems of replaced values have no place in the text.
+    pub fn from_toml_with(text: &str, overrides: &[(String, String)]) -> Result<Self, ModelError> {
+        if text.len() > MAX_BYTES {
+            return Err(ModelError::TooLarge { limit: MAX_BYTES });
+        }
+        let document = source::Document::parse(text, overrides).map_err(ModelError::Invalid)?;
+        let mut problems = document.bad_numbers();
+        problems.extend(document.unknown_sections());
+        let header = document.table("model", &mut problems);
+        let settings = document.table("simulation", &mut problems);
+        let lists = (
+            document.list("body", &mut problems),
+            document.list("beam", &mut problems),
+            document.list("particle", &mut problems),
+            document.list("bar", &mut problems),
+            document.list("joint", &mut problems),
+            document.list("constraint", &mut problems),
+            document.list("spring", &mut problems),
+            document.list("load", &mut problems),
+        );
+        let sensors = document.list("sensor", &mut problems);
+        let (Some(header), Some(settings), true) = (header, settings, problems.is_empty()) else {
+            return Err(ModelError::invalid(problems));
+        };
+        let (bodies, beams, particles, bars, joints, constraints, springs, loads) = lists;
+        let mut model = Self {
+            header,
+            settings,
+            bodies,
+            beams,
+            particles,
+            bars,
+            joints,
+            constraints,
+            springs,
+            loads,
+            sensors,
+        };
+        let problems = checks::problems(&model, &document);
+        if !problems.is_empty() {
+            return Err(ModelError::invalid(problems));
+        }
+        model.resolve();
+        let missed = start::inconsistencies(&model);
+        if !missed.is_empty() && !model.settings.project_start {
+            return Err(ModelError::InconsistentStart(missed));
+        }
+        Ok(model)
+    }
+
+    /// This model with values replaced, checked again.
+    ///
+    /// # Errors
+    /// [`ModelError`], as [`Model::from_toml_with`].
+    pub fn with_overrides(&self, overrides: &[(String, String)]) -> Result<Self, ModelError> {
+        Self::from_toml_with(&self.to_toml(), overrides)
+    }
+
+    /// The text of this model, everything resolved; reading it again gives the same model.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("names, numbers and lists of them are TOML")
+    }
+
+    /// The JSON schema of model files.
+    #[must_use]
+    pub fn schema() -> serde_json::Value {
+        let mut schema = schemars::schema_for!(Self).to_value();
+        without_null(&mut schema);
+        schema["title"] = "holonom model".into();
+        schema
+    }
+
+    /// The body of this name.
+    #[must_use]
+    pub fn body(&self, name: &str) -> Option<&Body> {
+        self.bodies.iter().find(|b| b.name == name)
+    }
+
+    /// The beam of this name.
+    #[must_use]
+    pub fn beam(&self, name: &str) -> Option<&Beam> {
+        self.beams.iter().find(|b| b.name == name)
+    }
+
+    /// Where the frame of this name is among all frames: bodies in their order, then the nodes of the
+    /// beams in their order.
+    #[must_use]
+    pub fn frame(&self, name: &str) -> Option<usize> {
+        let Some((name, place)) = name.split_once('.') else {
+            return self.bodies.iter().position(|body| body.name == name);
+        };
+        let mut first = self.bodies.len();
+        for beam in &self.beams {
+            if beam.name == name {
+                return beam.node(place).map(|node| first + node);
+            }
+            first += beam.node_count();
+        }
+        None
+    }
+
+    /// How the ground holds the end of a beam called `NAME.start` or `NAME.end`; `None` when it does not.
+    #[must_use]
+    pub fn support(&self, name: &str) -> Option<End> {
+        let (name, place) = name.split_once('.')?;
+        let beam = self.beam(name)?;
+        let end = match place {
+            "start" => beam.start,
+            "end" => beam.end,
+            _ => End::Free,
+        };
+        (end != End::Free).then_some(end)
+    }
+
+    /// The particle of this name.
+    #[must_use]
+    pub fn particle(&self, name: &str) -> Option<&Particle> {
+        self.particles.iter().find(|p| p.name == name)
+    }
+
+    /// The time from which no load acts, s: 0 without loads, `None` when one never ends.
+    #[must_use]
+    pub fn loads_end(&self) -> Option<f64> {
+        self.loads.iter().try_fold(0.0_f64, |end, load| Some(end.max(load.history.end()?)))
+    }
+
+    /// Whether nothing but weight, springs and elastic beams does work: no load, motor, damper or
+    /// prescribed motion.
+    #[must_use]
+    pub fn is_conservative(&self) -> bool {
+        let passive = |joint: &Joint| {
+            let motor = joint.motor.as_ref();
+            joint.damper.as_ref().is_none_or(|damper| damper.damping == 0.0)
+                && motor
+                    .is_none_or(|m| m.effort == 0.0 && m.proportional == 0.0 && m.derivative == 0.0)
+        };
+        self.loads.is_empty()
+            && self.springs.iter().all(|spring| spring.damping == 0.0)
+            && self.joints.iter().all(passive)
+            && !self.constraints.iter().any(|c| matches!(c, Constraint::Motion { .. }))
+    }
+
+    /// Gravitational acceleration, m/s²; the third component is 0 in the plane.
+    #[must_use]
+    pub fn gravity(&self) -> [f64; 3] {
+        spatial(&self.header.gravity)
+    }
+
+    /// Fills in what the text leaves open.
+    fn resolve(&mut self) {
+        let dimension = self.header.dimension;
+        self.header.gravity.resize(dimension, 0.0);
+        for particle in &mut self.particles {
+            particle.velocity.resize(dimension, 0.0);
+        }
+        for body in self.bodies.iter_mut().filter(|b| b.shape.is_some()) {
+            let tensor = body.inertia_tensor();
+            body.mass = Some(body.mass());
+            body.inertia.get_or_insert(Inertia::Principal([tensor.m11, tensor.m22, tensor.m33]));
+        }
+        for beam in &mut self.beams {
+            if let Ok(section) = beam.section.resolved() {
+                beam.section = section;
+            }
+        }
+        let points = StartPoints::new(self);
+        let bars: Vec<f64> = self.bars.iter().map(|b| distance(points.bar(b))).collect();
+        let springs: Vec<f64> = self.springs.iter().map(|s| distance(points.spring(s))).collect();
+        for (bar, start) in self.bars.iter_mut().zip(bars) {
+            bar.length.get_or_insert(start);
+        }
+        for (spring, start) in self.springs.iter_mut().zip(springs) {
+            spring.natural_length.get_or_insert(start);
+        }
+    }
+}
+
+/// TOML has no null: what may be absent is not required, that is all.
+fn without_null(schema: &mut serde_json::Value) {
+    use serde_json::Value;
+    match schema {
+        Value::Object(map) => {
+            if let Some(Value::Array(types)) = map.get_mut("type") {
+                types.retain(|t| t != "null");
+                if let [only] = types.as_slice() {
+                    let only = only.clone();
+                    map.insert("type".into(), only);
+                }
+            }
+            if map.get("default").is_some_and(Value::is_null) {
+                map.remove("default");
+            }
+            if let Some(Value::Array(options)) = map.get_mut("anyOf") {
+                options.retain(|o| o["type"] != "null");
+            }
+            map.values_mut().for_each(without_null);
+        }
+        Value::Array(items) => items.iter_mut().for_each(without_null),
+        _ => {}
+    }
+}
+
+/// A vector of the plane or of space, in space.
+#[must_use]
+pub fn spatial(vector: &[f64]) -> [f64; 3] {
+    std::array::from_fn(|i| vector.get(i).copied().unwrap_or(0.0))
+}
+
+/// Reads a model text; never more than [`MAX_BYTES`] and a little.
+///
+/// # Errors
+/// [`ModelError::Unreadable`], [`ModelError::TooLarge`], [`ModelError::NotUtf8`].
+pub fn read_text(path: &Path) -> Result<String, ModelError> {
+    let unreadable = |e: std::io::Error| ModelError::Unreadable { reason: e.to_string() };
+    if path.is_dir() {
+        return Err(ModelError::Unreadable { reason: "this is a directory, not a file".into() });
+    }
+    // a named pipe that nobody writes to would block; those of a shell stand under /dev or /proc
+    let device = path.starts_with("/dev") || path.starts_with("/proc");
+    if !path.metadata().map_err(unreadable)?.is_file() && !device {
+        return Err(ModelError::Unreadable { reason: "this is not a regular file".into() });
+    }
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    file.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() > MAX_BYTES {
+        return Err(ModelError::TooLarge { limit: MAX_BYTES });
+    }
+    String::from_utf8(bytes)
+        .map_err(|e| ModelError::NotUtf8 { offset: e.utf8_error().valid_up_to() })
+}

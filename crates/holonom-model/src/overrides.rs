@@ -1,0 +1,100 @@
+//! Overrides: `--set body.top.mass=2.5`.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+use super::problem::{Problem, nearest};
+use super::sections::TABLES;
+
+/// Sets one key path to a value given as text: TOML, or a bare word.
+pub(crate) fn set<'i>(
+    table: &mut DeTable<'i>,
+    key: &'i str,
+    value: &'i str,
+    base: usize,
+) -> Result<(), Problem> {
+    let mut parsed = DeValue::parse(value)
+        .unwrap_or_else(|_| Spanned::new(0..value.len(), DeValue::String(value.into())));
+    shift(&mut parsed, base);
+    let wrong = |message: String| {
+        Problem::new(key, message).help(
+            "keys are like simulation.step, model.gravity, body.NAME.mass, particle.NAME.position.0",
+        )
+    };
+    let (section, rest) =
+        key.split_once('.').ok_or_else(|| wrong(format!("`{key}` is no key of a value")))?;
+    if TABLES.contains(&section) {
+        let entry = table.entry(Spanned::new(base..base, DeString::from(section)));
+        let entry =
+            entry.or_insert_with(|| Spanned::new(base..base, DeValue::Table(DeTable::new())));
+        return insert(entry, rest, parsed, base).map_err(wrong);
+    }
+    let Some(entries) = table.get_mut(section).filter(|v| v.get_ref().is_array()) else {
+        return Err(wrong(format!("the model has no section `{section}`")));
+    };
+    let DeValue::Array(entries) = entries.get_mut() else { return Ok(()) };
+    // A name may contain dots only if the file says so: take the longest that fits.
+    let fits = |e: &Spanned<DeValue<'_>>| {
+        let name = e.get_ref().get("name")?.get_ref().as_str()?;
+        rest.strip_prefix(name)?.strip_prefix('.').map(|field| (name.len(), field))
+    };
+    let best =
+        (0..entries.len()).filter_map(|i| Some((i, fits(&entries[i])?))).max_by_key(|b| b.1.0);
+    if let Some((i, (_, field))) = best
+        && let Some(entry) = entries.get_mut(i)
+    {
+        return insert(entry, field, parsed, base).map_err(wrong);
+    }
+    let word = rest.split('.').next().unwrap_or(rest);
+    let names: Vec<&str> =
+        entries.iter().filter_map(|e| e.get_ref().get("name")?.get_ref().as_str()).collect();
+    let problem = wrong(format!("there is no {section} named `{word}`"));
+    Err(match nearest(word, names) {
+        Some(best) => problem.help(format!("did you mean `{section}.{best}`?")),
+        None => problem,
+    })
+}
+
+/// Sets `path` (keys and array indices with dots between) below `value`.
+fn insert<'i>(
+    value: &mut Spanned<DeValue<'i>>,
+    path: &'i str,
+    new: Spanned<DeValue<'i>>,
+    base: usize,
+) -> Result<(), String> {
+    let (head, rest) = path.split_once('.').map_or((path, None), |(h, r)| (h, Some(r)));
+    let at = Spanned::new(base..base, DeString::from(head));
+    let slot = match value.get_mut() {
+        DeValue::Table(table) => table
+            .entry(at)
+            .or_insert_with(|| Spanned::new(base..base, DeValue::Table(DeTable::new()))),
+        DeValue::Array(array) => {
+            let count = array.len();
+            let index = head.parse::<usize>().ok();
+            index.and_then(|i| array.get_mut(i)).ok_or_else(|| {
+                format!("`{head}` is no index into {count} values (they count from 0)")
+            })?
+        }
+        _ => return Err(format!("`{head}` stands below a plain value")),
+    };
+    match rest {
+        Some(rest) => insert(slot, rest, new, base),
+        None => {
+            *slot = new;
+            Ok(())
+        }
+    }
+}
+
+/// Moves the spans of an override's value beyond the text, where they point at nothing.
+fn shift(value: &mut Spanned<DeValue<'_>>, base: usize) {
+    match value.get_mut() {
+        DeValue::Array(array) => array.iter_mut().for_each(|v| shift(v, base)),
+        DeValue::Table(table) => table.iter_mut().for_each(|(_, v)| shift(v, base)),
+        _ => {}
+    }
+    let Range { start, end } = value.span();
+    *value = Spanned::new(start + base..end + base, value.get_ref().clone());
+}

@@ -1,0 +1,7 @@
+//! The sections of a model file.
+
+/// Sections that are one table.
+pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
+/// Sections that are lists of named members.
+pub(crate) const LISTS: [&str; 9] =
+    ["body", "beam", "particle", "bar", "joint", "constraint", "spring", "load", "sensor"];

@@ -1,0 +1,344 @@
+//! The text of a model: sections, spans of every value, overrides by key path.
+//!
+//! Key paths name members: `body.top.mass`, `model.gravity`, `particle.bob.position.0`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use serde::de::DeserializeOwned;
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue};
+
+use super::overrides::set;
+use super::problem::{MAX_PROBLEMS, Problem, nearest};
+use super::sections::{LISTS, TABLES};
+use super::strict::{Strict, list_of, wrong_length};
+
+/// Numbers beyond this are refused.
+pub(crate) const HUGE: f64 = 1e100;
+
+/// The places of a key and of its value.
+#[derive(Clone)]
+struct Place {
+    key: Range<usize>,
+    value: Range<usize>,
+}
+
+/// A parsed model text.
+pub(crate) struct Document<'i> {
+    table: DeTable<'i>,
+    places: BTreeMap<String, Place>,
+    labels: BTreeMap<&'static str, Vec<String>>,
+    length: usize,
+}
+
+impl<'i> Document<'i> {
+    /// Parses the text and sets the overrides.
+    pub(crate) fn parse(
+        text: &'i str,
+        overrides: &'i [(String, String)],
+    ) -> Result<Self, Vec<Problem>> {
+        let mut table = DeTable::parse(text).map_err(|e| vec![syntax(&e)])?.into_inner();
+        let mut problems = Vec::new();
+        let mut base = text.len() + 1;
+        for (key, value) in overrides {
+            problems.extend(set(&mut table, key, value, base).err());
+            base += value.len() + 1;
+        }
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let labels: BTreeMap<_, _> = LISTS.iter().map(|&s| (s, labels(&table, s))).collect();
+        let places = places(&table, &labels);
+        Ok(Self { table, places, labels, length: text.len() })
+    }
+
+    /// The place of a value: of the key itself, or of the nearest key above that exists.
+    pub(crate) fn span(&self, path: &str) -> Option<Range<usize>> {
+        let mut path = path;
+        loop {
+            if let Some(place) = self.places.get(path) {
+                return self.inside(place.value.clone());
+            }
+            path = &path[..path.rfind(['.', '['])?];
+        }
+    }
+
+    /// The path of a member: by name, or by number when its name is missing or not its own.
+    pub(crate) fn label(&self, section: &str, index: usize) -> &str {
+        self.labels.get(section).and_then(|l| l.get(index)).map_or("", String::as_str)
+    }
+
+    /// Numbers that no model may contain: not finite, or huge.
+    pub(crate) fn bad_numbers(&self) -> Vec<Problem> {
+        let mut problems = Vec::new();
+        for (key, value) in &self.table {
+            walk(key.get_ref(), key.span(), value, &self.labels, &mut |path, _, value| {
+                let number = match value.get_ref() {
+                    DeValue::Float(float) => float.as_str().parse().unwrap_or(f64::NAN),
+                    DeValue::Integer(integer) => integer.as_str().parse().unwrap_or(0.0),
+                    _ => return,
+                };
+                let fault = if problems.len() >= MAX_PROBLEMS {
+                    return;
+                } else if number.is_nan() {
+                    "this is not a number: nan".to_owned()
+                } else if number.abs() > HUGE {
+                    format!("the number is too large: {}", written(value.get_ref()))
+                } else {
+                    return;
+                };
+                let help = format!("write a finite number of magnitude at most {HUGE:e}");
+                problems.push(Problem::new(path, fault).help(help).at(self.inside(value.span())));
+            });
+        }
+        problems
+    }
+
+    /// Sections that do not exist.
+    pub(crate) fn unknown_sections(&self) -> Vec<Problem> {
+        let known = || TABLES.iter().chain(&LISTS).copied();
+        let unknown = self.table.keys().filter(|key| known().all(|k| k != key.get_ref().as_ref()));
+        let problem = |key: &Spanned<std::borrow::Cow<'_, str>>| {
+            let name = key.get_ref();
+            let help = nearest(name, known()).map_or_else(
+                || format!("sections are {}", known().collect::<Vec<_>>().join(", ")),
+                |best| format!("did you mean `{best}`?"),
+            );
+            Problem::new(name.as_ref(), format!("unknown section `{name}`"))
+                .help(help)
+                .at(self.inside(key.span()))
+        };
+        unknown.take(MAX_PROBLEMS).map(problem).collect()
+    }
+
+    /// Reads a section that is one table.
+    pub(crate) fn table<T: DeserializeOwned>(
+        &self,
+        section: &str,
+        problems: &mut Vec<Problem>,
+    ) -> Option<T> {
+        let Some(value) = self.table.get(section) else {
+            let problem = Problem::new(section, format!("the section [{section}] is missing"));
+            let example = match section {
+                "model" => "[model]\nname = \"my model\"",
+                _ => "[simulation]\nstep = 0.01\nend = 10.0",
+            };
+            problems.push(problem.help(format!("add\n{example}")));
+            return None;
+        };
+        self.read(section, value, problems)
+    }
+
+    /// Reads a section that is a list; entries that cannot be read are left out.
+    pub(crate) fn list<T: DeserializeOwned>(
+        &self,
+        section: &str,
+        problems: &mut Vec<Problem>,
+    ) -> Vec<T> {
+        let Some(value) = self.table.get(section) else { return Vec::new() };
+        let Some(entries) = value.get_ref().as_array() else {
+            problems.push(
+                Problem::new(section, format!("`{section}` must be a list of tables"))
+                    .help(format!("write [[{section}]] with two brackets"))
+                    .at(self.inside(value.span())),
+            );
+            return Vec::new();
+        };
+        let mut list = Vec::new();
+        for (i, entry) in entries.iter().enumerate() {
+            if problems.len() < MAX_PROBLEMS {
+                list.extend(self.read(self.label(section, i), entry, problems));
+            }
+        }
+        list
+    }
+
+    fn read<T: DeserializeOwned>(
+        &self,
+        path: &str,
+        value: &Spanned<DeValue<'i>>,
+        problems: &mut Vec<Problem>,
+    ) -> Option<T> {
+        match T::deserialize(Strict(value)) {
+            Ok(entry) => Some(entry),
+            Err(error) => {
+                let mut span = error.span.unwrap_or_else(|| value.span());
+                if let Some(table) = table_with_key(value, &span) {
+                    problems.extend(self.unknown_keys(path, table, &error.message));
+                    return None;
+                }
+                if let Some((found, _)) = buffered_length(&error.message) {
+                    span = list_of(value, found).unwrap_or(span);
+                }
+                let (message, help) = reworded(&error.message);
+                let key = self.path_at(path, &span);
+                let mut problem = Problem::new(key, message).at(self.inside(span));
+                problem.help = help;
+                problems.push(problem);
+                None
+            }
+        }
+    }
+
+    /// All keys of a table that serde's message does not list.
+    fn unknown_keys(&self, path: &str, table: &DeTable<'_>, message: &str) -> Vec<Problem> {
+        let known: Vec<&str> = quoted(message).skip(1).collect();
+        let unknown = table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        let problem = |key: &Spanned<DeString<'_>>| {
+            let name = key.get_ref();
+            let place = self.path_at(path, &key.span());
+            let mut problem = Problem::new(place, format!("unknown key `{name}`"));
+            problem.help = suggestion(name, &known);
+            problem.at(self.inside(key.span()))
+        };
+        unknown.take(MAX_PROBLEMS).map(problem).collect()
+    }
+
+    /// The path below `path` whose key or value is at `span`, or the smallest around it.
+    fn path_at(&self, path: &str, span: &Range<usize>) -> String {
+        let around = self.places.range(path.to_owned()..).take_while(|p| p.0.starts_with(path));
+        around
+            .filter(|(_, p)| {
+                p.key == *span || p.value.start <= span.start && span.end <= p.value.end
+            })
+            .min_by_key(|(_, p)| if p.key == *span { 0 } else { p.value.len() })
+            .map_or_else(|| path.to_owned(), |p| p.0.clone())
+    }
+
+    /// A span of the file; `None` when it belongs to an override.
+    fn inside(&self, span: Range<usize>) -> Option<Range<usize>> {
+        (span.end <= self.length).then_some(span)
+    }
+}
+
+fn syntax(error: &toml::de::Error) -> Problem {
+    Problem::new("", error.message().lines().collect::<Vec<_>>().join("; ")).at(error.span())
+}
+
+fn written(value: &DeValue<'_>) -> String {
+    match value {
+        DeValue::Float(float) => float.as_str().to_owned(),
+        DeValue::Integer(integer) => {
+            let digits = integer.as_str();
+            if digits.len() <= 24 { digits.to_owned() } else { format!("{}…", &digits[..24]) }
+        }
+        _ => String::new(),
+    }
+}
+
+/// Paths of the members of a list, by name where the name is a member's own.
+fn labels(table: &DeTable<'_>, section: &str) -> Vec<String> {
+    let entries = table.get(section).and_then(|v| v.get_ref().as_array());
+    let mut seen = BTreeSet::new();
+    let label = |(i, entry): (usize, &Spanned<DeValue<'_>>)| {
+        let name = entry.get_ref().get("name").and_then(|n| n.get_ref().as_str());
+        match name {
+            Some(name) if !name.is_empty() && seen.insert(name.to_owned()) => {
+                format!("{section}.{name}")
+            }
+            _ => format!("{section}[{i}]"),
+        }
+    };
+    entries.map(|e| e.iter().enumerate().map(label).collect()).unwrap_or_default()
+}
+
+type Labels = BTreeMap<&'static str, Vec<String>>;
+
+/// Visits every key path at and below `value`: path, place of the key, value.
+fn walk<'i>(
+    path: &str,
+    key: Range<usize>,
+    value: &Spanned<DeValue<'i>>,
+    labels: &Labels,
+    visit: &mut dyn FnMut(&str, &Range<usize>, &Spanned<DeValue<'i>>),
+) {
+    visit(path, &key, value);
+    match value.get_ref() {
+        DeValue::Table(table) => {
+            for (k, v) in table {
+                walk(&format!("{path}.{}", k.get_ref()), k.span(), v, labels, visit);
+            }
+        }
+        DeValue::Array(array) => {
+            for (i, v) in array.iter().enumerate() {
+                match labels.get(path).and_then(|l| l.get(i)) {
+                    Some(label) => walk(label, v.span(), v, labels, visit),
+                    None => walk(&format!("{path}[{i}]"), v.span(), v, labels, visit),
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+fn places(table: &DeTable<'_>, labels: &Labels) -> BTreeMap<String, Place> {
+    let mut places = BTreeMap::new();
+    for (key, value) in table {
+        walk(key.get_ref(), key.span(), value, labels, &mut |path, key, value| {
+            places.insert(path.to_owned(), Place { key: key.clone(), value: value.span() });
+        });
+    }
+    places
+}
+
+/// The table at or below `value` that has a key at exactly this place.
+fn table_with_key<'a, 'i>(
+    value: &'a Spanned<DeValue<'i>>,
+    span: &Range<usize>,
+) -> Option<&'a DeTable<'i>> {
+    match value.get_ref() {
+        DeValue::Table(table) if table.keys().any(|key| key.span() == *span) => Some(table),
+        DeValue::Table(table) => table.values().find_map(|v| table_with_key(v, span)),
+        DeValue::Array(array) => array.iter().find_map(|v| table_with_key(v, span)),
+        _ => None,
+    }
+}
+
+/// The quoted words of a message of serde.
+fn quoted(message: &str) -> impl Iterator<Item = &str> {
+    message.split('`').skip(1).step_by(2)
+}
+
+fn suggestion(word: &str, known: &[&str]) -> Option<String> {
+    match nearest(word, known.iter().copied()) {
+        Some(best) => Some(format!("did you mean `{best}`? (known: {})", known.join(", "))),
+        None if known.is_empty() => None,
+        None => Some(format!("known: {}", known.join(", "))),
+    }
+}
+
+/// The lengths in serde's "invalid length 4, expected …3…".
+fn buffered_length(message: &str) -> Option<(usize, usize)> {
+    let (found, expected) = message.strip_prefix("invalid length ")?.split_once(", expected ")?;
+    let digits = expected.split(|c: char| !c.is_ascii_digit()).find(|word| !word.is_empty())?;
+    Some((found.parse().ok()?, digits.parse().ok()?))
+}
+
+/// serde's words in ours, with the nearest of the expected ones.
+fn reworded(message: &str) -> (String, Option<String>) {
+    let words: Vec<&str> = quoted(message).collect();
+    match (words.first(), message) {
+        (Some(word), m) if m.starts_with("unknown field") => {
+            (format!("unknown key `{word}`"), suggestion(word, &words[1..]))
+        }
+        (Some(word), m) if m.starts_with("unknown variant") => {
+            (format!("unknown value `{word}`"), suggestion(word, &words[1..]))
+        }
+        (Some(word), m) if m.starts_with("missing field") => {
+            (format!("the key `{word}` is missing"), Some(format!("add `{word} = …`")))
+        }
+        (_, m) if buffered_length(m).is_some() || m.ends_with("are needed") => {
+            let message = buffered_length(m).map(|(found, expected)| wrong_length(found, expected));
+            let message = message.unwrap_or_else(|| m.to_owned());
+            let help = "write exactly as many entries as are needed".to_owned();
+            (message, Some(help))
+        }
+        _ => {
+            let message = message.replace("expected f64", "expected a number");
+            let whole = "expected a whole number, 0 or more";
+            let whole = |m: String, kind: &str| m.replace(&format!("expected {kind}"), whole);
+            (["u64", "u32", "usize"].into_iter().fold(message, whole), None)
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! What was measured, in plain sentences.
+
+use holonom_sim::output::{EnergySummary, Status, Summary};
+use holonom_sim::statics::StaticFacts;
+
+/// A measured fact.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fact {
+    /// What it is about.
+    pub subject: &'static str,
+    /// What was found.
+    pub finding: String,
+}
+
+/// One line with the size of the run.
+#[must_use]
+pub fn counts(summary: &Summary) -> String {
+    let Summary { steps, step, end_time, scheme, order, dof, .. } = summary;
+    let ended = match summary.status {
+        Status::Done => "",
+        Status::Failed => " (failed)",
+    };
+    if let Some(statics) = &summary.statics {
+        let found = plural(statics.equilibria, "equilibrium", "equilibria");
+        let freedoms = plural(*dof as u64, "degree of freedom", "degrees of freedom");
+        return format!("{freedoms}; {found} to t = {end_time}{ended}; {scheme}");
+    }
+    let freedoms = plural(*dof as u64, "degree of freedom", "degrees of freedom");
+    let steps = plural(*steps, "step", "steps");
+    format!("{freedoms}; {steps} of {step} s to t = {end_time} s{ended}; {scheme}, order {order}")
+}
+
+fn plural(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// The facts of a run: constraints, momentum, energy, iterations, time.
+#[must_use]
+pub fn facts(summary: &Summary) -> Vec<Fact> {
+    if let Some(statics) = &summary.statics {
+        return static_facts(summary, statics);
+    }
+    let residual = &summary.constraint_residual;
+    let energy = &summary.energy;
+    let newton = &summary.newton_iterations;
+    let constraints = if summary.constraints == 0 {
+        "there are none".to_owned()
+    } else {
+        format!(
+            "residual {} at position level, {} at velocity level, {} at momentum level",
+            number(residual.position.max),
+            number(residual.velocity.max),
+            number(residual.momentum.max)
+        )
+    };
+    let facts = [
+        ("constraints", constraints),
+        ("linear momentum", conserved(&summary.momentum.linear.components, "kg·m/s")),
+        ("angular momentum", conserved(&summary.momentum.angular.components, "kg·m²/s")),
+        ("energy", energy_words(energy)),
+        (
+            "Newton iterations",
+            format!("{:.2} per step on average, {} at most", newton.mean, newton.max),
+        ),
+        (
+            "time",
+            format!(
+                "{} per step, {} in all",
+                duration(summary.seconds_per_step),
+                duration(summary.wall_seconds)
+            ),
+        ),
+    ];
+    facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
+}
+
+/// Conservation, or the balance of energy and work.
+fn energy_words(energy: &EnergySummary) -> String {
+    let start = energy.initial;
+    match energy.drift_per_step {
+        Some(drift) => format!(
+            "{start} J initially, error at most {} J, drift {} J per step",
+            number(energy.max_abs_error),
+            number(drift)
+        ),
+        None => format!(
+            "{start} J initially, {} J at the end; work of forces and prescribed motions {} J, \
+             balance error {} J",
+            number(energy.last),
+            number(energy.work),
+            number(energy.balance_error)
+        ),
+    }
+}
+
+fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
+    let halvings = plural(statics.halvings, "step was halved", "steps were halved");
+    let walk = if statics.arc_length { "by arc length" } else { "by steps of the load" };
+    let position = summary.constraint_residual.position.max;
+    let mut facts = vec![
+        ("load path", format!("{walk}, to t = {} at most; {halvings}", statics.largest_time)),
+        ("residual force", format!("{} at most (N, N·m)", number(statics.max_residual))),
+        ("constraints", format!("residual {}", number(position))),
+        (
+            "Newton iterations",
+            format!(
+                "{:.2} per equilibrium on average, {} at most",
+                summary.newton_iterations.mean, summary.newton_iterations.max
+            ),
+        ),
+        ("time", format!("{} in all", duration(summary.wall_seconds))),
+    ];
+    if statics.neutral {
+        let note = "some direction has none: the equilibrium is not unique along it";
+        facts.insert(1, ("stiffness", note.to_owned()));
+    }
+    facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
+}
+
+/// Below this a change of momentum is called round-off.
+const CONSERVED: f64 = 1e-9;
+
+/// How well the components of a momentum map are conserved.
+fn conserved(components: &[f64; 3], unit: &str) -> String {
+    let part = |is: bool| {
+        let all = ["x", "y", "z"].into_iter().zip(*components);
+        let (names, changes): (Vec<_>, Vec<_>) = all.filter(|c| (c.1 < CONSERVED) == is).unzip();
+        (names, changes.into_iter().fold(0.0, f64::max))
+    };
+    let ((still, least), (moved, most)) = (part(true), part(false));
+    let (least, most) = (number(least), number(most));
+    let (verb, and) = (if moved.len() == 1 { "changes" } else { "change" }, " and ");
+    match (still.len(), moved.len()) {
+        (_, 0) if least == "0" => "conserved exactly".to_owned(),
+        (_, 0) => format!("conserved to {least} {unit}"),
+        (0, _) => format!("all components change, by up to {most} {unit}"),
+        _ => {
+            let kept = if least == "0" {
+                "conserved exactly".into()
+            } else {
+                format!("conserved to {least}")
+            };
+            let (moved, still) = (moved.join(and), still.join(and));
+            format!("{moved} {verb} by up to {most} {unit}, {still} {kept}")
+        }
+    }
+}
+
+/// Two significant digits, without a power of ten where the number is of ordinary size.
+fn number(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        v if (0.01..10.0).contains(&v) => format!("{value:.2}"),
+        v if (10.0..1e4).contains(&v) => format!("{value:.0}"),
+        _ => format!("{value:.1e}"),
+    }
+}
+
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 1e-3 => format!("{:.2} µs", s * 1e6),
+        s if s < 1.0 => format!("{:.2} ms", s * 1e3),
+        s if s < 120.0 => format!("{s:.2} s"),
+        s => format!("{:.1} min", s / 60.0),
+    }
+}

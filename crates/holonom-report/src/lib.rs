@@ -1,0 +1,72 @@
+//! Plots and the report page of a run, made from the files of its folder.
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod chart;
+mod facts;
+mod mode_shapes;
+pub mod page;
+mod picture;
+mod plots;
+mod sensors;
+mod series;
+mod shapes;
+
+use std::path::PathBuf;
+
+use holonom_model::Model;
+use holonom_sim::output::{OutputError, RunFolder};
+
+pub use chart::{Axis, Chart, Curve};
+pub use facts::{Fact, counts, facts};
+pub use mode_shapes::mode_picture;
+pub use page::{Figure, page};
+pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
+pub use plots::{Plot, plots, static_plots};
+pub use sensors::sensor_plots;
+pub use shapes::{caption, shapes};
+
+/// Draws `plots/*.svg` and writes `report.html`; returns the files written.
+///
+/// # Errors
+/// [`OutputError`] when the files of the run cannot be read, or these cannot be written.
+pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
+    let summary = folder.summary()?;
+    let members = if summary.statics.is_some() { usize::MAX } else { plots::MEMBERS };
+    let trajectory = folder.read_trajectory(members)?;
+    let model = folder.model_text();
+    let mut plots = match summary.statics {
+        Some(_) => static_plots(&trajectory),
+        None => plots(&trajectory),
+    };
+    if let Some(sensors) = folder.read_sensors()? {
+        plots.extend(sensor_plots(&sensors, &model));
+    }
+    let mut files = Vec::new();
+    let mut figures = Vec::new();
+    let mut draw = |title: &str, name: &str, caption: String, svg: Result<String, String>| {
+        let svg = svg.map_err(|reason| OutputError::Plot { name: name.to_owned(), reason })?;
+        files.push(folder.write_picture(&format!("plots/{name}.svg"), &svg)?);
+        figures.push(Figure { title: title.to_owned(), name: name.to_owned(), caption, svg });
+        Ok::<(), OutputError>(())
+    };
+    if let Some((picture, caption)) = centre_lines(folder, &model)? {
+        draw(&picture.title, "beams", caption, picture.svg())?;
+    }
+    for plot in &plots {
+        draw(&plot.chart.title, &plot.name, plot.words(), plot.chart.svg())?;
+    }
+    let page = page(&summary, &trajectory, &figures, &model);
+    files.insert(0, folder.write("report.html", &page)?);
+    Ok(files)
+}
+
+/// The picture of the beams of a run, with its caption.
+fn centre_lines(folder: &RunFolder, model: &str) -> Result<Option<(Picture, String)>, OutputError> {
+    let Some(model) = Model::from_toml(model).ok().filter(|model| !model.beams.is_empty()) else {
+        return Ok(None);
+    };
+    let snapshots = folder.snapshots(shapes::INSTANTS)?;
+    Ok(shapes(&model, &snapshots).map(|picture| (picture, caption(&snapshots))))
+}

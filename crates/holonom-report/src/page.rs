@@ -1,0 +1,185 @@
+//! `report.html`: one file, nothing loaded from elsewhere, light or dark as the reader has it.
+
+use std::fmt::Write;
+
+use super::facts::{counts, facts};
+use holonom_sim::output::{Status, Summary, Trajectory};
+
+const STYLE: &str = include_str!("page.css");
+
+/// A drawing on the page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Figure {
+    /// What it shows.
+    pub title: String,
+    /// File name without extension.
+    pub name: String,
+    /// What to look for; may be empty.
+    pub caption: String,
+    /// The drawing.
+    pub svg: String,
+}
+
+/// The page of a run, from its summary, its figures and the text of its model.
+#[must_use]
+pub fn page(summary: &Summary, trajectory: &Trajectory, figures: &[Figure], model: &str) -> String {
+    let mut html = head(&summary.model);
+    let _ = write!(
+        html,
+        "<h1>{}</h1>\n<p class=\"counts\">{}</p>\n",
+        escape(&summary.model),
+        escape(&counts(summary))
+    );
+    push_failure(&mut html, summary);
+    push_facts(&mut html, summary);
+    push_plots(&mut html, trajectory, figures);
+    html += "<h2>Numbers</h2>\n";
+    push_table(&mut html, summary);
+    if !model.is_empty() {
+        let _ = write!(html, "<h2>Model</h2>\n<pre><code>{}</code></pre>\n", escape(model));
+    }
+    foot(&mut html, &summary.version);
+    html
+}
+
+/// Everything before the first heading of a page.
+pub fn head(title: &str) -> String {
+    let title = escape(title);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n\
+         <title>{title} – holonom</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n"
+    )
+}
+
+/// Everything after the last section of a page.
+pub fn foot(html: &mut String, version: &str) {
+    let _ = write!(
+        html,
+        "<footer>holonom {}: variational integrators for constrained mechanical systems, after \
+         Leyendecker, Marsden &amp; Ortiz, ZAMM 88 (2008) 677–708</footer>\n\
+         </main>\n</body>\n</html>\n",
+        escape(version)
+    );
+}
+
+fn push_failure(html: &mut String, summary: &Summary) {
+    if summary.status == Status::Failed {
+        let words = match &summary.failure {
+            Some(f) => format!(
+                "The run failed in step {}, at t = {} s: {}. Remedy: {}.",
+                f.step, f.t, f.message, f.remedy
+            ),
+            None => "The run failed.".to_owned(),
+        };
+        let _ = writeln!(html, "<p class=\"failed\">{}</p>", escape(&words));
+    }
+    for warning in &summary.warnings {
+        let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(warning));
+    }
+}
+
+fn push_facts(html: &mut String, summary: &Summary) {
+    html.push_str("<dl class=\"facts\">\n");
+    for fact in facts(summary) {
+        let _ = writeln!(
+            html,
+            "<div><dt>{}</dt><dd>{}</dd></div>",
+            escape(fact.subject),
+            escape(&fact.finding)
+        );
+    }
+    html.push_str("</dl>\n");
+}
+
+fn push_plots(html: &mut String, trajectory: &Trajectory, figures: &[Figure]) {
+    html.push_str("<h2>Plots</h2>\n");
+    let mut positions = 0;
+    for Figure { title, name, caption, svg } in figures {
+        positions += usize::from(name.starts_with("position_"));
+        let _ = writeln!(html, "<figure>\n{}", inline(svg, title));
+        if !caption.is_empty() {
+            let _ = writeln!(html, "<figcaption>{}</figcaption>", escape(caption));
+        }
+        html.push_str("</figure>\n");
+    }
+    let members = trajectory.members().len();
+    if members > positions {
+        let _ = writeln!(
+            html,
+            "<p class=\"note\">Positions of {positions} of {members} members; all are in \
+             trajectory.csv.</p>"
+        );
+    }
+}
+
+/// A stand-alone SVG as a part of the page: it takes its colours, and tells its title to readers
+/// who do not see it.
+pub fn inline(svg: &str, title: &str) -> String {
+    let svg =
+        svg.replacen("fill=\"#FFFFFF\"", "fill=\"none\"", 1).replace("#1F2937", "currentColor");
+    let label = format!("<svg role=\"img\" aria-label=\"{}\" ", escape(title));
+    let svg = svg.replacen("<svg ", &label, 1);
+    svg.find("<svg").map_or(svg.clone(), |start| svg[start..].to_owned())
+}
+
+fn push_table(html: &mut String, summary: &Summary) {
+    let Summary { momentum, constraint_residual: residual, energy, newton_iterations, .. } =
+        summary;
+    let rows = [
+        ("scheme, order", format!("{}, {}", summary.scheme, summary.order)),
+        ("time step", format!("{} s", summary.step)),
+        ("end time", format!("{} s", summary.end_time)),
+        ("steps taken, nodes recorded", format!("{}, {}", summary.steps, summary.recorded)),
+        (
+            "bodies and particles, joints and bars",
+            format!("{}, {}", summary.bodies, summary.joints),
+        ),
+        ("coordinates", summary.coordinates.to_string()),
+        (
+            "constraints, redundant among them",
+            format!("{}, {}", summary.constraints, summary.redundant_constraints),
+        ),
+        ("degrees of freedom", summary.dof.to_string()),
+        ("energy at the start", format!("{} J", energy.initial)),
+        ("largest energy error", format!("{:.3e} J", energy.max_abs_error)),
+        match energy.drift_per_step {
+            Some(drift) => ("energy drift per step", format!("{drift:.3e} J")),
+            None => ("energy less work done", format!("{:.3e} J", energy.balance_error)),
+        },
+        (
+            "largest change of linear momentum",
+            format!("{:.3e} kg·m/s", momentum.linear.max_abs_drift),
+        ),
+        (
+            "largest change of angular momentum",
+            format!("{:.3e} kg·m²/s", momentum.angular.max_abs_drift),
+        ),
+        ("largest residual at positions", format!("{:.3e}", residual.position.max)),
+        ("largest residual at velocities", format!("{:.3e}", residual.velocity.max)),
+        ("largest residual at momenta", format!("{:.3e}", residual.momentum.max)),
+        (
+            "Newton iterations, mean and largest",
+            format!("{:.3}, {}", newton_iterations.mean, newton_iterations.max),
+        ),
+        ("time of the run", format!("{:.3e} s", summary.wall_seconds)),
+        ("time per step", format!("{:.3e} s", summary.seconds_per_step)),
+    ];
+    let beams = ("beams, elements", format!("{}, {}", summary.beams, summary.elements));
+    let rows = rows.into_iter().chain((summary.beams > 0).then_some(beams));
+    html.push_str("<table>\n");
+    for (name, value) in rows {
+        let _ = writeln!(html, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(&value));
+    }
+    html.push_str("</table>\n");
+}
+
+/// Text as HTML.
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+        .replace('\'', "&#39;")
+}

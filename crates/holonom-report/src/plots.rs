@@ -1,0 +1,227 @@
+//! Which charts a run has.
+
+use super::chart::{Axis, Chart, Curve};
+use super::series::{Points, subsample};
+use holonom_sim::output::{ResidualRow, Trajectory};
+
+/// Members whose positions are drawn.
+pub(super) const MEMBERS: usize = 12;
+
+/// A chart with the name of its file and words to go with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plot {
+    /// File name without extension.
+    pub name: String,
+    /// What to look for.
+    pub caption: String,
+    /// The chart.
+    pub chart: Chart,
+}
+
+impl Plot {
+    /// The caption, with the curves that are zero throughout.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let note = match self.chart.zero_curves().as_slice() {
+            [] => String::new(),
+            names => format!(" Identically zero: {}.", names.join(", ")),
+        };
+        format!("{}{note}", self.caption).trim().to_owned()
+    }
+}
+
+/// All charts of a run.
+#[must_use]
+pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
+    let curves = Curves { trajectory, t: trajectory.column("t").unwrap_or_default() };
+    let mut plots = vec![curves.energy(), curves.energy_error()];
+    plots.push(curves.drift("angular", ["Lx", "Ly", "Lz"], "kg·m²/s"));
+    plots.push(curves.drift("linear", ["Px", "Py", "Pz"], "kg·m/s"));
+    if !trajectory.residuals.is_empty() {
+        plots.push(residuals(&trajectory.residuals));
+    }
+    let members = trajectory.charted();
+    let several = members.len() > 1;
+    let shown = members.into_iter().take(MEMBERS).enumerate();
+    plots.extend(shown.map(|(i, name)| curves.position(i, name, several)));
+    plots
+}
+
+/// All charts of a walk along equilibria: load paths and positions of the members that move most.
+#[must_use]
+pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
+    let curves = Curves { trajectory, t: trajectory.column("t").unwrap_or_default() };
+    let ways = curves.ways();
+    let mut plots = vec![curves.load_path(&ways), curves.potential()];
+    let shown = ways.iter().enumerate();
+    plots.extend(shown.map(|(i, (name, _))| curves.position(i, name, ways.len() > 1)));
+    for plot in &mut plots {
+        if plot.chart.x == Axis::time() {
+            plot.chart.x = Axis::linear("time of the loads", "");
+        }
+        plot.chart.marks = curves.t.len() <= 60;
+    }
+    plots
+}
+
+/// Members whose load paths are drawn.
+const PATHS: usize = 4;
+
+struct Curves<'a> {
+    trajectory: &'a Trajectory,
+    t: &'a [f64],
+}
+
+impl Curves<'_> {
+    fn of(&self, column: &str, name: &str, relative: bool) -> Option<Curve> {
+        let values = self.trajectory.column(column)?;
+        let start = if relative { values.first().copied().unwrap_or(0.0) } else { 0.0 };
+        let values: Vec<f64> = values.iter().map(|v| v - start).collect();
+        Some(Curve { name: name.to_owned(), points: subsample(self.t, &values) })
+    }
+
+    fn energy(&self) -> Plot {
+        let curves = [self.of("E", "E_d", false), self.of("H", "H_d", false)];
+        Plot {
+            name: "energy".into(),
+            caption: "Discrete energy E_d of a step and H_d at a node.".into(),
+            chart: linear("Energy", "energy", "J", curves),
+        }
+    }
+
+    fn energy_error(&self) -> Plot {
+        let curves = [self.of("E", "E_d − E_d(0)", true), self.of("H", "H_d − H_d(0)", true)];
+        Plot {
+            name: "energy_error".into(),
+            caption: "A variational integrator keeps this bounded, without a trend, as long as \
+                      nothing dissipates or drives."
+                .into(),
+            chart: linear("Energy error", "deviation", "J", curves),
+        }
+    }
+
+    /// How far the members that move most are from where they began.
+    fn ways(&self) -> Vec<(&str, Vec<f64>)> {
+        let way = |name: &str| -> Vec<f64> {
+            let axes =
+                ["x", "y", "z"].map(|axis| self.trajectory.column(&format!("{name}.{axis}")));
+            let axes: Vec<&[f64]> = axes.into_iter().flatten().filter(|x| !x.is_empty()).collect();
+            let from = |k: usize, x: &&[f64]| (x[k] - x[0]).powi(2);
+            (0..self.t.len()).map(|k| axes.iter().map(|x| from(k, x)).sum::<f64>().sqrt()).collect()
+        };
+        let mut ways: Vec<(&str, Vec<f64>)> =
+            self.trajectory.members().into_iter().map(|name| (name, way(name))).collect();
+        let farthest = |way: &[f64]| way.iter().copied().fold(0.0, f64::max);
+        ways.sort_by(|a, b| farthest(&b.1).total_cmp(&farthest(&a.1)));
+        ways.truncate(PATHS);
+        ways
+    }
+
+    /// The time of the loads over these ways.
+    fn load_path(&self, ways: &[(&str, Vec<f64>)]) -> Plot {
+        let curve = |(name, way): &(&str, Vec<f64>)| Curve {
+            name: (*name).to_owned(),
+            points: way.iter().copied().zip(self.t.iter().copied()).collect(),
+        };
+        Plot {
+            name: "load_path".into(),
+            caption:
+                "How far the members that move most are from the first equilibrium, and at which \
+                      time of the loads. Where the curve turns back, the load has to fall."
+                    .into(),
+            chart: Chart {
+                title: "Load path".into(),
+                x: Axis::linear("way", "m"),
+                y: Axis::linear("time of the loads", ""),
+                marks: false,
+                curves: ways.iter().map(curve).collect(),
+            },
+        }
+    }
+
+    fn potential(&self) -> Plot {
+        Plot {
+            name: "energy".into(),
+            caption: "Potential energy of elements, springs and weight.".into(),
+            chart: linear("Potential energy", "energy", "J", [self.of("H", "V", false)]),
+        }
+    }
+
+    fn drift(&self, kind: &str, columns: [&str; 3], unit: &str) -> Plot {
+        let curves = columns.map(|c| self.of(c, &format!("{c} − {c}(0)"), true));
+        let title = match kind {
+            "angular" => "Angular momentum: change since the start",
+            _ => "Linear momentum: change since the start",
+        };
+        Plot {
+            name: format!("{kind}_momentum"),
+            caption: "Components whose symmetry the system has change by round-off only; gravity, \
+                      loads and supports change the others."
+                .into(),
+            chart: linear(title, "change", unit, curves),
+        }
+    }
+
+    fn position(&self, index: usize, member: &str, several: bool) -> Plot {
+        let column = |axis: &str| self.of(&format!("{member}.{axis}"), axis, false);
+        let name = file_name(member);
+        let number = if several { format!("{:02}_", index + 1) } else { String::new() };
+        Plot {
+            name: format!("position_{number}{name}"),
+            caption: String::new(),
+            chart: linear(
+                &format!("Position of {member}"),
+                "position",
+                "m",
+                ["x", "y", "z"].map(column),
+            ),
+        }
+    }
+}
+
+/// A name as a part of a file name.
+pub(super) fn file_name(name: &str) -> String {
+    let word = |c: char| if c.is_ascii_alphanumeric() || c == '_' || c == '-' { c } else { '_' };
+    name.chars().map(word).collect()
+}
+
+fn linear<const N: usize>(
+    title: &str,
+    quantity: &str,
+    unit: &str,
+    curves: [Option<Curve>; N],
+) -> Chart {
+    Chart {
+        title: title.to_owned(),
+        x: Axis::time(),
+        y: Axis::linear(quantity, unit),
+        marks: false,
+        curves: curves.into_iter().flatten().collect(),
+    }
+}
+
+fn residuals(rows: &[ResidualRow]) -> Plot {
+    let t: Vec<f64> = rows.iter().map(|r| r.t).collect();
+    let curve = |name: &str, value: fn(&ResidualRow) -> f64| {
+        let values: Vec<f64> = rows.iter().map(value).collect();
+        let points: Points = subsample(&t, &values);
+        Curve { name: name.to_owned(), points }
+    };
+    Plot {
+        name: "residuals".into(),
+        caption: "Largest residual of the constraints: of positions |g(q)|, of velocities \
+                  |G(q_mid) Δq/h|, of momenta |G M⁻¹ p|. Values of zero are not drawn."
+            .into(),
+        chart: Chart {
+            title: "Constraint residuals".into(),
+            x: Axis::time(),
+            y: Axis::logarithmic("largest residual", "SI"),
+            marks: false,
+            curves: vec![
+                curve("position", |r| r.position),
+                curve("velocity", |r| r.velocity),
+                curve("momentum", |r| r.momentum),
+            ],
+        },
+    }
+}

@@ -1,0 +1,67 @@
+//! Charts of `sensors.csv`: one for each quantity of each sensor.
+
+use super::chart::{Axis, Chart, Curve};
+use super::plots::{Plot, file_name};
+use super::series::subsample;
+use holonom_model::Model;
+use holonom_sim::output::SensorTable;
+use holonom_sim::sensor::{self, Column};
+
+/// Sensors that are drawn.
+const SENSORS: usize = 24;
+
+/// All charts of the sensors of a run; `model` knows their quantities and units.
+#[must_use]
+pub fn sensor_plots(table: &SensorTable, model: &str) -> Vec<Plot> {
+    let columns = known(table, model);
+    let mut names: Vec<&str> = columns.iter().map(|c| c.sensor.as_str()).collect();
+    names.dedup();
+    let all = names.len();
+    names.truncate(SENSORS);
+    let mut plots = Vec::new();
+    for (i, name) in names.iter().enumerate() {
+        let own = || columns.iter().enumerate().filter(|(_, c)| c.sensor == **name);
+        let mut quantities: Vec<_> = own().map(|(_, c)| (c.quantity, c.unit)).collect();
+        quantities.retain(|q| !q.0.is_empty());
+        quantities.dedup();
+        let several = quantities.len() > 1;
+        for (quantity, unit) in quantities {
+            let curves = own().filter(|(_, c)| c.quantity == quantity);
+            let curve = |(k, c): (usize, &Column)| {
+                let name = if c.part.is_empty() { &c.sensor } else { &c.part };
+                Curve { name: name.clone(), points: subsample(&table.t, &table.values[k]) }
+            };
+            let kind = if several { format!("_{}", file_name(quantity)) } else { String::new() };
+            plots.push(Plot {
+                name: format!("sensor_{:02}_{}{kind}", i + 1, file_name(name)),
+                caption: String::new(),
+                chart: Chart {
+                    title: format!("Sensor {name}: {quantity}"),
+                    x: Axis::time(),
+                    y: Axis::linear(quantity, unit),
+                    marks: false,
+                    curves: curves.map(curve).collect(),
+                },
+            });
+        }
+    }
+    if let Some(last) = plots.last_mut().filter(|_| all > SENSORS) {
+        last.caption = format!("The first {SENSORS} of {all} sensors; all are in sensors.csv.");
+    }
+    plots
+}
+
+/// The columns of the table as the model describes them; without quantities and units when it does
+/// not.
+fn known(table: &SensorTable, model: &str) -> Vec<Column> {
+    let columns = Model::from_toml(model).map(|model| sensor::columns(&model)).unwrap_or_default();
+    if columns.iter().map(Column::name).eq(table.columns.iter().cloned()) {
+        return columns;
+    }
+    let bare = |name: &String| {
+        let (sensor, part) = name.split_once('.').unwrap_or((name, ""));
+        let quantity = if part == "unique" { "" } else { "value" };
+        Column { sensor: sensor.to_owned(), part: part.to_owned(), quantity, unit: "" }
+    };
+    table.columns.iter().map(bare).collect()
+}

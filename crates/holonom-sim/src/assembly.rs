@@ -1,0 +1,211 @@
+//! What the assembly of a model finds, before anything moves.
+
+use crate::agreement::{self, joint_key};
+use crate::beams::Beams;
+use crate::limits::Stiffness;
+use crate::method::Method;
+use holonom_model::{Beam, Inconsistency, Level, Model, ModelError};
+use serde::{Deserialize, Serialize};
+use vi_constraints::Constraints;
+use vi_constraints::initialization::StartError;
+use vi_constraints::integrator::{SetupError, SingularStart};
+use vi_constraints::saddle_point::IndependentRows;
+use vi_core::linear::norm_inf;
+use vi_core::{Configuration, SparseMatrix};
+use vi_emscheme::integrator::EmSetupError;
+use vi_multibody::mechanism::Mechanism;
+
+/// What the assembly of a model found.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AssemblyReport {
+    /// Rigid bodies and particles, fixed ones included.
+    pub bodies: usize,
+    /// Beams.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub beams: usize,
+    /// Elements of all beams.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub elements: usize,
+    /// Joints, bars and single constraints.
+    pub joints: usize,
+    /// Redundant coordinates `n`.
+    pub coordinates: usize,
+    /// Constraints `m`, internal and external, redundant ones included.
+    pub constraints: usize,
+    /// Constraints that follow from the others.
+    pub redundant_constraints: usize,
+    /// Joints and bars with redundant constraints, by name.
+    pub redundant: Vec<String>,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// What the start misses the constraints by.
+    pub closure: Closure,
+    /// The stiffest element against the step; `None` without beams.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<Stiffness>,
+    /// How far the start was moved onto the constraints, m; `None` when it was not.
+    pub projected: Option<f64>,
+    /// What is worth knowing.
+    pub warnings: Vec<String>,
+}
+
+/// Whether a count is not worth a word.
+pub(crate) fn is_zero(count: &usize) -> bool {
+    *count == 0
+}
+
+/// Largest residuals of the start as given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Closure {
+    /// `|g(q_0)|_∞`.
+    pub position: f64,
+    /// `|G(q_0) v_0|_∞`.
+    pub velocity: f64,
+}
+
+/// Residuals of a start `(q, v)`.
+pub(crate) fn closure(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Closure {
+    let mut g = vec![0.0; mechanism.len()];
+    mechanism.value(Configuration::new(0.0, q), &mut g);
+    Closure { position: norm_inf(&g), velocity: norm_inf(&velocity_residuals(mechanism, q, v)) }
+}
+
+fn velocity_residuals(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    let jacobian = SparseMatrix::assemble(m, n, |out| mechanism.jacobian(0.0, q, out));
+    let mut rate = vec![0.0; m];
+    mechanism.time_derivative(0.0, q, &mut rate);
+    jacobian.mul_add(1.0, v, &mut rate);
+    rate
+}
+
+/// Joints and bars that the start velocity violates by more than the tolerance.
+pub(crate) fn velocity_inconsistencies(
+    mechanism: &Mechanism,
+    (q, v): (&[f64], &[f64]),
+    tolerance: f64,
+) -> Vec<Inconsistency> {
+    let rate = velocity_residuals(mechanism, q, v);
+    let description = mechanism.description();
+    let worst = |rows: std::ops::Range<usize>| norm_inf(&rate[rows]);
+    let joints = description
+        .joints
+        .iter()
+        .enumerate()
+        .map(|(k, joint)| (joint_key(&joint.name), worst(mechanism.joint_rows(k))));
+    let bars =
+        description.bars.iter().enumerate().map(|(k, bar)| {
+            (format!("bar.{}", bar.name), worst(mechanism.bar_rows(k)) / bar.length)
+        });
+    let scalars = description.scalars.iter().enumerate().map(|(k, constraint)| {
+        (format!("constraint.{}", constraint.name), worst(mechanism.scalar_rows(k)))
+    });
+    let missed = |(key, distance): (String, f64)| {
+        let (level, detail) = (Level::Velocity, String::new());
+        (distance > tolerance).then_some(Inconsistency { key, level, distance, detail })
+    };
+    joints.chain(bars).chain(scalars).filter_map(missed).collect()
+}
+
+/// The report of an assembled model.
+pub(crate) fn report(
+    model: &Model,
+    run: &dyn Method,
+    beams: &Beams,
+    closure: Closure,
+) -> AssemblyReport {
+    let mut report = counts(model, (run.mechanism(), run.rows()), beams, closure);
+    let start = run.start_report();
+    let moved = start.position_moved;
+    if moved > 0.0 {
+        let warning = format!("the start was moved onto the constraints by {moved:.3e} m");
+        report.warnings.push(warning);
+        report.projected = Some(moved);
+    }
+    if start.velocity_moved > 0.0 {
+        let moved = start.velocity_moved;
+        let warning = format!("the start velocity was moved onto the constraints by {moved:.3e}");
+        report.warnings.push(warning);
+    }
+    report.stiffness = Stiffness::new(beams, &model.settings);
+    let warning = report.stiffness.as_ref().and_then(|s| s.warning(&model.settings));
+    report.warnings.extend(warning);
+    report
+}
+
+/// The report of constraints and those of them that are enforced.
+pub(crate) fn counts(
+    model: &Model,
+    (mechanism, rows): (&Mechanism, &IndependentRows),
+    beams: &Beams,
+    closure: Closure,
+) -> AssemblyReport {
+    let mut redundant: Vec<String> = Vec::new();
+    for row in rows.redundant() {
+        let name = mechanism.constraint_name(row).to_owned();
+        if !redundant.contains(&name) {
+            redundant.push(name);
+        }
+    }
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    AssemblyReport {
+        bodies: model.bodies.len() + model.particles.len(),
+        beams: beams.list.len(),
+        elements: model.beams.iter().map(Beam::element_count).sum(),
+        joints: model.joints.len() + model.bars.len() + model.constraints.len(),
+        coordinates: n,
+        constraints: m,
+        redundant_constraints: m - rows.len(),
+        redundant,
+        dof: n - rows.len(),
+        closure,
+        stiffness: None,
+        projected: None,
+        warnings: Vec::new(),
+    }
+}
+
+/// A refused set-up of an energy–momentum scheme as an error of the model.
+pub(crate) fn em_refusal(error: &EmSetupError, model: &Model) -> ModelError {
+    match error {
+        EmSetupError::Setup(error) => refusal(error, model),
+        _ => ModelError::Unsupported {
+            key: "simulation.scheme".into(),
+            what: error.to_string(),
+            help: "write scheme = \"nodal\"".into(),
+        },
+    }
+}
+
+/// A refused set-up as an error of the model.
+pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
+    let unsupported = |key: &str, help: &str| ModelError::Unsupported {
+        key: key.into(),
+        what: error.to_string(),
+        help: help.into(),
+    };
+    match error {
+        SetupError::Start(StartError::Singular) => ModelError::SingularMass {
+            member: String::new(),
+            detail: "some motion that the constraints allow carries no mass".into(),
+        },
+        SetupError::Start(StartError::NoConfiguration { .. } | StartError::NotFinite) => {
+            unsupported("simulation.project_start", "correct the positions of the start")
+        }
+        SetupError::Contradiction(found) => agreement::refusal(found, model),
+        SetupError::DissipativeComposition => unsupported("simulation.order", "write order = 2"),
+        SetupError::RankAtStart { .. } => {
+            unsupported("simulation.scheme", "move a point mass or a body off by a little")
+        }
+        SetupError::SingularStart { joint, reason } => {
+            let help = match reason {
+                SingularStart::Scheme => "write scheme = \"nodal\"",
+                _ => {
+                    "turn one of its bodies by a little, or give the loop a velocity of its motion"
+                }
+            };
+            unsupported(&format!("joint.{joint}"), help)
+        }
+        _ => unsupported("simulation", &format!("step = {}", model.settings.step)),
+    }
+}

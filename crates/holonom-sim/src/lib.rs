@@ -1,0 +1,42 @@
+//! From a model to a trajectory.
+//!
+//! ```text
+//! Model → System → Simulation → Sample, Sample, … → RunFolder: trajectory.csv, summary.json, …
+//! ```
+//!
+//! | module | concept |
+//! |---|---|
+//! | [`system`] | from a model to numbers |
+//! | [`dynamics`] | what acts, as both families of schemes receive it |
+//! | [`simulation`] | the system of a model, and its run |
+//! | [`statics`] | its equilibria along the loads |
+//! | [`modes`] | natural frequencies and shapes about a configuration |
+//! | [`experiment`] | what can be run: a motion, or equilibria |
+//! | [`sample`] | what a run delivers at a node |
+//! | [`sensor`] | what its sensors measure there |
+//! | [`output`] | the files of a run |
+//!
+//! This crate writes files; it draws nothing and knows no terminal.
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+mod agreement;
+mod assembly;
+mod beams;
+mod drive;
+pub mod dynamics;
+pub mod experiment;
+mod limits;
+mod method;
+pub mod modes;
+mod names;
+mod outcome;
+pub mod output;
+pub mod sample;
+pub mod sensor;
+pub mod simulation;
+pub mod statics;
+pub mod system;
+
+pub use beams::{BeamParts, Beams};
+pub use limits::Stiffness;

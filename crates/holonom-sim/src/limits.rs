@@ -1,0 +1,135 @@
+//! What the elements of beams can bear: the angle between their nodes, and the step against the highest
+//! frequency.
+
+use crate::beams::{BeamParts, Beams};
+use holonom_model::Settings;
+use serde::{Deserialize, Serialize};
+use vi_beam::frequency::highest_frequency;
+use vi_beam::limit::{STOP, WARN, angle_between};
+
+/// Above this `h ω_max` stiff vibrations are not resolved.
+const RESOLVED: f64 = 1.0;
+
+/// The stiffest element of all beams, against the step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stiffness {
+    /// The beam.
+    pub beam: String,
+    /// The element, counted along the beam.
+    pub element: usize,
+    /// A bound of the highest frequency, rad/s.
+    pub omega_max: f64,
+    /// `h ω_max`, with the longest sub-step of a composition.
+    pub h_omega_max: f64,
+}
+
+impl Stiffness {
+    /// Of the beams in their stress-free configuration; `None` without beams.
+    pub(crate) fn new(beams: &Beams, settings: &Settings) -> Option<Self> {
+        let q = beams.parts.placement();
+        let gammas = settings.composition().gammas();
+        let longest = gammas.iter().fold(0.0_f64, |a, g| a.max(g.abs()));
+        let mut worst: Option<Self> = None;
+        for beam in &beams.list {
+            let mut first = 0;
+            for leg in &beam.legs {
+                let found = highest_frequency(&beams.parts, leg, &q);
+                if worst.as_ref().is_none_or(|worst| found.omega > worst.omega_max) {
+                    worst = Some(Self {
+                        beam: beam.name.clone(),
+                        element: first + found.element,
+                        omega_max: found.omega,
+                        h_omega_max: settings.step * longest * found.omega,
+                    });
+                }
+                first += leg.elements.len();
+            }
+        }
+        worst
+    }
+
+    /// What composed steps of stiff beams must be told.
+    pub(crate) fn warning(&self, settings: &Settings) -> Option<String> {
+        if settings.order == 2 || self.h_omega_max <= RESOLVED {
+            return None;
+        }
+        let Self { beam, element, omega_max, h_omega_max } = self;
+        Some(format!(
+            "h ω_max = {h_omega_max:.3} (longest sub-step of order {}, ω_max ≤ {omega_max:.4e} rad/s in element \
+             {element} of beam `{beam}`): stiff vibrations are not resolved, so the order falls and the energy \
+             may drift; write a step {:.0} times smaller, fewer elements, or order = 2",
+            settings.order,
+            h_omega_max.ceil()
+        ))
+    }
+}
+
+/// The elements of one beam, and how far they were bent.
+#[derive(Clone, Debug)]
+struct Watched {
+    beam: String,
+    pairs: Vec<(usize, [usize; 2])>,
+    first: Option<(usize, f64)>, // element and time of the first that sets a record beyond the warning
+    largest: (usize, f64, f64),  // element, angle (rad), time: the record
+}
+
+/// Looks at the angle between neighbouring nodes along a run.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct LimitWatch {
+    beams: Vec<Watched>,
+}
+
+impl LimitWatch {
+    pub(crate) fn new(beams: &Beams) -> Self {
+        let watched = |beam: &BeamParts| Watched {
+            beam: beam.name.clone(),
+            pairs: beams.pairs(beam).collect(),
+            first: None,
+            largest: (0, 0.0, 0.0),
+        };
+        Self { beams: beams.list.iter().map(watched).collect() }
+    }
+
+    /// Takes up the configuration `q` at `t`; allocates nothing.
+    ///
+    /// # Errors
+    /// Beam, element and angle (rad) of an element that is bent too far to mean anything.
+    pub(crate) fn follow(&mut self, t: f64, q: &[f64]) -> Result<(), (&str, usize, f64)> {
+        for watched in &mut self.beams {
+            for &(element, pair) in &watched.pairs {
+                let angle = angle_between(pair, q);
+                if angle > watched.largest.1 {
+                    watched.largest = (element, angle, t);
+                    if angle > WARN {
+                        watched.first.get_or_insert((element, t));
+                    }
+                    if angle > STOP {
+                        return Err((&watched.beam, element, angle));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Begins anew: what was found so far has been told.
+    pub(crate) fn begin(&mut self) {
+        self.beams.iter_mut().for_each(|watched| watched.first = None);
+    }
+
+    /// What the configurations since must be told.
+    pub(crate) fn warnings(&self) -> Vec<String> {
+        let warning = |watched: &Watched| {
+            let (first, begin) = watched.first?;
+            let (element, angle, t) = watched.largest;
+            Some(format!(
+                "beam `{}`: element {first} is bent by more than 45° between its nodes at t = {begin} s, element \
+                 {element} by {:.1}° at t = {t} s; beyond 45° an element carries less moment the more it \
+                 bends: write more elements",
+                watched.beam,
+                angle.to_degrees()
+            ))
+        };
+        self.beams.iter().filter_map(warning).collect()
+    }
+}

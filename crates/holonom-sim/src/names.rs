@@ -1,0 +1,52 @@
+//! Where the members of a model are among those of the mechanism.
+
+use holonom_model::Model;
+use nalgebra::{Matrix3, Vector3};
+use std::collections::BTreeMap;
+use vi_multibody::builder::{BodyId, JointId, ParticleId, PointOn};
+use vi_multibody::joint::FrameId;
+
+/// Where the names of a model are among its members.
+pub(crate) struct Names<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) bodies: BTreeMap<&'a str, usize>,
+    pub(crate) particles: BTreeMap<&'a str, ParticleId>,
+    pub(crate) frames: Vec<BodyId>,          // bodies, then nodes
+    pub(crate) principal: Vec<Matrix3<f64>>, // of all frames: body components → principal components: its transpose
+    pub(crate) joints: Vec<JointId>,         // of the joints of the model
+}
+
+impl Names<'_> {
+    /// A body, or a node of a beam.
+    pub(crate) fn index(&self, name: &str) -> Option<usize> {
+        self.bodies.get(name).copied().or_else(|| self.model.frame(name))
+    }
+
+    /// A body, a node of a beam, or the ground.
+    pub(crate) fn frame(&self, name: &str) -> FrameId {
+        self.index(name).map_or(FrameId::Ground, |k| self.frames[k].into())
+    }
+
+    /// A point of a member by its own components; of the ground in space.
+    pub(crate) fn point(&self, name: &str, components: [f64; 3]) -> PointOn {
+        match (self.index(name), self.particles.get(name)) {
+            (Some(k), _) => self.frames[k].point(components),
+            (_, Some(&particle)) => particle.into(),
+            _ => components.into(),
+        }
+    }
+
+    /// A joint of the model.
+    pub(crate) fn joint(&self, name: &str) -> Option<(&holonom_model::Joint, JointId)> {
+        let k = self.model.joints.iter().position(|joint| joint.name == name)?;
+        Some((&self.model.joints[k], self.joints[k]))
+    }
+
+    /// Components along the directors of a vector given in the body's own frame.
+    pub(crate) fn along_directors(&self, name: &str, components: &Vector3<f64>) -> Vector3<f64> {
+        match self.index(name) {
+            Some(k) => self.principal[k].transpose() * components,
+            None => *components,
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! A file of a run: written whole or not at all.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+/// What goes wrong with the files of a run.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The folder holds a run, and nobody said that it may go.
+    #[error("{} already holds a run ({file})", folder.display())]
+    Occupied {
+        /// The folder.
+        folder: PathBuf,
+        /// One of its files.
+        file: String,
+    },
+    /// A picture that somebody else made, or a folder of pictures that is a link, is in the way.
+    #[error("{} was not written by this program", path.display())]
+    Foreign {
+        /// The file or folder.
+        path: PathBuf,
+    },
+    /// The operating system refuses.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What it says.
+        source: io::Error,
+    },
+    /// The folder holds no readable run.
+    #[error("{}: not the summary of a run: {source}", path.display())]
+    Summary {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: serde_json::Error,
+    },
+    /// A plot cannot be drawn.
+    #[error("cannot draw {name}: {reason}")]
+    Plot {
+        /// The plot.
+        name: String,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+/// An error of the operating system, at a path.
+pub(crate) fn at(path: &Path, source: io::Error) -> OutputError {
+    OutputError::Io { path: path.to_owned(), source }
+}
+
+/// Writes beside the file and renames.
+pub(super) fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent)?;
+    }
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = path.with_file_name(name);
+    let written = fs::write(&temporary, content).and_then(|()| fs::rename(&temporary, path));
+    if written.is_err() {
+        let _ = fs::remove_file(&temporary); // the first error is the one to report
+    }
+    written
+}

@@ -1,0 +1,32 @@
+//! The files of a run.
+//!
+//! | file | content |
+//! |---|---|
+//! | `trajectory.csv` | coordinates, energies and momentum maps of every recorded node |
+//! | `residuals.csv` | constraint residuals and Newton iterations of the same nodes |
+//! | `sensors.csv` | what the sensors measure at the same nodes; only when the model has sensors |
+//! | `beams.csv` | strains and section forces along beams at the same nodes; only when the model has beams |
+//! | `momenta.csv` | multipliers, momenta, parts of the energies at the same nodes; only when the model asks for it |
+//! | `summary.json` | [`Summary`] |
+//! | `model.toml` | the model, resolved |
+//! | `report.html`, `plots/*.svg` | drawn by `holonom-report` |
+
+mod beams;
+mod csv;
+mod file;
+mod folder;
+mod momenta;
+mod pictures;
+mod sensors;
+mod summary;
+
+pub use beams::BeamWriter;
+pub use csv::{ResidualRow, Snapshot, Trajectory, TrajectoryWriter};
+pub use file::OutputError;
+pub use folder::RunFolder;
+pub use momenta::MomentaWriter;
+pub use sensors::{SensorTable, SensorWriter};
+pub use summary::{
+    ConstraintSummary, EnergySummary, Maximum, MomentumSummary, NewtonSummary, Status, Summary,
+    SummaryBuilder,
+};

@@ -1,0 +1,347 @@
+//! `summary.json`: a run in numbers, accumulated node by node.
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::assembly::AssemblyReport;
+use crate::assembly::is_zero;
+use crate::outcome::StaticFacts;
+use crate::outcome::{RunFailure, RunOutcome};
+use crate::sample::Sample;
+use holonom_model::{Family, Model};
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// At its end time.
+    Done,
+    /// Before; `failure` says why.
+    Failed,
+}
+
+/// Newton iterations per step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NewtonSummary {
+    /// Mean over the recorded steps.
+    #[serde(deserialize_with = "number")]
+    pub mean: f64,
+    /// Largest of the recorded steps.
+    #[serde(deserialize_with = "number")]
+    pub max: f64,
+}
+
+/// The energy `H_d(q_n, ᵠp_n)` along the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct EnergySummary {
+    /// `H_d` at the start, J.
+    #[serde(deserialize_with = "number")]
+    pub initial: f64,
+    /// Largest deviation from it, J.
+    #[serde(deserialize_with = "number")]
+    pub max_abs_error: f64,
+    /// `H_d` at the last recorded node, J.
+    #[serde(rename = "final", default, deserialize_with = "number")]
+    pub last: f64,
+    /// Least-squares slope per step, J, of the shadow energy `(p H_d + E_d)/(p + 1)` of a scheme of order `p`,
+    /// which a conservative system conserves up to `O(h^{p+2})` where `h ω_max ≲ 1`; of the energy itself for
+    /// energy–momentum schemes. `null` where loads, motors, dampers or prescribed motions do work, and in
+    /// statics.
+    pub drift_per_step: Option<f64>,
+    /// Work of loads, motors, dampers and prescribed motions over all steps, J.
+    #[serde(default, deserialize_with = "number")]
+    pub work: f64,
+    /// `final − initial − work`, J; of second order in the time step at order 2 (with prescribed motions
+    /// at higher orders its order has not been established).
+    #[serde(default, deserialize_with = "number")]
+    pub balance_error: f64,
+}
+
+/// Largest deviation of the components of a momentum map from their initial values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MomentumSummary {
+    /// Linear momentum, kg·m/s.
+    pub linear: Drift,
+    /// Angular momentum, kg·m²/s.
+    pub angular: Drift,
+}
+
+/// Drift of one momentum map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Drift {
+    /// Largest over components and nodes.
+    #[serde(deserialize_with = "number")]
+    pub max_abs_drift: f64,
+    /// Largest over nodes, per component.
+    #[serde(deserialize_with = "numbers")]
+    pub components: [f64; 3],
+}
+
+/// The largest value of a quantity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Maximum {
+    /// Over all recorded nodes.
+    #[serde(deserialize_with = "number")]
+    pub max: f64,
+}
+
+/// Constraint residuals at three levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ConstraintSummary {
+    /// `|g(q_n)|_∞`.
+    pub position: Maximum,
+    /// LMO08 (45).
+    pub velocity: Maximum,
+    /// LMO08 (46).
+    pub momentum: Maximum,
+}
+
+/// JSON has no word for what is not a number: `null` stands for it.
+fn number<'de, D: Deserializer<'de>>(json: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(json)?.unwrap_or(f64::NAN))
+}
+
+fn numbers<'de, D: Deserializer<'de>>(json: D) -> Result<[f64; 3], D::Error> {
+    Ok(<[Option<f64>; 3]>::deserialize(json)?.map(|x| x.unwrap_or(f64::NAN)))
+}
+
+/// A run in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Name of the model.
+    pub model: String,
+    /// How the run ended.
+    pub status: Status,
+    /// Why it ended before its time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failure: Option<RunFailure>,
+    /// Time-stepping scheme.
+    pub scheme: String,
+    /// Order of accuracy.
+    pub order: u32,
+    /// Time step, s.
+    pub step: f64,
+    /// Time of the last node, s.
+    #[serde(deserialize_with = "number")]
+    pub end_time: f64,
+    /// Steps taken.
+    pub steps: u64,
+    /// Nodes recorded.
+    pub recorded: u64,
+    /// Bodies and particles, fixed ones included.
+    pub bodies: usize,
+    /// Beams.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub beams: usize,
+    /// Elements of all beams.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub elements: usize,
+    /// Joints and bars.
+    pub joints: usize,
+    /// Redundant coordinates `n`.
+    pub coordinates: usize,
+    /// Constraints `m`, redundant ones included.
+    pub constraints: usize,
+    /// Constraints that follow from the others.
+    pub redundant_constraints: usize,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// Newton iterations.
+    pub newton_iterations: NewtonSummary,
+    /// Time the run took, s, writing included.
+    #[serde(deserialize_with = "number")]
+    pub wall_seconds: f64,
+    /// The same per step, s.
+    #[serde(deserialize_with = "number")]
+    pub seconds_per_step: f64,
+    /// Energy.
+    pub energy: EnergySummary,
+    /// Momentum maps.
+    pub momentum: MomentumSummary,
+    /// Constraint residuals.
+    pub constraint_residual: ConstraintSummary,
+    /// What a walk along equilibria was like; absent for motions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub statics: Option<StaticFacts>,
+    /// What is worth knowing about the assembly and the run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// Version of the program.
+    pub version: String,
+}
+
+/// Accumulates a [`Summary`].
+#[derive(Clone, Debug, Default)]
+pub struct SummaryBuilder {
+    first: Option<Sample>,
+    last_step: u64,
+    last_time: f64,
+    recorded: u64,
+    newton_sum: f64,
+    newton_max: f64,
+    energy_error: f64,
+    shadow: Slope,
+    last: [f64; 2], // H_d and work
+    linear: [f64; 3],
+    angular: [f64; 3],
+    residuals: [f64; 3],
+}
+
+impl SummaryBuilder {
+    /// Takes one node.
+    pub fn record(&mut self, sample: &Sample) {
+        let first = self.first.get_or_insert_with(|| sample.clone());
+        let error = sample.hamiltonian - first.hamiltonian;
+        self.energy_error = larger(self.energy_error, error);
+        let step = (sample.step - first.step) as f64;
+        if let Some(shadow) = sample.shadow {
+            self.shadow.add(step, shadow - first.hamiltonian);
+        }
+        self.last = [sample.hamiltonian, sample.work];
+        for i in 0..3 {
+            let (now, start) = (&sample.momentum, &first.momentum);
+            self.linear[i] = larger(self.linear[i], now.linear[i] - start.linear[i]);
+            self.angular[i] = larger(self.angular[i], now.angular[i] - start.angular[i]);
+        }
+        let residuals = &sample.residuals;
+        let levels = [residuals.position, residuals.velocity, residuals.momentum];
+        self.residuals = std::array::from_fn(|i| larger(self.residuals[i], levels[i]));
+        if self.recorded > 0 {
+            self.newton_sum += sample.newton_iterations;
+            self.newton_max = larger(self.newton_max, sample.newton_iterations);
+        }
+        self.recorded += 1;
+        (self.last_step, self.last_time) = (sample.step, sample.t);
+    }
+
+    /// The summary of what was recorded.
+    #[must_use]
+    pub fn finish(
+        self,
+        model: &Model,
+        assembly: &AssemblyReport,
+        outcome: &RunOutcome,
+        wall_seconds: f64,
+    ) -> Summary {
+        let [position, velocity, momentum] = self.residuals.map(|max| Maximum { max });
+        let drift = |components: [f64; 3]| Drift {
+            max_abs_drift: components.into_iter().fold(0.0, larger),
+            components,
+        };
+        let steps_recorded = self.recorded.saturating_sub(1).max(1) as f64;
+        let (status, failure) = match outcome {
+            RunOutcome::Done => (Status::Done, None),
+            RunOutcome::Failed(failure) => (Status::Failed, Some(failure.clone())),
+        };
+        Summary {
+            model: model.header.name.clone(),
+            status,
+            failure,
+            scheme: model.settings.scheme.name().to_owned(),
+            order: model.settings.order,
+            step: model.settings.step,
+            end_time: self.last_time,
+            steps: self.last_step,
+            recorded: self.recorded,
+            bodies: assembly.bodies,
+            beams: assembly.beams,
+            elements: assembly.elements,
+            joints: assembly.joints,
+            coordinates: assembly.coordinates,
+            constraints: assembly.constraints,
+            redundant_constraints: assembly.redundant_constraints,
+            dof: assembly.dof,
+            newton_iterations: NewtonSummary {
+                mean: self.newton_sum / steps_recorded,
+                max: self.newton_max,
+            },
+            wall_seconds,
+            seconds_per_step: wall_seconds / self.last_step.max(1) as f64,
+            energy: self.energy(model),
+            momentum: MomentumSummary { linear: drift(self.linear), angular: drift(self.angular) },
+            constraint_residual: ConstraintSummary { position, velocity, momentum },
+            statics: None,
+            warnings: assembly.warnings.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+        }
+    }
+}
+
+impl SummaryBuilder {
+    fn energy(&self, model: &Model) -> EnergySummary {
+        let moves = !matches!(model.settings.scheme.family(), Family::Static);
+        let initial = self.first.as_ref().map_or(0.0, |s| s.hamiltonian);
+        let [last, work] = self.last;
+        EnergySummary {
+            initial,
+            max_abs_error: self.energy_error,
+            last,
+            drift_per_step: (moves && model.is_conservative()).then(|| self.shadow.value()),
+            work,
+            balance_error: last - initial - work,
+        }
+    }
+}
+
+/// The larger magnitude; unlike `f64::max` it keeps what is not a number.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.abs() <= a { a } else { b.abs() }
+}
+
+/// Least-squares slope of points that come one by one (Welford's updates).
+#[derive(Clone, Copy, Debug, Default)]
+struct Slope {
+    count: f64,
+    mean_x: f64,
+    mean_y: f64,
+    xx: f64,
+    xy: f64,
+}
+
+impl Slope {
+    fn add(&mut self, x: f64, y: f64) {
+        self.count += 1.0;
+        let dx = x - self.mean_x;
+        self.mean_x += dx / self.count;
+        self.mean_y += (y - self.mean_y) / self.count;
+        self.xx += dx * (x - self.mean_x);
+        self.xy += dx * (y - self.mean_y);
+    }
+
+    fn value(self) -> f64 {
+        if self.xx > 0.0 { self.xy / self.xx } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slope_is_that_of_a_line_and_of_the_least_squares() {
+        let mut slope = Slope::default();
+        for k in 0..1000 {
+            let x = f64::from(k);
+            slope.add(x, 3.0 + 2e-5 * x);
+        }
+        assert!((slope.value() - 2e-5).abs() < 1e-15, "{:e}", slope.value() - 2e-5);
+        let mut slope = Slope::default();
+        for (x, y) in [(0.0, 0.0), (1.0, 1.0), (2.0, 0.0), (3.0, 1.0)] {
+            slope.add(x, y);
+        }
+        assert!((slope.value() - 0.2).abs() < 1e-15);
+        assert!(Slope::default().value() == 0.0);
+    }
+
+    #[test]
+    fn what_is_not_a_number_survives_json() {
+        let energy = EnergySummary { initial: f64::NAN, ..EnergySummary::default() };
+        let json = serde_json::to_string(&energy).unwrap();
+        assert!(serde_json::from_str::<EnergySummary>(&json).unwrap().initial.is_nan());
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_not_lost() {
+        assert!([1.0, f64::NAN, 2.0].into_iter().fold(0.0, larger).is_nan());
+        assert!((larger(1.0, -2.0) - 2.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,412 @@
+//! Sensors along a run: from `[[sensor]]` to the numbers of a node.
+//!
+//! ```text
+//! position           x = φ + ϱ_I d_I                      velocity   ẋ, with v̂ of ᵠp_n
+//! orientation        R = (d_1 d_2 d_3) Aᵀ,  A: principal axes in the body's own frame
+//! angular velocity   ω = ½ Σ d_I × ḋ_I                    with v̂
+//! joint              coordinates counted on, rates        vi_multibody::coordinates
+//! reaction           −Gᵀ λ_n on the child                 vi_multibody::reaction
+//! section force      N_I, M_I                             strain   Γ_I, K_I         vi_beam::section_force
+//! ```
+//! `λ_n` is that of the node (36) at order 2. It is that of the acceleration level with composed steps,
+//! at a node from which no step could be taken, and at the start, where (47) is of first order only (it
+//! is a one-sided difference). What counts on (turns of joints, the sign of quaternions) is followed at
+//! every step, whether it is recorded or not.
+
+use crate::beams::Beams;
+use holonom_model::{Model, Sensor, SensorKind, spatial};
+use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use std::sync::Arc;
+use vi_beam::section_force::{SectionState, section_states};
+use vi_beam::{Beam, BeamModel};
+use vi_constraints::saddle_point::IndependentRows;
+use vi_multibody::coordinates::{JointCoordinates, first_of_rotation_vector, joint_rates};
+use vi_multibody::form::Form;
+use vi_multibody::joint::Joint;
+use vi_multibody::mechanism::{Attachment, Mechanism};
+use vi_multibody::pair::PairKind;
+use vi_multibody::reaction::{Reaction, Reactions};
+use vi_rigid::directors;
+
+/// A column of `sensors.csv`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Name of the sensor.
+    pub sensor: String,
+    /// Which of its numbers; empty when there is only one.
+    pub part: String,
+    /// What it is: columns of one sensor with the same quantity belong in one chart; empty for flags.
+    pub quantity: &'static str,
+    /// Its unit; empty when it has none.
+    pub unit: &'static str,
+}
+
+impl Column {
+    /// Its name in the header: `NAME.part`, or `NAME`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        if self.part.is_empty() {
+            return self.sensor.clone();
+        }
+        format!("{}.{}", self.sensor, self.part)
+    }
+
+    /// Whether it holds 0 or 1: no or yes.
+    #[must_use]
+    pub fn is_flag(&self) -> bool {
+        self.quantity.is_empty()
+    }
+}
+
+/// The columns of all sensors of a model, in order.
+#[must_use]
+pub fn columns(model: &Model) -> Vec<Column> {
+    let of = |sensor: &Sensor| {
+        let column =
+            |(part, quantity, unit)| Column { sensor: sensor.name.clone(), part, quantity, unit };
+        parts(model, sensor).into_iter().map(column).collect::<Vec<_>>()
+    };
+    model.sensors.iter().flat_map(of).collect()
+}
+
+type Part = (String, &'static str, &'static str);
+
+/// Part, quantity and unit of each number of a sensor.
+fn parts(model: &Model, sensor: &Sensor) -> Vec<Part> {
+    let named = |names: &[&str], quantity, unit| -> Vec<Part> {
+        names.iter().map(|name| ((*name).to_owned(), quantity, unit)).collect()
+    };
+    let axes = if model.particle(&sensor.of).is_some() { model.header.dimension } else { 3 };
+    let axes = &["x", "y", "z"][..axes];
+    let pair = model.joints.iter().find(|j| j.name == sensor.of).map(holonom_model::Joint::pair);
+    match sensor.kind {
+        SensorKind::Position => named(axes, "position", "m"),
+        SensorKind::Velocity => named(axes, "velocity", "m/s"),
+        SensorKind::Orientation => named(&["w", "x", "y", "z"], "quaternion", ""),
+        SensorKind::AngularVelocity => named(axes, "angular velocity", "rad/s"),
+        SensorKind::JointCoordinate => joint_parts(pair, ["angle", "rad"], ["displacement", "m"]),
+        SensorKind::JointRate => joint_parts(pair, ["angular rate", "rad/s"], ["speed", "m/s"]),
+        SensorKind::Reaction => {
+            let mut parts = if model.bars.iter().any(|bar| bar.name == sensor.of) {
+                named(&["tension"], "tension", "N")
+            } else {
+                let mut parts = named(&["fx", "fy", "fz"], "force", "N");
+                parts.extend(named(&["mx", "my", "mz"], "moment", "N·m"));
+                parts
+            };
+            parts.extend(named(&["unique"], "", ""));
+            parts
+        }
+        SensorKind::SectionForce => {
+            let mut parts = named(&["N1", "N2", "N3"], "section force", "N");
+            parts.extend(named(&["M1", "M2", "M3"], "section moment", "N·m"));
+            parts
+        }
+        SensorKind::Strain => {
+            let mut parts = named(&["Gamma1", "Gamma2", "Gamma3"], "strain", "");
+            parts.extend(named(&["K1", "K2", "K3"], "curvature", "1/m"));
+            parts
+        }
+    }
+}
+
+/// `x, y, z` for rotation vectors; `u…` for lengths and `theta…` for angles, numbered when there are
+/// several; nothing when there is only one freedom.
+fn joint_parts(
+    pair: Option<PairKind>,
+    angle: [&'static str; 2],
+    length: [&'static str; 2],
+) -> Vec<Part> {
+    let Some(pair) = pair else { return Vec::new() };
+    let freedoms = pair.freedoms();
+    let of_kind = |angle: bool| (0..freedoms).filter(|&k| pair.is_angle(k) == angle).count();
+    let part = |k: usize| {
+        let is_angle = pair.is_angle(k);
+        let [quantity, unit] = if is_angle { angle } else { length };
+        let letter = if is_angle { "theta" } else { "u" };
+        let number = 1 + (0..k).filter(|&j| pair.is_angle(j) == is_angle).count();
+        let name = match (first_of_rotation_vector(pair), of_kind(is_angle)) {
+            (Some(first), _) if k >= first => ["x", "y", "z"][k - first].to_owned(),
+            _ if freedoms == 1 => String::new(),
+            (_, 1) => letter.to_owned(),
+            _ => format!("{letter}{number}"),
+        };
+        (name, quantity, unit)
+    };
+    (0..freedoms).map(part).collect()
+}
+
+/// What a sensor needs to know of the mechanism.
+#[derive(Clone, Debug)]
+enum Gauge {
+    Position(Form, usize),
+    Velocity(Form, usize),
+    Orientation(Attitude),
+    AngularVelocity(usize), // first coordinate of the frame
+    Coordinate(JointCoordinates),
+    Rate(Joint),
+    Reaction(usize), // joint of the description
+    Tension(usize),  // bar of the description
+    Section(SectionGauge),
+}
+
+/// Section forces or strains at an element.
+#[derive(Clone, Debug)]
+struct SectionGauge {
+    parts: Arc<BeamModel>,
+    element: Beam, // a beam of one element
+    strains: bool,
+}
+
+impl SectionGauge {
+    fn read(&self, q: &[f64], out: &mut Vec<f64>) {
+        let states = section_states(&self.parts, &self.element, q);
+        let length: f64 = states.iter().map(|state| state.length).sum();
+        let mean = |component: &dyn Fn(&SectionState) -> f64| {
+            states.iter().map(|state| state.length / length * component(state)).sum::<f64>()
+        };
+        for i in 0..6 {
+            out.push(mean(&|state| match (self.strains, i) {
+                (false, 0..3) => state.force[i],
+                (false, _) => state.moment[i - 3],
+                (true, 0..3) => state.shear_extension[i],
+                (true, _) => state.curvature[i - 3],
+            }));
+        }
+    }
+}
+
+/// The orientation of a body with a sign that does not jump.
+#[derive(Clone, Debug)]
+struct Attitude {
+    first: usize,         // first coordinate of the frame
+    to_own: Matrix3<f64>, // Aᵀ
+    last: Quaternion<f64>,
+}
+
+impl Attitude {
+    fn follow(&mut self, q: &[f64]) {
+        let turn = directors::triad(&q[self.first..]) * self.to_own;
+        let turn = Rotation3::from_matrix_unchecked(turn);
+        let next = UnitQuaternion::from_rotation_matrix(&turn).into_inner();
+        self.last = if next.dot(&self.last) < 0.0 { -next } else { next };
+    }
+}
+
+/// A node as sensors see it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct View<'a> {
+    /// Time, s.
+    pub(crate) t: f64,
+    /// `q_n`.
+    pub(crate) q: &'a [f64],
+    /// `v̂`.
+    pub(crate) v: &'a [f64],
+    /// `λ_n`; read only by sensors of reactions.
+    pub(crate) lambda: &'a [f64],
+}
+
+/// The sensors of a model, ready to read.
+#[derive(Clone, Debug, Default)]
+pub struct Sensors {
+    columns: Vec<Column>,
+    gauges: Vec<Gauge>,
+    reactions: bool,
+}
+
+impl Sensors {
+    /// For a valid model and its mechanism; `principal`: the principal axes of every body in its own
+    /// frame (columns).
+    pub(crate) fn new(
+        model: &Model,
+        mechanism: &Mechanism,
+        principal: &[Matrix3<f64>],
+        beams: &Beams,
+    ) -> Self {
+        let builder = Builder { model, mechanism, principal, beams };
+        let gauges: Vec<Gauge> = model.sensors.iter().filter_map(|s| builder.gauge(s)).collect();
+        let reactions = gauges.iter().any(|g| matches!(g, Gauge::Reaction(_) | Gauge::Tension(_)));
+        Self { columns: columns(model), gauges, reactions }
+    }
+
+    /// The columns of `sensors.csv`; empty without sensors.
+    #[must_use]
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// Whether `λ_n` is needed.
+    pub(crate) fn need_multipliers(&self) -> bool {
+        self.reactions
+    }
+
+    /// Begins to count at the configuration `q`.
+    pub(crate) fn begin(&mut self, q: &[f64]) {
+        for gauge in &mut self.gauges {
+            match gauge {
+                Gauge::Coordinate(tracker) => {
+                    *tracker = JointCoordinates::new(tracker.joint().clone(), q);
+                }
+                Gauge::Orientation(attitude) => {
+                    attitude.last = Quaternion::identity(); // w ≥ 0
+                    attitude.follow(q);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Goes on to the next step; allocates nothing.
+    pub(crate) fn follow(&mut self, q: &[f64]) {
+        for gauge in &mut self.gauges {
+            match gauge {
+                Gauge::Coordinate(tracker) => tracker.follow(q),
+                Gauge::Orientation(attitude) => attitude.follow(q),
+                _ => {}
+            }
+        }
+    }
+
+    /// The numbers of all columns at the node last followed to; NaN where a reaction is not unique.
+    pub(crate) fn read(
+        &self,
+        mechanism: &Mechanism,
+        rows: &IndependentRows,
+        at: View<'_>,
+    ) -> Vec<f64> {
+        let reactions = if self.reactions {
+            Reactions::at(mechanism, (at.t, at.q), at.lambda, rows)
+        } else {
+            Reactions::default()
+        };
+        let mut values = Vec::with_capacity(self.columns.len());
+        for gauge in &self.gauges {
+            gauge.read(&at, &reactions, &mut values);
+        }
+        values
+    }
+}
+
+impl Gauge {
+    fn read(&self, at: &View<'_>, reactions: &Reactions, out: &mut Vec<f64>) {
+        let frame = |first: usize| (&at.q[first..first + 12], &at.v[first..first + 12]);
+        match self {
+            Self::Position(point, axes) => out.extend(&point.at(at.q).as_slice()[..*axes]),
+            Self::Velocity(point, axes) => out.extend(&point.rate(at.v).as_slice()[..*axes]),
+            Self::Orientation(Attitude { last, .. }) => {
+                out.extend([last.w, last.i, last.j, last.k])
+            }
+            Self::AngularVelocity(first) => {
+                let (q, v) = frame(*first);
+                out.extend(&directors::angular_velocity(q, v));
+            }
+            Self::Coordinate(tracker) => out.extend(tracker.values()),
+            Self::Rate(joint) => {
+                out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.freedoms()]);
+            }
+            Self::Reaction(joint) => {
+                let reaction: &Reaction = &reactions.joints[*joint];
+                out.extend(reaction.components().map(|c| c.unwrap_or(f64::NAN)));
+                out.push(f64::from(u8::from(reaction.is_unique())));
+            }
+            Self::Tension(bar) => {
+                let tension = &reactions.bars[*bar];
+                out.push(if tension.unique { tension.force } else { f64::NAN });
+                out.push(f64::from(u8::from(tension.unique)));
+            }
+            Self::Section(section) => section.read(at.q, out),
+        }
+    }
+}
+
+/// Finds what sensors name.
+struct Builder<'a> {
+    model: &'a Model,
+    mechanism: &'a Mechanism,
+    principal: &'a [Matrix3<f64>],
+    beams: &'a Beams,
+}
+
+impl Builder<'_> {
+    /// The frame of a body or a node.
+    fn body(&self, name: &str) -> Option<usize> {
+        self.model.frame(name)
+    }
+
+    /// The joint of this name; what holds a fixed body or the end of a beam has the name of that.
+    fn joint(&self, name: &str) -> Option<usize> {
+        self.mechanism.description().joints.iter().position(|j| j.name == name)
+    }
+
+    /// The point of a position or velocity, and how many components it has.
+    fn point(&self, sensor: &Sensor) -> Option<(Form, usize)> {
+        if let Some(k) = self.body(&sensor.of) {
+            let own = Vector3::from(spatial(&sensor.point.unwrap_or_default()));
+            let along_directors = self.principal[k].tr_mul(&own);
+            return Some((self.mechanism.point_of(Attachment::Body(k), &along_directors), 3));
+        }
+        let k = self.model.particles.iter().position(|p| p.name == sensor.of)?;
+        let point = self.mechanism.point_of(Attachment::Particle(k), &Vector3::zeros());
+        Some((point, self.model.header.dimension))
+    }
+
+    fn section(&self, sensor: &Sensor) -> Option<SectionGauge> {
+        let mut element = sensor.element?;
+        let beam = self.beams.list.iter().find(|beam| beam.name == sensor.of)?;
+        let leg = beam.legs.iter().find(|leg| {
+            let inside = element < leg.elements.len();
+            element -= if inside { 0 } else { leg.elements.len() };
+            inside
+        })?;
+        let (first, order) = (leg.nodes.start + element * leg.order, leg.order);
+        let index = leg.elements.start + element;
+        let element = Beam { nodes: first..first + order + 1, elements: index..index + 1, order };
+        let strains = sensor.kind == SensorKind::Strain;
+        Some(SectionGauge { parts: Arc::clone(&self.beams.parts), element, strains })
+    }
+
+    /// `None` only when the model is not valid.
+    fn gauge(&self, sensor: &Sensor) -> Option<Gauge> {
+        let of = sensor.of.as_str();
+        let joint = || self.joint(of).map(|k| self.mechanism.description().joints[k].clone());
+        Some(match sensor.kind {
+            SensorKind::Position => self.point(sensor).map(|(p, axes)| Gauge::Position(p, axes))?,
+            SensorKind::Velocity => self.point(sensor).map(|(p, axes)| Gauge::Velocity(p, axes))?,
+            SensorKind::Orientation => {
+                let k = self.body(of)?;
+                let to_own = self.principal[k].transpose();
+                Gauge::Orientation(Attitude { first: 12 * k, to_own, last: Quaternion::identity() })
+            }
+            SensorKind::AngularVelocity => Gauge::AngularVelocity(12 * self.body(of)?),
+            SensorKind::JointCoordinate => {
+                let (q, _) = self.mechanism.start();
+                Gauge::Coordinate(JointCoordinates::new(joint()?, &q))
+            }
+            SensorKind::JointRate => Gauge::Rate(joint()?),
+            SensorKind::SectionForce | SensorKind::Strain => Gauge::Section(self.section(sensor)?),
+            SensorKind::Reaction => match self.model.bars.iter().position(|b| b.name == of) {
+                Some(bar) => Gauge::Tension(bar),
+                None => Gauge::Reaction(self.joint(of)?),
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use holonom_model::JointKind;
+
+    #[test]
+    fn joint_columns_have_names_by_their_freedoms() {
+        let names = |kind: JointKind| {
+            let parts = joint_parts(Some(kind.pair(None)), ["angle", "rad"], ["displacement", "m"]);
+            parts.into_iter().map(|p| format!("{} {}", p.0, p.2)).collect::<Vec<_>>().join(", ")
+        };
+        assert_eq!(names(JointKind::Revolute), " rad");
+        assert_eq!(names(JointKind::Prismatic), " m");
+        assert_eq!(names(JointKind::Cylindrical), "u m, theta rad");
+        assert_eq!(names(JointKind::Planar), "u1 m, u2 m, theta rad");
+        assert_eq!(names(JointKind::Spherical), "x rad, y rad, z rad");
+    }
+}

@@ -1,0 +1,409 @@
+//! The system of a model, and its run.
+//!
+//! At order 2 the quantities of a node belong to the step that starts there: the multipliers, `p_n`,
+//! `E_d`. A node is therefore handed out after that step has been taken; at the last node one more
+//! step is tried for them, and where it fails (or the run does) the node is described by `q_n` and
+//! the projected momentum alone, with `H_d` in the place of `E_d`.
+
+pub use crate::assembly::{AssemblyReport, Closure};
+pub use crate::outcome::{RunFailure, RunOutcome};
+
+use crate::agreement;
+use crate::assembly;
+use crate::beams::Beams;
+use crate::dynamics::Dynamics;
+use crate::experiment::Experiment;
+use crate::limits::LimitWatch;
+use crate::method::{EnergyMomentum, Method, Reading, Variational};
+use crate::sample::{Member, MomentaNames, Sample};
+use crate::sensor::{Sensors, View};
+use crate::system::{self, System};
+use holonom_model::{Family, Model, ModelError, Problem, Scheme, Settings};
+use std::io;
+use vi_constraints::integrator::StepReport;
+use vi_constraints::scheme::{Condition, StepError};
+use vi_constraints::{Constraints, Options};
+use vi_core::linear::{Singular, norm_inf};
+use vi_emscheme::{EmIntegrator, EmOptions};
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+
+/// The error for an element that is bent too far, with its remedy.
+fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (String, String) {
+    let angle = angle.to_degrees();
+    let message = format!(
+        "element {element} of beam `{beam}` is bent by {angle:.1}° between its nodes; beyond 90° an element \
+         folds at no cost"
+    );
+    (message, "write more elements".into())
+}
+
+/// A system that can be run.
+pub struct Simulation {
+    settings: Settings,
+    assembly: AssemblyReport,
+    members: Vec<Member>,
+    sensors: Sensors,
+    beams: Beams,
+    limits: LimitWatch,
+    method: Box<dyn Method>,
+}
+
+impl Simulation {
+    /// Assembles the system of a validated model.
+    ///
+    /// # Errors
+    /// [`ModelError`] when the start is inconsistent, the mass matrix is singular, or the scheme does
+    /// not fit the model.
+    pub fn new(model: &Model) -> Result<Self, ModelError> {
+        Self::with_solver(model, model.settings.solver.into())
+    }
+
+    /// The same with the linear solver of the nodal scheme chosen by name.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`].
+    pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
+        let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
+        let settings = model.settings.clone();
+        let (q, v) = mechanism.start();
+        let closure = assembly::closure(&mechanism, &q, &v);
+        let tolerance = settings.start_tolerance;
+        let missed = assembly::velocity_inconsistencies(&mechanism, (&q, &v), tolerance);
+        if !missed.is_empty() && !settings.project_start {
+            return Err(ModelError::InconsistentStart(missed));
+        }
+        let mut method = method(mechanism, &dynamics, model, solver)?;
+        if method.here(false).is_err() {
+            let detail = "some motion that the constraints allow carries no mass".into();
+            return Err(ModelError::SingularMass { member: String::new(), detail });
+        }
+        agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
+        let mut assembly = assembly::report(model, &*method, &beams, closure);
+        let mut limits = LimitWatch::new(&beams);
+        let start = method.place().2;
+        if let Err(fault) = limits.follow(0.0, start) {
+            let key = format!("beam.{}.elements", fault.0);
+            let (message, help) = bent_too_far(fault);
+            return Err(ModelError::Assembly(vec![Problem::new(key, message).help(help)]));
+        }
+        assembly.warnings.extend(limits.warnings());
+        limits.begin();
+        sensors.begin(start);
+        Ok(Self { settings, assembly, members, sensors, beams, limits, method })
+    }
+
+    /// What the assembly found.
+    #[must_use]
+    pub fn assembly(&self) -> &AssemblyReport {
+        &self.assembly
+    }
+
+    /// The members, in the order of their coordinates.
+    #[must_use]
+    pub fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    /// Names of the momenta of a node; `None` where the model does not ask for them.
+    #[must_use]
+    pub fn momenta_names(&self) -> Option<MomentaNames> {
+        self.settings.momenta.then(|| momenta_names(self.mechanism(), &self.members))
+    }
+
+    /// The sensors.
+    #[must_use]
+    pub fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    /// The beams.
+    #[must_use]
+    pub fn beams(&self) -> &Beams {
+        &self.beams
+    }
+
+    /// What is worth knowing of the assembly and of the run so far.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        self.assembly.warnings.iter().cloned().chain(self.limits.warnings()).collect()
+    }
+
+    /// The integrator of a variational scheme at its present node.
+    ///
+    /// # Panics
+    /// When the scheme is one of the energy–momentum schemes: [`Simulation::energy_momentum`].
+    pub fn integrator(&mut self) -> &mut MechanismIntegrator {
+        self.method.variational().expect("a variational scheme was asked for")
+    }
+
+    /// The integrator of an energy–momentum scheme; `None` for the others.
+    pub fn energy_momentum(&mut self) -> Option<&mut EmIntegrator<Mechanism>> {
+        self.method.energy_momentum()
+    }
+
+    /// Takes one step of either family, without reading the node.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was.
+    pub fn step(&mut self) -> Result<StepReport, StepError> {
+        self.method.step()
+    }
+
+    /// The present configuration, members one after the other.
+    #[must_use]
+    pub fn configuration(&self) -> &[f64] {
+        self.method.place().2
+    }
+
+    /// The constraints.
+    #[must_use]
+    pub fn mechanism(&self) -> &Mechanism {
+        self.method.mechanism()
+    }
+
+    /// Condition numbers of the Newton matrix of the last step; `None` where there is no matrix.
+    pub fn condition(&mut self) -> Option<Condition> {
+        self.method.condition()
+    }
+
+    /// Runs to the end; `observe` gets each recorded node and may stop the run by an error;
+    /// `progress(step, of)` is called now and then.
+    ///
+    /// # Errors
+    /// Whatever `observe` returns.
+    pub fn run<E>(
+        &mut self,
+        observe: &mut dyn FnMut(&Sample) -> Result<(), E>,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> Result<RunOutcome, E> {
+        let steps = self.settings.steps();
+        let mut iterations = 0.0; // of the step that led to the present node
+        self.sensors.follow(self.method.place().2);
+        for n in 0..steps {
+            if n.is_multiple_of(256) {
+                progress(n, steps);
+            }
+            let recorded = n.is_multiple_of(self.settings.every);
+            match self.advance(recorded, &mut iterations) {
+                (Some(sample), Ok(())) => observe(&sample)?,
+                (None, Ok(())) => {}
+                (sample, Err(failure)) => {
+                    if let Some(sample) = sample {
+                        observe(&sample)?;
+                    }
+                    progress(n, steps);
+                    return Ok(RunOutcome::Failed(failure));
+                }
+            }
+        }
+        let multipliers = self.sensors.need_multipliers();
+        match self.read(iterations, |method| method.last(multipliers)) {
+            Ok(sample) => observe(&sample)?,
+            Err(failure) => return Ok(RunOutcome::Failed(failure)),
+        }
+        progress(steps, steps);
+        Ok(RunOutcome::Done)
+    }
+
+    /// Takes one step; the sample is of the node it started from, when that is to be recorded.
+    fn advance(
+        &mut self,
+        recorded: bool,
+        iterations: &mut f64,
+    ) -> (Option<Sample>, Result<(), RunFailure>) {
+        let (first, multipliers) = (self.method.reads_first(), self.sensors.need_multipliers());
+        let mut sample = None;
+        if recorded && first {
+            match self.read(*iterations, |method| method.here(multipliers)) {
+                Ok(found) => sample = Some(found),
+                Err(failure) => return (None, Err(failure)),
+            }
+        }
+        // at the start the multipliers of the step are of first order: sensors take the acceleration level
+        let at_start = recorded && !first && multipliers && self.method.place().0 == 0;
+        let start = if at_start { self.method.here(true).ok() } else { None };
+        match self.method.step() {
+            Err(error) => {
+                if recorded && !first {
+                    sample = self.read(*iterations, |method| method.here(multipliers)).ok();
+                }
+                let failure = self.failure(&error);
+                (sample, Err(failure))
+            }
+            Ok(report) => {
+                if recorded && !first {
+                    let read = self.read(*iterations, |method| {
+                        let mut found = method.left()?;
+                        if let Some(start) = start {
+                            found.lambda = start.lambda;
+                        }
+                        Ok(found)
+                    });
+                    match read {
+                        Ok(found) => sample = Some(found),
+                        Err(failure) => return (None, Err(failure)),
+                    }
+                }
+                let (step, t, q) = self.method.place();
+                self.sensors.follow(q);
+                if let Err(fault) = self.limits.follow(t, q) {
+                    let (message, remedy) = bent_too_far(fault);
+                    return (sample, Err(RunFailure { step, t, message, remedy }));
+                }
+                *iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
+                (sample, Ok(()))
+            }
+        }
+    }
+
+    /// A node as it is recorded.
+    fn read(
+        &mut self,
+        iterations: f64,
+        read: impl FnOnce(&mut dyn Method) -> Result<Reading, Singular>,
+    ) -> Result<Sample, RunFailure> {
+        let at = read(&mut *self.method).map_err(|error| self.lost(&error.to_string()))?;
+        let (mechanism, rows) = (self.method.mechanism(), self.method.rows());
+        let view = View { t: at.t, q: &at.q, v: &at.v, lambda: &at.lambda };
+        let sensors = self.sensors.read(mechanism, rows, view);
+        let sample = Sample {
+            step: at.step,
+            t: at.t,
+            q: at.q,
+            energy: at.energy,
+            hamiltonian: at.hamiltonian,
+            shadow: at.shadow,
+            work: at.work,
+            momentum: at.momentum,
+            residuals: at.residuals,
+            newton_iterations: iterations,
+            sensors,
+            momenta: at.momenta,
+        };
+        let momenta = sample.momenta.as_ref().is_none_or(|momenta| momenta.is_finite());
+        let energies = sample.energy.is_finite() && sample.hamiltonian.is_finite();
+        if momenta && energies && norm_inf(&sample.q).is_finite() {
+            return Ok(sample);
+        }
+        Err(self.lost("a value that is not finite"))
+    }
+
+    fn lost(&self, message: &str) -> RunFailure {
+        let (step, t, _) = self.method.place();
+        let remedy =
+            "look for a singular configuration near the last rows of the trajectory".into();
+        RunFailure { step, t, message: message.into(), remedy }
+    }
+
+    fn failure(&self, error: &StepError) -> RunFailure {
+        let (step, t, _) = self.method.place();
+        let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
+        RunFailure { step, t, message: format!("{error}{place}"), remedy: error.remedy().into() }
+    }
+
+    /// The constraint, joint, body or particle that a failed step is about.
+    fn culprit(&self, error: &StepError) -> Option<String> {
+        let mechanism = self.method.mechanism();
+        if let Some(row) = error.constraint() {
+            return Some(format!("`{}`", mechanism.constraint_name(row)));
+        }
+        let (_, unknown) = error.unknown()?;
+        match self.settings.scheme {
+            Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => {
+                let (link, _) = mechanism.tree().owner(unknown)?;
+                let body = &mechanism.description().bodies[link.frame].name;
+                Some(format!("body `{body}`, carried by `{}`", link.joint.name))
+            }
+            _ if unknown < mechanism.dim() => {
+                Some(format!("`{}`", mechanism.coordinate_name(unknown)))
+            }
+            _ => None,
+        }
+    }
+}
+
+impl Experiment for Simulation {
+    fn assembly(&self) -> &AssemblyReport {
+        self.assembly()
+    }
+    fn members(&self) -> &[Member] {
+        self.members()
+    }
+    fn sensors(&self) -> &Sensors {
+        self.sensors()
+    }
+    fn beams(&self) -> &Beams {
+        self.beams()
+    }
+    fn momenta_names(&self) -> Option<MomentaNames> {
+        self.momenta_names()
+    }
+    fn warnings(&self) -> Vec<String> {
+        self.warnings()
+    }
+    fn run(
+        &mut self,
+        observe: &mut dyn FnMut(&Sample) -> io::Result<()>,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> io::Result<RunOutcome> {
+        Self::run(self, observe, progress)
+    }
+}
+
+fn momenta_names(mechanism: &Mechanism, members: &[Member]) -> MomentaNames {
+    let rates = mechanism.tree().dof() + mechanism.particle_tree().dof();
+    let of = |m: &Member| m.kind.columns().iter().map(|c| format!("{}.{c}", m.name)).collect();
+    MomentaNames {
+        constraints: counted((0..mechanism.len()).map(|row| mechanism.constraint_name(row))),
+        coordinates: members.iter().map(of).collect::<Vec<Vec<String>>>().concat(),
+        rates: counted((0..rates).map(|rate| mechanism.rate_name(rate))),
+    }
+}
+
+/// `NAME.k`, `k` counting neighbours of one name from 1.
+fn counted<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut last = ("", 0);
+    let mut next = |name: &'a str| {
+        last = (name, if name == last.0 { last.1 + 1 } else { 1 });
+        format!("{name}.{}", last.1)
+    };
+    names.map(&mut next).collect()
+}
+
+/// The scheme of the settings, ready to step.
+fn method(
+    mechanism: Mechanism,
+    dynamics: &Dynamics,
+    model: &Model,
+    solver: Solver,
+) -> Result<Box<dyn Method>, ModelError> {
+    let settings = &model.settings;
+    let (q, v) = mechanism.start();
+    let at = (0.0, &q[..], &v[..]);
+    match settings.scheme.family() {
+        Family::Variational(kind) => {
+            let mut options = Options::new(kind, settings.step);
+            options.gammas = settings.composition().gammas();
+            options.newton = settings.newton();
+            let system = dynamics.variational(&mechanism);
+            let run = integrator(mechanism, system, options, solver, at)
+                .map_err(|error| assembly::refusal(&error, model))?;
+            Ok(Box::new(Variational::new(run, settings)))
+        }
+        Family::EnergyMomentum(form) => {
+            let mut options = EmOptions::new(form, settings.step);
+            options = options.composition(settings.composition());
+            (options.newton, options.solver) = (settings.newton(), solver);
+            let system = dynamics.energy_momentum(&mechanism);
+            let run = vi_emscheme::run::integrator_at(system, mechanism, options, at)
+                .map_err(|error| assembly::em_refusal(&error, model))?;
+            Ok(Box::new(EnergyMomentum::new(run, settings.momenta)))
+        }
+        Family::Static => Err(ModelError::Unsupported {
+            key: "simulation.scheme".into(),
+            what: "statics is no motion".into(),
+            help: "take the equilibria of the model, or another scheme".into(),
+        }),
+    }
+}

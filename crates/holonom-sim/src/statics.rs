@@ -1,0 +1,344 @@
+//! `scheme = "static"`: the equilibria of a model along its loads.
+//!
+//! ```text
+//! ∇V(q) − f(t, q) + Gᵀ μ = 0,   g(t, q) = 0,        0 ≤ t ≤ end
+//! ```
+//! `t` is the time of the loads: loads and motors with a history and prescribed motions are taken at it. Those
+//! without a history grow in proportion, `t/end` times what is stated, so that with `end = 1` it is the load
+//! factor. The weight is there from the beginning. The start is relaxed to the first equilibrium
+//! ([`vi_beam::relaxation`]); from there on every equilibrium on the way is a row of the trajectory,
+//! also those between the steps that halving needed. With `arc_length = true` the path is followed by its
+//! arc length, through limit points, until `t` first reaches the end.
+
+use crate::agreement;
+use crate::assembly::{self, AssemblyReport};
+use crate::beams::Beams;
+use crate::experiment::Experiment;
+use crate::limits::LimitWatch;
+pub use crate::outcome::StaticFacts;
+use crate::outcome::{RunFailure, RunOutcome};
+use crate::sample::{Member, Residuals, Sample};
+use crate::sensor::{Sensors, View};
+use crate::system::{self, System};
+use holonom_model::{History, Model, ModelError, Settings};
+use std::io;
+use vi_beam::arc_length::ArcSettings;
+use vi_beam::statics::{Equilibrium, StaticError, StaticProblem, StaticSettings};
+use vi_constraints::Constraints;
+use vi_constraints::closure::ClosureWatch;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_core::Configuration;
+use vi_core::momentum_map::Momentum;
+use vi_multibody::mechanism::Mechanism;
+
+/// Equilibria that one walk by arc length may take.
+const MOST: usize = 2000;
+
+/// A model in search of its equilibria.
+pub struct Statics {
+    settings: Settings,
+    assembly: AssemblyReport,
+    members: Vec<Member>,
+    sensors: Sensors,
+    beams: Beams,
+    limits: LimitWatch,
+    problem: StaticProblem,
+    rows: IndependentRows, // with those inside the frames
+    mechanism: Mechanism,
+    watch: ClosureWatch,
+    angles: Vec<f64>, // of the last equilibrium
+    facts: StaticFacts,
+    step: u64,
+}
+
+impl Statics {
+    /// Assembles the system of a validated model, whatever its scheme.
+    ///
+    /// # Errors
+    /// [`ModelError`].
+    pub fn new(model: &Model) -> Result<Self, ModelError> {
+        Self::with_loads_as_stated(&growing(model))
+    }
+
+    /// The same with the loads of a motion: those without a history are there at all times.
+    ///
+    /// # Errors
+    /// [`ModelError`].
+    pub fn with_loads_as_stated(model: &Model) -> Result<Self, ModelError> {
+        let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
+        let system = dynamics.variational(&mechanism);
+        let (q, v) = mechanism.start();
+        let pairs = beams.parts.neighbours();
+        let problem = StaticProblem::of_system(system, mechanism.clone(), pairs, (0.0, &q));
+        let internal = 6 * mechanism.description().bodies.len();
+        let chosen: Vec<usize> =
+            (0..internal).chain(problem.rows().rows().iter().copied()).collect();
+        let rows = IndependentRows::choose(mechanism.len(), &chosen);
+        let closure = assembly::closure(&mechanism, &q, &vec![0.0; q.len()]);
+        let mut assembly = assembly::counts(model, (&mechanism, &rows), &beams, closure);
+        if v.iter().any(|v| *v != 0.0) {
+            let note = "the start velocities of the model play no part in statics";
+            assembly.warnings.push(note.into());
+        }
+        sensors.begin(&q);
+        let settings = model.settings.clone();
+        let facts = StaticFacts { arc_length: settings.arc_length, ..StaticFacts::default() };
+        let (limits, step) = (LimitWatch::new(&beams), 0);
+        agreement::paths((&mechanism, &rows), &q, settings.end)?;
+        let mut angles = vec![0.0; mechanism.angle_count()];
+        mechanism.unwrap_angles(&q, &mut angles);
+        let watch =
+            ClosureWatch::new(&mechanism, Configuration::new(0.0, &q), settings.newton_tolerance);
+        Ok(Self {
+            settings,
+            assembly,
+            members,
+            sensors,
+            beams,
+            limits,
+            problem,
+            rows,
+            mechanism,
+            watch,
+            angles,
+            facts,
+            step,
+        })
+    }
+
+    /// The members, in the order of their coordinates.
+    #[must_use]
+    pub fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    /// The beams.
+    #[must_use]
+    pub fn beams(&self) -> &Beams {
+        &self.beams
+    }
+
+    /// The problem at its last equilibrium.
+    pub fn problem(&mut self) -> &mut StaticProblem {
+        &mut self.problem
+    }
+
+    /// Walks to the end of the loads without recording anything.
+    ///
+    /// # Errors
+    /// [`RunFailure`].
+    pub fn walk(&mut self) -> Result<(), RunFailure> {
+        let mut ignore = |_: &Sample| Ok(());
+        match Experiment::run(self, &mut ignore, &mut |_, _| {}) {
+            Ok(RunOutcome::Failed(failure)) => Err(failure),
+            _ => Ok(()),
+        }
+    }
+
+    /// The trajectory's row of an equilibrium.
+    fn sample(&mut self, point: &Equilibrium) -> Sample {
+        self.sensors.follow(&point.q);
+        let _ = self.limits.follow(point.factor, &point.q); // what is too far the problem refuses itself
+        self.facts.equilibria += 1;
+        self.facts.max_residual = self.facts.max_residual.max(point.residual);
+        self.facts.largest_time = self.facts.largest_time.max(point.factor);
+        let rest = vec![0.0; point.q.len()];
+        let lambda = &point.multipliers;
+        let view = View { t: point.factor, q: &point.q, v: &rest, lambda };
+        let sample = Sample {
+            step: self.step,
+            t: point.factor,
+            energy: point.potential_energy,
+            hamiltonian: point.potential_energy,
+            shadow: None,
+            work: 0.0,
+            momentum: Momentum::default(),
+            residuals: Residuals { position: point.position_residual, ..Residuals::default() },
+            newton_iterations: point.iterations as f64,
+            sensors: self.sensors.read(&self.mechanism, &self.rows, view),
+            q: point.q.clone(),
+            momenta: None,
+        };
+        self.step += 1;
+        sample
+    }
+
+    /// Whether an equilibrium satisfies all constraints; angles are unwrapped from the one before.
+    fn check(&mut self, point: &Equilibrium) -> Result<(), RunFailure> {
+        let at = Configuration { t: point.factor, q: &point.q, angles: &self.angles };
+        let checked = self.watch.check(&self.mechanism, at);
+        self.mechanism.unwrap_angles(&point.q, &mut self.angles);
+        checked.map_err(|error| {
+            let name = error.constraint().map_or("", |row| self.mechanism.constraint_name(row));
+            RunFailure {
+                step: self.step,
+                t: point.factor,
+                message: format!("{error} (`{name}`)"),
+                remedy: error.remedy().into(),
+            }
+        })
+    }
+
+    fn failure(&self, error: &StaticError) -> RunFailure {
+        RunFailure {
+            step: self.step.saturating_sub(1),
+            t: self.problem.factor(),
+            message: error.to_string(),
+            remedy: error.remedy().into(),
+        }
+    }
+
+    /// Steps of the loads, halved where they need it.
+    fn by_steps(
+        &mut self,
+        observe: &mut Observe<'_>,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> io::Result<Result<(), RunFailure>> {
+        let steps = self.settings.steps();
+        let settings =
+            StaticSettings { first_step: 1.0, newton: self.newton(), ..StaticSettings::default() };
+        for n in 1..=steps {
+            progress(n, steps);
+            let target = self.settings.end * n as f64 / steps as f64;
+            let walked = self.problem.solve(&[target], &settings);
+            let (path, error) = match walked {
+                Ok(path) => (Some(path), None),
+                Err(error) => (error.path().cloned(), Some(error)),
+            };
+            let path = path.unwrap_or_default();
+            self.facts.halvings += path.halvings as u64;
+            let recorded = n.is_multiple_of(self.settings.every) || n == steps || error.is_some();
+            for point in &path.points {
+                if let Err(failure) = self.check(point) {
+                    return Ok(Err(failure));
+                }
+                let sample = self.sample(point);
+                if recorded {
+                    observe(&sample)?;
+                }
+            }
+            if let Some(error) = error {
+                return Ok(Err(self.failure(&error)));
+            }
+        }
+        Ok(Ok(()))
+    }
+
+    /// The path by its arc length, to the first point where the time of the loads is the end.
+    fn by_arc(
+        &mut self,
+        observe: &mut Observe<'_>,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> io::Result<Result<(), RunFailure>> {
+        let end = self.settings.end;
+        let length = self.settings.step / end;
+        let settings = ArcSettings {
+            first_length: 0.2 * length,
+            largest_length: length,
+            full_load: end,
+            newton: vi_core::NewtonSettings { max_iterations: 15, ..self.newton() },
+            ..ArcSettings::default()
+        };
+        let mut walk = self.problem.walk(&settings);
+        for n in 0..MOST {
+            progress(n as u64, MOST as u64);
+            let point = match self.problem.walk_on(&mut walk) {
+                Ok(point) => point,
+                Err(error) => return Ok(Err(self.failure(&error))),
+            };
+            if let Err(failure) = self.check(&point) {
+                return Ok(Err(failure));
+            }
+            self.facts.halvings = walk.halvings() as u64;
+            if point.factor >= end {
+                let settings =
+                    StaticSettings { newton: self.newton(), ..StaticSettings::default() };
+                return match self.problem.solve(&[end], &settings) {
+                    Ok(path) => {
+                        let last = path.points.last().unwrap_or(&point).clone();
+                        let sample = self.sample(&last);
+                        observe(&sample).map(Ok)
+                    }
+                    Err(error) => Ok(Err(self.failure(&error))),
+                };
+            }
+            let sample = self.sample(&point);
+            observe(&sample)?;
+        }
+        let factor = self.problem.factor();
+        Ok(Err(self.failure(&StaticError::TooLong { factor, equilibria: MOST })))
+    }
+
+    fn newton(&self) -> vi_core::NewtonSettings {
+        let asked = self.settings.newton();
+        vi_core::NewtonSettings { max_iterations: asked.max_iterations.min(25), ..asked }
+    }
+}
+
+type Observe<'a> = dyn FnMut(&Sample) -> io::Result<()> + 'a;
+
+impl Experiment for Statics {
+    fn assembly(&self) -> &AssemblyReport {
+        &self.assembly
+    }
+
+    fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    fn beams(&self) -> &Beams {
+        &self.beams
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.assembly.warnings.iter().cloned().chain(self.limits.warnings()).collect()
+    }
+
+    fn statics(&self) -> Option<StaticFacts> {
+        Some(self.facts)
+    }
+
+    fn run(
+        &mut self,
+        observe: &mut Observe<'_>,
+        progress: &mut dyn FnMut(u64, u64),
+    ) -> io::Result<RunOutcome> {
+        let first = match self.problem.settle() {
+            Ok(point) => point,
+            Err(error) => return Ok(RunOutcome::Failed(self.failure(&error))),
+        };
+        if let Err(failure) = self.check(&first) {
+            return Ok(RunOutcome::Failed(failure));
+        }
+        self.facts.neutral = self.problem.is_neutral();
+        let sample = self.sample(&first);
+        observe(&sample)?;
+        let walked = if self.settings.arc_length {
+            self.by_arc(observe, progress)?
+        } else {
+            self.by_steps(observe, progress)?
+        };
+        Ok(match walked {
+            Ok(()) => RunOutcome::Done,
+            Err(failure) => RunOutcome::Failed(failure),
+        })
+    }
+}
+
+/// The model with loads that grow where they have no history.
+fn growing(model: &Model) -> Model {
+    let mut model = model.clone();
+    let end = model.settings.end;
+    let loads = model.loads.iter_mut().map(|load| &mut load.history);
+    let motors = model.joints.iter_mut().filter_map(|joint| joint.motor.as_mut());
+    for history in loads.chain(motors.map(|motor| &mut motor.history)) {
+        if *history == History::Constant {
+            *history = History::Linear { end };
+        }
+    }
+    model
+}

@@ -1,0 +1,232 @@
+//! From a validated model to numbers: mechanism, system, members.
+
+use crate::beams::{self, BeamParts, Beams};
+use crate::drive;
+use crate::dynamics::Dynamics;
+use crate::names::Names;
+use crate::sample::{Member, MemberKind};
+use crate::sensor::Sensors;
+use holonom_model::{Frame, Model, ModelError, Problem, StartPoints};
+use nalgebra::{Matrix3, Vector3};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use vi_beam::BeamModel;
+use vi_multibody::builder::{BodyId, BuildError, Inertia, JointId, MechanismBuilder};
+use vi_multibody::joint::FrameId;
+use vi_multibody::mechanism::{BarEnd, Mechanism};
+use vi_multibody::pair::PairKind;
+use vi_multibody::spring::SpringLaw;
+use vi_rigid::load::{Load, LoadError, LoadKind};
+
+/// The numbers of a model.
+pub struct System {
+    /// The beams, with all parts of the mechanism.
+    pub beams: Beams,
+    /// Constraints, masses, spanning tree.
+    pub mechanism: Mechanism,
+    /// What acts on it.
+    pub dynamics: Dynamics,
+    /// Members in the order of their coordinates.
+    pub members: Vec<Member>,
+    /// What is measured along a run.
+    pub sensors: Sensors,
+}
+
+/// Builds the system of a model.
+///
+/// # Errors
+/// [`ModelError`] for what only shows when numbers meet: inertias, loads.
+pub fn build(model: &Model) -> Result<System, ModelError> {
+    let planar = model.header.dimension == 2;
+    let builder = if planar { MechanismBuilder::planar() } else { MechanismBuilder::new() };
+    let mut builder = builder.gravity(model.gravity());
+    let mut names = Names {
+        model,
+        bodies: model.bodies.iter().enumerate().map(|(k, b)| (b.name.as_str(), k)).collect(),
+        particles: BTreeMap::new(),
+        frames: model.bodies.iter().map(|body| add_body(&mut builder, body)).collect(),
+        principal: Vec::new(),
+        joints: Vec::new(),
+    };
+    let mut parts = BeamModel::new(Vector3::from(model.gravity()));
+    parts.description = builder.description().map_err(refusal)?; // nodes of beams follow the bodies
+    let list = beams::add(model, &mut parts)?;
+    for body in &names.frames {
+        names.principal.push(builder.principal_axes(*body).map_err(refusal)?);
+    }
+    for node in &parts.description.bodies[model.bodies.len()..] {
+        names.frames.push(builder.frame(node.clone()));
+        names.principal.push(Matrix3::identity());
+    }
+    for p in &model.particles {
+        let (position, velocity) =
+            (holonom_model::spatial(&p.position), holonom_model::spatial(&p.velocity));
+        let particle = builder.particle(&p.name, p.mass, position, velocity);
+        names.particles.insert(&p.name, particle);
+    }
+    let start = StartPoints::new(model);
+    for joint in &model.joints {
+        names.joints.push(add_joint(&mut builder, joint, &start, &names));
+    }
+    for (body, id) in model.bodies.iter().zip(&names.frames).filter(|(body, _)| body.fixed) {
+        builder.joint(&body.name, PairKind::Fixed, FrameId::Ground, *id).at(body.position);
+    }
+    for support in &parts.description.joints {
+        builder.joint_of_sides(support.clone());
+    }
+    model.bars.iter().for_each(|bar| add_bar(&mut builder, bar, &start, &names));
+    for constraint in &model.constraints {
+        drive::add_constraint(&mut builder, constraint, &names)?;
+    }
+    model.springs.iter().for_each(|spring| add_spring(&mut builder, spring, &names));
+    for (joint, id) in model.joints.iter().zip(&names.joints) {
+        drive::add_joint_forces(&mut builder, joint, *id)?;
+    }
+    for load in &model.loads {
+        for load in loads(load, &names, &parts, &list)? {
+            builder.load_of_frame(load);
+        }
+    }
+    parts.description = builder.description().map_err(refusal)?;
+    let mut mechanism = parts.mechanism();
+    let forces = builder.forces(&mut mechanism).map_err(refusal)?;
+    let settings = &model.settings;
+    let members = members(model, &parts);
+    let parts = Arc::new(parts);
+    let (rule, quadrature) = (settings.strain.into(), settings.quadrature.into());
+    let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
+    let beams = Beams { parts, list };
+    let sensors = Sensors::new(model, &mechanism, &names.principal, &beams);
+    Ok(System { beams, mechanism, dynamics, members, sensors })
+}
+
+/// A refused part of the mechanism as an error of the model.
+fn refusal(error: BuildError) -> ModelError {
+    let (key, message, help) = match &error {
+        BuildError::Inertia { body, source } => {
+            let help = "check the unit (kg·m²) and that the moments are about the centre of mass";
+            (format!("body.{body}.inertia"), source.to_string(), Some(help.to_owned()))
+        }
+        BuildError::Rate { joint, source } => {
+            (format!("joint.{joint}.rate"), source.to_string(), Some(source.help()))
+        }
+        _ => (String::new(), error.to_string(), None),
+    };
+    let problem = Problem::new(key, message);
+    ModelError::Assembly(vec![match help {
+        Some(help) => problem.help(help),
+        None => problem,
+    }])
+}
+
+fn members(model: &Model, parts: &BeamModel) -> Vec<Member> {
+    let particle =
+        if model.header.dimension == 2 { MemberKind::Particle2 } else { MemberKind::Particle3 };
+    let bodies = parts.description.bodies.iter().map(|b| (&b.name, MemberKind::Frame));
+    let particles = model.particles.iter().map(|p| (&p.name, particle));
+    bodies.chain(particles).map(|(name, kind)| Member { name: name.clone(), kind }).collect()
+}
+
+/// Adds a body; a fixed one is at rest, and may have no mass.
+fn add_body(builder: &mut MechanismBuilder, body: &holonom_model::Body) -> BodyId {
+    let inertia = if body.fixed && body.mass() <= 0.0 {
+        Inertia::Massless
+    } else {
+        Inertia::tensor(body.mass(), body.inertia_tensor())
+    };
+    let entry = builder.body(&body.name, inertia).at(body.position).attitude(body.rotation());
+    if body.fixed {
+        return entry.id();
+    }
+    entry.velocity(body.velocity).angular_velocity(body.spatial_angular_velocity()).id()
+}
+
+fn add_joint(
+    builder: &mut MechanismBuilder,
+    joint: &holonom_model::Joint,
+    start: &StartPoints<'_>,
+    names: &Names<'_>,
+) -> JointId {
+    let kind = joint.pair();
+    let (parent, child) = (names.frame(&joint.parent), names.frame(&joint.child));
+    let [on_parent, on_child] = start.joint(joint);
+    let mut entry = builder.joint(&joint.name, kind, parent, child).anchors(on_parent, on_child);
+    if let Some(axis) = joint.axis {
+        entry = entry.axis(axis);
+    }
+    if let Some(axis) = joint.axis2 {
+        entry = entry.second_axis(axis);
+    }
+    if let Some(rate) = &joint.rate {
+        entry = entry.rates(rate.values());
+    }
+    if joint.cut {
+        entry = entry.cut();
+    }
+    entry.id()
+}
+
+fn add_bar(
+    builder: &mut MechanismBuilder,
+    bar: &holonom_model::Bar,
+    start: &StartPoints<'_>,
+    names: &Names<'_>,
+) {
+    let [from, to] = start.bar(bar);
+    let length = bar.length.unwrap_or_else(|| (to - from).norm());
+    let end = |name: &str| names.particles.get(name).copied();
+    let (other, particle) = match (end(&bar.from), end(&bar.to)) {
+        (Some(from), Some(to)) => (BarEnd::from(from), to),
+        (None, Some(to)) => (BarEnd::Ground(from), to),
+        (Some(from), None) => (BarEnd::Ground(to), from),
+        (None, None) => return, // refused by the checks of the model
+    };
+    builder.bar_of_length(&bar.name, other, particle, length);
+}
+
+fn add_spring(builder: &mut MechanismBuilder, spring: &holonom_model::Spring, names: &Names<'_>) {
+    let end = |name: &str, point: &Option<Vec<f64>>| {
+        names.point(name, holonom_model::spatial(point.as_deref().unwrap_or_default()))
+    };
+    let (from, to) = (end(&spring.from, &spring.point_from), end(&spring.to, &spring.point_to));
+    let law = match spring.law {
+        holonom_model::SpringLaw::Linear => SpringLaw::Linear,
+        holonom_model::SpringLaw::QuadraticStretch => SpringLaw::QuadraticStretch,
+    };
+    let entry = builder.spring(from, to, spring.stiffness).law(law).damping(spring.damping);
+    entry.natural_length(spring.natural_length.unwrap_or_default());
+}
+
+/// The loads of a `[[load]]`: one, or one for each node of a beam.
+fn loads(
+    load: &holonom_model::Load,
+    names: &Names<'_>,
+    parts: &BeamModel,
+    beams: &[BeamParts],
+) -> Result<Vec<Load>, ModelError> {
+    let refuse = |error: LoadError| {
+        let key = format!("load.{}", load.name);
+        ModelError::Assembly(vec![Problem::new(key, error.to_string())])
+    };
+    let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
+    let kind = match load.frame {
+        Frame::Space => LoadKind::Dead,
+        Frame::Body => LoadKind::Follower,
+    };
+    let history = load.history.time_history();
+    if let Some(beam) = &load.beam {
+        let legs = beams.iter().filter(|b| b.name == *beam).flat_map(|b| &b.legs);
+        let along = legs.map(|leg| parts.line_load(leg, kind, force, torque, &history));
+        let along: Result<Vec<_>, _> = along.collect();
+        return Ok(along.map_err(refuse)?.concat());
+    }
+    let body = load.body.as_deref().unwrap_or_default();
+    let turned = |v: Vector3<f64>| match load.frame {
+        Frame::Space => v,
+        Frame::Body => names.along_directors(body, &v),
+    };
+    let frame = names.index(body).unwrap_or_default();
+    let point = names.along_directors(body, &Vector3::from(load.point.unwrap_or_default()));
+    let made = Load::new(12 * frame, kind, turned(force), turned(torque), history);
+    Ok(vec![made.and_then(|load| load.at(point)).map_err(refuse)?])
+}

@@ -1,0 +1,197 @@
+//! The certificate of a user's model: the same promises, and a step for a wanted accuracy.
+
+pub mod page;
+pub mod subject;
+
+use self::subject::ModelSubject;
+use holonom_model::{Family, Model};
+use serde::{Deserialize, Serialize};
+use vi_constraints::SchemeKind;
+use vi_core::Composition;
+use vi_verify::certificate::{Certificate, Criterion};
+use vi_verify::certify::{Plan, certify};
+use vi_verify::convergence::{Horizon, nodes, relative_difference};
+use vi_verify::measure::applicable;
+use vi_verify::subject::{Method, Subject};
+
+/// Coordinates up to which the dense schemes are measured too.
+const DENSE_UP_TO: usize = 200;
+/// Coordinates times sub-steps that a recommendation may cost.
+const BUDGET: u64 = 20_000_000;
+/// How far the quotient of two errors may be from its nominal value, in binary digits.
+const QUOTIENT: f64 = 0.5;
+
+/// The certificate of a model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelCertificate {
+    /// The name of the model.
+    pub model: String,
+    /// Whether nothing failed.
+    pub holds: bool,
+    /// The accuracy that steps are recommended for: largest error of a coordinate, relative to the
+    /// largest coordinate.
+    pub accuracy: f64,
+    /// Recommended steps.
+    pub steps: Vec<Recommendation>,
+    /// The findings.
+    pub certificate: Certificate,
+    /// Version of this library.
+    pub version: String,
+}
+
+/// A step for an accuracy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Recommendation {
+    /// The order of the method.
+    pub order: u32,
+    /// Over what time, s.
+    pub end: f64,
+    /// Estimated error at the step of the model; `None` where none can be told.
+    pub error: Option<f64>,
+    /// The step, s; `None` where none can be told.
+    pub step: Option<f64>,
+    /// Why not, or why not to the end.
+    pub reason: String,
+}
+
+/// Measures a model; `progress` is told what comes next and what fails.
+///
+/// # Errors
+/// Why nothing can be measured, in words.
+pub fn certify_model(
+    model: &Model,
+    accuracy: f64,
+    progress: &mut dyn FnMut(&str),
+) -> Result<ModelCertificate, String> {
+    let own = match model.settings.scheme.family() {
+        Family::Variational(kind) => Method::Variational(kind),
+        Family::EnergyMomentum(form) => Method::EnergyMomentum(form),
+        Family::Static => return Err("the model asks for statics, and nothing moves".into()),
+    };
+    let subject = ModelSubject::new(model.clone());
+    let plan = plan(&subject, model, own)?;
+    let name = &model.header.name;
+    let certificate = certify(&subject, name, &plan, progress);
+    let mut steps = Vec::new();
+    let best = plan.methods.first().map_or(own, |(method, _)| *method);
+    for order in [2, 4] {
+        progress(&format!("a step for an accuracy of {accuracy:e}, order {order}"));
+        steps.push(recommend(&subject, (best, order), model, accuracy));
+    }
+    Ok(ModelCertificate {
+        model: name.clone(),
+        holds: certificate.holds(),
+        accuracy,
+        steps,
+        certificate,
+        version: env!("CARGO_PKG_VERSION").into(),
+    })
+}
+
+/// What is measured on a model: everything where it is small, the production scheme where it is not.
+fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Plan, String> {
+    let (h, steps) = (model.settings.step, model.settings.steps());
+    let n = subject.start(vi_verify::subject::Setting::new(own, 2, h))?.q().len();
+    let candidates = match n <= DENSE_UP_TO {
+        true => vec![
+            Method::NODAL,
+            Method::Variational(SchemeKind::Constrained),
+            Method::Variational(SchemeKind::Dalembert),
+            Method::Variational(SchemeKind::Reduced),
+        ],
+        false => vec![Method::NODAL],
+    };
+    let mut methods = applicable(subject, &candidates, h);
+    if !methods.contains(&own) {
+        methods.push(own);
+    }
+    let composed = vec![2, 4, model.settings.order];
+    let orders = |k: usize, method: Method| match (k, method) {
+        (0, Method::Variational(_)) => {
+            let mut orders = composed.clone();
+            orders.sort_unstable();
+            orders.dedup();
+            orders
+        }
+        _ => vec![2],
+    };
+    let methods = methods.into_iter().enumerate().map(|(k, m)| (m, orders(k, m))).collect();
+    let coarse = 8.0 * h; // of the coarsest run; 64 h in all
+    let finest = if n <= DENSE_UP_TO { 1024 } else { 256 };
+    let long = (2_000_000 / n.max(1) as u64).clamp(2048, 20_000);
+    Ok(Plan {
+        methods,
+        horizon: Horizon { end: 8.0 * coarse, coarsest: 8, finest },
+        step: h,
+        long: long.max(steps.min(20_000)),
+        short: 2048,
+        few: steps.clamp(1, 64),
+        criteria: Criterion::ALL.to_vec(),
+    })
+}
+
+/// The step for an accuracy, from the errors at the step of the model and half of it.
+fn recommend(
+    subject: &ModelSubject,
+    (method, order): (Method, u32),
+    model: &Model,
+    accuracy: f64,
+) -> Recommendation {
+    let h = model.settings.step;
+    let lanes = Composition::of_order(order).map_or(1, |c| c.gammas().len() as u64);
+    let size =
+        subject.start(vi_verify::subject::Setting::new(method, 2, h)).map_or(1, |m| m.q().len());
+    let affordable = BUDGET / (7 * lanes * size.max(1) as u64);
+    let wanted = model.settings.steps().max(4);
+    let mut steps = wanted.min(affordable.max(64)) / 4 * 4;
+    let mut reason = match steps < wanted / 4 * 4 {
+        true => "longer runs were not tried".to_owned(),
+        false => String::new(),
+    };
+    loop {
+        let end = steps as f64 * h;
+        let mut found =
+            Recommendation { order, end, error: None, step: None, reason: reason.clone() };
+        match error_at((subject, method, order), end, steps) {
+            Err(refused) => {
+                found.reason = refused;
+                return found;
+            }
+            Ok(Some(error)) => {
+                found.error = Some(error);
+                found.step = Some(h * (accuracy / error).powf(1.0 / f64::from(order)));
+                return found;
+            }
+            Ok(None) if steps >= 64 => {
+                reason =
+                    "beyond that the error follows no power of the step: chaotic, or too coarse"
+                        .into();
+                steps = steps / 16 * 4;
+            }
+            Ok(None) => {
+                found.reason =
+                    "the error follows no power of the step: chaotic, rough, or too coarse".into();
+                return found;
+            }
+        }
+    }
+}
+
+/// Estimated relative error of `steps` steps; `None` where three runs do not show the order.
+fn error_at(
+    (subject, method, order): (&ModelSubject, Method, u32),
+    end: f64,
+    steps: u64,
+) -> Result<Option<f64>, String> {
+    let steps = u32::try_from(steps).map_err(|_| "too many steps".to_owned())?;
+    let run = |factor: u32| nodes(subject, (method, order), end, factor * steps);
+    let runs = [run(1)?, run(2)?, run(4)?];
+    let [coarse, fine] = [0, 1].map(|k| relative_difference(&runs[k], &runs[k + 1]));
+    let nominal = f64::from(order);
+    let (quotient, gain) = ((coarse / fine).log2(), 2_f64.powf(nominal));
+    if coarse < 1e-11 {
+        return Ok(Some(coarse.max(f64::EPSILON))); // round-off: any accuracy asked for is met
+    }
+    let follows = (quotient - nominal).abs() <= QUOTIENT || fine < 1e-11;
+    Ok(follows.then_some(coarse * gain / (gain - 1.0)))
+}

@@ -1,0 +1,143 @@
+//! `certificate.html`: one file, nothing loaded from elsewhere.
+
+use super::{ModelCertificate, Recommendation};
+use holonom_report::page::{escape, foot, head, inline};
+use holonom_report::{Axis, Chart, Curve};
+use std::fmt::Write;
+use vi_verify::certificate::{Study, Verdict};
+use vi_verify::convergence::Quantity;
+use vi_verify::subject::Method;
+use vi_verify::table::{Cell, Table, remarks, tables};
+
+/// The verdict in a sentence.
+#[must_use]
+pub fn verdict(of: &ModelCertificate) -> String {
+    let count = |verdict| of.certificate.count(verdict);
+    let words = if of.holds { "every promise that can be told holds" } else { "a promise fails" };
+    format!(
+        "{words}: {} pass, {} known, {} open, {} fail",
+        count(Verdict::Pass),
+        count(Verdict::Known),
+        count(Verdict::Open),
+        count(Verdict::Fail)
+    )
+}
+
+/// A recommendation in a sentence.
+#[must_use]
+pub fn sentence(of: &Recommendation, accuracy: f64) -> String {
+    let Recommendation { order, end, error, step, reason } = of;
+    let why = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
+    match (step, error) {
+        (Some(step), Some(error)) => format!(
+            "order {order}: a step of {step:.2e} s keeps {accuracy:e} up to t = {end} s; the step of the \
+             model is off by {error:.1e}{why}"
+        ),
+        _ => format!("order {order}: no step can be told{why}"),
+    }
+}
+
+/// The page.
+///
+/// # Errors
+/// What the drawing library says.
+pub fn page(of: &ModelCertificate) -> Result<String, String> {
+    let title = format!("Certificate of {}", of.model);
+    let mut html = head(&title);
+    let _ = write!(
+        html,
+        "<h1>{}</h1>\n<p class=\"counts\">Numbers in parentheses are equations of Leyendecker, Marsden \
+         &amp; Ortiz 2008. A dash: not promised here, or not to be told; the remarks say why.</p>\n",
+        escape(&title)
+    );
+    let class = if of.holds { "counts" } else { "failed" };
+    let _ = writeln!(html, "<p class=\"{class}\">{}</p>", escape(&verdict(of)));
+    html.push_str("<h2>A step for your accuracy</h2>\n<ul>\n");
+    for step in &of.steps {
+        let _ = writeln!(html, "<li>{}</li>", escape(&sentence(step, of.accuracy)));
+    }
+    html.push_str("</ul>\n<h2>Plots</h2>\n");
+    for chart in charts(of) {
+        let _ = writeln!(html, "<figure>\n{}</figure>", inline(&chart.svg()?, &chart.title));
+    }
+    for table in tables(&of.certificate) {
+        push_table(&mut html, &table);
+    }
+    let remarks = remarks(&of.certificate);
+    if !remarks.is_empty() {
+        html.push_str("<h2>Remarks</h2>\n<ul>\n");
+        for remark in &remarks {
+            let _ = writeln!(html, "<li>{}</li>", escape(remark));
+        }
+        html.push_str("</ul>\n");
+    }
+    foot(&mut html, &of.version);
+    Ok(html)
+}
+
+fn push_table(html: &mut String, table: &Table) {
+    let _ = writeln!(
+        html,
+        "<h2>{}</h2>\n<div class=\"scroll\"><table class=\"grid\">",
+        escape(&table.title)
+    );
+    html.push_str("<tr>");
+    for name in &table.header {
+        let _ = write!(html, "<th>{}</th>", escape(name));
+    }
+    html.push_str("</tr>\n");
+    for (name, cells) in &table.rows {
+        let _ = write!(html, "<tr><th>{}</th>", escape(name));
+        for Cell { text, verdict } in cells {
+            let (class, mark) = match verdict {
+                Some(Verdict::Fail) => (" class=\"bad\"", " FAIL"),
+                Some(Verdict::Known) => ("", " (known)"),
+                _ => ("", ""),
+            };
+            let _ = write!(html, "<td{class}>{}{mark}</td>", escape(text));
+        }
+        html.push_str("</tr>\n");
+    }
+    html.push_str("</table></div>\n");
+}
+
+fn charts(of: &ModelCertificate) -> Vec<Chart> {
+    let mut charts = Vec::new();
+    for quantity in [Quantity::Position, Quantity::Momentum] {
+        let title = format!("Error of {}", quantity.name(Method::NODAL));
+        let curves = of.certificate.studies.iter().filter_map(|s| error_curve(s, quantity));
+        let y = Axis::logarithmic("largest relative error", "");
+        charts.push(chart(&title, Axis::logarithmic("step", "s"), y, curves.collect(), true));
+    }
+    let numbers = of.certificate.conditioning.iter().map(|(method, c)| Curve {
+        name: method.name().into(),
+        points: c.numbers.iter().map(|n| (n.0, n.2)).collect(),
+    });
+    let y = Axis::logarithmic("κ of the Newton matrix", "");
+    let x = Axis::logarithmic("step", "s");
+    charts.push(chart("Condition numbers", x, y, numbers.collect(), true));
+    let (energy, momentum): (Vec<_>, Vec<_>) =
+        of.certificate.histories.iter().partition(|h| h.name.ends_with("energy"));
+    let curves = |of: Vec<&vi_verify::certificate::History>| -> Vec<Curve> {
+        of.into_iter().map(|h| Curve { name: h.name.clone(), points: h.points.clone() }).collect()
+    };
+    let y = Axis::linear("energy error", "J");
+    charts.push(chart("Energy of the long run", Axis::time(), y, curves(energy), false));
+    let y = Axis::linear("relative change", "");
+    let title = "Momentum maps that are kept, in the long run";
+    charts.push(chart(title, Axis::time(), y, curves(momentum), false));
+    charts.retain(|chart| chart.curves.iter().any(|curve| curve.points.len() > 1));
+    charts
+}
+
+fn chart(title: &str, x: Axis, y: Axis, curves: Vec<Curve>, marks: bool) -> Chart {
+    Chart { title: title.to_owned(), x, y, marks, curves }
+}
+
+fn error_curve(study: &Study, quantity: Quantity) -> Option<Curve> {
+    let curve = study.curves.iter().find(|c| c.quantity == quantity)?;
+    Some(Curve {
+        name: format!("{} {}", study.method.name(), study.order),
+        points: curve.errors.iter().map(|e| (e.step, e.error)).collect(),
+    })
+}

@@ -1,0 +1,85 @@
+//! A model file as a [`Subject`].
+
+use holonom_model::{Model, ModelError, Settings};
+use holonom_sim::system::{self, System};
+use vi_constraints::{Options, SchemeKind};
+use vi_core::Composition;
+use vi_emscheme::EmOptions;
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+use vi_verify::em_running::EmRunning;
+use vi_verify::running::Running;
+use vi_verify::subject::{Initial, Method, Motion, Setting, Subject};
+
+/// A model whose method and step are chosen by the measurements.
+pub struct ModelSubject {
+    model: Model,
+}
+
+impl ModelSubject {
+    /// Of a validated model.
+    #[must_use]
+    pub fn new(model: Model) -> Self {
+        Self { model }
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    fn build(&self) -> Result<(System, &Settings), String> {
+        let built = system::build(&self.model).map_err(|e: ModelError| e.to_string())?;
+        Ok((built, &self.model.settings))
+    }
+
+    /// Its integrator by a variational scheme, from its own initial values or others.
+    ///
+    /// # Errors
+    /// Why the scheme does not apply, in words.
+    pub fn integrator(
+        &self,
+        kind: SchemeKind,
+        setting: Setting,
+        at: Option<Initial<'_>>,
+    ) -> Result<MechanismIntegrator, String> {
+        let (System { mechanism, dynamics, .. }, settings) = self.build()?;
+        let own = mechanism.start();
+        let (q, v) = at.unwrap_or((&own.0, &own.1));
+        let mut options = Options::new(kind, setting.step);
+        options.gammas = Composition::of_order(setting.order).unwrap_or_default().gammas();
+        options.newton = settings.newton();
+        let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
+        let at = (0.0, q, v);
+        let system = dynamics.variational(&mechanism);
+        integrator(mechanism, system, options, solver, at).map_err(|e| e.to_string())
+    }
+}
+
+impl Subject for ModelSubject {
+    fn start_from(
+        &self,
+        setting: Setting,
+        at: Option<Initial<'_>>,
+    ) -> Result<Box<dyn Motion>, String> {
+        match setting.method {
+            Method::Variational(kind) => {
+                Ok(Box::new(Running::new(self.integrator(kind, setting, at)?)))
+            }
+            Method::EnergyMomentum(form) => {
+                let (System { mechanism, dynamics, .. }, settings) = self.build()?;
+                let own = mechanism.start();
+                let (q, v) = at.unwrap_or((&own.0, &own.1));
+                let mut options = EmOptions::new(form, setting.step);
+                options.composition = Composition::of_order(setting.order).unwrap_or_default();
+                options.newton = settings.newton();
+                options.solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
+                let (system, at) = (dynamics.energy_momentum(&mechanism), (0.0, q, v));
+                let forces = dynamics.variational(&mechanism); // to evaluate the equations of motion
+                let run = vi_emscheme::run::integrator_at(system, mechanism, options, at)
+                    .map_err(|e| e.to_string())?;
+                Ok(Box::new(EmRunning::new(run, forces)))
+            }
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! Studies of a model.
+//!
+//! | module | concept |
+//! |---|---|
+//! | [`compare`] | variational and energy–momentum schemes side by side |
+//! | [`certificate`] | verified properties of the schemes on a model, and a recommended step |
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod certificate;
+pub mod compare;

@@ -1,0 +1,342 @@
+//! Convergence studies: errors of `q`, `p` and `λ` at shrinking steps against a reference.
+//!
+//! Errors are largest deviations over four nodes of the run, relative to the largest entry of the
+//! quantity there. The reference is the exact motion where the subject knows it, else a fine run of
+//! order 8, else (with dampers, which do not compose) an extrapolation of runs of order 2 in even
+//! powers of `h`. Its uncertainty is what the last refinement changed.
+
+use super::order::{CLEAR, ErrorAt, NoOrder, ObservedOrder, Scale, observed_order};
+use super::subject::{Method, Setting, Subject, Values};
+use serde::{Deserialize, Serialize};
+use vi_constraints::SchemeKind;
+use vi_core::linear::norm_inf;
+
+/// Nodes of a run at which errors are taken.
+const SAMPLES: u32 = 4;
+
+/// How far, and from how coarse a step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Horizon {
+    /// End of the runs, s.
+    pub end: f64,
+    /// Steps of the coarsest run, a multiple of 8.
+    pub coarsest: u32,
+    /// Steps of the finest run at most.
+    pub finest: u32,
+}
+
+/// What converges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Quantity {
+    /// `q_n`.
+    #[serde(rename = "q")]
+    Position,
+    /// `ᵠp_n`.
+    #[serde(rename = "p_projected")]
+    Momentum,
+    /// `p_n` of (34).
+    #[serde(rename = "p_constrained")]
+    ConstrainedMomentum,
+    /// `λ_n` of (36).
+    #[serde(rename = "lambda")]
+    Multiplier,
+    /// `λ` of the acceleration level, or of a single energy–momentum step.
+    #[serde(rename = "lambda_other")]
+    OtherMultiplier,
+    /// `λ_0` of (47).
+    #[serde(rename = "lambda_0")]
+    StartMultiplier,
+}
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Position,
+        Self::Momentum,
+        Self::ConstrainedMomentum,
+        Self::Multiplier,
+        Self::OtherMultiplier,
+        Self::StartMultiplier,
+    ];
+
+    /// As it is written for a method.
+    #[must_use]
+    pub fn name(self, method: Method) -> &'static str {
+        let variational = matches!(method, Method::Variational(_));
+        match self {
+            Self::Position => "q",
+            Self::Momentum if variational => "p (projected, 40)",
+            Self::Momentum => "p = M v",
+            Self::ConstrainedMomentum => "p (constrained, 34)",
+            Self::Multiplier if variational => "λ (36)",
+            Self::Multiplier => "λ, mean of two steps",
+            Self::OtherMultiplier if variational => "λ (acceleration level)",
+            Self::OtherMultiplier => "λ of a single step",
+            Self::StartMultiplier if variational => "λ_0 (47)",
+            Self::StartMultiplier => "λ at the start",
+        }
+    }
+
+    /// Its value in a run, of which `start` is the first node.
+    fn of<'a>(self, start: &'a Values, at: &'a Values) -> Option<&'a [f64]> {
+        match self {
+            Self::Position => Some(&at.q),
+            Self::Momentum => Some(&at.p),
+            Self::ConstrainedMomentum => at.p_constrained.as_deref(),
+            Self::Multiplier => at.lambda.as_deref(),
+            Self::OtherMultiplier => at.lambda_other.as_deref(),
+            Self::StartMultiplier => start.lambda.as_deref(),
+        }
+    }
+
+    /// Its value in the reference: there is one momentum and one multiplier in the exact motion.
+    fn exact<'a>(self, start: &'a Values, at: &'a Values) -> Option<&'a [f64]> {
+        match self {
+            Self::Position => Some(&at.q),
+            Self::Momentum | Self::ConstrainedMomentum => Some(&at.p),
+            Self::Multiplier | Self::OtherMultiplier => at.lambda_other.as_deref(),
+            Self::StartMultiplier => start.lambda_other.as_deref(),
+        }
+    }
+}
+
+/// The motion that errors are measured against.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// The start and the nodes at quarters of the run.
+    nodes: Vec<Values>,
+    /// Uncertainty of `q`, `p`, `λ`, relative.
+    uncertainty: [f64; 3],
+    /// What it is, in words.
+    pub origin: String,
+}
+
+/// Errors of one quantity at shrinking steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Convergence {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Relative errors, the coarsest step first.
+    pub errors: Vec<ErrorAt>,
+    /// The order over four halvings, or why none can be read.
+    pub observed: Result<ObservedOrder, NoOrder>,
+    /// The floor that errors were read above.
+    pub floor: f64,
+}
+
+/// The start and the nodes at quarters of a run of `steps` steps.
+///
+/// # Errors
+/// Why the method does not apply or fails, in words.
+pub fn nodes(
+    subject: &dyn Subject,
+    (method, order): (Method, u32),
+    end: f64,
+    steps: u32,
+) -> Result<Vec<Values>, String> {
+    let mut motion = subject.start(Setting::new(method, order, end / f64::from(steps)))?;
+    let mut nodes = vec![motion.values()?];
+    for k in 1..=steps {
+        motion.step()?;
+        if k.is_multiple_of(steps / SAMPLES) {
+            nodes.push(motion.values()?);
+        }
+    }
+    Ok(nodes)
+}
+
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    norm_inf(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>())
+}
+
+/// Largest of `values`; NaN stays.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    norm_inf(&values.collect::<Vec<f64>>())
+}
+
+/// Largest relative error of a quantity; `None` where the run or the reference does not have it, or
+/// where it is zero throughout.
+fn relative_error(quantity: Quantity, run: &[Values], reference: &[Values]) -> Option<f64> {
+    let (start, exact_start) = (&run[0], &reference[0]);
+    let (mut errors, mut sizes) = (Vec::new(), Vec::new());
+    for (at, exact) in run.iter().zip(reference).skip(1) {
+        let (found, exact) = (quantity.of(start, at)?, quantity.exact(exact_start, exact)?);
+        errors.push(largest_difference(found, exact));
+        sizes.push(norm_inf(exact));
+    }
+    let size = largest(sizes.into_iter());
+    (size > 1e-12).then(|| largest(errors.into_iter()) / size)
+}
+
+/// Largest difference of `q` between two runs, relative to the largest coordinate.
+pub fn relative_difference(run: &[Values], other: &[Values]) -> f64 {
+    relative_error(Quantity::Position, run, other).unwrap_or(0.0)
+}
+
+/// The schemes that a reference may be computed by, the best first.
+const BY: [Method; 2] = [Method::NODAL, Method::Variational(SchemeKind::Constrained)];
+
+impl Reference {
+    /// The exact motion, or a fine one.
+    ///
+    /// # Errors
+    /// Why no method reaches the end, in words.
+    pub fn find(subject: &dyn Subject, horizon: Horizon) -> Result<Self, String> {
+        let t = |k: u32| horizon.end * f64::from(k) / f64::from(SAMPLES);
+        if let Some(nodes) = (0..=SAMPLES).map(|k| subject.exact(t(k))).collect() {
+            let origin = "exact motion".into();
+            return Ok(Self { nodes, uncertainty: [1e-15; 3], origin });
+        }
+        let mut refused = String::new();
+        for method in BY {
+            match Self::composed(subject, method, horizon) {
+                Ok(reference) => return Ok(reference),
+                Err(error) => refused = error,
+            }
+        }
+        for method in BY {
+            match Self::extrapolated(subject, method, horizon) {
+                Ok(reference) => return Ok(reference),
+                Err(error) => refused = error,
+            }
+        }
+        Err(refused)
+    }
+
+    /// By order 8, refined until round-off stops it.
+    fn composed(subject: &dyn Subject, method: Method, horizon: Horizon) -> Result<Self, String> {
+        let run = |steps| nodes(subject, (method, 8), horizon.end, steps);
+        let mut steps = 2 * horizon.coarsest;
+        let mut coarse = run(steps);
+        while coarse.is_err() && 4 * steps <= horizon.finest {
+            steps *= 2; // too coarse a step may fail
+            coarse = run(steps);
+        }
+        let (mut coarse, mut last) = (coarse?, f64::INFINITY);
+        loop {
+            steps *= 2;
+            let fine = run(steps)?;
+            let change = uncertainty(&coarse, &fine);
+            let worst = norm_inf(&change);
+            if worst < 1e-13 || worst > 0.25 * last || 2 * steps > horizon.finest {
+                let origin = format!("{}, order 8, {steps} steps", method.name());
+                return Ok(Self { nodes: fine, uncertainty: change, origin });
+            }
+            (coarse, last) = (fine, worst);
+        }
+    }
+
+    /// By order 2, extrapolated to `h = 0` in powers of `h²`.
+    fn extrapolated(
+        subject: &dyn Subject,
+        method: Method,
+        horizon: Horizon,
+    ) -> Result<Self, String> {
+        const LEVELS: i32 = 5;
+        let coarsest = (horizon.finest >> (LEVELS - 1)).max(horizon.coarsest) / 8 * 8;
+        let mut rows: Vec<Vec<Values>> = Vec::new(); // of the last refinement, by power
+        let mut change = [f64::INFINITY; 3];
+        for level in 0..LEVELS {
+            let steps = coarsest << level;
+            let mut row = vec![nodes(subject, (method, 2), horizon.end, steps)?];
+            for (power, coarse) in (1..).zip(&rows) {
+                let factor = 1.0 / (4_f64.powi(power) - 1.0);
+                let fine = row.last().expect("begun with the run itself");
+                let next: Vec<Values> =
+                    fine.iter().zip(coarse).map(|(f, c)| extrapolate(f, c, factor)).collect();
+                row.push(next);
+            }
+            if let [.., a, b] = &row[..] {
+                change = uncertainty(a, b);
+            }
+            rows = row;
+        }
+        let nodes = rows.pop().ok_or("no run")?;
+        let steps = coarsest << (LEVELS - 1);
+        let origin = format!("{}, order 2 extrapolated, to {steps} steps", method.name());
+        Ok(Self { nodes, uncertainty: change, origin })
+    }
+
+    fn floor(&self, quantity: Quantity) -> f64 {
+        let [q, p, lambda] = self.uncertainty;
+        let uncertainty = match quantity {
+            Quantity::Position => q,
+            Quantity::Momentum | Quantity::ConstrainedMomentum => p,
+            _ => lambda,
+        };
+        uncertainty.max(1e-14)
+    }
+}
+
+/// `f + factor (f − c)`, for every quantity.
+fn extrapolate(fine: &Values, coarse: &Values, factor: f64) -> Values {
+    let mix = |f: &[f64], c: &[f64]| -> Vec<f64> {
+        f.iter().zip(c).map(|(f, c)| f + factor * (f - c)).collect()
+    };
+    let both = |f: &Option<Vec<f64>>, c: &Option<Vec<f64>>| Some(mix(f.as_ref()?, c.as_ref()?));
+    Values {
+        q: mix(&fine.q, &coarse.q),
+        p: mix(&fine.p, &coarse.p),
+        lambda_other: both(&fine.lambda_other, &coarse.lambda_other),
+        ..Values::default()
+    }
+}
+
+/// Relative changes of `q`, `p`, `λ` from one run to the next.
+fn uncertainty(coarse: &[Values], fine: &[Values]) -> [f64; 3] {
+    [Quantity::Position, Quantity::Momentum, Quantity::OtherMultiplier]
+        .map(|quantity| relative_error(quantity, coarse, fine).unwrap_or(0.0))
+}
+
+/// Errors of a method at shrinking steps, for every quantity that it has.
+///
+/// Runs that fail (steps too coarse) are left out. Orders above 2 are refined by a factor of `√2` on
+/// average: little lies between their coarse end and round-off.
+///
+/// # Errors
+/// Why the method does not apply, or why no run reached the end, in words.
+pub fn study(
+    subject: &dyn Subject,
+    (method, order): (Method, u32),
+    horizon: Horizon,
+    reference: &Reference,
+) -> Result<Vec<Convergence>, String> {
+    let mut errors = vec![Vec::new(); Quantity::ALL.len()];
+    let mut refused = "no run was made".to_owned();
+    let (mut steps, mut halves) = (horizon.coarsest, 0);
+    while steps <= horizon.finest {
+        match nodes(subject, (method, order), horizon.end, steps) {
+            Err(error) => refused = error,
+            Ok(run) => {
+                let step = horizon.end / f64::from(steps);
+                for (quantity, errors) in Quantity::ALL.into_iter().zip(&mut errors) {
+                    let error = relative_error(quantity, &run, &reference.nodes);
+                    errors.extend(error.map(|error| ErrorAt { step, error }));
+                }
+            }
+        }
+        if at_round_off(&errors[0], reference.floor(Quantity::Position)) {
+            break;
+        }
+        halves += 1;
+        steps = match (order, halves % 2) {
+            (2, _) => 2 * steps,
+            (_, 1) => steps / 2 * 3,
+            _ => steps / 3 * 4,
+        };
+    }
+    if errors[0].is_empty() {
+        return Err(refused);
+    }
+    let judged = |(quantity, errors): (Quantity, Vec<ErrorAt>)| {
+        let floor = reference.floor(quantity);
+        let observed = observed_order(&errors, Scale { size: 1.0, floor });
+        (!errors.is_empty()).then_some(Convergence { quantity, errors, observed, floor })
+    };
+    Ok(Quantity::ALL.into_iter().zip(errors).filter_map(judged).collect())
+}
+
+/// Whether refining further shows nothing more: two errors in a row are not clearly above the floor.
+fn at_round_off(errors: &[ErrorAt], floor: f64) -> bool {
+    matches!(errors, [.., a, b] if a.error <= CLEAR * floor && b.error <= CLEAR * floor)
+}

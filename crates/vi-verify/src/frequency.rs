@@ -1,0 +1,65 @@
+//! The fastest motion about a node, and what a step makes of it.
+//!
+//! ```text
+//! K = Pᵀ (∇²V + Σ λ_i D²g_i) P,    M = Pᵀ M P,    ω_max² = max |eig(M⁻¹ K)|
+//! ∇²V = −(D_1D_1 + D_2D_2 + D_1D_2 + D_2D_1) L_d(q, q) / h
+//! ```
+//! The multipliers carry the centrifugal stiffness: a free body that spins at `ω` has `ω_max ≈ ω`. What variational schemes
+//! promise of the energy holds for `h ω_max ≲ 1` (Hairer, Lubich & Wanner, Geometric Numerical Integration, ch. XIII).
+#![allow(non_snake_case)] // G, K, M, P
+
+use nalgebra::DMatrix;
+use vi_constraints::Constraints;
+use vi_constraints::null_space::NullSpaceQr;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_core::{DiscreteLagrangian, Entries, Interval, SparseMatrix};
+
+/// `h ω_max` above which the fastest motion is not resolved.
+pub const RESOLVED: f64 = 1.0;
+
+/// `ω_max` at `(t, q)` with the multipliers `λ` (shape `m`), rad/s; `None` where `Pᵀ M P` is not positive definite. Dense.
+#[must_use]
+pub fn frequency(
+    system: &impl DiscreteLagrangian,
+    constraints: &impl Constraints,
+    rows: &IndependentRows,
+    ((t, q), lambda): ((f64, &[f64]), &[f64]),
+) -> Option<f64> {
+    let (n, m) = (constraints.dim(), constraints.len());
+    let P = null_space(constraints, rows, (t, q));
+    let mut s = Interval::new(n);
+    s.open(t, 1.0, q);
+    let square = |emit: &dyn Fn(&mut dyn Entries)| SparseMatrix::assemble(n, n, |out| emit(out));
+    let mixed = square(&|out| system.d2_d1(&s, out)).to_dense();
+    let mut K = -(square(&|out| system.d1_d1(&s, out)).to_dense()
+        + square(&|out| system.d2_d2(&s, out)).to_dense()
+        + &mixed
+        + mixed.transpose());
+    if m > 0 {
+        K += square(&|out| constraints.weighted_hessian(t, q, lambda, 1.0, out)).to_dense();
+    }
+    let (K, M) = (P.tr_mul(&(K * &P)), P.tr_mul(&(system.mass().to_dense() * &P)));
+    let L = M.cholesky()?.unpack();
+    let half = L.solve_lower_triangular(&K)?;
+    let whole = L.solve_lower_triangular(&half.transpose())?;
+    let symmetric = 0.5 * (&whole + whole.transpose());
+    let largest = symmetric.symmetric_eigenvalues().amax();
+    largest.is_finite().then(|| largest.sqrt())
+}
+
+fn null_space(
+    constraints: &impl Constraints,
+    rows: &IndependentRows,
+    (t, q): (f64, &[f64]),
+) -> DMatrix<f64> {
+    let (n, m) = (constraints.dim(), constraints.len());
+    let mut P = DMatrix::identity(n, n - rows.len());
+    if m > 0 {
+        let mut G = DMatrix::zeros(m, n);
+        constraints.jacobian(t, q, &mut G);
+        let mut qr = NullSpaceQr::new(n, m);
+        qr.factorize(&G);
+        qr.null_space(rows.len(), &mut P);
+    }
+    P
+}

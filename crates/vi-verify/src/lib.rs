@@ -1,0 +1,41 @@
+//! Evidence: what a scheme promises, measured on a system and judged.
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`fit`] | power laws by least squares |
+//! | [`order`] | the observed order of convergence, or why none can be read |
+//! | [`trend`] | band and trend of a bounded quantity (energy) |
+//! | [`growth`] | how an error grows with the number of steps (momentum maps) |
+//! | [`subject`] | what is verified: a system that can be set in motion by any method |
+//! | [`running`], [`em_running`] | integrators as motions |
+//! | [`equations`], [`output`] | the equations of motion, and what an integrator reports against them |
+//! | [`frequency`] | the fastest motion, `h ω_max` |
+//! | [`symplectic`] | the symplectic form along real steps |
+//! | [`convergence`] | errors of `q`, `p`, `λ` at shrinking steps |
+//! | [`measure`] | what is kept, reversal, symplecticity, conditioning, agreement |
+//! | [`certify`], [`judge`], [`certificate`] | everything measured and judged |
+//! | [`table`] | its findings as tables |
+//!
+//! Every statistic refuses with a reason where the numbers do not carry it.
+
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+
+pub mod certificate;
+pub mod certify;
+pub mod convergence;
+pub mod em_running;
+pub mod equations;
+pub mod fit;
+pub mod frequency;
+pub mod growth;
+mod horizons;
+pub mod judge;
+pub mod measure;
+pub mod order;
+pub mod output;
+pub mod running;
+pub mod subject;
+pub mod symplectic;
+pub mod table;
+pub mod trend;
