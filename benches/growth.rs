@@ -7,17 +7,17 @@
 #![allow(clippy::unwrap_used, missing_docs)] // a bench; criterion's macro makes public items
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use nalgebra::Vector3;
+use holonom::nalgebra::Vector3;
+use holonom::vi_beam::model::{BeamModel, StrainRule};
+use holonom::vi_beam::{FrameRule, Mesh, Section};
+use holonom::vi_constraints::{Options, SchemeKind};
+use holonom::vi_multibody::builder::{BodyId, Inertia, MechanismBuilder};
+use holonom::vi_multibody::coordinate::JointCoordinate;
+use holonom::vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+use holonom::vi_multibody::scalar_constraint::ScalarConstraint;
+use holonom::vi_multibody::{FrameId, PairKind};
+use holonom::vi_rigid::Shape;
 use std::time::{Duration, Instant};
-use vi_beam::model::{BeamModel, StrainRule};
-use vi_beam::{FrameRule, Mesh, Section};
-use vi_constraints::{Options, SchemeKind};
-use vi_multibody::builder::{BodyId, Inertia, MechanismBuilder};
-use vi_multibody::coordinate::JointCoordinate;
-use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
-use vi_multibody::scalar_constraint::ScalarConstraint;
-use vi_multibody::{FrameId, PairKind};
-use vi_rigid::Shape;
 
 const TURN: u64 = 64;
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];

@@ -1,7 +1,7 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
 use std::process::ExitCode;
-use xtask::{compare, figures, verify};
+use xtask::{compare, figures, notation, verify};
 
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE] [--from FILE] [--age]
@@ -11,6 +11,9 @@ cargo xtask verify [--quick] [--only NAME] [--json FILE] [--from FILE] [--age]
 cargo xtask compare [--quick [--only MODEL]]
                        variational and energy–momentum schemes on five models, into COMPARISON.md;
                        quick: a tenth of the steps, printed only
+cargo xtask notation [--check]
+                       renews the files and lines of all symbols and equations in NOTATION.md; check: fails
+                       where they are out of date
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
@@ -32,6 +35,15 @@ fn main() -> ExitCode {
                 ExitCode::FAILURE
             }
         },
+        ["notation", options @ ..] if options.iter().all(|o| *o == "--check") => {
+            match notation::run(!options.is_empty()) {
+                Ok(()) => ExitCode::SUCCESS,
+                Err(message) => {
+                    eprintln!("notation: {message}");
+                    ExitCode::FAILURE
+                }
+            }
+        }
         ["figures"] => match figures::run() {
             Ok(()) => ExitCode::SUCCESS,
             Err(message) => {

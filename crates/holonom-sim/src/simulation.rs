@@ -14,7 +14,7 @@ use crate::beams::Beams;
 use crate::dynamics::Dynamics;
 use crate::experiment::Experiment;
 use crate::limits::LimitWatch;
-use crate::method::{EnergyMomentum, Method, Reading, Variational};
+use crate::method::{Method, Reading, Running};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::{Sensors, View};
 use crate::system::{self, System};
@@ -167,6 +167,60 @@ impl Simulation {
         self.method.condition()
     }
 
+    /// The recorded nodes to the end of the run, one after the other; a failure is the last item.
+    ///
+    /// ```
+    /// # use holonom_model::Model;
+    /// # use holonom_sim::simulation::Simulation;
+    /// # let text = r#"
+    /// #     model = { name = "pendulum", dimension = 2, gravity = [0.0, -9.81] }
+    /// #     particle = [{ name = "bob", mass = 1.0, position = [1.0, 0.0] }]
+    /// #     bar = [{ name = "rod", from = "ground", to = "bob" }]
+    /// #     simulation = { step = 0.01, end = 1.0 }
+    /// # "#;
+    /// let mut simulation = Simulation::new(&Model::from_toml(text)?)?;
+    /// let heights: Result<Vec<f64>, _> = simulation.samples().map(|s| Ok(s?.q[1])).collect();
+    /// # let heights = heights.map_err(|failure: holonom_sim::simulation::RunFailure| failure.message)?;
+    /// assert_eq!(heights.len(), 101);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn samples(&mut self) -> impl Iterator<Item = Result<Sample, RunFailure>> + '_ {
+        self.samples_with(|_, _| {})
+    }
+
+    /// The same; `progress(step, of)` is called now and then.
+    fn samples_with<'a>(
+        &'a mut self,
+        mut progress: impl FnMut(u64, u64) + 'a,
+    ) -> impl Iterator<Item = Result<Sample, RunFailure>> + 'a {
+        let steps = self.settings.steps();
+        let mut iterations = 0.0; // of the step that led to the present node
+        let mut failure = None;
+        let mut done = false;
+        self.sensors.follow(self.method.place().2);
+        std::iter::from_fn(move || {
+            while !done && failure.is_none() {
+                let n = self.method.place().0;
+                if n.is_multiple_of(256) || n == steps {
+                    progress(n, steps);
+                }
+                if n == steps {
+                    done = true;
+                    let multipliers = self.sensors.need_multipliers();
+                    return Some(self.read(iterations, |method| method.last(multipliers)));
+                }
+                let recorded = n.is_multiple_of(self.settings.every);
+                let (sample, taken) = self.advance(recorded, &mut iterations);
+                failure = taken.err();
+                if let Some(sample) = sample {
+                    return Some(Ok(sample));
+                }
+            }
+            done = true;
+            failure.take().map(Err)
+        })
+    }
+
     /// Runs to the end; `observe` gets each recorded node and may stop the run by an error;
     /// `progress(step, of)` is called now and then.
     ///
@@ -177,32 +231,12 @@ impl Simulation {
         observe: &mut dyn FnMut(&Sample) -> Result<(), E>,
         progress: &mut dyn FnMut(u64, u64),
     ) -> Result<RunOutcome, E> {
-        let steps = self.settings.steps();
-        let mut iterations = 0.0; // of the step that led to the present node
-        self.sensors.follow(self.method.place().2);
-        for n in 0..steps {
-            if n.is_multiple_of(256) {
-                progress(n, steps);
-            }
-            let recorded = n.is_multiple_of(self.settings.every);
-            match self.advance(recorded, &mut iterations) {
-                (Some(sample), Ok(())) => observe(&sample)?,
-                (None, Ok(())) => {}
-                (sample, Err(failure)) => {
-                    if let Some(sample) = sample {
-                        observe(&sample)?;
-                    }
-                    progress(n, steps);
-                    return Ok(RunOutcome::Failed(failure));
-                }
+        for sample in self.samples_with(progress) {
+            match sample {
+                Ok(sample) => observe(&sample)?,
+                Err(failure) => return Ok(RunOutcome::Failed(failure)),
             }
         }
-        let multipliers = self.sensors.need_multipliers();
-        match self.read(iterations, |method| method.last(multipliers)) {
-            Ok(sample) => observe(&sample)?,
-            Err(failure) => return Ok(RunOutcome::Failed(failure)),
-        }
-        progress(steps, steps);
         Ok(RunOutcome::Done)
     }
 
@@ -389,7 +423,7 @@ fn method(
             let system = dynamics.variational(&mechanism);
             let run = integrator(mechanism, system, options, solver, at)
                 .map_err(|error| assembly::refusal(&error, model))?;
-            Ok(Box::new(Variational::new(run, settings)))
+            Ok(Box::new(Running::new(run, settings)))
         }
         Family::EnergyMomentum(form) => {
             let mut options = EmOptions::new(form, settings.step);
@@ -398,7 +432,7 @@ fn method(
             let system = dynamics.energy_momentum(&mechanism);
             let run = vi_emscheme::run::integrator_at(system, mechanism, options, at)
                 .map_err(|error| assembly::em_refusal(&error, model))?;
-            Ok(Box::new(EnergyMomentum::new(run, settings.momenta)))
+            Ok(Box::new(Running::new(run, settings)))
         }
         Family::Static => Err(ModelError::Unsupported {
             key: "simulation.scheme".into(),

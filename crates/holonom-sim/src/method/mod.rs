@@ -2,16 +2,15 @@
 //!
 //! | file | concept |
 //! |---|---|
-//! | [`variational`] | the four variational schemes at any order |
-//! | [`energy_momentum`] | the three energy–momentum forms |
+//! | [`running`] | an integrator of either family in motion |
+//! | [`family`] | what differs between the families |
 //! | [`work`] | the work of loads, motors, dampers and prescribed motions |
 
-mod energy_momentum;
-mod variational;
+mod family;
+mod running;
 mod work;
 
-pub(crate) use energy_momentum::EnergyMomentum;
-pub(crate) use variational::Variational;
+pub(crate) use running::Running;
 
 use crate::sample::{Momenta, Residuals};
 use vi_constraints::initialization::StartReport;

@@ -15,8 +15,9 @@ use vi_core::interval::Interval;
 /// The work up to the present node and up to the one before.
 #[derive(Clone, Debug)]
 pub(crate) struct Work {
-    force: Vec<f64>, // n  scratch
-    total: f64,
+    pub(super) force: Vec<f64>, // n  scratch
+    pub(super) rates: Vec<f64>, // m  ∂g/∂t, scratch
+    pub(super) total: f64,
     before: f64,
     node: Option<[Node; 2]>, // the present one and the one before; None without prescribed motions
 }
@@ -34,7 +35,7 @@ impl Work {
     pub(crate) fn new(p: &[f64], v: &[f64], driven: bool) -> Self {
         let start = Node { p: p.to_vec(), v: v.to_vec(), h: 0.0 };
         let node = driven.then(|| [start.clone(), start]);
-        Self { force: vec![0.0; p.len()], total: 0.0, before: 0.0, node }
+        Self { force: vec![0.0; p.len()], rates: Vec::new(), total: 0.0, before: 0.0, node }
     }
 
     /// A macro step begins.
@@ -76,29 +77,14 @@ impl Work {
         self.total += dot(&self.force, &s.v_mid);
     }
 
-    /// Adds work that is known otherwise, J.
-    pub(crate) fn add_known(&mut self, work: f64) {
-        self.total += work;
-    }
-
-    /// Whether some motion is prescribed.
-    pub(crate) fn is_driven(&self) -> bool {
-        self.node.is_some()
-    }
-
     /// The work up to the present node, J, or up to the one `before`; `p`: `p̄` of that node,
     /// `p_projected` and `v`: its projection and the velocity of that.
     pub(crate) fn at(&self, before: bool, p: &[f64], (p_projected, v): (&[f64], &[f64])) -> f64 {
         let total = if before { self.before } else { self.total };
-        if !self.is_driven() {
+        if self.node.is_none() {
             return total;
         }
         total - dot(p, v) + dot(p_projected, v)
-    }
-
-    /// The same without prescribed motions, or with their work known.
-    pub(crate) fn known(&self, before: bool) -> f64 {
-        if before { self.before } else { self.total }
     }
 }
 
