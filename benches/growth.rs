@@ -1,4 +1,4 @@
-//! Time of a step against the number of bodies, or of elements of a beam: chains, binary trees, chains that carry four-bar
+//! Time of a step against the number of bodies, or of elements of a beam: chains, binary trees, chains with four-bar
 //! linkages (eight of them, or one on every link), windows of four-bar linkages side by side.
 //!
 //! The exponent is that of the least-squares line through `log(time)` over `log(bodies)` from 16 bodies
@@ -19,7 +19,7 @@ use holonom::vi_multibody::{FrameId, PairKind};
 use holonom::vi_rigid::Shape;
 use std::time::{Duration, Instant};
 
-const TURN: u64 = 64;
+const REVERSAL: u64 = 64;
 const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
@@ -31,13 +31,13 @@ fn run(builder: &MechanismBuilder) -> MechanismIntegrator {
     builder.build().unwrap().integrator(options()).unwrap()
 }
 
-/// Straight links along x, link `i` carried by `parent(i)`, hinge axes `y` or `z`; some carry a four-bar
+/// Straight links along x, link `i` carried by `parent(i)`, hinge axes `y` or `z`; some with a four-bar
 /// linkage.
 fn links(
     n: usize,
     parent: impl Fn(usize) -> Option<usize>,
     level: impl Fn(usize) -> usize,
-    carries: impl Fn(usize) -> bool,
+    has_loop: impl Fn(usize) -> bool,
 ) -> MechanismIntegrator {
     let mut builder = MechanismBuilder::new().gravity(GRAVITY);
     let bar = Inertia::shape_of_mass(Shape::Box { lengths: [1.0, 0.1, 0.1] }, 1.0);
@@ -59,7 +59,7 @@ fn links(
         let link = link.velocity(center).angular_velocity(w).id();
         let hinge = builder.joint(&format!("j{i}"), PairKind::Revolute, frame, link);
         hinge.at([x, 0.0, 0.0]).axis(axis);
-        if carries(i) {
+        if has_loop(i) {
             linkage(&mut builder, link, x + 0.5, (center, w));
         }
         state.push((link, x + 1.0, center + half, w));
@@ -172,11 +172,11 @@ fn driven_beam(n: usize) -> MechanismIntegrator {
     run_beam(&model)
 }
 
-/// Takes `count` steps, turning back every `TURN`.
+/// Takes `count` steps, reversing every `REVERSAL`.
 fn steps(run: &mut MechanismIntegrator, taken: &mut u64, count: u64) -> Duration {
     let begin = Instant::now();
     for _ in 0..count {
-        if *taken > 0 && taken.is_multiple_of(TURN) {
+        if *taken > 0 && taken.is_multiple_of(REVERSAL) {
             run.reverse();
         }
         run.step().unwrap();

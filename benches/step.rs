@@ -12,12 +12,12 @@ const MODELS: [(&str, &str); 2] = [
     ("chain8", include_str!("../examples/models/chain8.toml")),
 ];
 const SCHEMES: [&str; 4] = ["nodal", "reduced", "dalembert", "constrained"];
-const TURN: u64 = 256;
+const REVERSAL: u64 = 256;
 
 fn steps(simulation: &mut Simulation, taken: &mut u64, count: u64) -> Duration {
     let begin = Instant::now();
     for _ in 0..count {
-        if *taken > 0 && taken.is_multiple_of(TURN) {
+        if *taken > 0 && taken.is_multiple_of(REVERSAL) {
             simulation.integrator().reverse();
         }
         simulation.integrator().step().unwrap();
@@ -45,15 +45,15 @@ fn step(criterion: &mut Criterion) {
         if quick {
             continue;
         }
-        // the schemes in turns, so that a busy machine slows all of them
+        // the schemes alternate, so that load on the machine slows all of them
         let mut best = [f64::INFINITY; SCHEMES.len()];
         for _ in 0..10 {
             for (best, (simulation, taken)) in best.iter_mut().zip(&mut runs) {
-                *best = best.min(steps(simulation, taken, 2 * TURN).as_secs_f64());
+                *best = best.min(steps(simulation, taken, 2 * REVERSAL).as_secs_f64());
             }
         }
         for (scheme, time) in SCHEMES.iter().zip(best) {
-            let one = 1e6 * time / (2 * TURN) as f64;
+            let one = 1e6 * time / (2 * REVERSAL) as f64;
             println!("{name}, {scheme}: {one:.2} µs a step, {:.2} of nodal", time / best[0]);
         }
     }

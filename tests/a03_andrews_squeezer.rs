@@ -3,7 +3,7 @@
 
 use crate::benchmark;
 
-use benchmark::{Run, Turn, assert_order, study};
+use benchmark::{Rotation, Run, assert_order, study};
 
 const MODEL: &str = include_str!("../examples/models/andrews_squeezer.toml");
 
@@ -28,14 +28,14 @@ const AT_30_MS: [f64; 7] = [
 ];
 
 /// The seven angles from the attitudes of K1, …, K7.
-struct Angles(Vec<Turn>);
+struct Angles(Vec<Rotation>);
 
 impl Angles {
     fn new(run: &mut Run) -> Self {
         let [beta, theta, gamma, phi, delta, omega, epsilon] = START;
         let attitudes = [beta, beta + theta, gamma, phi + delta, delta, omega + epsilon, epsilon];
         let turn = |(k, angle): (usize, &f64)| {
-            Turn::new(run, &format!("K{}", k + 1), [0.0, 0.0, 1.0], *angle)
+            Rotation::new(run, &format!("K{}", k + 1), [0.0, 0.0, 1.0], *angle)
         };
         Self(attitudes.iter().enumerate().map(turn).collect())
     }
@@ -46,7 +46,7 @@ impl Angles {
     }
 }
 
-/// The largest error of the seven angles at 0.03 s, and of the energy balance on the way.
+/// The largest error of the seven angles at 0.03 s, and of energy less work along the run.
 fn errors(h: f64, order: u32) -> (f64, f64) {
     let mut run = Run::new(MODEL, h, order);
     let mut angles = Angles::new(&mut run);

@@ -1,4 +1,4 @@
-//! IFToMM A04: Bricard's mechanism, one freedom and one redundant constraint.
+//! IFToMM A04: Bricard's mechanism, one degree of freedom and one redundant constraint.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;

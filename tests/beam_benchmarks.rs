@@ -22,7 +22,7 @@ fn flight(elements: usize, order: usize, h: f64) -> [f64; 6] {
     [run.energy(), angular.z, first[0], first[1], last[0], last[1]]
 }
 
-/// The impulse of the push and the way of the centre of mass are exact for every mesh and step.
+/// The impulse of the push and the displacement of the centre of mass are exact for every mesh and step.
 #[test]
 fn the_centre_of_mass_of_the_flying_beam_is_exact() {
     let mut run = Run::with(FLYING_BEAM, 0.05, 2, &[("beam.beam.elements", "24")]);

@@ -1,4 +1,4 @@
-//! Beams in model files: what is read is what is written, nodes carry everything that bodies do, and
+//! Beams in model files: what is read is what is written, everything that acts on bodies acts on nodes, and
 //! the four schemes give the same motion.
 #![allow(clippy::unwrap_used)] // a test
 
@@ -264,13 +264,13 @@ fn every_pair_joins_nodes_bodies_and_the_ground() {
         ("strip.2", "rod.start"),
     ];
     let mut worst = (0.0_f64, 0.0_f64);
-    for (kind, freedoms) in kinds {
+    for (kind, dof) in kinds {
         for (parent, child) in sides {
             let run = |scheme: &str| {
                 let own = [("simulation.scheme".to_owned(), scheme.to_owned())];
                 let model = Model::from_toml_with(&joined(kind, parent, child), &own).unwrap();
                 let mut simulation = Simulation::new(&model).unwrap();
-                assert_eq!(simulation.assembly().dof, 6 * (1 + 4 + 5) - 6 + freedoms, "{kind}");
+                assert_eq!(simulation.assembly().dof, 6 * (1 + 4 + 5) - 6 + dof, "{kind}");
                 for _ in 0..25 {
                     simulation.step().unwrap();
                 }
@@ -286,7 +286,7 @@ fn every_pair_joins_nodes_bodies_and_the_ground() {
     println!("nodal and constrained at most {:.1e} apart, |g| at most {:.1e}", worst.0, worst.1);
 }
 
-/// Elements that bend too far are told of while the results mean something, and end the run when they do not.
+/// Elements that bend too far give a warning beyond 45° and end the run beyond 90°.
 #[test]
 fn the_limit_of_the_elements_ends_a_run() {
     let text = include_str!("../examples/models/flying_beam.toml");

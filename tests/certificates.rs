@@ -1,4 +1,4 @@
-//! Snapshots of certificates: which promise is judged how, and what cannot be told. Numbers are left out.
+//! Snapshots of certificates: the verdict on each property. Numbers are left out.
 #![allow(clippy::unwrap_used)] // a test
 
 use holonom::Model;
@@ -50,6 +50,6 @@ fn certificates_of_shipped_models() {
     insta::assert_snapshot!("certificate_pendulum", judged(&pendulum));
     let governor = Model::from_toml(shipped!("flyball_governor")).unwrap();
     insta::assert_snapshot!("certificate_flyball_governor", judged(&governor));
-    let rough = own(shipped!("four_particles"), "simulation.step", "0.2");
-    insta::assert_snapshot!("certificate_four_particles_rough", judged(&rough));
+    let coarse = own(shipped!("four_particles"), "simulation.step", "0.2");
+    insta::assert_snapshot!("certificate_four_particles_coarse", judged(&coarse));
 }

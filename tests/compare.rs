@@ -61,7 +61,7 @@ fn the_table_of_a_pendulum() {
 fn the_conclusions_on_a_heavy_top() {
     let found = compared("heavy_top", &request(&[0.002, 0.001, 0.0005, 0.00025], 0.5));
     print!("{}", table::text(&found));
-    assert_eq!(found.kept, ["Lz"]);
+    assert_eq!(found.conserved, ["Lz"]);
     assert!(found.reference.known_to.unwrap() < 1e-10);
     for record in &found.records {
         let measured = record.measured.as_ref().unwrap();
@@ -118,7 +118,7 @@ fn schemes_that_do_not_run_say_why_and_the_others_go_on() {
 }
 
 #[test]
-fn a_step_that_is_too_long_fails_for_one_scheme_and_is_told() {
+fn a_step_that_is_too_long_fails_for_one_scheme_and_is_reported() {
     let schemes = vec![Scheme::Nodal, Scheme::EmNodal];
     let found = compared("heavy_top_fast", &Request { schemes, ..request(&[0.3], 30.0) });
     let text = table::text(&found);

@@ -10,7 +10,7 @@ use holonom::model::Scheme;
 
 const FOUR_BAR: &str = include_str!("../examples/models/flexible_four_bar.toml");
 
-/// A soft arm on a hub that turns smoothly to and fro, with a body on a ball joint at its end.
+/// A soft arm on a hub that rotates smoothly to and fro, with a body on a ball joint at its end.
 const ARM: &str = r#"
 [model]
 name = "arm"
@@ -80,10 +80,10 @@ fn the_work_of_the_drive_is_what_the_energy_changes_by() {
     let steps = [1e-3, 5e-4, 2.5e-4];
     let found: Vec<(f64, f64)> = steps.map(imbalance).into();
     let errors: Vec<f64> = found.iter().map(|f| f.0.abs()).collect();
-    let balance = orders("energy less work of the drive", &steps, &errors);
+    let energy = orders("energy less work of the drive", &steps, &errors);
     let off = found.iter().map(|f| f.1).fold(0.0, f64::max);
     println!("the angle is off its path by {off:.1e} rad");
-    assert_order(&balance, 2.0, 0.3);
+    assert_order(&energy, 2.0, 0.3);
     assert!(off < 1e-13, "{off:e}");
 }
 

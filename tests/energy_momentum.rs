@@ -1,4 +1,4 @@
-//! The energy–momentum schemes on every shipped model: energy, momentum maps and constraints are kept to
+//! The energy–momentum schemes on every shipped model: energy, momentum maps and constraints are conserved to
 //! the tolerance of the solver, the three forms move alike, and where something drives or dissipates
 //! the motion is that of the variational schemes to second order.
 #![allow(clippy::unwrap_used)] // helpers of tests
@@ -176,7 +176,7 @@ fn compositions_conserve_energy_momenta_and_constraints() {
         let Some((_, mut model)) = shipped().into_iter().find(|m| m.0 == name) else {
             panic!("{name} is not shipped")
         };
-        model.loads.clear(); // the beam turns without a push
+        model.loads.clear(); // the beam rotates without a push
         model.beams.iter_mut().for_each(|beam| beam.angular_velocity = [0.2, -0.1, 0.5]);
         for (form, order) in FORMS.into_iter().zip([4, 6, 8]) {
             let steps = if model.beams.is_empty() { 20 } else { 3 };
@@ -296,7 +296,7 @@ fn flying_beams_keep_energy_and_momenta_after_the_push() {
     }
 }
 
-/// A steady rotation about the origin, where the roundings of `Δq` lean one way at this step.
+/// A steady rotation about the origin, where the rounding errors of `Δq` are biased at this step.
 #[test]
 fn a_steady_rotation_keeps_its_momentum_within_a_few_last_bits() {
     use holonom::certificate::subject::ModelSubject;

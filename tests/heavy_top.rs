@@ -112,7 +112,7 @@ fn the_condition_number_of_the_nodal_scheme_does_not_depend_on_the_step() {
             }
             simulation.integrator().condition().unwrap().as_written
         };
-        let numbers = [4e-3, 1e-3, 1e-4, 1e-5].map(at); // above, a step would turn by too much
+        let numbers = [4e-3, 1e-3, 1e-4, 1e-5].map(at); // above, the rotation in a step would be too large
         println!("{scheme}: κ = {numbers:.3?} at h = 4e-3, 1e-3, 1e-4, 1e-5");
         let spread = numbers[3] / numbers[1];
         assert!((0.9..1.1).contains(&spread), "{scheme}: {numbers:?}");

@@ -1,7 +1,7 @@
 //! 10⁵ steps of the pendulum: constraints, hidden constraints and energy.
 //!
 //! Physics: the pendulum without potential rotates uniformly, its angular momentum is exact; under
-//! gravity the energy error of a symplectic scheme stays bounded without a trend.
+//! gravity the energy error of a symplectic scheme is bounded, without secular drift.
 
 #![allow(clippy::unwrap_used)] // a test
 
@@ -34,12 +34,12 @@ fn the_free_pendulum_keeps_constraint_and_momentum() {
     let subject = subject(include_str!("../examples/models/pendulum_free.toml"));
     for scheme in SchemeKind::ALL {
         let run = run(&subject, scheme, 2, (0.1, 100_000));
-        let spins = run.samples.iter().map(|kept| kept.momentum.angular[2] - 1.0);
+        let spins = run.samples.iter().map(|node| node.momentum.angular[2] - 1.0);
         let drift = norm_inf(&spins.collect::<Vec<_>>()); // NaN stays NaN
         let (g, name) = (run.residuals().position, scheme.name());
         println!("{name}: {} steps, |g| ≤ {g:.1e}, angular momentum off by {drift:.1e}", run.steps);
         assert!(g <= 1e-15, "{name}: |g| = {g:e}");
-        // ε√N = 7e-14; the nodal schemes hand on what is left of a balance
+        // ε√N = 7e-14; the nodal schemes carry the rounding error of the momentum balance to the next step
         let handed = matches!(scheme, SchemeKind::Nodal | SchemeKind::Reduced);
         assert!(drift < if handed { 2e-14 } else { 3e-13 }, "{name}: off by {drift:e}");
     }
@@ -93,8 +93,8 @@ fn energy_does_not_walk_far_away_from_the_origin() {
     }
 }
 
-/// In a steady precession roundings lean the same way step after step. What they leave of a balance is handed on, so
-/// that the angular momentum neither drifts nor walks.
+/// In a steady precession rounding errors are biased. They are compensated in the next step, so that the angular
+/// momentum neither drifts nor grows like a random walk.
 #[test]
 fn the_angular_momentum_stays_within_a_few_last_bits() {
     let text = include_str!("../examples/models/heavy_top_steady.toml");

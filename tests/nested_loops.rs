@@ -1,7 +1,7 @@
 //! Loops within loops, loops side by side and loops on one link: every scheme and every solver gives the
 //! same motion, in as few iterations as on a tree.
 //!
-//! A chain of four links carries rectangles of bars on three of them; a strut ties its end to the second
+//! A chain of four links with rectangles of bars on three of them; a strut ties its end to the second
 //! link, another one to the ground.
 #![allow(clippy::unwrap_used)] // a test
 

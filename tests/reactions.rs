@@ -1,8 +1,8 @@
-//! Joint reactions and bar tensions against closed forms, balance of every body, uniqueness.
+//! Joint reactions and bar tensions against closed forms, equilibrium of every body, uniqueness.
 //!
 //! Physics: the constraint forces `−Gᵀ λ_n` of the discrete equations of motion
 //! `M (q_{n+1} − 2 q_n + q_{n−1})/h² + ∇V + Gᵀ λ_n = 0` are what joints do to bodies. So the reactions
-//! balance gravity and the second differences of every body to round-off, and the continuous motion
+//! are in equilibrium with gravity and the second differences of every body to round-off, and the continuous motion
 //! with the order of the scheme.
 
 #![allow(clippy::unwrap_used)] // a test
@@ -235,7 +235,7 @@ fn reactions_and_gravity_balance_the_rate_of_momentum_of_every_body() {
             }
             last.copy_from_slice(q);
         }
-        println!("{}: balance missed by {worst:?} N, N·m", model.header.name);
+        println!("{}: residual of the equilibrium {worst:?} N, N·m", model.header.name);
         // stored coordinates are differenced twice: ε |q| / h²
         assert!(worst[0] < 1e-8 && worst[1] < 1e-8, "{}: {worst:?}", model.header.name);
     }

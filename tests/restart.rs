@@ -82,7 +82,7 @@ step = 0.01
 end = 1.0
 "#;
 
-/// A nut on a screw that turns several times, and a body that hangs on it.
+/// A nut on a screw that makes several revolutions, and a body that hangs on it.
 const SCREW: &str = r#"
 [model]
 name = "screw"

@@ -7,9 +7,9 @@ use holonom::verification::subject::{Method, Setting, Subject};
 use holonom::verification::trend::trend;
 use holonom::vi_constraints::SchemeKind;
 
-/// In chaotic motion the means of `H_d` wander by a good part of the band, those of the shadow energy by `h²` of it.
+/// In chaotic motion the means of `H_d` vary by a good part of the band, those of the shadow energy by `h²` of it.
 #[test]
-fn it_is_kept_where_the_energy_wanders() {
+fn it_is_conserved_where_the_energy_varies() {
     let text = include_str!("../examples/models/four_particles.toml");
     let subject = ModelSubject::new(Model::from_toml(text).unwrap());
     for (scheme, order, h) in [
@@ -23,9 +23,9 @@ fn it_is_kept_where_the_energy_wanders() {
         let run = long_run(&subject, setting, 20_000).unwrap();
         let energy = trend(&run.energies(), &run.energies()).unwrap();
         let shadow = trend(&run.energies(), &run.shadow_energies()).unwrap();
-        let [energy, shadow] = [energy, shadow].map(|t| t.wander / t.width());
+        let [energy, shadow] = [energy, shadow].map(|t| t.variation / t.width());
         println!(
-            "order {order}, h = {h} s: H_d wanders by {energy:.3}, the shadow by {shadow:.1e}"
+            "order {order}, h = {h} s: the means of H_d vary by {energy:.3}, those of the shadow by {shadow:.1e}"
         );
         assert!(energy > 0.1 && shadow < energy / 50.0, "{energy} {shadow:e}");
     }

@@ -14,7 +14,7 @@ use holonom::{MemberKind, Model, Sample, run};
 
 /// Steps that are shown.
 const SHOWN: [u64; 5] = [0, 1, 2, 5, 20];
-/// Members that are shown: the first ones and the last.
+/// Components that are shown: the first ones and the last.
 const MEMBERS: usize = 4;
 
 fn models() -> Vec<(String, PathBuf)> {
@@ -48,7 +48,7 @@ fn trajectory(model: &Model) -> String {
     let mut experiment = run::prepare(&shortened(model)).unwrap();
     let assembly = experiment.assembly();
     let mut text = format!(
-        "{} by {:?} at order {}, step {} s\n{} coordinates, {} constraints, {} redundant {:?}, {} freedoms\n",
+        "{} by {:?} at order {}, step {} s\n{} coordinates, {} constraints, {} redundant {:?}, {} degrees of freedom\n",
         model.header.name,
         model.settings.scheme,
         model.settings.order,

@@ -218,7 +218,7 @@ joint = "wheel_axle"
 path = { rate = 20.0, amplitude = 0.5, frequency = 0.7 }
 "#;
 
-/// Turns are counted in whole numbers, and a step ends at the very time at which the next one starts:
+/// Revolutions are counted in whole numbers, and a step ends at the very time at which the next one starts:
 /// neither the size of the angles nor of the time is left in `g(q_n, t_n)`.
 #[test]
 fn driven_gears_meet_their_constraints_to_round_off_after_many_turns() {
@@ -239,7 +239,7 @@ fn driven_gears_meet_their_constraints_to_round_off_after_many_turns() {
             Err(why) => panic!("{} {order}: {why}", method.name()),
         };
         let gap = run.residuals().position;
-        println!("{} {order}: |g| = {gap:.1e} after 95 turns", method.name());
+        println!("{} {order}: |g| = {gap:.1e} after 95 revolutions", method.name());
         assert!(gap < 1e-14, "{} {order}: {gap:e}", method.name());
     }
 }

@@ -86,7 +86,7 @@ fn flat_positions_are_passed_on_the_branch_of_the_motion() {
         error
     });
     assert_order(&orders, 2.0, 0.1);
-    // from either side, swinging: the motion turns round close to the flat position, and passes it
+    // from either side, swinging: the motion reverses close to the flat configuration, and passes it
     for theta in [-0.3, -1e-3, 1e-3, 1e-6] {
         let text = linkage(theta, [0.0; 2], g, SETTINGS);
         let mut run = Run::new(&text, 2e-3, 2);
@@ -177,7 +177,7 @@ fn what_decides_no_branch_is_refused() {
 const GEAR: &str = "[[constraint]]\ntype = \"gear\"\nname = \"mesh\"\njoints = [\"foot0\", \"foot1\"]\n\
                     ratio = -1.0\n";
 
-/// A drive that turns the first crank by 7 rad/s.
+/// A drive that rotates the first crank by 7 rad/s.
 const DRIVE: &str = "[[constraint]]\ntype = \"motion\"\nname = \"drive\"\njoint = \"foot0\"\npath = { rate = \
                      7.0 }\n";
 

@@ -1,4 +1,4 @@
-//! Free six-hinge linkages: one internal freedom although counting gives none, momentum maps to round-off.
+//! Free six-hinge linkages: one internal degree of freedom although counting gives none, momentum maps to round-off.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark;
@@ -32,7 +32,7 @@ fn center(run: &mut Run) -> Vector3<f64> {
 }
 
 /// Linear momentum, and angular momentum about the centre of mass: about the origin a linkage that
-/// has travelled to `φ` carries round-off of `|φ| |p|`.
+/// has travelled to `φ` has a round-off of `|φ| |p|`.
 fn momentum(run: &mut Run) -> [Vector3<f64>; 2] {
     let [linear, angular] = run.momentum();
     [linear, angular - center(run).cross(&linear)]
@@ -108,7 +108,7 @@ fn positions_converge_with_the_nominal_order() {
     }
 }
 
-/// Rows that are independent at the start become dependent on the way.
+/// Rows that are independent initially become dependent during the motion.
 #[test]
 fn redundant_constraints_hold_where_other_rows_are_independent() {
     let variational = [SchemeKind::Constrained, SchemeKind::Dalembert].map(Method::Variational);

@@ -3,7 +3,7 @@
 
 use crate::benchmark;
 
-use benchmark::{Run, Turn, assert_order, study};
+use benchmark::{Rotation, Run, assert_order, study};
 
 const MODEL: &str = include_str!("../examples/models/slider_crank.toml");
 const REFERENCE: [(f64, f64, f64); 3] = [
@@ -12,7 +12,7 @@ const REFERENCE: [(f64, f64, f64); 3] = [
     (2.0, 0.289_085_197_067, 21.072_744_522_766),
 ];
 
-fn follow(run: &mut Run, crank: &mut Turn, t: f64) {
+fn follow(run: &mut Run, crank: &mut Rotation, t: f64) {
     while run.t() < t - 0.5 * run.h {
         run.steps(1);
         crank.follow(run);
@@ -22,7 +22,7 @@ fn follow(run: &mut Run, crank: &mut Turn, t: f64) {
 /// Largest error of slider and crank up to 2 s.
 fn error(h: f64, order: u32) -> f64 {
     let mut run = Run::new(MODEL, h, order);
-    let mut crank = Turn::new(&mut run, "crank", [1.0, 0.0, 0.0], 0.0);
+    let mut crank = Rotation::new(&mut run, "crank", [1.0, 0.0, 0.0], 0.0);
     let mut worst = 0.0_f64;
     for (t, x, angle) in REFERENCE {
         follow(&mut run, &mut crank, t);
@@ -57,7 +57,7 @@ fn slider_and_crank_converge_with_the_nominal_order() {
 #[test]
 fn five_seconds() {
     let mut run = Run::new(MODEL, 5e-3, 8);
-    let mut crank = Turn::new(&mut run, "crank", [1.0, 0.0, 0.0], 0.0);
+    let mut crank = Rotation::new(&mut run, "crank", [1.0, 0.0, 0.0], 0.0);
     follow(&mut run, &mut crank, 5.0);
     let (x, energy) = (run.coordinates("slider")[0], run.energy());
     let errors = [x - 0.240_719_573_732, crank.angle - 54.333_332_168_268, energy - 0.766_435_680];

@@ -222,7 +222,7 @@ fn pendulums_released_sideways_come_to_hang() {
 fn an_overconstrained_loop_comes_to_rest() {
     let changes =
         [("simulation.scheme", "\"static\""), ("simulation.end", "1"), ("simulation.step", "1")];
-    // 30 constraints of rank 29; which of them follow from the others changes on the way
+    // 30 constraints of rank 29; which of them are dependent changes along the continuation
     let sample = end_of("bricard", &changes);
     let (energy, missed) = (sample.energy, sample.residuals.position);
     println!("Bricard: {energy:.6} J at rest, constraints met to {missed:.1e}");

@@ -94,7 +94,7 @@ impl Run {
             + Matrix3::from_column_slice(&v[at + 3..at + 12]) * point.components
     }
 
-    /// Coordinates of a member.
+    /// Coordinates of a component.
     pub(crate) fn coordinates(&mut self, member: &str) -> Vec<f64> {
         let offset = self.offset(member);
         self.q()[offset..].to_vec()
@@ -119,21 +119,21 @@ impl Run {
     }
 }
 
-/// The angle of a body about a fixed axis, counted on beyond half a turn.
-pub(crate) struct Turn {
+/// The angle of a body about a fixed axis, unwrapped beyond half a revolution.
+pub(crate) struct Rotation {
     offset: usize,
     axis: Vector3<f64>,
     last: Matrix3<f64>,
     pub(crate) angle: f64,
 }
 
-impl Turn {
+impl Rotation {
     pub(crate) fn new(run: &mut Run, body: &str, axis: [f64; 3], angle: f64) -> Self {
         let offset = run.offset(body);
         Self { offset, axis: axis.into(), last: run.triad(offset), angle }
     }
 
-    /// Takes up a step of less than half a turn.
+    /// Adds a step of less than half a revolution.
     pub(crate) fn follow(&mut self, run: &mut Run) {
         let now = run.triad(self.offset);
         let turn = now * self.last.transpose();

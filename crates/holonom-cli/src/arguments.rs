@@ -21,11 +21,11 @@ const AFTER: &str = "Start with:\n  holonom examples pendulum -o pendulum.toml\n
 pub(crate) enum Verb {
     /// Simulate a model; write trajectory, summary, plots and a report
     Run(Run),
-    /// Validate and assemble a model: degrees of freedom, redundant joints, closure
+    /// Validate and assemble a model: degrees of freedom, redundant joints, initial errors
     Check(Check),
-    /// Run all schemes on a model: what each keeps, what it costs, error against time
+    /// Run all schemes on a model: conservation, cost, error against time
     Compare(Compare),
-    /// Natural frequencies and shapes about the start or an equilibrium
+    /// Natural frequencies and mode shapes about the initial configuration or an equilibrium
     Modes(Modes),
     /// Measure orders, energy, momentum, constraints and symplecticity on a model; recommend a step
     Verify(Verify),
@@ -121,13 +121,13 @@ pub(crate) struct Run {
     /// No progress bar
     #[arg(long)]
     pub(crate) no_progress: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
 }
 
 impl Run {
-    /// All replacements, the options before the keys, so that `--set` wins.
+    /// All replacements, the options before the keys, so that `--set` takes precedence.
     pub(crate) fn overrides(&self) -> Vec<(String, String)> {
         let options = [
             ("scheme", self.scheme.map(|s| format!("{:?}", s.name()))),
@@ -166,7 +166,7 @@ pub(crate) struct Compare {
     /// Print the findings as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
 }
@@ -183,7 +183,7 @@ pub(crate) struct Check {
 /// About which configuration modes are taken.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum At {
-    /// The start as it stands, under the loads at t = 0
+    /// The initial configuration, under the loads at t = 0
     Start,
     /// The equilibrium under the loads at the end of the simulation
     Static,
@@ -193,7 +193,7 @@ pub(crate) enum At {
 pub(crate) struct Modes {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
-    /// How many vibrations, softest first; modes without stiffness and unstable ones come besides
+    /// How many vibrations, softest first; modes without stiffness and unstable modes are added
     #[arg(short, long, value_name = "K", default_value_t = 10)]
     pub(crate) number: usize,
     /// About which configuration
@@ -217,7 +217,7 @@ pub(crate) struct Verify {
     /// Folder of the certificate; by default MODEL-verify in the current directory
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// The accuracy that a step is recommended for, relative to the largest coordinate
+    /// Accuracy for the recommended step, relative to the largest coordinate
     #[arg(long, value_name = "E", default_value = "1e-6", value_parser = accuracy)]
     pub(crate) accuracy: f64,
     /// Replace an earlier certificate
@@ -226,7 +226,7 @@ pub(crate) struct Verify {
     /// Print the certificate as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
 }

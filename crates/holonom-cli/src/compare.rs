@@ -66,7 +66,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
 
 fn scheme(argument: &crate::arguments::Scheme) -> Result<Scheme, Failure> {
     let name = argument.name();
-    let message = format!("`{name}` steps through no time: it cannot be compared");
+    let message = format!("`{name}` computes equilibria, no motion: it cannot be compared");
     let help = "leave it out of --schemes".into();
     let found = Scheme::ALL.into_iter().find(|scheme| scheme.name() == name);
     found.ok_or(Failure::Usage { message, help })

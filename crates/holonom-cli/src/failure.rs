@@ -15,9 +15,9 @@ pub(crate) enum Failure {
     /// Code 1: the run did not reach its end; what was written stays.
     #[error("the run failed")]
     Run { failure: RunFailure, files: Vec<PathBuf> },
-    /// Code 1: a promise was measured and does not hold.
+    /// Code 1: a property was measured and does not hold.
     #[error("{0}")]
-    Promise(String),
+    Property(String),
     /// Code 1: a file cannot be read or written.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -46,8 +46,8 @@ impl Failure {
                 files.iter().for_each(|file| stderr::line(&format!("    {}", file.display())));
                 1
             }
-            Self::Promise(message) => {
-                say(message, "the remarks above and in the certificate say which");
+            Self::Property(message) => {
+                say(message, "see the remarks above and in the certificate");
                 1
             }
             Self::Output(error @ OutputError::Occupied { .. }) => {

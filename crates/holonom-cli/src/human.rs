@@ -42,8 +42,8 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         ("bodies, joints", format!("{}, {}", report.bodies, report.joints)),
         ("coordinates, constraints", format!("{}, {}", report.coordinates, report.constraints)),
         ("redundant constraints", redundant),
-        ("start misses positions by", format!("{:.1e}", report.closure.position)),
-        ("start misses velocities by", format!("{:.1e}", report.closure.velocity)),
+        ("initial position error", format!("{:.1e}", report.closure.position)),
+        ("initial velocity error", format!("{:.1e}", report.closure.velocity)),
         ("simulation", plan(settings)),
     ];
     if let Some(stiffness) = &report.stiffness {
@@ -59,7 +59,10 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         let _ = writeln!(text, "  {subject:26}  {finding}");
     }
     if let Some(distance) = report.projected {
-        let _ = writeln!(text, "  the start was moved onto the constraints by {distance:.3e} m");
+        let _ = writeln!(
+            text,
+            "  the initial configuration was projected onto the constraints: moved by {distance:.3e} m"
+        );
     }
     for warning in &report.warnings {
         let _ = writeln!(text, "  warning: {warning}");

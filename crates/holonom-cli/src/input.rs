@@ -50,7 +50,7 @@ impl<'a> Input<'a> {
         assembled.or_else(|error| Err(self.invalid(text, error)?))
     }
 
-    /// A model that could be read and turns out not to run.
+    /// A model that could be read and cannot be assembled.
     pub(crate) fn refused(self, error: ModelError) -> Result<Failure, Failure> {
         let text = model::read_text(&self.arguments.model).unwrap_or_default();
         self.invalid(text, error)

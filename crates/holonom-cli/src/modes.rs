@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use holonom::RunFolder;
-use holonom::modes::{About, Kind, ModesError, Placement, Report};
+use holonom::modes::{About, Kind, ModalAnalysis, ModesError, Report};
 use holonom::output::OutputError;
 use holonom::report::mode_picture;
 
@@ -23,9 +23,9 @@ pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
     };
     let mut failed = None;
     let make = |model: &holonom::Model| {
-        let found = Placement::new(model, about).and_then(|mut placement| {
-            let report = placement.modes(arguments.number)?;
-            Ok((placement, report))
+        let found = ModalAnalysis::new(model, about).and_then(|mut analysis| {
+            let report = analysis.modes(arguments.number)?;
+            Ok((analysis, report))
         });
         match found {
             Ok(found) => Ok(Some(found)),
@@ -37,7 +37,7 @@ pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
         }
     };
     let (_, found) = Input::new(&arguments.model, overrides, arguments.json).assemble_as(make)?;
-    let Some((placement, report)) = found else {
+    let Some((analysis, report)) = found else {
         return Err(match failed {
             Some(ModesError::Statics(failure)) => Failure::Run { failure, files: Vec::new() },
             _ => Failure::Usage { message: "no modes were found".into(), help: String::new() },
@@ -47,7 +47,7 @@ pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
         stderr::line(&format!("warning: {warning}"));
     }
     if let Some(folder) = &arguments.output {
-        write(&RunFolder::open(folder), &placement, &report, arguments.force)?;
+        write(&RunFolder::open(folder), &analysis, &report, arguments.force)?;
     }
     if arguments.json {
         return stdout::json(&serde_json::to_value(&report).unwrap_or_default());
@@ -58,7 +58,7 @@ pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
 /// Writes `modes.json`, `modes.csv` and the pictures of the first modes.
 fn write(
     folder: &RunFolder,
-    placement: &Placement,
+    analysis: &ModalAnalysis,
     report: &Report,
     force: bool,
 ) -> Result<(), Failure> {
@@ -68,7 +68,7 @@ fn write(
     files.push(folder.write("modes.csv", &report.csv())?);
     for k in 0..report.modes.len().min(PICTURES) {
         let name = format!("modes/mode_{:02}.svg", k + 1);
-        let picture = mode_picture(report, k, placement.members(), placement.beams());
+        let picture = mode_picture(report, k, analysis.members(), analysis.beams());
         let svg =
             picture.svg().map_err(|reason| OutputError::Plot { name: name.clone(), reason })?;
         files.push(folder.write_picture(&name, &svg)?);
@@ -82,18 +82,18 @@ fn write(
 }
 
 fn table(report: &Report) -> String {
-    let freedoms = match report.dof {
+    let dof = match report.dof {
         1 => "1 degree of freedom".to_owned(),
-        dof => format!("{dof} degrees of freedom"),
+        number => format!("{number} degrees of freedom"),
     };
     let about = match report.about {
-        About::Start => "the start".to_owned(),
+        About::Start => "the initial configuration".to_owned(),
         About::Static => format!("the equilibrium at t = {}", report.t),
     };
-    let mut text = format!("{}: {freedoms}; modes about {about}\n", report.model);
+    let mut text = format!("{}: {dof}; modes about {about}\n", report.model);
     if report.unstable > 0 {
         let (count, s) = (report.unstable, if report.unstable == 1 { "" } else { "s" });
-        let _ = writeln!(text, "  {count} unstable mode{s}: the configuration does not stay");
+        let _ = writeln!(text, "  {count} unstable mode{s}");
     }
     if report.zero > 0 {
         let (count, s) = (report.zero, if report.zero == 1 { "" } else { "s" });

@@ -44,11 +44,11 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
     }
     if arguments.json {
         match stdout::json(&json) {
-            Err(Failure::Closed) => {} // a promise fails even if nobody reads
+            Err(Failure::Closed) => {} // the exit code counts even if nobody reads
             other => other?,
         }
     }
-    if certificate.holds { Ok(()) } else { Err(Failure::Promise(verdict(&certificate))) }
+    if certificate.holds { Ok(()) } else { Err(Failure::Property(verdict(&certificate))) }
 }
 
 fn default_folder(model: &Path) -> PathBuf {
@@ -96,7 +96,7 @@ fn table(table: &Table) -> String {
 fn cell(cell: &Cell) -> String {
     match cell.verdict {
         Some(Verdict::Fail) => format!("{} FAIL", cell.text),
-        Some(Verdict::Known) => format!("{} (known)", cell.text),
+        Some(Verdict::KnownDeviation) => format!("{} (known deviation)", cell.text),
         _ => cell.text.clone(),
     }
 }

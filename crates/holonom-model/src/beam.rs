@@ -22,13 +22,13 @@ pub enum End {
     /// Not at all; joints may hold it.
     #[default]
     Free,
-    /// Neither moves nor turns.
+    /// Neither moves nor rotates.
     Clamped,
-    /// Does not move, turns freely.
+    /// Does not move, rotates freely.
     Pinned,
 }
 
-/// How the section turns about the centre line.
+/// Rotation of the section about the centre line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Twist {
@@ -83,9 +83,9 @@ pub enum Curve {
         from: [f64; 3],
         /// A point of its axis, m.
         center: [f64; 3],
-        /// Direction of its axis; it turns about it right-handed.
+        /// Direction of its axis; right-handed.
         axis: [f64; 3],
-        /// How far it turns, rad.
+        /// Angle, rad.
         angle: f64,
     },
     /// A screw line about an axis.
@@ -94,11 +94,11 @@ pub enum Curve {
         from: [f64; 3],
         /// A point of its axis, m.
         center: [f64; 3],
-        /// Direction of its axis; it turns about it right-handed.
+        /// Direction of its axis; right-handed.
         axis: [f64; 3],
-        /// How far it turns, rad; may be many turns.
+        /// Angle, rad; may be many revolutions.
         angle: f64,
-        /// Rise along the axis per turn, m.
+        /// Rise along the axis per revolution, m.
         pitch: f64,
     },
     /// A smooth curve through points: cubics between them, nodes at equal parts of the sum of chords.
@@ -131,7 +131,7 @@ pub struct Beam {
     /// the same in all directions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal: Option<Normal>,
-    /// How the section turns about a curved centre line.
+    /// Rotation of the section about a curved centre line.
     #[serde(default)]
     pub twist: Twist,
     /// Stiffness and inertia of its section.

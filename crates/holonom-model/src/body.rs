@@ -8,7 +8,7 @@ use super::problem::{Problem, fault};
 
 use super::shape::{Inertia, Shape};
 
-/// `euler`: three turns about the axes of the turned body (intrinsic).
+/// `euler`: three rotations about the axes of the rotated body (intrinsic).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Euler {
@@ -113,7 +113,8 @@ impl Body {
 
     /// What is wrong with the stated orientation: its key, the fault, what to write instead.
     pub(super) fn orientation_fault(&self) -> Option<Problem> {
-        const TURN: &str = "the rows of a rotation matrix are orthonormal, its determinant is +1";
+        const ROTATION: &str =
+            "the rows of a rotation matrix are orthonormal, its determinant is +1";
         let stated = [
             ("quaternion", self.quaternion.is_some()),
             ("rotation_vector", self.rotation_vector.is_some()),
@@ -135,11 +136,12 @@ impl Body {
             let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
             let excess = (matrix.tr_mul(&matrix) - Matrix3::identity()).amax();
             if excess > 1e-6 {
-                let message = format!("the matrix is not a rotation: RᵀR misses 1 by {excess:e}");
-                return Some(fault("matrix", message, TURN));
+                let message =
+                    format!("the matrix is not a rotation: RᵀR differs from 1 by {excess:e}");
+                return Some(fault("matrix", message, ROTATION));
             }
             let reflects = matrix.determinant() < 0.0;
-            return reflects.then(|| fault("matrix", "the matrix is a reflection", TURN));
+            return reflects.then(|| fault("matrix", "the matrix is a reflection", ROTATION));
         }
         let sequence = &self.euler.as_ref().filter(|e| e.axes().is_none())?.sequence;
         let message = format!("`{}` is no sequence of axes", sequence.escape_debug());
@@ -165,12 +167,12 @@ impl Euler {
 
     fn rotation(&self) -> Matrix3<f64> {
         let axes = self.axes().unwrap_or_default();
-        let turn = |k: usize| {
+        let rotation = |k: usize| {
             let mut vector = Vector3::zeros();
             vector[axes[k]] = self.angles[k];
             *Rotation3::from_scaled_axis(vector).matrix()
         };
-        turn(0) * turn(1) * turn(2)
+        rotation(0) * rotation(1) * rotation(2)
     }
 }
 

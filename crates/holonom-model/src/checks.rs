@@ -263,7 +263,7 @@ impl<'a> Checker<'a> {
         self.length(&format!("{key}.velocity"), &particle.velocity, true);
     }
 
-    /// A member must exist and be of one of these sections (or the ground).
+    /// A component must exist and be of one of these sections (or the ground).
     pub(super) fn reference(&mut self, key: String, name: &str, sections: &[&'static str]) {
         self.refers(key, name, sections);
     }
@@ -301,7 +301,7 @@ impl<'a> Checker<'a> {
         let frames = (self.model.frame(from), self.model.frame(to));
         if from == to || matches!(frames, (Some(a), Some(b)) if a == b) {
             let message = format!("both ends are `{from}`");
-            self.report(key, message, "connect two different members");
+            self.report(key, message, "connect two different components");
         }
     }
 
@@ -345,7 +345,7 @@ impl<'a> Checker<'a> {
             }
             _ => {
                 let message = "the joint has no place".to_owned();
-                let help = "add `position = [x, y, z]` (in space, at the start), or both \
+                let help = "add `position = [x, y, z]` (in space, initially), or both \
                             `anchor_parent` and `anchor_child`";
                 self.report(key, message, help);
             }
@@ -354,7 +354,7 @@ impl<'a> Checker<'a> {
         match joint.axis {
             None if joint.kind.has_axis() => {
                 let message = "this type of joint needs an axis".to_owned();
-                self.report(key, message, "add `axis = [0, 0, 1]` (in space, at the start)");
+                self.report(key, message, "add `axis = [0, 0, 1]` (in space, initially)");
             }
             Some(axis) if axis.iter().all(|a| a.abs() < 1e-100) => {
                 let message = "the axis has zero length".to_owned();
@@ -370,7 +370,7 @@ impl<'a> Checker<'a> {
         let Some(second) = joint.axis2 else {
             if joint.kind.has_second_axis() {
                 let message = "this type of joint needs a second axis".to_owned();
-                let help = "add `axis2 = [0, 1, 0]` (fixed in the child; in space, at the start, \
+                let help = "add `axis2 = [0, 1, 0]` (fixed in the child; in space, initially, \
                             perpendicular to `axis`)";
                 self.report(key, message, help);
             }

@@ -1,4 +1,4 @@
-//! `[[bar]]`, `[[joint]]` and `[[spring]]`: what connects members.
+//! `[[bar]]`, `[[joint]]` and `[[spring]]`: what connects components.
 
 use super::drive::{JointDamper, JointMotor, JointSpring};
 use schemars::JsonSchema;
@@ -33,11 +33,11 @@ pub struct Bar {
 pub enum JointKind {
     /// A common point; 3 degrees of freedom.
     Spherical,
-    /// Turns about `axis`; 1 freedom.
+    /// Rotation about `axis`; 1 degree of freedom.
     Revolute,
     /// Turns about and slides along `axis`; 2 degrees of freedom.
     Cylindrical,
-    /// Slides along `axis`; 1 freedom.
+    /// Translation along `axis`; 1 degree of freedom.
     Prismatic,
     /// Slides in the plane normal to `axis` and turns about it; 3 degrees of freedom.
     Planar,
@@ -45,7 +45,7 @@ pub enum JointKind {
     Fixed,
     /// Two crossing axes, `axis` fixed in the parent, `axis2` in the child; 2 degrees of freedom.
     Universal,
-    /// Turns about `axis` and advances along it by `pitch` per turn; 1 freedom.
+    /// Rotation about `axis` with translation along it by `pitch` per revolution; 1 degree of freedom.
     Screw,
 }
 
@@ -85,9 +85,9 @@ impl JointKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "rate is a number, or a list of numbers")]
 pub enum Rates {
-    /// Of a single freedom.
+    /// Of a single degree of freedom.
     One(f64),
-    /// One for each freedom.
+    /// One for each degree of freedom.
     Many(Vec<f64>),
 }
 
@@ -140,7 +140,7 @@ pub struct Joint {
     /// from the ground and the joints left over are cut.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub cut: bool,
-    /// Screw joints: advance along `axis` per right-handed turn, m.
+    /// Screw joints: advance along `axis` per right-handed revolution, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch: Option<f64>,
     /// A spring on a joint coordinate.
@@ -173,7 +173,7 @@ pub enum SpringLaw {
     QuadraticStretch,
 }
 
-/// `[[spring]]`: a spring, with an optional damper, between two members or a member and the ground.
+/// `[[spring]]`: a spring, with an optional damper, between two components or a component and the ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spring {

@@ -11,10 +11,10 @@ use super::load::History;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JointSpring {
-    /// Which freedom of the joint, counted from 0 in the order slides first, then turns.
+    /// Which degree of freedom of the joint, counted from 0: displacements first, then angles.
     #[serde(default)]
     pub freedom: usize,
-    /// Stiffness `k`, N/m for slides, N·m/rad for turns.
+    /// Stiffness `k`, N/m for displacements, N·m/rad for angles.
     pub stiffness: f64,
     /// The joint coordinate at which it is relaxed, m or rad; 0 is the start configuration.
     #[serde(default)]
@@ -25,10 +25,10 @@ pub struct JointSpring {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JointDamper {
-    /// Which freedom of the joint, counted from 0.
+    /// Which degree of freedom of the joint, counted from 0.
     #[serde(default)]
     pub freedom: usize,
-    /// Damping `c`, N·s/m for slides, N·m·s/rad for turns.
+    /// Damping `c`, N·s/m for displacements, N·m·s/rad for angles.
     pub damping: f64,
 }
 
@@ -36,7 +36,7 @@ pub struct JointDamper {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JointMotor {
-    /// Which freedom of the joint, counted from 0.
+    /// Which degree of freedom of the joint, counted from 0.
     #[serde(default)]
     pub freedom: usize,
     /// Force, N, or torque, N·m.
@@ -97,7 +97,7 @@ impl Path {
     }
 }
 
-/// `[[constraint]]`: a single constraint beside the joints.
+/// `[[constraint]]`: a scalar constraint beside the joints.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Constraint {
@@ -154,7 +154,7 @@ pub enum Constraint {
         /// Their degrees of freedom, counted from 0.
         #[serde(default)]
         freedoms: [usize; 2],
-        /// The ratio: teeth of b over teeth of a for gears that turn against one another.
+        /// The ratio: teeth of b over teeth of a for gears that rotate in opposite directions.
         ratio: f64,
     },
     /// A joint coordinate follows a path (measured from the start configuration).
@@ -163,7 +163,7 @@ pub enum Constraint {
         name: String,
         /// The joint.
         joint: String,
-        /// Its freedom, counted from 0.
+        /// Its degree of freedom, counted from 0.
         #[serde(default)]
         freedom: usize,
         /// The path; its rate at t = 0 must be that of the start.

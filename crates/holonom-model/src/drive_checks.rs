@@ -1,4 +1,4 @@
-//! Checks of what acts on joint coordinates and of single constraints.
+//! Checks of what acts on joint coordinates and of scalar constraints.
 
 use super::checks::Checker;
 use super::start::coincide;
@@ -23,7 +23,7 @@ impl Checker<'_> {
         }
         match (joint.kind, joint.pitch) {
             (JointKind::Screw, None) => {
-                let help = "add `pitch = …`, the advance per turn in m";
+                let help = "add `pitch = …`, the advance per revolution in m";
                 self.report(key, "a screw joint needs a pitch".into(), help);
             }
             (kind, Some(_)) if kind != JointKind::Screw => {

@@ -5,7 +5,7 @@
 //! ```
 //! All units are SI, angles in rad. Unknown keys are errors. What is wrong is said all at once where
 //! that is sensible: first everything that cannot be read, then everything that makes no sense, then
-//! every bar and joint that the stated start misses.
+//! every bar and joint that the initial values violate.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -13,7 +13,7 @@ pub const MAX_PROBLEMS: usize = 50;
 pub struct Problem {
     /// What is wrong.
     pub message: String,
-    /// Where, as a key path with members by name: `body.top.mass`. Empty: the file as a whole.
+    /// Where, as a key path with components by name: `body.top.mass`. Empty: the file as a whole.
     pub key: String,
     /// Where, as bytes of the text; `None` when the value does not come from the text.
     #[serde(skip)]
@@ -51,7 +51,7 @@ impl Problem {
     }
 }
 
-/// A problem at a key below that of a member, with what to write instead.
+/// A problem at a key below that of a component, with what to write instead.
 pub(crate) fn fault(key: &str, message: impl Into<String>, help: impl Into<String>) -> Problem {
     Problem::new(key, message).help(help)
 }
@@ -65,7 +65,7 @@ impl fmt::Display for Problem {
     }
 }
 
-/// The level at which a start misses a constraint.
+/// The level at which initial values violate a constraint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Level {
@@ -82,7 +82,7 @@ pub struct Inconsistency {
     pub key: String,
     /// Positions or velocities.
     pub level: Level,
-    /// By how much the start misses it: m or m/s.
+    /// Violation of the constraint: m or m/s.
     pub distance: f64,
     /// The numbers that disagree, in words; may be empty.
     pub detail: String,
@@ -93,8 +93,8 @@ impl Inconsistency {
     #[must_use]
     pub fn problem(&self) -> Problem {
         let (what, unit) = match self.level {
-            Level::Position => ("the start configuration misses this constraint", "m"),
-            Level::Velocity => ("the start velocities violate this constraint", "m/s"),
+            Level::Position => ("the initial configuration violates this constraint", "m"),
+            Level::Velocity => ("the initial velocities violate this constraint", "m/s"),
         };
         let distance = match self.distance {
             d if (1e-3..1e6).contains(&d) => format!("{}", (d * 1e6).round() / 1e6),
@@ -103,8 +103,8 @@ impl Inconsistency {
         let detail =
             if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };
         Problem::new(self.key.clone(), format!("{what} by {distance} {unit}{detail}")).help(
-            "correct the start, or set `project_start = true` under [simulation] to move it \
-                 onto the constraints",
+            "correct the initial values, or set `project_start = true` under [simulation] to \
+                 project them onto the constraints",
         )
     }
 }
@@ -138,14 +138,14 @@ pub enum ModelError {
     #[error("the model has {} problem(s); the first: {}", .0.len(), .0.first().map_or_else(String::new, ToString::to_string))]
     Assembly(Vec<Problem>),
     /// The start does not satisfy the constraints, and `project_start` is not set.
-    #[error("the start is inconsistent: {}", .0.first().map_or_else(String::new, |i| i.problem().to_string()))]
+    #[error("the initial values are inconsistent: {}", .0.first().map_or_else(String::new, |i| i.problem().to_string()))]
     InconsistentStart(Vec<Inconsistency>),
-    /// Some direction of motion carries no mass: `PᵀMP` is singular.
+    /// Some direction of motion has no mass: `PᵀMP` is singular.
     #[error("the mass matrix is singular: {detail}")]
     SingularMass {
-        /// The key of the member concerned, such as `body.rod`; or empty.
+        /// The key of the component concerned, such as `body.rod`; or empty.
         member: String,
-        /// Which motion carries no mass, and what would.
+        /// Which motion has no mass, and how to give it one.
         detail: String,
     },
     /// The model is valid, but this version cannot simulate it.

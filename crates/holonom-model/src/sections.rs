@@ -2,6 +2,6 @@
 
 /// Sections that are one table.
 pub(crate) const TABLES: [&str; 2] = ["model", "simulation"];
-/// Sections that are lists of named members.
+/// Sections that are lists of named components.
 pub(crate) const LISTS: [&str; 9] =
     ["body", "beam", "particle", "bar", "joint", "constraint", "spring", "load", "sensor"];

@@ -80,7 +80,8 @@ impl Checker<'_> {
                 self.reference(of.clone(), &sensor.of, &["joint"]);
                 let joint = self.model.joints.iter().find(|j| j.name == sensor.of);
                 if joint.is_some_and(|j| j.kind == JointKind::Fixed) {
-                    let message = format!("`{}` is a fixed joint: it has no freedom", sensor.of);
+                    let message =
+                        format!("`{}` is a fixed joint: it has no degree of freedom", sensor.of);
                     self.report(of, message, "measure another joint");
                 }
             }

@@ -1,6 +1,6 @@
 //! The text of a model: sections, spans of every value, overrides by key path.
 //!
-//! Key paths name members: `body.top.mass`, `model.gravity`, `particle.bob.position.0`.
+//! Key paths name components: `body.top.mass`, `model.gravity`, `particle.bob.position.0`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -64,7 +64,7 @@ impl<'i> Document<'i> {
         }
     }
 
-    /// The path of a member: by name, or by number when its name is missing or not its own.
+    /// The path of a component: by name, or by number when its name is missing or not its own.
     pub(crate) fn label(&self, section: &str, index: usize) -> &str {
         self.labels.get(section).and_then(|l| l.get(index)).map_or("", String::as_str)
     }
@@ -227,7 +227,7 @@ fn written(value: &DeValue<'_>) -> String {
     }
 }
 
-/// Paths of the members of a list, by name where the name is a member's own.
+/// Paths of the components of a list, by name where the name is the component's own.
 fn labels(table: &DeTable<'_>, section: &str) -> Vec<String> {
     let entries = table.get(section).and_then(|v| v.get_ref().as_array());
     let mut seen = BTreeSet::new();

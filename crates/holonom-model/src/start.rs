@@ -10,7 +10,7 @@ use super::{Bar, Beam, Body, GROUND, Joint, JointKind, Model, Particle, Spring, 
 /// `φ` and the triad of a node.
 type Node = (Vector3<f64>, Matrix3<f64>);
 
-/// Points of the start configuration, found by the names of members.
+/// Points of the initial configuration, found by the names of components.
 pub struct StartPoints<'a> {
     bodies: BTreeMap<&'a str, &'a Body>,
     beams: BTreeMap<&'a str, (&'a Beam, Vec<Node>)>,
@@ -18,7 +18,7 @@ pub struct StartPoints<'a> {
 }
 
 impl<'a> StartPoints<'a> {
-    /// The points of a model; of two members of one name the first counts.
+    /// The points of a model; of two components of one name the first counts.
     #[must_use]
     pub fn new(model: &'a Model) -> Self {
         let bodies = model.bodies.iter().rev().map(|b| (b.name.as_str(), b)).collect();

@@ -16,7 +16,7 @@ const SIZE: (u32, u32) = (880, 330);
 const TITLE: u32 = 36;
 /// Colour of text and axes.
 pub(super) const INK: RGBColor = RGBColor(31, 41, 55);
-/// Okabe and Ito's colours, told apart by colour-blind readers.
+/// Okabe and Ito's colours, distinguishable for colour-blind readers.
 const COLORS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),

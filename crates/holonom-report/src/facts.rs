@@ -22,12 +22,12 @@ pub fn counts(summary: &Summary) -> String {
     };
     if let Some(statics) = &summary.statics {
         let found = plural(statics.equilibria, "equilibrium", "equilibria");
-        let freedoms = plural(*dof as u64, "degree of freedom", "degrees of freedom");
-        return format!("{freedoms}; {found} to t = {end_time}{ended}; {scheme}");
+        let dof_text = plural(*dof as u64, "degree of freedom", "degrees of freedom");
+        return format!("{dof_text}; {found} to t = {end_time}{ended}; {scheme}");
     }
-    let freedoms = plural(*dof as u64, "degree of freedom", "degrees of freedom");
+    let dof_text = plural(*dof as u64, "degree of freedom", "degrees of freedom");
     let steps = plural(*steps, "step", "steps");
-    format!("{freedoms}; {steps} of {step} s to t = {end_time} s{ended}; {scheme}, order {order}")
+    format!("{dof_text}; {steps} of {step} s to t = {end_time} s{ended}; {scheme}, order {order}")
 }
 
 fn plural(count: u64, one: &str, many: &str) -> String {
@@ -74,7 +74,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
     facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
 }
 
-/// Conservation, or the balance of energy and work.
+/// Conservation, or energy against work.
 fn energy_words(energy: &EnergySummary) -> String {
     let start = energy.initial;
     match energy.drift_per_step {
@@ -95,10 +95,10 @@ fn energy_words(energy: &EnergySummary) -> String {
 
 fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
     let halvings = plural(statics.halvings, "step was halved", "steps were halved");
-    let walk = if statics.arc_length { "by arc length" } else { "by steps of the load" };
+    let path = if statics.arc_length { "by arc length" } else { "by steps of the load" };
     let position = summary.constraint_residual.position.max;
     let mut facts = vec![
-        ("load path", format!("{walk}, to t = {} at most; {halvings}", statics.largest_time)),
+        ("load path", format!("{path}, to t = {} at most; {halvings}", statics.largest_time)),
         ("residual force", format!("{} at most (N, N·m)", number(statics.max_residual))),
         ("constraints", format!("residual {}", number(position))),
         (
@@ -111,7 +111,7 @@ fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
         ("time", format!("{} in all", duration(summary.wall_seconds))),
     ];
     if statics.neutral {
-        let note = "some direction has none: the equilibrium is not unique along it";
+        let note = "some direction has zero stiffness: the equilibrium is not unique along it";
         facts.insert(1, ("stiffness", note.to_owned()));
     }
     facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
@@ -135,13 +135,13 @@ fn conserved(components: &[f64; 3], unit: &str) -> String {
         (_, 0) => format!("conserved to {least} {unit}"),
         (0, _) => format!("all components change, by up to {most} {unit}"),
         _ => {
-            let kept = if least == "0" {
+            let constant = if least == "0" {
                 "conserved exactly".into()
             } else {
                 format!("conserved to {least}")
             };
             let (moved, still) = (moved.join(and), still.join(and));
-            format!("{moved} {verb} by up to {most} {unit}, {still} {kept}")
+            format!("{moved} {verb} by up to {most} {unit}, {still} {constant}")
         }
     }
 }

@@ -12,7 +12,7 @@ const AMPLITUDE: f64 = 0.15;
 #[must_use]
 pub fn mode_picture(report: &Report, k: usize, members: &[Member], beams: &Beams) -> Picture {
     let mode = &report.modes[k];
-    let centers = centers(members, &report.placement);
+    let centers = centers(members, &report.configuration);
     let flat = centers.iter().all(|x| (x[2] - centers[0][2]).abs() < 1e-9)
         && mode.shape.iter().all(|m| m.translation[2].abs() < 1e-9);
     let place = |x: [f64; 3]| -> Point { if flat { (x[0], x[1]) } else { axonometric(&x) } };

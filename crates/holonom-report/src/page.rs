@@ -108,7 +108,7 @@ fn push_plots(html: &mut String, trajectory: &Trajectory, figures: &[Figure]) {
     if members > positions {
         let _ = writeln!(
             html,
-            "<p class=\"note\">Positions of {positions} of {members} members; all are in \
+            "<p class=\"note\">Positions of {positions} of {members} components; all are in \
              trajectory.csv.</p>"
         );
     }
@@ -142,7 +142,7 @@ fn push_table(html: &mut String, summary: &Summary) {
             format!("{}, {}", summary.constraints, summary.redundant_constraints),
         ),
         ("degrees of freedom", summary.dof.to_string()),
-        ("energy at the start", format!("{} J", energy.initial)),
+        ("initial energy", format!("{} J", energy.initial)),
         ("largest energy error", format!("{:.3e} J", energy.max_abs_error)),
         match energy.drift_per_step {
             Some(drift) => ("energy drift per step", format!("{drift:.3e} J")),

@@ -4,7 +4,7 @@ use super::chart::{Axis, Chart, Curve};
 use super::series::{Points, subsample};
 use holonom_sim::output::{ResidualRow, Trajectory};
 
-/// Members whose positions are drawn.
+/// Components whose positions are drawn.
 pub(super) const MEMBERS: usize = 12;
 
 /// A chart with the name of its file and words to go with it.
@@ -47,7 +47,7 @@ pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
     plots
 }
 
-/// All charts of a walk along equilibria: load paths and positions of the members that move most.
+/// All charts of a continuation of equilibria: load paths and positions of the components that move most.
 #[must_use]
 pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
     let curves = Curves { trajectory, t: trajectory.column("t").unwrap_or_default() };
@@ -64,7 +64,7 @@ pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
     plots
 }
 
-/// Members whose load paths are drawn.
+/// Components whose load paths are drawn.
 const PATHS: usize = 4;
 
 struct Curves<'a> {
@@ -93,14 +93,14 @@ impl Curves<'_> {
         let curves = [self.of("E", "E_d − E_d(0)", true), self.of("H", "H_d − H_d(0)", true)];
         Plot {
             name: "energy_error".into(),
-            caption: "A variational integrator keeps this bounded, without a trend, as long as \
-                      nothing dissipates or drives."
+            caption: "With a variational integrator the energy error of a conservative system is bounded, \
+                      without secular drift."
                 .into(),
             chart: linear("Energy error", "deviation", "J", curves),
         }
     }
 
-    /// How far the members that move most are from where they began.
+    /// Displacements of the components that move most.
     fn ways(&self) -> Vec<(&str, Vec<f64>)> {
         let way = |name: &str| -> Vec<f64> {
             let axes =
@@ -126,8 +126,8 @@ impl Curves<'_> {
         Plot {
             name: "load_path".into(),
             caption:
-                "How far the members that move most are from the first equilibrium, and at which \
-                      time of the loads. Where the curve turns back, the load has to fall."
+                "Displacement from the first equilibrium of the components that move most, against the time \
+                      of the loads. Beyond a limit point the load decreases."
                     .into(),
             chart: Chart {
                 title: "Load path".into(),

@@ -23,11 +23,11 @@ fn at_start(found: &Contradiction, mechanism: &Mechanism) -> ModelError {
     let (names, motion) = members(mechanism, &found.rows);
     let level = found.level;
     if motion {
-        let message = format!("{}: no {level} at the start satisfies them", together(&names));
+        let message = format!("{}: no initial {level} satisfies them", together(&names));
         return problem(&names, message, AGREE);
     }
     let message = format!(
-        "{}: no branch of the motion has the velocities of the start, no {level} satisfies the \
+        "{}: no branch of the motion has the initial velocities, no {level} satisfies the \
          constraints with them (a chain that is fully stretched, or a velocity across a dead centre)",
         together(&names)
     );
@@ -63,7 +63,7 @@ pub(crate) fn paths(
         );
         return Err(problem(&names, message, "remove the motion, or what locks its joint"));
     }
-    let message = format!("{}: their paths move apart (at t = {t:.3} s)", together(&names));
+    let message = format!("{}: their paths disagree (at t = {t:.3} s)", together(&names));
     Err(problem(&names, message, AGREE))
 }
 

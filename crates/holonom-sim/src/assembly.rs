@@ -26,7 +26,7 @@ pub struct AssemblyReport {
     /// Elements of all beams.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub elements: usize,
-    /// Joints, bars and single constraints.
+    /// Joints, bars and scalar constraints.
     pub joints: usize,
     /// Redundant coordinates `n`.
     pub coordinates: usize,
@@ -38,7 +38,7 @@ pub struct AssemblyReport {
     pub redundant: Vec<String>,
     /// Degrees of freedom.
     pub dof: usize,
-    /// What the start misses the constraints by.
+    /// Violation of the constraints by the initial values.
     pub closure: Closure,
     /// The stiffest element against the step; `None` without beams.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -118,13 +118,17 @@ pub(crate) fn report(
     let start = run.start_report();
     let moved = start.position_moved;
     if moved > 0.0 {
-        let warning = format!("the start was moved onto the constraints by {moved:.3e} m");
+        let warning = format!(
+            "the initial configuration was projected onto the constraints: moved by {moved:.3e} m"
+        );
         report.warnings.push(warning);
         report.projected = Some(moved);
     }
     if start.velocity_moved > 0.0 {
         let moved = start.velocity_moved;
-        let warning = format!("the start velocity was moved onto the constraints by {moved:.3e}");
+        let warning = format!(
+            "the initial velocity was projected onto the constraints: changed by {moved:.3e}"
+        );
         report.warnings.push(warning);
     }
     report.stiffness = Stiffness::new(beams, &model.settings);
@@ -187,22 +191,20 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
     match error {
         SetupError::Start(StartError::Singular) => ModelError::SingularMass {
             member: String::new(),
-            detail: "some motion that the constraints allow carries no mass".into(),
+            detail: "some motion that the constraints allow has no mass".into(),
         },
         SetupError::Start(StartError::NoConfiguration { .. } | StartError::NotFinite) => {
-            unsupported("simulation.project_start", "correct the positions of the start")
+            unsupported("simulation.project_start", "correct the initial positions")
         }
         SetupError::Contradiction(found) => agreement::refusal(found, model),
         SetupError::DissipativeComposition => unsupported("simulation.order", "write order = 2"),
         SetupError::RankAtStart { .. } => {
-            unsupported("simulation.scheme", "move a point mass or a body off by a little")
+            unsupported("simulation.scheme", "displace a point mass or a body slightly")
         }
         SetupError::SingularStart { joint, reason } => {
             let help = match reason {
                 SingularStart::Scheme => "write scheme = \"nodal\"",
-                _ => {
-                    "turn one of its bodies by a little, or give the loop a velocity of its motion"
-                }
+                _ => "rotate one of its bodies slightly, or give the loop an initial velocity",
             };
             unsupported(&format!("joint.{joint}"), help)
         }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use vi_multibody::builder::{CoordinateId, JointId, MechanismBuilder};
 use vi_multibody::joint_force::{PdControl, Viscous};
 
-/// Coordinate `freedom` of joint `id`.
+/// Degree of freedom `freedom` of joint `id`.
 fn coordinate(
     joint: &holonom_model::Joint,
     id: JointId,

@@ -9,7 +9,7 @@ use crate::outcome::StaticFacts;
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
 
-/// What can be run: a motion, or a walk along equilibria.
+/// What can be run: a motion, or a continuation of equilibria.
 pub trait Experiment {
     /// What the assembly found.
     fn assembly(&self) -> &AssemblyReport;
@@ -25,7 +25,7 @@ pub trait Experiment {
     }
     /// What is worth knowing of the assembly and of the run so far.
     fn warnings(&self) -> Vec<String>;
-    /// What a walk along equilibria was like; `None` for motions.
+    /// Facts of a continuation of equilibria; `None` for motions.
     fn statics(&self) -> Option<StaticFacts> {
         None
     }

@@ -48,7 +48,7 @@ impl Stiffness {
         worst
     }
 
-    /// What composed steps of stiff beams must be told.
+    /// Warnings on composed steps of stiff beams.
     pub(crate) fn warning(&self, settings: &Settings) -> Option<String> {
         if settings.order == 2 || self.h_omega_max <= RESOLVED {
             return None;
@@ -112,12 +112,12 @@ impl LimitWatch {
         Ok(())
     }
 
-    /// Begins anew: what was found so far has been told.
+    /// Begins anew: what was found so far has been reported.
     pub(crate) fn begin(&mut self) {
         self.beams.iter_mut().for_each(|watched| watched.first = None);
     }
 
-    /// What the configurations since must be told.
+    /// Warnings on the configurations since.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let warning = |watched: &Watched| {
             let (first, begin) = watched.first?;

@@ -1,10 +1,10 @@
-//! Natural frequencies and shapes of a model: small vibrations about its start or about an equilibrium.
+//! Natural frequencies and shapes of a model: small vibrations about its initial configuration or about an equilibrium.
 //!
 //! ```text
-//! K x = ω² M x       K, M of the freedoms of the system, without damping
+//! K x = ω² M x       K, M of the degrees of freedom of the system, without damping
 //! ```
 //! See [`vi_beam::modes`]. Modes without stiffness (rigid-body motions, spins, idle degrees of freedom) have
-//! `ω = 0`; `ω² < 0` is an instability that grows as `exp(√−ω² t)`. Start velocities play no part.
+//! `ω = 0`; `ω² < 0` is an instability that grows as `exp(√−ω² t)`. Initial velocities are not used.
 
 use crate::beams::Beams;
 use crate::outcome::RunFailure;
@@ -19,14 +19,14 @@ use vi_rigid::directors;
 
 /// Steps of the loads that lead to the equilibrium of a model of motion.
 const STEPS: f64 = 10.0;
-/// Forces out of balance, as a part of the largest one, above which a start is called no equilibrium.
+/// Residual force, as a part of the largest one, above which a configuration is no equilibrium.
 const BALANCED: f64 = 1e-6;
 
 /// About which configuration.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum About {
-    /// The start as it stands, under the loads at `t = 0`.
+    /// The initial configuration, under the loads at `t = 0`.
     #[default]
     Start,
     /// The equilibrium under the loads at the end, as `scheme = "static"` finds it.
@@ -45,7 +45,7 @@ pub enum Kind {
     Vibration,
 }
 
-/// How a member moves in a mode.
+/// How a component moves in a mode.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MemberShape {
     /// Its name.
@@ -91,8 +91,8 @@ pub struct Report {
     pub zero: usize,
     /// Softest first: all unstable ones, all without stiffness, and vibrations as asked for.
     pub modes: Vec<Mode>,
-    /// Coordinates of the configuration, members one after the other.
-    pub placement: Vec<f64>,
+    /// Coordinates of the configuration, components one after the other.
+    pub configuration: Vec<f64>,
     /// What is worth knowing.
     pub warnings: Vec<String>,
 }
@@ -101,7 +101,7 @@ pub struct Report {
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModesError {
-    /// The model is not valid, or has a freedom without mass.
+    /// The model is not valid, or has a degree of freedom without mass.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// The equilibrium was not found.
@@ -110,13 +110,13 @@ pub enum ModesError {
 }
 
 /// A model at a configuration, ready for its modes.
-pub struct Placement {
+pub struct ModalAnalysis {
     statics: Statics,
     about: About,
     name: String,
 }
 
-impl Placement {
+impl ModalAnalysis {
     /// Assembles a model, and goes to its equilibrium if that is asked for.
     ///
     /// # Errors
@@ -147,7 +147,7 @@ impl Placement {
         self.statics.beams()
     }
 
-    /// The members, in the order of their coordinates.
+    /// The components, in the order of their coordinates.
     #[must_use]
     pub fn members(&self) -> &[Member] {
         self.statics.members()
@@ -156,17 +156,17 @@ impl Placement {
     /// The modes: the unstable ones, those without stiffness, and the `count` softest vibrations.
     ///
     /// # Errors
-    /// [`ModesError::Model`] when a freedom carries no mass.
+    /// [`ModesError::Model`] when a degree of freedom has no mass.
     pub fn modes(&mut self, count: usize) -> Result<Report, ModesError> {
         let found = vi_beam::modes::modes(self.statics.problem()).map_err(refusal)?;
         let kinds: Vec<Kind> = (0..found.squared.len()).map(|k| kind(&found, k)).collect();
         let number = |kind: Kind| kinds.iter().filter(|k| **k == kind).count();
         let (unstable, zero) = (number(Kind::Unstable), number(Kind::Zero));
         let shown = kinds.iter().take(unstable + zero + count).enumerate();
-        let placement = self.statics.problem().placement().to_vec();
+        let configuration = self.statics.problem().placement().to_vec();
         let modes = shown.map(|(k, kind)| {
             let shape =
-                shape(self.statics.members(), &placement, found.shapes.column(k).as_slice());
+                shape(self.statics.members(), &configuration, found.shapes.column(k).as_slice());
             mode(*kind, found.squared[k], shape)
         });
         let modes = modes.collect();
@@ -179,7 +179,7 @@ impl Placement {
             zero,
             modes,
             warnings: warnings(&found),
-            placement,
+            configuration,
         })
     }
 }
@@ -214,20 +214,20 @@ fn warnings(found: &Modes) -> Vec<String> {
     if found.unbalanced > (BALANCED * found.applied).max(found.round_off) {
         warnings.push(format!(
             "the configuration is no equilibrium, the residual force is {:.2e} N (N·m): these are \
-             the modes of its stiffness alone; --at static takes the equilibrium",
+             the modes of its stiffness alone; --at static computes the equilibrium",
             found.unbalanced
         ));
     } else if found.asymmetry > 1e-9 {
         warnings.push(format!(
             "the stiffness is not symmetric, by {:.1e} of its size (torques with fixed directions, \
-             followers, control): its symmetric part is taken",
+             followers, control): its symmetric part is used",
             found.asymmetry
         ));
     }
     warnings
 }
 
-/// The velocity field of a mode as displacements and rotations of members.
+/// The velocity field of a mode as displacements and rotations of components.
 fn shape(members: &[Member], q: &[f64], v: &[f64]) -> Vec<MemberShape> {
     let mut at = 0;
     let mut shape: Vec<MemberShape> = Vec::with_capacity(members.len());

@@ -10,7 +10,7 @@
 //! ```
 //! `λ_n` is that of the node (36) at order 2. It is that of the acceleration level with composed steps,
 //! at a node from which no step could be taken, and at the start, where (47) is of first order only (it
-//! is a one-sided difference). What counts on (turns of joints, the sign of quaternions) is followed at
+//! is a one-sided difference). Unwrapped angles of joints and the sign of quaternions are followed at
 //! every step, whether it is recorded or not.
 
 use crate::beams::Beams;
@@ -111,7 +111,7 @@ fn parts(model: &Model, sensor: &Sensor) -> Vec<Part> {
 }
 
 /// `x, y, z` for rotation vectors; `u…` for lengths and `theta…` for angles, numbered when there are
-/// several; nothing when there is only one freedom.
+/// several; nothing when there is only one degree of freedom.
 fn joint_parts(
     pair: Option<PairKind>,
     angle: [&'static str; 2],

@@ -33,7 +33,7 @@ fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (String, String) 
     let angle = angle.to_degrees();
     let message = format!(
         "element {element} of beam `{beam}` is bent by {angle:.1}° between its nodes; beyond 90° an element \
-         folds at no cost"
+         folds without resistance"
     );
     (message, "write more elements".into())
 }
@@ -75,7 +75,7 @@ impl Simulation {
         }
         let mut method = method(mechanism, &dynamics, model, solver)?;
         if method.here(false).is_err() {
-            let detail = "some motion that the constraints allow carries no mass".into();
+            let detail = "some motion that the constraints allow has no mass".into();
             return Err(ModelError::SingularMass { member: String::new(), detail });
         }
         agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
@@ -347,7 +347,7 @@ impl Simulation {
             Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => {
                 let (link, _) = mechanism.tree().owner(unknown)?;
                 let body = &mechanism.description().bodies[link.frame].name;
-                Some(format!("body `{body}`, carried by `{}`", link.joint.name))
+                Some(format!("body `{body}`, the child of `{}`", link.joint.name))
             }
             _ if unknown < mechanism.dim() => {
                 Some(format!("`{}`", mechanism.coordinate_name(unknown)))
@@ -436,7 +436,7 @@ fn method(
         }
         Family::Static => Err(ModelError::Unsupported {
             key: "simulation.scheme".into(),
-            what: "statics is no motion".into(),
+            what: "`static` computes equilibria, no motion".into(),
             help: "take the equilibria of the model, or another scheme".into(),
         }),
     }

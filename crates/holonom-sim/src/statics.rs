@@ -6,7 +6,7 @@
 //! `t` is the time of the loads: loads and motors with a history and prescribed motions are taken at it. Those
 //! without a history grow in proportion, `t/end` times what is stated, so that with `end = 1` it is the load
 //! factor. The weight is there from the beginning. The start is relaxed to the first equilibrium
-//! ([`vi_beam::relaxation`]); from there on every equilibrium on the way is a row of the trajectory,
+//! ([`vi_beam::relaxation`]); from there on every equilibrium of the continuation is a row of the trajectory,
 //! also those between the steps that halving needed. With `arc_length = true` the path is followed by its
 //! arc length, through limit points, until `t` first reaches the end.
 
@@ -31,7 +31,7 @@ use vi_core::Configuration;
 use vi_core::momentum_map::Momentum;
 use vi_multibody::mechanism::Mechanism;
 
-/// Equilibria that one walk by arc length may take.
+/// Largest number of equilibria of a continuation by arc length.
 const MOST: usize = 2000;
 
 /// A model in search of its equilibria.
@@ -77,7 +77,7 @@ impl Statics {
         let closure = assembly::closure(&mechanism, &q, &vec![0.0; q.len()]);
         let mut assembly = assembly::counts(model, (&mechanism, &rows), &beams, closure);
         if v.iter().any(|v| *v != 0.0) {
-            let note = "the start velocities of the model play no part in statics";
+            let note = "the initial velocities of the model are not used in statics";
             assembly.warnings.push(note.into());
         }
         sensors.begin(&q);
@@ -123,7 +123,7 @@ impl Statics {
         &mut self.problem
     }
 
-    /// Walks to the end of the loads without recording anything.
+    /// Continuation to the end of the loads without recording anything.
     ///
     /// # Errors
     /// [`RunFailure`].

@@ -1,11 +1,11 @@
-//! What was promised, what was measured, and whether the two agree.
+//! Which property is expected, what was measured, and whether the two agree.
 
 use super::convergence::Convergence;
 use super::measure::Conditioning;
 use super::subject::Method;
 use serde::{Deserialize, Serialize};
 
-/// What a promise is about.
+/// The property that is verified.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -65,34 +65,58 @@ impl Criterion {
     }
 }
 
-/// How a promise fared.
+/// Whether a property holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// It holds.
     Pass,
+    /// It does not hold, and the cause is known.
+    KnownDeviation,
+    /// The numbers do not decide; the reason says why.
+    Inconclusive,
+    /// The scheme or the system does not have the property; the reason says why.
+    NotApplicable,
     /// It does not hold.
     Fail,
-    /// It does not hold, and it is known why.
-    Known,
-    /// The numbers do not tell, or the promise is not made here; the reason says which.
-    Open,
 }
 
 impl Verdict {
-    /// In a word.
+    /// All of them, in the order of [`counts`].
+    pub const ALL: [Self; 5] =
+        [Self::Pass, Self::KnownDeviation, Self::Inconclusive, Self::NotApplicable, Self::Fail];
+
+    /// Whether the property was judged: neither inconclusive nor not applicable.
+    #[must_use]
+    pub fn is_judged(self) -> bool {
+        !matches!(self, Self::Inconclusive | Self::NotApplicable)
+    }
+
+    /// How far from a pass: failures highest, then known deviations, then what was not judged.
+    #[must_use]
+    pub fn severity(self) -> u32 {
+        match self {
+            Self::Pass => 0,
+            Self::Inconclusive | Self::NotApplicable => 1,
+            Self::KnownDeviation => 2,
+            Self::Fail => 3,
+        }
+    }
+
+    /// In words.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",
+            Self::KnownDeviation => "known deviation",
+            Self::Inconclusive => "inconclusive",
+            Self::NotApplicable => "not applicable",
             Self::Fail => "FAIL",
-            Self::Known => "known",
-            Self::Open => "open",
         }
     }
 }
 
-/// One promise, measured.
+/// One property, measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     /// What it is about.
@@ -131,6 +155,16 @@ impl std::fmt::Display for Finding {
         }
         Ok(())
     }
+}
+
+/// How many findings have each verdict, in words: `8 pass, 1 known deviation, …`.
+#[must_use]
+pub fn counts(findings: &[&Finding]) -> String {
+    let count = |verdict: Verdict| {
+        let number = findings.iter().filter(|f| f.verdict == verdict).count();
+        format!("{number} {}", verdict.name().to_lowercase())
+    };
+    Verdict::ALL.map(count).join(", ")
 }
 
 /// A convergence study of a method.

@@ -44,7 +44,7 @@ impl Plan {
     }
 }
 
-/// Measures and judges; `progress` is told what comes next and what fails.
+/// Measures and judges; `progress` receives what is measured next and what fails.
 pub fn certify(
     subject: &dyn Subject,
     system: &str,
@@ -95,6 +95,19 @@ impl Certifier<'_> {
         Setting::new(method, order, self.plan.step)
     }
 
+    /// Whether a run by the method can be started.
+    fn applies(&self, method: Method, order: u32) -> bool {
+        self.subject.start(self.setting(method, order)).is_ok()
+    }
+
+    /// The verdict of what could not be measured.
+    fn unmeasured(&self, method: Method, order: u32) -> Verdict {
+        match self.applies(method, order) {
+            true => Verdict::Inconclusive,
+            false => Verdict::NotApplicable,
+        }
+    }
+
     /// Everything about a method at an order.
     fn of_order(&mut self, method: Method, order: u32, steps: u64) {
         let plan = self.plan;
@@ -105,7 +118,7 @@ impl Certifier<'_> {
         let along = [Criterion::Energy, Criterion::Momentum, Criterion::Residual];
         if along.into_iter().any(|criterion| plan.asks(criterion)) {
             (self.progress)(&format!("{}, order {order}: long run", method.name()));
-            self.kept(method, order, steps);
+            self.conserved(method, order, steps);
         }
         if plan.asks(Criterion::Output) {
             self.reported(method, order);
@@ -126,6 +139,7 @@ impl Certifier<'_> {
                 let mut refused = finding(Criterion::Order, method, order, "q, p, λ");
                 refused.expected = order.to_string();
                 refused.measured = "not measured".into();
+                refused.verdict = self.unmeasured(method, order);
                 refused.reason = error;
                 return self.push(refused);
             }
@@ -150,15 +164,15 @@ impl Certifier<'_> {
     }
 
     /// Energy, momentum maps and residuals along a run.
-    fn kept(&mut self, method: Method, order: u32, steps: u64) {
+    fn conserved(&mut self, method: Method, order: u32, steps: u64) {
         let steps = (steps / sub_steps(order)).max(LEAST_STEPS.min(steps));
         let setting = self.setting(method, order);
-        let applies = self.subject.start(setting).is_ok();
+        let applies = self.applies(method, order);
         let run = match long_run(self.subject, setting, steps) {
             Ok(run) => run,
             Err(error) => {
                 let mut failed = finding(Criterion::Energy, method, order, "run");
-                failed.verdict = if applies { Verdict::Fail } else { Verdict::Open };
+                failed.verdict = if applies { Verdict::Fail } else { Verdict::NotApplicable };
                 failed.expected = format!("{steps} steps of {} s", setting.step);
                 failed.measured = "the run failed".into();
                 failed.reason = error;
@@ -175,8 +189,8 @@ impl Certifier<'_> {
         }
         if self.plan.asks(Criterion::Momentum) {
             let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
-            let conserved = |k: &usize| run.nature.symmetries[*k];
-            for k in (0..names.len()).filter(conserved) {
+            let is_conserved = |k: &usize| run.nature.symmetries[*k];
+            for k in (0..names.len()).filter(is_conserved) {
                 let drift = judge_momentum((method, order), names[k], &run, &run.momentum(k));
                 self.push(drift);
             }
@@ -244,6 +258,7 @@ impl Certifier<'_> {
             Ok(compared) => compared.iter().for_each(|c| self.push(judge_output(method, order, c))),
             Err(error) => {
                 let mut refused = finding(Criterion::Output, method, order, "all");
+                refused.verdict = self.unmeasured(method, order);
                 refused.reason = error;
                 self.push(refused);
             }
@@ -253,12 +268,16 @@ impl Certifier<'_> {
     fn reversed(&mut self, method: Method, order: u32) {
         let mut found = finding(Criterion::Reversal, method, order, "q after N steps and back");
         if self.nature().is_some_and(|nature| nature.dissipative) {
+            found.verdict = Verdict::NotApplicable;
             found.reason = "not reversible: the system is dissipative".into();
             self.push(found);
             return;
         }
         match reversal(self.subject, self.setting(method, order), self.plan.few) {
-            Err(error) => found.reason = error, // told by the long run
+            Err(error) => {
+                found.verdict = self.unmeasured(method, order);
+                found.reason = error; // the long run fails, too
+            }
             Ok(result) => {
                 let growth = result.amplification.unwrap_or(10.0).max(10.0);
                 let limit = round_off(self.plan.few, growth * growth);
@@ -283,6 +302,7 @@ impl Certifier<'_> {
         let mut found = finding(Criterion::Symplecticity, method, order, "change of Ω");
         let variational = matches!(method, Method::Variational(_));
         if self.nature().is_some_and(|nature| nature.forced || nature.dissipative) {
+            found.verdict = Verdict::NotApplicable;
             found.reason =
                 "a force without a potential acts: no symplectic form is conserved".into();
             return self.push(found);
@@ -290,7 +310,10 @@ impl Certifier<'_> {
         let small = format!("≤ {FORM_TOLERANCE:.0e}");
         found.expected = if variational { small } else { "not conserved".into() };
         match symplectic_defect(self.subject, self.setting(method, order), 4) {
-            Err(error) => found.reason = error,
+            Err(error) => {
+                found.verdict = self.unmeasured(method, order);
+                found.reason = error;
+            }
             Ok(defect) => {
                 found.measured = format!("{defect:.1e}");
                 found.value = Some(defect);
@@ -299,7 +322,7 @@ impl Certifier<'_> {
                     (true, false) => Verdict::Fail,
                     (false, true) => {
                         found.reason = "not guaranteed; holds for this trajectory".into();
-                        Verdict::Open
+                        Verdict::NotApplicable
                     }
                 };
             }
@@ -317,7 +340,7 @@ impl Certifier<'_> {
             Ok(numbers) => {
                 found.measured = format!("{:.2}; {:.2}", numbers.as_written, numbers.scaled);
                 found.value = Some(numbers.as_written);
-                let holds = conditioned_as_promised(method, &numbers);
+                let holds = conditioned_as_expected(method, &numbers);
                 found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };
                 self.certificate.conditioning.push((method, numbers));
             }
@@ -325,12 +348,12 @@ impl Certifier<'_> {
         self.push_of_small_steps(found);
     }
 
-    /// A finding that speaks of small steps: it is left open where the step of the plan is none.
+    /// A finding for small steps: it is not applicable where the step of the plan does not resolve the motion.
     fn push_of_small_steps(&mut self, mut finding: Finding) {
         if finding.verdict == Verdict::Fail
             && let Some(step) = self.resolved_from()
         {
-            finding.verdict = Verdict::Open;
+            finding.verdict = Verdict::NotApplicable;
             finding.reason = format!(
                 "the fastest motion is not resolved at h = {} s: condition numbers settle from \
                  h = {step:.0e} s on",
@@ -350,7 +373,7 @@ impl Certifier<'_> {
         let holds = |step: f64| {
             let setting = Setting { step, ..self.setting(method, 2) };
             let numbers = conditioning(self.subject, setting);
-            numbers.map(|numbers| conditioned_as_promised(method, &numbers))
+            numbers.map(|numbers| conditioned_as_expected(method, &numbers))
         };
         let finer = (1..=4).map(|k| self.plan.step / 8_f64.powi(k));
         let found = match holds(self.plan.step) {
@@ -393,7 +416,7 @@ impl Certifier<'_> {
     }
 }
 
-/// `a` of `κ ~ h^a` of the Newton matrix as it is written; `None` without a promise.
+/// `a` of `κ ~ h^a` of the Newton matrix as it is written; `None` where none is known.
 fn exponent_as_written(method: Method) -> Option<f64> {
     match method {
         Method::Variational(SchemeKind::Constrained) => Some(-3.0),
@@ -403,7 +426,7 @@ fn exponent_as_written(method: Method) -> Option<f64> {
     }
 }
 
-fn conditioned_as_promised(method: Method, numbers: &Conditioning) -> bool {
+fn conditioned_as_expected(method: Method, numbers: &Conditioning) -> bool {
     let off = [numbers.as_written - exponent_as_written(method).unwrap_or(0.0), numbers.scaled];
     off.iter().all(|off| off.abs() <= EXPONENT_TOLERANCE)
 }

@@ -3,7 +3,7 @@
 use super::equations::{Equations, Observed, OfSystem};
 use super::frequency::frequency;
 use super::running::{Product, momentum_size, nature};
-use super::subject::{Kept, Motion, Nature, Reactions, Values};
+use super::subject::{Invariants, Motion, Nature, Reactions, Values};
 use vi_constraints::Constraints;
 use vi_constraints::discretization::Step;
 use vi_constraints::initialization::start;
@@ -111,13 +111,13 @@ impl Motion for EmRunning {
         })
     }
 
-    fn kept(&mut self) -> Result<Kept, String> {
+    fn invariants(&mut self) -> Result<Invariants, String> {
         let node = self.run.node_before().map_err(|e| e.to_string())?.clone();
         let (at, mechanism) = (self.run.before(), self.run.constraints());
         let momentum = |p: &[f64]| mechanism.momentum(&at.q, p);
         let energy = node.hamiltonian_projected.total();
         let kinetic = node.hamiltonian_projected.kinetic;
-        Ok(Kept {
+        Ok(Invariants {
             energy,
             discrete_energy: energy,
             energy_size: kinetic.max((energy - kinetic).abs()),

@@ -51,7 +51,7 @@ pub enum NoGrowth {
         needed: usize,
     },
     /// It never changes.
-    #[error("kept to the last bit")]
+    #[error("conserved to the last bit")]
     Exact,
     /// A sample is not finite.
     #[error("a sample is not a number")]

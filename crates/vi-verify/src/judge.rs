@@ -1,4 +1,4 @@
-//! Whether a measured number keeps its promise.
+//! Whether a measured number agrees with the expected property.
 
 use super::certificate::{Criterion, Finding, Study, Verdict};
 use super::convergence::{Convergence, Quantity};
@@ -22,8 +22,8 @@ pub const MOMENTUM_CAP: f64 = 1e3;
 pub const FORM_TOLERANCE: f64 = 1e-9;
 /// Exponents of condition numbers may be off by this.
 pub const EXPONENT_TOLERANCE: f64 = 0.2;
-/// Steps below which a trend of the energy or the exponent of a drift cannot be distinguished from the motion itself.
-pub const TELLING_STEPS: u64 = 8000;
+/// Steps below which a secular drift of the energy or of a momentum map cannot be distinguished from the motion itself.
+pub const LEAST_TREND_STEPS: u64 = 8000;
 
 /// A finding about which nothing is known yet.
 pub(super) fn finding(criterion: Criterion, method: Method, order: u32, quantity: &str) -> Finding {
@@ -35,7 +35,7 @@ pub(super) fn finding(criterion: Criterion, method: Method, order: u32, quantity
         expected: String::new(),
         measured: String::new(),
         value: None,
-        verdict: Verdict::Open,
+        verdict: Verdict::Inconclusive,
         reason: String::new(),
     }
 }
@@ -81,7 +81,7 @@ pub(super) fn judge_order(
                 if known { *p >= FIRST_ORDER } else { (p - nominal).abs() <= ORDER_TOLERANCE };
             found.verdict = match (holds, known) {
                 (true, false) => Verdict::Pass,
-                (true, true) if *p < 2.0 - ORDER_TOLERANCE => Verdict::Known,
+                (true, true) if *p < 2.0 - ORDER_TOLERANCE => Verdict::KnownDeviation,
                 (true, true) => Verdict::Pass,
                 (false, _) => Verdict::Fail,
             };
@@ -122,7 +122,7 @@ pub(super) fn judge_order(
 pub(super) fn not_quadratic(found: &mut Finding, short: &[(f64, Residuals)]) {
     let law = power_law(short.iter().map(|(h, r)| (*h, r.velocity)));
     if let Some(law) = law.filter(|law| law.exponent >= 2.0 - 2.0 * ORDER_TOLERANCE) {
-        found.verdict = Verdict::Known;
+        found.verdict = Verdict::KnownDeviation;
         found.measured = format!("{}, order {:.2}", found.measured, law.exponent);
         found.reason =
             "a constraint of this mechanism is not quadratic in q (a thread, a gear, a prescribed angle): (45) holds to \
@@ -161,7 +161,8 @@ pub(super) fn judge_output(method: Method, order: u32, compared: &Compared) -> F
 pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding {
     let mut found = finding(Criterion::Energy, method, order, "H_d");
     if !run.nature.conservative {
-        found.reason = "not applicable: forces or prescribed motions do work".into();
+        found.verdict = Verdict::NotApplicable;
+        found.reason = "forces or prescribed motions do work".into();
         return found;
     }
     let trend = match trend(&run.energies(), &run.shadow_energies()) {
@@ -180,7 +181,7 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
         true => format!("means of H or H̃ within {:.0} % of the band", 100.0 * NEGLIGIBLE),
         false => "conserved to round-off".into(),
     };
-    found.value = Some(if trend.width() > 0.0 { trend.wander / trend.width() } else { 0.0 });
+    found.value = Some(if trend.width() > 0.0 { trend.variation / trend.width() } else { 0.0 });
     if conserved {
         found.value = Some(relative);
         found.measured = format!("conserved to {relative:.0e}");
@@ -189,23 +190,23 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
     }
     found.measured = band(&trend, relative, run);
     // the random walk of round-off is in the means, too
-    let stays = trend.is_bounded() || trend.wander <= round_off * size;
+    let stays = trend.is_bounded() || trend.variation <= round_off * size;
     found.verdict = if variational && stays { Verdict::Pass } else { Verdict::Fail };
     let resolution = run.resolution().unwrap_or(f64::INFINITY);
     if !variational {
         return found;
     }
-    if run.steps < TELLING_STEPS {
-        found.verdict = Verdict::Open;
-        found.reason = format!("inconclusive: fewer than {TELLING_STEPS} steps");
+    if run.steps < LEAST_TREND_STEPS {
+        found.verdict = Verdict::Inconclusive;
+        found.reason = format!("fewer than {LEAST_TREND_STEPS} steps");
     } else if resolution > RESOLVED {
-        found.verdict = Verdict::Open;
-        found.reason = format!("not applicable: h ω_max = {resolution:.1} is above {RESOLVED}");
+        found.verdict = Verdict::NotApplicable;
+        found.reason = format!("h ω_max = {resolution:.1} is above {RESOLVED}");
     } else if !stays {
         found.reason = format!(
             "the means change by {:.1e} J, the second half is {:.2} times as far from the median as the first \
              (at most {WIDENING})",
-            trend.wander, trend.widening
+            trend.variation, trend.widening
         );
     }
     found
@@ -215,7 +216,7 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
 fn band(trend: &Trend, relative: f64, run: &LongRun) -> String {
     let which = if trend.of_shadow { "H̃" } else { "H" };
     let resolution = run.resolution().map_or(String::new(), |r| format!(", h ω = {r:.2}"));
-    let means = 100.0 * trend.wander / trend.width();
+    let means = 100.0 * trend.variation / trend.width();
     format!("H ± {:.0e}, means of {which} within {means:.1} % of it{resolution}", 0.5 * relative)
 }
 
@@ -239,8 +240,8 @@ pub(super) fn judge_momentum(
             found.value = Some(exponent);
             let root = f64::EPSILON * ((run.steps * sub_steps(order)) as f64).sqrt();
             // below ε√N the exponent is that of single last bits, in few steps it scatters
-            let walks = growth.is_unbiased() || run.steps < TELLING_STEPS;
-            let holds = drift <= root || (walks && drift <= MOMENTUM_CAP * root);
+            let unbiased = growth.is_unbiased() || run.steps < LEAST_TREND_STEPS;
+            let holds = drift <= root || (unbiased && drift <= MOMENTUM_CAP * root);
             found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };
         }
     }

@@ -1,4 +1,4 @@
-//! Evidence: what a scheme promises, measured on a system and judged.
+//! Verification: the properties of a scheme, measured on a system and judged.
 //!
 //! | file | concept |
 //! |---|---|
@@ -12,11 +12,11 @@
 //! | [`frequency`] | the fastest motion, `h ω_max` |
 //! | [`symplectic`] | the symplectic form along real steps |
 //! | [`convergence`] | errors of `q`, `p`, `λ` at shrinking steps |
-//! | [`measure`] | what is kept, reversal, symplecticity, conditioning, agreement |
+//! | [`measure`] | conserved quantities, reversal, symplecticity, conditioning, agreement |
 //! | [`certify`], [`judge`], [`certificate`] | everything measured and judged |
 //! | [`table`] | its findings as tables |
 //!
-//! Every statistic refuses with a reason where the numbers do not carry it.
+//! Every statistic returns an error with the reason where the numbers are not sufficient for it.
 
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]

@@ -1,7 +1,7 @@
-//! Measurements beside convergence: what is kept, reversal, symplecticity, conditioning, agreement.
+//! Measurements beside convergence: conserved quantities, reversal, symplecticity, conditioning, agreement.
 
 use super::fit::power_law;
-use super::subject::{Kept, Method, Nature, Setting, Subject};
+use super::subject::{Invariants, Method, Nature, Setting, Subject};
 use serde::{Deserialize, Serialize};
 use vi_core::Composition;
 use vi_core::linear::norm_inf;
@@ -10,7 +10,7 @@ use vi_core::shadow_energy;
 /// Samples of a long run.
 const SAMPLES: u64 = 4096;
 
-/// A run whose energies, momenta and residuals were kept.
+/// A run with its energies, momenta and residuals.
 #[derive(Clone, Debug)]
 pub struct LongRun {
     /// Order of the method.
@@ -22,7 +22,7 @@ pub struct LongRun {
     /// Times of the samples, s.
     pub times: Vec<f64>,
     /// The samples.
-    pub samples: Vec<Kept>,
+    pub samples: Vec<Invariants>,
     /// What holds at all nodes that were looked at.
     pub nature: Nature,
     /// The fastest motion at the start or the end, rad/s; `None` where it is not known.
@@ -43,14 +43,14 @@ pub fn long_run(subject: &dyn Subject, setting: Setting, steps: u64) -> Result<L
         motion.step().map_err(|error| format!("step {step}: {error}"))?;
         if step.is_multiple_of(every) {
             times.push(step as f64 * setting.step);
-            samples.push(motion.kept()?);
+            samples.push(motion.invariants()?);
         }
         if step.is_multiple_of((steps / 8).max(1)) {
             let here = motion.nature()?;
             nature.conservative &= here.conservative;
             nature.forced |= here.forced;
-            for (kept, here) in nature.symmetries.iter_mut().zip(here.symmetries) {
-                *kept &= here;
+            for (symmetry, here) in nature.symmetries.iter_mut().zip(here.symmetries) {
+                *symmetry &= here;
             }
         }
     }
@@ -71,20 +71,21 @@ impl LongRun {
     /// Energies of all samples, J.
     #[must_use]
     pub fn energies(&self) -> Vec<f64> {
-        self.samples.iter().map(|kept| kept.energy).collect()
+        self.samples.iter().map(|node| node.energy).collect()
     }
 
     /// Shadow energies of all samples, J.
     #[must_use]
     pub fn shadow_energies(&self) -> Vec<f64> {
-        let shadow = |kept: &Kept| shadow_energy(self.order, kept.energy, kept.discrete_energy);
+        let shadow =
+            |node: &Invariants| shadow_energy(self.order, node.energy, node.discrete_energy);
         self.samples.iter().map(shadow).collect()
     }
 
     /// The size of what the energy is made of, J.
     #[must_use]
     pub fn energy_size(&self) -> f64 {
-        norm_inf(&self.samples.iter().map(|kept| kept.energy_size).collect::<Vec<f64>>())
+        norm_inf(&self.samples.iter().map(|node| node.energy_size).collect::<Vec<f64>>())
     }
 
     /// A component of the momentum maps (`P` first, then `L`) over the largest sum of its terms so
@@ -95,22 +96,23 @@ impl LongRun {
             0..3 => m.linear[component],
             _ => m.angular[component - 3],
         };
-        let largest = self.samples.iter().map(|kept| read(&kept.momentum_size));
+        let largest = self.samples.iter().map(|node| read(&node.momentum_size));
         let largest = largest.fold(0.0, f64::max);
         let scale = if largest > 0.0 { largest } else { 1.0 };
-        self.samples.iter().map(|kept| read(&kept.momentum) / scale).collect()
+        self.samples.iter().map(|node| read(&node.momentum) / scale).collect()
     }
 
     /// Largest residuals at positions, velocities and momenta; at momenta where (46) is defined.
     #[must_use]
     pub fn residuals(&self) -> Residuals {
-        let largest =
-            |of: fn(&Kept) -> f64| norm_inf(&self.samples.iter().map(of).collect::<Vec<f64>>());
+        let largest = |of: fn(&Invariants) -> f64| {
+            norm_inf(&self.samples.iter().map(of).collect::<Vec<f64>>())
+        };
         let levels: Option<Vec<f64>> =
-            self.samples.iter().map(|kept| kept.momentum_level).collect();
+            self.samples.iter().map(|node| node.momentum_level).collect();
         Residuals {
-            position: largest(|kept| kept.position),
-            velocity: largest(|kept| kept.velocity),
+            position: largest(|node| node.position),
+            velocity: largest(|node| node.velocity),
             momentum: levels.map(|levels| norm_inf(&levels)),
         }
     }
@@ -125,7 +127,7 @@ impl LongRun {
     /// Largest coordinate.
     #[must_use]
     pub fn size(&self) -> f64 {
-        norm_inf(&self.samples.iter().map(|kept| kept.size).collect::<Vec<f64>>())
+        norm_inf(&self.samples.iter().map(|node| node.size).collect::<Vec<f64>>())
     }
 }
 

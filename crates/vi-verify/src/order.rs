@@ -7,7 +7,7 @@
 //! Only a part of a convergence study shows the order. At the coarse end higher terms still count
 //! (pre-asymptotic) or the error is as large as the motion; at the fine end it is round-off or the
 //! error of the reference (plateau). The estimator takes the finest straight stretch of at least four
-//! halvings between the two, and refuses where there is none. Double precision does not offer four
+//! halvings between the two, and returns an error where there is none. Double precision does not offer four
 //! halvings to order 8, a fall by `4·10⁹` between an error that is asymptotic and round-off; there the
 //! longest straight stretch of at least two is taken ([`longest_observed_order`]).
 
@@ -27,7 +27,7 @@ pub struct ErrorAt {
 /// What is known about the quantity whose error is studied.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scale {
-    /// Its size: an error of half of it says nothing.
+    /// Its size: an error of half of it is saturated.
     pub size: f64,
     /// Round-off, or the uncertainty of the reference: errors below are not of the scheme.
     pub floor: f64,
@@ -37,7 +37,7 @@ pub struct Scale {
 pub const HALVINGS: u32 = 4;
 /// Largest distance of a point from the straight line, in binary digits.
 pub const STRAIGHT: f64 = 0.5;
-/// A reference that is less certain than this part of the quantity tells nothing.
+/// A reference that is less certain than this part of the quantity is of no use.
 const UNCERTAIN: f64 = 1e-3;
 /// Errors above this many floors are of the scheme, even where they stop to fall.
 const ABOVE: f64 = 1e3;
@@ -94,8 +94,8 @@ pub enum NoOrder {
     },
     /// What errors are measured against is not known well enough.
     #[error(
-        "the reference itself is uncertain by {floor:.0e} of the quantity: the motion is chaotic, or \
-         too rough for these steps"
+        "the reference solution is uncertain by {floor:.0e} of the quantity: the motion is chaotic or \
+         not resolved by these steps"
     )]
     Uncertain {
         /// Its uncertainty, relative.
@@ -103,8 +103,8 @@ pub enum NoOrder {
     },
     /// The errors are as large as the quantity.
     #[error(
-        "errors are as large as the motion itself at {points} of {of} steps: chaotic, or the steps \
-         are too coarse"
+        "errors are as large as the motion itself at {points} of {of} steps: the motion is chaotic or \
+         not resolved by these steps"
     )]
     Saturated {
         /// Steps with such an error.
@@ -125,12 +125,12 @@ pub enum NoOrder {
     /// The errors rise and fall.
     #[error("the error does not decrease from step to step")]
     NotMonotone,
-    /// No stretch is straight enough.
+    /// No stretch is asymptotic.
     #[error(
-        "the error follows no power of the step (off by {spread:.1} binary digits): too rough, or \
-         not yet asymptotic"
+        "the error is not proportional to a power of the step (deviation {spread:.1} binary digits): the \
+         motion is not resolved, or the steps are not in the asymptotic range"
     )]
-    Rough {
+    NotAsymptotic {
         /// Distance of a point from the straightest line.
         spread: f64,
     },
@@ -239,7 +239,9 @@ pub fn observed_order_over(
     let best = straight.or_else(|| fitted.iter().min_by(|a, b| a.spread.total_cmp(&b.spread)));
     match best.cloned() {
         None => Err(NoOrder::NotMonotone),
-        Some(found) if found.spread > STRAIGHT => Err(NoOrder::Rough { spread: found.spread }),
+        Some(found) if found.spread > STRAIGHT => {
+            Err(NoOrder::NotAsymptotic { spread: found.spread })
+        }
         Some(found) if found.order < 0.5 => Err(NoOrder::NoConvergence { order: found.order }),
         Some(found) => Ok(found),
     }
@@ -439,7 +441,10 @@ mod tests {
         // falls in stairs: a force with a jump that steps hit or miss
         let stairs = |h: f64| 0.1 * 8.0_f64.powf((h.log2() / 3.0).floor()) * (1.0 + 0.01 * h);
         let refused = order(9, stairs).unwrap_err();
-        assert!(matches!(refused, NoOrder::Rough { .. } | NoOrder::NotMonotone), "{refused}");
+        assert!(
+            matches!(refused, NoOrder::NotAsymptotic { .. } | NoOrder::NotMonotone),
+            "{refused}"
+        );
     }
 
     #[test]

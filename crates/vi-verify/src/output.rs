@@ -16,7 +16,7 @@
 
 use super::fit::power_law;
 use super::order::{ErrorAt, NoOrder};
-use super::subject::{Kept, Method, Motion, Setting, Subject, Values};
+use super::subject::{Invariants, Method, Motion, Setting, Subject, Values};
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
 
@@ -144,7 +144,7 @@ struct Window {
     t: f64,
     h: f64,
     values: Values,
-    kept: Kept,
+    invariants: Invariants,
 }
 
 /// Compares every output at steps `h`, `h/2`, … of a method.
@@ -193,7 +193,13 @@ fn window(motion: &mut dyn Motion, steps: u64, h: f64) -> Result<Window, String>
     let values = motion.values()?;
     let (t, middle) = (motion.time(), motion.q().to_vec());
     motion.step()?;
-    Ok(Window { q: [first, middle, motion.q().to_vec()], t, h, values, kept: motion.kept()? })
+    Ok(Window {
+        q: [first, middle, motion.q().to_vec()],
+        t,
+        h,
+        values,
+        invariants: motion.invariants()?,
+    })
 }
 
 /// Difference and size of each output, in the order of [`Output::ALL`]; `(0, 0)` where there is none.
@@ -203,7 +209,7 @@ fn differences(motion: &dyn Motion, at: &Window) -> [(f64, f64); 9] {
     let each = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..q.len()).map(of).collect() };
     let v = each(&|i| (after[i] - before[i]) / (2.0 * h));
     let a = each(&|i| ((after[i] - q[i]) - (q[i] - before[i])) / (h * h));
-    let (values, kept, here) = (&at.values, &at.kept, (at.t, &q[..]));
+    let (values, reported, here) = (&at.values, &at.invariants, (at.t, &q[..]));
     let momentum = equations.momentum(&v);
     let demand = equations.demand(here, &v, &a);
     let against = |found: &[f64], expected: &[f64]| {
@@ -236,10 +242,10 @@ fn differences(motion: &dyn Motion, at: &Window) -> [(f64, f64); 9] {
         balance(&values.lambda).unwrap_or_default(),
         balance(&values.lambda_other).unwrap_or_default(),
         reactions.unwrap_or_default(),
-        (kept.energy - equations.energy(q, &v), kept.energy_size),
-        (kept.discrete_energy - of_step, kept.energy_size),
-        maps(&kept.momentum, &equations.momentum_map(q, &momentum), &kept.momentum_size),
-        (kept.position - residual, 1.0 + norm_inf(q).powi(2)),
+        (reported.energy - equations.energy(q, &v), reported.energy_size),
+        (reported.discrete_energy - of_step, reported.energy_size),
+        maps(&reported.momentum, &equations.momentum_map(q, &momentum), &reported.momentum_size),
+        (reported.position - residual, 1.0 + norm_inf(q).powi(2)),
     ]
     .map(|(off, size): (f64, f64)| (off.abs(), size))
 }

@@ -2,7 +2,7 @@
 
 use super::equations::{Equations, Observed, OfSystem};
 use super::frequency::frequency;
-use super::subject::{Kept, Motion, Nature, Reactions, Values};
+use super::subject::{Invariants, Motion, Nature, Reactions, Values};
 use vi_constraints::discretization::Step;
 use vi_constraints::initialization::start;
 use vi_constraints::scheme::Condition;
@@ -108,7 +108,7 @@ fn symmetries(
         one[k] = 0.0;
     }
     let rows = norm_inf(jacobian.as_sprs().data());
-    let kept = |generator: &Vec<f64>| {
+    let conserved = |generator: &Vec<f64>| {
         let size = norm_inf(generator);
         let mut rate = vec![0.0; m];
         jacobian.mul_add(1.0, generator, &mut rate);
@@ -119,7 +119,7 @@ fn symmetries(
         size > 0.0 && norm_inf(&rate) <= 1e-9 * rows * size && forces.iter().all(still)
     };
     let mut out = [false; 6];
-    out.iter_mut().zip(&generators).for_each(|(out, generator)| *out = kept(generator));
+    out.iter_mut().zip(&generators).for_each(|(out, generator)| *out = conserved(generator));
     out
 }
 
@@ -234,14 +234,14 @@ impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Motion for Running<
         })
     }
 
-    fn kept(&mut self) -> Result<Kept, String> {
+    fn invariants(&mut self) -> Result<Invariants, String> {
         let node = self.run.node_before().map_err(|e| e.to_string())?.clone();
         let (at, constraints) = (self.run.before(), self.run.constraints());
         let momentum = |p: &[f64]| constraints.momentum_map(&at.q, p);
         let composed = self.run.is_composed();
         let kinetic = self.run.system().kinetic_energy(&node.v);
         let potential = node.hamiltonian_projected.total() - kinetic;
-        Ok(Kept {
+        Ok(Invariants {
             energy: node.hamiltonian_projected.total(),
             discrete_energy: self.discrete_energy,
             energy_size: kinetic.abs().max(potential.abs()),

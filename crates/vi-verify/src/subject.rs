@@ -84,9 +84,9 @@ pub struct Reactions {
     pub joints: Vec<Reaction>,
 }
 
-/// What should stay what it is, at a node.
+/// Energy, momentum maps and constraint residuals at a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Kept {
+pub struct Invariants {
     /// `H_d(q_n, ᵠp_n)`, J.
     pub energy: f64,
     /// `E_d = −∂L_d/∂h` of the step from here, `Σ γ_i E_{d,i}` of its sub-steps; of energy–momentum schemes
@@ -111,8 +111,8 @@ pub struct Kept {
 /// What holds of a system at a node, beyond numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Nature {
-    /// Components of the linear and the angular momentum that Noether's theorem keeps: translations
-    /// and rotations that leave `g`, `V` and the forces alone.
+    /// Components of the linear and the angular momentum that are conserved by Noether's theorem: translations
+    /// and rotations under which `g`, `V` and the forces are invariant.
     pub symmetries: [bool; 6],
     /// No force without a potential acts, and no constraint depends on time.
     pub conservative: bool,
@@ -190,11 +190,11 @@ pub trait Motion {
     /// # Errors
     /// Why it could not be observed, in words.
     fn values(&mut self) -> Result<Values, String>;
-    /// What should be kept, at the node that the last step started from.
+    /// Energy, momentum maps and constraint residuals at the node that the last step started from.
     ///
     /// # Errors
     /// As [`Motion::values`].
-    fn kept(&mut self) -> Result<Kept, String>;
+    fn invariants(&mut self) -> Result<Invariants, String>;
     /// What holds at the present node.
     ///
     /// # Errors

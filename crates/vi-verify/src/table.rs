@@ -1,5 +1,5 @@
 //! The findings of a certificate as tables: a row for each method and order, a column for each
-//! promise.
+//! property.
 
 use super::certificate::{Certificate, Criterion, Finding, Verdict};
 use super::subject::Method;
@@ -24,7 +24,7 @@ pub struct Table {
     pub rows: Vec<(String, Vec<Cell>)>,
 }
 
-/// The tables of a certificate: orders; what is kept; schemes among one another.
+/// The tables of a certificate: orders; conserved quantities; schemes among one another.
 #[must_use]
 pub fn tables(certificate: &Certificate) -> Vec<Table> {
     let tables = [
@@ -37,7 +37,7 @@ pub fn tables(certificate: &Certificate) -> Vec<Table> {
         ),
         pivot(
             certificate,
-            "What is conserved",
+            "Conserved quantities and constraints",
             &[
                 Criterion::Energy,
                 Criterion::Momentum,
@@ -124,7 +124,7 @@ fn order_cell(findings: &[&Finding]) -> Cell {
         let text = match (f.value, f.verdict) {
             (Some(order), _) => format!("{order:.2}"),
             (None, Verdict::Pass) => "exact".into(),
-            (None, Verdict::Open) => "–".into(),
+            (None, verdict) if !verdict.is_judged() => "–".into(),
             (None, _) => f.measured.clone(),
         };
         Cell { text, verdict: Some(f.verdict) }
@@ -133,12 +133,7 @@ fn order_cell(findings: &[&Finding]) -> Cell {
 
 /// One finding as it is, of several the worst.
 fn plain_cell(findings: &[&Finding]) -> Cell {
-    let rank = |f: &&&Finding| match f.verdict {
-        Verdict::Fail => 3,
-        Verdict::Known => 2,
-        Verdict::Open => 1,
-        Verdict::Pass => 0,
-    };
+    let rank = |f: &&&Finding| f.verdict.severity();
     let value = |f: &&&Finding| f.value.unwrap_or(f64::NEG_INFINITY);
     let worst =
         findings.iter().max_by(|a, b| rank(a).cmp(&rank(b)).then(value(a).total_cmp(&value(b))));
@@ -152,7 +147,7 @@ fn plain_cell(findings: &[&Finding]) -> Cell {
     })
 }
 
-/// Every finding that is no plain pass, in a sentence; the same reason is told once.
+/// Every finding that is no plain pass, in a sentence; the same reason is given once.
 #[must_use]
 pub fn remarks(certificate: &Certificate) -> Vec<String> {
     let mut remarks: Vec<(String, Vec<String>)> = Vec::new();
@@ -178,9 +173,9 @@ pub fn remarks(certificate: &Certificate) -> Vec<String> {
             None => remarks.push((sentence, vec![of])),
         }
     }
-    let told = |(sentence, of): (String, Vec<String>)| {
+    let with_schemes = |(sentence, of): (String, Vec<String>)| {
         let of: Vec<String> = of.into_iter().filter(|name| !name.is_empty()).collect();
         if of.is_empty() { sentence } else { format!("{sentence} ({})", of.join("; ")) }
     };
-    remarks.into_iter().map(told).collect()
+    remarks.into_iter().map(with_schemes).collect()
 }

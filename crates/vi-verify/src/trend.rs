@@ -1,16 +1,16 @@
 //! Band and trend of the energy of a conservative system.
 //!
 //! ```text
-//! band     [min H, max H]          bound    max |H_n − H_0|
-//! wander   max − min of sixteen block means: of H, or of its shadow, whichever is smaller
-//! change   slope of these means by least squares, times the length of the run
-//! widening distance (root mean square, from the median of the first half) in the second half of the run
+//! band      [min H, max H]          bound    max |H_n − H_0|
+//! variation max − min of sixteen block means: of H, or of its shadow, whichever is smaller
+//! change    slope of these means by least squares, times the length of the run
+//! widening  distance (root mean square, from the median of the first half) in the second half of the run
 //!          over that in the first, as far as the excitation |H − shadow| does not widen, too
 //! ```
 //! A symplectic scheme makes the energy oscillate in a band. The width of the band depends on the state, and where
-//! motion passes to faster vibrations it changes, without anything that adds up. What adds up is in the energy and in its
-//! shadow, which the state leaves alone ([`vi_core::shadow_energy`]); so both wander, and either is
-//! enough to say that nothing does. Where a step is too coarse for a shadow the energy itself may be the quieter one.
+//! motion passes to faster vibrations it changes without secular drift. A secular drift is in the energy and in its
+//! shadow ([`vi_core::shadow_energy`]), which hardly depends on the state; one of the two without a drift is enough to exclude it.
+//! Where a step is too coarse for a shadow energy, the energy itself may vary less.
 
 use super::fit::{line, median};
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 const BLOCKS: usize = 16;
 /// Samples needed.
 const SAMPLES: usize = 4 * BLOCKS;
-/// A wander below this part of the band is none.
+/// A variation of the block means below this part of the band is none.
 pub const NEGLIGIBLE: f64 = 0.05;
 
 /// The second half may be farther away than the first by this factor.
@@ -32,8 +32,8 @@ pub struct Trend {
     pub band: (f64, f64),
     /// `max |x_n − x_0|`.
     pub bound: f64,
-    /// How far the block means are apart.
-    pub wander: f64,
+    /// Largest less smallest block mean.
+    pub variation: f64,
     /// Their change over the run by the fitted line.
     pub change: f64,
     /// Distance in the second half over that in the first, beyond the excitation.
@@ -42,7 +42,7 @@ pub struct Trend {
     pub of_shadow: bool,
 }
 
-/// Why there is no trend to speak of.
+/// Why a trend cannot be computed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -81,11 +81,11 @@ impl Trend {
         if self.width() > 0.0 { self.change.abs() / self.width() } else { 0.0 }
     }
 
-    /// Whether the quantity stays: block means wander by a negligible part of the band, and the second
+    /// Whether the quantity is bounded: block means vary by a negligible part of the band, and the second
     /// half is not farther away than the first by more than a half.
     #[must_use]
     pub fn is_bounded(&self) -> bool {
-        self.wander <= NEGLIGIBLE * self.width() && self.widening <= WIDENING
+        self.variation <= NEGLIGIBLE * self.width() && self.widening <= WIDENING
     }
 }
 
@@ -109,17 +109,17 @@ pub fn trend(samples: &[f64], shadow: &[f64]) -> Result<Trend, NoTrend> {
     let shadow_off: Vec<f64> = shadow.iter().map(|x| x - first).collect();
     let band = range(&off);
     let (own, other) = (block_means(&off), block_means(&shadow_off));
-    let wander = |means: &[f64]| range(means).1 - range(means).0;
-    let of_shadow = wander(&other) < wander(&own);
+    let variation = |means: &[f64]| range(means).1 - range(means).0;
+    let of_shadow = variation(&other) < variation(&own);
     let (still, means) = if of_shadow { (&shadow_off, other) } else { (&off, own) };
     let fitted = line(&(0_u32..).map(f64::from).zip(means.iter().copied()).collect::<Vec<_>>());
     let fitted = fitted.ok_or(NoTrend::NotNumbers)?;
     let excitation: Vec<f64> = off.iter().zip(&shadow_off).map(|(x, s)| x - s).collect();
-    let floor = NEGLIGIBLE * (band.1 - band.0); // what is closer than that is not far away
+    let floor = NEGLIGIBLE * (band.1 - band.0); // distances below that are negligible
     Ok(Trend {
         band: (first + band.0, first + band.1),
         bound: band.1.max(-band.0),
-        wander: wander(&means),
+        variation: variation(&means),
         change: fitted.slope * means.len() as f64,
         widening: widening(still, floor) / widening(&excitation, 0.0).max(1.0),
         of_shadow,
@@ -169,7 +169,7 @@ mod tests {
             (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
         }
 
-        /// What is left of the last value after a sample, and noise: a walk for 1.
+        /// A part `left` of the last value plus noise: a random walk for 1.
         fn correlated(&mut self, left: f64, count: usize) -> Vec<f64> {
             let mut x = 0.0;
             let step = |_| {
@@ -220,12 +220,12 @@ mod tests {
         assert!(!found.is_bounded(), "a drift of 8 % of the band is in both: {found:?}");
     }
 
-    /// Two hundred stretches of an excitation that forgets in half of the run; the same below a walk
+    /// Two hundred stretches of an excitation that decorrelates in half of the run; the same plus a random walk
     /// that is a fifth as wide.
     #[test]
-    fn walks_are_told_from_excitations_that_come_and_go() {
+    fn random_walks_are_distinguished_from_excitations_that_come_and_go() {
         let mut noise = Noise(1);
-        let [mut wandering, mut unaided, mut walks, mut hidden] = [0; 4];
+        let [mut excited, mut unaided, mut walks, mut hidden] = [0; 4];
         for _ in 0..200 {
             let excitation = noise.correlated(0.9995, 4000);
             let (low, high) = range(&excitation);
@@ -239,15 +239,15 @@ mod tests {
             let step: Vec<f64> = walk.iter().map(|x| part * x).collect();
             let shadow = sum(&quiet, &step);
             let bounded = |x: &[f64], s: &[f64]| u32::from(trend(x, s).unwrap().is_bounded());
-            wandering += bounded(&sum(&quiet, &excitation), &quiet);
+            excited += bounded(&sum(&quiet, &excitation), &quiet);
             unaided += bounded(&excitation, &excitation);
             walks += bounded(&walk, &walk);
             hidden += bounded(&sum(&shadow, &excitation), &shadow);
         }
         println!(
-            "bounded of 200: excitations {wandering}, without a shadow {unaided}, walks {walks}, hidden walks {hidden}"
+            "bounded of 200: excitations {excited}, without a shadow {unaided}, walks {walks}, hidden walks {hidden}"
         );
-        assert_eq!((wandering, walks), (200, 0));
+        assert_eq!((excited, walks), (200, 0));
         assert!(hidden <= 2 && unaided <= 20, "{hidden} {unaided}");
     }
 

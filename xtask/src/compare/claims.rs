@@ -87,7 +87,7 @@ fn energy(all: &[Compared]) -> Claim {
             // a band of the size of round-off has no means to speak of
             Ok(trend) if trend.width() <= ROUND_OFF * trend.band.1.abs() => {}
             Ok(trend) => {
-                widest = largest([widest, trend.wander / trend.width()].into_iter());
+                widest = largest([widest, trend.variation / trend.width()].into_iter());
                 if !trend.is_bounded() {
                     off.push(format!("nodal on {}", one.name));
                 }

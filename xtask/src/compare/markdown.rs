@@ -33,7 +33,7 @@ pub(super) fn record<'a>(one: &'a Compared, scheme: &str) -> Option<&'a Record> 
 pub(super) fn drift(one: &Compared, m: &Measured) -> f64 {
     let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
     let conserved =
-        names.iter().zip(m.momentum_drift).filter(|d| one.found.kept.iter().any(|k| k == d.0));
+        names.iter().zip(m.momentum_drift).filter(|d| one.found.conserved.iter().any(|k| k == d.0));
     norm_inf(&conserved.map(|d| d.1).collect::<Vec<_>>())
 }
 

@@ -8,7 +8,7 @@ use super::comparison::{Recorded, constraints, energy, momentum, momentum_errors
 use super::{Figure, Result, Section, with};
 
 /// Configurations drawn.
-const PLACEMENTS: usize = 6;
+const CONFIGURATIONS: usize = 6;
 /// The bodies come before the nodes of the beam.
 const BODIES: usize = 2;
 
@@ -25,7 +25,7 @@ pub(super) fn section(model: &Model) -> Result<Section> {
             "flexible_configurations.svg",
             &picture,
             "The beam between its two bodies (a line from the joint to the centre of mass each), \
-             seen from a fixed direction; later placements are drawn darker."
+             seen from a fixed direction; later configurations are drawn darker."
                 .into(),
         )?,
         Figure::chart(
@@ -43,7 +43,7 @@ pub(super) fn section(model: &Model) -> Result<Section> {
             "flexible_momentum.svg",
             &momentum("Change of the momentum maps", &runs),
             format!(
-                "Linear and angular momentum are kept by both: {}.",
+                "Linear and angular momentum are conserved by both: {}.",
                 momentum_errors(&runs)
             ),
         )?,
@@ -64,9 +64,9 @@ pub(super) fn section(model: &Model) -> Result<Section> {
 
 fn configurations(samples: &[Sample]) -> Picture {
     let mut items = Vec::new();
-    for k in 0..PLACEMENTS {
-        let sample = &samples[k * (samples.len() - 1) / (PLACEMENTS - 1)];
-        let strength = 0.3 + 0.7 * k as f64 / (PLACEMENTS - 1) as f64;
+    for k in 0..CONFIGURATIONS {
+        let sample = &samples[k * (samples.len() - 1) / (CONFIGURATIONS - 1)];
+        let strength = 0.3 + 0.7 * k as f64 / (CONFIGURATIONS - 1) as f64;
         let centres: Vec<_> = sample
             .q
             .chunks_exact(12)
@@ -82,5 +82,5 @@ fn configurations(samples: &[Sample]) -> Picture {
         let label = format!("t = {:.0} s", sample.t);
         items.push(Item::Words(bodies[1], Paint::Ink(strength), label, Side::Right));
     }
-    Picture { title: "Flexible multibody system: placements".into(), width: 760.0, items }
+    Picture { title: "Flexible multibody system: configurations".into(), width: 760.0, items }
 }

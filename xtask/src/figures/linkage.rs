@@ -17,7 +17,7 @@ pub(super) fn section(model: &Model) -> Result<Section> {
         Figure::picture(
             "linkage_configurations.svg",
             &configurations(model, &variational.samples),
-            "Placements of the six bodies, each drawn between its two hinges, seen from a fixed \
+            "Configurations of the six bodies, each drawn between its two hinges, seen from a fixed \
              direction; the dots are hinges."
                 .into(),
         )?,
@@ -48,7 +48,7 @@ pub(super) fn section(model: &Model) -> Result<Section> {
         )?,
     ];
     let words = "Six bars along the edges of the Petrie hexagon of a cube, six hinges, free in \
-                 space, no gravity (`examples/models/six_hinge_cube.toml`, h = 0.02 s): six freedoms \
+                 space, no gravity (`examples/models/six_hinge_cube.toml`, h = 0.02 s): six degrees of freedom \
                  of the whole and one inside."
         .into();
     Ok(Section { heading: "Six-body linkage (section 5.5)", words, figures })
@@ -81,7 +81,7 @@ fn configurations(model: &Model, samples: &[Sample]) -> Picture {
             Side::Right,
         ));
     }
-    Picture { title: "Six-body linkage: placements".into(), width: 760.0, items }
+    Picture { title: "Six-body linkage: configurations".into(), width: 760.0, items }
 }
 
 /// Where the hinges of a body are at `q`, from where they are in the body at the start.

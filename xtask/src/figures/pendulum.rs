@@ -22,9 +22,12 @@ pub(super) fn free(model: &Model) -> Result<Section> {
     let figures = vec![
         Figure::picture(
             "fig1_free_snapshots.svg",
-            &snapshots("Without gravity, h = 0.1 s: placements and constraint forces", &fine[..32]),
+            &snapshots(
+                "Without gravity, h = 0.1 s: configurations and constraint forces",
+                &fine[..32],
+            ),
             format!(
-                "Placements and constraint forces −Gᵀλ. They point to the pivot and have one size: \
+                "Configurations and constraint forces −Gᵀλ. They point to the pivot and have one size: \
                  λ_n = 2(1 − √(1 − h²))/h² at every node, the first included. Largest deviation \
                  from that in 100 steps of h = 0.1 s: {:.1e} N/m; in 13 steps of h = 0.8 s: {:.1e} N/m.",
                 off(&fine, 0.1),
@@ -76,7 +79,7 @@ pub(super) fn gravity(model: &Model) -> Result<Section> {
     let figures = vec![
         Figure::picture(
             "fig4_gravity_snapshots.svg",
-            &snapshots("With gravity, h = 0.1 s: placements and constraint forces", &coarse[..13]),
+            &snapshots("With gravity, h = 0.1 s: configurations and constraint forces", &coarse[..13]),
             "Half a swing from rest. The constraint force −Gᵀλ points to the pivot and is largest at \
              the bottom."
                 .into(),

@@ -13,7 +13,7 @@ const LIMIT: f64 = 1e-10;
 
 /// A quarter of a ring, clamped at one end, bent by a moment at the other.
 ///
-/// Every element turns by the same angle, which follows from the energy of one:
+/// Every element rotates by the same angle, which follows from the energy of one:
 /// ```text
 /// V_e = ½ ℓ EI ((sin θ − sin θ_0)/ℓ)²,    M = EI (sin θ − sin θ_0) cos θ / ℓ
 /// ```

@@ -5,7 +5,8 @@ use holonom::verification::certificate::Criterion;
 use holonom::verification::frequency::RESOLVED;
 use holonom::verification::growth::UNBIASED;
 use holonom::verification::judge::{
-    EXPONENT_TOLERANCE, FIRST_ORDER, FORM_TOLERANCE, MOMENTUM_CAP, ORDER_TOLERANCE, TELLING_STEPS,
+    EXPONENT_TOLERANCE, FIRST_ORDER, FORM_TOLERANCE, LEAST_TREND_STEPS, MOMENTUM_CAP,
+    ORDER_TOLERANCE,
 };
 use holonom::verification::output::LEAST_ORDER;
 use holonom::verification::trend::{NEGLIGIBLE, WIDENING};
@@ -27,11 +28,11 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
             format!("differences vanish with order {LEAST_ORDER} or more in `h`, or are below 1e-9; `|g|`: 1e-15 (1 + `|q|²`)"),
         ),
         Criterion::Energy => (
-            "variational: `H` stays in a band without a trend; energy–momentum: `H` is constant",
+            "variational: the error of `H` is bounded, without secular drift; energy–momentum: `H` is constant",
             format!(
                 "sixteen block means of `H_d` or of the shadow energy `H̃ = (p H_d + E_d)/(p + 1)` within {:.0} % of the band of `H_d`, \
                  the second half at most {WIDENING} times as far from the median as the first; or all of it below `100 ε √N`. Applies to \
-                 conservative systems, from {TELLING_STEPS} steps on, where `h ω_max ≤ {RESOLVED}`. Energy–momentum: `100 ε √N`",
+                 conservative systems, from {LEAST_TREND_STEPS} steps on, where `h ω_max ≤ {RESOLVED}`. Energy–momentum: `100 ε √N`",
                 100.0 * NEGLIGIBLE
             ),
         ),
@@ -46,13 +47,13 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
             "constraints at positions, (45) at velocities, (46) at momenta",
             format!(
                 "`g`: 1e-13 (1 + `|q|²`); (45), in every sub-step: 2e-13 (1 + `|q|²`)/`h`, order 2 where a constraint of the mechanism \
-                 is not quadratic (known); (46), where `p_n` is defined (order 2, regular `M`): order {:.1} or more, or 1e-11",
+                 is not quadratic (known deviation); (46), where `p_n` is defined (order 2, regular `M`): order {:.1} or more, or 1e-11",
                 2.0 - 2.0 * ORDER_TOLERANCE
             ),
         ),
         Criterion::Reversal => (
             "`N` steps forward and `N` back return to the start",
-            "`10 ε √N κ²`, `κ` the growth of tangent vectors on the way, at least 10; not with dampers".into(),
+            "`10 ε √N κ²`, `κ` the growth of tangent vectors over the run, at least 10; not applicable to dissipative systems".into(),
         ),
         Criterion::Symplecticity => (
             "`Ω` of curves on `T*C` does not change, by differences of real steps",

@@ -1,4 +1,4 @@
-//! The summary of all certificates: a line for each property and family of schemes.
+//! The summary of all certificates: a line for each property and family of schemes, and the same by quantity and order.
 
 use super::Certified;
 use holonom::verification::certificate::{Criterion, Finding, Verdict};
@@ -13,8 +13,18 @@ struct Line<'a> {
     findings: Vec<(&'a str, &'a Finding)>, // with their systems
 }
 
-/// The table, with the system of the worst case of each line.
+/// A line for each property and family of schemes.
 pub(super) fn summary(certified: &[Certified]) -> String {
+    table(certified, property)
+}
+
+/// A line for each quantity, family of schemes and order.
+pub(super) fn details(certified: &[Certified]) -> String {
+    table(certified, key)
+}
+
+/// The table, with the system of the worst case of each line.
+fn table(certified: &[Certified], key: fn(&Finding) -> Key) -> String {
     let mut lines: BTreeMap<Key, Line> = BTreeMap::new();
     for c in certified {
         for finding in c.certificate.findings.iter().filter(|f| !f.measured.is_empty()) {
@@ -23,28 +33,42 @@ pub(super) fn summary(certified: &[Certified]) -> String {
         }
     }
     let mut text = String::from(
-        "| property | schemes | expected | measured | worst case | system | pass, known, open, fail |\n\
+        "| property | schemes | expected | measured | worst case | system | verdicts |\n\
          |---|---|---|---|---|---|---|\n",
     );
     for ((criterion, quantity, family, order), line) in &lines {
         let order = if *order == 0 { String::new() } else { format!(", order {order}") };
         let count = |verdict| line.findings.iter().filter(|f| f.1.verdict == verdict).count();
-        let verdicts = [Verdict::Pass, Verdict::Known, Verdict::Open, Verdict::Fail].map(count);
+        let verdicts = Verdict::ALL.map(|verdict| count(verdict).to_string()).join(", ");
         let Some((system, worst)) = line.worst() else { continue };
-        let quantity = quantity.replace('|', "\\|"); // not the end of a cell
+        let mut measured = worst.measured.clone();
+        if worst.quantity != *quantity {
+            measured = format!("{}: {measured}", worst.quantity);
+        }
+        let [quantity, measured] = [quantity, &measured].map(|text| text.replace('|', "\\|")); // not the end of a cell
         text += &format!(
-            "| {}: {quantity} | {family}{order} | {} | {} | {} | {system} | {}, {}, {}, {} |\n",
+            "| {}: {quantity} | {family}{order} | {} | {} | {measured} | {system} | {verdicts} |\n",
             criterion.name(),
             expected(*criterion, worst),
-            line.range(),
-            worst.measured,
-            verdicts[0],
-            verdicts[1],
-            verdicts[2],
-            verdicts[3]
+            line.range()
         );
     }
     text
+}
+
+/// Quantities of one property in one line; orders of convergence by nominal order.
+fn property(finding: &Finding) -> Key {
+    let (criterion, quantity, scheme, order) = key(finding);
+    let by_order = criterion == Criterion::Order;
+    let quantity = match criterion {
+        Criterion::Order if finding.expected.starts_with("1,") => "λ of first order".to_owned(),
+        Criterion::Order => "q, p, λ".to_owned(),
+        Criterion::Output => "residual of the equations of motion".to_owned(),
+        Criterion::Energy => "H".to_owned(),
+        Criterion::ClosedForm => "statics of beams".to_owned(),
+        _ => quantity,
+    };
+    (criterion, quantity, scheme, if by_order { order } else { 0 })
 }
 
 fn key(finding: &Finding) -> Key {
@@ -82,9 +106,9 @@ impl Line<'_> {
     fn worst(&self) -> Option<(&str, &Finding)> {
         let rank = |f: &Finding| match f.verdict {
             Verdict::Fail => 3,
-            Verdict::Known => 2,
+            Verdict::KnownDeviation => 2,
             Verdict::Pass => 1,
-            Verdict::Open => 0,
+            Verdict::Inconclusive | Verdict::NotApplicable => 0,
         };
         let off = |f: &Finding| {
             let value = f.value.unwrap_or(0.0);
@@ -104,7 +128,7 @@ impl Line<'_> {
 
     /// Smallest and largest number that was judged.
     fn range(&self) -> String {
-        let judged = self.findings.iter().filter(|f| f.1.verdict != Verdict::Open);
+        let judged = self.findings.iter().filter(|f| f.1.verdict.is_judged());
         let mut values: Vec<f64> = judged.filter_map(|f| f.1.value).collect();
         values.sort_by(f64::total_cmp);
         let [Some(low), Some(high)] = [values.first(), values.last()] else { return "–".into() };

@@ -159,7 +159,7 @@ pub struct Summary {
     pub momentum: MomentumSummary,
     /// Constraint residuals.
     pub constraint_residual: ConstraintSummary,
-    /// What a walk along equilibria was like; absent for motions.
+    /// Facts of a continuation of equilibria; absent for motions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub statics: Option<StaticFacts>,
     /// What is worth knowing about the assembly and the run.

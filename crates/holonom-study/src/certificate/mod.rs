@@ -1,4 +1,4 @@
-//! The certificate of a user's model: the same promises, and a step for a wanted accuracy.
+//! The certificate of a user's model: the same properties, and a recommended step for a given accuracy.
 
 pub mod page;
 pub mod subject;
@@ -46,15 +46,15 @@ pub struct Recommendation {
     pub order: u32,
     /// Over what time, s.
     pub end: f64,
-    /// Estimated error at the step of the model; `None` where none can be told.
+    /// Estimated error at the step of the model; `None` where it cannot be estimated.
     pub error: Option<f64>,
-    /// The step, s; `None` where none can be told.
+    /// The step, s; `None` where none can be recommended.
     pub step: Option<f64>,
     /// Why not, or why not to the end.
     pub reason: String,
 }
 
-/// Measures a model; `progress` is told what comes next and what fails.
+/// Measures a model; `progress` receives what is measured next and what fails.
 ///
 /// # Errors
 /// Why nothing can be measured, in words.
@@ -138,14 +138,14 @@ fn recommend(
     accuracy: f64,
 ) -> Recommendation {
     let h = model.settings.step;
-    let lanes = Composition::of_order(order).map_or(1, |c| c.gammas().len() as u64);
+    let sub_steps = Composition::of_order(order).map_or(1, |c| c.gammas().len() as u64);
     let size =
         subject.start(vi_verify::subject::Setting::new(method, 2, h)).map_or(1, |m| m.q().len());
-    let affordable = BUDGET / (7 * lanes * size.max(1) as u64);
+    let affordable = BUDGET / (7 * sub_steps * size.max(1) as u64);
     let wanted = model.settings.steps().max(4);
     let mut steps = wanted.min(affordable.max(64)) / 4 * 4;
     let mut reason = match steps < wanted / 4 * 4 {
-        true => "longer runs were not tried".to_owned(),
+        true => "longer runs were not made".to_owned(),
         false => String::new(),
     };
     loop {
@@ -164,13 +164,16 @@ fn recommend(
             }
             Ok(None) if steps >= 64 => {
                 reason =
-                    "beyond that the error follows no power of the step: chaotic, or too coarse"
+                    "beyond that time the error is not proportional to a power of the step: the motion is chaotic or \
+                     not resolved by these steps"
                         .into();
                 steps = steps / 16 * 4;
             }
             Ok(None) => {
                 found.reason =
-                    "the error follows no power of the step: chaotic, rough, or too coarse".into();
+                    "the error is not proportional to a power of the step: the motion is chaotic or not resolved by \
+                     these steps"
+                        .into();
                 return found;
             }
         }

@@ -4,7 +4,7 @@ use super::{ModelCertificate, Recommendation};
 use holonom_report::page::{escape, foot, head, inline};
 use holonom_report::{Axis, Chart, Curve};
 use std::fmt::Write;
-use vi_verify::certificate::{Study, Verdict};
+use vi_verify::certificate::{Study, Verdict, counts};
 use vi_verify::convergence::Quantity;
 use vi_verify::subject::Method;
 use vi_verify::table::{Cell, Table, remarks, tables};
@@ -12,15 +12,8 @@ use vi_verify::table::{Cell, Table, remarks, tables};
 /// The verdict in a sentence.
 #[must_use]
 pub fn verdict(of: &ModelCertificate) -> String {
-    let count = |verdict| of.certificate.count(verdict);
-    let words = if of.holds { "every promise that can be told holds" } else { "a promise fails" };
-    format!(
-        "{words}: {} pass, {} known, {} open, {} fail",
-        count(Verdict::Pass),
-        count(Verdict::Known),
-        count(Verdict::Open),
-        count(Verdict::Fail)
-    )
+    let words = if of.holds { "no property fails" } else { "a property fails" };
+    format!("{words}: {}", counts(&of.certificate.findings.iter().collect::<Vec<_>>()))
 }
 
 /// A recommendation in a sentence.
@@ -30,10 +23,10 @@ pub fn sentence(of: &Recommendation, accuracy: f64) -> String {
     let why = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
     match (step, error) {
         (Some(step), Some(error)) => format!(
-            "order {order}: a step of {step:.2e} s keeps {accuracy:e} up to t = {end} s; the step of the \
-             model is off by {error:.1e}{why}"
+            "order {order}: a step of {step:.2e} s gives an error of {accuracy:e} up to t = {end} s; the step \
+             of the model gives {error:.1e}{why}"
         ),
-        _ => format!("order {order}: no step can be told{why}"),
+        _ => format!("order {order}: no step can be recommended{why}"),
     }
 }
 
@@ -47,12 +40,12 @@ pub fn page(of: &ModelCertificate) -> Result<String, String> {
     let _ = write!(
         html,
         "<h1>{}</h1>\n<p class=\"counts\">Numbers in parentheses are equations of Leyendecker, Marsden \
-         &amp; Ortiz 2008. A dash: not promised here, or not to be told; the remarks say why.</p>\n",
+         &amp; Ortiz 2008. A dash: inconclusive or not applicable; the remarks say why.</p>\n",
         escape(&title)
     );
     let class = if of.holds { "counts" } else { "failed" };
     let _ = writeln!(html, "<p class=\"{class}\">{}</p>", escape(&verdict(of)));
-    html.push_str("<h2>A step for your accuracy</h2>\n<ul>\n");
+    html.push_str("<h2>Recommended steps</h2>\n<ul>\n");
     for step in &of.steps {
         let _ = writeln!(html, "<li>{}</li>", escape(&sentence(step, of.accuracy)));
     }
@@ -91,7 +84,7 @@ fn push_table(html: &mut String, table: &Table) {
         for Cell { text, verdict } in cells {
             let (class, mark) = match verdict {
                 Some(Verdict::Fail) => (" class=\"bad\"", " FAIL"),
-                Some(Verdict::Known) => ("", " (known)"),
+                Some(Verdict::KnownDeviation) => ("", " (known deviation)"),
                 _ => ("", ""),
             };
             let _ = write!(html, "<td{class}>{}{mark}</td>", escape(text));
@@ -124,7 +117,7 @@ fn charts(of: &ModelCertificate) -> Vec<Chart> {
     let y = Axis::linear("energy error", "J");
     charts.push(chart("Energy of the long run", Axis::time(), y, curves(energy), false));
     let y = Axis::linear("relative change", "");
-    let title = "Momentum maps that are kept, in the long run";
+    let title = "Conserved momentum maps in the long run";
     charts.push(chart(title, Axis::time(), y, curves(momentum), false));
     charts.retain(|chart| chart.curves.iter().any(|curve| curve.points.len() > 1));
     charts

@@ -87,9 +87,9 @@ fn momentum(c: &Comparison) -> Figure {
             x: Axis::time(),
             y: Axis::logarithmic("largest change", "SI"),
             marks: false,
-            curves: if c.kept.is_empty() { Vec::new() } else { curves.collect() },
+            curves: if c.conserved.is_empty() { Vec::new() } else { curves.collect() },
         },
-        caption: format!("Those that the system conserves: {}.", c.kept.join(", ")),
+        caption: format!("Those that the system conserves: {}.", c.conserved.join(", ")),
     }
 }
 

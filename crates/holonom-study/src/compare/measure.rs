@@ -11,7 +11,7 @@ use std::convert::Infallible;
 use vi_core::shadow_energy;
 use vi_emscheme::EmOptions;
 use vi_verify::fit::median;
-use vi_verify::judge::TELLING_STEPS;
+use vi_verify::judge::LEAST_TREND_STEPS;
 use vi_verify::trend::trend;
 
 /// Repeated measurements of a time.
@@ -23,7 +23,7 @@ const WINDOW: f64 = 1e-3;
 const WINDOWS: u64 = 40;
 /// Points of a series.
 const POINTS: usize = 400;
-/// Relative deviation below which a quantity counts as kept.
+/// Relative deviation below which a quantity counts as conserved.
 const ROUND_OFF: f64 = 1e-10;
 
 /// The run of a scheme.
@@ -78,15 +78,15 @@ fn maps(sample: &Sample) -> [f64; 6] {
 }
 
 /// The momentum maps that some scheme keeps to round-off.
-pub(super) fn kept(runs: &[Run]) -> [bool; 6] {
-    let mut kept = [false; 6];
+pub(super) fn conserved(runs: &[Run]) -> [bool; 6] {
+    let mut conserved = [false; 6];
     for run in runs.iter().filter(|run| run.samples.len() > 1) {
         let size = run.free().iter().flat_map(maps).fold(1.0, larger);
-        for (kept, drift) in kept.iter_mut().zip(run.drift()) {
-            *kept |= drift <= ROUND_OFF * size;
+        for (conserved, drift) in conserved.iter_mut().zip(run.drift()) {
+            *conserved |= drift <= ROUND_OFF * size;
         }
     }
-    kept
+    conserved
 }
 
 impl Run {
@@ -114,18 +114,18 @@ impl Run {
     }
 
     /// The run as a record; `first`: the nodes of the first scheme of its family.
-    pub(super) fn record(&self, kept: [bool; 6], first: Option<&Vec<Vec<f64>>>) -> Record {
+    pub(super) fn record(&self, conserved: [bool; 6], first: Option<&Vec<Vec<f64>>>) -> Record {
         Record {
             scheme: self.scheme.name().to_owned(),
             energy_momentum: self.scheme.is_energy_momentum(),
             outcome: self.outcome.clone(),
-            measured: (self.samples.len() > 1).then(|| self.measured(kept, first)),
+            measured: (self.samples.len() > 1).then(|| self.measured(conserved, first)),
             conditions: Vec::new(),
             work: Vec::new(),
         }
     }
 
-    fn measured(&self, kept: [bool; 6], first: Option<&Vec<Vec<f64>>>) -> Measured {
+    fn measured(&self, conserved: [bool; 6], first: Option<&Vec<Vec<f64>>>) -> Measured {
         let free = self.free();
         let worst = |of: fn(&Sample) -> f64| self.samples.iter().map(of).fold(0.0, larger);
         let maximum = |of| Maximum { max: worst(of) };
@@ -156,14 +156,14 @@ impl Run {
             seconds_per_step: None,
             seconds_range: None,
             shares: None,
-            series: self.series(kept),
+            series: self.series(conserved),
         }
     }
 
-    fn series(&self, kept: [bool; 6]) -> Vec<Point> {
+    fn series(&self, conserved: [bool; 6]) -> Vec<Point> {
         let (start, energy) = (maps(&self.free()[0]), self.free()[0].hamiltonian);
         let point = |s: &Sample| {
-            let changes = maps(s).into_iter().zip(start).zip(kept).filter(|c| c.1);
+            let changes = maps(s).into_iter().zip(start).zip(conserved).filter(|c| c.1);
             let r = &s.residuals;
             Point {
                 t: s.t,
@@ -182,7 +182,7 @@ fn verdict(energies: &[f64], shadows: &[f64], error: f64) -> Verdict {
     if error <= ROUND_OFF * size {
         return Verdict::Conserved;
     }
-    if (energies.len() as u64) < TELLING_STEPS {
+    if (energies.len() as u64) < LEAST_TREND_STEPS {
         return Verdict::Unknown;
     }
     match trend(energies, shadows) {

@@ -166,7 +166,7 @@ impl Plan {
     }
 }
 
-/// Compares schemes on a valid model; `progress` is told what is done next.
+/// Compares schemes on a valid model; `progress` receives what is done next.
 ///
 /// # Errors
 /// [`CompareError`]; what fails for one scheme is part of its record instead.
@@ -195,13 +195,13 @@ pub fn compare(
         progress(scheme.name());
         runs.push(measure::run(model, &plan, scheme, nodes.as_deref()));
     }
-    let kept = measure::kept(&runs);
+    let conserved = measure::conserved(&runs);
     let mut firsts: [Option<Vec<Vec<f64>>>; 2] = [None, None];
     let mut records = Vec::new();
     for (run, &scheme) in runs.into_iter().zip(&plan.schemes) {
         let family = usize::from(matches!(scheme.family(), Family::EnergyMomentum(_)));
         let first = &mut firsts[family];
-        let mut record = run.record(kept, first.as_ref());
+        let mut record = run.record(conserved, first.as_ref());
         if first.is_none() && record.measured.is_some() {
             *first = Some(run.nodes());
         }
@@ -222,7 +222,7 @@ pub fn compare(
         end: plan.end(),
         free_from: plan.free_from,
         reference,
-        kept: names.iter().zip(kept).filter(|k| k.1).map(|k| (*k.0).to_owned()).collect(),
+        conserved: names.iter().zip(conserved).filter(|k| k.1).map(|k| (*k.0).to_owned()).collect(),
         clock: Clock::available(),
         records,
         version: env!("CARGO_PKG_VERSION").to_owned(),

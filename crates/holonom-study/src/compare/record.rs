@@ -28,7 +28,7 @@ pub struct Comparison {
     /// What trajectories are held against.
     pub reference: Reference,
     /// Which momentum maps the system conserves: of `Px Py Pz Lx Ly Lz`.
-    pub kept: Vec<String>,
+    pub conserved: Vec<String>,
     /// What times are.
     pub clock: Clock,
     /// One record for each scheme.

@@ -38,7 +38,7 @@ pub(super) fn time_word(clock: Clock) -> &'static str {
 #[must_use]
 pub fn head(c: &Comparison) -> String {
     let known = c.reference.known_to.map_or(String::new(), |e| format!(", known to {e:.0e}"));
-    let kept = if c.kept.is_empty() { "none".to_owned() } else { c.kept.join(" ") };
+    let conserved = if c.conserved.is_empty() { "none".to_owned() } else { c.conserved.join(" ") };
     let free = match c.free_from > 0.0 {
         true => {
             format!("; energy and momenta once the loads have ended, from t = {} s", c.free_from)
@@ -47,7 +47,7 @@ pub fn head(c: &Comparison) -> String {
     };
     format!(
         "{}: {} degrees of freedom, {} coordinates, {} constraints; {} steps of {} s to t = {} s\n\
-         reference: {}{known} (m; directors 1)\nmomentum maps that the system conserves: {kept}{free}\n",
+         reference: {}{known} (m; directors 1)\nmomentum maps that the system conserves: {conserved}{free}\n",
         c.model,
         c.dof,
         c.coordinates,
@@ -91,8 +91,9 @@ pub(super) fn verdict(m: &Measured) -> &'static str {
 /// Largest drift of the momentum maps that the system conserves.
 fn kept_drift(c: &Comparison, m: &Measured) -> Option<f64> {
     let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
-    let kept = names.iter().zip(m.momentum_drift).filter(|d| c.kept.iter().any(|k| k == d.0));
-    kept.map(|d| d.1).reduce(larger)
+    let conserved =
+        names.iter().zip(m.momentum_drift).filter(|d| c.conserved.iter().any(|k| k == d.0));
+    conserved.map(|d| d.1).reduce(larger)
 }
 
 /// Rows of a table; the first is its head.

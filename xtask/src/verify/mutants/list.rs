@@ -91,7 +91,7 @@ fn outputs() -> Vec<Mutant> {
     all
 }
 
-/// Every joint reports a moment or a force that does not balance its bodies.
+/// Every joint reports a moment or a force that is not in equilibrium with its bodies.
 fn reactions() -> Vec<Mutant> {
     let found = (Criterion::Output, "equilibrium of each body with the joint reactions");
     (0..PAIRS.len())

@@ -1,7 +1,7 @@
 //! Integrators that step rightly and report wrongly.
 
 use holonom::verification::equations::Equations;
-use holonom::verification::subject::{Kept, Motion, Nature, Values};
+use holonom::verification::subject::{Invariants, Motion, Nature, Values};
 use holonom::vi_constraints::scheme::Condition;
 use holonom::vi_constraints::tangent_map::Tangents;
 
@@ -115,34 +115,39 @@ impl Motion for Misreporting {
         }
         Ok(values)
     }
-    fn kept(&mut self) -> Result<Kept, String> {
-        let mut kept = self.inner.kept()?;
+    fn invariants(&mut self) -> Result<Invariants, String> {
+        let mut reported = self.inner.invariants()?;
         let t = self.h * self.steps as f64;
         match self.defect {
-            OutputDefect::Energy(part) => kept.energy -= part * kept.energy_size,
-            OutputDefect::DiscreteEnergy(part) => kept.discrete_energy -= part * kept.energy_size,
+            OutputDefect::Energy(part) => reported.energy -= part * reported.energy_size,
+            OutputDefect::DiscreteEnergy(part) => {
+                reported.discrete_energy -= part * reported.energy_size
+            }
             OutputDefect::EnergyRate(rate) => {
-                kept.energy += rate * t * kept.energy_size;
-                kept.discrete_energy += rate * t * kept.energy_size;
+                reported.energy += rate * t * reported.energy_size;
+                reported.discrete_energy += rate * t * reported.energy_size;
             }
             OutputDefect::MomentumMaps(k) => {
-                let maps = kept.momentum.linear.iter_mut().chain(&mut kept.momentum.angular);
+                let maps =
+                    reported.momentum.linear.iter_mut().chain(&mut reported.momentum.angular);
                 maps.for_each(|x| *x *= k);
             }
             OutputDefect::MomentumRate(k, rate) if k < 3 => {
-                kept.momentum.linear[k] += rate * t * size(kept.momentum_size.linear[k]);
+                reported.momentum.linear[k] += rate * t * size(reported.momentum_size.linear[k]);
             }
             OutputDefect::MomentumRate(k, rate) => {
-                kept.momentum.angular[k - 3] += rate * t * size(kept.momentum_size.angular[k - 3]);
+                reported.momentum.angular[k - 3] +=
+                    rate * t * size(reported.momentum_size.angular[k - 3]);
             }
-            OutputDefect::Residual(by) => kept.position += by,
-            OutputDefect::VelocityLevel(by) => kept.velocity += by,
+            OutputDefect::Residual(by) => reported.position += by,
+            OutputDefect::VelocityLevel(by) => reported.velocity += by,
             OutputDefect::MomentumLevel(by) => {
-                kept.momentum_level = kept.momentum_level.map(|level| level + by * self.h.abs());
+                reported.momentum_level =
+                    reported.momentum_level.map(|level| level + by * self.h.abs());
             }
             _ => {}
         }
-        Ok(kept)
+        Ok(reported)
     }
     fn nature(&mut self) -> Result<Nature, String> {
         self.inner.nature()

@@ -19,7 +19,7 @@ pub struct Found {
 /// All mutants by all criteria, on as many threads as there are processors.
 ///
 /// # Errors
-/// What kept a mutant from being built, in words.
+/// Why a mutant could not be built, in words.
 pub fn measure(progress: &(dyn Fn(&str) + Sync)) -> Result<Vec<Found>, String> {
     let all = list::all();
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
