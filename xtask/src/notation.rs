@@ -2,7 +2,7 @@
 //!
 //! A row of a table ends with a cell of files, `` `node.rs` `` or `` [`node.rs:57`](crates/…/node.rs#L57) ``. In a table
 //! with the column "in the code" the line is that which declares the first identifier of that column; in the table of
-//! equations it is the first line of code that carries the number of the equation, such as `// (28)`.
+//! equations it is the first line of code with the label of the equation in a comment, such as `// (28)` or `// [6.4]`.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -87,10 +87,10 @@ fn header(cells: &[&str]) -> Option<usize> {
     cells.iter().position(|cell| *cell == "in the code").or(Some(1))
 }
 
-/// What stands in backticks or in parentheses, the last segment of paths.
+/// What stands in backticks, the last segment of paths; or the label of an equation, in parentheses or brackets.
 fn anchors(cell: &str) -> Vec<String> {
-    if cell.starts_with('(') {
-        let end = cell.find(')').map_or(cell.len(), |end| end + 1);
+    if cell.starts_with(['(', '[']) {
+        let end = cell.find([')', ']']).map_or(cell.len(), |end| end + 1);
         return vec![cell[..end].to_owned()];
     }
     let code = cell.split('`').skip(1).step_by(2);
@@ -128,11 +128,14 @@ fn place(
     Some(format!("[`{file}:{line}`]({link}#L{line})"))
 }
 
-/// The line, from 1, that declares an identifier or carries the number of an equation.
+/// The line, from 1, that declares an identifier or has the label of an equation.
 fn line_of(text: &str, anchor: &str) -> Option<usize> {
     let find = |test: &dyn Fn(&str) -> bool| text.lines().position(test).map(|k| k + 1);
-    if anchor.starts_with('(') {
-        let code = |line: &str| !line.trim_start().starts_with("//") && line.contains(anchor);
+    if anchor.starts_with(['(', '[']) {
+        let code = |line: &str| {
+            let (code, comment) = line.split_once("//").unwrap_or_default();
+            !code.trim().is_empty() && comment.contains(anchor)
+        };
         let comment = |line: &str| line.contains(anchor);
         return find(&code).or_else(|| find(&comment));
     }
@@ -155,7 +158,7 @@ mod tests {
     #[test]
     fn places_are_found_and_renewed() {
         assert_eq!(anchors("`Interval::q0`, `q1`"), ["q0", "q1"]);
-        assert_eq!(anchors("(28)"), ["(28)"]);
+        assert_eq!((anchors("(28)"), anchors("[6.4]")), (vec!["(28)".into()], vec!["[6.4]".into()]));
         assert_eq!(
             named("[`node.rs:57`](crates/vi-core/src/node.rs#L57), `pair/`"),
             ["node.rs", "pair/"]
