@@ -158,7 +158,10 @@ mod tests {
     #[test]
     fn places_are_found_and_renewed() {
         assert_eq!(anchors("`Interval::q0`, `q1`"), ["q0", "q1"]);
-        assert_eq!((anchors("(28)"), anchors("[6.4]")), (vec!["(28)".into()], vec!["[6.4]".into()]));
+        assert_eq!(
+            (anchors("(28)"), anchors("[6.4]")),
+            (vec!["(28)".into()], vec!["[6.4]".into()])
+        );
         assert_eq!(
             named("[`node.rs:57`](crates/vi-core/src/node.rs#L57), `pair/`"),
             ["node.rs", "pair/"]

@@ -60,8 +60,10 @@ pub(super) fn judge_order(
     let mut found = finding(Criterion::Order, method, order, curve.quantity.name(method));
     let variational = matches!(method, Method::Variational(_));
     let first_order = match curve.quantity {
-        Quantity::StartMultiplier if variational => "a start is one-sided: (47) is of first order",
-        Quantity::StartMultiplier => "there is no step before the start to take the mean with",
+        Quantity::StartMultiplier if variational => {
+            "(47) has one neighbouring step only: it is of first order"
+        }
+        Quantity::StartMultiplier => "there is no preceding step to take the mean with",
         Quantity::OtherMultiplier if !variational => {
             "the normal part of v_n alternates from step to step; the mean of two steps is of order 2"
         }

@@ -10,8 +10,11 @@ use std::fmt::Write;
 const ROUND_OFF: f64 = 1e-9;
 
 struct Claim {
+    topic: &'static str,
     claimed: &'static str,
     measured: String,
+    /// What the summary says in the place of `measured`, where that is long.
+    short: String,
     verdict: String,
 }
 
@@ -44,12 +47,32 @@ fn name(one: &Compared, r: &Record) -> String {
     format!("{} on {}", r.scheme, one.name)
 }
 
-pub(super) fn table(out: &mut String, all: &[Compared]) {
-    *out += "\n## What was claimed, and what is measured\n\n\
-             Claims in our words; sections of LMO08 (six-body linkage: 5.5, flexible multibody system: 6.2). Round-off: \
-             below 1e-9. The verdicts are chosen by the numbers of this page.\n\n\
-             | claimed | measured here | verdict |\n|---|---|---|\n";
-    let claims = [
+/// The conclusions in short, a line for each claim.
+pub(super) fn summary(out: &mut String, all: &[Compared]) {
+    let claims = claims(all);
+    let result = |claim: &Claim| claim.verdict.split(':').next().unwrap_or_default().to_owned();
+    let count = |wanted: &str| claims.iter().filter(|claim| result(claim) == wanted).count();
+    let models: Vec<&str> = all.iter().map(|one| one.name).collect();
+    let _ = write!(
+        out,
+        "\n## Summary\n\n\
+         Variational (VI) and energy–momentum (EM) schemes on the models {}. Of {} claims of Leyendecker, Marsden & Ortiz, ZAMM 88 \
+         (2008) 677–708 (LMO08) on both families {} are confirmed, {} are confirmed with a condition, {} are not confirmed.\n\n\
+         | property | claim of LMO08 | measured |\n|---|---|---|\n",
+        models.join(", "),
+        claims.len(),
+        count("confirmed"),
+        count("confirmed with a condition"),
+        count("not confirmed")
+    );
+    for claim in &claims {
+        let measured = if claim.short.is_empty() { &claim.measured } else { &claim.short };
+        let _ = writeln!(out, "| {} | {} | {measured} |", claim.topic, result(claim));
+    }
+}
+
+fn claims(all: &[Compared]) -> [Claim; 8] {
+    [
         momenta(all),
         energy(all),
         constraints(all),
@@ -58,8 +81,15 @@ pub(super) fn table(out: &mut String, all: &[Compared]) {
         dimension(all),
         accuracy(all),
         same_error(all),
-    ];
-    for Claim { claimed, measured, verdict } in claims {
+    ]
+}
+
+pub(super) fn table(out: &mut String, all: &[Compared]) {
+    *out += "\n## What was claimed, and what is measured\n\n\
+             Claims in our words; sections of LMO08 (six-body linkage: 5.5, flexible multibody system: 6.2). Round-off: \
+             below 1e-9. The verdicts are chosen by the numbers of this page.\n\n\
+             | claimed | measured here | verdict |\n|---|---|---|\n";
+    for Claim { claimed, measured, verdict, .. } in claims(all) {
         let _ = writeln!(out, "| {claimed} | {measured} | {verdict} |");
     }
 }
@@ -71,8 +101,10 @@ fn momenta(all: &[Compared]) -> Claim {
         of(false).chain(of(true)).filter(|d| d.1 > ROUND_OFF).map(|d| d.0).collect();
     let count = of(false).chain(of(true)).count();
     Claim {
+        topic: "momentum maps",
         claimed: "Both methods conserve the momentum maps of the system to round-off (5.5, 6.2).",
         measured: format!("largest change {} (VI), {} (EM)", number(vi), number(em)),
+        short: String::new(),
         verdict: verdict(&off, count, "to 1e-9"),
     }
 }
@@ -84,7 +116,7 @@ fn energy(all: &[Compared]) -> Claim {
     let mut widest: f64 = 0.0;
     for one in all {
         match &one.energy {
-            // a band of the size of round-off has no means to speak of
+            // the means of a band of the size of round-off are round-off
             Ok(trend) if trend.width() <= ROUND_OFF * trend.band.1.abs() => {}
             Ok(trend) => {
                 widest = largest([widest, trend.variation / trend.width()].into_iter());
@@ -97,6 +129,7 @@ fn energy(all: &[Compared]) -> Claim {
     }
     let error = largest(em.iter().map(|(_, _, m)| m.energy_error));
     Claim {
+        topic: "energy",
         claimed: "EM conserves the energy; the energy error of VI is bounded, without drift (5.5, 6.2).",
         measured: format!(
             "largest energy error of EM {} J; block means of the energy of nodal over {ENERGY_STEPS} steps (of the model, \
@@ -104,6 +137,7 @@ fn energy(all: &[Compared]) -> Claim {
             number(error),
             100.0 * widest
         ),
+        short: String::new(),
         verdict: verdict(&off, em.len() + all.len(), "in the other runs, over these times"),
     }
 }
@@ -149,9 +183,11 @@ fn constraints(all: &[Compared]) -> Claim {
         }
     }
     Claim {
+        topic: "constraints",
         claimed: "Constraints hold at positions and, for VI, at velocities to round-off; at momenta to second \
                   order only (3.3, 5.5).",
         measured,
+        short: String::new(),
         verdict,
     }
 }
@@ -173,9 +209,11 @@ fn cost(all: &[Compared]) -> Claim {
         off.extend(slower.map(|(name, _)| format!("{form} on {name}")));
     }
     Claim {
+        topic: "cost of a step",
         claimed: "The Newton matrix of VI needs no derivative of the null space matrix: a step costs less than \
                   with EM (5.5).",
         measured: format!("time of a step EM : VI over the models: {}", measured.join("; ")),
+        short: String::new(),
         verdict: verdict(&off, count, "beyond the spread of the times for the other forms"),
     }
 }
@@ -195,9 +233,11 @@ fn condition(all: &[Compared]) -> Claim {
         off.extend(found.into_iter().filter(|f| (f.1 - expected).abs() > 0.3).map(|f| f.0));
     }
     Claim {
+        topic: "condition number",
         claimed: "The condition number of the nodal scheme does not depend on h; that of the constrained scheme \
                   grows like h⁻³, of d'Alembert like h⁻¹ (3.2, 5.5).",
         measured: format!("exponents of h as written: {}", measured.join("; ")),
+        short: String::new(),
         verdict: verdict(
             &off,
             count,
@@ -229,10 +269,15 @@ fn dimension(all: &[Compared]) -> Claim {
         }
     }
     Claim {
+        topic: "number of unknowns",
         claimed: "The nodal and reduced forms have the smallest systems and the lowest cost (3.2, 5.5, 6.2).",
         measured: format!(
             "unknowns nodal : d'Alembert : constrained {}; fastest at order 2 in {} of {count} families",
             sizes.join(", "),
+            count - off.len()
+        ),
+        short: format!(
+            "nodal or reduced fastest at order 2 in {} of {count} families",
             count - off.len()
         ),
         verdict: verdict(&off, count, "in the other families; elsewhere another form is as fast"),
@@ -254,29 +299,39 @@ fn accuracy(all: &[Compared]) -> Claim {
     let off: Vec<String> = ratios.iter().filter(far).map(|r| r.0.to_owned()).collect();
     let list: Vec<String> = ratios.iter().map(|r| format!("{:.1} on {}", r.1, r.0)).collect();
     Claim {
+        topic: "accuracy at the same step",
         claimed: "The trajectories of both methods are of comparable accuracy (5.5, 6.2).",
         measured: format!("error VI : EM at the same step: {}", list.join(", ")),
+        short: String::new(),
         verdict: verdict(&off, ratios.len(), "within a factor of 10"),
     }
 }
 
 fn same_error(all: &[Compared]) -> Claim {
-    let (mut texts, mut off, mut count) = (Vec::new(), Vec::new(), 0);
+    let (mut texts, mut off, mut signs) = (Vec::new(), Vec::new(), Vec::new());
     for one in all {
         for (orders, found) in equal(one) {
             let Some(e) = found else { continue };
             let ratio = ratio_of(&e);
-            count += 1;
+            signs.push(ratio.sign());
             texts.push(format!("{} ({orders}) {}", one.name, ratio.text()));
             if ratio.sign() <= 0 {
                 off.push(format!("{} ({orders})", one.name));
             }
         }
     }
+    let number_of = |sign: i32| signs.iter().filter(|s| **s == sign).count();
     Claim {
+        topic: "cost at the same error",
         claimed: "VI is the cheaper method for the same accuracy (follows from the two claims on cost and \
                   accuracy).",
         measured: format!("time EM : VI at the same error: {}", texts.join("; ")),
-        verdict: verdict(&off, count, "in the other cases"),
+        short: format!(
+            "VI faster in {} of {} comparisons, EM in {}, the others within the spread of the times",
+            number_of(1),
+            signs.len(),
+            number_of(-1)
+        ),
+        verdict: verdict(&off, signs.len(), "in the other cases"),
     }
 }

@@ -8,7 +8,9 @@ use std::fmt::Write;
 const HEAD: &str = include_str!("head.md");
 
 pub(super) fn page(all: &[Compared], provenance: &str) -> String {
-    let mut out = HEAD.to_owned();
+    let mut out = "# Comparison of variational and energy–momentum schemes\n".to_owned();
+    claims::summary(&mut out, all);
+    out += HEAD;
     let _ = writeln!(out, "\n{provenance}");
     claims::table(&mut out, all);
     tables::equal_errors(&mut out, all);

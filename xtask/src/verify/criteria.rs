@@ -52,7 +52,7 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
             ),
         ),
         Criterion::Reversal => (
-            "`N` steps forward and `N` back return to the start",
+            "`N` steps forward and `N` back return to the initial state",
             "`10 ε √N κ²`, `κ` the growth of tangent vectors over the run, at least 10; not applicable to dissipative systems".into(),
         ),
         Criterion::Symplecticity => (
