@@ -59,7 +59,9 @@ fn errors(h: f64, order: u32) -> (f64, f64) {
     }
     let found = angles.values();
     let worst = found.iter().zip(AT_30_MS).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    println!("order {order}, h = {h:.2e}: angles {worst:.2e} rad, energy balance {balance:.2e} J");
+    println!(
+        "order {order}, h = {h:.2e}: angles {worst:.2e} rad, energy less work {balance:.2e} J"
+    );
     assert!(run.residual() < 1e-13);
     (worst, balance)
 }

@@ -275,7 +275,7 @@ fn parallelogram(split: Option<usize>, tool: Option<usize>, scheme: &str) -> Str
 
 #[test]
 fn welds_anywhere_beside_a_singular_start_give_the_right_motion() {
-    // no gravity, masses at fixed radii: both cranks turn at 1 rad/s
+    // no gravity, masses at fixed radii: both cranks rotate at 1 rad/s
     let places = [None, Some(0), Some(1), Some(2)].map(|split| (split, None));
     let tools = [0, 1, 2, 3].map(|tool| (None, Some(tool)));
     for scheme in ["nodal", "reduced", "em-nodal"] {

@@ -577,7 +577,7 @@ fn verify_writes_a_certificate() {
             f["criterion"] == "order" && f["quantity"] == "q" && f["verdict"] == "pass"
         });
     assert_eq!(orders.count(), 5, "nodal of orders 2 and 4, the others of order 2");
-    // a step for 1e-6 that the model's own step, off by 6e-3, does not keep
+    // a step for 1e-6 that the model's own step, with an error of 6e-3, does not reach
     let step = printed["steps"][0]["step"].as_f64().unwrap();
     assert!((1.0e-4..1.7e-4).contains(&step), "{step}");
     let page = fs::read_to_string(out.join("certificate.html")).unwrap();
@@ -601,7 +601,7 @@ fn verify_says_so_where_it_cannot_tell() {
     let steps = printed["steps"].as_array().unwrap();
     assert!(steps.iter().any(|s| s["step"].is_null() && s["reason"] != ""), "{steps:?}");
     assert!(words(&output).contains("no step can be recommended"), "{}", words(&output));
-    // statics, and accuracies that nobody can keep
+    // statics, and accuracies that cannot be reached
     let roll_up = include_str!("../examples/models/roll_up.toml");
     fs::write(folder.join("roll_up.toml"), roll_up).unwrap();
     let output = holonom(&folder, &["verify", "roll_up.toml"]);

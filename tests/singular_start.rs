@@ -173,7 +173,7 @@ fn what_decides_no_branch_is_refused() {
     assert!(scheme.contains("`nodal`"), "{scheme}");
 }
 
-/// Cranks that a gear keeps parallel.
+/// Cranks held parallel by a gear.
 const GEAR: &str = "[[constraint]]\ntype = \"gear\"\nname = \"mesh\"\njoints = [\"foot0\", \"foot1\"]\n\
                     ratio = -1.0\n";
 

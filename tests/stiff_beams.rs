@@ -11,7 +11,7 @@ const STRIP: &str = include_str!("../examples/models/rotating_strip.toml");
 const MULTIBODY: &str = include_str!("../examples/models/flexible_multibody.toml");
 
 /// Steps taken until 2 s or failure, largest deviation of `H_d` (J).
-fn turn(strain: &str, h: f64) -> (bool, u64, f64) {
+fn rotation(strain: &str, h: f64) -> (bool, u64, f64) {
     let step = format!("{h:e}");
     let own = [
         ("simulation.step", step.as_str()),
@@ -34,7 +34,8 @@ fn averaged_strains_run_where_the_midpoint_rule_fails() {
     let steps = [0.04, 0.02, 0.01];
     let mut errors = Vec::new();
     for h in steps {
-        let ((done, _, error), (there, at, lost)) = (turn("averaged", h), turn("midpoint", h));
+        let ((done, _, error), (there, at, lost)) =
+            (rotation("averaged", h), rotation("midpoint", h));
         println!(
             "h = {h}: averaged off by {error:.1e} J; midpoint fails at step {at}, off by {lost:.1e} J"
         );

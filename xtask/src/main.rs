@@ -6,7 +6,7 @@ use xtask::{compare, figures, notation, verify};
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE] [--from FILE] [--age]
                        measures every property on every system; a full run writes VERIFICATION.md;
-                       --json: keeps the readings, --from: makes the page from them again;
+                       --json: stores the readings, --from: writes the page from stored readings;
                        --age: of which commit that page is
 cargo xtask compare [--quick [--only MODEL]]
                        variational and energy–momentum schemes on five models, into COMPARISON.md;

@@ -1,4 +1,4 @@
-//! `holonom modes`: natural frequencies and shapes about the start or an equilibrium.
+//! `holonom modes`: natural frequencies and mode shapes about the initial configuration or an equilibrium.
 
 use std::fmt::Write;
 

@@ -22,7 +22,7 @@ pub struct Bar {
     /// origin by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point: Option<Vec<f64>>,
-    /// Its length, m; the distance at the start by default.
+    /// Its length, m; the initial distance by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
 }
@@ -39,7 +39,7 @@ pub enum JointKind {
     Cylindrical,
     /// Translation along `axis`; 1 degree of freedom.
     Prismatic,
-    /// Slides in the plane normal to `axis` and turns about it; 3 degrees of freedom.
+    /// Translation in the plane normal to `axis` and rotation about it; 3 degrees of freedom.
     Planar,
     /// No relative motion.
     Fixed,
@@ -116,7 +116,7 @@ pub struct Joint {
     pub parent: String,
     /// A body, or `ground`.
     pub child: String,
-    /// Its place in space in the start configuration, m.
+    /// Its place in space in the initial configuration, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,
     /// Its place on the parent: body components from the centre of mass, m (ground: in space).
@@ -125,14 +125,14 @@ pub struct Joint {
     /// Its place on the child: body components from the centre of mass, m (ground: in space).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub anchor_child: Option<[f64; 3]>,
-    /// Its axis in space in the start configuration; any length but zero.
+    /// Its axis in space in the initial configuration; any length but zero.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis: Option<[f64; 3]>,
-    /// Universal joints: the axis fixed in the child, in space in the start configuration,
+    /// Universal joints: the axis fixed in the child, in space in the initial configuration,
     /// perpendicular to `axis`, which is fixed in the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis2: Option<[f64; 3]>,
-    /// Rates of its degrees of freedom at the start (slides first, then turns; m/s, rad/s): a number, or a list
+    /// Rates of its degrees of freedom initially (displacements first, then angles; m/s, rad/s): a number, or a list
     /// for several. The velocity of the child then follows from that of the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<Rates>,
@@ -192,7 +192,7 @@ pub struct Spring {
     pub point_to: Option<Vec<f64>>,
     /// Stiffness `k`: N/m (`linear`), N/m³ (`quadratic_stretch`).
     pub stiffness: f64,
-    /// Natural length `l0`, m; the distance at the start by default.
+    /// Natural length `l0`, m; the initial distance by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub natural_length: Option<f64>,
     /// Its energy as a function of its length.

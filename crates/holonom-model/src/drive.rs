@@ -16,7 +16,7 @@ pub struct JointSpring {
     pub freedom: usize,
     /// Stiffness `k`, N/m for displacements, N·m/rad for angles.
     pub stiffness: f64,
-    /// The joint coordinate at which it is relaxed, m or rad; 0 is the start configuration.
+    /// The joint coordinate at which it is relaxed, m or rad; 0 is the initial configuration.
     #[serde(default)]
     pub rest: f64,
 }
@@ -51,7 +51,7 @@ pub struct JointMotor {
     /// Control gain on its rate, N·s/m or N·m·s/rad.
     #[serde(default)]
     pub derivative: f64,
-    /// The path that the control follows; at rest in the start configuration by default.
+    /// The path that the control follows; at rest in the initial configuration by default.
     #[serde(default)]
     pub path: Path,
 }
@@ -101,7 +101,7 @@ impl Path {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Constraint {
-    /// Two points keep their distance: a massless rod between bodies.
+    /// The distance of two points is constant: a massless rod between bodies.
     Distance {
         /// Its name, unique in the model.
         name: String,
@@ -115,7 +115,7 @@ pub enum Constraint {
         /// The point at `to`, m.
         #[serde(default)]
         point_to: [f64; 3],
-        /// The distance, m; that of the start by default.
+        /// The distance, m; the initial one by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         length: Option<f64>,
     },
@@ -127,9 +127,9 @@ pub enum Constraint {
         parent: String,
         /// A body, or `ground`.
         child: String,
-        /// The point in space at the start, m.
+        /// The point in space, initially, m.
         position: [f64; 3],
-        /// The direction of the line in space at the start.
+        /// The direction of the line in space, initially.
         axis: [f64; 3],
     },
     /// A point of the child stays on a plane of the parent.
@@ -140,12 +140,12 @@ pub enum Constraint {
         parent: String,
         /// A body, or `ground`.
         child: String,
-        /// The point in space at the start, m.
+        /// The point in space, initially, m.
         position: [f64; 3],
-        /// The normal of the plane in space at the start.
+        /// The normal of the plane in space, initially.
         axis: [f64; 3],
     },
-    /// `θ_a + ratio θ_b` keeps its value: gears, racks.
+    /// `θ_a + ratio θ_b` is constant: gears, racks.
     Gear {
         /// Its name, unique in the model.
         name: String,
@@ -157,7 +157,7 @@ pub enum Constraint {
         /// The ratio: teeth of b over teeth of a for gears that rotate in opposite directions.
         ratio: f64,
     },
-    /// A joint coordinate follows a path (measured from the start configuration).
+    /// A joint coordinate follows a path (measured from the initial configuration).
     Motion {
         /// Its name, unique in the model.
         name: String,
@@ -166,7 +166,7 @@ pub enum Constraint {
         /// Its degree of freedom, counted from 0.
         #[serde(default)]
         freedom: usize,
-        /// The path; its rate at t = 0 must be that of the start.
+        /// The path; its rate at t = 0 must be the initial one.
         path: Path,
     },
 }

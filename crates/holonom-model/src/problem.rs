@@ -75,7 +75,7 @@ pub enum Level {
     Velocity,
 }
 
-/// A bar or joint that the stated start does not satisfy.
+/// A bar or joint that the initial values do not satisfy.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Inconsistency {
     /// The key of the bar or joint: `bar.rod`, `joint.hinge`, or of one of its values.
@@ -137,7 +137,7 @@ pub enum ModelError {
     /// What only shows when the numbers of the model meet; the problems know their keys.
     #[error("the model has {} problem(s); the first: {}", .0.len(), .0.first().map_or_else(String::new, ToString::to_string))]
     Assembly(Vec<Problem>),
-    /// The start does not satisfy the constraints, and `project_start` is not set.
+    /// The initial values do not satisfy the constraints, and `project_start` is not set.
     #[error("the initial values are inconsistent: {}", .0.first().map_or_else(String::new, |i| i.problem().to_string()))]
     InconsistentStart(Vec<Inconsistency>),
     /// Some direction of motion has no mass: `PᵀMP` is singular.

@@ -203,10 +203,10 @@ pub struct Settings {
     /// Write multipliers, discrete Legendre transforms and the parts of the energies to `momenta.csv`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub momenta: bool,
-    /// Move an inconsistent start onto the constraints instead of refusing it.
+    /// Project inconsistent initial values onto the constraints instead of refusing them.
     #[serde(default)]
     pub project_start: bool,
-    /// What a consistent start may miss a constraint by: m, m/s, rad, rad/s.
+    /// Largest violation of a constraint by consistent initial values: m, m/s, rad, rad/s.
     #[serde(default = "start_tolerance")]
     pub start_tolerance: f64,
     /// Statics: follow the path of equilibria by its arc length, through points where the load has to fall.

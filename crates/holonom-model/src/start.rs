@@ -1,4 +1,4 @@
-//! The start configuration against bars and joints.
+//! The initial configuration against bars and joints.
 
 use std::collections::BTreeMap;
 
@@ -95,7 +95,7 @@ pub(super) fn distance([a, b]: [Vector3<f64>; 2]) -> f64 {
     (b - a).norm()
 }
 
-/// Bars and joints whose positions at the start miss by more than the tolerance.
+/// Bars and joints whose initial position errors exceed the tolerance.
 pub(super) fn inconsistencies(model: &Model) -> Vec<Inconsistency> {
     let tolerance = model.settings.start_tolerance;
     let points = StartPoints::new(model);

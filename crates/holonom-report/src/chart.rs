@@ -247,8 +247,8 @@ fn linear_range(values: impl Iterator<Item = f64>) -> ((f64, f64), i32) {
     let unit = 10f64.powi(exponent);
     let (low, high) = (low / unit, high / unit);
     // A constant is drawn as a line in the middle, not as its round-off.
-    let room = (0.06 * (high - low)).max(5e-3 * magnitude / unit);
-    ((low - room, high + room), exponent)
+    let margin = (0.06 * (high - low)).max(5e-3 * magnitude / unit);
+    ((low - margin, high + margin), exponent)
 }
 
 /// Whole decades around the positive values, at least so many.
@@ -262,7 +262,7 @@ fn log_ticks(y: (f64, f64)) -> usize {
     (((y.1 - y.0) as usize) + 1).min(9)
 }
 
-/// Only whole decades carry a label.
+/// Only whole decades have a label.
 fn log_tick(value: f64) -> String {
     let whole = value.round();
     if (value - whole).abs() < 1e-9 { power_of_ten(whole as i32) } else { String::new() }

@@ -85,7 +85,7 @@ fn energy_words(energy: &EnergySummary) -> String {
         ),
         None => format!(
             "{start} J initially, {} J at the end; work of forces and prescribed motions {} J, \
-             balance error {} J",
+             difference {} J",
             number(energy.last),
             number(energy.work),
             number(energy.balance_error)

@@ -196,7 +196,7 @@ struct Sheet {
 }
 
 /// Room on one side for the words that reach over the edge, px; `x`: the range of all points.
-fn room(picture: &Picture, side: Side, x: (f64, f64)) -> f64 {
+fn margin(picture: &Picture, side: Side, x: (f64, f64)) -> f64 {
     let span = (x.1 - x.0).max(f64::MIN_POSITIVE);
     let unit = (picture.width - 2.0 * MARGIN) / span;
     let over = |item: &Item| match item {
@@ -217,7 +217,7 @@ impl Sheet {
         }
         let x = range(all().map(|p| p.0)).unwrap_or((0.0, 1.0));
         let y = range(all().map(|p| p.1)).unwrap_or((0.0, 1.0));
-        let [left, right] = [Side::Left, Side::Right].map(|side| room(picture, side, x));
+        let [left, right] = [Side::Left, Side::Right].map(|side| margin(picture, side, x));
         let scale = (picture.width - left - right) / (x.1 - x.0).max(f64::MIN_POSITIVE);
         let tallest = 2.0 * picture.width / (y.1 - y.0).max(f64::MIN_POSITIVE);
         let scale = scale.min(tallest);

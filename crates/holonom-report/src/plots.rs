@@ -150,8 +150,8 @@ impl Curves<'_> {
     fn drift(&self, kind: &str, columns: [&str; 3], unit: &str) -> Plot {
         let curves = columns.map(|c| self.of(c, &format!("{c} − {c}(0)"), true));
         let title = match kind {
-            "angular" => "Angular momentum: change since the start",
-            _ => "Linear momentum: change since the start",
+            "angular" => "Angular momentum: change since t = 0",
+            _ => "Linear momentum: change since t = 0",
         };
         Plot {
             name: format!("{kind}_momentum"),

@@ -11,7 +11,7 @@ use vi_multibody::prescribed::path_conflict;
 /// Members that are named at most.
 const NAMED: usize = 4;
 
-/// The contradiction of a start as an error of the model.
+/// The contradiction of initial values as an error of the model.
 pub(crate) fn refusal(found: &Contradiction, model: &Model) -> ModelError {
     match system::build(model) {
         Ok(system) => at_start(found, &system.mechanism),

@@ -43,7 +43,7 @@ pub struct AssemblyReport {
     /// The stiffest element against the step; `None` without beams.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<Stiffness>,
-    /// How far the start was moved onto the constraints, m; `None` when it was not.
+    /// Distance of the projection of the initial configuration onto the constraints, m; `None` when it was not.
     pub projected: Option<f64>,
     /// What is worth knowing.
     pub warnings: Vec<String>,
@@ -54,7 +54,7 @@ pub(crate) fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
-/// Largest residuals of the start as given.
+/// Largest residuals of the initial values as given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Closure {
     /// `|g(q_0)|_∞`.
@@ -63,7 +63,7 @@ pub struct Closure {
     pub velocity: f64,
 }
 
-/// Residuals of a start `(q, v)`.
+/// Residuals of initial values `(q, v)`.
 pub(crate) fn closure(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Closure {
     let mut g = vec![0.0; mechanism.len()];
     mechanism.value(Configuration::new(0.0, q), &mut g);
@@ -79,7 +79,7 @@ fn velocity_residuals(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
     rate
 }
 
-/// Joints and bars that the start velocity violates by more than the tolerance.
+/// Joints and bars that the initial velocity violates by more than the tolerance.
 pub(crate) fn velocity_inconsistencies(
     mechanism: &Mechanism,
     (q, v): (&[f64], &[f64]),

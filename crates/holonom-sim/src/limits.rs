@@ -124,7 +124,7 @@ impl LimitWatch {
             let (element, angle, t) = watched.largest;
             Some(format!(
                 "beam `{}`: element {first} is bent by more than 45° between its nodes at t = {begin} s, element \
-                 {element} by {:.1}° at t = {t} s; beyond 45° an element carries less moment the more it \
+                 {element} by {:.1}° at t = {t} s; beyond 45° the bending moment of an element decreases the more it \
                  bends: write more elements",
                 watched.beam,
                 angle.to_degrees()

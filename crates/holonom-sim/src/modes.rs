@@ -246,8 +246,8 @@ fn shape(members: &[Member], q: &[f64], v: &[f64]) -> Vec<MemberShape> {
     let largest = |of: fn(&MemberShape) -> &[f64; 3]| {
         shape.iter().map(|m| Vector3::from(*of(m)).norm()).fold(0.0, f64::max)
     };
-    let (way, turn) = (largest(|m| &m.translation), largest(|m| &m.rotation));
-    let scale = if way > 1e-9 * turn { way } else { turn };
+    let (translation, rotation) = (largest(|m| &m.translation), largest(|m| &m.rotation));
+    let scale = if translation > 1e-9 * rotation { translation } else { rotation };
     if scale > 0.0 {
         let first = shape.iter().flat_map(|m| m.translation.iter().chain(&m.rotation));
         let by_size = |a: &&f64, b: &&f64| a.abs().total_cmp(&b.abs());

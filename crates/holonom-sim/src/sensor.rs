@@ -186,9 +186,9 @@ struct Attitude {
 
 impl Attitude {
     fn follow(&mut self, q: &[f64]) {
-        let turn = directors::triad(&q[self.first..]) * self.to_own;
-        let turn = Rotation3::from_matrix_unchecked(turn);
-        let next = UnitQuaternion::from_rotation_matrix(&turn).into_inner();
+        let rotation = directors::triad(&q[self.first..]) * self.to_own;
+        let rotation = Rotation3::from_matrix_unchecked(rotation);
+        let next = UnitQuaternion::from_rotation_matrix(&rotation).into_inner();
         self.last = if next.dot(&self.last) < 0.0 { -next } else { next };
     }
 }

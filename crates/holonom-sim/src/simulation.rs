@@ -53,7 +53,7 @@ impl Simulation {
     /// Assembles the system of a validated model.
     ///
     /// # Errors
-    /// [`ModelError`] when the start is inconsistent, the mass matrix is singular, or the scheme does
+    /// [`ModelError`] when the initial values are inconsistent, the mass matrix is singular, or the scheme does
     /// not fit the model.
     pub fn new(model: &Model) -> Result<Self, ModelError> {
         Self::with_solver(model, model.settings.solver.into())

@@ -5,7 +5,7 @@
 //! ```
 //! `t` is the time of the loads: loads and motors with a history and prescribed motions are taken at it. Those
 //! without a history grow in proportion, `t/end` times what is stated, so that with `end = 1` it is the load
-//! factor. The weight is there from the beginning. The start is relaxed to the first equilibrium
+//! factor. The weight is there from the beginning. The initial configuration is relaxed to the first equilibrium
 //! ([`vi_beam::relaxation`]); from there on every equilibrium of the continuation is a row of the trajectory,
 //! also those between the steps that halving needed. With `arc_length = true` the path is followed by its
 //! arc length, through limit points, until `t` first reaches the end.

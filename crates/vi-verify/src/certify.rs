@@ -290,7 +290,7 @@ impl Certifier<'_> {
         self.push(found);
     }
 
-    /// What holds of the system: along the last long run, or at the start.
+    /// What holds of the system: along the last long run, or initially.
     fn nature(&self) -> Option<Nature> {
         self.nature.or_else(|| {
             let setting = self.setting(self.plan.methods[0].0, 2);

@@ -73,7 +73,7 @@ impl Quantity {
             Self::OtherMultiplier if variational => "λ (acceleration level)",
             Self::OtherMultiplier => "λ of a single step",
             Self::StartMultiplier if variational => "λ_0 (47)",
-            Self::StartMultiplier => "λ at the start",
+            Self::StartMultiplier => "initial λ",
         }
     }
 
@@ -103,7 +103,7 @@ impl Quantity {
 /// The motion that errors are measured against.
 #[derive(Clone, Debug)]
 pub struct Reference {
-    /// The start and the nodes at quarters of the run.
+    /// The initial node and the nodes at quarters of the run.
     nodes: Vec<Values>,
     /// Uncertainty of `q`, `p`, `λ`, relative.
     uncertainty: [f64; 3],
@@ -124,7 +124,7 @@ pub struct Convergence {
     pub floor: f64,
 }
 
-/// The start and the nodes at quarters of a run of `steps` steps.
+/// The initial node and the nodes at quarters of a run of `steps` steps.
 ///
 /// # Errors
 /// Why the method does not apply or fails, in words.

@@ -4,8 +4,8 @@
 //! K = Pᵀ (∇²V + Σ λ_i D²g_i) P,    M = Pᵀ M P,    ω_max² = max |eig(M⁻¹ K)|
 //! ∇²V = −(D_1D_1 + D_2D_2 + D_1D_2 + D_2D_1) L_d(q, q) / h
 //! ```
-//! The multipliers carry the centrifugal stiffness: a free body that spins at `ω` has `ω_max ≈ ω`. What variational schemes
-//! promise of the energy holds for `h ω_max ≲ 1` (Hairer, Lubich & Wanner, Geometric Numerical Integration, ch. XIII).
+//! The multipliers contain the centrifugal stiffness: a free body that spins at `ω` has `ω_max ≈ ω`. The boundedness of the energy error of variational
+//! schemes holds for `h ω_max ≲ 1` (Hairer, Lubich & Wanner, Geometric Numerical Integration, ch. XIII).
 #![allow(non_snake_case)] // G, K, M, P
 
 use nalgebra::DMatrix;

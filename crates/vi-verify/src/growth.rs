@@ -30,7 +30,7 @@ pub struct Growth {
 
 impl Growth {
     /// Whether it grows no faster than round-off that adds up without bias: an exponent of at most
-    /// 0.6, and no more in the end than four such walks.
+    /// 0.6, and no more in the end than four such random walks.
     #[must_use]
     pub fn is_unbiased(&self) -> bool {
         self.exponent <= UNBIASED && self.drift <= 4.0 * self.walk

@@ -25,7 +25,7 @@ pub struct LongRun {
     pub samples: Vec<Invariants>,
     /// What holds at all nodes that were looked at.
     pub nature: Nature,
-    /// The fastest motion at the start or the end, rad/s; `None` where it is not known.
+    /// The fastest motion at the beginning or the end, rad/s; `None` where it is not known.
     pub frequency: Option<f64>,
 }
 
@@ -149,7 +149,7 @@ pub struct Reversal {
     pub steps: u64,
     /// `|q − q_0|_∞` in the end.
     pub error: f64,
-    /// How much the motion enlarges a small error on the way, where tangent vectors could tell.
+    /// Largest growth of a small error during the motion, by tangent vectors; `None` where they are not available.
     pub amplification: Option<f64>,
 }
 

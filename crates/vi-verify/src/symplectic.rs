@@ -6,7 +6,7 @@
 //! Ω(i, j)  = δq_iᵀ δp_j − δp_iᵀ δq_j          at the start, and after some steps
 //! ```
 //! Every motion is taken by the integrator itself, so an integrator that does not solve its equations, or solves others,
-//! changes `Ω`. (The tangent of the discrete Euler–Lagrange equations does not tell: its form is an identity of `L_d` for any
+//! changes `Ω`. (The tangent of the discrete Euler–Lagrange equations does not detect it: its form is an identity of `L_d` for any
 //! pair of configurations.) `p̄` counts modulo `range Gᵀ` only, see [`vi_constraints::tangent_map`]. With dampers no form is
 //! conserved; a prescribed motion or a load that depends on time alone does conserve it.
 
@@ -82,15 +82,15 @@ fn defect(
     let (q0, v0) = (base.q().to_vec(), base.velocity()?);
     let n = q0.len();
     let tangents = base.tangents();
-    let freedoms = tangents.dq.ncols() / 2;
-    let count = (2 * freedoms).min(CURVES);
-    let directions = tangents.dq.columns(0, freedoms);
+    let dof = tangents.dq.ncols() / 2;
+    let count = (2 * dof).min(CURVES);
+    let directions = tangents.dq.columns(0, dof);
     let (mut before, mut after) = (Derivatives::new(n, count), Derivatives::new(n, count));
     for curve in 0..count {
         let combination = |phase: f64| {
             let weight = |k: usize| (phase + 2.3 * curve as f64 + 1.7 * k as f64).sin();
             let x: Vec<f64> = (0..n)
-                .map(|i| (0..freedoms).map(|k| weight(k) * directions[(i, k)]).sum())
+                .map(|i| (0..dof).map(|k| weight(k) * directions[(i, k)]).sum())
                 .collect();
             let size = norm_inf(&x);
             x.into_iter().map(|x| x / size).collect::<Vec<f64>>()

@@ -33,7 +33,7 @@ pub(super) fn section(model: &Model) -> Result<Section> {
             &energy("Flexible multibody system: error of the energy after the pulse", &runs),
             format!(
                 "H_d of the variational scheme stays in a band of {:.1e} J about {:.3} J; the \
-                 energy–momentum scheme keeps the energy to {:.1e} J.",
+                 energy–momentum scheme conserves the energy to {:.1e} J.",
                 Recorded::worst(variational.energy_errors()),
                 variational.samples[0].hamiltonian,
                 Recorded::worst(conserving.energy_errors())

@@ -26,7 +26,7 @@ pub(super) fn section(model: &Model) -> Result<Section> {
             &energy("Six-body linkage: error of the energy", &runs),
             format!(
                 "H_d of the variational scheme oscillates within {:.1e} J without a trend; the \
-                 energy–momentum scheme keeps the energy to {:.1e} J.",
+                 energy–momentum scheme conserves the energy to {:.1e} J.",
                 Recorded::worst(variational.energy_errors()),
                 Recorded::worst(conserving.energy_errors())
             ),

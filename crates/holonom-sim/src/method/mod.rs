@@ -34,7 +34,7 @@ pub(crate) struct Reading {
     pub(crate) q: Vec<f64>,
     /// Velocity: `v̂` of the projected momentum, `v_n` of energy–momentum schemes.
     pub(crate) v: Vec<f64>,
-    /// `λ_n`; empty when nobody asked for it.
+    /// `λ_n`; empty unless it was asked for.
     pub(crate) lambda: Vec<f64>,
     /// `E_d` of the step that starts here, where there is one; else as `hamiltonian`.
     pub(crate) energy: f64,
@@ -71,7 +71,7 @@ pub(crate) trait Method {
     fn mechanism(&self) -> &Mechanism;
     /// Independent constraints.
     fn rows(&self) -> &IndependentRows;
-    /// How consistent the start was.
+    /// Consistency of the initial values.
     fn start_report(&self) -> &StartReport;
     /// Condition numbers of the last Newton matrix.
     fn condition(&mut self) -> Option<Condition>;

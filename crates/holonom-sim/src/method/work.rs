@@ -41,16 +41,16 @@ impl Work {
     /// A macro step begins.
     pub(crate) fn begin(&mut self) {
         self.before = self.total;
-        if let Some([now, kept]) = &mut self.node {
-            kept.copy_from(now);
+        if let Some([now, stored]) = &mut self.node {
+            stored.copy_from(now);
         }
     }
 
     /// It was refused.
     pub(crate) fn take_back(&mut self) {
         self.total = self.before;
-        if let Some([now, kept]) = &mut self.node {
-            now.copy_from(kept);
+        if let Some([now, stored]) = &mut self.node {
+            now.copy_from(stored);
         }
     }
 

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// What goes wrong with the files of a run.
+/// Errors of the files of a run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutputError {
-    /// The folder holds a run, and nobody said that it may go.
+    /// The folder holds a run that may not be replaced.
     #[error("{} already holds a run ({file})", folder.display())]
     Occupied {
         /// The folder.

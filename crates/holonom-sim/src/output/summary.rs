@@ -33,7 +33,7 @@ pub struct NewtonSummary {
 /// The energy `H_d(q_n, ᵠp_n)` along the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergySummary {
-    /// `H_d` at the start, J.
+    /// Initial `H_d`, J.
     #[serde(deserialize_with = "number")]
     pub initial: f64,
     /// Largest deviation from it, J.

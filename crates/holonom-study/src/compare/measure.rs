@@ -77,7 +77,7 @@ fn maps(sample: &Sample) -> [f64; 6] {
     [a, b, c, d, e, f]
 }
 
-/// The momentum maps that some scheme keeps to round-off.
+/// The momentum maps that some scheme conserves to round-off.
 pub(super) fn conserved(runs: &[Run]) -> [bool; 6] {
     let mut conserved = [false; 6];
     for run in runs.iter().filter(|run| run.samples.len() > 1) {

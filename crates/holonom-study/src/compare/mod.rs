@@ -1,8 +1,8 @@
-//! Variational and energy–momentum schemes side by side: same model, same start, same steps.
+//! Variational and energy–momentum schemes side by side: same model, same initial values, same steps.
 //!
 //! ```text
 //! distance        max_n |q_n − q^ref_n|_∞
-//! energy          max_n |H_n − H_0|; bounded (a band without a trend) or conserved
+//! energy          max_n |H_n − H_0|; bounded (without secular drift) or conserved
 //! momentum maps   max_n |J_n − J_0| of those that the system conserves    both once all loads have ended
 //! constraints     |g(q_n)|, |Ḡ Δq/h|, |G(q_n) M⁻¹ p_n|            position, velocity, momentum level
 //! cost            Newton iterations; time per step, and the share of assembly and of solution
@@ -38,7 +38,7 @@ pub use record::{Comparison, Measured, Outcome, Record, Verdict};
 use holonom_model::{Family, Model, ModelError, Scheme};
 use holonom_sim::simulation::Simulation;
 
-/// Steps of the table when nobody says where to end.
+/// Steps of the table unless an end is given.
 const STEPS: u64 = 2000;
 
 /// What to compare; what is left open is chosen.

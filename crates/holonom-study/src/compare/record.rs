@@ -125,7 +125,7 @@ pub struct Measured {
 pub enum Verdict {
     /// It stays what it is, to round-off.
     Conserved,
-    /// It oscillates in a band without a trend.
+    /// It oscillates in a band, without secular drift.
     Bounded,
     /// It changes: by loads, dampers and motors, or by the scheme.
     Changes,

@@ -266,7 +266,7 @@ fn energy_momentum() -> Vec<Mutant> {
         ("p = M v doubled", D::Momentum(2.0), (C::Order, "p = M v")),
         ("mean λ negated", D::Multiplier(-1.0), (C::Order, "λ, mean of two steps")),
         ("λ of a single step doubled", D::OtherMultiplier(2.0), (C::Order, "λ of a single step")),
-        ("λ at the start doubled", D::StartMultiplier(2.0), (C::Order, "λ at the start")),
+        ("initial λ doubled", D::StartMultiplier(2.0), (C::Order, "initial λ")),
         ("mean λ 10 % too large", D::Multiplier(1.1), (C::Output, "equations of motion with λ")),
     ];
     for (name, defect, found) in reported {
