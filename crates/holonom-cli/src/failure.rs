@@ -27,7 +27,7 @@ pub(crate) enum Failure {
     /// Code 3: the model is invalid.
     #[error("the model is invalid")]
     Model(Box<InvalidModel>),
-    /// Standard output was closed by its reader, who has seen enough.
+    /// Standard output was closed by its reader.
     #[error("standard output is closed")]
     Closed,
 }

@@ -1,4 +1,4 @@
-//! Standard error: words for people. Nothing can be done when nobody hears them.
+//! Standard error: messages for people; errors of writing them are ignored.
 
 use std::io::Write;
 

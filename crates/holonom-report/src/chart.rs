@@ -102,7 +102,7 @@ impl Chart {
     /// The chart as a stand-alone SVG on white.
     ///
     /// # Errors
-    /// What the drawing library says.
+    /// Errors of the drawing library.
     pub fn svg(&self) -> Result<String, String> {
         let mut svg = String::new();
         {

@@ -110,7 +110,7 @@ impl Picture {
     /// The drawing as a stand-alone SVG on white.
     ///
     /// # Errors
-    /// What the drawing library says; points that are not finite.
+    /// Errors of the drawing library; points that are not finite.
     pub fn svg(&self) -> Result<String, String> {
         let sheet = Sheet::of(self)?;
         let (width, height) = (self.width.ceil() as u32, sheet.height.ceil() as u32);

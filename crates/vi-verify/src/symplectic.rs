@@ -89,9 +89,8 @@ fn defect(
     for curve in 0..count {
         let combination = |phase: f64| {
             let weight = |k: usize| (phase + 2.3 * curve as f64 + 1.7 * k as f64).sin();
-            let x: Vec<f64> = (0..n)
-                .map(|i| (0..dof).map(|k| weight(k) * directions[(i, k)]).sum())
-                .collect();
+            let x: Vec<f64> =
+                (0..n).map(|i| (0..dof).map(|k| weight(k) * directions[(i, k)]).sum()).collect();
             let size = norm_inf(&x);
             x.into_iter().map(|x| x / size).collect::<Vec<f64>>()
         };

@@ -64,7 +64,7 @@ fn property(finding: &Finding) -> Key {
         Criterion::Order if finding.expected.starts_with("1,") => "λ of first order".to_owned(),
         Criterion::Order => "q, p, λ".to_owned(),
         Criterion::Output => "residual of the equations of motion".to_owned(),
-        Criterion::Energy => "H".to_owned(),
+        Criterion::Energy => "H_d".to_owned(),
         Criterion::ClosedForm => "statics of beams".to_owned(),
         _ => quantity,
     };

@@ -28,7 +28,7 @@ impl<W: Write> BeamWriter<W> {
     /// Writes the header.
     ///
     /// # Errors
-    /// What the file says.
+    /// Errors of the file.
     pub fn new(sink: W, beams: &Beams) -> io::Result<Self> {
         let mut writer = Self { rows: Rows::new(sink), beams: beams.clone() };
         writer.rows.push(|row| row.write_record(HEAD.iter().chain(&COLUMNS)))?;
@@ -39,7 +39,7 @@ impl<W: Write> BeamWriter<W> {
     /// Writes one node.
     ///
     /// # Errors
-    /// What the file says.
+    /// Errors of the file.
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
         for beam in &self.beams.list {
             for state in self.beams.section_states(beam, &sample.q) {
@@ -54,7 +54,7 @@ impl<W: Write> BeamWriter<W> {
     /// Ends the file.
     ///
     /// # Errors
-    /// What the file says.
+    /// Errors of the file.
     pub fn finish(mut self) -> io::Result<()> {
         self.rows.flush()
     }

@@ -25,7 +25,7 @@ impl<W: Write> MomentaWriter<W> {
     /// Writes the header.
     ///
     /// # Errors
-    /// What the file says.
+    /// Errors of the file.
     pub fn new(sink: W, names: &MomentaNames) -> io::Result<Self> {
         let MomentaNames { constraints, coordinates, rates } = names;
         let groups = [
@@ -51,7 +51,7 @@ impl<W: Write> MomentaWriter<W> {
     /// Writes one node; a sample without momenta leaves all fields but the first two empty.
     ///
     /// # Errors
-    /// What the file says.
+    /// Errors of the file.
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
         let none = Momenta::default();
         let found = sample.momenta.as_deref().unwrap_or(&none);
@@ -69,7 +69,7 @@ impl<W: Write> MomentaWriter<W> {
     /// Ends the file.
     ///
     /// # Errors
-    /// What the file says.
+    /// Errors of the file.
     pub fn finish(mut self) -> io::Result<()> {
         self.rows.flush()
     }

@@ -34,7 +34,7 @@ impl<W: Write> SensorWriter<W> {
     /// Writes the header.
     ///
     /// # Errors
-    /// What the file says.
+    /// Errors of the file.
     pub fn new(sink: W, columns: &[Column]) -> io::Result<Self> {
         let head = HEAD.map(str::to_owned).into_iter();
         let header: Vec<String> = head.chain(columns.iter().map(Column::name)).collect();
@@ -48,7 +48,7 @@ impl<W: Write> SensorWriter<W> {
     /// Writes one node.
     ///
     /// # Errors
-    /// What the file says.
+    /// Errors of the file.
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
         let values = sample.sensors.iter().zip(&self.flags);
         let field = |(value, flag): (&f64, &bool)| match flag {
@@ -62,7 +62,7 @@ impl<W: Write> SensorWriter<W> {
     /// Ends the file.
     ///
     /// # Errors
-    /// What the file says.
+    /// Errors of the file.
     pub fn finish(mut self) -> io::Result<()> {
         self.rows.flush()
     }

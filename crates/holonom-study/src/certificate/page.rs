@@ -33,7 +33,7 @@ pub fn sentence(of: &Recommendation, accuracy: f64) -> String {
 /// The page.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn page(of: &ModelCertificate) -> Result<String, String> {
     let title = format!("Certificate of {}", of.model);
     let mut html = head(&title);

@@ -9,7 +9,7 @@ use std::fmt::Write;
 /// The page of a comparison.
 ///
 /// # Errors
-/// What the drawing library says.
+/// Errors of the drawing library.
 pub fn page(c: &Comparison) -> Result<String, String> {
     let mut html = head(&format!("{}: schemes compared", c.model));
     let summary = table::head(c);
