@@ -227,7 +227,7 @@ impl<'a> Parts<'a> {
     /// Forces on bodies and nodes, and those along beams at each node.
     pub(super) fn loads(&self) -> Vec<Load> {
         let mut loads = Vec::new();
-        for load in self.model.loads.iter().filter(|load| load.force != [0.0; 3]) {
+        for load in self.model.loads.iter().filter(|load| load.force.iter().any(|f| *f != 0.0)) {
             let history = load.history.time_history();
             let factors = || encoded(self.frames.times.iter().map(|t| history.value(*t)));
             let mut add = |member: usize, point: Vector3<f64>, own: Matrix3<f64>| {
