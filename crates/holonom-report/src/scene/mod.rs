@@ -99,8 +99,8 @@ impl Scene {
     /// The scene as a part of a page.
     #[must_use]
     pub fn html(&self) -> String {
-        // `</script>` must not end the data
-        let data = serde_json::to_string(self).unwrap_or_default().replace("</", "<\\/");
+        // no name is markup, and none ends the data
+        let data = serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c");
         format!(
             "{CONTROLS}<script id=\"scene-data\" type=\"application/json\">{data}</script>\n<script>\n{VIEWER}</script>\n"
         )

@@ -1,4 +1,4 @@
-// The animated scene of a run: WebGL 2, no library. Data: the JSON of scene.rs in <script id="scene-data">.
+// The animated scene of a run: WebGL 2, no library. Data: the JSON of scene/mod.rs in the element `scene-data`.
 // Vectors are arrays of 3, quaternions are [x, y, z, w], matrices are column-major Float32Arrays of 16.
 "use strict";
 (() => {
