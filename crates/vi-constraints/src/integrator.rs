@@ -66,25 +66,19 @@ pub struct Integrator<S: Discretization<C>, C> {
 
 /// The node from which time is counted: `t_n = t + (n − step) h`, not the sum of rounded steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Origin {
-    /// Its time, s.
-    pub t: f64,
-    /// Its number.
-    pub step: u64,
+struct Origin {
+    t: f64, // s
+    step: u64,
 }
 
 impl Origin {
-    /// `t_{n+1}` without a sum of rounding errors, for steps of length `h` (s).
-    #[must_use]
-    pub fn next_time(self, n: u64, h: f64) -> f64 {
-        self.t + (n + 1 - self.step) as f64 * h
+    /// `t_n`, s.
+    fn time(self, n: u64, h: f64) -> f64 {
+        self.t + (n - self.step) as f64 * h
     }
 
     /// The origin after a motion continues from `next` instead of `present`.
-    ///
-    /// # Errors
-    /// [`ResumeError`] where `next` is no state of the same system.
-    pub fn resume(self, present: &State, next: &State, h: f64) -> Result<Self, ResumeError> {
+    fn resume(self, present: &State, next: &State, h: f64) -> Result<Self, ResumeError> {
         for (what, found, expected) in [
             ("q", next.q.len(), present.q.len()),
             ("p", next.p.len(), present.p.len()),
@@ -101,8 +95,8 @@ impl Origin {
         if !(next.t.is_finite() && vectors.iter().all(|x| x.iter().all(|x| x.is_finite()))) {
             return Err(ResumeError::NotFinite);
         }
-        let counts = next.step >= self.step
-            && (self.t + (next.step - self.step) as f64 * h).to_bits() == next.t.to_bits();
+        let counts =
+            next.step >= self.step && self.time(next.step, h).to_bits() == next.t.to_bits();
         Ok(if counts { self } else { Self { t: next.t, step: next.step } })
     }
 }
@@ -288,7 +282,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         each: &mut dyn FnMut(&S, &C, Step<'_>),
     ) -> Result<StepReport, StepError> {
         let mut total = StepReport { sub_steps: self.gammas.len(), ..StepReport::default() };
-        let (step, next) = (self.state.step + 1, self.origin.next_time(self.state.step, self.step));
+        let step = self.state.step + 1;
+        let next = self.origin.time(step, self.step);
         let Self { system, constraints, scheme, state, .. } = self;
         for (index, gamma) in self.gammas.iter().enumerate() {
             let h = gamma * self.step;
@@ -344,7 +339,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             return Ok(self.observe_state()?);
         }
         let (mut next, last) = (self.state.clone(), self.scheme.interval().clone());
-        let t_end = self.origin.next_time(self.state.step, self.step);
+        let t_end = self.origin.time(self.state.step + 1, self.step);
         let Self { observer, start_observer, system, constraints, state, scheme, watch, .. } = self;
         let sub_step = SubStep { index: 0, h: self.gammas[0] * self.step, t_end };
         let trial = scheme
@@ -504,7 +499,11 @@ fn observer_at<'a, O>(
     }
 }
 
-fn check_shapes(
+/// Checks the initial values and the constraints against the number of coordinates.
+///
+/// # Errors
+/// [`SetupError::Shape`].
+pub fn check_shapes(
     system: &impl MechanicalSystem,
     constraints: &impl Constraints,
     (_, q, v): Start<'_>,

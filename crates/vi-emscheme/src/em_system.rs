@@ -138,16 +138,6 @@ impl EmSystem {
         work.iter().zip(&s.dq).map(|(f, dq)| f * dq).sum()
     }
 
-    /// The start of a motion at time `t` with consistent `(q, v)`: `v_0 = v`, `p_0 = M v`.
-    #[must_use]
-    pub fn start(&self, t: f64, q: Vec<f64>, v: &[f64]) -> State {
-        let mut state = State::new(t, q, vec![0.0; v.len()]);
-        self.mass.mul_add(1.0, v, &mut state.p);
-        state.compensation.v = vec![0.0; v.len()];
-        state.v = v.to_vec();
-        state
-    }
-
     /// `out ← h B`, shape `n`, for a step from a node with velocity `v_n`; `work`: scratch of shape `n`.
     pub fn scaled_bracket(&self, s: &Interval, v: &Velocity, work: &mut [f64], out: &mut [f64]) {
         for (i, w) in work.iter_mut().enumerate() {
@@ -209,6 +199,7 @@ impl<C: DiscreteConstraints> Discretization<C> for EmSystem {
     }
 
     fn begin(&self, state: &mut State, v: &[f64]) {
-        *state = self.start(state.t, std::mem::take(&mut state.q), v);
+        state.v = v.to_vec();
+        state.compensation.v = vec![0.0; v.len()];
     }
 }

@@ -31,11 +31,10 @@ use crate::em_system::EmSystem;
 use crate::nodal::EmNodal;
 use crate::null_space::{DiscreteNullSpace, DiscreteQr};
 use crate::scheme::EmForm;
-use vi_constraints::integrator::{SetupError, Start};
+use vi_constraints::integrator::{SetupError, Start, check_shapes};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::Scheme;
 use vi_constraints::{Integrator, Reparametrization};
-use vi_core::MechanicalSystem;
 
 /// A running integration by an energy–momentum scheme.
 pub type EmIntegrator<C> = Integrator<EmSystem, C>;
@@ -55,7 +54,7 @@ pub fn new<C: DiscreteConstraints + 'static>(
     options: EmOptions,
     at: Start<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError> {
-    check(&system, &constraints, at)?;
+    check_shapes(&system, &constraints, at)?;
     let (n, m) = (constraints.dim(), constraints.len());
     let rows = IndependentRows::find(&constraints, at.0, at.1);
     let (chosen, sub_steps) = ((rows.clone(), m), options.sub_steps().len());
@@ -86,7 +85,7 @@ where
     N: DiscreteNullSpace<C> + 'static,
     R: Reparametrization + 'static,
 {
-    check(&system, &constraints, at)?;
+    check_shapes(&system, &constraints, at)?;
     let (n, m) = (constraints.dim(), constraints.len());
     let rows = IndependentRows::find(&constraints, at.0, at.1);
     if map.dof() != n - rows.len() {
@@ -133,22 +132,4 @@ fn with_scheme<C: DiscreteConstraints + 'static>(
 ) -> Result<EmIntegrator<C>, EmSetupError> {
     let options = options.of_integrator();
     Ok(Integrator::with_scheme(system, constraints, scheme, options, at)?.consistent()?)
-}
-
-pub(crate) fn check<C: DiscreteConstraints>(
-    system: &EmSystem,
-    constraints: &C,
-    (_, q, v): Start<'_>,
-) -> Result<(), EmSetupError> {
-    let expected = system.dim();
-    for (what, found) in [
-        ("q(0)", q.len()),
-        ("v(0)", v.len()),
-        ("the argument of the constraints", constraints.dim()),
-    ] {
-        if found != expected {
-            return Err(SetupError::Shape { what, found, expected }.into());
-        }
-    }
-    Ok(())
 }

@@ -188,6 +188,7 @@ mod tests {
     use crate::null_space::AveragedTree;
     use crate::sparse_operators::SparseOperators;
     use vi_constraints::Constraints;
+    use vi_constraints::discretization::Discretization;
     use vi_multibody::map::TreeMap;
     use vi_multibody::mechanism::Mechanism;
     use vi_multibody::spring::SpringLaw;
@@ -198,7 +199,8 @@ mod tests {
         mut scheme: EmNodal<O>,
     ) -> f64 {
         let (q, v) = mechanism.start();
-        let mut state = system.start(0.0, q, &v);
+        let mut state = State::new(0.0, q, vec![0.0; v.len()]);
+        Discretization::<Mechanism>::begin(system, &mut state, &v);
         let start = state.clone();
         let step = SubStep::single(0.0, 0.05);
         scheme.advance(system, mechanism, step, &mut state).unwrap();

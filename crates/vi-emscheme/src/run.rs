@@ -4,7 +4,7 @@ use crate::constrained::EmConstrained;
 use crate::dalembert::EmDalembert;
 use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
-use crate::integrator::{BoxedScheme, EmIntegrator, check};
+use crate::integrator::{BoxedScheme, EmIntegrator};
 use crate::loop_nodal::{EmLoopNodal, LoopRows};
 use crate::nodal::EmNodal;
 use crate::null_space::{
@@ -14,7 +14,7 @@ use crate::scheme::EmForm;
 use crate::setup::{EmOptions, EmSetupError};
 use crate::sparse_operators::SparseOperators;
 use crate::tree_multipliers::TreeMultipliers;
-use vi_constraints::integrator::Start;
+use vi_constraints::integrator::{Start, check_shapes};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{Constraints, Integrator, Reparametrization};
 use vi_multibody::closed_loop::{longest_arm, with_floors};
@@ -51,7 +51,7 @@ pub fn integrator_at(
     options: EmOptions,
     at: Start<'_>,
 ) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
-    check(&system, &mechanism, at)?;
+    check_shapes(&system, &mechanism, at)?;
     let loops = Loops::find(&mechanism, at.0, at.1)?;
     let start = loops.singular_start(&system, &mechanism, at, options.form == EmForm::Nodal)?;
     let at = start.as_ref().map_or(at, |start| (at.0, &start.q[..], &start.v[..]));

@@ -169,17 +169,21 @@ fn compositions_have_orders_four_six_and_eight() {
 #[test]
 fn single_steps_compose_to_order_four_in_q_and_two_in_v() {
     use vi_constraints::Constraints;
+    use vi_constraints::discretization::Discretization;
     use vi_constraints::saddle_point::IndependentRows;
     use vi_constraints::scheme::Scheme;
     use vi_constraints::scheme::SubStep;
+    use vi_core::State;
     use vi_core::newton::NewtonSettings;
     use vi_emscheme::constrained::EmConstrained;
+    use vi_multibody::mechanism::Mechanism;
     let model = common::pendulum();
     let (mechanism, system) = (&model.mechanism, model.system());
     let gammas = Composition::of_order(6).unwrap().gammas();
     let end = |parts: usize| {
         let (q, v) = mechanism.start();
-        let mut state = system.start(0.0, q, &v);
+        let mut state = State::new(0.0, q, vec![0.0; v.len()]);
+        Discretization::<Mechanism>::begin(&system, &mut state, &v);
         let size = (IndependentRows::all(mechanism.len()), mechanism.len());
         let settings = NewtonSettings::default();
         let mut scheme = EmConstrained::new(mechanism.dim(), size, settings, gammas.len());
