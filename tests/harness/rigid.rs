@@ -288,12 +288,13 @@ impl RigidCase {
         let mechanism = self.mechanism()?;
         let system = self.system(&mechanism)?;
         let (q, v) = mechanism.start();
-        let mut options = Options::new(kind, self.h);
-        if let Some(composition) = &self.composition {
-            options.gammas = composition.gammas.clone();
-        }
+        let options = Options::new(kind, self.h);
         let run = integrator(mechanism, system, options, solver, (0.0, &q, &v));
-        run.map_err(|e| e.to_string())
+        let composed = |run: MechanismIntegrator| match &self.composition {
+            Some(composition) => run.with_coefficients(composition.gammas.clone()),
+            None => Ok(run),
+        };
+        run.and_then(composed).map_err(|e| e.to_string())
     }
 
     fn variational(&self, kind: SchemeKind, solver: Solver) -> Result<Deviation, String> {

@@ -34,7 +34,7 @@ use crate::nodal::Nodal;
 use crate::node::Node;
 use crate::reparametrization::{DenseNodal, Reparametrization};
 use crate::saddle_point::IndependentRows;
-use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep};
+use crate::scheme::{Condition, Scheme, SchemeKind, StepError, StepSolver, SubStep};
 use crate::tangent_space::TangentSpace;
 use std::sync::Arc;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -51,6 +51,7 @@ pub struct Integrator<S: Discretization<C>, C> {
     system: S,
     constraints: Arc<C>,
     scheme: Box<dyn Scheme<S, C>>,
+    solver: StepSolver,
     observer: S::Observer,
     start_observer: Option<S::Observer>, // where the start has fewer independent constraints
     rows: IndependentRows,
@@ -62,6 +63,16 @@ pub struct Integrator<S: Discretization<C>, C> {
     start: StartReport,
     initial_velocity: Vec<f64>,
     watch: ClosureWatch,
+}
+
+impl<S: Discretization<C>, C> std::fmt::Debug for Integrator<S, C> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Integrator")
+            .field("step", &self.step)
+            .field("gammas", &self.gammas)
+            .field("state", &self.state)
+            .finish_non_exhaustive()
+    }
 }
 
 /// The node from which time is counted: `t_n = t + (n − step) h`, not the sum of rounded steps.
@@ -131,19 +142,15 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
         let (n, m) = (constraints.dim(), constraints.len());
         check_shapes(&system, &*constraints, at)?;
         let rows = IndependentRows::find_generic(&*constraints, at.0, at.1)?;
-        let sub_steps = options.gammas.len();
         let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
-            SchemeKind::Constrained => {
-                Box::new(Constrained::new(n, rows.clone(), m, options.newton, sub_steps))
-            }
+            SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
             SchemeKind::Dalembert => {
                 let source = QrSource::new(n, m, rows.len());
-                Box::new(Dalembert::new(n, (rows.clone(), m), source, options.newton, sub_steps))
+                Box::new(Dalembert::new(n, m, rows.clone(), source))
             }
             SchemeKind::Nodal | SchemeKind::Reduced => {
                 let operators = TangentSpace::new(constraints.clone(), &rows);
-                let (reduced, d) = (options.scheme == SchemeKind::Reduced, operators.dof());
-                Box::new(Nodal::new(operators, (n, d), reduced, options.newton, sub_steps))
+                Box::new(Nodal::new(n, operators, options.scheme == SchemeKind::Reduced))
             }
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
@@ -167,17 +174,12 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
             let what = "the increment u of the reparametrization";
             return Err(SetupError::Shape { what, found: d, expected: n - rows.len() });
         }
-        let (sub_steps, newton) = (options.gammas.len(), options.newton);
         let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
-            SchemeKind::Constrained => {
-                Box::new(Constrained::new(n, rows.clone(), m, newton, sub_steps))
-            }
-            SchemeKind::Dalembert => {
-                Box::new(Dalembert::new(n, (rows.clone(), m), MapSource(map), newton, sub_steps))
-            }
+            SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
+            SchemeKind::Dalembert => Box::new(Dalembert::new(n, m, rows.clone(), MapSource(map))),
             SchemeKind::Nodal | SchemeKind::Reduced => {
                 let reduced = options.scheme == SchemeKind::Reduced;
-                Box::new(Nodal::new(DenseNodal::new(n, map), (n, d), reduced, newton, sub_steps))
+                Box::new(Nodal::new(n, DenseNodal::new(n, map), reduced))
             }
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
@@ -200,27 +202,25 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         if !(options.step.is_finite() && options.step != 0.0) {
             return Err(SetupError::Step(options.step));
         }
-        let mut signs = options.gammas.iter().map(|gamma| gamma * options.gammas[0] > 0.0);
-        if system.is_dissipative() && signs.any(|same| !same) {
-            return Err(SetupError::DissipativeComposition);
-        }
+        let gammas = system.sub_steps(options.composition);
+        check_composition(&system, &gammas)?;
         check_shapes(&system, &*constraints, at)?;
         let (mut state, initial_velocity, report) =
             start(&system, &*constraints, &rows, at.0, (at.1, at.2))?;
         system.begin(&mut state, &initial_velocity);
-        state.angles = vec![0.0; constraints.angle_count()];
-        constraints.unwrap_angles(&state.q, &mut state.angles);
+        state.angles = constraints.principal_angles(&state.q);
         let observer = system.observer(constraints.len(), &rows);
         let watch =
             ClosureWatch::new(&*constraints, state.configuration(), options.newton.tolerance);
         Ok(Self {
             system,
             constraints,
+            solver: StepSolver::new(&*scheme, options.newton),
             scheme,
             observer,
             start_observer: None,
             rows,
-            gammas: options.gammas,
+            gammas,
             step: options.step,
             origin: Origin { t: at.0, step: 0 },
             before: state.clone(),
@@ -251,6 +251,16 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         self.start_observer = Some(self.system.observer(self.constraints.len(), rows));
         self.start = report;
         self
+    }
+
+    /// With other coefficients `γ` of the sub-steps than those of a [`vi_core::Composition`].
+    ///
+    /// # Errors
+    /// [`SetupError::DissipativeComposition`].
+    pub fn with_coefficients(mut self, gammas: Vec<f64>) -> Result<Self, SetupError> {
+        check_composition(&self.system, &gammas)?;
+        self.gammas = gammas;
+        Ok(self)
     }
 
     /// One macro step.
@@ -284,11 +294,13 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let mut total = StepReport { sub_steps: self.gammas.len(), ..StepReport::default() };
         let step = self.state.step + 1;
         let next = self.origin.time(step, self.step);
-        let Self { system, constraints, scheme, state, .. } = self;
+        let Self { system, constraints, scheme, solver, state, .. } = self;
+        let count = self.gammas.len();
         for (index, gamma) in self.gammas.iter().enumerate() {
             let h = gamma * self.step;
-            let t_end = if index + 1 == self.gammas.len() { next } else { state.t + h };
-            let report = scheme.advance(system, constraints, SubStep { index, h, t_end }, state)?;
+            let t_end = if index + 1 == count { next } else { state.t + h };
+            let (step, of) = (SubStep { index, count, h, t_end }, (&*system, &**constraints));
+            let report = solver.advance(&mut **scheme, of, step, state)?;
             constraints.unwrap_angles(&state.q, &mut state.angles);
             let multipliers = &state.memory.multipliers;
             each(system, constraints, Step { s: scheme.interval(), multipliers });
@@ -341,9 +353,10 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let (mut next, last) = (self.state.clone(), self.scheme.interval().clone());
         let t_end = self.origin.time(self.state.step + 1, self.step);
         let Self { observer, start_observer, system, constraints, state, scheme, watch, .. } = self;
-        let sub_step = SubStep { index: 0, h: self.gammas[0] * self.step, t_end };
-        let trial = scheme
-            .advance(system, constraints, sub_step, &mut next)
+        let sub_step = SubStep { index: 0, count: 1, h: self.gammas[0] * self.step, t_end };
+        let trial = self
+            .solver
+            .advance(&mut **scheme, (&*system, &**constraints), sub_step, &mut next)
             .and_then(|_| watch.check(&**constraints, next.configuration()));
         let s = std::mem::replace(scheme.interval_mut(), last);
         trial?;
@@ -440,7 +453,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
 
     /// Condition numbers of the Newton matrix of the last step.
     pub fn condition(&mut self) -> Option<Condition> {
-        self.scheme.condition(&self.system, &self.constraints)
+        self.scheme.condition(&self.system, &self.constraints, self.solver.solution())
     }
 }
 
@@ -496,6 +509,15 @@ fn observer_at<'a, O>(
     match of_the_start {
         Some(own) if node.step == 0 => own,
         _ => observer,
+    }
+}
+
+/// Refuses backward sub-steps of dissipative systems.
+fn check_composition(system: &impl MechanicalSystem, gammas: &[f64]) -> Result<(), SetupError> {
+    let backward = gammas.iter().any(|gamma| gamma * gammas[0] <= 0.0);
+    match system.is_dissipative() && backward {
+        true => Err(SetupError::DissipativeComposition),
+        false => Ok(()),
     }
 }
 

@@ -35,6 +35,16 @@ pub struct NullSpaceQr {
     rank: usize,
 }
 
+impl std::fmt::Debug for NullSpaceQr {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { n, m, rank, .. } = self;
+        f.debug_struct("NullSpaceQr")
+            .field("shape", &(n, m))
+            .field("rank", rank)
+            .finish_non_exhaustive()
+    }
+}
+
 impl NullSpaceQr {
     /// For `m` constraints on `n` coordinates.
     #[must_use]

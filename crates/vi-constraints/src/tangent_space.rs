@@ -39,6 +39,7 @@ use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::state::Memory;
 
 /// [`NodalOperators`] of any constraints.
+#[derive(Debug)]
 pub struct TangentSpace<C> {
     constraints: Arc<C>,
     blocks: [Block; 1],
@@ -58,6 +59,7 @@ pub struct TangentSpace<C> {
 }
 
 /// Newton's method along the normals.
+#[derive(Debug)]
 struct Projection {
     g: Vec<f64>,      // m
     G: DMatrix<f64>,  // r × n

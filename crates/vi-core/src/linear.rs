@@ -26,6 +26,12 @@ pub struct DenseLu {
     scratch: MemBuffer,
 }
 
+impl std::fmt::Debug for DenseLu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("DenseLu").field("n", &self.factors.nrows()).finish_non_exhaustive()
+    }
+}
+
 impl DenseLu {
     /// A solver for `n × n` matrices.
     #[must_use]
@@ -97,6 +103,12 @@ pub struct SparseLu {
     numeric: sparse_lu::NumericLu<usize, f64>,
     scratch: MemBuffer,
     columns: usize, // right-hand sides that fit the scratch
+}
+
+impl std::fmt::Debug for SparseLu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SparseLu").field("n", &self.symbolic.nrows()).finish_non_exhaustive()
+    }
 }
 
 impl SparseLu {

@@ -27,6 +27,13 @@ pub struct Block<'a> {
     pub transposed: bool,
 }
 
+impl std::fmt::Debug for Block<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { row, column, scale, transposed, .. } = self;
+        f.debug_tuple("Block").field(&(row, column, scale, transposed)).finish()
+    }
+}
+
 impl Entries for Block<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         let (i, j) = if self.transposed { (column, row) } else { (row, column) };

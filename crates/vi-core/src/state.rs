@@ -1,5 +1,6 @@
 //! The state of a motion: all that its future depends on beside the model.
 
+use crate::compensation::Compensation;
 use crate::discrete_lagrangian::DiscreteLagrangian;
 use crate::interval::Interval;
 use crate::predictor::History;
@@ -33,17 +34,6 @@ pub struct State {
     pub history: History,
     /// What a scheme needs of the last step beside its increments.
     pub memory: Memory,
-}
-
-/// Rounding errors of a step (compensated stepping).
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Compensation {
-    /// Of `q_n`, shape `n`.
-    pub q: Vec<f64>,
-    /// Of `v_n`, where that is a variable; else empty.
-    pub v: Vec<f64>,
-    /// Residual of the last momentum balance, shape `d`; empty where it is not carried.
-    pub balance: Vec<f64>,
 }
 
 /// What a scheme needs of the last step beside its increments; empty for most.
@@ -126,9 +116,7 @@ impl State {
         self.p.clone_from(&other.p);
         self.v.clone_from(&other.v);
         self.angles.clone_from(&other.angles);
-        self.compensation.q.clone_from(&other.compensation.q);
-        self.compensation.v.clone_from(&other.compensation.v);
-        self.compensation.balance.clone_from(&other.compensation.balance);
+        self.compensation.copy_from(&other.compensation);
         self.history.copy_from(&other.history);
         self.memory.copy_from(&other.memory);
     }

@@ -19,14 +19,14 @@ use crate::gonzalez::Gonzalez;
 use crate::invariant::InvariantPotential;
 use crate::load::MidpointLoad;
 use crate::node::EmObserver;
-use crate::scheme::lag;
+use crate::scheme::{lag, sub_steps};
 use vi_constraints::discretization::Discretization;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::potential::{LinearPotential, Potential};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
-use vi_core::{Configuration, Quadrature, SeparableSystem, State};
+use vi_core::{Composition, Configuration, Quadrature, SeparableSystem, State};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::spring::Spring;
 
@@ -58,6 +58,16 @@ pub struct EmSystem {
     mass: SparseMatrix,
     gradients: Vec<Box<dyn DiscreteGradient>>,
     loads: Vec<Box<dyn MidpointLoad>>,
+}
+
+impl std::fmt::Debug for EmSystem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("EmSystem")
+            .field("mass", &self.mass)
+            .field("gradients", &self.gradients.len())
+            .field("loads", &self.loads.len())
+            .finish()
+    }
 }
 
 impl EmSystem {
@@ -201,5 +211,9 @@ impl<C: DiscreteConstraints> Discretization<C> for EmSystem {
     fn begin(&self, state: &mut State, v: &[f64]) {
         state.v = v.to_vec();
         state.compensation.v = vec![0.0; v.len()];
+    }
+
+    fn sub_steps(&self, composition: Composition) -> Vec<f64> {
+        sub_steps(composition)
     }
 }

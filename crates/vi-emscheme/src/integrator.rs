@@ -22,11 +22,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub use crate::setup::{EmOptions, EmSetupError};
+pub use crate::setup::{EmAlgebra, EmOptions, EmSetupError};
 
 use crate::constrained::EmConstrained;
 use crate::constraint::DiscreteConstraints;
 use crate::dalembert::EmDalembert;
+use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
 use crate::nodal::EmNodal;
 use crate::null_space::{DiscreteNullSpace, DiscreteQr};
@@ -57,14 +58,13 @@ pub fn new<C: DiscreteConstraints + 'static>(
     check_shapes(&system, &constraints, at)?;
     let (n, m) = (constraints.dim(), constraints.len());
     let rows = IndependentRows::find(&constraints, at.0, at.1);
-    let (chosen, sub_steps) = ((rows.clone(), m), options.sub_steps().len());
-    let scheme: BoxedScheme<C> = match options.form {
-        EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, options.newton, sub_steps)),
+    let scheme: BoxedScheme<C> = match options.scheme {
+        EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
         EmForm::Dalembert => {
             let source = DiscreteQr::new(n, m, rows.len());
-            Box::new(EmDalembert::new(n, chosen, source, options.newton, sub_steps))
+            Box::new(EmDalembert::new(n, m, rows.clone(), source))
         }
-        EmForm::Nodal => return Err(EmSetupError::NeedsReparametrization(options.form)),
+        EmForm::Nodal => return Err(EmSetupError::NeedsReparametrization(options.scheme)),
     };
     with_scheme(system, constraints, (scheme, rows), options, at)
 }
@@ -93,12 +93,12 @@ where
         let (found, expected) = (map.dof(), n - rows.len());
         return Err(SetupError::Shape { what, found, expected }.into());
     }
-    let chosen = (rows.clone(), m);
-    let (newton, sub_steps) = (options.newton, options.sub_steps().len());
-    let scheme: BoxedScheme<C> = match options.form {
-        EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, sub_steps)),
-        EmForm::Dalembert => Box::new(EmDalembert::new(n, chosen, source, newton, sub_steps)),
-        EmForm::Nodal => Box::new(EmNodal::new(n, chosen, (source, map), newton, sub_steps)),
+    let scheme: BoxedScheme<C> = match options.scheme {
+        EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
+        EmForm::Dalembert => Box::new(EmDalembert::new(n, m, rows.clone(), source)),
+        EmForm::Nodal => {
+            Box::new(EmNodal::new(n, m, rows.clone(), DenseOperators::new(n, (source, map))))
+        }
     };
     with_scheme(system, constraints, (scheme, rows), options, at)
 }
@@ -130,6 +130,5 @@ fn with_scheme<C: DiscreteConstraints + 'static>(
     options: EmOptions,
     at: Start<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError> {
-    let options = options.of_integrator();
     Ok(Integrator::with_scheme(system, constraints, scheme, options, at)?.consistent()?)
 }

@@ -6,9 +6,9 @@
 
 use crate::em_system::EmSystem;
 use serde::{Deserialize, Serialize};
-use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::state::State;
+use vi_core::{Composition, MechanicalSystem};
 
 /// Which form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -38,6 +38,21 @@ impl EmForm {
             Self::Nodal => "em-nodal",
         }
     }
+}
+
+/// The sub-steps of a macro step, in parts of `h`: each `γ_j` of the composition as two steps of `γ_j/2`; `[1]`
+/// without composition.
+///
+/// A single step turns the sign of the part of `v` that is not tangential, so it is no small change of `(q, v)`
+/// and the conditions of order do not apply to it. Two equal steps turn it back: their map is self-adjoint and
+/// close to the identity on all `(q, v)`, and its compositions have the full order in `q` and `v`.
+#[must_use]
+pub fn sub_steps(composition: Composition) -> Vec<f64> {
+    let gammas = composition.gammas();
+    if gammas.len() == 1 {
+        return gammas;
+    }
+    gammas.iter().flat_map(|gamma| [0.5 * gamma; 2]).collect()
 }
 
 /// Parts of `ε` that Newton's method may leave of `Δq` where [`advance_state`] gets its rounding error: a

@@ -158,13 +158,14 @@ fn the_forms_agree() {
 /// is not known it is refused.
 #[test]
 fn both_linearizations_give_the_same_motion() {
-    use vi_emscheme::{EmLinearization, EmOptions};
+    use vi_emscheme::{EmAlgebra, EmLinearization, EmOptions};
     let (mut trees, mut refused) = (0, Vec::new());
     for (name, model) in all() {
         let start = |linearization| {
-            let mut options = EmOptions::new(EmForm::Nodal, model.h);
-            options.linearization = linearization;
-            vi_emscheme::run::integrator(model.system(), model.mechanism.clone(), options)
+            let (mechanism, (q, v)) = (model.mechanism.clone(), model.mechanism.start());
+            let (options, at) = (EmOptions::new(EmForm::Nodal, model.h), (0.0, &q[..], &v[..]));
+            let algebra = EmAlgebra { linearization, ..EmAlgebra::default() };
+            vi_emscheme::run::integrator_at(model.system(), mechanism, options, algebra, at)
         };
         let mut run = start(EmLinearization::Multipliers).unwrap();
         let mut explicit = match start(EmLinearization::NullSpaceDerivative) {

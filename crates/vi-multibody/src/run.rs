@@ -86,18 +86,15 @@ pub fn integrator(
     let moved = loops.singular_start(&system, &mechanism, at, leaves)?;
     let at = moved.as_ref().map_or(at, |start| (t, &start.q[..], &start.v[..]));
     let (n, m) = (mechanism.dim(), mechanism.len());
-    let (sub_steps, newton) = (options.gammas.len(), options.newton);
     let scheme: BoxedScheme = match options.scheme {
-        SchemeKind::Constrained => {
-            Box::new(Constrained::new(n, rows.clone(), m, newton, sub_steps))
-        }
+        SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
         SchemeKind::Dalembert if mechanism.has_loops() => {
             let source = QrSource::new(n, m, rows.len());
-            Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, sub_steps))
+            Box::new(Dalembert::new(n, m, rows.clone(), source))
         }
         SchemeKind::Dalembert => {
             let source = MapSource(TreeMap::new(&mechanism));
-            Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, sub_steps))
+            Box::new(Dalembert::new(n, m, rows.clone(), source))
         }
         SchemeKind::Nodal | SchemeKind::Reduced => {
             nodal(&mechanism, &system, &options, solver, (&loops, at))?
@@ -205,15 +202,12 @@ fn nodal(
     solver: Solver,
     (loops, at): (&Loops, Start<'_>),
 ) -> Result<BoxedScheme, SetupError> {
-    let (n, newton, sub_steps) = (mechanism.dim(), options.newton, options.gammas.len());
-    let reduced = options.scheme == SchemeKind::Reduced;
+    let (n, reduced) = (mechanism.dim(), options.scheme == SchemeKind::Reduced);
     let particles = !mechanism.description().particles.is_empty();
     if mechanism.has_loops() && particles {
         let operators = TangentSpace::new(mechanism.clone(), &loops.rows);
-        let d = operators.dof();
-        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)));
+        return Ok(Box::new(Nodal::new(n, operators, reduced)));
     }
-    let d = mechanism.tree().dof() + mechanism.particle_tree().dof();
     let mut recursion = TreeNodal::new(mechanism.tree().clone());
     let uncoupled = !particles && recursion.applies(system, &probe(mechanism, system));
     let elements = has_nodes(mechanism);
@@ -230,23 +224,23 @@ fn nodal(
         };
         let operators = LoopNodal::new(mechanism, rank, tree);
         if !rank.is_singular() {
-            return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)));
+            return Ok(Box::new(Nodal::new(n, operators, reduced)));
         }
         let departure = rank.departure(mechanism, at)?;
         let operators = operators.leaving_along(&departure.null_space);
-        let nodal = Nodal::new(operators, (n, d), reduced, newton, sub_steps);
+        let nodal = Nodal::new(n, operators, reduced);
         return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
     if uncoupled && !matches!(solver, Solver::Dense | Solver::Sparse) {
-        return Ok(Box::new(Nodal::new(recursion, (n, d), reduced, newton, sub_steps)));
+        return Ok(Box::new(Nodal::new(n, recursion, reduced)));
     }
     if !sparse {
         let operators = DenseNodal::new(n, TreeMap::new(mechanism));
-        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)));
+        return Ok(Box::new(Nodal::new(n, operators, reduced)));
     }
     let operators = SparseNodal::new(mechanism);
     let operators = if elements { operators.for_elements(at.1) } else { operators };
-    Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)))
+    Ok(Box::new(Nodal::new(n, operators, reduced)))
 }
 
 /// Whether some frame gets its mass from elements: it moves and has none of its own.

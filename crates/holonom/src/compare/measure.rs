@@ -12,7 +12,6 @@ use crate::output::{ConstraintSummary, Maximum};
 use crate::sample::Sample;
 use crate::simulation::{RunOutcome, Simulation};
 use std::convert::Infallible;
-use vi_emscheme::EmOptions;
 
 /// Repeated measurements of a time.
 const REPEATS: usize = 5;
@@ -231,9 +230,7 @@ pub(super) fn cost(
 fn sub_steps(scheme: Scheme, order: u32) -> usize {
     let composition = vi_core::Composition::of_order(order).unwrap_or_default();
     match scheme.family() {
-        Family::EnergyMomentum(form) => {
-            EmOptions::new(form, 1.0).composition(composition).sub_steps().len()
-        }
+        Family::EnergyMomentum(_) => vi_emscheme::scheme::sub_steps(composition).len(),
         _ => composition.gammas().len(),
     }
 }

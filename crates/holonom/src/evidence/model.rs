@@ -7,7 +7,7 @@ use crate::model::{Model, ModelError, Settings};
 use crate::system::{self, System};
 use vi_constraints::{Options, SchemeKind};
 use vi_core::Composition;
-use vi_emscheme::EmOptions;
+use vi_emscheme::{EmAlgebra, EmOptions};
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 
 /// A model whose method and step are chosen by the measurements.
@@ -47,7 +47,7 @@ impl ModelSubject {
         let own = mechanism.start();
         let (q, v) = at.unwrap_or((&own.0, &own.1));
         let mut options = Options::new(kind, setting.step);
-        options.gammas = Composition::of_order(setting.order).unwrap_or_default().gammas();
+        options.composition = Composition::of_order(setting.order).unwrap_or_default();
         options.newton = settings.newton();
         let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
         let at = (0.0, q, v);
@@ -73,10 +73,11 @@ impl Subject for ModelSubject {
                 let mut options = EmOptions::new(form, setting.step);
                 options.composition = Composition::of_order(setting.order).unwrap_or_default();
                 options.newton = settings.newton();
-                options.solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
+                let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
+                let algebra = EmAlgebra { solver, ..EmAlgebra::default() };
                 let (system, at) = (dynamics.energy_momentum(&mechanism), (0.0, q, v));
                 let forces = dynamics.variational(&mechanism); // to evaluate the equations of motion
-                let run = vi_emscheme::run::integrator_at(system, mechanism, options, at)
+                let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                     .map_err(|e| e.to_string())?;
                 Ok(Box::new(EmRunning::new(run, forces)))
             }

@@ -8,7 +8,7 @@ use holonom::vi_core::potential::Potential;
 use holonom::vi_core::{Configuration, Entries, Interval, Quadrature};
 use holonom::vi_emscheme::discrete_gradient::DiscreteGradient;
 use holonom::vi_emscheme::null_space::DiscreteNullSpace;
-use holonom::vi_emscheme::{EmOptions, EmSystem, integrator, run};
+use holonom::vi_emscheme::{EmAlgebra, EmOptions, EmSystem, integrator, run};
 use holonom::vi_multibody::map::TreeMap;
 use holonom::vi_multibody::mechanism::Mechanism;
 use holonom::{Model, system};
@@ -119,7 +119,7 @@ pub(super) fn start(
             let source = AtTheStart(TreeMap::new(&mechanism));
             integrator::with_null_space(system, mechanism, (source, map), options, at)
         }
-        _ => run::integrator_at(system, mechanism, options, at),
+        _ => run::integrator_at(system, mechanism, options, EmAlgebra::default(), at),
     };
     Ok(Box::new(EmRunning::new(run.map_err(|e| e.to_string())?, forces)))
 }
