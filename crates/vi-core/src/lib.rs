@@ -12,7 +12,6 @@
 //! | [`potential`] | `V`, `∇V`, `∇²V`; midpoint, trapezoidal and other discrete potentials |
 //! | [`force`] | discrete Lagrange–d'Alembert forces |
 //! | [`newton`], [`predictor`] | the nonlinear solver and its initial guesses |
-//! | [`phase`] | which part of a step is under way, for whoever measures |
 //! | [`linear`], [`sparse`] | factorizations; matrices refilled in place |
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
 //! | [`composition`] | orders 4, 6, 8 |
@@ -38,7 +37,6 @@ pub mod linear;
 pub mod mechanical_system;
 pub mod momentum_map;
 pub mod newton;
-pub mod phase;
 pub mod potential;
 pub mod predictor;
 pub mod sparse;

@@ -17,7 +17,6 @@
 //! closer than that. An optional line search halves steps that increase the residual.
 
 use crate::linear::{Singular, norm_inf};
-use crate::phase::{Phase, within};
 use std::ops::Range;
 
 /// What a part of the unknowns measures; errors name it.
@@ -243,8 +242,7 @@ impl Newton {
         loop {
             let iteration = report.iterations + 1;
             self.dx.copy_from_slice(&self.r);
-            let correction = within(Phase::Assembly, || problem.correction(x, &mut self.dx));
-            correction.map_err(refused(iteration))?;
+            problem.correction(x, &mut self.dx).map_err(refused(iteration))?;
             let size = size(problem.blocks(), x, &self.dx);
             if !size.relative.is_finite() {
                 return Err(refused(iteration)(Fault::NotFinite));
@@ -295,7 +293,7 @@ impl Newton {
     }
 
     fn evaluate(&mut self, problem: &mut impl NewtonProblem, x: &[f64]) -> Result<f64, Fault> {
-        within(Phase::Residual, || problem.residual(x, &mut self.r))?;
+        problem.residual(x, &mut self.r)?;
         let norm = norm_inf(&self.r);
         if norm.is_finite() { Ok(norm) } else { Err(Fault::NotFinite) }
     }

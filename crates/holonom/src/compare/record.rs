@@ -113,8 +113,6 @@ pub struct Measured {
     /// The shortest and the longest of them, s.
     #[serde(default)]
     pub seconds_range: Option<[f64; 2]>,
-    /// Where that time goes.
-    pub shares: Option<Shares>,
     /// The run for drawing.
     pub series: Vec<Point>,
 }
