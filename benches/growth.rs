@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use std::time::{Duration, Instant};
 use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::{FrameRule, Mesh, Section};
-use vi_constraints::{Options, SchemeKind};
+use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_multibody::builder::{BodyId, Inertia, MechanismBuilder};
 use vi_multibody::coordinate::JointCoordinate;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
@@ -147,7 +147,7 @@ fn run_beam(model: &BeamModel) -> MechanismIntegrator {
     let mechanism = model.mechanism();
     let system = model.system(&mechanism, StrainRule::Averaged);
     let (q, v) = mechanism.start();
-    integrator(mechanism, system, options(), Solver::Auto, (0.0, &q, &v)).unwrap()
+    integrator(mechanism, system, options(), Solver::Auto, InitialValues::new(0.0, &q, &v)).unwrap()
 }
 
 /// Free, in gravity.

@@ -5,7 +5,7 @@ use super::legendre::{self, Reference};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use vi_constraints::node::Node;
-use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
+use vi_constraints::{Constraints, InitialValues, Integrator, Options, SchemeKind};
 use vi_core::{DiscreteLagrangian, MechanicalSystem, Quadrature, SeparableSystem, State};
 use vi_emscheme::{EmForm, EmSystem};
 use vi_multibody::joint::{FrameId, Joint, Side, complete_axis};
@@ -289,7 +289,7 @@ impl RigidCase {
         let system = self.system(&mechanism)?;
         let (q, v) = mechanism.start();
         let options = Options::new(kind, self.h);
-        let run = integrator(mechanism, system, options, solver, (0.0, &q, &v));
+        let run = integrator(mechanism, system, options, solver, InitialValues::new(0.0, &q, &v));
         let composed = |run: MechanismIntegrator| match &self.composition {
             Some(composition) => run.with_coefficients(composition.gammas.clone()),
             None => Ok(run),

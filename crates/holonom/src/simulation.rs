@@ -20,7 +20,7 @@ use crate::system::{self, System};
 use serde::{Deserialize, Serialize};
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::{Condition, StepError};
-use vi_constraints::{Constraints, Options};
+use vi_constraints::{Constraints, InitialValues, Options};
 use vi_core::linear::{Singular, norm_inf};
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
@@ -372,7 +372,7 @@ fn method(
 ) -> Result<Box<dyn Method>, ModelError> {
     let settings = &model.settings;
     let (q, v) = mechanism.start();
-    let at = (0.0, &q[..], &v[..]);
+    let at = InitialValues::new(0.0, &q, &v);
     match settings.scheme.family() {
         Family::Variational(kind) => {
             let mut options = Options::new(kind, settings.step);

@@ -1,7 +1,7 @@
 //! A system, its constraints, a scheme and an order: ready to step.
 //!
 //! ```
-//! use vi_constraints::{ConstraintFn, Integrator, Options, SchemeKind};
+//! use vi_constraints::{ConstraintFn, InitialValues, Integrator, Options, SchemeKind};
 //! use vi_core::{SeparableSystem, potential::LinearPotential};
 //!
 //! // a planar pendulum: M = I, V = −(0, −9.81)·q, g = ½(|q|² − 1), G = qᵀ
@@ -11,7 +11,8 @@
 //!     |q, g| g[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - 1.0),
 //!     |q, G| { G[(0, 0)] = q[0]; G[(0, 1)] = q[1]; });
 //! let options = Options::new(SchemeKind::Nodal, 0.01); // or any other of the four
-//! let mut run = Integrator::new(system, rod, options, (0.0, &[1.0, 0.0], &[0.0, 0.0]))?;
+//! let at = InitialValues::new(0.0, &[1.0, 0.0], &[0.0, 0.0]);
+//! let mut run = Integrator::new(system, rod, options, at)?;
 //! for _ in 0..100 {
 //!     run.step()?;
 //! }
@@ -29,7 +30,7 @@ use crate::constrained::Constrained;
 use crate::constraints::Constraints;
 use crate::dalembert::{Dalembert, MapSource, QrSource};
 use crate::discretization::{Discretization, ObserveNode, Step};
-use crate::initialization::{StartReport, start};
+use crate::initialization::{ConsistentStart, InitialValues, StartReport, start};
 use crate::nodal::Nodal;
 use crate::node::Node;
 use crate::reparametrization::{DenseNodal, Reparametrization};
@@ -123,9 +124,6 @@ pub struct StepReport {
     pub residual: f64,
 }
 
-/// Time, configuration and velocity of a start.
-pub type Start<'a> = (f64, &'a [f64], &'a [f64]);
-
 impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// All four schemes from `g` alone: `P` of scheme 2 from a pivoted QR of `Gᵀ`, `P` and `F_d` of
     /// schemes 3 and 4 from the [`TangentSpace`].
@@ -136,12 +134,12 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
         system: S,
         constraints: C,
         options: Options,
-        at: Start<'_>,
+        at: InitialValues<'_>,
     ) -> Result<Self, SetupError> {
         let constraints = Arc::new(constraints);
         let (n, m) = (constraints.dim(), constraints.len());
         check_shapes(&system, &*constraints, at)?;
-        let rows = IndependentRows::find_generic(&*constraints, at.0, at.1)?;
+        let rows = IndependentRows::find_generic(&*constraints, at.t, at.q)?;
         let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
             SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
             SchemeKind::Dalembert => {
@@ -165,11 +163,11 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
         constraints: C,
         map: R,
         options: Options,
-        at: Start<'_>,
+        at: InitialValues<'_>,
     ) -> Result<Self, SetupError> {
         let (n, m, d) = (constraints.dim(), constraints.len(), map.dof());
         check_shapes(&system, &constraints, at)?;
-        let rows = IndependentRows::find(&constraints, at.0, at.1);
+        let rows = IndependentRows::find(&constraints, at.t, at.q);
         if d != n - rows.len() {
             let what = "the increment u of the reparametrization";
             return Err(SetupError::Shape { what, found: d, expected: n - rows.len() });
@@ -196,7 +194,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         constraints: impl Into<Arc<C>>,
         (scheme, rows): (Box<dyn Scheme<S, C>>, IndependentRows),
         options: Options<K>,
-        at: Start<'_>,
+        at: InitialValues<'_>,
     ) -> Result<Self, SetupError> {
         let constraints: Arc<C> = constraints.into();
         if !(options.step.is_finite() && options.step != 0.0) {
@@ -205,8 +203,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let gammas = system.sub_steps(options.composition);
         check_composition(&system, &gammas)?;
         check_shapes(&system, &*constraints, at)?;
-        let (mut state, initial_velocity, report) =
-            start(&system, &*constraints, &rows, at.0, (at.1, at.2))?;
+        let ConsistentStart { mut state, v: initial_velocity, report } =
+            start(&system, &*constraints, &rows, at)?;
         system.begin(&mut state, &initial_velocity);
         state.angles = constraints.principal_angles(&state.q);
         let observer = system.observer(constraints.len(), &rows);
@@ -222,7 +220,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             rows,
             gammas,
             step: options.step,
-            origin: Origin { t: at.0, step: 0 },
+            origin: Origin { t: at.t, step: 0 },
             before: state.clone(),
             state,
             start: report,
@@ -528,12 +526,12 @@ fn check_composition(system: &impl MechanicalSystem, gammas: &[f64]) -> Result<(
 pub fn check_shapes(
     system: &impl MechanicalSystem,
     constraints: &impl Constraints,
-    (_, q, v): Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<(), SetupError> {
     let expected = system.dim();
     for (what, found) in [
-        ("q(0)", q.len()),
-        ("v(0)", v.len()),
+        ("q(0)", at.q.len()),
+        ("v(0)", at.v.len()),
         ("the argument of the constraints", constraints.dim()),
     ] {
         if found != expected {

@@ -47,6 +47,7 @@ pub mod tangent_map;
 pub mod tangent_space;
 
 pub use constraints::{ConstraintFn, Constraints, Unconstrained};
+pub use initialization::InitialValues;
 pub use integrator::{Integrator, Options};
 pub use legendre::LegendreTransforms;
 pub use reparametrization::{DenseNodal, NodalOperators, Reparametrization};

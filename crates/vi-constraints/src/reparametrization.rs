@@ -29,7 +29,7 @@ pub trait Reparametrization: Send {
     /// dependent maps find the step in `s.t`, `s.h`.
     ///
     /// # Errors
-    /// [`Fault::RotationTooLarge`] when the map is not one-to-one there.
+    /// [`Fault::OutsideChart`] when the map is not one-to-one there.
     fn reparametrize(&self, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
     /// `out ← ∂F_d/∂u (u, q_n)`, shape `n × d`, for the interval that
     /// [`Reparametrization::reparametrize`] has written.

@@ -113,7 +113,8 @@ impl StepError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Newton(NewtonError::Refused {
-                fault: Fault::RotationTooLarge { .. }, ..
+                fault: Fault::OutsideChart { kind: BlockKind::Rotation, .. },
+                ..
             }) => "a step must turn no body by more than half a turn: reduce the time step",
             Self::Newton(NewtonError::Refused { fault: Fault::SingularTangent, .. })
             | Self::Newton(NewtonError::Refused { fault: Fault::RankChanged { .. }, .. })
@@ -146,9 +147,9 @@ impl StepError {
                 Some((*kind, *unknown))
             }
             Self::Newton(NewtonError::Refused {
-                fault: Fault::RotationTooLarge { unknown, .. },
+                fault: Fault::OutsideChart { kind, unknown, .. },
                 ..
-            }) => Some((BlockKind::Rotation, *unknown)),
+            }) => Some((*kind, *unknown)),
             _ => None,
         }
     }
@@ -224,10 +225,6 @@ pub trait Scheme<S, C>: Send {
     /// See [`NewtonProblem::noise`].
     fn noise(&self) -> f64 {
         1e-9
-    }
-    /// See [`NewtonProblem::resolution`].
-    fn resolution(&self) -> f64 {
-        0.25
     }
     /// The unknowns that alternate from step to step around a smooth course.
     fn alternating(&self, _sub_steps: usize) -> Range<usize> {
@@ -326,10 +323,6 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
 
     fn noise(&self) -> f64 {
         self.scheme.noise()
-    }
-
-    fn resolution(&self) -> f64 {
-        self.scheme.resolution()
     }
 }
 

@@ -8,6 +8,13 @@ use vi_core::composition::Composition;
 use vi_core::newton::NewtonSettings;
 
 /// What to integrate with.
+///
+/// ```
+/// use vi_constraints::{Options, SchemeKind};
+/// use vi_core::Composition;
+/// let options = Options::new(SchemeKind::Nodal, 0.01).composition(Composition::KahanLi9);
+/// assert_eq!(options.composition.order(), 6);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options<K = SchemeKind> {
     /// One of the schemes of a family.

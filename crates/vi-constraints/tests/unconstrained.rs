@@ -1,10 +1,9 @@
 //! Systems without constraints: Kepler's problem, a damped oscillator, forced Legendre transforms.
 
-use num_dual::DualNum;
-use vi_constraints::{Integrator, Options, SchemeKind, Unconstrained};
+use vi_constraints::{InitialValues, Integrator, Options, SchemeKind, Unconstrained};
 use vi_core::force::{LinearDamping, MidpointForce};
 use vi_core::legendre::{p_minus, p_plus};
-use vi_core::num_dual;
+use vi_core::num_dual::DualNum;
 use vi_core::potential::{DualPotential, ScalarField};
 use vi_core::{Composition, DiscreteLagrangian, MechanicalSystem, Quadrature, SeparableSystem};
 
@@ -16,7 +15,7 @@ fn integrator(
     (q, v): (&[f64], &[f64]),
 ) -> Run {
     let options = Options::new(SchemeKind::Constrained, h).composition(composition);
-    Integrator::new(system, Unconstrained(q.len()), options, (0.0, q, v)).unwrap()
+    Integrator::new(system, Unconstrained(q.len()), options, InitialValues::new(0.0, q, v)).unwrap()
 }
 
 /// Kepler's problem, `V = −1/|q|`.

@@ -12,6 +12,12 @@ use serde::{Deserialize, Serialize};
 /// The bits of every later step are a function of the model and of the state: a state that was written
 /// and read again continues the motion as if nothing had happened.
 ///
+/// ```
+/// use vi_core::State;
+/// let start = State::new(0.0, vec![1.0], vec![0.5]); // t_0, q_0, p_0 = M v_0
+/// assert_eq!((start.step, start.configuration().q), (0, &[1.0][..]));
+/// ```
+///
 /// On a constrained system only `P(q_n)ᵀ p̄_n` determines the motion; the part of `p̄_n` in `range Gᵀ`
 /// is needed for `λ_n` and `p_n` at this node.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -18,7 +18,7 @@
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::{EmSystem, Velocity};
-use crate::scheme::{BEYOND_ROUNDING, advance_state};
+use crate::scheme::advance_state;
 use std::ops::Range;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
@@ -101,10 +101,6 @@ impl<C: DiscreteConstraints> Scheme<EmSystem, C> for EmConstrained {
         Ok(())
     }
 
-    fn resolution(&self) -> f64 {
-        BEYOND_ROUNDING
-    }
-
     fn correction(
         &mut self,
         system: &EmSystem,
@@ -143,8 +139,8 @@ impl<C: DiscreteConstraints> Scheme<EmSystem, C> for EmConstrained {
         state: &mut State,
     ) -> Result<(), StepError> {
         self.saddle.remember(&mut state.memory);
-        let lost = Some(&newton.lost()[..self.s.dim()]);
-        advance_state(state, system, (&self.s, &self.mu), lost, |_, _| {});
+        let rounding = Some(&newton.rounding_error()[..self.s.dim()]);
+        advance_state(state, system, (&self.s, &self.mu), rounding, |_, _| {});
         Ok(())
     }
 

@@ -14,7 +14,7 @@ use crate::balance::Balance;
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
-use crate::scheme::{BEYOND_ROUNDING, advance_state};
+use crate::scheme::advance_state;
 use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
@@ -86,10 +86,6 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
         Ok(())
     }
 
-    fn resolution(&self) -> f64 {
-        BEYOND_ROUNDING
-    }
-
     fn correction(
         &mut self,
         system: &EmSystem,
@@ -128,8 +124,8 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
     ) -> Result<(), StepError> {
         let balance = &self.balance;
         balance.remember(&mut state.memory);
-        let lost = Some(newton.lost());
-        advance_state(state, system, (&balance.s, &balance.mu), lost, |_, _| {});
+        let rounding = Some(newton.rounding_error());
+        advance_state(state, system, (&balance.s, &balance.mu), rounding, |_, _| {});
         Ok(())
     }
 

@@ -54,6 +54,15 @@ impl Velocity {
 }
 
 /// A constant mass matrix, potentials with discrete derivatives, loads.
+///
+/// ```
+/// use vi_core::potential::LinearPotential;
+/// use vi_core::{MechanicalSystem, SeparableSystem};
+/// use vi_emscheme::EmSystem;
+/// let mass = SeparableSystem::with_diagonal_mass(&[2.0]).mass().clone();
+/// let system = EmSystem::new(mass).gradient(LinearPotential { force: vec![-3.0] });
+/// assert_eq!(system.kinetic_energy(&[1.0]), 1.0);
+/// ```
 pub struct EmSystem {
     mass: SparseMatrix,
     gradients: Vec<Box<dyn DiscreteGradient>>,

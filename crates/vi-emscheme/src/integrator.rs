@@ -1,7 +1,7 @@
 //! From a system, its constraints and a form of the scheme to an [`Integrator`].
 //!
 //! ```
-//! use vi_constraints::ConstraintFn;
+//! use vi_constraints::{ConstraintFn, InitialValues};
 //! use vi_core::{SeparableSystem, potential::LinearPotential};
 //! use vi_emscheme::{EmForm, EmOptions, EmSystem, integrator};
 //!
@@ -12,7 +12,7 @@
 //!     |q, g| g[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - 1.0),
 //!     |q, G| { G[(0, 0)] = q[0]; G[(0, 1)] = q[1]; });
 //! let options = EmOptions::new(EmForm::Dalembert, 0.01);
-//! let at = (0.0, &[1.0, 0.0][..], &[0.0, 0.0][..]);
+//! let at = InitialValues::new(0.0, &[1.0, 0.0], &[0.0, 0.0]);
 //! let mut run = integrator::new(EmSystem::of_linear(&free), rod, options, at)?;
 //! for _ in 0..100 {
 //!     run.step()?;
@@ -32,10 +32,10 @@ use crate::em_system::EmSystem;
 use crate::nodal::EmNodal;
 use crate::null_space::{DiscreteNullSpace, DiscreteQr};
 use crate::scheme::EmForm;
-use vi_constraints::integrator::{SetupError, Start, check_shapes};
+use vi_constraints::integrator::{SetupError, check_shapes};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::Scheme;
-use vi_constraints::{Integrator, Reparametrization};
+use vi_constraints::{InitialValues, Integrator, Reparametrization};
 
 /// A running integration by an energy–momentum scheme.
 pub type EmIntegrator<C> = Integrator<EmSystem, C>;
@@ -53,11 +53,11 @@ pub fn new<C: DiscreteConstraints + 'static>(
     system: EmSystem,
     constraints: C,
     options: EmOptions,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError> {
     check_shapes(&system, &constraints, at)?;
     let (n, m) = (constraints.dim(), constraints.len());
-    let rows = IndependentRows::find(&constraints, at.0, at.1);
+    let rows = IndependentRows::find(&constraints, at.t, at.q);
     let scheme: BoxedScheme<C> = match options.scheme {
         EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
         EmForm::Dalembert => {
@@ -78,7 +78,7 @@ pub fn with_null_space<C, N, R>(
     constraints: C,
     (source, map): (N, R),
     options: EmOptions,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError>
 where
     C: DiscreteConstraints + 'static,
@@ -87,7 +87,7 @@ where
 {
     check_shapes(&system, &constraints, at)?;
     let (n, m) = (constraints.dim(), constraints.len());
-    let rows = IndependentRows::find(&constraints, at.0, at.1);
+    let rows = IndependentRows::find(&constraints, at.t, at.q);
     if map.dof() != n - rows.len() {
         let what = "the increment u of the reparametrization";
         let (found, expected) = (map.dof(), n - rows.len());
@@ -112,7 +112,7 @@ pub fn with_reparametrization<C, R>(
     constraints: C,
     map: R,
     options: EmOptions,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError>
 where
     C: DiscreteConstraints + 'static,
@@ -128,7 +128,7 @@ fn with_scheme<C: DiscreteConstraints + 'static>(
     constraints: C,
     scheme: (BoxedScheme<C>, IndependentRows),
     options: EmOptions,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError> {
     Ok(Integrator::with_scheme(system, constraints, scheme, options, at)?.consistent()?)
 }

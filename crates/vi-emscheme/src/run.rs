@@ -14,9 +14,9 @@ use crate::scheme::EmForm;
 use crate::setup::{EmAlgebra, EmOptions, EmSetupError};
 use crate::sparse_operators::SparseOperators;
 use crate::tree_multipliers::TreeMultipliers;
-use vi_constraints::integrator::{Start, check_shapes};
+use vi_constraints::integrator::check_shapes;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::{Constraints, Integrator, Reparametrization};
+use vi_constraints::{Constraints, InitialValues, Integrator, Reparametrization};
 use vi_multibody::closed_loop::{longest_arm, with_floors};
 use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
@@ -38,7 +38,7 @@ pub fn integrator(
     options: EmOptions,
 ) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
     let (q, v) = mechanism.start();
-    integrator_at(system, mechanism, options, EmAlgebra::default(), (0.0, &q, &v))
+    integrator_at(system, mechanism, options, EmAlgebra::default(), InitialValues::new(0.0, &q, &v))
 }
 
 /// The same from another start, and with another algebra of the nodal form.
@@ -50,12 +50,12 @@ pub fn integrator_at(
     mechanism: Mechanism,
     options: EmOptions,
     algebra: EmAlgebra,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
     check_shapes(&system, &mechanism, at)?;
-    let loops = Loops::find(&mechanism, at.0, at.1)?;
+    let loops = Loops::find(&mechanism, at.t, at.q)?;
     let start = loops.singular_start(&system, &mechanism, at, options.scheme == EmForm::Nodal)?;
-    let at = start.as_ref().map_or(at, |start| (at.0, &start.q[..], &start.v[..]));
+    let at = start.as_ref().map_or(at, |start| InitialValues::new(at.t, &start.q, &start.v));
     let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
     let qr = || DiscreteQr::new(n, m, rows.len());
     let map = TreeMap::new(&mechanism);
@@ -91,7 +91,7 @@ fn nodal_on_tree(
     mechanism: &Mechanism,
     averaged: AveragedTree,
     algebra: EmAlgebra,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let (rows, tree) = (IndependentRows::all(m), TreeMultipliers::new(mechanism));
@@ -99,7 +99,7 @@ fn nodal_on_tree(
     if algebra.solver.is_sparse(mechanism) && !explicit && tree.is_some() {
         let operators = SparseOperators::new(mechanism, averaged);
         let elements = has_nodes(mechanism);
-        let operators = if elements { operators.for_elements(at.1) } else { operators };
+        let operators = if elements { operators.for_elements(at.q) } else { operators };
         let scheme = EmNodal::new(n, m, rows, operators);
         return Ok(Box::new(scheme.on_tree(tree)));
     }
@@ -115,7 +115,7 @@ fn nodal_on_loops(
     mechanism: &Mechanism,
     loops: &Loops,
     algebra: EmAlgebra,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
     if algebra.linearization == EmLinearization::NullSpaceDerivative {
         return Err(EmSetupError::Linearization);
@@ -149,7 +149,7 @@ fn nodal_on_loops(
 fn loop_rows(
     mechanism: &Mechanism,
     independent: &IndependentRows,
-    (t, q, _): Start<'_>,
+    InitialValues { t, q, .. }: InitialValues<'_>,
 ) -> LoopRows {
     let mut rows = mechanism.loop_rows();
     rows.extend(mechanism.cut_bars().iter().flat_map(|&k| mechanism.bar_rows(k)));

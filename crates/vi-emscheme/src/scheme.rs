@@ -55,10 +55,6 @@ pub fn sub_steps(composition: Composition) -> Vec<f64> {
     gammas.iter().flat_map(|gamma| [0.5 * gamma; 2]).collect()
 }
 
-/// Parts of `ε` that Newton's method may leave of `Δq` where [`advance_state`] gets its rounding error: a
-/// remainder of `ε/64` on the same side in each step still showed after 5·10⁴ steps.
-pub(crate) const BEYOND_ROUNDING: f64 = 1.0 / 65536.0;
-
 /// Replaces the node by the end of a step; `v_0 = v(0)`, and later `v_n` is not in `null G(q_n)`, but `O(h²)` off: `v_{n+1} = (2/h) Δq − v_n = v_n + 2 (Δq − h v_n)/h`, with the
 /// rounding error of `Δq` where that is the unknown; `mu`: `h²λ` of the step; `clean(t, q)` may remove round-off
 /// from `q_{n+1}`.
@@ -89,5 +85,5 @@ pub(crate) fn advance_state(
 
 /// `Δq − h v_n` with the rounding error of `v_n`.
 pub(crate) fn lag(dq: f64, h: f64, (v, error): (f64, f64)) -> f64 {
-    (-h).mul_add(v, dq) - h * error
+    (dq - h * v) - h * error
 }

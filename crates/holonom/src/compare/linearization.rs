@@ -13,6 +13,7 @@ use super::{Plan, Request, distance};
 use crate::evidence::fit::median;
 use crate::model::Model;
 use crate::system::{self, System};
+use vi_constraints::InitialValues;
 use vi_emscheme::{EmAlgebra, EmForm, EmIntegrator, EmLinearization, EmOptions};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::Solver;
@@ -55,8 +56,14 @@ pub fn linearizations(model: &Model, request: &Request) -> Result<Linearizations
         let algebra = EmAlgebra { linearization, solver: Solver::Dense };
         let system = dynamics.energy_momentum(&mechanism);
         let (q, v) = mechanism.start();
-        vi_emscheme::run::integrator_at(system, mechanism, options, algebra, (0.0, &q, &v))
-            .map_err(|e| e.to_string())
+        vi_emscheme::run::integrator_at(
+            system,
+            mechanism,
+            options,
+            algebra,
+            InitialValues::new(0.0, &q, &v),
+        )
+        .map_err(|e| e.to_string())
     };
     let cost = |linearization| -> Result<(Cost, Vec<f64>), String> {
         let (mut times, mut iterations, mut end) = (Vec::new(), 0, Vec::new());

@@ -5,7 +5,7 @@ use super::running::Running;
 use super::subject::{Initial, Method, Motion, Setting, Subject};
 use crate::model::{Model, ModelError, Settings};
 use crate::system::{self, System};
-use vi_constraints::{Options, SchemeKind};
+use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::Composition;
 use vi_emscheme::{EmAlgebra, EmOptions};
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
@@ -50,7 +50,7 @@ impl ModelSubject {
         options.composition = Composition::of_order(setting.order).unwrap_or_default();
         options.newton = settings.newton();
         let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
-        let at = (0.0, q, v);
+        let at = InitialValues::new(0.0, q, v);
         let system = dynamics.variational(&mechanism);
         integrator(mechanism, system, options, solver, at).map_err(|e| e.to_string())
     }
@@ -75,7 +75,8 @@ impl Subject for ModelSubject {
                 options.newton = settings.newton();
                 let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
                 let algebra = EmAlgebra { solver, ..EmAlgebra::default() };
-                let (system, at) = (dynamics.energy_momentum(&mechanism), (0.0, q, v));
+                let (system, at) =
+                    (dynamics.energy_momentum(&mechanism), InitialValues::new(0.0, q, v));
                 let forces = dynamics.variational(&mechanism); // to evaluate the equations of motion
                 let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                     .map_err(|e| e.to_string())?;

@@ -3,6 +3,7 @@
 use holonom::evidence::em_running::EmRunning;
 use holonom::evidence::subject::{Initial, Method, Motion, Setting};
 use holonom::nalgebra::DMatrix;
+use holonom::vi_constraints::InitialValues;
 use holonom::vi_constraints::Reparametrization;
 use holonom::vi_core::potential::Potential;
 use holonom::vi_core::{Configuration, Entries, Interval, Quadrature};
@@ -112,7 +113,7 @@ pub(super) fn start(
         Some(EmDefect::MidpointGradient) => masses.gradient(Midpoint(Quartic)),
         _ => masses.potential(Quartic),
     };
-    let (options, at) = (EmOptions::new(form, setting.step), (0.0, q, v));
+    let (options, at) = (EmOptions::new(form, setting.step), InitialValues::new(0.0, q, v));
     let map = TreeMap::new(&mechanism);
     let run = match defect {
         Some(EmDefect::NullSpaceAtTheStart) => {

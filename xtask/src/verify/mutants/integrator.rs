@@ -3,7 +3,7 @@
 use holonom::evidence::running::Running;
 use holonom::evidence::subject::{Initial, Method, Motion, Setting};
 use holonom::nalgebra::DMatrix;
-use holonom::vi_constraints::{Integrator, Options, Reparametrization};
+use holonom::vi_constraints::{InitialValues, Integrator, Options, Reparametrization};
 use holonom::vi_core::force::DiscreteForce;
 use holonom::vi_core::newton::{Block, Fault};
 use holonom::vi_core::{
@@ -241,8 +241,14 @@ pub(super) fn start(
         h: setting.step.abs(),
     };
     let system = WrongSign { inner, wrong: defect == IntegratorDefect::SignInD2 };
-    let run = Integrator::with_reparametrization(system, mechanism, map, options, (0.0, q, v))
-        .and_then(|run| run.with_coefficients(gammas(setting.order, defect)))
-        .map_err(|e| e.to_string())?;
+    let run = Integrator::with_reparametrization(
+        system,
+        mechanism,
+        map,
+        options,
+        InitialValues::new(0.0, q, v),
+    )
+    .and_then(|run| run.with_coefficients(gammas(setting.order, defect)))
+    .map_err(|e| e.to_string())?;
     Ok(Box::new(Running::new(run)))
 }
