@@ -250,7 +250,7 @@ fn a_stored_state_continues_bit_for_bit_on_another_thread() {
         .flat_map(|scheme| [(scheme, Composition::Identity), (scheme, Composition::Suzuki5)])
     {
         let options = Options::new(scheme, 0.1).composition(composition);
-        let mut run = pendulum(9.81, options.clone(), 0.3);
+        let mut run = pendulum(9.81, options, 0.3);
         (0..7).for_each(|_| assert!(run.step().is_ok()));
         let stored = serde_json::to_string(run.state()).unwrap();
         (0..20).for_each(|_| assert!(run.step().is_ok()));
@@ -286,8 +286,7 @@ fn a_state_of_another_motion_is_refused() {
 fn observing_changes_nothing() {
     for scheme in SchemeKind::ALL {
         let options = Options::new(scheme, 0.1);
-        let (mut seen, mut unseen) =
-            (pendulum(9.81, options.clone(), 0.3), pendulum(9.81, options, 0.3));
+        let (mut seen, mut unseen) = (pendulum(9.81, options, 0.3), pendulum(9.81, options, 0.3));
         for _ in 0..20 {
             seen.observe().unwrap();
             seen.observe_state().unwrap();
@@ -311,11 +310,11 @@ fn the_tangent_of_a_step_is_exact_and_symplectic() {
             let (q, v) = ([a.cos(), a.sin()], [-w * a.sin(), w * a.cos()]);
             let at = InitialValues::new(0.0, &q, &v);
             let mut run =
-                Integrator::with_reparametrization(system, Rod, Turn, options.clone(), at).unwrap();
+                Integrator::with_reparametrization(system, Rod, Turn, options, at).unwrap();
             (0..3).for_each(|_| assert!(run.step().is_ok()));
             run.state().clone()
         };
-        let mut run = pendulum(9.81, options.clone(), 0.3);
+        let mut run = pendulum(9.81, options, 0.3);
         let mut map = TangentMap::new(1, run.rows(), &run.state().p);
         // d/da and d/dw of the start (cos a, sin a, −w sin a, w cos a) at a = 0, w = 0.3
         let mut tangents = Tangents {

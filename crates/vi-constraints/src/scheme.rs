@@ -226,6 +226,10 @@ pub trait Scheme<S, C>: Send {
     fn noise(&self) -> f64 {
         1e-9
     }
+    /// See [`NewtonProblem::resolution`].
+    fn resolution(&self) -> f64 {
+        0.25
+    }
     /// The unknowns that alternate from step to step around a smooth course.
     fn alternating(&self, _sub_steps: usize) -> Range<usize> {
         0..0
@@ -323,6 +327,10 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
 
     fn noise(&self) -> f64 {
         self.scheme.noise()
+    }
+
+    fn resolution(&self) -> f64 {
+        self.scheme.resolution()
     }
 }
 

@@ -18,9 +18,6 @@
 use crate::linear::{Singular, norm_inf};
 use std::ops::Range;
 
-/// What may be left over of the unknowns: less than their rounding.
-const ROUNDING: f64 = 0.25 * f64::EPSILON;
-
 /// What a part of the unknowns measures; errors name it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -133,6 +130,11 @@ pub trait NewtonProblem {
     /// problem is ill-conditioned.
     fn noise(&self) -> f64 {
         1e-9
+    }
+    /// Parts of `ε` that may be left over: 1/4 is below the rounding of `x`; less takes half an iteration more, for
+    /// who uses [`Newton::rounding_error`].
+    fn resolution(&self) -> f64 {
+        0.25
     }
 }
 
@@ -293,7 +295,8 @@ impl Newton {
             let ratio = if next > 0.0 { next / residual } else { 0.0 };
             let left = size.relative * ratio;
             stalled = if ratio > 0.5 && size.relative <= problem.noise() { stalled + 1 } else { 0 };
-            let converged = ratio < 1.0 && left <= self.settings.tolerance.max(ROUNDING);
+            let converged = ratio < 1.0
+                && left <= self.settings.tolerance.max(problem.resolution() * f64::EPSILON);
             let enough = if size.relative <= 1e-9 { 1 } else { 3 };
             let at_floor = size.relative <= 4.0 * f64::EPSILON || stalled >= enough;
             if converged || at_floor {

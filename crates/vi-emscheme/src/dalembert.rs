@@ -86,6 +86,12 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
         Ok(())
     }
 
+    /// Without multipliers among the unknowns a remainder of `ε/64` has the same sign in each step of a steady
+    /// rotation; the constrained form does not need it.
+    fn resolution(&self) -> f64 {
+        1.0 / 65536.0
+    }
+
     fn correction(
         &mut self,
         system: &EmSystem,
