@@ -80,7 +80,9 @@
 //!
 //! ```
 //! use holonom::nalgebra::DMatrix;
-//! use holonom::vi_constraints::{ConstraintFn, Integrator, Options, Reparametrization, SchemeKind};
+//! use holonom::vi_constraints::{
+//!     ConstraintFn, InitialValues, Integrator, Options, Reparametrization, SchemeKind,
+//! };
 //! use holonom::vi_core::newton::{Block, BlockKind, Fault};
 //! use holonom::vi_core::potential::LinearPotential;
 //! use holonom::vi_core::{Interval, SeparableSystem};
