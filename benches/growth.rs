@@ -10,7 +10,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use holonom::nalgebra::Vector3;
 use holonom::vi_beam::model::{BeamModel, StrainRule};
 use holonom::vi_beam::{FrameRule, Mesh, Section};
-use holonom::vi_constraints::{Options, SchemeKind};
+use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
 use holonom::vi_multibody::builder::{BodyId, Inertia, MechanismBuilder};
 use holonom::vi_multibody::coordinate::JointCoordinate;
 use holonom::vi_multibody::run::{MechanismIntegrator, Solver, integrator};
@@ -147,7 +147,7 @@ fn run_beam(model: &BeamModel) -> MechanismIntegrator {
     let mechanism = model.mechanism();
     let system = model.system(&mechanism, StrainRule::Averaged);
     let (q, v) = mechanism.start();
-    integrator(mechanism, system, options(), Solver::Auto, (0.0, &q, &v)).unwrap()
+    integrator(mechanism, system, options(), Solver::Auto, InitialValues::new(0.0, &q, &v)).unwrap()
 }
 
 /// Free, in gravity.

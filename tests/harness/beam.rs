@@ -9,7 +9,7 @@ use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::section::Section;
 use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_constraints::node::Node;
-use vi_constraints::{Options, SchemeKind};
+use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::potential::Potential;
 use vi_core::{Configuration, MechanicalSystem, Quadrature, SeparableSystem, State};
 use vi_emscheme::beam::BeamGradient;
@@ -311,8 +311,9 @@ impl BeamCase {
         }
         let (q, v) = mechanism.start();
         let options = Options::new(kind, h);
-        let mut run = integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v))
-            .map_err(|e| format!("{}: {e}", kind.name()))?;
+        let mut run =
+            integrator(mechanism, system, options, Solver::Auto, InitialValues::new(0.0, &q, &v))
+                .map_err(|e| format!("{}: {e}", kind.name()))?;
         let mechanism = model.mechanism();
         let mut deviation = Deviation::default();
         drive(&mut run, steps, output_steps, |step, state, node| {

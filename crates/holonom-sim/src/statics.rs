@@ -85,8 +85,7 @@ impl Statics {
         let facts = StaticFacts { arc_length: settings.arc_length, ..StaticFacts::default() };
         let (limits, step) = (LimitWatch::new(&beams), 0);
         agreement::paths((&mechanism, &rows), &q, settings.end)?;
-        let mut angles = vec![0.0; mechanism.angle_count()];
-        mechanism.unwrap_angles(&q, &mut angles);
+        let angles = mechanism.principal_angles(&q);
         let watch =
             ClosureWatch::new(&mechanism, Configuration::new(0.0, &q), settings.newton_tolerance);
         Ok(Self {

@@ -93,8 +93,7 @@ impl Work {
         let (n, d) = layout.dimension();
         let mut s = Interval::new(n);
         s.open(0.0, 1.0, q);
-        s.angles = vec![0.0; mechanism.angle_count()];
-        mechanism.unwrap_angles(q, &mut s.angles);
+        s.angles = mechanism.principal_angles(q);
         let m = mechanism.len();
         let frames = mechanism.description().bodies.len();
         let mut work = Self {

@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use vi_beam::model::{BeamModel, StrainRule};
-use vi_constraints::{Options, SchemeKind};
+use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_multibody::pair::PairKind;
 use vi_multibody::run::{Solver, integrator};
 use vi_rigid::load::LoadKind;
@@ -53,8 +53,14 @@ fn a_thousand_steps_allocate_nothing() {
                 load(4, LoadKind::Follower, vector(0.1, 0.2, 0.3), vector(0.2, 0.1, 0.0));
             let system = model.system(&mechanism, rule).force(Box::new(follower));
             let options = Options::new(kind, 0.01);
-            let mut run =
-                integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v)).unwrap();
+            let mut run = integrator(
+                mechanism,
+                system,
+                options,
+                Solver::Auto,
+                InitialValues::new(0.0, &q, &v),
+            )
+            .unwrap();
             for _ in 0..3 {
                 run.step().unwrap();
             }
@@ -80,7 +86,9 @@ fn memory_is_linear_in_the_number_of_elements() {
         let (q, v) = mechanism.start();
         let system = model.system(&mechanism, StrainRule::Averaged);
         let (before, options) = (HELD.get(), Options::new(SchemeKind::Nodal, 0.002));
-        let mut run = integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v)).unwrap();
+        let mut run =
+            integrator(mechanism, system, options, Solver::Auto, InitialValues::new(0.0, &q, &v))
+                .unwrap();
         (0..2).for_each(|_| assert!(run.step().is_ok()));
         (HELD.get() - before) as f64 / elements as f64
     };

@@ -8,7 +8,7 @@ use common::{distance, flying_section, straight, vector};
 use nalgebra::Vector3;
 use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::{FrameRule, Mesh, Section};
-use vi_constraints::{Integrator, Options, SchemeKind};
+use vi_constraints::{InitialValues, Integrator, Options, SchemeKind};
 use vi_core::SeparableSystem;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{Solver, integrator};
@@ -32,7 +32,14 @@ fn run(model: &BeamModel, rule: StrainRule, kind: SchemeKind, h: f64) -> Run {
     let mechanism = model.mechanism();
     let (q, v) = mechanism.start();
     let system = model.system(&mechanism, rule);
-    integrator(mechanism, system, Options::new(kind, h), Solver::Auto, (0.0, &q, &v)).unwrap()
+    integrator(
+        mechanism,
+        system,
+        Options::new(kind, h),
+        Solver::Auto,
+        InitialValues::new(0.0, &q, &v),
+    )
+    .unwrap()
 }
 
 #[test]

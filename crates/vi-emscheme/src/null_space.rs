@@ -74,6 +74,7 @@ pub trait DiscreteNullSpace<C>: Send {
 }
 
 /// `P̄ = P(q_{n+1/2})` with the `P` of a source that is exact off the constraint manifold too.
+#[derive(Debug)]
 pub struct AtMidpoint<N>(pub N);
 
 impl<C: Constraints, N: NullSpaceSource<C>> DiscreteNullSpace<C> for AtMidpoint<N> {
@@ -89,6 +90,7 @@ impl<C> DiscreteNullSpace<C> for Box<dyn DiscreteNullSpace<C>> {
 }
 
 /// `P̄` by pivoted QR of `Ḡᵀ`, always of the generic rank.
+#[derive(Debug)]
 pub struct DiscreteQr {
     qr: NullSpaceQr,
     jacobian: DMatrix<f64>, // m × n
@@ -113,6 +115,7 @@ impl<C: DiscreteConstraints> DiscreteNullSpace<C> for DiscreteQr {
 }
 
 /// `P̄ = P̄_tree Z̄`, `Z̄ = null(Ḡ_c P̄_tree)`: closed loops on a spanning tree.
+#[derive(Debug)]
 pub struct TreeComplement {
     tree: AveragedTree,
     loops: LoopRows,
@@ -171,6 +174,7 @@ impl<C: DiscreteConstraints> DiscreteNullSpace<C> for TreeComplement {
 /// The averaged `m̄_1, m̄_2, n̄` are no longer orthogonal: the vectors of a node would miss `Ḡ P̄ = 0` by
 /// `O(h²)` in C, P and E. The gap of a C pair that the tree walks from child to parent adds
 /// `r̄×n̄` to its turn.
+#[derive(Debug)]
 pub struct AveragedTree {
     tree: Tree,
     particles: ParticleTree,

@@ -9,6 +9,7 @@ use crate::common;
 
 use common::{Model, all};
 use vi_constraints::Constraints;
+use vi_constraints::InitialValues;
 use vi_core::MechanicalSystem;
 use vi_core::linear::norm_inf;
 use vi_emscheme::EmForm;
@@ -158,13 +159,15 @@ fn the_forms_agree() {
 /// is not known it is refused.
 #[test]
 fn both_linearizations_give_the_same_motion() {
-    use vi_emscheme::{EmLinearization, EmOptions};
+    use vi_emscheme::{EmAlgebra, EmLinearization, EmOptions};
     let (mut trees, mut refused) = (0, Vec::new());
     for (name, model) in all() {
         let start = |linearization| {
-            let mut options = EmOptions::new(EmForm::Nodal, model.h);
-            options.linearization = linearization;
-            vi_emscheme::run::integrator(model.system(), model.mechanism.clone(), options)
+            let (mechanism, (q, v)) = (model.mechanism.clone(), model.mechanism.start());
+            let (options, at) =
+                (EmOptions::new(EmForm::Nodal, model.h), InitialValues::new(0.0, &q, &v));
+            let algebra = EmAlgebra { linearization, ..EmAlgebra::default() };
+            vi_emscheme::run::integrator_at(model.system(), mechanism, options, algebra, at)
         };
         let mut run = start(EmLinearization::Multipliers).unwrap();
         let mut explicit = match start(EmLinearization::NullSpaceDerivative) {
@@ -220,7 +223,7 @@ fn one_body_alone_and_as_a_mechanism_move_alike() {
     for form in EmForm::ALL {
         let system = EmSystem::of_linear(&single.system(&description.gravity));
         let parts = (AtMidpoint(MapSource(single)), single);
-        let (options, at) = (EmOptions::new(form, model.h), (0.0, &q[..], &v[..]));
+        let (options, at) = (EmOptions::new(form, model.h), InitialValues::new(0.0, &q, &v));
         let mut run =
             vi_emscheme::integrator::with_null_space(system, single, parts, options, at).unwrap();
         let mut other = model.run(form, model.h);

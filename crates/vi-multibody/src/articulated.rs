@@ -24,7 +24,6 @@ use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
-use vi_core::phase::{Phase, within};
 use vi_core::sparse::Entries;
 use vi_core::state::Memory;
 use vi_rigid::{directors, null_space};
@@ -209,7 +208,7 @@ impl Articulated {
         self.tangent(u, &s.q1);
         let coupled = self.assemble(mixed, s);
         debug_assert!(!coupled, "the recursion needs a potential that couples no two bodies");
-        within(Phase::Solve, || (0..self.links.len()).rev().try_for_each(|k| self.eliminate(k)))
+        (0..self.links.len()).rev().try_for_each(|k| self.eliminate(k))
     }
 
     /// Eliminates the joint of link `k`: its `Â` is complete, that of its parent grows.
@@ -321,11 +320,9 @@ impl Articulated {
 
     /// `x ← Dr⁻¹ x` with the last factorization.
     pub fn solve_in_place(&mut self, x: &mut [f64]) {
-        within(Phase::Solve, || {
-            self.rest();
-            (0..self.links.len()).rev().for_each(|k| self.forward(k, x));
-            (0..self.links.len()).for_each(|k| self.backward(k, x));
-        });
+        self.rest();
+        (0..self.links.len()).rev().for_each(|k| self.forward(k, x));
+        (0..self.links.len()).for_each(|k| self.backward(k, x));
     }
 }
 

@@ -59,7 +59,6 @@ use vi_constraints::{Constraints, DenseNodal, NodalOperators};
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault};
-use vi_core::phase::{Phase, within};
 use vi_core::state::Memory;
 
 /// What carries the tree: its velocity map and `A`.
@@ -323,7 +322,7 @@ impl NodalOperators for LoopNodal {
         self.take_tangent(u, s);
         if let TreeSolver::Recursion = self.solver {
             self.loops.tree.assemble(mixed, s);
-            within(Phase::Solve, || solve_by_sweeps(&mut self.loops, &s.q1, x))?;
+            solve_by_sweeps(&mut self.loops, &s.q1, x)?;
         } else {
             self.solve_coupled((mixed, u, s), x)?;
         }

@@ -167,7 +167,7 @@ impl ParticleTree {
     /// `F_d(u, q_n)`: writes the particles in `s.q1` and `s.dq`.
     ///
     /// # Errors
-    /// [`Fault::RotationTooLarge`].
+    /// [`Fault::OutsideChart`].
     pub fn reparametrize(&self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
         for bead in &self.beads {
             let moved = match bead.carrier {
@@ -180,7 +180,8 @@ impl ParticleTree {
                         return Err(Fault::NotFinite);
                     }
                     if angle > rotation::MAX_ROTATION {
-                        return Err(Fault::RotationTooLarge { unknown: bead.unknown, angle });
+                        let (kind, unknown) = (BlockKind::Rotation, bead.unknown);
+                        return Err(Fault::OutsideChart { kind, unknown, size: angle });
                     }
                     let own = rotation::exp_minus_identity(&theta) * arm;
                     match bead.carrier {

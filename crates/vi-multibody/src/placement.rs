@@ -23,7 +23,8 @@ use crate::pair::{Transfer, Twist, VelocityMap};
 use nalgebra::{DMatrix, DVector, Vector3};
 use std::ops::Range;
 use vi_constraints::Constraints;
-use vi_constraints::integrator::{SetupError, SingularStart, Start};
+use vi_constraints::InitialValues;
+use vi_constraints::integrator::{SetupError, SingularStart};
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_rigid::directors;
@@ -137,7 +138,7 @@ impl LoopRank {
     pub fn departure(
         &self,
         mechanism: &Mechanism,
-        (t, q, v): Start<'_>,
+        InitialValues { t, q, v }: InitialValues<'_>,
     ) -> Result<Departure, SetupError> {
         let rates = tree_rates(mechanism, q, v);
         let mut loops = Loops::new(mechanism);

@@ -17,12 +17,13 @@ use crate::sparse_nodal::SparseNodal;
 use crate::tree::Link;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use vi_constraints::InitialValues;
 use vi_constraints::agreement::contradiction;
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::discretization::Discretization;
 use vi_constraints::initialization::{StartReport, start};
-use vi_constraints::integrator::{SetupError, SingularStart, Start};
+use vi_constraints::integrator::{SetupError, SingularStart};
 use vi_constraints::nodal::Nodal;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::Scheme;
@@ -76,28 +77,24 @@ pub fn integrator(
     system: SeparableSystem,
     options: Options,
     solver: Solver,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<MechanismIntegrator, SetupError> {
-    let (t, q, _) = at;
     let mechanism = Arc::new(mechanism);
-    let loops = Loops::find(&mechanism, t, q)?;
+    let loops = Loops::find(&mechanism, at.t, at.q)?;
     let rows = loops.rows.clone();
     let leaves = matches!(options.scheme, SchemeKind::Nodal | SchemeKind::Reduced);
     let moved = loops.singular_start(&system, &mechanism, at, leaves)?;
-    let at = moved.as_ref().map_or(at, |start| (t, &start.q[..], &start.v[..]));
+    let at = moved.as_ref().map_or(at, |start| InitialValues::new(at.t, &start.q, &start.v));
     let (n, m) = (mechanism.dim(), mechanism.len());
-    let (sub_steps, newton) = (options.gammas.len(), options.newton);
     let scheme: BoxedScheme = match options.scheme {
-        SchemeKind::Constrained => {
-            Box::new(Constrained::new(n, rows.clone(), m, newton, sub_steps))
-        }
+        SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
         SchemeKind::Dalembert if mechanism.has_loops() => {
             let source = QrSource::new(n, m, rows.len());
-            Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, sub_steps))
+            Box::new(Dalembert::new(n, m, rows.clone(), source))
         }
         SchemeKind::Dalembert => {
             let source = MapSource(TreeMap::new(&mechanism));
-            Box::new(Dalembert::new(n, (rows.clone(), m), source, newton, sub_steps))
+            Box::new(Dalembert::new(n, m, rows.clone(), source))
         }
         SchemeKind::Nodal | SchemeKind::Reduced => {
             nodal(&mechanism, &system, &options, solver, (&loops, at))?
@@ -174,18 +171,20 @@ impl Loops {
         &self,
         system: &impl MechanicalSystem,
         mechanism: &Mechanism,
-        (t, q, v): Start<'_>,
+        at: InitialValues<'_>,
         leaves: bool,
     ) -> Result<Option<ConsistentStart>, SetupError> {
         let Some(rows) = &self.rows_at_start else { return Ok(None) };
         if !leaves {
             return Err(self.refusal(SingularStart::Scheme));
         }
-        let (state, v, report) = start(system, mechanism, rows, t, (q, v))?;
-        if let Some(found) = contradiction(mechanism, rows, (state.configuration(), &v)) {
-            return Err(found.into());
+        let found = start(system, mechanism, rows, at)?;
+        if let Some(error) = contradiction(mechanism, rows, (found.state.configuration(), &found.v))
+        {
+            return Err(error.into());
         }
-        Ok(Some(ConsistentStart { q: state.q, v, rows: rows.clone(), report }))
+        let (q, v, report) = (found.state.q, found.v, found.report);
+        Ok(Some(ConsistentStart { q, v, rows: rows.clone(), report }))
     }
 
     /// The refusal of a singular start.
@@ -203,17 +202,14 @@ fn nodal(
     system: &SeparableSystem,
     options: &Options,
     solver: Solver,
-    (loops, at): (&Loops, Start<'_>),
+    (loops, at): (&Loops, InitialValues<'_>),
 ) -> Result<BoxedScheme, SetupError> {
-    let (n, newton, sub_steps) = (mechanism.dim(), options.newton, options.gammas.len());
-    let reduced = options.scheme == SchemeKind::Reduced;
+    let (n, reduced) = (mechanism.dim(), options.scheme == SchemeKind::Reduced);
     let particles = !mechanism.description().particles.is_empty();
     if mechanism.has_loops() && particles {
         let operators = TangentSpace::new(mechanism.clone(), &loops.rows);
-        let d = operators.dof();
-        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)));
+        return Ok(Box::new(Nodal::new(n, operators, reduced)));
     }
-    let d = mechanism.tree().dof() + mechanism.particle_tree().dof();
     let mut recursion = TreeNodal::new(mechanism.tree().clone());
     let uncoupled = !particles && recursion.applies(system, &probe(mechanism, system));
     let elements = has_nodes(mechanism);
@@ -224,29 +220,29 @@ fn nodal(
             (_, false) => TreeSolver::Dense(Box::new(DenseNodal::new(n, TreeMap::new(mechanism)))),
             // the rates of a departure are those of increments, not of screws
             _ if elements && !rank.is_singular() => {
-                TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism).for_elements(at.1)))
+                TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism).for_elements(at.q)))
             }
             _ => TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism))),
         };
         let operators = LoopNodal::new(mechanism, rank, tree);
         if !rank.is_singular() {
-            return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)));
+            return Ok(Box::new(Nodal::new(n, operators, reduced)));
         }
         let departure = rank.departure(mechanism, at)?;
         let operators = operators.leaving_along(&departure.null_space);
-        let nodal = Nodal::new(operators, (n, d), reduced, newton, sub_steps);
+        let nodal = Nodal::new(n, operators, reduced);
         return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
     if uncoupled && !matches!(solver, Solver::Dense | Solver::Sparse) {
-        return Ok(Box::new(Nodal::new(recursion, (n, d), reduced, newton, sub_steps)));
+        return Ok(Box::new(Nodal::new(n, recursion, reduced)));
     }
     if !sparse {
         let operators = DenseNodal::new(n, TreeMap::new(mechanism));
-        return Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)));
+        return Ok(Box::new(Nodal::new(n, operators, reduced)));
     }
     let operators = SparseNodal::new(mechanism);
-    let operators = if elements { operators.for_elements(at.1) } else { operators };
-    Ok(Box::new(Nodal::new(operators, (n, d), reduced, newton, sub_steps)))
+    let operators = if elements { operators.for_elements(at.q) } else { operators };
+    Ok(Box::new(Nodal::new(n, operators, reduced)))
 }
 
 /// Whether some frame gets its mass from elements: it moves and has none of its own.

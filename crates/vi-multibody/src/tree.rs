@@ -151,7 +151,7 @@ impl Tree {
     /// `F_d(u, q_n)`: writes the frames of the tree in `s.q1` and `s.dq`.
     ///
     /// # Errors
-    /// [`Fault::RotationTooLarge`], [`Fault::NotFinite`].
+    /// [`Fault::OutsideChart`], [`Fault::NotFinite`].
     pub fn reparametrize(
         &self,
         u: &[f64],
@@ -167,7 +167,7 @@ impl Tree {
             }
             let motion = link.joint.kind.reparametrize(own, &parent, &at).map_err(|too_large| {
                 let unknown = link.offset + too_large.freedom;
-                Fault::RotationTooLarge { unknown, angle: too_large.angle }
+                Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size: too_large.angle }
             })?;
             motions[k] = motion;
             move_frame(&motion, link, s);

@@ -15,7 +15,7 @@ use crate::directors::{director, set_triad, triad};
 use crate::null_space;
 use crate::rotation::{self, MAX_ROTATION};
 use nalgebra::{SMatrix, Vector3};
-use vi_core::newton::Fault;
+use vi_core::newton::{BlockKind, Fault};
 
 /// Defect of the directors beyond which [`clean_directors`] acts.
 pub const CLEAN_THRESHOLD: f64 = 8.0 * f64::EPSILON;
@@ -33,7 +33,7 @@ impl RotationTooLarge {
     #[must_use]
     pub fn fault(self, unknown: usize) -> Fault {
         if self.angle.is_finite() {
-            Fault::RotationTooLarge { unknown, angle: self.angle }
+            Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size: self.angle }
         } else {
             Fault::NotFinite
         }
@@ -193,7 +193,8 @@ mod tests {
         let u = [0.0, 0.0, 0.0, 0.0, 3.2, 0.0];
         let refused = reparametrize(&u, &q0, &mut q1, &mut dq).unwrap_err();
         assert!(refused.to_string().contains("3.200 rad"), "{refused}");
-        assert_eq!(refused.fault(9), Fault::RotationTooLarge { unknown: 9, angle: 3.2 });
+        let fault = Fault::OutsideChart { kind: BlockKind::Rotation, unknown: 9, size: 3.2 };
+        assert_eq!(refused.fault(9), fault);
         assert_eq!((q1, dq), ([7.0; 12], [8.0; 12]), "left as they were");
         let u = [0.0, 0.0, 0.0, f64::NAN, 0.0, 0.0];
         let refused = reparametrize(&u, &q0, &mut q1, &mut dq).unwrap_err();

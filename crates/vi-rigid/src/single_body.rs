@@ -388,8 +388,7 @@ mod tests {
             let mut s = Interval::new(12);
             s.open(0.0, 0.1, &q);
             let fault = body.reparametrize(&u, &mut s).unwrap_err();
-            let named =
-                matches!(fault, Fault::RotationTooLarge { unknown: at, .. } if at == unknown);
+            let named = matches!(fault, Fault::OutsideChart { unknown: at, .. } if at == unknown);
             assert!(named, "{fault:?}");
             assert_eq!(s.q1, q, "left as it was");
         }

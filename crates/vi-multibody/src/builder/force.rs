@@ -9,6 +9,7 @@ use crate::run::{MechanismIntegrator, Solver, integrator};
 use crate::spring::{Damper, Spring, SpringLaw};
 use nalgebra::Vector3;
 use std::sync::Arc;
+use vi_constraints::InitialValues;
 use vi_constraints::Options;
 use vi_constraints::integrator::SetupError;
 use vi_core::force::MidpointForce;
@@ -85,7 +86,7 @@ impl BuiltMechanism {
     pub fn integrator(self, options: Options) -> Result<MechanismIntegrator, SetupError> {
         let (q, v) = self.mechanism.start();
         let system = self.system(Quadrature::Midpoint);
-        integrator(self.mechanism, system, options, Solver::Auto, (0.0, &q, &v))
+        integrator(self.mechanism, system, options, Solver::Auto, InitialValues::new(0.0, &q, &v))
     }
 }
 
