@@ -124,8 +124,8 @@ mod tests {
     use super::*;
     use crate::directors::triad;
     use crate::null_space;
-    use crate::sample::Sample;
     use nalgebra::{DMatrix, SMatrix};
+    use vi_testkit::Sample;
 
     fn body() -> RigidBody {
         RigidBody::new(2.5, EulerMoments([0.3, 0.7, 0.2])).unwrap()

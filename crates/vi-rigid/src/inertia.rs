@@ -236,7 +236,7 @@ fn jacobi(mut A: Matrix3<f64>) -> ([f64; 3], Matrix3<f64>) {
 mod tests {
     use super::*;
     use crate::rotation::{exp, orthonormality_defect};
-    use crate::sample::Sample;
+    use vi_testkit::Sample;
 
     #[test]
     fn impossible_inertias_are_refused_with_the_numbers() {

@@ -45,9 +45,6 @@ pub use shape::{MassProperties, Shape};
 pub use single_body::{SingleBody, Support};
 pub use time_history::{HistoryError, TimeHistory};
 
-#[cfg(test)]
-mod sample;
-
 /// The example of the README is compiled and run.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

@@ -276,10 +276,10 @@ mod tests {
     use super::*;
     use crate::directors;
     use crate::null_space::pull_back;
-    use crate::sample::Sample;
     use nalgebra::DMatrix;
     use vi_core::linear::norm_inf;
     use vi_core::momentum_map::Momentum;
+    use vi_testkit::Sample;
 
     const OFFSET: usize = 12;
 

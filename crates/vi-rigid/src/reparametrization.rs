@@ -115,8 +115,8 @@ pub fn clean_directors(q: &mut [f64]) -> bool {
 mod tests {
     use super::*;
     use crate::directors::internal_value;
-    use crate::sample::Sample;
     use vi_core::linear::norm_inf;
+    use vi_testkit::Sample;
 
     fn increment(sample: &mut Sample, angle: f64) -> [f64; 6] {
         let (shift, theta) = (sample.vector(), sample.of_length(angle));

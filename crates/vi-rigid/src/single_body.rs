@@ -252,9 +252,9 @@ impl Reparametrization for SingleBody {
 mod tests {
     use super::*;
     use crate::inertia::EulerMoments;
-    use crate::sample::Sample;
     use vi_core::MechanicalSystem;
     use vi_core::linear::norm_inf;
+    use vi_testkit::Sample;
 
     fn bodies(sample: &mut Sample) -> [SingleBody; 2] {
         let body = RigidBody::new(1.7, EulerMoments([0.3, 0.7, 0.2])).unwrap();
