@@ -7,7 +7,6 @@ use serde::Deserialize;
 use vi_beam::element::Elements;
 use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::section::Section;
-use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_constraints::node::Node;
 use vi_constraints::{Options, SchemeKind};
 use vi_core::potential::Potential;
@@ -21,6 +20,7 @@ use vi_multibody::run::{Solver, integrator};
 use vi_rigid::directors;
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
+use vi_statics::{StaticProblem, StaticSettings};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -285,7 +285,8 @@ impl BeamCase {
     fn statics(&self) -> Result<Deviation, String> {
         let model = self.model()?;
         let mechanism = model.mechanism();
-        let mut problem = StaticProblem::new(&model, &mechanism, self.loads()?);
+        let system = model.static_system(&mechanism, self.loads()?);
+        let mut problem = StaticProblem::new(system, mechanism).with_elements(model.neighbours());
         let path = problem.solve(&[1.0], &StaticSettings::default()).map_err(|e| e.to_string())?;
         let [output] = &self.outputs[..] else { return Err("one output expected".into()) };
         let found = path.points.last().ok_or("an empty path")?;

@@ -148,6 +148,7 @@ pub use vi_core;
 pub use vi_emscheme;
 pub use vi_multibody;
 pub use vi_rigid;
+pub use vi_statics;
 
 pub use beams::{BeamParts, Beams};
 pub use limits::Stiffness;

@@ -5,7 +5,7 @@ use crate::beams::{BeamParts, Beams};
 use crate::model::Settings;
 use serde::{Deserialize, Serialize};
 use vi_beam::frequency::highest_frequency;
-use vi_beam::limit::{STOP, WARN, angle_between};
+use vi_statics::limit::{STOP, WARN, angle_between};
 
 /// Above this `h ω_max` stiff vibrations are not resolved.
 const RESOLVED: f64 = 1.0;

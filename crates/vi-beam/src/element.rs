@@ -294,8 +294,8 @@ impl Potential for Elements {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::sample::Sample;
     use nalgebra::DMatrix;
+    use vi_testkit::Sample;
 
     /// Three random nodes joined by two elements of different sections.
     pub(crate) fn random_elements(sample: &mut Sample) -> (Elements, Vec<f64>) {

@@ -408,8 +408,8 @@ impl DiscretePotential for AveragedHighOrder {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::Sample;
     use nalgebra::DMatrix;
+    use vi_testkit::Sample;
 
     #[test]
     fn derivatives_match_central_differences() {

@@ -13,11 +13,7 @@
 //! | [`high_order`] | elements with three or four nodes |
 //! | [`mesh`] | nodes along curves, triads by a rule |
 //! | [`model`] | beams, bodies, joints as one mechanism |
-//! | [`statics`], [`arc_length`] | equilibrium by load stepping, through limit points |
-//! | [`relaxation`] | starts that are no equilibria, directions without stiffness |
-//! | [`limit`] | how far an element may bend |
 //! | [`frequency`] | a bound of the highest frequency |
-//! | [`modes`] | small vibrations about an equilibrium |
 //! | [`section_force`] | section forces, centre line |
 //!
 //! Source: theory §6; P. Betsch, P. Steinmann, IJNME 54 (2002) 1775–1788; S. Leyendecker, P. Betsch,
@@ -26,31 +22,20 @@
 #![deny(missing_docs)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
-pub mod arc_length;
 pub mod averaged;
 pub mod element;
-mod equilibrium;
 pub mod frequency;
 pub mod high_order;
-pub mod limit;
 pub mod mesh;
 pub mod model;
-pub mod modes;
-pub mod relaxation;
 pub mod section;
 pub mod section_force;
-pub mod static_path;
-pub mod statics;
 pub mod strain;
 
 pub use element::{Element, Elements, MassKind};
 pub use mesh::{FrameRule, Mesh};
 pub use model::{Beam, BeamModel, StrainRule};
 pub use section::{Material, Profile, Section, Stated};
-pub use statics::{StaticProblem, StaticSettings};
-
-#[cfg(test)]
-mod sample;
 
 /// The example of the README is compiled and run.
 #[cfg(doctest)]

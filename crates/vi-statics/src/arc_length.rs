@@ -10,20 +10,19 @@
 //! Source: H. B. Keller, in: Applications of Bifurcation Theory (1977) 359–384.
 #![allow(non_snake_case)] // K
 
-use crate::equilibrium::Work;
-use crate::static_path::{Equilibrium, StaticError, StaticPath, StepBounds};
-use crate::statics::{Refused, StaticProblem};
+use crate::equations::Equations;
+use crate::path::{Equilibrium, StaticError, StaticPath};
+use crate::problem::StaticProblem;
+use crate::step_bounds::{StepBounds, StepFailure};
 use serde::{Deserialize, Serialize};
-use vi_core::newton::{
-    Block, BlockKind, Fault, Newton, NewtonError, NewtonProblem, NewtonSettings,
-};
+use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
 
 /// How to follow a path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ArcSettings {
+pub struct ArcLengthSettings {
     /// First arc length; 1 means: all of the load, or a motion by the size of the system.
     pub first_length: f64,
-    /// Smallest arc length before the walk gives up.
+    /// Smallest arc length; below it the path ends.
     pub smallest_length: f64,
     /// Largest arc length.
     pub largest_length: f64,
@@ -31,13 +30,13 @@ pub struct ArcSettings {
     pub full_load: f64,
     /// Most steps.
     pub steps: usize,
-    /// What one step may change.
+    /// Bounds of the change of one step.
     pub bounds: StepBounds,
     /// Newton's method.
     pub newton: NewtonSettings,
 }
 
-impl Default for ArcSettings {
+impl Default for ArcLengthSettings {
     fn default() -> Self {
         let newton = NewtonSettings { max_iterations: 15, ..NewtonSettings::default() };
         Self {
@@ -60,7 +59,7 @@ struct Tangent {
 
 struct Bordered<'a> {
     blocks: &'a [Block],
-    work: &'a mut Work,
+    work: &'a mut Equations,
     tangent: &'a Tangent,
     length: f64, // Δs
     last: f64,   // t_last
@@ -96,9 +95,9 @@ impl NewtonProblem for Bordered<'_> {
     }
 }
 
-/// A walk along a path, one equilibrium after the other.
-pub struct ArcWalk {
-    settings: ArcSettings,
+/// The continuation of a path, one equilibrium after the other.
+pub struct Continuation {
+    settings: ArcLengthSettings,
     newton: Newton,
     blocks: Vec<Block>,
     x: Vec<f64>,        // (u, μ, t − t_last)
@@ -108,7 +107,13 @@ pub struct ArcWalk {
     halvings: usize,
 }
 
-impl ArcWalk {
+impl std::fmt::Debug for Continuation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Continuation").field("length", &self.length).finish_non_exhaustive()
+    }
+}
+
+impl Continuation {
     /// Steps that were halved so far.
     #[must_use]
     pub fn halvings(&self) -> usize {
@@ -129,14 +134,14 @@ impl StaticProblem {
     /// [`StaticError`]; the problem then stands at the last equilibrium of the path it holds.
     pub fn follow(
         &mut self,
-        settings: &ArcSettings,
+        settings: &ArcLengthSettings,
         mut done: impl FnMut(&Equilibrium) -> bool,
     ) -> Result<StaticPath, StaticError> {
-        let mut walk = self.walk(settings);
+        let mut continuation = self.continuation(settings);
         let mut path = StaticPath::default();
         while path.points.len() < settings.steps {
-            let found = self.next_point(&mut walk);
-            path.halvings = walk.halvings;
+            let found = self.next_point(&mut continuation);
+            path.halvings = continuation.halvings;
             let point = match found {
                 Ok(point) => point,
                 Err(refused) => return Err(self.failure(refused, path)),
@@ -150,13 +155,13 @@ impl StaticProblem {
         Ok(path)
     }
 
-    /// Sets out from the last equilibrium towards larger load parameters.
+    /// Begins at the last equilibrium, towards larger load parameters.
     #[must_use]
-    pub fn walk(&self, settings: &ArcSettings) -> ArcWalk {
+    pub fn continuation(&self, settings: &ArcLengthSettings) -> Continuation {
         let rest = self.x.len();
         let mut forwards = vec![0.0; rest + 1];
         forwards[rest] = settings.full_load;
-        ArcWalk {
+        Continuation {
             settings: *settings,
             newton: Newton::new(rest + 1, settings.newton),
             blocks: self.arc_blocks(settings.full_load),
@@ -168,39 +173,46 @@ impl StaticProblem {
         }
     }
 
-    /// The next equilibrium of a walk that began here; the number of steps is the caller's matter.
+    /// The next equilibrium of a continuation that began here; the caller limits their number.
     ///
     /// # Errors
     /// [`StaticError`], without a path; the problem stands at the last equilibrium.
-    pub fn walk_on(&mut self, walk: &mut ArcWalk) -> Result<Equilibrium, StaticError> {
-        self.next_point(walk).map_err(|refused| self.failure(refused, StaticPath::default()))
+    pub fn next_equilibrium(
+        &mut self,
+        path: &mut Continuation,
+    ) -> Result<Equilibrium, StaticError> {
+        self.next_point(path).map_err(|refused| self.failure(refused, StaticPath::default()))
     }
 
-    fn next_point(&mut self, walk: &mut ArcWalk) -> Result<Equilibrium, Refused> {
-        self.bounds = walk.settings.bounds;
+    fn next_point(&mut self, path: &mut Continuation) -> Result<Equilibrium, StepFailure> {
+        self.bounds = path.settings.bounds;
         let tangent = self
-            .path_tangent(&walk.forwards, walk.settings.full_load, &mut walk.column)
-            .map_err(|fault| Refused::Newton(NewtonError::Refused { fault, iteration: 0 }))?;
+            .path_tangent(&path.forwards, path.settings.full_load, &mut path.column)
+            .map_err(StepFailure::fault)?;
         loop {
-            match self.arc_step(walk, &tangent) {
+            match self.arc_step(path, &tangent) {
                 Ok(point) => {
-                    walk.forwards.copy_from_slice(&walk.x);
-                    let grown = if point.iterations <= 6 { 1.5 } else { 1.0 } * walk.length;
-                    walk.length = grown.min(walk.settings.largest_length);
+                    path.forwards.copy_from_slice(&path.x);
+                    let grown = if point.iterations <= 6 { 1.5 } else { 1.0 } * path.length;
+                    path.length = grown.min(path.settings.largest_length);
                     return Ok(point);
                 }
-                Err(_) if 0.5 * walk.length >= walk.settings.smallest_length => {
-                    walk.length *= 0.5;
-                    walk.halvings += 1;
+                Err(_) if 0.5 * path.length >= path.settings.smallest_length => {
+                    path.length *= 0.5;
+                    path.halvings += 1;
                 }
                 Err(refused) => return Err(refused),
             }
         }
     }
 
-    fn arc_step(&mut self, walk: &mut ArcWalk, tangent: &Tangent) -> Result<Equilibrium, Refused> {
+    fn arc_step(
+        &mut self,
+        path: &mut Continuation,
+        tangent: &Tangent,
+    ) -> Result<Equilibrium, StepFailure> {
         let (d, rest, last) = (self.work.unknowns(), self.x.len(), self.work.t);
-        let ArcWalk { settings, newton, blocks, x, column, length, .. } = walk;
+        let Continuation { settings, newton, blocks, x, column, length, .. } = path;
         let (full, length) = (settings.full_load, *length);
         let square = self.squares();
         let start = x[..d].iter_mut().zip(&tangent.a).zip(&square);
@@ -209,15 +221,17 @@ impl StaticProblem {
         x[rest] = length * tangent.b * full * full;
         let work = &mut self.work;
         let mut problem = Bordered { blocks, work, tangent, length, last, column };
-        let solved = newton.solve(&mut problem, x).map_err(Refused::Newton);
+        let solved = newton.solve(&mut problem, x).map_err(StepFailure::Newton);
         let outcome = solved.and_then(|report| {
             self.refuse_jump(&self.bounds)?;
             // off the tangent by less than 60°
-            let ways = x[..d].iter().zip(&square).map(|(u, s)| u * u / s);
-            let way = (ways.sum::<f64>() + (x[rest] / full).powi(2)).sqrt();
-            if way > 2.0 * length {
-                let times = way / length;
-                return Err(Refused::Jump(format!("the step is {times:.1} times its length")));
+            let squares = x[..d].iter().zip(&square).map(|(u, s)| u * u / s);
+            let increment = (squares.sum::<f64>() + (x[rest] / full).powi(2)).sqrt();
+            if increment > 2.0 * length {
+                let times = increment / length;
+                return Err(StepFailure::Jump(format!(
+                    "the increment is {times:.1} times the arc length"
+                )));
             }
             self.x.copy_from_slice(&x[..rest]);
             self.accept(&report)

@@ -1,11 +1,10 @@
-//! How far the elements of a configuration are from their limit.
+//! The limit of bending of a two-node element in director coordinates.
 //!
-//! Nodes turned against each other by `θ` about `d_I` give `K_I = sin θ/ℓ` and carry the moment
+//! Nodes rotated relative to each other by `θ` about `d_I` give `K_I = sin θ/ℓ` and carry the moment
 //! `EI_I sin θ cos θ/ℓ` at most: `EI/(2ℓ)` at 45°. Beyond 90° the energy falls again and the element
-//! folds at no cost. Beyond [`WARN`] results are coarse; beyond [`STOP`] they mean nothing: refine the
-//! mesh. Source: theory §6, "Limit of the element".
+//! folds at no cost. Beyond [`WARN`] results are inaccurate; beyond [`STOP`] they are meaningless: refine
+//! the mesh. Source: theory §6, "Limit of the element".
 
-use crate::element::Elements;
 use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 use vi_rigid::directors;
@@ -18,12 +17,17 @@ pub const STOP: f64 = std::f64::consts::FRAC_PI_2;
 /// The angle between the triads of two nodes, rad.
 #[must_use]
 pub fn angle_between(nodes: [usize; 2], q: &[f64]) -> f64 {
-    let [a, b] = nodes.map(|node| directors::triad(&q[12 * node..12 * node + 12]));
-    let difference: Matrix3<f64> = a - b; // |·|_F² = 8 sin²(θ/2)
+    let [a, b] = nodes.map(|node| &q[12 * node..12 * node + 12]);
+    rotation_angle(a, b)
+}
+
+/// The angle between the triads of two frames, rad.
+pub(crate) fn rotation_angle(a: &[f64], b: &[f64]) -> f64 {
+    let difference: Matrix3<f64> = directors::triad(a) - directors::triad(b); // |·|_F² = 8 sin²(θ/2)
     2.0 * (difference.norm() / 8.0_f64.sqrt()).min(1.0).asin()
 }
 
-/// The angles of all elements, summed up.
+/// The relative rotations of the nodes of all elements.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LimitReport {
     /// Largest angle between the triads of an element, rad.
@@ -35,17 +39,12 @@ pub struct LimitReport {
 }
 
 impl LimitReport {
-    /// Looks at all elements in the configuration `q`.
+    /// Pairs of neighbouring nodes in the configuration `q`; elements are numbered in this order.
     #[must_use]
-    pub fn new(elements: &Elements, q: &[f64]) -> Self {
-        Self::of_pairs(elements.list().iter().map(|element| element.nodes), q)
-    }
-
-    /// Looks at pairs of neighbouring nodes; elements are then numbered in this order.
-    pub fn of_pairs(pairs: impl Iterator<Item = [usize; 2]>, q: &[f64]) -> Self {
+    pub fn new(neighbours: &[[usize; 2]], q: &[f64]) -> Self {
         let mut report = Self::default();
-        for (k, nodes) in pairs.enumerate() {
-            let angle = angle_between(nodes, q);
+        for (k, nodes) in neighbours.iter().enumerate() {
+            let angle = angle_between(*nodes, q);
             if angle > report.largest_angle {
                 (report.largest_angle, report.element) = (angle, k);
             }
@@ -62,7 +61,7 @@ impl LimitReport {
         self.largest_angle > STOP
     }
 
-    /// What to tell the user, if anything.
+    /// A warning, if an element is beyond [`WARN`].
     #[must_use]
     pub fn message(&self) -> Option<String> {
         let degrees = self.largest_angle.to_degrees();
@@ -85,7 +84,6 @@ impl LimitReport {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::section::Section;
     use nalgebra::Vector3;
     use vi_rigid::rotation;
 
@@ -97,10 +95,7 @@ mod tests {
             let turn = rotation::exp(&(f64::to_radians(degrees) * Vector3::new(0.6, 0.0, 0.8)));
             directors::set_triad(&mut q[..12], &Matrix3::identity());
             directors::set_triad(&mut q[12..], &turn);
-            let mut elements = Elements::new();
-            elements.add_section(Section::new([1.0; 6], [1.0; 4]).unwrap());
-            elements.add_stress_free([0, 1], 1.0, 0, &q).unwrap();
-            let report = LimitReport::new(&elements, &q);
+            let report = LimitReport::new(&[[0, 1]], &q);
             let error = (report.largest_angle.to_degrees() - degrees).abs();
             assert!(error < 1e-13, "{report:?}");
             assert_eq!(report.is_exceeded(), degrees > 90.0);

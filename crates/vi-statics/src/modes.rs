@@ -10,8 +10,8 @@
 //! `(2/h) arctan(ωh/2)`.
 #![allow(non_snake_case)] // K, M, J, Z
 
-use crate::equilibrium::Work;
-use crate::statics::StaticProblem;
+use crate::equations::Equations;
+use crate::problem::StaticProblem;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
 use vi_constraints::null_space::NullSpaceQr;
@@ -114,7 +114,7 @@ pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
 
 /// `Z`: null space of the loop constraints in the unknowns of the tree; `None` without loops.
 fn loop_null_space(
-    work: &Work,
+    work: &Equations,
     layout: &VelocityLayout,
     columns: &Columns,
 ) -> Option<DMatrix<f64>> {

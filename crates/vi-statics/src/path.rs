@@ -1,15 +1,16 @@
 //! Equilibria, paths of equilibria, and why a path ends.
 
 use crate::limit::LimitReport;
+use crate::step_bounds::StepBounds;
 use serde::{Deserialize, Serialize};
 use vi_core::newton::{Fault, NewtonError, NewtonSettings};
 
-/// How to walk along the load path.
+/// Settings of load stepping.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StaticSettings {
-    /// First step towards a target, as a part of the way.
+    /// First step towards a target load, as a part of the difference.
     pub first_step: f64,
-    /// Smallest step, as a part of the way, before the walk gives up.
+    /// Smallest step, as a part of the difference; below it the path ends.
     pub smallest_step: f64,
     /// What one step may change.
     pub bounds: StepBounds,
@@ -22,35 +23,6 @@ impl Default for StaticSettings {
         let newton = NewtonSettings { max_iterations: 25, ..NewtonSettings::default() };
         let bounds = StepBounds::default();
         Self { first_step: 0.25, smallest_step: 1e-4, bounds, newton }
-    }
-}
-
-/// What one step may change: larger changes are taken for a jump to another equilibrium.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StepBounds {
-    /// Of the angle between the nodes of an element, rad.
-    pub turn: f64,
-    /// Turn of a body that is no node of an element, rad.
-    pub rotation: f64,
-    /// Way of a point, as a part of the size of the system.
-    pub travel: f64,
-    /// The way, in terms of what the tangent stiffness at the last equilibrium foresees.
-    pub excess: f64,
-}
-
-impl StepBounds {
-    /// Anything goes.
-    pub const NONE: Self = Self {
-        turn: f64::INFINITY,
-        rotation: f64::INFINITY,
-        travel: f64::INFINITY,
-        excess: f64::INFINITY,
-    };
-}
-
-impl Default for StepBounds {
-    fn default() -> Self {
-        Self { turn: 0.3, rotation: 1.0, travel: 0.5, excess: 3.0 }
     }
 }
 
@@ -68,28 +40,30 @@ pub struct Equilibrium {
     pub potential_energy: f64,
     /// Newton's iterations.
     pub iterations: usize,
-    /// `|r|_∞` of the balance of forces left over, N or N·m.
+    /// Residual `|r|_∞` of the balance of forces, N or N·m.
     pub residual: f64,
     /// `|g|_∞` of the constraints.
     pub position_residual: f64,
-    /// How far the elements are from their limit.
+    /// Unwrapped joint angles, rad.
+    pub angles: Vec<f64>,
+    /// Bending of the elements.
     pub limit: LimitReport,
 }
 
-/// The equilibria on the way.
+/// The equilibria along a path.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StaticPath {
-    /// In the order of the walk, without the start.
+    /// In the order in which they were found, without the initial one.
     pub points: Vec<Equilibrium>,
     /// Steps that were halved.
     pub halvings: usize,
 }
 
-/// Why a walk ended early; the problem stands at its last equilibrium.
+/// Why a path ended early; the problem stands at its last equilibrium.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StaticError {
-    /// No equilibrium was found however small the step.
+    /// No equilibrium was found with the smallest step.
     #[error("no equilibrium was found beyond the load factor {factor:.6} ({cause})")]
     NotConverged {
         /// Load factor of the last equilibrium.
@@ -99,7 +73,7 @@ pub enum StaticError {
         /// The path so far.
         path: Box<StaticPath>,
     },
-    /// An element bends too far however small the step.
+    /// An element bends too far with the smallest step.
     #[error("beyond the load factor {factor:.6} {message}")]
     ElementLimit {
         /// Load factor of the last equilibrium.
@@ -109,7 +83,7 @@ pub enum StaticError {
         /// The path so far.
         path: Box<StaticPath>,
     },
-    /// However small the step, the configuration jumps.
+    /// The configuration jumps with the smallest step.
     #[error("beyond the load factor {factor:.6} the equilibrium jumps: {what}")]
     Jump {
         /// Load factor of the last equilibrium.
@@ -119,7 +93,7 @@ pub enum StaticError {
         /// The path so far.
         path: Box<StaticPath>,
     },
-    /// The load does not reach its end.
+    /// The load does not reach its final value.
     #[error("after {equilibria} equilibria the load factor is {factor:.6}")]
     TooLong {
         /// Load factor of the last equilibrium.
@@ -127,10 +101,12 @@ pub enum StaticError {
         /// How many there were.
         equilibria: usize,
     },
-    /// The start does not come to rest.
-    #[error("no equilibrium was found from the start at the load factor {factor:.6} ({cause})")]
-    NoStart {
-        /// Load factor of the start.
+    /// The initial configuration does not relax to an equilibrium.
+    #[error(
+        "no equilibrium was found from the initial configuration at the load factor {factor:.6} ({cause})"
+    )]
+    NoInitialEquilibrium {
+        /// Load factor at which it was sought.
         factor: f64,
         /// What the last attempt ended with.
         cause: String,
@@ -146,7 +122,7 @@ impl StaticError {
                 cause: NewtonError::Refused { fault: Fault::SingularTangent, .. },
                 ..
             } => {
-                "a direction has no stiffness: hold it by a joint or a spring; at a limit or \
+                "a direction has no stiffness: constrain it by a joint or a spring; at a limit or \
                  bifurcation point follow the path by its arc length (arc_length = true)"
             }
             Self::NotConverged { .. } | Self::Jump { .. } => {
@@ -154,9 +130,9 @@ impl StaticError {
                  (arc_length = true), or prescribe a displacement instead of the load; or refine the mesh"
             }
             Self::ElementLimit { .. } => "use more elements",
-            Self::TooLong { .. } => "take longer steps, or ask for less load",
-            Self::NoStart { .. } => {
-                "start nearer to an equilibrium, or hold the directions without stiffness"
+            Self::TooLong { .. } => "take longer steps, or a smaller load",
+            Self::NoInitialEquilibrium { .. } => {
+                "begin nearer to an equilibrium, or constrain the directions without stiffness"
             }
         }
     }
@@ -168,7 +144,7 @@ impl StaticError {
             Self::NotConverged { path, .. }
             | Self::ElementLimit { path, .. }
             | Self::Jump { path, .. } => Some(path),
-            Self::NoStart { .. } | Self::TooLong { .. } => None,
+            Self::NoInitialEquilibrium { .. } | Self::TooLong { .. } => None,
         }
     }
 }

@@ -1,51 +1,55 @@
-//! Equilibria that cannot be reached by small steps of the load: the start, and directions without stiffness.
+//! Relaxation: equilibria from a configuration that is none, and neutral equilibria.
 //!
 //! ```text
 //! r(q_{k+1}, μ) + σ S u_k = 0,   q_{k+1} = F_d(u_k, q_k),   σ → 0         S: lengths and angles in one metric
 //! ```
 //! Steps of the implicit Euler method for a motion so slow that it is damped throughout,
 //! `S u̇ = −r`: the energy falls with every step, and a stable equilibrium is where it ends. The
-//! constraints hold all the way. `σ` starts large enough for small steps, falls after each good one, and is
+//! constraints are satisfied after every step. `σ` is at first large enough for small steps, falls after each good one, and is
 //! the ratio of Levenberg and Marquardt. A direction without stiffness (the spin of a hanging body about the
 //! vertical) stays where it is.
 //!
 //! Source: C. T. Kelley, D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508–523, pseudo-transient
 //! continuation.
 
-use crate::static_path::{Equilibrium, StaticError, StepBounds};
-use crate::statics::{Refused, StaticProblem};
+use crate::path::{Equilibrium, StaticError};
+use crate::problem::StaticProblem;
+use crate::step_bounds::{StepBounds, StepFailure};
 use vi_core::linear::norm_inf;
-use vi_core::newton::{Fault, NewtonError, NewtonReport};
+use vi_core::newton::NewtonReport;
 
 /// Steps of one relaxation.
 const STEPS: usize = 500;
-/// Motion of the first step, as a part of the size of the system.
+/// Displacement of the first step, as a part of the size of the system.
 const FIRST: f64 = 0.02;
-/// Force left over, as a part of the largest one, at which a relaxation is at rest.
+/// Residual force, as a part of the largest force, at which a relaxation ends.
 const REST: f64 = 1e-12;
-/// The same at a start that is an equilibrium already.
+/// The same for an initial configuration that is an equilibrium already.
 const AT_REST: f64 = 1e-9;
 
 impl StaticProblem {
-    /// Brings the start to rest at the present load parameter; a start that is an equilibrium stays as it
-    /// is.
+    /// Relaxes the initial configuration to an equilibrium at the present load parameter; one that is an
+    /// equilibrium is not changed.
     ///
     /// # Errors
-    /// [`StaticError::NoStart`].
-    pub fn settle(&mut self) -> Result<Equilibrium, StaticError> {
-        let found = self.try_settle();
+    /// [`StaticError::NoInitialEquilibrium`].
+    pub fn equilibrate(&mut self) -> Result<Equilibrium, StaticError> {
+        let found = self.try_equilibrate();
         let factor = self.work.t;
-        found.map_err(|refused| StaticError::NoStart { factor, cause: refused.to_string() })
+        found.map_err(|refused| StaticError::NoInitialEquilibrium {
+            factor,
+            cause: refused.to_string(),
+        })
     }
 
-    fn try_settle(&mut self) -> Result<Equilibrium, Refused> {
-        let left = self.work.balance(&mut self.x).map_err(refused)?;
+    fn try_equilibrate(&mut self) -> Result<Equilibrium, StepFailure> {
+        let residual = self.work.balance(&mut self.x).map_err(StepFailure::fault)?;
         let d = self.work.unknowns();
         self.mu.copy_from_slice(&self.x[d..]);
         let scale = self.work.force_scale();
-        let closed = self.here(0, left).position_residual <= AT_REST;
-        let point = if left <= (AT_REST * scale).max(self.work.round_off()) && closed {
-            self.here(0, left)
+        let closed = self.here(0, residual).position_residual <= AT_REST;
+        let point = if residual <= (AT_REST * scale).max(self.work.round_off()) && closed {
+            self.here(0, residual)
         } else {
             self.relax(&StepBounds::NONE)?
         };
@@ -57,7 +61,7 @@ impl StaticProblem {
 
     /// Relaxes from the last equilibrium at the present load parameter. On failure everything is as
     /// before; a motion beyond the `bounds` is one.
-    pub(crate) fn relax(&mut self, bounds: &StepBounds) -> Result<Equilibrium, Refused> {
+    pub(crate) fn relax(&mut self, bounds: &StepBounds) -> Result<Equilibrium, StepFailure> {
         let (start, mu) = (self.work.s.q0.clone(), self.mu.clone());
         let angles = self.work.s.angles.clone();
         let outcome = self.relax_from_here(&start, bounds);
@@ -73,12 +77,12 @@ impl StaticProblem {
         &mut self,
         start: &[f64],
         bounds: &StepBounds,
-    ) -> Result<Equilibrium, Refused> {
+    ) -> Result<Equilibrium, StepFailure> {
         let d = self.work.unknowns();
-        let left = self.work.balance(&mut self.x).map_err(refused)?;
+        let residual = self.work.balance(&mut self.x).map_err(StepFailure::fault)?;
         self.mu.copy_from_slice(&self.x[d..]);
         let size = self.work.size();
-        let mut sigma = left.max(REST * self.work.force_scale()) / (FIRST * size);
+        let mut sigma = residual.max(REST * self.work.force_scale()) / (FIRST * size);
         sigma = sigma.max(f64::MIN_POSITIVE);
         let (mut report, mut last) = (NewtonReport::default(), None);
         for _ in 0..STEPS {
@@ -86,11 +90,11 @@ impl StaticProblem {
             match self.relaxation_step() {
                 Ok(step) => {
                     report.iterations += step.iterations;
-                    report.residual = self.left_over();
+                    report.residual = self.residual_force();
                     let end = self.work.s.q1.clone();
                     self.mu.copy_from_slice(&self.x[d..]);
-                    self.move_on();
-                    self.refuse_way(start, &end, bounds)?;
+                    self.advance();
+                    self.refuse_far_end(start, &end, bounds)?;
                     let rest = (REST * self.work.force_scale()).max(self.work.round_off());
                     if report.residual <= rest || sigma <= 1e-280 {
                         return Ok(self.here(report.iterations, report.residual));
@@ -106,32 +110,32 @@ impl StaticProblem {
         }
         Err(last.unwrap_or_else(|| {
             let scale = self.work.force_scale();
-            let left = report.residual / scale;
-            Refused::Jump(format!(
-                "after {STEPS} relaxation steps {left:.1e} of the forces is left"
+            let residual = report.residual / scale;
+            StepFailure::Jump(format!(
+                "after {STEPS} relaxation steps the residual is {residual:.1e} of the largest force"
             ))
         }))
     }
 
-    fn relaxation_step(&mut self) -> Result<NewtonReport, Refused> {
+    fn relaxation_step(&mut self) -> Result<NewtonReport, StepFailure> {
         let report = self.correct()?;
         self.check_limit()?;
         Ok(report)
     }
 
     /// `|r_u|_∞` without the damping, at the point last evaluated: that is `|σ S u|`.
-    fn left_over(&self) -> f64 {
+    fn residual_force(&self) -> f64 {
         let damping = self.work.metric().iter().zip(&self.x).map(|(s, u)| self.work.sigma * s * u);
         norm_inf(&damping.collect::<Vec<f64>>())
     }
 
     /// Refuses an end too far from the start of the relaxation.
-    fn refuse_way(
+    fn refuse_far_end(
         &mut self,
         start: &[f64],
         end: &[f64],
         bounds: &StepBounds,
-    ) -> Result<(), Refused> {
+    ) -> Result<(), StepFailure> {
         let here = self.work.s.q0.clone();
         self.work.s.q0.copy_from_slice(start);
         self.work.s.q1.copy_from_slice(end);
@@ -140,8 +144,4 @@ impl StaticProblem {
         self.work.stand_at(&here, angles);
         outcome
     }
-}
-
-fn refused(fault: Fault) -> Refused {
-    Refused::Newton(NewtonError::Refused { fault, iteration: 0 })
 }

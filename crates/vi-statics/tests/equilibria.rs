@@ -3,8 +3,6 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use nalgebra::{Matrix3, Vector3};
-use vi_beam::modes::modes;
-use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_core::Quadrature;
 use vi_multibody::form::Form;
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
@@ -15,6 +13,8 @@ use vi_multibody::pair::PairKind;
 use vi_multibody::spring::{Spring, SpringLaw};
 use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
+use vi_statics::modes;
+use vi_statics::{StaticProblem, StaticSettings};
 
 const G: f64 = 9.81;
 
@@ -69,8 +69,7 @@ fn problem(mechanism: Mechanism, springs: Vec<Spring>) -> StaticProblem {
     for spring in springs {
         system = system.potential(spring);
     }
-    let (q, _) = mechanism.start();
-    StaticProblem::of_system(system, mechanism, vec![], (0.0, &q))
+    StaticProblem::new(system, mechanism)
 }
 
 fn center(q: &[f64], body: usize) -> Vector3<f64> {
@@ -87,7 +86,7 @@ fn a_chain_of_bodies_comes_to_hang() {
             join(&mut description, kind, [parent, Some(k)], vector(k as f64, 0.0, 0.0));
         }
         let mut problem = problem(Mechanism::new(description), vec![]);
-        let point = problem.settle().unwrap();
+        let point = problem.equilibrate().unwrap();
         let mut worst = 0.0_f64;
         for k in 0..5_usize {
             let exact = vector(0.0, 0.0, -0.5 - k as f64);
@@ -133,7 +132,7 @@ fn a_parallelogram_with_a_spring_balances_its_torques() {
         .point_of(Attachment::Body(2), &Vector3::zeros())
         .minus(&mechanism.point_of(Attachment::Ground, &a));
     let mut problem = problem(mechanism, vec![spring(between, k, 0.0)]);
-    let point = problem.settle().unwrap();
+    let point = problem.equilibrate().unwrap();
     let middle = center(&point.q, 2);
     let (c, s) = (middle.x - 1.0, middle.z);
     assert!((c * c + s * s - 1.0).abs() < 1e-13);
@@ -177,7 +176,7 @@ fn point_masses_on_bars_and_springs() {
             .point_of(Attachment::Particle(0), &Vector3::zeros())
             .minus(&mechanism.point_of(Attachment::Ground, &vector(a, h, 0.0)));
         let mut problem = problem(mechanism, vec![spring(between, k, 0.0)]);
-        let point = problem.settle().unwrap();
+        let point = problem.equilibrate().unwrap();
         let exact = vector(k * a, -mass * G + k * h, 0.0).normalize();
         let found = vector(point.q[0], point.q[1], if dimension == 3 { point.q[2] } else { 0.0 });
         let error = (found - exact).norm();
@@ -207,7 +206,7 @@ fn a_free_body_between_springs_has_the_frequencies_of_the_closed_form() {
         })
         .collect();
     let mut problem = problem(mechanism, springs);
-    problem.settle().unwrap();
+    problem.equilibrate().unwrap();
     assert!(problem.is_neutral(), "sideways and about the vertical nothing holds it");
     let found = modes(&mut problem).unwrap();
     let exact = [0.0, 0.0, 0.0, 4.0 * k / 2.0, 4.0 * k * l * l / 0.4, 4.0 * k * l * l / 0.3];
@@ -222,14 +221,14 @@ fn what_cannot_stand_is_refused() {
     // a free body under its weight has no equilibrium
     let mechanism = Mechanism::new(description(vec![body("stone", Vector3::zeros())]));
     let mut falling = problem(mechanism, vec![]);
-    let error = falling.settle().unwrap_err();
+    let error = falling.equilibrate().unwrap_err();
     println!("{error}; {}", error.remedy());
-    assert!(falling.placement()[2].abs() < 1e-300, "the start is kept");
+    assert!(falling.configuration()[2].abs() < 1e-300, "the start is kept");
     // a pendulum held upright by nothing: in balance, unstable
     let mut upright = description(vec![body("rod", vector(0.0, 0.0, 0.5))]);
     join(&mut upright, PairKind::Revolute, [None, Some(0)], Vector3::zeros());
     let mut standing = problem(Mechanism::new(upright), vec![]);
-    standing.settle().unwrap();
+    standing.equilibrate().unwrap();
     let found = modes(&mut standing).unwrap();
     println!("upright: ω² = {:?}", found.squared);
     let exact = -2.0 * G * 0.5 / (0.4 + 2.0 * 0.25);

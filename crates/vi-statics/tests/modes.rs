@@ -8,10 +8,10 @@ use crate::common;
 use common::straight;
 use nalgebra::Vector3;
 use vi_beam::model::BeamModel;
-use vi_beam::modes::modes;
 use vi_beam::section_force::{SectionState, center_line, section_states};
-use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_beam::{Beam, Section};
+use vi_statics::StaticSettings;
+use vi_statics::modes;
 
 fn section() -> Section {
     Section::new([5000.0, 5000.0, 2e4, 2.0, 3.0, 2.0], [1.0, 1.5e-4, 1e-4, 0.0]).unwrap()
@@ -28,7 +28,7 @@ fn cantilever(elements: usize) -> (BeamModel, Beam) {
 fn frequencies_of_a_cantilever() {
     let first = |elements: usize| {
         let (model, _) = cantilever(elements);
-        let mut problem = StaticProblem::new(&model, &model.mechanism(), vec![]);
+        let mut problem = common::problem(&model, &model.mechanism(), vec![]);
         modes(&mut problem).unwrap().omega[0]
     };
     let omega = first(16);
@@ -46,7 +46,7 @@ fn frequencies_of_a_cantilever() {
 fn a_free_beam_has_six_rigid_modes() {
     let mut model = BeamModel::new(Vector3::zeros());
     model.add_beam("beam", &straight(1.0, 10), section()).unwrap();
-    let mut problem = StaticProblem::new(&model, &model.mechanism(), vec![]);
+    let mut problem = common::problem(&model, &model.mechanism(), vec![]);
     let found = modes(&mut problem).unwrap();
     let rigid = common::largest(found.squared[..6].iter().copied());
     println!("ω²: rigid {rigid:.1e}, first elastic {:.4}", found.squared[6]);
@@ -72,9 +72,9 @@ fn section_forces_balance_the_load() {
         model.clamp(0);
         let force = Vector3::new(0.5, -0.3, 0.8);
         let loads = vec![common::dead(18, force)];
-        let mut problem = StaticProblem::new(&model, &model.mechanism(), loads);
+        let mut problem = common::problem(&model, &model.mechanism(), loads);
         problem.solve(&[1.0], &StaticSettings::default()).unwrap();
-        let states = section_states(&model, &beam, problem.placement());
+        let states = section_states(&model, &beam, problem.configuration());
         assert_eq!(states.len(), [18, 18, 18][order - 1]); // one, two, three for each element
         let off = |s: &SectionState| (Vector3::from(s.spatial_force) - force).norm();
         let worst = common::largest(states.iter().map(off));
@@ -83,7 +83,7 @@ fn section_forces_balance_the_load() {
         let total: f64 = states.iter().map(|s| s.length).sum();
         assert!((total - 1.0).abs() < 1e-14, "{total}");
         assert!(states.windows(2).all(|s| s[0].arc_length < s[1].arc_length));
-        let line = center_line(&model, &beam, problem.placement(), 4);
+        let line = center_line(&model, &beam, problem.configuration(), 4);
         assert_eq!(line.len(), 4 * 18 + 1);
         let longest = common::largest(line.windows(2).map(|pair| (pair[1] - pair[0]).norm()));
         assert!(longest < 0.014, "{longest}");

@@ -8,19 +8,19 @@ use common::{center_of, dead, straight, vector};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 use std::sync::Arc;
-use vi_beam::arc_length::ArcSettings;
 use vi_beam::model::BeamModel;
-use vi_beam::modes::modes;
-use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_beam::{FrameRule, Material, Mesh, Profile, Section, Stated};
 use vi_multibody::coordinate::JointCoordinate;
 use vi_multibody::pair::PairKind;
 use vi_multibody::scalar_constraint::ScalarConstraint;
 use vi_rigid::load::Load;
+use vi_statics::ArcLengthSettings;
+use vi_statics::StaticSettings;
+use vi_statics::modes;
 
 /// The factor at which the softest `ω²` vanishes, by secants from two factors below it.
 fn critical_factor(model: &BeamModel, loads: &[Load], start: [f64; 2]) -> f64 {
-    let mut problem = StaticProblem::new(model, &model.mechanism(), loads.to_vec());
+    let mut problem = common::problem(model, &model.mechanism(), loads.to_vec());
     let mut softest = |factor: f64| {
         problem.solve(&[factor], &StaticSettings::default()).unwrap();
         let found = modes(&mut problem).unwrap();
@@ -123,13 +123,13 @@ fn the_right_angle_frame_buckles_sideways() {
     // a small force sideways: the deflection grows as δ P/(P_cr − P) (Southwell)
     let (model, tip) = right_angle_frame(20);
     let force = |z: f64| dead(tip, vector(1.0, 0.0, z));
-    let mut problem = StaticProblem::new(&model, &model.mechanism(), vec![force(1e-6)]);
+    let mut problem = common::problem(&model, &model.mechanism(), vec![force(1e-6)]);
     let factors = [1.0, 1.05, 1.07, 1.08, 1.084];
     let mut points = Vec::new();
     for factor in factors {
         problem.solve(&[factor], &StaticSettings::default()).unwrap();
         // force sideways grows with the factor too: w/P = δ'/(P_cr − P)
-        points.push((factor, center_of(problem.placement(), tip).z));
+        points.push((factor, center_of(problem.configuration(), tip).z));
     }
     let flexibility: Vec<(f64, f64)> = points.iter().map(|(p, w)| (*p, p / w)).collect();
     let (first, last) = (flexibility[3], flexibility[4]);
@@ -138,7 +138,7 @@ fn the_right_angle_frame_buckles_sideways() {
     assert!((critical / found[2] - 1.0).abs() < 1e-3, "{critical} against {}", found[2]);
     // beyond the critical load the frame stands aside
     problem.solve(&[1.15], &StaticSettings::default()).unwrap();
-    let aside = center_of(problem.placement(), tip).z;
+    let aside = center_of(problem.configuration(), tip).z;
     println!("at 1.15 N the tip is {aside:.1} mm aside");
     assert!(aside > 20.0, "{aside}");
 }
@@ -170,15 +170,15 @@ fn a_two_bar_arch_snaps_through_at_the_closed_form() {
     let (model, apex, limit) = bars(2);
     let mechanism = model.mechanism();
     let loads = vec![dead(apex, -2.0 * limit * Vector3::y())];
-    let mut stuck = StaticProblem::new(&model, &mechanism, loads.clone());
+    let mut stuck = common::problem(&model, &mechanism, loads.clone());
     let error = stuck.solve(&[1.0], &StaticSettings::default()).unwrap_err();
     println!("load stepping: {error}; {}", error.remedy());
     assert!((stuck.factor() - 0.5).abs() < 1e-3, "stopped at {}", stuck.factor());
-    assert_eq!(error.path().unwrap().points.last().unwrap().q, stuck.placement());
+    assert_eq!(error.path().unwrap().points.last().unwrap().q, stuck.configuration());
 
-    let mut problem = StaticProblem::new(&model, &mechanism, loads);
-    let below = |point: &vi_beam::statics::Equilibrium| point.q[12 * apex + 1] < -0.3;
-    let settings = ArcSettings { largest_length: 0.01, ..ArcSettings::default() };
+    let mut problem = common::problem(&model, &mechanism, loads);
+    let below = |point: &vi_statics::Equilibrium| point.q[12 * apex + 1] < -0.3;
+    let settings = ArcLengthSettings { largest_length: 0.01, ..ArcLengthSettings::default() };
     let path = problem.follow(&settings, below).unwrap();
     let (mut worst, mut top) = (0.0_f64, 0.0_f64);
     for point in &path.points {
@@ -220,7 +220,7 @@ fn a_driven_end_walks_through_the_limit_point() {
     model.description.scalars.push(driven);
     let mechanism = model.mechanism();
     let row = mechanism.scalar_rows(0).start;
-    let mut problem = StaticProblem::new(&model, &mechanism, vec![]);
+    let mut problem = common::problem(&model, &mechanism, vec![]);
     let factors: Vec<f64> = (1..=40).map(|k| f64::from(k) / 40.0).collect();
     let settings = StaticSettings { first_step: 1.0, ..StaticSettings::default() };
     let path = problem.solve(&factors, &settings).unwrap();

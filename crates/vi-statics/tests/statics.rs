@@ -7,23 +7,23 @@ use crate::common;
 use common::{center_of, dead, distance, flying_section, load, straight, vector};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
-use vi_beam::arc_length::ArcSettings;
 use vi_beam::model::BeamModel;
-use vi_beam::statics::{StaticError, StaticProblem, StaticSettings};
 use vi_beam::{FrameRule, Material, Mesh, Profile, Section, Stated};
 use vi_multibody::pair::PairKind;
 use vi_rigid::load::{Load, LoadKind};
+use vi_statics::ArcLengthSettings;
+use vi_statics::{StaticError, StaticProblem, StaticSettings};
 
 /// A cantilever: clamped at its first node, loaded at its last.
 fn cantilever(mesh: &Mesh, section: Section, at: impl Fn(usize) -> Load) -> StaticProblem {
     let mut model = BeamModel::new(Vector3::zeros());
     let beam = model.add_beam("beam", mesh, section).unwrap();
     model.clamp(beam.nodes.start);
-    StaticProblem::new(&model, &model.mechanism(), vec![at(beam.nodes.end - 1)])
+    common::problem(&model, &model.mechanism(), vec![at(beam.nodes.end - 1)])
 }
 
 fn tip(problem: &StaticProblem) -> Vector3<f64> {
-    let q = problem.placement();
+    let q = problem.configuration();
     center_of(q, q.len() / 12 - 1)
 }
 
@@ -40,7 +40,7 @@ fn roll_up_is_the_closed_form_of_the_element() {
         let theta = 0.5 * (2.0 * moment * l / bending).asin();
         let mut point = Vector3::zeros();
         for k in 0..=elements {
-            worst = worst.max((center_of(problem.placement(), k) - point).norm());
+            worst = worst.max((center_of(problem.configuration(), k) - point).norm());
             let mean = (k as f64 + 0.5) * theta;
             point += l / (0.5 * theta).cos() * vector(mean.cos(), mean.sin(), 0.0);
         }
@@ -65,7 +65,7 @@ fn too_large_a_moment_is_refused_with_the_last_equilibrium() {
     // EI sin θ cos θ/ℓ is largest at 45°: λ = EI/(2ℓM)
     let limit = 500.0 / (2.0 * 0.625 * moment);
     assert!(factor < limit && factor > 0.95 * limit, "{factor} against {limit}");
-    assert_eq!(path.points.last().unwrap().q, problem.placement());
+    assert_eq!(path.points.last().unwrap().q, problem.configuration());
     let angle = path.points.last().unwrap().limit.largest_angle;
     assert!((angle - FRAC_PI_4).abs() < 0.05, "{angle}");
 }
@@ -170,11 +170,11 @@ fn a_closed_load_cycle_returns() {
     for kind in [LoadKind::Dead, LoadKind::Follower] {
         let at = |tip| load(tip, kind, vector(8.0, -5.0, 12.0), vector(20.0, 15.0, -10.0));
         let mut problem = cantilever(&mesh, flying_section(), at);
-        let start = problem.placement().to_vec();
+        let start = problem.configuration().to_vec();
         let cycle = [0.5, 1.0, -0.7, 0.3, 0.0];
         let path = problem.solve(&cycle, &StaticSettings::default()).unwrap();
         let away = path.points.iter().map(|p| distance(&p.q, &start)).fold(0.0, f64::max);
-        let back = distance(problem.placement(), &start);
+        let back = distance(problem.configuration(), &start);
         println!("{kind:?} cycle: {away:.2} away, {back:.1e} off on return");
         assert!(away > 0.5 && back < 1e-12, "{away}, {back:e}");
     }
@@ -214,8 +214,7 @@ fn newton_converges_quadratically_with_followers_joints_and_springs() {
         law: vi_multibody::spring::SpringLaw::Linear,
     };
     let system = model.static_system(&mechanism, loads).potential(spring);
-    let at = (0.0, &model.placement()[..]);
-    let mut problem = StaticProblem::of_system(system, mechanism, model.neighbours(), at);
+    let mut problem = StaticProblem::new(system, mechanism).with_elements(model.neighbours());
     let path = problem.solve(&[0.3], &StaticSettings::default()).unwrap();
     for point in &path.points {
         println!(
@@ -243,15 +242,15 @@ fn a_shallow_arch_snaps_through() {
     assert_eq!(beam.nodes, 0..21);
     let mechanism = model.mechanism();
     let loads = vec![dead(10, -200.0 * Vector3::y())];
-    let mut stuck = StaticProblem::new(&model, &mechanism, loads.clone());
+    let mut stuck = common::problem(&model, &mechanism, loads.clone());
     let jumped = stuck.solve(&[1.0], &StaticSettings::default());
     println!(
         "load stepping: {:?}",
         jumped.as_ref().map(|p| p.points.len()).map_err(|e| e.to_string())
     );
-    let mut problem = StaticProblem::new(&model, &mechanism, loads);
-    let through = |point: &vi_beam::statics::Equilibrium| point.q[12 * 10 + 1] < -0.35;
-    let path = problem.follow(&ArcSettings::default(), through).unwrap();
+    let mut problem = common::problem(&model, &mechanism, loads);
+    let through = |point: &vi_statics::Equilibrium| point.q[12 * 10 + 1] < -0.35;
+    let path = problem.follow(&ArcLengthSettings::default(), through).unwrap();
     let heights: Vec<(f64, f64)> = path.points.iter().map(|p| (p.factor, p.q[121])).collect();
     let top = heights.iter().map(|p| p.0).fold(0.0, f64::max);
     let low = heights.iter().map(|p| p.0).fold(f64::INFINITY, f64::min);
@@ -274,7 +273,7 @@ fn a_line_load_bends_as_the_beam_theory_says() {
     let line =
         model.line_load(&beam, LoadKind::Dead, load * Vector3::y(), Vector3::zeros(), &history);
     let loads = line.unwrap();
-    let mut problem = StaticProblem::new(&model, &model.mechanism(), loads);
+    let mut problem = common::problem(&model, &model.mechanism(), loads);
     problem.solve(&[1.0], &StaticSettings::default()).unwrap();
     let bending = load * length.powi(4) / (8.0 * 500.0) + load * length.powi(2) / (2.0 * 1e4);
     let error = tip(&problem).y / bending - 1.0;
@@ -283,9 +282,9 @@ fn a_line_load_bends_as_the_beam_theory_says() {
     // the weight of the beam is a line load too
     let mut heavy = model.clone();
     heavy.description.gravity = load * Vector3::y(); // ρA = 1
-    let mut same = StaticProblem::new(&heavy, &heavy.mechanism(), vec![]);
+    let mut same = common::problem(&heavy, &heavy.mechanism(), vec![]);
     same.solve(&[1.0], &StaticSettings::default()).unwrap();
-    let difference = distance(same.placement(), problem.placement());
+    let difference = distance(same.configuration(), problem.configuration());
     assert!(difference < 1e-14, "{difference:e}");
 }
 
@@ -310,10 +309,10 @@ fn redundant_joints_change_nothing() {
         let mechanism = model.mechanism();
         assert_eq!(mechanism.has_loops(), redundant);
         let loads = vec![dead(9, vector(50.0, 100.0, 80.0))];
-        let mut problem = StaticProblem::new(&model, &mechanism, loads);
+        let mut problem = common::problem(&model, &mechanism, loads);
         let path = problem.solve(&[1.0], &StaticSettings::default()).unwrap();
         assert!(path.points.last().unwrap().position_residual < 1e-14);
-        center_of(problem.placement(), 9)
+        center_of(problem.configuration(), 9)
     };
     let (tree, redundant) = (tip_with(false), tip_with(true));
     let off = (tree - redundant).norm();
@@ -337,7 +336,7 @@ fn elements_of_higher_order_converge_faster() {
             model.add_high_order_beam("bend", &mesh, section, order).unwrap();
             model.clamp(0);
             let loads = vec![dead(intervals, 600.0 * Vector3::z())];
-            let mut problem = StaticProblem::new(&model, &model.mechanism(), loads);
+            let mut problem = common::problem(&model, &model.mechanism(), loads);
             problem.solve(&[1.0], &StaticSettings::default()).unwrap();
             (tip(&problem) - exact).norm()
         };

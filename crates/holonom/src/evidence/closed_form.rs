@@ -3,10 +3,10 @@
 use super::certificate::{Criterion, Finding, Verdict};
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
-use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_beam::{BeamModel, FrameRule, Mesh, Section};
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
+use vi_statics::{StaticProblem, StaticSettings};
 
 /// Deviation that round-off of a static solution explains.
 const LIMIT: f64 = 1e-10;
@@ -74,9 +74,11 @@ fn end_rotation(
     let history = TimeHistory::default();
     let load = Load::new(12 * tip, LoadKind::Dead, Vector3::zeros(), torque, history)
         .map_err(|e| words(&e))?;
-    let mut problem = StaticProblem::new(&model, &model.mechanism(), vec![load]);
+    let mechanism = model.mechanism();
+    let system = model.static_system(&mechanism, vec![load]);
+    let mut problem = StaticProblem::new(system, mechanism).with_elements(model.neighbours());
     problem.solve(&[1.0], &StaticSettings::default()).map_err(|e| words(&e))?;
-    let q = problem.placement();
+    let q = problem.configuration();
     let triad = |k: usize| vi_rigid::directors::triad(&q[12 * k..12 * k + 12]);
     let between = triad(beam.nodes.start).transpose() * triad(tip);
     let axis = Vector3::new(
