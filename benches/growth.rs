@@ -13,7 +13,7 @@ use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::{FrameRule, Mesh, Section};
 use vi_constraints::{Options, SchemeKind};
 use vi_multibody::builder::{BodyId, Inertia, MechanismBuilder};
-use vi_multibody::coordinate::JointCoordinate;
+use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use vi_multibody::scalar_constraint::ScalarConstraint;
 use vi_multibody::{FrameId, PairKind};

@@ -173,7 +173,7 @@ impl BeamCase {
                 omega: node.omega.into(),
             });
         }
-        model.elements = self.elements(&model.placement())?;
+        model.elements = self.elements(&model.configuration())?;
         for &node in &self.fixed {
             model.clamp(node);
         }
@@ -213,7 +213,7 @@ impl BeamCase {
             None if kind.has_axis() => return Err(format!("joint {count} lacks its axis")),
             None => Matrix3::identity(),
         };
-        let q = model.placement();
+        let q = model.configuration();
         let at = |id: FrameId| match id {
             FrameId::Ground => directors::triad(&GROUND),
             FrameId::Frame(k) => directors::triad(&q[12 * k..12 * k + 12]),

@@ -8,8 +8,8 @@ use vi_constraints::{Integrator, Options, SchemeKind};
 use vi_core::{Quadrature, SeparableSystem, State};
 use vi_emscheme::{EmForm, EmSystem};
 use vi_multibody::builder::MechanismBuilder;
-use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::tree_map::TreeMap;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

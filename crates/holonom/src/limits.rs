@@ -26,7 +26,7 @@ pub struct Stiffness {
 impl Stiffness {
     /// Of the beams in their stress-free configuration; `None` without beams.
     pub(crate) fn new(beams: &Beams, settings: &Settings) -> Option<Self> {
-        let q = beams.parts.placement();
+        let q = beams.parts.configuration();
         let gammas = settings.composition().gammas();
         let longest = gammas.iter().fold(0.0_f64, |a, g| a.max(g.abs()));
         let mut worst: Option<Self> = None;

@@ -82,7 +82,7 @@ impl BeamModel {
         let first = self.add_nodes(name, mesh);
         let start = self.elements.list().len();
         let section = self.elements.add_section(section);
-        let q = self.placement();
+        let q = self.configuration();
         for (k, length) in mesh.lengths.iter().enumerate() {
             let nodes = [first + k, first + k + 1];
             self.elements.add_stress_free(nodes, *length, section, &q)?;
@@ -108,7 +108,7 @@ impl BeamModel {
             return Err(ElementError::Order { order, intervals });
         }
         let first = self.add_nodes(name, mesh);
-        let q = self.placement();
+        let q = self.configuration();
         let start = self.high_order.count();
         for (k, lengths) in mesh.lengths.chunks_exact(order).enumerate() {
             let nodes: Vec<usize> = (0..=order).map(|j| first + order * k + j).collect();
@@ -169,7 +169,7 @@ impl BeamModel {
     ) -> usize {
         let axes =
             if kind.has_axis() { complete_axis(&axis.normalize()) } else { Matrix3::identity() };
-        let q = self.placement();
+        let q = self.configuration();
         let side = |frame: FrameId| match frame {
             FrameId::Ground => Side::at(frame, &GROUND, point, &axes),
             FrameId::Frame(k) => Side::at(frame, &q[12 * k..12 * k + 12], point, &axes),
@@ -238,7 +238,7 @@ impl BeamModel {
 
     /// `q(0)`.
     #[must_use]
-    pub fn placement(&self) -> Vec<f64> {
+    pub fn configuration(&self) -> Vec<f64> {
         let mut q = vec![0.0; 12 * self.description.bodies.len()];
         for (frame, own) in self.description.bodies.iter().zip(q.chunks_exact_mut(12)) {
             directors::set_frame(own, &frame.center, &frame.triad);

@@ -15,8 +15,8 @@
 
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
-use vi_multibody::coordinate::{JointCoordinate, Value};
 use vi_multibody::form::Row;
+use vi_multibody::joint_coordinate::{JointCoordinate, Value};
 
 /// `Dg(q_{n+1/2})·Δq = Δg` of a product of forms, to its own relative precision.
 fn change(row: &Row, s: &Interval) -> f64 {

@@ -188,9 +188,9 @@ mod tests {
     use crate::null_space::AveragedTree;
     use crate::sparse_operators::SparseOperators;
     use vi_constraints::Constraints;
-    use vi_multibody::map::TreeMap;
     use vi_multibody::mechanism::Mechanism;
     use vi_multibody::spring::SpringLaw;
+    use vi_multibody::tree_map::TreeMap;
 
     /// The largest difference of the Newton matrix at the root of a step from central differences.
     fn mismatch<O: EmOperators<Mechanism>>(

@@ -8,7 +8,7 @@ use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_core::{Composition, Configuration};
 use vi_multibody::FrameId::Ground;
 use vi_multibody::builder::{BodyEntry, BuiltMechanism, CoordinateId, Inertia, MechanismBuilder};
-use vi_multibody::coordinate::JointCoordinate;
+use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::joint_force::{PdControl, Viscous};
 use vi_multibody::pair::PairKind;
 use vi_multibody::run::MechanismIntegrator;
@@ -59,13 +59,8 @@ fn built<const N: usize>(
 
 #[test]
 fn coordinates_have_exact_derivatives() {
-    for (kind, freedoms) in [
-        (PairKind::Revolute, 1),
-        (PairKind::Cylindrical, 2),
-        (PairKind::Prismatic, 1),
-        (PairKind::Planar, 3),
-        (PairKind::Universal, 2),
-    ] {
+    for kind in PairKind::ALL.into_iter().filter(|kind| kind.coordinate_count() > 0) {
+        let freedoms = kind.coordinate_count();
         let mut builder = MechanismBuilder::new();
         let a = body(&mut builder, "a", [0.1, 0.2, -0.3]).rotation_vector([0.3, -0.2, 0.9]).id();
         let b = body(&mut builder, "b", [0.9, -0.2, 0.4]).id();

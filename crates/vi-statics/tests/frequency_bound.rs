@@ -19,7 +19,7 @@ fn the_bound_is_one_and_close() {
             1 => model.add_beam("beam", &mesh, section).unwrap(),
             order => model.add_high_order_beam("beam", &mesh, section, order).unwrap(),
         };
-        let bound = highest_frequency(&model, &beam, &model.placement()).omega;
+        let bound = highest_frequency(&model, &beam, &model.configuration()).omega;
         let mut problem = problem(&model, &model.mechanism(), vec![]);
         let found = modes(&mut problem).unwrap();
         let highest = found.omega[found.omega.len() - 1];

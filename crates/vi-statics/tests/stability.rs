@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use vi_beam::model::BeamModel;
 use vi_beam::{FrameRule, Material, Mesh, Profile, Section, Stated};
-use vi_multibody::coordinate::JointCoordinate;
+use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::pair::PairKind;
 use vi_multibody::scalar_constraint::ScalarConstraint;
 use vi_rigid::load::Load;

@@ -14,9 +14,9 @@ use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, Reparametrization};
 use vi_core::linear::Singular;
 use vi_core::{DiscreteLagrangian, State};
-use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
+use vi_multibody::tree_map::TreeMap;
 
 /// One of the four schemes at some order.
 pub(crate) struct Variational {

@@ -7,8 +7,8 @@ use vi_constraints::Constraints;
 use vi_emscheme::gonzalez::Gonzalez;
 use vi_emscheme::load::AtMidpoint;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
-use vi_multibody::coordinate::JointCoordinate;
 use vi_multibody::joint::{self, FrameId, Joint, Side, complete_axis};
+use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::joint_force::{JointForce, JointSpring, PdControl, Viscous};
 use vi_multibody::mechanism::{
     Attachment, Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec,

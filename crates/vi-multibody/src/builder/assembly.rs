@@ -6,16 +6,16 @@ use super::{
     BuildError, BuiltMechanism, ConstraintKind, ConstraintPart, CoordinateId, ForceElements, Guide,
     MechanismBuilder, Place, PointOn,
 };
-use crate::coordinate::JointCoordinate;
-use crate::description::{Attachment, Bar, BarEnd, Description};
-use crate::form::Form;
-use crate::initial_rates;
-use crate::joint::{FrameId, Joint, complete_axis};
-use crate::joint_force::{JointForce, JointSpring};
+use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::constraint::scalar_constraint::ScalarConstraint;
+use crate::force::joint_force::{JointForce, JointSpring};
+use crate::force::spring::{Damper, Spring};
+use crate::geometry::form::Form;
 use crate::mechanism::Mechanism;
+use crate::mechanism::description::{Attachment, Bar, BarEnd, Description};
+use crate::mechanism::initial_rates;
 use crate::pair::PairKind;
-use crate::scalar_constraint::ScalarConstraint;
-use crate::spring::{Damper, Spring};
+use crate::pair::joint::{FrameId, Joint, complete_axis};
 use nalgebra::{Matrix3, Vector3};
 
 /// Refuses numbers that are NaN or infinite.

@@ -2,7 +2,7 @@
 
 use super::assembly::finite;
 use super::{BodyId, BuildError};
-use crate::description::BodySpec;
+use crate::mechanism::description::BodySpec;
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::body::RigidBody;
 use vi_rigid::inertia::{InertiaError, PrincipalInertia};

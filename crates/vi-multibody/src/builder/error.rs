@@ -1,6 +1,6 @@
 //! What can be wrong with a described mechanism.
 
-use crate::initial_rates::RateError;
+use crate::mechanism::initial_rates::RateError;
 use vi_rigid::inertia::InertiaError;
 use vi_rigid::load::LoadError;
 

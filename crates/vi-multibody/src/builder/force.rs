@@ -2,11 +2,11 @@
 
 use super::assembly::finite;
 use super::{BodyId, BuildError, CoordinateId, Place, PointOn};
-use crate::coordinate::JointCoordinate;
-use crate::joint_force::{JointForce, JointLaw, JointSpring};
+use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
+use crate::force::spring::{Damper, Spring, SpringLaw};
 use crate::mechanism::Mechanism;
-use crate::run::{MechanismIntegrator, Solver, integrator};
-use crate::spring::{Damper, Spring, SpringLaw};
+use crate::solver::run::{MechanismIntegrator, Solver, integrator};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_constraints::Options;

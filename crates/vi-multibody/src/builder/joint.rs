@@ -2,9 +2,9 @@
 
 use super::assembly::finite;
 use super::{BuildError, JointId};
-use crate::description::BodySpec;
-use crate::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+use crate::mechanism::description::BodySpec;
 use crate::pair::PairKind;
+use crate::pair::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::directors;
 
@@ -69,8 +69,8 @@ impl JointPart {
         for point in &points {
             finite(element, "position", point.as_slice())?;
         }
-        if let PairKind::Screw(pitch) = kind {
-            finite(element, "pitch", &[pitch.into()])?;
+        if let Some(pitch) = kind.pitch() {
+            finite(element, "pitch", &[pitch])?;
         }
         let axes = match (&described.axis, &described.second_axis) {
             (Some(axis), None) => complete_axis(&direction(element, "axis", axis)?),

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use vi_constraints::Constraints;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_multibody::placement::LoopRank;
+use vi_multibody::loop_rank::LoopRank;
 
 impl Equations {
     /// Independent rows of joints, bars and scalar constraints.

@@ -29,7 +29,7 @@ fn work(kinds: [PairKind; 3], sample: &mut Sample) -> Equations {
     model.join(kinds[1], Some(2), 3, &point(corner), &axis);
     model.join(kinds[2], Some(3), 4, &point(end), &axis);
     let held = Form::point(12, &Vector3::x()).minus(&Form::constant(Vector3::y()));
-    let length = held.at(&model.placement()).norm();
+    let length = held.at(&model.configuration()).norm();
     let rod = ScalarConstraint::distance("rod", &held, length);
     model.description.scalars.push(rod);
     let mut mechanism = model.mechanism();
@@ -52,7 +52,7 @@ fn work(kinds: [PairKind; 3], sample: &mut Sample) -> Equations {
         system = system.discrete_potential(Box::new(spring));
         system = system.force(Box::new(JointForce { coordinate, law }));
     }
-    let q = model.placement();
+    let q = model.configuration();
     Equations::new(system, mechanism, (0.7, &q))
 }
 

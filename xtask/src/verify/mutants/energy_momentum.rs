@@ -9,8 +9,8 @@ use holonom::vi_core::{Configuration, Entries, Interval, Quadrature};
 use holonom::vi_emscheme::discrete_gradient::DiscreteGradient;
 use holonom::vi_emscheme::null_space::DiscreteNullSpace;
 use holonom::vi_emscheme::{EmOptions, EmSystem, integrator, run};
-use holonom::vi_multibody::map::TreeMap;
 use holonom::vi_multibody::mechanism::Mechanism;
+use holonom::vi_multibody::tree_map::TreeMap;
 use holonom::{Model, system};
 
 /// What is wrong.

@@ -10,7 +10,7 @@ use holonom::vi_core::{
     Composition, Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem,
     SeparableSystem, SparseMatrix,
 };
-use holonom::vi_multibody::map::TreeMap;
+use holonom::vi_multibody::tree_map::TreeMap;
 use holonom::{Model, system};
 use std::cell::RefCell;
 

@@ -1,0 +1,204 @@
+//! Springs, dampers, friction and motors that act on a joint coordinate.
+//!
+//! With `θ̄ = ½(θ(q_n) + θ(q_{n+1}))` and `Δθ = θ(q_{n+1}) − θ(q_n)`:
+//! ```text
+//! spring       U_d = ½ k (θ̄ − θ_0)²         D_1 U_d = ½ k (θ̄ − θ_0) ∇θ(q_n)
+//! other laws   f_d^- = (h/2) τ ∇θ(q_n),  f_d^+ = (h/2) τ ∇θ(q_{n+1}),  τ = τ(t_{n+1/2}, θ̄, Δθ/h)
+//!   damper, viscous friction   τ = −c θ̇
+//!   motor                      τ = T(t)
+//!   PD control                 τ = k_p (θ_ref(t) − θ) + k_d (θ̇_ref(t) − θ̇)
+//! ```
+//! Each end carries the gradient of its own node: the work done is `τ Δθ` to second order, and the
+//! reaction on the parent is equal and opposite, so momentum maps stay exact.
+
+use crate::constraint::joint_coordinate::JointCoordinate;
+use std::sync::Arc;
+use vi_core::Configuration;
+use vi_core::force::DiscreteForce;
+use vi_core::interval::Interval;
+use vi_core::potential::DiscretePotential;
+use vi_core::sparse::Entries;
+
+/// `½ k (θ − θ_0)²` on a joint coordinate.
+#[derive(Clone, Debug)]
+pub struct JointSpring {
+    /// The coordinate.
+    pub coordinate: JointCoordinate,
+    /// `k`, N/m or N·m/rad.
+    pub stiffness: f64,
+    /// `θ_0`, m or rad.
+    pub rest: f64,
+}
+
+impl DiscretePotential for JointSpring {
+    fn value(&self, s: &Interval) -> f64 {
+        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
+        0.5 * self.stiffness * stretch * stretch
+    }
+    fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
+        self.coordinate.add_gradient(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
+    }
+    fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
+        self.coordinate.add_gradient(&s.q1, 0.5 * scale * self.stiffness * stretch, out);
+    }
+    fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.coordinate.emit_product(&s.q0, &s.q1, 0.25 * scale * self.stiffness, out);
+    }
+    fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
+        self.coordinate.emit_product(&s.q0, &s.q0, 0.25 * scale * self.stiffness, out);
+        self.coordinate.emit_second(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
+    }
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        let stretch = self.coordinate.at(at) - self.rest;
+        0.5 * self.stiffness * stretch * stretch
+    }
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        let stretch = self.coordinate.at(at) - self.rest;
+        self.coordinate.add_gradient(at.q, scale * self.stiffness * stretch, out);
+    }
+    fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        let (q, stretch) = (at.q, self.coordinate.at(at) - self.rest);
+        self.coordinate.emit_product(q, q, scale * self.stiffness, out);
+        self.coordinate.emit_second(q, scale * self.stiffness * stretch, out);
+    }
+}
+
+/// A force or torque along a joint coordinate, N or N·m.
+pub trait JointLaw: Send + Sync {
+    /// `τ(t, θ, θ̇)`.
+    fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64;
+    /// `(∂τ/∂θ, ∂τ/∂θ̇)`.
+    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, f64);
+    /// Whether it takes energy out whichever way time runs.
+    fn is_dissipative(&self) -> bool;
+}
+
+impl std::fmt::Debug for dyn JointLaw {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = if self.is_dissipative() { "dissipative joint law" } else { "joint law" };
+        f.write_str(name)
+    }
+}
+
+impl JointLaw for Arc<dyn JointLaw> {
+    fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        (**self).effort(t, coordinate, rate)
+    }
+    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, f64) {
+        (**self).slopes(t, coordinate, rate)
+    }
+    fn is_dissipative(&self) -> bool {
+        (**self).is_dissipative()
+    }
+}
+
+/// `τ = −c θ̇`: damper or viscous friction, `c` in N·s/m or N·m·s/rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viscous(
+    /// `c`.
+    pub f64,
+);
+
+impl JointLaw for Viscous {
+    fn effort(&self, _t: f64, _coordinate: f64, rate: f64) -> f64 {
+        -self.0 * rate
+    }
+    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> (f64, f64) {
+        (0.0, -self.0)
+    }
+    fn is_dissipative(&self) -> bool {
+        self.0 != 0.0
+    }
+}
+
+/// `τ = T(t)`: a motor that gives the effort it is told.
+#[derive(Clone)]
+pub struct Motor(
+    /// `T(t)`.
+    pub Arc<dyn Fn(f64) -> f64 + Send + Sync>,
+);
+
+impl JointLaw for Motor {
+    fn effort(&self, t: f64, _coordinate: f64, _rate: f64) -> f64 {
+        (self.0)(t)
+    }
+    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> (f64, f64) {
+        (0.0, 0.0)
+    }
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+}
+
+/// `τ = k_p (θ_ref(t) − θ) + k_d (θ̇_ref(t) − θ̇)`.
+#[derive(Clone)]
+pub struct PdControl {
+    /// `k_p`, N/m or N·m/rad.
+    pub proportional: f64,
+    /// `k_d`, N·s/m or N·m·s/rad.
+    pub derivative: f64,
+    /// `θ_ref(t)` and `θ̇_ref(t)`.
+    pub reference: Arc<dyn Fn(f64) -> (f64, f64) + Send + Sync>,
+}
+
+impl JointLaw for PdControl {
+    fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        let (wanted, wanted_rate) = (self.reference)(t);
+        self.proportional * (wanted - coordinate) + self.derivative * (wanted_rate - rate)
+    }
+    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> (f64, f64) {
+        (-self.proportional, -self.derivative)
+    }
+    fn is_dissipative(&self) -> bool {
+        self.derivative != 0.0
+    }
+}
+
+/// A [`JointLaw`] on a coordinate, as a discrete force pair.
+#[derive(Clone, Debug)]
+pub struct JointForce<L> {
+    /// The coordinate.
+    pub coordinate: JointCoordinate,
+    /// The law.
+    pub law: L,
+}
+
+impl<L: JointLaw> JointForce<L> {
+    fn effort(&self, s: &Interval) -> f64 {
+        let (mean, difference) = self.coordinate.mean_and_difference(s);
+        self.law.effort(s.t_mid(), mean, difference / s.h)
+    }
+}
+
+impl<L: JointLaw> DiscreteForce for JointForce<L> {
+    fn add_minus(&self, s: &Interval, out: &mut [f64]) {
+        self.coordinate.add_gradient(&s.q0, 0.5 * s.h * self.effort(s), out);
+    }
+    fn add_plus(&self, s: &Interval, out: &mut [f64]) {
+        self.coordinate.add_gradient(&s.q1, 0.5 * s.h * self.effort(s), out);
+    }
+    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        let (mean, difference) = self.coordinate.mean_and_difference(s);
+        let (by_coordinate, by_rate) = self.law.slopes(s.t_mid(), mean, difference / s.h);
+        let slope = 0.25 * s.h * by_coordinate + 0.5 * by_rate;
+        self.coordinate.emit_product(&s.q0, &s.q1, slope, out);
+    }
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        let rate = self.coordinate.rate(at.q, v);
+        let effort = self.law.effort(at.t, self.coordinate.at(at), rate);
+        self.coordinate.add_gradient(at.q, effort, out);
+    }
+    fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        let (Configuration { t, q, .. }, coordinate) = (at, self.coordinate.at(at));
+        let slope = self.law.slopes(t, coordinate, 0.0).0;
+        self.coordinate.emit_product(q, q, scale * slope, out);
+        let effort = self.law.effort(t, coordinate, 0.0);
+        self.coordinate.emit_second(q, scale * effort, out);
+    }
+    fn is_dissipative(&self) -> bool {
+        self.law.is_dissipative()
+    }
+}
