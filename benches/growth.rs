@@ -146,7 +146,7 @@ fn beam_model(n: usize) -> (BeamModel, usize) {
 fn run_beam(model: &BeamModel) -> MechanismIntegrator {
     let mechanism = model.mechanism();
     let system = model.system(&mechanism, StrainRule::Averaged);
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     integrator(mechanism, system, options(), Solver::Auto, (0.0, &q, &v)).unwrap()
 }
 

@@ -310,7 +310,7 @@ impl BeamCase {
         for load in self.loads()? {
             system = system.force(Box::new(load));
         }
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let options = Options::new(kind, h);
         let mut run = integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v))
             .map_err(|e| format!("{}: {e}", kind.name()))?;

@@ -143,7 +143,7 @@ impl PendulumCase {
 
     fn variational(&self, kind: SchemeKind) -> Result<Deviation, String> {
         let mechanism = self.mechanism();
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let (system, map) = (mechanism.system(Quadrature::Midpoint), TreeMap::new(&mechanism));
         let options = Options::new(kind, self.h);
         let mut run: Integrator<SeparableSystem, Mechanism> =

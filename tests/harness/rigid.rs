@@ -287,7 +287,7 @@ impl RigidCase {
     ) -> Result<MechanismIntegrator, String> {
         let mechanism = self.mechanism()?;
         let system = self.system(&mechanism)?;
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let mut options = Options::new(kind, self.h);
         if let Some(composition) = &self.composition {
             options.gammas = composition.gammas.clone();

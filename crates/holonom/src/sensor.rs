@@ -381,7 +381,7 @@ impl Builder<'_> {
             }
             SensorKind::AngularVelocity => Gauge::AngularVelocity(12 * self.body(of)?),
             SensorKind::JointCoordinate => {
-                let (q, _) = self.mechanism.start();
+                let q = self.mechanism.initial_configuration();
                 Gauge::Coordinate(JointMotion::new(joint()?, &q))
             }
             SensorKind::JointRate => Gauge::Rate(joint()?),

@@ -82,7 +82,7 @@ impl Statics {
     pub fn with_loads_as_stated(model: &Model) -> Result<Self, ModelError> {
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let system = dynamics.variational(&mechanism);
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let problem =
             StaticProblem::new(system, mechanism.clone()).with_elements(beams.parts.neighbours());
         let internal = 6 * mechanism.description().bodies.len();

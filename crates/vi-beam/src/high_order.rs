@@ -15,7 +15,7 @@
 #![allow(non_snake_case)] // N, C, M, K
 
 use crate::section::Section;
-use crate::section_force::Place;
+use crate::section_state::Station as SectionStation;
 use crate::strain::Strain;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -256,17 +256,17 @@ impl HighOrderElements {
     }
 
     /// What is deformed at the Gauss points of an element in the configuration `q`.
-    pub(crate) fn places<'a>(
+    pub(crate) fn section_stations<'a>(
         &'a self,
         element: usize,
         q: &'a [f64],
-    ) -> impl Iterator<Item = Place> + 'a {
+    ) -> impl Iterator<Item = SectionStation> + 'a {
         let Member { stations, length } = &self.elements[element];
         self.stations[stations.clone()].iter().map(move |station| {
             let fraction = |j: usize| j as f64 / (station.count - 1) as f64;
             let along = (0..station.count).map(|j| station.shape[j] * fraction(j)).sum::<f64>();
             let strain = station.strain(q);
-            Place {
+            SectionStation {
                 along: along * length,
                 length: station.weight,
                 point: station.sum(q, &station.shape, 0),

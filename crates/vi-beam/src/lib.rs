@@ -20,6 +20,7 @@
 //! P. Steinmann, Multibody Syst. Dyn. 19 (2008) 45–72.
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
+#![warn(missing_debug_implementations)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod averaged;
@@ -30,6 +31,7 @@ pub mod mesh;
 pub mod model;
 pub mod section;
 pub mod section_force;
+mod section_state;
 pub mod strain;
 
 pub use element::{Element, Elements, MassKind};

@@ -18,7 +18,6 @@ use vi_core::{Entries, Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
-use vi_rigid::directors;
 use vi_rigid::load::{Load, LoadError, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 
@@ -239,11 +238,7 @@ impl BeamModel {
     /// `q(0)`.
     #[must_use]
     pub fn configuration(&self) -> Vec<f64> {
-        let mut q = vec![0.0; 12 * self.description.bodies.len()];
-        for (frame, own) in self.description.bodies.iter().zip(q.chunks_exact_mut(12)) {
-            directors::set_frame(own, &frame.center, &frame.triad);
-        }
-        q
+        self.description.configuration()
     }
 
     /// The mechanism: constraints and spanning tree.

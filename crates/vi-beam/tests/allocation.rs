@@ -25,7 +25,7 @@ fn a_thousand_steps_allocate_nothing() {
             model.add_beam("beam", &straight(2.0, 4), flying_section()).unwrap();
             model.join(PairKind::Spherical, None, 0, &Vector3::zeros(), &Vector3::z());
             let mechanism = model.mechanism();
-            let (q, v) = mechanism.start();
+            let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
             let follower =
                 load(4, LoadKind::Follower, vector(0.1, 0.2, 0.3), vector(0.2, 0.1, 0.0));
             let system = model.system(&mechanism, rule).force(Box::new(follower));
@@ -54,7 +54,7 @@ fn memory_is_linear_in_the_number_of_elements() {
         let mut model = BeamModel::new(Vector3::zeros());
         model.add_beam("beam", &straight(10.0, elements), flying_section()).unwrap();
         let mechanism = model.mechanism();
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let system = model.system(&mechanism, StrainRule::Averaged);
         let (before, options) = (bytes_in_use(), Options::new(SchemeKind::Nodal, 0.002));
         let mut run = integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v)).unwrap();

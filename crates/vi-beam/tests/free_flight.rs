@@ -30,7 +30,7 @@ fn model(mesh: &Mesh, section: Section) -> BeamModel {
 
 fn run(model: &BeamModel, rule: StrainRule, kind: SchemeKind, h: f64) -> Run {
     let mechanism = model.mechanism();
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let system = model.system(&mechanism, rule);
     integrator(mechanism, system, Options::new(kind, h), Solver::Auto, (0.0, &q, &v)).unwrap()
 }

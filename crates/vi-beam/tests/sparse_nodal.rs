@@ -99,7 +99,7 @@ fn check(kinds: [PairKind; 4], rule: StrainRule, turn: [f64; 3], seed: [f64; 8])
     let mut sparse = SparseNodal::new(&mechanism);
     let u: Vec<f64> = (0..d).map(|k| 0.3 * seed[k % 8] * (1.0 + 0.1 * k as f64).sin()).collect();
     let mut s = Interval::new(n);
-    s.open(0.0, 0.01, &mechanism.start().0);
+    s.open(0.0, 0.01, &mechanism.initial_configuration());
     sparse.reparametrize(&u, &mut s).unwrap();
     sparse.begin(&s, &Memory::default(), None);
 
@@ -158,7 +158,7 @@ fn with_screws_the_matrix_is_the_derivative_of_the_residual() {
         let mut sparse = SparseNodal::new(&mechanism).by_screws();
         let d = sparse.dof();
         let mut s = Interval::new(n);
-        s.open(0.0, 0.1, &mechanism.start().0);
+        s.open(0.0, 0.1, &mechanism.initial_configuration());
         sparse.begin(&s, &Memory::default(), None);
         let y: Vec<f64> = (0..d).map(|k| size * (1.0 + k as f64).sin()).collect();
         let mut residual = |j: usize, by: f64| {

@@ -197,7 +197,7 @@ mod tests {
         (system, mechanism): (&EmSystem, &Mechanism),
         mut scheme: EmNodal<O>,
     ) -> f64 {
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let mut state = system.start(0.0, q, &v);
         let start = state.clone();
         let step = SubStep::single(0.0, 0.05);

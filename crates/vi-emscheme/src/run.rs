@@ -37,7 +37,7 @@ pub fn integrator(
     mechanism: Mechanism,
     options: EmOptions,
 ) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     integrator_at(system, mechanism, options, (0.0, &q, &v))
 }
 

@@ -216,7 +216,7 @@ fn one_body_alone_and_as_a_mechanism_move_alike() {
     let (anchor, body) = (description.joints[0].child.anchor, description.bodies[0].body.unwrap());
     let point = nalgebra::Vector3::zeros();
     let single = SingleBody::new(body, Support::FixedPoint { anchor, point });
-    let (q, v) = model.mechanism.start();
+    let (q, v) = (model.mechanism.initial_configuration(), model.mechanism.initial_velocity());
     for form in EmForm::ALL {
         let system = EmSystem::of_linear(&single.system(&description.gravity));
         let parts = (AtMidpoint(MapSource(single)), single);

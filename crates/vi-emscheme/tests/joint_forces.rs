@@ -67,7 +67,7 @@ fn a_damper_takes_out_what_its_law_says() {
     for _ in 0..500 {
         let energy = run.system().energy(run.state());
         run.step().unwrap();
-        let (_, turn) = coordinate.mean_and_difference(run.interval());
+        let turn = coordinate.change(run.interval()).difference;
         let work = 0.7 * turn * turn / 0.01;
         lost += work;
         worst[0] = worst[0].max((run.system().energy(run.state()) - energy + work).abs());

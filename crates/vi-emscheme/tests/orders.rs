@@ -178,7 +178,7 @@ fn single_steps_compose_to_order_four_in_q_and_two_in_v() {
     let (mechanism, system) = (&model.mechanism, model.system());
     let gammas = Composition::of_order(6).unwrap().gammas();
     let end = |parts: usize| {
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let mut state = system.start(0.0, q, &v);
         let size = (IndependentRows::all(mechanism.len()), mechanism.len());
         let settings = NewtonSettings::default();

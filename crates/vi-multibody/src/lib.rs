@@ -33,7 +33,20 @@
 //! its equation numbers.
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
+#![warn(missing_debug_implementations)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
+
+/// `Debug` of a workspace: its name.
+macro_rules! opaque_debug {
+    ($($name:ident),*) => {
+        $(impl std::fmt::Debug for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.debug_struct(stringify!($name)).finish_non_exhaustive()
+            }
+        })*
+    };
+}
+pub(crate) use opaque_debug;
 
 pub mod builder;
 mod constraint;

@@ -8,7 +8,7 @@ use vi_core::{Configuration, MechanicalSystem, Quadrature, SparseMatrix};
 use vi_multibody::builder::{BodyId, BuildError, Inertia, MechanismBuilder};
 use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
 use vi_multibody::joint_coordinate::JointCoordinate;
-use vi_multibody::joint_force::{PdControl, Viscous};
+use vi_multibody::joint_force::{PdControl, Setpoint, Viscous};
 use vi_multibody::mechanism::{Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec};
 use vi_multibody::scalar_constraint::ScalarConstraint;
 use vi_multibody::{FrameId::Ground, PairKind};
@@ -21,13 +21,13 @@ const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
 fn residual(mechanism: &Mechanism) -> f64 {
     let mut g = vec![0.0; mechanism.len()];
-    mechanism.value(Configuration::new(0.0, &mechanism.start().0), &mut g);
+    mechanism.value(Configuration::new(0.0, &mechanism.initial_configuration()), &mut g);
     norm_inf(&g)
 }
 
 /// `(q, v, g, G v)` of the initial configuration.
 fn numbers(mechanism: &Mechanism) -> [Vec<f64>; 4] {
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let (m, n) = (mechanism.len(), mechanism.dim());
     let (mut g, mut rate) = (vec![0.0; m], vec![0.0; m]);
     mechanism.value(Configuration::new(0.0, &q), &mut g);
@@ -76,7 +76,7 @@ fn by_hand() -> Mechanism {
     let elbow = joint(PairKind::Cylindrical, [a, b], at, axis);
     let guide = joint(PairKind::Free, [ground, b], at, axis);
     let principal = |joint, freedom| JointCoordinate::principal(joint, freedom).unwrap();
-    let q = Mechanism::new(d.clone()).start().0;
+    let q = Mechanism::new(d.clone()).initial_configuration();
     let between = vi_multibody::form::Form::point(12, &Vector3::new(-0.3, 0.0, 0.0))
         .minus(&vi_multibody::form::Form::constant(Vector3::new(0.5, 0.0, 2.0)));
     let length = between.at(&q).norm();
@@ -225,7 +225,7 @@ fn points_by_components_and_in_space_are_the_same() {
     builder.spring([0.0; 3], a.point(components), 1.0);
     builder.spring([0.0; 3], a.point_at(position), 1.0);
     let built = builder.build().unwrap();
-    let (q, _) = built.mechanism.start();
+    let q = built.mechanism.initial_configuration();
     let [first, second] = [0, 1].map(|k| built.forces.springs[k].between.at(&q));
     assert!((first - position).norm() < 1e-15 && (second - position).norm() < 1e-15);
 }
@@ -486,7 +486,7 @@ fn the_force_elements_are_data() {
     let slide = slide.cut().id().coordinate(0);
     builder.spring([0.0; 3], second.point(Z), 2.0).damping(0.1);
     builder.damper([0.0; 3], second.point(Z), 0.2);
-    let reference = Arc::new(|_| (0.0, 0.0));
+    let reference = Arc::new(|_| Setpoint { value: 0.0, rate: 0.0 });
     builder.joint_force(slide, PdControl { proportional: 1.0, derivative: 0.1, reference });
     builder.joint_spring(slide, 3.0, 0.1);
     builder.load(second).torque(Z);

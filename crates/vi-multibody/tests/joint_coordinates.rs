@@ -9,7 +9,7 @@ use vi_core::{Composition, Configuration};
 use vi_multibody::FrameId::Ground;
 use vi_multibody::builder::{BodyEntry, BuiltMechanism, CoordinateId, Inertia, MechanismBuilder};
 use vi_multibody::joint_coordinate::JointCoordinate;
-use vi_multibody::joint_force::{PdControl, Viscous};
+use vi_multibody::joint_force::{PdControl, Setpoint, Viscous};
 use vi_multibody::pair::PairKind;
 use vi_multibody::run::MechanismIntegrator;
 use vi_rigid::{directors, rotation};
@@ -260,7 +260,7 @@ fn pd_control_settles_with_the_error_of_its_stiffness() {
     let arm = body(&mut builder, "arm", [0.5, 0.0, 0.0]).id();
     let hinge = builder.joint("hinge", PairKind::Revolute, Ground, arm).at([0.0; 3]).axis(Z);
     let angle = hinge.id().coordinate(0);
-    let reference = Arc::new(|_| (0.5, 0.0));
+    let reference = Arc::new(|_| Setpoint { value: 0.5, rate: 0.0 });
     builder.joint_force(angle, PdControl { proportional: 200.0, derivative: 40.0, reference });
     let (mechanism, [angle]) = built(&builder, [angle]);
     let mut run = mechanism.integrator(Options::new(SchemeKind::Nodal, 0.01)).unwrap();

@@ -78,7 +78,7 @@ proptest! {
     ) {
         let mechanism = random_tree(bodies, seed);
         let map = TreeMap::new(&mechanism);
-        let (q, _) = mechanism.start();
+        let q = mechanism.initial_configuration();
         let (n, d) = (mechanism.dim(), map.dof());
         prop_assert!(residual(&mechanism, &q) < 1e-13);
         prop_assert_eq!(d, n - mechanism.len());
@@ -145,7 +145,7 @@ proptest! {
         let system: SeparableSystem = mechanism.system(Quadrature::Midpoint);
         let map = TreeMap::new(&mechanism);
         let (n, d) = (mechanism.dim(), map.dof());
-        let (q, _) = mechanism.start();
+        let q = mechanism.initial_configuration();
         let u = increments(d, 0.4, seed ^ 21);
         let mut s = moved(&map, &q, &u);
         s.h = 0.1;
@@ -172,7 +172,7 @@ proptest! {
     #[test]
     fn cleaning_brings_a_disturbed_tree_back(bodies in 1_usize..7, seed in any::<u64>()) {
         let mechanism = random_tree(bodies, seed);
-        let (mut q, _) = mechanism.start();
+        let mut q = mechanism.initial_configuration();
         let noise = increments(q.len(), 1e-9, seed ^ 41);
         q.iter_mut().zip(&noise).for_each(|(q, e)| *q += e);
         let before = residual(&mechanism, &q);

@@ -23,6 +23,7 @@
 //! dynamical systems, ZAMM 88 (2008) 677–708, cited as LMO08 with its equation numbers.
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
+#![warn(missing_debug_implementations)]
 
 pub mod body;
 pub mod composite;

@@ -65,6 +65,15 @@ pub struct Load {
     history: TimeHistory,
 }
 
+/// A force at a point and a torque, spatial components.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wrench {
+    /// N.
+    pub force: Vector3<f64>,
+    /// N·m.
+    pub torque: Vector3<f64>,
+}
+
 impl Load {
     /// Force at the centre (N) and torque (N·m) on the frame at coordinate `offset`, in spatial
     /// components (dead) or in components along the directors (follower).
@@ -134,15 +143,15 @@ impl Load {
     /// The force `f` at its point and the torque `τ` at time `t`, for the frame's coordinates `frame`,
     /// both in spatial components.
     #[must_use]
-    pub fn wrench(&self, t: f64, frame: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+    pub fn wrench(&self, t: f64, frame: &[f64]) -> Wrench {
         let c = self.history.value(t);
         match self.kind {
-            LoadKind::Dead => (c * self.force, c * self.torque),
+            LoadKind::Dead => Wrench { force: c * self.force, torque: c * self.torque },
             LoadKind::Follower => {
                 let spatial = |body: &Vector3<f64>| -> Vector3<f64> {
                     (0..3).map(|i| body[i] * director(frame, i)).sum()
                 };
-                (c * spatial(&self.force), c * spatial(&self.torque))
+                Wrench { force: c * spatial(&self.force), torque: c * spatial(&self.torque) }
             }
         }
     }
@@ -158,29 +167,18 @@ impl Load {
     }
 
     /// `out ← out + scale (f, ϱ_I f + ½ τ×d_I)` with the directors of `frame`.
-    fn add(
-        &self,
-        scale: f64,
-        wrench: (Vector3<f64>, Vector3<f64>),
-        frame: &[f64],
-        out: &mut [f64],
-    ) {
+    fn add(&self, scale: f64, wrench: Wrench, frame: &[f64], out: &mut [f64]) {
         add_wrench(scale, wrench, frame, out);
         for i in 0..3 {
             for k in 0..3 {
-                out[3 + 3 * i + k] += scale * self.point[i] * wrench.0[k];
+                out[3 + 3 * i + k] += scale * self.point[i] * wrench.force[k];
             }
         }
     }
 }
 
 /// `out ← out + scale (f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)` with the directors of `frame`.
-pub fn add_wrench(
-    scale: f64,
-    (force, torque): (Vector3<f64>, Vector3<f64>),
-    frame: &[f64],
-    out: &mut [f64],
-) {
+pub fn add_wrench(scale: f64, Wrench { force, torque }: Wrench, frame: &[f64], out: &mut [f64]) {
     for k in 0..3 {
         out[k] += scale * force[k];
     }
@@ -244,7 +242,7 @@ impl DiscreteForce for Load {
     fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         let Configuration { t, q, .. } = at;
         let frame = self.frame(q);
-        let (_, torque) = self.wrench(t, frame);
+        let torque = self.wrench(t, frame).torque;
         let follows = self.kind == LoadKind::Follower;
         let c = if follows { scale * self.history.value(t) } else { 0.0 };
         for j in 0..3 {
@@ -312,7 +310,7 @@ mod tests {
                 let (q0, q1) = (sample.frame(), sample.frame());
                 let load = load(&mut sample, kind);
                 let s = interval(&q0, &q1);
-                let (f, tau) = load.wrench(s.t_mid(), &s.q_mid[12..]);
+                let Wrench { force: f, torque: tau } = load.wrench(s.t_mid(), &s.q_mid[12..]);
                 let (mut minus, mut plus) = (vec![0.0; 24], vec![0.0; 24]);
                 load.add_minus(&s, &mut minus);
                 load.add_plus(&s, &mut plus);
@@ -345,7 +343,7 @@ mod tests {
         let mut sample = Sample::new(72);
         let load = load(&mut sample, LoadKind::Follower);
         let q = sample.frame();
-        let (f, tau) = load.wrench(0.5, &q);
+        let Wrench { force: f, torque: tau } = load.wrench(0.5, &q);
         for i in 0..3 {
             let d = director(&q, i);
             assert!((f.dot(&d) - load.force[i]).abs() < 2e-15);

@@ -25,6 +25,7 @@
 
 pub mod arc_length;
 mod equations;
+mod jump;
 pub mod limit;
 pub mod modes;
 pub mod path;

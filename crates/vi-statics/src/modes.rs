@@ -124,7 +124,7 @@ fn loop_null_space(
     }
     let mut closing = mechanism.loop_rows();
     closing.extend(mechanism.cut_bars().iter().flat_map(|&k| mechanism.bar_rows(k)));
-    let (n, d) = layout.dimension();
+    let (n, d) = (layout.dim(), layout.dof());
     let mut place = vec![None; mechanism.len()];
     closing.iter().enumerate().for_each(|(k, &row)| place[row] = Some(k));
     let mut dense = Chosen { place, rows: DMatrix::zeros(n, closing.len()) };

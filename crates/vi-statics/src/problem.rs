@@ -66,7 +66,7 @@ impl StaticProblem {
     #[must_use]
     pub fn new(system: SeparableSystem, mechanism: Mechanism) -> Self {
         let elastic = vec![false; mechanism.description().bodies.len()];
-        let (q, _) = mechanism.start();
+        let q = mechanism.initial_configuration();
         let work = Equations::new(system, mechanism, (0.0, &q));
         let (d, rows) = (work.unknowns(), work.rows.len());
         Self {

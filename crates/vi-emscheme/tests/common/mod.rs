@@ -9,7 +9,7 @@ use vi_emscheme::load::AtMidpoint;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
 use vi_multibody::joint::{self, FrameId, Joint, Side, complete_axis};
 use vi_multibody::joint_coordinate::JointCoordinate;
-use vi_multibody::joint_force::{JointForce, JointSpring, PdControl, Viscous};
+use vi_multibody::joint_force::{JointForce, JointSpring, PdControl, Setpoint, Viscous};
 use vi_multibody::mechanism::{
     Attachment, Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec,
 };
@@ -285,7 +285,10 @@ pub fn loaded(model: &Model) -> EmSystem {
     for (freedom, coordinate) in model.coordinates.iter().enumerate() {
         let Some(coordinate) = coordinate.clone() else { continue };
         let damper = JointForce { coordinate: coordinate.clone(), law: Viscous(0.7) };
-        let reference = std::sync::Arc::new(|t: f64| ((3.0 * t).sin(), 3.0 * (3.0 * t).cos()));
+        let reference = std::sync::Arc::new(|t: f64| Setpoint {
+            value: (3.0 * t).sin(),
+            rate: 3.0 * (3.0 * t).cos(),
+        });
         let law = PdControl { proportional: 4.0, derivative: 0.3, reference };
         let spring = joint_spring(model, freedom).unwrap();
         let control = JointForce { coordinate, law };

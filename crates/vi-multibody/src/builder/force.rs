@@ -83,14 +83,14 @@ impl BuiltMechanism {
     /// # Errors
     /// [`SetupError`].
     pub fn integrator(self, options: Options) -> Result<MechanismIntegrator, SetupError> {
-        let (q, v) = self.mechanism.start();
+        let (q, v) = (self.mechanism.initial_configuration(), self.mechanism.initial_velocity());
         let system = self.system(Quadrature::Midpoint);
         integrator(self.mechanism, system, options, Solver::Auto, (0.0, &q, &v))
     }
 }
 
 /// A spring with a damper beside it, or a damper.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct PointElement {
     pub(super) from: PointOn,
     pub(super) to: PointOn,
@@ -108,6 +108,7 @@ impl PointElement {
 }
 
 /// A spring that was added.
+#[derive(Debug)]
 pub struct SpringEntry<'a> {
     spring: &'a mut PointElement,
 }
@@ -136,26 +137,26 @@ impl<'a> SpringEntry<'a> {
     }
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct JointElement {
     pub(super) coordinate: CoordinateId,
     pub(super) kind: JointElementKind,
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) enum JointElementKind {
     Spring { stiffness: f64, rest: f64 },
     Force(Arc<dyn JointLaw>),
 }
 
 /// A load as it was described.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) enum LoadPart {
     Described(Box<DescribedLoad>),
     Given(Load),
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct DescribedLoad {
     pub(super) body: BodyId,
     kind: LoadKind,
@@ -200,6 +201,7 @@ impl DescribedLoad {
 }
 
 /// A load that was added: no force and no torque, constant in time, until said otherwise.
+#[derive(Debug)]
 pub struct LoadEntry<'a> {
     load: &'a mut DescribedLoad,
 }

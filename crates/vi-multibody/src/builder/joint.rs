@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use vi_rigid::directors;
 
 /// A joint as it was described.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct JointPart {
     pub(super) name: String,
     pub(super) rates: Option<Vec<f64>>,
@@ -17,13 +17,13 @@ pub(super) struct JointPart {
     geometry: Geometry,
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 enum Geometry {
     Space(Box<Described>),
     Sides(Box<Joint>),
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct Described {
     kind: PairKind,
     frames: [FrameId; 2],
@@ -133,6 +133,7 @@ pub(super) fn joint_at(
 }
 
 /// A joint that was added; its place, and the axis of pairs that have one, are needed.
+#[derive(Debug)]
 pub struct JointEntry<'a> {
     id: JointId,
     joint: &'a mut JointPart,

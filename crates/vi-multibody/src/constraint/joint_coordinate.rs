@@ -24,6 +24,24 @@ pub struct JointCoordinate {
     slot: usize, // among the unwrapped angles
 }
 
+/// An angle as a principal value and whole revolutions; a length and zero.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unwrapped {
+    /// `θ − 2πk` in `[−π, π]`, rad.
+    pub principal: f64,
+    /// `k`.
+    pub revolutions: f64,
+}
+
+/// A coordinate over an interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Change {
+    /// Mean of both ends.
+    pub mean: f64,
+    /// End less start.
+    pub difference: f64,
+}
+
 /// Of an angle that is not listed: its principal value is meant.
 const UNLISTED: usize = usize::MAX;
 
@@ -89,7 +107,7 @@ impl JointCoordinate {
     /// The coordinate; a listed angle with its revolutions.
     #[must_use]
     pub fn at(&self, at: Configuration<'_>) -> f64 {
-        let (principal, revolutions) = self.principal_and_revolutions(at);
+        let Unwrapped { principal, revolutions } = self.unwrapped(at);
         principal + TAU * revolutions
     }
 
@@ -98,26 +116,25 @@ impl JointCoordinate {
     /// After many revolutions the sum is only accurate to `ε|θ|`; what is compared with `θ` subtracts the
     /// revolutions first.
     #[must_use]
-    pub fn principal_and_revolutions(&self, at: Configuration<'_>) -> (f64, f64) {
+    pub fn unwrapped(&self, at: Configuration<'_>) -> Unwrapped {
         match &self.value {
-            Value::Length(row) => (row.value(at.q), 0.0),
+            Value::Length(row) => Unwrapped { principal: row.value(at.q), revolutions: 0.0 },
             Value::Angle { sine, cosine } => {
-                let angle = sine.value(at.q).atan2(cosine.value(at.q));
-                (angle, at.revolutions(self.slot, angle))
+                let principal = sine.value(at.q).atan2(cosine.value(at.q));
+                Unwrapped { principal, revolutions: at.revolutions(self.slot, principal) }
             }
         }
     }
 
     /// Mean of both ends of an interval, and their difference; an angle changes by less than `π`.
     #[must_use]
-    pub fn mean_and_difference(&self, s: &Interval) -> (f64, f64) {
-        let ((start, revolutions), (end, _)) =
-            (self.principal_and_revolutions(s.start()), self.principal_and_revolutions(s.end()));
-        let mut difference = end - start;
+    pub fn change(&self, s: &Interval) -> Change {
+        let Unwrapped { principal: start, revolutions } = self.unwrapped(s.start());
+        let mut difference = self.unwrapped(s.end()).principal - start;
         if self.is_angle() {
             difference -= TAU * (difference / TAU).round();
         }
-        (start + TAU * revolutions + 0.5 * difference, difference)
+        Change { mean: start + TAU * revolutions + 0.5 * difference, difference }
     }
 
     /// The rows it is made of, with the factors of their gradients at `q`.

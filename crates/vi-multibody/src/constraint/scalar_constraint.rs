@@ -9,7 +9,7 @@
 //! ```
 //! They act on top of the spanning tree like the joints that close loops.
 
-use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::constraint::joint_coordinate::{JointCoordinate, Unwrapped};
 use crate::geometry::form::{Form, Row};
 use crate::pair::joint::Joint;
 use crate::pair::{Freedom, Twist};
@@ -71,12 +71,12 @@ impl ScalarRow {
         match self {
             Self::Product(row) => row.value(at.q),
             Self::Coupling { a, b, ratio, target } => {
-                let ((a, i), (b, k)) =
-                    (a.principal_and_revolutions(at), b.principal_and_revolutions(at));
-                a + ratio * b + TAU.mul_add(ratio.mul_add(k, i), -target)
+                let (a, b) = (a.unwrapped(at), b.unwrapped(at));
+                let revolutions = ratio.mul_add(b.revolutions, a.revolutions);
+                a.principal + ratio * b.principal + TAU.mul_add(revolutions, -target)
             }
             Self::Motion { coordinate, reference } => {
-                let (principal, revolutions) = coordinate.principal_and_revolutions(at);
+                let Unwrapped { principal, revolutions } = coordinate.unwrapped(at);
                 principal + TAU.mul_add(revolutions, -reference(at.t)[0])
             }
         }
@@ -130,15 +130,15 @@ impl ScalarRow {
         }
     }
 
-    /// `(∂g/∂t, ∂²g/∂t²)`; mixed derivatives vanish.
+    /// `[∂g/∂t, ∂²g/∂t²]`; mixed derivatives vanish.
     #[must_use]
-    pub fn time_derivatives(&self, t: f64) -> (f64, f64) {
+    pub fn time_derivatives(&self, t: f64) -> [f64; 2] {
         match self {
             Self::Motion { reference, .. } => {
                 let [_, rate, acceleration] = reference(t);
-                (-rate, -acceleration)
+                [-rate, -acceleration]
             }
-            _ => (0.0, 0.0),
+            _ => [0.0; 2],
         }
     }
 
@@ -146,7 +146,7 @@ impl ScalarRow {
     /// known to `ε` of their number, and the reference at `t`.
     #[must_use]
     pub fn target_size(&self, at: Configuration<'_>) -> f64 {
-        let turned = |c: &JointCoordinate| TAU * c.principal_and_revolutions(at).1.abs();
+        let turned = |c: &JointCoordinate| TAU * c.unwrapped(at).revolutions.abs();
         match self {
             Self::Product(_) => 0.0,
             Self::Coupling { a, b, ratio, target } => {

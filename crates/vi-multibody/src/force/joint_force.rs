@@ -11,7 +11,7 @@
 //! Each end carries the gradient of its own node: the work done is `τ Δθ` to second order, and the
 //! reaction on the parent is equal and opposite, so momentum maps stay exact.
 
-use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::constraint::joint_coordinate::{Change, JointCoordinate};
 use std::sync::Arc;
 use vi_core::Configuration;
 use vi_core::force::DiscreteForce;
@@ -32,22 +32,22 @@ pub struct JointSpring {
 
 impl DiscretePotential for JointSpring {
     fn value(&self, s: &Interval) -> f64 {
-        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
+        let stretch = self.coordinate.change(s).mean - self.rest;
         0.5 * self.stiffness * stretch * stretch
     }
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
+        let stretch = self.coordinate.change(s).mean - self.rest;
         self.coordinate.add_gradient(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
     }
     fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
+        let stretch = self.coordinate.change(s).mean - self.rest;
         self.coordinate.add_gradient(&s.q1, 0.5 * scale * self.stiffness * stretch, out);
     }
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         self.coordinate.emit_product(&s.q0, &s.q1, 0.25 * scale * self.stiffness, out);
     }
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
+        let stretch = self.coordinate.change(s).mean - self.rest;
         self.coordinate.emit_product(&s.q0, &s.q0, 0.25 * scale * self.stiffness, out);
         self.coordinate.emit_second(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
     }
@@ -66,13 +66,22 @@ impl DiscretePotential for JointSpring {
     }
 }
 
+/// Derivatives of an effort.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EffortSlopes {
+    /// `∂τ/∂θ`.
+    pub by_coordinate: f64,
+    /// `∂τ/∂θ̇`.
+    pub by_rate: f64,
+}
+
 /// A force or torque along a joint coordinate, N or N·m.
 pub trait JointLaw: Send + Sync {
     /// `τ(t, θ, θ̇)`.
     fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64;
     /// `(∂τ/∂θ, ∂τ/∂θ̇)`.
-    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, f64);
-    /// Whether it takes energy out whichever way time runs.
+    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes;
+    /// Whether it dissipates energy.
     fn is_dissipative(&self) -> bool;
 }
 
@@ -87,7 +96,7 @@ impl JointLaw for Arc<dyn JointLaw> {
     fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
         (**self).effort(t, coordinate, rate)
     }
-    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, f64) {
+    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes {
         (**self).slopes(t, coordinate, rate)
     }
     fn is_dissipative(&self) -> bool {
@@ -106,31 +115,46 @@ impl JointLaw for Viscous {
     fn effort(&self, _t: f64, _coordinate: f64, rate: f64) -> f64 {
         -self.0 * rate
     }
-    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> (f64, f64) {
-        (0.0, -self.0)
+    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortSlopes {
+        EffortSlopes { by_coordinate: 0.0, by_rate: -self.0 }
     }
     fn is_dissipative(&self) -> bool {
         self.0 != 0.0
     }
 }
 
-/// `τ = T(t)`: a motor that gives the effort it is told.
+/// `τ = T(t)`: a motor with a prescribed effort.
 #[derive(Clone)]
 pub struct Motor(
     /// `T(t)`.
     pub Arc<dyn Fn(f64) -> f64 + Send + Sync>,
 );
 
+impl std::fmt::Debug for Motor {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Motor").finish_non_exhaustive()
+    }
+}
+
 impl JointLaw for Motor {
     fn effort(&self, t: f64, _coordinate: f64, _rate: f64) -> f64 {
         (self.0)(t)
     }
-    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> (f64, f64) {
-        (0.0, 0.0)
+    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortSlopes {
+        EffortSlopes::default()
     }
     fn is_dissipative(&self) -> bool {
         false
     }
+}
+
+/// The reference of a controller at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setpoint {
+    /// `θ_ref`, m or rad.
+    pub value: f64,
+    /// `θ̇_ref`, m/s or rad/s.
+    pub rate: f64,
 }
 
 /// `τ = k_p (θ_ref(t) − θ) + k_d (θ̇_ref(t) − θ̇)`.
@@ -141,16 +165,26 @@ pub struct PdControl {
     /// `k_d`, N·s/m or N·m·s/rad.
     pub derivative: f64,
     /// `θ_ref(t)` and `θ̇_ref(t)`.
-    pub reference: Arc<dyn Fn(f64) -> (f64, f64) + Send + Sync>,
+    pub reference: Arc<dyn Fn(f64) -> Setpoint + Send + Sync>,
+}
+
+impl std::fmt::Debug for PdControl {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { proportional, derivative, .. } = self;
+        let mut law = f.debug_struct("PdControl");
+        law.field("proportional", proportional)
+            .field("derivative", derivative)
+            .finish_non_exhaustive()
+    }
 }
 
 impl JointLaw for PdControl {
     fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
-        let (wanted, wanted_rate) = (self.reference)(t);
-        self.proportional * (wanted - coordinate) + self.derivative * (wanted_rate - rate)
+        let setpoint = (self.reference)(t);
+        self.proportional * (setpoint.value - coordinate) + self.derivative * (setpoint.rate - rate)
     }
-    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> (f64, f64) {
-        (-self.proportional, -self.derivative)
+    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortSlopes {
+        EffortSlopes { by_coordinate: -self.proportional, by_rate: -self.derivative }
     }
     fn is_dissipative(&self) -> bool {
         self.derivative != 0.0
@@ -168,7 +202,7 @@ pub struct JointForce<L> {
 
 impl<L: JointLaw> JointForce<L> {
     fn effort(&self, s: &Interval) -> f64 {
-        let (mean, difference) = self.coordinate.mean_and_difference(s);
+        let Change { mean, difference } = self.coordinate.change(s);
         self.law.effort(s.t_mid(), mean, difference / s.h)
     }
 }
@@ -181,8 +215,9 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         self.coordinate.add_gradient(&s.q1, 0.5 * s.h * self.effort(s), out);
     }
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
-        let (mean, difference) = self.coordinate.mean_and_difference(s);
-        let (by_coordinate, by_rate) = self.law.slopes(s.t_mid(), mean, difference / s.h);
+        let Change { mean, difference } = self.coordinate.change(s);
+        let EffortSlopes { by_coordinate, by_rate } =
+            self.law.slopes(s.t_mid(), mean, difference / s.h);
         let slope = 0.25 * s.h * by_coordinate + 0.5 * by_rate;
         self.coordinate.emit_product(&s.q0, &s.q1, slope, out);
     }
@@ -193,7 +228,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     }
     fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         let (Configuration { t, q, .. }, coordinate) = (at, self.coordinate.at(at));
-        let slope = self.law.slopes(t, coordinate, 0.0).0;
+        let slope = self.law.slopes(t, coordinate, 0.0).by_coordinate;
         self.coordinate.emit_product(q, q, scale * slope, out);
         let effort = self.law.effort(t, coordinate, 0.0);
         self.coordinate.emit_second(q, scale * effort, out);

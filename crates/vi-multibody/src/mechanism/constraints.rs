@@ -55,7 +55,7 @@ impl Constraints for Mechanism {
         let first = 6 * self.description.bodies.len();
         out[..first].fill(0.0);
         for (row, g) in self.rows.iter().zip(&mut out[first..]) {
-            *g = row.time_derivatives(t).0;
+            *g = row.time_derivatives(t)[0];
         }
     }
 
@@ -63,7 +63,7 @@ impl Constraints for Mechanism {
         self.second_derivative(t, q, v, v, out);
         let first = 6 * self.description.bodies.len();
         for (row, g) in self.rows.iter().zip(&mut out[first..]) {
-            *g += row.time_derivatives(t).1;
+            *g += row.time_derivatives(t)[1];
         }
     }
 

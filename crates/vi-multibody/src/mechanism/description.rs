@@ -95,16 +95,27 @@ pub enum Attachment {
 impl Description {
     /// Screws hold in the start configuration, wherever their anchors sit along the axis.
     pub(crate) fn fit_threads(&mut self) {
-        let mut q = vec![0.0; 12 * self.bodies.len()];
-        for (body, own) in self.bodies.iter().zip(q.chunks_mut(12)) {
-            directors::set_frame(own, &body.center, &body.triad);
-        }
+        let q = self.configuration();
         for joint in &mut self.joints {
             if joint.kind.pitch().is_some() {
                 let at = joint.configuration(&q);
                 screw::fit_thread(joint, &at);
             }
         }
+    }
+
+    /// `q(0)`: the frames of all bodies, then the point masses.
+    #[must_use]
+    pub fn configuration(&self) -> Vec<f64> {
+        let mut q = vec![0.0; self.particle_offset(self.particles.len())];
+        for (body, own) in self.bodies.iter().zip(q.chunks_exact_mut(12)) {
+            directors::set_frame(own, &body.center, &body.triad);
+        }
+        for (k, particle) in self.particles.iter().enumerate() {
+            let at = self.particle_offset(k);
+            (0..self.dimension).for_each(|i| q[at + i] = particle.position[i]);
+        }
+        q
     }
 
     /// Offset of the coordinates of a point mass.

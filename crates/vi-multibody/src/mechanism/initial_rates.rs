@@ -83,7 +83,7 @@ pub fn apply(description: &mut Description, rates: &[Option<&[f64]>]) -> Result<
     if let Some(&joint) = mechanism.cut_joints().iter().find(|&&joint| stated(joint).is_some()) {
         return Err(RefusedRate { joint, error: RateError::ClosesLoop });
     }
-    let (q, _) = mechanism.start();
+    let q = mechanism.initial_configuration();
     let links = mechanism.tree().links();
     let mut twists: Vec<Twist> = Vec::with_capacity(links.len());
     for link in links {

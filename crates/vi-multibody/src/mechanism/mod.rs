@@ -270,30 +270,32 @@ impl Mechanism {
         system.potential(LinearPotential { force })
     }
 
-    /// `(q(0), v(0))` of the description.
+    /// `q(0)` of the description.
     #[must_use]
-    pub fn start(&self) -> (Vec<f64>, Vec<f64>) {
-        let n = self.dim();
-        let (mut q, mut v) = (vec![0.0; n], vec![0.0; n]);
+    pub fn initial_configuration(&self) -> Vec<f64> {
+        self.description.configuration()
+    }
+
+    /// `v(0)` of the description.
+    #[must_use]
+    pub fn initial_velocity(&self) -> Vec<f64> {
+        let (q, mut v) = (self.initial_configuration(), vec![0.0; self.dim()]);
         for (k, body) in self.description.bodies.iter().enumerate() {
             let own = 12 * k..12 * k + 12;
-            directors::set_frame(&mut q[own.clone()], &body.center, &body.triad);
             let rate = directors::spin_velocity(&q[own.clone()], &body.velocity, &body.omega);
             v[own].copy_from_slice(&rate);
         }
         for (k, particle) in self.description.particles.iter().enumerate() {
             let at = self.particle_offset(k);
-            for i in 0..self.description.dimension {
-                (q[at + i], v[at + i]) = (particle.position[i], particle.velocity[i]);
-            }
+            (0..self.description.dimension).for_each(|i| v[at + i] = particle.velocity[i]);
         }
-        (q, v)
+        v
     }
 
     /// The longest lever arm of a joint in the initial configuration, 1 m when there is none.
     #[must_use]
     pub fn longest_arm(&self) -> f64 {
-        let (q, _) = self.start();
+        let q = self.initial_configuration();
         let arm = |joint: &Joint| {
             let at = joint.configuration(&q);
             at.rho_parent.norm().max(at.rho_child.norm()).max(at.gap.norm())

@@ -80,9 +80,8 @@ impl Paths<'_> {
         let at = |t: f64| {
             let (mut sum, mut size) = ([0.0; 2], [0.0; 2]);
             for &(row, weight) in motions {
-                let (rate, acceleration) =
-                    self.mechanism.rows()[row - self.first].time_derivatives(t);
-                for (k, value) in [rate, acceleration].into_iter().enumerate() {
+                let derivatives = self.mechanism.rows()[row - self.first].time_derivatives(t);
+                for (k, value) in derivatives.into_iter().enumerate() {
                     sum[k] += weight * value;
                     size[k] += (weight * value).abs();
                 }

@@ -41,6 +41,7 @@ struct LinkWork {
 }
 
 /// Factorization `P_ex(q_n)ᵀ blockdiag(A_α) P'_ex` of a tree.
+#[derive(Debug)]
 pub struct Articulated {
     tree: Tree,
     link_of: Vec<usize>, // frame → link
@@ -406,6 +407,7 @@ impl NodalOperators for TreeNodal {
 }
 
 /// [`NodalOperators`] of a tree of bodies, `O(N)`.
+#[derive(Debug)]
 pub struct TreeNodal {
     articulated: Articulated,
     q_n: Vec<f64>,

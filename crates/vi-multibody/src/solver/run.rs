@@ -260,6 +260,6 @@ pub fn has_nodes(mechanism: &Mechanism) -> bool {
 /// An interval at the start, to look at the pattern of the Newton matrix.
 fn probe(mechanism: &Mechanism, system: &SeparableSystem) -> Interval {
     let mut s = Interval::new(system.dim());
-    s.open(0.0, 1.0, &mechanism.start().0);
+    s.open(0.0, 1.0, &mechanism.initial_configuration());
     s
 }

@@ -11,6 +11,8 @@ use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
 use vi_rigid::null_space;
 
+crate::opaque_debug!(TreeMap);
+
 /// `P`, `F_d` and `∂F_d/∂u` of the spanning tree.
 pub struct TreeMap {
     tree: Tree,

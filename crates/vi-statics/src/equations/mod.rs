@@ -89,7 +89,7 @@ impl Equations {
         (t, q): (f64, &[f64]),
     ) -> Self {
         let layout = separate(&mechanism);
-        let (n, d) = layout.dimension();
+        let (n, d) = (layout.dim(), layout.dof());
         let mut s = Interval::new(n);
         s.open(0.0, 1.0, q);
         s.angles = vec![0.0; mechanism.angle_count()];

@@ -4,7 +4,7 @@ use super::*;
 use nalgebra::Vector3;
 use vi_beam::{BeamModel, FrameRule, Mesh, Section};
 use vi_multibody::form::Form;
-use vi_multibody::joint_force::{JointForce, JointSpring, PdControl};
+use vi_multibody::joint_force::{JointForce, JointSpring, PdControl, Setpoint};
 use vi_multibody::mechanism::Attachment;
 use vi_multibody::pair::PairKind;
 use vi_multibody::scalar_constraint::ScalarConstraint;
@@ -47,7 +47,7 @@ fn work(kinds: [PairKind; 3], sample: &mut Sample) -> Equations {
     system = system.potential(Spring { between, stiffness: 3.0, natural_length: 0.5, law });
     if let Some(coordinate) = coordinate {
         let spring = JointSpring { coordinate: coordinate.clone(), stiffness: 2.0, rest: 0.4 };
-        let reference = std::sync::Arc::new(|t: f64| (0.3 * t, 0.3));
+        let reference = std::sync::Arc::new(|t: f64| Setpoint { value: 0.3 * t, rate: 0.3 });
         let law = PdControl { proportional: 1.5, derivative: 0.7, reference };
         system = system.discrete_potential(Box::new(spring));
         system = system.force(Box::new(JointForce { coordinate, law }));

@@ -100,7 +100,7 @@ pub(super) fn start(
     at: Option<Initial<'_>>,
 ) -> Result<Box<dyn Motion>, String> {
     let mechanism = system::build(model).map_err(|e| e.to_string())?.mechanism;
-    let own = mechanism.start();
+    let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let (q, v) = at.unwrap_or((&own.0, &own.1));
     let Method::EnergyMomentum(form) = setting.method else { return Err("not built".into()) };
     if setting.order > 2 {

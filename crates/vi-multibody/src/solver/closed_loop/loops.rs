@@ -192,7 +192,7 @@ struct Path {
 /// row with a side on the ground is felt down to the root.
 fn paths(mechanism: &Mechanism, tree: &Articulated, rows: &[ScalarRow]) -> Vec<Path> {
     let links = tree.tree().links();
-    let (q, _) = mechanism.start();
+    let q = mechanism.initial_configuration();
     let cut = mechanism.cut_joints().iter();
     let mut between: Vec<bool> = cut
         .flat_map(|&k| {
@@ -300,7 +300,7 @@ fn cluster_links(tree: &Tree, home: &[(usize, usize)], number: usize) -> Vec<Clu
 #[must_use]
 pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> {
     const RELATIVE: f64 = 1e-5; // what Newton's method calls small of this is about 50 ε
-    let (q, arm) = (mechanism.start().0, mechanism.longest_arm());
+    let (q, arm) = (mechanism.initial_configuration(), mechanism.longest_arm());
     let extent =
         q.chunks(12).map(|frame| norm_inf(&frame[..3.min(frame.len())])).fold(arm, f64::max);
     for block in &mut blocks {
@@ -314,7 +314,7 @@ pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> 
 
 /// One over the size of each row's wrench at the start, forces weighed by the longest lever arm.
 fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow], length: f64) -> Vec<f64> {
-    let (q, _) = mechanism.start();
+    let q = mechanism.initial_configuration();
     let scale = |row: &ScalarRow| {
         let mut square = 0.0;
         row.for_each_wrench(&q, |_, w| {

@@ -63,6 +63,8 @@ use vi_core::newton::{Block, Fault};
 use vi_core::phase::{Phase, within};
 use vi_core::state::Memory;
 
+crate::opaque_debug!(TreeSolver, LoopNodal);
+
 /// What carries the tree: its velocity map and `A`.
 pub enum TreeSolver {
     /// The articulated recursion: no potential couples bodies.

@@ -51,6 +51,7 @@ pub struct Columns {
 }
 
 /// A tree of frames and particles as a sparse velocity map.
+#[derive(Debug)]
 pub struct VelocityLayout {
     tree: Tree,
     particles: ParticleTree,
@@ -58,7 +59,8 @@ pub struct VelocityLayout {
     parents: Vec<Option<usize>>,     // of links
     roots: Vec<Option<usize>>,       // of links: the free root that carries them
     pub(super) unknowns: Vec<usize>, // unknown of each column
-    pub(super) dimension: (usize, usize), // n, d
+    dim: usize,                      // n
+    dof: usize,                      // d
     maps: Vec<VelocityMap>,          // scratch, one for each link
     motions: Vec<Motion>,            // scratch
     particle_rows: Option<DMatrix<f64>>, // n × d scratch, where there are particles
@@ -108,7 +110,8 @@ impl VelocityLayout {
             parents: tree.links().iter().map(|link| link.parent).collect(),
             maps: vec![VelocityMap::new(Transfer::None, &[]); links],
             motions: vec![Motion::rest(); links],
-            dimension: (n, d),
+            dim: n,
+            dof: d,
             tree,
             particles,
             members,
@@ -117,10 +120,16 @@ impl VelocityLayout {
         }
     }
 
-    /// `(n, d)`.
+    /// Number of coordinates, `n`.
     #[must_use]
-    pub fn dimension(&self) -> (usize, usize) {
-        self.dimension
+    pub fn dim(&self) -> usize {
+        self.dim
+    }
+
+    /// Number of unknowns, `d`.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.dof
     }
 
     /// Units and scales of the unknowns.
@@ -134,10 +143,7 @@ impl VelocityLayout {
     /// Room for the columns at one configuration.
     #[must_use]
     pub fn columns(&self) -> Columns {
-        Columns {
-            q: vec![0.0; self.dimension.0],
-            twists: vec![Vector6::zeros(); self.unknowns.len()],
-        }
+        Columns { q: vec![0.0; self.dim], twists: vec![Vector6::zeros(); self.unknowns.len()] }
     }
 
     /// `out ← P(q)`.

@@ -33,6 +33,8 @@ use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::state::Memory;
 
+crate::opaque_debug!(SparseNodal);
+
 /// Extent of a configuration, m: the largest coordinate of a centre, at least the largest distance of one
 /// from the first; the scale of round-off in the strains of elements.
 #[must_use]
@@ -61,7 +63,7 @@ impl SparseNodal {
     pub fn new(mechanism: &Mechanism) -> Self {
         let layout = VelocityLayout::new(mechanism);
         let (left, right, blocks) = (layout.columns(), layout.columns(), layout.blocks());
-        let (matrix, u) = (ReducedMatrix::default(), vec![0.0; layout.dimension().1]);
+        let (matrix, u) = (ReducedMatrix::default(), vec![0.0; layout.dof()]);
         Self { layout, blocks, left, right, matrix, screws: false, u }
     }
 
@@ -152,7 +154,7 @@ impl SparseNodal {
 
 impl NodalOperators for SparseNodal {
     fn dof(&self) -> usize {
-        self.layout.dimension.1
+        self.layout.dof()
     }
 
     fn blocks(&self) -> &[Block] {

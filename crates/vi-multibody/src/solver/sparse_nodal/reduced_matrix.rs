@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 use vi_core::linear::{Singular, SparseLu};
 use vi_core::sparse::{Entries, SparseMatrix};
 
+crate::opaque_debug!(ReducedMatrix);
+
 /// A dense block of `K`: rows of one member, columns of another.
 #[derive(Clone, Copy, Debug)]
 struct Coupling {
@@ -89,7 +91,7 @@ impl ReducedMatrix {
     }
 
     fn analyse(&mut self, layout: &VelocityLayout, emit: &dyn Fn(&mut dyn Entries)) {
-        let (n, d) = layout.dimension;
+        let (n, d) = (layout.dim(), layout.dof());
         let mut member_of = vec![usize::MAX; n];
         for (k, member) in layout.members.iter().enumerate() {
             member_of[member.first..member.first + member.size].fill(k);

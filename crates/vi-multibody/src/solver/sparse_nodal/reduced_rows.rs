@@ -4,6 +4,8 @@ use super::layout::{Columns, VelocityLayout};
 use std::collections::BTreeMap;
 use vi_core::sparse::Entries;
 
+crate::opaque_debug!(ReducedRows);
+
 /// `G P`, shape `rows × d`, refilled by replaying the emission of `G`.
 #[derive(Default)]
 pub struct ReducedRows {
@@ -64,7 +66,7 @@ impl ReducedRows {
     }
 
     fn analyse(&mut self, layout: &VelocityLayout, emit: &dyn Fn(&mut dyn Entries)) {
-        let mut member_of = vec![usize::MAX; layout.dimension.0];
+        let mut member_of = vec![usize::MAX; layout.dim()];
         for (k, member) in layout.members.iter().enumerate() {
             member_of[member.first..member.first + member.size].fill(k);
         }
