@@ -120,7 +120,7 @@ fn joint_parts(
     length: [&'static str; 2],
 ) -> Vec<Part> {
     let Some(pair) = pair else { return Vec::new() };
-    let freedoms = pair.freedoms();
+    let freedoms = pair.dof();
     let of_kind = |angle: bool| (0..freedoms).filter(|&k| pair.is_angle(k) == angle).count();
     let part = |k: usize| {
         let is_angle = pair.is_angle(k);
@@ -304,7 +304,7 @@ impl Gauge {
             }
             Self::Coordinate(tracker) => out.extend(tracker.values()),
             Self::Rate(joint) => {
-                out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.freedoms()]);
+                out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.dof()]);
             }
             Self::Reaction(joint) => {
                 let reaction: &Reaction = &reactions.joints[*joint];

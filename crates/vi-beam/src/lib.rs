@@ -2,7 +2,7 @@
 //!
 //! A beam is a chain of frames (its nodes) and two-node elements between them. Nodes carry joints as
 //! rigid bodies do, so beams and bodies mix freely; every strain is a quadratic form of the coordinates,
-//! so energies, momenta and constraints are kept exactly as for rigid bodies.
+//! so energies, momenta and constraints are conserved exactly as for rigid bodies.
 //!
 //! | file | concept |
 //! |---|---|

@@ -3,7 +3,7 @@
 //! ```text
 //! d_3 = r'/|r'| at the nodes,   ℓ = ∫ |r'| over the element (arc length, not the chord)
 //! normal given:         d_1 = the part of the normal across d_3, normalized
-//! rotation-minimizing:  d_1 carried along without turning about d_3 (double reflection)
+//! rotation-minimizing:  d_1 transported without rotation about d_3 (double reflection)
 //! d_2 = d_3 × d_1
 //! ```
 //! A corner is not a curve: each leg of a polyline is a mesh of its own, joined by a fixed joint
@@ -13,7 +13,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// How the triads turn about the centre line.
+/// How the triads rotate about the centre line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FrameRule {
     /// `d_1` lies in the plane of the tangent and this vector.
@@ -107,7 +107,7 @@ impl Mesh {
         Self::helix(center, radius_vector, axis, angle, 0.0, elements, rule)
     }
 
-    /// A helix: the arc with the rise `pitch` (m) along the unit `axis` for each full turn.
+    /// A helix: the arc with the rise `pitch` (m) along the unit `axis` for each revolution.
     ///
     /// # Errors
     /// [`MeshError`].
@@ -247,14 +247,14 @@ impl Mesh {
         let mut triads = Vec::with_capacity(centers.len());
         for node in 0..centers.len() {
             if node > 0 {
-                let carried = match rule {
+                let transmitted = match rule {
                     FrameRule::Normal(normal) => normal,
                     FrameRule::RotationMinimizing(_) => {
                         let chord = centers[node] - centers[node - 1];
                         double_reflection(&d1, &chord, &tangents[node - 1], &tangents[node])
                     }
                 };
-                d1 = across(node, &carried)?;
+                d1 = across(node, &transmitted)?;
             }
             let d3 = tangents[node];
             triads.push(Matrix3::from_columns(&[d1, d3.cross(&d1), d3]));
@@ -295,7 +295,7 @@ fn chords(points: &[Vector3<f64>]) -> Result<(Vec<f64>, Vec<Vector3<f64>>), Mesh
     Ok((lengths, tangents))
 }
 
-/// Carries `d` from the tangent `t` to the tangent `next` over a chord.
+/// Transports `d` from the tangent `t` to the tangent `next` over a chord.
 fn double_reflection(
     d: &Vector3<f64>,
     chord: &Vector3<f64>,

@@ -15,7 +15,7 @@ use vi_multibody::run::{Solver, integrator};
 
 type Run = Integrator<SeparableSystem, Mechanism>;
 
-/// A beam that spins and shears at the start.
+/// A beam that spins and shears initially.
 fn model(mesh: &Mesh, section: Section) -> BeamModel {
     let mut model = BeamModel::new(Vector3::zeros());
     model.add_beam("beam", mesh, section).unwrap();

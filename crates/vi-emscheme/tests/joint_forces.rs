@@ -36,7 +36,7 @@ fn joint_springs_keep_energy_and_momenta() {
     ] {
         for form in EmForm::ALL {
             let model = common::pair(kind, false);
-            let springs = (0..kind.freedoms()).filter_map(|k| common::joint_spring(&model, k));
+            let springs = (0..kind.dof()).filter_map(|k| common::joint_spring(&model, k));
             let system = springs.fold(model.system(), |system, spring| system.gradient(spring));
             let options = EmOptions::new(form, 0.01);
             let mut run =

@@ -47,12 +47,12 @@ fn by_hand() -> Mechanism {
         velocity: Vector3::new(0.1, -0.2, 0.3),
         omega,
     };
-    let turned = rotation::exp(&Vector3::new(0.3, -0.2, 0.9));
+    let rotated = rotation::exp(&Vector3::new(0.3, -0.2, 0.9));
     let mut d = Description {
         dimension: 3,
         gravity: Vector3::new(0.3, 0.2, -9.81),
         bodies: vec![
-            body("a", Vector3::new(0.1, 0.2, -0.3), turned, Vector3::new(0.3, -0.2, 1.0)),
+            body("a", Vector3::new(0.1, 0.2, -0.3), rotated, Vector3::new(0.3, -0.2, 1.0)),
             body("b", Vector3::new(0.9, -0.2, 0.4), Matrix3::identity(), Vector3::z()),
         ],
         ..Description::default()
@@ -177,7 +177,7 @@ fn every_pair_starts_on_its_constraints_and_keeps_them() {
         let (builder, _) = pair(kind);
         let built = builder.build().unwrap();
         let (n, m) = (built.mechanism.dim(), built.mechanism.len());
-        assert_eq!(n - m, 2 + kind.freedoms(), "{}", kind.name());
+        assert_eq!(n - m, 2 + kind.dof(), "{}", kind.name());
         assert!(residual(&built.mechanism) < 1e-14, "{}", kind.name());
         let mut run = built.integrator(Options::new(SchemeKind::Nodal, 0.01)).unwrap();
         let energy = run.observe().unwrap().hamiltonian_projected.total();
@@ -211,9 +211,9 @@ fn a_tensor_is_turned_to_its_principal_axes_and_points_with_it() {
         run.state().q[..3].to_vec()
     };
     let straight = end(Inertia::principal(2.0, moments), turn, turn.transpose() * arm);
-    let turned = end(Inertia::tensor(2.0, tensor), Matrix3::identity(), arm);
-    let off = (0..3).map(|i| (straight[i] - turned[i]).abs()).fold(0.0, f64::max);
-    assert!(off < 1e-11, "{straight:?} and {turned:?} differ by {off:e}");
+    let rotated = end(Inertia::tensor(2.0, tensor), Matrix3::identity(), arm);
+    let off = (0..3).map(|i| (straight[i] - rotated[i]).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-11, "{straight:?} and {rotated:?} differ by {off:e}");
 }
 
 #[test]
@@ -373,7 +373,7 @@ fn what_makes_no_sense_is_refused_by_name() {
             }),
         ),
         (
-            "joint `j`: 2 rate(s) for 1 freedom(s)",
+            "joint `j`: 2 rate(s) for 1 degree(s) of freedom",
             message(|b, _| {
                 let x = b.body("x", BODY).id();
                 b.joint("j", PairKind::Revolute, Ground, x).at(Z).axis(Z).rates(&[1.0, 2.0]);

@@ -35,7 +35,7 @@ fn rotors(rates: [f64; 2]) -> (MechanismBuilder, [CoordinateId; 2]) {
     (builder, angles)
 }
 
-fn turned(run: &MechanismIntegrator, coordinate: &JointCoordinate) -> f64 {
+fn rotated(run: &MechanismIntegrator, coordinate: &JointCoordinate) -> f64 {
     coordinate.at(run.state().configuration())
 }
 
@@ -44,7 +44,7 @@ fn follow(run: &mut MechanismIntegrator, coordinate: &JointCoordinate, steps: u3
     for _ in 0..steps {
         run.step().unwrap();
     }
-    turned(run, coordinate)
+    rotated(run, coordinate)
 }
 
 /// The mechanism, and coordinates of it as they are read along a run.
@@ -60,7 +60,7 @@ fn built<const N: usize>(
 #[test]
 fn coordinates_have_exact_derivatives() {
     for kind in PairKind::ALL.into_iter().filter(|kind| kind.coordinate_count() > 0) {
-        let freedoms = kind.coordinate_count();
+        let dof = kind.coordinate_count();
         let mut builder = MechanismBuilder::new();
         let a = body(&mut builder, "a", [0.1, 0.2, -0.3]).rotation_vector([0.3, -0.2, 0.9]).id();
         let b = body(&mut builder, "b", [0.9, -0.2, 0.4]).id();
@@ -76,7 +76,7 @@ fn coordinates_have_exact_derivatives() {
             }
             q
         };
-        for freedom in 0..freedoms {
+        for freedom in 0..dof {
             let c = JointCoordinate::principal(j, freedom).unwrap();
             let e = 1e-5;
             let v: Vec<f64> = (0..24).map(|i| (f64::from(i) * 1.7).sin()).collect();
@@ -184,7 +184,7 @@ fn gears_with_any_ratio_over_many_turns() {
         for _ in 0..steps {
             run.step().unwrap();
         }
-        let (l, r) = (turned(&run, &left), turned(&run, &right));
+        let (l, r) = (rotated(&run, &left), rotated(&run, &right));
         let exact = 0.5 * torque / (0.5 + 0.5 / (ratio * ratio)) * end * end;
         println!(
             "{scheme:?}: left {l:.6} rad (exact {exact:.6}), gear off by {:.1e}",
@@ -213,7 +213,7 @@ fn a_screw_couples_turn_and_advance() {
     let mut run = mechanism.integrator(Options::new(SchemeKind::Nodal, 0.002)).unwrap();
     let theta = follow(&mut run, &angle, 2000);
     let exact = 0.5 * torque / (0.5 + 2.0 * pitch * pitch) * end * end;
-    let u = turned(&run, &slide);
+    let u = rotated(&run, &slide);
     println!(
         "turned {theta:.6} (exact {exact:.6}), advanced {u:.6}, thread off by {:.1e}",
         u - pitch * theta

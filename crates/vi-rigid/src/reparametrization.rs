@@ -52,7 +52,7 @@ pub fn check_rotation(theta: &Vector3<f64>) -> Result<(), RotationTooLarge> {
 /// Writes `q1 = F_d(u, q0)` and `dq`, accurate relative to itself; `u`: shape 6, the rest 12.
 ///
 /// # Errors
-/// [`RotationTooLarge`] beyond half a turn; `q1` and `dq` are then untouched.
+/// [`RotationTooLarge`] beyond half a revolution; `q1` and `dq` are then untouched.
 pub fn reparametrize(
     u: &[f64],
     q0: &[f64],

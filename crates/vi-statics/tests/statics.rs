@@ -30,9 +30,9 @@ fn tip(problem: &StaticProblem) -> Vector3<f64> {
 #[test]
 fn roll_up_is_the_closed_form_of_the_element() {
     let mut worst = 0.0_f64;
-    for (elements, turns) in [(16, 0.5), (16, 1.0), (32, 2.0)] {
+    for (elements, revolutions) in [(16, 0.5), (16, 1.0), (32, 2.0)] {
         let (length, bending) = (10.0, 500.0);
-        let moment = turns * TAU * bending / length;
+        let moment = revolutions * TAU * bending / length;
         let at = |tip| load(tip, LoadKind::Dead, Vector3::zeros(), moment * Vector3::z());
         let mut problem = cantilever(&straight(length, elements), flying_section(), at);
         problem.solve(&[1.0], &StaticSettings::default()).unwrap();

@@ -62,7 +62,7 @@ impl Model {
 
 fn model(description: Description, h: f64) -> Model {
     let mut mechanism = Mechanism::new(description);
-    let freedoms = mechanism.description().joints.first().map_or(0, |joint| joint.kind.freedoms());
+    let freedoms = mechanism.description().joints.first().map_or(0, |joint| joint.kind.dof());
     let coordinates = (0..freedoms).map(|freedom| mechanism.coordinate(0, freedom)).collect();
     Model { mechanism, springs: Vec::new(), coordinates, h }
 }

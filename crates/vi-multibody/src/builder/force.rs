@@ -72,7 +72,7 @@ impl BuiltMechanism {
 
     /// A joint coordinate, an angle with its revolutions: for reading along a run.
     ///
-    /// `None` for freedoms that are no coordinate; see [`Mechanism::coordinate`].
+    /// `None` for degrees of freedom that are no coordinate; see [`Mechanism::coordinate`].
     pub fn coordinate(&mut self, coordinate: CoordinateId) -> Option<JointCoordinate> {
         self.mechanism.coordinate(coordinate.joint.index(), coordinate.freedom)
     }
@@ -188,12 +188,12 @@ impl DescribedLoad {
         along: impl Fn(&Vector3<f64>) -> Vector3<f64>,
     ) -> Result<Load, BuildError> {
         finite(|| format!("load on body `{name}`"), "point", point.as_slice())?;
-        let turned = |vector: &Vector3<f64>| match self.kind {
+        let rotated = |vector: &Vector3<f64>| match self.kind {
             LoadKind::Dead => *vector,
             LoadKind::Follower => along(vector),
         };
         let offset = 12 * self.body.index();
-        let (force, torque) = (turned(&self.force), turned(&self.torque));
+        let (force, torque) = (rotated(&self.force), rotated(&self.torque));
         Load::new(offset, self.kind, force, torque, self.history.clone())
             .and_then(|load| load.at(point))
             .map_err(|source| BuildError::Load { body: name.to_owned(), source })
@@ -226,7 +226,7 @@ impl<'a> LoadEntry<'a> {
         self
     }
 
-    /// The load turns with the body.
+    /// The load rotates with the body.
     pub fn follower(self) -> Self {
         self.load.kind = LoadKind::Follower;
         self

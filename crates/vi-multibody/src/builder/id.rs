@@ -16,7 +16,7 @@ pub struct ParticleId(pub(super) usize);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct JointId(pub(super) usize);
 
-/// A joint coordinate: degree of freedom `freedom` of a joint, translations first, then rotations; 0 in the initial
+/// A joint coordinate: degree of degree of freedom `freedom` of a joint, translations first, then rotations; 0 in the initial
 /// configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct CoordinateId {

@@ -178,7 +178,7 @@ impl<'a> JointEntry<'a> {
         self.describe(|joint| joint.second_axis = Some(axis))
     }
 
-    /// The initial rates of its freedoms, slides first (m/s), then turns (rad/s). The velocities of bodies
+    /// The initial rates of its degrees of freedom, translations first (m/s), then rotations (rad/s). The velocities of bodies
     /// without one of their own then follow along the tree.
     pub fn rates(self, rates: &[f64]) -> Self {
         self.joint.rates = Some(rates.to_vec());

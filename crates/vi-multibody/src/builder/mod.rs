@@ -51,7 +51,7 @@ use vi_rigid::load::Load;
 /// for _ in 0..500 {
 ///     run.step()?;
 /// }
-/// let energy = run.observe()?.hamiltonian_projected.total(); // 0 J at the start
+/// let energy = run.observe()?.hamiltonian_projected.total(); // 0 J initially
 /// assert!(energy.abs() < 1e-2, "E = {energy} J");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -251,7 +251,7 @@ impl MechanismBuilder {
     }
 
     /// `θ_a + ratio θ_b` keeps its initial value: gears (ratio: teeth of b over teeth of a for gears that
-    /// turn against one another), racks.
+    /// rotate in opposite directions), racks.
     pub fn gear(&mut self, name: &str, a: CoordinateId, b: CoordinateId, ratio: f64) {
         self.constraint(name, ConstraintKind::Gear { a, b, ratio });
     }

@@ -11,7 +11,7 @@
 
 use crate::geometry::form::Row;
 use crate::pair::joint::Joint;
-use crate::pair::{Freedom, Twist};
+use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
@@ -64,22 +64,22 @@ impl JointCoordinate {
     /// degrees of freedom are no such coordinates (spherical, free) and for degrees of freedom that do not exist.
     #[must_use]
     pub fn principal(joint: &Joint, freedom: usize) -> Option<Self> {
-        Self::of(joint, *joint.kind.properties().freedoms.get(freedom)?)
+        Self::of(joint, *joint.kind.properties().dof.get(freedom)?)
     }
 
     /// The coordinate of a degree of freedom that the joint, or a pair with the same axes, has.
-    pub(crate) fn of(joint: &Joint, freedom: Freedom) -> Option<Self> {
+    pub(crate) fn of(joint: &Joint, freedom: DegreeOfFreedom) -> Option<Self> {
         // axis of the child times axis of the parent
         let product =
             |[i, j]: [usize; 2]| Row::product(joint.child.axis(i), joint.parent.axis(j), 0.0);
         let value = match freedom {
-            Freedom::Length(i) => {
+            DegreeOfFreedom::Length(i) => {
                 Value::Length(Row::product(joint.parent.axis(i), joint.gap(), 0.0))
             }
-            Freedom::Angle { sine, cosine } => {
+            DegreeOfFreedom::Angle { sine, cosine } => {
                 Value::Angle { sine: product(sine), cosine: product(cosine) }
             }
-            Freedom::Position | Freedom::Rotation => return None,
+            DegreeOfFreedom::Position | DegreeOfFreedom::Rotation => return None,
         };
         Some(Self { value, slot: UNLISTED })
     }

@@ -12,7 +12,7 @@
 use crate::constraint::joint_coordinate::{JointCoordinate, Unwrapped};
 use crate::geometry::form::{Form, Row};
 use crate::pair::joint::Joint;
-use crate::pair::{Freedom, Twist};
+use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use vi_core::Configuration;
@@ -61,7 +61,7 @@ impl ScalarRow {
     /// [`crate::pair::screw::fit_thread`].
     pub(crate) fn thread(joint: &Joint, pitch: f64) -> Option<Self> {
         let of = |freedom| Some(Box::new(JointCoordinate::of(joint, freedom)?));
-        let (a, b) = (of(Freedom::Length(2))?, of(Freedom::ABOUT_AXIS)?);
+        let (a, b) = (of(DegreeOfFreedom::Length(2))?, of(DegreeOfFreedom::ABOUT_AXIS)?);
         Some(Self::Coupling { a, b, ratio: -pitch, target: 0.0 })
     }
 
@@ -146,13 +146,15 @@ impl ScalarRow {
     /// known to `ε` of their number, and the reference at `t`.
     #[must_use]
     pub fn target_size(&self, at: Configuration<'_>) -> f64 {
-        let turned = |c: &JointCoordinate| TAU * c.unwrapped(at).revolutions.abs();
+        let rotated = |c: &JointCoordinate| TAU * c.unwrapped(at).revolutions.abs();
         match self {
             Self::Product(_) => 0.0,
             Self::Coupling { a, b, ratio, target } => {
-                turned(a) + ratio.abs() * turned(b) + target.abs()
+                rotated(a) + ratio.abs() * rotated(b) + target.abs()
             }
-            Self::Motion { coordinate, reference } => turned(coordinate) + reference(at.t)[0].abs(),
+            Self::Motion { coordinate, reference } => {
+                rotated(coordinate) + reference(at.t)[0].abs()
+            }
         }
     }
 

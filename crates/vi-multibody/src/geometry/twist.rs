@@ -40,12 +40,12 @@ impl Twist {
 /// How the parent's twist enters the child's: `t² = X t¹ + …`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transfer {
-    /// `X = [I −â; 0 I]`: the child turns with the parent.
+    /// `X = [I −â; 0 I]`: the child rotates with the parent.
     Rigid(
         /// `a`.
         Vector3<f64>,
     ),
-    /// `X = [I −â; 0 0]`: only the point is carried along.
+    /// `X = [I −â; 0 0]`: only the point moves with the parent.
     Point(
         /// `a`.
         Vector3<f64>,

@@ -1,4 +1,4 @@
-//! What a mechanism is made of: bodies, point masses, joints, bars, single constraints.
+//! What a mechanism is made of: bodies, point masses, joints, bars, scalar constraints.
 
 use crate::constraint::scalar_constraint::ScalarConstraint;
 use crate::geometry::form::Form;
@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
 
-/// A frame with its start: a rigid body, or a frame whose mass comes from elsewhere (beam nodes).
+/// A frame with its initial values: a rigid body, or a frame whose mass comes from elsewhere (beam nodes).
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodySpec {
     /// Its name.
@@ -17,7 +17,7 @@ pub struct BodySpec {
     pub body: Option<RigidBody>,
     /// `φ(0)`, m.
     pub center: Vector3<f64>,
-    /// Columns `d_1, d_2, d_3` at the start, principal axes of inertia.
+    /// Columns `d_1, d_2, d_3` initially, principal axes of inertia.
     pub triad: Matrix3<f64>,
     /// `φ̇(0)`, m/s.
     pub velocity: Vector3<f64>,
@@ -25,7 +25,7 @@ pub struct BodySpec {
     pub omega: Vector3<f64>,
 }
 
-/// A point mass with its start; in the plane the third components are not read.
+/// A point mass with its initial values; in the plane the third components are not read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParticleSpec {
     /// Its name.
@@ -93,7 +93,7 @@ pub enum Attachment {
 }
 
 impl Description {
-    /// Screws hold in the start configuration, wherever their anchors sit along the axis.
+    /// Screws hold in the initial configuration, wherever their anchors sit along the axis.
     pub(crate) fn fit_threads(&mut self) {
         let q = self.configuration();
         for joint in &mut self.joints {

@@ -1,8 +1,8 @@
 //! Initial velocities from joint rates: `t² = X t¹ + S τ`, root first (LMO08 (71)–(75)).
 //!
 //! Where some joint states its rates, a body without velocities of its own moves with its joint: at the
-//! stated rates, or at rest relative to what carries it. Frames without mass of their own (nodes of
-//! beams) keep the velocities they have.
+//! stated rates, or at rest relative to its parent. Frames without mass of their own (nodes of
+//! beams) have given velocities.
 
 use crate::mechanism::Mechanism;
 use crate::mechanism::description::Description;
@@ -25,11 +25,11 @@ pub enum RateError {
         pair: &'static str,
     },
     /// Not one rate for each freedom.
-    #[error("{found} rate(s) for {expected} freedom(s)")]
+    #[error("{found} rate(s) for {expected} degree(s) of freedom")]
     Count {
         /// Rates stated.
         found: usize,
-        /// Freedoms of the joint.
+        /// Degrees of freedom of the joint.
         expected: usize,
     },
     /// The spanning tree passes the joint from child to parent.
@@ -70,7 +70,7 @@ pub struct RefusedRate {
 }
 
 /// Fills in the velocities of the bodies that joint rates determine; `rates`: those of the first joints of
-/// the description, slides first (m/s), then turns (rad/s).
+/// the description, translations first (m/s), then rotations (rad/s).
 ///
 /// # Errors
 /// [`RefusedRate`].
@@ -94,12 +94,12 @@ pub fn apply(description: &mut Description, rates: &[Option<&[f64]>]) -> Result<
         let is_node = body.body.is_none();
         let twist = match number.and_then(|k| stated(k).map(|rates| (k, rates))) {
             None if !still || link.joint.kind == PairKind::Free || is_node => own,
-            None => carried(&mechanism, link, &q, &twists, &[]),
+            None => transmitted(&mechanism, link, &q, &twists, &[]),
             Some((joint, rates)) => {
                 let stated_as = &mechanism.description().joints[joint];
                 check(stated_as, link, rates, (still, is_node))
                     .map_err(|error| RefusedRate { joint, error })?;
-                carried(&mechanism, link, &q, &twists, rates)
+                transmitted(&mechanism, link, &q, &twists, rates)
             }
         };
         twists.push(twist);
@@ -117,8 +117,8 @@ fn number_of(link: &Joint, joints: &[Joint]) -> Option<usize> {
     joints.iter().position(|joint| joint.name == link.name && is_it(joint))
 }
 
-/// `X t¹ + S τ`; a spherical joint at rest turns with its parent.
-fn carried(
+/// `X t¹ + S τ`; a spherical joint at rest rotates with its parent.
+fn transmitted(
     mechanism: &Mechanism,
     link: &Link,
     q: &[f64],
@@ -147,7 +147,7 @@ fn check(
     rates: &[f64],
     (still, is_node): (bool, bool),
 ) -> Result<(), RateError> {
-    let (found, expected) = (rates.len(), joint.kind.freedoms());
+    let (found, expected) = (rates.len(), joint.kind.dof());
     if expected == 0 || joint.kind.rotation_vector() == Some(0) {
         return Err(RateError::NoRates { pair: joint.kind.name() });
     }

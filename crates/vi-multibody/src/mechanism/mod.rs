@@ -2,7 +2,7 @@
 //!
 //! Coordinates: 12 for each body in the order given (`φ, d_1, d_2, d_3`), then 2 or 3 for each point
 //! mass. Constraints: six internal ones for each body, LMO08 (56), then the rows of the joints, then
-//! those of the bars. A spanning tree carries the velocity map; joints and bars outside it close loops.
+//! those of the bars. A spanning tree defines the velocity map; joints and bars outside it close loops.
 
 mod constraints;
 pub mod description;

@@ -4,9 +4,9 @@
 //! locked      ∇θ = Σ c_k G_k over constraints that do not depend on time:   θ_ref must be constant
 //! dependent   Σ_r w_r ∇θ_r = 0 over joint coordinates alone:                 Σ_r w_r θ_ref,r must be constant
 //! ```
-//! In both cases the coefficients do not change with the configuration, so that what holds at the start
+//! In both cases the coefficients do not change with the configuration, so that what holds initially
 //! holds along the motion; the paths are compared at many times. Motions that depend on one another
-//! through the geometry of a loop are compared at the start ([`vi_constraints::agreement`]) and by the
+//! through the geometry of a loop are compared initially ([`vi_constraints::agreement`]) and by the
 //! residual of every step ([`vi_constraints::closure`]).
 
 use crate::constraint::scalar_constraint::ScalarRow;

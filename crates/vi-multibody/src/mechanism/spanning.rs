@@ -1,7 +1,7 @@
-//! Spanning forests: which joints and bars carry the tree, and which close loops.
+//! Spanning forests: which joints and bars belong to the tree, and which close loops.
 //!
 //! Breadth first, from the ground on; a component without a joint to the ground hangs on its first
-//! body. Joints that the user cuts never carry a link.
+//! body. Joints that the user cuts never belong to the tree.
 
 use crate::mechanism::description::{BarEnd, Description};
 use crate::pair::PairKind;
@@ -11,12 +11,12 @@ use crate::tree::{Link, Tree};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::VecDeque;
 
-/// Breadth-first spanning forest of the bodies; returns the joints left over.
+/// Breadth-first spanning forest of the bodies; returns the joints outside it.
 pub(crate) fn span_bodies(description: &Description) -> (Tree, Vec<usize>) {
     let bodies = description.bodies.len();
     let mut link_of: Vec<Option<usize>> = vec![None; bodies];
     let mut used = vec![false; description.joints.len()];
-    description.cuts.iter().for_each(|&k| used[k] = true); // never carries a link
+    description.cuts.iter().for_each(|&k| used[k] = true); // never in the tree
     let mut links: Vec<Link> = Vec::new();
     let mut queue = VecDeque::from([FrameId::Ground]);
     let mut next_root = 0;
@@ -69,7 +69,7 @@ fn free_joint(name: &str, frame: usize) -> Joint {
     }
 }
 
-/// Breadth-first spanning forest of the point masses; returns the bars left over.
+/// Breadth-first spanning forest of the point masses; returns the bars outside it.
 pub(crate) fn span_particles(
     description: &Description,
     first: usize,

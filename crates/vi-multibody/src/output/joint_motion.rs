@@ -4,9 +4,9 @@
 //! θ_n = θ(q_n) + 2π round((θ_{n−1} − θ(q_n)) / 2π),     θ(q_n) ∈ (−π, π]
 //! ω² − ω¹,  ṙ' = (φ̇² + ω²×ϱ²) − (φ̇¹ + ω¹×(c + ϱ²)),     (ṙ', ω² − ω¹) = S' τ
 //! ```
-//! `θ_n` is the angle next to the last one, so turns accumulate and round-off does not; a step must
-//! not turn the joint by `π` or more. `S'` are the columns of the pair's velocity map moved to the
-//! child's anchor, where a turn has no linear part and a slide no angular one.
+//! `θ_n` is the angle next to the last one, so revolutions are counted and round-off does not accumulate; a step must
+//! not rotate the joint by `π` or more. `S'` are the columns of the pair's velocity map moved to the
+//! child's anchor, where a rotation has no linear part and a translation no angular one.
 //!
 //! This is output: it reads coordinates of any pair from configurations. Joint springs, motors and couplings
 //! need a single coordinate with its derivatives: [`crate::constraint::joint_coordinate`].
@@ -16,7 +16,7 @@
 //! `m_1, m_2, n`.
 
 use crate::pair::joint::{FrameId, Joint, JointConfiguration};
-use crate::pair::{MAX_FREEDOMS, Twist};
+use crate::pair::{MAX_DOF, Twist};
 use nalgebra::{Rotation3, SMatrix, SVector, UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
 use vi_rigid::directors;
@@ -25,7 +25,7 @@ use vi_rigid::directors;
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointMotion {
     joint: Joint,
-    values: [f64; MAX_FREEDOMS],
+    values: [f64; MAX_DOF],
 }
 
 impl JointMotion {
@@ -47,25 +47,25 @@ impl JointMotion {
         let kind = self.joint.kind;
         let next = principal(&self.joint, q);
         let rotation_vector = kind.rotation_vector().is_some();
-        for (k, next) in next.into_iter().enumerate().take(kind.freedoms()) {
-            let turns = if kind.is_angle(k) && !rotation_vector {
+        for (k, next) in next.into_iter().enumerate().take(kind.dof()) {
+            let revolutions = if kind.is_angle(k) && !rotation_vector {
                 ((self.values[k] - next) / TAU).round()
             } else {
                 0.0
             };
-            self.values[k] = next + TAU * turns;
+            self.values[k] = next + TAU * revolutions;
         }
     }
 
     /// The coordinates, in the order of the pair's degrees of freedom: lengths in m, angles in rad.
     #[must_use]
     pub fn values(&self) -> &[f64] {
-        &self.values[..self.joint.kind.freedoms()]
+        &self.values[..self.joint.kind.dof()]
     }
 }
 
 /// Coordinates with angles in `(−π, π]`.
-fn principal(joint: &Joint, q: &[f64]) -> [f64; MAX_FREEDOMS] {
+fn principal(joint: &Joint, q: &[f64]) -> [f64; MAX_DOF] {
     let at = joint.configuration(q);
     let mut values = joint.kind.coordinates(&at);
     if let Some(first) = joint.kind.rotation_vector() {
@@ -76,10 +76,10 @@ fn principal(joint: &Joint, q: &[f64]) -> [f64; MAX_FREEDOMS] {
     values
 }
 
-/// The rates `τ` of a joint at `q` for the velocities `v` of all frames; the first `freedoms` entries
+/// The rates `τ` of a joint at `q` for the velocities `v` of all frames; the first `degrees of freedom` entries
 /// count (m/s, rad/s).
 #[must_use]
-pub fn joint_rates(joint: &Joint, q: &[f64], v: &[f64]) -> [f64; MAX_FREEDOMS] {
+pub fn joint_rates(joint: &Joint, q: &[f64], v: &[f64]) -> [f64; MAX_DOF] {
     let at = joint.configuration(q);
     let (parent, child) = (twist(joint.parent.frame, q, v), twist(joint.child.frame, q, v));
     let to_child_anchor = |t: &Twist, arm: &Vector3<f64>| t.linear + t.angular.cross(arm);
@@ -88,7 +88,7 @@ pub fn joint_rates(joint: &Joint, q: &[f64], v: &[f64]) -> [f64; MAX_FREEDOMS] {
     let angular = child.angular - parent.angular;
     if let Some(first) = joint.kind.rotation_vector() {
         let (linear, angular) = (at.axes.tr_mul(&linear), at.axes.tr_mul(&angular));
-        let mut rates = [0.0; MAX_FREEDOMS];
+        let mut rates = [0.0; MAX_DOF];
         rates[..first].copy_from_slice(&linear.as_slice()[..first]);
         rates[first..first + 3].copy_from_slice(angular.as_slice());
         return rates;
@@ -97,10 +97,10 @@ pub fn joint_rates(joint: &Joint, q: &[f64], v: &[f64]) -> [f64; MAX_FREEDOMS] {
 }
 
 /// `τ` from `S' τ = t` by the normal equations, padded with the identity.
-fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_FREEDOMS] {
+fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_DOF] {
     let map = joint.kind.velocity_map(at);
-    let mut gram = SMatrix::<f64, MAX_FREEDOMS, MAX_FREEDOMS>::identity();
-    let mut right = SVector::<f64, MAX_FREEDOMS>::zeros();
+    let mut gram = SMatrix::<f64, MAX_DOF, MAX_DOF>::identity();
+    let mut right = SVector::<f64, MAX_DOF>::zeros();
     let moved = |s: &Twist| Twist::new(s.linear + s.angular.cross(&at.rho_child), s.angular);
     for (i, a) in map.columns().iter().map(moved).enumerate() {
         right[i] = a.dot(t);
@@ -109,7 +109,7 @@ fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_FREEDOM
         }
     }
     let rates = gram.lu().solve(&right); // None: the pair itself is singular
-    rates.map_or([f64::NAN; MAX_FREEDOMS], Into::into)
+    rates.map_or([f64::NAN; MAX_DOF], Into::into)
 }
 
 /// The twist `(φ̇, ω)` of a frame.
@@ -149,13 +149,13 @@ mod tests {
         let motion = joint.kind.reparametrize(u, &Motion::rest(), &at).unwrap();
         let center = directors::center(&q[12..]) + motion.translation;
         let triad = directors::triad(&q[12..]);
-        let triad: Matrix3<f64> = triad + motion.turn * triad;
+        let triad: Matrix3<f64> = triad + motion.rotation_minus_identity * triad;
         directors::set_frame(&mut q[12..], &center, &triad);
     }
 
     #[test]
     fn turns_and_slides_accumulate() {
-        for kind in PairKind::ALL.into_iter().filter(|kind| kind.freedoms() < 6) {
+        for kind in PairKind::ALL.into_iter().filter(|kind| kind.dof() < 6) {
             if kind.rotation_vector().is_some() {
                 continue;
             }
@@ -164,7 +164,7 @@ mod tests {
             let mut tracker = JointMotion::new(joint.clone(), &q);
             let start = tracker.values().to_vec();
             // the second angle of a universal joint stays short of the lock of its fork
-            let u: Vec<f64> = (0..kind.freedoms()).map(|k| [2.5, -0.9, 3.0][k]).collect();
+            let u: Vec<f64> = (0..kind.dof()).map(|k| [2.5, -0.9, 3.0][k]).collect();
             for _ in 0..40 {
                 advance(&joint, &mut q, &u);
                 tracker.follow(&q);
@@ -178,14 +178,14 @@ mod tests {
 
     #[test]
     fn rates_are_the_derivatives_of_the_coordinates() {
-        for kind in PairKind::ALL.into_iter().filter(|kind| kind.freedoms() < 6) {
+        for kind in PairKind::ALL.into_iter().filter(|kind| kind.dof() < 6) {
             let mut start = two_frames();
             let joint = joint(kind, &start);
-            let u: Vec<f64> = (0..kind.freedoms()).map(|k| [0.4, -0.3, 0.5][k]).collect();
+            let u: Vec<f64> = (0..kind.dof()).map(|k| [0.4, -0.3, 0.5][k]).collect();
             if kind.rotation_vector().is_none() {
                 advance(&joint, &mut start, &u);
             }
-            // both frames turn, so the parent's motion must drop out
+            // both frames rotate, so the parent's motion must drop out
             let e = 1e-6;
             let moved = |by: f64| {
                 let mut q = start.clone();
@@ -203,7 +203,7 @@ mod tests {
             let v: Vec<f64> = plus.iter().zip(&minus).map(|(a, b)| (a - b) / (2.0 * e)).collect();
             let rates = joint_rates(&joint, &start, &v);
             let (a, b) = (principal(&joint, &plus), principal(&joint, &minus));
-            for k in 0..kind.freedoms() {
+            for k in 0..kind.dof() {
                 let difference = (a[k] - b[k]) / (2.0 * e);
                 let error = (rates[k] - difference).abs();
                 assert!(error < 1e-6, "{kind:?}, freedom {k}: {} against {difference}", rates[k]);

@@ -7,7 +7,7 @@
 //! T:   as P at q_{n+1}
 //! ```
 
-use super::{Freedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
+use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::Vector3;
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "cylindrical",
-    freedoms: &[Freedom::Length(2), Freedom::ABOUT_AXIS],
+    dof: &[DegreeOfFreedom::Length(2), DegreeOfFreedom::ABOUT_AXIS],
     has_axis: true,
     closes_gap: false,
     swaps_axes: false,
@@ -59,18 +59,18 @@ pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
 
 /// `n'` onto `n`.
 #[must_use]
-pub fn clean_attitude(at: &JointConfiguration) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
 /// The gap across the axis.
 #[must_use]
-pub fn clean_gap(at: &JointConfiguration) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[2])
 }
 
 /// `(u, θ)`.
 #[must_use]
-pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     [at.gap.dot(&at.axis(2)), super::angle_about_axis(at), 0.0, 0.0, 0.0, 0.0]
 }

@@ -12,13 +12,8 @@ use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::{Matrix3, Vector3};
 
 /// The row of the joint table.
-pub const PROPERTIES: Properties = Properties {
-    name: "fixed",
-    freedoms: &[],
-    has_axis: false,
-    closes_gap: true,
-    swaps_axes: false,
-};
+pub const PROPERTIES: Properties =
+    Properties { name: "fixed", dof: &[], has_axis: false, closes_gap: true, swaps_axes: false };
 
 /// `r = 0`; `m_1·m_2' = m_2·n' = n·m_1' = 0`.
 #[must_use]
@@ -54,18 +49,18 @@ pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
 
 /// Equal attitude.
 #[must_use]
-pub fn clean_attitude(at: &JointConfiguration) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_attitude(at)
 }
 
 /// The whole gap.
 #[must_use]
-pub fn clean_gap(at: &JointConfiguration) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[])
 }
 
 /// None.
 #[must_use]
-pub fn coordinates(_at: &JointConfiguration) -> [f64; super::MAX_FREEDOMS] {
-    [0.0; super::MAX_FREEDOMS]
+pub fn coordinates(_at: &JointConfiguration) -> [f64; super::MAX_DOF] {
+    [0.0; super::MAX_DOF]
 }

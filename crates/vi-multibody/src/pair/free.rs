@@ -7,7 +7,7 @@
 //! ```
 
 use super::{
-    Freedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, check,
+    DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, check,
     relative_rotation_vector,
 };
 use crate::geometry::form::Row;
@@ -18,13 +18,13 @@ use vi_rigid::rotation;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "free",
-    freedoms: &[
-        Freedom::Position,
-        Freedom::Position,
-        Freedom::Position,
-        Freedom::Rotation,
-        Freedom::Rotation,
-        Freedom::Rotation,
+    dof: &[
+        DegreeOfFreedom::Position,
+        DegreeOfFreedom::Position,
+        DegreeOfFreedom::Position,
+        DegreeOfFreedom::Rotation,
+        DegreeOfFreedom::Rotation,
+        DegreeOfFreedom::Rotation,
     ],
     has_axis: false,
     closes_gap: false,
@@ -63,7 +63,7 @@ pub fn reparametrize(
     let theta = Vector3::new(u[3], u[4], u[5]);
     check(theta.norm(), 3)?;
     let translation = Vector3::new(u[0], u[1], u[2]);
-    Ok(Motion { translation, turn: rotation::exp_minus_identity(&theta) })
+    Ok(Motion { translation, rotation_minus_identity: rotation::exp_minus_identity(&theta) })
 }
 
 /// `S' = diag(I, T(θ))`.
@@ -74,19 +74,19 @@ pub fn tangent(u: &[f64], _at: &JointConfiguration) -> VelocityMap {
 
 /// Nothing to align.
 #[must_use]
-pub fn clean_attitude(_at: &JointConfiguration) -> Vector3<f64> {
+pub fn attitude_correction(_at: &JointConfiguration) -> Vector3<f64> {
     Vector3::zeros()
 }
 
 /// Nothing to close.
 #[must_use]
-pub fn clean_gap(_at: &JointConfiguration) -> Vector3<f64> {
+pub fn gap_correction(_at: &JointConfiguration) -> Vector3<f64> {
     Vector3::zeros()
 }
 
 /// Gap vector and rotation vector.
 #[must_use]
-pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     let v = relative_rotation_vector(at);
     [at.gap[0], at.gap[1], at.gap[2], v[0], v[1], v[2]]
 }

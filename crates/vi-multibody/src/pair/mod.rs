@@ -110,7 +110,7 @@ pub enum PairKind {
     Fixed,
     /// Two crossing axes: `n` of the parent, `m_1'` of the child.
     Universal,
-    /// H: turn and advance coupled.
+    /// H: rotation with a proportional advance.
     Screw(screw::Pitch),
     /// No constraint: a root of the tree.
     Free,
@@ -122,7 +122,7 @@ pub struct Properties {
     /// Name in model files.
     pub name: &'static str,
     /// Its degrees of freedom, in the order of `τ` and `u`.
-    pub freedoms: &'static [Freedom],
+    pub dof: &'static [DegreeOfFreedom],
     /// Whether it needs an axis `n`.
     pub has_axis: bool,
     /// Whether it leaves no gap, `r = 0`.
@@ -133,7 +133,7 @@ pub struct Properties {
 
 /// What a degree of freedom of a pair is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Freedom {
+pub enum DegreeOfFreedom {
     /// The gap along `m_1`, `m_2` or `n` of the parent (0, 1, 2), m.
     Length(usize),
     /// `atan2(s, c)`, rad; each the product of an axis of the child and an axis of the parent, by number.
@@ -149,25 +149,25 @@ pub enum Freedom {
     Rotation,
 }
 
-impl Freedom {
+impl DegreeOfFreedom {
     /// The angle about `n` from `m_1` to `m_1'`.
     pub const ABOUT_AXIS: Self = Self::Angle { sine: [0, 1], cosine: [0, 0] };
 }
 
 /// The largest number of degrees of freedom of a pair.
-pub const MAX_FREEDOMS: usize = 6;
+pub const MAX_DOF: usize = 6;
 
-/// A rotation of more than half a turn about the unknown with this index within the joint.
+/// A rotation of more than half a revolution about the unknown with this index within the joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooLarge {
-    /// First freedom of the rotation.
-    pub freedom: usize,
+    /// First degree of freedom of the rotation.
+    pub index: usize,
     /// Its size, rad.
     pub angle: f64,
 }
 
-pub(crate) fn check(angle: f64, freedom: usize) -> Result<(), TooLarge> {
-    if angle.abs() <= rotation::MAX_ROTATION { Ok(()) } else { Err(TooLarge { freedom, angle }) }
+pub(crate) fn check(angle: f64, index: usize) -> Result<(), TooLarge> {
+    if angle.abs() <= rotation::MAX_ROTATION { Ok(()) } else { Err(TooLarge { index, angle }) }
 }
 
 /// Rotation about the joint axis `n_n` by `angle`, less the identity.
@@ -291,22 +291,24 @@ impl PairKind {
 
     /// Number of degrees of freedom.
     #[must_use]
-    pub fn freedoms(self) -> usize {
-        self.properties().freedoms.len()
+    pub fn dof(self) -> usize {
+        self.properties().dof.len()
     }
 
     /// Number of its degrees of freedom that are joint coordinates, on which springs and motors act: the
     /// rotations of spherical and free joints are none.
     #[must_use]
     pub fn coordinate_count(self) -> usize {
-        let coordinate = |f: &&Freedom| matches!(f, Freedom::Length(_) | Freedom::Angle { .. });
-        self.properties().freedoms.iter().filter(coordinate).count()
+        let coordinate = |f: &&DegreeOfFreedom| {
+            matches!(f, DegreeOfFreedom::Length(_) | DegreeOfFreedom::Angle { .. })
+        };
+        self.properties().dof.iter().filter(coordinate).count()
     }
 
     /// Number of constraints `m_ex`.
     #[must_use]
     pub fn constraints(self) -> usize {
-        6 - self.freedoms()
+        6 - self.dof()
     }
 
     /// Whether the pair needs an axis.
@@ -324,13 +326,16 @@ impl PairKind {
     /// Which degrees of freedom are angles (the others are lengths).
     #[must_use]
     pub fn is_angle(self, freedom: usize) -> bool {
-        matches!(self.properties().freedoms[freedom], Freedom::Angle { .. } | Freedom::Rotation)
+        matches!(
+            self.properties().dof[freedom],
+            DegreeOfFreedom::Angle { .. } | DegreeOfFreedom::Rotation
+        )
     }
 
     /// Where the rotation vector of a pair begins among its degrees of freedom, if it has one.
     #[must_use]
     pub fn rotation_vector(self) -> Option<usize> {
-        self.properties().freedoms.iter().position(|f| *f == Freedom::Rotation)
+        self.properties().dof.iter().position(|f| *f == DegreeOfFreedom::Rotation)
     }
 
     /// Advance of a screw, m per radian; `None` for other pairs.
@@ -354,7 +359,7 @@ impl PairKind {
     /// `F_d`: the motion of the child from that of the parent and the increments `u`.
     ///
     /// # Errors
-    /// [`TooLarge`] for a rotation of more than half a turn.
+    /// [`TooLarge`] for a rotation of more than half a revolution.
     pub fn reparametrize(
         self,
         u: &[f64],
@@ -370,22 +375,22 @@ impl PairKind {
         each_pair!(self, pair => pair::tangent(u, at))
     }
 
-    /// Small rotation of the child that takes round-off out of the relative attitude.
+    /// Small rotation of the child that removes round-off from the relative attitude.
     #[must_use]
-    pub fn clean_attitude(self, at: &JointConfiguration) -> Vector3<f64> {
-        each_pair!(self, pair => pair::clean_attitude(at))
+    pub fn attitude_correction(self, at: &JointConfiguration) -> Vector3<f64> {
+        each_pair!(self, pair => pair::attitude_correction(at))
     }
 
-    /// Translation of the child that takes round-off out of the gap.
+    /// Translation of the child that removes round-off from the gap.
     #[must_use]
-    pub fn clean_gap(self, at: &JointConfiguration) -> Vector3<f64> {
-        each_pair!(self, pair => pair::clean_gap(at))
+    pub fn gap_correction(self, at: &JointConfiguration) -> Vector3<f64> {
+        each_pair!(self, pair => pair::gap_correction(at))
     }
 
-    /// Joint coordinates at a configuration, lengths in m and angles in `(−π, π]`; the first `freedoms`
+    /// Joint coordinates at a configuration, lengths in m and angles in `(−π, π]`; the first `degrees of freedom`
     /// entries count. S and free pairs give the rotation vector of the relative attitude.
     #[must_use]
-    pub fn coordinates(self, at: &JointConfiguration) -> [f64; MAX_FREEDOMS] {
+    pub fn coordinates(self, at: &JointConfiguration) -> [f64; MAX_DOF] {
         each_pair!(self, pair => pair::coordinates(at))
     }
 }

@@ -1,6 +1,6 @@
 //! Velocity maps of pairs, and motions of one step.
 
-use super::MAX_FREEDOMS;
+use super::MAX_DOF;
 use crate::geometry::twist::{Transfer, Twist};
 use crate::pair::joint::JointConfiguration;
 use nalgebra::{Matrix3, Vector3};
@@ -10,25 +10,25 @@ use nalgebra::{Matrix3, Vector3};
 pub struct VelocityMap {
     /// `X`.
     pub transfer: Transfer,
-    /// Columns of `S`; the first `freedoms` count.
-    pub s: [Twist; MAX_FREEDOMS],
+    /// Columns of `S`; the first `degrees of freedom` count.
+    pub s: [Twist; MAX_DOF],
     /// Number of degrees of freedom.
-    pub freedoms: usize,
+    pub dof: usize,
 }
 
 impl VelocityMap {
     /// From `X` and the columns of `S`.
     #[must_use]
     pub fn new(transfer: Transfer, columns: &[Twist]) -> Self {
-        let mut s = [Twist::zero(); MAX_FREEDOMS];
+        let mut s = [Twist::zero(); MAX_DOF];
         s[..columns.len()].copy_from_slice(columns);
-        Self { transfer, s, freedoms: columns.len() }
+        Self { transfer, s, dof: columns.len() }
     }
 
     /// The columns of `S`.
     #[must_use]
     pub fn columns(&self) -> &[Twist] {
-        &self.s[..self.freedoms]
+        &self.s[..self.dof]
     }
 }
 
@@ -38,23 +38,23 @@ pub struct Motion {
     /// `Δφ`.
     pub translation: Vector3<f64>,
     /// `A − 1`.
-    pub turn: Matrix3<f64>,
+    pub rotation_minus_identity: Matrix3<f64>,
 }
 
 impl Motion {
     /// At rest (the ground).
     #[must_use]
     pub fn rest() -> Self {
-        Self { translation: Vector3::zeros(), turn: Matrix3::zeros() }
+        Self { translation: Vector3::zeros(), rotation_minus_identity: Matrix3::zeros() }
     }
 
     /// `A x`.
     #[must_use]
-    pub fn carry(&self, x: &Vector3<f64>) -> Vector3<f64> {
-        x + self.turn * x
+    pub fn transmit(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        x + self.rotation_minus_identity * x
     }
 
-    /// The child of a joint that turns by `A² = A¹ B` (`B − 1` given) and slides by `slide` (world
+    /// The child of a joint with the rotation `A² = A¹ B` (`B − 1` given) and the translation `slide` (world
     /// vector at `q_n`, fixed in the parent):
     /// `Δφ² = Δφ¹ + (A¹−1)(ϱ¹ + r) + A¹ slide − (A²−1) ϱ²`.
     #[must_use]
@@ -65,9 +65,12 @@ impl Motion {
         slide: &Vector3<f64>,
         gap: &Vector3<f64>,
     ) -> Self {
-        let turn = self.turn + relative + self.turn * relative; // A¹B − 1
-        let translation = self.translation + self.turn * (at.rho_parent + gap) + self.carry(slide)
+        let turn =
+            self.rotation_minus_identity + relative + self.rotation_minus_identity * relative; // A¹B − 1
+        let translation = self.translation
+            + self.rotation_minus_identity * (at.rho_parent + gap)
+            + self.transmit(slide)
             - turn * at.rho_child;
-        Self { translation, turn }
+        Self { translation, rotation_minus_identity: turn }
     }
 }

@@ -8,7 +8,7 @@
 //! T:   as P at q_{n+1}
 //! ```
 
-use super::{Freedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
+use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::Vector3;
@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "planar",
-    freedoms: &[Freedom::Length(0), Freedom::Length(1), Freedom::ABOUT_AXIS],
+    dof: &[DegreeOfFreedom::Length(0), DegreeOfFreedom::Length(1), DegreeOfFreedom::ABOUT_AXIS],
     has_axis: true,
     closes_gap: false,
     swaps_axes: false,
@@ -61,19 +61,19 @@ pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
 
 /// `n'` onto `n`.
 #[must_use]
-pub fn clean_attitude(at: &JointConfiguration) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
 /// The gap along the normal.
 #[must_use]
-pub fn clean_gap(at: &JointConfiguration) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[0, 1])
 }
 
 /// `(u_1, u_2, θ)`.
 #[must_use]
-pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     let along = |i: usize| at.gap.dot(&at.axis(i));
     [along(0), along(1), super::angle_about_axis(at), 0.0, 0.0, 0.0]
 }

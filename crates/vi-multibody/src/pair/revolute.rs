@@ -7,7 +7,7 @@
 //! T:   as P at q_{n+1}, since A¹ n_n = n_{n+1}
 //! ```
 
-use super::{Freedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
+use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::Vector3;
@@ -15,7 +15,7 @@ use nalgebra::Vector3;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "revolute",
-    freedoms: &[Freedom::ABOUT_AXIS],
+    dof: &[DegreeOfFreedom::ABOUT_AXIS],
     has_axis: true,
     closes_gap: true,
     swaps_axes: false,
@@ -58,18 +58,18 @@ pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
 
 /// `n'` onto `n`.
 #[must_use]
-pub fn clean_attitude(at: &JointConfiguration) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
 /// The whole gap.
 #[must_use]
-pub fn clean_gap(at: &JointConfiguration) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[])
 }
 
 /// `θ`.
 #[must_use]
-pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     [super::angle_about_axis(at), 0.0, 0.0, 0.0, 0.0, 0.0]
 }

@@ -9,7 +9,9 @@
 //! The thread `n·r − p θ` is the one row of all pairs that is not quadratic: the velocity-level hidden
 //! constraint holds to second order there, not to round-off.
 
-use super::{Freedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, cylindrical};
+use super::{
+    DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, cylindrical,
+};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::Vector3;
@@ -18,7 +20,7 @@ use serde::{Deserialize, Serialize};
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "screw",
-    freedoms: &[Freedom::ABOUT_AXIS],
+    dof: &[DegreeOfFreedom::ABOUT_AXIS],
     has_axis: true,
     closes_gap: false,
     swaps_axes: false,
@@ -91,13 +93,13 @@ pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
 
 /// `n'` onto `n`.
 #[must_use]
-pub fn clean_attitude(at: &JointConfiguration) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
 /// The gap across the axis, and along it the residual of the thread (to the nearest revolution).
 #[must_use]
-pub fn clean_gap(at: &JointConfiguration) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     let (n, lead) = (at.axis(2), std::f64::consts::TAU * at.pitch);
     let mut excess = at.gap.dot(&n) - at.pitch * super::angle_about_axis(at);
     if lead != 0.0 {
@@ -108,6 +110,6 @@ pub fn clean_gap(at: &JointConfiguration) -> Vector3<f64> {
 
 /// `θ`.
 #[must_use]
-pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     [super::angle_about_axis(at), 0.0, 0.0, 0.0, 0.0, 0.0]
 }

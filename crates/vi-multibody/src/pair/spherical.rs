@@ -8,7 +8,7 @@
 //! ```
 
 use super::{
-    Freedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, check,
+    DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, check,
     relative_rotation_vector,
 };
 use crate::geometry::form::Row;
@@ -19,7 +19,7 @@ use vi_rigid::rotation;
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "spherical",
-    freedoms: &[Freedom::Rotation, Freedom::Rotation, Freedom::Rotation],
+    dof: &[DegreeOfFreedom::Rotation, DegreeOfFreedom::Rotation, DegreeOfFreedom::Rotation],
     has_axis: false,
     closes_gap: true,
     swaps_axes: false,
@@ -58,8 +58,9 @@ pub fn reparametrize(
     let theta = Vector3::new(u[0], u[1], u[2]);
     check(theta.norm(), 0)?;
     let turn = rotation::exp_minus_identity(&theta);
-    let translation = parent.translation + parent.turn * at.rho_parent - turn * at.rho_child;
-    Ok(Motion { translation, turn })
+    let translation =
+        parent.translation + parent.rotation_minus_identity * at.rho_parent - turn * at.rho_child;
+    Ok(Motion { translation, rotation_minus_identity: turn })
 }
 
 /// `S' = [ϱ̂² T; T]`.
@@ -70,19 +71,19 @@ pub fn tangent(u: &[f64], at: &JointConfiguration) -> VelocityMap {
 
 /// Nothing to align.
 #[must_use]
-pub fn clean_attitude(_at: &JointConfiguration) -> Vector3<f64> {
+pub fn attitude_correction(_at: &JointConfiguration) -> Vector3<f64> {
     Vector3::zeros()
 }
 
 /// The gap is closed anew.
 #[must_use]
-pub fn clean_gap(at: &JointConfiguration) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     -at.gap
 }
 
 /// Rotation vector of the relative attitude.
 #[must_use]
-pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     let v = relative_rotation_vector(at);
     [v[0], v[1], v[2], 0.0, 0.0, 0.0]
 }

@@ -8,18 +8,18 @@
 //! ```
 //! In the reference configuration `m_1' = m_1`.
 
-use super::{Freedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
+use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
 use crate::geometry::form::Row;
 use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::Vector3;
 
 /// About `m_1'`, after the first rotation: `n = cos θ_2 n' + sin θ_2 m_2'`.
-const SECOND: Freedom = Freedom::Angle { sine: [1, 2], cosine: [2, 2] };
+const SECOND: DegreeOfFreedom = DegreeOfFreedom::Angle { sine: [1, 2], cosine: [2, 2] };
 
 /// The row of the joint table.
 pub const PROPERTIES: Properties = Properties {
     name: "universal",
-    freedoms: &[Freedom::ABOUT_AXIS, SECOND],
+    dof: &[DegreeOfFreedom::ABOUT_AXIS, SECOND],
     has_axis: true,
     closes_gap: true,
     swaps_axes: true,
@@ -62,22 +62,22 @@ pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
-/// `m_1'` across `n`: a turn about their common normal.
+/// `m_1'` across `n`: a rotation about their common normal.
 #[must_use]
-pub fn clean_attitude(at: &JointConfiguration) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     let (n, m) = (at.axis(2), at.axis_child(0));
     -n.dot(&m) * m.cross(&n)
 }
 
 /// The whole gap.
 #[must_use]
-pub fn clean_gap(at: &JointConfiguration) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[])
 }
 
 /// `θ_1` from `m_1` to `m_1'` about `n`, then `θ_2` of `n'` about `m_1'`.
 #[must_use]
-pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     let second_axis = at.axis_child(0);
     let reference = at.axis(2); // n' coincides with n when θ_2 = 0
     let sine = reference.cross(&at.axis_child(2)).dot(&second_axis);

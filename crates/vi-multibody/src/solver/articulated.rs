@@ -16,7 +16,7 @@
 #![allow(non_snake_case)] // A, D, X, S
 
 use crate::geometry::spatial::SpatialMatrix;
-use crate::pair::{MAX_FREEDOMS, Motion, Transfer, Twist, VelocityMap};
+use crate::pair::{MAX_DOF, Motion, Transfer, Twist, VelocityMap};
 use crate::tree::Tree;
 use nalgebra::Vector3;
 use vi_constraints::NodalOperators;
@@ -32,12 +32,12 @@ use vi_rigid::{directors, null_space};
 /// What a link needs during a step, side by side in memory.
 #[derive(Clone, Copy, Debug)]
 struct LinkWork {
-    at: VelocityMap,                        // X, S at q_n
-    next: VelocityMap,                      // X', S' at q_{n+1}
-    A: SpatialMatrix,                       // A_α, then Â_α
-    AS: [Twist; MAX_FREEDOMS],              // columns of Â S'
-    SA: [Twist; MAX_FREEDOMS],              // rows of Sᵀ Â
-    D: [[f64; MAX_FREEDOMS]; MAX_FREEDOMS], // D⁻¹
+    at: VelocityMap,              // X, S at q_n
+    next: VelocityMap,            // X', S' at q_{n+1}
+    A: SpatialMatrix,             // A_α, then Â_α
+    AS: [Twist; MAX_DOF],         // columns of Â S'
+    SA: [Twist; MAX_DOF],         // rows of Sᵀ Â
+    D: [[f64; MAX_DOF]; MAX_DOF], // D⁻¹
 }
 
 /// Factorization `P_ex(q_n)ᵀ blockdiag(A_α) P'_ex` of a tree.
@@ -97,14 +97,14 @@ impl Articulated {
             link_of[link.frame] = k;
         }
         let map = VelocityMap::new(Transfer::None, &[]);
-        let zero = [Twist::zero(); MAX_FREEDOMS];
+        let zero = [Twist::zero(); MAX_DOF];
         let work = LinkWork {
             at: map,
             next: map,
             A: SpatialMatrix::zero(),
             AS: zero,
             SA: zero,
-            D: [[0.0; MAX_FREEDOMS]; MAX_FREEDOMS],
+            D: [[0.0; MAX_DOF]; MAX_DOF],
         };
         Self {
             blocks: tree.blocks(),
@@ -216,12 +216,12 @@ impl Articulated {
     /// Eliminates the joint of link `k`: its `Â` is complete, that of its parent grows.
     pub(crate) fn eliminate(&mut self, k: usize) -> Result<(), Fault> {
         let work = &mut self.links[k];
-        let f = work.at.freedoms;
+        let f = work.at.dof;
         for j in 0..f {
             work.AS[j] = work.A.mul(&work.next.s[j]);
             work.SA[j] = work.A.tr_mul(&work.at.s[j]);
         }
-        let mut D = [[0.0; MAX_FREEDOMS]; MAX_FREEDOMS];
+        let mut D = [[0.0; MAX_DOF]; MAX_DOF];
         for i in 0..f {
             for j in 0..f {
                 D[i][j] = work.at.s[i].dot(&work.AS[j]);
@@ -237,8 +237,8 @@ impl Articulated {
             }
             reduced.sub_outer(&work.AS[i], &row);
         }
-        let carried = reduced.congruence(&work.at.transfer, &work.next.transfer);
-        self.links[parent].A.add(&carried);
+        let transmitted = reduced.congruence(&work.at.transfer, &work.next.transfer);
+        self.links[parent].A.add(&transmitted);
         Ok(())
     }
 
@@ -247,63 +247,63 @@ impl Articulated {
         self.links[k].A.sub_outer(x, y);
     }
 
-    /// `p` of link `k`: what its children carry to it; after [`Articulated::backward`] its `δt'`.
+    /// `p` of link `k`: the wrench transmitted by its children; after [`Articulated::backward`] its `δt'`.
     pub(crate) fn wrench(&mut self, k: usize) -> &mut Twist {
         &mut self.wrenches[k]
     }
 
-    /// Starts a solve: no wrench carried yet.
+    /// Starts a solve: no wrench transmitted yet.
     pub(crate) fn rest(&mut self) {
         self.wrenches.fill(Twist::zero());
     }
 
     /// Leaf → root at link `k` with the wrench `p` of its children: `own ← u_k = own − S_kᵀ p`; returns
-    /// what is carried to the parent.
-    pub(crate) fn carry(&self, k: usize, p: &Twist, own: &mut [f64]) -> Twist {
+    /// what is transmitted to the parent.
+    pub(crate) fn transmit(&self, k: usize, p: &Twist, own: &mut [f64]) -> Twist {
         let work = &self.links[k];
-        let f = work.at.freedoms;
-        let mut carried = *p;
+        let f = work.at.dof;
+        let mut transmitted = *p;
         for (u, column) in own.iter_mut().zip(work.at.columns()) {
             *u -= column.dot(p);
         }
         for i in 0..f {
             let rate: f64 = (0..f).map(|j| work.D[i][j] * own[j]).sum();
-            carried.add_scaled(rate, &work.AS[i]);
+            transmitted.add_scaled(rate, &work.AS[i]);
         }
-        work.at.transfer.apply_transposed(&carried)
+        work.at.transfer.apply_transposed(&transmitted)
     }
 
     /// The transpose of [`Articulated::backward`] at link `k`: of a linear function `c·δτ_k + p·δt'_k`,
     /// `own = c ← D_k⁻ᵀ (c + S'_kᵀ p)`, its factors of `u_k`; returns its factors of `δt'_parent`.
-    pub(crate) fn carry_transposed(&self, k: usize, p: &Twist, own: &mut [f64]) -> Twist {
+    pub(crate) fn transmit_transposed(&self, k: usize, p: &Twist, own: &mut [f64]) -> Twist {
         let work = &self.links[k];
-        let f = work.at.freedoms;
-        let mut e = [0.0; MAX_FREEDOMS];
+        let f = work.at.dof;
+        let mut e = [0.0; MAX_DOF];
         for i in 0..f {
             e[i] = own[i] + work.next.s[i].dot(p);
         }
-        let mut carried = *p;
+        let mut transmitted = *p;
         for j in 0..f {
             own[j] = (0..f).map(|i| work.D[i][j] * e[i]).sum();
-            carried.add_scaled(-own[j], &work.SA[j]);
+            transmitted.add_scaled(-own[j], &work.SA[j]);
         }
-        work.next.transfer.apply_transposed(&carried)
+        work.next.transfer.apply_transposed(&transmitted)
     }
 
     /// Leaf → root at link `k` for the right-hand side `x`.
     pub(crate) fn forward(&mut self, k: usize, x: &mut [f64]) {
         let link = &self.tree.links()[k];
-        let own = &mut x[link.offset..link.offset + self.links[k].at.freedoms];
-        let carried = self.carry(k, &self.wrenches[k], own);
+        let own = &mut x[link.offset..link.offset + self.links[k].at.dof];
+        let transmitted = self.transmit(k, &self.wrenches[k], own);
         if let Some(parent) = link.parent {
-            self.wrenches[parent].add_scaled(1.0, &carried);
+            self.wrenches[parent].add_scaled(1.0, &transmitted);
         }
     }
 
     /// Root → leaf at link `k`.
     pub(crate) fn backward(&mut self, k: usize, x: &mut [f64]) {
         let (link, work) = (&self.tree.links()[k], &self.links[k]);
-        let f = work.at.freedoms;
+        let f = work.at.dof;
         let own = &mut x[link.offset..link.offset + f];
         let inherited =
             link.parent.map_or(Twist::zero(), |p| work.next.transfer.apply(&self.wrenches[p]));
@@ -311,7 +311,7 @@ impl Articulated {
             *u -= row.dot(&inherited);
         }
         let mut twist = inherited;
-        let mut rate = [0.0; MAX_FREEDOMS];
+        let mut rate = [0.0; MAX_DOF];
         for i in 0..f {
             rate[i] = (0..f).map(|j| work.D[i][j] * own[j]).sum();
             twist.add_scaled(rate[i], &work.next.s[i]);
@@ -331,11 +331,8 @@ impl Articulated {
 }
 
 /// Inverse of the leading `f × f` block by Gauss–Jordan with row pivoting.
-fn invert(
-    matrix: &[[f64; MAX_FREEDOMS]; MAX_FREEDOMS],
-    f: usize,
-) -> Option<[[f64; MAX_FREEDOMS]; MAX_FREEDOMS]> {
-    let mut inverse = [[0.0; MAX_FREEDOMS]; MAX_FREEDOMS];
+fn invert(matrix: &[[f64; MAX_DOF]; MAX_DOF], f: usize) -> Option<[[f64; MAX_DOF]; MAX_DOF]> {
+    let mut inverse = [[0.0; MAX_DOF]; MAX_DOF];
     if f == 1 {
         inverse[0][0] = 1.0 / matrix[0][0];
         return inverse[0][0].is_finite().then_some(inverse);

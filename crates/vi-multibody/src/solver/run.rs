@@ -1,4 +1,4 @@
-//! From a mechanism to a running integrator: which operators carry the scheme.
+//! From a mechanism to a running integrator: which operators solve the scheme.
 //!
 //! | mechanism | nodal and reduced | d'Alembert | constrained |
 //! |---|---|---|---|
@@ -41,11 +41,11 @@ pub enum Solver {
     Dense,
     /// The articulated recursion; where it does not apply, as `Auto`.
     Articulated,
-    /// Sparse factorizations; closed loops of bodies without couplings keep the recursion.
+    /// Sparse factorizations; closed loops of bodies without couplings use the recursion.
     Sparse,
 }
 
-/// Freedoms up to which a coupled tree is solved densely.
+/// Degrees of freedom up to which a coupled tree is solved densely.
 const DENSE_UP_TO: usize = 60;
 
 impl Solver {
@@ -146,7 +146,7 @@ pub struct Loops {
 }
 
 impl Loops {
-    /// Looks at the start `(t, q)` of a mechanism.
+    /// Looks initially `(t, q)` of a mechanism.
     ///
     /// # Errors
     /// [`SetupError::RankAtStart`] where bars, or loops beside point masses, lose rank.
@@ -188,7 +188,7 @@ impl Loops {
         Ok(Some(ConsistentStart { q: state.q, v, rows: rows.clone(), report }))
     }
 
-    /// The refusal of a singular start.
+    /// The refusal of a singular initial configuration.
     #[must_use]
     pub fn refusal(&self, reason: SingularStart) -> SetupError {
         self.rank.as_ref().map_or_else(
@@ -253,11 +253,11 @@ fn nodal(
 #[must_use]
 pub fn has_nodes(mechanism: &Mechanism) -> bool {
     let bodies = &mechanism.description().bodies;
-    let moves = |link: &&Link| link.freedoms() > 0;
+    let moves = |link: &&Link| link.dof() > 0;
     mechanism.tree().links().iter().filter(moves).any(|link| bodies[link.frame].body.is_none())
 }
 
-/// An interval at the start, to look at the pattern of the Newton matrix.
+/// An interval initially, to look at the pattern of the Newton matrix.
 fn probe(mechanism: &Mechanism, system: &SeparableSystem) -> Interval {
     let mut s = Interval::new(system.dim());
     s.open(0.0, 1.0, &mechanism.initial_configuration());

@@ -18,14 +18,14 @@ use vi_core::interval::Interval;
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_rigid::{directors, reparametrization, rotation};
 
-/// A frame of the tree with the joint that carries it.
+/// A frame of the tree with its inboard joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// The frame; its coordinates start at `12 frame`.
     pub frame: usize,
     /// Index of the parent link; `None`: the ground, or a free root.
     pub parent: Option<usize>,
-    /// The joint, oriented from the parent to this frame; free roots carry a free joint to the ground.
+    /// The joint, oriented from the parent to this frame; free roots have a free joint to the ground.
     pub joint: Joint,
     /// First unknown of its joint among `u`.
     pub offset: usize,
@@ -34,8 +34,8 @@ pub struct Link {
 impl Link {
     /// Number of its degrees of freedom.
     #[must_use]
-    pub fn freedoms(&self) -> usize {
-        self.joint.kind.freedoms()
+    pub fn dof(&self) -> usize {
+        self.joint.kind.dof()
     }
 
     fn coordinates<'a>(&self, q: &'a [f64]) -> &'a [f64] {
@@ -61,7 +61,7 @@ impl Tree {
         for (k, link) in links.iter_mut().enumerate() {
             assert!(link.parent.is_none_or(|p| p < k), "parents precede their children");
             link.offset = dof;
-            dof += link.joint.kind.freedoms();
+            dof += link.joint.kind.dof();
         }
         Self { links, dof }
     }
@@ -83,7 +83,7 @@ impl Tree {
     pub fn blocks(&self) -> Vec<Block> {
         let mut blocks: Vec<Block> = Vec::new();
         for link in &self.links {
-            for k in 0..link.freedoms() {
+            for k in 0..link.dof() {
                 let angle = link.joint.kind.is_angle(k);
                 let kind = if angle { BlockKind::Rotation } else { BlockKind::Position };
                 let at = link.offset + k;
@@ -113,7 +113,7 @@ impl Tree {
     /// `maps ← X'_α, S'_α` at `q_{n+1}`, with the tangent maps of the increments `u`.
     pub fn tangents(&self, u: &[f64], q: &[f64], maps: &mut [VelocityMap]) {
         for (link, map) in self.links.iter().zip(maps) {
-            let own = &u[link.offset..link.offset + link.freedoms()];
+            let own = &u[link.offset..link.offset + link.dof()];
             *map = link.joint.kind.tangent(own, &self.configuration(link, q));
         }
     }
@@ -143,9 +143,9 @@ impl Tree {
                 *r = column.dot(&wrench);
             }
             if let Some(parent) = link.parent {
-                let carried = map.transfer.apply_transposed(&wrench);
-                wrenches[parent].linear += carried.linear;
-                wrenches[parent].angular += carried.angular;
+                let transmitted = map.transfer.apply_transposed(&wrench);
+                wrenches[parent].linear += transmitted.linear;
+                wrenches[parent].angular += transmitted.angular;
             }
         }
     }
@@ -163,19 +163,19 @@ impl Tree {
         for (k, link) in self.links.iter().enumerate() {
             let at = self.configuration(link, &s.q0);
             let parent = link.parent.map_or(Motion::rest(), |p| motions[p]);
-            let own = &u[link.offset..link.offset + link.freedoms()];
+            let own = &u[link.offset..link.offset + link.dof()];
             if own.iter().any(|u| !u.is_finite()) {
                 return Err(Fault::NotFinite);
             }
             let motion = link.joint.kind.reparametrize(own, &parent, &at).map_err(|too_large| {
-                let unknown = link.offset + too_large.freedom;
+                let unknown = link.offset + too_large.index;
                 Fault::RotationTooLarge { unknown, angle: too_large.angle }
             })?;
             motions[k] = motion;
             move_frame(&motion, link, s);
-            // S, R and fixed joints close their gap anew, so that it never accumulates round-off
+            // where the pair has no gap, round-off of it is removed in every step
             if link.joint.kind.closes_gap() {
-                let closure = link.joint.kind.clean_gap(&self.configuration(link, &s.q1));
+                let closure = link.joint.kind.gap_correction(&self.configuration(link, &s.q1));
                 for i in 0..3 {
                     s.q1[12 * link.frame + i] += closure[i];
                 }
@@ -184,7 +184,7 @@ impl Tree {
         Ok(())
     }
 
-    /// Takes accumulated round-off out of directors and of what C, P, E and the axes carry along,
+    /// Removes accumulated round-off from directors and of what C, P, E and the axes transport,
     /// root first, where it has passed a few ulp.
     pub fn clean(&self, q: &mut [f64]) {
         const SLACK: f64 = 8.0 * f64::EPSILON;
@@ -192,14 +192,14 @@ impl Tree {
             let own = 12 * link.frame..12 * link.frame + 12;
             reparametrization::clean_directors(&mut q[own.clone()]);
             let at = self.configuration(link, q);
-            let turn = link.joint.kind.clean_attitude(&at);
+            let turn = link.joint.kind.attitude_correction(&at);
             if turn.amax() > SLACK {
                 let triad = directors::triad(&q[own.clone()]);
                 directors::set_triad(&mut q[own.clone()], &(rotation::exp(&turn) * triad));
                 reparametrization::clean_directors(&mut q[own.clone()]);
             }
             let at = self.configuration(link, q);
-            let shift = link.joint.kind.clean_gap(&at);
+            let shift = link.joint.kind.gap_correction(&at);
             if shift.amax() > SLACK * (1.0 + at.c.amax()) {
                 for i in 0..3 {
                     q[own.start + i] += shift[i];
@@ -212,8 +212,8 @@ impl Tree {
     #[must_use]
     pub fn owner(&self, unknown: usize) -> Option<(&Link, usize)> {
         let k = self.links.partition_point(|link| link.offset <= unknown);
-        let link = self.links[..k].iter().rev().find(|link| link.freedoms() > 0)?;
-        (unknown < link.offset + link.freedoms()).then(|| (link, unknown - link.offset))
+        let link = self.links[..k].iter().rev().find(|link| link.dof() > 0)?;
+        (unknown < link.offset + link.dof()).then(|| (link, unknown - link.offset))
     }
 }
 
@@ -229,7 +229,7 @@ fn move_frame(motion: &Motion, link: &Link, s: &mut Interval) {
     }
     for j in 0..3 {
         let d: Vector3<f64> = directors::director(&s.q0[at..at + 12], j);
-        let dd = motion.turn * d;
+        let dd = motion.rotation_minus_identity * d;
         for i in 0..3 {
             s.increment(at + 3 + 3 * j + i, dd[i]);
         }

@@ -14,7 +14,7 @@ use vi_core::interval::Interval;
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_rigid::rotation;
 
-/// What carries a particle of the tree.
+/// The inboard component of a particle of the tree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Carrier {
     /// Nothing: it is free.
@@ -30,7 +30,7 @@ pub enum Carrier {
 pub struct Bead {
     /// Offset of its coordinates in `q`.
     pub offset: usize,
-    /// What carries it.
+    /// Its inboard component.
     pub carrier: Carrier,
     /// Length of the bar (0 when free).
     pub length: f64,

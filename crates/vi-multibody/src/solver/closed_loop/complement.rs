@@ -8,7 +8,7 @@
 //! Both are stored for the links of the path up to the apex alone, so `C` is sparse where few loops meet.
 #![allow(non_snake_case)] // C
 
-use super::echelon::{Echelon, Entry, ROOM};
+use super::echelon::{CAPACITY, Echelon, Entry};
 use super::path::Paths;
 use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
@@ -60,22 +60,22 @@ impl Sweep {
     fn run(
         &mut self,
         paths: &Paths,
-        carry: impl Fn(usize, &Twist, &mut [f64]) -> Twist,
+        transmit: impl Fn(usize, &Twist, &mut [f64]) -> Twist,
         mut keep: impl FnMut(usize, f64),
     ) -> Twist {
         let mut out = Twist::zero();
         for &k in &self.touched {
             let link = &paths.links[k];
             let wrench = std::mem::replace(&mut self.wrenches[k], Twist::zero());
-            let own = &mut self.values[link.first..link.first + link.freedoms];
-            let carried = carry(link.link, &wrench, own);
+            let own = &mut self.values[link.first..link.first + link.dof];
+            let transmitted = transmit(link.link, &wrench, own);
             for (j, value) in own.iter_mut().enumerate() {
                 keep(link.first + j, std::mem::replace(value, 0.0));
             }
             self.marked[k] = false;
             match link.parent {
-                Some(parent) => self.wrenches[parent].add_scaled(1.0, &carried),
-                None => out.add_scaled(1.0, &carried),
+                Some(parent) => self.wrenches[parent].add_scaled(1.0, &transmitted),
+                None => out.add_scaled(1.0, &transmitted),
             }
         }
         out
@@ -92,7 +92,7 @@ impl Complement {
             marked: vec![false; links],
             touched: Vec::with_capacity(links),
         };
-        let list = || Vec::with_capacity(ROOM.min(columns.max(rank)));
+        let list = || Vec::with_capacity(CAPACITY.min(columns.max(rank)));
         let vec = |count| (0..count).map(|_| list()).collect();
         Self {
             rank,
@@ -124,8 +124,8 @@ impl Complement {
     ) {
         let Self { sweep, left, wrenches, .. } = self;
         sweep.take_up(basis, paths);
-        let carry = |link: usize, p: &Twist, own: &mut [f64]| tree.carry(link, p, own);
-        wrenches[k] = sweep.run(paths, carry, |column, value| left[column].push((k, value)));
+        let transmit = |link: usize, p: &Twist, own: &mut [f64]| tree.transmit(link, p, own);
+        wrenches[k] = sweep.run(paths, transmit, |column, value| left[column].push((k, value)));
     }
 
     /// `v̂_i`, `p'_i` from the row of `J'` last written, and its row of `C` with the right-hand sides.
@@ -134,8 +134,9 @@ impl Complement {
         let own = &mut right[*rows];
         own.clear();
         sweep.take_up(paths.last_row().iter().copied(), paths);
-        let carry = |link: usize, p: &Twist, own: &mut [f64]| tree.carry_transposed(link, p, own);
-        let twist = sweep.run(paths, carry, |column, value| own.push((column, value)));
+        let transmit =
+            |link: usize, p: &Twist, own: &mut [f64]| tree.transmit_transposed(link, p, own);
+        let twist = sweep.run(paths, transmit, |column, value| own.push((column, value)));
         let mut closure = g;
         met.clear();
         for &(column, value) in own.iter() {

@@ -17,7 +17,7 @@ const LEVEL: f64 = 0.25;
 /// Entries that may be the pivot of their row, relative to the largest.
 const NEAR: f64 = 0.3;
 /// Entries for which a row has space from the beginning; longer ones grow.
-pub(crate) const ROOM: usize = 32;
+pub(crate) const CAPACITY: usize = 32;
 const NONE: usize = usize::MAX;
 
 /// A column and its entry.
@@ -32,7 +32,7 @@ struct Row {
     visited: bool,
 }
 
-/// Row echelon form with all memory kept.
+/// Row echelon form without new allocations.
 pub(crate) struct Echelon {
     weights: Vec<f64>, // of the columns in which pivots may stand; right-hand sides follow
     rows: Vec<Row>,
@@ -52,7 +52,7 @@ impl Echelon {
     /// right-hand sides.
     pub(crate) fn new(rows: usize, weights: Vec<f64>, sides: usize) -> Self {
         let (width, all) = (weights.len(), weights.len() + sides);
-        let row = || Row { entries: Vec::with_capacity(all.min(ROOM)), ..Row::default() };
+        let row = || Row { entries: Vec::with_capacity(all.min(CAPACITY)), ..Row::default() };
         Self {
             weights,
             rows: (0..rows).map(|_| row()).collect(),

@@ -1,6 +1,6 @@
-//! Generic rank of closed loops, and starts in singular configurations.
+//! Generic rank of closed loops, and singular initial configurations.
 //!
-//! The rank of the loop constraints' Jacobian `J` is that of almost all configurations of a branch. A start
+//! The rank of the loop constraints' Jacobian `J` is that of almost all configurations of a branch. An initial configuration
 //! may sit where it is lower (a flat four-bar), so it is compared with closed configurations nearby:
 //! ```text
 //! q* :  F_d(u, q_0) with a small random u, then    u ← −J⁺ g_c     until g = 0 (least-norm Newton)
@@ -30,17 +30,17 @@ use vi_rigid::directors;
 
 /// Size of the random motion, rad and longest lever arms.
 const MOTION: f64 = 1e-3;
-/// A moment in which prescribed motions move on, s.
+/// A time in which prescribed motions move on, s.
 const LATER: f64 = 1e-3;
 /// Size of the motion along the velocity.
 const ALONG: f64 = 1e-6;
 /// Relative difference up to which a velocity belongs to a branch.
 const OFF_BRANCH: f64 = 1e-3;
 
-/// What is known of the loops at the start.
+/// What is known of the loops initially.
 #[derive(Clone, Debug)]
 pub struct LoopRank {
-    /// Rank of `J` at the start.
+    /// Rank of `J` initially.
     pub at_start: usize,
     /// The largest rank met: that of the motion.
     pub generic: usize,
@@ -48,13 +48,13 @@ pub struct LoopRank {
     pivots: Vec<Vec<usize>>,
     /// The same among the rows of `g_c`.
     rows: Vec<usize>,
-    /// The same at the start.
+    /// The same initially.
     rows_at_start: Vec<usize>,
-    /// A cut joint whose own rank is lower at the start.
+    /// A cut joint whose own rank is lower initially.
     joint: String,
 }
 
-/// How the motion leaves a singular start.
+/// How the motion leaves a singular initial configuration.
 #[derive(Clone, Debug)]
 pub struct Departure {
     /// `Z_0`: the null space of the branch, `d_tree × (d_tree − generic)`.
@@ -64,7 +64,7 @@ pub struct Departure {
 }
 
 impl LoopRank {
-    /// Looks at the start `q` and at closed configurations near it.
+    /// Looks initially `q` and at closed configurations near it.
     #[must_use]
     pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Self {
         let mut loops = Loops::new(mechanism);
@@ -118,19 +118,19 @@ impl LoopRank {
         choose(mechanism, &self.rows)
     }
 
-    /// Independent constraints at the start.
+    /// Independent constraints initially.
     #[must_use]
     pub fn rows_at_start(&self, mechanism: &Mechanism) -> IndependentRows {
         choose(mechanism, &self.rows_at_start)
     }
 
-    /// The refusal of this singular start.
+    /// The refusal of this singular initial configuration.
     #[must_use]
     pub fn refusal(&self, reason: SingularStart) -> SetupError {
         SetupError::SingularStart { joint: self.joint.clone(), reason }
     }
 
-    /// How the motion leaves a singular start `(t, q, v)`.
+    /// How the motion leaves a singular initial configuration `(t, q, v)`.
     ///
     /// # Errors
     /// [`SetupError::SingularStart`] at rest, or when the velocity belongs to no branch.
@@ -189,10 +189,10 @@ fn groups(mechanism: &Mechanism) -> Vec<Range<usize>> {
 
 fn choose(mechanism: &Mechanism, pivots: &[usize]) -> IndependentRows {
     let (m, loop_rows) = (mechanism.len(), loop_rows(mechanism));
-    let mut kept = vec![true; m];
-    loop_rows.iter().for_each(|&row| kept[row] = false);
-    pivots.iter().for_each(|&k| kept[loop_rows[k]] = true);
-    let rows: Vec<usize> = (0..m).filter(|&row| kept[row]).collect();
+    let mut enforced = vec![true; m];
+    loop_rows.iter().for_each(|&row| enforced[row] = false);
+    pivots.iter().for_each(|&k| enforced[loop_rows[k]] = true);
+    let rows: Vec<usize> = (0..m).filter(|&row| enforced[row]).collect();
     IndependentRows::choose(m, &rows)
 }
 
@@ -242,9 +242,9 @@ fn tree_rates(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
     let mut rates = vec![0.0; tree.dof()];
     for (link, map) in tree.links().iter().zip(&maps) {
         let parent = link.parent.map_or(Twist::zero(), |p| twist(tree.links()[p].frame));
-        let (own, carried) = (twist(link.frame), map.transfer.apply(&parent));
-        let rest = Twist::new(own.linear - carried.linear, own.angular - carried.angular);
-        let f = map.freedoms;
+        let (own, transmitted) = (twist(link.frame), map.transfer.apply(&parent));
+        let rest = Twist::new(own.linear - transmitted.linear, own.angular - transmitted.angular);
+        let f = map.dof;
         if f == 0 {
             continue; // a weld has no rate
         }

@@ -288,9 +288,9 @@ fn cluster_links(tree: &Tree, home: &[(usize, usize)], number: usize) -> Vec<Clu
     let mut first = 0;
     let place = |(k, link): (usize, &crate::tree::Link)| {
         let parent = link.parent.map(|p| home[p]).filter(|h| h.0 == number).map(|h| h.1);
-        let (offset, freedoms) = (link.offset, link.freedoms());
-        first += freedoms;
-        ClusterLink { link: k, parent, first: first - freedoms, offset, freedoms }
+        let (offset, dof) = (link.offset, link.dof());
+        first += dof;
+        ClusterLink { link: k, parent, first: first - dof, offset, dof }
     };
     own.map(place).collect()
 }
@@ -312,7 +312,7 @@ pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> 
     blocks
 }
 
-/// One over the size of each row's wrench at the start, forces weighed by the longest lever arm.
+/// One over the size of each row's wrench initially, forces weighed by the longest lever arm.
 fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow], length: f64) -> Vec<f64> {
     let q = mechanism.initial_configuration();
     let scale = |row: &ScalarRow| {

@@ -20,11 +20,11 @@
 //! right-hand side: for `c` loops `c + 1` solves with its factors and a dense complement, `O(c³)`.
 //!
 //! **Rank.** Permanent redundancy (overconstrained loops) shows as a clear gap between the pivots; the
-//! rows without a pivot follow from the others. The *generic* rank, the largest met, is kept when a
+//! rows without a pivot follow from the others. The *generic* rank, the largest met, is retained when a
 //! configuration loses rank momentarily (a flat four-bar): the rows of `U` that are missing are then those of
 //! the last node that do not depend on the new ones, so the branch of the motion is the one its velocity
-//! points along, and the rows enforced are chosen at `q_{n+1}`. A start in such a configuration is compared
-//! with configurations nearby ([`crate::solver::closed_loop::loop_rank`]): with a velocity, `Z` at the start is the limit of the
+//! points along, and the rows enforced are chosen at `q_{n+1}`. An initial configuration in such a configuration is compared
+//! with configurations nearby ([`crate::solver::closed_loop::loop_rank`]): with a velocity, `Z` initially is the limit of the
 //! generic null space along it; at rest it is refused, since nothing says which branch the motion takes.
 //!
 //! **Round-off.** `g_c` is a difference of stored coordinates, so the increments of a loop are known to
@@ -65,7 +65,7 @@ use vi_core::state::Memory;
 
 crate::opaque_debug!(TreeSolver, LoopNodal);
 
-/// What carries the tree: its velocity map and `A`.
+/// The operators of the tree: its velocity map and `A`.
 pub enum TreeSolver {
     /// The articulated recursion: no potential couples bodies.
     Recursion,

@@ -36,7 +36,7 @@ pub(crate) struct ClusterLink {
     /// Its first unknown in the tree.
     pub(crate) offset: usize,
     /// Number of its degrees of freedom.
-    pub(crate) freedoms: usize,
+    pub(crate) dof: usize,
 }
 
 /// Where rows are evaluated.
@@ -72,9 +72,9 @@ impl Paths {
     /// Of a cluster that hangs on `apex`.
     pub(crate) fn new(rows: Vec<LoopRow>, links: Vec<ClusterLink>, apex: Option<usize>) -> Self {
         let columns: Vec<usize> =
-            links.iter().flat_map(|link| link.offset..link.offset + link.freedoms).collect();
+            links.iter().flat_map(|link| link.offset..link.offset + link.dof).collect();
         let owners = links.iter().enumerate();
-        let owner = owners.flat_map(|(k, link)| std::iter::repeat_n(k, link.freedoms)).collect();
+        let owner = owners.flat_map(|(k, link)| std::iter::repeat_n(k, link.dof)).collect();
         let (wrenches, values) = (vec![Twist::zero(); links.len()], vec![0.0; columns.len()]);
         let row = Vec::with_capacity(columns.len());
         Self { rows, links, apex, columns, owner, wrenches, values, row }
@@ -123,7 +123,7 @@ impl Paths {
         });
         out.clear();
         for &k in &row.path {
-            for column in links[k].first..links[k].first + links[k].freedoms {
+            for column in links[k].first..links[k].first + links[k].dof {
                 out.push((column, std::mem::take(&mut values[column])));
             }
         }

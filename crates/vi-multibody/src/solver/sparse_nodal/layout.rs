@@ -57,7 +57,7 @@ pub struct VelocityLayout {
     particles: ParticleTree,
     pub(super) members: Vec<Member>, // links in the order of the tree, then particles
     parents: Vec<Option<usize>>,     // of links
-    roots: Vec<Option<usize>>,       // of links: the free root that carries them
+    roots: Vec<Option<usize>>,       // of links: their free root
     pub(super) unknowns: Vec<usize>, // unknown of each column
     dim: usize,                      // n
     dof: usize,                      // d
@@ -83,7 +83,7 @@ impl VelocityLayout {
             if let Some(parent) = link.parent {
                 unknowns.extend_from_within(members[parent].columns.clone());
             }
-            unknowns.extend(link.offset..link.offset + link.freedoms());
+            unknowns.extend(link.offset..link.offset + link.dof());
             let columns = start..unknowns.len();
             members.push(Member { first: 12 * link.frame, size: 12, columns });
         }
@@ -140,7 +140,7 @@ impl VelocityLayout {
         blocks
     }
 
-    /// Room for the columns at one configuration.
+    /// Storage for the columns at one configuration.
     #[must_use]
     pub fn columns(&self) -> Columns {
         Columns { q: vec![0.0; self.dim], twists: vec![Vector6::zeros(); self.unknowns.len()] }
@@ -225,7 +225,7 @@ impl VelocityLayout {
     }
 
     /// The unknowns that move a link, and the twists they give it; without those that move the link `apex`,
-    /// which must carry it (or be it).
+    /// which must be its ancestor (or itself).
     pub(super) fn for_each_column(
         &self,
         at: &Columns,

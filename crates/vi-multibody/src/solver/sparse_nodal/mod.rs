@@ -70,7 +70,7 @@ impl SparseNodal {
     /// Takes screws as the unknowns of free roots: `θ = D y_θ`, `u_φ = T(θ) D y_φ` with the directors
     /// `D` of `q_n`. In a steady screw motion `y = h (Dᵀφ̇, Dᵀω)` is constant, and every member stays on
     /// its circle: initial guesses that are extrapolated, and the first iterate `hν` from `y = 0`, are
-    /// then free of strain. Stiff beams that turn fast need it; the root `q_{n+1}` is the same.
+    /// then free of strain. Stiff beams in fast rotation need it; the root `q_{n+1}` is the same.
     #[must_use]
     pub fn by_screws(mut self) -> Self {
         self.screws = true;
@@ -182,7 +182,7 @@ impl NodalOperators for SparseNodal {
         self.layout.pull_back(&self.left, w, out);
     }
 
-    /// Screws are components along the directors of `q_n`, which turn: their residual means something else at
+    /// Screws are components along the directors of `q_n`, which rotate: their residual means something else at
     /// the next node.
     fn carry_balance(&self, r: &mut [f64]) {
         if self.screws {
