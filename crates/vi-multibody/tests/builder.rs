@@ -82,7 +82,7 @@ fn by_hand() -> Mechanism {
     let length = between.at(&q).norm();
     let pair = (principal(&base, 0), principal(&elbow, 1));
     d.scalars = vec![
-        ScalarConstraint::coupling("gear", pair, -0.37, &q),
+        ScalarConstraint::gear("gear", pair, -0.37, &q),
         ScalarConstraint::point_on_line(&guide),
         ScalarConstraint::distance("rod", &between, length),
         ScalarConstraint::motion("drive", principal(&base, 0), Arc::new(|t| [t, 1.0, 0.0])),
@@ -335,7 +335,7 @@ fn what_makes_no_sense_is_refused_by_name() {
             }),
         ),
         (
-            "joint `j` connects a member with itself; give it two different members",
+            "joint `j` connects a component with itself; give it two different components",
             message(|b, second| {
                 b.joint("j", PairKind::Spherical, second, second);
             }),

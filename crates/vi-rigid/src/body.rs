@@ -16,6 +16,15 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use vi_core::sparse::Entries;
 
 /// Mass and Euler moments of a rigid body.
+///
+/// ```
+/// use vi_rigid::{RigidBody, Shape};
+///
+/// let plate = Shape::Box { lengths: [0.4, 0.3, 0.01] }.mass_properties(7800.0)?;
+/// let plate = RigidBody::try_from(plate)?;
+/// assert!((plate.mass() - 9.36).abs() < 1e-12); // kg
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidBody {
     mass: f64,

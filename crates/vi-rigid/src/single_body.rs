@@ -80,7 +80,7 @@ impl SingleBody {
         q
     }
 
-    /// The start of a motion at `q ∈ C` with velocity `v = P(q) ν`: `p(0) = M v`.
+    /// The initial state of a motion at `q ∈ C` with velocity `v = P(q) ν`: `p(0) = M v`.
     ///
     /// `q`: shape 12; `nu`: `(φ̇, ω)` for a free body, `ω` for one with a fixed point.
     ///

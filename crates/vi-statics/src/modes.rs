@@ -24,7 +24,7 @@ use vi_multibody::sparse_nodal::{Columns, VelocityLayout};
 #[non_exhaustive]
 pub enum ModeError {
     /// The reduced mass is not positive definite.
-    #[error("a free direction carries no mass: give it mass or rotary inertia, or hold it")]
+    #[error("a degree of freedom has no mass: give it mass or rotary inertia, or constrain it")]
     NoMass,
     /// A value is not finite.
     #[error("the stiffness at this configuration is not finite")]
@@ -44,6 +44,24 @@ impl From<EigenError> for ModeError {
 const NOISE: f64 = 100.0;
 
 /// Modes, softest first.
+///
+/// ```
+/// use vi_core::Quadrature;
+/// use vi_multibody::builder::{Inertia, MechanismBuilder};
+/// use vi_multibody::{FrameId::Ground, PairKind};
+/// use vi_statics::{StaticProblem, modes};
+///
+/// // a hanging pendulum: ω² = m γ l/(J + m l²)
+/// let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+/// let arm = Inertia::principal(2.0, [0.1; 3]);
+/// let arm = builder.body("arm", arm).at([0.0, 0.0, -0.5]).id();
+/// builder.joint("hinge", PairKind::Revolute, Ground, arm).at([0.0; 3]).axis([0.0, 1.0, 0.0]);
+/// let built = builder.build()?;
+/// let mut problem = StaticProblem::new(built.system(Quadrature::Midpoint), built.mechanism);
+/// let modes = modes(&mut problem)?;
+/// assert!((modes.squared[0] - 9.81 / 0.6).abs() < 1e-12 && !modes.is_unstable(0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modes {
     /// `ω²`, rad²/s².

@@ -129,7 +129,7 @@ impl StaticProblem {
         norm_inf(&damping.collect::<Vec<f64>>())
     }
 
-    /// Refuses an end too far from the start of the relaxation.
+    /// Refuses a configuration too far from the initial one of the relaxation.
     fn refuse_far_end(
         &mut self,
         start: &[f64],

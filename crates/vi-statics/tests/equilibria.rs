@@ -4,8 +4,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 use vi_core::Quadrature;
+use vi_multibody::description::joint_at;
 use vi_multibody::form::Form;
-use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+use vi_multibody::joint::{FrameId, complete_axis};
 use vi_multibody::mechanism::{
     Attachment, Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec,
 };
@@ -47,17 +48,10 @@ fn join(
     point: Vector3<f64>,
 ) {
     let axes = complete_axis(&Vector3::y());
-    let side = |frame: Option<usize>| match frame {
-        None => Side::at(FrameId::Ground, &GROUND, &point, &axes),
-        Some(k) => {
-            let (mut q, body) = ([0.0; 12], &description.bodies[k]);
-            directors::set_frame(&mut q, &body.center, &body.triad);
-            Side::at(FrameId::Frame(k), &q, &point, &axes)
-        }
-    };
-    let name = format!("joint {}", description.joints.len());
-    let (parent, child) = (side(parent), side(child));
-    description.joints.push(Joint { name, kind, parent, child });
+    let frames = [parent, child].map(|frame| frame.map_or(FrameId::Ground, FrameId::Frame));
+    let (name, bodies) = (format!("joint {}", description.joints.len()), &description.bodies);
+    let joint = joint_at(&name, kind, frames, [point; 2], &axes, bodies);
+    description.joints.push(joint);
 }
 
 fn spring(between: Form, stiffness: f64, natural_length: f64) -> Spring {

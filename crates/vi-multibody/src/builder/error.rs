@@ -62,8 +62,8 @@ pub enum BuildError {
         /// How many there are.
         count: usize,
     },
-    /// A joint or a guide connects a member with itself.
-    #[error("{element} connects a member with itself; give it two different members")]
+    /// A joint or a guide connects a component with itself.
+    #[error("{element} connects a component with itself; give it two different components")]
     SameMember {
         /// The part.
         element: String,

@@ -2,11 +2,10 @@
 
 use super::assembly::finite;
 use super::{BuildError, JointId};
-use crate::mechanism::description::BodySpec;
+use crate::mechanism::description::{BodySpec, joint_at};
 use crate::pair::PairKind;
-use crate::pair::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+use crate::pair::joint::{FrameId, Joint, complete_axis};
 use nalgebra::{Matrix3, Vector3};
-use vi_rigid::directors;
 
 /// A joint as it was described.
 #[derive(Clone, Debug)]
@@ -104,32 +103,6 @@ pub(super) fn direction(
         return Err(BuildError::ZeroAxis { element: element(), what });
     }
     Ok(unit)
-}
-
-/// The coordinates of a frame in the initial configuration.
-pub(super) fn coordinates(frame: FrameId, bodies: &[BodySpec]) -> [f64; 12] {
-    match frame {
-        FrameId::Ground => GROUND,
-        FrameId::Frame(k) => {
-            let mut q = [0.0; 12];
-            directors::set_frame(&mut q, &bodies[k].center, &bodies[k].triad);
-            q
-        }
-    }
-}
-
-/// A joint whose parent is met at the first point and whose child at the second, with axes in space.
-pub(super) fn joint_at(
-    name: &str,
-    kind: PairKind,
-    [parent, child]: [FrameId; 2],
-    points: [Vector3<f64>; 2],
-    axes: &Matrix3<f64>,
-    bodies: &[BodySpec],
-) -> Joint {
-    let side = |frame, point| Side::at(frame, &coordinates(frame, bodies), point, axes);
-    let (parent, child) = (side(parent, &points[0]), side(child, &points[1]));
-    Joint { name: name.to_owned(), kind, parent, child }
 }
 
 /// A joint that was added; its place, and the axis of pairs that have one, are needed.

@@ -4,7 +4,7 @@
 //! distance        ½ (|D|² − l²) = 0                       D: from a point to a point
 //! point on line   m_1·r = m_2·r = 0                       line through the parent's anchor along n
 //! point on plane  n·r = 0                                  plane through the parent's anchor
-//! coupling        θ_a + ρ θ_b − c = 0                      gears, racks, screws of two coordinates
+//! gear            θ_a + ρ θ_b − c = 0                      gears, racks, screws of two coordinates
 //! motion          θ − θ_ref(t) = 0                         rheonomic
 //! ```
 //! They act on top of the spanning tree like the joints that close loops.
@@ -27,7 +27,7 @@ pub enum ScalarRow {
     /// A product of forms.
     Product(Row),
     /// `θ_a + ρ θ_b − c`.
-    Coupling {
+    Gear {
         /// `θ_a`.
         a: Box<JointCoordinate>,
         /// `θ_b`.
@@ -50,7 +50,7 @@ impl std::fmt::Debug for ScalarRow {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Product(_) => "product",
-            Self::Coupling { .. } => "coupling",
+            Self::Gear { .. } => "gear",
             Self::Motion { .. } => "motion",
         })
     }
@@ -62,7 +62,7 @@ impl ScalarRow {
     pub(crate) fn thread(joint: &Joint, pitch: f64) -> Option<Self> {
         let of = |freedom| Some(Box::new(JointCoordinate::of(joint, freedom)?));
         let (a, b) = (of(DegreeOfFreedom::Length(2))?, of(DegreeOfFreedom::ABOUT_AXIS)?);
-        Some(Self::Coupling { a, b, ratio: -pitch, target: 0.0 })
+        Some(Self::Gear { a, b, ratio: -pitch, target: 0.0 })
     }
 
     /// `g(q, t)`.
@@ -70,7 +70,7 @@ impl ScalarRow {
     pub fn value(&self, at: Configuration<'_>) -> f64 {
         match self {
             Self::Product(row) => row.value(at.q),
-            Self::Coupling { a, b, ratio, target } => {
+            Self::Gear { a, b, ratio, target } => {
                 let (a, b) = (a.unwrapped(at), b.unwrapped(at));
                 let revolutions = ratio.mul_add(b.revolutions, a.revolutions);
                 a.principal + ratio * b.principal + TAU.mul_add(revolutions, -target)
@@ -86,7 +86,7 @@ impl ScalarRow {
     pub fn emit(&self, q: &[f64], row: usize, out: &mut dyn Entries) {
         match self {
             Self::Product(product) => product.emit(q, row, out),
-            Self::Coupling { a, b, ratio, .. } => {
+            Self::Gear { a, b, ratio, .. } => {
                 a.emit(q, (row, 1.0), out);
                 b.emit(q, (row, *ratio), out);
             }
@@ -98,7 +98,7 @@ impl ScalarRow {
     pub fn for_each_wrench(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
         match self {
             Self::Product(row) => row.for_each_wrench(q, visit),
-            Self::Coupling { a, b, ratio, .. } => {
+            Self::Gear { a, b, ratio, .. } => {
                 a.for_each_wrench(q, &mut visit);
                 b.for_each_wrench(q, |frame, w| {
                     visit(frame, Twist::new(*ratio * w.linear, *ratio * w.angular));
@@ -113,7 +113,7 @@ impl ScalarRow {
     pub fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
         match self {
             Self::Product(row) => row.second(v, w),
-            Self::Coupling { a, b, ratio, .. } => a.second(q, v, w) + ratio * b.second(q, v, w),
+            Self::Gear { a, b, ratio, .. } => a.second(q, v, w) + ratio * b.second(q, v, w),
             Self::Motion { coordinate, .. } => coordinate.second(q, v, w),
         }
     }
@@ -122,7 +122,7 @@ impl ScalarRow {
     pub fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
         match self {
             Self::Product(row) => row.emit_second(scale, out),
-            Self::Coupling { a, b, ratio, .. } => {
+            Self::Gear { a, b, ratio, .. } => {
                 a.emit_second(q, scale, out);
                 b.emit_second(q, ratio * scale, out);
             }
@@ -149,7 +149,7 @@ impl ScalarRow {
         let rotated = |c: &JointCoordinate| TAU * c.unwrapped(at).revolutions.abs();
         match self {
             Self::Product(_) => 0.0,
-            Self::Coupling { a, b, ratio, target } => {
+            Self::Gear { a, b, ratio, target } => {
                 rotated(a) + ratio.abs() * rotated(b) + target.abs()
             }
             Self::Motion { coordinate, reference } => {
@@ -168,7 +168,7 @@ impl ScalarRow {
     pub(crate) fn list_angles(&mut self, angles: &mut Vec<JointCoordinate>) {
         match self {
             Self::Product(_) => {}
-            Self::Coupling { a, b, .. } => {
+            Self::Gear { a, b, .. } => {
                 a.list(angles);
                 b.list(angles);
             }
@@ -214,7 +214,7 @@ impl ScalarConstraint {
     /// `θ_a + ρ θ_b` has the value that it has at `q`, with principal angles: gears (`ρ` = teeth of b over teeth of a), racks,
     /// and with the two coordinates of a cylindrical joint (`ρ = −pitch/2π`) screws.
     #[must_use]
-    pub fn coupling(
+    pub fn gear(
         name: &str,
         (a, b): (JointCoordinate, JointCoordinate),
         ratio: f64,
@@ -223,7 +223,7 @@ impl ScalarConstraint {
         let at = Configuration::new(0.0, q);
         let target = a.at(at) + ratio * b.at(at);
         let (a, b) = (Box::new(a), Box::new(b));
-        Self::new(name, vec![ScalarRow::Coupling { a, b, ratio, target }])
+        Self::new(name, vec![ScalarRow::Gear { a, b, ratio, target }])
     }
 
     /// The coordinate follows `θ_ref(t)`.

@@ -20,6 +20,26 @@ use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Entries;
 
 /// `½ k (θ − θ_0)²` on a joint coordinate.
+///
+/// ```
+/// use vi_core::Quadrature;
+/// use vi_multibody::builder::{Inertia, MechanismBuilder};
+/// use vi_multibody::joint_force::JointSpring;
+/// use vi_multibody::{FrameId::Ground, PairKind};
+///
+/// let mut builder = MechanismBuilder::new();
+/// let arm = builder.body("arm", Inertia::principal(1.0, [0.1; 3])).at([0.5, 0.0, 0.0]).id();
+/// let hinge = builder.joint("hinge", PairKind::Revolute, Ground, arm);
+/// let angle = hinge.at([0.0; 3]).axis([0.0, 1.0, 0.0]).id().coordinate(0);
+/// let mut built = builder.build()?;
+/// let coordinate = built.coordinate(angle).expect("a hinge has one coordinate");
+/// let spring = JointSpring { coordinate, stiffness: 2.0, rest: 0.1 };
+/// let system = built.system(Quadrature::Midpoint).discrete_potential(Box::new(spring));
+/// let q = built.mechanism.initial_configuration();
+/// let energy = system.potential_energy(vi_core::Configuration::new(0.0, &q));
+/// assert!((energy - 0.01).abs() < 1e-15); // ½ k θ_0²
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct JointSpring {
     /// The coordinate.

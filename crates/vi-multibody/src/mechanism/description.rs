@@ -2,8 +2,8 @@
 
 use crate::constraint::scalar_constraint::ScalarConstraint;
 use crate::geometry::form::Form;
-use crate::pair::joint::Joint;
-use crate::pair::screw;
+use crate::pair::joint::{FrameId, GROUND, Joint, Side};
+use crate::pair::{PairKind, screw};
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
@@ -23,6 +23,35 @@ pub struct BodySpec {
     pub velocity: Vector3<f64>,
     /// `ω(0)`, spatial, rad/s.
     pub omega: Vector3<f64>,
+}
+
+impl BodySpec {
+    /// `(φ, d_1, d_2, d_3)` in the initial configuration.
+    #[must_use]
+    pub fn frame(&self) -> [f64; 12] {
+        let mut q = [0.0; 12];
+        directors::set_frame(&mut q, &self.center, &self.triad);
+        q
+    }
+}
+
+/// A joint between two frames, the parent at the first point and the child at the second, with the axes
+/// `m_1, m_2, n` (columns): all in space, in the initial configuration of `bodies`.
+#[must_use]
+pub fn joint_at(
+    name: &str,
+    kind: PairKind,
+    [parent, child]: [FrameId; 2],
+    points: [Vector3<f64>; 2],
+    axes: &Matrix3<f64>,
+    bodies: &[BodySpec],
+) -> Joint {
+    let side = |frame, point| match frame {
+        FrameId::Ground => Side::at(frame, &GROUND, point, axes),
+        FrameId::Frame(k) => Side::at(frame, &bodies[k].frame(), point, axes),
+    };
+    let (parent, child) = (side(parent, &points[0]), side(child, &points[1]));
+    Joint { name: name.to_owned(), kind, parent, child }
 }
 
 /// A point mass with its initial values; in the plane the third components are not read.
@@ -109,7 +138,7 @@ impl Description {
     pub fn configuration(&self) -> Vec<f64> {
         let mut q = vec![0.0; self.particle_offset(self.particles.len())];
         for (body, own) in self.bodies.iter().zip(q.chunks_exact_mut(12)) {
-            directors::set_frame(own, &body.center, &body.triad);
+            own.copy_from_slice(&body.frame());
         }
         for (k, particle) in self.particles.iter().enumerate() {
             let at = self.particle_offset(k);

@@ -33,11 +33,11 @@ pub enum RateError {
         expected: usize,
     },
     /// The spanning tree passes the joint from child to parent.
-    #[error("the joint carries its parent, seen from the ground or the free root")]
-    CarriesParent,
+    #[error("the parent of the joint is its outboard body, seen from the ground or the free root")]
+    OutboardParent,
     /// The child is a frame without mass of its own.
-    #[error("the joint carries a node of a beam, whose velocity the beam states")]
-    CarriesNode,
+    #[error("the outboard body of the joint is a node of a beam, whose velocity the beam states")]
+    OutboardNode,
     /// The child has a velocity of its own.
     #[error("the velocity of the child is stated twice: by itself and by the joint")]
     StatedTwice,
@@ -51,8 +51,10 @@ impl RateError {
             Self::ClosesLoop => "state the rate of another joint of the loop".to_owned(),
             Self::NoRates { .. } => "state the angular velocity of the body".to_owned(),
             Self::Count { expected, .. } => format!("write {expected} number(s)"),
-            Self::CarriesParent => "exchange parent and child, and the sign of the rate".to_owned(),
-            Self::CarriesNode => {
+            Self::OutboardParent => {
+                "exchange parent and child, and the sign of the rate".to_owned()
+            }
+            Self::OutboardNode => {
                 "remove the rate; write `velocity` and `angular_velocity` of the beam".to_owned()
             }
             Self::StatedTwice => "keep the velocities of the body or the `rate`".to_owned(),
@@ -155,10 +157,10 @@ fn check(
         return Err(RateError::Count { found, expected });
     }
     if link.joint.parent.frame != joint.parent.frame {
-        return Err(RateError::CarriesParent);
+        return Err(RateError::OutboardParent);
     }
     if is_node {
-        return Err(RateError::CarriesNode);
+        return Err(RateError::OutboardNode);
     }
     if !still {
         return Err(RateError::StatedTwice);

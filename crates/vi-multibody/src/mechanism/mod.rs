@@ -29,6 +29,22 @@ use vi_core::{Quadrature, SeparableSystem};
 use vi_rigid::directors;
 
 /// A mechanism: its constraints, its mass matrix, its spanning tree.
+///
+/// ```
+/// use vi_constraints::Constraints;
+/// use vi_multibody::builder::{Inertia, MechanismBuilder};
+/// use vi_multibody::{FrameId::Ground, PairKind};
+///
+/// let mut builder = MechanismBuilder::new();
+/// let arm = builder.body("arm", Inertia::principal(1.0, [0.1; 3])).at([0.5, 0.0, 0.0]).id();
+/// builder.joint("hinge", PairKind::Revolute, Ground, arm).at([0.0; 3]).axis([0.0, 1.0, 0.0]);
+/// let mechanism = builder.build()?.mechanism;
+/// // 12 coordinates; 6 internal constraints of the body, 5 of the hinge; a tree
+/// assert_eq!((mechanism.dim(), mechanism.len()), (12, 11));
+/// assert_eq!(mechanism.initial_configuration()[0], 0.5);
+/// assert!(!mechanism.has_loops());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Mechanism {
     description: Description,

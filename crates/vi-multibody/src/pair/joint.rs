@@ -75,6 +75,24 @@ impl Side {
 }
 
 /// A joint.
+///
+/// ```
+/// use nalgebra::Vector3;
+/// use vi_multibody::PairKind;
+/// use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+///
+/// // a hinge about y at (1, 0, 0) between the ground and a frame whose triad is that of space
+/// let (point, axes) = (Vector3::x(), complete_axis(&Vector3::y()));
+/// let frame = GROUND; // centre and directors (φ, d_1, d_2, d_3)
+/// let hinge = Joint {
+///     name: "hinge".into(),
+///     kind: PairKind::Revolute,
+///     parent: Side::at(FrameId::Ground, &GROUND, &point, &axes),
+///     child: Side::at(FrameId::Frame(0), &frame, &point, &axes),
+/// };
+/// let at = hinge.configuration(&frame);
+/// assert!(at.gap.norm() < 1e-15 && (at.axis(2) - Vector3::y()).norm() < 1e-15);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// Its name.

@@ -93,6 +93,15 @@ use serde::{Deserialize, Serialize};
 use vi_rigid::rotation;
 
 /// Which kinematic pair.
+///
+/// ```
+/// use vi_multibody::PairKind;
+///
+/// for kind in PairKind::ALL {
+///     println!("{}: {} degrees of freedom", kind.name(), kind.dof());
+///     assert_eq!(kind.dof() + kind.constraints(), 6);
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PairKind {
@@ -220,45 +229,19 @@ pub(crate) fn close_gap(at: &JointConfiguration, allowed: &[usize]) -> Vector3<f
     -gap
 }
 
+/// `$body` with the module of the pair as `$pair`.
 macro_rules! each_pair {
-    ($kind:expr, $module:ident => $body:expr) => {
+    ($kind:expr, $pair:ident => $body:expr) => {
+        each_pair!($kind, $pair, $body;
+            Spherical spherical, Revolute revolute, Cylindrical cylindrical, Prismatic prismatic,
+            Planar planar, Fixed fixed, Screw screw, Universal universal, Free free)
+    };
+    ($kind:expr, $pair:ident, $body:expr; $($variant:ident $file:ident),*) => {
         match $kind {
-            PairKind::Spherical => {
-                use spherical as $module;
+            $(PairKind::$variant { .. } => {
+                use $file as $pair;
                 $body
-            }
-            PairKind::Revolute => {
-                use revolute as $module;
-                $body
-            }
-            PairKind::Cylindrical => {
-                use cylindrical as $module;
-                $body
-            }
-            PairKind::Prismatic => {
-                use prismatic as $module;
-                $body
-            }
-            PairKind::Planar => {
-                use planar as $module;
-                $body
-            }
-            PairKind::Fixed => {
-                use fixed as $module;
-                $body
-            }
-            PairKind::Screw(_) => {
-                use screw as $module;
-                $body
-            }
-            PairKind::Universal => {
-                use universal as $module;
-                $body
-            }
-            PairKind::Free => {
-                use free as $module;
-                $body
-            }
+            })*
         }
     };
 }

@@ -67,7 +67,7 @@ type BoxedScheme = Box<dyn Scheme<SeparableSystem, Mechanism>>;
 /// A running mechanism.
 pub type MechanismIntegrator = Integrator<SeparableSystem, Mechanism>;
 
-/// Sets up the integration of a mechanism from the start `at`.
+/// Sets up the integration of a mechanism from the initial values `at`.
 ///
 /// # Errors
 /// [`SetupError`].
@@ -107,7 +107,7 @@ pub fn integrator(
     begun(run, moved)
 }
 
-/// A run whose start is consistent, from the singular start that was found if there was one.
+/// A run with consistent initial values, those of a singular initial configuration if there is one.
 ///
 /// # Errors
 /// [`SetupError::Contradiction`].
@@ -121,7 +121,7 @@ pub fn begun<S: Discretization<Mechanism>>(
     }
 }
 
-/// A singular start, made consistent with the constraints that are independent there.
+/// Initial values in a singular configuration, consistent with the constraints that are independent there.
 #[derive(Clone, Debug)]
 pub struct ConsistentStart {
     /// `q(0)`, shape `n`.
@@ -134,12 +134,12 @@ pub struct ConsistentStart {
     pub report: StartReport,
 }
 
-/// The independent constraints of the motion, and of its start where fewer are independent there.
+/// The independent constraints of the motion, and of its initial configuration where fewer are independent there.
 #[derive(Clone, Debug)]
 pub struct Loops {
     /// Of the motion.
     pub rows: IndependentRows,
-    /// Of the start, when that is a singular configuration.
+    /// Of the initial configuration, where it is singular.
     pub rows_at_start: Option<IndependentRows>,
     /// What is known of the loops; `None` without loops of bodies.
     pub rank: Option<LoopRank>,
@@ -165,7 +165,7 @@ impl Loops {
         Ok(Self { rows: rank.rows(mechanism), rows_at_start, rank: Some(rank) })
     }
 
-    /// The start `at`, made consistent, where it is singular; `leaves`: whether the scheme can leave a singular
+    /// Consistent initial values at a singular configuration `at`; `leaves`: whether the scheme can leave a singular
     /// configuration.
     ///
     /// # Errors

@@ -17,7 +17,7 @@ impl Equations {
         self.points().map(norm_inf).fold(0.0, f64::max)
     }
 
-    /// Diagonal of the box that holds all points of the start and of the joints, m; 1 for a point.
+    /// Diagonal of the box that holds all points and joints at the last equilibrium, m; 1 for a point.
     pub(crate) fn size(&self) -> f64 {
         let joints = &self.mechanism.description().joints;
         let anchors = joints.iter().map(|joint| joint.parent.point().at(&self.s.q0));

@@ -6,7 +6,7 @@
 //! q* :  F_d(u, q_0) with a small random u, then    u ← −J⁺ g_c     until g = 0 (least-norm Newton)
 //! rank = max over q_0 and a few q*
 //! ```
-//! Some of them a moment later, when prescribed motions have moved on; those next to the start along its
+//! Some of them a short time later, after prescribed motions; those next to the initial configuration along its
 //! velocity belong to the times `t ± ε`.
 //! In a singular configuration the null space of `J` has extra columns, and which of them belong to the
 //! motion is not a matter of position. With a velocity along a branch it is the limit of the generic
@@ -106,7 +106,7 @@ impl LoopRank {
         &self.pivots
     }
 
-    /// Whether the start has a lower rank than the motion.
+    /// Whether the initial configuration has a lower rank than the motion.
     #[must_use]
     pub fn is_singular(&self) -> bool {
         self.at_start < self.generic
