@@ -22,7 +22,7 @@ use vi_core::sparse::Entries;
 /// `½ k (θ − θ_0)²` on a joint coordinate.
 ///
 /// ```
-/// use vi_core::Quadrature;
+/// use vi_core::{Configuration, MechanicalSystem, Quadrature};
 /// use vi_multibody::builder::{Inertia, MechanismBuilder};
 /// use vi_multibody::joint_force::JointSpring;
 /// use vi_multibody::{FrameId::Ground, PairKind};
@@ -36,7 +36,7 @@ use vi_core::sparse::Entries;
 /// let spring = JointSpring { coordinate, stiffness: 2.0, rest: 0.1 };
 /// let system = built.system(Quadrature::Midpoint).discrete_potential(Box::new(spring));
 /// let q = built.mechanism.initial_configuration();
-/// let energy = system.potential_energy(vi_core::Configuration::new(0.0, &q));
+/// let energy = system.potential_energy(Configuration::new(0.0, &q));
 /// assert!((energy - 0.01).abs() < 1e-15); // ½ k θ_0²
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
