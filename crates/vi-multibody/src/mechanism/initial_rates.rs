@@ -33,10 +33,10 @@ pub enum RateError {
         expected: usize,
     },
     /// The spanning tree passes the joint from child to parent.
-    #[error("the parent of the joint is its outboard body, seen from the ground or the free root")]
+    #[error("the parent is the outboard body, seen from the ground or the free root")]
     OutboardParent,
     /// The child is a frame without mass of its own.
-    #[error("the outboard body of the joint is a node of a beam, whose velocity the beam states")]
+    #[error("the outboard body is a node of a beam, whose velocity the beam states")]
     OutboardNode,
     /// The child has a velocity of its own.
     #[error("the velocity of the child is stated twice: by itself and by the joint")]
