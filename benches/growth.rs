@@ -12,7 +12,7 @@ use holonom::vi_beam::model::{BeamModel, StrainRule};
 use holonom::vi_beam::{FrameRule, Mesh, Section};
 use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
 use holonom::vi_multibody::builder::{BodyId, Inertia, MechanismBuilder};
-use holonom::vi_multibody::coordinate::JointCoordinate;
+use holonom::vi_multibody::joint_coordinate::JointCoordinate;
 use holonom::vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use holonom::vi_multibody::scalar_constraint::ScalarConstraint;
 use holonom::vi_multibody::{FrameId, PairKind};
@@ -146,7 +146,7 @@ fn beam_model(n: usize) -> (BeamModel, usize) {
 fn run_beam(model: &BeamModel) -> MechanismIntegrator {
     let mechanism = model.mechanism();
     let system = model.system(&mechanism, StrainRule::Averaged);
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     integrator(mechanism, system, options(), Solver::Auto, InitialValues::new(0.0, &q, &v)).unwrap()
 }
 

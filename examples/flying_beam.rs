@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         node.velocity = Vector3::new(0.5, -0.2, 0.3) + omega.cross(&node.center) + wave;
     }
     let mechanism = model.mechanism();
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let system = model.system(&mechanism, StrainRule::Averaged);
     let options = Options::new(SchemeKind::Nodal, 0.01);
     let at = InitialValues::new(0.0, &q, &v);

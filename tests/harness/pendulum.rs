@@ -8,8 +8,8 @@ use vi_constraints::{InitialValues, Integrator, Options, SchemeKind};
 use vi_core::{Quadrature, SeparableSystem, State};
 use vi_emscheme::{EmForm, EmSystem};
 use vi_multibody::builder::MechanismBuilder;
-use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::tree_map::TreeMap;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -143,7 +143,7 @@ impl PendulumCase {
 
     fn variational(&self, kind: SchemeKind) -> Result<Deviation, String> {
         let mechanism = self.mechanism();
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let (system, map) = (mechanism.system(Quadrature::Midpoint), TreeMap::new(&mechanism));
         let options = Options::new(kind, self.h);
         let mut run: Integrator<SeparableSystem, Mechanism> = Integrator::with_reparametrization(

@@ -287,7 +287,7 @@ impl RigidCase {
     ) -> Result<MechanismIntegrator, String> {
         let mechanism = self.mechanism()?;
         let system = self.system(&mechanism)?;
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let options = Options::new(kind, self.h);
         let run = integrator(mechanism, system, options, solver, InitialValues::new(0.0, &q, &v));
         let composed = |run: MechanismIntegrator| match &self.composition {

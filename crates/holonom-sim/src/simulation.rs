@@ -66,7 +66,7 @@ impl Simulation {
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let settings = model.settings.clone();
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let closure = assembly::closure(&mechanism, &q, &v);
         let tolerance = settings.start_tolerance;
         let missed = assembly::velocity_inconsistencies(&mechanism, (&q, &v), tolerance);
@@ -413,7 +413,7 @@ fn method(
     solver: Solver,
 ) -> Result<Box<dyn Method>, ModelError> {
     let settings = &model.settings;
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let at = InitialValues::new(0.0, &q, &v);
     match settings.scheme.family() {
         Family::Variational(kind) => {

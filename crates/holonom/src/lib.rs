@@ -137,6 +137,7 @@ pub use vi_core;
 pub use vi_emscheme;
 pub use vi_multibody;
 pub use vi_rigid;
+pub use vi_statics;
 
 pub use holonom_model::{Model, ModelError};
 pub use holonom_sim::output::{RunFolder, Summary};

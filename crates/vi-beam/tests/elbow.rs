@@ -29,7 +29,7 @@ fn run(elements: usize, h: f64) -> [f64; 4] {
     let load =
         Load::new(12 * elbow, LoadKind::Dead, Vector3::z(), Vector3::zeros(), history).unwrap();
     let mechanism = model.mechanism();
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let system = model.system(&mechanism, StrainRule::Averaged).force(Box::new(load));
     let options = Options::new(SchemeKind::Nodal, h);
     let mut run =

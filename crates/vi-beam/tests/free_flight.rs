@@ -15,7 +15,7 @@ use vi_multibody::run::{Solver, integrator};
 
 type Run = Integrator<SeparableSystem, Mechanism>;
 
-/// A beam that spins and shears at the start.
+/// A beam that spins and shears initially.
 fn model(mesh: &Mesh, section: Section) -> BeamModel {
     let mut model = BeamModel::new(Vector3::zeros());
     model.add_beam("beam", mesh, section).unwrap();
@@ -30,7 +30,7 @@ fn model(mesh: &Mesh, section: Section) -> BeamModel {
 
 fn run(model: &BeamModel, rule: StrainRule, kind: SchemeKind, h: f64) -> Run {
     let mechanism = model.mechanism();
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let system = model.system(&mechanism, rule);
     integrator(
         mechanism,

@@ -31,7 +31,7 @@ fn model() -> BeamModel {
 fn end(rule: StrainRule, composition: Option<Composition>, h: f64) -> (Vec<f64>, Vec<f64>) {
     let model = model();
     let mechanism = model.mechanism();
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let mut options = Options::new(SchemeKind::Nodal, h);
     if let Some(composition) = composition {
         options = options.composition(composition);

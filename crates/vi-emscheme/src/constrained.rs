@@ -168,7 +168,7 @@ mod tests {
     fn the_newton_matrix_against_central_differences() {
         let model = pair(PairKind::Cylindrical, true);
         let (system, constraints) = (loaded(&model), &model.mechanism);
-        let (q, v) = constraints.start();
+        let (q, v) = (constraints.initial_configuration(), constraints.initial_velocity());
         let (n, m) = (constraints.dim(), constraints.len());
         let rows = IndependentRows::all(m);
         let mut scheme = EmConstrained::new(n, m, rows);

@@ -163,16 +163,16 @@ mod tests {
     use vi_constraints::discretization::Discretization;
     use vi_constraints::scheme::StepSolver;
     use vi_core::newton::NewtonSettings;
-    use vi_multibody::map::TreeMap;
     use vi_multibody::mechanism::Mechanism;
     use vi_multibody::spring::SpringLaw;
+    use vi_multibody::tree_map::TreeMap;
 
     /// The largest difference of the Newton matrix at the root of a step from central differences.
     fn mismatch<O: EmOperators<Mechanism>>(
         (system, mechanism): (&EmSystem, &Mechanism),
         mut scheme: EmNodal<O>,
     ) -> f64 {
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let mut state = State::new(0.0, q, vec![0.0; v.len()]);
         Discretization::<Mechanism>::begin(system, &mut state, &v);
         let start = state.clone();

@@ -36,7 +36,7 @@ use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 use vi_multibody::PairKind;
-use vi_multibody::joint::Placement;
+use vi_multibody::joint::JointConfiguration;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::pair::{Transfer, Twist, VelocityMap};
 use vi_multibody::particle::ParticleTree;
@@ -235,7 +235,8 @@ impl AveragedTree {
 
     fn velocity_maps(&mut self, q_mid: &[f64]) {
         for (k, link) in self.tree.links().iter().enumerate() {
-            self.maps[k] = averaged_map(link, self.reversed[k], &self.tree.placement(link, q_mid));
+            self.maps[k] =
+                averaged_map(link, self.reversed[k], &self.tree.configuration(link, q_mid));
         }
     }
 }
@@ -249,7 +250,7 @@ fn is_averaged(kind: PairKind) -> bool {
 }
 
 /// `X̄`, `S̄` at the averaged configuration.
-fn averaged_map(link: &Link, reversed: bool, at: &Placement) -> VelocityMap {
+fn averaged_map(link: &Link, reversed: bool, at: &JointConfiguration) -> VelocityMap {
     let axis = |i: usize| if reversed { at.axis_child(i) } else { at.axis(i) };
     let slide = |along: Vector3<f64>| Twist::new(along, Vector3::zeros());
     let n = axis(2);

@@ -17,10 +17,10 @@ use crate::tree_multipliers::TreeMultipliers;
 use vi_constraints::integrator::check_shapes;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{Constraints, InitialValues, Integrator, Reparametrization};
-use vi_multibody::closed_loop::{longest_arm, with_floors};
-use vi_multibody::map::TreeMap;
+use vi_multibody::closed_loop::with_floors;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{Loops, begun, has_nodes};
+use vi_multibody::tree_map::TreeMap;
 
 /// A mechanism from its start; loops and single constraints on a spanning tree.
 ///
@@ -37,7 +37,7 @@ pub fn integrator(
     mechanism: Mechanism,
     options: EmOptions,
 ) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     integrator_at(system, mechanism, options, EmAlgebra::default(), InitialValues::new(0.0, &q, &v))
 }
 
@@ -154,7 +154,7 @@ fn loop_rows(
     let mut rows = mechanism.loop_rows();
     rows.extend(mechanism.cut_bars().iter().flat_map(|&k| mechanism.bar_rows(k)));
     rows.sort_unstable();
-    let arm = longest_arm(mechanism);
+    let arm = mechanism.longest_arm();
     let frames = 12 * mechanism.description().bodies.len();
     let mut jacobian = nalgebra::DMatrix::zeros(mechanism.len(), mechanism.dim());
     mechanism.jacobian(t, q, &mut jacobian);

@@ -163,7 +163,8 @@ fn both_linearizations_give_the_same_motion() {
     let (mut trees, mut refused) = (0, Vec::new());
     for (name, model) in all() {
         let start = |linearization| {
-            let (mechanism, (q, v)) = (model.mechanism.clone(), model.mechanism.start());
+            let mechanism = model.mechanism.clone();
+            let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
             let (options, at) =
                 (EmOptions::new(EmForm::Nodal, model.h), InitialValues::new(0.0, &q, &v));
             let algebra = EmAlgebra { linearization, ..EmAlgebra::default() };
@@ -219,7 +220,7 @@ fn one_body_alone_and_as_a_mechanism_move_alike() {
     let (anchor, body) = (description.joints[0].child.anchor, description.bodies[0].body.unwrap());
     let point = nalgebra::Vector3::zeros();
     let single = SingleBody::new(body, Support::FixedPoint { anchor, point });
-    let (q, v) = model.mechanism.start();
+    let (q, v) = (model.mechanism.initial_configuration(), model.mechanism.initial_velocity());
     for form in EmForm::ALL {
         let system = EmSystem::of_linear(&single.system(&description.gravity));
         let parts = (AtMidpoint(MapSource(single)), single);

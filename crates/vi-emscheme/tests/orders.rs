@@ -181,7 +181,7 @@ fn single_steps_compose_to_order_four_in_q_and_two_in_v() {
     let (mechanism, system) = (&model.mechanism, model.system());
     let gammas = Composition::of_order(6).unwrap().gammas();
     let end = |parts: usize| {
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let mut state = State::new(0.0, q, vec![0.0; v.len()]);
         Discretization::<Mechanism>::begin(&system, &mut state, &v);
         let (m, count) = (mechanism.len(), gammas.len());

@@ -44,7 +44,7 @@ fn wrong_shapes_and_steps_are_refused() {
     let linkage = common::linkage();
     let options = EmOptions::new(EmForm::Nodal, 0.01);
     let system = EmSystem::of_mechanism(&linkage.mechanism);
-    let (q, v) = linkage.mechanism.start();
+    let (q, v) = (linkage.mechanism.initial_configuration(), linkage.mechanism.initial_velocity());
     let message = refusal(vi_emscheme::integrator::new(
         system,
         linkage.mechanism,

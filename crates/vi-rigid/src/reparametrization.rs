@@ -52,7 +52,7 @@ pub fn check_rotation(theta: &Vector3<f64>) -> Result<(), RotationTooLarge> {
 /// Writes `q1 = F_d(u, q0)` and `dq`, accurate relative to itself; `u`: shape 6, the rest 12.
 ///
 /// # Errors
-/// [`RotationTooLarge`] beyond half a turn; `q1` and `dq` are then untouched.
+/// [`RotationTooLarge`] beyond half a revolution; `q1` and `dq` are then untouched.
 pub fn reparametrize(
     u: &[f64],
     q0: &[f64],
@@ -115,8 +115,8 @@ pub fn clean_directors(q: &mut [f64]) -> bool {
 mod tests {
     use super::*;
     use crate::directors::internal_value;
-    use crate::sample::Sample;
     use vi_core::linear::norm_inf;
+    use vi_testkit::Sample;
 
     fn increment(sample: &mut Sample, angle: f64) -> [f64; 6] {
         let (shift, theta) = (sample.vector(), sample.of_length(angle));

@@ -80,7 +80,7 @@ impl SingleBody {
         q
     }
 
-    /// The start of a motion at `q ∈ C` with velocity `v = P(q) ν`: `p(0) = M v`.
+    /// The initial state of a motion at `q ∈ C` with velocity `v = P(q) ν`: `p(0) = M v`.
     ///
     /// `q`: shape 12; `nu`: `(φ̇, ω)` for a free body, `ω` for one with a fixed point.
     ///
@@ -252,9 +252,9 @@ impl Reparametrization for SingleBody {
 mod tests {
     use super::*;
     use crate::inertia::EulerMoments;
-    use crate::sample::Sample;
     use vi_core::MechanicalSystem;
     use vi_core::linear::norm_inf;
+    use vi_testkit::Sample;
 
     fn bodies(sample: &mut Sample) -> [SingleBody; 2] {
         let body = RigidBody::new(1.7, EulerMoments([0.3, 0.7, 0.2])).unwrap();

@@ -44,7 +44,7 @@ impl ModelSubject {
         at: Option<Initial<'_>>,
     ) -> Result<MechanismIntegrator, String> {
         let (System { mechanism, dynamics, .. }, settings) = self.build()?;
-        let own = mechanism.start();
+        let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let (q, v) = at.unwrap_or((&own.0, &own.1));
         let mut options = Options::new(kind, setting.step);
         options.composition = Composition::of_order(setting.order).unwrap_or_default();
@@ -68,7 +68,7 @@ impl Subject for ModelSubject {
             }
             Method::EnergyMomentum(form) => {
                 let (System { mechanism, dynamics, .. }, settings) = self.build()?;
-                let own = mechanism.start();
+                let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
                 let (q, v) = at.unwrap_or((&own.0, &own.1));
                 let mut options = EmOptions::new(form, setting.step);
                 options.composition = Composition::of_order(setting.order).unwrap_or_default();

@@ -55,7 +55,7 @@ pub fn linearizations(model: &Model, request: &Request) -> Result<Linearizations
         options.newton = model.settings.newton();
         let algebra = EmAlgebra { linearization, solver: Solver::Dense };
         let system = dynamics.energy_momentum(&mechanism);
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         vi_emscheme::run::integrator_at(
             system,
             mechanism,

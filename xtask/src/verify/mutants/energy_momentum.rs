@@ -10,8 +10,8 @@ use holonom::vi_core::{Configuration, Entries, Interval, Quadrature};
 use holonom::vi_emscheme::discrete_gradient::DiscreteGradient;
 use holonom::vi_emscheme::null_space::DiscreteNullSpace;
 use holonom::vi_emscheme::{EmAlgebra, EmOptions, EmSystem, integrator, run};
-use holonom::vi_multibody::map::TreeMap;
 use holonom::vi_multibody::mechanism::Mechanism;
+use holonom::vi_multibody::tree_map::TreeMap;
 use holonom::{Model, system};
 
 /// What is wrong.
@@ -101,7 +101,7 @@ pub(super) fn start(
     at: Option<Initial<'_>>,
 ) -> Result<Box<dyn Motion>, String> {
     let mechanism = system::build(model).map_err(|e| e.to_string())?.mechanism;
-    let own = mechanism.start();
+    let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let (q, v) = at.unwrap_or((&own.0, &own.1));
     let Method::EnergyMomentum(form) = setting.method else { return Err("not built".into()) };
     if setting.order > 2 {

@@ -10,7 +10,7 @@ use holonom::vi_core::{
     Composition, Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem,
     SeparableSystem, SparseMatrix,
 };
-use holonom::vi_multibody::map::TreeMap;
+use holonom::vi_multibody::tree_map::TreeMap;
 use holonom::{Model, system};
 use std::cell::RefCell;
 
@@ -206,7 +206,7 @@ pub(super) fn start(
     let built = system::build(model).map_err(|e| e.to_string())?;
     let mut inner = built.dynamics.variational(&built.mechanism);
     let mechanism = built.mechanism;
-    let own = mechanism.start();
+    let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let (q, v) = at.unwrap_or((&own.0, &own.1));
     let n = q.len();
     let (w, mass) = (vec![0.0; n], inner.mass().clone());
