@@ -10,9 +10,9 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use holonom::nalgebra::Vector3;
 use holonom::vi_beam::model::{BeamModel, StrainRule};
 use holonom::vi_beam::{FrameRule, Mesh, Section};
-use holonom::vi_constraints::{Options, SchemeKind};
+use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
 use holonom::vi_multibody::builder::{BodyId, Inertia, MechanismBuilder};
-use holonom::vi_multibody::coordinate::JointCoordinate;
+use holonom::vi_multibody::joint_coordinate::JointCoordinate;
 use holonom::vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use holonom::vi_multibody::scalar_constraint::ScalarConstraint;
 use holonom::vi_multibody::{FrameId, PairKind};
@@ -146,8 +146,8 @@ fn beam_model(n: usize) -> (BeamModel, usize) {
 fn run_beam(model: &BeamModel) -> MechanismIntegrator {
     let mechanism = model.mechanism();
     let system = model.system(&mechanism, StrainRule::Averaged);
-    let (q, v) = mechanism.start();
-    integrator(mechanism, system, options(), Solver::Auto, (0.0, &q, &v)).unwrap()
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+    integrator(mechanism, system, options(), Solver::Auto, InitialValues::new(0.0, &q, &v)).unwrap()
 }
 
 /// Free, in gravity.

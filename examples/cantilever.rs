@@ -8,9 +8,9 @@ use nalgebra::Vector3;
 use std::error::Error;
 use std::f64::consts::PI;
 use vi_beam::model::BeamModel;
-use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_beam::{FrameRule, Mesh, Section};
 use vi_rigid::{Load, LoadKind, TimeHistory, directors};
+use vi_statics::{StaticProblem, StaticSettings};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (length, bending, elements) = (10.0, 500.0, 32); // m, N·m², –
@@ -29,19 +29,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (tip, none) = (beam.nodes.end - 1, Vector3::zeros());
     let torque = moment * Vector3::z();
     let load = Load::new(12 * tip, LoadKind::Dead, none, torque, TimeHistory::default())?;
-    let mut problem = StaticProblem::new(&model, &model.mechanism(), vec![load]);
+    let mechanism = model.mechanism();
+    let system = model.static_system(&mechanism, vec![load]);
+    let mut problem = StaticProblem::new(system, mechanism).with_elements(model.neighbours());
     let settings = StaticSettings::default();
     for factor in [0.25, 0.5, 0.75, 1.0] {
         let path = problem.solve(&[factor], &settings)?;
         let iterations: usize = path.points.iter().map(|point| point.iterations).sum();
-        let tip = directors::center(&problem.placement()[12 * tip..]);
+        let tip = directors::center(&problem.configuration()[12 * tip..]);
         let torque = factor * moment;
         println!(
             "{torque:7.3} N·m: tip at ({:+.6}, {:+.6}) m, {iterations} iterations",
             tip.x, tip.y
         );
     }
-    let end = directors::center(&problem.placement()[12 * tip..]);
+    let end = directors::center(&problem.configuration()[12 * tip..]);
     println!("the full circle is open by {:.1e} m", end.norm());
     assert!(end.norm() < 1e-10, "the beam closes to a circle: {end}");
     Ok(())

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use std::error::Error;
 use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::{FrameRule, Mesh, Section};
-use vi_constraints::{Options, SchemeKind};
+use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_multibody::run::{Solver, integrator};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -23,10 +23,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         node.velocity = Vector3::new(0.5, -0.2, 0.3) + omega.cross(&node.center) + wave;
     }
     let mechanism = model.mechanism();
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let system = model.system(&mechanism, StrainRule::Averaged);
     let options = Options::new(SchemeKind::Nodal, 0.01);
-    let mut run = integrator(mechanism.clone(), system, options, Solver::Auto, (0.0, &q, &v))?;
+    let at = InitialValues::new(0.0, &q, &v);
+    let mut run = integrator(mechanism.clone(), system, options, Solver::Auto, at)?;
 
     let start = mechanism.momentum(&run.state().q, &run.state().p);
     let energy = run.observe()?.hamiltonian_projected.total();

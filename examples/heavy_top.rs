@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 use std::error::Error;
-use vi_constraints::{Integrator, Options, SchemeKind};
+use vi_constraints::{InitialValues, Integrator, Options, SchemeKind};
 use vi_core::momentum_map::Momentum;
 use vi_rigid::{RigidBody, Shape, SingleBody, Support, directors, rotation};
 
@@ -29,7 +29,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let (h, steps) = (1e-4, 5000_u32);
     let options = Options::new(SchemeKind::Nodal, h);
-    let mut run = Integrator::with_reparametrization(system, top, top, options, (0.0, &q, &v))?;
+    let at = InitialValues::new(0.0, &q, &v);
+    let mut run = Integrator::with_reparametrization(system, top, top, options, at)?;
     let vertical = |q: &[f64], p: &[f64]| {
         let mut momentum = Momentum::default();
         directors::add_momentum(q, p, &mut momentum);

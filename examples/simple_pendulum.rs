@@ -4,7 +4,7 @@
 //! Holds: `g(q_n) = 0` to round-off, and the four schemes give one motion.
 
 use std::error::Error;
-use vi_constraints::{ConstraintFn, Integrator, Options, SchemeKind};
+use vi_constraints::{ConstraintFn, InitialValues, Integrator, Options, SchemeKind};
 use vi_core::SeparableSystem;
 use vi_core::potential::LinearPotential;
 
@@ -21,7 +21,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             move |q, g| g[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - length * length),
             |q, jacobian| (jacobian[(0, 0)], jacobian[(0, 1)]) = (q[0], q[1]),
         );
-        let start = (0.0, &[length, 0.0][..], &[0.0, 0.0][..]); // t, q, v: horizontal, at rest
+        let horizontal = [length, 0.0];
+        let start = InitialValues::new(0.0, &horizontal, &[0.0, 0.0]); // at rest
         let mut run = Integrator::new(system, rod, Options::new(scheme, h), start)?;
         for _ in 0..1000 {
             run.step()?;

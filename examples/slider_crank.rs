@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut lost = 0.0; // ∫ c ṡ² dt
     for _ in 0..4000 {
         run.step()?;
-        let (_, moved) = slide.mean_and_difference(run.interval());
+        let moved = slide.change(run.interval()).difference;
         lost += friction * moved * moved / h;
     }
     let turned = angle.at(run.state().configuration());

@@ -3,38 +3,16 @@
 //! loops, are no exception.
 
 #![allow(clippy::unwrap_used)] // a test
-#![allow(unsafe_code)] // a counting allocator has to be one
 
 use crate::harness;
 
 use harness::models::simulation;
 use holonom::{Model, Simulation};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is passed on to the system allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        unsafe { System.dealloc(pointer, layout) }
-    }
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
+use vi_testkit::CountingAllocator;
+use vi_testkit::allocator::allocations;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Bars that close a loop.
 const TRIANGLE: &str = r#"
@@ -79,11 +57,11 @@ fn no_step_allocates() {
                 for _ in 0..10 {
                     run.step().unwrap(); // warm-up: patterns, symbolic factorizations
                 }
-                let before = COUNT.with(Cell::get);
+                let before = allocations();
                 for _ in 0..1000 {
                     run.step().unwrap();
                 }
-                let allocations = COUNT.with(Cell::get) - before;
+                let allocations = allocations() - before;
                 println!("{name}, {scheme}, order {order}: {allocations} in 1000 steps");
                 // partial pivoting changes the fill of the sparse LU: its buffers may grow a few times
                 let allowed = if scheme == "constrained" { 16 } else { 0 };
@@ -101,11 +79,11 @@ fn no_step_of_beams_allocates() {
             for _ in 0..10 {
                 simulation.step().unwrap(); // warm-up: patterns, symbolic factorizations
             }
-            let before = COUNT.with(Cell::get);
+            let before = allocations();
             for _ in 0..100 {
                 simulation.step().unwrap();
             }
-            let allocations = COUNT.with(Cell::get) - before;
+            let allocations = allocations() - before;
             println!("{name}, {scheme}: {allocations} in 100 steps");
             assert_eq!(allocations, 0, "{name}, {scheme}");
         }

@@ -4,4 +4,5 @@
 mod foreign_files;
 mod invalid_models;
 mod program;
+mod scene;
 mod words;

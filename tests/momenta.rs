@@ -10,7 +10,7 @@ use holonom::{Momenta, Sample, Simulation};
 use nalgebra::DMatrix;
 use vi_constraints::{Constraints, LegendreTransforms, Reparametrization};
 use vi_core::Interval;
-use vi_multibody::map::TreeMap;
+use vi_multibody::tree_map::TreeMap;
 
 fn run(name: &str, settings: &[(&str, &str)]) -> (Simulation, Vec<Sample>) {
     let own = [("simulation.momenta", "true"), ("simulation.every", "1")];

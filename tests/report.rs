@@ -65,9 +65,10 @@ fn the_page_needs_nothing_else_and_escapes_names() {
     let folder = run("page", 5000, &RunOutcome::Done);
     let page = page(&folder);
     let without_names = page.replace("http://www.w3.org/2000/svg", "");
-    for outside in ["http", "src=", "href=", "url(", "@import", "<script"] {
+    for outside in ["http", "src=", "href=", "url(", "@import", "import(", "fetch(", "XMLHttp"] {
         assert!(!without_names.contains(outside), "{outside}");
     }
+    assert_eq!(page.matches("<script").count(), 2, "the data of the scene, and its viewer");
     assert!(page.contains("&lt;b&gt;&amp;&#39;x&#39;"));
     assert!(!page.contains("<b>"), "a name is not markup");
     assert!(page.contains("residual 2.2e-16 at position level"));

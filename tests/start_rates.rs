@@ -72,9 +72,13 @@ fn velocities_follow_from_rates() {
 #[test]
 fn rates_where_they_cannot_be_used_are_refused() {
     for (change, to, needle) in [
-        ("rate = 2.0", "rate = [2.0, 1.0]", "2 rate(s) for 1 freedom(s)"),
+        ("rate = 2.0", "rate = [2.0, 1.0]", "2 rate(s) for 1 degree(s) of freedom"),
         ("name = \"wrist\"", "name = \"wrist\"\nrate = 1.0", "fixed joint has no rates"),
-        ("parent = \"base\"\nchild = \"slide\"", "parent = \"slide\"\nchild = \"base\"", "carries"),
+        (
+            "parent = \"base\"\nchild = \"slide\"",
+            "parent = \"slide\"\nchild = \"base\"",
+            "outboard",
+        ),
         ("position = [1, 0, 1]", "position = [1, 0, 1]\nvelocity = [0.3, 2, 0]", "stated twice"),
     ] {
         let text = ARM.replacen(change, to, 1);

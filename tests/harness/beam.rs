@@ -7,9 +7,8 @@ use serde::Deserialize;
 use vi_beam::element::Elements;
 use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::section::Section;
-use vi_beam::statics::{StaticProblem, StaticSettings};
 use vi_constraints::node::Node;
-use vi_constraints::{Options, SchemeKind};
+use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::potential::Potential;
 use vi_core::{Configuration, MechanicalSystem, Quadrature, SeparableSystem, State};
 use vi_emscheme::beam::BeamGradient;
@@ -21,6 +20,7 @@ use vi_multibody::run::{Solver, integrator};
 use vi_rigid::directors;
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
+use vi_statics::{StaticProblem, StaticSettings};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -173,7 +173,7 @@ impl BeamCase {
                 omega: node.omega.into(),
             });
         }
-        model.elements = self.elements(&model.placement())?;
+        model.elements = self.elements(&model.configuration())?;
         for &node in &self.fixed {
             model.clamp(node);
         }
@@ -213,7 +213,7 @@ impl BeamCase {
             None if kind.has_axis() => return Err(format!("joint {count} lacks its axis")),
             None => Matrix3::identity(),
         };
-        let q = model.placement();
+        let q = model.configuration();
         let at = |id: FrameId| match id {
             FrameId::Ground => directors::triad(&GROUND),
             FrameId::Frame(k) => directors::triad(&q[12 * k..12 * k + 12]),
@@ -285,7 +285,8 @@ impl BeamCase {
     fn statics(&self) -> Result<Deviation, String> {
         let model = self.model()?;
         let mechanism = model.mechanism();
-        let mut problem = StaticProblem::new(&model, &mechanism, self.loads()?);
+        let system = model.static_system(&mechanism, self.loads()?);
+        let mut problem = StaticProblem::new(system, mechanism).with_elements(model.neighbours());
         let path = problem.solve(&[1.0], &StaticSettings::default()).map_err(|e| e.to_string())?;
         let [output] = &self.outputs[..] else { return Err("one output expected".into()) };
         let found = path.points.last().ok_or("an empty path")?;
@@ -309,10 +310,11 @@ impl BeamCase {
         for load in self.loads()? {
             system = system.force(Box::new(load));
         }
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let options = Options::new(kind, h);
-        let mut run = integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v))
-            .map_err(|e| format!("{}: {e}", kind.name()))?;
+        let mut run =
+            integrator(mechanism, system, options, Solver::Auto, InitialValues::new(0.0, &q, &v))
+                .map_err(|e| format!("{}: {e}", kind.name()))?;
         let mechanism = model.mechanism();
         let mut deviation = Deviation::default();
         drive(&mut run, steps, output_steps, |step, state, node| {

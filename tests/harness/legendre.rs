@@ -5,8 +5,8 @@ use super::case::{Deviation, Tolerance};
 use nalgebra::DMatrix;
 use vi_constraints::{Constraints, LegendreTransforms, Reparametrization};
 use vi_core::{DiscreteLagrangian, Energies, Interval};
-use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::tree_map::TreeMap;
 
 /// What a reference says of a node.
 pub struct Reference<'a> {

@@ -4,12 +4,12 @@ use super::case::{Deviation, Runs, Tolerance};
 use super::legendre::{self, Reference};
 use serde::Deserialize;
 use vi_constraints::node::Node;
-use vi_constraints::{Integrator, Options, SchemeKind};
+use vi_constraints::{InitialValues, Integrator, Options, SchemeKind};
 use vi_core::{Quadrature, SeparableSystem, State};
 use vi_emscheme::{EmForm, EmSystem};
 use vi_multibody::builder::MechanismBuilder;
-use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::tree_map::TreeMap;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -143,12 +143,17 @@ impl PendulumCase {
 
     fn variational(&self, kind: SchemeKind) -> Result<Deviation, String> {
         let mechanism = self.mechanism();
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let (system, map) = (mechanism.system(Quadrature::Midpoint), TreeMap::new(&mechanism));
         let options = Options::new(kind, self.h);
-        let mut run: Integrator<SeparableSystem, Mechanism> =
-            Integrator::with_reparametrization(system, mechanism, map, options, (0.0, &q, &v))
-                .map_err(|e| e.to_string())?;
+        let mut run: Integrator<SeparableSystem, Mechanism> = Integrator::with_reparametrization(
+            system,
+            mechanism,
+            map,
+            options,
+            InitialValues::new(0.0, &q, &v),
+        )
+        .map_err(|e| e.to_string())?;
         let mut deviation = Deviation::default();
         super::rigid::drive(&mut run, self.steps, &self.output_steps, |step, state, node| {
             let output = self

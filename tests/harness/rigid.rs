@@ -5,7 +5,7 @@ use super::legendre::{self, Reference};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use vi_constraints::node::Node;
-use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
+use vi_constraints::{Constraints, InitialValues, Integrator, Options, SchemeKind};
 use vi_core::{DiscreteLagrangian, MechanicalSystem, Quadrature, SeparableSystem, State};
 use vi_emscheme::{EmForm, EmSystem};
 use vi_multibody::joint::{FrameId, Joint, Side, complete_axis};
@@ -287,13 +287,14 @@ impl RigidCase {
     ) -> Result<MechanismIntegrator, String> {
         let mechanism = self.mechanism()?;
         let system = self.system(&mechanism)?;
-        let (q, v) = mechanism.start();
-        let mut options = Options::new(kind, self.h);
-        if let Some(composition) = &self.composition {
-            options.gammas = composition.gammas.clone();
-        }
-        let run = integrator(mechanism, system, options, solver, (0.0, &q, &v));
-        run.map_err(|e| e.to_string())
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let options = Options::new(kind, self.h);
+        let run = integrator(mechanism, system, options, solver, InitialValues::new(0.0, &q, &v));
+        let composed = |run: MechanismIntegrator| match &self.composition {
+            Some(composition) => run.with_coefficients(composition.gammas.clone()),
+            None => Ok(run),
+        };
+        run.and_then(composed).map_err(|e| e.to_string())
     }
 
     fn variational(&self, kind: SchemeKind, solver: Solver) -> Result<Deviation, String> {

@@ -29,6 +29,8 @@ pub(crate) enum Verb {
     Modes(Modes),
     /// Measure orders, energy, momentum, constraints and symplecticity on a model; recommend a step
     Verify(Verify),
+    /// Show a finished run in the browser: the animated scene, charts, facts
+    View(View),
     /// Draw the plots and the report of a finished run again
     Plot(Plot),
     /// Print the JSON schema of model files
@@ -236,6 +238,18 @@ fn accuracy(text: &str) -> Result<f64, String> {
     number
         .filter(|e| *e >= 1e-14 && *e < 1.0)
         .ok_or_else(|| "write a number from 1e-14 to 1, such as 1e-6".to_owned())
+}
+
+#[derive(Args)]
+pub(crate) struct View {
+    /// The folder of a run
+    pub(crate) dir: PathBuf,
+    /// Begin at this time, s, without playing
+    #[arg(long, value_name = "SECONDS")]
+    pub(crate) at: Option<f64>,
+    /// Print the address of the page and open no browser
+    #[arg(long)]
+    pub(crate) print: bool,
 }
 
 #[derive(Args)]

@@ -18,6 +18,7 @@ mod run;
 mod stderr;
 mod stdout;
 mod verify;
+mod view;
 
 use std::process::ExitCode;
 
@@ -47,6 +48,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
         Verb::Compare(arguments) => compare::compare(&arguments),
         Verb::Modes(arguments) => modes::modes(&arguments),
         Verb::Verify(arguments) => verify::verify(&arguments),
+        Verb::View(arguments) => view::view(&arguments),
         Verb::Plot(arguments) => plot::plot(&arguments),
         Verb::Schema => stdout::json(&holonom::Model::schema()),
         Verb::Examples(arguments) => examples::examples(&arguments),

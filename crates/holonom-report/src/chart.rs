@@ -14,6 +14,12 @@ pub(super) const PX: u32 = 5;
 const SIZE: (u32, u32) = (880, 330);
 /// Height of the line with title and legend, px.
 const TITLE: u32 = 36;
+/// Margins and label areas, px: left with labels, right, top, bottom, labels below.
+const LEFT: u32 = 78;
+const RIGHT: u32 = 22;
+const TOP: u32 = 6;
+const BOTTOM: u32 = 4;
+const LABELS: u32 = 44;
 /// Colour of text and axes.
 pub(super) const INK: RGBColor = RGBColor(31, 41, 55);
 /// Okabe and Ito's colours, distinguishable for colour-blind readers.
@@ -112,7 +118,20 @@ impl Chart {
             root.present().map_err(|e| e.to_string())?;
         }
         let size = |unit: u32| format!("width=\"{}\" height=\"{}\"", SIZE.0 * unit, SIZE.1 * unit);
-        Ok(svg.replacen(&size(PX), &size(1), 1))
+        let svg = svg.replacen(&size(PX), &size(1), 1);
+        Ok(match self.x.quantity == "time" && !self.x.logarithmic {
+            true => svg.replacen("<svg ", &format!("<svg data-plot=\"{}\" ", self.plot_area()), 1),
+            false => svg,
+        })
+    }
+
+    /// Left, right, top and bottom of the plot in units of the drawing, and the values at its left and right: for a
+    /// page that marks a value on several charts.
+    fn plot_area(&self) -> String {
+        let [x, _] = self.scales();
+        let edges = [LEFT, SIZE.0 - RIGHT, TITLE + TOP, SIZE.1 - BOTTOM - LABELS].map(|e| e * PX);
+        let [left, right, top, bottom] = edges;
+        format!("{left} {right} {top} {bottom} {} {}", x.range.0, x.range.1)
     }
 
     fn draw(&self, root: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
@@ -121,11 +140,11 @@ impl Chart {
         self.draw_head(&head)?;
         let [x, y] = self.scales();
         let mut chart = ChartBuilder::on(&body)
-            .margin_right(22 * PX)
-            .margin_top(6 * PX)
-            .margin_bottom(4 * PX)
-            .x_label_area_size(44 * PX)
-            .y_label_area_size(78 * PX)
+            .margin_right(RIGHT * PX)
+            .margin_top(TOP * PX)
+            .margin_bottom(BOTTOM * PX)
+            .x_label_area_size(LABELS * PX)
+            .y_label_area_size(LEFT * PX)
             .build_cartesian_2d(x.range.0..x.range.1, y.range.0..y.range.1)?;
         chart
             .configure_mesh()

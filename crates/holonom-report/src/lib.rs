@@ -9,6 +9,7 @@ mod mode_shapes;
 pub mod page;
 mod picture;
 mod plots;
+pub mod scene;
 mod sensors;
 mod series;
 mod shapes;
@@ -16,7 +17,8 @@ mod shapes;
 use std::path::PathBuf;
 
 use holonom_model::Model;
-use holonom_sim::output::{OutputError, RunFolder};
+use holonom_sim::output::{Frames, OutputError, RunFolder};
+use scene::Scene;
 
 pub use chart::{Axis, Chart, Curve};
 pub use facts::{Fact, counts, facts};
@@ -57,9 +59,19 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     for plot in &plots {
         draw(&plot.chart.title, &plot.name, plot.words(), plot.chart.svg())?;
     }
-    let page = page(&summary, &trajectory, &figures, &model);
+    let scene = scene_of(folder, &model);
+    let page = page(&summary, &trajectory, &figures, (&model, scene.as_ref()));
     files.insert(0, folder.write("report.html", &page)?);
     Ok(files)
+}
+
+/// The animated scene; `None` where the files hold no motion that can be shown.
+fn scene_of(folder: &RunFolder, model: &str) -> Option<Scene> {
+    let model = Model::from_toml(model).ok()?;
+    let file = |name: &str| folder.path().join(name);
+    let frames = Frames::read(&file("trajectory.csv"), scene::NUMBERS, scene::INSTANTS).ok()?;
+    let moments = frames.bending_moments(&file("beams.csv")).unwrap_or_default();
+    Scene::new(&model, &frames, &moments)
 }
 
 /// The picture of the beams of a run, with its caption.

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::facts::{counts, facts};
+use super::scene::Scene;
 use holonom_sim::output::{Status, Summary, Trajectory};
 
 const STYLE: &str = include_str!("page.css");
@@ -22,7 +23,12 @@ pub struct Figure {
 
 /// The page of a run, from its summary, its figures and the text of its model.
 #[must_use]
-pub fn page(summary: &Summary, trajectory: &Trajectory, figures: &[Figure], model: &str) -> String {
+pub fn page(
+    summary: &Summary,
+    trajectory: &Trajectory,
+    figures: &[Figure],
+    (model, scene): (&str, Option<&Scene>),
+) -> String {
     let mut html = head(&summary.model);
     let _ = write!(
         html,
@@ -31,6 +37,7 @@ pub fn page(summary: &Summary, trajectory: &Trajectory, figures: &[Figure], mode
         escape(&counts(summary))
     );
     push_failure(&mut html, summary);
+    html += &scene.map_or_else(String::new, Scene::html);
     push_facts(&mut html, summary);
     push_plots(&mut html, trajectory, figures);
     html += "<h2>Numbers</h2>\n";

@@ -4,7 +4,7 @@ use crate::names::Names;
 use holonom_model::{Constraint, ModelError, Problem};
 use std::sync::Arc;
 use vi_multibody::builder::{CoordinateId, JointId, MechanismBuilder};
-use vi_multibody::joint_force::{PdControl, Viscous};
+use vi_multibody::joint_force::{PdControl, Setpoint, Viscous};
 
 /// Degree of freedom `freedom` of joint `id`.
 fn coordinate(
@@ -53,7 +53,7 @@ pub(crate) fn add_joint_forces(
             let path = motor.path;
             let reference = Arc::new(move |t| {
                 let [value, rate, _] = path.at(t);
-                (value, rate)
+                Setpoint { value, rate }
             });
             let (proportional, derivative) = (motor.proportional, motor.derivative);
             builder.joint_force(at, PdControl { proportional, derivative, reference });

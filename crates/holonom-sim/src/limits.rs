@@ -5,7 +5,7 @@ use crate::beams::{BeamParts, Beams};
 use holonom_model::Settings;
 use serde::{Deserialize, Serialize};
 use vi_beam::frequency::highest_frequency;
-use vi_beam::limit::{STOP, WARN, angle_between};
+use vi_statics::limit::{STOP, WARN, angle_between};
 
 /// Above this `h ω_max` stiff vibrations are not resolved.
 const RESOLVED: f64 = 1.0;
@@ -26,7 +26,7 @@ pub struct Stiffness {
 impl Stiffness {
     /// Of the beams in their stress-free configuration; `None` without beams.
     pub(crate) fn new(beams: &Beams, settings: &Settings) -> Option<Self> {
-        let q = beams.parts.placement();
+        let q = beams.parts.configuration();
         let gammas = settings.composition().gammas();
         let longest = gammas.iter().fold(0.0_f64, |a, g| a.max(g.abs()));
         let mut worst: Option<Self> = None;

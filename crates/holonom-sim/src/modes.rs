@@ -3,7 +3,7 @@
 //! ```text
 //! K x = ω² M x       K, M of the degrees of freedom of the system, without damping
 //! ```
-//! See [`vi_beam::modes`]. Modes without stiffness (rigid-body motions, spins, idle degrees of freedom) have
+//! See [`vi_statics::modes`]. Modes without stiffness (rigid-body motions, spins, idle degrees of freedom) have
 //! `ω = 0`; `ω² < 0` is an instability that grows as `exp(√−ω² t)`. Initial velocities are not used.
 
 use crate::beams::Beams;
@@ -14,8 +14,8 @@ use holonom_model::{Model, ModelError, Scheme};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
-use vi_beam::modes::{ModeError, Modes};
 use vi_rigid::directors;
+use vi_statics::modes::{ModeError, Modes};
 
 /// Steps of the loads that lead to the equilibrium of a model of motion.
 const STEPS: f64 = 10.0;
@@ -134,7 +134,7 @@ impl ModalAnalysis {
             About::Start => Statics::new(&model)?,
             About::Static => {
                 let mut statics = Statics::new(&model)?;
-                statics.walk().map_err(ModesError::Statics)?;
+                statics.reach_end().map_err(ModesError::Statics)?;
                 statics
             }
         };
@@ -158,12 +158,12 @@ impl ModalAnalysis {
     /// # Errors
     /// [`ModesError::Model`] when a degree of freedom has no mass.
     pub fn modes(&mut self, count: usize) -> Result<Report, ModesError> {
-        let found = vi_beam::modes::modes(self.statics.problem()).map_err(refusal)?;
+        let found = vi_statics::modes(self.statics.problem()).map_err(refusal)?;
         let kinds: Vec<Kind> = (0..found.squared.len()).map(|k| kind(&found, k)).collect();
         let number = |kind: Kind| kinds.iter().filter(|k| **k == kind).count();
         let (unstable, zero) = (number(Kind::Unstable), number(Kind::Zero));
         let shown = kinds.iter().take(unstable + zero + count).enumerate();
-        let configuration = self.statics.problem().placement().to_vec();
+        let configuration = self.statics.problem().configuration().to_vec();
         let modes = shown.map(|(k, kind)| {
             let shape =
                 shape(self.statics.members(), &configuration, found.shapes.column(k).as_slice());

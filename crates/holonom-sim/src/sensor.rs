@@ -20,9 +20,9 @@ use std::sync::Arc;
 use vi_beam::section_force::{SectionState, section_states};
 use vi_beam::{Beam, BeamModel};
 use vi_constraints::saddle_point::IndependentRows;
-use vi_multibody::coordinates::{JointCoordinates, first_of_rotation_vector, joint_rates};
 use vi_multibody::form::Form;
 use vi_multibody::joint::Joint;
+use vi_multibody::joint_motion::{JointMotion, joint_rates};
 use vi_multibody::mechanism::{Attachment, Mechanism};
 use vi_multibody::pair::PairKind;
 use vi_multibody::reaction::{Reaction, Reactions};
@@ -118,14 +118,14 @@ fn joint_parts(
     length: [&'static str; 2],
 ) -> Vec<Part> {
     let Some(pair) = pair else { return Vec::new() };
-    let freedoms = pair.freedoms();
+    let freedoms = pair.dof();
     let of_kind = |angle: bool| (0..freedoms).filter(|&k| pair.is_angle(k) == angle).count();
     let part = |k: usize| {
         let is_angle = pair.is_angle(k);
         let [quantity, unit] = if is_angle { angle } else { length };
         let letter = if is_angle { "theta" } else { "u" };
         let number = 1 + (0..k).filter(|&j| pair.is_angle(j) == is_angle).count();
-        let name = match (first_of_rotation_vector(pair), of_kind(is_angle)) {
+        let name = match (pair.rotation_vector(), of_kind(is_angle)) {
             (Some(first), _) if k >= first => ["x", "y", "z"][k - first].to_owned(),
             _ if freedoms == 1 => String::new(),
             (_, 1) => letter.to_owned(),
@@ -143,7 +143,7 @@ enum Gauge {
     Velocity(Form, usize),
     Orientation(Attitude),
     AngularVelocity(usize), // first coordinate of the frame
-    Coordinate(JointCoordinates),
+    Coordinate(JointMotion),
     Rate(Joint),
     Reaction(usize), // joint of the description
     Tension(usize),  // bar of the description
@@ -245,7 +245,7 @@ impl Sensors {
         for gauge in &mut self.gauges {
             match gauge {
                 Gauge::Coordinate(tracker) => {
-                    *tracker = JointCoordinates::new(tracker.joint().clone(), q);
+                    *tracker = JointMotion::new(tracker.joint().clone(), q);
                 }
                 Gauge::Orientation(attitude) => {
                     attitude.last = Quaternion::identity(); // w ≥ 0
@@ -302,7 +302,7 @@ impl Gauge {
             }
             Self::Coordinate(tracker) => out.extend(tracker.values()),
             Self::Rate(joint) => {
-                out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.freedoms()]);
+                out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.dof()]);
             }
             Self::Reaction(joint) => {
                 let reaction: &Reaction = &reactions.joints[*joint];
@@ -379,8 +379,8 @@ impl Builder<'_> {
             }
             SensorKind::AngularVelocity => Gauge::AngularVelocity(12 * self.body(of)?),
             SensorKind::JointCoordinate => {
-                let (q, _) = self.mechanism.start();
-                Gauge::Coordinate(JointCoordinates::new(joint()?, &q))
+                let q = self.mechanism.initial_configuration();
+                Gauge::Coordinate(JointMotion::new(joint()?, &q))
             }
             SensorKind::JointRate => Gauge::Rate(joint()?),
             SensorKind::SectionForce | SensorKind::Strain => Gauge::Section(self.section(sensor)?),

@@ -22,9 +22,9 @@ use holonom_model::{Family, Model, ModelError, Problem, Scheme, Settings};
 use std::io;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::{Condition, StepError};
-use vi_constraints::{Constraints, Options};
+use vi_constraints::{Constraints, InitialValues, Options};
 use vi_core::linear::{Singular, norm_inf};
-use vi_emscheme::{EmIntegrator, EmOptions};
+use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 
@@ -66,7 +66,7 @@ impl Simulation {
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let settings = model.settings.clone();
-        let (q, v) = mechanism.start();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let closure = assembly::closure(&mechanism, &q, &v);
         let tolerance = settings.start_tolerance;
         let missed = assembly::velocity_inconsistencies(&mechanism, (&q, &v), tolerance);
@@ -413,12 +413,12 @@ fn method(
     solver: Solver,
 ) -> Result<Box<dyn Method>, ModelError> {
     let settings = &model.settings;
-    let (q, v) = mechanism.start();
-    let at = (0.0, &q[..], &v[..]);
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+    let at = InitialValues::new(0.0, &q, &v);
     match settings.scheme.family() {
         Family::Variational(kind) => {
             let mut options = Options::new(kind, settings.step);
-            options.gammas = settings.composition().gammas();
+            options.composition = settings.composition();
             options.newton = settings.newton();
             let system = dynamics.variational(&mechanism);
             let run = integrator(mechanism, system, options, solver, at)
@@ -428,9 +428,10 @@ fn method(
         Family::EnergyMomentum(form) => {
             let mut options = EmOptions::new(form, settings.step);
             options = options.composition(settings.composition());
-            (options.newton, options.solver) = (settings.newton(), solver);
+            options.newton = settings.newton();
+            let algebra = EmAlgebra { solver, ..EmAlgebra::default() };
             let system = dynamics.energy_momentum(&mechanism);
-            let run = vi_emscheme::run::integrator_at(system, mechanism, options, at)
+            let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                 .map_err(|error| assembly::em_refusal(&error, model))?;
             Ok(Box::new(Running::new(run, settings)))
         }

@@ -6,7 +6,7 @@
 //! `t` is the time of the loads: loads and motors with a history and prescribed motions are taken at it. Those
 //! without a history grow in proportion, `t/end` times what is stated, so that with `end = 1` it is the load
 //! factor. The weight is there from the beginning. The initial configuration is relaxed to the first equilibrium
-//! ([`vi_beam::relaxation`]); from there on every equilibrium of the continuation is a row of the trajectory,
+//! ([`vi_statics::relaxation`]); from there on every equilibrium of the continuation is a row of the trajectory,
 //! also those between the steps that halving needed. With `arc_length = true` the path is followed by its
 //! arc length, through limit points, until `t` first reaches the end.
 
@@ -22,14 +22,13 @@ use crate::sensor::{Sensors, View};
 use crate::system::{self, System};
 use holonom_model::{History, Model, ModelError, Settings};
 use std::io;
-use vi_beam::arc_length::ArcSettings;
-use vi_beam::statics::{Equilibrium, StaticError, StaticProblem, StaticSettings};
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::momentum_map::Momentum;
 use vi_multibody::mechanism::Mechanism;
+use vi_statics::{ArcLengthSettings, Equilibrium, StaticError, StaticProblem, StaticSettings};
 
 /// Largest number of equilibria of a continuation by arc length.
 const MOST: usize = 2000;
@@ -46,7 +45,6 @@ pub struct Statics {
     rows: IndependentRows, // with those inside the frames
     mechanism: Mechanism,
     watch: ClosureWatch,
-    angles: Vec<f64>, // of the last equilibrium
     facts: StaticFacts,
     step: u64,
 }
@@ -67,9 +65,9 @@ impl Statics {
     pub fn with_loads_as_stated(model: &Model) -> Result<Self, ModelError> {
         let System { mechanism, dynamics, members, mut sensors, beams, .. } = system::build(model)?;
         let system = dynamics.variational(&mechanism);
-        let (q, v) = mechanism.start();
-        let pairs = beams.parts.neighbours();
-        let problem = StaticProblem::of_system(system, mechanism.clone(), pairs, (0.0, &q));
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let problem =
+            StaticProblem::new(system, mechanism.clone()).with_elements(beams.parts.neighbours());
         let internal = 6 * mechanism.description().bodies.len();
         let chosen: Vec<usize> =
             (0..internal).chain(problem.rows().rows().iter().copied()).collect();
@@ -85,8 +83,6 @@ impl Statics {
         let facts = StaticFacts { arc_length: settings.arc_length, ..StaticFacts::default() };
         let (limits, step) = (LimitWatch::new(&beams), 0);
         agreement::paths((&mechanism, &rows), &q, settings.end)?;
-        let mut angles = vec![0.0; mechanism.angle_count()];
-        mechanism.unwrap_angles(&q, &mut angles);
         let watch =
             ClosureWatch::new(&mechanism, Configuration::new(0.0, &q), settings.newton_tolerance);
         Ok(Self {
@@ -100,7 +96,6 @@ impl Statics {
             rows,
             mechanism,
             watch,
-            angles,
             facts,
             step,
         })
@@ -127,7 +122,7 @@ impl Statics {
     ///
     /// # Errors
     /// [`RunFailure`].
-    pub fn walk(&mut self) -> Result<(), RunFailure> {
+    pub fn reach_end(&mut self) -> Result<(), RunFailure> {
         let mut ignore = |_: &Sample| Ok(());
         match Experiment::run(self, &mut ignore, &mut |_, _| {}) {
             Ok(RunOutcome::Failed(failure)) => Err(failure),
@@ -163,12 +158,10 @@ impl Statics {
         sample
     }
 
-    /// Whether an equilibrium satisfies all constraints; angles are unwrapped from the one before.
+    /// Whether an equilibrium satisfies all constraints.
     fn check(&mut self, point: &Equilibrium) -> Result<(), RunFailure> {
-        let at = Configuration { t: point.factor, q: &point.q, angles: &self.angles };
-        let checked = self.watch.check(&self.mechanism, at);
-        self.mechanism.unwrap_angles(&point.q, &mut self.angles);
-        checked.map_err(|error| {
+        let at = Configuration { t: point.factor, q: &point.q, angles: &point.angles };
+        self.watch.check(&self.mechanism, at).map_err(|error| {
             let name = error.constraint().map_or("", |row| self.mechanism.constraint_name(row));
             RunFailure {
                 step: self.step,
@@ -232,24 +225,24 @@ impl Statics {
     ) -> io::Result<Result<(), RunFailure>> {
         let end = self.settings.end;
         let length = self.settings.step / end;
-        let settings = ArcSettings {
+        let settings = ArcLengthSettings {
             first_length: 0.2 * length,
             largest_length: length,
             full_load: end,
             newton: vi_core::NewtonSettings { max_iterations: 15, ..self.newton() },
-            ..ArcSettings::default()
+            ..ArcLengthSettings::default()
         };
-        let mut walk = self.problem.walk(&settings);
+        let mut continuation = self.problem.continuation(&settings);
         for n in 0..MOST {
             progress(n as u64, MOST as u64);
-            let point = match self.problem.walk_on(&mut walk) {
+            let point = match self.problem.next_equilibrium(&mut continuation) {
                 Ok(point) => point,
                 Err(error) => return Ok(Err(self.failure(&error))),
             };
             if let Err(failure) = self.check(&point) {
                 return Ok(Err(failure));
             }
-            self.facts.halvings = walk.halvings() as u64;
+            self.facts.halvings = continuation.halvings() as u64;
             if point.factor >= end {
                 let settings =
                     StaticSettings { newton: self.newton(), ..StaticSettings::default() };
@@ -307,7 +300,7 @@ impl Experiment for Statics {
         observe: &mut Observe<'_>,
         progress: &mut dyn FnMut(u64, u64),
     ) -> io::Result<RunOutcome> {
-        let first = match self.problem.settle() {
+        let first = match self.problem.equilibrate() {
             Ok(point) => point,
             Err(error) => return Ok(RunOutcome::Failed(self.failure(&error))),
         };

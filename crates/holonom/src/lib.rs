@@ -45,7 +45,7 @@
 //! potential written once for any number type, so that gradient and Hessian are exact.
 //!
 //! ```
-//! use holonom::vi_constraints::{ConstraintFn, Integrator, Options, SchemeKind};
+//! use holonom::vi_constraints::{ConstraintFn, InitialValues, Integrator, Options, SchemeKind};
 //! use holonom::vi_core::potential::{DualPotential, ScalarField};
 //! use holonom::vi_core::{SeparableSystem, num_dual::DualNum};
 //!
@@ -59,7 +59,8 @@
 //!     |q, g| g[0] = q[1] - q[0] * q[0],
 //!     |q, G| { G[(0, 0)] = -2.0 * q[0]; G[(0, 1)] = 1.0; });
 //! let options = Options::new(SchemeKind::Constrained, 0.01); // or any other of the four
-//! let mut run = Integrator::new(system, parabola, options, (0.0, &[1.0, 1.0], &[0.0, 0.0]))?;
+//! let at = InitialValues::new(0.0, &[1.0, 1.0], &[0.0, 0.0]);
+//! let mut run = Integrator::new(system, parabola, options, at)?;
 //! for _ in 0..1000 {
 //!     run.step()?;
 //! }
@@ -75,7 +76,9 @@
 //!
 //! ```
 //! use holonom::nalgebra::DMatrix;
-//! use holonom::vi_constraints::{ConstraintFn, Integrator, Options, Reparametrization, SchemeKind};
+//! use holonom::vi_constraints::{
+//!     ConstraintFn, InitialValues, Integrator, Options, Reparametrization, SchemeKind,
+//! };
 //! use holonom::vi_core::newton::{Block, BlockKind, Fault};
 //! use holonom::vi_core::potential::LinearPotential;
 //! use holonom::vi_core::{Interval, SeparableSystem};
@@ -106,7 +109,7 @@
 //!     |q, g| g[0] = q[1] - q[0] * q[0],
 //!     |q, G| { G[(0, 0)] = -2.0 * q[0]; G[(0, 1)] = 1.0; });
 //! let options = Options::new(SchemeKind::Nodal, 0.01);
-//! let start = (0.0, &[1.0, 1.0][..], &[0.0, 0.0][..]);
+//! let start = InitialValues::new(0.0, &[1.0, 1.0], &[0.0, 0.0]);
 //! let mut run = Integrator::with_reparametrization(system, parabola, Parabola, options, start)?;
 //! for _ in 0..1000 {
 //!     run.step()?;
@@ -134,6 +137,7 @@ pub use vi_core;
 pub use vi_emscheme;
 pub use vi_multibody;
 pub use vi_rigid;
+pub use vi_statics;
 
 pub use holonom_model::{Model, ModelError};
 pub use holonom_sim::output::{RunFolder, Summary};

@@ -96,10 +96,10 @@ impl DiscretePotential for AveragedStrains {
 mod tests {
     use super::*;
     use crate::element::tests::random_elements;
-    use crate::sample::Sample;
     use nalgebra::{DMatrix, Vector3};
     use vi_core::potential::Midpoint;
     use vi_rigid::{directors, rotation};
+    use vi_testkit::Sample;
 
     fn interval(q0: &[f64], q1: &[f64]) -> Interval {
         let mut s = Interval::new(q0.len());

@@ -7,7 +7,7 @@
 //! M_e   = ℓ [1/3 1/6; 1/6 1/3] ⊗ diag(Aρ, I_1ρ, I_2ρ, I_3ρ) ⊗ I_3         (lumped: ½, ½)
 //! ```
 //! One quadrature point, so shear does not lock. `M_e` is constant and, with `I_3ρ = 0`, singular;
-//! `PᵀMP` is not. The limit of the element: nodes turned against each other by `θ` carry the moment
+//! `PᵀMP` is not. The limit of the element: nodes rotated relative to each other by `θ` carry the moment
 //! `EI sin θ cos θ/ℓ` at most, `EI/(2ℓ)` at 45°.
 //!
 //! Source: theory §6.
@@ -214,7 +214,7 @@ impl Elements {
         Ok(index)
     }
 
-    /// Distributes the mass of some elements in another way.
+    /// Distributes the mass of some elements by another rule.
     pub fn set_mass(&mut self, elements: Range<usize>, kind: MassKind) {
         self.elements[elements].iter_mut().for_each(|element| element.mass = kind);
     }
@@ -294,8 +294,8 @@ impl Potential for Elements {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::sample::Sample;
     use nalgebra::DMatrix;
+    use vi_testkit::Sample;
 
     /// Three random nodes joined by two elements of different sections.
     pub(crate) fn random_elements(sample: &mut Sample) -> (Elements, Vec<f64>) {

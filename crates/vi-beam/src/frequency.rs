@@ -81,34 +81,3 @@ fn element_frequency(model: &BeamModel, (order, index): (usize, usize), q: &[f64
     };
     standard.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mesh::{FrameRule, Mesh};
-    use crate::section::Section;
-    use crate::statics::StaticProblem;
-    use nalgebra::Vector3;
-
-    /// The bound lies above the highest frequency of the assembled beam, and close to it.
-    #[test]
-    fn the_bound_is_one_and_close() {
-        let section = Section::new([1e4, 1e4, 1e4, 500.0, 400.0, 300.0], [1.0, 10.0, 9.0, 0.0]);
-        let rule = FrameRule::Normal(Vector3::z());
-        let mesh = Mesh::straight(Vector3::zeros(), 3.0 * Vector3::x(), 12, rule).unwrap();
-        for order in 1..=3 {
-            let mut model = BeamModel::new(Vector3::zeros());
-            let section = section.clone().unwrap();
-            let beam = match order {
-                1 => model.add_beam("beam", &mesh, section).unwrap(),
-                order => model.add_high_order_beam("beam", &mesh, section, order).unwrap(),
-            };
-            let bound = highest_frequency(&model, &beam, &model.placement()).omega;
-            let mut problem = StaticProblem::new(&model, &model.mechanism(), vec![]);
-            let found = crate::modes::modes(&mut problem).unwrap();
-            let highest = found.omega[found.omega.len() - 1];
-            println!("order {order}: highest {highest:.4}, bound {bound:.4} rad/s");
-            assert!(bound >= highest * (1.0 - 1e-12) && bound < 1.1 * highest);
-        }
-    }
-}

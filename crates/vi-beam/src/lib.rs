@@ -2,7 +2,7 @@
 //!
 //! A beam is a chain of frames (its nodes) and two-node elements between them. Nodes carry joints as
 //! rigid bodies do, so beams and bodies mix freely; every strain is a quadratic form of the coordinates,
-//! so energies, momenta and constraints are kept exactly as for rigid bodies.
+//! so energies, momenta and constraints are conserved exactly as for rigid bodies.
 //!
 //! | file | concept |
 //! |---|---|
@@ -13,44 +13,31 @@
 //! | [`high_order`] | elements with three or four nodes |
 //! | [`mesh`] | nodes along curves, triads by a rule |
 //! | [`model`] | beams, bodies, joints as one mechanism |
-//! | [`statics`], [`arc_length`] | equilibrium by load stepping, through limit points |
-//! | [`relaxation`] | starts that are no equilibria, directions without stiffness |
-//! | [`limit`] | how far an element may bend |
 //! | [`frequency`] | a bound of the highest frequency |
-//! | [`modes`] | small vibrations about an equilibrium |
 //! | [`section_force`] | section forces, centre line |
 //!
 //! Source: theory §6; P. Betsch, P. Steinmann, IJNME 54 (2002) 1775–1788; S. Leyendecker, P. Betsch,
 //! P. Steinmann, Multibody Syst. Dyn. 19 (2008) 45–72.
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
+#![warn(missing_debug_implementations)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
-pub mod arc_length;
 pub mod averaged;
 pub mod element;
-mod equilibrium;
 pub mod frequency;
 pub mod high_order;
-pub mod limit;
 pub mod mesh;
 pub mod model;
-pub mod modes;
-pub mod relaxation;
 pub mod section;
 pub mod section_force;
-pub mod static_path;
-pub mod statics;
+mod section_state;
 pub mod strain;
 
 pub use element::{Element, Elements, MassKind};
 pub use mesh::{FrameRule, Mesh};
 pub use model::{Beam, BeamModel, StrainRule};
 pub use section::{Material, Profile, Section, Stated};
-pub use statics::{StaticProblem, StaticSettings};
-
-#[cfg(test)]
-mod sample;
 
 /// The example of the README is compiled and run.
 #[cfg(doctest)]

@@ -15,10 +15,10 @@ use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::force::{Force, MidpointForce};
 use vi_core::{Entries, Quadrature, SeparableSystem, SparseMatrix};
-use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+use vi_multibody::description::joint_at;
+use vi_multibody::joint::{FrameId, complete_axis};
 use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
-use vi_rigid::directors;
 use vi_rigid::load::{Load, LoadError, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 
@@ -45,6 +45,24 @@ pub struct Beam {
 }
 
 /// Beams and bodies under construction.
+///
+/// ```
+/// use nalgebra::Vector3;
+/// use vi_beam::{BeamModel, FrameRule, Mesh, Section, StrainRule};
+/// use vi_constraints::Constraints;
+///
+/// // a cantilever of eight elements
+/// let rule = FrameRule::Normal(Vector3::z());
+/// let mesh = Mesh::straight(Vector3::zeros(), Vector3::x(), 8, rule)?;
+/// let mut model = BeamModel::new(Vector3::new(0.0, 0.0, -9.81));
+/// let section = Section::new([1e4, 1e4, 1e4, 500.0, 500.0, 500.0], [1.0, 10.0, 10.0, 0.0])?;
+/// let beam = model.add_beam("beam", &mesh, section)?;
+/// model.clamp(beam.nodes.start);
+/// let mechanism = model.mechanism();
+/// let system = model.system(&mechanism, StrainRule::Averaged);
+/// assert_eq!(mechanism.dim(), 12 * 9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct BeamModel {
     /// Bodies, nodes, joints, gravity.
@@ -82,7 +100,7 @@ impl BeamModel {
         let first = self.add_nodes(name, mesh);
         let start = self.elements.list().len();
         let section = self.elements.add_section(section);
-        let q = self.placement();
+        let q = self.configuration();
         for (k, length) in mesh.lengths.iter().enumerate() {
             let nodes = [first + k, first + k + 1];
             self.elements.add_stress_free(nodes, *length, section, &q)?;
@@ -108,7 +126,7 @@ impl BeamModel {
             return Err(ElementError::Order { order, intervals });
         }
         let first = self.add_nodes(name, mesh);
-        let q = self.placement();
+        let q = self.configuration();
         let start = self.high_order.count();
         for (k, lengths) in mesh.lengths.chunks_exact(order).enumerate() {
             let nodes: Vec<usize> = (0..=order).map(|j| first + order * k + j).collect();
@@ -169,16 +187,11 @@ impl BeamModel {
     ) -> usize {
         let axes =
             if kind.has_axis() { complete_axis(&axis.normalize()) } else { Matrix3::identity() };
-        let q = self.placement();
-        let side = |frame: FrameId| match frame {
-            FrameId::Ground => Side::at(frame, &GROUND, point, &axes),
-            FrameId::Frame(k) => Side::at(frame, &q[12 * k..12 * k + 12], point, &axes),
-        };
-        let parent = parent.map_or(FrameId::Ground, FrameId::Frame);
+        let frames = [parent.map_or(FrameId::Ground, FrameId::Frame), FrameId::Frame(child)];
         let count = self.description.joints.len();
-        let name = format!("joint {count}");
-        let (parent, child) = (side(parent), side(FrameId::Frame(child)));
-        self.description.joints.push(Joint { name, kind, parent, child });
+        let (name, bodies) = (format!("joint {count}"), &self.description.bodies);
+        let joint = joint_at(&name, kind, frames, [*point; 2], &axes, bodies);
+        self.description.joints.push(joint);
         count
     }
 
@@ -238,12 +251,8 @@ impl BeamModel {
 
     /// `q(0)`.
     #[must_use]
-    pub fn placement(&self) -> Vec<f64> {
-        let mut q = vec![0.0; 12 * self.description.bodies.len()];
-        for (frame, own) in self.description.bodies.iter().zip(q.chunks_exact_mut(12)) {
-            directors::set_frame(own, &frame.center, &frame.triad);
-        }
-        q
+    pub fn configuration(&self) -> Vec<f64> {
+        self.description.configuration()
     }
 
     /// The mechanism: constraints and spanning tree.

@@ -52,6 +52,17 @@ pub enum SectionError {
 }
 
 /// Stiffnesses and inertias of a cross-section, as the elements use them.
+///
+/// ```
+/// use vi_beam::{Material, Profile, Stated};
+///
+/// // a steel rod of 10 mm radius: EA = E π r², shear stiffness and torsion constant from the shape
+/// let steel = Material::from_poisson(2.1e11, 0.3, 7800.0)?;
+/// let section = Profile::Circle { radius: 0.01 }.section(&steel, &Stated::default())?;
+/// let [_, _, tension, ..] = *section.stiffness();
+/// assert!((tension / (2.1e11 * std::f64::consts::PI * 1e-4) - 1.0).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Section {
     stiffness: [f64; 6],

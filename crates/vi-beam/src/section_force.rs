@@ -11,72 +11,10 @@
 //! neighbours.
 
 use crate::model::{Beam, BeamModel};
-use crate::strain::Strain;
+pub use crate::section_state::SectionState;
+use crate::section_state::Station;
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 use vi_rigid::directors::{center, director};
-
-/// What an element carries at one place.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SectionState {
-    /// Which element of the beam.
-    pub element: usize,
-    /// Reference arc length from the start of the beam, m.
-    pub arc_length: f64,
-    /// The length of beam it stands for, m.
-    pub length: f64,
-    /// Where it is, m.
-    pub point: [f64; 3],
-    /// `Γ_1, Γ_2, Γ_3`.
-    pub shear_extension: [f64; 3],
-    /// `K_1, K_2, K_3`, 1/m.
-    pub curvature: [f64; 3],
-    /// `N_1, N_2, N_3`, N.
-    pub force: [f64; 3],
-    /// `M_1, M_2, M_3`, N·m.
-    pub moment: [f64; 3],
-    /// `n`, N, on the side of the first node, by the side of the second.
-    pub spatial_force: [f64; 3],
-    /// `m`, N·m.
-    pub spatial_moment: [f64; 3],
-}
-
-/// A place of a beam in some configuration, and what is deformed there.
-pub(crate) struct Place {
-    /// Reference arc length from the start of the element, m.
-    pub(crate) along: f64,
-    /// The length it stands for, m.
-    pub(crate) length: f64,
-    /// `φ`.
-    pub(crate) point: Vector3<f64>,
-    /// `d̄_I`.
-    pub(crate) directors: [Vector3<f64>; 3],
-    /// `Γ, K`.
-    pub(crate) strain: Strain,
-    /// `N, M`.
-    pub(crate) stress: Strain,
-}
-
-impl Place {
-    fn state(&self, element: usize, start: f64) -> SectionState {
-        let three = |v: &[f64]| [v[0], v[1], v[2]];
-        let spatial = |at: usize| -> Vector3<f64> {
-            (0..3).map(|i| self.stress[at + i] * self.directors[i]).sum()
-        };
-        SectionState {
-            element,
-            arc_length: start + self.along,
-            length: self.length,
-            point: self.point.into(),
-            shear_extension: three(&self.strain.as_slice()[..3]),
-            curvature: three(&self.strain.as_slice()[3..]),
-            force: three(&self.stress.as_slice()[..3]),
-            moment: three(&self.stress.as_slice()[3..]),
-            spatial_force: spatial(0).into(),
-            spatial_moment: spatial(3).into(),
-        }
-    }
-}
 
 /// The states along a beam in the configuration `q`.
 #[must_use]
@@ -85,15 +23,15 @@ pub fn section_states(model: &BeamModel, beam: &Beam, q: &[f64]) -> Vec<SectionS
     let mut states = Vec::with_capacity(beam.elements.len() * beam.order);
     for (k, index) in beam.elements.clone().enumerate() {
         if beam.order > 1 {
-            let places = model.high_order.places(index, q);
-            states.extend(places.map(|place| place.state(k, start)));
+            let stations = model.high_order.section_stations(index, q);
+            states.extend(stations.map(|station| station.state(k, start)));
             start += model.high_order.length(index);
             continue;
         }
         let element = &model.elements.list()[index];
         let strain = element.strain(&element.coordinates(q));
         let [a, b] = element.nodes.map(|node| &q[12 * node..12 * node + 12]);
-        let place = Place {
+        let station = Station {
             along: 0.5 * element.length,
             length: element.length,
             point: 0.5 * (center(a) + center(b)),
@@ -101,7 +39,7 @@ pub fn section_states(model: &BeamModel, beam: &Beam, q: &[f64]) -> Vec<SectionS
             strain,
             stress: model.elements.stiffness(element).component_mul(&strain),
         };
-        states.push(place.state(k, start));
+        states.push(station.state(k, start));
         start += element.length;
     }
     states

@@ -99,8 +99,8 @@ pub fn weighted_matrix(n: &Strain, length: f64) -> SMatrix<f64, 8, 8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::Sample;
     use vi_rigid::rotation;
+    use vi_testkit::Sample;
 
     /// The definition of theory §6, written without simplification.
     fn definition(x: &Coordinates, length: f64) -> Strain {

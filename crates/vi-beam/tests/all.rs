@@ -5,10 +5,6 @@ mod common;
 
 mod allocation;
 mod elbow;
-mod equilibria;
 mod free_flight;
-mod modes;
 mod order;
 mod sparse_nodal;
-mod stability;
-mod statics;

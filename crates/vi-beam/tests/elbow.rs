@@ -9,7 +9,7 @@ use common::{center_of, vector};
 use nalgebra::Vector3;
 use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::{FrameRule, MassKind, Mesh, Section};
-use vi_constraints::{Options, SchemeKind};
+use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_multibody::run::{Solver, integrator};
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
@@ -29,10 +29,12 @@ fn run(elements: usize, h: f64) -> [f64; 4] {
     let load =
         Load::new(12 * elbow, LoadKind::Dead, Vector3::z(), Vector3::zeros(), history).unwrap();
     let mechanism = model.mechanism();
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let system = model.system(&mechanism, StrainRule::Averaged).force(Box::new(load));
     let options = Options::new(SchemeKind::Nodal, h);
-    let mut run = integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v)).unwrap();
+    let mut run =
+        integrator(mechanism, system, options, Solver::Auto, InitialValues::new(0.0, &q, &v))
+            .unwrap();
     let (steps, mut out) = ((1.0 / h).round() as usize, [0.0; 4]);
     for step in 1..=5 * steps {
         run.step().unwrap();

@@ -8,14 +8,14 @@ use common::{distance, flying_section, straight, vector};
 use nalgebra::Vector3;
 use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::{FrameRule, Mesh, Section};
-use vi_constraints::{Integrator, Options, SchemeKind};
+use vi_constraints::{InitialValues, Integrator, Options, SchemeKind};
 use vi_core::SeparableSystem;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{Solver, integrator};
 
 type Run = Integrator<SeparableSystem, Mechanism>;
 
-/// A beam that spins and shears at the start.
+/// A beam that spins and shears initially.
 fn model(mesh: &Mesh, section: Section) -> BeamModel {
     let mut model = BeamModel::new(Vector3::zeros());
     model.add_beam("beam", mesh, section).unwrap();
@@ -30,9 +30,16 @@ fn model(mesh: &Mesh, section: Section) -> BeamModel {
 
 fn run(model: &BeamModel, rule: StrainRule, kind: SchemeKind, h: f64) -> Run {
     let mechanism = model.mechanism();
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let system = model.system(&mechanism, rule);
-    integrator(mechanism, system, Options::new(kind, h), Solver::Auto, (0.0, &q, &v)).unwrap()
+    integrator(
+        mechanism,
+        system,
+        Options::new(kind, h),
+        Solver::Auto,
+        InitialValues::new(0.0, &q, &v),
+    )
+    .unwrap()
 }
 
 #[test]

@@ -9,7 +9,7 @@ use common::{distance, straight, vector};
 use nalgebra::Vector3;
 use vi_beam::Section;
 use vi_beam::model::{BeamModel, StrainRule};
-use vi_constraints::{Options, SchemeKind};
+use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::Composition;
 use vi_multibody::pair::PairKind;
 use vi_multibody::run::{Solver, integrator};
@@ -31,13 +31,15 @@ fn model() -> BeamModel {
 fn end(rule: StrainRule, composition: Option<Composition>, h: f64) -> (Vec<f64>, Vec<f64>) {
     let model = model();
     let mechanism = model.mechanism();
-    let (q, v) = mechanism.start();
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let mut options = Options::new(SchemeKind::Nodal, h);
     if let Some(composition) = composition {
         options = options.composition(composition);
     }
     let system = model.system(&mechanism, rule);
-    let mut run = integrator(mechanism, system, options, Solver::Auto, (0.0, &q, &v)).unwrap();
+    let mut run =
+        integrator(mechanism, system, options, Solver::Auto, InitialValues::new(0.0, &q, &v))
+            .unwrap();
     for _ in 0..(1.0 / h).round() as usize {
         run.step().unwrap();
     }

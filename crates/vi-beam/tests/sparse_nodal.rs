@@ -16,25 +16,15 @@ use vi_constraints::{Constraints, NodalOperators, Reparametrization};
 use vi_core::linear::DenseLu;
 use vi_core::state::Memory;
 use vi_core::{DiscreteLagrangian, Entries, Interval, SeparableSystem};
-use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::{Attachment, Bar, BarEnd, BodySpec, Mechanism, ParticleSpec};
 use vi_multibody::pair::PairKind;
 use vi_multibody::sparse_nodal::SparseNodal;
 use vi_multibody::spring::{Spring, SpringLaw};
+use vi_multibody::tree_map::TreeMap;
 use vi_rigid::body::RigidBody;
 use vi_rigid::inertia::EulerMoments;
 use vi_rigid::load::LoadKind;
 use vi_rigid::rotation;
-
-const KINDS: [PairKind; 7] = [
-    PairKind::Spherical,
-    PairKind::Revolute,
-    PairKind::Cylindrical,
-    PairKind::Prismatic,
-    PairKind::Planar,
-    PairKind::Fixed,
-    PairKind::Universal,
-];
 
 fn body(name: &str, center: Vector3<f64>, turn: Vector3<f64>) -> BodySpec {
     BodySpec {
@@ -109,7 +99,7 @@ fn check(kinds: [PairKind; 4], rule: StrainRule, turn: [f64; 3], seed: [f64; 8])
     let mut sparse = SparseNodal::new(&mechanism);
     let u: Vec<f64> = (0..d).map(|k| 0.3 * seed[k % 8] * (1.0 + 0.1 * k as f64).sin()).collect();
     let mut s = Interval::new(n);
-    s.open(0.0, 0.01, &mechanism.start().0);
+    s.open(0.0, 0.01, &mechanism.initial_configuration());
     sparse.reparametrize(&u, &mut s).unwrap();
     sparse.begin(&s, &Memory::default(), None);
 
@@ -144,12 +134,12 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
     fn sparse_and_dense_agree(
-        choice in proptest::array::uniform4(0_usize..7), averaged in any::<bool>(),
+        choice in proptest::array::uniform4(0_usize..8), averaged in any::<bool>(),
         turn in proptest::array::uniform3(-1.0..1.0_f64),
         seed in proptest::array::uniform8(-1.0..1.0_f64),
     ) {
         let rule = if averaged { StrainRule::Averaged } else { StrainRule::Midpoint };
-        let (matrix, solution) = check(choice.map(|k| KINDS[k]), rule, turn, seed);
+        let (matrix, solution) = check(choice.map(|k| PairKind::ALL[k]), rule, turn, seed);
         prop_assert!(matrix < 1e-14, "matrix off by {matrix:e}");
         prop_assert!(solution < 1e-11, "solution off by {solution:e}");
     }
@@ -168,7 +158,7 @@ fn with_screws_the_matrix_is_the_derivative_of_the_residual() {
         let mut sparse = SparseNodal::new(&mechanism).by_screws();
         let d = sparse.dof();
         let mut s = Interval::new(n);
-        s.open(0.0, 0.1, &mechanism.start().0);
+        s.open(0.0, 0.1, &mechanism.initial_configuration());
         sparse.begin(&s, &Memory::default(), None);
         let y: Vec<f64> = (0..d).map(|k| size * (1.0 + k as f64).sin()).collect();
         let mut residual = |j: usize, by: f64| {

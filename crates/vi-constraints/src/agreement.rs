@@ -56,6 +56,7 @@ pub struct Contradiction {
 }
 
 /// `[W Gᵀ; G 0]` at one configuration, with what is left in all rows.
+#[derive(Debug)]
 pub struct Dependence<'a, C> {
     constraints: &'a C,
     at: Configuration<'a>,

@@ -83,9 +83,16 @@ pub trait Constraints: Send + Sync {
     }
     /// Replaces each unwrapped angle by its value at `q` next to it, rad.
     fn unwrap_angles(&self, _q: &[f64], _angles: &mut [f64]) {}
+    /// The angles at `q` without revolutions, rad, in `(−π, π]`.
+    fn principal_angles(&self, q: &[f64]) -> Vec<f64> {
+        let mut angles = vec![0.0; self.angle_count()];
+        self.unwrap_angles(q, &mut angles);
+        angles
+    }
 }
 
 /// `out_i ← out_i + |G_ij| size_j` for every entry of a Jacobian.
+#[derive(Debug)]
 pub struct RowSums<'a> {
     /// `size_j`, shape `n`.
     pub sizes: &'a [f64],
@@ -129,6 +136,15 @@ pub struct ConstraintFn<F, J> {
     m: usize,
     value: F,
     jacobian: J,
+}
+
+impl<F, J> std::fmt::Debug for ConstraintFn<F, J> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ConstraintFn")
+            .field("n", &self.n)
+            .field("m", &self.m)
+            .finish_non_exhaustive()
+    }
 }
 
 impl<F, J> ConstraintFn<F, J>

@@ -12,17 +12,15 @@
 
 use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
-use crate::reparametrization::Reparametrization;
+use crate::reparametrization::{Reparametrization, pull_back};
 use crate::saddle_point::{IndependentRows, JacobianPlace};
-use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep, solve_step};
+use crate::scheme::{Condition, Scheme, StepError, SubStep};
 use nalgebra::DMatrix;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
-use vi_core::linear::{DenseLu, condition_number, norm_inf};
-use vi_core::newton::{
-    Block, BlockKind, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings,
-};
-use vi_core::sparse::SparseMatrix;
+use vi_core::linear::{DenseLu, norm_inf};
+use vi_core::newton::{Block, BlockKind, Fault, Newton};
+use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
 
 /// Where the null space matrix comes from.
@@ -37,6 +35,7 @@ pub trait NullSpaceSource<C>: Send {
 }
 
 /// `P` by pivoted QR, always of the generic rank.
+#[derive(Debug)]
 pub struct QrSource {
     qr: NullSpaceQr,
     jacobian: DMatrix<f64>, // m × n
@@ -65,6 +64,7 @@ impl<C: Constraints> NullSpaceSource<C> for QrSource {
 }
 
 /// `P` from a reparametrization.
+#[derive(Clone, Copy, Debug)]
 pub struct MapSource<R>(pub R);
 
 impl<C, R: Reparametrization> NullSpaceSource<C> for MapSource<R> {
@@ -74,15 +74,9 @@ impl<C, R: Reparametrization> NullSpaceSource<C> for MapSource<R> {
 }
 
 /// The d'Alembert scheme.
+#[derive(Debug)]
 pub struct Dalembert<N> {
-    newton: Newton,
-    sub_steps: usize,
-    x: Vec<f64>, // n  Δq
     source: N,
-    work: Work,
-}
-
-struct Work {
     s: Interval,
     p: Vec<f64>,                 // n  p̄_n
     bracket: Vec<f64>,           // n  p̄_n + D_1 L_d + f_d^-
@@ -95,127 +89,100 @@ struct Work {
     blocks: [Block; 1],
 }
 
-struct Problem<'a, S, C> {
-    system: &'a S,
-    constraints: &'a C,
-    work: &'a mut Work,
-}
-
 impl<N> Dalembert<N> {
-    /// For `n` coordinates, `m` constraints and an independent set of them.
+    /// For `n` coordinates, an independent set of `m` constraints and a source of `P`.
     #[must_use]
-    pub fn new(
-        n: usize,
-        (rows, m): (IndependentRows, usize),
-        source: N,
-        settings: NewtonSettings,
-        sub_steps: usize,
-    ) -> Self {
-        let d = n - rows.len();
-        let work = Work {
+    pub fn new(n: usize, m: usize, rows: IndependentRows, source: N) -> Self {
+        Self {
+            source,
             s: Interval::new(n),
             p: vec![0.0; n],
             bracket: vec![0.0; n],
             g: vec![0.0; m],
-            null_space: DMatrix::zeros(n, d),
+            null_space: DMatrix::zeros(n, n - rows.len()),
             mixed: None,
             matrix: DMatrix::zeros(n, n),
             rows,
             lu: DenseLu::new(n),
             blocks: [Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
-        };
-        Self { newton: Newton::new(n, settings), sub_steps, x: vec![0.0; n], source, work }
-    }
-}
-
-impl<S: DiscreteLagrangian, C: Constraints> NewtonProblem for Problem<'_, S, C> {
-    fn blocks(&self) -> &[Block] {
-        &self.work.blocks
-    }
-
-    fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
-        let work = &mut *self.work;
-        work.s.dq.copy_from_slice(x);
-        work.s.close_from_increment();
-        self.system.forced_d1(&work.s, &mut work.bracket);
-        for (b, p) in work.bracket.iter_mut().zip(&work.p) {
-            *b += p;
         }
-        let (balance, closure) = r.split_at_mut(work.null_space.ncols());
-        for (r, column) in balance.iter_mut().zip(work.null_space.column_iter()) {
-            let work_done: f64 = column.iter().zip(&work.bracket).map(|(p, b)| p * b).sum();
-            *r = work.s.h * work_done; // (25)₁ times h
-        }
-        self.constraints.value(work.s.end(), &mut work.g);
-        work.rows.gather(&work.g, closure); // (25)₂
-        Ok(())
-    }
-
-    fn correction(&mut self, _x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
-        let work = &mut *self.work;
-        let n = work.s.dim();
-        let emit = |out: &mut dyn vi_core::Entries| self.system.forced_d2_d1(&work.s, out);
-        let mixed = SparseMatrix::update(&mut work.mixed, (n, n), emit);
-        let d = work.null_space.ncols();
-        work.matrix.fill(0.0);
-        for k in 0..d {
-            // row k: h (K ᵀ P_k)ᵀ
-            work.bracket.fill(0.0);
-            let column = &work.null_space.as_slice()[k * n..(k + 1) * n];
-            mixed.tr_mul_add(work.s.h, column, &mut work.bracket);
-            for (j, value) in work.bracket.iter().enumerate() {
-                work.matrix[(k, j)] = *value;
-            }
-        }
-        let place = JacobianPlace { row: d, column: 0, scale: 1.0, transposed: false };
-        let at = (work.s.t_end(), &work.s.q1[..]);
-        work.rows.emit_jacobian(self.constraints, at, place, &mut work.matrix);
-        Ok(work.lu.solve(&work.matrix, dx)?)
     }
 }
 
 impl<S: DiscreteLagrangian, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> for Dalembert<N> {
-    fn name(&self) -> &'static str {
-        SchemeKind::Dalembert.name()
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
     }
 
-    fn advance(
+    fn begin(&mut self, _system: &S, constraints: &C, step: SubStep, state: &mut State) {
+        step.open(&mut self.s, state);
+        self.p.copy_from_slice(&state.p);
+        self.blocks[0].floor = 1e-5 * norm_inf(&state.q).max(1e-6);
+        self.source.null_space(constraints, state.t, &state.q, &mut self.null_space);
+        if let Some(rows) = self.source.independent() {
+            self.rows.replace(rows);
+        }
+    }
+
+    fn residual(
         &mut self,
         system: &S,
         constraints: &C,
-        step: SubStep,
-        state: &mut State,
-    ) -> Result<NewtonReport, StepError> {
-        let work = &mut self.work;
-        state.history.fit(self.x.len(), self.sub_steps, 0..0);
-        step.open(&mut work.s, state);
-        work.p.copy_from_slice(&state.p);
-        work.blocks[0].floor = 1e-5 * norm_inf(&state.q).max(1e-6);
-        self.source.null_space(constraints, state.t, &state.q, &mut work.null_space);
-        if let Some(rows) = self.source.independent() {
-            work.rows.replace(rows);
+        x: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.s.dq.copy_from_slice(x);
+        self.s.close_from_increment();
+        system.forced_d1(&self.s, &mut self.bracket);
+        self.bracket.iter_mut().zip(&self.p).for_each(|(b, p)| *b += p);
+        let (balance, closure) = r.split_at_mut(self.null_space.ncols());
+        pull_back(&self.null_space, &self.bracket, balance);
+        balance.iter_mut().for_each(|r| *r *= self.s.h); // (25)₁ times h
+        constraints.value(self.s.end(), &mut self.g);
+        self.rows.gather(&self.g, closure); // (25)₂
+        Ok(())
+    }
+
+    fn correction(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        _x: &[f64],
+        dx: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { s, matrix, null_space, .. } = self;
+        let (n, d) = null_space.shape();
+        let emit = |out: &mut dyn Entries| system.forced_d2_d1(s, out);
+        let mixed = SparseMatrix::update(&mut self.mixed, (n, n), emit);
+        matrix.fill(0.0);
+        for k in 0..d {
+            // row k: h (Kᵀ P_k)ᵀ
+            self.bracket.fill(0.0);
+            let column = &null_space.as_slice()[k * n..(k + 1) * n];
+            mixed.tr_mul_add(s.h, column, &mut self.bracket);
+            for (j, value) in self.bracket.iter().enumerate() {
+                matrix[(k, j)] = *value;
+            }
         }
-        let mut problem = Problem { system, constraints, work };
-        let (newton, history) = (&mut self.newton, &mut state.history);
-        let report = solve_step(newton, history, step, &mut problem, &mut self.x)?;
-        state.move_to_end(system, &self.work.s);
-        Ok(report)
+        let place = JacobianPlace { row: d, column: 0, scale: 1.0, transposed: false };
+        self.rows.emit_jacobian(constraints, (s.t_end(), &s.q1), place, matrix);
+        Ok(self.lu.solve(matrix, dx)?)
+    }
+
+    fn end(&mut self, system: &S, _: &C, _: &Newton, state: &mut State) -> Result<(), StepError> {
+        state.move_to_end(system, &self.s);
+        Ok(())
     }
 
     fn interval(&self) -> &Interval {
-        &self.work.s
+        &self.s
     }
 
     fn interval_mut(&mut self) -> &mut Interval {
-        &mut self.work.s
+        &mut self.s
     }
 
-    fn condition(&mut self, _system: &S, _constraints: &C) -> Option<Condition> {
-        let (d, h) = (self.work.null_space.ncols(), self.work.s.h);
-        let scaled = &self.work.matrix;
-        let mut written = scaled.clone();
-        written.rows_mut(0, d).scale_mut(1.0 / h);
-        let as_written = condition_number(&written);
-        Some(Condition { as_written, scaled: condition_number(scaled) })
+    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<Condition> {
+        Some(Condition::of_scaled_rows(&self.matrix, self.null_space.ncols(), self.s.h))
     }
 }

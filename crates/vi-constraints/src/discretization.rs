@@ -7,6 +7,7 @@
 use crate::constraints::Constraints;
 use crate::node::{Node, NodeObserver};
 use crate::saddle_point::IndependentRows;
+use vi_core::Composition;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
@@ -31,6 +32,10 @@ pub trait Discretization<C>: MechanicalSystem + Sized {
     /// Adds to the state of a start what the schemes of this family need beside `(t, q_0, p_0)`; `v`: the
     /// consistent velocity, shape `n`.
     fn begin(&self, _state: &mut State, _v: &[f64]) {}
+    /// The sub-steps of a macro step, in parts of `h`.
+    fn sub_steps(&self, composition: Composition) -> Vec<f64> {
+        composition.gammas()
+    }
 }
 
 /// Computes the quantities of a node.

@@ -20,6 +20,25 @@ use vi_core::linear::norm_inf;
 use vi_core::sparse::Entries;
 use vi_core::state::State;
 
+/// What a motion starts from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InitialValues<'a> {
+    /// `t_0`, s.
+    pub t: f64,
+    /// `q(0)`, shape `n`.
+    pub q: &'a [f64],
+    /// `v(0)`, shape `n`.
+    pub v: &'a [f64],
+}
+
+impl<'a> InitialValues<'a> {
+    /// Configuration and velocity at the time `t` (s).
+    #[must_use]
+    pub fn new(t: f64, q: &'a [f64], v: &'a [f64]) -> Self {
+        Self { t, q, v }
+    }
+}
+
 /// How consistent a start was, and what was done about it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StartReport {
@@ -31,6 +50,17 @@ pub struct StartReport {
     pub position_moved: f64,
     /// `|v_0 − v*|_∞`.
     pub velocity_moved: f64,
+}
+
+/// The start of a motion on the constraints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConsistentStart {
+    /// `(t_0, q_0, p_0 = M v_0)`.
+    pub state: State,
+    /// `v_0`, shape `n`.
+    pub v: Vec<f64>,
+    /// How far the given values were off.
+    pub report: StartReport,
 }
 
 /// Why no consistent start was found.
@@ -69,9 +99,8 @@ pub fn start(
     system: &impl MechanicalSystem,
     constraints: &impl Constraints,
     rows: &IndependentRows,
-    t: f64,
-    (q, v): (&[f64], &[f64]),
-) -> Result<(State, Vec<f64>, StartReport), StartError> {
+    InitialValues { t, q, v }: InitialValues<'_>,
+) -> Result<ConsistentStart, StartError> {
     if q.iter().chain(v).any(|x| !x.is_finite()) {
         return Err(StartError::NotFinite);
     }
@@ -110,7 +139,7 @@ pub fn start(
     }
     let mut p0 = vec![0.0; n];
     system.mass().mul_add(1.0, &v0, &mut p0);
-    Ok((State::new(t, q0, p0), v0, report))
+    Ok(ConsistentStart { state: State::new(t, q0, p0), v: v0, report })
 }
 
 fn closest(

@@ -1,7 +1,7 @@
 //! A system, its constraints, a scheme and an order: ready to step.
 //!
 //! ```
-//! use vi_constraints::{ConstraintFn, Integrator, Options, SchemeKind};
+//! use vi_constraints::{ConstraintFn, InitialValues, Integrator, Options, SchemeKind};
 //! use vi_core::{SeparableSystem, potential::LinearPotential};
 //!
 //! // a planar pendulum: M = I, V = −(0, −9.81)·q, g = ½(|q|² − 1), G = qᵀ
@@ -11,7 +11,8 @@
 //!     |q, g| g[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - 1.0),
 //!     |q, G| { G[(0, 0)] = q[0]; G[(0, 1)] = q[1]; });
 //! let options = Options::new(SchemeKind::Nodal, 0.01); // or any other of the four
-//! let mut run = Integrator::new(system, rod, options, (0.0, &[1.0, 0.0], &[0.0, 0.0]))?;
+//! let at = InitialValues::new(0.0, &[1.0, 0.0], &[0.0, 0.0]);
+//! let mut run = Integrator::new(system, rod, options, at)?;
 //! for _ in 0..100 {
 //!     run.step()?;
 //! }
@@ -29,12 +30,12 @@ use crate::constrained::Constrained;
 use crate::constraints::Constraints;
 use crate::dalembert::{Dalembert, MapSource, QrSource};
 use crate::discretization::{Discretization, ObserveNode, Step};
-use crate::initialization::{StartReport, start};
+use crate::initialization::{ConsistentStart, InitialValues, StartReport, start};
 use crate::nodal::Nodal;
 use crate::node::Node;
 use crate::reparametrization::{DenseNodal, Reparametrization};
 use crate::saddle_point::IndependentRows;
-use crate::scheme::{Condition, Scheme, SchemeKind, StepError, SubStep};
+use crate::scheme::{Condition, Scheme, SchemeKind, StepError, StepSolver, SubStep};
 use crate::tangent_space::TangentSpace;
 use std::sync::Arc;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -51,6 +52,7 @@ pub struct Integrator<S: Discretization<C>, C> {
     system: S,
     constraints: Arc<C>,
     scheme: Box<dyn Scheme<S, C>>,
+    solver: StepSolver,
     observer: S::Observer,
     start_observer: Option<S::Observer>, // where the start has fewer independent constraints
     rows: IndependentRows,
@@ -64,27 +66,31 @@ pub struct Integrator<S: Discretization<C>, C> {
     watch: ClosureWatch,
 }
 
+impl<S: Discretization<C>, C> std::fmt::Debug for Integrator<S, C> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Integrator")
+            .field("step", &self.step)
+            .field("gammas", &self.gammas)
+            .field("state", &self.state)
+            .finish_non_exhaustive()
+    }
+}
+
 /// The node from which time is counted: `t_n = t + (n − step) h`, not the sum of rounded steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Origin {
-    /// Its time, s.
-    pub t: f64,
-    /// Its number.
-    pub step: u64,
+struct Origin {
+    t: f64, // s
+    step: u64,
 }
 
 impl Origin {
-    /// `t_{n+1}` without a sum of rounding errors, for steps of length `h` (s).
-    #[must_use]
-    pub fn next_time(self, n: u64, h: f64) -> f64 {
-        self.t + (n + 1 - self.step) as f64 * h
+    /// `t_n`, s.
+    fn time(self, n: u64, h: f64) -> f64 {
+        self.t + (n - self.step) as f64 * h
     }
 
     /// The origin after a motion continues from `next` instead of `present`.
-    ///
-    /// # Errors
-    /// [`ResumeError`] where `next` is no state of the same system.
-    pub fn resume(self, present: &State, next: &State, h: f64) -> Result<Self, ResumeError> {
+    fn resume(self, present: &State, next: &State, h: f64) -> Result<Self, ResumeError> {
         for (what, found, expected) in [
             ("q", next.q.len(), present.q.len()),
             ("p", next.p.len(), present.p.len()),
@@ -101,8 +107,8 @@ impl Origin {
         if !(next.t.is_finite() && vectors.iter().all(|x| x.iter().all(|x| x.is_finite()))) {
             return Err(ResumeError::NotFinite);
         }
-        let counts = next.step >= self.step
-            && (self.t + (next.step - self.step) as f64 * h).to_bits() == next.t.to_bits();
+        let counts =
+            next.step >= self.step && self.time(next.step, h).to_bits() == next.t.to_bits();
         Ok(if counts { self } else { Self { t: next.t, step: next.step } })
     }
 }
@@ -118,9 +124,6 @@ pub struct StepReport {
     pub residual: f64,
 }
 
-/// Time, configuration and velocity of a start.
-pub type Start<'a> = (f64, &'a [f64], &'a [f64]);
-
 impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C> {
     /// All four schemes from `g` alone: `P` of scheme 2 from a pivoted QR of `Gᵀ`, `P` and `F_d` of
     /// schemes 3 and 4 from the [`TangentSpace`].
@@ -131,25 +134,21 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
         system: S,
         constraints: C,
         options: Options,
-        at: Start<'_>,
+        at: InitialValues<'_>,
     ) -> Result<Self, SetupError> {
         let constraints = Arc::new(constraints);
         let (n, m) = (constraints.dim(), constraints.len());
         check_shapes(&system, &*constraints, at)?;
-        let rows = IndependentRows::find_generic(&*constraints, at.0, at.1)?;
-        let sub_steps = options.gammas.len();
+        let rows = IndependentRows::find_generic(&*constraints, at.t, at.q)?;
         let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
-            SchemeKind::Constrained => {
-                Box::new(Constrained::new(n, rows.clone(), m, options.newton, sub_steps))
-            }
+            SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
             SchemeKind::Dalembert => {
                 let source = QrSource::new(n, m, rows.len());
-                Box::new(Dalembert::new(n, (rows.clone(), m), source, options.newton, sub_steps))
+                Box::new(Dalembert::new(n, m, rows.clone(), source))
             }
             SchemeKind::Nodal | SchemeKind::Reduced => {
                 let operators = TangentSpace::new(constraints.clone(), &rows);
-                let (reduced, d) = (options.scheme == SchemeKind::Reduced, operators.dof());
-                Box::new(Nodal::new(operators, (n, d), reduced, options.newton, sub_steps))
+                Box::new(Nodal::new(n, operators, options.scheme == SchemeKind::Reduced))
             }
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
@@ -164,26 +163,21 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
         constraints: C,
         map: R,
         options: Options,
-        at: Start<'_>,
+        at: InitialValues<'_>,
     ) -> Result<Self, SetupError> {
         let (n, m, d) = (constraints.dim(), constraints.len(), map.dof());
         check_shapes(&system, &constraints, at)?;
-        let rows = IndependentRows::find(&constraints, at.0, at.1);
+        let rows = IndependentRows::find(&constraints, at.t, at.q);
         if d != n - rows.len() {
             let what = "the increment u of the reparametrization";
             return Err(SetupError::Shape { what, found: d, expected: n - rows.len() });
         }
-        let (sub_steps, newton) = (options.gammas.len(), options.newton);
         let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
-            SchemeKind::Constrained => {
-                Box::new(Constrained::new(n, rows.clone(), m, newton, sub_steps))
-            }
-            SchemeKind::Dalembert => {
-                Box::new(Dalembert::new(n, (rows.clone(), m), MapSource(map), newton, sub_steps))
-            }
+            SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
+            SchemeKind::Dalembert => Box::new(Dalembert::new(n, m, rows.clone(), MapSource(map))),
             SchemeKind::Nodal | SchemeKind::Reduced => {
                 let reduced = options.scheme == SchemeKind::Reduced;
-                Box::new(Nodal::new(DenseNodal::new(n, map), (n, d), reduced, newton, sub_steps))
+                Box::new(Nodal::new(n, DenseNodal::new(n, map), reduced))
             }
         };
         Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
@@ -200,35 +194,33 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         constraints: impl Into<Arc<C>>,
         (scheme, rows): (Box<dyn Scheme<S, C>>, IndependentRows),
         options: Options<K>,
-        at: Start<'_>,
+        at: InitialValues<'_>,
     ) -> Result<Self, SetupError> {
         let constraints: Arc<C> = constraints.into();
         if !(options.step.is_finite() && options.step != 0.0) {
             return Err(SetupError::Step(options.step));
         }
-        let mut signs = options.gammas.iter().map(|gamma| gamma * options.gammas[0] > 0.0);
-        if system.is_dissipative() && signs.any(|same| !same) {
-            return Err(SetupError::DissipativeComposition);
-        }
+        let gammas = system.sub_steps(options.composition);
+        check_composition(&system, &gammas)?;
         check_shapes(&system, &*constraints, at)?;
-        let (mut state, initial_velocity, report) =
-            start(&system, &*constraints, &rows, at.0, (at.1, at.2))?;
+        let ConsistentStart { mut state, v: initial_velocity, report } =
+            start(&system, &*constraints, &rows, at)?;
         system.begin(&mut state, &initial_velocity);
-        state.angles = vec![0.0; constraints.angle_count()];
-        constraints.unwrap_angles(&state.q, &mut state.angles);
+        state.angles = constraints.principal_angles(&state.q);
         let observer = system.observer(constraints.len(), &rows);
         let watch =
             ClosureWatch::new(&*constraints, state.configuration(), options.newton.tolerance);
         Ok(Self {
             system,
             constraints,
+            solver: StepSolver::new(&*scheme, options.newton),
             scheme,
             observer,
             start_observer: None,
             rows,
-            gammas: options.gammas,
+            gammas,
             step: options.step,
-            origin: Origin { t: at.0, step: 0 },
+            origin: Origin { t: at.t, step: 0 },
             before: state.clone(),
             state,
             start: report,
@@ -257,6 +249,16 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         self.start_observer = Some(self.system.observer(self.constraints.len(), rows));
         self.start = report;
         self
+    }
+
+    /// With other coefficients `γ` of the sub-steps than those of a [`vi_core::Composition`].
+    ///
+    /// # Errors
+    /// [`SetupError::DissipativeComposition`].
+    pub fn with_coefficients(mut self, gammas: Vec<f64>) -> Result<Self, SetupError> {
+        check_composition(&self.system, &gammas)?;
+        self.gammas = gammas;
+        Ok(self)
     }
 
     /// One macro step.
@@ -288,12 +290,15 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         each: &mut dyn FnMut(&S, &C, Step<'_>),
     ) -> Result<StepReport, StepError> {
         let mut total = StepReport { sub_steps: self.gammas.len(), ..StepReport::default() };
-        let (step, next) = (self.state.step + 1, self.origin.next_time(self.state.step, self.step));
-        let Self { system, constraints, scheme, state, .. } = self;
+        let step = self.state.step + 1;
+        let next = self.origin.time(step, self.step);
+        let Self { system, constraints, scheme, solver, state, .. } = self;
+        let count = self.gammas.len();
         for (index, gamma) in self.gammas.iter().enumerate() {
             let h = gamma * self.step;
-            let t_end = if index + 1 == self.gammas.len() { next } else { state.t + h };
-            let report = scheme.advance(system, constraints, SubStep { index, h, t_end }, state)?;
+            let t_end = if index + 1 == count { next } else { state.t + h };
+            let (step, of) = (SubStep { index, count, h, t_end }, (&*system, &**constraints));
+            let report = solver.advance(&mut **scheme, of, step, state)?;
             constraints.unwrap_angles(&state.q, &mut state.angles);
             let multipliers = &state.memory.multipliers;
             each(system, constraints, Step { s: scheme.interval(), multipliers });
@@ -344,11 +349,12 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             return Ok(self.observe_state()?);
         }
         let (mut next, last) = (self.state.clone(), self.scheme.interval().clone());
-        let t_end = self.origin.next_time(self.state.step, self.step);
+        let t_end = self.origin.time(self.state.step + 1, self.step);
         let Self { observer, start_observer, system, constraints, state, scheme, watch, .. } = self;
-        let sub_step = SubStep { index: 0, h: self.gammas[0] * self.step, t_end };
-        let trial = scheme
-            .advance(system, constraints, sub_step, &mut next)
+        let sub_step = SubStep { index: 0, count: 1, h: self.gammas[0] * self.step, t_end };
+        let trial = self
+            .solver
+            .advance(&mut **scheme, (&*system, &**constraints), sub_step, &mut next)
             .and_then(|_| watch.check(&**constraints, next.configuration()));
         let s = std::mem::replace(scheme.interval_mut(), last);
         trial?;
@@ -445,7 +451,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
 
     /// Condition numbers of the Newton matrix of the last step.
     pub fn condition(&mut self) -> Option<Condition> {
-        self.scheme.condition(&self.system, &self.constraints)
+        self.scheme.condition(&self.system, &self.constraints, self.solver.solution())
     }
 }
 
@@ -504,15 +510,28 @@ fn observer_at<'a, O>(
     }
 }
 
-fn check_shapes(
+/// Refuses backward sub-steps of dissipative systems.
+fn check_composition(system: &impl MechanicalSystem, gammas: &[f64]) -> Result<(), SetupError> {
+    let backward = gammas.iter().any(|gamma| gamma * gammas[0] <= 0.0);
+    match system.is_dissipative() && backward {
+        true => Err(SetupError::DissipativeComposition),
+        false => Ok(()),
+    }
+}
+
+/// Checks the initial values and the constraints against the number of coordinates.
+///
+/// # Errors
+/// [`SetupError::Shape`].
+pub fn check_shapes(
     system: &impl MechanicalSystem,
     constraints: &impl Constraints,
-    (_, q, v): Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<(), SetupError> {
     let expected = system.dim();
     for (what, found) in [
-        ("q(0)", q.len()),
-        ("v(0)", v.len()),
+        ("q(0)", at.q.len()),
+        ("v(0)", at.v.len()),
         ("the argument of the constraints", constraints.dim()),
     ] {
         if found != expected {

@@ -70,6 +70,7 @@ use vi_core::legendre::{Energies, p_minus, p_plus};
 /// assert!((energy.kinetic - 0.5).abs() < 1e-14 && energy.potential == 0.0);
 /// # Ok::<(), vi_constraints::legendre::LegendreError>(())
 /// ```
+#[derive(Debug)]
 pub struct LegendreTransforms<'a, S, C> {
     system: &'a S,
     constraints: &'a C,

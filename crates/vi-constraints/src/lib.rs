@@ -23,7 +23,7 @@
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708 (LMO08).
 #![forbid(unsafe_code)]
-#![deny(missing_docs)]
+#![deny(missing_debug_implementations, missing_docs)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod agreement;
@@ -47,6 +47,7 @@ pub mod tangent_map;
 pub mod tangent_space;
 
 pub use constraints::{ConstraintFn, Constraints, Unconstrained};
+pub use initialization::InitialValues;
 pub use integrator::{Integrator, Options};
 pub use legendre::LegendreTransforms;
 pub use reparametrization::{DenseNodal, NodalOperators, Reparametrization};

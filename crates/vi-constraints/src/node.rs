@@ -50,6 +50,7 @@ pub struct Node {
 }
 
 /// Computes [`Node`]s.
+#[derive(Debug)]
 pub struct NodeObserver {
     projections: Projections,
     midpoint: Option<SparseMatrix>, // m × n  G(q_{n+1/2})

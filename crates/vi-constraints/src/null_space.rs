@@ -24,6 +24,17 @@ use nalgebra::DMatrix;
 pub const RANK_TOLERANCE: f64 = 1e-11;
 
 /// Pivoted QR of `Gᵀ` with all memory sized once.
+///
+/// ```
+/// use nalgebra::{DMatrix, dmatrix};
+/// use vi_constraints::null_space::NullSpaceQr;
+/// let g = dmatrix![1.0, 0.0, 0.0; 0.0, 1.0, 0.0; 1.0, 1.0, 0.0]; // the third row is redundant
+/// let mut qr = NullSpaceQr::new(3, 3);
+/// assert_eq!(qr.factorize(&g), 2);
+/// let mut p = DMatrix::zeros(3, 1);
+/// qr.null_space(2, &mut p);
+/// assert!((g * p).amax() < 1e-15);
+/// ```
 pub struct NullSpaceQr {
     n: usize,
     m: usize,
@@ -33,6 +44,16 @@ pub struct NullSpaceQr {
     pivots_inverse: Vec<usize>, // m
     scratch: MemBuffer,
     rank: usize,
+}
+
+impl std::fmt::Debug for NullSpaceQr {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { n, m, rank, .. } = self;
+        f.debug_struct("NullSpaceQr")
+            .field("shape", &(n, m))
+            .field("rank", rank)
+            .finish_non_exhaustive()
+    }
 }
 
 impl NullSpaceQr {

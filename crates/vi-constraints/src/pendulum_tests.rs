@@ -1,5 +1,6 @@
 //! The planar pendulum of LMO08 §3.1: closed forms, agreement of the schemes, orders, conditioning.
 
+use crate::InitialValues;
 use crate::integrator::{Integrator, Options};
 use crate::reparametrization::Reparametrization;
 use crate::scheme::SchemeKind;
@@ -63,7 +64,8 @@ impl Reparametrization for Turn {
 fn pendulum(gravity: f64, options: Options, v: f64) -> Integrator<SeparableSystem, Rod> {
     let system = SeparableSystem::with_diagonal_mass(&[1.0, 1.0])
         .potential(LinearPotential { force: vec![0.0, -gravity] });
-    let at = (0.0, &[1.0, 0.0][..], &[0.0, v][..]);
+    let v = [0.0, v];
+    let at = InitialValues::new(0.0, &[1.0, 0.0], &v);
     Integrator::with_reparametrization(system, Rod, Turn, options, at).unwrap()
 }
 
@@ -128,7 +130,9 @@ fn the_four_schemes_agree_and_the_qr_null_space_with_them() {
             |q, g| (g[(0, 0)], g[(0, 1)]) = (q[0], q[1]),
         );
         let options = Options::new(scheme, 0.05);
-        let mut run = Integrator::new(system, rod, options, (0.0, &[1.0, 0.0], &[0.0; 2])).unwrap();
+        let mut run =
+            Integrator::new(system, rod, options, InitialValues::new(0.0, &[1.0, 0.0], &[0.0; 2]))
+                .unwrap();
         (0..200).for_each(|_| assert!(run.step().is_ok()));
         let off = (run.state().q[0] - reference.q[0]).hypot(run.state().q[1] - reference.q[1]);
         assert!(off < 1e-11, "{scheme:?} with closures: {off:e}");
@@ -195,7 +199,7 @@ fn condition_numbers_against_the_step() {
 fn an_inconsistent_start_is_projected_and_reported() {
     let system = SeparableSystem::with_diagonal_mass(&[1.0, 2.0]);
     let options = Options::new(SchemeKind::Constrained, 0.1);
-    let at = (0.0, &[1.2, 0.1][..], &[0.5, 1.0][..]);
+    let at = InitialValues::new(0.0, &[1.2, 0.1], &[0.5, 1.0]);
     let run = Integrator::new(system, Rod, options, at).unwrap();
     let report = run.start_report();
     println!("{report:?}");
@@ -246,7 +250,7 @@ fn a_stored_state_continues_bit_for_bit_on_another_thread() {
         .flat_map(|scheme| [(scheme, Composition::Identity), (scheme, Composition::Suzuki5)])
     {
         let options = Options::new(scheme, 0.1).composition(composition);
-        let mut run = pendulum(9.81, options.clone(), 0.3);
+        let mut run = pendulum(9.81, options, 0.3);
         (0..7).for_each(|_| assert!(run.step().is_ok()));
         let stored = serde_json::to_string(run.state()).unwrap();
         (0..20).for_each(|_| assert!(run.step().is_ok()));
@@ -282,8 +286,7 @@ fn a_state_of_another_motion_is_refused() {
 fn observing_changes_nothing() {
     for scheme in SchemeKind::ALL {
         let options = Options::new(scheme, 0.1);
-        let (mut seen, mut unseen) =
-            (pendulum(9.81, options.clone(), 0.3), pendulum(9.81, options, 0.3));
+        let (mut seen, mut unseen) = (pendulum(9.81, options, 0.3), pendulum(9.81, options, 0.3));
         for _ in 0..20 {
             seen.observe().unwrap();
             seen.observe_state().unwrap();
@@ -305,13 +308,13 @@ fn the_tangent_of_a_step_is_exact_and_symplectic() {
             let system = SeparableSystem::with_diagonal_mass(&[1.0, 1.0])
                 .potential(LinearPotential { force: vec![0.0, -9.81] });
             let (q, v) = ([a.cos(), a.sin()], [-w * a.sin(), w * a.cos()]);
-            let at = (0.0, &q[..], &v[..]);
+            let at = InitialValues::new(0.0, &q, &v);
             let mut run =
-                Integrator::with_reparametrization(system, Rod, Turn, options.clone(), at).unwrap();
+                Integrator::with_reparametrization(system, Rod, Turn, options, at).unwrap();
             (0..3).for_each(|_| assert!(run.step().is_ok()));
             run.state().clone()
         };
-        let mut run = pendulum(9.81, options.clone(), 0.3);
+        let mut run = pendulum(9.81, options, 0.3);
         let mut map = TangentMap::new(1, run.rows(), &run.state().p);
         // d/da and d/dw of the start (cos a, sin a, −w sin a, w cos a) at a = 0, w = 0.3
         let mut tangents = Tangents {

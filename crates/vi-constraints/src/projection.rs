@@ -22,6 +22,7 @@ use vi_core::linear::{Singular, SparseLu};
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// Applies `R_dᵀ`, `Q` and `M⁻¹`.
+#[derive(Debug)]
 pub struct Projections {
     n: usize,
     mass_system: SaddlePoint,       // [M Gᵀ; G 0]

@@ -29,7 +29,7 @@ pub trait Reparametrization: Send {
     /// dependent maps find the step in `s.t`, `s.h`.
     ///
     /// # Errors
-    /// [`Fault::RotationTooLarge`] when the map is not one-to-one there.
+    /// [`Fault::OutsideChart`] when the map is not one-to-one there.
     fn reparametrize(&self, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
     /// `out ← ∂F_d/∂u (u, q_n)`, shape `n × d`, for the interval that
     /// [`Reparametrization::reparametrize`] has written.
@@ -99,6 +99,7 @@ pub trait NodalOperators: Send {
 }
 
 /// The Newton matrix `P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u` as a dense matrix with its factors.
+#[derive(Debug)]
 pub struct DenseNewton {
     weighted: DMatrix<f64>,      // n × d  D_2 D_1 L_d ∂F_d/∂u
     matrix: DMatrix<f64>,        // d × d
@@ -146,6 +147,7 @@ pub(crate) fn pull_back(null_space: &DMatrix<f64>, w: &[f64], out: &mut [f64]) {
 }
 
 /// [`NodalOperators`] from a [`Reparametrization`], by dense matrices and a dense LU: `O(n d² + d³)`.
+#[derive(Debug)]
 pub struct DenseNodal<R> {
     map: R,
     blocks: Vec<Block>,

@@ -246,6 +246,7 @@ impl Entries for Selected<'_> {
 }
 
 /// A saddle-point matrix with its factorization.
+#[derive(Debug)]
 pub struct SaddlePoint {
     initial: IndependentRows,
     rows: IndependentRows,
@@ -255,7 +256,7 @@ pub struct SaddlePoint {
 }
 
 /// How well the chosen rows stay independent.
-#[derive(Default)]
+#[derive(Debug, Default)]
 struct Probe {
     c: Vec<f64>, // n + r
     now: f64,    // |c|_∞ in the last solve

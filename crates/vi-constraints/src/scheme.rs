@@ -4,9 +4,15 @@
 //! `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`, and differ only in how `q_{n+1}` is found. Their
 //! trajectories agree to solver tolerance (LMO08 Cor. 3.5).
 
+use crate::saddle_point::SaddlePoint;
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use vi_core::interval::Interval;
-use vi_core::newton::{BlockKind, Fault, Newton, NewtonError, NewtonProblem, NewtonReport};
+use vi_core::linear::condition_number;
+use vi_core::newton::{
+    Block, BlockKind, Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings,
+};
 use vi_core::predictor::History;
 use vi_core::state::State;
 
@@ -46,6 +52,8 @@ impl SchemeKind {
 pub struct SubStep {
     /// Index `k` among the sub-steps of a macro step; 0 without composition.
     pub index: usize,
+    /// Number of sub-steps of a macro step; 1 without composition.
+    pub count: usize,
     /// `γ_k h`, s; negative for backward sub-steps.
     pub h: f64,
     /// `t_{n+1}`, s: `t_n + h` up to rounding; at the end of a macro step that of the node.
@@ -56,7 +64,15 @@ impl SubStep {
     /// A step from `t` (s) of length `h` (s) without composition.
     #[must_use]
     pub fn single(t: f64, h: f64) -> Self {
-        Self { index: 0, h, t_end: t + h }
+        Self { index: 0, count: 1, h, t_end: t + h }
+    }
+
+    /// Newton's method of the very first step starts from `h ν` where rates `ν` of the unknowns are given.
+    pub fn depart(self, rates: Option<&[f64]>, state: &mut State) {
+        if let Some(rates) = rates.filter(|_| state.step == 0 && self.index == 0) {
+            let increment: Vec<f64> = rates.iter().map(|rate| self.h * rate).collect();
+            state.history.remember(self.index, self.h, false, &increment);
+        }
     }
 
     /// Opens the interval of this step at a state.
@@ -97,7 +113,8 @@ impl StepError {
     pub fn remedy(&self) -> &'static str {
         match self {
             Self::Newton(NewtonError::Refused {
-                fault: Fault::RotationTooLarge { .. }, ..
+                fault: Fault::OutsideChart { kind: BlockKind::Rotation, .. },
+                ..
             }) => "a step must turn no body by more than half a turn: reduce the time step",
             Self::Newton(NewtonError::Refused { fault: Fault::SingularTangent, .. })
             | Self::Newton(NewtonError::Refused { fault: Fault::RankChanged { .. }, .. })
@@ -130,9 +147,9 @@ impl StepError {
                 Some((*kind, *unknown))
             }
             Self::Newton(NewtonError::Refused {
-                fault: Fault::RotationTooLarge { unknown, .. },
+                fault: Fault::OutsideChart { kind, unknown, .. },
                 ..
-            }) => Some((BlockKind::Rotation, *unknown)),
+            }) => Some((*kind, *unknown)),
             _ => None,
         }
     }
@@ -148,6 +165,25 @@ pub struct Condition {
 }
 
 impl Condition {
+    /// Of the saddle-point matrix of a step: multiplier columns carry `h²`, momentum rows `1/h` as written.
+    #[must_use]
+    pub fn of_saddle_point(saddle: &SaddlePoint, s: &Interval) -> Option<Self> {
+        let scaled = saddle.matrix()?.to_dense();
+        let (n, size, h) = (s.dim(), scaled.ncols(), s.h);
+        let mut written = scaled.clone();
+        written.view_mut((0, n), (n, size - n)).scale_mut(h * h);
+        written.view_mut((0, 0), (n, size)).scale_mut(1.0 / h);
+        Some(Self { as_written: condition_number(&written), scaled: condition_number(&scaled) })
+    }
+
+    /// Of a matrix whose first `d` rows were multiplied by `h`.
+    #[must_use]
+    pub fn of_scaled_rows(scaled: &DMatrix<f64>, d: usize, h: f64) -> Self {
+        let mut written = scaled.clone();
+        written.rows_mut(0, d).scale_mut(1.0 / h);
+        Self { as_written: condition_number(&written), scaled: condition_number(scaled) }
+    }
+
     /// Of a matrix that is factorized as it is written.
     #[must_use]
     pub fn unscaled(number: f64) -> Self {
@@ -155,39 +191,156 @@ impl Condition {
     }
 }
 
-/// One of the schemes, with its workspace: nothing in it influences a later step but through the [`State`].
+/// One of the schemes: the equations of a step `r(x) = 0`, with their workspace.
+///
+/// Nothing in it influences a later step but through the [`State`]. Call order within a step: `begin`, then
+/// for each iteration `residual`, `correction`; `end` when the step is taken. [`StepSolver`] does so.
 pub trait Scheme<S, C>: Send {
-    /// Its name in model files.
-    fn name(&self) -> &'static str;
-    /// Takes a sub-step: replaces `(t, q_n, p̄_n)` by the next node.
+    /// Units and scales of the unknowns; together the blocks cover all of them.
+    fn blocks(&self) -> &[Block];
+    /// Opens a step at a state.
+    fn begin(&mut self, system: &S, constraints: &C, step: SubStep, state: &mut State);
+    /// `r ← r(x)`, shape of `x`.
     ///
     /// # Errors
-    /// [`StepError`]; of the state only history and memory may then have changed, which the caller restores.
-    fn advance(
+    /// [`Fault`] when `x` is outside the domain of the equations.
+    fn residual(
         &mut self,
         system: &S,
         constraints: &C,
-        step: SubStep,
+        x: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault>;
+    /// `dx ← (∂r/∂x)⁻¹ dx` at the point of the last residual.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`].
+    fn correction(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        x: &[f64],
+        dx: &mut [f64],
+    ) -> Result<(), Fault>;
+    /// See [`NewtonProblem::noise`].
+    fn noise(&self) -> f64 {
+        1e-9
+    }
+    /// See [`NewtonProblem::resolution`].
+    fn resolution(&self) -> f64 {
+        0.25
+    }
+    /// The unknowns that alternate from step to step around a smooth course.
+    fn alternating(&self, _sub_steps: usize) -> Range<usize> {
+        0..0
+    }
+    /// After a step that was `solved` or not: whether other constraints are used from now on, and the step is
+    /// to be solved again.
+    fn renew(&mut self, _constraints: &C, _history: &mut History, _solved: bool) -> bool {
+        false
+    }
+    /// Moves the state to the end of the step that `newton` has solved.
+    ///
+    /// # Errors
+    /// [`StepError`]; of the state only history and memory may then have changed.
+    fn end(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        newton: &Newton,
         state: &mut State,
-    ) -> Result<NewtonReport, StepError>;
+    ) -> Result<(), StepError>;
     /// The interval of the last step.
     fn interval(&self) -> &Interval;
     /// The same, to put back the one before a trial step.
     fn interval_mut(&mut self) -> &mut Interval;
-    /// Condition numbers of the Newton matrix of the last step (dense: for studies, not for runs).
-    fn condition(&mut self, system: &S, constraints: &C) -> Option<Condition>;
+    /// Condition numbers of the Newton matrix of the last step, which had the solution `x` (dense: for studies,
+    /// not for runs).
+    fn condition(&mut self, system: &S, constraints: &C, x: &[f64]) -> Option<Condition>;
+}
+
+/// Newton's method for the steps of a scheme, with the unknowns.
+#[derive(Clone, Debug)]
+pub struct StepSolver {
+    newton: Newton,
+    x: Vec<f64>,
+}
+
+impl StepSolver {
+    /// For the unknowns of a scheme.
+    #[must_use]
+    pub fn new<S, C>(scheme: &dyn Scheme<S, C>, settings: NewtonSettings) -> Self {
+        let unknowns = scheme.blocks().iter().map(|block| block.range.end).max().unwrap_or(0);
+        Self { newton: Newton::new(unknowns, settings), x: vec![0.0; unknowns] }
+    }
+
+    /// The solution of the last step.
+    #[must_use]
+    pub fn solution(&self) -> &[f64] {
+        &self.x
+    }
+
+    /// Takes a sub-step: replaces `(t, q_n, p̄_n)` by the next node.
+    ///
+    /// # Errors
+    /// [`StepError`]; of the state only history and memory may then have changed, which the caller restores.
+    pub fn advance<S, C>(
+        &mut self,
+        scheme: &mut dyn Scheme<S, C>,
+        (system, constraints): (&S, &C),
+        step: SubStep,
+        state: &mut State,
+    ) -> Result<NewtonReport, StepError> {
+        let Self { newton, x } = self;
+        state.history.fit(x.len(), step.count, scheme.alternating(step.count));
+        scheme.begin(system, constraints, step, state);
+        let mut problem = Equations { scheme, system, constraints };
+        let mut outcome = solve_step(newton, &mut state.history, step, &mut problem, x);
+        if problem.scheme.renew(constraints, &mut state.history, outcome.is_ok()) {
+            outcome = solve_step(newton, &mut state.history, step, &mut problem, x);
+        }
+        let report = outcome?;
+        problem.scheme.end(system, constraints, newton, state)?;
+        Ok(report)
+    }
+}
+
+/// The equations of a step as Newton's method sees them.
+struct Equations<'a, 'b, S, C> {
+    scheme: &'a mut (dyn Scheme<S, C> + 'b),
+    system: &'a S,
+    constraints: &'a C,
+}
+
+impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
+    fn blocks(&self) -> &[Block] {
+        self.scheme.blocks()
+    }
+
+    fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+        self.scheme.residual(self.system, self.constraints, x, r)
+    }
+
+    fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
+        self.scheme.correction(self.system, self.constraints, x, dx)
+    }
+
+    fn noise(&self) -> f64 {
+        self.scheme.noise()
+    }
+
+    fn resolution(&self) -> f64 {
+        self.scheme.resolution()
+    }
 }
 
 /// Solves one step with increasingly robust initial guesses: the extrapolated increment, the last one, zero
 /// with a line search.
-///
-/// # Errors
-/// [`StepError::Newton`] when all of them fail.
-pub fn solve_step<P: NewtonProblem>(
+fn solve_step(
     newton: &mut Newton,
     history: &mut History,
     step: SubStep,
-    problem: &mut P,
+    problem: &mut impl NewtonProblem,
     x: &mut [f64],
 ) -> Result<NewtonReport, StepError> {
     let mut spent = 0;

@@ -8,14 +8,21 @@ use vi_core::composition::Composition;
 use vi_core::newton::NewtonSettings;
 
 /// What to integrate with.
-#[derive(Clone, Debug, PartialEq)]
+///
+/// ```
+/// use vi_constraints::{Options, SchemeKind};
+/// use vi_core::Composition;
+/// let options = Options::new(SchemeKind::Nodal, 0.01).composition(Composition::KahanLi9);
+/// assert_eq!(options.composition.order(), 6);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options<K = SchemeKind> {
     /// One of the schemes of a family.
     pub scheme: K,
     /// Macro time step `h`, s; negative to run backwards in time.
     pub step: f64,
-    /// Coefficients `γ` of the composition; `[1]` without one.
-    pub gammas: Vec<f64>,
+    /// The symmetric composition of steps.
+    pub composition: Composition,
     /// Newton's method.
     pub newton: NewtonSettings,
 }
@@ -24,13 +31,14 @@ impl<K> Options<K> {
     /// Order 2 with step `h` (s) and Newton's method to the round-off floor.
     #[must_use]
     pub fn new(scheme: K, step: f64) -> Self {
-        Self { scheme, step, gammas: vec![1.0], newton: NewtonSettings::default() }
+        let (composition, newton) = (Composition::Identity, NewtonSettings::default());
+        Self { scheme, step, composition, newton }
     }
 
     /// With a symmetric composition of order 4, 6 or 8.
     #[must_use]
     pub fn composition(mut self, composition: Composition) -> Self {
-        self.gammas = composition.gammas();
+        self.composition = composition;
         self
     }
 }

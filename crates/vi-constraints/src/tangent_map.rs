@@ -82,6 +82,7 @@ pub enum TangentError {
 }
 
 /// Carries tangent vectors along the steps of a motion.
+#[derive(Debug)]
 pub struct TangentMap {
     step: SaddlePoint,       // [h D_2D_1 L_d, −Gᵀ; G', 0]
     multiplier: SaddlePoint, // [I Gᵀ; G 0]

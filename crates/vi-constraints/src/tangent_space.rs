@@ -15,7 +15,7 @@
 //!
 //! **Domain.** The map is one-to-one up to the fold at which `G(q_{n+1}) N` loses rank (a quarter turn of a
 //! bar). Each correction must be at most half of the one before: then the point found is the one next to
-//! the tangent space and not another branch; else the step is refused with [`Fault::NoProjection`]. A node
+//! the tangent space and not another branch; else the step is refused with [`Fault::Unsolved`]. A node
 //! at which the constraints have another rank than at the start is refused with [`Fault::RankChanged`].
 //!
 //! **Cost.** `O(n³)` a step, dense: for small systems, and for those that have no map of their own.
@@ -39,6 +39,7 @@ use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::state::Memory;
 
 /// [`NodalOperators`] of any constraints.
+#[derive(Debug)]
 pub struct TangentSpace<C> {
     constraints: Arc<C>,
     blocks: [Block; 1],
@@ -58,6 +59,7 @@ pub struct TangentSpace<C> {
 }
 
 /// Newton's method along the normals.
+#[derive(Debug)]
 struct Projection {
     g: Vec<f64>,      // m
     G: DMatrix<f64>,  // r × n
@@ -117,7 +119,11 @@ impl<C: Constraints> TangentSpace<C> {
         self.jacobian.fill(0.0);
         self.constraints.jacobian(t, q, &mut self.jacobian);
         let (found, expected) = (self.qr.factorize(&self.jacobian), self.rows.len());
-        self.refused = (found != expected).then_some(Fault::RankChanged { found, expected });
+        self.refused = (found != expected).then_some(Fault::RankChanged {
+            of: "the constraints",
+            found,
+            expected,
+        });
         self.rows.copy_from_slice(&self.qr.pivots()[..expected]);
         self.qr.range(&mut self.N);
         self.qr.null_space(expected, &mut self.P);
@@ -170,7 +176,7 @@ impl<C: Constraints> TangentSpace<C> {
             let Projection { g, GN, lu, delta, nu, .. } = &mut self.projection;
             self.constraints.value(s.end(), g);
             delta.iter_mut().zip(&self.rows).for_each(|(d, &row)| *d = g[row]);
-            lu.solve(GN, delta).map_err(|_| Fault::NoProjection { correction: last })?;
+            lu.solve(GN, delta).map_err(|_| no_point(last))?;
             let size = norm_inf(delta);
             let contracts = size <= 0.5 * last;
             if size <= round_off || (size <= noise && !contracts) {
@@ -178,12 +184,12 @@ impl<C: Constraints> TangentSpace<C> {
                 return Ok(());
             }
             if !contracts {
-                return Err(Fault::NoProjection { correction: size });
+                return Err(no_point(size));
             }
             nu.iter_mut().zip(delta.iter()).for_each(|(nu, d)| *nu -= d);
             last = size;
         }
-        Err(Fault::NoProjection { correction: last })
+        Err(no_point(last))
     }
 
     /// Writes `s.q1`, `s.dq` from `P u` and `ν`.
@@ -197,6 +203,12 @@ impl<C: Constraints> TangentSpace<C> {
             *q1 = q0 + dq;
         }
     }
+}
+
+/// No point of the constraints was found over a point of the tangent space.
+fn no_point(correction: f64) -> Fault {
+    let what = "no configuration that meets the constraints was found over the tangent space";
+    Fault::Unsolved { what, correction }
 }
 
 /// Makes columns orthonormal one after the other; `false` when they are not independent enough.

@@ -5,3 +5,4 @@ mod common;
 
 mod legendre;
 mod tangent_space;
+mod unconstrained;

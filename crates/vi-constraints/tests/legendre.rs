@@ -9,7 +9,8 @@ use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use vi_constraints::legendre::LegendreError;
 use vi_constraints::{
-    ConstraintFn, Constraints, Integrator, LegendreTransforms, Options, SchemeKind, Unconstrained,
+    ConstraintFn, Constraints, InitialValues, Integrator, LegendreTransforms, Options, SchemeKind,
+    Unconstrained,
 };
 use vi_core::force::{LinearDamping, MidpointForce};
 use vi_core::linear::norm_inf;
@@ -103,7 +104,7 @@ impl Worst {
 impl<C: Constraints + Clone + 'static> Case<C> {
     /// Runs and evaluates every node from its configurations alone.
     fn along(&self, scheme: SchemeKind, h: f64, steps: usize) -> Worst {
-        let at = (0.0, &self.q[..], &self.v[..]);
+        let at = InitialValues::new(0.0, &self.q, &self.v);
         let options = Options::new(scheme, h);
         let mut run =
             Integrator::new((self.system)(), self.constraints.clone(), options, at).unwrap();

@@ -6,8 +6,7 @@ use crate::common;
 
 use common::{Bars, Winch, frame};
 use std::collections::BTreeMap;
-use vi_constraints::integrator::Start;
-use vi_constraints::{Constraints, Integrator, Options, SchemeKind};
+use vi_constraints::{Constraints, InitialValues, Integrator, Options, SchemeKind};
 use vi_core::composition::Composition;
 use vi_core::linear::norm_inf;
 use vi_core::potential::LinearPotential;
@@ -26,7 +25,7 @@ impl<C: Constraints + Clone + 'static> Case<C> {
     fn run(&self, options: Options) -> Integrator<SeparableSystem, C> {
         let system = SeparableSystem::with_diagonal_mass(&self.masses)
             .potential(LinearPotential { force: self.force.clone() });
-        let at: Start<'_> = (0.0, &self.q, &self.v);
+        let at = InitialValues::new(0.0, &self.q, &self.v);
         Integrator::new(system, self.constraints.clone(), options, at).unwrap()
     }
 
@@ -252,7 +251,7 @@ fn a_flat_start_is_refused_by_every_scheme() {
     for scheme in SchemeKind::ALL {
         let case = parallelogram(0.0, 2.0);
         let system = SeparableSystem::with_diagonal_mass(&case.masses);
-        let at: Start<'_> = (0.0, &case.q, &case.v);
+        let at = InitialValues::new(0.0, &case.q, &case.v);
         let options = Options::new(scheme, 0.01);
         let refused = Integrator::new(system, case.constraints, options, at).err().unwrap();
         println!("{scheme:?}: {refused}");

@@ -12,6 +12,13 @@
 use serde::{Deserialize, Serialize};
 
 /// A symmetric composition, by name.
+///
+/// ```
+/// use vi_core::Composition;
+/// let composition = Composition::of_order(4).unwrap();
+/// assert_eq!(composition, Composition::Suzuki5);
+/// assert!((composition.gammas().iter().sum::<f64>() - 1.0).abs() < 1e-15);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Composition {

@@ -78,6 +78,18 @@ pub struct SeparableSystem {
     forces: Vec<Box<dyn DiscreteForce>>,
 }
 
+impl std::fmt::Debug for SeparableSystem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (potentials, forces) = (self.potentials.len(), self.forces.len());
+        f.debug_struct("SeparableSystem")
+            .field("mass", &self.mass)
+            .field("quadrature", &self.quadrature)
+            .field("potentials", &potentials)
+            .field("forces", &forces)
+            .finish()
+    }
+}
+
 impl SeparableSystem {
     /// A free system with mass matrix `M` (kg, kg·m²; symmetric), shape `n × n`.
     ///

@@ -55,6 +55,7 @@ pub trait Force: Send + Sync {
 }
 
 /// `f_d^± = (h/2) f(t_{n+1/2}, q_{n+1/2}, Δq/h)`.
+#[derive(Clone, Debug)]
 pub struct MidpointForce<F>(pub F);
 
 impl<F: Force> DiscreteForce for MidpointForce<F> {
@@ -86,6 +87,7 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
 }
 
 /// Linear damping `f = −C v` with a constant matrix given by its entries `(row, column, value)`.
+#[derive(Clone, Debug)]
 pub struct LinearDamping {
     /// Entries of `C`, N·s/m.
     pub entries: Vec<(usize, usize, f64)>,

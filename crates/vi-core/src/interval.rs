@@ -23,6 +23,12 @@ use serde::{Deserialize, Serialize};
 
 /// One time step `t_n → t_n + h` with its two end configurations.
 ///
+/// ```
+/// use vi_core::Interval;
+/// let s = Interval::between(0.0, 0.5, &[1.0], &[2.0]);
+/// assert_eq!((s.dq[0], s.q_mid[0], s.v_mid[0], s.t_end()), (1.0, 1.5, 2.0, 0.5));
+/// ```
+///
 /// Invariant of [`Interval::close`] and [`Interval::close_from_end`]:
 /// `q1 = q0 + dq` to round-off of `q`, `q_mid = q0 + dq/2`, `v_mid = dq/h`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

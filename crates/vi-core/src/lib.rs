@@ -11,34 +11,32 @@
 //! | [`legendre`] | discrete Legendre transforms `p^-`, `p^+`; `E_d` in its parts |
 //! | [`potential`] | `V`, `∇V`, `∇²V`; midpoint, trapezoidal and other discrete potentials |
 //! | [`force`] | discrete Lagrange–d'Alembert forces |
-//! | [`free`] | discrete Euler–Lagrange stepping of unconstrained systems |
 //! | [`newton`], [`predictor`] | the nonlinear solver and its initial guesses |
-//! | [`phase`] | which part of a step is under way, for whoever measures |
 //! | [`linear`], [`sparse`] | factorizations; matrices refilled in place |
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
 //! | [`composition`] | orders 4, 6, 8 |
+//! | [`compensation`] | rounding errors of a step, given to the next one |
 //! | [`state`] | all that the future of a motion depends on |
 //! | [`momentum_map`] | discrete Noether quantities |
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, Variational integrators for constrained
 //! dynamical systems, ZAMM 88 (2008) 677–708, cited as LMO08 with its equation numbers.
 #![forbid(unsafe_code)]
-#![deny(missing_docs)]
+#![deny(missing_debug_implementations, missing_docs)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
+pub mod compensation;
 pub mod composition;
 pub mod configuration;
 pub mod discrete_lagrangian;
 pub mod eigen;
 pub mod force;
-pub mod free;
 pub mod interval;
 pub mod legendre;
 pub mod linear;
 pub mod mechanical_system;
 pub mod momentum_map;
 pub mod newton;
-pub mod phase;
 pub mod potential;
 pub mod predictor;
 mod shadow_energy;

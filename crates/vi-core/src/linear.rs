@@ -3,7 +3,6 @@
 //! Factorizations are faer's. Every answer is checked to be finite: a sparse LU of a singular matrix
 //! may come back without an error and with NaN in it.
 
-use crate::phase::{Phase, within};
 use crate::sparse::SparseMatrix;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting as dense_lu;
@@ -24,6 +23,12 @@ pub struct DenseLu {
     permutation: Vec<usize>,
     inverse_permutation: Vec<usize>,
     scratch: MemBuffer,
+}
+
+impl std::fmt::Debug for DenseLu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("DenseLu").field("n", &self.factors.nrows()).finish_non_exhaustive()
+    }
 }
 
 impl DenseLu {
@@ -55,16 +60,14 @@ impl DenseLu {
         if n == 0 {
             return;
         }
-        within(Phase::Solve, || {
-            dense_lu::factor::lu_in_place(
-                MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n),
-                &mut self.permutation,
-                &mut self.inverse_permutation,
-                Par::Seq,
-                MemStack::new(&mut self.scratch),
-                Default::default(),
-            );
-        });
+        dense_lu::factor::lu_in_place(
+            MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n),
+            &mut self.permutation,
+            &mut self.inverse_permutation,
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+            Default::default(),
+        );
     }
 
     /// Solves with the last factorization; `b` is overwritten by `x`.
@@ -77,16 +80,14 @@ impl DenseLu {
             return Ok(());
         }
         let lu = MatRef::from_column_major_slice(self.factors.as_slice(), n, n);
-        within(Phase::Solve, || {
-            dense_lu::solve::solve_in_place(
-                lu,
-                lu,
-                PermRef::new_checked(&self.permutation, &self.inverse_permutation, n),
-                MatMut::from_column_major_slice_mut(b, n, 1),
-                Par::Seq,
-                MemStack::new(&mut self.scratch),
-            );
-        });
+        dense_lu::solve::solve_in_place(
+            lu,
+            lu,
+            PermRef::new_checked(&self.permutation, &self.inverse_permutation, n),
+            MatMut::from_column_major_slice_mut(b, n, 1),
+            Par::Seq,
+            MemStack::new(&mut self.scratch),
+        );
         finite(b)
     }
 }
@@ -97,6 +98,12 @@ pub struct SparseLu {
     numeric: sparse_lu::NumericLu<usize, f64>,
     scratch: MemBuffer,
     columns: usize, // right-hand sides that fit the scratch
+}
+
+impl std::fmt::Debug for SparseLu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SparseLu").field("n", &self.symbolic.nrows()).finish_non_exhaustive()
+    }
 }
 
 impl SparseLu {
@@ -123,7 +130,7 @@ impl SparseLu {
     /// # Errors
     /// [`Singular`] when the factorization fails or the answer is not finite.
     pub fn solve(&mut self, a: &SparseMatrix, b: &mut [f64]) -> Result<(), Singular> {
-        within(Phase::Solve, || self.factorize_and_solve(a, b, None))
+        self.factorize_and_solve(a, b, None)
     }
 
     /// Solves `A x = b` and `Aᵀ y = c`; `b` and `c` are overwritten by `x` and `y`.
@@ -136,7 +143,7 @@ impl SparseLu {
         b: &mut [f64],
         c: &mut [f64],
     ) -> Result<(), Singular> {
-        within(Phase::Solve, || self.factorize_and_solve(a, b, Some(c)))
+        self.factorize_and_solve(a, b, Some(c))
     }
 
     fn factorize_and_solve(

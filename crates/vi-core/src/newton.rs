@@ -5,19 +5,17 @@
 //! ```text
 //! size_k   = max over blocks of |δx|_∞ / scale_block            relative size of the k-th correction
 //! ratio_k  = |r(x_k)| / |r(x_{k-1})|                            contraction of the residual
-//! done     when size_k · ratio_k ≤ ε/4                          what is left is below round-off
-//!          or   size_k ≤ 4ε                                     the correction itself was
-//!          or   the residual no longer contracts and size_k ≤ 1e-9    round-off floor
-//!          or   that three times in a row, with size_k ≤ noise        floor of an ill-conditioned problem
+//! converged  when size_k · ratio_k ≤ ε/4, ratio_k < 1           what is left is below round-off
+//! at floor   when the correction is round-off: size_k ≤ 4ε, or the residual no longer contracts and
+//!            size_k ≤ 1e-9 (three times in a row with size_k ≤ noise where the problem is ill-conditioned)
 //! ```
 //! `scale_block` is the largest entry of the unknowns of that block, at least its floor: increments
 //! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual after
 //! the last correction is evaluated anyway (it closes the interval), so the test costs no extra
-//! factorization. What the format of `x` rounds off the last correction is kept for who needs the root
-//! closer than that. An optional line search halves steps that increase the residual.
+//! factorization. The rounding error of the last correction is at hand for compensated stepping
+//! ([`Newton::rounding_error`]). An optional line search halves steps that increase the residual.
 
 use crate::linear::{Singular, norm_inf};
-use crate::phase::{Phase, within};
 use std::ops::Range;
 
 /// What a part of the unknowns measures; errors name it.
@@ -32,6 +30,17 @@ pub enum BlockKind {
     Momentum,
     /// Lagrange multipliers.
     Multiplier,
+}
+
+impl BlockKind {
+    /// Its unit after a space; empty where it depends on the coordinates.
+    fn unit(self) -> &'static str {
+        match self {
+            Self::Position => " m",
+            Self::Rotation => " rad",
+            Self::Momentum | Self::Multiplier => "",
+        }
+    }
 }
 
 impl std::fmt::Display for BlockKind {
@@ -63,29 +72,32 @@ pub enum Fault {
     /// The tangent is singular.
     #[error("the Newton matrix is singular to working precision")]
     SingularTangent,
-    /// A rotation increment left the range in which the reparametrization is one-to-one.
-    #[error("a rotation of {angle:.3} rad in one step (unknown {unknown})")]
-    RotationTooLarge {
-        /// First unknown of the rotation increment.
+    /// Local coordinates left the range in which they are one-to-one.
+    #[error("a {kind} of {size:.3}{} in one step (unknown {unknown})", .kind.unit())]
+    OutsideChart {
+        /// What they measure.
+        kind: BlockKind,
+        /// The first unknown of the increment.
         unknown: usize,
-        /// Its norm, rad.
-        angle: f64,
+        /// Its norm.
+        size: f64,
     },
-    /// No point of the constraints was found over a point of the tangent space.
-    #[error(
-        "no configuration that meets the constraints was found over the tangent space \
-         (still corrected by {correction:.1e})"
-    )]
-    NoProjection {
-        /// The last correction along the normals.
+    /// An equation within the evaluation has no solution here.
+    #[error("{what} (still corrected by {correction:.1e})")]
+    Unsolved {
+        /// What was not found, in words.
+        what: &'static str,
+        /// The last correction.
         correction: f64,
     },
-    /// The constraints have another rank than the motion.
-    #[error("the constraints have rank {found} here and rank {expected} at the start")]
+    /// A matrix has another rank than at the start.
+    #[error("{of} have rank {found} here and rank {expected} at the start")]
     RankChanged {
+        /// Whose rank, in words.
+        of: &'static str,
         /// Rank found.
         found: usize,
-        /// Rank of the motion.
+        /// Rank at the start.
         expected: usize,
     },
     /// The residual or the correction is not finite.
@@ -119,8 +131,8 @@ pub trait NewtonProblem {
     fn noise(&self) -> f64 {
         1e-9
     }
-    /// Parts of `ε` that may be left over: 1/4 is below the rounding of `x`, less takes one iteration more
-    /// and is for who uses [`Newton::lost`].
+    /// Parts of `ε` that may be left over: 1/4 is below the rounding of `x`; less takes half an iteration more, for
+    /// who uses [`Newton::rounding_error`].
     fn resolution(&self) -> f64 {
         0.25
     }
@@ -187,14 +199,36 @@ pub enum NewtonError {
     },
 }
 
-/// The loop with its two work vectors.
+/// The loop with its work vectors.
+///
+/// ```
+/// use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
+///
+/// struct SquareRoot([Block; 1]); // x² = 2
+/// impl NewtonProblem for SquareRoot {
+///     fn blocks(&self) -> &[Block] { &self.0 }
+///     fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+///         r[0] = x[0] * x[0] - 2.0;
+///         Ok(())
+///     }
+///     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
+///         dx[0] /= 2.0 * x[0];
+///         Ok(())
+///     }
+/// }
+/// let block = Block { kind: BlockKind::Position, range: 0..1, floor: 1e-8 };
+/// let mut x = [1.0];
+/// Newton::new(1, NewtonSettings::default()).solve(&mut SquareRoot([block]), &mut x)?;
+/// assert!((x[0] - 2.0_f64.sqrt()).abs() < 1e-15);
+/// # Ok::<(), vi_core::NewtonError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Newton {
     /// Settings, changeable between solves.
     pub settings: NewtonSettings,
-    r: Vec<f64>,    // residual, shape of x
-    dx: Vec<f64>,   // correction, shape of x
-    lost: Vec<f64>, // what rounding has taken off x, shape of x
+    r: Vec<f64>,        // residual, shape of x
+    dx: Vec<f64>,       // correction, shape of x
+    rounding: Vec<f64>, // error of the last correction, shape of x
 }
 
 struct Size {
@@ -221,7 +255,7 @@ impl Newton {
     /// A loop for `n` unknowns.
     #[must_use]
     pub fn new(n: usize, settings: NewtonSettings) -> Self {
-        Self { settings, r: vec![0.0; n], dx: vec![0.0; n], lost: vec![0.0; n] }
+        Self { settings, r: vec![0.0; n], dx: vec![0.0; n], rounding: vec![0.0; n] }
     }
 
     /// Solves `r(x) = 0` from the initial guess in `x`.
@@ -243,16 +277,15 @@ impl Newton {
         loop {
             let iteration = report.iterations + 1;
             self.dx.copy_from_slice(&self.r);
-            let correction = within(Phase::Assembly, || problem.correction(x, &mut self.dx));
-            correction.map_err(refused(iteration))?;
+            problem.correction(x, &mut self.dx).map_err(refused(iteration))?;
             let size = size(problem.blocks(), x, &self.dx);
             if !size.relative.is_finite() {
                 return Err(refused(iteration)(Fault::NotFinite));
             }
-            for ((x, dx), lost) in x.iter_mut().zip(&self.dx).zip(&mut self.lost) {
+            for ((x, dx), rounding) in x.iter_mut().zip(&self.dx).zip(&mut self.rounding) {
                 let before = *x;
                 *x -= dx;
-                *lost = (before - *x) - dx; // exact where |dx| ≤ |x|
+                *rounding = (before - *x) - dx; // exact where |dx| ≤ |x|
             }
             let next = self.evaluate_with_search(problem, x, residual, &mut report);
             let next = next.map_err(refused(iteration))?;
@@ -262,10 +295,11 @@ impl Newton {
             let ratio = if next > 0.0 { next / residual } else { 0.0 };
             let left = size.relative * ratio;
             stalled = if ratio > 0.5 && size.relative <= problem.noise() { stalled + 1 } else { 0 };
-            let at_floor = (ratio > 0.5 && size.relative <= 1e-9) || stalled >= 3;
-            let settled = size.relative <= 4.0 * f64::EPSILON;
-            let good = left <= self.settings.tolerance.max(problem.resolution() * f64::EPSILON);
-            if (good && ratio < 1.0) || settled || at_floor {
+            let converged = ratio < 1.0
+                && left <= self.settings.tolerance.max(problem.resolution() * f64::EPSILON);
+            let enough = if size.relative <= 1e-9 { 1 } else { 3 };
+            let at_floor = size.relative <= 4.0 * f64::EPSILON || stalled >= enough;
+            if converged || at_floor {
                 return Ok(report);
             }
             if iteration >= self.settings.max_iterations {
@@ -281,11 +315,10 @@ impl Newton {
         }
     }
 
-    /// What rounding has taken off the solution in its last correction, shape of `x`: the root is closer
-    /// to `x + lost` than numbers in the format of `x` tell.
+    /// Rounding error of the last correction, shape of `x`: the root is closer to `x` plus this than to `x`.
     #[must_use]
-    pub fn lost(&self) -> &[f64] {
-        &self.lost
+    pub fn rounding_error(&self) -> &[f64] {
+        &self.rounding
     }
 
     /// What is left of the equations at the solution, shape of `x`.
@@ -295,7 +328,7 @@ impl Newton {
     }
 
     fn evaluate(&mut self, problem: &mut impl NewtonProblem, x: &[f64]) -> Result<f64, Fault> {
-        within(Phase::Residual, || problem.residual(x, &mut self.r))?;
+        problem.residual(x, &mut self.r)?;
         let norm = norm_inf(&self.r);
         if norm.is_finite() { Ok(norm) } else { Err(Fault::NotFinite) }
     }
@@ -321,7 +354,7 @@ impl Newton {
                         *dx *= 0.5;
                         *x += *dx;
                     }
-                    self.lost.fill(0.0);
+                    self.rounding.fill(0.0);
                 }
             }
         }

@@ -27,6 +27,13 @@ pub struct Block<'a> {
     pub transposed: bool,
 }
 
+impl std::fmt::Debug for Block<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { row, column, scale, transposed, .. } = self;
+        f.debug_tuple("Block").field(&(row, column, scale, transposed)).finish()
+    }
+}
+
 impl Entries for Block<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         let (i, j) = if self.transposed { (column, row) } else { (row, column) };
@@ -41,11 +48,24 @@ impl Entries for nalgebra::DMatrix<f64> {
 }
 
 /// A matrix with a fixed sparsity pattern, refilled by replaying its emission.
+///
+/// ```
+/// use vi_core::{Entries, SparseMatrix};
+/// let emit = |scale: f64| move |out: &mut dyn Entries| {
+///     out.add(0, 0, scale);
+///     out.add(0, 0, 1.0); // the same place: adds
+///     out.add(1, 0, 3.0);
+/// };
+/// let mut a = SparseMatrix::assemble(2, 1, emit(2.0));
+/// a.refill(emit(4.0));
+/// let mut y = [0.0; 2];
+/// a.mul_add(1.0, &[1.0], &mut y);
+/// assert_eq!(y, [5.0, 3.0]);
+/// ```
 #[derive(Clone, Debug)]
 pub struct SparseMatrix {
     matrix: CsMat<f64>,
-    indptr: Vec<usize>, // column pointers once more, as a slice that can be lent out
-    slots: Vec<usize>,  // k-th emitted entry → position in the value array
+    slots: Vec<usize>, // k-th emitted entry → position in the value array
 }
 
 struct Collector {
@@ -102,8 +122,8 @@ impl SparseMatrix {
         for j in 0..columns {
             indptr[j + 1] += indptr[j];
         }
-        let matrix = CsMat::new_csc((rows, columns), indptr.clone(), indices, values);
-        Self { matrix, indptr, slots }
+        let matrix = CsMat::new_csc((rows, columns), indptr, indices, values);
+        Self { matrix, slots }
     }
 
     /// A matrix from one that exists already (converted to compressed columns).
@@ -155,7 +175,7 @@ impl SparseMatrix {
     /// Column pointers of the compressed columns, `columns + 1` of them.
     #[must_use]
     pub fn column_pointers(&self) -> &[usize] {
-        &self.indptr
+        self.matrix.indptr().into_raw_storage()
     }
 
     /// `(rows, columns)`.
@@ -208,7 +228,7 @@ impl SparseMatrix {
 
     /// The stored entries of a column: row, value.
     pub fn column(&self, j: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let own = self.indptr[j]..self.indptr[j + 1];
+        let own = self.matrix.indptr().outer_inds_sz(j);
         let (rows, values) = (&self.matrix.indices()[own.clone()], &self.matrix.data()[own]);
         rows.iter().copied().zip(values.iter().copied())
     }
@@ -216,8 +236,9 @@ impl SparseMatrix {
     /// Visits the stored entries: row, column, value.
     pub fn for_each(&self, mut visit: impl FnMut(usize, usize, f64)) {
         let (indices, values) = (self.matrix.indices(), self.matrix.data());
+        let starts = self.column_pointers();
         for j in 0..self.matrix.cols() {
-            for k in self.indptr[j]..self.indptr[j + 1] {
+            for k in starts[j]..starts[j + 1] {
                 visit(indices[k], j, values[k]);
             }
         }

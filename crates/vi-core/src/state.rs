@@ -1,5 +1,6 @@
 //! The state of a motion: all that its future depends on beside the model.
 
+use crate::compensation::Compensation;
 use crate::discrete_lagrangian::DiscreteLagrangian;
 use crate::interval::Interval;
 use crate::predictor::History;
@@ -10,6 +11,12 @@ use serde::{Deserialize, Serialize};
 ///
 /// The bits of every later step are a function of the model and of the state: a state that was written
 /// and read again continues the motion as if nothing had happened.
+///
+/// ```
+/// use vi_core::State;
+/// let start = State::new(0.0, vec![1.0], vec![0.5]); // t_0, q_0, p_0 = M v_0
+/// assert_eq!((start.step, start.configuration().q), (0, &[1.0][..]));
+/// ```
 ///
 /// On a constrained system only `P(q_n)ᵀ p̄_n` determines the motion; the part of `p̄_n` in `range Gᵀ`
 /// is needed for `λ_n` and `p_n` at this node.
@@ -33,17 +40,6 @@ pub struct State {
     pub history: History,
     /// What a scheme needs of the last step beside its increments.
     pub memory: Memory,
-}
-
-/// Rounding errors of a step (compensated stepping).
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Compensation {
-    /// Of `q_n`, shape `n`.
-    pub q: Vec<f64>,
-    /// Of `v_n`, where that is a variable; else empty.
-    pub v: Vec<f64>,
-    /// Residual of the last momentum balance, shape `d`; empty where it is not carried.
-    pub balance: Vec<f64>,
 }
 
 /// What a scheme needs of the last step beside its increments; empty for most.
@@ -126,9 +122,7 @@ impl State {
         self.p.clone_from(&other.p);
         self.v.clone_from(&other.v);
         self.angles.clone_from(&other.angles);
-        self.compensation.q.clone_from(&other.compensation.q);
-        self.compensation.v.clone_from(&other.compensation.v);
-        self.compensation.balance.clone_from(&other.compensation.balance);
+        self.compensation.copy_from(&other.compensation);
         self.history.copy_from(&other.history);
         self.memory.copy_from(&other.memory);
     }

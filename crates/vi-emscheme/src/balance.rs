@@ -20,6 +20,7 @@ use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::{Memory, State};
 
 /// How the multipliers of an iterate are found; any `μ_k` that tends to `μ*` serves.
+#[derive(Debug)]
 pub(crate) enum Multipliers {
     /// In least squares over the system, for an independent set of constraints.
     LeastSquares(Box<SaddlePoint>),
@@ -28,6 +29,7 @@ pub(crate) enum Multipliers {
 }
 
 /// One step's balance in the null space.
+#[derive(Debug)]
 pub(crate) struct Balance {
     pub(crate) s: Interval,
     /// `P̄`, shape `n × d`, of the forms that keep it as a matrix.

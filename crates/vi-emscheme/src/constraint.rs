@@ -55,7 +55,7 @@ impl DiscreteConstraints for Mechanism {
             let at = 6 * bodies + i;
             match row {
                 ScalarRow::Product(product) => product.emit(&s.q_mid, at, out),
-                ScalarRow::Coupling { a, b, ratio, .. } => {
+                ScalarRow::Gear { a, b, ratio, .. } => {
                     coordinate::for_each_slope(a, s, |j, slope| out.add(at, j, slope));
                     coordinate::for_each_slope(b, s, |j, slope| out.add(at, j, ratio * slope));
                 }
@@ -75,7 +75,7 @@ impl DiscreteConstraints for Mechanism {
         for (row, weight) in self.rows().iter().zip(&weights[6 * bodies..]) {
             match row {
                 ScalarRow::Product(product) => product.emit_second(0.5 * weight, out),
-                ScalarRow::Coupling { a, b, ratio, .. } => {
+                ScalarRow::Gear { a, b, ratio, .. } => {
                     coordinate::emit_derivative(a, s, *weight, out);
                     coordinate::emit_derivative(b, s, ratio * weight, out);
                 }

@@ -15,8 +15,8 @@
 
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
-use vi_multibody::coordinate::{JointCoordinate, Value};
 use vi_multibody::form::Row;
+use vi_multibody::joint_coordinate::{JointCoordinate, Value};
 
 /// `Dg(q_{n+1/2})·Δq = Δg` of a product of forms, to its own relative precision.
 fn change(row: &Row, s: &Interval) -> f64 {
@@ -144,7 +144,7 @@ mod tests {
         let of = |kind, freedom| {
             let model = pair(kind, false);
             let joint = model.mechanism.description().joints[0].clone();
-            let (q, _) = model.mechanism.start();
+            let q = model.mechanism.initial_configuration();
             let mut s = Interval::new(q.len());
             s.open(0.0, 0.1, &q);
             s.dq.iter_mut().enumerate().for_each(|(i, dq)| *dq = 0.3 * number(i, 1.9));
@@ -174,7 +174,7 @@ mod tests {
                 s.close_from_increment();
                 let found = slope(&theta, &s);
                 let work: f64 = found.iter().zip(&s.dq).map(|(d, dq)| d * dq).sum();
-                let (_, change) = theta.mean_and_difference(&s);
+                let change = theta.change(&s).difference;
                 let part = |x: &[f64], k: usize| Vector3::from_column_slice(&x[3 * k..3 * k + 3]);
                 let moment: Vector3<f64> =
                     (0..8).map(|k| part(&s.q_mid, k).cross(&part(&found, k))).sum();
@@ -206,7 +206,7 @@ mod tests {
                         let mut s = s.clone();
                         s.dq[j] += by;
                         s.close_from_increment();
-                        (slope(&theta, &s), theta.mean_and_difference(&s).1)
+                        (slope(&theta, &s), theta.change(&s).difference)
                     };
                     let ((plus, up), (minus, down)) = (at(e), at(-e));
                     let rate = (up - down) / (2.0 * e);

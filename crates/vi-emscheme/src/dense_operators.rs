@@ -11,6 +11,7 @@ use vi_core::newton::{Block, Fault};
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// [`EmOperators`] of a source of `P̄` and a map `F_d`.
+#[derive(Debug)]
 pub struct DenseOperators<N, R> {
     source: N,
     map: R,

@@ -19,14 +19,14 @@ use crate::gonzalez::Gonzalez;
 use crate::invariant::InvariantPotential;
 use crate::load::MidpointLoad;
 use crate::node::EmObserver;
-use crate::scheme::lag;
+use crate::scheme::{lag, sub_steps};
 use vi_constraints::discretization::Discretization;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::potential::{LinearPotential, Potential};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
-use vi_core::{Configuration, Quadrature, SeparableSystem, State};
+use vi_core::{Composition, Configuration, Quadrature, SeparableSystem, State};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::spring::Spring;
 
@@ -54,10 +54,29 @@ impl Velocity {
 }
 
 /// A constant mass matrix, potentials with discrete derivatives, loads.
+///
+/// ```
+/// use vi_core::potential::LinearPotential;
+/// use vi_core::{MechanicalSystem, SeparableSystem};
+/// use vi_emscheme::EmSystem;
+/// let mass = SeparableSystem::with_diagonal_mass(&[2.0]).mass().clone();
+/// let system = EmSystem::new(mass).gradient(LinearPotential { force: vec![-3.0] });
+/// assert_eq!(system.kinetic_energy(&[1.0]), 1.0);
+/// ```
 pub struct EmSystem {
     mass: SparseMatrix,
     gradients: Vec<Box<dyn DiscreteGradient>>,
     loads: Vec<Box<dyn MidpointLoad>>,
+}
+
+impl std::fmt::Debug for EmSystem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("EmSystem")
+            .field("mass", &self.mass)
+            .field("gradients", &self.gradients.len())
+            .field("loads", &self.loads.len())
+            .finish()
+    }
 }
 
 impl EmSystem {
@@ -138,16 +157,6 @@ impl EmSystem {
         work.iter().zip(&s.dq).map(|(f, dq)| f * dq).sum()
     }
 
-    /// The start of a motion at time `t` with consistent `(q, v)`: `v_0 = v`, `p_0 = M v`.
-    #[must_use]
-    pub fn start(&self, t: f64, q: Vec<f64>, v: &[f64]) -> State {
-        let mut state = State::new(t, q, vec![0.0; v.len()]);
-        self.mass.mul_add(1.0, v, &mut state.p);
-        state.compensation.v = vec![0.0; v.len()];
-        state.v = v.to_vec();
-        state
-    }
-
     /// `out ← h B`, shape `n`, for a step from a node with velocity `v_n`; `work`: scratch of shape `n`.
     pub fn scaled_bracket(&self, s: &Interval, v: &Velocity, work: &mut [f64], out: &mut [f64]) {
         for (i, w) in work.iter_mut().enumerate() {
@@ -209,6 +218,11 @@ impl<C: DiscreteConstraints> Discretization<C> for EmSystem {
     }
 
     fn begin(&self, state: &mut State, v: &[f64]) {
-        *state = self.start(state.t, std::mem::take(&mut state.q), v);
+        state.v = v.to_vec();
+        state.compensation.v = vec![0.0; v.len()];
+    }
+
+    fn sub_steps(&self, composition: Composition) -> Vec<f64> {
+        sub_steps(composition)
     }
 }

@@ -25,6 +25,7 @@ use vi_core::sparse::{Block, Entries};
 const OUTER: f64 = 0.387_298_334_620_741_7;
 
 /// Any potential, on the coordinates it depends on.
+#[derive(Debug)]
 pub struct Gonzalez<V> {
     potential: V,
     n: usize,
@@ -35,7 +36,7 @@ thread_local! {
     static SCRATCH: RefCell<Scratch> = RefCell::default();
 }
 
-#[derive(Default)]
+#[derive(Default, Debug)]
 struct Scratch {
     mid: Vec<f64>,   // n  ∇V(q_{n+1/2})
     other: Vec<f64>, // n  ∇V at another point, then ∂e/∂q_{n+1}

@@ -1,7 +1,7 @@
 //! From a system, its constraints and a form of the scheme to an [`Integrator`].
 //!
 //! ```
-//! use vi_constraints::ConstraintFn;
+//! use vi_constraints::{ConstraintFn, InitialValues};
 //! use vi_core::{SeparableSystem, potential::LinearPotential};
 //! use vi_emscheme::{EmForm, EmOptions, EmSystem, integrator};
 //!
@@ -12,7 +12,7 @@
 //!     |q, g| g[0] = 0.5 * (q[0] * q[0] + q[1] * q[1] - 1.0),
 //!     |q, G| { G[(0, 0)] = q[0]; G[(0, 1)] = q[1]; });
 //! let options = EmOptions::new(EmForm::Dalembert, 0.01);
-//! let at = (0.0, &[1.0, 0.0][..], &[0.0, 0.0][..]);
+//! let at = InitialValues::new(0.0, &[1.0, 0.0], &[0.0, 0.0]);
 //! let mut run = integrator::new(EmSystem::of_linear(&free), rod, options, at)?;
 //! for _ in 0..100 {
 //!     run.step()?;
@@ -22,20 +22,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub use crate::setup::{EmOptions, EmSetupError};
+pub use crate::setup::{EmAlgebra, EmOptions, EmSetupError};
 
 use crate::constrained::EmConstrained;
 use crate::constraint::DiscreteConstraints;
 use crate::dalembert::EmDalembert;
+use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
 use crate::nodal::EmNodal;
 use crate::null_space::{DiscreteNullSpace, DiscreteQr};
 use crate::scheme::EmForm;
-use vi_constraints::integrator::{SetupError, Start};
+use vi_constraints::integrator::{SetupError, check_shapes};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::Scheme;
-use vi_constraints::{Integrator, Reparametrization};
-use vi_core::MechanicalSystem;
+use vi_constraints::{InitialValues, Integrator, Reparametrization};
 
 /// A running integration by an energy–momentum scheme.
 pub type EmIntegrator<C> = Integrator<EmSystem, C>;
@@ -53,19 +53,18 @@ pub fn new<C: DiscreteConstraints + 'static>(
     system: EmSystem,
     constraints: C,
     options: EmOptions,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError> {
-    check(&system, &constraints, at)?;
+    check_shapes(&system, &constraints, at)?;
     let (n, m) = (constraints.dim(), constraints.len());
-    let rows = IndependentRows::find(&constraints, at.0, at.1);
-    let (chosen, sub_steps) = ((rows.clone(), m), options.sub_steps().len());
-    let scheme: BoxedScheme<C> = match options.form {
-        EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, options.newton, sub_steps)),
+    let rows = IndependentRows::find(&constraints, at.t, at.q);
+    let scheme: BoxedScheme<C> = match options.scheme {
+        EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
         EmForm::Dalembert => {
             let source = DiscreteQr::new(n, m, rows.len());
-            Box::new(EmDalembert::new(n, chosen, source, options.newton, sub_steps))
+            Box::new(EmDalembert::new(n, m, rows.clone(), source))
         }
-        EmForm::Nodal => return Err(EmSetupError::NeedsReparametrization(options.form)),
+        EmForm::Nodal => return Err(EmSetupError::NeedsReparametrization(options.scheme)),
     };
     with_scheme(system, constraints, (scheme, rows), options, at)
 }
@@ -79,27 +78,27 @@ pub fn with_null_space<C, N, R>(
     constraints: C,
     (source, map): (N, R),
     options: EmOptions,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError>
 where
     C: DiscreteConstraints + 'static,
     N: DiscreteNullSpace<C> + 'static,
     R: Reparametrization + 'static,
 {
-    check(&system, &constraints, at)?;
+    check_shapes(&system, &constraints, at)?;
     let (n, m) = (constraints.dim(), constraints.len());
-    let rows = IndependentRows::find(&constraints, at.0, at.1);
+    let rows = IndependentRows::find(&constraints, at.t, at.q);
     if map.dof() != n - rows.len() {
         let what = "the increment u of the reparametrization";
         let (found, expected) = (map.dof(), n - rows.len());
         return Err(SetupError::Shape { what, found, expected }.into());
     }
-    let chosen = (rows.clone(), m);
-    let (newton, sub_steps) = (options.newton, options.sub_steps().len());
-    let scheme: BoxedScheme<C> = match options.form {
-        EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, sub_steps)),
-        EmForm::Dalembert => Box::new(EmDalembert::new(n, chosen, source, newton, sub_steps)),
-        EmForm::Nodal => Box::new(EmNodal::new(n, chosen, (source, map), newton, sub_steps)),
+    let scheme: BoxedScheme<C> = match options.scheme {
+        EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
+        EmForm::Dalembert => Box::new(EmDalembert::new(n, m, rows.clone(), source)),
+        EmForm::Nodal => {
+            Box::new(EmNodal::new(n, m, rows.clone(), DenseOperators::new(n, (source, map))))
+        }
     };
     with_scheme(system, constraints, (scheme, rows), options, at)
 }
@@ -113,7 +112,7 @@ pub fn with_reparametrization<C, R>(
     constraints: C,
     map: R,
     options: EmOptions,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError>
 where
     C: DiscreteConstraints + 'static,
@@ -129,26 +128,7 @@ fn with_scheme<C: DiscreteConstraints + 'static>(
     constraints: C,
     scheme: (BoxedScheme<C>, IndependentRows),
     options: EmOptions,
-    at: Start<'_>,
+    at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError> {
-    let options = options.of_integrator();
     Ok(Integrator::with_scheme(system, constraints, scheme, options, at)?.consistent()?)
-}
-
-pub(crate) fn check<C: DiscreteConstraints>(
-    system: &EmSystem,
-    constraints: &C,
-    (_, q, v): Start<'_>,
-) -> Result<(), EmSetupError> {
-    let expected = system.dim();
-    for (what, found) in [
-        ("q(0)", q.len()),
-        ("v(0)", v.len()),
-        ("the argument of the constraints", constraints.dim()),
-    ] {
-        if found != expected {
-            return Err(SetupError::Shape { what, found, expected }.into());
-        }
-    }
-    Ok(())
 }

@@ -14,7 +14,8 @@ use vi_core::force::DiscreteForce;
 use vi_core::interval::Interval;
 use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Entries;
-use vi_multibody::joint_force::{JointForce, JointLaw, JointSpring};
+use vi_multibody::joint_coordinate::Change;
+use vi_multibody::joint_force::{EffortSlopes, JointForce, JointLaw, JointSpring};
 
 impl DiscreteGradient for JointSpring {
     fn potential(&self, at: Configuration<'_>) -> f64 {
@@ -26,12 +27,12 @@ impl DiscreteGradient for JointSpring {
     }
 
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
+        let stretch = self.coordinate.change(s).mean - self.rest;
         coordinate::add_slope(&self.coordinate, s, scale * self.stiffness * stretch, out);
     }
 
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        let stretch = self.coordinate.mean_and_difference(s).0 - self.rest;
+        let stretch = self.coordinate.change(s).mean - self.rest;
         coordinate::emit_product(&self.coordinate, s, 0.5 * scale * self.stiffness, out);
         let force = scale * self.stiffness * stretch;
         coordinate::emit_derivative(&self.coordinate, s, force, out);
@@ -40,15 +41,15 @@ impl DiscreteGradient for JointSpring {
 
 impl<L: JointLaw> MidpointLoad for JointForce<L> {
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        let (mean, difference) = self.coordinate.mean_and_difference(s);
+        let Change { mean, difference } = self.coordinate.change(s);
         let effort = self.law.effort(s.t_mid(), mean, difference / s.h);
         coordinate::add_slope(&self.coordinate, s, scale * effort, out);
     }
 
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        let (mean, difference) = self.coordinate.mean_and_difference(s);
+        let Change { mean, difference } = self.coordinate.change(s);
         let (t, rate) = (s.t_mid(), difference / s.h);
-        let (by_coordinate, by_rate) = self.law.slopes(t, mean, rate);
+        let EffortSlopes { by_coordinate, by_rate } = self.law.slopes(t, mean, rate);
         let slope = 0.5 * by_coordinate + by_rate / s.h;
         coordinate::emit_product(&self.coordinate, s, scale * slope, out);
         let effort = self.law.effort(t, mean, rate);

@@ -6,7 +6,7 @@
 //! ```
 //! Conserved along a step without load, up to what Newton's method leaves over: energy, linear and
 //! angular momentum (with an equivariant `D̄V`), the constraints. Not symplectic. Order 2 in `q` and
-//! `p`, and 4, 6, 8 by composition of pairs of steps ([`EmOptions::sub_steps`]); the multiplier belongs to the middle of the step and alternates by `O(h)` from step to step,
+//! `p`, and 4, 6, 8 by composition of pairs of steps ([`scheme::sub_steps`]); the multiplier belongs to the middle of the step and alternates by `O(h)` from step to step,
 //! the mean of two neighbours has order 2 ([`node`]). The same three forms as the variational
 //! schemes, so that both methods are compared on equal footing.
 //!
@@ -33,7 +33,7 @@
 //! Sources: P. Betsch, S. Leyendecker, IJNME 67 (2006) 499–552 (BL06); O. Gonzalez, J. Nonlinear Sci.
 //! 6 (1996) 449–467 (G96).
 #![forbid(unsafe_code)]
-#![deny(missing_docs)]
+#![deny(missing_debug_implementations, missing_docs)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 mod balance;
@@ -71,7 +71,7 @@ mod common;
 pub use constraint::DiscreteConstraints;
 pub use discrete_gradient::DiscreteGradient;
 pub use em_system::EmSystem;
-pub use integrator::{EmIntegrator, EmOptions};
+pub use integrator::{EmAlgebra, EmIntegrator, EmOptions};
 pub use null_space::EmLinearization;
 pub use scheme::EmForm;
 

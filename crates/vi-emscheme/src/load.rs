@@ -20,7 +20,7 @@ use vi_core::force::{DiscreteForce, Force};
 use vi_core::interval::Interval;
 use vi_core::sparse::{Block, Entries};
 use vi_rigid::directors::{FRAME, director};
-use vi_rigid::load::{Load, LoadKind};
+use vi_rigid::load::{Load, LoadKind, Wrench};
 use vi_rigid::rotation::skew;
 
 /// A generalized force that acts for the whole step.
@@ -80,7 +80,7 @@ fn follower_components(load: &Load, t: f64) -> [(f64, f64); 3] {
     std::array::from_fn(|j| {
         let mut frame = [0.0; FRAME];
         frame[3 + 3 * j] = 1.0; // d_J = e_1, the others 0: the wrench is linear in the directors
-        let (force, torque) = load.wrench(t, &frame);
+        let Wrench { force, torque } = load.wrench(t, &frame);
         (force.x, torque.x)
     })
 }
@@ -92,7 +92,7 @@ impl MidpointLoad for Load {
 
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         let frame = &s.q_mid[self.offset()..self.offset() + FRAME];
-        let (force, torque) = self.wrench(s.t_mid(), frame);
+        let Wrench { force, torque } = self.wrench(s.t_mid(), frame);
         let w = inverse(&spread(frame)) * torque;
         let out = &mut out[self.offset()..];
         for k in 0..3 {
@@ -107,7 +107,7 @@ impl MidpointLoad for Load {
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         let at = self.offset();
         let frame = &s.q_mid[at..at + FRAME];
-        let (_, torque) = self.wrench(s.t_mid(), frame);
+        let torque = self.wrench(s.t_mid(), frame).torque;
         let A_inverse = inverse(&spread(frame));
         let w: Vector3<f64> = A_inverse * torque;
         let components = follower_components(self, s.t_mid());

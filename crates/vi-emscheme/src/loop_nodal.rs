@@ -22,15 +22,15 @@ use crate::balance::Balance;
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
-use crate::scheme::{EmForm, advance_state};
+use crate::scheme::advance_state;
 use nalgebra::DMatrix;
 use vi_constraints::Reparametrization;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
-use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep, solve_step};
+use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, condition_number};
-use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
+use vi_core::newton::{Block, Fault, Newton};
 use vi_core::state::State;
 
 /// The constraints that a spanning tree leaves out.
@@ -45,16 +45,15 @@ pub struct LoopRows {
 }
 
 /// The nodal form on closed loops.
+#[derive(Debug)]
 pub struct EmLoopNodal<N, R> {
-    newton: Newton,
-    sub_steps: usize,
-    u: Vec<f64>,             // d_tree
-    first: Option<Vec<f64>>, // d_tree  ν(0), where the first step cannot start from u = 0
+    rates: Option<Vec<f64>>, // d_tree  ν(0), where the first step cannot start from u = 0
     source: N,
     map: R,
     work: Work,
 }
 
+#[derive(Debug)]
 struct Work {
     balance: Balance,
     loops: LoopRows,
@@ -74,24 +73,15 @@ struct Work {
     blocks: Vec<Block>,
 }
 
-struct Problem<'a, C, N, R> {
-    system: &'a EmSystem,
-    constraints: &'a C,
-    source: &'a mut N,
-    map: &'a R,
-    work: &'a mut Work,
-}
-
 impl<N, R: Reparametrization> EmLoopNodal<N, R> {
     /// For `n` coordinates, `m` constraints, the loops among them, a source of `P̄` and the map `F_d` of
-    /// the spanning tree; `blocks`: units and scales of `u`; Newton's method and the number of sub-steps.
+    /// the spanning tree; `blocks`: units and scales of `u`.
     #[must_use]
     pub fn new(
         (n, m): (usize, usize),
         loops: LoopRows,
         (source, map): (N, R),
         blocks: Vec<Block>,
-        (settings, sub_steps): (NewtonSettings, usize),
     ) -> Self {
         let (d, cut) = (map.dof(), loops.rows.len());
         let tree_rows: Vec<usize> = (0..m).filter(|row| !loops.rows.contains(row)).collect();
@@ -116,15 +106,14 @@ impl<N, R: Reparametrization> EmLoopNodal<N, R> {
             tree_rows,
             loops,
         };
-        let newton = Newton::new(d, settings);
-        Self { newton, sub_steps, u: vec![0.0; d], first: None, source, map, work }
+        Self { rates: None, source, map, work }
     }
 
     /// Newton's method of the first step starts from `h ν`: at a singular configuration `u = 0` is no start
     /// value.
     #[must_use]
     pub fn starting_with(mut self, rates: Vec<f64>) -> Self {
-        self.first = Some(rates);
+        self.rates = Some(rates);
         self
     }
 }
@@ -160,7 +149,7 @@ impl Work {
     }
 }
 
-impl<C, N, R> NewtonProblem for Problem<'_, C, N, R>
+impl<C, N, R> Scheme<EmSystem, C> for EmLoopNodal<N, R>
 where
     C: DiscreteConstraints,
     N: DiscreteNullSpace<C>,
@@ -170,33 +159,51 @@ where
         &self.work.blocks
     }
 
-    fn residual(&mut self, u: &[f64], r: &mut [f64]) -> Result<(), Fault> {
-        let work = &mut *self.work;
-        self.map.reparametrize(u, &mut work.balance.s)?;
+    fn begin(&mut self, _system: &EmSystem, _constraints: &C, step: SubStep, state: &mut State) {
+        self.work.balance.open(state, step);
+        self.work.fresh = true;
+        step.depart(self.rates.as_deref(), state);
+    }
+
+    fn residual(
+        &mut self,
+        system: &EmSystem,
+        constraints: &C,
+        u: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { source, map, work, .. } = self;
+        map.reparametrize(u, &mut work.balance.s)?;
         work.balance.s.close();
         if work.fresh {
-            self.map.tangent(u, &work.balance.s, &mut work.push);
-            work.choose_rows(self.constraints);
+            map.tangent(u, &work.balance.s, &mut work.push);
+            work.choose_rows(constraints);
             work.fresh = false;
         }
         let balance = &mut work.balance;
-        self.source.null_space(self.constraints, &balance.s, &mut balance.null_space);
+        source.null_space(constraints, &balance.s, &mut balance.null_space);
         let (along, closure) = r.split_at_mut(balance.null_space.ncols());
-        balance.residual(self.system, along);
-        self.constraints.value(balance.s.end(), &mut work.g);
+        balance.residual(system, along);
+        constraints.value(balance.s.end(), &mut work.g);
         work.chosen.gather(&work.g, closure);
         Ok(())
     }
 
-    fn correction(&mut self, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
+    fn correction(
+        &mut self,
+        system: &EmSystem,
+        constraints: &C,
+        u: &[f64],
+        du: &mut [f64],
+    ) -> Result<(), Fault> {
         let Work { balance, push, weighted, matrix, lu, jacobian, reduced, chosen, .. } =
-            &mut *self.work;
+            &mut self.work;
         self.map.tangent(u, &balance.s, push);
-        balance.pushed_tangent((self.system, self.constraints), push, weighted)?;
+        balance.pushed_tangent((system, constraints), push, weighted)?;
         let null_space = &balance.null_space;
         let (d, rank) = (null_space.ncols(), chosen.len());
         matrix.rows_mut(0, d).gemm_tr(1.0, null_space, weighted, 0.0);
-        closure_jacobian(chosen, self.constraints, &balance.s, jacobian);
+        closure_jacobian(chosen, constraints, &balance.s, jacobian);
         reduced.rows_mut(0, rank).gemm(1.0, &jacobian.rows(0, rank), push, 0.0);
         matrix.rows_mut(d, rank).copy_from(&reduced.rows(0, rank));
         Ok(lu.solve(matrix, du)?)
@@ -205,39 +212,19 @@ where
     fn noise(&self) -> f64 {
         1e-9 / self.work.sigma.clamp(1e-8, 1.0)
     }
-}
 
-impl<C, N, R> Scheme<EmSystem, C> for EmLoopNodal<N, R>
-where
-    C: DiscreteConstraints,
-    N: DiscreteNullSpace<C>,
-    R: Reparametrization,
-{
-    fn name(&self) -> &'static str {
-        EmForm::Nodal.name()
-    }
-
-    fn advance(
+    fn end(
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        step: SubStep,
+        _newton: &Newton,
         state: &mut State,
-    ) -> Result<NewtonReport, StepError> {
-        let Self { newton, sub_steps, u, first, source, map, work } = self;
-        state.history.fit(u.len(), *sub_steps, 0..0);
-        work.balance.open(state, step);
-        work.fresh = true;
-        if let Some(rates) = first.as_ref().filter(|_| state.step == 0 && step.index == 0) {
-            let increment: Vec<f64> = rates.iter().map(|rate| step.h * rate).collect();
-            state.history.remember(step.index, step.h, false, &increment);
-        }
-        let mut problem = Problem { system, constraints, source, map, work };
-        let report = solve_step(newton, &mut state.history, step, &mut problem, u)?;
-        work.balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
-        let clean = |t: f64, q: &mut [f64]| map.clean(t, q);
-        advance_state(state, system, (&work.balance.s, &work.balance.mu), None, clean);
-        Ok(report)
+    ) -> Result<(), StepError> {
+        let balance = &mut self.work.balance;
+        balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
+        let clean = |t: f64, q: &mut [f64]| self.map.clean(t, q);
+        advance_state(state, system, (&balance.s, &balance.mu), None, clean);
+        Ok(())
     }
 
     fn interval(&self) -> &Interval {
@@ -248,7 +235,7 @@ where
         &mut self.work.balance.s
     }
 
-    fn condition(&mut self, _system: &EmSystem, _constraints: &C) -> Option<Condition> {
+    fn condition(&mut self, _system: &EmSystem, _: &C, _u: &[f64]) -> Option<Condition> {
         Some(Condition::unscaled(condition_number(&self.work.matrix)))
     }
 }

@@ -12,18 +12,16 @@
 
 use crate::balance::Balance;
 use crate::constraint::DiscreteConstraints;
-use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
 use crate::null_space::EmLinearization;
-use crate::scheme::{EmForm, advance_state};
+use crate::scheme::advance_state;
 use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
-use vi_constraints::Reparametrization;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep, solve_step};
+use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
-use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonReport, NewtonSettings};
+use vi_core::newton::{Block, Fault, Newton};
 use vi_core::sparse::Entries;
 use vi_core::state::State;
 
@@ -56,57 +54,24 @@ pub trait EmOperators<C>: Send {
         at: (&[f64], &Interval, &[f64]),
         x: &mut [f64],
     ) -> Result<(), Fault>;
-    /// See [`Reparametrization::clean`].
+    /// See [`vi_constraints::Reparametrization::clean`].
     fn clean(&mut self, t: f64, q: &mut [f64]);
     /// The Newton matrix of the last `solve`, dense.
     fn matrix(&self) -> DMatrix<f64>;
 }
 
 /// The nodal form.
+#[derive(Debug)]
 pub struct EmNodal<O> {
-    newton: Newton,
-    sub_steps: usize,
-    u: Vec<f64>, // d
     operators: O,
     balance: Balance,
 }
 
-struct Problem<'a, C, O> {
-    system: &'a EmSystem,
-    constraints: &'a C,
-    operators: &'a mut O,
-    balance: &'a mut Balance,
-}
-
-impl<N, R: Reparametrization> EmNodal<DenseOperators<N, R>> {
-    /// For `n` coordinates, an independent set of `m` constraints, a source of `P̄`, a map `F_d` and a
-    /// composition of `sub_steps` sub-steps, by dense matrices.
-    #[must_use]
-    pub fn new(
-        n: usize,
-        constraints: (IndependentRows, usize),
-        (source, map): (N, R),
-        settings: NewtonSettings,
-        sub_steps: usize,
-    ) -> Self {
-        let operators = DenseOperators::new(n, (source, map));
-        let d = operators.map().dof();
-        Self::with_operators((n, d), constraints, operators, settings, sub_steps)
-    }
-}
-
 impl<O> EmNodal<O> {
-    /// For `n` coordinates, `d` degrees of freedom, an independent set of `m` constraints and operators.
+    /// For `n` coordinates, an independent set of `m` constraints and operators.
     #[must_use]
-    pub fn with_operators(
-        (n, d): (usize, usize),
-        constraints: (IndependentRows, usize),
-        operators: O,
-        settings: NewtonSettings,
-        sub_steps: usize,
-    ) -> Self {
-        let balance = Balance::new(n, constraints).without_matrix();
-        Self { newton: Newton::new(d, settings), sub_steps, u: vec![0.0; d], operators, balance }
+    pub fn new(n: usize, m: usize, rows: IndependentRows, operators: O) -> Self {
+        Self { operators, balance: Balance::new(n, (rows, m)).without_matrix() }
     }
 
     /// With the multipliers of a tree found frame by frame, where there is one.
@@ -117,55 +82,61 @@ impl<O> EmNodal<O> {
     }
 }
 
-impl<C: DiscreteConstraints, O: EmOperators<C>> NewtonProblem for Problem<'_, C, O> {
+impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<O> {
     fn blocks(&self) -> &[Block] {
         self.operators.blocks()
     }
 
-    fn residual(&mut self, u: &[f64], r: &mut [f64]) -> Result<(), Fault> {
-        self.operators.reparametrize(self.constraints, u, &mut self.balance.s)?;
-        self.operators.pull_back(self.balance.bracket(self.system), r);
+    fn begin(&mut self, _system: &EmSystem, _constraints: &C, step: SubStep, state: &mut State) {
+        self.balance.open(state, step);
+    }
+
+    fn residual(
+        &mut self,
+        system: &EmSystem,
+        constraints: &C,
+        u: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.operators.reparametrize(constraints, u, &mut self.balance.s)?;
+        self.operators.pull_back(self.balance.bracket(system), r);
         Ok(())
     }
 
-    fn correction(&mut self, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
+    fn correction(
+        &mut self,
+        system: &EmSystem,
+        constraints: &C,
+        u: &[f64],
+        du: &mut [f64],
+    ) -> Result<(), Fault> {
         let explicit = self.operators.linearization() == EmLinearization::NullSpaceDerivative;
         if !explicit {
-            self.balance.multipliers(self.constraints)?;
+            self.balance.multipliers(constraints)?;
         }
         let (bracket, s) = self.balance.evaluated();
         let emit = |out: &mut dyn Entries| {
-            self.system.scaled_bracket_derivative(s, out);
+            system.scaled_bracket_derivative(s, out);
             if !explicit {
-                self.constraints.discrete_hessian(s, &self.balance.mu, out);
+                constraints.discrete_hessian(s, &self.balance.mu, out);
             }
         };
         self.operators.solve(&emit, (u, s, bracket), du)
     }
-}
 
-impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<O> {
-    fn name(&self) -> &'static str {
-        EmForm::Nodal.name()
-    }
-
-    fn advance(
+    fn end(
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        step: SubStep,
+        _newton: &Newton,
         state: &mut State,
-    ) -> Result<NewtonReport, StepError> {
-        let Self { newton, sub_steps, u, operators, balance } = self;
-        state.history.fit(u.len(), *sub_steps, 0..0);
-        balance.open(state, step);
-        let mut problem = Problem { system, constraints, operators, balance };
-        let report = solve_step(newton, &mut state.history, step, &mut problem, u)?;
+    ) -> Result<(), StepError> {
+        let Self { operators, balance } = self;
         balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
         balance.remember(&mut state.memory);
         let clean = |t: f64, q: &mut [f64]| operators.clean(t, q);
         advance_state(state, system, (&balance.s, &balance.mu), None, clean);
-        Ok(report)
+        Ok(())
     }
 
     fn interval(&self) -> &Interval {
@@ -176,7 +147,7 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         &mut self.balance.s
     }
 
-    fn condition(&mut self, _system: &EmSystem, _constraints: &C) -> Option<Condition> {
+    fn condition(&mut self, _system: &EmSystem, _: &C, _u: &[f64]) -> Option<Condition> {
         Some(Condition::unscaled(condition_number(&self.operators.matrix())))
     }
 }
@@ -185,37 +156,42 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
 mod tests {
     use super::*;
     use crate::common::{PAIRS, four_particles, loaded, pair};
+    use crate::dense_operators::DenseOperators;
     use crate::null_space::AveragedTree;
     use crate::sparse_operators::SparseOperators;
     use vi_constraints::Constraints;
-    use vi_multibody::map::TreeMap;
+    use vi_constraints::discretization::Discretization;
+    use vi_constraints::scheme::StepSolver;
+    use vi_core::newton::NewtonSettings;
     use vi_multibody::mechanism::Mechanism;
     use vi_multibody::spring::SpringLaw;
+    use vi_multibody::tree_map::TreeMap;
 
     /// The largest difference of the Newton matrix at the root of a step from central differences.
     fn mismatch<O: EmOperators<Mechanism>>(
         (system, mechanism): (&EmSystem, &Mechanism),
         mut scheme: EmNodal<O>,
     ) -> f64 {
-        let (q, v) = mechanism.start();
-        let mut state = system.start(0.0, q, &v);
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let mut state = State::new(0.0, q, vec![0.0; v.len()]);
+        Discretization::<Mechanism>::begin(system, &mut state, &v);
         let start = state.clone();
         let step = SubStep::single(0.0, 0.05);
-        scheme.advance(system, mechanism, step, &mut state).unwrap();
-        let EmNodal { operators, balance, u, .. } = &mut scheme;
-        balance.open(&start, step);
-        let mut problem = Problem { system, constraints: mechanism, operators, balance };
+        let mut solver = StepSolver::new(&scheme, NewtonSettings::default());
+        solver.advance(&mut scheme, (system, mechanism), step, &mut state).unwrap();
+        let u = solver.solution();
+        scheme.balance.open(&start, step);
         let mut at = |j: usize, by: f64| {
-            let mut u = u.clone();
+            let mut u = u.to_vec();
             u[j] += by;
             let mut r = vec![0.0; u.len()];
-            problem.residual(&u, &mut r).unwrap();
+            scheme.residual(system, mechanism, &u, &mut r).unwrap();
             r
         };
         let (d, e) = (u.len(), 1e-5);
         let slopes: Vec<_> = (0..d).map(|j| (at(j, e), at(j, -e))).collect();
         let mut r = at(0, 0.0);
-        problem.correction(u, &mut r).unwrap();
+        scheme.correction(system, mechanism, u, &mut r).unwrap();
         let (matrix, mut worst) = (scheme.operators.matrix(), 0.0_f64);
         for (j, (plus, minus)) in slopes.iter().enumerate() {
             for i in 0..d {
@@ -234,16 +210,13 @@ mod tests {
             let bodies = !mechanism.description().bodies.is_empty();
             let system = if bodies { loaded(&model) } else { model.system() };
             let (n, m) = (mechanism.dim(), mechanism.len());
-            let (size, settings) = ((IndependentRows::all(m), m), NewtonSettings::default());
             let averaged = || AveragedTree::new(mechanism).unwrap();
             let dense = |linearization| {
                 let operators = DenseOperators::new(n, (averaged(), TreeMap::new(mechanism)));
                 operators.linearized::<Mechanism>(linearization)
             };
-            let d = TreeMap::new(mechanism).dof();
             let at = (&system, mechanism);
-            let of =
-                |operators| EmNodal::with_operators((n, d), size.clone(), operators, settings, 1);
+            let of = |operators| EmNodal::new(n, m, IndependentRows::all(m), operators);
             let tree = TreeMultipliers::new(mechanism);
             let multipliers = dense(EmLinearization::Multipliers).unwrap();
             let mut found = vec![mismatch(at, of(multipliers).on_tree(tree))];
@@ -252,7 +225,7 @@ mod tests {
                 None => assert!(!bodies, "only bars have no such derivative"),
             }
             let sparse = SparseOperators::new(mechanism, averaged());
-            let sparse = EmNodal::with_operators((n, d), size.clone(), sparse, settings, 1);
+            let sparse = EmNodal::new(n, m, IndependentRows::all(m), sparse);
             found.push(mismatch(at, sparse));
             let name = mechanism.description().joints.first().map_or("particles", |j| &j.name);
             println!("{name:<12} Newton matrices off by {found:?}");

@@ -27,6 +27,7 @@ use vi_core::{Energies, MechanicalSystem};
 
 /// Computes the [`Node`]s of energy–momentum schemes: `p_n = M v_n` is `p` and `ᵠp`, `H_n` is every energy, `λ_n` is the mean
 /// of the steps beside the node (order 2), at the start the multiplier of the step after it.
+#[derive(Debug)]
 pub struct EmObserver {
     node: Node,
     rows: IndependentRows,

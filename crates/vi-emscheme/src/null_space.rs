@@ -36,7 +36,7 @@ use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 use vi_multibody::PairKind;
-use vi_multibody::joint::Placement;
+use vi_multibody::joint::JointConfiguration;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::pair::{Transfer, Twist, VelocityMap};
 use vi_multibody::particle::ParticleTree;
@@ -74,6 +74,7 @@ pub trait DiscreteNullSpace<C>: Send {
 }
 
 /// `P̄ = P(q_{n+1/2})` with the `P` of a source that is exact off the constraint manifold too.
+#[derive(Debug)]
 pub struct AtMidpoint<N>(pub N);
 
 impl<C: Constraints, N: NullSpaceSource<C>> DiscreteNullSpace<C> for AtMidpoint<N> {
@@ -89,6 +90,7 @@ impl<C> DiscreteNullSpace<C> for Box<dyn DiscreteNullSpace<C>> {
 }
 
 /// `P̄` by pivoted QR of `Ḡᵀ`, always of the generic rank.
+#[derive(Debug)]
 pub struct DiscreteQr {
     qr: NullSpaceQr,
     jacobian: DMatrix<f64>, // m × n
@@ -113,6 +115,7 @@ impl<C: DiscreteConstraints> DiscreteNullSpace<C> for DiscreteQr {
 }
 
 /// `P̄ = P̄_tree Z̄`, `Z̄ = null(Ḡ_c P̄_tree)`: closed loops on a spanning tree.
+#[derive(Debug)]
 pub struct TreeComplement {
     tree: AveragedTree,
     loops: LoopRows,
@@ -171,6 +174,7 @@ impl<C: DiscreteConstraints> DiscreteNullSpace<C> for TreeComplement {
 /// The averaged `m̄_1, m̄_2, n̄` are no longer orthogonal: the vectors of a node would miss `Ḡ P̄ = 0` by
 /// `O(h²)` in C, P and E. The gap of a C pair that the tree walks from child to parent adds
 /// `r̄×n̄` to its turn.
+#[derive(Debug)]
 pub struct AveragedTree {
     tree: Tree,
     particles: ParticleTree,
@@ -231,7 +235,8 @@ impl AveragedTree {
 
     fn velocity_maps(&mut self, q_mid: &[f64]) {
         for (k, link) in self.tree.links().iter().enumerate() {
-            self.maps[k] = averaged_map(link, self.reversed[k], &self.tree.placement(link, q_mid));
+            self.maps[k] =
+                averaged_map(link, self.reversed[k], &self.tree.configuration(link, q_mid));
         }
     }
 }
@@ -245,7 +250,7 @@ fn is_averaged(kind: PairKind) -> bool {
 }
 
 /// `X̄`, `S̄` at the averaged configuration.
-fn averaged_map(link: &Link, reversed: bool, at: &Placement) -> VelocityMap {
+fn averaged_map(link: &Link, reversed: bool, at: &JointConfiguration) -> VelocityMap {
     let axis = |i: usize| if reversed { at.axis_child(i) } else { at.axis(i) };
     let slide = |along: Vector3<f64>| Twist::new(along, Vector3::zeros());
     let n = axis(2);

@@ -4,23 +4,23 @@ use crate::constrained::EmConstrained;
 use crate::dalembert::EmDalembert;
 use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
-use crate::integrator::{BoxedScheme, EmIntegrator, check};
+use crate::integrator::{BoxedScheme, EmIntegrator};
 use crate::loop_nodal::{EmLoopNodal, LoopRows};
 use crate::nodal::EmNodal;
 use crate::null_space::{
     AveragedTree, DiscreteNullSpace, DiscreteQr, EmLinearization, TreeComplement,
 };
 use crate::scheme::EmForm;
-use crate::setup::{EmOptions, EmSetupError};
+use crate::setup::{EmAlgebra, EmOptions, EmSetupError};
 use crate::sparse_operators::SparseOperators;
 use crate::tree_multipliers::TreeMultipliers;
-use vi_constraints::integrator::Start;
+use vi_constraints::integrator::check_shapes;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::{Constraints, Integrator, Reparametrization};
-use vi_multibody::closed_loop::{longest_arm, with_floors};
-use vi_multibody::map::TreeMap;
+use vi_constraints::{Constraints, InitialValues, Integrator, Reparametrization};
+use vi_multibody::closed_loop::with_floors;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{Loops, begun, has_nodes};
+use vi_multibody::tree_map::TreeMap;
 
 /// A mechanism from its start; loops and single constraints on a spanning tree.
 ///
@@ -37,11 +37,11 @@ pub fn integrator(
     mechanism: Mechanism,
     options: EmOptions,
 ) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
-    let (q, v) = mechanism.start();
-    integrator_at(system, mechanism, options, (0.0, &q, &v))
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+    integrator_at(system, mechanism, options, EmAlgebra::default(), InitialValues::new(0.0, &q, &v))
 }
 
-/// The same from another start.
+/// The same from another start, and with another algebra of the nodal form.
 ///
 /// # Errors
 /// As [`integrator`].
@@ -49,41 +49,40 @@ pub fn integrator_at(
     system: EmSystem,
     mechanism: Mechanism,
     options: EmOptions,
-    at: Start<'_>,
+    algebra: EmAlgebra,
+    at: InitialValues<'_>,
 ) -> Result<EmIntegrator<Mechanism>, EmSetupError> {
-    check(&system, &mechanism, at)?;
-    let loops = Loops::find(&mechanism, at.0, at.1)?;
-    let start = loops.singular_start(&system, &mechanism, at, options.form == EmForm::Nodal)?;
-    let at = start.as_ref().map_or(at, |start| (at.0, &start.q[..], &start.v[..]));
+    check_shapes(&system, &mechanism, at)?;
+    let loops = Loops::find(&mechanism, at.t, at.q)?;
+    let start = loops.singular_start(&system, &mechanism, at, options.scheme == EmForm::Nodal)?;
+    let at = start.as_ref().map_or(at, |start| InitialValues::new(at.t, &start.q, &start.v));
     let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
-    let (chosen, newton) = ((rows.clone(), m), options.newton);
-    let sub_steps = options.sub_steps().len();
     let qr = || DiscreteQr::new(n, m, rows.len());
     let map = TreeMap::new(&mechanism);
     let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
-    let scheme: BoxedScheme<Mechanism> = match options.form {
-        EmForm::Constrained => Box::new(EmConstrained::new(n, chosen, newton, sub_steps)),
+    let scheme: BoxedScheme<Mechanism> = match options.scheme {
+        EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
         EmForm::Dalembert => match averaged() {
             Some(source) => {
-                let scheme = EmDalembert::new(n, chosen, source, newton, sub_steps);
+                let scheme = EmDalembert::new(n, m, rows.clone(), source);
                 Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
             }
-            None => Box::new(EmDalembert::new(n, chosen, qr(), newton, sub_steps)),
+            None => Box::new(EmDalembert::new(n, m, rows.clone(), qr())),
         },
-        EmForm::Nodal if mechanism.has_loops() => nodal_on_loops(&mechanism, &loops, options, at)?,
+        EmForm::Nodal if mechanism.has_loops() => nodal_on_loops(&mechanism, &loops, algebra, at)?,
         EmForm::Nodal => match averaged() {
-            Some(averaged) => nodal_on_tree(&mechanism, averaged, options, at)?,
-            None if options.linearization == EmLinearization::NullSpaceDerivative => {
+            Some(averaged) => nodal_on_tree(&mechanism, averaged, algebra, at)?,
+            None if algebra.linearization == EmLinearization::NullSpaceDerivative => {
                 return Err(EmSetupError::Linearization);
             }
             None => {
-                let scheme = EmNodal::new(n, chosen, (qr(), map), newton, sub_steps);
+                let scheme = EmNodal::new(n, m, rows.clone(), DenseOperators::new(n, (qr(), map)));
                 Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
             }
         },
     };
     let chosen = (scheme, rows);
-    let run = Integrator::with_scheme(system, mechanism, chosen, options.of_integrator(), at)?;
+    let run = Integrator::with_scheme(system, mechanism, chosen, options, at)?;
     Ok(begun(run, start)?)
 }
 
@@ -91,25 +90,23 @@ pub fn integrator_at(
 fn nodal_on_tree(
     mechanism: &Mechanism,
     averaged: AveragedTree,
-    options: EmOptions,
-    at: Start<'_>,
+    algebra: EmAlgebra,
+    at: InitialValues<'_>,
 ) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
-    let (d, chosen) = (map.dof(), (IndependentRows::all(m), m));
-    let (newton, sub_steps, tree) =
-        (options.newton, options.sub_steps().len(), TreeMultipliers::new(mechanism));
-    let explicit = options.linearization == EmLinearization::NullSpaceDerivative;
-    if options.solver.is_sparse(mechanism) && !explicit && tree.is_some() {
+    let (rows, tree) = (IndependentRows::all(m), TreeMultipliers::new(mechanism));
+    let explicit = algebra.linearization == EmLinearization::NullSpaceDerivative;
+    if algebra.solver.is_sparse(mechanism) && !explicit && tree.is_some() {
         let operators = SparseOperators::new(mechanism, averaged);
         let elements = has_nodes(mechanism);
-        let operators = if elements { operators.for_elements(at.1) } else { operators };
-        let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, sub_steps);
+        let operators = if elements { operators.for_elements(at.q) } else { operators };
+        let scheme = EmNodal::new(n, m, rows, operators);
         return Ok(Box::new(scheme.on_tree(tree)));
     }
     let operators = DenseOperators::new(n, (averaged, map));
-    let operators = operators.linearized::<Mechanism>(options.linearization);
+    let operators = operators.linearized::<Mechanism>(algebra.linearization);
     let operators = operators.ok_or(EmSetupError::Linearization)?;
-    let scheme = EmNodal::with_operators((n, d), chosen, operators, newton, sub_steps);
+    let scheme = EmNodal::new(n, m, rows, operators);
     Ok(Box::new(scheme.on_tree(tree)))
 }
 
@@ -117,15 +114,14 @@ fn nodal_on_tree(
 fn nodal_on_loops(
     mechanism: &Mechanism,
     loops: &Loops,
-    options: EmOptions,
-    at: Start<'_>,
+    algebra: EmAlgebra,
+    at: InitialValues<'_>,
 ) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
-    if options.linearization == EmLinearization::NullSpaceDerivative {
+    if algebra.linearization == EmLinearization::NullSpaceDerivative {
         return Err(EmSetupError::Linearization);
     }
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let blocks = with_floors(mechanism, map.blocks());
-    let settings = (options.newton, options.sub_steps().len());
     let rows = loop_rows(mechanism, &loops.rows, at);
     let mut rates = None;
     if let Some(rank) = loops.rank.as_ref().filter(|_| loops.rows_at_start.is_some()) {
@@ -141,12 +137,10 @@ fn nodal_on_loops(
         }
     }
     Ok(match TreeComplement::new(mechanism, rows.clone()) {
-        Some(source) => {
-            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, settings), rates)
-        }
+        Some(source) => boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks), rates),
         None => {
             let source = DiscreteQr::new(n, m, loops.rows.len());
-            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks, settings), rates)
+            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks), rates)
         }
     })
 }
@@ -155,12 +149,12 @@ fn nodal_on_loops(
 fn loop_rows(
     mechanism: &Mechanism,
     independent: &IndependentRows,
-    (t, q, _): Start<'_>,
+    InitialValues { t, q, .. }: InitialValues<'_>,
 ) -> LoopRows {
     let mut rows = mechanism.loop_rows();
     rows.extend(mechanism.cut_bars().iter().flat_map(|&k| mechanism.bar_rows(k)));
     rows.sort_unstable();
-    let arm = longest_arm(mechanism);
+    let arm = mechanism.longest_arm();
     let frames = 12 * mechanism.description().bodies.len();
     let mut jacobian = nalgebra::DMatrix::zeros(mechanism.len(), mechanism.dim());
     mechanism.jacobian(t, q, &mut jacobian);

@@ -6,9 +6,9 @@
 
 use crate::em_system::EmSystem;
 use serde::{Deserialize, Serialize};
-use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::state::State;
+use vi_core::{Composition, MechanicalSystem};
 
 /// Which form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -40,9 +40,20 @@ impl EmForm {
     }
 }
 
-/// Parts of `ε` that Newton's method may leave of `Δq` where [`advance_state`] gets its rounding error: a
-/// remainder of `ε/64` on the same side in each step still showed after 5·10⁴ steps.
-pub(crate) const BEYOND_ROUNDING: f64 = 1.0 / 65536.0;
+/// The sub-steps of a macro step, in parts of `h`: each `γ_j` of the composition as two steps of `γ_j/2`; `[1]`
+/// without composition.
+///
+/// A single step turns the sign of the part of `v` that is not tangential, so it is no small change of `(q, v)`
+/// and the conditions of order do not apply to it. Two equal steps turn it back: their map is self-adjoint and
+/// close to the identity on all `(q, v)`, and its compositions have the full order in `q` and `v`.
+#[must_use]
+pub fn sub_steps(composition: Composition) -> Vec<f64> {
+    let gammas = composition.gammas();
+    if gammas.len() == 1 {
+        return gammas;
+    }
+    gammas.iter().flat_map(|gamma| [0.5 * gamma; 2]).collect()
+}
 
 /// Replaces the node by the end of a step; `v_0 = v(0)`, and later `v_n` is not in `null G(q_n)`, but `O(h²)` off: `v_{n+1} = (2/h) Δq − v_n = v_n + 2 (Δq − h v_n)/h`, with the
 /// rounding error of `Δq` where that is the unknown; `mu`: `h²λ` of the step; `clean(t, q)` may remove round-off
@@ -74,5 +85,5 @@ pub(crate) fn advance_state(
 
 /// `Δq − h v_n` with the rounding error of `v_n`.
 pub(crate) fn lag(dq: f64, h: f64, (v, error): (f64, f64)) -> f64 {
-    (-h).mul_add(v, dq) - h * error
+    (dq - h * v) - h * error
 }

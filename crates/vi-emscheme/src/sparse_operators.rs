@@ -21,6 +21,12 @@ pub struct SparseOperators {
     sparse: SparseNodal,
 }
 
+impl std::fmt::Debug for SparseOperators {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SparseOperators").field("averaged", &self.averaged).finish_non_exhaustive()
+    }
+}
+
 impl SparseOperators {
     /// For the spanning tree of a mechanism.
     #[must_use]

@@ -20,6 +20,7 @@ use vi_core::interval::Interval;
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// Carries tangent vectors along the steps of a motion.
+#[derive(Debug)]
 pub struct EmTangentMap {
     step: SaddlePoint,
     dv: DMatrix<f64>, // n × k

@@ -20,6 +20,7 @@ use vi_multibody::mechanism::Mechanism;
 const FRAME: usize = 12;
 
 /// The sweep, with its memory.
+#[derive(Debug)]
 pub struct TreeMultipliers {
     frames: Vec<usize>,    // in the order of the tree, root first
     owner: Vec<usize>,     // constraint → place of its frame in that order

@@ -9,6 +9,7 @@ use crate::common;
 
 use common::{Model, all};
 use vi_constraints::Constraints;
+use vi_constraints::InitialValues;
 use vi_core::MechanicalSystem;
 use vi_core::linear::norm_inf;
 use vi_emscheme::EmForm;
@@ -158,13 +159,16 @@ fn the_forms_agree() {
 /// is not known it is refused.
 #[test]
 fn both_linearizations_give_the_same_motion() {
-    use vi_emscheme::{EmLinearization, EmOptions};
+    use vi_emscheme::{EmAlgebra, EmLinearization, EmOptions};
     let (mut trees, mut refused) = (0, Vec::new());
     for (name, model) in all() {
         let start = |linearization| {
-            let mut options = EmOptions::new(EmForm::Nodal, model.h);
-            options.linearization = linearization;
-            vi_emscheme::run::integrator(model.system(), model.mechanism.clone(), options)
+            let mechanism = model.mechanism.clone();
+            let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+            let (options, at) =
+                (EmOptions::new(EmForm::Nodal, model.h), InitialValues::new(0.0, &q, &v));
+            let algebra = EmAlgebra { linearization, ..EmAlgebra::default() };
+            vi_emscheme::run::integrator_at(model.system(), mechanism, options, algebra, at)
         };
         let mut run = start(EmLinearization::Multipliers).unwrap();
         let mut explicit = match start(EmLinearization::NullSpaceDerivative) {
@@ -216,11 +220,11 @@ fn one_body_alone_and_as_a_mechanism_move_alike() {
     let (anchor, body) = (description.joints[0].child.anchor, description.bodies[0].body.unwrap());
     let point = nalgebra::Vector3::zeros();
     let single = SingleBody::new(body, Support::FixedPoint { anchor, point });
-    let (q, v) = model.mechanism.start();
+    let (q, v) = (model.mechanism.initial_configuration(), model.mechanism.initial_velocity());
     for form in EmForm::ALL {
         let system = EmSystem::of_linear(&single.system(&description.gravity));
         let parts = (AtMidpoint(MapSource(single)), single);
-        let (options, at) = (EmOptions::new(form, model.h), (0.0, &q[..], &v[..]));
+        let (options, at) = (EmOptions::new(form, model.h), InitialValues::new(0.0, &q, &v));
         let mut run =
             vi_emscheme::integrator::with_null_space(system, single, parts, options, at).unwrap();
         let mut other = model.run(form, model.h);

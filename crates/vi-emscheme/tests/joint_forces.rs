@@ -36,7 +36,7 @@ fn joint_springs_keep_energy_and_momenta() {
     ] {
         for form in EmForm::ALL {
             let model = common::pair(kind, false);
-            let springs = (0..kind.freedoms()).filter_map(|k| common::joint_spring(&model, k));
+            let springs = (0..kind.dof()).filter_map(|k| common::joint_spring(&model, k));
             let system = springs.fold(model.system(), |system, spring| system.gradient(spring));
             let options = EmOptions::new(form, 0.01);
             let mut run =
@@ -67,7 +67,7 @@ fn a_damper_takes_out_what_its_law_says() {
     for _ in 0..500 {
         let energy = run.system().energy(run.state());
         run.step().unwrap();
-        let (_, turn) = coordinate.mean_and_difference(run.interval());
+        let turn = coordinate.change(run.interval()).difference;
         let work = 0.7 * turn * turn / 0.01;
         lost += work;
         worst[0] = worst[0].max((run.system().energy(run.state()) - energy + work).abs());

@@ -45,7 +45,8 @@ fn a_wrench_changes_the_momenta_by_exactly_its_impulse() {
                 run.step().unwrap();
                 let after = momentum(&run);
                 let s = run.interval();
-                let (f, tau) = load.wrench(s.t_mid(), &s.q_mid[12..]);
+                let vi_rigid::load::Wrench { force: f, torque: tau } =
+                    load.wrench(s.t_mid(), &s.q_mid[12..]);
                 let at = vi_rigid::directors::triad(&s.q_mid[12..]) * point;
                 let arm = Vector3::new(s.q_mid[12], s.q_mid[13], s.q_mid[14]) + at;
                 let moment = arm.cross(&f) + tau;

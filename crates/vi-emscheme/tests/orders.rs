@@ -169,25 +169,29 @@ fn compositions_have_orders_four_six_and_eight() {
 #[test]
 fn single_steps_compose_to_order_four_in_q_and_two_in_v() {
     use vi_constraints::Constraints;
+    use vi_constraints::discretization::Discretization;
     use vi_constraints::saddle_point::IndependentRows;
-    use vi_constraints::scheme::Scheme;
-    use vi_constraints::scheme::SubStep;
+    use vi_constraints::scheme::{StepSolver, SubStep};
+    use vi_core::State;
     use vi_core::newton::NewtonSettings;
+    use vi_emscheme::EmSystem;
     use vi_emscheme::constrained::EmConstrained;
+    use vi_multibody::mechanism::Mechanism;
     let model = common::pendulum();
     let (mechanism, system) = (&model.mechanism, model.system());
     let gammas = Composition::of_order(6).unwrap().gammas();
     let end = |parts: usize| {
-        let (q, v) = mechanism.start();
-        let mut state = system.start(0.0, q, &v);
-        let size = (IndependentRows::all(mechanism.len()), mechanism.len());
-        let settings = NewtonSettings::default();
-        let mut scheme = EmConstrained::new(mechanism.dim(), size, settings, gammas.len());
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let mut state = State::new(0.0, q, vec![0.0; v.len()]);
+        Discretization::<Mechanism>::begin(&system, &mut state, &v);
+        let (m, count) = (mechanism.len(), gammas.len());
+        let mut scheme = EmConstrained::new(mechanism.dim(), m, IndependentRows::all(m));
+        let mut solver = StepSolver::new::<EmSystem, Mechanism>(&scheme, NewtonSettings::default());
         for _ in 0..12 * parts {
             for (index, gamma) in gammas.iter().enumerate() {
                 let h = gamma * 0.05 / parts as f64;
-                let step = SubStep { index, h, t_end: state.t + h };
-                scheme.advance(&system, mechanism, step, &mut state).unwrap();
+                let step = SubStep { index, count, h, t_end: state.t + h };
+                solver.advance(&mut scheme, (&system, mechanism), step, &mut state).unwrap();
             }
         }
         [state.q, state.v]

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use crate::common;
+use vi_constraints::InitialValues;
 
 use vi_emscheme::integrator::EmSetupError;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
@@ -18,7 +19,12 @@ fn wrong_shapes_and_steps_are_refused() {
     let model = common::pendulum();
     let start = |q: &[f64], v: &[f64], h| {
         let options = EmOptions::new(EmForm::Constrained, h);
-        vi_emscheme::integrator::new(model.system(), model.mechanism.clone(), options, (0.0, q, v))
+        vi_emscheme::integrator::new(
+            model.system(),
+            model.mechanism.clone(),
+            options,
+            InitialValues::new(0.0, q, v),
+        )
     };
     let message = refusal(start(&[1.0, 0.0, 0.0], &[0.0; 2], 0.1));
     assert_eq!(message, "q(0) has 3 entries where 2 are needed");
@@ -30,7 +36,7 @@ fn wrong_shapes_and_steps_are_refused() {
 
     let other = common::heavy_top();
     let options = EmOptions::new(EmForm::Dalembert, 0.1);
-    let at = (0.0, &[1.0, 0.0][..], &[0.0; 2][..]);
+    let at = InitialValues::new(0.0, &[1.0, 0.0], &[0.0; 2]);
     let message =
         refusal(vi_emscheme::integrator::new(model.system(), other.mechanism, options, at));
     assert_eq!(message, "the argument of the constraints has 12 entries where 2 are needed");
@@ -38,9 +44,13 @@ fn wrong_shapes_and_steps_are_refused() {
     let linkage = common::linkage();
     let options = EmOptions::new(EmForm::Nodal, 0.01);
     let system = EmSystem::of_mechanism(&linkage.mechanism);
-    let (q, v) = linkage.mechanism.start();
-    let message =
-        refusal(vi_emscheme::integrator::new(system, linkage.mechanism, options, (0.0, &q, &v)));
+    let (q, v) = (linkage.mechanism.initial_configuration(), linkage.mechanism.initial_velocity());
+    let message = refusal(vi_emscheme::integrator::new(
+        system,
+        linkage.mechanism,
+        options,
+        InitialValues::new(0.0, &q, &v),
+    ));
     assert!(message.starts_with("the scheme `em-nodal` needs a map"), "{message}");
 }
 

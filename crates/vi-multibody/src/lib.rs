@@ -7,30 +7,24 @@
 //! ```text
 //! q = (φ, d_1, d_2, d_3) of every body, then 2 or 3 coordinates of every point mass
 //! g = six internal constraints of every body (56), then the rows of the joints, of the bars, of the
-//!     single constraints
+//!     scalar constraints
 //! t² = X t¹ + S τ,   P = P_in P_ex                                              LMO08 (71)–(75)
 //! q_{n+1} = F_d(u, q_n): pair maps, parent before child                         LMO08 (76)–(86)
 //! ```
 //!
-//! | file | concept |
+//! | folder | concept |
 //! |---|---|
-//! | [`form`] | points and vectors as linear forms in `q`; constraint rows as their products |
-//! | [`joint`] | anchors `ϱ`, axes `n, m_1, m_2`, gap `r` (62), (63) |
-//! | [`pair`] | the kinematic pairs, one file each; the joint table |
-//! | [`description`], [`mechanism`] | bodies, point masses, joints and bars; the same as one system |
-//! | [`builder`], [`initial_rates`] | a mechanism described in Rust; velocities from joint rates |
-//! | [`tree`], [`particle`] | sweeps over bodies; point masses on bars |
-//! | [`map`] | `P`, `F_d`, `∂F_d/∂u` of the spanning tree as dense matrices |
-//! | [`articulated`] | the Newton step on trees in linear time |
-//! | [`closed_loop`] | loops on top of a tree, redundant constraints, singular configurations |
-//! | [`sparse_nodal`] | the Newton step on trees whose members are coupled by potentials |
-//! | [`scalar_constraint`] | distances, guides, couplings, prescribed motion |
-//! | [`coordinate`], [`joint_force`] | joint coordinates with their revolutions; springs, dampers, motors on them |
-//! | [`spring`] | springs and dampers between two points |
-//! | [`prescribed`] | prescribed motions that contradict each other along their paths |
-//! | [`reaction`] | joint reactions and bar tensions from multipliers |
-//! | [`coordinates`] | all coordinates of a joint along a run, and their rates, as output |
-//! | [`run`] | which operators carry which scheme |
+//! | `geometry` | twists, spatial matrices; points and vectors as linear forms in `q` ([`form`]) |
+//! | [`pair`] | joints: anchors `ϱ`, axes `n, m_1, m_2`, gap `r` (62), (63); the kinematic pairs, one file each |
+//! | `constraint` | [`joint_coordinate`] with derivatives; [`scalar_constraint`]: distances, guides, gears, prescribed motion |
+//! | [`tree`] | sweeps over bodies; point masses on bars ([`particle`]) |
+//! | [`mechanism`] | bodies, joints and bars as data ([`description`]) and as one system; spanning tree; [`initial_rates`]; [`prescribed`] motions that contradict each other |
+//! | `force` | [`spring`]: between two points; [`joint_force`]: springs, dampers, motors along joint coordinates |
+//! | `solver` | [`articulated`]: trees in linear time; [`closed_loop`]; [`sparse_nodal`]: bodies coupled by potentials; [`tree_map`]: dense; [`run`]: the choice |
+//! | `output` | [`joint_motion`]: coordinates and rates along a run; [`reaction`]: of joints and bars |
+//! | [`builder`] | a mechanism described in Rust |
+//!
+//! Each folder uses only those above it.
 //!
 //! Conserved to round-off: the constraints at positions and velocities, and the momentum maps of every
 //! symmetry that gravity, springs and ground joints leave. This crate knows no beam and no file.
@@ -39,38 +33,46 @@
 //! its equation numbers.
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
+#![warn(missing_debug_implementations)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
-pub mod articulated;
+/// `Debug` of a workspace: its name.
+macro_rules! opaque_debug {
+    ($($name:ident),*) => {
+        $(impl std::fmt::Debug for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.debug_struct(stringify!($name)).finish_non_exhaustive()
+            }
+        })*
+    };
+}
+pub(crate) use opaque_debug;
+
 pub mod builder;
-pub mod closed_loop;
-pub mod coordinate;
-pub mod coordinates;
-pub mod description;
-pub mod form;
-pub mod initial_rates;
-pub mod joint;
-pub mod joint_force;
-pub mod map;
+mod constraint;
+mod force;
+mod geometry;
 pub mod mechanism;
+mod output;
 pub mod pair;
-pub mod particle;
-pub mod placement;
-pub mod prescribed;
-pub mod reaction;
-pub mod run;
-pub mod scalar_constraint;
-mod spanning;
-pub mod sparse_nodal;
-pub mod spatial;
-pub mod spring;
+mod solver;
 pub mod tree;
 
+pub use constraint::{joint_coordinate, scalar_constraint};
+pub use force::{joint_force, spring};
+pub use geometry::{form, spatial};
+pub use mechanism::{description, initial_rates, prescribed};
+pub use output::{joint_motion, reaction};
+pub use pair::joint;
+pub use solver::closed_loop::loop_rank;
+pub use solver::{articulated, closed_loop, run, sparse_nodal, tree_map};
+pub use tree::particle;
+
 pub use builder::{BuildError, BuiltMechanism, ForceElements, MechanismBuilder};
-pub use coordinates::JointCoordinates;
-pub use joint::{FrameId, Joint, Side};
+pub use joint_motion::JointMotion;
 pub use mechanism::{Description, Mechanism};
 pub use pair::PairKind;
+pub use pair::joint::{FrameId, Joint, Side};
 pub use reaction::{Reaction, Reactions, Tension};
 
 /// The example of the README is compiled and run.

@@ -8,8 +8,8 @@ use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_core::{Composition, Configuration};
 use vi_multibody::FrameId::Ground;
 use vi_multibody::builder::{BodyEntry, BuiltMechanism, CoordinateId, Inertia, MechanismBuilder};
-use vi_multibody::coordinate::JointCoordinate;
-use vi_multibody::joint_force::{PdControl, Viscous};
+use vi_multibody::joint_coordinate::JointCoordinate;
+use vi_multibody::joint_force::{PdControl, Setpoint, Viscous};
 use vi_multibody::pair::PairKind;
 use vi_multibody::run::MechanismIntegrator;
 use vi_rigid::{directors, rotation};
@@ -35,7 +35,7 @@ fn rotors(rates: [f64; 2]) -> (MechanismBuilder, [CoordinateId; 2]) {
     (builder, angles)
 }
 
-fn turned(run: &MechanismIntegrator, coordinate: &JointCoordinate) -> f64 {
+fn rotated(run: &MechanismIntegrator, coordinate: &JointCoordinate) -> f64 {
     coordinate.at(run.state().configuration())
 }
 
@@ -44,7 +44,7 @@ fn follow(run: &mut MechanismIntegrator, coordinate: &JointCoordinate, steps: u3
     for _ in 0..steps {
         run.step().unwrap();
     }
-    turned(run, coordinate)
+    rotated(run, coordinate)
 }
 
 /// The mechanism, and coordinates of it as they are read along a run.
@@ -59,13 +59,8 @@ fn built<const N: usize>(
 
 #[test]
 fn coordinates_have_exact_derivatives() {
-    for (kind, freedoms) in [
-        (PairKind::Revolute, 1),
-        (PairKind::Cylindrical, 2),
-        (PairKind::Prismatic, 1),
-        (PairKind::Planar, 3),
-        (PairKind::Universal, 2),
-    ] {
+    for kind in PairKind::ALL.into_iter().filter(|kind| kind.coordinate_count() > 0) {
+        let dof = kind.coordinate_count();
         let mut builder = MechanismBuilder::new();
         let a = body(&mut builder, "a", [0.1, 0.2, -0.3]).rotation_vector([0.3, -0.2, 0.9]).id();
         let b = body(&mut builder, "b", [0.9, -0.2, 0.4]).id();
@@ -81,7 +76,7 @@ fn coordinates_have_exact_derivatives() {
             }
             q
         };
-        for freedom in 0..freedoms {
+        for freedom in 0..dof {
             let c = JointCoordinate::principal(j, freedom).unwrap();
             let e = 1e-5;
             let v: Vec<f64> = (0..24).map(|i| (f64::from(i) * 1.7).sin()).collect();
@@ -189,7 +184,7 @@ fn gears_with_any_ratio_over_many_turns() {
         for _ in 0..steps {
             run.step().unwrap();
         }
-        let (l, r) = (turned(&run, &left), turned(&run, &right));
+        let (l, r) = (rotated(&run, &left), rotated(&run, &right));
         let exact = 0.5 * torque / (0.5 + 0.5 / (ratio * ratio)) * end * end;
         println!(
             "{scheme:?}: left {l:.6} rad (exact {exact:.6}), gear off by {:.1e}",
@@ -218,7 +213,7 @@ fn a_screw_couples_turn_and_advance() {
     let mut run = mechanism.integrator(Options::new(SchemeKind::Nodal, 0.002)).unwrap();
     let theta = follow(&mut run, &angle, 2000);
     let exact = 0.5 * torque / (0.5 + 2.0 * pitch * pitch) * end * end;
-    let u = turned(&run, &slide);
+    let u = rotated(&run, &slide);
     println!(
         "turned {theta:.6} (exact {exact:.6}), advanced {u:.6}, thread off by {:.1e}",
         u - pitch * theta
@@ -265,7 +260,7 @@ fn pd_control_settles_with_the_error_of_its_stiffness() {
     let arm = body(&mut builder, "arm", [0.5, 0.0, 0.0]).id();
     let hinge = builder.joint("hinge", PairKind::Revolute, Ground, arm).at([0.0; 3]).axis(Z);
     let angle = hinge.id().coordinate(0);
-    let reference = Arc::new(|_| (0.5, 0.0));
+    let reference = Arc::new(|_| Setpoint { value: 0.5, rate: 0.0 });
     builder.joint_force(angle, PdControl { proportional: 200.0, derivative: 40.0, reference });
     let (mechanism, [angle]) = built(&builder, [angle]);
     let mut run = mechanism.integrator(Options::new(SchemeKind::Nodal, 0.01)).unwrap();

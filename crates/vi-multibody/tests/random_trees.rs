@@ -13,64 +13,31 @@ use vi_core::{Configuration, DiscreteLagrangian, Entries, Quadrature, SeparableS
 use vi_multibody::articulated::TreeNodal;
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::joint::{FrameId, Joint};
-use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::pair::PairKind;
-
-const KINDS: [PairKind; 9] = [
-    PairKind::Spherical,
-    PairKind::Revolute,
-    PairKind::Cylindrical,
-    PairKind::Prismatic,
-    PairKind::Planar,
-    PairKind::Fixed,
-    PairKind::Universal,
-    PairKind::Free,
-    PairKind::Fixed, // stands for a screw, whose pitch is no constant expression
-];
-
-struct Random(u64);
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % 2_000_001) as f64 / 1e6 - 1.0
-    }
-    fn vector(&mut self) -> Vector3<f64> {
-        Vector3::new(self.next(), self.next(), self.next())
-    }
-    fn below(&mut self, n: usize) -> usize {
-        ((self.next() + 1.0) * 0.499_999 * n as f64) as usize
-    }
-}
+use vi_multibody::tree_map::TreeMap;
+use vi_testkit::Sample;
 
 /// A random tree; every body hangs on an earlier one or on the ground, half of the joints are written
 /// from child to parent.
 fn random_tree(bodies: usize, seed: u64) -> Mechanism {
-    let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
-    for _ in 0..20 {
-        random.next();
-    }
+    let mut random = Sample::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
     let mut frames = vec![FrameId::Ground];
     for k in 0..bodies {
         let j = Vector3::new(1.0, 1.2, 1.5) + 0.15 * random.vector();
-        let inertia = Inertia::principal(2.0 + random.next(), j.into());
+        let inertia = Inertia::principal(2.0 + random.number(), j.into());
         let body = builder.body(&format!("body {k}"), inertia).at(2.0 * random.vector());
         frames.push(body.rotation_vector(random.vector()).id().into());
     }
     for k in 0..bodies {
-        let kind = match random.below(KINDS.len()) {
-            8 => PairKind::Screw(0.3.into()),
-            k => KINDS[k],
-        };
+        let kind = PairKind::ALL[random.index(PairKind::ALL.len())];
         if kind == PairKind::Free {
             continue;
         }
-        let (parent, child) = (frames[(random.below(k + 1) + 1) % (k + 1)], frames[k + 1]);
+        let (parent, child) = (frames[(random.index(k + 1) + 1) % (k + 1)], frames[k + 1]);
         let (point, axis) = (random.vector(), random.vector());
-        let reversed = random.next() <= 0.0;
+        let reversed = random.number() <= 0.0;
         let [parent, child] = if reversed { [child, parent] } else { [parent, child] };
         builder.joint(&format!("joint {k}"), kind, parent, child).at(point).axis(axis);
     }
@@ -78,8 +45,8 @@ fn random_tree(bodies: usize, seed: u64) -> Mechanism {
 }
 
 fn increments(d: usize, size: f64, seed: u64) -> Vec<f64> {
-    let mut random = Random(seed | 1);
-    (0..d + 5).map(|_| size * random.next()).skip(5).collect()
+    let mut random = Sample::new(seed);
+    (0..d).map(|_| size * random.number()).collect()
 }
 
 fn moved(map: &TreeMap, q: &[f64], u: &[f64]) -> Interval {
@@ -111,7 +78,7 @@ proptest! {
     ) {
         let mechanism = random_tree(bodies, seed);
         let map = TreeMap::new(&mechanism);
-        let (q, _) = mechanism.start();
+        let q = mechanism.initial_configuration();
         let (n, d) = (mechanism.dim(), map.dof());
         prop_assert!(residual(&mechanism, &q) < 1e-13);
         prop_assert_eq!(d, n - mechanism.len());
@@ -178,7 +145,7 @@ proptest! {
         let system: SeparableSystem = mechanism.system(Quadrature::Midpoint);
         let map = TreeMap::new(&mechanism);
         let (n, d) = (mechanism.dim(), map.dof());
-        let (q, _) = mechanism.start();
+        let q = mechanism.initial_configuration();
         let u = increments(d, 0.4, seed ^ 21);
         let mut s = moved(&map, &q, &u);
         s.h = 0.1;
@@ -205,7 +172,7 @@ proptest! {
     #[test]
     fn cleaning_brings_a_disturbed_tree_back(bodies in 1_usize..7, seed in any::<u64>()) {
         let mechanism = random_tree(bodies, seed);
-        let (mut q, _) = mechanism.start();
+        let mut q = mechanism.initial_configuration();
         let noise = increments(q.len(), 1e-9, seed ^ 41);
         q.iter_mut().zip(&noise).for_each(|(q, e)| *q += e);
         let before = residual(&mechanism, &q);

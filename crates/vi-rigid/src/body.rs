@@ -16,6 +16,15 @@ use nalgebra::{Matrix3, SVector, Vector3};
 use vi_core::sparse::Entries;
 
 /// Mass and Euler moments of a rigid body.
+///
+/// ```
+/// use vi_rigid::{RigidBody, Shape};
+///
+/// let plate = Shape::Box { lengths: [0.4, 0.3, 0.01] }.mass_properties(7800.0)?;
+/// let plate = RigidBody::try_from(plate)?;
+/// assert!((plate.mass() - 9.36).abs() < 1e-12); // kg
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidBody {
     mass: f64,
@@ -124,8 +133,8 @@ mod tests {
     use super::*;
     use crate::directors::triad;
     use crate::null_space;
-    use crate::sample::Sample;
     use nalgebra::{DMatrix, SMatrix};
+    use vi_testkit::Sample;
 
     fn body() -> RigidBody {
         RigidBody::new(2.5, EulerMoments([0.3, 0.7, 0.2])).unwrap()

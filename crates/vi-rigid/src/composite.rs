@@ -63,8 +63,8 @@ mod tests {
     use super::*;
     use crate::inertia::PrincipalInertia;
     use crate::rotation::exp;
-    use crate::sample::Sample;
     use crate::shape::Shape;
+    use vi_testkit::Sample;
 
     fn block(lengths: [f64; 3], center: Vector3<f64>) -> Part {
         let body = Shape::Box { lengths }.mass_properties(2.0).unwrap();

@@ -137,9 +137,9 @@ pub fn add_momentum(q: &[f64], p: &[f64], out: &mut Momentum) {
 #[allow(clippy::float_cmp)] // copies and zeros are expected to be exact
 mod tests {
     use super::*;
-    use crate::sample::Sample;
     use nalgebra::{DMatrix, DVector};
     use vi_core::linear::norm_inf;
+    use vi_testkit::Sample;
 
     fn value(q: &[f64]) -> [f64; 6] {
         let mut g = [0.0; 6];

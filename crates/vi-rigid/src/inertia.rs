@@ -147,7 +147,7 @@ impl PrincipalInertia {
     /// the centre of mass.
     ///
     /// The axes come from the given ones by plane rotations of at most 45° (Jacobi's method): no
-    /// sorting, no sign to choose, and a tensor that is diagonal keeps its axes and their order.
+    /// sorting, no sign to choose, and a tensor that is diagonal retains its axes and their order.
     ///
     /// # Errors
     /// [`InertiaError::NotFinite`], [`InertiaError::NotSymmetric`] beyond [`INERTIA_TOLERANCE`], and
@@ -236,7 +236,7 @@ fn jacobi(mut A: Matrix3<f64>) -> ([f64; 3], Matrix3<f64>) {
 mod tests {
     use super::*;
     use crate::rotation::{exp, orthonormality_defect};
-    use crate::sample::Sample;
+    use vi_testkit::Sample;
 
     #[test]
     fn impossible_inertias_are_refused_with_the_numbers() {
@@ -296,7 +296,7 @@ mod tests {
         let (found, triad) = PrincipalInertia::from_tensor(&tensor).unwrap();
         assert_eq!(found.moments(), [3.0, 1.0, 2.5]);
         assert_eq!(triad, Matrix3::identity());
-        // and a nearly diagonal one nearly keeps them
+        // and a nearly diagonal one nearly retains them
         let mut near = tensor;
         (near[(0, 2)], near[(2, 0)]) = (1e-6, 1e-6);
         let (_, triad) = PrincipalInertia::from_tensor(&near).unwrap();

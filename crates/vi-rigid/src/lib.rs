@@ -23,6 +23,7 @@
 //! dynamical systems, ZAMM 88 (2008) 677–708, cited as LMO08 with its equation numbers.
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
+#![warn(missing_debug_implementations)]
 
 pub mod body;
 pub mod composite;
@@ -44,9 +45,6 @@ pub use reparametrization::RotationTooLarge;
 pub use shape::{MassProperties, Shape};
 pub use single_body::{SingleBody, Support};
 pub use time_history::{HistoryError, TimeHistory};
-
-#[cfg(test)]
-mod sample;
 
 /// The example of the README is compiled and run.
 #[cfg(doctest)]

@@ -55,6 +55,18 @@ pub enum LoadError {
 }
 
 /// A wrench on the frame whose coordinates begin at `offset`, times a time history.
+///
+/// ```
+/// use nalgebra::Vector3;
+/// use vi_rigid::{Load, LoadKind, TimeHistory};
+///
+/// // 5 N along d_1 of the first body
+/// let (force, torque) = (5.0 * Vector3::x(), Vector3::zeros());
+/// let load = Load::new(0, LoadKind::Follower, force, torque, TimeHistory::default())?;
+/// let frame = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0]; // d_1 = e_2
+/// assert_eq!(load.wrench(0.0, &frame).force, 5.0 * Vector3::y());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
     offset: usize,
@@ -63,6 +75,15 @@ pub struct Load {
     force: Vector3<f64>,
     torque: Vector3<f64>,
     history: TimeHistory,
+}
+
+/// A force at a point and a torque, spatial components.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wrench {
+    /// N.
+    pub force: Vector3<f64>,
+    /// N·m.
+    pub torque: Vector3<f64>,
 }
 
 impl Load {
@@ -134,15 +155,15 @@ impl Load {
     /// The force `f` at its point and the torque `τ` at time `t`, for the frame's coordinates `frame`,
     /// both in spatial components.
     #[must_use]
-    pub fn wrench(&self, t: f64, frame: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+    pub fn wrench(&self, t: f64, frame: &[f64]) -> Wrench {
         let c = self.history.value(t);
         match self.kind {
-            LoadKind::Dead => (c * self.force, c * self.torque),
+            LoadKind::Dead => Wrench { force: c * self.force, torque: c * self.torque },
             LoadKind::Follower => {
                 let spatial = |body: &Vector3<f64>| -> Vector3<f64> {
                     (0..3).map(|i| body[i] * director(frame, i)).sum()
                 };
-                (c * spatial(&self.force), c * spatial(&self.torque))
+                Wrench { force: c * spatial(&self.force), torque: c * spatial(&self.torque) }
             }
         }
     }
@@ -158,29 +179,18 @@ impl Load {
     }
 
     /// `out ← out + scale (f, ϱ_I f + ½ τ×d_I)` with the directors of `frame`.
-    fn add(
-        &self,
-        scale: f64,
-        wrench: (Vector3<f64>, Vector3<f64>),
-        frame: &[f64],
-        out: &mut [f64],
-    ) {
+    fn add(&self, scale: f64, wrench: Wrench, frame: &[f64], out: &mut [f64]) {
         add_wrench(scale, wrench, frame, out);
         for i in 0..3 {
             for k in 0..3 {
-                out[3 + 3 * i + k] += scale * self.point[i] * wrench.0[k];
+                out[3 + 3 * i + k] += scale * self.point[i] * wrench.force[k];
             }
         }
     }
 }
 
 /// `out ← out + scale (f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)` with the directors of `frame`.
-pub fn add_wrench(
-    scale: f64,
-    (force, torque): (Vector3<f64>, Vector3<f64>),
-    frame: &[f64],
-    out: &mut [f64],
-) {
+pub fn add_wrench(scale: f64, Wrench { force, torque }: Wrench, frame: &[f64], out: &mut [f64]) {
     for k in 0..3 {
         out[k] += scale * force[k];
     }
@@ -244,7 +254,7 @@ impl DiscreteForce for Load {
     fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         let Configuration { t, q, .. } = at;
         let frame = self.frame(q);
-        let (_, torque) = self.wrench(t, frame);
+        let torque = self.wrench(t, frame).torque;
         let follows = self.kind == LoadKind::Follower;
         let c = if follows { scale * self.history.value(t) } else { 0.0 };
         for j in 0..3 {
@@ -272,179 +282,4 @@ impl DiscreteForce for Load {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::directors;
-    use crate::null_space::pull_back;
-    use crate::sample::Sample;
-    use nalgebra::DMatrix;
-    use vi_core::linear::norm_inf;
-    use vi_core::momentum_map::Momentum;
-
-    const OFFSET: usize = 12;
-
-    fn load(sample: &mut Sample, kind: LoadKind) -> Load {
-        let history = TimeHistory::Ramp { start: 0.0, end: 1.0, amplitude: 2.0 };
-        let load = Load::new(OFFSET, kind, sample.vector(), sample.vector(), history).unwrap();
-        load.at(sample.vector()).unwrap()
-    }
-
-    /// `ϱ = ϱ_I d_I`.
-    fn arm(load: &Load, q: &[f64]) -> Vector3<f64> {
-        directors::triad(q) * load.point()
-    }
-
-    /// A step of the second of two frames; the first must not be read.
-    fn interval(q0: &[f64; 12], q1: &[f64; 12]) -> Interval {
-        let mut s = Interval::new(24);
-        let other = [f64::NAN; 12];
-        s.open(0.3, 0.1, &[other, *q0].concat());
-        s.q1.copy_from_slice(&[other, *q1].concat());
-        s.close_from_end();
-        s
-    }
-
-    #[test]
-    fn the_impulse_of_a_step_is_that_of_the_wrench_and_its_lever() {
-        let mut sample = Sample::new(71);
-        for kind in [LoadKind::Dead, LoadKind::Follower] {
-            for _ in 0..100 {
-                let (q0, q1) = (sample.frame(), sample.frame());
-                let load = load(&mut sample, kind);
-                let s = interval(&q0, &q1);
-                let (f, tau) = load.wrench(s.t_mid(), &s.q_mid[12..]);
-                let (mut minus, mut plus) = (vec![0.0; 24], vec![0.0; 24]);
-                load.add_minus(&s, &mut minus);
-                load.add_plus(&s, &mut plus);
-                for (q, half) in [(&q0, &minus), (&q1, &plus)] {
-                    assert!(half[..12].iter().all(|x| *x == 0.0), "the other frame is free");
-                    let pulled = pull_back(q, &half[12..]);
-                    let moment = tau + arm(&load, q).cross(&f);
-                    for k in 0..3 {
-                        let error = (pulled[k] - 0.05 * f[k]).abs();
-                        let error = error.max((pulled[3 + k] - 0.05 * moment[k]).abs());
-                        assert!(error < 1e-15, "{kind:?}: impulse off by {error:e}");
-                    }
-                    // the momentum map gets the moment about the origin
-                    let mut gain = Momentum::default();
-                    directors::add_momentum(q, &half[12..], &mut gain);
-                    let expected = 0.05 * (moment + directors::center(q).cross(&f));
-                    let error = (Vector3::from(gain.angular) - expected).amax();
-                    assert!(error < 1e-15, "{kind:?}: angular momentum off by {error:e}");
-                }
-                if kind == LoadKind::Dead {
-                    let expected = 0.7 * load.torque; // ramp to 2, t_{n+1/2} = 0.35
-                    assert!((tau - expected).norm() < 1e-15, "{tau} against {expected}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn a_follower_has_fixed_body_components() {
-        let mut sample = Sample::new(72);
-        let load = load(&mut sample, LoadKind::Follower);
-        let q = sample.frame();
-        let (f, tau) = load.wrench(0.5, &q);
-        for i in 0..3 {
-            let d = director(&q, i);
-            assert!((f.dot(&d) - load.force[i]).abs() < 2e-15);
-            assert!((tau.dot(&d) - load.torque[i]).abs() < 2e-15);
-        }
-        let mut continuous = vec![0.0; 24];
-        let both = [q, q].concat();
-        load.add_continuous(Configuration::new(0.5, &both), &[], &mut continuous);
-        let pulled = pull_back(&q, &continuous[12..]);
-        let moment = tau + arm(&load, &q).cross(&f);
-        let error = norm_inf((pulled.fixed_rows::<3>(3) - moment).as_slice());
-        assert!(error < 2e-15, "continuous torque off by {error:e}");
-    }
-
-    #[test]
-    fn a_dead_force_at_a_point_is_its_potential_by_the_midpoint_rule() {
-        let mut sample = Sample::new(74);
-        let (f, point) = (sample.vector(), sample.vector());
-        let history = TimeHistory::default();
-        let load = Load::new(OFFSET, LoadKind::Dead, f, Vector3::zeros(), history).unwrap();
-        let load = load.at(point).unwrap();
-        let s = interval(&sample.frame(), &sample.frame());
-        let (mut minus, mut plus) = (vec![0.0; 24], vec![0.0; 24]);
-        load.add_minus(&s, &mut minus);
-        load.add_plus(&s, &mut plus);
-        assert_eq!(minus, plus, "no directors enter");
-        for k in 0..3 {
-            for (at, coefficient) in [(0, 1.0), (3, point[0]), (6, point[1]), (9, point[2])] {
-                let error = minus[OFFSET + at + k] - 0.5 * s.h * coefficient * f[k];
-                assert!(error.abs() < 1e-16, "−(h/2) ∇V off by {error:e}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_derivative_matches_central_differences() {
-        let mut sample = Sample::new(73);
-        for kind in [LoadKind::Dead, LoadKind::Follower] {
-            let (q0, q1) = (sample.frame(), sample.frame());
-            let load = load(&mut sample, kind);
-            let mut exact = DMatrix::zeros(24, 24);
-            load.add_minus_d2(&interval(&q0, &q1), &mut exact);
-            assert_eq!(exact.amax() > 0.0, kind == LoadKind::Follower);
-            let e = 1e-3; // linear in q_{n+1}
-            for j in 0..12 {
-                let at = |by: f64| {
-                    let mut q1 = q1;
-                    q1[j] += by;
-                    let mut out = vec![0.0; 24];
-                    load.add_minus(&interval(&q0, &q1), &mut out);
-                    out
-                };
-                let (plus, minus) = (at(e), at(-e));
-                for i in 0..24 {
-                    let fd = (plus[i] - minus[i]) / (2.0 * e);
-                    let error = (fd - exact[(i, 12 + j)]).abs();
-                    assert!(error < 1e-13, "{kind:?} [{i}, {j}]: off by {error:e}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn the_stiffness_at_rest_matches_central_differences() {
-        let mut sample = Sample::new(75);
-        for kind in [LoadKind::Dead, LoadKind::Follower] {
-            let (load, q) = (load(&mut sample, kind), sample.frame());
-            let force = |q: &[f64]| {
-                let mut out = vec![0.0; 24];
-                load.add_continuous(Configuration::new(0.7, q), &[0.0; 24], &mut out);
-                out
-            };
-            let q = [q, q].concat();
-            let mut exact = DMatrix::zeros(24, 24);
-            load.add_rest_derivative(Configuration::new(0.7, &q), 1.0, &mut exact);
-            for j in 0..24 {
-                let (mut plus, mut minus) = (q.clone(), q.clone());
-                (plus[j], minus[j]) = (q[j] + 1e-3, q[j] - 1e-3); // quadratic in q
-                let (plus, minus) = (force(&plus), force(&minus));
-                for i in 0..24 {
-                    let error = ((plus[i] - minus[i]) / 2e-3 - exact[(i, j)]).abs();
-                    assert!(error < 1e-12, "{kind:?} [{i}, {j}]: off by {error:e}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn impossible_loads_are_refused() {
-        let zero = Vector3::zeros();
-        let broken = Vector3::new(0.0, f64::NAN, 0.0);
-        let new = |force, history| Load::new(0, LoadKind::Dead, force, zero, history);
-        let message = new(broken, TimeHistory::default()).unwrap_err().to_string();
-        assert_eq!(message, "a component of the force is NaN; it must be a finite number");
-        let history = TimeHistory::Table { points: vec![] };
-        let message = new(zero, history).unwrap_err().to_string();
-        assert_eq!(message, "the table of the time history has no points");
-        let load = new(zero, TimeHistory::default()).unwrap();
-        let message = load.at(broken).unwrap_err().to_string();
-        assert_eq!(message, "a component of the point is NaN; it must be a finite number");
-    }
-}
+mod tests;

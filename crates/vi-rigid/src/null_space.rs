@@ -54,8 +54,8 @@ pub fn matrix(q: &[f64]) -> SMatrix<f64, 12, 6> {
 mod tests {
     use super::*;
     use crate::directors;
-    use crate::sample::Sample;
     use nalgebra::DMatrix;
+    use vi_testkit::Sample;
 
     #[test]
     fn its_columns_span_the_null_space() {

@@ -15,7 +15,7 @@ use crate::directors::{director, set_triad, triad};
 use crate::null_space;
 use crate::rotation::{self, MAX_ROTATION};
 use nalgebra::{SMatrix, Vector3};
-use vi_core::newton::Fault;
+use vi_core::newton::{BlockKind, Fault};
 
 /// Defect of the directors beyond which [`clean_directors`] acts.
 pub const CLEAN_THRESHOLD: f64 = 8.0 * f64::EPSILON;
@@ -33,7 +33,7 @@ impl RotationTooLarge {
     #[must_use]
     pub fn fault(self, unknown: usize) -> Fault {
         if self.angle.is_finite() {
-            Fault::RotationTooLarge { unknown, angle: self.angle }
+            Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size: self.angle }
         } else {
             Fault::NotFinite
         }
@@ -52,7 +52,7 @@ pub fn check_rotation(theta: &Vector3<f64>) -> Result<(), RotationTooLarge> {
 /// Writes `q1 = F_d(u, q0)` and `dq`, accurate relative to itself; `u`: shape 6, the rest 12.
 ///
 /// # Errors
-/// [`RotationTooLarge`] beyond half a turn; `q1` and `dq` are then untouched.
+/// [`RotationTooLarge`] beyond half a revolution; `q1` and `dq` are then untouched.
 pub fn reparametrize(
     u: &[f64],
     q0: &[f64],
@@ -115,8 +115,8 @@ pub fn clean_directors(q: &mut [f64]) -> bool {
 mod tests {
     use super::*;
     use crate::directors::internal_value;
-    use crate::sample::Sample;
     use vi_core::linear::norm_inf;
+    use vi_testkit::Sample;
 
     fn increment(sample: &mut Sample, angle: f64) -> [f64; 6] {
         let (shift, theta) = (sample.vector(), sample.of_length(angle));
@@ -193,7 +193,8 @@ mod tests {
         let u = [0.0, 0.0, 0.0, 0.0, 3.2, 0.0];
         let refused = reparametrize(&u, &q0, &mut q1, &mut dq).unwrap_err();
         assert!(refused.to_string().contains("3.200 rad"), "{refused}");
-        assert_eq!(refused.fault(9), Fault::RotationTooLarge { unknown: 9, angle: 3.2 });
+        let fault = Fault::OutsideChart { kind: BlockKind::Rotation, unknown: 9, size: 3.2 };
+        assert_eq!(refused.fault(9), fault);
         assert_eq!((q1, dq), ([7.0; 12], [8.0; 12]), "left as they were");
         let u = [0.0, 0.0, 0.0, f64::NAN, 0.0, 0.0];
         let refused = reparametrize(&u, &q0, &mut q1, &mut dq).unwrap_err();

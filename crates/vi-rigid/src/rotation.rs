@@ -115,7 +115,7 @@ pub fn orthonormality_defect(triad: &Matrix3<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::Sample;
+    use vi_testkit::Sample;
 
     /// `Σ (−1)^k x^{2k}/(2k+p)!` in double-double arithmetic, rounded once at the end.
     fn series(x: f64, p: u32) -> f64 {

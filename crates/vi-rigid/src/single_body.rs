@@ -80,7 +80,7 @@ impl SingleBody {
         q
     }
 
-    /// The start of a motion at `q ∈ C` with velocity `v = P(q) ν`: `p(0) = M v`.
+    /// The initial state of a motion at `q ∈ C` with velocity `v = P(q) ν`: `p(0) = M v`.
     ///
     /// `q`: shape 12; `nu`: `(φ̇, ω)` for a free body, `ω` for one with a fixed point.
     ///
@@ -252,9 +252,9 @@ impl Reparametrization for SingleBody {
 mod tests {
     use super::*;
     use crate::inertia::EulerMoments;
-    use crate::sample::Sample;
     use vi_core::MechanicalSystem;
     use vi_core::linear::norm_inf;
+    use vi_testkit::Sample;
 
     fn bodies(sample: &mut Sample) -> [SingleBody; 2] {
         let body = RigidBody::new(1.7, EulerMoments([0.3, 0.7, 0.2])).unwrap();
@@ -388,8 +388,7 @@ mod tests {
             let mut s = Interval::new(12);
             s.open(0.0, 0.1, &q);
             let fault = body.reparametrize(&u, &mut s).unwrap_err();
-            let named =
-                matches!(fault, Fault::RotationTooLarge { unknown: at, .. } if at == unknown);
+            let named = matches!(fault, Fault::OutsideChart { unknown: at, .. } if at == unknown);
             assert!(named, "{fault:?}");
             assert_eq!(s.q1, q, "left as it was");
         }

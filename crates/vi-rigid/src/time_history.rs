@@ -48,6 +48,13 @@ pub enum HistoryError {
 }
 
 /// A factor as a function of time, `t` in s; amplitudes are 1 unless given.
+///
+/// ```
+/// use vi_rigid::TimeHistory;
+///
+/// let ramp = TimeHistory::Ramp { start: 1.0, end: 3.0, amplitude: 10.0 };
+/// assert_eq!([0.0, 2.0, 4.0].map(|t| ramp.value(t)), [0.0, 5.0, 10.0]);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
 pub enum TimeHistory {

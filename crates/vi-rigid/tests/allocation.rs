@@ -1,38 +1,18 @@
 //! Nothing that is called in a step allocates.
-#![allow(unsafe_code)] // a counting allocator cannot be written without
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use crate::common;
 
 use common::Stepper;
 use nalgebra::Vector3;
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use vi_rigid::{
     EulerMoments, Load, LoadKind, RigidBody, SingleBody, Support, TimeHistory, rotation,
 };
-
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: every call is handed on to the system allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller's contract is the system allocator's.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from the system allocator.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use vi_testkit::CountingAllocator;
+use vi_testkit::allocator::allocations;
 
 #[global_allocator]
-static COUNTING: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 #[test]
 fn a_thousand_steps_allocate_nothing() {
@@ -50,11 +30,11 @@ fn a_thousand_steps_allocate_nothing() {
         let mut state = body.start(0.0, &q, &nu[..if support == Support::Free { 6 } else { 3 }]);
         let mut stepper = Stepper::new(body, system);
         stepper.step(0.005, &mut state);
-        let before = ALLOCATIONS.get();
+        let before = allocations();
         for _ in 0..1000 {
             stepper.step(0.005, &mut state);
         }
-        let count = ALLOCATIONS.get() - before;
+        let count = allocations() - before;
         assert_eq!(count, 0, "{support:?}: {count} allocations in 1000 steps");
     }
 }

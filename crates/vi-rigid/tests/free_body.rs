@@ -88,8 +88,8 @@ fn a_follower_torque_about_a_principal_axis_spins_up_the_body() {
         let history = TimeHistory::default();
         let load = Load::new(0, LoadKind::Follower, Vector3::zeros(), torque, history).unwrap();
         let body = body();
-        let turned = rotation::exp(&Vector3::new(0.2, 0.5, -0.1));
-        let q = body.configuration(&Vector3::zeros(), &turned);
+        let rotated = rotation::exp(&Vector3::new(0.2, 0.5, -0.1));
+        let q = body.configuration(&Vector3::zeros(), &rotated);
         let mut state = body.start(0.0, &q, &[0.0; 6]);
         let system = body.system(&Vector3::zeros()).force(Box::new(load));
         let mut stepper = Stepper::new(body, system);
@@ -97,7 +97,7 @@ fn a_follower_torque_about_a_principal_axis_spins_up_the_body() {
             assert!(stepper.step(2.0 / f64::from(steps), &mut state) <= 6, "quadratic convergence");
         }
         let angular = Vector3::from(momentum(&state).angular);
-        (angular - 4.0 * turned.column(2)).norm()
+        (angular - 4.0 * rotated.column(2)).norm()
     };
     let error = spin(40);
     assert!(error < 1e-13, "{error:e}");

@@ -6,7 +6,7 @@ use super::running::{Product, momentum_size, nature};
 use super::subject::{Invariants, Motion, Nature, Reactions, Values};
 use vi_constraints::Constraints;
 use vi_constraints::discretization::Step;
-use vi_constraints::initialization::start;
+use vi_constraints::initialization::{InitialValues, start};
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::Tangents;
 use vi_core::interval::Interval;
@@ -72,8 +72,8 @@ impl Motion for EmRunning {
 
     fn consistent(&self, q: &[f64], v: &[f64]) -> Result<(Vec<f64>, Vec<f64>), String> {
         let (mechanism, at) = (self.run.constraints(), self.run.state().t);
-        let found = start(&self.forces, mechanism, self.run.rows(), at, (q, v));
-        found.map(|(state, v, _)| (state.q, v)).map_err(|e| e.to_string())
+        let found = start(&self.forces, mechanism, self.run.rows(), InitialValues::new(at, q, v));
+        found.map(|found| (found.state.q, found.v)).map_err(|e| e.to_string())
     }
 
     fn frequency(&mut self) -> Result<Option<f64>, String> {

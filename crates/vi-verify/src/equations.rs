@@ -97,7 +97,7 @@ impl Observed for Mechanism {
                 }
             }
         }
-        let moves = |k: usize| self.tree().links().iter().any(|l| l.frame == k && l.freedoms() > 0);
+        let moves = |k: usize| self.tree().links().iter().any(|l| l.frame == k && l.dof() > 0);
         missing.into_iter().enumerate().filter(|(k, _)| moves(*k)).map(|(_, m)| m).collect()
     }
 }

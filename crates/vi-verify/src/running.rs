@@ -4,7 +4,7 @@ use super::equations::{Equations, Observed, OfSystem};
 use super::frequency::frequency;
 use super::subject::{Invariants, Motion, Nature, Reactions, Values};
 use vi_constraints::discretization::Step;
-use vi_constraints::initialization::start;
+use vi_constraints::initialization::{InitialValues, start};
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::{TangentMap, Tangents};
 use vi_constraints::{Constraints, Integrator};
@@ -198,8 +198,8 @@ impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Motion for Running<
     fn consistent(&self, q: &[f64], v: &[f64]) -> Result<(Vec<f64>, Vec<f64>), String> {
         let (system, constraints) = (self.run.system(), self.run.constraints());
         let at = self.run.state().t;
-        let found = start(system, constraints, self.run.rows(), at, (q, v));
-        found.map(|(state, v, _)| (state.q, v)).map_err(|e| e.to_string())
+        let found = start(system, constraints, self.run.rows(), InitialValues::new(at, q, v));
+        found.map(|found| (found.state.q, found.v)).map_err(|e| e.to_string())
     }
 
     fn frequency(&mut self) -> Result<Option<f64>, String> {

@@ -45,8 +45,8 @@ fn model(out: &mut String, one: &Compared) {
         let _ = writeln!(out, "{line}  ");
     }
     let head = "\n| scheme | distance | energy error | | momenta | g | Ḡ Δq/h | G M⁻¹p | iterations | \
-                µs/step | range | equations | assembly | solution |\n\
-                |---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+                µs/step | range |\n\
+                |---|---|---|---|---|---|---|---|---|---|---|\n";
     out.push_str(head);
     for r in &one.found.records {
         row(out, one, &r.scheme, r);
@@ -60,7 +60,7 @@ fn model(out: &mut String, one: &Compared) {
 fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
     let Some(m) = &r.measured else {
         if let Outcome::Refused { reason } = &r.outcome {
-            let _ = writeln!(out, "| {name} | does not run: {reason} |||||||||||||");
+            let _ = writeln!(out, "| {name} | does not run: {reason} ||||||||||");
         }
         return;
     };
@@ -73,13 +73,9 @@ fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
     };
     let failed = if r.outcome == Outcome::Done { "" } else { " (failed)" };
     let micro = |x: f64| format!("{:.2}", 1e6 * x);
-    let part = |of: fn(&holonom::compare::Shares) -> f64| match (m.seconds_per_step, m.shares) {
-        (Some(seconds), Some(shares)) => micro(seconds * of(&shares)),
-        _ => String::new(),
-    };
     let _ = writeln!(
         out,
-        "| {name}{failed} | {} | {} | {verdict} | {} | {} | {} | {} | {:.2}, {} | {} | {} | {} | {} | {} |",
+        "| {name}{failed} | {} | {} | {verdict} | {} | {} | {} | {} | {:.2}, {} | {} | {} |",
         m.distance.map_or_else(String::new, number),
         number(m.energy_error),
         number(drift(one, m)),
@@ -89,10 +85,7 @@ fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
         m.mean_iterations,
         m.max_iterations,
         m.seconds_per_step.map_or_else(String::new, micro),
-        m.seconds_range.map_or_else(String::new, |[a, b]| format!("{} … {}", micro(a), micro(b))),
-        part(|s| s.residual),
-        part(|s| s.assembly),
-        part(|s| s.solve)
+        m.seconds_range.map_or_else(String::new, |[a, b]| format!("{} … {}", micro(a), micro(b)))
     );
 }
 

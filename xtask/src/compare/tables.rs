@@ -51,25 +51,18 @@ pub(super) fn pairs(one: &Compared) -> Vec<(&'static str, Measured, Measured)> {
 }
 
 pub(super) fn same_step(out: &mut String, all: &[Compared]) {
-    *out += "\n## Cost of a step, EM : VI\n\nIterations: means. The other columns: time of the EM form over that \
-             of the variational one; of the step with its range.\n\n\
-             | model | form | iterations | assembly | solution | step |\n|---|---|---|---|---|---|\n";
+    *out += "\n## Cost of a step, EM : VI\n\nIterations: means. Step: time of the EM form over that of the variational one, \
+             with its range.\n\n\
+             | model | form | iterations | step |\n|---|---|---|---|\n";
     for one in all {
         for (form, vi, em) in pairs(one) {
             let Some(ratio) = Ratio::of(&vi, &em) else { continue };
-            let part = |of: fn(&holonom::compare::Shares) -> f64| {
-                let shares = vi.shares.zip(em.shares)?;
-                Some(format!("{:.1}", ratio.value * of(&shares.1) / of(&shares.0)))
-            };
-            let text = |part: Option<String>| part.unwrap_or_default();
             let _ = writeln!(
                 out,
-                "| {} | {form} | {:.2} : {:.2} | {} | {} | {} |",
+                "| {} | {form} | {:.2} : {:.2} | {} |",
                 one.name,
                 em.mean_iterations,
                 vi.mean_iterations,
-                text(part(|s| s.assembly)),
-                text(part(|s| s.solve)),
                 ratio.text()
             );
         }

@@ -2,10 +2,10 @@
 
 use holonom::nalgebra::Vector3;
 use holonom::verification::certificate::{Criterion, Finding, Verdict};
-use holonom::vi_beam::statics::{StaticProblem, StaticSettings};
 use holonom::vi_beam::{BeamModel, FrameRule, Mesh, Section};
 use holonom::vi_rigid::load::{Load, LoadKind};
 use holonom::vi_rigid::time_history::TimeHistory;
+use holonom::vi_statics::{StaticProblem, StaticSettings};
 use std::f64::consts::FRAC_PI_2;
 
 /// Deviation that round-off of a static solution explains.
@@ -73,9 +73,11 @@ fn end_rotation(
     let history = TimeHistory::default();
     let load = Load::new(12 * tip, LoadKind::Dead, Vector3::zeros(), torque, history)
         .map_err(|e| words(&e))?;
-    let mut problem = StaticProblem::new(&model, &model.mechanism(), vec![load]);
+    let mechanism = model.mechanism();
+    let system = model.static_system(&mechanism, vec![load]);
+    let mut problem = StaticProblem::new(system, mechanism).with_elements(model.neighbours());
     problem.solve(&[1.0], &StaticSettings::default()).map_err(|e| words(&e))?;
-    let q = problem.placement();
+    let q = problem.configuration();
     let triad = |k: usize| holonom::vi_rigid::directors::triad(&q[12 * k..12 * k + 12]);
     let between = triad(beam.nodes.start).transpose() * triad(tip);
     let axis = Vector3::new(

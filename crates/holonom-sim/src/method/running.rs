@@ -18,9 +18,9 @@ use vi_constraints::{Integrator, Reparametrization};
 use vi_core::linear::Singular;
 use vi_core::{State, shadow_energy};
 use vi_emscheme::EmIntegrator;
-use vi_multibody::map::TreeMap;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
+use vi_multibody::tree_map::TreeMap;
 
 /// One of the schemes at some order.
 pub(crate) struct Running<S: Family> {

@@ -15,6 +15,7 @@ mod beams;
 mod csv;
 mod file;
 mod folder;
+mod frames;
 mod momenta;
 mod pictures;
 mod sensors;
@@ -24,6 +25,7 @@ pub use beams::BeamWriter;
 pub use csv::{ResidualRow, Snapshot, Trajectory, TrajectoryWriter};
 pub use file::OutputError;
 pub use folder::RunFolder;
+pub use frames::Frames;
 pub use momenta::MomentaWriter;
 pub use sensors::{SensorTable, SensorWriter};
 pub use summary::{

@@ -2,9 +2,9 @@
 
 use holonom_model::{Model, ModelError, Settings};
 use holonom_sim::system::{self, System};
-use vi_constraints::{Options, SchemeKind};
+use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::Composition;
-use vi_emscheme::EmOptions;
+use vi_emscheme::{EmAlgebra, EmOptions};
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use vi_verify::em_running::EmRunning;
 use vi_verify::running::Running;
@@ -44,13 +44,13 @@ impl ModelSubject {
         at: Option<Initial<'_>>,
     ) -> Result<MechanismIntegrator, String> {
         let (System { mechanism, dynamics, .. }, settings) = self.build()?;
-        let own = mechanism.start();
+        let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let (q, v) = at.unwrap_or((&own.0, &own.1));
         let mut options = Options::new(kind, setting.step);
-        options.gammas = Composition::of_order(setting.order).unwrap_or_default().gammas();
+        options.composition = Composition::of_order(setting.order).unwrap_or_default();
         options.newton = settings.newton();
         let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
-        let at = (0.0, q, v);
+        let at = InitialValues::new(0.0, q, v);
         let system = dynamics.variational(&mechanism);
         integrator(mechanism, system, options, solver, at).map_err(|e| e.to_string())
     }
@@ -68,15 +68,17 @@ impl Subject for ModelSubject {
             }
             Method::EnergyMomentum(form) => {
                 let (System { mechanism, dynamics, .. }, settings) = self.build()?;
-                let own = mechanism.start();
+                let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
                 let (q, v) = at.unwrap_or((&own.0, &own.1));
                 let mut options = EmOptions::new(form, setting.step);
                 options.composition = Composition::of_order(setting.order).unwrap_or_default();
                 options.newton = settings.newton();
-                options.solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
-                let (system, at) = (dynamics.energy_momentum(&mechanism), (0.0, q, v));
+                let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
+                let algebra = EmAlgebra { solver, ..EmAlgebra::default() };
+                let (system, at) =
+                    (dynamics.energy_momentum(&mechanism), InitialValues::new(0.0, q, v));
                 let forces = dynamics.variational(&mechanism); // to evaluate the equations of motion
-                let run = vi_emscheme::run::integrator_at(system, mechanism, options, at)
+                let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                     .map_err(|e| e.to_string())?;
                 Ok(Box::new(EmRunning::new(run, forces)))
             }

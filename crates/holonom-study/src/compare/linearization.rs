@@ -12,7 +12,8 @@ use super::measure::range;
 use super::{Plan, Request, distance};
 use holonom_model::Model;
 use holonom_sim::system::{self, System};
-use vi_emscheme::{EmForm, EmIntegrator, EmLinearization, EmOptions};
+use vi_constraints::InitialValues;
+use vi_emscheme::{EmAlgebra, EmForm, EmIntegrator, EmLinearization, EmOptions};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::Solver;
 use vi_verify::fit::median;
@@ -52,9 +53,17 @@ pub fn linearizations(model: &Model, request: &Request) -> Result<Linearizations
         let System { mechanism, dynamics, .. } = system::build(model).map_err(|e| e.to_string())?;
         let mut options = EmOptions::new(EmForm::Nodal, plan.step);
         options.newton = model.settings.newton();
-        (options.linearization, options.solver) = (linearization, Solver::Dense);
+        let algebra = EmAlgebra { linearization, solver: Solver::Dense };
         let system = dynamics.energy_momentum(&mechanism);
-        vi_emscheme::run::integrator(system, mechanism, options).map_err(|e| e.to_string())
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        vi_emscheme::run::integrator_at(
+            system,
+            mechanism,
+            options,
+            algebra,
+            InitialValues::new(0.0, &q, &v),
+        )
+        .map_err(|e| e.to_string())
     };
     let cost = |linearization| -> Result<(Cost, Vec<f64>), String> {
         let (mut times, mut iterations, mut end) = (Vec::new(), 0, Vec::new());

@@ -1,6 +1,6 @@
 //! One scheme: a run, its cost, its matrices, its error against time.
 
-use super::clock::{Shares, phases, timed};
+use super::clock::timed;
 use super::record::{ConditionAt, Measured, Outcome, Point, Record, Verdict, WorkPoint};
 use super::{Plan, distance, larger};
 use holonom_model::{Family, Model, Scheme};
@@ -9,7 +9,6 @@ use holonom_sim::sample::Sample;
 use holonom_sim::simulation::{RunOutcome, Simulation};
 use std::convert::Infallible;
 use vi_core::shadow_energy;
-use vi_emscheme::EmOptions;
 use vi_verify::fit::median;
 use vi_verify::judge::LEAST_TREND_STEPS;
 use vi_verify::trend::trend;
@@ -18,9 +17,6 @@ use vi_verify::trend::trend;
 const REPEATS: usize = 5;
 /// Seconds that one of them takes at least, where the run is long enough.
 const LEAST: f64 = 0.02;
-/// Seconds of a window in which phases are watched, and how many there are.
-const WINDOW: f64 = 1e-3;
-const WINDOWS: u64 = 40;
 /// Points of a series.
 const POINTS: usize = 400;
 /// Relative deviation below which a quantity counts as conserved.
@@ -155,7 +151,6 @@ impl Run {
             max_iterations: iterations.fold(0.0, larger),
             seconds_per_step: None,
             seconds_range: None,
-            shares: None,
             series: self.series(conserved),
         }
     }
@@ -209,7 +204,6 @@ pub(super) fn cost(
         let times: Vec<f64> = (0..repeats).filter_map(|_| seconds(&at_table, count)).collect();
         measured.seconds_range = range(&times);
         measured.seconds_per_step = median(times);
-        measured.shares = watched(&at_table, steps, once, plan.effort);
     }
     for &count in &plan.counts {
         let model = plan.by_count(model, scheme, 2, count);
@@ -231,9 +225,7 @@ pub(super) fn cost(
 fn sub_steps(scheme: Scheme, order: u32) -> usize {
     let composition = vi_core::Composition::of_order(order).unwrap_or_default();
     match scheme.family() {
-        Family::EnergyMomentum(form) => {
-            EmOptions::new(form, 1.0).composition(composition).sub_steps().len()
-        }
+        Family::EnergyMomentum(_) => vi_emscheme::scheme::sub_steps(composition).len(),
         _ => composition.gammas().len(),
     }
 }
@@ -254,22 +246,6 @@ fn seconds(model: &Model, count: u64) -> Option<f64> {
     run.step().ok()?;
     let (seconds, taken) = timed(|| advance(&mut run, count));
     taken.then_some(seconds / count as f64)
-}
-
-/// Where the time goes, from many short windows of one run.
-fn watched(model: &Model, steps: u64, once: f64, effort: f64) -> Option<Shares> {
-    let window = ((WINDOW / once.max(1e-9)) as u64).clamp(1, steps);
-    let most = (effort / (once * window as f64)) as u64;
-    let mut run = Simulation::new(model).ok()?;
-    run.step().ok()?;
-    let mut windows = Vec::new();
-    for _ in 0..(steps / window).clamp(1, WINDOWS).min(most.max(1)) {
-        match phases(|| advance(&mut run, window)) {
-            (seconds, true) => windows.push(seconds),
-            _ => break,
-        }
-    }
-    Shares::of_least(&windows)
 }
 
 /// `κ` of the third step, or of the last before it that goes well.

@@ -5,7 +5,7 @@
 //! energy          max_n |H_n − H_0|; bounded (without secular drift) or conserved
 //! momentum maps   max_n |J_n − J_0| of those that the system conserves    both once all loads have ended
 //! constraints     |g(q_n)|, |Ḡ Δq/h|, |G(q_n) M⁻¹ p_n|            position, velocity, momentum level
-//! cost            Newton iterations; time per step, and the share of assembly and of solution
+//! cost            Newton iterations; time per step
 //! κ               of the Newton matrix, as written and as factorized, at several h
 //! work–precision  error at the end against the time of the run, over several h and orders
 //! ```
@@ -16,7 +16,7 @@
 //! | [`record`] | the findings as data |
 //! | `reference` | the trajectory that others are held against |
 //! | `measure` | one scheme: a run, its cost, its matrices |
-//! | `clock` | CPU time, and where it goes |
+//! | `clock` | CPU time |
 //! | [`equal_error`] | both families at the same error |
 //! | [`linearization`] | the two Newton matrices of `em-nodal` |
 //! | [`table`] | the findings on a terminal |
@@ -32,7 +32,7 @@ pub mod record;
 mod reference;
 pub mod table;
 
-pub use clock::{Clock, Shares};
+pub use clock::Clock;
 pub use record::{Comparison, Measured, Outcome, Record, Verdict};
 
 use holonom_model::{Family, Model, ModelError, Scheme};

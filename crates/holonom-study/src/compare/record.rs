@@ -1,6 +1,6 @@
 //! What a comparison finds, as data: `compare.json`.
 
-use super::clock::{Clock, Shares};
+use super::clock::Clock;
 use holonom_sim::output::ConstraintSummary;
 use serde::{Deserialize, Serialize};
 use vi_constraints::scheme::Condition;
@@ -113,8 +113,6 @@ pub struct Measured {
     /// The shortest and the longest of them, s.
     #[serde(default)]
     pub seconds_range: Option<[f64; 2]>,
-    /// Where that time goes.
-    pub shares: Option<Shares>,
     /// The run for drawing.
     pub series: Vec<Point>,
 }

@@ -134,23 +134,14 @@ pub(super) fn quality(c: &Comparison) -> Rows {
 }
 
 pub(super) fn cost(c: &Comparison) -> Rows {
-    let head =
-        ["scheme", "Newton mean", "max", "µs/step", "equations", "assembly", "solution", "rest"];
-    let mut rows = vec![row(head)];
+    let mut rows = vec![row(["scheme", "Newton mean", "max", "µs/step"])];
     for record in &c.records {
         let Some(m) = &record.measured else { continue };
-        let share = |of: fn(&super::Shares) -> f64| {
-            m.shares.map_or_else(|| "–".into(), |s| format!("{:.0} %", 100.0 * of(&s)))
-        };
         rows.push(vec![
             name(record),
             format!("{:.2}", m.mean_iterations),
             format!("{}", m.max_iterations),
             m.seconds_per_step.map_or_else(|| "–".into(), |s| format!("{:.2}", 1e6 * s)),
-            share(|s| s.residual),
-            share(|s| s.assembly),
-            share(|s| s.solve),
-            share(|s| s.other),
         ]);
     }
     rows

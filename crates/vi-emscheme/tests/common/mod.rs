@@ -7,9 +7,9 @@ use vi_constraints::Constraints;
 use vi_emscheme::gonzalez::Gonzalez;
 use vi_emscheme::load::AtMidpoint;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
-use vi_multibody::coordinate::JointCoordinate;
 use vi_multibody::joint::{self, FrameId, Joint, Side, complete_axis};
-use vi_multibody::joint_force::{JointForce, JointSpring, PdControl, Viscous};
+use vi_multibody::joint_coordinate::JointCoordinate;
+use vi_multibody::joint_force::{JointForce, JointSpring, PdControl, Setpoint, Viscous};
 use vi_multibody::mechanism::{
     Attachment, Bar, BarEnd, BodySpec, Description, Mechanism, ParticleSpec,
 };
@@ -62,7 +62,7 @@ impl Model {
 
 fn model(description: Description, h: f64) -> Model {
     let mut mechanism = Mechanism::new(description);
-    let freedoms = mechanism.description().joints.first().map_or(0, |joint| joint.kind.freedoms());
+    let freedoms = mechanism.description().joints.first().map_or(0, |joint| joint.kind.dof());
     let coordinates = (0..freedoms).map(|freedom| mechanism.coordinate(0, freedom)).collect();
     Model { mechanism, springs: Vec::new(), coordinates, h }
 }
@@ -285,7 +285,10 @@ pub fn loaded(model: &Model) -> EmSystem {
     for (freedom, coordinate) in model.coordinates.iter().enumerate() {
         let Some(coordinate) = coordinate.clone() else { continue };
         let damper = JointForce { coordinate: coordinate.clone(), law: Viscous(0.7) };
-        let reference = std::sync::Arc::new(|t: f64| ((3.0 * t).sin(), 3.0 * (3.0 * t).cos()));
+        let reference = std::sync::Arc::new(|t: f64| Setpoint {
+            value: (3.0 * t).sin(),
+            rate: 3.0 * (3.0 * t).cos(),
+        });
         let law = PdControl { proportional: 4.0, derivative: 0.3, reference };
         let spring = joint_spring(model, freedom).unwrap();
         let control = JointForce { coordinate, law };
@@ -353,7 +356,7 @@ pub fn geared() -> Model {
         vec![joint(0, Vector3::new(1.0, 2.0, -2.0)), joint(1, Vector3::new(0.2, -1.0, 1.0))];
     let q: Vec<f64> = bodies.iter().flat_map(frame).collect();
     let coordinate = |k: usize| JointCoordinate::principal(&joints[k], 0).unwrap();
-    let gear = ScalarConstraint::coupling("gear", (coordinate(0), coordinate(1)), -1.7, &q);
+    let gear = ScalarConstraint::gear("gear", (coordinate(0), coordinate(1)), -1.7, &q);
     let scalars = vec![gear];
     model(Description { dimension: 3, bodies, joints, scalars, ..Description::default() }, 0.01)
 }

@@ -1,21 +1,21 @@
 //! From the parts of a builder to a description, a mechanism, and its force elements.
 
 use super::force::{JointElementKind, LoadPart};
-use super::joint::{coordinates, direction, joint_at};
+use super::joint::direction;
 use super::{
     BuildError, BuiltMechanism, ConstraintKind, ConstraintPart, CoordinateId, ForceElements, Guide,
     MechanismBuilder, Place, PointOn,
 };
-use crate::coordinate::JointCoordinate;
-use crate::description::{Attachment, Bar, BarEnd, Description};
-use crate::form::Form;
-use crate::initial_rates;
-use crate::joint::{FrameId, Joint, complete_axis};
-use crate::joint_force::{JointForce, JointSpring};
+use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::constraint::scalar_constraint::ScalarConstraint;
+use crate::force::joint_force::{JointForce, JointSpring};
+use crate::force::spring::{Damper, Spring};
+use crate::geometry::form::Form;
 use crate::mechanism::Mechanism;
+use crate::mechanism::description::{Attachment, Bar, BarEnd, Description, joint_at};
+use crate::mechanism::initial_rates;
 use crate::pair::PairKind;
-use crate::scalar_constraint::ScalarConstraint;
-use crate::spring::{Damper, Spring};
+use crate::pair::joint::{FrameId, Joint, complete_axis};
 use nalgebra::{Matrix3, Vector3};
 
 /// Refuses numbers that are NaN or infinite.
@@ -114,10 +114,7 @@ impl MechanismBuilder {
         for k in 0..self.bars.len() {
             description.bars.push(self.bar_at(k)?);
         }
-        let mut q = Vec::with_capacity(12 * description.bodies.len());
-        for k in 0..description.bodies.len() {
-            q.extend(coordinates(FrameId::Frame(k), &description.bodies));
-        }
+        let q = description.configuration();
         for constraint in &self.constraints {
             let made = self.scalar(constraint, &description, &q)?;
             description.scalars.push(made);
@@ -274,7 +271,7 @@ impl MechanismBuilder {
             ConstraintKind::PointOnPlane(plane) => ScalarConstraint::point_on_plane(&guide(plane)?),
             ConstraintKind::Gear { a, b, ratio } => {
                 finite(element, "ratio", &[*ratio])?;
-                ScalarConstraint::coupling(name, (coordinate(a)?, coordinate(b)?), *ratio, q)
+                ScalarConstraint::gear(name, (coordinate(a)?, coordinate(b)?), *ratio, q)
             }
             ConstraintKind::Motion { coordinate: id, reference } => {
                 finite(element, "reference at t = 0", &reference(0.0))?;

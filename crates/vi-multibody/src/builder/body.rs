@@ -2,7 +2,7 @@
 
 use super::assembly::finite;
 use super::{BodyId, BuildError};
-use crate::description::BodySpec;
+use crate::mechanism::description::BodySpec;
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::body::RigidBody;
 use vi_rigid::inertia::{InertiaError, PrincipalInertia};
@@ -98,13 +98,13 @@ impl From<MassProperties> for Inertia {
 }
 
 /// A body as it was described.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) enum BodyPart {
     Described(Box<DescribedBody>),
     Given(BodySpec),
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct DescribedBody {
     name: String,
     inertia: Inertia,
@@ -174,6 +174,7 @@ impl DescribedBody {
 }
 
 /// A body that was added; at rest in the origin along the axes of space until said otherwise.
+#[derive(Debug)]
 pub struct BodyEntry<'a> {
     id: BodyId,
     body: &'a mut DescribedBody,

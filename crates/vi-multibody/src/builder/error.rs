@@ -1,6 +1,6 @@
 //! What can be wrong with a described mechanism.
 
-use crate::initial_rates::RateError;
+use crate::mechanism::initial_rates::RateError;
 use vi_rigid::inertia::InertiaError;
 use vi_rigid::load::LoadError;
 
@@ -62,8 +62,8 @@ pub enum BuildError {
         /// How many there are.
         count: usize,
     },
-    /// A joint or a guide connects a member with itself.
-    #[error("{element} connects a member with itself; give it two different members")]
+    /// A joint or a guide connects a component with itself.
+    #[error("{element} connects a component with itself; give it two different components")]
     SameMember {
         /// The part.
         element: String,

@@ -2,13 +2,14 @@
 
 use super::assembly::finite;
 use super::{BodyId, BuildError, CoordinateId, Place, PointOn};
-use crate::coordinate::JointCoordinate;
-use crate::joint_force::{JointForce, JointLaw, JointSpring};
+use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
+use crate::force::spring::{Damper, Spring, SpringLaw};
 use crate::mechanism::Mechanism;
-use crate::run::{MechanismIntegrator, Solver, integrator};
-use crate::spring::{Damper, Spring, SpringLaw};
+use crate::solver::run::{MechanismIntegrator, Solver, integrator};
 use nalgebra::Vector3;
 use std::sync::Arc;
+use vi_constraints::InitialValues;
 use vi_constraints::Options;
 use vi_constraints::integrator::SetupError;
 use vi_core::force::MidpointForce;
@@ -72,7 +73,7 @@ impl BuiltMechanism {
 
     /// A joint coordinate, an angle with its revolutions: for reading along a run.
     ///
-    /// `None` for freedoms that are no coordinate; see [`Mechanism::coordinate`].
+    /// `None` for degrees of freedom that are no coordinate; see [`Mechanism::coordinate`].
     pub fn coordinate(&mut self, coordinate: CoordinateId) -> Option<JointCoordinate> {
         self.mechanism.coordinate(coordinate.joint.index(), coordinate.freedom)
     }
@@ -83,14 +84,14 @@ impl BuiltMechanism {
     /// # Errors
     /// [`SetupError`].
     pub fn integrator(self, options: Options) -> Result<MechanismIntegrator, SetupError> {
-        let (q, v) = self.mechanism.start();
+        let (q, v) = (self.mechanism.initial_configuration(), self.mechanism.initial_velocity());
         let system = self.system(Quadrature::Midpoint);
-        integrator(self.mechanism, system, options, Solver::Auto, (0.0, &q, &v))
+        integrator(self.mechanism, system, options, Solver::Auto, InitialValues::new(0.0, &q, &v))
     }
 }
 
 /// A spring with a damper beside it, or a damper.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct PointElement {
     pub(super) from: PointOn,
     pub(super) to: PointOn,
@@ -108,6 +109,7 @@ impl PointElement {
 }
 
 /// A spring that was added.
+#[derive(Debug)]
 pub struct SpringEntry<'a> {
     spring: &'a mut PointElement,
 }
@@ -136,26 +138,26 @@ impl<'a> SpringEntry<'a> {
     }
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct JointElement {
     pub(super) coordinate: CoordinateId,
     pub(super) kind: JointElementKind,
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) enum JointElementKind {
     Spring { stiffness: f64, rest: f64 },
     Force(Arc<dyn JointLaw>),
 }
 
 /// A load as it was described.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) enum LoadPart {
     Described(Box<DescribedLoad>),
     Given(Load),
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct DescribedLoad {
     pub(super) body: BodyId,
     kind: LoadKind,
@@ -187,12 +189,12 @@ impl DescribedLoad {
         along: impl Fn(&Vector3<f64>) -> Vector3<f64>,
     ) -> Result<Load, BuildError> {
         finite(|| format!("load on body `{name}`"), "point", point.as_slice())?;
-        let turned = |vector: &Vector3<f64>| match self.kind {
+        let rotated = |vector: &Vector3<f64>| match self.kind {
             LoadKind::Dead => *vector,
             LoadKind::Follower => along(vector),
         };
         let offset = 12 * self.body.index();
-        let (force, torque) = (turned(&self.force), turned(&self.torque));
+        let (force, torque) = (rotated(&self.force), rotated(&self.torque));
         Load::new(offset, self.kind, force, torque, self.history.clone())
             .and_then(|load| load.at(point))
             .map_err(|source| BuildError::Load { body: name.to_owned(), source })
@@ -200,6 +202,7 @@ impl DescribedLoad {
 }
 
 /// A load that was added: no force and no torque, constant in time, until said otherwise.
+#[derive(Debug)]
 pub struct LoadEntry<'a> {
     load: &'a mut DescribedLoad,
 }
@@ -224,7 +227,7 @@ impl<'a> LoadEntry<'a> {
         self
     }
 
-    /// The load turns with the body.
+    /// The load rotates with the body.
     pub fn follower(self) -> Self {
         self.load.kind = LoadKind::Follower;
         self

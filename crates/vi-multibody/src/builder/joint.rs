@@ -2,14 +2,13 @@
 
 use super::assembly::finite;
 use super::{BuildError, JointId};
-use crate::description::BodySpec;
-use crate::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+use crate::mechanism::description::{BodySpec, joint_at};
 use crate::pair::PairKind;
+use crate::pair::joint::{FrameId, Joint, complete_axis};
 use nalgebra::{Matrix3, Vector3};
-use vi_rigid::directors;
 
 /// A joint as it was described.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 pub(super) struct JointPart {
     pub(super) name: String,
     pub(super) rates: Option<Vec<f64>>,
@@ -17,13 +16,13 @@ pub(super) struct JointPart {
     geometry: Geometry,
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 enum Geometry {
     Space(Box<Described>),
     Sides(Box<Joint>),
 }
 
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct Described {
     kind: PairKind,
     frames: [FrameId; 2],
@@ -69,8 +68,8 @@ impl JointPart {
         for point in &points {
             finite(element, "position", point.as_slice())?;
         }
-        if let PairKind::Screw(pitch) = kind {
-            finite(element, "pitch", &[pitch.into()])?;
+        if let Some(pitch) = kind.pitch() {
+            finite(element, "pitch", &[pitch])?;
         }
         let axes = match (&described.axis, &described.second_axis) {
             (Some(axis), None) => complete_axis(&direction(element, "axis", axis)?),
@@ -106,33 +105,8 @@ pub(super) fn direction(
     Ok(unit)
 }
 
-/// The coordinates of a frame in the initial configuration.
-pub(super) fn coordinates(frame: FrameId, bodies: &[BodySpec]) -> [f64; 12] {
-    match frame {
-        FrameId::Ground => GROUND,
-        FrameId::Frame(k) => {
-            let mut q = [0.0; 12];
-            directors::set_frame(&mut q, &bodies[k].center, &bodies[k].triad);
-            q
-        }
-    }
-}
-
-/// A joint whose parent is met at the first point and whose child at the second, with axes in space.
-pub(super) fn joint_at(
-    name: &str,
-    kind: PairKind,
-    [parent, child]: [FrameId; 2],
-    points: [Vector3<f64>; 2],
-    axes: &Matrix3<f64>,
-    bodies: &[BodySpec],
-) -> Joint {
-    let side = |frame, point| Side::at(frame, &coordinates(frame, bodies), point, axes);
-    let (parent, child) = (side(parent, &points[0]), side(child, &points[1]));
-    Joint { name: name.to_owned(), kind, parent, child }
-}
-
 /// A joint that was added; its place, and the axis of pairs that have one, are needed.
+#[derive(Debug)]
 pub struct JointEntry<'a> {
     id: JointId,
     joint: &'a mut JointPart,
@@ -177,7 +151,7 @@ impl<'a> JointEntry<'a> {
         self.describe(|joint| joint.second_axis = Some(axis))
     }
 
-    /// The initial rates of its freedoms, slides first (m/s), then turns (rad/s). The velocities of bodies
+    /// The initial rates of its degrees of freedom, translations first (m/s), then rotations (rad/s). The velocities of bodies
     /// without one of their own then follow along the tree.
     pub fn rates(self, rates: &[f64]) -> Self {
         self.joint.rates = Some(rates.to_vec());

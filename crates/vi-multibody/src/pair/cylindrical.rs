@@ -7,15 +7,19 @@
 //! T:   as P at q_{n+1}
 //! ```
 
-use super::{Motion, TooLarge, Transfer, Twist, VelocityMap};
-use crate::form::Row;
-use crate::joint::{Joint, Placement};
+use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
+use crate::geometry::form::Row;
+use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::Vector3;
 
-/// Name in model files.
-pub const NAME: &str = "cylindrical";
-/// Freedoms.
-pub const FREEDOMS: usize = 2;
+/// The row of the joint table.
+pub const PROPERTIES: Properties = Properties {
+    name: "cylindrical",
+    dof: &[DegreeOfFreedom::Length(2), DegreeOfFreedom::ABOUT_AXIS],
+    has_axis: true,
+    closes_gap: false,
+    swaps_axes: false,
+};
 
 /// `m_1·r = m_2·r = 0`; `n·m_1' = n·m_2' = 0`.
 #[must_use]
@@ -27,7 +31,7 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`, `S = [n, ϱ²×n; 0, n]`.
 #[must_use]
-pub fn velocity_map(at: &Placement) -> VelocityMap {
+pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     let n = at.axis(2);
     let slide = Twist::new(n, Vector3::zeros());
     VelocityMap::new(Transfer::Rigid(at.c), &[slide, Twist::new(at.rho_child.cross(&n), n)])
@@ -37,7 +41,11 @@ pub fn velocity_map(at: &Placement) -> VelocityMap {
 ///
 /// # Errors
 /// [`TooLarge`].
-pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+pub fn reparametrize(
+    u: &[f64],
+    parent: &Motion,
+    at: &JointConfiguration,
+) -> Result<Motion, TooLarge> {
     super::check(u[1], 1)?;
     let n = at.axis(2);
     Ok(parent.child(at, &super::about(&n, u[1]), &(u[0] * n), &at.gap))
@@ -45,24 +53,24 @@ pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motio
 
 /// As the velocity map.
 #[must_use]
-pub fn tangent(_u: &[f64], at: &Placement) -> VelocityMap {
+pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// `n'` onto `n`.
 #[must_use]
-pub fn clean_attitude(at: &Placement) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
 /// The gap across the axis.
 #[must_use]
-pub fn clean_gap(at: &Placement) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[2])
 }
 
 /// `(u, θ)`.
 #[must_use]
-pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     [at.gap.dot(&at.axis(2)), super::angle_about_axis(at), 0.0, 0.0, 0.0, 0.0]
 }

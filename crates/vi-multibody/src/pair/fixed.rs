@@ -3,18 +3,17 @@
 //! ```text
 //! g:   r = 0;  m_1·m_2' = m_2·n' = n·m_1' = 0
 //! P:   [I −ĉ; 0 I]
-//! F_d: A² = A¹,  φ²_{n+1} = φ¹_{n+1} + A¹ c_n
+//! F_d: A² = A¹,  φ²_{n+1} = φ¹_{n+1} + A¹ϱ¹_n − A²ϱ²_n
 //! ```
 
-use super::{Motion, TooLarge, Transfer, VelocityMap};
-use crate::form::Row;
-use crate::joint::{Joint, Placement};
+use super::{Motion, Properties, TooLarge, Transfer, VelocityMap};
+use crate::geometry::form::Row;
+use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::{Matrix3, Vector3};
 
-/// Name in model files.
-pub const NAME: &str = "fixed";
-/// Freedoms.
-pub const FREEDOMS: usize = 0;
+/// The row of the joint table.
+pub const PROPERTIES: Properties =
+    Properties { name: "fixed", dof: &[], has_axis: false, closes_gap: true, swaps_axes: false };
 
 /// `r = 0`; `m_1·m_2' = m_2·n' = n·m_1' = 0`.
 #[must_use]
@@ -26,38 +25,42 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`.
 #[must_use]
-pub fn velocity_map(at: &Placement) -> VelocityMap {
+pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     VelocityMap::new(Transfer::Rigid(at.c), &[])
 }
 
-/// `A² = A¹`.
+/// `A² = A¹`. A gap `r_n` of round-off is transported; [`clean_gap`] removes it.
 ///
 /// # Errors
 /// None; the signature is that of all pairs.
-pub fn reparametrize(_u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+pub fn reparametrize(
+    _u: &[f64],
+    parent: &Motion,
+    at: &JointConfiguration,
+) -> Result<Motion, TooLarge> {
     Ok(parent.child(at, &Matrix3::zeros(), &Vector3::zeros(), &Vector3::zeros()))
 }
 
 /// As the velocity map.
 #[must_use]
-pub fn tangent(_u: &[f64], at: &Placement) -> VelocityMap {
+pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// Equal attitude.
 #[must_use]
-pub fn clean_attitude(at: &Placement) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_attitude(at)
 }
 
 /// The whole gap.
 #[must_use]
-pub fn clean_gap(at: &Placement) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[])
 }
 
 /// None.
 #[must_use]
-pub fn coordinates(_at: &Placement) -> [f64; super::MAX_FREEDOMS] {
-    [0.0; super::MAX_FREEDOMS]
+pub fn coordinates(_at: &JointConfiguration) -> [f64; super::MAX_DOF] {
+    [0.0; super::MAX_DOF]
 }

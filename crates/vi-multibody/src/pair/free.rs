@@ -6,16 +6,30 @@
 //! T:   diag(I, T(θ))
 //! ```
 
-use super::{Motion, TooLarge, Transfer, Twist, VelocityMap, check, relative_rotation_vector};
-use crate::form::Row;
-use crate::joint::{Joint, Placement};
+use super::{
+    DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, check,
+    relative_rotation_vector,
+};
+use crate::geometry::form::Row;
+use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::rotation;
 
-/// Name in reports.
-pub const NAME: &str = "free";
-/// Freedoms.
-pub const FREEDOMS: usize = 6;
+/// The row of the joint table.
+pub const PROPERTIES: Properties = Properties {
+    name: "free",
+    dof: &[
+        DegreeOfFreedom::Position,
+        DegreeOfFreedom::Position,
+        DegreeOfFreedom::Position,
+        DegreeOfFreedom::Rotation,
+        DegreeOfFreedom::Rotation,
+        DegreeOfFreedom::Rotation,
+    ],
+    has_axis: false,
+    closes_gap: false,
+    swaps_axes: false,
+};
 
 /// None.
 #[must_use]
@@ -25,7 +39,7 @@ pub fn rows(_joint: &Joint) -> Vec<Row> {
 
 /// `X = 0`, `S = I`.
 #[must_use]
-pub fn velocity_map(_at: &Placement) -> VelocityMap {
+pub fn velocity_map(_at: &JointConfiguration) -> VelocityMap {
     with_tangent(&Matrix3::identity())
 }
 
@@ -41,34 +55,38 @@ fn with_tangent(tangent: &Matrix3<f64>) -> VelocityMap {
 ///
 /// # Errors
 /// [`TooLarge`].
-pub fn reparametrize(u: &[f64], _parent: &Motion, _at: &Placement) -> Result<Motion, TooLarge> {
+pub fn reparametrize(
+    u: &[f64],
+    _parent: &Motion,
+    _at: &JointConfiguration,
+) -> Result<Motion, TooLarge> {
     let theta = Vector3::new(u[3], u[4], u[5]);
     check(theta.norm(), 3)?;
     let translation = Vector3::new(u[0], u[1], u[2]);
-    Ok(Motion { translation, turn: rotation::exp_minus_identity(&theta) })
+    Ok(Motion { translation, rotation_minus_identity: rotation::exp_minus_identity(&theta) })
 }
 
 /// `S' = diag(I, T(θ))`.
 #[must_use]
-pub fn tangent(u: &[f64], _at: &Placement) -> VelocityMap {
+pub fn tangent(u: &[f64], _at: &JointConfiguration) -> VelocityMap {
     with_tangent(&rotation::tangent(&Vector3::new(u[3], u[4], u[5])))
 }
 
 /// Nothing to align.
 #[must_use]
-pub fn clean_attitude(_at: &Placement) -> Vector3<f64> {
+pub fn attitude_correction(_at: &JointConfiguration) -> Vector3<f64> {
     Vector3::zeros()
 }
 
 /// Nothing to close.
 #[must_use]
-pub fn clean_gap(_at: &Placement) -> Vector3<f64> {
+pub fn gap_correction(_at: &JointConfiguration) -> Vector3<f64> {
     Vector3::zeros()
 }
 
 /// Gap vector and rotation vector.
 #[must_use]
-pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     let v = relative_rotation_vector(at);
     [at.gap[0], at.gap[1], at.gap[2], v[0], v[1], v[2]]
 }

@@ -4,7 +4,7 @@
 //! 2. velocity map: `t² = X t¹ + S τ` at a configuration,
 //! 3. nodal reparametrization `F_d`: the motion of the child from that of the parent,
 //! 4. tangent: `S'` at the new configuration, with the tangent map of the increments,
-//! 5. cleaning of what the map merely carries along,
+//! 5. removal of the round-off that the map transports: gap and relative attitude,
 //! 6. joint coordinates.
 //!
 //! # The joint table
@@ -74,6 +74,7 @@
 pub mod cylindrical;
 pub mod fixed;
 pub mod free;
+pub mod joint;
 pub mod motion;
 pub mod planar;
 pub mod prismatic;
@@ -82,15 +83,25 @@ pub mod screw;
 pub mod spherical;
 pub mod universal;
 
-pub use motion::{Motion, Transfer, Twist, VelocityMap};
+pub use crate::geometry::twist::{Transfer, Twist};
+pub use motion::{Motion, VelocityMap};
 
-use crate::form::{Form, Row};
-use crate::joint::{Joint, Placement};
+use crate::geometry::form::{Form, Row};
+use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use vi_rigid::rotation;
 
 /// Which kinematic pair.
+///
+/// ```
+/// use vi_multibody::PairKind;
+///
+/// for kind in PairKind::ALL {
+///     println!("{}: {} degrees of freedom", kind.name(), kind.dof());
+///     assert_eq!(kind.dof() + kind.constraints(), 6);
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PairKind {
@@ -108,26 +119,64 @@ pub enum PairKind {
     Fixed,
     /// Two crossing axes: `n` of the parent, `m_1'` of the child.
     Universal,
-    /// H: turn and advance coupled.
+    /// H: rotation with a proportional advance.
     Screw(screw::Pitch),
     /// No constraint: a root of the tree.
     Free,
 }
 
-/// The largest number of degrees of freedom of a pair.
-pub const MAX_FREEDOMS: usize = 6;
+/// What is constant for a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Properties {
+    /// Name in model files.
+    pub name: &'static str,
+    /// Its degrees of freedom, in the order of `τ` and `u`.
+    pub dof: &'static [DegreeOfFreedom],
+    /// Whether it needs an axis `n`.
+    pub has_axis: bool,
+    /// Whether it leaves no gap, `r = 0`.
+    pub closes_gap: bool,
+    /// Whether `m_1` and `n` change their roles when the sides of a joint do.
+    pub swaps_axes: bool,
+}
 
-/// A rotation of more than half a turn about the unknown with this index within the joint.
+/// What a degree of freedom of a pair is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DegreeOfFreedom {
+    /// The gap along `m_1`, `m_2` or `n` of the parent (0, 1, 2), m.
+    Length(usize),
+    /// `atan2(s, c)`, rad; each the product of an axis of the child and an axis of the parent, by number.
+    Angle {
+        /// Child and parent axis of `s`.
+        sine: [usize; 2],
+        /// Child and parent axis of `c`.
+        cosine: [usize; 2],
+    },
+    /// A coordinate of the centre of a free frame, m: no joint coordinate.
+    Position,
+    /// A component of a rotation vector: no joint coordinate.
+    Rotation,
+}
+
+impl DegreeOfFreedom {
+    /// The angle about `n` from `m_1` to `m_1'`.
+    pub const ABOUT_AXIS: Self = Self::Angle { sine: [0, 1], cosine: [0, 0] };
+}
+
+/// The largest number of degrees of freedom of a pair.
+pub const MAX_DOF: usize = 6;
+
+/// A rotation of more than half a revolution about the unknown with this index within the joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooLarge {
-    /// First freedom of the rotation.
-    pub freedom: usize,
+    /// First degree of freedom of the rotation.
+    pub index: usize,
     /// Its size, rad.
     pub angle: f64,
 }
 
-pub(crate) fn check(angle: f64, freedom: usize) -> Result<(), TooLarge> {
-    if angle.abs() <= rotation::MAX_ROTATION { Ok(()) } else { Err(TooLarge { freedom, angle }) }
+pub(crate) fn check(angle: f64, index: usize) -> Result<(), TooLarge> {
+    if angle.abs() <= rotation::MAX_ROTATION { Ok(()) } else { Err(TooLarge { index, angle }) }
 }
 
 /// Rotation about the joint axis `n_n` by `angle`, less the identity.
@@ -156,23 +205,23 @@ pub(crate) fn gap_on_axis(joint: &Joint, gap: &Form) -> Vec<Row> {
 }
 
 /// Small rotation that brings `n'` onto `n`.
-pub(crate) fn align_axis(at: &Placement) -> Vector3<f64> {
+pub(crate) fn align_axis(at: &JointConfiguration) -> Vector3<f64> {
     at.axis_child(2).cross(&at.axis(2))
 }
 
 /// Small rotation that brings `(m_1', m_2', n')` onto `(m_1, m_2, n)`.
-pub(crate) fn align_attitude(at: &Placement) -> Vector3<f64> {
+pub(crate) fn align_attitude(at: &JointConfiguration) -> Vector3<f64> {
     (0..3).map(|i| at.axis_child(i).cross(&at.axis(i))).sum::<Vector3<f64>>() * 0.5
 }
 
 /// Angle from `m_1` to `m_1'` about `n`, in `(−π, π]`.
-pub(crate) fn angle_about_axis(at: &Placement) -> f64 {
+pub(crate) fn angle_about_axis(at: &JointConfiguration) -> f64 {
     at.axis_child(0).dot(&at.axis(1)).atan2(at.axis_child(0).dot(&at.axis(0)))
 }
 
 /// Translation of the child's centre that removes the part of the gap in directions that the pair
 /// does not allow.
-pub(crate) fn close_gap(at: &Placement, allowed: &[usize]) -> Vector3<f64> {
+pub(crate) fn close_gap(at: &JointConfiguration, allowed: &[usize]) -> Vector3<f64> {
     let mut gap = at.gap;
     for &i in allowed {
         gap -= at.axis(i) * at.axis(i).dot(&at.gap);
@@ -180,97 +229,102 @@ pub(crate) fn close_gap(at: &Placement, allowed: &[usize]) -> Vector3<f64> {
     -gap
 }
 
+/// `$body` with the module of the pair as `$pair`.
 macro_rules! each_pair {
-    ($kind:expr, $module:ident => $body:expr) => {
+    ($kind:expr, $pair:ident => $body:expr) => {
+        each_pair!($kind, $pair, $body;
+            Spherical spherical, Revolute revolute, Cylindrical cylindrical, Prismatic prismatic,
+            Planar planar, Fixed fixed, Screw screw, Universal universal, Free free)
+    };
+    ($kind:expr, $pair:ident, $body:expr; $($variant:ident $file:ident),*) => {
         match $kind {
-            PairKind::Spherical => {
-                use spherical as $module;
+            $(PairKind::$variant { .. } => {
+                use $file as $pair;
                 $body
-            }
-            PairKind::Revolute => {
-                use revolute as $module;
-                $body
-            }
-            PairKind::Cylindrical => {
-                use cylindrical as $module;
-                $body
-            }
-            PairKind::Prismatic => {
-                use prismatic as $module;
-                $body
-            }
-            PairKind::Planar => {
-                use planar as $module;
-                $body
-            }
-            PairKind::Fixed => {
-                use fixed as $module;
-                $body
-            }
-            PairKind::Screw(_) => {
-                use screw as $module;
-                $body
-            }
-            PairKind::Universal => {
-                use universal as $module;
-                $body
-            }
-            PairKind::Free => {
-                use free as $module;
-                $body
-            }
+            })*
         }
     };
 }
 
 impl PairKind {
+    /// Every pair; the screw with an advance of 0.1 m per radian.
+    pub const ALL: [Self; 9] = [
+        Self::Spherical,
+        Self::Revolute,
+        Self::Cylindrical,
+        Self::Prismatic,
+        Self::Planar,
+        Self::Fixed,
+        Self::Screw(screw::Pitch::new(0.1)),
+        Self::Universal,
+        Self::Free,
+    ];
+
+    /// The row of the joint table.
+    #[must_use]
+    pub fn properties(self) -> &'static Properties {
+        each_pair!(self, pair => &pair::PROPERTIES)
+    }
+
     /// Its name in model files.
     #[must_use]
     pub fn name(self) -> &'static str {
-        each_pair!(self, pair => pair::NAME)
+        self.properties().name
     }
 
     /// Number of degrees of freedom.
     #[must_use]
-    pub fn freedoms(self) -> usize {
-        each_pair!(self, pair => pair::FREEDOMS)
+    pub fn dof(self) -> usize {
+        self.properties().dof.len()
     }
 
-    /// Number of its freedoms that are joint coordinates, which springs and motors act on: the rotations
-    /// of spherical and free joints are none.
+    /// Number of its degrees of freedom that are joint coordinates, on which springs and motors act: the
+    /// rotations of spherical and free joints are none.
     #[must_use]
     pub fn coordinate_count(self) -> usize {
-        if matches!(self, Self::Spherical | Self::Free) { 0 } else { self.freedoms() }
+        let coordinate = |f: &&DegreeOfFreedom| {
+            matches!(f, DegreeOfFreedom::Length(_) | DegreeOfFreedom::Angle { .. })
+        };
+        self.properties().dof.iter().filter(coordinate).count()
     }
 
     /// Number of constraints `m_ex`.
     #[must_use]
     pub fn constraints(self) -> usize {
-        6 - self.freedoms()
+        6 - self.dof()
     }
 
     /// Whether the pair needs an axis.
     #[must_use]
     pub fn has_axis(self) -> bool {
-        !matches!(self, Self::Spherical | Self::Fixed | Self::Free)
+        self.properties().has_axis
     }
 
     /// Whether the pair leaves no gap at all.
     #[must_use]
     pub fn closes_gap(self) -> bool {
-        matches!(self, Self::Spherical | Self::Revolute | Self::Fixed | Self::Universal)
+        self.properties().closes_gap
     }
 
     /// Which degrees of freedom are angles (the others are lengths).
     #[must_use]
     pub fn is_angle(self, freedom: usize) -> bool {
-        match self {
-            Self::Spherical | Self::Revolute | Self::Screw(_) | Self::Universal => true,
-            Self::Prismatic | Self::Fixed => false,
-            Self::Cylindrical => freedom == 1,
-            Self::Planar => freedom == 2,
-            Self::Free => freedom >= 3,
-        }
+        matches!(
+            self.properties().dof[freedom],
+            DegreeOfFreedom::Angle { .. } | DegreeOfFreedom::Rotation
+        )
+    }
+
+    /// Where the rotation vector of a pair begins among its degrees of freedom, if it has one.
+    #[must_use]
+    pub fn rotation_vector(self) -> Option<usize> {
+        self.properties().dof.iter().position(|f| *f == DegreeOfFreedom::Rotation)
+    }
+
+    /// Advance of a screw, m per radian; `None` for other pairs.
+    #[must_use]
+    pub fn pitch(self) -> Option<f64> {
+        if let Self::Screw(pitch) = self { Some(pitch.into()) } else { None }
     }
 
     /// The constraints `g_ex`.
@@ -281,51 +335,51 @@ impl PairKind {
 
     /// `X` and `S` at a configuration.
     #[must_use]
-    pub fn velocity_map(self, at: &Placement) -> VelocityMap {
+    pub fn velocity_map(self, at: &JointConfiguration) -> VelocityMap {
         each_pair!(self, pair => pair::velocity_map(at))
     }
 
     /// `F_d`: the motion of the child from that of the parent and the increments `u`.
     ///
     /// # Errors
-    /// [`TooLarge`] for a rotation of more than half a turn.
+    /// [`TooLarge`] for a rotation of more than half a revolution.
     pub fn reparametrize(
         self,
         u: &[f64],
         parent: &Motion,
-        at: &Placement,
+        at: &JointConfiguration,
     ) -> Result<Motion, TooLarge> {
         each_pair!(self, pair => pair::reparametrize(u, parent, at))
     }
 
     /// `X'` and `S'` at the new configuration.
     #[must_use]
-    pub fn tangent(self, u: &[f64], at: &Placement) -> VelocityMap {
+    pub fn tangent(self, u: &[f64], at: &JointConfiguration) -> VelocityMap {
         each_pair!(self, pair => pair::tangent(u, at))
     }
 
-    /// Small rotation of the child that takes round-off out of the relative attitude.
+    /// Small rotation of the child that removes round-off from the relative attitude.
     #[must_use]
-    pub fn clean_attitude(self, at: &Placement) -> Vector3<f64> {
-        each_pair!(self, pair => pair::clean_attitude(at))
+    pub fn attitude_correction(self, at: &JointConfiguration) -> Vector3<f64> {
+        each_pair!(self, pair => pair::attitude_correction(at))
     }
 
-    /// Translation of the child that takes round-off out of the gap.
+    /// Translation of the child that removes round-off from the gap.
     #[must_use]
-    pub fn clean_gap(self, at: &Placement) -> Vector3<f64> {
-        each_pair!(self, pair => pair::clean_gap(at))
+    pub fn gap_correction(self, at: &JointConfiguration) -> Vector3<f64> {
+        each_pair!(self, pair => pair::gap_correction(at))
     }
 
-    /// Joint coordinates at a configuration, lengths in m and angles in `(−π, π]`; the first `freedoms`
+    /// Joint coordinates at a configuration, lengths in m and angles in `(−π, π]`; the first `degrees of freedom`
     /// entries count. S and free pairs give the rotation vector of the relative attitude.
     #[must_use]
-    pub fn coordinates(self, at: &Placement) -> [f64; MAX_FREEDOMS] {
+    pub fn coordinates(self, at: &JointConfiguration) -> [f64; MAX_DOF] {
         each_pair!(self, pair => pair::coordinates(at))
     }
 }
 
 /// Rotation vector of the relative attitude `(m', n')` against `(m, n)`, in inertial components.
-pub(crate) fn relative_rotation_vector(at: &Placement) -> Vector3<f64> {
+pub(crate) fn relative_rotation_vector(at: &JointConfiguration) -> Vector3<f64> {
     let relative = at.axes_child * at.axes.transpose();
     nalgebra::Rotation3::from_matrix_unchecked(relative).scaled_axis()
 }

@@ -8,15 +8,19 @@
 //! T:   as P at q_{n+1}
 //! ```
 
-use super::{Motion, TooLarge, Transfer, Twist, VelocityMap};
-use crate::form::Row;
-use crate::joint::{Joint, Placement};
+use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
+use crate::geometry::form::Row;
+use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::Vector3;
 
-/// Name in model files.
-pub const NAME: &str = "planar";
-/// Freedoms.
-pub const FREEDOMS: usize = 3;
+/// The row of the joint table.
+pub const PROPERTIES: Properties = Properties {
+    name: "planar",
+    dof: &[DegreeOfFreedom::Length(0), DegreeOfFreedom::Length(1), DegreeOfFreedom::ABOUT_AXIS],
+    has_axis: true,
+    closes_gap: false,
+    swaps_axes: false,
+};
 
 /// `n·r = 0`; `n·m_1' = n·m_2' = 0`.
 #[must_use]
@@ -28,7 +32,7 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`, `S = [m_1, m_2, ϱ²×n; 0, 0, n]`.
 #[must_use]
-pub fn velocity_map(at: &Placement) -> VelocityMap {
+pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     let n = at.axis(2);
     let slide = |i: usize| Twist::new(at.axis(i), Vector3::zeros());
     let turn = Twist::new(at.rho_child.cross(&n), n);
@@ -39,7 +43,11 @@ pub fn velocity_map(at: &Placement) -> VelocityMap {
 ///
 /// # Errors
 /// [`TooLarge`].
-pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+pub fn reparametrize(
+    u: &[f64],
+    parent: &Motion,
+    at: &JointConfiguration,
+) -> Result<Motion, TooLarge> {
     super::check(u[2], 2)?;
     let slide = u[0] * at.axis(0) + u[1] * at.axis(1);
     Ok(parent.child(at, &super::about(&at.axis(2), u[2]), &slide, &at.gap))
@@ -47,25 +55,25 @@ pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motio
 
 /// As the velocity map.
 #[must_use]
-pub fn tangent(_u: &[f64], at: &Placement) -> VelocityMap {
+pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// `n'` onto `n`.
 #[must_use]
-pub fn clean_attitude(at: &Placement) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
 /// The gap along the normal.
 #[must_use]
-pub fn clean_gap(at: &Placement) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[0, 1])
 }
 
 /// `(u_1, u_2, θ)`.
 #[must_use]
-pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     let along = |i: usize| at.gap.dot(&at.axis(i));
     [along(0), along(1), super::angle_about_axis(at), 0.0, 0.0, 0.0]
 }

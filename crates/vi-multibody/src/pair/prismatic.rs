@@ -7,15 +7,19 @@
 //! T:   as P at q_{n+1}
 //! ```
 
-use super::{Motion, TooLarge, Transfer, Twist, VelocityMap};
-use crate::form::Row;
-use crate::joint::{Joint, Placement};
+use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
+use crate::geometry::form::Row;
+use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::{Matrix3, Vector3};
 
-/// Name in model files.
-pub const NAME: &str = "prismatic";
-/// Freedoms.
-pub const FREEDOMS: usize = 1;
+/// The row of the joint table.
+pub const PROPERTIES: Properties = Properties {
+    name: "prismatic",
+    dof: &[DegreeOfFreedom::Length(2)],
+    has_axis: true,
+    closes_gap: false,
+    swaps_axes: false,
+};
 
 /// `m_1·r = m_2·r = 0`; `m_1·m_2' = m_2·n' = n·m_1' = 0`.
 #[must_use]
@@ -27,7 +31,7 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`, `S = (n, 0)`.
 #[must_use]
-pub fn velocity_map(at: &Placement) -> VelocityMap {
+pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     VelocityMap::new(Transfer::Rigid(at.c), &[Twist::new(at.axis(2), Vector3::zeros())])
 }
 
@@ -35,30 +39,34 @@ pub fn velocity_map(at: &Placement) -> VelocityMap {
 ///
 /// # Errors
 /// None; the signature is that of all pairs.
-pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+pub fn reparametrize(
+    u: &[f64],
+    parent: &Motion,
+    at: &JointConfiguration,
+) -> Result<Motion, TooLarge> {
     Ok(parent.child(at, &Matrix3::zeros(), &(u[0] * at.axis(2)), &at.gap))
 }
 
 /// As the velocity map.
 #[must_use]
-pub fn tangent(_u: &[f64], at: &Placement) -> VelocityMap {
+pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// Equal attitude.
 #[must_use]
-pub fn clean_attitude(at: &Placement) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_attitude(at)
 }
 
 /// The gap across the axis.
 #[must_use]
-pub fn clean_gap(at: &Placement) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[2])
 }
 
 /// `u`.
 #[must_use]
-pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     [at.gap.dot(&at.axis(2)), 0.0, 0.0, 0.0, 0.0, 0.0]
 }

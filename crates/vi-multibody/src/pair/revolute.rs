@@ -7,15 +7,19 @@
 //! T:   as P at q_{n+1}, since A¹ n_n = n_{n+1}
 //! ```
 
-use super::{Motion, TooLarge, Transfer, Twist, VelocityMap};
-use crate::form::Row;
-use crate::joint::{Joint, Placement};
+use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
+use crate::geometry::form::Row;
+use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::Vector3;
 
-/// Name in model files.
-pub const NAME: &str = "revolute";
-/// Freedoms.
-pub const FREEDOMS: usize = 1;
+/// The row of the joint table.
+pub const PROPERTIES: Properties = Properties {
+    name: "revolute",
+    dof: &[DegreeOfFreedom::ABOUT_AXIS],
+    has_axis: true,
+    closes_gap: true,
+    swaps_axes: false,
+};
 
 /// `r = 0`; `n·m_1' = n·m_2' = 0`.
 #[must_use]
@@ -27,16 +31,20 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`, `S = (ϱ²×n, n)`.
 #[must_use]
-pub fn velocity_map(at: &Placement) -> VelocityMap {
+pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     let n = at.axis(2);
     VelocityMap::new(Transfer::Rigid(at.c), &[Twist::new(at.rho_child.cross(&n), n)])
 }
 
-/// `A² = A¹ exp(ϑ n̂_n)`; the gap is closed anew.
+/// `A² = A¹ exp(ϑ n̂_n)`. A gap `r_n` of round-off is transported; [`clean_gap`] removes it.
 ///
 /// # Errors
 /// [`TooLarge`].
-pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+pub fn reparametrize(
+    u: &[f64],
+    parent: &Motion,
+    at: &JointConfiguration,
+) -> Result<Motion, TooLarge> {
     super::check(u[0], 0)?;
     let relative = super::about(&at.axis(2), u[0]);
     Ok(parent.child(at, &relative, &Vector3::zeros(), &Vector3::zeros()))
@@ -44,24 +52,24 @@ pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motio
 
 /// As the velocity map.
 #[must_use]
-pub fn tangent(_u: &[f64], at: &Placement) -> VelocityMap {
+pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// `n'` onto `n`.
 #[must_use]
-pub fn clean_attitude(at: &Placement) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
 /// The whole gap.
 #[must_use]
-pub fn clean_gap(at: &Placement) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[])
 }
 
 /// `θ`.
 #[must_use]
-pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     [super::angle_about_axis(at), 0.0, 0.0, 0.0, 0.0, 0.0]
 }

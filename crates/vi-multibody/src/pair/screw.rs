@@ -1,7 +1,7 @@
-//! Screw pair H: a turn about the axis comes with an advance along it, `p` per radian.
+//! Screw pair H: a rotation about the axis with an advance along it, `p` per radian.
 //!
 //! ```text
-//! g:   m_1·r = m_2·r = 0;  n·m_1' = n·m_2' = 0;  n·r − p θ = 0        θ counted over whole turns
+//! g:   m_1·r = m_2·r = 0;  n·m_1' = n·m_2' = 0;  n·r − p θ = 0        θ unwrapped
 //! P:   [I −ĉ  p n + ϱ²×n; 0 I  n],   τ = θ̇
 //! F_d: A² = A¹ exp(ϑ n̂_n),  φ²_{n+1} = φ¹_{n+1} + A¹(ϱ¹_n + r_n + p ϑ n_n) − A²ϱ²_n
 //! T:   as P at q_{n+1}
@@ -9,27 +9,39 @@
 //! The thread `n·r − p θ` is the one row of all pairs that is not quadratic: the velocity-level hidden
 //! constraint holds to second order there, not to round-off.
 
-use super::{Motion, TooLarge, Transfer, Twist, VelocityMap, cylindrical};
-use crate::coordinate::JointCoordinate;
-use crate::form::Row;
-use crate::joint::{Joint, Placement};
-use crate::scalar_constraint::ScalarRow;
+use super::{
+    DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, cylindrical,
+};
+use crate::geometry::form::Row;
+use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// Name in model files.
-pub const NAME: &str = "screw";
-/// Freedoms.
-pub const FREEDOMS: usize = 1;
+/// The row of the joint table.
+pub const PROPERTIES: Properties = Properties {
+    name: "screw",
+    dof: &[DegreeOfFreedom::ABOUT_AXIS],
+    has_axis: true,
+    closes_gap: false,
+    swaps_axes: false,
+};
 
 /// Advance of a screw, m per radian; compared bit by bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(from = "f64", into = "f64")]
 pub struct Pitch(u64);
 
+impl Pitch {
+    /// An advance, m per radian.
+    #[must_use]
+    pub const fn new(per_radian: f64) -> Self {
+        Self(per_radian.to_bits())
+    }
+}
+
 impl From<f64> for Pitch {
     fn from(per_radian: f64) -> Self {
-        Self(per_radian.to_bits())
+        Self::new(per_radian)
     }
 }
 
@@ -39,29 +51,21 @@ impl From<Pitch> for f64 {
     }
 }
 
-/// The rows of a cylindrical pair; the fifth is [`thread`].
+/// The rows of a cylindrical pair; the fifth is the thread, [`crate::scalar_constraint::ScalarRow::thread`].
 #[must_use]
 pub fn rows(joint: &Joint) -> Vec<Row> {
     cylindrical::rows(joint)
 }
 
-/// `n·r − p θ = 0`. Premise: the anchors fit, see [`fit_thread`].
-#[must_use]
-pub fn thread(joint: &Joint, pitch: Pitch) -> ScalarRow {
-    let (advance, turn) = (JointCoordinate::advance(joint), JointCoordinate::turn(joint));
-    let (a, b) = (Box::new(advance), Box::new(turn));
-    ScalarRow::Coupling { a, b, ratio: -f64::from(pitch), target: 0.0 }
-}
-
 /// Moves the child's anchor along the axis to where the thread holds at the configuration `at`.
-pub fn fit_thread(joint: &mut Joint, at: &Placement) {
+pub fn fit_thread(joint: &mut Joint, at: &JointConfiguration) {
     let excess = at.gap.dot(&at.axis(2)) - at.pitch * super::angle_about_axis(at);
     joint.child.anchor -= excess * joint.child.axes.column(2);
 }
 
 /// `X = [I −ĉ; 0 I]`, `S = (p n + ϱ²×n, n)`.
 #[must_use]
-pub fn velocity_map(at: &Placement) -> VelocityMap {
+pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     let n = at.axis(2);
     let slide = at.pitch * n + at.rho_child.cross(&n);
     VelocityMap::new(Transfer::Rigid(at.c), &[Twist::new(slide, n)])
@@ -71,7 +75,11 @@ pub fn velocity_map(at: &Placement) -> VelocityMap {
 ///
 /// # Errors
 /// [`TooLarge`].
-pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+pub fn reparametrize(
+    u: &[f64],
+    parent: &Motion,
+    at: &JointConfiguration,
+) -> Result<Motion, TooLarge> {
     super::check(u[0], 0)?;
     let n = at.axis(2);
     Ok(parent.child(at, &super::about(&n, u[0]), &(at.pitch * u[0] * n), &at.gap))
@@ -79,19 +87,19 @@ pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motio
 
 /// As the velocity map.
 #[must_use]
-pub fn tangent(_u: &[f64], at: &Placement) -> VelocityMap {
+pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// `n'` onto `n`.
 #[must_use]
-pub fn clean_attitude(at: &Placement) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
-/// The gap across the axis, and along it what the thread is off by (in the nearest turn).
+/// The gap across the axis, and along it the residual of the thread (to the nearest revolution).
 #[must_use]
-pub fn clean_gap(at: &Placement) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     let (n, lead) = (at.axis(2), std::f64::consts::TAU * at.pitch);
     let mut excess = at.gap.dot(&n) - at.pitch * super::angle_about_axis(at);
     if lead != 0.0 {
@@ -102,6 +110,6 @@ pub fn clean_gap(at: &Placement) -> Vector3<f64> {
 
 /// `θ`.
 #[must_use]
-pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     [super::angle_about_axis(at), 0.0, 0.0, 0.0, 0.0, 0.0]
 }

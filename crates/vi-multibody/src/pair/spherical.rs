@@ -7,16 +7,23 @@
 //! T:   δω² = T(ϑ) δϑ
 //! ```
 
-use super::{Motion, TooLarge, Transfer, Twist, VelocityMap, check, relative_rotation_vector};
-use crate::form::Row;
-use crate::joint::{Joint, Placement};
+use super::{
+    DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap, check,
+    relative_rotation_vector,
+};
+use crate::geometry::form::Row;
+use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::rotation;
 
-/// Name in model files.
-pub const NAME: &str = "spherical";
-/// Freedoms.
-pub const FREEDOMS: usize = 3;
+/// The row of the joint table.
+pub const PROPERTIES: Properties = Properties {
+    name: "spherical",
+    dof: &[DegreeOfFreedom::Rotation, DegreeOfFreedom::Rotation, DegreeOfFreedom::Rotation],
+    has_axis: false,
+    closes_gap: true,
+    swaps_axes: false,
+};
 
 /// `r = 0`.
 #[must_use]
@@ -26,11 +33,11 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// (82).
 #[must_use]
-pub fn velocity_map(at: &Placement) -> VelocityMap {
+pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     with_tangent(at, &Matrix3::identity())
 }
 
-fn with_tangent(at: &Placement, tangent: &Matrix3<f64>) -> VelocityMap {
+fn with_tangent(at: &JointConfiguration, tangent: &Matrix3<f64>) -> VelocityMap {
     // ω² = T e_k,  φ̇² = … − ω² × ϱ²
     let column = |k: usize| {
         let omega: Vector3<f64> = tangent.column(k).into();
@@ -43,35 +50,40 @@ fn with_tangent(at: &Placement, tangent: &Matrix3<f64>) -> VelocityMap {
 ///
 /// # Errors
 /// [`TooLarge`].
-pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+pub fn reparametrize(
+    u: &[f64],
+    parent: &Motion,
+    at: &JointConfiguration,
+) -> Result<Motion, TooLarge> {
     let theta = Vector3::new(u[0], u[1], u[2]);
     check(theta.norm(), 0)?;
     let turn = rotation::exp_minus_identity(&theta);
-    let translation = parent.translation + parent.turn * at.rho_parent - turn * at.rho_child;
-    Ok(Motion { translation, turn })
+    let translation =
+        parent.translation + parent.rotation_minus_identity * at.rho_parent - turn * at.rho_child;
+    Ok(Motion { translation, rotation_minus_identity: turn })
 }
 
 /// `S' = [ϱ̂² T; T]`.
 #[must_use]
-pub fn tangent(u: &[f64], at: &Placement) -> VelocityMap {
+pub fn tangent(u: &[f64], at: &JointConfiguration) -> VelocityMap {
     with_tangent(at, &rotation::tangent(&Vector3::new(u[0], u[1], u[2])))
 }
 
 /// Nothing to align.
 #[must_use]
-pub fn clean_attitude(_at: &Placement) -> Vector3<f64> {
+pub fn attitude_correction(_at: &JointConfiguration) -> Vector3<f64> {
     Vector3::zeros()
 }
 
 /// The gap is closed anew.
 #[must_use]
-pub fn clean_gap(at: &Placement) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     -at.gap
 }
 
 /// Rotation vector of the relative attitude.
 #[must_use]
-pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     let v = relative_rotation_vector(at);
     [v[0], v[1], v[2], 0.0, 0.0, 0.0]
 }

@@ -8,15 +8,22 @@
 //! ```
 //! In the reference configuration `m_1' = m_1`.
 
-use super::{Motion, TooLarge, Transfer, Twist, VelocityMap};
-use crate::form::Row;
-use crate::joint::{Joint, Placement};
+use super::{DegreeOfFreedom, Motion, Properties, TooLarge, Transfer, Twist, VelocityMap};
+use crate::geometry::form::Row;
+use crate::pair::joint::{Joint, JointConfiguration};
 use nalgebra::Vector3;
 
-/// Name in model files.
-pub const NAME: &str = "universal";
-/// Freedoms.
-pub const FREEDOMS: usize = 2;
+/// About `m_1'`, after the first rotation: `n = cos θ_2 n' + sin θ_2 m_2'`.
+const SECOND: DegreeOfFreedom = DegreeOfFreedom::Angle { sine: [1, 2], cosine: [2, 2] };
+
+/// The row of the joint table.
+pub const PROPERTIES: Properties = Properties {
+    name: "universal",
+    dof: &[DegreeOfFreedom::ABOUT_AXIS, SECOND],
+    has_axis: true,
+    closes_gap: true,
+    swaps_axes: true,
+};
 
 /// `r = 0`; `n·m_1' = 0`.
 #[must_use]
@@ -28,7 +35,7 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`, `S = [ϱ²×n, ϱ²×m_1'; n, m_1']`.
 #[must_use]
-pub fn velocity_map(at: &Placement) -> VelocityMap {
+pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     let turn = |axis: Vector3<f64>| Twist::new(at.rho_child.cross(&axis), axis);
     VelocityMap::new(Transfer::Rigid(at.c), &[turn(at.axis(2)), turn(at.axis_child(0))])
 }
@@ -37,7 +44,11 @@ pub fn velocity_map(at: &Placement) -> VelocityMap {
 ///
 /// # Errors
 /// [`TooLarge`].
-pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motion, TooLarge> {
+pub fn reparametrize(
+    u: &[f64],
+    parent: &Motion,
+    at: &JointConfiguration,
+) -> Result<Motion, TooLarge> {
     super::check(u[0], 0)?;
     super::check(u[1], 1)?;
     let (first, second) = (super::about(&at.axis(2), u[0]), super::about(&at.axis_child(0), u[1]));
@@ -47,26 +58,26 @@ pub fn reparametrize(u: &[f64], parent: &Motion, at: &Placement) -> Result<Motio
 
 /// As the velocity map.
 #[must_use]
-pub fn tangent(_u: &[f64], at: &Placement) -> VelocityMap {
+pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
-/// `m_1'` across `n`: a turn about their common normal.
+/// `m_1'` across `n`: a rotation about their common normal.
 #[must_use]
-pub fn clean_attitude(at: &Placement) -> Vector3<f64> {
+pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     let (n, m) = (at.axis(2), at.axis_child(0));
     -n.dot(&m) * m.cross(&n)
 }
 
 /// The whole gap.
 #[must_use]
-pub fn clean_gap(at: &Placement) -> Vector3<f64> {
+pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[])
 }
 
 /// `θ_1` from `m_1` to `m_1'` about `n`, then `θ_2` of `n'` about `m_1'`.
 #[must_use]
-pub fn coordinates(at: &Placement) -> [f64; super::MAX_FREEDOMS] {
+pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     let second_axis = at.axis_child(0);
     let reference = at.axis(2); // n' coincides with n when θ_2 = 0
     let sine = reference.cross(&at.axis_child(2)).dot(&second_axis);

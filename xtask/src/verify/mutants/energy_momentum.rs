@@ -3,14 +3,15 @@
 use holonom::nalgebra::DMatrix;
 use holonom::verification::em_running::EmRunning;
 use holonom::verification::subject::{Initial, Method, Motion, Setting};
+use holonom::vi_constraints::InitialValues;
 use holonom::vi_constraints::Reparametrization;
 use holonom::vi_core::potential::Potential;
 use holonom::vi_core::{Configuration, Entries, Interval, Quadrature};
 use holonom::vi_emscheme::discrete_gradient::DiscreteGradient;
 use holonom::vi_emscheme::null_space::DiscreteNullSpace;
-use holonom::vi_emscheme::{EmOptions, EmSystem, integrator, run};
-use holonom::vi_multibody::map::TreeMap;
+use holonom::vi_emscheme::{EmAlgebra, EmOptions, EmSystem, integrator, run};
 use holonom::vi_multibody::mechanism::Mechanism;
+use holonom::vi_multibody::tree_map::TreeMap;
 use holonom::{Model, system};
 
 /// What is wrong.
@@ -100,7 +101,7 @@ pub(super) fn start(
     at: Option<Initial<'_>>,
 ) -> Result<Box<dyn Motion>, String> {
     let mechanism = system::build(model).map_err(|e| e.to_string())?.mechanism;
-    let own = mechanism.start();
+    let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let (q, v) = at.unwrap_or((&own.0, &own.1));
     let Method::EnergyMomentum(form) = setting.method else { return Err("not built".into()) };
     if setting.order > 2 {
@@ -112,14 +113,14 @@ pub(super) fn start(
         Some(EmDefect::MidpointGradient) => masses.gradient(Midpoint(Quartic)),
         _ => masses.potential(Quartic),
     };
-    let (options, at) = (EmOptions::new(form, setting.step), (0.0, q, v));
+    let (options, at) = (EmOptions::new(form, setting.step), InitialValues::new(0.0, q, v));
     let map = TreeMap::new(&mechanism);
     let run = match defect {
         Some(EmDefect::NullSpaceAtTheStart) => {
             let source = AtTheStart(TreeMap::new(&mechanism));
             integrator::with_null_space(system, mechanism, (source, map), options, at)
         }
-        _ => run::integrator_at(system, mechanism, options, at),
+        _ => run::integrator_at(system, mechanism, options, EmAlgebra::default(), at),
     };
     Ok(Box::new(EmRunning::new(run.map_err(|e| e.to_string())?, forces)))
 }

@@ -3,14 +3,14 @@
 use holonom::nalgebra::DMatrix;
 use holonom::verification::running::Running;
 use holonom::verification::subject::{Initial, Method, Motion, Setting};
-use holonom::vi_constraints::{Integrator, Options, Reparametrization};
+use holonom::vi_constraints::{InitialValues, Integrator, Options, Reparametrization};
 use holonom::vi_core::force::DiscreteForce;
 use holonom::vi_core::newton::{Block, Fault};
 use holonom::vi_core::{
     Composition, Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem,
     SeparableSystem, SparseMatrix,
 };
-use holonom::vi_multibody::map::TreeMap;
+use holonom::vi_multibody::tree_map::TreeMap;
 use holonom::{Model, system};
 use std::cell::RefCell;
 
@@ -206,7 +206,7 @@ pub(super) fn start(
     let built = system::build(model).map_err(|e| e.to_string())?;
     let mut inner = built.dynamics.variational(&built.mechanism);
     let mechanism = built.mechanism;
-    let own = mechanism.start();
+    let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let (q, v) = at.unwrap_or((&own.0, &own.1));
     let n = q.len();
     let (w, mass) = (vec![0.0; n], inner.mass().clone());
@@ -231,7 +231,6 @@ pub(super) fn start(
     };
     let Method::Variational(kind) = setting.method else { return Err("not built".into()) };
     let mut options = Options::new(kind, setting.step);
-    options.gammas = gammas(setting.order, defect);
     if defect == IntegratorDefect::LooseTolerance {
         options.newton.tolerance = 1e-6;
     }
@@ -242,7 +241,14 @@ pub(super) fn start(
         h: setting.step.abs(),
     };
     let system = WrongSign { inner, wrong: defect == IntegratorDefect::SignInD2 };
-    let run = Integrator::with_reparametrization(system, mechanism, map, options, (0.0, q, v))
-        .map_err(|e| e.to_string())?;
+    let run = Integrator::with_reparametrization(
+        system,
+        mechanism,
+        map,
+        options,
+        InitialValues::new(0.0, q, v),
+    )
+    .and_then(|run| run.with_coefficients(gammas(setting.order, defect)))
+    .map_err(|e| e.to_string())?;
     Ok(Box::new(Running::new(run)))
 }

@@ -1,0 +1,153 @@
+//! The animated scene of a run: what the model looks like, and where everything is at some instants.
+//!
+//! ```text
+//! model.toml, trajectory.csv, beams.csv → Scene → JSON in the page → viewer.js (WebGL 2)
+//! ```
+//! Points and directions on a body are components along its directors, so that they move with the
+//! coordinates of the trajectory. Numbers that change in time are single precision, base64.
+
+mod parts;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use holonom_model::Model;
+use holonom_sim::output::Frames;
+use holonom_sim::sample::MemberKind;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use parts::{Bar, Beam, Body, Joint, Load, Parts, Spring};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Coordinates that are shown at most; a usual page then stays under 3 MB.
+pub const NUMBERS: usize = 400_000;
+/// Instants that are shown at most.
+pub const INSTANTS: usize = 1200;
+
+const VIEWER: &str = include_str!("viewer.js");
+
+/// What `viewer.js` draws.
+#[derive(Serialize)]
+pub struct Scene {
+    /// Whether the system moves in a plane.
+    planar: bool,
+    /// Whether there is gravity, and so a ground with shadows.
+    grounded: bool,
+    /// Unit vector against gravity.
+    up: [f64; 3],
+    times: String,
+    /// Of each instant and member: centre, and for frames the quaternion `x, y, z, w` of the directors.
+    poses: String,
+    members: Vec<Member>,
+    bodies: Vec<Body>,
+    beams: Vec<Beam>,
+    /// Members that are point masses.
+    points: Vec<usize>,
+    joints: Vec<Joint>,
+    bars: Vec<Bar>,
+    springs: Vec<Spring>,
+    loads: Vec<Load>,
+    /// Points of the ground that something is held at.
+    fixed: Vec<[f64; 3]>,
+}
+
+#[derive(Serialize)]
+struct Member {
+    name: String,
+    frame: bool,
+}
+
+impl Scene {
+    /// From the model and the frames of its run; `moments`: bending moments of beams at the same instants.
+    /// `None` without a motion to show.
+    #[must_use]
+    pub fn new(
+        model: &Model,
+        frames: &Frames,
+        moments: &BTreeMap<String, Vec<Vec<f64>>>,
+    ) -> Option<Self> {
+        let first = frames.q.first()?;
+        let parts = Parts::new(model, frames, first);
+        let gravity = Vector3::from(model.gravity());
+        let planar = model.header.dimension == 2;
+        let up = match (gravity.norm() > 0.0, planar) {
+            (true, _) => -gravity.normalize(),
+            (false, true) => Vector3::y(),
+            (false, false) => Vector3::z(),
+        };
+        let member = |(name, kind): (&String, &MemberKind)| Member {
+            name: name.clone(),
+            frame: *kind == MemberKind::Frame,
+        };
+        Some(Self {
+            planar,
+            grounded: gravity.norm() > 0.0,
+            up: up.into(),
+            times: encoded(frames.times.iter().copied()),
+            poses: encoded(frames.q.iter().flat_map(|q| poses(&frames.kinds, q))),
+            members: frames.names.iter().zip(&frames.kinds).map(member).collect(),
+            bodies: parts.bodies(),
+            beams: parts.beams(moments),
+            points: parts.points(),
+            joints: parts.joints(),
+            bars: parts.bars(),
+            springs: parts.springs(),
+            loads: parts.loads(),
+            fixed: parts.fixed(),
+        })
+    }
+
+    /// The scene as a part of a page.
+    #[must_use]
+    pub fn html(&self) -> String {
+        // no name is markup, and none ends the data
+        let data = serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c");
+        format!(
+            "{CONTROLS}<script id=\"scene-data\" type=\"application/json\">{data}</script>\n<script>\n{VIEWER}</script>\n"
+        )
+    }
+}
+
+const CONTROLS: &str = r#"<section id="scene" aria-label="animation">
+<div class="scene-view"><canvas tabindex="0" aria-label="animated view of the mechanism: drag to rotate, shift and drag to move, keys + and − to zoom"></canvas><div class="scene-labels" aria-hidden="true"></div><p class="scene-note" role="status"></p></div>
+<div class="scene-bar">
+<button data-play aria-label="play">▶</button>
+<input data-slider type="range" min="0" max="1000" step="any" value="0" aria-label="time">
+<output data-clock></output>
+<select data-speed aria-label="speed"></select>
+<span><button data-view="iso">3-D</button><button data-view="front">front</button><button data-view="side">side</button><button data-view="top">top</button></span>
+<span><button data-trails>trails</button><button data-labels>names</button><button data-loads>loads</button><button data-follow>follow</button><button data-grid>grid</button><button data-full>full screen</button></span>
+</div>
+<p class="note">Drag to rotate, shift and drag to move, wheel or + − to zoom. Keys: space plays, ← → step (with shift ten at once), 1–4 views, T trails, N names, G grid, F follows. A click on a chart goes to its time.</p>
+</section>
+"#;
+
+/// Base64 of the values in single precision, little endian.
+fn encoded(values: impl Iterator<Item = f64>) -> String {
+    let bytes: Vec<u8> = values.flat_map(|value| (value as f32).to_le_bytes()).collect();
+    STANDARD.encode(bytes)
+}
+
+fn poses(kinds: &[MemberKind], q: &[f64]) -> Vec<f64> {
+    let mut out = Vec::new();
+    let mut at = 0;
+    for kind in kinds {
+        let own = &q[at..at + kind.columns().len()];
+        at += own.len();
+        out.extend([own[0], own[1], own.get(2).copied().unwrap_or_default()]);
+        if *kind == MemberKind::Frame {
+            out.extend(quaternion(&directors(own)));
+        }
+    }
+    out
+}
+
+/// The directors of a frame as columns.
+fn directors(own: &[f64]) -> Matrix3<f64> {
+    Matrix3::from_column_slice(&own[3..12])
+}
+
+/// `x, y, z, w` of a rotation.
+fn quaternion(rotation: &Matrix3<f64>) -> [f64; 4] {
+    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
+    turn.coords.into()
+}

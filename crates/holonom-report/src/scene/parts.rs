@@ -1,0 +1,312 @@
+//! The parts of a scene, from the model and the first instant of its run.
+
+use super::{directors, encoded, quaternion};
+use holonom_model::{Frame, GROUND, JointKind, Model, OutlineKind, Shape, ShapeKind, StartPoints};
+use holonom_sim::output::Frames;
+use holonom_sim::sample::MemberKind;
+use nalgebra::{Matrix3, Vector3};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A point of a member, or of the ground (`member = −1`): components along the directors from the centre, m.
+#[derive(Serialize)]
+pub(super) struct End {
+    member: i64,
+    point: [f64; 3],
+}
+
+#[derive(Serialize)]
+pub(super) struct Body {
+    name: String,
+    member: usize,
+    fixed: bool,
+    /// `None`: the ellipsoid of its inertia, with the semi-axes as `dimensions`.
+    shape: Option<ShapeKind>,
+    dimensions: Vec<f64>,
+    /// From the body's own axes to its directors.
+    rotation: [f64; 4],
+    /// Where joints hold a body without a shape.
+    anchors: Vec<[f64; 3]>,
+    /// Whether these are apart, so that lines between them show the body.
+    link: bool,
+    /// Largest distance of its points from the centre, m.
+    reach: f64,
+}
+
+#[derive(Serialize)]
+pub(super) struct Beam {
+    first: usize,
+    /// Numbers of nodes.
+    legs: Vec<usize>,
+    round: bool,
+    /// Half the size of the section along `d_1` and `d_2`, m.
+    half: [f64; 2],
+    intervals: usize,
+    largest: f64,
+    /// Bending moment in each interval at each instant.
+    values: Option<String>,
+}
+
+#[derive(Serialize)]
+pub(super) struct Joint {
+    #[serde(rename = "type")]
+    kind: JointKind,
+    parent: End,
+    child: End,
+    axis: Option<[f64; 3]>,
+    axis2: Option<[f64; 3]>,
+}
+
+#[derive(Serialize)]
+pub(super) struct Bar {
+    from: End,
+    to: End,
+}
+
+#[derive(Serialize)]
+pub(super) struct Spring {
+    from: End,
+    to: End,
+}
+
+#[derive(Serialize)]
+pub(super) struct Load {
+    at: End,
+    force: [f64; 3],
+    follower: bool,
+    factors: String,
+}
+
+/// Where the members of a model are at the first instant.
+pub(super) struct Parts<'a> {
+    model: &'a Model,
+    frames: &'a Frames,
+    start: StartPoints<'a>,
+    /// Centre and directors of each member.
+    poses: Vec<(Vector3<f64>, Matrix3<f64>)>,
+}
+
+impl<'a> Parts<'a> {
+    pub(super) fn new(model: &'a Model, frames: &'a Frames, q: &[f64]) -> Self {
+        let mut at = 0;
+        let pose = |kind: &MemberKind| {
+            let own = &q[at..at + kind.columns().len()];
+            at += own.len();
+            let center = Vector3::new(own[0], own[1], own.get(2).copied().unwrap_or_default());
+            let frame = *kind == MemberKind::Frame;
+            (center, if frame { directors(own) } else { Matrix3::identity() })
+        };
+        let poses = frames.kinds.iter().map(pose).collect();
+        Self { model, frames, start: StartPoints::new(model), poses }
+    }
+
+    /// The member of a name of the model, `rod.start` of beams included.
+    fn member(&self, name: &str) -> Option<usize> {
+        let frame = self.model.frame(name);
+        frame.or_else(|| self.frames.names.iter().position(|member| member == name))
+    }
+
+    /// A point in space on a member.
+    fn end(&self, name: &str, point: Vector3<f64>) -> End {
+        match self.member(name).filter(|_| name != GROUND) {
+            Some(member) => {
+                let (center, directors) = self.poses[member];
+                End { member: member as i64, point: directors.tr_mul(&(point - center)).into() }
+            }
+            None => End { member: -1, point: point.into() },
+        }
+    }
+
+    /// A direction in space on a member.
+    fn direction(&self, name: &str, direction: [f64; 3]) -> [f64; 3] {
+        let direction = Vector3::from(direction);
+        self.member(name).map_or(direction, |k| self.poses[k].1.tr_mul(&direction)).into()
+    }
+
+    pub(super) fn bodies(&self) -> Vec<Body> {
+        let body = |(member, body): (usize, &holonom_model::Body)| {
+            let directors = self.poses[member].1;
+            let own = directors.tr_mul(&body.rotation());
+            let anchors: Vec<[f64; 3]> = if body.shape.is_none() && !body.fixed {
+                let held = self.model.joints.iter().flat_map(|joint| {
+                    let [a, b] = self.start.joint(joint);
+                    [(&joint.parent, a), (&joint.child, b)]
+                });
+                let own = held.filter(|(name, _)| **name == body.name);
+                own.map(|(name, point)| self.end(name, point).point).collect()
+            } else {
+                Vec::new()
+            };
+            let dimensions = match &body.shape {
+                Some(shape) => shape.dimensions.clone(),
+                None => semi_axes(body.mass(), &(own * body.inertia_tensor() * own.transpose())),
+            };
+            let apart = |a: &[f64; 3]| (Vector3::from(*a) - Vector3::from(anchors[0])).norm();
+            let link = anchors.iter().any(|a| apart(a) > 0.0);
+            let extent = if link { 0.0 } else { extent(body.shape.as_ref(), &dimensions) };
+            let reach = anchors.iter().map(|a| Vector3::from(*a).norm()).fold(extent, f64::max);
+            Body {
+                name: body.name.clone(),
+                member,
+                fixed: body.fixed,
+                shape: body.shape.as_ref().map(|shape| shape.kind),
+                dimensions,
+                rotation: quaternion(&own),
+                anchors,
+                link,
+                reach,
+            }
+        };
+        self.model.bodies.iter().enumerate().map(body).collect()
+    }
+
+    pub(super) fn beams(&self, moments: &BTreeMap<String, Vec<Vec<f64>>>) -> Vec<Beam> {
+        let mut first = self.model.bodies.len();
+        let beam = |beam: &holonom_model::Beam| {
+            let legs: Vec<usize> = (0..beam.legs()).map(|leg| beam.nodes_of(leg)).collect();
+            let nodes = beam.node_count();
+            let (round, half) = section(beam);
+            let intervals = nodes.saturating_sub(1);
+            let spread = |row: &Vec<f64>| -> Vec<f64> {
+                let pick = |i: usize| row.get(i * row.len() / intervals.max(1)).copied();
+                (0..intervals).map(|i| pick(i).unwrap_or_default()).collect()
+            };
+            let rows = moments.get(&beam.name).filter(|rows| rows.len() == self.frames.q.len());
+            let values: Option<Vec<f64>> = rows.map(|rows| rows.iter().flat_map(spread).collect());
+            let largest = values.iter().flatten().copied().fold(0.0, f64::max);
+            let found = Beam {
+                first,
+                legs,
+                round,
+                half,
+                intervals,
+                largest,
+                values: values.map(|values| encoded(values.into_iter())),
+            };
+            first += nodes;
+            found
+        };
+        self.model.beams.iter().map(beam).collect()
+    }
+
+    pub(super) fn points(&self) -> Vec<usize> {
+        let kinds = self.frames.kinds.iter().enumerate();
+        kinds.filter(|(_, kind)| **kind != MemberKind::Frame).map(|(k, _)| k).collect()
+    }
+
+    pub(super) fn joints(&self) -> Vec<Joint> {
+        let joint = |joint: &holonom_model::Joint| {
+            let [a, b] = self.start.joint(joint);
+            Joint {
+                kind: joint.kind,
+                parent: self.end(&joint.parent, a),
+                child: self.end(&joint.child, b),
+                axis: joint.axis.map(|axis| self.direction(&joint.parent, axis)),
+                axis2: joint.axis2.map(|axis| self.direction(&joint.child, axis)),
+            }
+        };
+        self.model.joints.iter().map(joint).collect()
+    }
+
+    pub(super) fn bars(&self) -> Vec<Bar> {
+        let bar = |bar: &holonom_model::Bar| {
+            let [from, to] = self.start.bar(bar);
+            Bar { from: self.end(&bar.from, from), to: self.end(&bar.to, to) }
+        };
+        self.model.bars.iter().map(bar).collect()
+    }
+
+    pub(super) fn springs(&self) -> Vec<Spring> {
+        let spring = |spring: &holonom_model::Spring| {
+            let [from, to] = self.start.spring(spring);
+            Spring { from: self.end(&spring.from, from), to: self.end(&spring.to, to) }
+        };
+        self.model.springs.iter().map(spring).collect()
+    }
+
+    /// Forces on bodies and nodes, and those along beams at each node.
+    pub(super) fn loads(&self) -> Vec<Load> {
+        let mut loads = Vec::new();
+        for load in self.model.loads.iter().filter(|load| load.force.iter().any(|f| *f != 0.0)) {
+            let history = load.history.time_history();
+            let factors = || encoded(self.frames.times.iter().map(|t| history.value(*t)));
+            let mut add = |member: usize, point: Vector3<f64>, own: Matrix3<f64>| {
+                let follower = load.frame == Frame::Body;
+                let turned =
+                    if follower { own * Vector3::from(load.force) } else { load.force.into() };
+                let at = End { member: member as i64, point: point.into() };
+                loads.push(Load { at, force: turned.into(), follower, factors: factors() });
+            };
+            if let Some(name) = &load.body
+                && let Some(member) = self.member(name)
+            {
+                let own = self.model.body(name).map_or_else(Matrix3::identity, |body| {
+                    self.poses[member].1.tr_mul(&body.rotation())
+                });
+                add(member, own * Vector3::from(load.point.unwrap_or_default()), own);
+            }
+            if let Some(beam) = load.beam.as_deref()
+                && let (Some(first), Some(beam)) =
+                    (self.model.frame(&format!("{beam}.0")), self.model.beam(beam))
+            {
+                let stride = beam.node_count().div_ceil(24);
+                for node in (0..beam.node_count()).step_by(stride) {
+                    add(first + node, Vector3::zeros(), Matrix3::identity());
+                }
+            }
+        }
+        loads
+    }
+
+    /// Points of the ground that joints, bars and springs hold.
+    pub(super) fn fixed(&self) -> Vec<[f64; 3]> {
+        let joints = self.joints().into_iter().flat_map(|j| [j.parent, j.child]);
+        let bars = self.bars().into_iter().flat_map(|b| [b.from, b.to]);
+        let springs = self.springs().into_iter().flat_map(|s| [s.from, s.to]);
+        let ends = joints.chain(bars).chain(springs);
+        ends.filter(|end| end.member < 0).map(|end| end.point).collect()
+    }
+}
+
+/// Semi-axes of the homogeneous ellipsoid with a mass and an inertia, `a_1² = 5/2 (I_2 + I_3 − I_1)/m`.
+fn semi_axes(mass: f64, inertia: &Matrix3<f64>) -> Vec<f64> {
+    let moments = inertia.diagonal();
+    let square = |i: usize| 2.5 * (moments.sum() - 2.0 * moments[i]) / mass;
+    let axes: Vec<f64> = (0..3).map(|i| square(i).max(0.0).sqrt()).collect();
+    let longest = axes.iter().copied().fold(0.0, f64::max);
+    axes.iter().map(|a| if a.is_finite() { a.max(0.02 * longest) } else { 0.0 }).collect()
+}
+
+/// Largest distance of a point of a shape from its centre of mass, m; without a shape that of an ellipsoid.
+fn extent(shape: Option<&Shape>, dimensions: &[f64]) -> f64 {
+    let at = |i: usize| dimensions.get(i).copied().unwrap_or_default();
+    match shape.map(|shape| shape.kind) {
+        Some(ShapeKind::Box) => 0.5 * Vector3::new(at(0), at(1), at(2)).norm(),
+        Some(ShapeKind::Cylinder) => at(0).hypot(0.5 * at(1)),
+        Some(ShapeKind::Rod) => at(1).hypot(0.5 * at(0)),
+        Some(ShapeKind::Cone) => at(0).hypot(0.25 * at(1)).max(0.75 * at(1)),
+        Some(ShapeKind::Sphere) | None => dimensions.iter().copied().fold(0.0, f64::max),
+    }
+}
+
+/// Whether the section of a beam is round, and half its size along `d_1` and `d_2`.
+fn section(beam: &holonom_model::Beam) -> (bool, [f64; 2]) {
+    if let Some(shape) = &beam.section.shape {
+        let at = |i: usize| shape.dimensions.get(i).copied().unwrap_or_default();
+        return match shape.kind {
+            OutlineKind::Rectangle => (false, [0.5 * at(0), 0.5 * at(1)]),
+            OutlineKind::Circle | OutlineKind::Tube => (true, [at(0); 2]),
+        };
+    }
+    // stated numbers: the rectangle with the ratios EI/EA, but never thinner than can be seen
+    let meshes = beam.meshes().unwrap_or_default();
+    let length: f64 = meshes.iter().flat_map(|mesh| &mesh.lengths).sum();
+    let half = |stiffness: Option<f64>| {
+        let ratio = stiffness.zip(beam.section.ea).map(|(ei, ea)| (3.0 * ei / ea).sqrt());
+        ratio
+            .filter(|half| half.is_finite())
+            .unwrap_or_default()
+            .clamp(0.004 * length, 0.05 * length)
+    };
+    (true, [half(beam.section.ei2), half(beam.section.ei1)])
+}

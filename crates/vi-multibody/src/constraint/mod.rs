@@ -1,0 +1,4 @@
+//! Joint coordinates with derivatives, and scalar constraints.
+
+pub mod joint_coordinate;
+pub mod scalar_constraint;

@@ -1,0 +1,235 @@
+//! Single constraints beside the joints: distances, guides, couplings, prescribed motion.
+//!
+//! ```text
+//! distance        ½ (|D|² − l²) = 0                       D: from a point to a point
+//! point on line   m_1·r = m_2·r = 0                       line through the parent's anchor along n
+//! point on plane  n·r = 0                                  plane through the parent's anchor
+//! gear            θ_a + ρ θ_b − c = 0                      gears, racks, screws of two coordinates
+//! motion          θ − θ_ref(t) = 0                         rheonomic
+//! ```
+//! They act on top of the spanning tree like the joints that close loops.
+
+use crate::constraint::joint_coordinate::{JointCoordinate, Unwrapped};
+use crate::geometry::form::{Form, Row};
+use crate::pair::joint::Joint;
+use crate::pair::{DegreeOfFreedom, Twist};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use vi_core::Configuration;
+use vi_core::sparse::Entries;
+
+/// `θ_ref`, `θ̇_ref` and `θ̈_ref` at time `t`.
+pub type Reference = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
+
+/// One scalar constraint row of any kind.
+#[derive(Clone)]
+pub enum ScalarRow {
+    /// A product of forms.
+    Product(Row),
+    /// `θ_a + ρ θ_b − c`.
+    Gear {
+        /// `θ_a`.
+        a: Box<JointCoordinate>,
+        /// `θ_b`.
+        b: Box<JointCoordinate>,
+        /// `ρ`.
+        ratio: f64,
+        /// `c`.
+        target: f64,
+    },
+    /// `θ − θ_ref(t)`.
+    Motion {
+        /// `θ`.
+        coordinate: Box<JointCoordinate>,
+        /// `θ_ref` with its derivatives.
+        reference: Reference,
+    },
+}
+
+impl std::fmt::Debug for ScalarRow {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Product(_) => "product",
+            Self::Gear { .. } => "gear",
+            Self::Motion { .. } => "motion",
+        })
+    }
+}
+
+impl ScalarRow {
+    /// The thread of a screw: `n·r − p θ = 0` with the advance `p` per radian. Premise: the anchors fit, see
+    /// [`crate::pair::screw::fit_thread`].
+    pub(crate) fn thread(joint: &Joint, pitch: f64) -> Option<Self> {
+        let of = |freedom| Some(Box::new(JointCoordinate::of(joint, freedom)?));
+        let (a, b) = (of(DegreeOfFreedom::Length(2))?, of(DegreeOfFreedom::ABOUT_AXIS)?);
+        Some(Self::Gear { a, b, ratio: -pitch, target: 0.0 })
+    }
+
+    /// `g(q, t)`.
+    #[must_use]
+    pub fn value(&self, at: Configuration<'_>) -> f64 {
+        match self {
+            Self::Product(row) => row.value(at.q),
+            Self::Gear { a, b, ratio, target } => {
+                let (a, b) = (a.unwrapped(at), b.unwrapped(at));
+                let revolutions = ratio.mul_add(b.revolutions, a.revolutions);
+                a.principal + ratio * b.principal + TAU.mul_add(revolutions, -target)
+            }
+            Self::Motion { coordinate, reference } => {
+                let Unwrapped { principal, revolutions } = coordinate.unwrapped(at);
+                principal + TAU.mul_add(revolutions, -reference(at.t)[0])
+            }
+        }
+    }
+
+    /// Emits its row of `G`.
+    pub fn emit(&self, q: &[f64], row: usize, out: &mut dyn Entries) {
+        match self {
+            Self::Product(product) => product.emit(q, row, out),
+            Self::Gear { a, b, ratio, .. } => {
+                a.emit(q, (row, 1.0), out);
+                b.emit(q, (row, *ratio), out);
+            }
+            Self::Motion { coordinate, .. } => coordinate.emit(q, (row, 1.0), out),
+        }
+    }
+
+    /// Its gradient as wrenches on the frames.
+    pub fn for_each_wrench(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
+        match self {
+            Self::Product(row) => row.for_each_wrench(q, visit),
+            Self::Gear { a, b, ratio, .. } => {
+                a.for_each_wrench(q, &mut visit);
+                b.for_each_wrench(q, |frame, w| {
+                    visit(frame, Twist::new(*ratio * w.linear, *ratio * w.angular));
+                });
+            }
+            Self::Motion { coordinate, .. } => coordinate.for_each_wrench(q, visit),
+        }
+    }
+
+    /// `D²g[v, w]`.
+    #[must_use]
+    pub fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
+        match self {
+            Self::Product(row) => row.second(v, w),
+            Self::Gear { a, b, ratio, .. } => a.second(q, v, w) + ratio * b.second(q, v, w),
+            Self::Motion { coordinate, .. } => coordinate.second(q, v, w),
+        }
+    }
+
+    /// Emits `scale D²g(q)`; always the same places in the same order.
+    pub fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        match self {
+            Self::Product(row) => row.emit_second(scale, out),
+            Self::Gear { a, b, ratio, .. } => {
+                a.emit_second(q, scale, out);
+                b.emit_second(q, ratio * scale, out);
+            }
+            Self::Motion { coordinate, .. } => coordinate.emit_second(q, scale, out),
+        }
+    }
+
+    /// `[∂g/∂t, ∂²g/∂t²]`; mixed derivatives vanish.
+    #[must_use]
+    pub fn time_derivatives(&self, t: f64) -> [f64; 2] {
+        match self {
+            Self::Motion { reference, .. } => {
+                let [_, rate, acceleration] = reference(t);
+                [-rate, -acceleration]
+            }
+            _ => [0.0; 2],
+        }
+    }
+
+    /// The size of what the coordinates are compared with beside their own: whole revolutions, which are
+    /// known to `ε` of their number, and the reference at `t`.
+    #[must_use]
+    pub fn target_size(&self, at: Configuration<'_>) -> f64 {
+        let rotated = |c: &JointCoordinate| TAU * c.unwrapped(at).revolutions.abs();
+        match self {
+            Self::Product(_) => 0.0,
+            Self::Gear { a, b, ratio, target } => {
+                rotated(a) + ratio.abs() * rotated(b) + target.abs()
+            }
+            Self::Motion { coordinate, reference } => {
+                rotated(coordinate) + reference(at.t)[0].abs()
+            }
+        }
+    }
+
+    /// Whether it depends on time.
+    #[must_use]
+    pub fn is_rheonomic(&self) -> bool {
+        matches!(self, Self::Motion { .. })
+    }
+
+    /// Lists its angles.
+    pub(crate) fn list_angles(&mut self, angles: &mut Vec<JointCoordinate>) {
+        match self {
+            Self::Product(_) => {}
+            Self::Gear { a, b, .. } => {
+                a.list(angles);
+                b.list(angles);
+            }
+            Self::Motion { coordinate, .. } => coordinate.list(angles),
+        }
+    }
+}
+
+/// A named scalar constraint: one or two rows.
+#[derive(Clone, Debug)]
+pub struct ScalarConstraint {
+    /// Its name.
+    pub name: String,
+    /// Its rows.
+    pub rows: Vec<ScalarRow>,
+}
+
+impl ScalarConstraint {
+    fn new(name: &str, rows: Vec<ScalarRow>) -> Self {
+        Self { name: name.to_owned(), rows }
+    }
+
+    /// A point keeps its distance `length` (m) from another; `between` is the form `D`.
+    #[must_use]
+    pub fn distance(name: &str, between: &Form, length: f64) -> Self {
+        Self::new(name, vec![ScalarRow::Product(Row::distance(between, length))])
+    }
+
+    /// The child's anchor stays on the line through the parent's anchor along its axis `n`.
+    #[must_use]
+    pub fn point_on_line(joint: &Joint) -> Self {
+        let rows = crate::pair::gap_on_axis(joint, &joint.gap());
+        Self::new(&joint.name, rows.into_iter().map(ScalarRow::Product).collect())
+    }
+
+    /// The child's anchor stays on the plane through the parent's anchor with normal `n`.
+    #[must_use]
+    pub fn point_on_plane(joint: &Joint) -> Self {
+        let row = Row::product(joint.parent.axis(2), joint.gap(), 0.0);
+        Self::new(&joint.name, vec![ScalarRow::Product(row)])
+    }
+
+    /// `θ_a + ρ θ_b` has the value that it has at `q`, with principal angles: gears (`ρ` = teeth of b over teeth of a), racks,
+    /// and with the two coordinates of a cylindrical joint (`ρ = −pitch/2π`) screws.
+    #[must_use]
+    pub fn gear(
+        name: &str,
+        (a, b): (JointCoordinate, JointCoordinate),
+        ratio: f64,
+        q: &[f64],
+    ) -> Self {
+        let at = Configuration::new(0.0, q);
+        let target = a.at(at) + ratio * b.at(at);
+        let (a, b) = (Box::new(a), Box::new(b));
+        Self::new(name, vec![ScalarRow::Gear { a, b, ratio, target }])
+    }
+
+    /// The coordinate follows `θ_ref(t)`.
+    #[must_use]
+    pub fn motion(name: &str, coordinate: JointCoordinate, reference: Reference) -> Self {
+        let coordinate = Box::new(coordinate);
+        Self::new(name, vec![ScalarRow::Motion { coordinate, reference }])
+    }
+}

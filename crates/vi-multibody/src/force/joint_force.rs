@@ -1,0 +1,259 @@
+//! Springs, dampers, friction and motors that act on a joint coordinate.
+//!
+//! With `θ̄ = ½(θ(q_n) + θ(q_{n+1}))` and `Δθ = θ(q_{n+1}) − θ(q_n)`:
+//! ```text
+//! spring       U_d = ½ k (θ̄ − θ_0)²         D_1 U_d = ½ k (θ̄ − θ_0) ∇θ(q_n)
+//! other laws   f_d^- = (h/2) τ ∇θ(q_n),  f_d^+ = (h/2) τ ∇θ(q_{n+1}),  τ = τ(t_{n+1/2}, θ̄, Δθ/h)
+//!   damper, viscous friction   τ = −c θ̇
+//!   motor                      τ = T(t)
+//!   PD control                 τ = k_p (θ_ref(t) − θ) + k_d (θ̇_ref(t) − θ̇)
+//! ```
+//! Each end carries the gradient of its own node: the work done is `τ Δθ` to second order, and the
+//! reaction on the parent is equal and opposite, so momentum maps stay exact.
+
+use crate::constraint::joint_coordinate::{Change, JointCoordinate};
+use std::sync::Arc;
+use vi_core::Configuration;
+use vi_core::force::DiscreteForce;
+use vi_core::interval::Interval;
+use vi_core::potential::DiscretePotential;
+use vi_core::sparse::Entries;
+
+/// `½ k (θ − θ_0)²` on a joint coordinate.
+///
+/// ```
+/// use vi_core::{Configuration, MechanicalSystem, Quadrature};
+/// use vi_multibody::builder::{Inertia, MechanismBuilder};
+/// use vi_multibody::joint_force::JointSpring;
+/// use vi_multibody::{FrameId::Ground, PairKind};
+///
+/// let mut builder = MechanismBuilder::new();
+/// let arm = builder.body("arm", Inertia::principal(1.0, [0.1; 3])).at([0.5, 0.0, 0.0]).id();
+/// let hinge = builder.joint("hinge", PairKind::Revolute, Ground, arm);
+/// let angle = hinge.at([0.0; 3]).axis([0.0, 1.0, 0.0]).id().coordinate(0);
+/// let mut built = builder.build()?;
+/// let coordinate = built.coordinate(angle).expect("a hinge has one coordinate");
+/// let spring = JointSpring { coordinate, stiffness: 2.0, rest: 0.1 };
+/// let system = built.system(Quadrature::Midpoint).discrete_potential(Box::new(spring));
+/// let q = built.mechanism.initial_configuration();
+/// let energy = system.potential_energy(Configuration::new(0.0, &q));
+/// assert!((energy - 0.01).abs() < 1e-15); // ½ k θ_0²
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct JointSpring {
+    /// The coordinate.
+    pub coordinate: JointCoordinate,
+    /// `k`, N/m or N·m/rad.
+    pub stiffness: f64,
+    /// `θ_0`, m or rad.
+    pub rest: f64,
+}
+
+impl DiscretePotential for JointSpring {
+    fn value(&self, s: &Interval) -> f64 {
+        let stretch = self.coordinate.change(s).mean - self.rest;
+        0.5 * self.stiffness * stretch * stretch
+    }
+    fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        let stretch = self.coordinate.change(s).mean - self.rest;
+        self.coordinate.add_gradient(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
+    }
+    fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
+        let stretch = self.coordinate.change(s).mean - self.rest;
+        self.coordinate.add_gradient(&s.q1, 0.5 * scale * self.stiffness * stretch, out);
+    }
+    fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        self.coordinate.emit_product(&s.q0, &s.q1, 0.25 * scale * self.stiffness, out);
+    }
+    fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        let stretch = self.coordinate.change(s).mean - self.rest;
+        self.coordinate.emit_product(&s.q0, &s.q0, 0.25 * scale * self.stiffness, out);
+        self.coordinate.emit_second(&s.q0, 0.5 * scale * self.stiffness * stretch, out);
+    }
+    fn potential(&self, at: Configuration<'_>) -> f64 {
+        let stretch = self.coordinate.at(at) - self.rest;
+        0.5 * self.stiffness * stretch * stretch
+    }
+    fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        let stretch = self.coordinate.at(at) - self.rest;
+        self.coordinate.add_gradient(at.q, scale * self.stiffness * stretch, out);
+    }
+    fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        let (q, stretch) = (at.q, self.coordinate.at(at) - self.rest);
+        self.coordinate.emit_product(q, q, scale * self.stiffness, out);
+        self.coordinate.emit_second(q, scale * self.stiffness * stretch, out);
+    }
+}
+
+/// Derivatives of an effort.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EffortSlopes {
+    /// `∂τ/∂θ`.
+    pub by_coordinate: f64,
+    /// `∂τ/∂θ̇`.
+    pub by_rate: f64,
+}
+
+/// A force or torque along a joint coordinate, N or N·m.
+pub trait JointLaw: Send + Sync {
+    /// `τ(t, θ, θ̇)`.
+    fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64;
+    /// `(∂τ/∂θ, ∂τ/∂θ̇)`.
+    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes;
+    /// Whether it dissipates energy.
+    fn is_dissipative(&self) -> bool;
+}
+
+impl std::fmt::Debug for dyn JointLaw {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let name = if self.is_dissipative() { "dissipative joint law" } else { "joint law" };
+        f.write_str(name)
+    }
+}
+
+impl JointLaw for Arc<dyn JointLaw> {
+    fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        (**self).effort(t, coordinate, rate)
+    }
+    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes {
+        (**self).slopes(t, coordinate, rate)
+    }
+    fn is_dissipative(&self) -> bool {
+        (**self).is_dissipative()
+    }
+}
+
+/// `τ = −c θ̇`: damper or viscous friction, `c` in N·s/m or N·m·s/rad.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viscous(
+    /// `c`.
+    pub f64,
+);
+
+impl JointLaw for Viscous {
+    fn effort(&self, _t: f64, _coordinate: f64, rate: f64) -> f64 {
+        -self.0 * rate
+    }
+    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortSlopes {
+        EffortSlopes { by_coordinate: 0.0, by_rate: -self.0 }
+    }
+    fn is_dissipative(&self) -> bool {
+        self.0 != 0.0
+    }
+}
+
+/// `τ = T(t)`: a motor with a prescribed effort.
+#[derive(Clone)]
+pub struct Motor(
+    /// `T(t)`.
+    pub Arc<dyn Fn(f64) -> f64 + Send + Sync>,
+);
+
+impl std::fmt::Debug for Motor {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Motor").finish_non_exhaustive()
+    }
+}
+
+impl JointLaw for Motor {
+    fn effort(&self, t: f64, _coordinate: f64, _rate: f64) -> f64 {
+        (self.0)(t)
+    }
+    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortSlopes {
+        EffortSlopes::default()
+    }
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+}
+
+/// The reference of a controller at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setpoint {
+    /// `θ_ref`, m or rad.
+    pub value: f64,
+    /// `θ̇_ref`, m/s or rad/s.
+    pub rate: f64,
+}
+
+/// `τ = k_p (θ_ref(t) − θ) + k_d (θ̇_ref(t) − θ̇)`.
+#[derive(Clone)]
+pub struct PdControl {
+    /// `k_p`, N/m or N·m/rad.
+    pub proportional: f64,
+    /// `k_d`, N·s/m or N·m·s/rad.
+    pub derivative: f64,
+    /// `θ_ref(t)` and `θ̇_ref(t)`.
+    pub reference: Arc<dyn Fn(f64) -> Setpoint + Send + Sync>,
+}
+
+impl std::fmt::Debug for PdControl {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { proportional, derivative, .. } = self;
+        let mut law = f.debug_struct("PdControl");
+        law.field("proportional", proportional)
+            .field("derivative", derivative)
+            .finish_non_exhaustive()
+    }
+}
+
+impl JointLaw for PdControl {
+    fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        let setpoint = (self.reference)(t);
+        self.proportional * (setpoint.value - coordinate) + self.derivative * (setpoint.rate - rate)
+    }
+    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortSlopes {
+        EffortSlopes { by_coordinate: -self.proportional, by_rate: -self.derivative }
+    }
+    fn is_dissipative(&self) -> bool {
+        self.derivative != 0.0
+    }
+}
+
+/// A [`JointLaw`] on a coordinate, as a discrete force pair.
+#[derive(Clone, Debug)]
+pub struct JointForce<L> {
+    /// The coordinate.
+    pub coordinate: JointCoordinate,
+    /// The law.
+    pub law: L,
+}
+
+impl<L: JointLaw> JointForce<L> {
+    fn effort(&self, s: &Interval) -> f64 {
+        let Change { mean, difference } = self.coordinate.change(s);
+        self.law.effort(s.t_mid(), mean, difference / s.h)
+    }
+}
+
+impl<L: JointLaw> DiscreteForce for JointForce<L> {
+    fn add_minus(&self, s: &Interval, out: &mut [f64]) {
+        self.coordinate.add_gradient(&s.q0, 0.5 * s.h * self.effort(s), out);
+    }
+    fn add_plus(&self, s: &Interval, out: &mut [f64]) {
+        self.coordinate.add_gradient(&s.q1, 0.5 * s.h * self.effort(s), out);
+    }
+    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        let Change { mean, difference } = self.coordinate.change(s);
+        let EffortSlopes { by_coordinate, by_rate } =
+            self.law.slopes(s.t_mid(), mean, difference / s.h);
+        let slope = 0.25 * s.h * by_coordinate + 0.5 * by_rate;
+        self.coordinate.emit_product(&s.q0, &s.q1, slope, out);
+    }
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        let rate = self.coordinate.rate(at.q, v);
+        let effort = self.law.effort(at.t, self.coordinate.at(at), rate);
+        self.coordinate.add_gradient(at.q, effort, out);
+    }
+    fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        let (Configuration { t, q, .. }, coordinate) = (at, self.coordinate.at(at));
+        let slope = self.law.slopes(t, coordinate, 0.0).by_coordinate;
+        self.coordinate.emit_product(q, q, scale * slope, out);
+        let effort = self.law.effort(t, coordinate, 0.0);
+        self.coordinate.emit_second(q, scale * effort, out);
+    }
+    fn is_dissipative(&self) -> bool {
+        self.law.is_dissipative()
+    }
+}

@@ -1,0 +1,4 @@
+//! Springs, dampers and motors.
+
+pub mod joint_force;
+pub mod spring;

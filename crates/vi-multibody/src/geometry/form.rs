@@ -1,0 +1,213 @@
+//! Linear vector forms and the quadratic constraint rows built from them.
+//!
+//! A point or a vector that is fixed in a body is a linear function of the body's coordinates,
+//! `x = φ + Σ ϱ_I d_I` or `n = Σ n_I d_I`; on the ground it is constant. Every constraint of the
+//! kinematic pairs is a product of two such forms:
+//! ```text
+//! g      = s (A(q)·B(q) − c)
+//! G δq   = s (B·A(δq) + A·B(δq))            A(δq): the homogeneous part
+//! D²g[v, w] = s (A(v)·B(w) + A(w)·B(v))      constant in q
+//! ```
+//! so `g(q_{n+1}) − g(q_n) = G(q_{n+1/2}) Δq` holds exactly, and the second derivative costs nothing.
+
+use crate::geometry::twist::Twist;
+use nalgebra::Vector3;
+use vi_core::sparse::Entries;
+
+/// `Σ_k c_k x_k + c_0` with vectors `x_k` of two or three coordinates stored from given offsets on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Form {
+    constant: Vector3<f64>,
+    terms: Vec<Term>,
+}
+
+/// `coefficient · q[offset .. offset + dimension]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Term {
+    /// First coordinate of the vector.
+    pub offset: usize,
+    /// Number of its coordinates, 2 or 3.
+    pub dimension: usize,
+    /// Factor.
+    pub coefficient: f64,
+}
+
+impl Form {
+    /// A constant vector.
+    #[must_use]
+    pub fn constant(value: Vector3<f64>) -> Self {
+        Self { constant: value, terms: Vec::new() }
+    }
+
+    /// A point mass: the vector at `offset`.
+    #[must_use]
+    pub fn particle(offset: usize, dimension: usize) -> Self {
+        let term = Term { offset, dimension, coefficient: 1.0 };
+        Self { constant: Vector3::zeros(), terms: vec![term] }
+    }
+
+    /// The vector with components `c` in the directors of the frame at `offset`.
+    #[must_use]
+    pub fn vector(offset: usize, c: &Vector3<f64>) -> Self {
+        let term = |i: usize| Term { offset: offset + 3 + 3 * i, dimension: 3, coefficient: c[i] };
+        let terms = (0..3).filter(|&i| c[i] != 0.0).map(term).collect();
+        Self { constant: Vector3::zeros(), terms }
+    }
+
+    /// The point at `φ + Σ c_I d_I` of the frame at `offset`.
+    #[must_use]
+    pub fn point(offset: usize, c: &Vector3<f64>) -> Self {
+        let mut form = Self::vector(offset, c);
+        form.terms.insert(0, Term { offset, dimension: 3, coefficient: 1.0 });
+        form
+    }
+
+    /// `self − other`.
+    #[must_use]
+    pub fn minus(&self, other: &Self) -> Self {
+        let mut terms = self.terms.clone();
+        terms.extend(other.terms.iter().map(|t| Term { coefficient: -t.coefficient, ..*t }));
+        Self { constant: self.constant - other.constant, terms }
+    }
+
+    /// Its terms.
+    #[must_use]
+    pub fn terms(&self) -> &[Term] {
+        &self.terms
+    }
+
+    /// The value at `q`.
+    #[must_use]
+    pub fn at(&self, q: &[f64]) -> Vector3<f64> {
+        self.constant + self.rate(q)
+    }
+
+    /// The homogeneous part at `v`: the rate of the form along the velocity `v`.
+    #[must_use]
+    pub fn rate(&self, v: &[f64]) -> Vector3<f64> {
+        let mut sum = Vector3::zeros();
+        for term in &self.terms {
+            for i in 0..term.dimension {
+                sum[i] += term.coefficient * v[term.offset + i];
+            }
+        }
+        sum
+    }
+
+    /// `out ← out + (∂form/∂q)ᵀ f`.
+    pub fn add_transposed(&self, f: &Vector3<f64>, out: &mut [f64]) {
+        for term in &self.terms {
+            for i in 0..term.dimension {
+                out[term.offset + i] += term.coefficient * f[i];
+            }
+        }
+    }
+
+    /// Emits `(∂form/∂q)ᵀ W (∂form/∂q)` for a 3×3 matrix `W`.
+    pub fn emit_congruence(&self, w: &nalgebra::Matrix3<f64>, out: &mut dyn Entries) {
+        for a in &self.terms {
+            for b in &self.terms {
+                let factor = a.coefficient * b.coefficient;
+                for i in 0..a.dimension {
+                    for j in 0..b.dimension {
+                        out.add(a.offset + i, b.offset + j, factor * w[(i, j)]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A constraint `s (A·B − c) = 0`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// `s`.
+    pub scale: f64,
+    /// `A`.
+    pub a: Form,
+    /// `B`.
+    pub b: Form,
+    /// `c`.
+    pub target: f64,
+}
+
+impl Row {
+    /// `A·B − c = 0`.
+    #[must_use]
+    pub fn product(a: Form, b: Form, target: f64) -> Self {
+        Self { scale: 1.0, a, b, target }
+    }
+
+    /// The three rows `B = 0`.
+    #[must_use]
+    pub fn vanishing(b: &Form) -> Vec<Self> {
+        let unit = |i: usize| Form::constant(Vector3::ith(i, 1.0));
+        (0..3).map(|i| Self::product(unit(i), b.clone(), 0.0)).collect()
+    }
+
+    /// `½ (|B|² − l²) = 0`.
+    #[must_use]
+    pub fn distance(b: &Form, length: f64) -> Self {
+        Self { scale: 0.5, a: b.clone(), b: b.clone(), target: length * length }
+    }
+
+    /// `g(q)`.
+    #[must_use]
+    pub fn value(&self, q: &[f64]) -> f64 {
+        self.scale * (self.a.at(q).dot(&self.b.at(q)) - self.target)
+    }
+
+    /// Emits the row `row` of `G(q)`.
+    pub fn emit(&self, q: &[f64], row: usize, out: &mut dyn Entries) {
+        self.for_each_slope(q, |column, slope| out.add(row, column, slope));
+    }
+
+    /// The entries of the row of `G(q)`: coordinate and slope, always in the same order.
+    pub fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
+        let (a, b) = (self.scale * self.a.at(q), self.scale * self.b.at(q));
+        for (form, f) in [(&self.a, b), (&self.b, a)] {
+            for term in form.terms() {
+                for i in 0..term.dimension {
+                    visit(term.offset + i, term.coefficient * f[i]);
+                }
+            }
+        }
+    }
+
+    /// The row of `G` as wrenches on the frames it touches (coordinates in twelves): force at `φ` and
+    /// torque, `P_inᵀ` of the gradient, term by term.
+    pub fn for_each_wrench(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
+        let (a, b) = (self.scale * self.a.at(q), self.scale * self.b.at(q));
+        for (form, f) in [(&self.a, b), (&self.b, a)] {
+            for term in form.terms() {
+                let f = term.coefficient * f;
+                let (frame, local) = (term.offset / 12, term.offset % 12);
+                if local == 0 {
+                    visit(frame, Twist::new(f, Vector3::zeros()));
+                } else {
+                    let d = Vector3::from_column_slice(&q[term.offset..term.offset + 3]);
+                    visit(frame, Twist::new(Vector3::zeros(), d.cross(&f)));
+                }
+            }
+        }
+    }
+
+    /// `D²g[v, w]`.
+    #[must_use]
+    pub fn second(&self, v: &[f64], w: &[f64]) -> f64 {
+        self.scale * (self.a.rate(v).dot(&self.b.rate(w)) + self.a.rate(w).dot(&self.b.rate(v)))
+    }
+
+    /// Emits `weight D²g`.
+    pub fn emit_second(&self, weight: f64, out: &mut dyn Entries) {
+        for a in &self.a.terms {
+            for b in &self.b.terms {
+                let value = weight * self.scale * a.coefficient * b.coefficient;
+                for i in 0..a.dimension.min(b.dimension) {
+                    out.add(a.offset + i, b.offset + i, value);
+                    out.add(b.offset + i, a.offset + i, value);
+                }
+            }
+        }
+    }
+}

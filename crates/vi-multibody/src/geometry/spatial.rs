@@ -1,0 +1,80 @@
+//! 6×6 matrices on twists `(φ̇, ω)`, by 3×3 blocks.
+
+use crate::geometry::twist::{Transfer, Twist};
+use nalgebra::{Matrix3, Vector3};
+
+/// A 6×6 matrix on twists, by 3×3 blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpatialMatrix {
+    ll: Matrix3<f64>,
+    la: Matrix3<f64>,
+    al: Matrix3<f64>,
+    aa: Matrix3<f64>,
+}
+
+impl SpatialMatrix {
+    /// Zero.
+    #[must_use]
+    pub fn zero() -> Self {
+        let z = Matrix3::zeros();
+        Self { ll: z, la: z, al: z, aa: z }
+    }
+
+    pub(crate) fn mul(&self, t: &Twist) -> Twist {
+        Twist::new(
+            self.ll * t.linear + self.la * t.angular,
+            self.al * t.linear + self.aa * t.angular,
+        )
+    }
+
+    pub(crate) fn tr_mul(&self, t: &Twist) -> Twist {
+        Twist::new(
+            self.ll.tr_mul(&t.linear) + self.al.tr_mul(&t.angular),
+            self.la.tr_mul(&t.linear) + self.aa.tr_mul(&t.angular),
+        )
+    }
+
+    /// `self −= x yᵀ`.
+    pub(crate) fn sub_outer(&mut self, x: &Twist, y: &Twist) {
+        self.ll -= x.linear * y.linear.transpose();
+        self.la -= x.linear * y.angular.transpose();
+        self.al -= x.angular * y.linear.transpose();
+        self.aa -= x.angular * y.angular.transpose();
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.ll += other.ll;
+        self.la += other.la;
+        self.al += other.al;
+        self.aa += other.aa;
+    }
+
+    /// `Xᵀ A X'`.
+    pub(crate) fn congruence(&self, left: &Transfer, right: &Transfer) -> Self {
+        let (a, b, point) = match (left, right) {
+            (Transfer::Rigid(a), Transfer::Rigid(b)) => (a, b, false),
+            (Transfer::Point(a), Transfer::Point(b)) => (a, b, true),
+            _ => return Self::zero(),
+        };
+        let minus_hat = |m: &Matrix3<f64>| -> Matrix3<f64> {
+            // −M b̂: row i is (b × row_i)
+            Matrix3::from_rows(&[
+                b.cross(&m.row(0).transpose()).transpose(),
+                b.cross(&m.row(1).transpose()).transpose(),
+                b.cross(&m.row(2).transpose()).transpose(),
+            ])
+        };
+        let hat = |m: &Matrix3<f64>| -> Matrix3<f64> {
+            // â M: columns a × column
+            let column = |j: usize| -> Vector3<f64> { a.cross(&m.column(j)) };
+            Matrix3::from_columns(&[column(0), column(1), column(2)])
+        };
+        let (ll, la) =
+            (self.ll, minus_hat(&self.ll) + if point { Matrix3::zeros() } else { self.la });
+        if point {
+            return Self { ll, la, al: hat(&ll), aa: hat(&la) };
+        }
+        let (al, aa) = (self.al, minus_hat(&self.al) + self.aa);
+        Self { ll, la, al: al + hat(&ll), aa: aa + hat(&la) }
+    }
+}

@@ -1,0 +1,120 @@
+//! The constraints of a mechanism: internal ones of the bodies, then joints, bars, scalar constraints.
+
+use super::Mechanism;
+use crate::constraint::scalar_constraint::ScalarRow;
+use vi_constraints::Constraints;
+use vi_constraints::constraints::RowSums;
+use vi_core::Configuration;
+use vi_core::linear::norm_inf;
+use vi_core::sparse::Entries;
+use vi_rigid::directors;
+
+impl Constraints for Mechanism {
+    fn dim(&self) -> usize {
+        let d = &self.description;
+        12 * d.bodies.len() + d.dimension * d.particles.len()
+    }
+
+    fn len(&self) -> usize {
+        6 * self.description.bodies.len() + self.rows.len()
+    }
+
+    fn value(&self, at: Configuration<'_>, out: &mut [f64]) {
+        let (q, bodies) = (at.q, self.description.bodies.len());
+        for k in 0..bodies {
+            directors::internal_value(&q[12 * k..12 * k + 12], &mut out[6 * k..6 * k + 6]);
+        }
+        for (row, g) in self.rows.iter().zip(&mut out[6 * bodies..]) {
+            *g = row.value(at);
+        }
+    }
+
+    fn jacobian(&self, _t: f64, q: &[f64], out: &mut dyn Entries) {
+        let bodies = self.description.bodies.len();
+        for k in 0..bodies {
+            directors::internal_jacobian(&q[12 * k..12 * k + 12], 6 * k, 12 * k, out);
+        }
+        for (i, row) in self.rows.iter().enumerate() {
+            row.emit(q, 6 * bodies + i, out);
+        }
+    }
+
+    fn second_derivative(&self, _t: f64, q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]) {
+        let bodies = self.description.bodies.len();
+        for k in 0..bodies {
+            let own = 12 * k..12 * k + 12;
+            let rows = &mut out[6 * k..6 * k + 6];
+            directors::internal_second_derivative(&v[own.clone()], &w[own], rows);
+        }
+        for (row, g) in self.rows.iter().zip(&mut out[6 * bodies..]) {
+            *g = row.second(q, v, w);
+        }
+    }
+
+    fn time_derivative(&self, t: f64, _q: &[f64], out: &mut [f64]) {
+        let first = 6 * self.description.bodies.len();
+        out[..first].fill(0.0);
+        for (row, g) in self.rows.iter().zip(&mut out[first..]) {
+            *g = row.time_derivatives(t)[0];
+        }
+    }
+
+    fn acceleration_terms(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        self.second_derivative(t, q, v, v, out);
+        let first = 6 * self.description.bodies.len();
+        for (row, g) in self.rows.iter().zip(&mut out[first..]) {
+            *g += row.time_derivatives(t)[1];
+        }
+    }
+
+    fn is_rheonomic(&self) -> bool {
+        self.rows.iter().any(ScalarRow::is_rheonomic)
+    }
+
+    /// Directors have size 1; points have that of the farthest one, no less than the longest lever arm.
+    fn coordinate_sizes(&self, q: &[f64], out: &mut [f64]) {
+        let frames = 12 * self.description.bodies.len();
+        let points = q[..frames].chunks(12).map(|frame| norm_inf(&frame[..3]));
+        let extent = points.fold(norm_inf(&q[frames..]), f64::max);
+        let arm = if self.description.joints.is_empty() && extent > 0.0 {
+            0.0
+        } else {
+            self.longest_arm()
+        };
+        out.fill(extent.max(arm));
+        out[..frames].chunks_mut(12).for_each(|frame| frame[3..].fill(1.0));
+    }
+
+    fn row_sizes(&self, at: Configuration<'_>, out: &mut [f64]) {
+        let Configuration { t, q, .. } = at;
+        let mut sizes = vec![0.0; self.dim()];
+        self.coordinate_sizes(q, &mut sizes);
+        out.fill(0.0);
+        self.jacobian(t, q, &mut RowSums { sizes: &sizes, out });
+        let first = 6 * self.description.bodies.len();
+        for (row, size) in self.rows.iter().zip(&mut out[first..]) {
+            *size += row.target_size(at);
+        }
+    }
+
+    fn angle_count(&self) -> usize {
+        self.angles.len()
+    }
+
+    fn unwrap_angles(&self, q: &[f64], angles: &mut [f64]) {
+        for (slot, coordinate) in self.angles.iter().enumerate() {
+            angles[slot] = coordinate.at(Configuration { t: 0.0, q, angles });
+        }
+    }
+
+    fn weighted_hessian(&self, _: f64, q: &[f64], w: &[f64], scale: f64, out: &mut dyn Entries) {
+        let bodies = self.description.bodies.len();
+        for k in 0..bodies {
+            let weights = &w[6 * k..6 * k + 6];
+            directors::internal_weighted_hessian(weights, scale, 12 * k, out);
+        }
+        for (row, weight) in self.rows.iter().zip(&w[6 * bodies..]) {
+            row.emit_second(q, scale * weight, out);
+        }
+    }
+}

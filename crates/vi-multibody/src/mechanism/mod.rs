@@ -1,0 +1,361 @@
+//! Bodies, point masses, joints and bars: one system on `q ∈ R^n`.
+//!
+//! Coordinates: 12 for each body in the order given (`φ, d_1, d_2, d_3`), then 2 or 3 for each point
+//! mass. Constraints: six internal ones for each body, LMO08 (56), then the rows of the joints, then
+//! those of the bars. A spanning tree defines the velocity map; joints and bars outside it close loops.
+
+mod constraints;
+pub mod description;
+pub mod initial_rates;
+pub mod prescribed;
+pub(crate) mod spanning;
+
+pub use description::{Attachment, Bar, BarEnd, BodySpec, Description, ParticleSpec};
+
+use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::constraint::scalar_constraint::ScalarRow;
+use crate::geometry::form::{Form, Row};
+use crate::pair::joint::Joint;
+use crate::tree::Tree;
+use crate::tree::particle::ParticleTree;
+use nalgebra::Vector3;
+use spanning::{span_bodies, span_particles};
+use std::ops::Range;
+use vi_constraints::Constraints;
+use vi_core::momentum_map::Momentum;
+use vi_core::potential::LinearPotential;
+use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::{Quadrature, SeparableSystem};
+use vi_rigid::directors;
+
+/// A mechanism: its constraints, its mass matrix, its spanning tree.
+///
+/// ```
+/// use vi_constraints::Constraints;
+/// use vi_multibody::builder::{Inertia, MechanismBuilder};
+/// use vi_multibody::{FrameId::Ground, PairKind};
+///
+/// let mut builder = MechanismBuilder::new();
+/// let arm = builder.body("arm", Inertia::principal(1.0, [0.1; 3])).at([0.5, 0.0, 0.0]).id();
+/// builder.joint("hinge", PairKind::Revolute, Ground, arm).at([0.0; 3]).axis([0.0, 1.0, 0.0]);
+/// let mechanism = builder.build()?.mechanism;
+/// // 12 coordinates; 6 internal constraints of the body, 5 of the hinge; a tree
+/// assert_eq!((mechanism.dim(), mechanism.len()), (12, 11));
+/// assert_eq!(mechanism.initial_configuration()[0], 0.5);
+/// assert!(!mechanism.has_loops());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Mechanism {
+    description: Description,
+    rows: Vec<ScalarRow>,         // joints, then bars, then scalar constraints
+    angles: Vec<JointCoordinate>, // whose revolutions count
+    coordinates: Vec<((usize, usize), JointCoordinate)>, // asked for: joint, freedom
+    joint_rows: Vec<Range<usize>>, // into the constraints, for each joint
+    bar_rows: Vec<Range<usize>>,
+    scalar_rows: Vec<Range<usize>>,
+    tree: Tree,
+    particle_tree: ParticleTree,
+    cut_joints: Vec<usize>,
+    cut_bars: Vec<usize>,
+}
+
+impl Mechanism {
+    /// Assembles a mechanism; the spanning tree is found breadth first from the ground.
+    ///
+    /// # Panics
+    /// When a joint or a bar names a member that does not exist.
+    #[must_use]
+    pub fn new(mut description: Description) -> Self {
+        description.fit_threads();
+        let bodies = description.bodies.len();
+        let mut rows = Vec::new();
+        let mut place = |new: Vec<ScalarRow>| {
+            let start = 6 * bodies + rows.len();
+            rows.extend(new);
+            start..6 * bodies + rows.len()
+        };
+        let joint_rows: Vec<_> =
+            description.joints.iter().map(|joint| place(joint_rows(joint))).collect();
+        let bar_rows: Vec<_> = description
+            .bars
+            .iter()
+            .map(|bar| place(products(vec![Row::distance(&description.bar_form(bar), bar.length)])))
+            .collect();
+        let scalar_rows = description.scalars.iter().map(|c| place(c.rows.clone())).collect();
+        let mut angles = Vec::new();
+        rows.iter_mut().for_each(|row| row.list_angles(&mut angles));
+        let (tree, cut_joints) = span_bodies(&description);
+        let (particle_tree, cut_bars) = span_particles(&description, tree.dof());
+        Self {
+            description,
+            rows,
+            angles,
+            coordinates: Vec::new(),
+            joint_rows,
+            bar_rows,
+            scalar_rows,
+            tree,
+            particle_tree,
+            cut_joints,
+            cut_bars,
+        }
+    }
+
+    /// What it was made from.
+    #[must_use]
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// Coordinate `freedom` of joint `joint` for springs, dampers and motors, an angle with its revolutions;
+    /// `None` as [`JointCoordinate::principal`]. Before the integrator takes the mechanism.
+    pub fn coordinate(&mut self, joint: usize, freedom: usize) -> Option<JointCoordinate> {
+        let place = (joint, freedom);
+        if let Some((_, known)) = self.coordinates.iter().find(|(at, _)| *at == place) {
+            return Some(known.clone());
+        }
+        let joint = self.description.joints.get(joint)?;
+        let mut coordinate = JointCoordinate::principal(joint, freedom)?;
+        coordinate.list(&mut self.angles);
+        self.coordinates.push((place, coordinate.clone()));
+        Some(coordinate)
+    }
+
+    /// The spanning tree of the bodies.
+    #[must_use]
+    pub fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// The spanning tree of the point masses.
+    #[must_use]
+    pub fn particle_tree(&self) -> &ParticleTree {
+        &self.particle_tree
+    }
+
+    /// Joints outside the tree.
+    #[must_use]
+    pub fn cut_joints(&self) -> &[usize] {
+        &self.cut_joints
+    }
+
+    /// Bars outside the tree.
+    #[must_use]
+    pub fn cut_bars(&self) -> &[usize] {
+        &self.cut_bars
+    }
+
+    /// Whether anything constrains the motion of the spanning tree: a joint or a bar that closes a
+    /// loop, a scalar constraint.
+    #[must_use]
+    pub fn has_loops(&self) -> bool {
+        !(self.cut_joints.is_empty()
+            && self.cut_bars.is_empty()
+            && self.description.scalars.is_empty())
+    }
+
+    /// The constraints beside the internal ones of the bodies: of joints, then bars, then scalar
+    /// constraints.
+    #[must_use]
+    pub fn rows(&self) -> &[ScalarRow] {
+        &self.rows
+    }
+
+    /// The constraints of joint `k`.
+    #[must_use]
+    pub fn joint_rows(&self, k: usize) -> Range<usize> {
+        self.joint_rows[k].clone()
+    }
+
+    /// The constraint of bar `k`.
+    #[must_use]
+    pub fn bar_rows(&self, k: usize) -> Range<usize> {
+        self.bar_rows[k].clone()
+    }
+
+    /// The constraints of scalar constraint `k`.
+    #[must_use]
+    pub fn scalar_rows(&self, k: usize) -> Range<usize> {
+        self.scalar_rows[k].clone()
+    }
+
+    /// The constraints that act on the tree of bodies, as numbered among all constraints.
+    #[must_use]
+    pub fn loop_rows(&self) -> Vec<usize> {
+        let joints = self.cut_joints.iter().flat_map(|&k| self.joint_rows[k].clone());
+        let scalars = self.scalar_rows.iter().cloned().flatten();
+        joints.chain(scalars).collect()
+    }
+
+    /// The rows that act on the tree of bodies: those of the cut joints and the scalar constraints
+    /// (bars cut loops of point masses, which have no joint space).
+    #[must_use]
+    pub fn loop_constraints(&self) -> Vec<ScalarRow> {
+        let first = 6 * self.description.bodies.len();
+        self.loop_rows().into_iter().map(|row| self.rows[row - first].clone()).collect()
+    }
+
+    /// What a constraint belongs to: the name of a body, a joint or a bar.
+    #[must_use]
+    pub fn constraint_name(&self, row: usize) -> &str {
+        let bodies = &self.description.bodies;
+        if row < 6 * bodies.len() {
+            return &bodies[row / 6].name;
+        }
+        let joint = self.joint_rows.iter().position(|r| r.contains(&row));
+        let bar = || self.bar_rows.iter().position(|r| r.contains(&row));
+        let scalar = || self.scalar_rows.iter().position(|r| r.contains(&row));
+        match (joint, bar()) {
+            (Some(k), _) => &self.description.joints[k].name,
+            (_, Some(k)) => &self.description.bars[k].name,
+            _ => scalar().map_or("", |k| &self.description.scalars[k].name),
+        }
+    }
+
+    /// The member a coordinate belongs to.
+    #[must_use]
+    pub fn coordinate_name(&self, coordinate: usize) -> &str {
+        let bodies = &self.description.bodies;
+        if coordinate < 12 * bodies.len() {
+            return &bodies[coordinate / 12].name;
+        }
+        let k = (coordinate - 12 * bodies.len()) / self.description.dimension;
+        self.description.particles.get(k).map_or("", |p| &p.name)
+    }
+
+    /// The joint of the spanning tree that a rate `ν_k` belongs to: its name, for free members their own,
+    /// for point masses that of the mass.
+    #[must_use]
+    pub fn rate_name(&self, rate: usize) -> &str {
+        match self.tree.owner(rate) {
+            Some((link, _)) => &link.joint.name,
+            None => self.particle_tree.owner(rate).map_or("", |at| self.coordinate_name(at)),
+        }
+    }
+
+    /// Offset of the coordinates of a point mass.
+    #[must_use]
+    pub fn particle_offset(&self, k: usize) -> usize {
+        self.description.particle_offset(k)
+    }
+
+    /// The constant mass matrix, LMO08 (58), (65), plus what `extra` emits (beam elements).
+    #[must_use]
+    pub fn mass(&self, extra: impl FnOnce(&mut dyn Entries)) -> SparseMatrix {
+        let n = self.dim();
+        SparseMatrix::assemble(n, n, |out| {
+            for (k, body) in self.description.bodies.iter().enumerate() {
+                if let Some(body) = &body.body {
+                    body.emit_mass(12 * k, out);
+                }
+            }
+            for (k, particle) in self.description.particles.iter().enumerate() {
+                let at = self.particle_offset(k);
+                (0..self.description.dimension)
+                    .for_each(|i| out.add(at + i, at + i, particle.mass));
+            }
+            extra(out);
+        })
+    }
+
+    /// The system with its mass matrix and gravity.
+    #[must_use]
+    pub fn system(&self, quadrature: Quadrature) -> SeparableSystem {
+        self.system_with_mass(self.mass(|_| {}), quadrature)
+    }
+
+    /// The system with a given mass matrix and gravity, `V = −(M γ)·q`.
+    #[must_use]
+    pub fn system_with_mass(&self, mass: SparseMatrix, quadrature: Quadrature) -> SeparableSystem {
+        let gravity = &self.description.gravity;
+        let mut acceleration = vec![0.0; self.dim()]; // γ at every point, 0 at every director
+        for k in 0..self.description.bodies.len() {
+            (0..3).for_each(|i| acceleration[12 * k + i] = gravity[i]);
+        }
+        for k in 0..self.description.particles.len() {
+            let at = self.particle_offset(k);
+            (0..self.description.dimension).for_each(|i| acceleration[at + i] = gravity[i]);
+        }
+        let mut force = vec![0.0; self.dim()];
+        mass.mul_add(1.0, &acceleration, &mut force);
+        let system = SeparableSystem::new(mass).quadrature(quadrature);
+        if gravity == &Vector3::zeros() {
+            return system;
+        }
+        system.potential(LinearPotential { force })
+    }
+
+    /// `q(0)` of the description.
+    #[must_use]
+    pub fn initial_configuration(&self) -> Vec<f64> {
+        self.description.configuration()
+    }
+
+    /// `v(0)` of the description.
+    #[must_use]
+    pub fn initial_velocity(&self) -> Vec<f64> {
+        let (q, mut v) = (self.initial_configuration(), vec![0.0; self.dim()]);
+        for (k, body) in self.description.bodies.iter().enumerate() {
+            let own = 12 * k..12 * k + 12;
+            let rate = directors::spin_velocity(&q[own.clone()], &body.velocity, &body.omega);
+            v[own].copy_from_slice(&rate);
+        }
+        for (k, particle) in self.description.particles.iter().enumerate() {
+            let at = self.particle_offset(k);
+            (0..self.description.dimension).for_each(|i| v[at + i] = particle.velocity[i]);
+        }
+        v
+    }
+
+    /// The longest lever arm of a joint in the initial configuration, 1 m when there is none.
+    #[must_use]
+    pub fn longest_arm(&self) -> f64 {
+        let q = self.initial_configuration();
+        let arm = |joint: &Joint| {
+            let at = joint.configuration(&q);
+            at.rho_parent.norm().max(at.rho_child.norm()).max(at.gap.norm())
+        };
+        let length = self.description.joints.iter().map(arm).fold(0.0, f64::max);
+        if length > 0.0 { length } else { 1.0 }
+    }
+
+    /// Linear and angular momentum of a momentum vector `p` at `q`.
+    #[must_use]
+    pub fn momentum(&self, q: &[f64], p: &[f64]) -> Momentum {
+        let mut momentum = Momentum::default();
+        for k in 0..self.description.bodies.len() {
+            let own = 12 * k..12 * k + 12;
+            directors::add_momentum(&q[own.clone()], &p[own], &mut momentum);
+        }
+        for k in 0..self.description.particles.len() {
+            let (at, dimension) = (self.particle_offset(k), self.description.dimension);
+            let read =
+                |x: &[f64]| std::array::from_fn(|i| if i < dimension { x[at + i] } else { 0.0 });
+            momentum.add(read(q), read(p), true);
+        }
+        momentum
+    }
+
+    /// The point of a member as a form: body components from `φ`; `point` is not read for particles.
+    #[must_use]
+    pub fn point_of(&self, member: Attachment, point: &Vector3<f64>) -> Form {
+        match member {
+            Attachment::Ground => Form::constant(*point),
+            Attachment::Body(k) => Form::point(12 * k, point),
+            Attachment::Particle(k) => {
+                Form::particle(self.particle_offset(k), self.description.dimension)
+            }
+        }
+    }
+}
+
+fn joint_rows(joint: &Joint) -> Vec<ScalarRow> {
+    let mut rows = products(joint.kind.rows(joint));
+    rows.extend(joint.kind.pitch().and_then(|pitch| ScalarRow::thread(joint, pitch)));
+    rows
+}
+
+fn products(rows: Vec<Row>) -> Vec<ScalarRow> {
+    rows.into_iter().map(ScalarRow::Product).collect()
+}

@@ -1,0 +1,225 @@
+//! Joint coordinates along a motion: angles counted on beyond `±π`, and joint rates.
+//!
+//! ```text
+//! θ_n = θ(q_n) + 2π round((θ_{n−1} − θ(q_n)) / 2π),     θ(q_n) ∈ (−π, π]
+//! ω² − ω¹,  ṙ' = (φ̇² + ω²×ϱ²) − (φ̇¹ + ω¹×(c + ϱ²)),     (ṙ', ω² − ω¹) = S' τ
+//! ```
+//! `θ_n` is the angle next to the last one, so revolutions are counted and round-off does not accumulate; a step must
+//! not rotate the joint by `π` or more. `S'` are the columns of the pair's velocity map moved to the
+//! child's anchor, where a rotation has no linear part and a translation no angular one.
+//!
+//! This is output: it reads coordinates of any pair from configurations. Joint springs, motors and couplings
+//! need a single coordinate with its derivatives: [`crate::constraint::joint_coordinate`].
+//!
+//! S (and free) pairs have no angles: their coordinates are the rotation vector of `(m_1', m_2', n')`
+//! against `(m_1, m_2, n)`, of length at most `π`, and their rates `ω² − ω¹`, both as components along
+//! `m_1, m_2, n`.
+
+use crate::pair::joint::{FrameId, Joint, JointConfiguration};
+use crate::pair::{MAX_DOF, Twist};
+use nalgebra::{Rotation3, SMatrix, SVector, UnitQuaternion, Vector3};
+use std::f64::consts::TAU;
+use vi_rigid::directors;
+
+/// The coordinates of one joint, followed from step to step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointMotion {
+    joint: Joint,
+    values: [f64; MAX_DOF],
+}
+
+impl JointMotion {
+    /// Begins at the configuration `q` of all frames, with angles in `(−π, π]`.
+    #[must_use]
+    pub fn new(joint: Joint, q: &[f64]) -> Self {
+        let values = principal(&joint, q);
+        Self { joint, values }
+    }
+
+    /// The joint.
+    #[must_use]
+    pub fn joint(&self) -> &Joint {
+        &self.joint
+    }
+
+    /// Goes on to the configuration of the next step; allocates nothing.
+    pub fn follow(&mut self, q: &[f64]) {
+        let kind = self.joint.kind;
+        let next = principal(&self.joint, q);
+        let rotation_vector = kind.rotation_vector().is_some();
+        for (k, next) in next.into_iter().enumerate().take(kind.dof()) {
+            let revolutions = if kind.is_angle(k) && !rotation_vector {
+                ((self.values[k] - next) / TAU).round()
+            } else {
+                0.0
+            };
+            self.values[k] = next + TAU * revolutions;
+        }
+    }
+
+    /// The coordinates, in the order of the pair's degrees of freedom: lengths in m, angles in rad.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values[..self.joint.kind.dof()]
+    }
+}
+
+/// Coordinates with angles in `(−π, π]`.
+fn principal(joint: &Joint, q: &[f64]) -> [f64; MAX_DOF] {
+    let at = joint.configuration(q);
+    let mut values = joint.kind.coordinates(&at);
+    if let Some(first) = joint.kind.rotation_vector() {
+        let relative = Rotation3::from_matrix_unchecked(at.axes.tr_mul(&at.axes_child));
+        let vector = UnitQuaternion::from_rotation_matrix(&relative).scaled_axis();
+        values[first..first + 3].copy_from_slice(vector.as_slice());
+    }
+    values
+}
+
+/// The rates `τ` of a joint at `q` for the velocities `v` of all frames; the first `degrees of freedom` entries
+/// count (m/s, rad/s).
+#[must_use]
+pub fn joint_rates(joint: &Joint, q: &[f64], v: &[f64]) -> [f64; MAX_DOF] {
+    let at = joint.configuration(q);
+    let (parent, child) = (twist(joint.parent.frame, q, v), twist(joint.child.frame, q, v));
+    let to_child_anchor = |t: &Twist, arm: &Vector3<f64>| t.linear + t.angular.cross(arm);
+    let linear =
+        to_child_anchor(&child, &at.rho_child) - to_child_anchor(&parent, &(at.c + at.rho_child));
+    let angular = child.angular - parent.angular;
+    if let Some(first) = joint.kind.rotation_vector() {
+        let (linear, angular) = (at.axes.tr_mul(&linear), at.axes.tr_mul(&angular));
+        let mut rates = [0.0; MAX_DOF];
+        rates[..first].copy_from_slice(&linear.as_slice()[..first]);
+        rates[first..first + 3].copy_from_slice(angular.as_slice());
+        return rates;
+    }
+    solve(joint, &at, &Twist::new(linear, angular))
+}
+
+/// `τ` from `S' τ = t` by the normal equations, padded with the identity.
+fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_DOF] {
+    let map = joint.kind.velocity_map(at);
+    let mut gram = SMatrix::<f64, MAX_DOF, MAX_DOF>::identity();
+    let mut right = SVector::<f64, MAX_DOF>::zeros();
+    let moved = |s: &Twist| Twist::new(s.linear + s.angular.cross(&at.rho_child), s.angular);
+    for (i, a) in map.columns().iter().map(moved).enumerate() {
+        right[i] = a.dot(t);
+        for (j, b) in map.columns().iter().map(moved).enumerate() {
+            gram[(i, j)] = a.dot(&b);
+        }
+    }
+    let rates = gram.lu().solve(&right); // None: the pair itself is singular
+    rates.map_or([f64::NAN; MAX_DOF], Into::into)
+}
+
+/// The twist `(φ̇, ω)` of a frame.
+fn twist(frame: FrameId, q: &[f64], v: &[f64]) -> Twist {
+    let FrameId::Frame(k) = frame else { return Twist::zero() };
+    let own = 12 * k..12 * k + 12;
+    let (q, v) = (&q[own.clone()], &v[own]);
+    Twist::new(directors::center(v), directors::angular_velocity(q, v))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pair::joint::{Side, complete_axis};
+    use crate::pair::{Motion, PairKind};
+    use nalgebra::Matrix3;
+
+    fn two_frames() -> Vec<f64> {
+        let mut q = vec![0.0; 24];
+        let turn = |v: [f64; 3]| *Rotation3::from_scaled_axis(Vector3::from(v)).matrix();
+        directors::set_frame(&mut q[..12], &Vector3::new(0.3, 0.1, -0.2), &turn([0.4, -0.2, 0.7]));
+        let center = Vector3::new(500.0, -0.4, 0.6); // a long arm
+        directors::set_frame(&mut q[12..], &center, &turn([-0.3, 0.9, 0.1]));
+        q
+    }
+
+    fn joint(kind: PairKind, q: &[f64]) -> Joint {
+        let axes = complete_axis(&Vector3::new(1.0, 2.0, -0.5).normalize());
+        let point = Vector3::new(0.7, -0.2, 0.5);
+        let side = |k: usize| Side::at(FrameId::Frame(k), &q[12 * k..12 * k + 12], &point, &axes);
+        Joint { name: "j".into(), kind, parent: side(0), child: side(1) }
+    }
+
+    /// Moves the child by the increments `u` of its joint.
+    fn advance(joint: &Joint, q: &mut [f64], u: &[f64]) {
+        let at = joint.configuration(q);
+        let motion = joint.kind.reparametrize(u, &Motion::rest(), &at).unwrap();
+        let center = directors::center(&q[12..]) + motion.translation;
+        let triad = directors::triad(&q[12..]);
+        let triad: Matrix3<f64> = triad + motion.rotation_minus_identity * triad;
+        directors::set_frame(&mut q[12..], &center, &triad);
+    }
+
+    #[test]
+    fn turns_and_slides_accumulate() {
+        for kind in PairKind::ALL.into_iter().filter(|kind| kind.dof() < 6) {
+            if kind.rotation_vector().is_some() {
+                continue;
+            }
+            let mut q = two_frames();
+            let joint = joint(kind, &q);
+            let mut tracker = JointMotion::new(joint.clone(), &q);
+            let start = tracker.values().to_vec();
+            // the second angle of a universal joint stays short of the lock of its fork
+            let u: Vec<f64> = (0..kind.dof()).map(|k| [2.5, -0.9, 3.0][k]).collect();
+            for _ in 0..40 {
+                advance(&joint, &mut q, &u);
+                tracker.follow(&q);
+            }
+            for (k, value) in tracker.values().iter().enumerate() {
+                let error = (value - start[k] - 40.0 * u[k]).abs();
+                assert!(error < 1e-10, "{kind:?}, freedom {k}: off by {error:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn rates_are_the_derivatives_of_the_coordinates() {
+        for kind in PairKind::ALL.into_iter().filter(|kind| kind.dof() < 6) {
+            let mut start = two_frames();
+            let joint = joint(kind, &start);
+            let u: Vec<f64> = (0..kind.dof()).map(|k| [0.4, -0.3, 0.5][k]).collect();
+            if kind.rotation_vector().is_none() {
+                advance(&joint, &mut start, &u);
+            }
+            // both frames rotate, so the parent's motion must drop out
+            let e = 1e-6;
+            let moved = |by: f64| {
+                let mut q = start.clone();
+                let u: Vec<f64> = u.iter().map(|u| by * u).collect();
+                advance(&joint, &mut q, &u);
+                let common =
+                    *Rotation3::from_scaled_axis(by * Vector3::new(0.2, 0.5, -0.3)).matrix();
+                for frame in q.chunks_exact_mut(12) {
+                    let (center, triad) = (directors::center(frame), directors::triad(frame));
+                    directors::set_frame(frame, &(common * center), &(common * triad));
+                }
+                q
+            };
+            let (plus, minus) = (moved(e), moved(-e));
+            let v: Vec<f64> = plus.iter().zip(&minus).map(|(a, b)| (a - b) / (2.0 * e)).collect();
+            let rates = joint_rates(&joint, &start, &v);
+            let (a, b) = (principal(&joint, &plus), principal(&joint, &minus));
+            for k in 0..kind.dof() {
+                let difference = (a[k] - b[k]) / (2.0 * e);
+                let error = (rates[k] - difference).abs();
+                assert!(error < 1e-6, "{kind:?}, freedom {k}: {} against {difference}", rates[k]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_rotation_vector_has_components_along_the_joint_frame() {
+        let mut q = two_frames();
+        let joint = joint(PairKind::Spherical, &q);
+        let n = joint.configuration(&q).axis(2);
+        advance(&joint, &mut q, (3.1 * n).as_slice());
+        let tracker = JointMotion::new(joint, &q);
+        let error =
+            (Vector3::from_column_slice(tracker.values()) - Vector3::new(0.0, 0.0, 3.1)).amax();
+        assert!(error < 1e-14, "off by {error:e}");
+    }
+}

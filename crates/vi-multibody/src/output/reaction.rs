@@ -1,0 +1,215 @@
+//! Joint reactions and bar tensions, from the multipliers of a node.
+//!
+//! ```text
+//! D_2 L_d + D_1 L_d − h Gᵀ λ = 0       the constraint force on q is −Gᵀ λ                       (22)
+//! (f, τ) = −P_in(q²)ᵀ (G_J²)ᵀ λ_J       rows of the joint J, columns of the child
+//! m = τ − ϱ² × f                         about the child's anchor
+//! bar:  g = ½ (|D|² − l²),  force on its end −λ D,  tension λ l
+//! ```
+//! `f` (N) and `m` (N·m) are what the joint does to the *child*, from the parent or the ground; they are
+//! given as components along the joint frame `(m_1, m_2, n)` of the parent. The internal constraints of
+//! the directors have no part in this: `P_in` takes them out. A hanging body feels `+m g` upwards. The
+//! thread of a screw belongs to the joint; springs,
+//! dampers and motors on a joint, and prescribed motions of it, do not.
+//!
+//! **Uniqueness.** Where constraints are redundant, `λ` is one solution among `λ + Z c`, `range Z = null
+//! Gᵀ`: a component of a reaction is unique when no column of `Z` contributes to it. Then, and only
+//! then, it does not depend on the choice that was made (the multipliers of least norm). On trees
+//! everything is unique and nothing is computed; otherwise `Z` comes from a dense pivoted QR.
+
+use crate::mechanism::Mechanism;
+use crate::pair::joint::{FrameId, Joint};
+use nalgebra::{DMatrix, Matrix3, Vector3};
+use vi_constraints::Constraints;
+use vi_constraints::null_space::NullSpaceQr;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_core::sparse::Entries;
+use vi_rigid::null_space;
+
+/// Contributions of unit null vectors below this count as none (N, N·m for multipliers of norm 1).
+const NO_PART: f64 = 1e-8;
+
+/// What a joint does to its child.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reaction {
+    /// Force along `m_1, m_2, n`, N.
+    pub force: Vector3<f64>,
+    /// Moment about the child's anchor along `m_1, m_2, n`, N·m.
+    pub moment: Vector3<f64>,
+    /// Columns `m_1, m_2, n` in space.
+    pub axes: Matrix3<f64>,
+    /// Which components of force and moment are unique, in this order.
+    pub unique: [bool; 6],
+}
+
+impl Reaction {
+    /// The force in space, N.
+    #[must_use]
+    pub fn force_in_space(&self) -> Vector3<f64> {
+        self.axes * self.force
+    }
+
+    /// The moment about the child's anchor in space, N·m.
+    #[must_use]
+    pub fn moment_in_space(&self) -> Vector3<f64> {
+        self.axes * self.moment
+    }
+
+    /// Whether all components are unique.
+    #[must_use]
+    pub fn is_unique(&self) -> bool {
+        self.unique == [true; 6]
+    }
+
+    /// Force and moment one after the other, `None` where a component is not unique.
+    #[must_use]
+    pub fn components(&self) -> [Option<f64>; 6] {
+        std::array::from_fn(|k| {
+            let value = if k < 3 { self.force[k] } else { self.moment[k - 3] };
+            self.unique[k].then_some(value)
+        })
+    }
+}
+
+/// The force in a bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tension {
+    /// Positive when the bar pulls its ends together, N.
+    pub force: f64,
+    /// Whether it is unique.
+    pub unique: bool,
+}
+
+/// The reactions of all joints and the tensions of all bars at a node.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Reactions {
+    /// One for each joint of the description.
+    pub joints: Vec<Reaction>,
+    /// One for each bar of the description.
+    pub bars: Vec<Tension>,
+}
+
+impl Reactions {
+    /// At the configuration `q` with the multipliers `lambda` (shape `m`) of the same node: those of
+    /// [`vi_constraints::node::Node`] at order 2, of the acceleration level at higher orders.
+    #[must_use]
+    pub fn at(
+        mechanism: &Mechanism,
+        (t, q): (f64, &[f64]),
+        lambda: &[f64],
+        rows: &IndependentRows,
+    ) -> Self {
+        let mut reactions = Self::from_multipliers(mechanism, (t, q), lambda);
+        if rows.len() == mechanism.len() {
+            return reactions;
+        }
+        let null_vectors = null_vectors(mechanism, (t, q), rows.len());
+        for z in null_vectors.column_iter() {
+            let part = Self::from_multipliers(mechanism, (t, q), z.as_slice());
+            for (joint, part) in reactions.joints.iter_mut().zip(&part.joints) {
+                for k in 0..3 {
+                    joint.unique[k] &= part.force[k].abs() < NO_PART;
+                    joint.unique[3 + k] &= part.moment[k].abs() < NO_PART;
+                }
+            }
+            for (bar, part) in reactions.bars.iter_mut().zip(&part.bars) {
+                bar.unique &= part.force.abs() < NO_PART;
+            }
+        }
+        reactions
+    }
+
+    /// Linear in `lambda`; everything is marked unique.
+    fn from_multipliers(mechanism: &Mechanism, (t, q): (f64, &[f64]), lambda: &[f64]) -> Self {
+        let description = mechanism.description();
+        let mut forces = JointForces::new(mechanism, lambda);
+        mechanism.jacobian(t, q, &mut forces);
+        let joints = description.joints.iter().zip(&forces.of_joint);
+        let bars = description.bars.iter().enumerate().map(|(k, bar)| {
+            let force = bar.length * mechanism.bar_rows(k).map(|row| lambda[row]).sum::<f64>();
+            Tension { force, unique: true }
+        });
+        Self {
+            joints: joints.map(|(joint, force)| reaction(joint, q, force)).collect(),
+            bars: bars.collect(),
+        }
+    }
+}
+
+/// Orthonormal columns that span `null Gᵀ`, shape `m × (m − rank)`.
+///
+/// At a configuration that has lost rank (a flat four-bar) there are more of them.
+fn null_vectors(mechanism: &Mechanism, (t, q): (f64, &[f64]), rank: usize) -> DMatrix<f64> {
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    let mut transposed = DMatrix::zeros(n, m);
+    mechanism.jacobian(t, q, &mut Transposed(&mut transposed));
+    let mut qr = NullSpaceQr::new(m, n);
+    let rank = qr.factorize_scaled(&transposed, |_| 1.0).min(rank);
+    let mut out = DMatrix::zeros(m, m - rank);
+    qr.null_space(rank, &mut out);
+    out
+}
+
+struct Transposed<'a>(&'a mut DMatrix<f64>);
+
+impl Entries for Transposed<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        self.0[(column, row)] += value;
+    }
+}
+
+/// The body that feels the joint: the child, or the parent (with the opposite sign) when the child is
+/// the ground.
+fn felt_by(joint: &Joint) -> Option<(usize, f64)> {
+    match (joint.child.frame, joint.parent.frame) {
+        (FrameId::Frame(k), _) => Some((k, 1.0)),
+        (_, FrameId::Frame(k)) => Some((k, -1.0)),
+        _ => None,
+    }
+}
+
+/// `−(G_J)ᵀ λ_J` on the coordinates of the body that feels each joint, collected from the entries of
+/// `G`.
+struct JointForces<'a> {
+    lambda: &'a [f64],
+    joint_of: Vec<Option<usize>>, // row → joint
+    first: Vec<usize>,            // joint → first coordinate of the body
+    of_joint: Vec<[f64; 12]>,
+}
+
+impl<'a> JointForces<'a> {
+    fn new(mechanism: &Mechanism, lambda: &'a [f64]) -> Self {
+        let joints = &mechanism.description().joints;
+        let mut joint_of = vec![None; mechanism.len()];
+        for k in 0..joints.len() {
+            joint_of[mechanism.joint_rows(k)].fill(Some(k));
+        }
+        let first = joints.iter().map(|joint| felt_by(joint).map_or(usize::MAX, |f| 12 * f.0));
+        Self { lambda, joint_of, first: first.collect(), of_joint: vec![[0.0; 12]; joints.len()] }
+    }
+}
+
+impl Entries for JointForces<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        let Some(joint) = self.joint_of[row] else { return };
+        let place = column.wrapping_sub(self.first[joint]);
+        if let Some(force) = self.of_joint[joint].get_mut(place) {
+            *force -= self.lambda[row] * value;
+        }
+    }
+}
+
+/// `(f, m)` on the child from the director form of the force on the body that feels it.
+fn reaction(joint: &Joint, q: &[f64], force: &[f64; 12]) -> Reaction {
+    let axes = joint.configuration(q).axes;
+    let (mut f, mut m) = (Vector3::zeros(), Vector3::zeros());
+    if let Some((k, sign)) = felt_by(joint) {
+        let own = &q[12 * k..12 * k + 12];
+        let wrench = null_space::pull_back(own, force);
+        let arm = joint.child.point().at(q) - vi_rigid::directors::center(own);
+        f = wrench.fixed_rows::<3>(0).into_owned();
+        m = sign * (wrench.fixed_rows::<3>(3) - arm.cross(&f));
+        f *= sign;
+    }
+    Reaction { force: axes.tr_mul(&f), moment: axes.tr_mul(&m), axes, unique: [true; 6] }
+}

@@ -1,0 +1,191 @@
+//! A joint between two frames: kind, anchors, axes.
+//!
+//! ```text
+//! ϱ^α  anchor in frame α (from φ^α)             (63)
+//! n    axis, m_1, m_2 complete it to a right-handed orthonormal triad fixed in the parent   (62)
+//! n', m_1', m_2'  fixed in the child, equal to n, m_1, m_2 in the reference configuration
+//! r = φ² + ϱ² − φ¹ − ϱ¹  gap,   c = φ² − φ¹
+//! ```
+//! Source: LMO08 §5.1.
+
+use crate::geometry::form::Form;
+use crate::pair::PairKind;
+use nalgebra::{Matrix3, Vector3};
+use vi_rigid::directors;
+
+/// A frame, or the ground (origin at 0, directors the inertial base).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FrameId {
+    /// The ground.
+    Ground,
+    /// The frame with this index.
+    Frame(usize),
+}
+
+/// The coordinates of the ground as a frame.
+pub const GROUND: [f64; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+
+/// One side of a joint: everything fixed in that frame, as components in its directors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Side {
+    /// Which frame.
+    pub frame: FrameId,
+    /// `ϱ`: anchor from `φ`.
+    pub anchor: Vector3<f64>,
+    /// Columns `m_1, m_2, n` (on the child: `m_1', m_2', n'`).
+    pub axes: Matrix3<f64>,
+}
+
+impl Side {
+    /// The side of `frame` that meets a world point and world axes (columns `m_1, m_2, n`) in the
+    /// configuration `q` of the frame (12 numbers).
+    #[must_use]
+    pub fn at(frame: FrameId, q: &[f64], point: &Vector3<f64>, axes: &Matrix3<f64>) -> Self {
+        let inverse = directors::triad(q).transpose();
+        Self { frame, anchor: inverse * (point - directors::center(q)), axes: inverse * axes }
+    }
+
+    /// The coordinates of the frame within `q` (all frames, 12 numbers each).
+    #[must_use]
+    pub fn coordinates<'a>(&self, q: &'a [f64]) -> &'a [f64] {
+        match self.frame {
+            FrameId::Ground => &GROUND,
+            FrameId::Frame(k) => &q[12 * k..12 * k + 12],
+        }
+    }
+
+    /// The anchor point as a form.
+    #[must_use]
+    pub fn point(&self) -> Form {
+        match self.frame {
+            FrameId::Ground => Form::constant(self.anchor),
+            FrameId::Frame(k) => Form::point(12 * k, &self.anchor),
+        }
+    }
+
+    /// Axis `i` (0: `m_1`, 1: `m_2`, 2: `n`) as a form.
+    #[must_use]
+    pub fn axis(&self, i: usize) -> Form {
+        let components: Vector3<f64> = self.axes.column(i).into();
+        match self.frame {
+            FrameId::Ground => Form::constant(components),
+            FrameId::Frame(k) => Form::vector(12 * k, &components),
+        }
+    }
+}
+
+/// A joint.
+///
+/// ```
+/// use nalgebra::Vector3;
+/// use vi_multibody::PairKind;
+/// use vi_multibody::joint::{FrameId, GROUND, Joint, Side, complete_axis};
+///
+/// // a hinge about y at (1, 0, 0) between the ground and a frame whose triad is that of space
+/// let (point, axes) = (Vector3::x(), complete_axis(&Vector3::y()));
+/// let frame = GROUND; // centre and directors (φ, d_1, d_2, d_3)
+/// let hinge = Joint {
+///     name: "hinge".into(),
+///     kind: PairKind::Revolute,
+///     parent: Side::at(FrameId::Ground, &GROUND, &point, &axes),
+///     child: Side::at(FrameId::Frame(0), &frame, &point, &axes),
+/// };
+/// let at = hinge.configuration(&frame);
+/// assert!(at.gap.norm() < 1e-15 && (at.axis(2) - Vector3::y()).norm() < 1e-15);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Its name.
+    pub name: String,
+    /// Which kinematic pair.
+    pub kind: PairKind,
+    /// The side of body 1.
+    pub parent: Side,
+    /// The side of body 2.
+    pub child: Side,
+}
+
+impl Joint {
+    /// The same joint seen from the other side.
+    ///
+    /// All pairs describe the same set of relative configurations from either side.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let kind = self.kind;
+        let (mut parent, mut child) = (self.child, self.parent);
+        if kind.properties().swaps_axes {
+            // the axis of the parent comes first: swap the roles of m_1 and n
+            for side in [&mut parent, &mut child] {
+                side.axes.swap_columns(0, 2);
+                side.axes.column_mut(1).neg_mut(); // right-handed again
+            }
+        }
+        Self { name: self.name.clone(), kind, parent, child }
+    }
+
+    /// The gap `r` as a form.
+    #[must_use]
+    pub fn gap(&self) -> Form {
+        self.child.point().minus(&self.parent.point())
+    }
+
+    /// The vectors of the joint in the configuration `q` of all frames.
+    #[must_use]
+    pub fn configuration(&self, q: &[f64]) -> JointConfiguration {
+        JointConfiguration::new(self, self.parent.coordinates(q), self.child.coordinates(q))
+    }
+}
+
+/// A right-handed orthonormal triad `(m_1, m_2, n)` for a unit axis `n`.
+#[must_use]
+pub fn complete_axis(n: &Vector3<f64>) -> Matrix3<f64> {
+    let smallest = n.iamin();
+    let m1 = n.cross(&Vector3::ith(smallest, 1.0)).normalize();
+    Matrix3::from_columns(&[m1, n.cross(&m1), *n])
+}
+
+/// The vectors of a joint in one configuration, spatial components.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointConfiguration {
+    /// `ϱ¹`.
+    pub rho_parent: Vector3<f64>,
+    /// `ϱ²`.
+    pub rho_child: Vector3<f64>,
+    /// `c = φ² − φ¹`.
+    pub c: Vector3<f64>,
+    /// `r = φ² + ϱ² − φ¹ − ϱ¹`.
+    pub gap: Vector3<f64>,
+    /// Columns `m_1, m_2, n`.
+    pub axes: Matrix3<f64>,
+    /// Columns `m_1', m_2', n'`.
+    pub axes_child: Matrix3<f64>,
+    /// Advance per radian of a screw, m; 0 for other pairs.
+    pub pitch: f64,
+}
+
+impl JointConfiguration {
+    /// From the coordinates of both frames, 12 numbers each.
+    #[must_use]
+    pub fn new(joint: &Joint, parent: &[f64], child: &[f64]) -> Self {
+        let (d1, d2) = (directors::triad(parent), directors::triad(child));
+        let rho_parent = d1 * joint.parent.anchor;
+        let rho_child = d2 * joint.child.anchor;
+        let c = directors::center(child) - directors::center(parent);
+        let gap = c + rho_child - rho_parent;
+        let (axes, axes_child) = (d1 * joint.parent.axes, d2 * joint.child.axes);
+        let pitch = joint.kind.pitch().unwrap_or(0.0);
+        Self { rho_parent, rho_child, c, gap, axes, axes_child, pitch }
+    }
+
+    /// `m_1` (0), `m_2` (1) or `n` (2).
+    #[must_use]
+    pub fn axis(&self, i: usize) -> Vector3<f64> {
+        self.axes.column(i).into()
+    }
+
+    /// `m_1'` (0), `m_2'` (1) or `n'` (2).
+    #[must_use]
+    pub fn axis_child(&self, i: usize) -> Vector3<f64> {
+        self.axes_child.column(i).into()
+    }
+}

@@ -1,0 +1,423 @@
+//! The Newton step of the nodal scheme on trees in linear time.
+//!
+//! When the potential couples no two bodies, `D_2(D_1 L_d + f_d^-)` is block diagonal and the Newton
+//! matrix is `Dr = P_ex(q_n)ᵀ blockdiag(A_α) P'_ex`, with the 6×6 blocks
+//! ```text
+//! A_α  = P_in(q_n)ᵀ [D_2(D_1 L_d + f_d^-)]_αα P_in(q_{n+1})
+//! Â_α  = A_α + Σ_c X_cᵀ [Â_c − Â_c S'_c D_c⁻¹ S_cᵀ Â_c] X'_c,   D_c = S_cᵀ Â_c S'_c      leaf → root
+//! u_c  = r_c − S_cᵀ p_c,   p_parent += X_cᵀ (p_c + Â_c S'_c D_c⁻¹ u_c)                   leaf → root
+//! δτ_c = D_c⁻¹ (u_c − S_cᵀ Â_c X'_c δt'_parent),   δt'_c = X'_c δt'_parent + S'_c δτ_c    root → leaf
+//! ```
+//! `X, S` belong to `q_n`, `X', S'` to `q_{n+1}` with the tangent maps of the increments; the matrix is
+//! not symmetric. Work and memory are linear in the number of bodies, nothing is allocated.
+//!
+//! Source: LMO08 §5 for the matrix; the elimination is the articulated-body recursion of Featherstone,
+//! Rigid Body Dynamics Algorithms, §7, without symmetry.
+#![allow(non_snake_case)] // A, D, X, S
+
+use crate::geometry::spatial::SpatialMatrix;
+use crate::pair::{MAX_DOF, Motion, Transfer, Twist, VelocityMap};
+use crate::tree::Tree;
+use nalgebra::Vector3;
+use vi_constraints::NodalOperators;
+use vi_constraints::reparametrization::{Emission, LastStep};
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
+use vi_core::interval::Interval;
+use vi_core::newton::{Block, Fault};
+use vi_core::sparse::Entries;
+use vi_core::state::Memory;
+use vi_rigid::{directors, null_space};
+
+/// What a link needs during a step, side by side in memory.
+#[derive(Clone, Copy, Debug)]
+struct LinkWork {
+    at: VelocityMap,              // X, S at q_n
+    next: VelocityMap,            // X', S' at q_{n+1}
+    A: SpatialMatrix,             // A_α, then Â_α
+    AS: [Twist; MAX_DOF],         // columns of Â S'
+    SA: [Twist; MAX_DOF],         // rows of Sᵀ Â
+    D: [[f64; MAX_DOF]; MAX_DOF], // D⁻¹
+}
+
+/// Factorization `P_ex(q_n)ᵀ blockdiag(A_α) P'_ex` of a tree.
+#[derive(Debug)]
+pub struct Articulated {
+    tree: Tree,
+    link_of: Vec<usize>, // frame → link
+    blocks: Vec<Block>,
+    links: Vec<LinkWork>,
+    maps: Vec<VelocityMap>, // scratch
+    motions: Vec<Motion>,   // scratch
+    wrenches: Vec<Twist>,   // p_c, then δt'
+}
+
+/// Receives the entries of a block-diagonal matrix and adds `P_in(q_n)ᵀ · P_in(q_{n+1})` of each.
+struct BlockSink<'a> {
+    links: &'a mut [LinkWork],
+    link_of: &'a [usize],
+    q0: &'a [f64],
+    q1: &'a [f64],
+    coupled: bool,
+}
+
+/// Row `i` of `P_in`: the coordinate `i` of a frame moves by `row · t`.
+fn row_of_null_space(q: &[f64], i: usize) -> Twist {
+    let unit = Vector3::ith(i % 3, 1.0);
+    if i < 3 {
+        return Twist::new(unit, Vector3::zeros());
+    }
+    // (ω × d)·e = ω·(d × e)
+    Twist::new(Vector3::zeros(), directors::director(q, i / 3 - 1).cross(&unit))
+}
+
+impl Entries for BlockSink<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        let frame = row / 12;
+        if frame != column / 12 {
+            self.coupled = true;
+            return;
+        }
+        let own = 12 * frame..12 * frame + 12;
+        let left = row_of_null_space(&self.q0[own.clone()], row % 12);
+        let right = row_of_null_space(&self.q1[own], column % 12);
+        let A = &mut self.links[self.link_of[frame]].A;
+        let scaled = Twist::new(-value * left.linear, -value * left.angular);
+        A.sub_outer(&scaled, &right);
+    }
+}
+
+impl Articulated {
+    /// For a tree of frames.
+    #[must_use]
+    pub fn new(tree: Tree) -> Self {
+        let count = tree.links().len();
+        let mut link_of = vec![0; count];
+        for (k, link) in tree.links().iter().enumerate() {
+            link_of[link.frame] = k;
+        }
+        let map = VelocityMap::new(Transfer::None, &[]);
+        let zero = [Twist::zero(); MAX_DOF];
+        let work = LinkWork {
+            at: map,
+            next: map,
+            A: SpatialMatrix::zero(),
+            AS: zero,
+            SA: zero,
+            D: [[0.0; MAX_DOF]; MAX_DOF],
+        };
+        Self {
+            blocks: tree.blocks(),
+            tree,
+            link_of,
+            links: vec![work; count],
+            maps: vec![map; count],
+            motions: vec![Motion::rest(); count],
+            wrenches: vec![Twist::zero(); count],
+        }
+    }
+
+    /// Whether the Newton matrix of `system` is block diagonal, so that the recursion applies.
+    #[must_use]
+    pub fn applies(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
+        !self.assemble(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), s)
+    }
+
+    /// The tree.
+    #[must_use]
+    pub fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// `X, S` of one link at `q_n`.
+    #[must_use]
+    pub fn map_at(&self, link: usize) -> &VelocityMap {
+        &self.links[link].at
+    }
+
+    /// `X', S'` of one link at `q_{n+1}`.
+    #[must_use]
+    pub fn map_next(&self, link: usize) -> &VelocityMap {
+        &self.links[link].next
+    }
+
+    /// The link of a frame.
+    #[must_use]
+    pub fn link_of(&self, frame: usize) -> usize {
+        self.link_of[frame]
+    }
+
+    /// Computes `X, S` at `q_n`; with a `last` step those of its `∂F_d/∂u`.
+    pub fn begin_at(&mut self, q: &[f64], last: Option<LastStep<'_>>) {
+        match last {
+            Some(last) => self.tree.tangents(last.u, &last.s.q1, &mut self.maps),
+            None => self.tree.velocity_maps(q, &mut self.maps),
+        }
+        for (link, map) in self.links.iter_mut().zip(&self.maps) {
+            link.at = *map;
+        }
+    }
+
+    /// Computes `X', S'` at `q_{n+1}`.
+    pub fn tangent(&mut self, u: &[f64], q1: &[f64]) {
+        self.tree.tangents(u, q1, &mut self.maps);
+        for (link, map) in self.links.iter_mut().zip(&self.maps) {
+            link.next = *map;
+        }
+    }
+
+    /// The pair maps, root first.
+    ///
+    /// # Errors
+    /// [`Fault`].
+    pub fn move_to(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.tree.reparametrize(u, s, &mut self.motions)?;
+        s.close();
+        Ok(())
+    }
+
+    /// `out ← P(q_n)ᵀ w`.
+    pub fn pull_back_at(&mut self, q: &[f64], w: &[f64], out: &mut [f64]) {
+        for (k, link) in self.tree.links().iter().enumerate() {
+            let own = 12 * link.frame..12 * link.frame + 12;
+            let b = null_space::pull_back(&q[own.clone()], &w[own]);
+            self.wrenches[k] =
+                Twist::new(Vector3::new(b[0], b[1], b[2]), Vector3::new(b[3], b[4], b[5]));
+        }
+        let links = &self.links;
+        self.tree.pull_back(|k| &links[k].at, &mut self.wrenches, out);
+    }
+
+    /// `A_α` of the last [`Articulated::move_to`]d interval; whether bodies are coupled.
+    pub(crate) fn assemble(&mut self, mixed: &Emission<'_>, s: &Interval) -> bool {
+        self.links.iter_mut().for_each(|link| link.A = SpatialMatrix::zero());
+        let (links, link_of) = (&mut self.links[..], &self.link_of[..]);
+        let mut sink = BlockSink { links, link_of, q0: &s.q0, q1: &s.q1, coupled: false };
+        mixed(&mut sink);
+        sink.coupled
+    }
+
+    /// Assembles and eliminates, leaf to root.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`].
+    pub fn factorize(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+    ) -> Result<(), Fault> {
+        self.tangent(u, &s.q1);
+        let coupled = self.assemble(mixed, s);
+        debug_assert!(!coupled, "the recursion needs a potential that couples no two bodies");
+        (0..self.links.len()).rev().try_for_each(|k| self.eliminate(k))
+    }
+
+    /// Eliminates the joint of link `k`: its `Â` is complete, that of its parent grows.
+    pub(crate) fn eliminate(&mut self, k: usize) -> Result<(), Fault> {
+        let work = &mut self.links[k];
+        let f = work.at.dof;
+        for j in 0..f {
+            work.AS[j] = work.A.mul(&work.next.s[j]);
+            work.SA[j] = work.A.tr_mul(&work.at.s[j]);
+        }
+        let mut D = [[0.0; MAX_DOF]; MAX_DOF];
+        for i in 0..f {
+            for j in 0..f {
+                D[i][j] = work.at.s[i].dot(&work.AS[j]);
+            }
+        }
+        work.D = invert(&D, f).ok_or(Fault::SingularTangent)?;
+        let Some(parent) = self.tree.links()[k].parent else { return Ok(()) };
+        let mut reduced = work.A; // Â − Â S' D⁻¹ Sᵀ Â
+        for i in 0..f {
+            let mut row = Twist::zero();
+            for j in 0..f {
+                row.add_scaled(work.D[i][j], &work.SA[j]);
+            }
+            reduced.sub_outer(&work.AS[i], &row);
+        }
+        let transmitted = reduced.congruence(&work.at.transfer, &work.next.transfer);
+        self.links[parent].A.add(&transmitted);
+        Ok(())
+    }
+
+    /// `Â_k ← Â_k − x yᵀ`: what hangs on link `k` beside its children.
+    pub(crate) fn relieve(&mut self, k: usize, x: &Twist, y: &Twist) {
+        self.links[k].A.sub_outer(x, y);
+    }
+
+    /// `p` of link `k`: the wrench transmitted by its children; after [`Articulated::backward`] its `δt'`.
+    pub(crate) fn wrench(&mut self, k: usize) -> &mut Twist {
+        &mut self.wrenches[k]
+    }
+
+    /// Starts a solve: no wrench transmitted yet.
+    pub(crate) fn rest(&mut self) {
+        self.wrenches.fill(Twist::zero());
+    }
+
+    /// Leaf → root at link `k` with the wrench `p` of its children: `own ← u_k = own − S_kᵀ p`; returns
+    /// what is transmitted to the parent.
+    pub(crate) fn transmit(&self, k: usize, p: &Twist, own: &mut [f64]) -> Twist {
+        let work = &self.links[k];
+        let f = work.at.dof;
+        let mut transmitted = *p;
+        for (u, column) in own.iter_mut().zip(work.at.columns()) {
+            *u -= column.dot(p);
+        }
+        for i in 0..f {
+            let rate: f64 = (0..f).map(|j| work.D[i][j] * own[j]).sum();
+            transmitted.add_scaled(rate, &work.AS[i]);
+        }
+        work.at.transfer.apply_transposed(&transmitted)
+    }
+
+    /// The transpose of [`Articulated::backward`] at link `k`: of a linear function `c·δτ_k + p·δt'_k`,
+    /// `own = c ← D_k⁻ᵀ (c + S'_kᵀ p)`, its factors of `u_k`; returns its factors of `δt'_parent`.
+    pub(crate) fn transmit_transposed(&self, k: usize, p: &Twist, own: &mut [f64]) -> Twist {
+        let work = &self.links[k];
+        let f = work.at.dof;
+        let mut e = [0.0; MAX_DOF];
+        for i in 0..f {
+            e[i] = own[i] + work.next.s[i].dot(p);
+        }
+        let mut transmitted = *p;
+        for j in 0..f {
+            own[j] = (0..f).map(|i| work.D[i][j] * e[i]).sum();
+            transmitted.add_scaled(-own[j], &work.SA[j]);
+        }
+        work.next.transfer.apply_transposed(&transmitted)
+    }
+
+    /// Leaf → root at link `k` for the right-hand side `x`.
+    pub(crate) fn forward(&mut self, k: usize, x: &mut [f64]) {
+        let link = &self.tree.links()[k];
+        let own = &mut x[link.offset..link.offset + self.links[k].at.dof];
+        let transmitted = self.transmit(k, &self.wrenches[k], own);
+        if let Some(parent) = link.parent {
+            self.wrenches[parent].add_scaled(1.0, &transmitted);
+        }
+    }
+
+    /// Root → leaf at link `k`.
+    pub(crate) fn backward(&mut self, k: usize, x: &mut [f64]) {
+        let (link, work) = (&self.tree.links()[k], &self.links[k]);
+        let f = work.at.dof;
+        let own = &mut x[link.offset..link.offset + f];
+        let inherited =
+            link.parent.map_or(Twist::zero(), |p| work.next.transfer.apply(&self.wrenches[p]));
+        for (u, row) in own.iter_mut().zip(&work.SA) {
+            *u -= row.dot(&inherited);
+        }
+        let mut twist = inherited;
+        let mut rate = [0.0; MAX_DOF];
+        for i in 0..f {
+            rate[i] = (0..f).map(|j| work.D[i][j] * own[j]).sum();
+            twist.add_scaled(rate[i], &work.next.s[i]);
+        }
+        own.copy_from_slice(&rate[..f]);
+        self.wrenches[k] = twist;
+    }
+
+    /// `x ← Dr⁻¹ x` with the last factorization.
+    pub fn solve_in_place(&mut self, x: &mut [f64]) {
+        self.rest();
+        (0..self.links.len()).rev().for_each(|k| self.forward(k, x));
+        (0..self.links.len()).for_each(|k| self.backward(k, x));
+    }
+}
+
+/// Inverse of the leading `f × f` block by Gauss–Jordan with row pivoting.
+fn invert(matrix: &[[f64; MAX_DOF]; MAX_DOF], f: usize) -> Option<[[f64; MAX_DOF]; MAX_DOF]> {
+    let mut inverse = [[0.0; MAX_DOF]; MAX_DOF];
+    if f == 1 {
+        inverse[0][0] = 1.0 / matrix[0][0];
+        return inverse[0][0].is_finite().then_some(inverse);
+    }
+    let mut a = *matrix;
+    for (i, row) in inverse.iter_mut().enumerate().take(f) {
+        row[i] = 1.0;
+    }
+    for k in 0..f {
+        let pivot = (k..f).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
+        a.swap(k, pivot);
+        inverse.swap(k, pivot);
+        let scale = 1.0 / a[k][k];
+        if !scale.is_finite() {
+            return None;
+        }
+        for j in 0..f {
+            a[k][j] *= scale;
+            inverse[k][j] *= scale;
+        }
+        for i in (0..f).filter(|&i| i != k) {
+            let factor = a[i][k];
+            for j in 0..f {
+                a[i][j] -= factor * a[k][j];
+                inverse[i][j] -= factor * inverse[k][j];
+            }
+        }
+    }
+    Some(inverse)
+}
+
+impl NodalOperators for TreeNodal {
+    fn dof(&self) -> usize {
+        self.articulated.tree.dof()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        &self.articulated.blocks
+    }
+
+    fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {
+        self.q_n.copy_from_slice(&s.q0);
+        self.articulated.begin_at(&s.q0, last);
+    }
+
+    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.articulated.move_to(u, s)
+    }
+
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
+        self.articulated.pull_back_at(&self.q_n, w, out);
+    }
+
+    fn solve(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.articulated.factorize(mixed, u, s)?;
+        self.articulated.solve_in_place(x);
+        if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
+    }
+
+    fn clean(&mut self, _t: f64, q: &mut [f64]) {
+        self.articulated.tree.clean(q);
+    }
+}
+
+/// [`NodalOperators`] of a tree of bodies, `O(N)`.
+#[derive(Debug)]
+pub struct TreeNodal {
+    articulated: Articulated,
+    q_n: Vec<f64>,
+}
+
+impl TreeNodal {
+    /// For a tree of frames.
+    #[must_use]
+    pub fn new(tree: Tree) -> Self {
+        let n = 12 * tree.links().len();
+        Self { articulated: Articulated::new(tree), q_n: vec![0.0; n] }
+    }
+
+    /// Whether the recursion applies to `system`.
+    #[must_use]
+    pub fn applies(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
+        self.articulated.applies(system, s)
+    }
+}

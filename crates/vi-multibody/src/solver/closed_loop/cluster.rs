@@ -1,0 +1,326 @@
+//! Loops that share links of the tree, and their part of a Newton step.
+//!
+//! A row of `g_c` is felt by the links between its two sides and their lowest common carrier, the
+//! *apex*. Rows whose paths share a link form a cluster; the cluster's apex carries all of them, and what
+//! happens below it is eliminated there, before the recursion goes on towards the root:
+//! ```text
+//! û_k = L⁻¹ U_kᵀ,  p_k wrench on the apex          leaf → apex, along the path of U_k
+//! v̂_i = L'⁻¹ J'_iᵀ,  p'_i                           the same, transposed
+//! C   = v̂ᵀ û,   C μ = g − v̂ᵀ û(x) − p'ᵀ δt_apex
+//! Â_apex ← Â_apex − p C⁻¹ p'ᵀ,   p_apex ← p_apex + p C⁻¹ (g − v̂ᵀ û(x))
+//! ```
+//! `C` is sparse where few loops meet; it is solved by the same elimination that finds the rank.
+//!
+//! Letters: `U_k` basis of `range J_nᵀ`, `J'_i` the rows enforced, `û` unknowns of the forward sweep.
+#![allow(non_snake_case)] // U, J, C
+
+use super::complement::Complement;
+use super::echelon::{Echelon, Entry};
+use super::path::{Paths, Placed};
+use crate::solver::articulated::Articulated;
+use nalgebra::DMatrix;
+use vi_constraints::null_space::RANK_TOLERANCE;
+use vi_core::Configuration;
+use vi_core::newton::Fault;
+use vi_core::state::Memory;
+
+/// Reads what [`Cluster::remember`] wrote, cluster by cluster.
+pub(crate) struct Recall<'a> {
+    indices: &'a [usize],
+    values: &'a [f64],
+}
+
+/// What a cluster needs of the last node.
+struct LastNode<'a> {
+    chosen: &'a [usize],
+    lengths: &'a [usize], // of the rows of U
+    columns: &'a [usize],
+    values: &'a [f64],
+}
+
+impl<'a> Recall<'a> {
+    /// From the beginning.
+    pub(crate) fn new(memory: &'a Memory) -> Self {
+        Self { indices: &memory.indices, values: &memory.values }
+    }
+
+    /// Of the next cluster, with a certain rank; `None` where the memory is of other loops.
+    fn next(&mut self, rank: usize, rows: usize, width: usize) -> Option<LastNode<'a>> {
+        let (chosen, rest) = self.indices.split_at_checked(rank)?;
+        let (count, rest) = rest.split_first()?;
+        let (lengths, rest) = rest.split_at_checked(*count)?;
+        let entries = lengths.iter().try_fold(0_usize, |sum, &length| sum.checked_add(length))?;
+        let (columns, indices) = rest.split_at_checked(entries)?;
+        let (own, values) = self.values.split_at_checked(entries)?;
+        let fits = chosen.iter().all(|&i| i < rows) && columns.iter().all(|&c| c < width);
+        (self.indices, self.values) = (indices, values);
+        fits.then_some(LastNode { chosen, lengths, columns, values: own })
+    }
+}
+
+/// Loops that share links.
+pub(crate) struct Cluster {
+    pub(crate) paths: Paths,
+    rank: usize,        // generic
+    basis: Echelon,     // U: rows of J at q_n
+    next: Echelon,      // rows of J' at q_{n+1}, or of J wherever it is asked for
+    chosen: Vec<usize>, // rows enforced at q_{n+1}
+    g: Vec<f64>,        // of the chosen rows
+    complement: Complement,
+}
+
+impl Cluster {
+    /// From its rows and links; `weights` say what one is for each unknown of the tree.
+    pub(crate) fn new(paths: Paths, weights: &[f64]) -> Self {
+        let own: Vec<f64> = paths.columns.iter().map(|&column| weights[column]).collect();
+        let rows = paths.rows.len() + paths.rows.len().min(own.len()); // and those of the last node
+        let echelon = || Echelon::new(rows, own.clone(), 1);
+        Self {
+            rank: 0,
+            basis: echelon(),
+            next: echelon(),
+            chosen: Vec::new(),
+            g: Vec::new(),
+            complement: Complement::new(&paths, 0),
+            paths,
+        }
+    }
+
+    /// Sets the generic rank, and the rows to enforce as long as nothing better is known.
+    pub(crate) fn set_rank(&mut self, pivots: &[usize]) {
+        self.rank = pivots.len();
+        self.chosen = pivots.to_vec();
+        self.chosen.sort_unstable();
+        self.g = vec![0.0; self.rank];
+        self.complement = Complement::new(&self.paths, self.rank);
+    }
+
+    /// The generic rank.
+    pub(crate) fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// The link of the tree that carries it; `None`: the ground.
+    pub(crate) fn apex(&self) -> Option<usize> {
+        self.paths.apex
+    }
+
+    /// The largest rank it can have.
+    pub(crate) fn full_rank(&self) -> usize {
+        self.paths.columns.len().min(self.paths.rows.len())
+    }
+
+    /// Finds the rank of `J`; `side` gives a right-hand side for each row of `g_c`.
+    pub(crate) fn rank_here(&mut self, at: Placed<'_>, side: &[f64]) -> usize {
+        self.paths.fill(&mut self.next, at, side);
+        self.next.eliminate(usize::MAX, RANK_TOLERANCE)
+    }
+
+    /// The independent rows of the last [`Cluster::rank_here`], the clearest first.
+    pub(crate) fn pivots(&self) -> &[usize] {
+        self.next.pivots()
+    }
+
+    /// The rank of some of its rows alone.
+    pub(crate) fn rank_of(&mut self, rows: &[usize], at: Placed<'_>) -> usize {
+        self.next.clear();
+        for &i in rows {
+            let scale = self.paths.rows[i].scale;
+            let entries = self.paths.write_row(i, at).iter();
+            self.next.push(entries.map(|&(column, value)| (column, scale * value)));
+        }
+        self.next.eliminate(usize::MAX, RANK_TOLERANCE)
+    }
+
+    /// The `k`-th pivot row of the last [`Cluster::rank_here`] over the unknowns of the tree.
+    pub(crate) fn pivot_row(&self, k: usize) -> impl Iterator<Item = Entry> + '_ {
+        let columns = &self.paths.columns;
+        let own = self.next.entries(k).filter(|e| e.0 < columns.len());
+        own.map(|(column, value)| (columns[column], value))
+    }
+
+    /// Adds to `out` the shortest `x`, measured by the `weights` of the unknowns, with `J x` equal to the
+    /// right-hand side in the independent rows of the last [`Cluster::rank_here`].
+    pub(crate) fn add_shortest(&self, weights: &[f64], out: &mut [f64]) {
+        let (rank, width) = (self.next.pivots().len(), self.paths.columns.len());
+        let mut by_column: Vec<Vec<Entry>> = vec![Vec::new(); width + 1];
+        for k in 0..rank {
+            self.next.entries(k).for_each(|(column, value)| by_column[column].push((k, value)));
+        }
+        let square = |column: usize| weights[self.paths.columns[column]].powi(2);
+        let mut gram = Echelon::new(rank, vec![1.0; rank], 1);
+        let mut line = vec![0.0; rank + 1];
+        for i in 0..rank {
+            line.fill(0.0);
+            for (column, value) in self.next.entries(i) {
+                if column == width {
+                    line[rank] = value;
+                    continue;
+                }
+                for &(k, other) in &by_column[column] {
+                    line[k] += value * other * square(column);
+                }
+            }
+            gram.push(line.iter().copied().enumerate().filter(|e| e.1 != 0.0));
+        }
+        gram.eliminate(rank, 1e-30);
+        let mut y = vec![0.0; rank];
+        gram.back_substitute(0, &mut y);
+        for (column, entries) in by_column[..width].iter().enumerate() {
+            let sum: f64 = entries.iter().map(|&(k, value)| value * y[k]).sum();
+            out[self.paths.columns[column]] += square(column) * sum;
+        }
+    }
+
+    /// The null space of the node before the first is the orthogonal complement of the columns of
+    /// `range`.
+    pub(crate) fn leave_along(&mut self, range: &DMatrix<f64>) {
+        self.basis.clear();
+        for column in range.column_iter() {
+            let own = self.paths.columns.iter().enumerate();
+            self.basis.push(own.map(|(k, &at)| (k, column[at])));
+        }
+        self.basis.eliminate(self.rank, RANK_TOLERANCE);
+    }
+
+    /// Appends what the next node needs of this step: the rows enforced, and `U`.
+    pub(crate) fn remember(&self, memory: &mut Memory) {
+        let rows = 0..self.basis.pivots().len();
+        memory.indices.extend_from_slice(&self.chosen);
+        memory.indices.push(rows.len());
+        memory.indices.extend(rows.clone().map(|k| self.basis.row(k).1.len() + 1));
+        for (column, value) in rows.flat_map(|k| self.basis.entries(k)) {
+            memory.indices.push(column);
+            memory.values.push(value);
+        }
+    }
+
+    /// `U` at `q_n`. At a configuration that loses rank the rows that are missing are those of the last `U`
+    /// that do not depend on the new ones.
+    pub(crate) fn begin(&mut self, at: Placed<'_>, memory: &mut Recall<'_>) {
+        self.paths.fill(&mut self.basis, at, &[]);
+        let complete = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank;
+        let (rows, width) = (self.paths.rows.len(), self.paths.columns.len());
+        let Some(last) = memory.next(self.rank, rows, width) else { return };
+        self.chosen.copy_from_slice(last.chosen);
+        if complete || last.lengths.is_empty() {
+            return;
+        }
+        let (mut columns, mut values) = (last.columns, last.values);
+        for &length in last.lengths {
+            let (own, rest) = columns.split_at(length);
+            let (numbers, others) = values.split_at(length);
+            self.basis.push(own.iter().copied().zip(numbers.iter().copied()));
+            (columns, values) = (rest, others);
+        }
+        self.basis.eliminate(self.rank, RANK_TOLERANCE);
+    }
+
+    /// Chooses the rows to enforce from the first trial of `q_{n+1}`: where they lose rank there, the last
+    /// ones stay. Returns the smallest pivot.
+    pub(crate) fn choose_rows(&mut self, at: Placed<'_>) -> f64 {
+        self.paths.fill(&mut self.next, at, &[]);
+        if self.next.eliminate(self.rank, RANK_TOLERANCE) < self.rank {
+            return RANK_TOLERANCE;
+        }
+        self.chosen.copy_from_slice(self.next.pivots());
+        self.chosen.sort_unstable(); // neighbours stay neighbours
+        self.next.smallest()
+    }
+
+    /// `g_c` of the chosen rows.
+    pub(crate) fn close(&mut self, at: Configuration<'_>) {
+        for (g, &i) in self.g.iter_mut().zip(&self.chosen) {
+            *g = self.paths.rows[i].row.value(at);
+        }
+    }
+
+    /// Takes the part along `range J_nᵀ` out of `b`, and puts `g/h` into the places of the pivots: rows
+    /// of both kinds then grow like `1/h`, and the condition number does not depend on `h`.
+    pub(crate) fn project(&self, h: f64, b: &mut [f64]) {
+        let columns = &self.paths.columns;
+        for k in 0..self.rank.min(self.basis.pivots().len()) {
+            let (pivot, rest) = self.basis.row(k);
+            let along = std::mem::replace(&mut b[columns[pivot]], 0.0);
+            for &(column, value) in rest {
+                b[columns[column]] -= along * value;
+            }
+        }
+        for (k, g) in self.g.iter().enumerate().take(self.basis.pivots().len()) {
+            b[columns[self.basis.row(k).0]] = *g / h;
+        }
+    }
+
+    /// Leaves nothing in the places of `g`.
+    pub(crate) fn clear_closure(&self, b: &mut [f64]) {
+        for k in 0..self.basis.pivots().len() {
+            b[self.paths.columns[self.basis.row(k).0]] = 0.0;
+        }
+    }
+
+    /// Takes `g` out of its places again.
+    pub(crate) fn split(&mut self, h: f64, x: &mut [f64]) -> Result<(), Fault> {
+        if self.basis.pivots().len() < self.rank {
+            return Err(Fault::SingularTangent);
+        }
+        for (k, g) in self.g.iter_mut().enumerate() {
+            let place = &mut x[self.paths.columns[self.basis.row(k).0]];
+            *g = h * std::mem::replace(place, 0.0);
+        }
+        Ok(())
+    }
+
+    /// Eliminates the cluster at its apex: all of its links are eliminated, `x` has been swept up to
+    /// there.
+    pub(crate) fn eliminate(
+        &mut self,
+        tree: &mut Articulated,
+        places: (&[(usize, usize)], &[usize], &[f64]),
+        x: &[f64],
+    ) -> Result<(), Fault> {
+        let (home, column_of, q) = places;
+        let Self { paths, basis, chosen, g, complement, .. } = self;
+        complement.clear();
+        for k in 0..chosen.len() {
+            complement.add_column(k, basis.entries(k), paths, tree);
+        }
+        for (&i, g) in chosen.iter().zip(g.iter()) {
+            paths.write_row(i, Placed { tree, sparse: None, home, column_of, q, next: true });
+            complement.add_row(*g, paths, tree, x);
+        }
+        complement.solve(paths.apex, tree)
+    }
+
+    /// The multipliers are known with the motion of the apex: their part of `x`.
+    pub(crate) fn release(&mut self, tree: &mut Articulated, x: &mut [f64]) {
+        self.complement.release(&self.paths, tree, x);
+    }
+
+    /// Visits the entries of `U` over the unknowns of the tree: `(k, column, value)`.
+    pub(crate) fn for_each_entry(&self, mut visit: impl FnMut(usize, usize, f64)) {
+        for k in 0..self.rank {
+            let columns = &self.paths.columns;
+            self.basis.entries(k).for_each(|(column, value)| visit(k, columns[column], value));
+        }
+    }
+
+    /// The same for the rows enforced at `q_{n+1}`.
+    pub(crate) fn for_each_enforced(
+        &mut self,
+        at: Placed<'_>,
+        mut visit: impl FnMut(usize, usize, f64),
+    ) {
+        let Self { paths, chosen, .. } = self;
+        for (k, &i) in chosen.iter().enumerate() {
+            paths.write_row(i, at);
+            for &(column, value) in paths.last_row() {
+                visit(k, paths.columns[column], value);
+            }
+        }
+    }
+
+    /// `g` of the chosen rows.
+    pub(crate) fn gaps(&self) -> &[f64] {
+        &self.g
+    }
+}

@@ -1,0 +1,326 @@
+//! The loops of a mechanism: paths, clusters, weights.
+
+use super::cluster::Cluster;
+use super::path::{ClusterLink, LoopRow, Paths, Placed};
+use crate::constraint::scalar_constraint::ScalarRow;
+use crate::mechanism::Mechanism;
+use crate::pair::Twist;
+use crate::pair::joint::FrameId;
+use crate::solver::articulated::Articulated;
+use crate::tree::Tree;
+use nalgebra::{DMatrix, Vector3};
+use vi_core::Configuration;
+use vi_core::interval::Interval;
+use vi_core::linear::norm_inf;
+use vi_core::newton::{Block, BlockKind};
+use vi_rigid::directors;
+
+const NOWHERE: (usize, usize) = (usize::MAX, usize::MAX);
+
+/// The loops of a mechanism on its spanning tree.
+pub(crate) struct Loops {
+    pub(crate) tree: Articulated,
+    /// By falling apex, those that hang on the ground last.
+    pub(crate) clusters: Vec<Cluster>,
+    pub(crate) home: Vec<(usize, usize)>, // link → cluster and place
+    pub(crate) column_of: Vec<usize>,     // unknown → column of its cluster
+    pub(crate) blocks: Vec<Block>,
+    scales: Vec<f64>,  // of the rows of g_c in rank decisions
+    weights: Vec<f64>, // what one is for each unknown: 1 rad, or the longest lever arm
+}
+
+impl Loops {
+    pub(crate) fn new(mechanism: &Mechanism) -> Self {
+        let tree = Articulated::new(mechanism.tree().clone());
+        let rows = mechanism.loop_constraints();
+        let length = mechanism.longest_arm();
+        let scales = row_scales(mechanism, &rows, length);
+        let blocks = with_floors(mechanism, mechanism.tree().blocks());
+        let mut weights = vec![1.0; mechanism.tree().dof()];
+        for block in blocks.iter().filter(|b| b.kind == BlockKind::Position) {
+            weights[block.range.clone()].fill(length);
+        }
+        let paths = paths(mechanism, &tree, &rows);
+        let (clusters, home) = clusters(tree.tree(), &paths);
+        let build = |(number, group): (usize, &Vec<usize>)| {
+            let own = |&i: &usize| LoopRow {
+                number: i,
+                row: rows[i].clone(),
+                scale: scales[i],
+                path: paths[i].links.iter().map(|&k| home[k].1).collect(),
+                apex: paths[i].apex,
+            };
+            let own = group.iter().map(own).collect();
+            let links = cluster_links(tree.tree(), &home, number);
+            let apex = group.iter().map(|&i| paths[i].apex).min().flatten();
+            Cluster::new(Paths::new(own, links, apex), &weights)
+        };
+        let clusters: Vec<Cluster> = clusters.iter().enumerate().map(build).collect();
+        let mut column_of = vec![usize::MAX; weights.len()];
+        for cluster in &clusters {
+            let columns = cluster.paths.columns.iter().enumerate();
+            columns.for_each(|(column, &unknown)| column_of[unknown] = column);
+        }
+        Self { tree, clusters, home, column_of, blocks, scales, weights }
+    }
+
+    /// Degrees of freedom of the tree.
+    pub(crate) fn dof(&self) -> usize {
+        self.weights.len()
+    }
+
+    /// What one is for each unknown: 1 rad, or the longest lever arm.
+    pub(crate) fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// `g_c(t, q)`, scaled.
+    pub(crate) fn values(&self, t: f64, q: &[f64]) -> Vec<f64> {
+        let mut values = self.raw_values(t, q);
+        values.iter_mut().zip(&self.scales).for_each(|(g, scale)| *g *= scale);
+        values
+    }
+
+    fn raw_values(&self, t: f64, q: &[f64]) -> Vec<f64> {
+        let mut values = vec![0.0; self.scales.len()];
+        for row in self.clusters.iter().flat_map(|cluster| &cluster.paths.rows) {
+            values[row.number] = row.row.value(Configuration::new(t, q));
+        }
+        values
+    }
+
+    /// Takes up `q`, and finds the rank of each cluster there.
+    pub(crate) fn ranks(&mut self, q: &[f64]) -> Vec<usize> {
+        self.tree.begin_at(q, None);
+        let Self { tree, clusters, home, column_of, .. } = self;
+        let at = Placed { tree, sparse: None, home, column_of, q, next: false };
+        clusters.iter_mut().map(|cluster| cluster.rank_here(at, &[])).collect()
+    }
+
+    /// The rows of `g_c` that are independent where the rank was found last, cluster by cluster, as
+    /// numbered in the cluster.
+    pub(crate) fn pivots(&self) -> Vec<Vec<usize>> {
+        self.clusters.iter().map(|cluster| cluster.pivots().to_vec()).collect()
+    }
+
+    /// Rows of the clusters as numbered among the rows of `g_c`.
+    pub(crate) fn numbers(&self, rows: &[Vec<usize>]) -> Vec<usize> {
+        let all = self.clusters.iter().zip(rows);
+        let own = |(cluster, rows): (&Cluster, &Vec<usize>)| -> Vec<usize> {
+            rows.iter().map(|&i| cluster.paths.rows[i].number).collect()
+        };
+        all.flat_map(own).collect()
+    }
+
+    /// The rank of some rows of `g_c` alone, at the configuration taken up last.
+    pub(crate) fn rank_of(&mut self, rows: std::ops::Range<usize>, q: &[f64]) -> usize {
+        let Self { tree, clusters, home, column_of, .. } = self;
+        let at = Placed { tree, sparse: None, home, column_of, q, next: false };
+        let of = |cluster: &mut Cluster| {
+            let own = cluster.paths.rows.iter().enumerate();
+            let own = own.filter(|(_, row)| rows.contains(&row.number)).map(|(i, _)| i);
+            let own: Vec<usize> = own.collect();
+            if own.is_empty() { 0 } else { cluster.rank_of(&own, at) }
+        };
+        clusters.iter_mut().map(of).sum()
+    }
+
+    /// The independent rows found last, as a dense matrix.
+    pub(crate) fn basis(&self) -> DMatrix<f64> {
+        let rank = self.clusters.iter().map(|cluster| cluster.pivots().len()).sum();
+        let mut out = DMatrix::zeros(rank, self.dof());
+        let mut row = 0;
+        for cluster in &self.clusters {
+            for k in 0..cluster.pivots().len() {
+                cluster.pivot_row(k).for_each(|(column, value)| out[(row, column)] = value);
+                row += 1;
+            }
+        }
+        out
+    }
+
+    /// A closed configuration next to `F_d(u, q)` by least-norm Newton corrections; `None` when there is
+    /// none nearby.
+    pub(crate) fn close(
+        &mut self,
+        mechanism: &Mechanism,
+        (t, q): (f64, &[f64]),
+        u: &[f64],
+    ) -> Option<Vec<f64>> {
+        const MAX_ITERATIONS: usize = 30;
+        let mut s = Interval::new(q.len());
+        let mut u = u.to_vec();
+        let mut q = q.to_vec();
+        let reach = 0.5 + 10.0 * norm_inf(&u);
+        let floor = 1e-14 * (1.0 + norm_inf(&q));
+        for iteration in 0..MAX_ITERATIONS {
+            s.open(0.0, 1.0, &q);
+            self.tree.move_to(&u, &mut s).ok()?;
+            q.copy_from_slice(&s.q1);
+            mechanism.tree().clean(&mut q);
+            let size = norm_inf(&self.values(t, &q));
+            if size <= floor && (iteration > 0 || norm_inf(&u) == 0.0) {
+                return Some(q);
+            }
+            let side: Vec<f64> = self.raw_values(t, &q).iter().map(|g| -g).collect();
+            self.tree.begin_at(&q, None);
+            u.fill(0.0);
+            let Self { tree, clusters, home, column_of, weights, .. } = self;
+            let at = Placed { tree, sparse: None, home, column_of, q: &q, next: false };
+            let mut rank = 0;
+            for cluster in clusters {
+                rank += cluster.rank_here(at, &side);
+                cluster.add_shortest(weights, &mut u);
+            }
+            let step = norm_inf(&u);
+            if rank == 0 || step.is_nan() || step > reach {
+                return None;
+            }
+        }
+        (norm_inf(&self.values(t, &q)) <= 10.0 * floor).then_some(q)
+    }
+}
+
+/// The links that feel a row, deepest first, and the one above them.
+struct Path {
+    links: Vec<usize>,
+    apex: Option<usize>,
+}
+
+/// The path of each row. Its apex is the lowest link that carries all of its sides, where they turn with
+/// it: the child of a spherical pair does not, so its loop is felt by the rotation of what carries it. A
+/// row with a side on the ground is felt down to the root.
+fn paths(mechanism: &Mechanism, tree: &Articulated, rows: &[ScalarRow]) -> Vec<Path> {
+    let links = tree.tree().links();
+    let q = mechanism.initial_configuration();
+    let cut = mechanism.cut_joints().iter();
+    let mut between: Vec<bool> = cut
+        .flat_map(|&k| {
+            let joint = &mechanism.description().joints[k];
+            let frames = [joint.parent.frame, joint.child.frame];
+            let bodies = frames.iter().all(|frame| matches!(frame, FrameId::Frame(_)));
+            vec![bodies; mechanism.joint_rows(k).len()]
+        })
+        .collect();
+    between.extend(rows[between.len()..].iter().map(|row| is_balanced(row, &q)));
+    let path = |(row, between): (&ScalarRow, bool)| {
+        let mut ends: Vec<usize> = Vec::new();
+        row.for_each_wrench(&q, |frame, _| ends.push(tree.link_of(frame)));
+        ends.sort_unstable();
+        ends.dedup();
+        let carriers = |end: usize| std::iter::successors(Some(end), |&k| links[k].parent);
+        let shared = |k: &usize| ends.iter().all(|&end| carriers(end).any(|c| c == *k));
+        let apex = ends.first().and_then(|&end| carriers(end).find(shared)).filter(|_| between);
+        let below = |apex: Option<usize>| {
+            let mut below: Vec<usize> = ends
+                .iter()
+                .flat_map(|&end| carriers(end).take_while(move |k| Some(*k) != apex))
+                .collect();
+            below.sort_unstable_by(|a, b| b.cmp(a));
+            below.dedup();
+            below
+        };
+        let own = below(apex);
+        if own.iter().all(|&k| links[k].joint.kind.rotation_vector().is_none()) {
+            return Path { links: own, apex };
+        }
+        Path { links: below(None), apex: None }
+    };
+    rows.iter().zip(between).map(path).collect()
+}
+
+/// Whether the wrenches of a row balance each other, so that nothing of it reaches the ground.
+fn is_balanced(row: &ScalarRow, q: &[f64]) -> bool {
+    let (mut force, mut moment, mut size) = (Vector3::zeros(), Vector3::zeros(), [0.0_f64; 2]);
+    row.for_each_wrench(q, |frame, w: Twist| {
+        let lever = directors::center(&q[12 * frame..12 * frame + 12]).cross(&w.linear);
+        force += w.linear;
+        moment += w.angular + lever;
+        size[0] += w.linear.norm();
+        size[1] += w.angular.norm() + lever.norm();
+    });
+    let balanced = |rest: f64, size: f64| rest <= 1e-12 * size;
+    balanced(force.norm(), size[0]) && balanced(moment.norm(), size[1])
+}
+
+/// Rows whose paths share a link, and the cluster and place of each link.
+fn clusters(tree: &Tree, paths: &[Path]) -> (Vec<Vec<usize>>, Vec<(usize, usize)>) {
+    let links = tree.links().len();
+    let mut group: Vec<usize> = (0..paths.len()).collect(); // of each row: the first of its cluster
+    fn first(group: &mut [usize], mut i: usize) -> usize {
+        while group[i] != i {
+            group[i] = group[group[i]];
+            i = group[i];
+        }
+        i
+    }
+    let mut row_of: Vec<Option<usize>> = vec![None; links];
+    for (i, path) in paths.iter().enumerate() {
+        for &k in &path.links {
+            match row_of[k] {
+                Some(other) => {
+                    let (a, b) = (first(&mut group, i), first(&mut group, other));
+                    group[a.max(b)] = a.min(b);
+                }
+                None => row_of[k] = Some(i),
+            }
+        }
+    }
+    let mut clusters: Vec<Vec<usize>> = vec![Vec::new(); paths.len()];
+    (0..paths.len()).for_each(|i| clusters[first(&mut group, i)].push(i));
+    clusters.retain(|rows| !rows.is_empty());
+    clusters.sort_by_key(|rows| std::cmp::Reverse(rows.iter().map(|&i| paths[i].apex).min()));
+    let mut home = vec![NOWHERE; links];
+    for (number, rows) in clusters.iter().enumerate() {
+        let own = rows.iter().flat_map(|&i| paths[i].links.iter().copied());
+        own.for_each(|k| home[k].0 = number);
+    }
+    let mut count = vec![0; clusters.len()];
+    for home in home.iter_mut().rev().filter(|home| home.0 != NOWHERE.0) {
+        home.1 = count[home.0];
+        count[home.0] += 1;
+    }
+    (clusters, home)
+}
+
+fn cluster_links(tree: &Tree, home: &[(usize, usize)], number: usize) -> Vec<ClusterLink> {
+    let own = tree.links().iter().enumerate().rev().filter(|(k, _)| home[*k].0 == number);
+    let mut first = 0;
+    let place = |(k, link): (usize, &crate::tree::Link)| {
+        let parent = link.parent.map(|p| home[p]).filter(|h| h.0 == number).map(|h| h.1);
+        let (offset, dof) = (link.offset, link.dof());
+        first += dof;
+        ClusterLink { link: k, parent, first: first - dof, offset, dof }
+    };
+    own.map(place).collect()
+}
+
+/// The blocks of a spanning tree's unknowns with floors at which round-off of the loop constraints is no
+/// correction.
+#[must_use]
+pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> {
+    const RELATIVE: f64 = 1e-5; // what Newton's method calls small of this is about 50 ε
+    let (q, arm) = (mechanism.initial_configuration(), mechanism.longest_arm());
+    let extent =
+        q.chunks(12).map(|frame| norm_inf(&frame[..3.min(frame.len())])).fold(arm, f64::max);
+    for block in &mut blocks {
+        block.floor = match block.kind {
+            BlockKind::Position => RELATIVE * extent,
+            _ => RELATIVE * extent / arm,
+        };
+    }
+    blocks
+}
+
+/// One over the size of each row's wrench initially, forces weighed by the longest lever arm.
+fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow], length: f64) -> Vec<f64> {
+    let q = mechanism.initial_configuration();
+    let scale = |row: &ScalarRow| {
+        let mut square = 0.0;
+        row.for_each_wrench(&q, |_, w| {
+            square += length * length * w.linear.norm_squared() + w.angular.norm_squared();
+        });
+        if square > 0.0 { 1.0 / square.sqrt() } else { 1.0 }
+    };
+    rows.iter().map(scale).collect()
+}

@@ -1,0 +1,342 @@
+//! Closed loops on top of a tree: null space, redundancy, singular configurations.
+//!
+//! Loops are cut at joints; `g_c` are the cut joints' constraints.
+//! ```text
+//! J_n = G_c(q_n) P_tree(q_n),      U: row echelon form of J_n, pivots in the columns B
+//! b    = P_treeᵀ (p̄_n + D_1 L_d + f_d^-),     g = g_c(F_d(u, q_n)) (independent rows),   u ∈ R^{d_tree}
+//! r(u) = (b − Uᵀλ, λ: zero in B; g/h in its place) = 0    balance along Z = null J_n, closure
+//! [ A  −Uᵀ ] [δ]   [b − Uᵀλ]
+//! [ J'  0  ] [μ] = [   g   ],     A = P_treeᵀ D_2(D_1 L_d + f_d^-) ∂F_d/∂u
+//! ```
+//! The joints of the tree split into dependent ones, `B`, and independent ones, in which the balance
+//! stands: `Z = null J_n` is never formed. `A` is solved by the articulated recursion. A row lives on the
+//! links of its own loop, from its two sides to their lowest common carrier, the apex; rows that share
+//! links form a cluster, which is eliminated at its apex by a small complement and never felt above.
+//!
+//! **Cost.** `O(N)` for loops that share no links, anywhere in the tree. Within a cluster of `c` loops on
+//! `n_c` links the sweeps cost the sum of their paths to the apex, rank and complement as much as their
+//! sparse elimination: `O(n_c)` where every loop meets few others (windows side by side), `O(n_c c² + c³)`
+//! at most. Where the potential couples bodies `A` is a sparse or dense matrix and each row one more
+//! right-hand side: for `c` loops `c + 1` solves with its factors and a dense complement, `O(c³)`.
+//!
+//! **Rank.** Permanent redundancy (overconstrained loops) shows as a clear gap between the pivots; the
+//! rows without a pivot follow from the others. The *generic* rank, the largest met, is retained when a
+//! configuration loses rank momentarily (a flat four-bar): the rows of `U` that are missing are then those of
+//! the last node that do not depend on the new ones, so the branch of the motion is the one its velocity
+//! points along, and the rows enforced are chosen at `q_{n+1}`. An initial configuration in such a configuration is compared
+//! with configurations nearby ([`crate::solver::closed_loop::loop_rank`]): with a velocity, `Z` initially is the limit of the
+//! generic null space along it; at rest it is refused, since nothing says which branch the motion takes.
+//!
+//! **Round-off.** `g_c` is a difference of stored coordinates, so the increments of a loop are known to
+//! `ε |q|/σ` and not to `ε` of themselves, with `σ` the smallest pivot, `~ δ` at an angle `δ` from a flat
+//! position: floors and noise of Newton's method are higher than those of a tree. A row sees only the
+//! links of its own loop: what both of its ends share would cancel but for round-off, which `1/σ` would
+//! turn into a drift of the momentum maps. A small pivot waits for all large ones, so it does not spoil
+//! them (`echelon`).
+//!
+//! Source: LMO08 §5.4, §5.5; the splitting of coordinates after R. A. Wehage, E. J. Haug, J. Mech. Des.
+//! 104 (1982).
+#![allow(non_snake_case)] // A, U, J, Z
+
+pub(crate) mod cluster;
+mod complement;
+mod echelon;
+pub mod loop_rank;
+pub(crate) mod loops;
+mod path;
+
+use crate::mechanism::Mechanism;
+use crate::solver::closed_loop::loop_rank::LoopRank;
+use crate::solver::sparse_nodal::SparseNodal;
+use crate::solver::tree_map::TreeMap;
+use cluster::Recall;
+use loops::Loops;
+pub use loops::with_floors;
+use nalgebra::DMatrix;
+use path::Placed;
+use vi_constraints::null_space::NullSpaceQr;
+use vi_constraints::reparametrization::{Emission, LastStep};
+use vi_constraints::{Constraints, DenseNodal, NodalOperators};
+use vi_core::interval::Interval;
+use vi_core::linear::DenseLu;
+use vi_core::newton::{Block, Fault};
+use vi_core::state::Memory;
+
+crate::opaque_debug!(TreeSolver, LoopNodal);
+
+/// The operators of the tree: its velocity map and `A`.
+pub enum TreeSolver {
+    /// The articulated recursion: no potential couples bodies.
+    Recursion,
+    /// Dense matrices.
+    Dense(Box<DenseNodal<TreeMap>>),
+    /// A sparse factorization; its unknowns are those of the loops, too.
+    Sparse(Box<SparseNodal>),
+}
+
+/// [`NodalOperators`] of a mechanism with closed loops.
+pub struct LoopNodal {
+    loops: Loops,
+    solver: TreeSolver,
+    coupled: Coupled, // of matrices that couple bodies
+    initial: Memory,  // before the first step
+    q_n: Vec<f64>,
+    h: f64,
+    sigma: f64,    // smallest pivot at q_{n+1}
+    fresh: bool,   // rows not chosen yet in this step
+    current: bool, // the tangent maps are those of the last trial
+}
+
+/// The complement of all loops together, where `A` is one matrix.
+struct Coupled {
+    solutions: DMatrix<f64>,  // d × (rank + 1)  A⁻¹ (Uᵀ, b)
+    complement: DMatrix<f64>, // rank × rank  J' A⁻¹ Uᵀ
+    lu: DenseLu,
+    mu: Vec<f64>, // rank
+}
+
+impl LoopNodal {
+    /// For a mechanism with cut joints, and the generic rank of its loop constraints.
+    #[must_use]
+    pub fn new(mechanism: &Mechanism, rank: &LoopRank, solver: TreeSolver) -> Self {
+        let mut loops = Loops::new(mechanism);
+        for (cluster, pivots) in loops.clusters.iter_mut().zip(rank.pivots()) {
+            cluster.set_rank(pivots);
+        }
+        let size = if matches!(solver, TreeSolver::Recursion) { 0 } else { rank.generic };
+        let coupled = Coupled {
+            solutions: DMatrix::zeros(loops.dof(), size + 1),
+            complement: DMatrix::zeros(size, size),
+            lu: DenseLu::new(size),
+            mu: vec![0.0; size],
+        };
+        let (initial, q_n) = (initial(&loops), vec![0.0; mechanism.dim()]);
+        let (fresh, current) = (true, false);
+        Self { loops, solver, coupled, initial, q_n, h: 1.0, sigma: 1.0, fresh, current }
+    }
+
+    /// The first node is a singular configuration: its null space is that of the branch, `Z_0`.
+    #[must_use]
+    pub fn leaving_along(mut self, null_space: &DMatrix<f64>) -> Self {
+        let (d, f) = null_space.shape();
+        let mut qr = NullSpaceQr::new(d, f);
+        qr.factorize(&null_space.transpose());
+        let mut range = DMatrix::zeros(d, d - f);
+        qr.null_space(f, &mut range);
+        self.loops.clusters.iter_mut().for_each(|cluster| cluster.leave_along(&range));
+        self.initial = initial(&self.loops);
+        self
+    }
+
+    /// `∂F_d/∂u` of the tree at the last trial, for the rows at `q_{n+1}`.
+    fn take_tangent(&mut self, u: &[f64], s: &Interval) {
+        if self.current {
+            return;
+        }
+        match &mut self.solver {
+            TreeSolver::Sparse(sparse) => sparse.take_tangent(u, s),
+            _ => self.loops.tree.tangent(u, &s.q1),
+        }
+        self.current = true;
+    }
+
+    /// The correction where `A` is one matrix: `δ = A⁻¹ b + A⁻¹ Uᵀ μ`, `(J' A⁻¹ Uᵀ) μ = g − J' A⁻¹ b`.
+    fn solve_coupled(
+        &mut self,
+        (mixed, u, s): (&Emission<'_>, &[f64], &Interval),
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { loops, solver, coupled, .. } = self;
+        let Coupled { solutions, complement, lu, mu } = coupled;
+        let (d, rank) = (x.len(), mu.len());
+        solutions.fill(0.0);
+        solutions.column_mut(rank).copy_from_slice(x);
+        let mut first = 0;
+        for cluster in &loops.clusters {
+            cluster.for_each_entry(|k, column, value| solutions[(column, first + k)] = value);
+            mu[first..first + cluster.rank()].copy_from_slice(cluster.gaps());
+            first += cluster.rank();
+        }
+        match solver {
+            TreeSolver::Recursion => {}
+            TreeSolver::Dense(dense) => {
+                dense.factorize(mixed, u, s);
+                let mut sides = solutions.as_mut_slice().chunks_exact_mut(d);
+                sides.try_for_each(|x| dense.solve_factorized(x))?;
+            }
+            TreeSolver::Sparse(sparse) => {
+                sparse.assemble(mixed, u, s);
+                sparse.solve_assembled(solutions.as_mut_slice())?;
+            }
+        }
+        let Loops { tree, clusters, home, column_of, .. } = loops;
+        let at = Placed { tree, sparse: solver.sparse(), home, column_of, q: &s.q1, next: true };
+        complement.fill(0.0);
+        let mut first = 0;
+        for cluster in clusters {
+            cluster.for_each_enforced(at, |i, column, value| {
+                for k in 0..rank {
+                    complement[(first + i, k)] += value * solutions[(column, k)];
+                }
+                mu[first + i] -= value * solutions[(column, rank)];
+            });
+            first += cluster.rank();
+        }
+        lu.solve(complement, mu)?;
+        for (i, x) in x.iter_mut().enumerate() {
+            let part: f64 = mu.iter().enumerate().map(|(k, mu)| solutions[(i, k)] * mu).sum();
+            *x = solutions[(i, rank)] + part;
+        }
+        Ok(())
+    }
+}
+
+/// What the clusters say before the first step.
+fn initial(loops: &Loops) -> Memory {
+    let mut memory = Memory::default();
+    loops.clusters.iter().for_each(|cluster| cluster.remember(&mut memory));
+    memory
+}
+
+impl TreeSolver {
+    fn sparse(&self) -> Option<&SparseNodal> {
+        if let Self::Sparse(sparse) = self { Some(sparse) } else { None }
+    }
+}
+
+/// One sweep to the root and one back, clusters at their apexes.
+fn solve_by_sweeps(loops: &mut Loops, q1: &[f64], x: &mut [f64]) -> Result<(), Fault> {
+    let Loops { tree, clusters, home, column_of, .. } = loops;
+    let links = home.len();
+    tree.rest();
+    let mut waiting = clusters.iter_mut().peekable();
+    for k in (0..links).rev() {
+        while let Some(cluster) = waiting.next_if(|cluster| cluster.apex() == Some(k)) {
+            cluster.eliminate(tree, (home, column_of, q1), x)?;
+        }
+        tree.eliminate(k)?;
+        tree.forward(k, x);
+    }
+    waiting.try_for_each(|cluster| cluster.eliminate(tree, (home, column_of, q1), x))?;
+    let mut waiting = clusters.iter_mut().rev().peekable();
+    while let Some(cluster) = waiting.next_if(|cluster| cluster.apex().is_none()) {
+        cluster.release(tree, x);
+    }
+    for k in 0..links {
+        tree.backward(k, x);
+        while let Some(cluster) = waiting.next_if(|cluster| cluster.apex() == Some(k)) {
+            cluster.release(tree, x);
+        }
+    }
+    Ok(())
+}
+
+impl NodalOperators for LoopNodal {
+    fn dof(&self) -> usize {
+        self.loops.dof()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        &self.loops.blocks
+    }
+
+    fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>) {
+        self.q_n.copy_from_slice(&s.q0);
+        self.h = s.h;
+        match &mut self.solver {
+            TreeSolver::Recursion => self.loops.tree.begin_at(&s.q0, last),
+            TreeSolver::Dense(dense) => {
+                self.loops.tree.begin_at(&s.q0, last);
+                dense.begin(s, memory, last);
+            }
+            TreeSolver::Sparse(sparse) => sparse.begin(s, memory, last),
+        }
+        let memory = if memory.indices.is_empty() { &self.initial } else { memory };
+        let mut recall = Recall::new(memory);
+        let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
+        let at =
+            Placed { tree, sparse: self.solver.sparse(), home, column_of, q: &s.q0, next: false };
+        for cluster in clusters {
+            cluster.begin(at, &mut recall);
+        }
+        (self.fresh, self.current) = (true, false);
+    }
+
+    fn remember(&self, memory: &mut Memory) {
+        memory.indices.clear();
+        memory.values.clear();
+        self.loops.clusters.iter().for_each(|cluster| cluster.remember(memory));
+        // which entries are zero changes along the motion
+        memory.indices.reserve(memory.indices.len());
+        memory.values.reserve(memory.values.len());
+    }
+
+    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.current = false;
+        match &mut self.solver {
+            TreeSolver::Sparse(sparse) => sparse.reparametrize(u, s)?,
+            _ => self.loops.tree.move_to(u, s)?,
+        }
+        if self.fresh {
+            self.take_tangent(u, s);
+            let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
+            let at = Placed {
+                tree,
+                sparse: self.solver.sparse(),
+                home,
+                column_of,
+                q: &s.q1,
+                next: true,
+            };
+            let smallest = clusters.iter_mut().map(|cluster| cluster.choose_rows(at));
+            self.sigma = smallest.fold(1.0, f64::min);
+            self.fresh = false;
+        }
+        self.loops.clusters.iter_mut().for_each(|cluster| cluster.close(s.end()));
+        Ok(())
+    }
+
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
+        match &mut self.solver {
+            TreeSolver::Sparse(sparse) => sparse.pull_back(w, out),
+            _ => self.loops.tree.pull_back_at(&self.q_n, w, out),
+        }
+    }
+
+    fn close(&mut self, r: &mut [f64]) {
+        self.loops.clusters.iter().for_each(|cluster| cluster.project(self.h, r));
+    }
+
+    fn carry_balance(&self, r: &mut [f64]) {
+        if let TreeSolver::Sparse(tree) = &self.solver {
+            tree.carry_balance(r);
+        }
+        self.loops.clusters.iter().for_each(|cluster| cluster.clear_closure(r));
+    }
+
+    fn solve(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(self.h, x))?;
+        self.take_tangent(u, s);
+        if let TreeSolver::Recursion = self.solver {
+            self.loops.tree.assemble(mixed, s);
+            solve_by_sweeps(&mut self.loops, &s.q1, x)?;
+        } else {
+            self.solve_coupled((mixed, u, s), x)?;
+        }
+        if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
+    }
+
+    fn clean(&mut self, _t: f64, q: &mut [f64]) {
+        self.loops.tree.tree().clean(q);
+    }
+
+    fn noise(&self) -> f64 {
+        1e-9 / self.sigma.clamp(1e-8, 1.0)
+    }
+}

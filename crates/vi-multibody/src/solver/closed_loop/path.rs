@@ -1,0 +1,148 @@
+//! The rows of a cluster of loops, each along its path through the tree.
+//!
+//! ```text
+//! J_i = Σ_sides wrenchᵀ P        carried from the two sides of the loop to its apex, where they meet
+//! ```
+
+use super::echelon::{Echelon, Entry};
+use crate::constraint::scalar_constraint::ScalarRow;
+use crate::pair::Twist;
+use crate::solver::articulated::Articulated;
+use crate::solver::sparse_nodal::SparseNodal;
+
+/// A row of `g_c` with the links that feel it.
+pub(crate) struct LoopRow {
+    /// Its number among the rows of `g_c`.
+    pub(crate) number: usize,
+    /// The constraint.
+    pub(crate) row: ScalarRow,
+    /// Its weight in rank decisions.
+    pub(crate) scale: f64,
+    /// Links of the cluster, deepest first.
+    pub(crate) path: Vec<usize>,
+    /// The link of the tree above the path, where there is one.
+    pub(crate) apex: Option<usize>,
+}
+
+/// A link of a cluster.
+#[derive(Clone, Copy)]
+pub(crate) struct ClusterLink {
+    /// The link of the tree.
+    pub(crate) link: usize,
+    /// Its parent in the cluster; `None`: the apex.
+    pub(crate) parent: Option<usize>,
+    /// Its first column in the cluster.
+    pub(crate) first: usize,
+    /// Its first unknown in the tree.
+    pub(crate) offset: usize,
+    /// Number of its degrees of freedom.
+    pub(crate) dof: usize,
+}
+
+/// Where rows are evaluated.
+#[derive(Clone, Copy)]
+pub(crate) struct Placed<'a> {
+    /// The velocity maps of the joints.
+    pub(crate) tree: &'a Articulated,
+    /// The columns of the velocity map, where these are the unknowns.
+    pub(crate) sparse: Option<&'a SparseNodal>,
+    /// Link of the tree → its cluster and its place there.
+    pub(crate) home: &'a [(usize, usize)],
+    /// Unknown of the tree → its column in the cluster.
+    pub(crate) column_of: &'a [usize],
+    /// `q`.
+    pub(crate) q: &'a [f64],
+    /// `S'` of `q_{n+1}` instead of `S` of `q_n`.
+    pub(crate) next: bool,
+}
+
+/// The rows and links of a cluster.
+pub(crate) struct Paths {
+    pub(crate) rows: Vec<LoopRow>,
+    pub(crate) links: Vec<ClusterLink>, // deepest first
+    pub(crate) apex: Option<usize>,     // link of the tree; None: the ground
+    pub(crate) columns: Vec<usize>,     // unknown of the tree
+    pub(crate) owner: Vec<usize>,       // column → link of the cluster
+    wrenches: Vec<Twist>,               // scratch, of each link
+    values: Vec<f64>,                   // scratch, of each column
+    row: Vec<Entry>,                    // the last row written
+}
+
+impl Paths {
+    /// Of a cluster that hangs on `apex`.
+    pub(crate) fn new(rows: Vec<LoopRow>, links: Vec<ClusterLink>, apex: Option<usize>) -> Self {
+        let columns: Vec<usize> =
+            links.iter().flat_map(|link| link.offset..link.offset + link.dof).collect();
+        let owners = links.iter().enumerate();
+        let owner = owners.flat_map(|(k, link)| std::iter::repeat_n(k, link.dof)).collect();
+        let (wrenches, values) = (vec![Twist::zero(); links.len()], vec![0.0; columns.len()]);
+        let row = Vec::with_capacity(columns.len());
+        Self { rows, links, apex, columns, owner, wrenches, values, row }
+    }
+
+    /// Row `i` of `G_c P_tree`: its wrenches carried to its apex.
+    pub(super) fn write_row(&mut self, i: usize, at: Placed<'_>) -> &[Entry] {
+        match at.sparse {
+            Some(columns) => self.gather_row(i, at, columns),
+            None => self.carry_row(i, at),
+        }
+        &self.row
+    }
+
+    fn carry_row(&mut self, i: usize, Placed { tree, home, q, next, .. }: Placed<'_>) {
+        let Self { rows, links, wrenches, row: out, .. } = self;
+        let row = &rows[i];
+        row.row.for_each_wrench(q, |frame, wrench| {
+            let link = tree.link_of(frame);
+            if Some(link) != row.apex {
+                wrenches[home[link].1].add_scaled(1.0, &wrench);
+            }
+        });
+        out.clear();
+        for &k in &row.path {
+            let link = &links[k];
+            let map = if next { tree.map_next(link.link) } else { tree.map_at(link.link) };
+            let wrench = std::mem::replace(&mut wrenches[k], Twist::zero());
+            for (j, column) in map.columns().iter().enumerate() {
+                out.push((link.first + j, column.dot(&wrench)));
+            }
+            if let Some(parent) = link.parent.filter(|&p| Some(links[p].link) != row.apex) {
+                wrenches[parent].add_scaled(1.0, &map.transfer.apply_transposed(&wrench));
+            }
+        }
+    }
+
+    fn gather_row(&mut self, i: usize, at: Placed<'_>, maps: &SparseNodal) {
+        let Self { rows, links, values, row: out, .. } = self;
+        let row = &rows[i];
+        row.row.for_each_wrench(at.q, |frame, wrench| {
+            let link = at.tree.link_of(frame);
+            maps.add_wrench(at.next, (link, row.apex), &wrench, |unknown, value| {
+                values[at.column_of[unknown]] += value;
+            });
+        });
+        out.clear();
+        for &k in &row.path {
+            for column in links[k].first..links[k].first + links[k].dof {
+                out.push((column, std::mem::take(&mut values[column])));
+            }
+        }
+    }
+
+    /// All rows, scaled, with the right-hand sides of `side` where there are any.
+    pub(super) fn fill(&mut self, echelon: &mut Echelon, at: Placed<'_>, side: &[f64]) {
+        echelon.clear();
+        let width = self.columns.len();
+        for i in 0..self.rows.len() {
+            let (scale, number) = (self.rows[i].scale, self.rows[i].number);
+            let right = side.get(number).map(|g| (width, *g));
+            let entries = self.write_row(i, at).iter().copied().chain(right);
+            echelon.push(entries.map(|(column, value)| (column, scale * value)));
+        }
+    }
+
+    /// The row written last.
+    pub(crate) fn last_row(&self) -> &[Entry] {
+        &self.row
+    }
+}

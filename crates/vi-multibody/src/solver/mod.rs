@@ -1,0 +1,7 @@
+//! Operators of the Newton step for each topology, and the choice among them.
+
+pub mod articulated;
+pub mod closed_loop;
+pub mod run;
+pub mod sparse_nodal;
+pub mod tree_map;

@@ -1,0 +1,261 @@
+//! From a mechanism to a running integrator: which operators solve the scheme.
+//!
+//! | mechanism | nodal and reduced | d'Alembert | constrained |
+//! |---|---|---|---|
+//! | tree of bodies, uncoupled potential | articulated recursion, `O(N)` | dense | sparse |
+//! | tree with couplings or point masses | dense up to 60 degrees of freedom, then sparse | dense | sparse |
+//! | tree with nodes of elements | sparse | dense | sparse |
+//! | closed loops of bodies | that of their tree + small complement | dense, QR | sparse |
+//! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |
+
+use crate::mechanism::Mechanism;
+use crate::solver::articulated::TreeNodal;
+use crate::solver::closed_loop::loop_rank::LoopRank;
+use crate::solver::closed_loop::{LoopNodal, TreeSolver};
+use crate::solver::sparse_nodal::SparseNodal;
+use crate::solver::tree_map::TreeMap;
+use crate::tree::Link;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use vi_constraints::InitialValues;
+use vi_constraints::agreement::contradiction;
+use vi_constraints::constrained::Constrained;
+use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
+use vi_constraints::discretization::Discretization;
+use vi_constraints::initialization::{StartReport, start};
+use vi_constraints::integrator::{SetupError, SingularStart};
+use vi_constraints::nodal::Nodal;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::scheme::Scheme;
+use vi_constraints::{Constraints, DenseNodal, Integrator, Options, SchemeKind, TangentSpace};
+use vi_core::interval::Interval;
+use vi_core::{MechanicalSystem, SeparableSystem};
+
+/// How the nodal and reduced schemes solve their linear systems.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Solver {
+    /// The fastest that applies.
+    #[default]
+    Auto,
+    /// Dense matrices, for comparison.
+    Dense,
+    /// The articulated recursion; where it does not apply, as `Auto`.
+    Articulated,
+    /// Sparse factorizations; closed loops of bodies without couplings use the recursion.
+    Sparse,
+}
+
+/// Degrees of freedom up to which a coupled tree is solved densely.
+const DENSE_UP_TO: usize = 60;
+
+impl Solver {
+    /// Whether a tree that the recursion does not solve gets sparse matrices: when asked for; with nodes of
+    /// elements and with more than 60 degrees of freedom, when nothing is asked for.
+    #[must_use]
+    pub fn is_sparse(self, mechanism: &Mechanism) -> bool {
+        let d = mechanism.tree().dof() + mechanism.particle_tree().dof();
+        match self {
+            Self::Dense => false,
+            Self::Sparse => true,
+            Self::Auto | Self::Articulated => has_nodes(mechanism) || d > DENSE_UP_TO,
+        }
+    }
+}
+
+type BoxedScheme = Box<dyn Scheme<SeparableSystem, Mechanism>>;
+
+/// A running mechanism.
+pub type MechanismIntegrator = Integrator<SeparableSystem, Mechanism>;
+
+/// Sets up the integration of a mechanism from the initial values `at`.
+///
+/// # Errors
+/// [`SetupError`].
+pub fn integrator(
+    mechanism: Mechanism,
+    system: SeparableSystem,
+    options: Options,
+    solver: Solver,
+    at: InitialValues<'_>,
+) -> Result<MechanismIntegrator, SetupError> {
+    let mechanism = Arc::new(mechanism);
+    let loops = Loops::find(&mechanism, at.t, at.q)?;
+    let rows = loops.rows.clone();
+    let leaves = matches!(options.scheme, SchemeKind::Nodal | SchemeKind::Reduced);
+    let moved = loops.singular_start(&system, &mechanism, at, leaves)?;
+    let at = moved.as_ref().map_or(at, |start| InitialValues::new(at.t, &start.q, &start.v));
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    let scheme: BoxedScheme = match options.scheme {
+        SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
+        SchemeKind::Dalembert if mechanism.has_loops() => {
+            let source = QrSource::new(n, m, rows.len());
+            Box::new(Dalembert::new(n, m, rows.clone(), source))
+        }
+        SchemeKind::Dalembert => {
+            let source = MapSource(TreeMap::new(&mechanism));
+            Box::new(Dalembert::new(n, m, rows.clone(), source))
+        }
+        SchemeKind::Nodal | SchemeKind::Reduced => {
+            nodal(&mechanism, &system, &options, solver, (&loops, at))?
+        }
+    };
+    let run = Integrator::with_scheme(system, mechanism, (scheme, rows), options, at)?;
+    begun(run, moved)
+}
+
+/// A run with consistent initial values, those of a singular initial configuration if there is one.
+///
+/// # Errors
+/// [`SetupError::Contradiction`].
+pub fn begun<S: Discretization<Mechanism>>(
+    run: Integrator<S, Mechanism>,
+    start: Option<ConsistentStart>,
+) -> Result<Integrator<S, Mechanism>, SetupError> {
+    match start {
+        Some(start) => Ok(run.starting_singular(&start.rows, start.report)),
+        None => run.consistent(),
+    }
+}
+
+/// Initial values in a singular configuration, consistent with the constraints that are independent there.
+#[derive(Clone, Debug)]
+pub struct ConsistentStart {
+    /// `q(0)`, shape `n`.
+    pub q: Vec<f64>,
+    /// `v(0)`, shape `n`.
+    pub v: Vec<f64>,
+    /// The constraints that are independent there.
+    pub rows: IndependentRows,
+    /// How consistent it was as given.
+    pub report: StartReport,
+}
+
+/// The independent constraints of the motion, and of its initial configuration where fewer are independent there.
+#[derive(Clone, Debug)]
+pub struct Loops {
+    /// Of the motion.
+    pub rows: IndependentRows,
+    /// Of the initial configuration, where it is singular.
+    pub rows_at_start: Option<IndependentRows>,
+    /// What is known of the loops; `None` without loops of bodies.
+    pub rank: Option<LoopRank>,
+}
+
+impl Loops {
+    /// Looks initially `(t, q)` of a mechanism.
+    ///
+    /// # Errors
+    /// [`SetupError::RankAtStart`] where bars, or loops beside point masses, lose rank.
+    pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Result<Self, SetupError> {
+        let particles = !mechanism.description().particles.is_empty();
+        if mechanism.has_loops() && particles {
+            let rows = IndependentRows::find_generic(mechanism, t, q)?;
+            return Ok(Self { rows, rows_at_start: None, rank: None });
+        }
+        if !mechanism.has_loops() {
+            let rows = IndependentRows::all(mechanism.len());
+            return Ok(Self { rows, rows_at_start: None, rank: None });
+        }
+        let rank = LoopRank::find(mechanism, t, q);
+        let rows_at_start = rank.is_singular().then(|| rank.rows_at_start(mechanism));
+        Ok(Self { rows: rank.rows(mechanism), rows_at_start, rank: Some(rank) })
+    }
+
+    /// Consistent initial values at a singular configuration `at`; `leaves`: whether the scheme can leave a singular
+    /// configuration.
+    ///
+    /// # Errors
+    /// [`SetupError`].
+    pub fn singular_start(
+        &self,
+        system: &impl MechanicalSystem,
+        mechanism: &Mechanism,
+        at: InitialValues<'_>,
+        leaves: bool,
+    ) -> Result<Option<ConsistentStart>, SetupError> {
+        let Some(rows) = &self.rows_at_start else { return Ok(None) };
+        if !leaves {
+            return Err(self.refusal(SingularStart::Scheme));
+        }
+        let found = start(system, mechanism, rows, at)?;
+        if let Some(error) = contradiction(mechanism, rows, (found.state.configuration(), &found.v))
+        {
+            return Err(error.into());
+        }
+        let (q, v, report) = (found.state.q, found.v, found.report);
+        Ok(Some(ConsistentStart { q, v, rows: rows.clone(), report }))
+    }
+
+    /// The refusal of a singular initial configuration.
+    #[must_use]
+    pub fn refusal(&self, reason: SingularStart) -> SetupError {
+        self.rank.as_ref().map_or_else(
+            || SetupError::SingularStart { joint: String::new(), reason },
+            |rank| rank.refusal(reason),
+        )
+    }
+}
+
+fn nodal(
+    mechanism: &Arc<Mechanism>,
+    system: &SeparableSystem,
+    options: &Options,
+    solver: Solver,
+    (loops, at): (&Loops, InitialValues<'_>),
+) -> Result<BoxedScheme, SetupError> {
+    let (n, reduced) = (mechanism.dim(), options.scheme == SchemeKind::Reduced);
+    let particles = !mechanism.description().particles.is_empty();
+    if mechanism.has_loops() && particles {
+        let operators = TangentSpace::new(mechanism.clone(), &loops.rows);
+        return Ok(Box::new(Nodal::new(n, operators, reduced)));
+    }
+    let mut recursion = TreeNodal::new(mechanism.tree().clone());
+    let uncoupled = !particles && recursion.applies(system, &probe(mechanism, system));
+    let elements = has_nodes(mechanism);
+    let sparse = solver.is_sparse(mechanism);
+    if let Some(rank) = &loops.rank {
+        let tree = match (uncoupled, sparse) {
+            (true, _) => TreeSolver::Recursion,
+            (_, false) => TreeSolver::Dense(Box::new(DenseNodal::new(n, TreeMap::new(mechanism)))),
+            // the rates of a departure are those of increments, not of screws
+            _ if elements && !rank.is_singular() => {
+                TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism).for_elements(at.q)))
+            }
+            _ => TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism))),
+        };
+        let operators = LoopNodal::new(mechanism, rank, tree);
+        if !rank.is_singular() {
+            return Ok(Box::new(Nodal::new(n, operators, reduced)));
+        }
+        let departure = rank.departure(mechanism, at)?;
+        let operators = operators.leaving_along(&departure.null_space);
+        let nodal = Nodal::new(n, operators, reduced);
+        return Ok(Box::new(nodal.starting_with(departure.rates)));
+    }
+    if uncoupled && !matches!(solver, Solver::Dense | Solver::Sparse) {
+        return Ok(Box::new(Nodal::new(n, recursion, reduced)));
+    }
+    if !sparse {
+        let operators = DenseNodal::new(n, TreeMap::new(mechanism));
+        return Ok(Box::new(Nodal::new(n, operators, reduced)));
+    }
+    let operators = SparseNodal::new(mechanism);
+    let operators = if elements { operators.for_elements(at.q) } else { operators };
+    Ok(Box::new(Nodal::new(n, operators, reduced)))
+}
+
+/// Whether some frame gets its mass from elements: it moves and has none of its own.
+#[must_use]
+pub fn has_nodes(mechanism: &Mechanism) -> bool {
+    let bodies = &mechanism.description().bodies;
+    let moves = |link: &&Link| link.dof() > 0;
+    mechanism.tree().links().iter().filter(moves).any(|link| bodies[link.frame].body.is_none())
+}
+
+/// An interval initially, to look at the pattern of the Newton matrix.
+fn probe(mechanism: &Mechanism, system: &SeparableSystem) -> Interval {
+    let mut s = Interval::new(system.dim());
+    s.open(0.0, 1.0, &mechanism.initial_configuration());
+    s
+}

@@ -1,0 +1,207 @@
+//! The nodal scheme on trees whose members are coupled by potentials: beams, springs between bodies.
+//!
+//! ```text
+//! Dr = P_exᵀ [ P_in(q_n)ᵀ K P_in(q_{n+1}) ] P'_ex,     K = D_2(D_1 L_d + f_d^-) ∈ R^{n×n} sparse
+//! t_α = Σ_k J_αk ν_k,  k ∈ unknowns of α and its ancestors;     J_c = (X_c J_parent, S_c)
+//! ```
+//! `K` is emitted into dense blocks, one for each pair of coupled members (replayed, no search); a block
+//! shrinks to 6×6 by two pull-backs and spreads over the unknowns of both chains of ancestors. The sum
+//! is a sparse `d × d` matrix with a fixed pattern: one symbolic LU for ever, rows and columns scaled by
+//! powers of two near `|Dr_kk|^{−1/2}` (lengths against angles). Beams whose nodes are free roots cost
+//! `O(elements)` per iteration. Nothing is allocated after the first solve.
+//!
+//! Cut joints are not seen here: [`crate::solver::closed_loop`] puts them on top. Particles are served through dense rows.
+//!
+//! Letters: `J_αk` column of the velocity map of member `α` (a twist), `K` the mixed derivative.
+//!
+//! Source: theory §5, §6 "Solving".
+
+pub mod layout;
+pub mod reduced_matrix;
+pub mod reduced_rows;
+
+use crate::mechanism::Mechanism;
+use crate::pair::{Twist, VelocityMap};
+pub use layout::{Columns, VelocityLayout};
+use nalgebra::DMatrix;
+pub use reduced_matrix::ReducedMatrix;
+pub use reduced_rows::ReducedRows;
+use vi_constraints::NodalOperators;
+use vi_constraints::reparametrization::{Emission, LastStep};
+use vi_core::interval::Interval;
+use vi_core::linear::norm_inf;
+use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::state::Memory;
+
+crate::opaque_debug!(SparseNodal);
+
+/// Extent of a configuration, m: the largest coordinate of a centre, at least the largest distance of one
+/// from the first; the scale of round-off in the strains of elements.
+#[must_use]
+pub fn extent(q: &[f64]) -> f64 {
+    let size = |frame: &[f64]| {
+        let shift: [f64; 3] = std::array::from_fn(|i| frame[i] - q[i]);
+        norm_inf(&frame[..3]).max(norm_inf(&shift))
+    };
+    q.chunks_exact(12).map(size).fold(0.0, f64::max)
+}
+
+/// [`NodalOperators`] of a tree with couplings between its members, by a sparse LU.
+pub struct SparseNodal {
+    layout: VelocityLayout,
+    blocks: Vec<Block>,
+    left: Columns,  // P(q_n)
+    right: Columns, // ∂F_d/∂u
+    matrix: ReducedMatrix,
+    screws: bool,
+    u: Vec<f64>, // d  increments u of the unknowns
+}
+
+impl SparseNodal {
+    /// Operators for the spanning tree of a mechanism.
+    #[must_use]
+    pub fn new(mechanism: &Mechanism) -> Self {
+        let layout = VelocityLayout::new(mechanism);
+        let (left, right, blocks) = (layout.columns(), layout.columns(), layout.blocks());
+        let (matrix, u) = (ReducedMatrix::default(), vec![0.0; layout.dof()]);
+        Self { layout, blocks, left, right, matrix, screws: false, u }
+    }
+
+    /// Takes screws as the unknowns of free roots: `θ = D y_θ`, `u_φ = T(θ) D y_φ` with the directors
+    /// `D` of `q_n`. In a steady screw motion `y = h (Dᵀφ̇, Dᵀω)` is constant, and every member stays on
+    /// its circle: initial guesses that are extrapolated, and the first iterate `hν` from `y = 0`, are
+    /// then free of strain. Stiff beams in fast rotation need it; the root `q_{n+1}` is the same.
+    #[must_use]
+    pub fn by_screws(mut self) -> Self {
+        self.screws = true;
+        self
+    }
+
+    /// `self.u ←` the increments that belong to the unknowns.
+    fn increments(&mut self, unknowns: &[f64], q_n: &[f64]) {
+        self.u.copy_from_slice(unknowns);
+        if self.screws {
+            self.layout.screws_to_increments(q_n, &mut self.u);
+        }
+    }
+
+    /// For stiff couplings between frames at `q`, elements above all: increments are resolved to the
+    /// round-off of the strains, `1e-14` of the [`extent`], and free roots move by screws.
+    #[must_use]
+    pub fn for_elements(self, q: &[f64]) -> Self {
+        self.with_floors(1e-5 * extent(q).max(1e-5), 1e-5).by_screws()
+    }
+
+    /// Sets the sizes below which increments do not matter to Newton's method: `length` (m) and
+    /// `angle` (rad). With stiff couplings the internal forces are noisy, and the increments cannot be
+    /// resolved below `ε` times the extent of the system, however small they are.
+    #[must_use]
+    pub fn with_floors(mut self, length: f64, angle: f64) -> Self {
+        for block in &mut self.blocks {
+            let floor = if block.kind == BlockKind::Rotation { angle } else { length };
+            block.floor = block.floor.max(floor);
+        }
+        self
+    }
+
+    /// Adds a wrench on the frame of a link, `J_αᵀ (f, τ)`, to a row over the unknowns: at `q_n`, or at the
+    /// `q_{n+1}` of the tangent last taken. What moves the link `apex`, which carries it, is left out.
+    pub(crate) fn add_wrench(
+        &self,
+        next: bool,
+        (link, apex): (usize, Option<usize>),
+        wrench: &Twist,
+        mut add: impl FnMut(usize, f64),
+    ) {
+        let columns = if next { &self.right } else { &self.left };
+        self.layout.for_each_column(columns, (link, apex), |unknown, twist| {
+            add(unknown, wrench.dot(&twist));
+        });
+    }
+
+    /// Forms `Pᵀ K ∂F_d/∂u` with `K` as emitted: always the same places in the same order.
+    pub(crate) fn assemble(&mut self, emit: &Emission<'_>, u: &[f64], s: &Interval) {
+        self.take_tangent(u, s);
+        self.matrix.fill(&self.layout, emit, (&self.left, &self.right), &[]);
+    }
+
+    /// Takes `P_in(q) P_ex` with the given velocity maps of the links in the place of `P(q_n)`: a discrete
+    /// null space.
+    pub fn take_maps(&mut self, q: &[f64], maps: &[VelocityMap]) {
+        self.layout.with_maps(q, maps, &mut self.left);
+    }
+
+    /// Solves with the matrix last formed; several right-hand sides may follow one another.
+    pub(crate) fn solve_assembled(&mut self, x: &mut [f64]) -> Result<(), Fault> {
+        Ok(self.matrix.solve(x)?)
+    }
+
+    /// `∂F_d/∂u` at the unknowns `u`.
+    pub(crate) fn take_tangent(&mut self, u: &[f64], s: &Interval) {
+        self.increments(u, &s.q0);
+        self.layout.tangent(&self.u, s, &mut self.right);
+        if self.screws {
+            self.layout.chain_screws(&s.q0, Some(u), &mut self.right);
+        }
+    }
+
+    /// The reduced Newton matrix last filled, dense and unscaled.
+    #[must_use]
+    pub fn matrix(&self) -> DMatrix<f64> {
+        self.matrix.to_dense()
+    }
+}
+
+impl NodalOperators for SparseNodal {
+    fn dof(&self) -> usize {
+        self.layout.dof()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {
+        if let Some(last) = last {
+            self.take_tangent(last.u, last.s);
+            std::mem::swap(&mut self.left, &mut self.right);
+        } else {
+            self.layout.null_space(&s.q0, &mut self.left);
+            if self.screws {
+                self.layout.chain_screws(&s.q0, None, &mut self.left);
+            }
+        }
+    }
+
+    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.increments(u, &s.q0);
+        self.layout.reparametrize(&self.u, s)
+    }
+
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
+        self.layout.pull_back(&self.left, w, out);
+    }
+
+    /// Screws are components along the directors of `q_n`, which rotate: their residual means something else at
+    /// the next node.
+    fn carry_balance(&self, r: &mut [f64]) {
+        if self.screws {
+            r.fill(0.0);
+        }
+    }
+
+    fn solve(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.assemble(mixed, u, s);
+        self.solve_assembled(x)
+    }
+
+    fn clean(&mut self, _t: f64, q: &mut [f64]) {
+        self.layout.clean(q);
+    }
+}

@@ -1,0 +1,237 @@
+//! Trees of frames: velocity map, null space operators and reparametrization by sweeps.
+//!
+//! ```text
+//! t_α = X_α t_parent + S_α τ_α          root → leaf:   P ν
+//! b_parent += X_αᵀ b_α,  r_α = S_αᵀ b_α     leaf → root:   Pᵀ w  with b_α = P_in(q)ᵀ w_α
+//! F_d: pair maps, root first             LMO08 (76)–(86)
+//! ```
+//! The links are stored root first, so a sweep is a loop over an array. `P` is never formed.
+//!
+//! Source: LMO08 §5; sweeps after Featherstone, Rigid Body Dynamics Algorithms, §5.
+
+pub mod particle;
+
+use crate::pair::joint::{GROUND, Joint, JointConfiguration};
+use crate::pair::{Motion, Twist, VelocityMap};
+use nalgebra::Vector3;
+use vi_core::interval::Interval;
+use vi_core::newton::{Block, BlockKind, Fault};
+use vi_rigid::{directors, reparametrization, rotation};
+
+/// A frame of the tree with its inboard joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// The frame; its coordinates start at `12 frame`.
+    pub frame: usize,
+    /// Index of the parent link; `None`: the ground, or a free root.
+    pub parent: Option<usize>,
+    /// The joint, oriented from the parent to this frame; free roots have a free joint to the ground.
+    pub joint: Joint,
+    /// First unknown of its joint among `u`.
+    pub offset: usize,
+}
+
+impl Link {
+    /// Number of its degrees of freedom.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.joint.kind.dof()
+    }
+
+    fn coordinates<'a>(&self, q: &'a [f64]) -> &'a [f64] {
+        &q[12 * self.frame..12 * self.frame + 12]
+    }
+}
+
+/// A forest of frames, root first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tree {
+    links: Vec<Link>,
+    dof: usize,
+}
+
+impl Tree {
+    /// From links in an order in which parents precede their children; offsets are assigned here.
+    ///
+    /// # Panics
+    /// When a parent does not precede its child.
+    #[must_use]
+    pub fn new(mut links: Vec<Link>) -> Self {
+        let mut dof = 0;
+        for (k, link) in links.iter_mut().enumerate() {
+            assert!(link.parent.is_none_or(|p| p < k), "parents precede their children");
+            link.offset = dof;
+            dof += link.joint.kind.dof();
+        }
+        Self { links, dof }
+    }
+
+    /// The links, root first.
+    #[must_use]
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// Degrees of freedom of the tree.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.dof
+    }
+
+    /// Units and scales of the increments.
+    #[must_use]
+    pub fn blocks(&self) -> Vec<Block> {
+        let mut blocks: Vec<Block> = Vec::new();
+        for link in &self.links {
+            for k in 0..link.dof() {
+                let angle = link.joint.kind.is_angle(k);
+                let kind = if angle { BlockKind::Rotation } else { BlockKind::Position };
+                let at = link.offset + k;
+                match blocks.last_mut() {
+                    Some(last) if last.kind == kind && last.range.end == at => last.range.end += 1,
+                    _ => blocks.push(Block { kind, range: at..at + 1, floor: 1e-6 }),
+                }
+            }
+        }
+        blocks
+    }
+
+    /// The configuration of a link's joint at `q`.
+    #[must_use]
+    pub fn configuration(&self, link: &Link, q: &[f64]) -> JointConfiguration {
+        let parent = link.parent.map_or(&GROUND[..], |p| self.links[p].coordinates(q));
+        JointConfiguration::new(&link.joint, parent, link.coordinates(q))
+    }
+
+    /// `maps ← X_α, S_α` at `q`.
+    pub fn velocity_maps(&self, q: &[f64], maps: &mut [VelocityMap]) {
+        for (link, map) in self.links.iter().zip(maps) {
+            *map = link.joint.kind.velocity_map(&self.configuration(link, q));
+        }
+    }
+
+    /// `maps ← X'_α, S'_α` at `q_{n+1}`, with the tangent maps of the increments `u`.
+    pub fn tangents(&self, u: &[f64], q: &[f64], maps: &mut [VelocityMap]) {
+        for (link, map) in self.links.iter().zip(maps) {
+            let own = &u[link.offset..link.offset + link.dof()];
+            *map = link.joint.kind.tangent(own, &self.configuration(link, q));
+        }
+    }
+
+    /// Twists of all links from joint rates: `P_ex ν`.
+    pub fn push_forward(&self, maps: &[VelocityMap], nu: &[f64], twists: &mut [Twist]) {
+        for (k, (link, map)) in self.links.iter().zip(maps).enumerate() {
+            let mut twist = link.parent.map_or(Twist::zero(), |p| map.transfer.apply(&twists[p]));
+            for (column, rate) in map.columns().iter().zip(&nu[link.offset..]) {
+                twist.linear += *rate * column.linear;
+                twist.angular += *rate * column.angular;
+            }
+            twists[k] = twist;
+        }
+    }
+
+    /// `out ← P_exᵀ b` with the velocity map of each link; the wrenches `b` are used up.
+    pub fn pull_back<'m>(
+        &self,
+        map_of: impl Fn(usize) -> &'m VelocityMap,
+        wrenches: &mut [Twist],
+        out: &mut [f64],
+    ) {
+        for (k, link) in self.links.iter().enumerate().rev() {
+            let (wrench, map) = (wrenches[k], map_of(k));
+            for (column, r) in map.columns().iter().zip(&mut out[link.offset..]) {
+                *r = column.dot(&wrench);
+            }
+            if let Some(parent) = link.parent {
+                let transmitted = map.transfer.apply_transposed(&wrench);
+                wrenches[parent].linear += transmitted.linear;
+                wrenches[parent].angular += transmitted.angular;
+            }
+        }
+    }
+
+    /// `F_d(u, q_n)`: writes the frames of the tree in `s.q1` and `s.dq`.
+    ///
+    /// # Errors
+    /// [`Fault::OutsideChart`], [`Fault::NotFinite`].
+    pub fn reparametrize(
+        &self,
+        u: &[f64],
+        s: &mut Interval,
+        motions: &mut [Motion],
+    ) -> Result<(), Fault> {
+        for (k, link) in self.links.iter().enumerate() {
+            let at = self.configuration(link, &s.q0);
+            let parent = link.parent.map_or(Motion::rest(), |p| motions[p]);
+            let own = &u[link.offset..link.offset + link.dof()];
+            if own.iter().any(|u| !u.is_finite()) {
+                return Err(Fault::NotFinite);
+            }
+            let motion = link.joint.kind.reparametrize(own, &parent, &at).map_err(|too_large| {
+                let unknown = link.offset + too_large.index;
+                Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size: too_large.angle }
+            })?;
+            motions[k] = motion;
+            move_frame(&motion, link, s);
+            // where the pair has no gap, round-off of it is removed in every step
+            if link.joint.kind.closes_gap() {
+                let closure = link.joint.kind.gap_correction(&self.configuration(link, &s.q1));
+                for i in 0..3 {
+                    s.q1[12 * link.frame + i] += closure[i];
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes accumulated round-off from directors and of what C, P, E and the axes transport,
+    /// root first, where it has passed a few ulp.
+    pub fn clean(&self, q: &mut [f64]) {
+        const SLACK: f64 = 8.0 * f64::EPSILON;
+        for link in &self.links {
+            let own = 12 * link.frame..12 * link.frame + 12;
+            reparametrization::clean_directors(&mut q[own.clone()]);
+            let at = self.configuration(link, q);
+            let turn = link.joint.kind.attitude_correction(&at);
+            if turn.amax() > SLACK {
+                let triad = directors::triad(&q[own.clone()]);
+                directors::set_triad(&mut q[own.clone()], &(rotation::exp(&turn) * triad));
+                reparametrization::clean_directors(&mut q[own.clone()]);
+            }
+            let at = self.configuration(link, q);
+            let shift = link.joint.kind.gap_correction(&at);
+            if shift.amax() > SLACK * (1.0 + at.c.amax()) {
+                for i in 0..3 {
+                    q[own.start + i] += shift[i];
+                }
+            }
+        }
+    }
+
+    /// The link that owns an unknown, and which of its degrees of freedom it is.
+    #[must_use]
+    pub fn owner(&self, unknown: usize) -> Option<(&Link, usize)> {
+        let k = self.links.partition_point(|link| link.offset <= unknown);
+        let link = self.links[..k].iter().rev().find(|link| link.dof() > 0)?;
+        (unknown < link.offset + link.dof()).then(|| (link, unknown - link.offset))
+    }
+}
+
+fn move_frame(motion: &Motion, link: &Link, s: &mut Interval) {
+    let at = 12 * link.frame;
+    for i in 0..3 {
+        if link.joint.kind.closes_gap() {
+            s.dq[at + i] = motion.translation[i];
+            s.q1[at + i] = s.q0[at + i] + motion.translation[i]; // nothing adds up there
+        } else {
+            s.increment(at + i, motion.translation[i]);
+        }
+    }
+    for j in 0..3 {
+        let d: Vector3<f64> = directors::director(&s.q0[at..at + 12], j);
+        let dd = motion.rotation_minus_identity * d;
+        for i in 0..3 {
+            s.increment(at + 3 + 3 * j + i, dd[i]);
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! The equations of static equilibrium: residual and tangent.
+//!
+//! Frames and point masses have all their degrees of freedom as unknowns; joints, bars and scalar
+//! constraints are enforced by multipliers. So trees, loops, redundant constraints and prescribed motion
+//! are one case, and the tangent is exact and sparse.
+//! ```text
+//! w(q, μ, t) = ∇V(q) − f(t, q) + G(t, q)ᵀ μ                    n   residual force at rest
+//! r_u = P_in(q)ᵀ w + σ S u = 0,    r_μ = g(t, q) = 0           unknowns u, μ;  q = F_d(u, q_last)
+//! K   = [ P_inᵀ (∇²V − ∂f/∂q + Σ μ_i D²g_i) ∂F_d/∂u + Σ_I ŵ_I d̂_I + σ S    P_inᵀ Gᵀ ]
+//!       [ G ∂F_d/∂u                                                        0       ]
+//! ```
+//! `t` is the load parameter: loads and prescribed motions are taken at the time `t`. The rows of `g`
+//! are an independent set, without the internal constraints of the frames, which `F_d` satisfies. `σ S` is
+//! zero but for relaxation ([`crate::relaxation`]).
+//!
+//! Source: theory §6, "Statics".
+#![allow(non_snake_case)] // K, G
+
+use nalgebra::{DMatrix, Matrix3, Matrix6};
+use vi_constraints::Constraints;
+use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
+use vi_core::Configuration;
+use vi_core::interval::Interval;
+use vi_core::linear::{SparseLu, norm_inf};
+use vi_core::newton::{Block, BlockKind, Fault, NewtonProblem};
+use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::{MechanicalSystem, SeparableSystem};
+use vi_multibody::mechanism::{Description, Mechanism};
+use vi_multibody::sparse_nodal::{Columns, ReducedMatrix, ReducedRows, VelocityLayout};
+use vi_rigid::directors::director;
+use vi_rigid::rotation::skew;
+
+mod rows;
+mod scale;
+mod solve;
+
+/// The equations at the last equilibrium, with the workspace of an evaluation.
+pub(crate) struct Equations {
+    pub(crate) system: SeparableSystem,
+    pub(crate) mechanism: Mechanism,
+    pub(crate) t: f64,      // load parameter
+    pub(crate) s: Interval, // q0: last equilibrium
+    pub(crate) rows: IndependentRows,
+    pub(crate) mu: Vec<f64>,    // m  of the last evaluation
+    pub(crate) force: Vec<f64>, // n  w
+    pub(crate) sigma: f64,
+    metric: Vec<f64>, // d  S: 1 for lengths, the square of the size for angles
+    layout: VelocityLayout,
+    left: Columns,  // P_in(q)
+    right: Columns, // ∂F_d/∂u
+    g: Vec<f64>,    // m
+    spin: Vec<Matrix6<f64>>,
+    stiffness: ReducedMatrix,
+    upper: ReducedRows, // G P_in
+    lower: ReducedRows, // G ∂F_d/∂u
+    scale: Vec<f64>,    // d + rows, powers of two
+    factors: Option<(SparseMatrix, SparseLu)>,
+}
+
+/// Adds `Gᵀ μ` to a vector, entry by entry.
+struct Transposed<'a> {
+    mu: &'a [f64],
+    out: &'a mut [f64],
+}
+
+impl Entries for Transposed<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        self.out[column] += value * self.mu[row];
+    }
+}
+
+/// Columns of the system without joints and bars.
+fn separate(mechanism: &Mechanism) -> VelocityLayout {
+    let whole = mechanism.description();
+    let description = Description {
+        dimension: whole.dimension,
+        bodies: whole.bodies.clone(),
+        particles: whole.particles.clone(),
+        ..Description::default()
+    };
+    VelocityLayout::new(&Mechanism::new(description))
+}
+
+impl Equations {
+    /// At the configuration `q` and the load parameter `t`.
+    pub(crate) fn new(
+        system: SeparableSystem,
+        mechanism: Mechanism,
+        (t, q): (f64, &[f64]),
+    ) -> Self {
+        let layout = separate(&mechanism);
+        let (n, d) = (layout.dim(), layout.dof());
+        let mut s = Interval::new(n);
+        s.open(0.0, 1.0, q);
+        s.angles = mechanism.principal_angles(q);
+        let m = mechanism.len();
+        let frames = mechanism.description().bodies.len();
+        let mut work = Self {
+            rows: IndependentRows::choose(m, &[]),
+            mu: vec![0.0; m],
+            force: vec![0.0; n],
+            sigma: 0.0,
+            metric: vec![1.0; d],
+            left: layout.columns(),
+            right: layout.columns(),
+            g: vec![0.0; m],
+            spin: vec![Matrix6::zeros(); frames],
+            stiffness: ReducedMatrix::default(),
+            upper: ReducedRows::default(),
+            lower: ReducedRows::default(),
+            scale: Vec::new(),
+            factors: None,
+            system,
+            mechanism,
+            t,
+            s,
+            layout,
+        };
+        let size = work.size();
+        for block in work.layout.blocks() {
+            if block.kind == BlockKind::Rotation {
+                work.metric[block.range].fill(size * size);
+            }
+        }
+        work.rows = work.independent_rows();
+        work.scale = vec![1.0; d + work.rows.len()];
+        work
+    }
+
+    /// Number of unknowns `u`.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.metric.len()
+    }
+
+    /// Units and scales of the unknowns `(u, μ)`.
+    pub(crate) fn blocks(&self) -> Vec<Block> {
+        let mut blocks = self.layout.blocks();
+        let length = 1e-5 * self.reach().max(1e-5);
+        for block in &mut blocks {
+            block.floor = if block.kind == BlockKind::Rotation { 1e-5 } else { length };
+        }
+        let d = self.unknowns();
+        // multipliers follow from the rest: they converge with the configuration
+        let multipliers = d..d + self.rows.len();
+        blocks.push(Block {
+            kind: BlockKind::Multiplier,
+            range: multipliers,
+            floor: f64::INFINITY,
+        });
+        blocks
+    }
+
+    /// `r(u, μ)`; stores `q`, `P_in(q)`, `w` for the tangent.
+    pub(crate) fn evaluate(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+        let (u, mu) = x.split_at(self.unknowns());
+        self.layout.reparametrize(u, &mut self.s)?;
+        let (t, q) = (self.t, &self.s.q1);
+        let at = Configuration { t, ..self.s.end() };
+        self.layout.null_space(q, &mut self.left);
+        self.rows.scatter(mu, &mut self.mu);
+        self.system.rest_force(at, &mut self.force);
+        self.mechanism.jacobian(t, q, &mut Transposed { mu: &self.mu, out: &mut self.force });
+        let (balance, closure) = r.split_at_mut(u.len());
+        self.layout.pull_back(&self.left, &self.force, balance);
+        for ((r, s), u) in balance.iter_mut().zip(&self.metric).zip(u) {
+            *r += self.sigma * s * u;
+        }
+        self.mechanism.value(at, &mut self.g);
+        self.rows.gather(&self.g, closure);
+        Ok(())
+    }
+
+    /// `out ← ∂r/∂t` at the point last evaluated; the forces by a central difference, exact where
+    /// their histories are linear.
+    pub(crate) fn parameter_slope(&mut self, out: &mut [f64]) {
+        let (t, q, n) = (self.t, &self.s.q1, self.force.len());
+        let step = 1e-4 * t.abs().max(1.0);
+        let (mut after, mut before) = (vec![0.0; n], vec![0.0; n]);
+        self.system.rest_force(Configuration { t: t + step, ..self.s.end() }, &mut after);
+        self.system.rest_force(Configuration { t: t - step, ..self.s.end() }, &mut before);
+        after.iter_mut().zip(&before).for_each(|(a, b)| *a = (*a - b) / (2.0 * step));
+        let d = self.unknowns();
+        let (balance, closure) = out.split_at_mut(d);
+        self.layout.pull_back(&self.left, &after, balance);
+        let mut rates = vec![0.0; self.g.len()];
+        self.mechanism.time_derivative(t, q, &mut rates);
+        self.rows.gather(&rates, closure);
+    }
+
+    /// `Σ_I ŵ_I d̂_I` of each frame: the derivative of `P_in` in the direction of a rotation.
+    fn fill_spin(&mut self) {
+        let q = &self.s.q1;
+        for (k, spin) in self.spin.iter_mut().enumerate() {
+            let (frame, w) = (&q[12 * k..12 * k + 12], &self.force[12 * k..12 * k + 12]);
+            let hats = (0..3).map(|i| skew(&director(w, i)) * skew(&director(frame, i)));
+            spin.fixed_view_mut::<3, 3>(3, 3).copy_from(&hats.sum::<Matrix3<f64>>());
+        }
+    }
+
+    /// The configuration last evaluated.
+    fn here(&self) -> Configuration<'_> {
+        Configuration { t: self.t, ..self.s.end() }
+    }
+
+    /// `∇²V − ∂f/∂q + Σ μ_i D²g_i` at the point last evaluated.
+    fn emit_stiffness(&self, out: &mut dyn Entries) {
+        self.system.rest_stiffness(self.here(), out);
+        self.mechanism.weighted_hessian(self.t, &self.s.q1, &self.mu, 1.0, out);
+    }
+
+    fn fill_rows(&mut self) {
+        let (mechanism, rows, s, t) = (&self.mechanism, &self.rows, &self.s, self.t);
+        let place = JacobianPlace { row: 0, column: 0, scale: 1.0, transposed: false };
+        let emit = |out: &mut dyn Entries| rows.emit_jacobian(mechanism, (t, &s.q1), place, out);
+        self.upper.fill(&self.layout, &emit, &self.left);
+        self.lower.fill(&self.layout, &emit, &self.right);
+    }
+
+    /// Fills the tangent at the point last evaluated.
+    pub(crate) fn fill_tangent(&mut self, x: &[f64]) {
+        let d = self.unknowns();
+        self.layout.tangent(&x[..d], &self.s, &mut self.right);
+        self.fill_spin();
+        let mut stiffness = std::mem::take(&mut self.stiffness);
+        let emit = |out: &mut dyn Entries| self.emit_stiffness(out);
+        stiffness.fill(&self.layout, &emit, (&self.left, &self.right), &self.spin);
+        self.stiffness = stiffness;
+        self.fill_rows();
+    }
+
+    /// `x ← (u, μ)` of least `|P_inᵀw|` (in the metric `S`): the multipliers that
+    /// balance the forces at the last equilibrium best; returns the residual `|r_u|_∞`.
+    pub(crate) fn balance(&mut self, x: &mut [f64]) -> Result<f64, Fault> {
+        let d = self.unknowns();
+        x.fill(0.0);
+        let mut r = vec![0.0; x.len()];
+        let sigma = std::mem::replace(&mut self.sigma, 0.0);
+        self.evaluate(x, &mut r)?;
+        self.fill_tangent(x);
+        self.sigma = 1.0;
+        r[d..].fill(0.0);
+        let solved = self.solve_with(0.0, &mut r);
+        self.sigma = 0.0;
+        solved?;
+        for (x, r) in x[d..].iter_mut().zip(&r[d..]) {
+            *x = -r;
+        }
+        self.evaluate(x, &mut r)?;
+        self.sigma = sigma;
+        Ok(norm_inf(&r[..d]))
+    }
+
+    /// Whether the tangent at the last equilibrium is singular to working precision: whether a force
+    /// spread over all directions moves something about `1/ε` times as far as the stiffness would let it.
+    pub(crate) fn is_neutral(&mut self, x: &[f64]) -> bool {
+        const FAR: f64 = 1e13;
+        let (d, mut b) = (self.unknowns(), vec![0.0; x.len()]);
+        if self.evaluate(x, &mut b).is_err() {
+            return false;
+        }
+        self.fill_tangent(x);
+        let stiffest = self.stiffest();
+        b.fill(0.0);
+        for (k, (b, s)) in b[..d].iter_mut().zip(&self.metric).enumerate() {
+            *b = s.sqrt() * (0.5 + (1.0 + k as f64).sqrt().fract()); // of the size of 1, in no symmetry
+        }
+        self.solve(&mut b).is_err() || self.product(&b, &b).sqrt() * stiffest > FAR
+    }
+
+    /// Takes the configuration last evaluated as the last equilibrium.
+    pub(crate) fn advance(&mut self) {
+        let mut q = self.s.q1.clone();
+        self.layout.clean(&mut q);
+        let mut angles = self.s.angles.clone();
+        self.mechanism.unwrap_angles(&q, &mut angles);
+        self.stand_at(&q, angles);
+    }
+
+    /// Takes `q` with its unwrapped angles as the last equilibrium.
+    pub(crate) fn stand_at(&mut self, q: &[f64], angles: Vec<f64>) {
+        self.s.open(0.0, 1.0, q);
+        self.s.angles = angles;
+    }
+
+    /// `S`, by which increments are measured.
+    pub(crate) fn metric(&self) -> &[f64] {
+        &self.metric
+    }
+
+    /// `Pᵀ (∇²V − ∂f/∂q + Σ μ_i D²g_i) P + …` and `PᵀMP` of the spanning tree at the point last
+    /// evaluated, dense, with `P` as columns.
+    pub(crate) fn tree_matrices(
+        &mut self,
+    ) -> (DMatrix<f64>, DMatrix<f64>, VelocityLayout, Columns) {
+        self.fill_spin();
+        let mut layout = VelocityLayout::new(&self.mechanism);
+        let mut columns = layout.columns();
+        layout.null_space(&self.s.q1, &mut columns);
+        let dense = |emit: &dyn Fn(&mut dyn Entries), spin: &[Matrix6<f64>]| {
+            let mut matrix = ReducedMatrix::default();
+            matrix.fill(&layout, emit, (&columns, &columns), spin);
+            matrix.to_dense()
+        };
+        let K = dense(&|out| self.emit_stiffness(out), &self.spin);
+        let M = dense(&|out| self.system.mass().emit(out), &[]);
+        (K, M, layout, columns)
+    }
+}
+
+/// The equations with the blocks of their unknowns, for Newton's method.
+pub(crate) struct Problem<'a> {
+    blocks: &'a [Block],
+    work: &'a mut Equations,
+    first: Vec<f64>,
+}
+
+impl<'a> Problem<'a> {
+    pub(crate) fn of(blocks: &'a [Block], work: &'a mut Equations) -> Self {
+        Self { blocks, work, first: Vec::new() }
+    }
+
+    /// The increment `(u, …)` predicted by the tangent at the last equilibrium.
+    pub(crate) fn into_prediction(self) -> Vec<f64> {
+        self.first
+    }
+}
+
+impl NewtonProblem for Problem<'_> {
+    fn blocks(&self) -> &[Block] {
+        self.blocks
+    }
+
+    fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+        self.work.evaluate(x, r)
+    }
+
+    fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
+        self.work.fill_tangent(x);
+        self.work.solve(dx)?;
+        if self.first.is_empty() {
+            self.first = dx.iter().map(|dx| -dx).collect();
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

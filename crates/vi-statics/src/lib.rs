@@ -1,0 +1,46 @@
+//! Statics and small vibrations of multibody systems: bodies, beams, point masses, joints, force elements.
+//!
+//! ```text
+//! ∇V(q) − f(t, q) + G(t, q)ᵀ μ = 0,    g(t, q) = 0        equilibrium, t the load parameter
+//! K_r x = ω² M_r x                                        vibrations about it
+//! ```
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`problem`] | load stepping |
+//! | [`arc_length`] | continuation by arc length, through limit points |
+//! | [`relaxation`] | an initial configuration that is no equilibrium; directions without stiffness |
+//! | [`modes`] | small vibrations about an equilibrium |
+//! | [`path`] | equilibria, paths, why a path ends |
+//! | [`step_bounds`] | bounds of the change of one step: jumps to other equilibria |
+//! | [`limit`] | bending of an element between its nodes |
+//! | `equations` | residual, exact sparse tangent, independent rows, scaled solution |
+//!
+//! A system is any [`vi_core::SeparableSystem`] on a [`vi_multibody::Mechanism`]. This crate knows no beam:
+//! elastic elements are potentials, and the pairs of frames between which a step may not bend too far.
+#![forbid(unsafe_code)]
+#![deny(missing_docs)]
+#![warn(missing_debug_implementations)]
+#![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
+
+pub mod arc_length;
+mod equations;
+mod jump;
+pub mod limit;
+pub mod modes;
+pub mod path;
+pub mod problem;
+pub mod relaxation;
+pub mod step_bounds;
+
+pub use arc_length::{ArcLengthSettings, Continuation};
+pub use limit::LimitReport;
+pub use modes::{ModeError, Modes, modes};
+pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};
+pub use problem::StaticProblem;
+pub use step_bounds::StepBounds;
+
+/// The example of the README is compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

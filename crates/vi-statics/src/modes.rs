@@ -1,0 +1,175 @@
+//! Small vibrations about an equilibrium.
+//!
+//! ```text
+//! K_r x = ω² M_r x,     M_r = PᵀMP (definite although M is singular)
+//! K_r = Pᵀ (∇²V − ∂f/∂q + Σ μ_i D²g_i) P + Σ_I ŵ_I d̂_I        P of the tree, then the null space of the loops
+//! ```
+//! Directions without stiffness show as `ω² = 0` to round-off, unstable ones as `ω² < 0`. Torques with fixed spatial
+//! components and followers make `K_r` unsymmetric; its symmetric part is taken, and the asymmetry is
+//! reported. Damping and gyroscopic terms take no part. Dense, `O(d³)`. The midpoint rule shows `ω` as
+//! `(2/h) arctan(ωh/2)`.
+#![allow(non_snake_case)] // K, M, J, Z
+
+use crate::equations::Equations;
+use crate::problem::StaticProblem;
+use nalgebra::DMatrix;
+use vi_constraints::Constraints;
+use vi_constraints::null_space::NullSpaceQr;
+use vi_core::eigen::{EigenError, generalized_eigen};
+use vi_core::sparse::Entries;
+use vi_multibody::sparse_nodal::{Columns, VelocityLayout};
+
+/// Why there are no modes.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModeError {
+    /// The reduced mass is not positive definite.
+    #[error("a degree of freedom has no mass: give it mass or rotary inertia, or constrain it")]
+    NoMass,
+    /// A value is not finite.
+    #[error("the stiffness at this configuration is not finite")]
+    NotFinite,
+}
+
+impl From<EigenError> for ModeError {
+    fn from(error: EigenError) -> Self {
+        match error {
+            EigenError::Indefinite => Self::NoMass,
+            _ => Self::NotFinite,
+        }
+    }
+}
+
+/// What errors in the configuration add to those of the stiffness.
+const NOISE: f64 = 100.0;
+
+/// Modes, softest first.
+///
+/// ```
+/// use vi_core::Quadrature;
+/// use vi_multibody::builder::{Inertia, MechanismBuilder};
+/// use vi_multibody::{FrameId::Ground, PairKind};
+/// use vi_statics::{StaticProblem, modes};
+///
+/// // a hanging pendulum: ω² = m γ l/(J + m l²)
+/// let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+/// let arm = Inertia::principal(2.0, [0.1; 3]);
+/// let arm = builder.body("arm", arm).at([0.0, 0.0, -0.5]).id();
+/// builder.joint("hinge", PairKind::Revolute, Ground, arm).at([0.0; 3]).axis([0.0, 1.0, 0.0]);
+/// let built = builder.build()?;
+/// let mut problem = StaticProblem::new(built.system(Quadrature::Midpoint), built.mechanism);
+/// let modes = modes(&mut problem)?;
+/// assert!((modes.squared[0] - 9.81 / 0.6).abs() < 1e-12 && !modes.is_unstable(0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Modes {
+    /// `ω²`, rad²/s².
+    pub squared: Vec<f64>,
+    /// `ω = √max(ω², 0)`, rad/s.
+    pub omega: Vec<f64>,
+    /// Columns: velocities `v = P x` of all coordinates, shape `n × d`, with `vᵀ M v = 1`.
+    pub shapes: DMatrix<f64>,
+    /// `|K_r − K_rᵀ|_∞ / |K_r|_∞`.
+    pub asymmetry: f64,
+    /// Size of each `ω²` that round-off alone may cause, rad²/s².
+    pub noise: Vec<f64>,
+    /// `|Pᵀw|_∞`, N or N·m: forces that are not in balance; zero at an equilibrium.
+    pub unbalanced: f64,
+    /// The largest of the forces that should balance one another, N or N·m.
+    pub applied: f64,
+    /// Forces out of balance that round-off alone may cause, N or N·m.
+    pub round_off: f64,
+}
+
+impl Modes {
+    /// Whether mode `k` has no stiffness: a rigid-body motion, or a neutral direction.
+    #[must_use]
+    pub fn is_zero(&self, k: usize) -> bool {
+        self.squared[k].abs() <= self.noise[k]
+    }
+
+    /// Whether the configuration is unstable along mode `k`.
+    #[must_use]
+    pub fn is_unstable(&self, k: usize) -> bool {
+        self.squared[k] < -self.noise[k]
+    }
+}
+
+/// The modes about the last equilibrium of a static problem.
+///
+/// # Errors
+/// [`ModeError`].
+pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
+    let work = &mut problem.work;
+    let unbalanced = work.balance(&mut problem.x).map_err(|_| ModeError::NotFinite)?;
+    let (applied, round_off) = (work.force_scale(), work.round_off());
+    let (K, M, layout, columns) = work.tree_matrices();
+    let Z = loop_null_space(work, &layout, &columns);
+    let reduce = |A: DMatrix<f64>| match &Z {
+        Some(Z) => Z.transpose() * A * Z,
+        None => A,
+    };
+    let (K, M) = (reduce(K), reduce(M));
+    let size = K.amax();
+    let asymmetry = if size > 0.0 { (&K - K.transpose()).amax() / size } else { 0.0 };
+    let found = generalized_eigen(&(0.5 * (&K + K.transpose())), &M)?;
+    let (squared, x) = (found.squared, found.vectors);
+    let nu = match &Z {
+        Some(Z) => Z * x,
+        None => x,
+    };
+    let mut shapes = DMatrix::zeros(work.s.dim(), squared.len());
+    for (k, nu) in nu.column_iter().enumerate() {
+        let mut v = vec![0.0; work.s.dim()];
+        layout.velocity(&columns, nu.clone_owned().as_slice(), &mut v);
+        shapes.column_mut(k).copy_from_slice(&v);
+    }
+    let omega = squared.iter().map(|square| square.max(0.0).sqrt()).collect();
+    let noise = found.noise.iter().map(|noise| NOISE * noise).collect();
+    Ok(Modes { squared, omega, noise, shapes, asymmetry, unbalanced, applied, round_off })
+}
+
+/// `Z`: null space of the loop constraints in the unknowns of the tree; `None` without loops.
+fn loop_null_space(
+    work: &Equations,
+    layout: &VelocityLayout,
+    columns: &Columns,
+) -> Option<DMatrix<f64>> {
+    let mechanism = &work.mechanism;
+    if !mechanism.has_loops() {
+        return None;
+    }
+    let mut closing = mechanism.loop_rows();
+    closing.extend(mechanism.cut_bars().iter().flat_map(|&k| mechanism.bar_rows(k)));
+    let (n, d) = (layout.dim(), layout.dof());
+    let mut place = vec![None; mechanism.len()];
+    closing.iter().enumerate().for_each(|(k, &row)| place[row] = Some(k));
+    let mut dense = Chosen { place, rows: DMatrix::zeros(n, closing.len()) };
+    mechanism.jacobian(work.t, &work.s.q0, &mut dense);
+    let mut J = DMatrix::zeros(closing.len(), d);
+    let mut row = vec![0.0; d];
+    for (k, gradient) in dense.rows.column_iter().enumerate() {
+        layout.pull_back(columns, gradient.clone_owned().as_slice(), &mut row);
+        J.row_mut(k).copy_from_slice(&row);
+    }
+    let mut qr = NullSpaceQr::new(d, closing.len());
+    let rank = qr.factorize(&J);
+    let mut Z = DMatrix::zeros(d, d - rank);
+    qr.null_space(rank, &mut Z);
+    Some(Z)
+}
+
+/// Some rows of a matrix, transposed and dense.
+struct Chosen {
+    place: Vec<Option<usize>>,
+    rows: DMatrix<f64>,
+}
+
+impl Entries for Chosen {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        if let Some(k) = self.place[row] {
+            self.rows[(column, k)] += value;
+        }
+    }
+}

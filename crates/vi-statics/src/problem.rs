@@ -1,0 +1,246 @@
+//! Static equilibrium by load stepping.
+//!
+//! ```text
+//! ∇V(q) − f(t, q) + G(t, q)ᵀ μ = 0,    g(t, q) = 0                           t load parameter
+//! ```
+//! Loads and prescribed motions are taken at the time `t`: the path is the quasi-static motion of the
+//! system. A prescribed motion makes it a path of given displacements. A step that fails, that changes the
+//! configuration too much at once ([`StepBounds`]), or that bends an element beyond 90°, is halved; the
+//! last equilibrium is never lost. Closed loops, redundant constraints, point masses, springs and gear
+//! constraints are allowed; the tangent is exact and sparse. See [`crate::relaxation`] for an initial
+//! configuration that is no equilibrium.
+//!
+//! Source: theory §6.9.
+
+use crate::equations::{Equations, Problem};
+use crate::limit::LimitReport;
+use crate::path::{Equilibrium, StaticError, StaticPath, StaticSettings};
+use crate::step_bounds::{StepBounds, StepFailure};
+use vi_constraints::Constraints;
+use vi_core::Configuration;
+use vi_core::linear::norm_inf;
+use vi_core::newton::{Block, Newton, NewtonReport, NewtonSettings};
+use vi_core::{MechanicalSystem, SeparableSystem};
+use vi_multibody::mechanism::Mechanism;
+
+/// Bodies, beams, point masses and what acts on them, in search of equilibrium.
+///
+/// ```
+/// use vi_core::Quadrature;
+/// use vi_multibody::builder::{Inertia, MechanismBuilder};
+/// use vi_multibody::{FrameId::Ground, PairKind};
+/// use vi_statics::StaticProblem;
+///
+/// // an arm on a hinge, released from the horizontal
+/// let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+/// let arm = Inertia::principal(2.0, [0.1; 3]);
+/// let arm = builder.body("arm", arm).at([0.5, 0.0, 0.0]).id();
+/// builder.joint("hinge", PairKind::Revolute, Ground, arm).at([0.0; 3]).axis([0.0, 1.0, 0.0]);
+/// let built = builder.build()?;
+///
+/// let mut problem = StaticProblem::new(built.system(Quadrature::Midpoint), built.mechanism);
+/// let hanging = problem.equilibrate()?;
+/// assert!((hanging.q[2] + 0.5).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct StaticProblem {
+    pub(crate) newton: Newton,
+    pub(crate) blocks: Vec<Block>,
+    pub(crate) bounds: StepBounds,
+    pub(crate) x: Vec<f64>,  // (u, μ)
+    pub(crate) mu: Vec<f64>, // μ of the last equilibrium, chosen rows
+    pub(crate) work: Equations,
+    pub(crate) neutral: bool, // some direction has no stiffness: steps are relaxed
+    pub(crate) neighbours: Vec<[usize; 2]>, // nodes of elements
+    pub(crate) elastic: Vec<bool>, // frames that are nodes of elements
+}
+
+impl std::fmt::Debug for StaticProblem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("StaticProblem").field("factor", &self.factor()).finish_non_exhaustive()
+    }
+}
+
+impl StaticProblem {
+    /// A system with its constraints, at `t = 0` and in the initial configuration of the mechanism.
+    #[must_use]
+    pub fn new(system: SeparableSystem, mechanism: Mechanism) -> Self {
+        let elastic = vec![false; mechanism.description().bodies.len()];
+        let q = mechanism.initial_configuration();
+        let work = Equations::new(system, mechanism, (0.0, &q));
+        let (d, rows) = (work.unknowns(), work.rows.len());
+        Self {
+            newton: Newton::new(d + rows, NewtonSettings::default()),
+            blocks: work.blocks(),
+            bounds: StepBounds::default(),
+            x: vec![0.0; d + rows],
+            mu: vec![0.0; rows],
+            work,
+            neutral: false,
+            neighbours: vec![],
+            elastic,
+        }
+    }
+
+    /// With elements between these pairs of frames, the nodes of beams: a step that bends an element too
+    /// far is refused.
+    #[must_use]
+    pub fn with_elements(mut self, neighbours: Vec<[usize; 2]>) -> Self {
+        neighbours.iter().flatten().for_each(|&node| self.elastic[node] = true);
+        self.neighbours = neighbours;
+        self
+    }
+
+    /// Coordinates of the last equilibrium.
+    #[must_use]
+    pub fn configuration(&self) -> &[f64] {
+        &self.work.s.q0
+    }
+
+    /// Load parameter of the last equilibrium.
+    #[must_use]
+    pub fn factor(&self) -> f64 {
+        self.work.t
+    }
+
+    /// The constraints.
+    #[must_use]
+    pub fn mechanism(&self) -> &Mechanism {
+        &self.work.mechanism
+    }
+
+    /// The constraints that are enforced, without those inside the frames.
+    #[must_use]
+    pub fn rows(&self) -> &vi_constraints::saddle_point::IndependentRows {
+        &self.work.rows
+    }
+
+    /// Whether some direction has no stiffness; steps are then relaxed.
+    #[must_use]
+    pub fn is_neutral(&self) -> bool {
+        self.neutral
+    }
+
+    /// Load stepping from the last equilibrium through the given load parameters.
+    ///
+    /// # Errors
+    /// [`StaticError`]; the problem then stands at the last equilibrium of the path it holds.
+    pub fn solve(
+        &mut self,
+        factors: &[f64],
+        settings: &StaticSettings,
+    ) -> Result<StaticPath, StaticError> {
+        self.newton.settings = settings.newton;
+        self.bounds = settings.bounds;
+        let mut path = StaticPath::default();
+        for &target in factors {
+            let start = self.work.t;
+            let change = target - start;
+            let (mut done, mut step) = (0.0, settings.first_step.clamp(0.0, 1.0));
+            while done < 1.0 {
+                let next = if done + 1.001 * step >= 1.0 { 1.0 } else { done + step };
+                let factor = if next < 1.0 { start + next * change } else { target };
+                match self.step_to(factor) {
+                    Ok(point) => {
+                        let easy = point.iterations <= 8;
+                        path.points.push(point);
+                        done = next;
+                        step *= if easy { 2.0 } else { 1.0 };
+                    }
+                    Err(_) if 0.5 * step >= settings.smallest_step => {
+                        step *= 0.5;
+                        path.halvings += 1;
+                    }
+                    Err(refused) => return Err(self.failure(refused, path)),
+                }
+            }
+        }
+        Ok(path)
+    }
+
+    pub(crate) fn failure(&self, refused: StepFailure, path: StaticPath) -> StaticError {
+        let (factor, path) = (self.work.t, Box::new(path));
+        match refused {
+            StepFailure::Newton(cause) => StaticError::NotConverged { factor, cause, path },
+            StepFailure::Jump(what) => StaticError::Jump { factor, what, path },
+            StepFailure::Limit(message) => StaticError::ElementLimit { factor, message, path },
+        }
+    }
+
+    /// One step of the load; on failure everything is as before.
+    fn step_to(&mut self, factor: f64) -> Result<Equilibrium, StepFailure> {
+        let before = std::mem::replace(&mut self.work.t, factor);
+        let outcome = if self.neutral {
+            let bounds = self.bounds;
+            self.relax(&bounds)
+        } else {
+            self.correct().and_then(|report| self.accept(&report))
+        };
+        if outcome.is_err() {
+            self.work.t = before;
+        }
+        outcome
+    }
+
+    /// Newton's method from the last equilibrium; refuses jumps.
+    pub(crate) fn correct(&mut self) -> Result<NewtonReport, StepFailure> {
+        let d = self.work.unknowns();
+        self.x[..d].fill(0.0);
+        self.x[d..].copy_from_slice(&self.mu);
+        let mut problem = Problem::of(&self.blocks, &mut self.work);
+        let solved = self.newton.solve(&mut problem, &mut self.x);
+        let prediction = problem.into_prediction();
+        let report = solved.map_err(StepFailure::Newton)?;
+        self.refuse_jump(&self.bounds)?;
+        self.compare(&prediction)?;
+        Ok(report)
+    }
+
+    /// Takes the configuration last evaluated as the new equilibrium, unless an element has folded.
+    pub(crate) fn accept(&mut self, report: &NewtonReport) -> Result<Equilibrium, StepFailure> {
+        self.check_limit()?;
+        let d = self.work.unknowns();
+        self.mu.copy_from_slice(&self.x[d..]);
+        self.advance();
+        Ok(self.here(report.iterations, report.residual))
+    }
+
+    /// Moves to the configuration last evaluated.
+    pub(crate) fn advance(&mut self) {
+        self.work.advance();
+        if self.work.renew_rows() && self.work.balance(&mut self.x).is_ok() {
+            self.mu.copy_from_slice(&self.x[self.work.unknowns()..]);
+        }
+    }
+
+    /// Refuses folded elements in the configuration last evaluated.
+    pub(crate) fn check_limit(&self) -> Result<(), StepFailure> {
+        let limit = LimitReport::new(&self.neighbours, &self.work.s.q1);
+        if limit.is_exceeded() {
+            return Err(StepFailure::Limit(limit.message().unwrap_or_default()));
+        }
+        Ok(())
+    }
+
+    /// The last equilibrium.
+    pub(crate) fn here(&self, iterations: usize, residual: f64) -> Equilibrium {
+        let work = &self.work;
+        let q = work.s.q0.clone();
+        let mut multipliers = vec![0.0; work.mechanism.len()];
+        work.rows.scatter(&self.mu, &mut multipliers);
+        let mut g = vec![0.0; multipliers.len()];
+        let at = Configuration { t: work.t, ..work.s.start() };
+        work.mechanism.value(at, &mut g);
+        Equilibrium {
+            factor: work.t,
+            multipliers,
+            potential_energy: work.system.potential_energy(at),
+            iterations,
+            residual,
+            position_residual: norm_inf(&g),
+            angles: work.s.angles.clone(),
+            limit: LimitReport::new(&self.neighbours, &q),
+            q,
+        }
+    }
+}
