@@ -30,7 +30,7 @@ pub struct AveragedStrains(pub Elements);
 /// `ε̄`.
 fn mean_strain(element: &Element, s: &Interval) -> Strain {
     let at = |q: &[f64]| element.strain(&element.coordinates(q));
-    0.5 * (at(&s.q0) + at(&s.q1))
+    0.5 * (at(&s.q0) + at(&s.q1)) // [6.11]
 }
 
 impl AveragedStrains {
@@ -46,7 +46,7 @@ impl DiscretePotential for AveragedStrains {
     fn value(&self, s: &Interval) -> f64 {
         let energy = |(element, C): (&Element, Strain)| {
             let eps = mean_strain(element, s);
-            0.5 * element.length * C.component_mul(&eps).dot(&eps)
+            0.5 * element.length * C.component_mul(&eps).dot(&eps) // [6.12]
         };
         self.0.iter().map(energy).sum()
     }

@@ -268,7 +268,7 @@ impl Potential for Elements {
     fn value(&self, q: &[f64]) -> f64 {
         let energy = |(element, C): (&Element, Strain)| {
             let eps = element.strain(&element.coordinates(q));
-            0.5 * element.length * C.component_mul(&eps).dot(&eps)
+            0.5 * element.length * C.component_mul(&eps).dot(&eps) // [6.6]
         };
         self.iter().map(energy).sum()
     }

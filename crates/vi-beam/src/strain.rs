@@ -43,7 +43,7 @@ pub fn forms(x: &Coordinates, length: f64) -> Strain {
     let half = 0.5 / length;
     let mut out = Strain::zeros();
     for i in 0..3 {
-        out[i] = 0.5 * (vector(x, 1 + i) + vector(x, 5 + i)).dot(&slope);
+        out[i] = 0.5 * (vector(x, 1 + i) + vector(x, 5 + i)).dot(&slope); // [6.4]
         let [p, q, r, s] = CURVATURE[i];
         out[3 + i] = half * (vector(x, p).dot(&vector(x, q)) - vector(x, r).dot(&vector(x, s)));
     }
@@ -61,7 +61,7 @@ pub fn gradients(x: &Coordinates, length: f64) -> Gradients {
         let mut set = |strain: usize, slot: usize, value: &Vector3<f64>| {
             out.fixed_view_mut::<3, 1>(3 * slot, strain).copy_from(value);
         };
-        set(i, 0, &-mean);
+        set(i, 0, &-mean); // [6.5]
         set(i, 4, &mean);
         set(i, 1 + i, &half_slope);
         set(i, 5 + i, &half_slope);

@@ -157,7 +157,7 @@ impl NullSpaceQr {
     ///
     /// `rank` is the caller's: the generic rank of the system, which a momentary loss must not change.
     pub fn null_space(&mut self, rank: usize, out: &mut DMatrix<f64>) {
-        self.orthogonal_columns(rank, out);
+        self.orthogonal_columns(rank, out); // (5)
     }
 
     /// `out ← Q₁`: an orthonormal basis of `range Gᵀ`, shape `n × rank`.

@@ -142,7 +142,7 @@ impl DenseNewton {
 /// `out ← Pᵀ w`.
 pub(crate) fn pull_back(null_space: &DMatrix<f64>, w: &[f64], out: &mut [f64]) {
     for (o, column) in out.iter_mut().zip(null_space.column_iter()) {
-        *o = column.iter().zip(w).map(|(p, w)| p * w).sum();
+        *o = column.iter().zip(w).map(|(p, w)| p * w).sum(); // (6)
     }
 }
 
@@ -201,7 +201,7 @@ impl<R: Reparametrization> NodalOperators for DenseNodal<R> {
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
-        self.map.reparametrize(u, s)?;
+        self.map.reparametrize(u, s)?; // (27)
         s.close();
         Ok(())
     }

@@ -190,7 +190,7 @@ impl MechanicalSystem for SeparableSystem {
 
 impl DiscreteLagrangian for SeparableSystem {
     fn discrete_lagrangian(&self, s: &Interval) -> f64 {
-        self.kinetic_energy(&s.dq) / s.h - s.h * self.discrete_potential_energy(s)
+        self.kinetic_energy(&s.dq) / s.h - s.h * self.discrete_potential_energy(s) // (18)
     }
 
     fn d1(&self, s: &Interval, out: &mut [f64]) {

@@ -88,7 +88,7 @@ impl RigidBody {
         for (block, mass) in self.mass_scalars().into_iter().enumerate() {
             for k in 0..3 {
                 let at = offset + 3 * block + k;
-                out.add(at, at, mass);
+                out.add(at, at, mass); // (58)
             }
         }
     }

@@ -55,7 +55,7 @@ pub fn set_triad(q: &mut [f64], triad: &Matrix3<f64>) {
 /// `out ← g(q)`, shape 6.
 pub fn internal_value(q: &[f64], out: &mut [f64]) {
     for (i, out) in out.iter_mut().enumerate().take(3) {
-        *out = 0.5 * (director(q, i).norm_squared() - 1.0);
+        *out = 0.5 * (director(q, i).norm_squared() - 1.0); // (56)
     }
     for (row, (i, j)) in PAIRS.into_iter().enumerate() {
         out[3 + row] = director(q, i).dot(&director(q, j));

@@ -132,7 +132,7 @@ impl PrincipalInertia {
         let J = self.moments;
         let floor = 4.0 * f64::EPSILON * (J[0] + J[1] + J[2]);
         EulerMoments(std::array::from_fn(|i| {
-            let E = 0.5 * (J[(i + 1) % 3] + J[(i + 2) % 3] - J[i]);
+            let E = 0.5 * (J[(i + 1) % 3] + J[(i + 2) % 3] - J[i]); // (57)
             if E <= floor { 0.0 } else { E }
         }))
     }

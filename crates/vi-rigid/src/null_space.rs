@@ -33,7 +33,7 @@ pub fn push_forward(q: &[f64], twist: &SVector<f64, 6>, out: &mut [f64]) {
     let omega = Vector3::new(twist[3], twist[4], twist[5]);
     out[..3].copy_from_slice(&twist.as_slice()[..3]);
     for i in 0..3 {
-        let rate = omega.cross(&director(q, i));
+        let rate = omega.cross(&director(q, i)); // (59)
         out[3 + 3 * i..6 + 3 * i].copy_from_slice(rate.as_slice());
     }
 }

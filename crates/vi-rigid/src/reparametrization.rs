@@ -63,7 +63,7 @@ pub fn reparametrize(
     check_rotation(&theta)?;
     dq[..3].copy_from_slice(&u[..3]);
     for k in 0..3 {
-        q1[k] = q0[k] + u[k];
+        q1[k] = q0[k] + u[k]; // (61)
     }
     turn_directors(&theta, q0, q1, dq);
     Ok(())

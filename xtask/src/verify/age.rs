@@ -4,12 +4,13 @@ use std::path::Path;
 use std::process::Command;
 
 /// What the numbers of the page depend on.
-const INTEGRATORS: [&str; 8] = [
+const INTEGRATORS: [&str; 9] = [
     "crates/vi-core/src",
     "crates/vi-constraints/src",
     "crates/vi-rigid/src",
     "crates/vi-multibody/src",
     "crates/vi-beam/src",
+    "crates/vi-statics/src",
     "crates/vi-emscheme/src",
     "crates/vi-verify/src",
     "xtask/src/verify",

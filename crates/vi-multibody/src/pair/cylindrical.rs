@@ -48,7 +48,7 @@ pub fn reparametrize(
 ) -> Result<Motion, TooLarge> {
     super::check(u[1], 1)?;
     let n = at.axis(2);
-    Ok(parent.child(at, &super::about(&n, u[1]), &(u[0] * n), &at.gap))
+    Ok(parent.child(at, &super::about(&n, u[1]), &(u[0] * n), &at.gap)) // [5.5]
 }
 
 /// As the velocity map.

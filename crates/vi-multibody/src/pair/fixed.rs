@@ -38,7 +38,7 @@ pub fn reparametrize(
     parent: &Motion,
     at: &JointConfiguration,
 ) -> Result<Motion, TooLarge> {
-    Ok(parent.child(at, &Matrix3::zeros(), &Vector3::zeros(), &Vector3::zeros()))
+    Ok(parent.child(at, &Matrix3::zeros(), &Vector3::zeros(), &Vector3::zeros())) // [5.5]
 }
 
 /// As the velocity map.

@@ -168,11 +168,11 @@ impl JointConfiguration {
     #[must_use]
     pub fn new(joint: &Joint, parent: &[f64], child: &[f64]) -> Self {
         let (d1, d2) = (directors::triad(parent), directors::triad(child));
-        let rho_parent = d1 * joint.parent.anchor;
+        let rho_parent = d1 * joint.parent.anchor; // (63)
         let rho_child = d2 * joint.child.anchor;
         let c = directors::center(child) - directors::center(parent);
         let gap = c + rho_child - rho_parent;
-        let (axes, axes_child) = (d1 * joint.parent.axes, d2 * joint.child.axes);
+        let (axes, axes_child) = (d1 * joint.parent.axes, d2 * joint.child.axes); // (62)
         let pitch = joint.kind.pitch().unwrap_or(0.0);
         Self { rho_parent, rho_child, c, gap, axes, axes_child, pitch }
     }

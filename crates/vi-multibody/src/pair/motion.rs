@@ -67,7 +67,7 @@ impl Motion {
     ) -> Self {
         let turn =
             self.rotation_minus_identity + relative + self.rotation_minus_identity * relative; // A¹B − 1
-        let translation = self.translation
+        let translation = self.translation // [5.5]
             + self.rotation_minus_identity * (at.rho_parent + gap)
             + self.transmit(slide)
             - turn * at.rho_child;

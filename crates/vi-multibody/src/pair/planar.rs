@@ -50,7 +50,7 @@ pub fn reparametrize(
 ) -> Result<Motion, TooLarge> {
     super::check(u[2], 2)?;
     let slide = u[0] * at.axis(0) + u[1] * at.axis(1);
-    Ok(parent.child(at, &super::about(&at.axis(2), u[2]), &slide, &at.gap))
+    Ok(parent.child(at, &super::about(&at.axis(2), u[2]), &slide, &at.gap)) // [5.5]
 }
 
 /// As the velocity map.

@@ -44,7 +44,7 @@ pub fn reparametrize(
     parent: &Motion,
     at: &JointConfiguration,
 ) -> Result<Motion, TooLarge> {
-    Ok(parent.child(at, &Matrix3::zeros(), &(u[0] * at.axis(2)), &at.gap))
+    Ok(parent.child(at, &Matrix3::zeros(), &(u[0] * at.axis(2)), &at.gap)) // [5.5]
 }
 
 /// As the velocity map.

@@ -47,7 +47,7 @@ pub fn reparametrize(
 ) -> Result<Motion, TooLarge> {
     super::check(u[0], 0)?;
     let relative = super::about(&at.axis(2), u[0]);
-    Ok(parent.child(at, &relative, &Vector3::zeros(), &Vector3::zeros()))
+    Ok(parent.child(at, &relative, &Vector3::zeros(), &Vector3::zeros())) // [5.5]
 }
 
 /// As the velocity map.

@@ -82,7 +82,7 @@ pub fn reparametrize(
 ) -> Result<Motion, TooLarge> {
     super::check(u[0], 0)?;
     let n = at.axis(2);
-    Ok(parent.child(at, &super::about(&n, u[0]), &(at.pitch * u[0] * n), &at.gap))
+    Ok(parent.child(at, &super::about(&n, u[0]), &(at.pitch * u[0] * n), &at.gap)) // [5.5]
 }
 
 /// As the velocity map.

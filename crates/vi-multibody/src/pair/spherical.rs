@@ -41,7 +41,7 @@ fn with_tangent(at: &JointConfiguration, tangent: &Matrix3<f64>) -> VelocityMap 
     // ω² = T e_k,  φ̇² = … − ω² × ϱ²
     let column = |k: usize| {
         let omega: Vector3<f64> = tangent.column(k).into();
-        Twist::new(at.rho_child.cross(&omega), omega)
+        Twist::new(at.rho_child.cross(&omega), omega) // (82)
     };
     VelocityMap::new(Transfer::Point(at.rho_parent), &[column(0), column(1), column(2)])
 }
@@ -57,7 +57,7 @@ pub fn reparametrize(
 ) -> Result<Motion, TooLarge> {
     let theta = Vector3::new(u[0], u[1], u[2]);
     check(theta.norm(), 0)?;
-    let turn = rotation::exp_minus_identity(&theta);
+    let turn = rotation::exp_minus_identity(&theta); // (84)
     let translation =
         parent.translation + parent.rotation_minus_identity * at.rho_parent - turn * at.rho_child;
     Ok(Motion { translation, rotation_minus_identity: turn })

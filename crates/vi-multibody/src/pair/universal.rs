@@ -53,7 +53,7 @@ pub fn reparametrize(
     super::check(u[1], 1)?;
     let (first, second) = (super::about(&at.axis(2), u[0]), super::about(&at.axis_child(0), u[1]));
     let relative = first + second + first * second;
-    Ok(parent.child(at, &relative, &Vector3::zeros(), &Vector3::zeros()))
+    Ok(parent.child(at, &relative, &Vector3::zeros(), &Vector3::zeros())) // [5.5]
 }
 
 /// As the velocity map.

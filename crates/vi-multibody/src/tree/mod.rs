@@ -121,7 +121,7 @@ impl Tree {
     /// Twists of all links from joint rates: `P_ex ν`.
     pub fn push_forward(&self, maps: &[VelocityMap], nu: &[f64], twists: &mut [Twist]) {
         for (k, (link, map)) in self.links.iter().zip(maps).enumerate() {
-            let mut twist = link.parent.map_or(Twist::zero(), |p| map.transfer.apply(&twists[p]));
+            let mut twist = link.parent.map_or(Twist::zero(), |p| map.transfer.apply(&twists[p])); // (71), (75)
             for (column, rate) in map.columns().iter().zip(&nu[link.offset..]) {
                 twist.linear += *rate * column.linear;
                 twist.angular += *rate * column.angular;
@@ -171,7 +171,7 @@ impl Tree {
                 let unknown = link.offset + too_large.index;
                 Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size: too_large.angle }
             })?;
-            motions[k] = motion;
+            motions[k] = motion; // (76)
             move_frame(&motion, link, s);
             // where the pair has no gap, round-off of it is removed in every step
             if link.joint.kind.closes_gap() {
