@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use holonom::RunFailure;
 use holonom::output::OutputError;
+use holonom::report::rounded;
 
 use crate::diagnostic::InvalidModel;
 use crate::stderr;
@@ -12,9 +13,12 @@ use crate::stderr;
 /// Why the program ends with a code other than 0.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
-    /// Code 1: the run did not reach its end; what was written stays.
+    /// Code 1: the run did not reach its end; what was written stays. `files`: those not named yet.
     #[error("the run failed")]
     Run { failure: RunFailure, files: Vec<PathBuf> },
+    /// Code 1: the model file cannot be read.
+    #[error("{path}: {reason}", path = path.display())]
+    Unreadable { path: PathBuf, reason: String },
     /// Code 1: a property was measured and does not hold.
     #[error("{0}")]
     Property(String),
@@ -39,11 +43,19 @@ impl Failure {
             Self::Closed => 0,
             Self::Run { failure, files } => {
                 let RunFailure { step, t, message, remedy } = failure;
+                let t = rounded(*t, 12);
                 say(&format!("the run failed in step {step}, at t = {t} s: {message}"), remedy);
                 if !files.is_empty() {
                     stderr::line("  written so far, all valid:");
                 }
                 files.iter().for_each(|file| stderr::line(&format!("    {}", file.display())));
+                1
+            }
+            Self::Unreadable { .. } => {
+                say(
+                    &self.to_string(),
+                    "name a model file; `holonom examples` lists the shipped models",
+                );
                 1
             }
             Self::Property(message) => {

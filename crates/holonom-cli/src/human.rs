@@ -5,7 +5,7 @@ use std::fmt::Write;
 use holonom::AssemblyReport;
 use holonom::model::{Model, Scheme, Settings};
 use holonom::output::Summary;
-use holonom::report::{counts, facts};
+use holonom::report::{counts, facts, rounded};
 use holonom::run::Finished;
 
 /// The summary of a run.
@@ -42,8 +42,8 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         ("bodies, joints", format!("{}, {}", report.bodies, report.joints)),
         ("coordinates, constraints", format!("{}, {}", report.coordinates, report.constraints)),
         ("redundant constraints", redundant),
-        ("initial position error", format!("{:.1e}", report.closure.position)),
-        ("initial velocity error", format!("{:.1e}", report.closure.velocity)),
+        ("initial position error", rounded(report.closure.position, 2)),
+        ("initial velocity error", rounded(report.closure.velocity, 2)),
         ("simulation", plan(settings)),
     ];
     if let Some(stiffness) = &report.stiffness {

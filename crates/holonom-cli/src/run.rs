@@ -44,7 +44,10 @@ pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
         }
     }
     match (finished.summary.status, finished.summary.failure) {
-        (Status::Failed, Some(failure)) => Err(Failure::Run { failure, files: finished.files }),
+        (Status::Failed, Some(failure)) => {
+            let files = if arguments.quiet { finished.files } else { Vec::new() };
+            Err(Failure::Run { failure, files })
+        }
         _ => Ok(()),
     }
 }

@@ -175,7 +175,7 @@ impl ModelError {
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let near = |c: &&str| edit_distance(word, c);
     let best = candidates.into_iter().min_by_key(near)?;
-    (edit_distance(word, best) <= 1 + word.chars().count() / 3).then_some(best)
+    (edit_distance(word, best) <= (word.chars().count() / 3).max(1)).then_some(best)
 }
 
 /// Levenshtein's distance, without regard to case.
@@ -203,6 +203,8 @@ mod tests {
         assert_eq!(nearest("mas", ["name", "mass", "position"]), Some("mass"));
         assert_eq!(nearest("Top", ["top", "bottom"]), Some("top"));
         assert_eq!(nearest("zebra", ["name", "mass"]), None);
+        assert_eq!(nearest("mesh", ["name", "mass"]), None);
+        assert_eq!(nearest("grvity", ["gravity"]), Some("gravity"));
         assert_eq!(nearest("x", []), None);
     }
 }

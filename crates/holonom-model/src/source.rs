@@ -300,8 +300,32 @@ fn quoted(message: &str) -> impl Iterator<Item = &str> {
     message.split('`').skip(1).step_by(2)
 }
 
+/// Words that others use for ours.
+const SYNONYMS: [(&str, &str); 18] = [
+    ("hinge", "revolute"),
+    ("pin", "revolute"),
+    ("pivot", "revolute"),
+    ("continuous", "revolute"),
+    ("ball", "spherical"),
+    ("slider", "prismatic"),
+    ("slide", "prismatic"),
+    ("weld", "fixed"),
+    ("rigid", "fixed"),
+    ("hooke", "universal"),
+    ("cardan", "universal"),
+    ("helical", "screw"),
+    ("cuboid", "box"),
+    ("cube", "box"),
+    ("capsule", "rod"),
+    ("dt", "step"),
+    ("rho", "density"),
+    ("pos", "position"),
+];
+
 fn suggestion(word: &str, known: &[&str]) -> Option<String> {
-    match nearest(word, known.iter().copied()) {
+    let meant = SYNONYMS.iter().find(|(other, _)| other.eq_ignore_ascii_case(word));
+    let meant = meant.map(|(_, ours)| *ours).filter(|ours| known.contains(ours));
+    match meant.or_else(|| nearest(word, known.iter().copied())) {
         Some(best) => Some(format!("did you mean `{best}`? (known: {})", known.join(", "))),
         None if known.is_empty() => None,
         None => Some(format!("known: {}", known.join(", "))),
@@ -335,6 +359,13 @@ fn reworded(message: &str) -> (String, Option<String>) {
             (message, Some(help))
         }
         _ => {
+            if message.ends_with("expected a sequence") {
+                let help = "write a list such as [0.0, 0.0, -9.81]".to_owned();
+                return (
+                    message.replace("expected a sequence", "expected a list of numbers"),
+                    Some(help),
+                );
+            }
             let message = message.replace("expected f64", "expected a number");
             let whole = "expected a whole number, 0 or more";
             let whole = |m: String, kind: &str| m.replace(&format!("expected {kind}"), whole);

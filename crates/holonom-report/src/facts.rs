@@ -3,6 +3,9 @@
 use holonom_sim::output::{EnergySummary, Status, Summary};
 use holonom_sim::statics::StaticFacts;
 
+/// Significant digits of times: those of a step times a count.
+const TIME: usize = 12;
+
 /// A measured fact.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fact {
@@ -23,11 +26,16 @@ pub fn counts(summary: &Summary) -> String {
     if let Some(statics) = &summary.statics {
         let found = plural(statics.equilibria, "equilibrium", "equilibria");
         let dof_text = plural(*dof as u64, "degree of freedom", "degrees of freedom");
-        return format!("{dof_text}; {found} to t = {end_time}{ended}; {scheme}");
+        let end = rounded(*end_time, TIME);
+        return format!("{dof_text}; {found} to t = {end}{ended}; {scheme}");
     }
     let dof_text = plural(*dof as u64, "degree of freedom", "degrees of freedom");
+    let (step, end) = (rounded(*step, TIME), rounded(*end_time, TIME));
+    if *steps == 0 && summary.status == Status::Failed {
+        return format!("{dof_text}; the first step of {step} s failed; {scheme}, order {order}");
+    }
     let steps = plural(*steps, "step", "steps");
-    format!("{dof_text}; {steps} of {step} s to t = {end_time} s{ended}; {scheme}, order {order}")
+    format!("{dof_text}; {steps} of {step} s to t = {end} s{ended}; {scheme}, order {order}")
 }
 
 fn plural(count: u64, one: &str, many: &str) -> String {
@@ -39,6 +47,9 @@ fn plural(count: u64, one: &str, many: &str) -> String {
 pub fn facts(summary: &Summary) -> Vec<Fact> {
     if let Some(statics) = &summary.statics {
         return static_facts(summary, statics);
+    }
+    if summary.steps == 0 && summary.status == Status::Failed {
+        return Vec::new(); // nothing was measured
     }
     let residual = &summary.constraint_residual;
     let energy = &summary.energy;
@@ -76,7 +87,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
 
 /// Conservation, or energy against work.
 fn energy_words(energy: &EnergySummary) -> String {
-    let start = energy.initial;
+    let start = rounded(energy.initial, 6);
     match energy.drift_per_step {
         Some(drift) => format!(
             "{start} J initially, error at most {} J, drift {} J per step",
@@ -98,7 +109,10 @@ fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
     let path = if statics.arc_length { "by arc length" } else { "by steps of the load" };
     let position = summary.constraint_residual.position.max;
     let mut facts = vec![
-        ("load path", format!("{path}, to t = {} at most; {halvings}", statics.largest_time)),
+        (
+            "load path",
+            format!("{path}, to t = {} at most; {halvings}", rounded(statics.largest_time, TIME)),
+        ),
         ("residual force", format!("{} at most (N, N·m)", number(statics.max_residual))),
         ("constraints", format!("residual {}", number(position))),
         (
@@ -143,6 +157,17 @@ fn conserved(components: &[f64; 3], unit: &str) -> String {
             let (moved, still) = (moved.join(and), still.join(and));
             format!("{moved} {verb} by up to {most} {unit}, {still} {constant}")
         }
+    }
+}
+
+/// A stated or computed quantity with up to `digits` significant digits and no superfluous ones: `2.26`, `5.65377`.
+#[must_use]
+pub fn rounded(value: f64, digits: usize) -> String {
+    let short: f64 = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);
+    match short.abs() {
+        0.0 => "0".to_owned(),
+        v if (1e-4..1e7).contains(&v) => format!("{short}"),
+        _ => format!("{short:e}"),
     }
 }
 

@@ -21,7 +21,7 @@ use holonom_sim::output::{Frames, OutputError, RunFolder};
 use scene::Scene;
 
 pub use chart::{Axis, Chart, Curve};
-pub use facts::{Fact, counts, facts};
+pub use facts::{Fact, counts, facts, rounded};
 pub use mode_shapes::mode_picture;
 pub use page::{Figure, page};
 pub use picture::{Item, Paint, Picture, Point, Side, axonometric};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::facts::{counts, facts};
+use super::facts::{counts, facts, rounded};
 use super::scene::Scene;
 use holonom_sim::output::{Status, Summary, Trajectory};
 
@@ -76,7 +76,10 @@ fn push_failure(html: &mut String, summary: &Summary) {
         let words = match &summary.failure {
             Some(f) => format!(
                 "The run failed in step {}, at t = {} s: {}. Remedy: {}.",
-                f.step, f.t, f.message, f.remedy
+                f.step,
+                rounded(f.t, 12),
+                f.message,
+                f.remedy
             ),
             None => "The run failed.".to_owned(),
         };
@@ -136,8 +139,8 @@ fn push_table(html: &mut String, summary: &Summary) {
         summary;
     let rows = [
         ("scheme, order", format!("{}, {}", summary.scheme, summary.order)),
-        ("time step", format!("{} s", summary.step)),
-        ("end time", format!("{} s", summary.end_time)),
+        ("time step", format!("{} s", rounded(summary.step, 12))),
+        ("end time", format!("{} s", rounded(summary.end_time, 12))),
         ("steps taken, nodes recorded", format!("{}, {}", summary.steps, summary.recorded)),
         (
             "bodies and particles, joints and bars",
@@ -149,7 +152,7 @@ fn push_table(html: &mut String, summary: &Summary) {
             format!("{}, {}", summary.constraints, summary.redundant_constraints),
         ),
         ("degrees of freedom", summary.dof.to_string()),
-        ("initial energy", format!("{} J", energy.initial)),
+        ("initial energy", format!("{} J", rounded(energy.initial, 12))),
         ("largest energy error", format!("{:.3e} J", energy.max_abs_error)),
         match energy.drift_per_step {
             Some(drift) => ("energy drift per step", format!("{drift:.3e} J")),

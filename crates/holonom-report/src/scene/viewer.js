@@ -101,20 +101,26 @@
   for (const body of data.bodies) reach[body.member] = body.reach;
   const at = (member, k) => { const i = offsets[member] + stride * k; return [poses[i], poses[i + 1], poses[i + 2]]; };
   const whole = extent();
+  const center = (k, s) => data.members.reduce((sum, _, m) => add(sum, scale(lerp(at(m, k), at(m, Math.min(k + 1, last)), s), 1 / data.members.length)), [0, 0, 0]);
   let momentary = extent(); // the largest of an instant
-  for (let k = 0; k <= last; k += Math.max(1, last >> 8)) {
-    const box = extent();
-    data.members.forEach((_, m) => { grow(box, at(m, k), reach[m]); grow(whole, at(m, k), reach[m]); });
+  const seen = []; // points of the motion that the camera must see: place, place from the centre, reach
+  const every = Math.max(1, last >> 8, Math.floor((last * data.members.length) / 20000));
+  for (let k = 0; k <= last; k += every) {
+    const box = extent(), c = center(k, 0);
+    data.members.forEach((_, m) => {
+      grow(box, at(m, k), reach[m]);
+      grow(whole, at(m, k), reach[m]);
+      seen.push([at(m, k), sub(at(m, k), c), reach[m]]);
+    });
     if (k === 0 || half(box) > half(momentary)) momentary = box;
   }
-  for (const end of data.fixed) grow(whole, end, 0);
+  for (const end of data.fixed) { grow(whole, end, 0); seen.push([end, [0, 0, 0], 0]); }
   if (!Number.isFinite(whole.low[0])) [whole.low, whole.high] = [[-1, -1, -1], [1, 1, 1]];
   const { low, high } = whole;
   const middle = lerp(low, high, 0.5);
   const radius = Math.max(1e-6, half(whole));
   // free systems that travel far: the camera goes with them
   const travels = data.fixed.length === 0 && !data.bodies.some((b) => b.fixed) && radius > 2.5 * half(momentary);
-  const center = (k, s) => data.members.reduce((sum, _, m) => add(sum, scale(lerp(at(m, k), at(m, Math.min(k + 1, last)), s), 1 / data.members.length)), [0, 0, 0]);
   const up = data.up;
   const level = Math.min(...[low, high].flatMap((a) => [low, high].flatMap((b) => [low, high].map((c) => dot([a[0], b[1], c[2]], up)))));
 
@@ -402,14 +408,13 @@
     view = name;
     [camera.yaw, camera.pitch] = presets[name];
     camera.target = middle;
-    // every corner of the extent inside the picture
-    const box = options.follow ? momentary : whole, between = lerp(box.low, box.high, 0.5);
-    const z = outward(), x = unit(cross(up, z)), y = cross(z, x);
-    camera.distance = 1e-6;
-    for (let corner = 0; corner < 8; corner++) {
-      const r = sub([0, 1, 2].map((i) => (corner >> i & 1 ? box.high : box.low)[i]), between);
-      const needed = dot(r, z) + Math.max(Math.abs(dot(r, x)) / (0.9 * Math.tan(0.3) * aspect()), Math.abs(dot(r, y)) / (0.9 * Math.tan(0.3)));
-      camera.distance = Math.max(camera.distance, needed);
+    // everything that moves inside the picture
+    const z = outward(), x = unit(cross(up, z)), y = cross(z, x), slope = 0.88 * Math.tan(0.3);
+    camera.distance = 0.2 * size;
+    for (const [place_, relative, margin] of seen) {
+      const r = options.follow ? relative : sub(place_, middle);
+      const across = Math.max((Math.abs(dot(r, x)) + margin) / (slope * Math.max(aspect(), 1e-3)), (Math.abs(dot(r, y)) + margin) / slope);
+      camera.distance = Math.max(camera.distance, dot(r, z) + across);
     }
   };
   const aspect = () => canvas.clientWidth / Math.max(1, canvas.clientHeight);
@@ -454,6 +459,7 @@
     const ratio = window.devicePixelRatio || 1, [w, h] = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
     gl.viewport(0, 0, w, h);
+    const k = place(state.t); // first: the camera may follow
     const colors = theme(), { matrix, eye } = viewMatrix();
     gl.clearColor(...colors.back, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
@@ -462,7 +468,6 @@
     gl.uniform3f(uniform.eye, ...eye);
     gl.uniform3f(uniform.up, ...up);
     gl.uniformMatrix4fv(uniform.squash, false, identity);
-    const k = place(state.t);
     frameIndex = k;
     gl.uniform1i(uniform.flat_, 0);
     everything(k);
