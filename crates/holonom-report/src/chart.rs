@@ -91,6 +91,9 @@ pub struct Chart {
     pub y: Axis,
     /// Marks the points of the curves: for few, measured ones.
     pub marks: bool,
+    /// The vertical axis shows at least `±resolution` around a constant: changes below are round-off, and are
+    /// drawn as none. 0: whatever there is fills the height.
+    pub resolution: f64,
     /// The curves.
     pub curves: Vec<Curve>,
 }
@@ -212,7 +215,7 @@ impl Chart {
         let up = if y.logarithmic {
             Scale::logarithmic(y, all().map(|p| p.1), 3.0)
         } else {
-            let (range, exponent) = linear_range(all().map(|p| p.1));
+            let (range, exponent) = linear_range(all().map(|p| p.1), self.resolution);
             let factor = if exponent == 0 { String::new() } else { power_of_ten(exponent) };
             Scale { range, exponent, logarithmic: false, label: y.label(&factor) }
         };
@@ -256,8 +259,12 @@ pub(super) fn color(index: usize) -> RGBColor {
 }
 
 /// A range with a margin around the values, in units of a power of ten.
-fn linear_range(values: impl Iterator<Item = f64>) -> ((f64, f64), i32) {
+fn linear_range(values: impl Iterator<Item = f64>, resolution: f64) -> ((f64, f64), i32) {
     let (low, high) = range(values).unwrap_or((0.0, 0.0));
+    let (low, high) = match high - low < resolution {
+        true => (0.5 * (low + high) - resolution, 0.5 * (low + high) + resolution),
+        false => (low, high),
+    };
     let magnitude = low.abs().max(high.abs());
     let exponent = exponent(magnitude);
     if magnitude == 0.0 {

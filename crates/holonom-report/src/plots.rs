@@ -64,6 +64,8 @@ pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
     plots
 }
 
+/// Changes below this part of a quantity are round-off of a long run.
+const ROUND_OFF: f64 = 1e-10;
 /// Components whose load paths are drawn.
 const PATHS: usize = 4;
 
@@ -96,8 +98,21 @@ impl Curves<'_> {
             caption: "With a variational integrator the energy error of a conservative system is bounded, \
                       without secular drift."
                 .into(),
-            chart: linear("Energy error", "deviation", "J", curves),
+            chart: self.change("Energy error", "deviation", "J", (curves, &["E", "H"])),
         }
+    }
+
+    /// Changes of columns; what is small against their largest value is round-off.
+    fn change<const N: usize>(
+        &self,
+        title: &str,
+        quantity: &str,
+        unit: &str,
+        (curves, columns): ([Option<Curve>; N], &[&str]),
+    ) -> Chart {
+        let values = columns.iter().filter_map(|c| self.trajectory.column(c)).flatten();
+        let size = values.fold(0.0_f64, |size, v| size.max(v.abs()));
+        Chart { resolution: ROUND_OFF * size, ..linear(title, quantity, unit, curves) }
     }
 
     /// Displacements of the components that move most.
@@ -134,6 +149,7 @@ impl Curves<'_> {
                 x: Axis::linear("way", "m"),
                 y: Axis::linear("time of the loads", ""),
                 marks: false,
+resolution: 0.0,
                 curves: ways.iter().map(curve).collect(),
             },
         }
@@ -158,7 +174,7 @@ impl Curves<'_> {
             caption: "Components whose symmetry the system has change by round-off only; gravity, \
                       loads and supports change the others."
                 .into(),
-            chart: linear(title, "change", unit, curves),
+            chart: self.change(title, "change", unit, (curves, &columns)),
         }
     }
 
@@ -196,6 +212,7 @@ fn linear<const N: usize>(
         x: Axis::time(),
         y: Axis::linear(quantity, unit),
         marks: false,
+        resolution: 0.0,
         curves: curves.into_iter().flatten().collect(),
     }
 }
@@ -217,6 +234,7 @@ fn residuals(rows: &[ResidualRow]) -> Plot {
             x: Axis::time(),
             y: Axis::logarithmic("largest residual", "SI"),
             marks: false,
+            resolution: 0.0,
             curves: vec![
                 curve("position", |r| r.position),
                 curve("velocity", |r| r.velocity),

@@ -40,6 +40,7 @@ pub fn sensor_plots(table: &SensorTable, model: &str) -> Vec<Plot> {
                     x: Axis::time(),
                     y: Axis::linear(quantity, unit),
                     marks: false,
+                    resolution: 0.0,
                     curves: curves.map(curve).collect(),
                 },
             });

@@ -62,6 +62,7 @@ pub(super) fn energy(title: &str, runs: &[Recorded]) -> Chart {
         x: Axis::time(),
         y: Axis::linear("H − H(0)", "J"),
         marks: false,
+        resolution: 0.0,
         curves: runs.iter().map(|run| curve(run.scheme, run.energy_errors())).collect(),
     }
 }
@@ -77,6 +78,7 @@ pub(super) fn momentum(title: &str, runs: &[Recorded]) -> Chart {
         x: Axis::time(),
         y: Axis::logarithmic("largest change", "SI"),
         marks: false,
+        resolution: 0.0,
         curves: curves.collect(),
     }
 }
@@ -100,6 +102,7 @@ pub(super) fn constraints(title: &str, run: &Recorded) -> Chart {
         x: Axis::time(),
         y: Axis::logarithmic("residual", "SI"),
         marks: false,
+        resolution: 0.0,
         curves: vec![
             level("position", |s| s.residuals.position),
             level("velocity", |s| s.residuals.velocity),

@@ -168,7 +168,14 @@ fn gravity_energies(coarse: &[Point], fine: &[Point]) -> Vec<Chart> {
 }
 
 fn energy_chart(title: String, curves: Vec<Curve>) -> Chart {
-    Chart { title, x: Axis::time(), y: Axis::linear("energy", "J"), marks: false, curves }
+    Chart {
+        title,
+        x: Axis::time(),
+        y: Axis::linear("energy", "J"),
+        marks: false,
+        resolution: 0.0,
+        curves,
+    }
 }
 
 fn hidden(points: &[Point]) -> Chart {
@@ -179,6 +186,7 @@ fn hidden(points: &[Point]) -> Chart {
         x: Axis::time(),
         y: Axis::logarithmic("residual", "SI"),
         marks: false,
+        resolution: 0.0,
         curves: vec![
             level("position", |p| p.residuals[0]),
             level("velocity", |p| p.residuals[1]),

@@ -124,7 +124,7 @@ fn charts(of: &ModelCertificate) -> Vec<Chart> {
 }
 
 fn chart(title: &str, x: Axis, y: Axis, curves: Vec<Curve>, marks: bool) -> Chart {
-    Chart { title: title.to_owned(), x, y, marks, curves }
+    Chart { title: title.to_owned(), x, y, marks, resolution: 0.0, curves }
 }
 
 fn error_curve(study: &Study, quantity: Quantity) -> Option<Curve> {
