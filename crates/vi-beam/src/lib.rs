@@ -34,12 +34,14 @@ pub mod section_force;
 mod section_state;
 pub mod strain;
 
+// What the interface of this crate speaks of, for those who depend on it alone.
+pub use nalgebra;
+pub use vi_constraints;
+pub use vi_core;
+pub use vi_multibody;
+pub use vi_rigid;
+
 pub use element::{Element, Elements, MassKind};
 pub use mesh::{FrameRule, Mesh};
 pub use model::{Beam, BeamModel, StrainRule};
 pub use section::{Material, Profile, Section, Stated};
-
-/// The example of the README is compiled and run.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

@@ -46,6 +46,10 @@ pub mod setup;
 pub mod tangent_map;
 pub mod tangent_space;
 
+// What the interface of this crate speaks of, for those who depend on it alone.
+pub use nalgebra;
+pub use vi_core;
+
 pub use constraints::{ConstraintFn, Constraints, Unconstrained};
 pub use initialization::InitialValues;
 pub use integrator::{Integrator, Options};
@@ -56,8 +60,3 @@ pub use tangent_space::TangentSpace;
 
 #[cfg(test)]
 mod pendulum_tests;
-
-/// The example of the README is compiled and run.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

@@ -55,8 +55,3 @@ pub use potential::{DiscretePotential, Potential, Quadrature};
 pub use shadow_energy::shadow_energy;
 pub use sparse::{Entries, SparseMatrix};
 pub use state::State;
-
-/// The example of the README is compiled and run.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

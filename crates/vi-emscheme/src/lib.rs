@@ -68,14 +68,17 @@ extern crate self as vi_emscheme; // the models of the tests name the crate
 #[path = "../tests/common/mod.rs"]
 mod common;
 
+// What the interface of this crate speaks of, for those who depend on it alone.
+pub use nalgebra;
+pub use vi_beam;
+pub use vi_constraints;
+pub use vi_core;
+pub use vi_multibody;
+pub use vi_rigid;
+
 pub use constraint::DiscreteConstraints;
 pub use discrete_gradient::DiscreteGradient;
 pub use em_system::EmSystem;
 pub use integrator::{EmAlgebra, EmIntegrator, EmOptions};
 pub use null_space::EmLinearization;
 pub use scheme::EmForm;
-
-/// The example of the README is compiled and run.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

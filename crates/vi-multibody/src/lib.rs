@@ -58,6 +58,12 @@ pub mod pair;
 mod solver;
 pub mod tree;
 
+// What the interface of this crate speaks of, for those who depend on it alone.
+pub use nalgebra;
+pub use vi_constraints;
+pub use vi_core;
+pub use vi_rigid;
+
 pub use constraint::{joint_coordinate, scalar_constraint};
 pub use force::{joint_force, spring};
 pub use geometry::{form, spatial};
@@ -74,8 +80,3 @@ pub use mechanism::{Description, Mechanism};
 pub use pair::PairKind;
 pub use pair::joint::{FrameId, Joint, Side};
 pub use reaction::{Reaction, Reactions, Tension};
-
-/// The example of the README is compiled and run.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

@@ -37,6 +37,11 @@ pub mod shape;
 pub mod single_body;
 pub mod time_history;
 
+// What the interface of this crate speaks of, for those who depend on it alone.
+pub use nalgebra;
+pub use vi_constraints;
+pub use vi_core;
+
 pub use body::RigidBody;
 pub use composite::{Part, compose};
 pub use inertia::{EulerMoments, InertiaError, PrincipalInertia};
@@ -45,8 +50,3 @@ pub use reparametrization::RotationTooLarge;
 pub use shape::{MassProperties, Shape};
 pub use single_body::{SingleBody, Support};
 pub use time_history::{HistoryError, TimeHistory};
-
-/// The example of the README is compiled and run.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;

@@ -33,14 +33,16 @@ pub mod problem;
 pub mod relaxation;
 pub mod step_bounds;
 
+// What the interface of this crate speaks of, for those who depend on it alone.
+pub use nalgebra;
+pub use vi_constraints;
+pub use vi_core;
+pub use vi_multibody;
+pub use vi_rigid;
+
 pub use arc_length::{ArcLengthSettings, Continuation};
 pub use limit::LimitReport;
 pub use modes::{ModeError, Modes, modes};
 pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 pub use problem::StaticProblem;
 pub use step_bounds::StepBounds;
-
-/// The example of the README is compiled and run.
-#[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
