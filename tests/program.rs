@@ -316,6 +316,47 @@ fn a_failed_run_keeps_valid_files_and_lists_them() {
 }
 
 #[test]
+fn a_run_that_fails_between_recorded_nodes_counts_its_steps() {
+    let folder = folder("between");
+    let model = r#"
+        model = { name = "spin" }
+        simulation = { step = 0.05, end = 10.0, every = 10 }
+        body = [{ name = "disk", mass = 1.0, inertia = [0.1, 0.1, 0.1] }]
+        joint = [{ name = "axle", type = "revolute", parent = "ground", child = "disk", position = [0, 0, 0], axis = [0, 0, 1] }]
+        load = [{ name = "drive", body = "disk", torque = [0, 0, 5] }]
+    "#;
+    fs::write(folder.join("spin.toml"), model).unwrap();
+    let output = holonom(&folder, &["run", "spin.toml", "--json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", words(&output));
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    println!("{}", words(&output));
+    // half a revolution in a step: 63 rad/s, after 1.26 s at 50 rad/s²
+    let steps = summary["steps"].as_u64().unwrap();
+    assert_eq!(summary["steps"], summary["failure"]["step"]);
+    assert_eq!(summary["end_time"], summary["failure"]["t"]);
+    assert!((24..28).contains(&steps) && !steps.is_multiple_of(10), "{steps}");
+    assert_eq!(words(&output).matches("trajectory.csv").count(), 1, "files are named once");
+}
+
+#[test]
+fn first_mistakes_are_answered() {
+    let folder = folder("mistakes");
+    let output = holonom(&folder, &["run", "nowhere.toml"]);
+    assert_eq!(output.status.code(), Some(1), "a file that cannot be read");
+    assert!(words(&output).contains("nowhere.toml"), "{}", words(&output));
+    let answer = |from: &str, to: &str| {
+        let text = include_str!("../examples/models/heavy_top_fast.toml").replacen(from, to, 1);
+        assert!(text.contains(to), "{from}");
+        fs::write(folder.join("wrong.toml"), text).unwrap();
+        let output = holonom(&folder, &["check", "wrong.toml"]);
+        assert_eq!(output.status.code(), Some(3));
+        words(&output)
+    };
+    assert!(answer("\"spherical\"", "\"ball\"").contains("did you mean `spherical`?"));
+    assert!(answer("gravity = [", "gravity = 9.81 # [").contains("write a list such as"));
+}
+
+#[test]
 fn a_folder_that_cannot_be_written_is_an_error_with_its_name() {
     let folder = folder("unwritable");
     fs::write(folder.join("file"), "").unwrap();

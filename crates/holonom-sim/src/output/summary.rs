@@ -232,6 +232,13 @@ impl SummaryBuilder {
             RunOutcome::Done => (Status::Done, None),
             RunOutcome::Failed(failure) => (Status::Failed, Some(failure.clone())),
         };
+        // a run that fails may have taken steps since its last recorded node
+        let (steps, end_time) = match &failure {
+            Some(failure) if model.settings.scheme.family() != Family::Static => {
+                (failure.step, failure.t)
+            }
+            _ => (self.last_step, self.last_time),
+        };
         Summary {
             model: model.header.name.clone(),
             status,
@@ -239,8 +246,8 @@ impl SummaryBuilder {
             scheme: model.settings.scheme.name().to_owned(),
             order: model.settings.order,
             step: model.settings.step,
-            end_time: self.last_time,
-            steps: self.last_step,
+            end_time,
+            steps,
             recorded: self.recorded,
             bodies: assembly.bodies,
             beams: assembly.beams,
@@ -255,7 +262,7 @@ impl SummaryBuilder {
                 max: self.newton_max,
             },
             wall_seconds,
-            seconds_per_step: wall_seconds / self.last_step.max(1) as f64,
+            seconds_per_step: wall_seconds / steps.max(1) as f64,
             energy: self.energy(model),
             momentum: MomentumSummary { linear: drift(self.linear), angular: drift(self.angular) },
             constraint_residual: ConstraintSummary { position, velocity, momentum },
