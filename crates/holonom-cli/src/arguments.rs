@@ -31,6 +31,8 @@ pub(crate) enum Verb {
     Verify(Verify),
     /// Show a finished run in the browser: the animated scene, charts, facts
     View(View),
+    /// Write the results of a finished run for other programs
+    Export(Export),
     /// Draw the plots and the report of a finished run again
     Plot(Plot),
     /// Print the JSON schema of model files
@@ -250,6 +252,21 @@ pub(crate) struct View {
     /// Print the address of the page and open no browser
     #[arg(long)]
     pub(crate) print: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct Export {
+    /// The folder of a run
+    pub(crate) dir: PathBuf,
+    /// The format: npz (arrays for NumPy)
+    #[arg(long, default_value = "npz")]
+    pub(crate) format: String,
+    /// The file to write; by default the name of the folder with the extension of the format
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace the file if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Args)]

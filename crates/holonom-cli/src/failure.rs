@@ -25,6 +25,9 @@ pub(crate) enum Failure {
     /// Code 1: a file cannot be read or written.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// Code 1: results cannot be exported.
+    #[error("{0}")]
+    Export(String),
     /// Code 2: the command asks for something that cannot be done.
     #[error("{message}")]
     Usage { message: String, help: String },
@@ -73,6 +76,10 @@ impl Failure {
             }
             Self::Output(error) => {
                 say(&error.to_string(), "");
+                1
+            }
+            Self::Export(message) => {
+                say(message, "");
                 1
             }
             Self::Usage { message, help } => {

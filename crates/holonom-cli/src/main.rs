@@ -9,6 +9,7 @@ mod check;
 mod compare;
 mod diagnostic;
 mod examples;
+mod export;
 mod failure;
 mod human;
 mod input;
@@ -49,6 +50,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
         Verb::Modes(arguments) => modes::modes(&arguments),
         Verb::Verify(arguments) => verify::verify(&arguments),
         Verb::View(arguments) => view::view(&arguments),
+        Verb::Export(arguments) => export::export(&arguments),
         Verb::Plot(arguments) => plot::plot(&arguments),
         Verb::Schema => stdout::json(&holonom::Model::schema()),
         Verb::Examples(arguments) => examples::examples(&arguments),

@@ -12,6 +12,7 @@
 //! | [`statics`], [`modes`] | `holonom-sim` | equilibria along the loads; small vibrations |
 //! | [`output`] | `holonom-sim` | the files of a run |
 //! | [`report`] | `holonom-report` | plots and the report page |
+//! | [`export`] | `holonom-export` | results for other programs |
 //! | [`verification`] | `vi-verify` | orders, invariants, growth of errors, measured and judged |
 //! | [`compare`](mod@compare), [`certificate`] | `holonom-study` | schemes side by side; verified properties on a model |
 //! | [`run`] | | all of it in one call |
@@ -122,6 +123,7 @@
 
 pub mod run;
 
+pub use holonom_export as export;
 pub use holonom_model as model;
 pub use holonom_report as report;
 pub use holonom_sim::{

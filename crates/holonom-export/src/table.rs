@@ -1,0 +1,47 @@
+//! A CSV file of a run as columns.
+
+use crate::ExportError;
+use std::path::Path;
+
+/// Columns of numbers, and the one of words that `beams.csv` has.
+pub(crate) struct Table {
+    pub(crate) names: Vec<String>,
+    pub(crate) columns: Vec<Vec<f64>>,
+    /// Of the column `beam`; empty without one.
+    pub(crate) words: Vec<String>,
+}
+
+impl Table {
+    /// Reads a file; `None` where there is none. Empty fields are NaN.
+    pub(crate) fn read(path: &Path) -> Result<Option<Self>, ExportError> {
+        let failed = |message: String| ExportError::Read { path: path.to_owned(), message };
+        if !path.is_file() {
+            return Ok(None);
+        }
+        let mut reader = csv::Reader::from_path(path).map_err(|e| failed(e.to_string()))?;
+        let header = reader.headers().map_err(|e| failed(e.to_string()))?;
+        let names: Vec<String> = header.iter().map(str::to_owned).collect();
+        let mut table = Self { columns: vec![Vec::new(); names.len()], names, words: Vec::new() };
+        let words = table.names.iter().position(|name| name == "beam");
+        let mut row = csv::StringRecord::new();
+        while reader.read_record(&mut row).map_err(|e| failed(e.to_string()))? {
+            for (k, (field, column)) in row.iter().zip(&mut table.columns).enumerate() {
+                if Some(k) == words {
+                    table.words.push(field.to_owned());
+                    continue;
+                }
+                let value = if field.is_empty() { Ok(f64::NAN) } else { field.parse() };
+                let line = row.position().map_or(0, csv::Position::line);
+                let no_number = |_| failed(format!("line {line}: `{field}` is no number"));
+                column.push(value.map_err(no_number)?);
+            }
+        }
+        Ok(Some(table))
+    }
+
+    /// The column of a name.
+    pub(crate) fn column(&self, name: &str) -> Option<&[f64]> {
+        let k = self.names.iter().position(|column| column == name)?;
+        Some(&self.columns[k])
+    }
+}
