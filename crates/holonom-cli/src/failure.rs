@@ -16,9 +16,6 @@ pub(crate) enum Failure {
     /// Code 1: the run did not reach its end; what was written stays. `files`: those not named yet.
     #[error("the run failed")]
     Run { failure: RunFailure, files: Vec<PathBuf> },
-    /// Code 1: the model file cannot be read.
-    #[error("{path}: {reason}", path = path.display())]
-    Unreadable { path: PathBuf, reason: String },
     /// Code 1: a property was measured and does not hold.
     #[error("{0}")]
     Property(String),
@@ -52,13 +49,6 @@ impl Failure {
                     stderr::line("  written so far, all valid:");
                 }
                 files.iter().for_each(|file| stderr::line(&format!("    {}", file.display())));
-                1
-            }
-            Self::Unreadable { .. } => {
-                say(
-                    &self.to_string(),
-                    "name a model file; `holonom examples` lists the shipped models",
-                );
                 1
             }
             Self::Property(message) => {

@@ -58,9 +58,6 @@ impl<'a> Input<'a> {
 
     fn invalid(self, text: String, error: ModelError) -> Result<Failure, Failure> {
         let (path, overrides) = (self.arguments.model.clone(), self.overrides);
-        if let ModelError::Unreadable { reason } = &error {
-            return Ok(Failure::Unreadable { path, reason: reason.clone() });
-        }
         let invalid = InvalidModel { path, text, overrides, error };
         if self.json {
             // The exit code must say that the model is invalid, whoever reads.

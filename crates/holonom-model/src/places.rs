@@ -35,7 +35,10 @@ impl ModelError {
             Self::Invalid(problems) => problems.clone(),
             Self::Assembly(problems) => problems.iter().cloned().map(located).collect(),
             Self::InconsistentStart(all) => all.iter().map(|i| located(i.problem())).collect(),
-            Self::Unreadable { .. } => vec![Problem::new("", self.to_string())],
+            Self::Unreadable { .. } => vec![
+                Problem::new("", self.to_string())
+                    .help("name a model file; `holonom examples` lists the shipped models"),
+            ],
             Self::TooLarge { .. } => vec![
                 Problem::new("", self.to_string())
                     .help("a model file describes the system only; is this the right file?"),
