@@ -108,7 +108,7 @@ fn beams(writer: &mut Writer<'_>, table: &Table) -> Result<(), ExportError> {
     for name in names {
         let own: Vec<usize> =
             (0..table.words.len()).filter(|&row| table.words[row] == **name).collect();
-        let elements = own.iter().take_while(|&&row| step[row] == step[own[0]]).count();
+        let elements = own.iter().take_while(|&&row| step[row] <= step[own[0]]).count();
         let rows = own.len() / elements.max(1);
         let arc = table.column("s").unwrap_or_default();
         let arc = Array1::from_shape_fn(elements, |i| arc[own[i]]);

@@ -3,7 +3,7 @@
 //! ```text
 //! K x = ω² M x       K, M of the degrees of freedom of the system, without damping
 //! ```
-//! See [`vi_statics::modes`]. Modes without stiffness (rigid-body motions, spins, idle degrees of freedom) have
+//! See [`mod@vi_statics::modes`]. Modes without stiffness (rigid-body motions, spins, idle degrees of freedom) have
 //! `ω = 0`; `ω² < 0` is an instability that grows as `exp(√−ω² t)`. Initial velocities are not used.
 
 use crate::beams::Beams;

@@ -10,7 +10,7 @@
 //! | [`problem`] | load stepping |
 //! | [`arc_length`] | continuation by arc length, through limit points |
 //! | [`relaxation`] | an initial configuration that is no equilibrium; directions without stiffness |
-//! | [`modes`] | small vibrations about an equilibrium |
+//! | [`mod@modes`] | small vibrations about an equilibrium |
 //! | [`path`] | equilibria, paths, why a path ends |
 //! | [`step_bounds`] | bounds of the change of one step: jumps to other equilibria |
 //! | [`limit`] | bending of an element between its nodes |

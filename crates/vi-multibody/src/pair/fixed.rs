@@ -29,7 +29,7 @@ pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     VelocityMap::new(Transfer::Rigid(at.c), &[])
 }
 
-/// `A² = A¹`. A gap `r_n` of round-off is transported; [`clean_gap`] removes it.
+/// `A² = A¹`. A gap `r_n` of round-off is transported; [`gap_correction`] removes it.
 ///
 /// # Errors
 /// None; the signature is that of all pairs.

@@ -36,7 +36,7 @@ pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     VelocityMap::new(Transfer::Rigid(at.c), &[Twist::new(at.rho_child.cross(&n), n)])
 }
 
-/// `A² = A¹ exp(ϑ n̂_n)`. A gap `r_n` of round-off is transported; [`clean_gap`] removes it.
+/// `A² = A¹ exp(ϑ n̂_n)`. A gap `r_n` of round-off is transported; [`gap_correction`] removes it.
 ///
 /// # Errors
 /// [`TooLarge`].

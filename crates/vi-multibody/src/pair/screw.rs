@@ -51,7 +51,7 @@ impl From<Pitch> for f64 {
     }
 }
 
-/// The rows of a cylindrical pair; the fifth is the thread, [`crate::scalar_constraint::ScalarRow::thread`].
+/// The rows of a cylindrical pair; the fifth is the thread, `ScalarRow::thread`.
 #[must_use]
 pub fn rows(joint: &Joint) -> Vec<Row> {
     cylindrical::rows(joint)
