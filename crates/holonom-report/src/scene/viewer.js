@@ -156,9 +156,9 @@
       vec3 N = normalize(n), E = normalize(eye - world);
       if (dot(N, E) < 0.0) N = -N;
       vec3 L = normalize(E + 0.8 * up + 0.35 * cross(up, E));
-      float diffuse = max(dot(N, L), 0.0), sky = 0.5 + 0.5 * dot(N, up);
+      float diffuse = pow(0.5 + 0.5 * dot(N, L), 1.5), sky = 0.5 + 0.5 * dot(N, up); // wrapped: no side is black
       float gloss = pow(max(dot(reflect(-L, N), E), 0.0), 32.0);
-      fragment = vec4(base.rgb * (0.25 + 0.25 * sky + 0.55 * diffuse) + 0.12 * gloss, base.a);
+      fragment = vec4(base.rgb * (0.34 + 0.22 * sky + 0.5 * diffuse) + 0.12 * gloss, base.a);
     }`));
   gl.bindAttribLocation(program, 0, "position");
   gl.bindAttribLocation(program, 1, "normal");
