@@ -130,10 +130,12 @@ impl From<Quadrature> for vi_core::Quadrature {
 
 /// The discrete potential of beams.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Strain {
-    /// Of the strains averaged over both ends of a step: a rigid rotation is free of strain.
+    /// Of the strains averaged over both ends of a step, with selective mass scaling: for any step.
     #[default]
+    MassScaled,
+    /// Of the strains averaged over both ends of a step: a rigid rotation is free of strain.
     Averaged,
     /// Of the average of both configurations, LMO08 (18): for soft beams and small steps.
     Midpoint,
@@ -142,6 +144,7 @@ pub enum Strain {
 impl From<Strain> for vi_beam::StrainRule {
     fn from(strain: Strain) -> Self {
         match strain {
+            Strain::MassScaled => Self::MassScaled,
             Strain::Averaged => Self::Averaged,
             Strain::Midpoint => Self::Midpoint,
         }

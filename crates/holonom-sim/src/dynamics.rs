@@ -52,8 +52,8 @@ impl Dynamics {
             system = system.gradient(BeamGradient(parts.elements.clone()));
         }
         if !parts.high_order.is_empty() {
-            system =
-                system.gradient(HighOrderGradient(AveragedHighOrder(parts.high_order.clone())));
+            system = system
+                .gradient(HighOrderGradient(AveragedHighOrder::new(parts.high_order.clone())));
         }
         for spring in &forces.springs {
             system = system.spring(spring.clone());

@@ -1,19 +1,32 @@
-//! The averaged-strain discrete potential.
+//! Averaged strains, and averaged strains with selective mass scaling.
 //!
 //! ```text
 //! U_d(q_n, q_{n+1}) = Σ_e ½ ℓ Σ_i C_i ε̄_i²,       ε̄ = ½ (ε(q_n) + ε(q_{n+1}))
-//! D_1 U_d   = ½ ℓ Σ C_i ε̄_i 𝔹_i x_n
-//! D_2 U_d   = ½ ℓ Σ C_i ε̄_i 𝔹_i x_{n+1}
-//! D_2D_1U_d = ¼ ℓ Σ C_i (𝔹_i x_n)(𝔹_i x_{n+1})ᵀ
-//! D_1D_1U_d = ¼ ℓ Σ C_i (𝔹_i x_n)(𝔹_i x_n)ᵀ + ½ ℓ Σ C_i ε̄_i 𝔹_i
+//! K_d(q_n, q_{n+1}) = Σ_e ½ ℓ Σ_i μ C_i Δε_i²,     Δε = ε(q_{n+1}) − ε(q_n)
+//! D_1 (U_d − K_d)    = ℓ Σ C_i (½ ε̄_i + μ Δε_i) 𝔹_i x_n
+//! D_2 (U_d − K_d)    = ℓ Σ C_i (½ ε̄_i − μ Δε_i) 𝔹_i x_{n+1}
+//! D_2D_1 (U_d − K_d) = (¼ + μ) ℓ Σ C_i (𝔹_i x_n)(𝔹_i x_{n+1})ᵀ
+//! D_1D_1 (U_d − K_d) = (¼ − μ) ℓ Σ C_i (𝔹_i x_n)(𝔹_i x_n)ᵀ + ℓ Σ C_i (½ ε̄_i + μ Δε_i) 𝔹_i
 //! ```
-//! Symmetric, of order 2, equal to the midpoint rule for linear problems. A rigid rotation between the
+//! Symmetric, of order 2, invariant under rigid motions. A rigid rotation between the
 //! ends is strain-free, whereas the midpoint configuration is shrunk by `cos(ϑ/2)` and shows the strain
 //! `−sin²(ϑ/2) ≈ −(hω)²/4`: multiplied by `EA` it stretches stiff beams, and beyond about
-//! `h = √(L/(c ω))`, `c = √(EA/ρA)`, the step fails altogether. With stiff sections this is the
-//! potential to use. No geometric term in the Newton matrix.
+//! `h = √(L/(c ω))`, `c = √(EA/ρA)`, the step fails altogether. No geometric term in the Newton matrix.
 //!
-//! Source: theory §6, "Discrete potential".
+//! *Selective mass scaling.* With `μ = 0` a vibration far beyond the step, `h ω ≫ 1`, alternates from step to step,
+//! its multiplier tends to −1, and `ε̄` does not see it. Such a mode has negative action relative to a resolved one;
+//! two of them and a resolved vibration are in resonance, and all three can grow without bound. `K_d` is the
+//! kinetic energy of a mass `μ h² ℓ Σ C_i (𝔹_i x)(𝔹_i x)ᵀ` of the strain rates, which vanishes with `h²` and is
+//! not seen by rigid motions. For a linear vibration this is Newmark's method with `γ = ½`, `β = ¼ + μ`:
+//! ```text
+//! tan²(ϑ/2) = ¼ (hω)² / (1 + μ (hω)²),       ϑ → 2 atan(1/(2√μ)) as hω → ∞
+//! ```
+//! `ϑ` is the angle of a step. [`MASS_SCALING`] `= 1/8` keeps it below 109.5°: no two modes and no three add up to
+//! a full turn, which at `μ ≤ 1/12` three can; at `μ = ¼` four unresolved ones do. The period of a resolved
+//! vibration comes out longer by the part `(1/12 + μ/2)(hω)²` of it. docs/stability.md has the measurements.
+//!
+//! Source: theory §6, "Discrete potential"; N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94; selective mass
+//! scaling: L. Olovsson, K. Simonsson, M. Unosson, IJNME 63 (2005) 1436–1445.
 #![allow(non_snake_case)] // U_d, C
 
 use crate::element::{Element, Elements};
@@ -23,21 +36,45 @@ use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
 
-/// `U_d` of all elements.
-#[derive(Clone, Debug)]
-pub struct AveragedStrains(pub Elements);
+/// `μ`: what [`AveragedStrains::mass_scaled`] takes.
+pub const MASS_SCALING: f64 = 0.125;
 
-/// `ε̄`.
-fn mean_strain(element: &Element, s: &Interval) -> Strain {
-    let at = |q: &[f64]| element.strain(&element.coordinates(q));
-    0.5 * (at(&s.q0) + at(&s.q1)) // [6.11]
+/// `U_d` and `K_d` of all elements.
+#[derive(Clone, Debug)]
+pub struct AveragedStrains {
+    elements: Elements,
+    scaling: f64, // μ
+}
+
+/// `ε̄` and `Δε`.
+fn mean_and_change(element: &Element, s: &Interval) -> (Strain, Strain) {
+    let [start, end] = [&s.q0, &s.q1].map(|q| element.strain(&element.coordinates(q)));
+    (0.5 * (start + end), end - start) // [6.11]
 }
 
 impl AveragedStrains {
-    fn add_slot(&self, s: &Interval, q: &[f64], scale: f64, out: &mut [f64]) {
-        for (element, C) in self.0.iter() {
-            let n = 0.5 * scale * element.length * C.component_mul(&mean_strain(element, s));
-            element.scatter(&(element.gradients(&element.coordinates(q)) * n), out);
+    /// Averaged strains, `μ = 0`.
+    #[must_use]
+    pub fn new(elements: Elements) -> Self {
+        Self { elements, scaling: 0.0 }
+    }
+
+    /// Averaged strains with selective mass scaling, `μ =` [`MASS_SCALING`].
+    #[must_use]
+    pub fn mass_scaled(elements: Elements) -> Self {
+        Self { elements, scaling: MASS_SCALING }
+    }
+
+    /// `½ ε̄ ± μ Δε`.
+    fn slot_strain(&self, element: &Element, s: &Interval, sign: f64) -> Strain {
+        let (mean, change) = mean_and_change(element, s);
+        0.5 * mean + sign * self.scaling * change
+    }
+
+    fn add_slot(&self, s: &Interval, (q, sign): (&[f64], f64), scale: f64, out: &mut [f64]) {
+        for (element, C) in self.elements.iter() {
+            let n = scale * element.length * C.component_mul(&self.slot_strain(element, s, sign));
+            element.scatter(&(element.gradients(&element.coordinates(q)) * n), out); // [6.12]
         }
     }
 }
@@ -45,50 +82,69 @@ impl AveragedStrains {
 impl DiscretePotential for AveragedStrains {
     fn value(&self, s: &Interval) -> f64 {
         let energy = |(element, C): (&Element, Strain)| {
-            let eps = mean_strain(element, s);
-            0.5 * element.length * C.component_mul(&eps).dot(&eps) // [6.12]
+            let (mean, _) = mean_and_change(element, s);
+            0.5 * element.length * C.component_mul(&mean).dot(&mean) // [6.11]
         };
-        self.0.iter().map(energy).sum()
+        self.elements.iter().map(energy).sum()
+    }
+
+    fn added_kinetic_energy(&self, s: &Interval) -> f64 {
+        let energy = |(element, C): (&Element, Strain)| {
+            let (_, change) = mean_and_change(element, s);
+            0.5 * element.length * self.scaling * C.component_mul(&change).dot(&change)
+        };
+        self.elements.iter().map(energy).sum()
+    }
+
+    fn add_mass(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
+        if self.scaling > 0.0 {
+            for (element, C) in self.elements.iter() {
+                let mass = self.scaling * h * h * element.length * C;
+                let x = element.coordinates(at.q);
+                element.emit(&element.tangent(&x, &mass, &Strain::zeros()), out);
+            }
+        }
     }
 
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, &s.q0, scale, out);
+        self.add_slot(s, (&s.q0, 1.0), scale, out);
     }
 
     fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, &s.q1, scale, out);
+        self.add_slot(s, (&s.q1, -1.0), scale, out);
     }
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for (element, C) in self.0.iter() {
+        for (element, C) in self.elements.iter() {
             let mut rows = element.gradients(&element.coordinates(&s.q0));
             let columns = element.gradients(&element.coordinates(&s.q1));
+            let weight = (0.25 + self.scaling) * scale * element.length;
             for i in 0..6 {
-                rows.column_mut(i).scale_mut(0.25 * scale * element.length * C[i]);
+                rows.column_mut(i).scale_mut(weight * C[i]);
             }
             element.emit(&(rows * columns.transpose()), out);
         }
     }
 
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for (element, C) in self.0.iter() {
+        for (element, C) in self.elements.iter() {
             let x = element.coordinates(&s.q0);
-            let weight = 0.5 * scale * element.length * C;
-            let n = weight.component_mul(&mean_strain(element, s));
-            element.emit(&element.tangent(&x, &(0.5 * weight), &n), out);
+            let weight = scale * element.length * C;
+            let n = weight.component_mul(&self.slot_strain(element, s, 1.0));
+            element.emit(&element.tangent(&x, &((0.25 - self.scaling) * weight), &n), out);
         }
     }
 
     fn potential(&self, at: Configuration<'_>) -> f64 {
-        self.0.value(at.q)
+        self.elements.value(at.q)
     }
 
     fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
-        self.0.add_gradient(at.q, scale, out);
+        self.elements.add_gradient(at.q, scale, out);
     }
 
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
-        self.0.add_hessian(at.q, scale, out);
+        self.elements.add_hessian(at.q, scale, out);
     }
 }
 
@@ -111,10 +167,16 @@ mod tests {
 
     #[test]
     fn slot_derivatives_match_central_differences() {
+        for make in [AveragedStrains::new, AveragedStrains::mass_scaled] {
+            check_slot_derivatives(make);
+        }
+    }
+
+    fn check_slot_derivatives(make: fn(Elements) -> AveragedStrains) {
         let mut sample = Sample::new(21);
         let (elements, q0) = random_elements(&mut sample);
         let q1: Vec<f64> = q0.iter().map(|q| q + 0.3 * sample.number()).collect();
-        let U_d = AveragedStrains(elements);
+        let U_d = make(elements);
         let at = interval(&q0, &q1);
         let (mut d1, mut d2) = (vec![0.0; 36], vec![0.0; 36]);
         U_d.add_d1(&at, 1.0, &mut d1);
@@ -130,9 +192,10 @@ mod tests {
             q
         };
         for j in 0..36 {
-            let value = |by| U_d.value(&interval(&moved(&q0, j, by), &q1));
+            let difference = |s: &Interval| U_d.value(s) - U_d.added_kinetic_energy(s);
+            let value = |by| difference(&interval(&moved(&q0, j, by), &q1));
             worst = worst.max(((value(e) - value(-e)) / (2.0 * e) - d1[j]).abs());
-            let value = |by| U_d.value(&interval(&q0, &moved(&q1, j, by)));
+            let value = |by| difference(&interval(&q0, &moved(&q1, j, by)));
             worst = worst.max(((value(e) - value(-e)) / (2.0 * e) - d2[j]).abs());
             let slot = |by| {
                 let mut out = vec![0.0; 36];
@@ -177,9 +240,39 @@ mod tests {
             directors::set_frame(&mut q1[own], &(turn * center), &(turn * triad));
         }
         let s = interval(&q0, &q1);
-        let (here, there) =
-            (AveragedStrains(elements.clone()).value(&s), Midpoint(elements).value(&s));
+        let (here, there) = (
+            AveragedStrains::mass_scaled(elements.clone()).value(&s),
+            Midpoint(elements).value(&s),
+        );
         println!("energy of a rigid turn: averaged {here:.1e}, midpoint {there:.1e}");
         assert!(here < 1e-28 && there > 1e-3, "{here:e}, {there:e}");
+    }
+
+    #[test]
+    fn the_added_mass_is_that_of_its_kinetic_energy_and_moves_with_no_rigid_motion() {
+        let mut sample = Sample::new(23);
+        let (elements, q0) = random_elements(&mut sample);
+        let U_d = AveragedStrains::mass_scaled(elements);
+        let v: Vec<f64> = q0.iter().map(|_| sample.number()).collect();
+        let h = 1e-5;
+        let mut mass = DMatrix::zeros(36, 36);
+        U_d.add_mass(Configuration::new(0.0, &q0), h, &mut mass);
+        let twice = |v: &[f64]| {
+            let v = nalgebra::DVector::from_column_slice(v);
+            v.dot(&(&mass * &v))
+        };
+        let q1: Vec<f64> = q0.iter().zip(&v).map(|(q, v)| q + h * v).collect();
+        let energy = U_d.added_kinetic_energy(&interval(&q0, &q1));
+        let relative = (0.5 * twice(&v) - energy).abs() / energy;
+        let (turn, shift) = (Vector3::new(0.3, -0.8, 0.5), Vector3::new(2.0, -1.0, 0.4));
+        let mut rigid = vec![0.0; 36];
+        for (k, (out, x)) in rigid.chunks_exact_mut(3).zip(q0.chunks_exact(3)).enumerate() {
+            let x = turn.cross(&Vector3::from_column_slice(x));
+            let own = if k % 4 == 0 { x + shift } else { x };
+            out.copy_from_slice(own.as_slice());
+        }
+        let (rigid, any) = (twice(&rigid), twice(&v));
+        println!("K_d off by {relative:.1e} (relative); rigid {rigid:.1e}, any motion {any:.1e}");
+        assert!(relative < 1e-4 && rigid.abs() < 1e-24 * any.max(1.0), "{relative:e}, {rigid:e}");
     }
 }

@@ -28,9 +28,11 @@ use vi_rigid::time_history::TimeHistory;
 pub enum StrainRule {
     /// `V(q_{n+1/2})`, LMO08 (18): for soft beams and small steps.
     Midpoint,
-    /// Averaged strains: free of strain in rigid rotation; needed by stiff beams.
-    #[default]
+    /// Averaged strains: free of strain in rigid rotation.
     Averaged,
+    /// Averaged strains with selective mass scaling: for any step, see [`crate::averaged`].
+    #[default]
+    MassScaled,
 }
 
 /// The frames and elements of one beam.
@@ -278,18 +280,26 @@ impl BeamModel {
     ) -> SeparableSystem {
         let mut system = mechanism.system_with_mass(self.mass_matrix(mechanism), quadrature);
         let (elements, high_order) = (self.elements.clone(), self.high_order.clone());
-        if !self.high_order.is_empty() {
+        if !high_order.is_empty() {
             system = match rule {
                 StrainRule::Midpoint => system.potential(high_order),
                 StrainRule::Averaged => {
-                    system.discrete_potential(Box::new(AveragedHighOrder(high_order)))
+                    system.discrete_potential(Box::new(AveragedHighOrder::new(high_order)))
+                }
+                StrainRule::MassScaled => {
+                    system.discrete_potential(Box::new(AveragedHighOrder::mass_scaled(high_order)))
                 }
             };
         }
         match rule {
             _ if elements.list().is_empty() => system,
             StrainRule::Midpoint => system.potential(elements),
-            StrainRule::Averaged => system.discrete_potential(Box::new(AveragedStrains(elements))),
+            StrainRule::Averaged => {
+                system.discrete_potential(Box::new(AveragedStrains::new(elements)))
+            }
+            StrainRule::MassScaled => {
+                system.discrete_potential(Box::new(AveragedStrains::mass_scaled(elements)))
+            }
         }
     }
 

@@ -8,6 +8,8 @@
 //! D_1 D_1 L_d       = +(1/h) M    − h D_1 D_1 U_d,    D_2 D_2 L_d likewise
 //! E_d               = ½ (Δq/h)ᵀ M (Δq/h) + U_d                            LMO08 (52)
 //! ```
+//! A discrete potential with an added mass contributes `h K_d − h U_d` to `L_d` and `K_d + U_d` to `E_d`.
+//!
 //! Forces enter in the sense of the discrete Lagrange–d'Alembert principle (Marsden & West 2001,
 //! part 3): `f_d^-(q_n, q_{n+1})` stands beside `D_1 L_d`, `f_d^+(q_n, q_{n+1})` beside `D_2 L_d`.
 //!
@@ -48,6 +50,10 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn force_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
     /// `Σ U_d(q_n, q_{n+1})`, J: the potential part of `E_d`, see [`crate::legendre::discrete_energy`].
     fn discrete_potential_energy(&self, s: &Interval) -> f64;
+    /// `Σ K_d(q_n, q_{n+1})`, J: what added masses contribute to the kinetic part of `E_d`.
+    fn added_kinetic_energy(&self, _s: &Interval) -> f64 {
+        0.0
+    }
 
     /// `E_d(q_n, q_{n+1})`, J, LMO08 (52).
     fn discrete_energy(&self, s: &Interval) -> f64 {
@@ -190,7 +196,8 @@ impl MechanicalSystem for SeparableSystem {
 
 impl DiscreteLagrangian for SeparableSystem {
     fn discrete_lagrangian(&self, s: &Interval) -> f64 {
-        self.kinetic_energy(&s.dq) / s.h - s.h * self.discrete_potential_energy(s) // (18)
+        let added = self.added_kinetic_energy(s);
+        self.kinetic_energy(&s.dq) / s.h + s.h * (added - self.discrete_potential_energy(s)) // (18)
     }
 
     fn d1(&self, s: &Interval, out: &mut [f64]) {
@@ -250,6 +257,10 @@ impl DiscreteLagrangian for SeparableSystem {
 
     fn discrete_potential_energy(&self, s: &Interval) -> f64 {
         self.potentials.iter().map(|u| u.value(s)).sum()
+    }
+
+    fn added_kinetic_energy(&self, s: &Interval) -> f64 {
+        self.potentials.iter().map(|u| u.added_kinetic_energy(s)).sum()
     }
 }
 

@@ -5,6 +5,7 @@
 //! p_{n+1}^+ = +D_2 L_d(q_n, q_{n+1}) + f_d^+(q_n, q_{n+1})
 //! E_d       = ½ (Δq/h)ᵀ M (Δq/h) + U_d(q_n, q_{n+1})                                LMO08 (52)
 //! ```
+//! With added masses (selective mass scaling) their `K_d` belongs to the kinetic part of `E_d`.
 //! The discrete Euler–Lagrange equations say `p_n^+ = p_n^-`. Without forces `p^-`, `p^+` are the discrete
 //! Legendre transforms of LMO08 §3 without constraints; the forced ones are those of Marsden & West 2001,
 //! part 3. With constraints: `vi_constraints::legendre`.
@@ -47,6 +48,7 @@ pub fn p_plus(system: &(impl DiscreteLagrangian + ?Sized), s: &Interval, out: &m
 #[must_use]
 pub fn discrete_energy(system: &(impl DiscreteLagrangian + ?Sized), s: &Interval) -> Energies {
     let kinetic = system.kinetic_energy(&s.dq) / (s.h * s.h); // ½ (Δq/h)ᵀ M (Δq/h)
+    let kinetic = kinetic + system.added_kinetic_energy(s);
     Energies { kinetic, potential: system.discrete_potential_energy(s) }
 }
 

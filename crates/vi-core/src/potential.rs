@@ -7,7 +7,8 @@
 //! trapezoidal    U_d = ½ V(q_n) + ½ V(q_{n+1})
 //! ```
 //! Other consistent, symmetric choices (averaged strains of beams) implement [`DiscretePotential`]
-//! directly. All letters: `V` potential, `U_d` discrete potential, both in J.
+//! directly. They may add a mass to stiff motions, `L_d = (1/2h) Δqᵀ M Δq + h K_d − h U_d` (selective mass
+//! scaling). All letters: `V` potential, `U_d` discrete potential, `K_d` kinetic energy of the added mass, in J.
 
 use crate::configuration::Configuration;
 use crate::interval::Interval;
@@ -25,9 +26,18 @@ pub trait Potential: Send + Sync {
 }
 
 /// A discrete potential `U_d(q_n, q_{n+1})`, J, symmetric in its arguments and consistent with `V`.
+///
+/// In the slot derivatives `U_d` stands for `U_d − K_d` where there is an added mass.
 pub trait DiscretePotential: Send + Sync {
     /// `U_d(q_n, q_{n+1})`, J.
     fn value(&self, s: &Interval) -> f64;
+    /// `K_d(q_n, q_{n+1})`, J: kinetic energy of an added mass that vanishes with `h²`; zero for most.
+    fn added_kinetic_energy(&self, _s: &Interval) -> f64 {
+        0.0
+    }
+    /// Emits the added mass of a step `h` in a configuration, symmetric, shape `n × n`: `K_d` is
+    /// `½ (Δq/h)ᵀ` times it times `Δq/h` to the order of the step; always the same places in the same order.
+    fn add_mass(&self, _at: Configuration<'_>, _h: f64, _out: &mut dyn Entries) {}
     /// `out ← out + scale D_1 U_d`, shape `n`.
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]);
     /// `out ← out + scale D_2 U_d`, shape `n`.

@@ -123,7 +123,7 @@ mod tests {
         let section = Section::new([3.0, 2.0, 5.0, 1.0, 1.5, 0.7], [1.0, 0.1, 0.2, 0.0]).unwrap();
         let mut high = vi_beam::high_order::HighOrderElements::default();
         high.add_stress_free(&[0, 1, 2], 1.6, &section, &q0);
-        check(&HighOrderGradient(AveragedHighOrder(high)), &q0, &q1);
+        check(&HighOrderGradient(AveragedHighOrder::new(high)), &q0, &q1);
     }
 
     fn check(gradient: &impl DiscreteGradient, q0: &[f64], q1: &[f64]) {

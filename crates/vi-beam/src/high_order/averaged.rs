@@ -1,22 +1,57 @@
 //! The averaged-strain discrete potential of elements of higher order.
 
 use super::{HighOrderElements, Station, Strain};
+use crate::averaged::MASS_SCALING;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
 
-/// The averaged-strain discrete potential of [`HighOrderElements`]; see [`crate::averaged`].
+/// `U_d` and `K_d` of [`HighOrderElements`]; see [`crate::averaged`].
 #[derive(Clone, Debug)]
-pub struct AveragedHighOrder(pub HighOrderElements);
+pub struct AveragedHighOrder {
+    elements: HighOrderElements,
+    scaling: f64, // μ
+}
+
+/// `ε̄` and `Δε`.
+fn mean_and_change(station: &Station, s: &Interval) -> (Strain, Strain) {
+    let (start, end) = (station.strain(&s.q0), station.strain(&s.q1));
+    (0.5 * (start + end), end - start)
+}
 
 impl AveragedHighOrder {
-    fn add_slot(&self, s: &Interval, q: &[f64], scale: f64, out: &mut [f64]) {
-        for station in &self.0.stations {
-            let mean = 0.5 * (station.strain(&s.q0) + station.strain(&s.q1));
-            let n = station.stiffness().component_mul(&mean);
-            station.add(q, &(0.5 * scale * station.weight * n), out);
+    /// Averaged strains, `μ = 0`.
+    #[must_use]
+    pub fn new(elements: HighOrderElements) -> Self {
+        Self { elements, scaling: 0.0 }
+    }
+
+    /// Averaged strains with selective mass scaling, `μ =` [`MASS_SCALING`].
+    #[must_use]
+    pub fn mass_scaled(elements: HighOrderElements) -> Self {
+        Self { elements, scaling: MASS_SCALING }
+    }
+
+    /// `½ ε̄ ± μ Δε`.
+    fn slot_strain(&self, station: &Station, s: &Interval, sign: f64) -> Strain {
+        let (mean, change) = mean_and_change(station, s);
+        0.5 * mean + sign * self.scaling * change
+    }
+
+    fn add_slot(&self, s: &Interval, (q, sign): (&[f64], f64), scale: f64, out: &mut [f64]) {
+        for station in &self.elements.stations {
+            let n = station.stiffness().component_mul(&self.slot_strain(station, s, sign));
+            station.add(q, &(scale * station.weight * n), out);
         }
+    }
+
+    fn energy(&self, s: &Interval, strain: impl Fn((Strain, Strain)) -> Strain) -> f64 {
+        let energy = |station: &Station| {
+            let eps = strain(mean_and_change(station, s));
+            0.5 * station.weight * station.stiffness().component_mul(&eps).dot(&eps)
+        };
+        self.elements.stations.iter().map(energy).sum()
     }
 }
 
@@ -24,14 +59,18 @@ impl AveragedHighOrder {
 impl AveragedHighOrder {
     /// `out ← out + scale Σ_g w_g Σ_i C_i ε̄_i 𝔹_i x_{n+1/2}`.
     pub fn add_discrete_derivative(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, &s.q_mid, 2.0 * scale, out);
+        for station in &self.elements.stations {
+            let (mean, _) = mean_and_change(station, s);
+            let n = station.stiffness().component_mul(&mean);
+            station.add(&s.q_mid, &(scale * station.weight * n), out);
+        }
     }
 
     /// Emits `scale ½ Σ_g w_g Σ_i C_i [𝔹_i x_{n+1/2} (𝔹_i x_{n+1})ᵀ + ε̄_i 𝔹_i]`, its derivative by
     /// `q_{n+1}`; always the same places in the same order.
     pub fn add_discrete_derivative_d2(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for station in &self.0.stations {
-            let mean = 0.5 * (station.strain(&s.q0) + station.strain(&s.q1));
+        for station in &self.elements.stations {
+            let (mean, _) = mean_and_change(station, s);
             let c = 0.5 * scale * station.weight * station.stiffness();
             let pair = (&station.gradients(&s.q_mid), &station.gradients(&s.q1));
             station.emit(pair, &c, &c.component_mul(&mean), out);
@@ -41,47 +80,57 @@ impl AveragedHighOrder {
 
 impl DiscretePotential for AveragedHighOrder {
     fn value(&self, s: &Interval) -> f64 {
-        let energy = |station: &Station| {
-            let eps = 0.5 * (station.strain(&s.q0) + station.strain(&s.q1));
-            0.5 * station.weight * station.stiffness().component_mul(&eps).dot(&eps)
-        };
-        self.0.stations.iter().map(energy).sum()
+        self.energy(s, |(mean, _)| mean)
+    }
+
+    fn added_kinetic_energy(&self, s: &Interval) -> f64 {
+        self.scaling * self.energy(s, |(_, change)| change)
+    }
+
+    fn add_mass(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
+        if self.scaling > 0.0 {
+            for station in &self.elements.stations {
+                let c = self.scaling * h * h * station.weight * station.stiffness();
+                let gradients = station.gradients(at.q);
+                station.emit((&gradients, &gradients), &c, &Strain::zeros(), out);
+            }
+        }
     }
 
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, &s.q0, scale, out);
+        self.add_slot(s, (&s.q0, 1.0), scale, out);
     }
 
     fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, &s.q1, scale, out);
+        self.add_slot(s, (&s.q1, -1.0), scale, out);
     }
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for station in &self.0.stations {
-            let c = 0.25 * scale * station.weight * station.stiffness();
+        for station in &self.elements.stations {
+            let c = (0.25 + self.scaling) * scale * station.weight * station.stiffness();
             let pair = (&station.gradients(&s.q0), &station.gradients(&s.q1));
             station.emit(pair, &c, &Strain::zeros(), out);
         }
     }
 
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for station in &self.0.stations {
-            let mean = 0.5 * (station.strain(&s.q0) + station.strain(&s.q1));
-            let c = 0.5 * scale * station.weight * station.stiffness();
+        for station in &self.elements.stations {
+            let c = scale * station.weight * station.stiffness();
+            let n = c.component_mul(&self.slot_strain(station, s, 1.0));
             let gradients = station.gradients(&s.q0);
-            station.emit((&gradients, &gradients), &(0.5 * c), &c.component_mul(&mean), out);
+            station.emit((&gradients, &gradients), &((0.25 - self.scaling) * c), &n, out);
         }
     }
 
     fn potential(&self, at: Configuration<'_>) -> f64 {
-        self.0.value(at.q)
+        self.elements.value(at.q)
     }
 
     fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
-        self.0.add_gradient(at.q, scale, out);
+        self.elements.add_gradient(at.q, scale, out);
     }
 
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
-        self.0.add_hessian(at.q, scale, out);
+        self.elements.add_hessian(at.q, scale, out);
     }
 }
