@@ -3,4 +3,5 @@
 pub mod compare;
 pub mod figures;
 pub mod notation;
+pub mod stability;
 pub mod verify;

@@ -1,7 +1,7 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
 use std::process::ExitCode;
-use xtask::{compare, figures, notation, verify};
+use xtask::{compare, figures, notation, stability, verify};
 
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE] [--from FILE] [--age]
@@ -14,6 +14,7 @@ cargo xtask compare [--quick [--only MODEL]]
 cargo xtask notation [--check]
                        renews the files and lines of all symbols and equations in NOTATION.md; check: fails
                        where they are out of date
+cargo xtask stability  which steps of a rotating blade are stable, into docs/stability.md
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
@@ -44,6 +45,13 @@ fn main() -> ExitCode {
                 }
             }
         }
+        ["stability"] => match stability::run() {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(message) => {
+                eprintln!("stability: {message}");
+                ExitCode::FAILURE
+            }
+        },
         ["figures"] => match figures::run() {
             Ok(()) => ExitCode::SUCCESS,
             Err(message) => {

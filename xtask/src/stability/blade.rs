@@ -1,0 +1,204 @@
+//! A blade that rotates freely about an axis at its root: steady rotation, tangent of a step, runs.
+#![allow(non_snake_case)] // P, R, A
+
+use holonom::nalgebra::{DMatrix, DVector, Rotation3, Vector3};
+use holonom::vi_beam::section::{Material, Profile, Stated};
+use holonom::vi_beam::{BeamModel, FrameRule, Mesh, StrainRule};
+use holonom::vi_constraints::saddle_point::IndependentRows;
+use holonom::vi_constraints::tangent_map::{TangentMap, Tangents};
+use holonom::vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
+use holonom::vi_core::{DiscreteLagrangian, Interval, Quadrature, SeparableSystem};
+use holonom::vi_emscheme::beam::BeamGradient;
+use holonom::vi_emscheme::scheme::EmForm;
+use holonom::vi_emscheme::{EmOptions, EmSystem, run as em};
+use holonom::vi_multibody::mechanism::Mechanism;
+use holonom::vi_multibody::pair::PairKind;
+use holonom::vi_multibody::run::{Solver, integrator};
+
+/// A discrete potential, or the energy–momentum scheme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rule {
+    /// LMO08 (18).
+    Midpoint,
+    /// Averaged strains.
+    Averaged,
+    /// Averaged strains with selective mass scaling.
+    MassScaled,
+    /// The energy–momentum scheme.
+    EnergyMomentum,
+}
+
+impl Rule {
+    /// Those with a discrete potential.
+    pub(super) const VARIATIONAL: [Self; 3] = [Self::Midpoint, Self::Averaged, Self::MassScaled];
+    /// All.
+    pub(super) const ALL: [Self; 4] =
+        [Self::Midpoint, Self::Averaged, Self::MassScaled, Self::EnergyMomentum];
+
+    /// In a table.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Midpoint => "midpoint",
+            Self::Averaged => "averaged",
+            Self::MassScaled => "mass_scaled",
+            Self::EnergyMomentum => "em-nodal",
+        }
+    }
+
+    fn strain(self) -> StrainRule {
+        match self {
+            Self::Midpoint => StrainRule::Midpoint,
+            Self::MassScaled => StrainRule::MassScaled,
+            Self::Averaged | Self::EnergyMomentum => StrainRule::Averaged,
+        }
+    }
+}
+
+/// Five metres along x, 0.25 m by 0.03 m, a revolute joint about z at the root.
+pub(super) struct Blade {
+    /// Material, elements, angular velocity.
+    pub name: String,
+    model: BeamModel,
+    omega: f64, // rad/s
+}
+
+impl Blade {
+    /// Aluminium.
+    pub(super) fn aluminium(elements: usize, omega: f64) -> Self {
+        Self::new(("aluminium", 70e9, 2700.0), elements, omega)
+    }
+
+    /// Steel.
+    pub(super) fn steel(elements: usize, omega: f64) -> Self {
+        Self::new(("steel", 210e9, 7850.0), elements, omega)
+    }
+
+    fn new((name, young, density): (&str, f64, f64), elements: usize, omega: f64) -> Self {
+        let material = Material::from_poisson(young, 0.3, density).expect("0.3 is below 0.5");
+        let profile = Profile::Rectangle { width: 0.03, height: 0.25 };
+        let section = profile.section(&material, &Stated::default()).expect("a rectangle");
+        let rule = FrameRule::Normal(Vector3::z());
+        let tip = 5.0 * Vector3::x();
+        let mesh = Mesh::straight(Vector3::zeros(), tip, elements, rule).expect("a line");
+        let mut model = BeamModel::new(Vector3::zeros());
+        let beam = model.add_beam("blade", &mesh, section).expect("a mesh has elements");
+        model.join(PairKind::Revolute, None, beam.nodes.start, &Vector3::zeros(), &Vector3::z());
+        for node in &mut model.description.bodies {
+            node.omega = omega * Vector3::z();
+            node.velocity = node.omega.cross(&node.center);
+        }
+        let name = format!("{name}, {elements} elements, {omega} rad/s");
+        Self { name, model, omega }
+    }
+
+    /// The largest change of the energy of a step over a run, relative to the first; the step that fails.
+    pub(super) fn run(&self, rule: Rule, h: f64, steps: usize) -> Result<f64, usize> {
+        let mut model = self.model.clone();
+        model.description.gravity = Vector3::new(0.0, 0.0, -9.81);
+        let mechanism = model.mechanism();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let at = InitialValues::new(0.0, &q, &v);
+        if rule == Rule::EnergyMomentum {
+            let em_system = em_system(&model, &mechanism);
+            let options = EmOptions::new(EmForm::Nodal, h);
+            let mut run = em::integrator(em_system, mechanism, options).map_err(|_| 0_usize)?;
+            return largest_change(steps, || {
+                run.step().ok()?;
+                Some(run.node_before().ok()?.hamiltonian_projected.total())
+            });
+        }
+        let system = model.system(&mechanism, rule.strain());
+        let options = Options::new(SchemeKind::Nodal, h);
+        let mut run =
+            integrator(mechanism, system, options, Solver::Auto, at).map_err(|_| 0_usize)?;
+        largest_change(steps, || {
+            run.step().ok()?;
+            Some(run.system().discrete_energy(run.interval()))
+        })
+    }
+
+    /// The largest `|z| − 1` over the eigenvalues `z` of a step about the steady rotation; `None` where there is no
+    /// steady rotation.
+    pub(super) fn growth(&self, rule: Rule, h: f64) -> Option<f64> {
+        let mechanism = self.model.mechanism();
+        let system = self.model.system(&mechanism, rule.strain());
+        let q = self.steady(&system, h)?;
+        let (before, after) = (self.turned(&q, -h), self.turned(&q, h));
+        let mut p = vec![0.0; q.len()];
+        system.d2(&Interval::between(-h, h, &before, &q), &mut p); // p̄_n: that of n + 1 is it turned
+        let s = Interval::between(0.0, h, &q, &after);
+        let rows = IndependentRows::find(&mechanism, 0.0, &q);
+        let mut tangents = Tangents::canonical(&mechanism, &rows, (0.0, &q));
+        let d = tangents.dq.ncols() / 2;
+        let P = tangents.dq.columns(0, d).into_owned();
+        let mut map = TangentMap::new(Constraints::len(&mechanism), &rows, &p);
+        map.push(&system, &mechanism, &s, &mut tangents).ok()?;
+        let back = |columns: &DMatrix<f64>| {
+            let mut columns = columns.clone();
+            for mut column in columns.column_iter_mut() {
+                let turned = self.turned(column.as_slice(), -h);
+                column.copy_from(&DVector::from_vec(turned));
+            }
+            P.tr_mul(&columns)
+        };
+        let mut A = DMatrix::zeros(2 * d, 2 * d);
+        A.view_mut((0, 0), (d, 2 * d)).copy_from(&back(&tangents.dq));
+        A.view_mut((d, 0), (d, 2 * d)).copy_from(&back(&tangents.dp));
+        let eigenvalues = A.complex_eigenvalues();
+        let size = |z: &holonom::nalgebra::Complex<f64>| z.re.hypot(z.im) - 1.0;
+        Some(eigenvalues.iter().map(size).fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// `q` turned about z by the angle of the time `t`.
+    fn turned(&self, q: &[f64], t: f64) -> Vec<f64> {
+        let R = Rotation3::from_axis_angle(&Vector3::z_axis(), self.omega * t);
+        let turn = |x: &[f64]| R * Vector3::new(x[0], x[1], x[2]);
+        q.chunks_exact(3).flat_map(|x| <[f64; 3]>::from(turn(x))).collect()
+    }
+
+    /// The configuration that a step only turns: the nodes move outwards along the blade until
+    /// `D_2 L_d(R⁻¹q, q) + D_1 L_d(q, Rq)` has no radial part.
+    fn steady(&self, system: &SeparableSystem, h: f64) -> Option<Vec<f64>> {
+        let mut q = self.model.configuration();
+        let free = q.len() / 12 - 1;
+        let residual = |q: &[f64]| {
+            let (mut sum, mut first) = (vec![0.0; q.len()], vec![0.0; q.len()]);
+            let (before, after) = (self.turned(q, -h), self.turned(q, h));
+            system.d2(&Interval::between(-h, h, &before, q), &mut sum);
+            system.d1(&Interval::between(0.0, h, q, &after), &mut first);
+            DVector::from_fn(free, |k, _| sum[12 * (k + 1)] + first[12 * (k + 1)])
+        };
+        for _ in 0..20 {
+            let now = residual(&q);
+            let mut slope = DMatrix::zeros(free, free);
+            for k in 0..free {
+                const SHIFT: f64 = 1e-6;
+                let mut shifted = q.clone();
+                shifted[12 * (k + 1)] += SHIFT;
+                slope.set_column(k, &((residual(&shifted) - &now) / SHIFT));
+            }
+            let step = slope.lu().solve(&now)?;
+            (0..free).for_each(|k| q[12 * (k + 1)] -= step[k]);
+            if step.amax() < 1e-13 {
+                return Some(q);
+            }
+        }
+        None
+    }
+}
+
+fn em_system(model: &BeamModel, mechanism: &Mechanism) -> EmSystem {
+    let linear = mechanism.system_with_mass(model.mass_matrix(mechanism), Quadrature::Midpoint);
+    EmSystem::of_linear(&linear).gradient(BeamGradient(model.elements.clone()))
+}
+
+/// The largest change of what `step` returns, relative to the first; the step that fails.
+fn largest_change(steps: usize, mut step: impl FnMut() -> Option<f64>) -> Result<f64, usize> {
+    let (mut first, mut worst) = (None, 0.0_f64);
+    for n in 1..=steps {
+        let energy = step().filter(|e| e.is_finite()).ok_or(n)?;
+        let start = *first.get_or_insert(energy);
+        worst = worst.max((energy - start).abs() / start);
+    }
+    Ok(worst)
+}

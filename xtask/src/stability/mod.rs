@@ -1,0 +1,111 @@
+//! `cargo xtask stability`: which steps of a rotating blade are stable, by discrete potential; into docs/stability.md.
+//!
+//! Two measurements of each row. *Linear*: the eigenvalues of the exact tangent of a step about the steady rotation,
+//! in the rotating frame. *Run*: steps from the unstretched blade, whose vibration is finite.
+
+mod blade;
+
+use blade::{Blade, Rule};
+
+const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/stability.md");
+/// Time steps, s.
+const STEPS: [f64; 8] = [0.01, 0.006, 0.003, 0.0015, 0.001, 0.0008, 0.0004, 0.0001];
+/// Steps of a run.
+const LENGTH: usize = 4000;
+
+/// Measures, and replaces the tables between the marks of docs/stability.md.
+///
+/// # Errors
+/// A message when the page has no marks or cannot be written.
+pub fn run() -> Result<(), String> {
+    let page = std::fs::read_to_string(PAGE).map_err(|e| format!("{PAGE}: {e}"))?;
+    let page = replace(&page, "linear", &linear())?;
+    let page = replace(&page, "runs", &runs())?;
+    std::fs::write(PAGE, page).map_err(|e| format!("{PAGE}: {e}"))
+}
+
+/// `page` with what stands between `<!-- NAME -->` and `<!-- end of NAME -->` replaced.
+fn replace(page: &str, name: &str, table: &str) -> Result<String, String> {
+    let (start, end) = (format!("<!-- {name} -->\n"), format!("<!-- end of {name} -->"));
+    let missing = || format!("{PAGE} lacks the marks of the table `{name}`");
+    let (head, rest) = page.split_once(&start).ok_or_else(missing)?;
+    let (_, tail) = rest.split_once(&end).ok_or_else(missing)?;
+    Ok(format!("{head}{start}\n{table}\n{end}{tail}"))
+}
+
+/// Blades of the study: material, elements, rad/s.
+fn blades() -> Vec<Blade> {
+    let mut blades: Vec<Blade> = [6, 12, 24].map(|n| Blade::aluminium(n, 20.0)).into();
+    blades.extend([Blade::steel(12, 20.0), Blade::aluminium(12, 5.0), Blade::aluminium(12, 40.0)]);
+    blades
+}
+
+fn head() -> String {
+    let steps: Vec<String> = STEPS.iter().map(|h| format!("{} ms", 1e3 * h)).collect();
+    let line = "---|".repeat(STEPS.len() + 2);
+    format!("| blade | potential | {} |\n|{line}\n", steps.join(" | "))
+}
+
+/// The largest `|z| − 1` of the eigenvalues of a step.
+fn linear() -> String {
+    let mut table = head();
+    for blade in [Blade::aluminium(6, 20.0), Blade::aluminium(12, 20.0), Blade::steel(6, 20.0)] {
+        for rule in Rule::VARIATIONAL {
+            let cell = |h: &f64| match blade.growth(rule, *h) {
+                Some(growth) if growth < 1e-6 => "< 1e-6".to_owned(),
+                Some(growth) => format!("**{growth:.0e}**"),
+                None => "no steady rotation".to_owned(),
+            };
+            let cells: Vec<String> = STEPS.iter().map(cell).collect();
+            let line = format!("| {} | {} | {} |\n", blade.name, rule.name(), cells.join(" | "));
+            eprint!("{line}");
+            table += &line;
+        }
+    }
+    table
+}
+
+/// The largest change of energy in a run, relative to the initial energy.
+fn runs() -> String {
+    let mut table = head();
+    for blade in blades() {
+        for rule in Rule::ALL {
+            let cell = |h: &f64| match blade.run(rule, *h, LENGTH) {
+                Ok(change) if change < 0.1 => format!("{change:.0e}"),
+                Ok(change) => format!("**{change:.0e}**"),
+                Err(step) => format!("**fails at {step}**"),
+            };
+            let cells: Vec<String> = STEPS.iter().map(cell).collect();
+            let line = format!("| {} | {} | {} |\n", blade.name, rule.name(), cells.join(" | "));
+            eprint!("{line}");
+            table += &line;
+        }
+    }
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_stand_between_their_marks() {
+        let page = "a\n<!-- runs -->\nold\n<!-- end of runs -->\nb";
+        let new = replace(page, "runs", "new").unwrap();
+        assert_eq!(new, "a\n<!-- runs -->\n\nnew\n<!-- end of runs -->\nb");
+        assert!(replace(page, "linear", "new").unwrap_err().contains("`linear`"));
+    }
+
+    #[test]
+    fn the_scaled_step_of_a_blade_is_stable_and_the_steady_rotation_is_steady() {
+        let blade = Blade::aluminium(6, 20.0);
+        for rule in [Rule::Averaged, Rule::MassScaled] {
+            let growth = blade.growth(rule, 0.003).unwrap();
+            println!("{}: |z| − 1 at most {growth:.1e}", rule.name());
+            assert!(growth < 1e-6, "{growth:e}");
+        }
+        let change = blade.run(Rule::MassScaled, 0.003, 500).unwrap();
+        println!("energy of a run changes by {change:.1e}");
+        assert!(change < 0.01, "{change:e}");
+    }
+}
