@@ -173,6 +173,10 @@ impl MechanicalSystem for SeparableSystem {
         &self.mass
     }
 
+    fn add_mass_of_step(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
+        self.potentials.iter().for_each(|potential| potential.add_mass(at, h, out));
+    }
+
     fn potential_energy(&self, at: Configuration<'_>) -> f64 {
         self.potentials.iter().map(|u| u.potential(at)).sum()
     }

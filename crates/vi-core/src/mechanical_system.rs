@@ -5,7 +5,7 @@
 //! ```
 
 use crate::configuration::Configuration;
-use crate::sparse::SparseMatrix;
+use crate::sparse::{Entries, SparseMatrix};
 
 /// A mechanical system: a constant mass matrix, a potential, generalized forces.
 ///
@@ -13,6 +13,9 @@ use crate::sparse::SparseMatrix;
 pub trait MechanicalSystem: Send + Sync {
     /// The constant mass matrix `M`, shape `n × n`.
     fn mass(&self) -> &SparseMatrix;
+    /// Emits the mass that discrete potentials add to `M` in steps `h` from a configuration, shape `n × n`; none for
+    /// most systems. Always the same places in the same order.
+    fn add_mass_of_step(&self, _at: Configuration<'_>, _h: f64, _out: &mut dyn Entries) {}
     /// `V(q)`, J.
     fn potential_energy(&self, at: Configuration<'_>) -> f64;
     /// `out ← out + scale ∇V(q)`, shape `n`.

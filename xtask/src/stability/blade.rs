@@ -7,7 +7,11 @@ use holonom::vi_beam::{BeamModel, FrameRule, Mesh, StrainRule};
 use holonom::vi_constraints::saddle_point::IndependentRows;
 use holonom::vi_constraints::tangent_map::{TangentMap, Tangents};
 use holonom::vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
-use holonom::vi_core::{DiscreteLagrangian, Interval, Quadrature, SeparableSystem};
+use holonom::vi_core::eigen::generalized_eigen;
+use holonom::vi_core::{
+    Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem, Quadrature, SeparableSystem,
+    SparseMatrix,
+};
 use holonom::vi_emscheme::beam::BeamGradient;
 use holonom::vi_emscheme::scheme::EmForm;
 use holonom::vi_emscheme::{EmOptions, EmSystem, run as em};
@@ -141,12 +145,47 @@ impl Blade {
             }
             P.tr_mul(&columns)
         };
-        let mut A = DMatrix::zeros(2 * d, 2 * d);
-        A.view_mut((0, 0), (d, 2 * d)).copy_from(&back(&tangents.dq));
-        A.view_mut((d, 0), (d, 2 * d)).copy_from(&back(&tangents.dp));
+        // canonical coordinates in which a vibration is a rotation by its angle of a step: without them round-off
+        // in the stiff modes moves the eigenvalues off the unit circle
+        let (to_modes, from_modes) = self.modes(&system, (&q, &P), h)?;
+        let mut step = DMatrix::zeros(2 * d, 2 * d);
+        step.view_mut((0, 0), (d, 2 * d)).copy_from(&back(&tangents.dq));
+        step.view_mut((d, 0), (d, 2 * d)).copy_from(&back(&tangents.dp));
+        let A = to_modes * step * from_modes;
         let eigenvalues = A.complex_eigenvalues();
         let size = |z: &holonom::nalgebra::Complex<f64>| z.re.hypot(z.im) - 1.0;
         Some(eigenvalues.iter().map(size).fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// Canonical coordinates `√(mω) x_iᵀMδq`, `x_iᵀδp/√(mω)` of the vibrations at rest, and the way back; `m` with
+    /// what the discrete potential adds to the mass 1.
+    fn modes(
+        &self,
+        system: &SeparableSystem,
+        (q, P): (&[f64], &DMatrix<f64>),
+        h: f64,
+    ) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
+        let (n, d) = P.shape();
+        let dense = |emit: &dyn Fn(&mut dyn Entries)| {
+            let full = SparseMatrix::assemble(n, n, |out| emit(out)).to_dense();
+            P.tr_mul(&(full * P))
+        };
+        let at = Configuration::new(0.0, q);
+        let K = dense(&|out| system.rest_stiffness(at, out));
+        let M = dense(&|out| system.mass().emit(out));
+        let added = dense(&|out| system.add_mass_of_step(at, h, out));
+        let modes = generalized_eigen(&K, &M).ok()?;
+        let (mut there, mut back) = (DMatrix::zeros(2 * d, 2 * d), DMatrix::zeros(2 * d, 2 * d));
+        for (i, x) in modes.vectors.column_iter().enumerate() {
+            let omega = modes.squared[i].max(self.omega * self.omega).sqrt();
+            let mass = 1.0 + x.dot(&(&added * x));
+            let scale = (omega * mass.sqrt()).sqrt(); // m ω' with ω' = ω/√m
+            there.view_mut((i, 0), (1, d)).copy_from(&(scale * (&M * x).transpose()));
+            there.view_mut((d + i, d), (1, d)).copy_from(&(x.transpose() / scale));
+            back.view_mut((0, i), (d, 1)).copy_from(&(x / scale));
+            back.view_mut((d, d + i), (d, 1)).copy_from(&(scale * (&M * x)));
+        }
+        Some((there, back))
     }
 
     /// `q` turned about z by the angle of the time `t`.

@@ -20,7 +20,7 @@ const LENGTH: usize = 4000;
 pub fn run() -> Result<(), String> {
     let page = std::fs::read_to_string(PAGE).map_err(|e| format!("{PAGE}: {e}"))?;
     let page = replace(&page, "linear", &linear())?;
-    let page = replace(&page, "runs", &runs())?;
+    let page = if std::env::var("LIN").is_ok() { page } else { replace(&page, "runs", &runs())? };
     std::fs::write(PAGE, page).map_err(|e| format!("{PAGE}: {e}"))
 }
 
