@@ -73,7 +73,7 @@ impl Simulation {
         if !missed.is_empty() && !settings.project_start {
             return Err(ModelError::InconsistentStart(missed));
         }
-        let mut method = method(mechanism, &dynamics, model, solver)?;
+        let mut method = method(mechanism, &dynamics, model, (solver, sensors.need_multipliers()))?;
         if method.here(false).is_err() {
             let detail = "some motion that the constraints allow has no mass".into();
             return Err(ModelError::SingularMass { member: String::new(), detail });
@@ -410,7 +410,7 @@ fn method(
     mechanism: Mechanism,
     dynamics: &Dynamics,
     model: &Model,
-    solver: Solver,
+    (solver, multipliers): (Solver, bool),
 ) -> Result<Box<dyn Method>, ModelError> {
     let settings = &model.settings;
     let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
@@ -423,7 +423,7 @@ fn method(
             let system = dynamics.variational(&mechanism);
             let run = integrator(mechanism, system, options, solver, at)
                 .map_err(|error| assembly::refusal(&error, model))?;
-            Ok(Box::new(Running::new(run, settings)))
+            Ok(Box::new(Running::new(run, settings, multipliers)))
         }
         Family::EnergyMomentum(form) => {
             let mut options = EmOptions::new(form, settings.step);
@@ -433,7 +433,7 @@ fn method(
             let system = dynamics.energy_momentum(&mechanism);
             let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                 .map_err(|error| assembly::em_refusal(&error, model))?;
-            Ok(Box::new(Running::new(run, settings)))
+            Ok(Box::new(Running::new(run, settings, multipliers)))
         }
         Family::Static => Err(ModelError::Unsupported {
             key: "simulation.scheme".into(),

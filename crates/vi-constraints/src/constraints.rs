@@ -51,6 +51,10 @@ pub trait Constraints: Send + Sync {
             v[i] = 0.0;
         }
     }
+    /// `out ← out + G(q, t) v`, shape `m`; forms no matrix.
+    fn add_rates(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        self.jacobian(t, q, &mut Rates { v, out });
+    }
     /// `out ← ∂g/∂t`, shape `m`; zero for scleronomic constraints.
     fn time_derivative(&self, _t: f64, _q: &[f64], out: &mut [f64]) {
         out.fill(0.0);
@@ -88,6 +92,18 @@ pub trait Constraints: Send + Sync {
         let mut angles = vec![0.0; self.angle_count()];
         self.unwrap_angles(q, &mut angles);
         angles
+    }
+}
+
+/// `out_i ← out_i + G_ij v_j` for every entry of a Jacobian.
+struct Rates<'a> {
+    v: &'a [f64],       // n
+    out: &'a mut [f64], // m
+}
+
+impl Entries for Rates<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        self.out[row] += value * self.v[column];
     }
 }
 

@@ -40,6 +40,8 @@ pub trait Discretization<C>: MechanicalSystem + Sized {
 
 /// Computes the quantities of a node.
 pub trait ObserveNode<S, C>: Send {
+    /// Whether `λ` is found, beginning with the next node; where it is not, it is empty.
+    fn record_multipliers(&mut self, wanted: bool);
     /// Everything at a node with the step that starts there.
     ///
     /// # Errors
@@ -83,6 +85,10 @@ impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
 }
 
 impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
+    fn record_multipliers(&mut self, wanted: bool) {
+        Self::record_multipliers(self, wanted);
+    }
+
     fn observe(
         &mut self,
         system: &S,
@@ -90,7 +96,7 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         state: &State,
         step: Step<'_>,
     ) -> Result<&Node, Singular> {
-        Self::observe(self, system, constraints, step.s, &state.p, state.step == 0)
+        Self::observe(self, system, constraints, state, step.s)
     }
 
     fn observe_state(
@@ -99,7 +105,7 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         constraints: &C,
         state: &State,
     ) -> Result<&Node, Singular> {
-        Self::observe_state(self, system, constraints, state.configuration(), &state.p)
+        Self::observe_state(self, system, constraints, state)
     }
 
     fn acceleration_multiplier(
@@ -109,8 +115,8 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         state: &State,
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        let at = state.configuration();
-        let v = Self::observe_state(self, system, constraints, at, &state.p)?.v.clone();
-        Self::acceleration_multiplier(self, system, constraints, (at, &v), lambda)
+        let v = Self::observe_state(self, system, constraints, state)?.v.clone();
+        let at = (state.configuration(), &v[..]);
+        Self::acceleration_multiplier(self, system, constraints, at, lambda)
     }
 }

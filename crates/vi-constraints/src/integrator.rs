@@ -32,7 +32,8 @@ use crate::dalembert::{Dalembert, MapSource, QrSource};
 use crate::discretization::{Discretization, ObserveNode, Step};
 use crate::initialization::{ConsistentStart, InitialValues, StartReport, start};
 use crate::nodal::Nodal;
-use crate::node::Node;
+use crate::node::{Node, NodeObserver};
+use crate::node_solvers::NodeSolvers;
 use crate::reparametrization::{DenseNodal, Reparametrization};
 use crate::saddle_point::IndependentRows;
 use crate::scheme::{Condition, Scheme, SchemeKind, StepError, StepSolver, SubStep};
@@ -184,6 +185,15 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
     }
 }
 
+impl<S: Discretization<C, Observer = NodeObserver>, C: Constraints> Integrator<S, C> {
+    /// Reads nodes with what the mechanism offers in the place of the saddle-point matrix.
+    #[must_use]
+    pub fn reading_with(mut self, solvers: NodeSolvers) -> Self {
+        self.observer.solve_with(solvers);
+        self
+    }
+}
+
 impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// Any scheme of any family, with an independent set of constraints that the caller knows.
     ///
@@ -249,6 +259,12 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         self.start_observer = Some(self.system.observer(self.constraints.len(), rows));
         self.start = report;
         self
+    }
+
+    /// Whether nodes have multipliers; they do unless said otherwise. Without them a node costs less than a step.
+    /// A singular start has them always.
+    pub fn record_multipliers(&mut self, wanted: bool) {
+        self.observer.record_multipliers(wanted);
     }
 
     /// With other coefficients `γ` of the sub-steps than those of a [`vi_core::Composition`].

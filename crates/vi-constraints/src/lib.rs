@@ -17,6 +17,7 @@
 //! | [`agreement`] | dependent constraints that contradict each other at the start |
 //! | [`closure`] | the residual `g(q_n)` of every step against round-off |
 //! | [`projection`] | `R_d`, `Q`, `M⁻¹` at a node |
+//! | [`node_solvers`] | the same from the structure of a mechanism, in linear time |
 //! | [`legendre`] | discrete Legendre transforms, multipliers, energies of given configurations |
 //! | [`node`] | the same along an integration, and hidden constraints |
 //! | [`setup`], [`integrator`] | options and refusals; all of it together |
@@ -34,9 +35,11 @@ pub mod dalembert;
 pub mod discretization;
 pub mod initialization;
 pub mod integrator;
+mod inverse_mass;
 pub mod legendre;
 pub mod nodal;
 pub mod node;
+pub mod node_solvers;
 pub mod null_space;
 pub mod projection;
 pub mod reparametrization;

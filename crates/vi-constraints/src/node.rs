@@ -9,6 +9,7 @@
 
 use crate::constraints::Constraints;
 use crate::legendre::add_constraint_impulse;
+use crate::node_solvers::NodeSolvers;
 use crate::projection::{Projections, hamiltonian};
 use crate::saddle_point::IndependentRows;
 use vi_core::Configuration;
@@ -16,12 +17,14 @@ use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::legendre::{Energies, discrete_energy, p_minus};
 use vi_core::linear::{Singular, norm_inf};
-use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::sparse::Entries;
+use vi_core::state::State;
 
 /// Quantities of the node `n`, all buffers sized once.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Node {
-    /// `λ_n` by (36), at the start by (47); minimum norm when `G` is rank deficient. Shape `m`.
+    /// `λ_n` by (36), at the start by (47); minimum norm when `G` is rank deficient. Shape `m`; empty where it is
+    /// not wanted.
     pub lambda: Vec<f64>,
     /// `G(q_n)ᵀ λ_n`, N; unique even where `λ_n` is not. Shape `n`.
     pub constraint_force: Vec<f64>,
@@ -53,9 +56,10 @@ pub struct Node {
 #[derive(Debug)]
 pub struct NodeObserver {
     projections: Projections,
-    midpoint: Option<SparseMatrix>, // m × n  G(q_{n+1/2})
-    m_work: Vec<f64>,               // m
-    n_work: Vec<f64>,               // n
+    solvers: NodeSolvers,
+    multipliers: bool, // whether they are wanted
+    m_work: Vec<f64>,  // m
+    n_work: Vec<f64>,  // n
     node: Node,
 }
 
@@ -67,7 +71,8 @@ impl NodeObserver {
         let zeros = |k: usize| vec![0.0; k];
         Self {
             projections: Projections::new(system, m, rows),
-            midpoint: None,
+            solvers: NodeSolvers::default(),
+            multipliers: true,
             m_work: zeros(m),
             n_work: zeros(n),
             node: Node {
@@ -79,6 +84,17 @@ impl NodeObserver {
                 ..Node::default()
             },
         }
+    }
+
+    /// Takes what the mechanism offers in the place of the saddle-point matrix.
+    pub fn solve_with(&mut self, solvers: NodeSolvers) {
+        self.solvers = solvers;
+    }
+
+    /// Whether `λ_n` is found; where it is not, it is empty, and the constraint force is that of the momentum
+    /// balance.
+    pub fn record_multipliers(&mut self, wanted: bool) {
+        self.multipliers = wanted;
     }
 
     /// The last node computed.
@@ -93,8 +109,7 @@ impl NodeObserver {
         self.projections.mass_is_singular()
     }
 
-    /// Everything at `q_n = s.q0` from the step that starts there and the momentum `p̄_n` it started
-    /// with; `first`: `p̄_0 = p(0)`, so (47) holds in the place of (36).
+    /// Everything at a node from the step that starts there, `s.q0 = q_n`.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -102,33 +117,24 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
+        state: &State,
         s: &Interval,
-        p: &[f64],
-        first: bool,
     ) -> Result<&Node, Singular> {
-        self.observe_state(system, constraints, s.start(), p)?;
-        self.multipliers(system, constraints, s, p, first)?;
-        let node = &mut self.node;
+        self.project(system, constraints, state)?;
+        self.impulse(system, constraints, state, s)?;
+        let Self { projections, node, m_work, n_work, .. } = self;
         node.discrete_energy = discrete_energy(system, s); // (52)
-        node.hamiltonian =
-            self.projections.hamiltonian(system, s.start(), &node.p, &mut self.n_work)?; // (53)
-        if node.hamiltonian.is_some() {
-            constraints.time_derivative(s.t, &s.q0, &mut self.m_work);
-            let jacobian = self.projections.jacobian(constraints, s.start());
-            jacobian.mul_add(1.0, &self.n_work, &mut self.m_work);
-            node.momentum_residual = norm_inf(&self.m_work); // (46)
-        }
-        if constraints.is_rheonomic() {
-            constraints.value(s.end(), &mut self.m_work);
-            node.velocity_residual = norm_inf(&self.m_work) / s.h.abs();
+        node.hamiltonian = projections.hamiltonian(system, s.start(), &node.p, n_work)?; // (53)
+        let v = if node.hamiltonian.is_some() { &n_work[..] } else { &node.v };
+        node.momentum_residual = rate(constraints, s.start(), v, m_work); // (46)
+        node.velocity_residual = if constraints.is_rheonomic() {
+            constraints.value(s.end(), m_work);
+            norm_inf(m_work) / s.h.abs()
         } else {
-            let shape = (constraints.len(), s.dim());
-            let emit = |out: &mut dyn Entries| constraints.jacobian(s.t_mid(), &s.q_mid, out);
-            let jacobian = SparseMatrix::update(&mut self.midpoint, shape, emit);
-            self.m_work.fill(0.0);
-            jacobian.mul_add(1.0, &s.v_mid, &mut self.m_work);
-            node.velocity_residual = norm_inf(&self.m_work); // (45)
-        }
+            m_work.fill(0.0);
+            constraints.add_rates(s.t_mid(), &s.q_mid, &s.v_mid, m_work);
+            norm_inf(m_work) // (45)
+        };
         Ok(&self.node)
     }
 
@@ -142,42 +148,75 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        at: Configuration<'_>,
-        p: &[f64],
+        state: &State,
     ) -> Result<&Node, Singular> {
-        let node = &mut self.node;
-        constraints.value(at, &mut self.m_work);
-        node.position_residual = norm_inf(&self.m_work);
-
-        self.projections.velocity((system, constraints), at, p, &mut node.v)?;
-        node.p_projected.fill(0.0);
-        system.mass().mul_add(1.0, &node.v, &mut node.p_projected); // (40)
-        node.hamiltonian_projected = hamiltonian(system, at, (&node.v, &node.p_projected)); // (53)
+        self.project(system, constraints, state)?;
+        let Self { node, m_work, .. } = self;
         node.hamiltonian = None;
         node.discrete_energy = node.hamiltonian_projected;
-        constraints.time_derivative(at.t, at.q, &mut self.m_work);
-        self.projections.jacobian(constraints, at).mul_add(1.0, &node.v, &mut self.m_work);
-        node.velocity_residual = norm_inf(&self.m_work);
+        node.velocity_residual = rate(constraints, state.configuration(), &node.v, m_work);
         node.momentum_residual = node.velocity_residual;
         Ok(&self.node)
     }
 
-    fn multipliers(
+    /// `g(q_n)`, `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`.
+    fn project(
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        s: &Interval,
-        p: &[f64],
-        first: bool,
+        state: &State,
     ) -> Result<(), Singular> {
-        let Node { lambda, constraint_force, p: p_n, .. } = &mut self.node;
+        let (node, at) = (&mut self.node, state.configuration());
+        constraints.value(at, &mut self.m_work);
+        node.position_residual = norm_inf(&self.m_work);
+
+        let mass = |out: &mut dyn Entries| system.mass().emit(out);
+        let solved = self.solvers.velocity.as_mut().is_some_and(|solver| {
+            solver.velocity(&mass, (at, &state.memory), &state.p, &mut node.v).is_ok()
+        });
+        if !solved {
+            self.projections.velocity((system, constraints), at, &state.p, &mut node.v)?;
+        }
+        node.p_projected.fill(0.0);
+        system.mass().mul_add(1.0, &node.v, &mut node.p_projected); // (40)
+        node.hamiltonian_projected = hamiltonian(system, at, (&node.v, &node.p_projected)); // (53)
+        Ok(())
+    }
+
+    /// `p_n` (34), the constraint force and, where they are wanted, the multipliers. The step equation says
+    /// ```text
+    /// w = p̄_n + D_1 L_d + f_d^- = h Gᵀλ_n,     ½ h Gᵀλ_0 at the start, where p̄_0 = p(0)       (36), (47)
+    /// ```
+    /// so the force is `w` over its weight, and `λ_n` needs a solution only where it is asked for.
+    fn impulse(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        state: &State,
+        s: &Interval,
+    ) -> Result<(), Singular> {
+        let Self { projections, solvers, n_work: w, node, .. } = self;
+        let Node { lambda, constraint_force, p: p_n, .. } = node;
         p_minus(system, s, p_n);
-        for (w, (p, p_n)) in self.n_work.iter_mut().zip(p.iter().zip(&*p_n)) {
+        for (w, (p, p_n)) in w.iter_mut().zip(state.p.iter().zip(&*p_n)) {
             *w = p - p_n;
         }
-        let weight = if first { 0.5 * s.h } else { s.h }; // (47) : (36)
-        let found = (&mut lambda[..], &mut constraint_force[..]);
-        self.projections.multiplier(constraints, s.start(), &self.n_work, weight, found)?;
+        let weight = if state.step == 0 { 0.5 * s.h } else { s.h }; // (47) : (36)
+        let at = s.start();
+        if self.multipliers {
+            lambda.resize(constraints.len(), 0.0);
+            let found = (&mut lambda[..], &mut constraint_force[..]);
+            match &mut solvers.multipliers {
+                Some(sweep) => {
+                    projections.sweep(&mut **sweep, constraints, at, (w, weight), found)?
+                }
+                None => projections.multiplier(constraints, at, w, weight, found)?,
+            }
+        } else {
+            lambda.clear();
+            let scale = 1.0 / weight;
+            constraint_force.iter_mut().zip(w).for_each(|(force, w)| *force = scale * *w);
+        }
         add_constraint_impulse(0.5 * s.h, constraint_force, p_n); // (34)
         Ok(())
     }
@@ -196,4 +235,11 @@ impl NodeObserver {
     ) -> Result<(), Singular> {
         self.projections.acceleration_multiplier((system, constraints), at, lambda)
     }
+}
+
+/// `|G(q) v + ∂g/∂t|_∞`.
+fn rate(constraints: &impl Constraints, at: Configuration<'_>, v: &[f64], work: &mut [f64]) -> f64 {
+    constraints.time_derivative(at.t, at.q, work);
+    constraints.add_rates(at.t, at.q, v, work);
+    norm_inf(work)
 }

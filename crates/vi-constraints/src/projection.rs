@@ -12,13 +12,15 @@
 //! Letters: `M`, `G`, `P` as in LMO08 §2 and §3; `v̂` velocity of a projected momentum.
 
 use crate::constraints::Constraints;
+use crate::inverse_mass::InverseMass;
+use crate::node_solvers::MultiplierSweep;
 use crate::null_space::NullSpaceQr;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use nalgebra::{DMatrix, DVector};
 use vi_core::Configuration;
 use vi_core::MechanicalSystem;
 use vi_core::legendre::Energies;
-use vi_core::linear::{Singular, SparseLu};
+use vi_core::linear::Singular;
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// Applies `R_dᵀ`, `Q` and `M⁻¹`.
@@ -27,7 +29,7 @@ pub struct Projections {
     n: usize,
     mass_system: SaddlePoint,       // [M Gᵀ; G 0]
     identity_system: SaddlePoint,   // [I Gᵀ; G 0]
-    mass_lu: Option<SparseLu>,      // None: M singular
+    inverse: Option<InverseMass>,   // None: M singular
     jacobian: Option<SparseMatrix>, // m × n
     x: Vec<f64>,                    // n + r
     m_work: Vec<f64>,               // m
@@ -39,15 +41,11 @@ impl Projections {
     #[must_use]
     pub fn new(system: &impl MechanicalSystem, m: usize, rows: &IndependentRows) -> Self {
         let n = system.dim();
-        let mass_lu = SparseLu::new(system.mass()).ok().and_then(|mut lu| {
-            let mut probe = vec![1.0; n];
-            lu.solve(system.mass(), &mut probe).ok().map(|()| lu)
-        });
         Self {
             n,
             mass_system: SaddlePoint::new(n, rows.clone()),
             identity_system: SaddlePoint::new(n, rows.clone()),
-            mass_lu,
+            inverse: InverseMass::new(system.mass()),
             jacobian: None,
             x: vec![0.0; n + rows.len()],
             m_work: vec![0.0; m],
@@ -58,7 +56,7 @@ impl Projections {
     /// Whether `M` is singular, so that a momentum that is not projected has no velocity.
     #[must_use]
     pub fn mass_is_singular(&self) -> bool {
-        self.mass_lu.is_none()
+        self.inverse.is_none()
     }
 
     /// `G(q)`, shape `m × n`.
@@ -100,6 +98,27 @@ impl Projections {
         if rank < constraints.len() {
             minimum_norm(jacobian, rank, lambda);
         }
+        Ok(())
+    }
+
+    /// The same for independent constraints by a sweep; `Gᵀλ = w/weight` exactly.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub(crate) fn sweep(
+        &mut self,
+        sweep: &mut dyn MultiplierSweep,
+        constraints: &impl Constraints,
+        at: Configuration<'_>,
+        (w, weight): (&[f64], f64),
+        (lambda, force): (&mut [f64], &mut [f64]),
+    ) -> Result<(), Singular> {
+        let jacobian = self.jacobian(constraints, at);
+        sweep.multipliers(jacobian, w, lambda)?;
+        let scale = 1.0 / weight;
+        lambda.iter_mut().for_each(|l| *l *= scale);
+        force.fill(0.0);
+        jacobian.tr_mul_add(1.0, lambda, force);
         Ok(())
     }
 
@@ -163,9 +182,8 @@ impl Projections {
         p: &[f64],
         v: &mut [f64],
     ) -> Result<Option<Energies>, Singular> {
-        let Some(lu) = &mut self.mass_lu else { return Ok(None) };
-        v.copy_from_slice(p);
-        lu.solve(system.mass(), v)?;
+        let Some(inverse) = &mut self.inverse else { return Ok(None) };
+        inverse.apply(system.mass(), p, v)?;
         Ok(Some(hamiltonian(system, at, (v, p))))
     }
 

@@ -169,6 +169,11 @@ impl<R: Reparametrization> DenseNodal<R> {
         &self.map
     }
 
+    /// `P(q_n)`, shape `n × d`.
+    pub fn null_space(&self) -> &DMatrix<f64> {
+        &self.null_space
+    }
+
     /// Forms and factorizes `P(q_n)ᵀ [D_2(D_1 L_d + f_d^-)] ∂F_d/∂u`.
     pub fn factorize(&mut self, mixed: &Emission<'_>, u: &[f64], s: &Interval) {
         self.map.tangent(u, s, &mut self.tangent);

@@ -10,7 +10,6 @@
 
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::{EmSystem, Velocity};
-use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::SubStep;
@@ -18,6 +17,7 @@ use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::{Memory, State};
+use vi_multibody::tree_multipliers::TreeMultipliers;
 
 /// How the multipliers of an iterate are found; any `μ_k` that tends to `μ*` serves.
 #[derive(Debug)]

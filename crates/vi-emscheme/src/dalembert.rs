@@ -15,7 +15,6 @@ use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
 use crate::scheme::advance_state;
-use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
@@ -24,6 +23,7 @@ use vi_core::linear::{DenseLu, norm_inf};
 use vi_core::newton::{Block, BlockKind, Fault, Newton};
 use vi_core::predictor::History;
 use vi_core::state::State;
+use vi_multibody::tree_multipliers::TreeMultipliers;
 
 /// The d'Alembert form.
 #[derive(Debug)]

@@ -25,7 +25,6 @@
 //! | [`constrained`], [`dalembert`], [`nodal`], [`loop_nodal`] | the three forms; the last on closed loops |
 //! | [`dense_operators`], [`sparse_operators`] | the algebra of the nodal form |
 //! | [`scheme`] | the names of the forms; the end of a step |
-//! | [`tree_multipliers`] | the multipliers of a tree, frame by frame |
 //! | [`node`] | energy, momenta, multipliers, residuals |
 //! | [`tangent_map`] | the tangent of a step: the symplectic form is not kept |
 //! | [`integrator`], [`run`] | the integrator of any constraints; of mechanisms |
@@ -60,7 +59,6 @@ pub mod scheme;
 mod setup;
 pub mod sparse_operators;
 pub mod tangent_map;
-pub mod tree_multipliers;
 
 #[cfg(test)]
 extern crate self as vi_emscheme; // the models of the tests name the crate

@@ -15,7 +15,6 @@ use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use crate::null_space::EmLinearization;
 use crate::scheme::advance_state;
-use crate::tree_multipliers::TreeMultipliers;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
@@ -24,6 +23,7 @@ use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton};
 use vi_core::sparse::Entries;
 use vi_core::state::State;
+use vi_multibody::tree_multipliers::TreeMultipliers;
 
 /// What the nodal form asks of `P̄` and `F_d`.
 ///

@@ -31,6 +31,7 @@ use vi_core::{Energies, MechanicalSystem};
 pub struct EmObserver {
     node: Node,
     rows: IndependentRows,
+    wanted: bool,                     // whether multipliers are
     projections: Option<Projections>, // made when first asked for
     jacobian: Option<SparseMatrix>,   // m × n
     work: Vec<f64>,                   // m
@@ -51,7 +52,14 @@ impl EmObserver {
             constraint_force_mid: zeros(n),
             ..Node::default()
         };
-        Self { node, rows: rows.clone(), projections: None, jacobian: None, work: zeros(m) }
+        Self {
+            node,
+            rows: rows.clone(),
+            wanted: true,
+            projections: None,
+            jacobian: None,
+            work: zeros(m),
+        }
     }
 
     /// Energy, momentum, residuals; no multipliers.
@@ -72,17 +80,18 @@ impl EmObserver {
         constraints.value(at, &mut self.work);
         node.position_residual = norm_inf(&self.work);
 
-        let shape = (constraints.len(), constraints.dim());
-        let emit = |out: &mut dyn Entries| constraints.jacobian(state.t, &state.q, out);
-        let jacobian = SparseMatrix::update(&mut self.jacobian, shape, emit);
         constraints.time_derivative(state.t, &state.q, &mut self.work);
-        jacobian.mul_add(1.0, &state.v, &mut self.work);
+        constraints.add_rates(state.t, &state.q, &state.v, &mut self.work);
         node.momentum_residual = norm_inf(&self.work);
         node.velocity_residual = node.momentum_residual;
     }
 }
 
 impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
+    fn record_multipliers(&mut self, wanted: bool) {
+        self.wanted = wanted;
+    }
+
     fn observe_state(
         &mut self,
         system: &EmSystem,
@@ -102,26 +111,37 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         Step { s, multipliers: mu }: Step<'_>,
     ) -> Result<&Node, Singular> {
         self.read_state(system, constraints, state);
-        let before = state.memory.last.as_ref();
-        let shape = (constraints.len(), constraints.dim());
-        let Self { node, rows, .. } = self;
+        let (m, n) = (constraints.len(), constraints.dim());
+        let Self { node, rows, wanted, work, .. } = self;
+        let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
+        if constraints.is_rheonomic() {
+            constraints.value(s.end(), work);
+            node.velocity_residual = norm_inf(work) / s.h.abs();
+        } else {
+            let jacobian = SparseMatrix::update(&mut self.jacobian, (m, n), emit);
+            work.fill(0.0);
+            jacobian.mul_add(1.0, &s.v_mid, work);
+            node.velocity_residual = norm_inf(work);
+        }
+        let (size, width) = if *wanted { (m, n) } else { (0, 0) };
+        for lambda in [&mut node.lambda, &mut node.lambda_mid] {
+            lambda.resize(size, 0.0);
+        }
+        for force in [&mut node.constraint_force, &mut node.constraint_force_mid] {
+            force.resize(width, 0.0);
+        }
+        if !*wanted {
+            return Ok(&self.node);
+        }
         let scale = 1.0 / (s.h * s.h);
         let (lambda, force) = (&mut node.lambda, &mut node.constraint_force);
+        let before = state.memory.last.as_ref();
         if let Some(before) = before {
             let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(before, out);
-            let jacobian = SparseMatrix::update(&mut self.jacobian, shape, emit);
+            let jacobian = SparseMatrix::update(&mut self.jacobian, (m, n), emit);
             multipliers(jacobian, rows, (&state.memory.multipliers, scale), lambda, force);
         }
-        let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
-        let jacobian = SparseMatrix::update(&mut self.jacobian, shape, emit);
-        if constraints.is_rheonomic() {
-            constraints.value(s.end(), &mut self.work);
-            node.velocity_residual = norm_inf(&self.work) / s.h.abs();
-        } else {
-            self.work.fill(0.0);
-            jacobian.mul_add(1.0, &s.v_mid, &mut self.work);
-            node.velocity_residual = norm_inf(&self.work);
-        }
+        let jacobian = SparseMatrix::update(&mut self.jacobian, (m, n), emit);
         let (lambda_mid, force_mid) = (&mut node.lambda_mid, &mut node.constraint_force_mid);
         multipliers(jacobian, rows, (mu, scale), lambda_mid, force_mid);
         if before.is_some() {

@@ -17,7 +17,7 @@
 //! `(G* P̄_k)ᵀ (μ_k − μ*)`, of second order in `q_k − q*`, so convergence stays quadratic. (The same
 //! follows from `δḠ P̄ + Ḡ δP̄ = 0` and `h B = −Ḡᵀμ` at the root: `δP̄ᵀ h B = P̄ᵀ δḠᵀ μ`, `δḠ = ½ D²g[δq]` for
 //! quadratic `g`.)
-//! Any `μ_k` that tends to `μ*` will do; on trees they are found frame by frame ([`crate::tree_multipliers`]).
+//! Any `μ_k` that tends to `μ*` will do; on trees they are found frame by frame ([`vi_multibody::tree_multipliers`]).
 //! This is the additional term of an energy–momentum scheme, and the multipliers are a by-product. The derivative
 //! itself is offered beside it ([`EmLinearization`]).
 //! Averaged formulas annihilate `Ḡ` when `g(q_{n+1}) = 0`; on the way there, in the d'Alembert form, the

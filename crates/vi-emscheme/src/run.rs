@@ -13,7 +13,6 @@ use crate::null_space::{
 use crate::scheme::EmForm;
 use crate::setup::{EmAlgebra, EmOptions, EmSetupError};
 use crate::sparse_operators::SparseOperators;
-use crate::tree_multipliers::TreeMultipliers;
 use vi_constraints::integrator::check_shapes;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{Constraints, InitialValues, Integrator, Reparametrization};
@@ -21,6 +20,7 @@ use vi_multibody::closed_loop::with_floors;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{Loops, begun, has_nodes};
 use vi_multibody::tree_map::TreeMap;
+use vi_multibody::tree_multipliers::TreeMultipliers;
 
 /// A mechanism from its start; loops and single constraints on a spanning tree.
 ///

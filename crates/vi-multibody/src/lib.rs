@@ -21,7 +21,7 @@
 //! | [`mechanism`] | bodies, joints and bars as data ([`description`]) and as one system; spanning tree; [`initial_rates`]; [`prescribed`] motions that contradict each other |
 //! | `force` | [`spring`]: between two points; [`joint_force`]: springs, dampers, motors along joint coordinates |
 //! | `solver` | [`articulated`]: trees in linear time; [`closed_loop`]; [`sparse_nodal`]: bodies coupled by potentials; [`tree_map`]: dense; [`run`]: the choice |
-//! | `output` | [`joint_motion`]: coordinates and rates along a run; [`reaction`]: of joints and bars |
+//! | `output` | [`joint_motion`]: coordinates and rates along a run; [`reaction`]: of joints and bars; [`tree_multipliers`]: frame by frame |
 //! | [`builder`] | a mechanism described in Rust |
 //!
 //! Each folder uses only those above it.
@@ -68,7 +68,7 @@ pub use constraint::{joint_coordinate, scalar_constraint};
 pub use force::{joint_force, spring};
 pub use geometry::{form, spatial};
 pub use mechanism::{description, initial_rates, prescribed};
-pub use output::{joint_motion, reaction};
+pub use output::{joint_motion, reaction, tree_multipliers};
 pub use pair::joint;
 pub use solver::closed_loop::loop_rank;
 pub use solver::{articulated, closed_loop, run, sparse_nodal, tree_map};

@@ -33,7 +33,13 @@ pub(crate) struct Running<S: Family> {
 }
 
 impl<S: Family> Running<S> {
-    pub(crate) fn new(run: Integrator<S, Mechanism>, settings: &Settings) -> Self {
+    /// `multipliers`: whether sensors ask for them.
+    pub(crate) fn new(
+        mut run: Integrator<S, Mechanism>,
+        settings: &Settings,
+        multipliers: bool,
+    ) -> Self {
+        run.record_multipliers(multipliers || settings.momenta);
         let map = (settings.momenta && S::VARIATIONAL).then(|| TreeMap::new(run.constraints()));
         let work = S::work(&run);
         let Settings { order, momenta, .. } = *settings;

@@ -1,4 +1,5 @@
-//! What is read from a motion: joint coordinates and rates, reactions.
+//! What is read from a motion: joint coordinates and rates, reactions, multipliers of trees.
 
 pub mod joint_motion;
 pub mod reaction;
+pub mod tree_multipliers;

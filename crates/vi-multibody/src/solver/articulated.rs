@@ -20,6 +20,7 @@ use crate::pair::{MAX_DOF, Motion, Transfer, Twist, VelocityMap};
 use crate::tree::Tree;
 use nalgebra::Vector3;
 use vi_constraints::NodalOperators;
+use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
@@ -185,6 +186,23 @@ impl Articulated {
         }
         let links = &self.links;
         self.tree.pull_back(|k| &links[k].at, &mut self.wrenches, out);
+    }
+
+    /// `v ← P(q_n) ν`.
+    pub fn push_forward_at(&mut self, q: &[f64], nu: &[f64], v: &mut [f64]) {
+        for (k, link) in self.tree.links().iter().enumerate() {
+            let map = &self.links[k].at;
+            let mut twist =
+                link.parent.map_or(Twist::zero(), |p| map.transfer.apply(&self.wrenches[p])); // (71)
+            for (column, rate) in map.columns().iter().zip(&nu[link.offset..]) {
+                twist.add_scaled(*rate, column);
+            }
+            self.wrenches[k] = twist;
+            let own = 12 * link.frame..12 * link.frame + 12;
+            let (l, a) = (twist.linear, twist.angular);
+            let twist = [l[0], l[1], l[2], a[0], a[1], a[2]].into();
+            null_space::push_forward(&q[own.clone()], &twist, &mut v[own]);
+        }
     }
 
     /// `A_α` of the last [`Articulated::move_to`]d interval; whether bodies are coupled.
@@ -400,6 +418,12 @@ impl NodalOperators for TreeNodal {
     }
 }
 
+impl RateOperators for TreeNodal {
+    fn push_forward(&mut self, nu: &[f64], v: &mut [f64]) {
+        self.articulated.push_forward_at(&self.q_n, nu, v);
+    }
+}
+
 /// [`NodalOperators`] of a tree of bodies, `O(N)`.
 #[derive(Debug)]
 pub struct TreeNodal {
@@ -413,6 +437,12 @@ impl TreeNodal {
     pub fn new(tree: Tree) -> Self {
         let n = 12 * tree.links().len();
         Self { articulated: Articulated::new(tree), q_n: vec![0.0; n] }
+    }
+
+    /// Whether a matrix over the coordinates couples no two bodies.
+    #[must_use]
+    pub fn is_uncoupled(&mut self, matrix: &Emission<'_>, s: &Interval) -> bool {
+        !self.articulated.assemble(matrix, s)
     }
 
     /// Whether the recursion applies to `system`.

@@ -9,6 +9,7 @@
 //! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |
 
 use crate::mechanism::Mechanism;
+use crate::output::tree_multipliers::TreeMultipliers;
 use crate::solver::articulated::TreeNodal;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
@@ -25,10 +26,12 @@ use vi_constraints::discretization::Discretization;
 use vi_constraints::initialization::{StartReport, start};
 use vi_constraints::integrator::{SetupError, SingularStart};
 use vi_constraints::nodal::Nodal;
+use vi_constraints::node_solvers::{NodalVelocity, NodeSolvers};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::Scheme;
 use vi_constraints::{Constraints, DenseNodal, Integrator, Options, SchemeKind, TangentSpace};
 use vi_core::interval::Interval;
+use vi_core::sparse::Entries;
 use vi_core::{MechanicalSystem, SeparableSystem};
 
 /// How the nodal and reduced schemes solve their linear systems.
@@ -100,8 +103,9 @@ pub fn integrator(
             nodal(&mechanism, &system, &options, solver, (&loops, at))?
         }
     };
+    let solvers = node_solvers(&mechanism, &system, solver, (&loops, leaves, at));
     let run = Integrator::with_scheme(system, mechanism, (scheme, rows), options, at)?;
-    begun(run, moved)
+    begun(run.reading_with(solvers), moved)
 }
 
 /// A run with consistent initial values, those of a singular initial configuration if there is one.
@@ -243,6 +247,62 @@ fn nodal(
     let operators = SparseNodal::new(mechanism);
     let operators = if elements { operators.for_elements(at.q) } else { operators };
     Ok(Box::new(Nodal::new(n, operators, reduced)))
+}
+
+/// How the nodes of a mechanism are read. The potential has no part in it; loops need the `memory` of the nodal
+/// and the reduced scheme.
+///
+/// | mechanism | `v̂` | `λ` |
+/// |---|---|---|
+/// | tree of bodies | articulated recursion, `O(N)` | sweep, `O(N)` |
+/// | tree with elements | sparse | sweep, `O(N)` |
+/// | tree with point masses | dense up to 60 degrees of freedom, then sparse | saddle point |
+/// | closed loops of bodies | that of their tree + small complement | saddle point |
+/// | loops of bars, loops beside point masses | saddle point | saddle point |
+fn node_solvers(
+    mechanism: &Arc<Mechanism>,
+    system: &SeparableSystem,
+    solver: Solver,
+    (loops, memory, at): (&Loops, bool, InitialValues<'_>),
+) -> NodeSolvers {
+    let n = mechanism.dim();
+    let particles = !mechanism.description().particles.is_empty();
+    let mut found = NodeSolvers::default();
+    if let Some(sweep) = TreeMultipliers::new(mechanism) {
+        found.multipliers = Some(Box::new(sweep));
+    }
+    let mut recursion = TreeNodal::new(mechanism.tree().clone());
+    let mass = |out: &mut dyn Entries| system.mass().emit(out);
+    let uncoupled = !particles && recursion.is_uncoupled(&mass, &probe(mechanism, system));
+    let sparse = || {
+        let operators = SparseNodal::new(mechanism);
+        let screws = has_nodes(mechanism) && solver.is_sparse(mechanism);
+        if screws { operators.for_elements(at.q) } else { operators }
+    };
+    found.velocity = match &loops.rank {
+        Some(rank) if memory => {
+            let tree = match uncoupled {
+                true => TreeSolver::Recursion,
+                false if rank.is_singular() => {
+                    TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism)))
+                }
+                false => TreeSolver::Sparse(Box::new(sparse())),
+            };
+            Some(Box::new(NodalVelocity::new(n, LoopNodal::new(mechanism, rank, tree))))
+        }
+        None if !mechanism.has_loops() && uncoupled => {
+            Some(Box::new(NodalVelocity::new(n, recursion)))
+        }
+        None if !mechanism.has_loops() && solver.is_sparse(mechanism) => {
+            Some(Box::new(NodalVelocity::new(n, sparse())))
+        }
+        None if !mechanism.has_loops() => {
+            let operators = DenseNodal::new(n, TreeMap::new(mechanism));
+            Some(Box::new(NodalVelocity::new(n, operators)))
+        }
+        _ => None,
+    };
+    found
 }
 
 /// Whether some frame gets its mass from elements: it moves and has none of its own.

@@ -235,6 +235,13 @@ impl Cluster {
         }
     }
 
+    /// `−∂g_c/∂t` of the chosen rows in the place of `g_c`: the rates `ν` satisfy `J ν = −∂g_c/∂t`.
+    pub(crate) fn close_rates(&mut self, t: f64) {
+        for (g, &i) in self.g.iter_mut().zip(&self.chosen) {
+            *g = -self.paths.rows[i].row.time_derivatives(t)[0];
+        }
+    }
+
     /// Takes the part along `range J_nᵀ` out of `b`, and puts `g/h` into the places of the pivots: rows
     /// of both kinds then grow like `1/h`, and the condition number does not depend on `h`.
     pub(crate) fn project(&self, h: f64, b: &mut [f64]) {

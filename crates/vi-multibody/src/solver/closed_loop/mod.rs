@@ -54,6 +54,7 @@ use loops::Loops;
 pub use loops::with_floors;
 use nalgebra::DMatrix;
 use path::Placed;
+use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{Constraints, DenseNodal, NodalOperators};
@@ -338,5 +339,21 @@ impl NodalOperators for LoopNodal {
 
     fn noise(&self) -> f64 {
         1e-9 / self.sigma.clamp(1e-8, 1.0)
+    }
+}
+
+impl RateOperators for LoopNodal {
+    fn close_rates(&mut self, t: f64, r: &mut [f64]) {
+        for cluster in &mut self.loops.clusters {
+            cluster.close_rates(t);
+            cluster.project(self.h, r);
+        }
+    }
+
+    fn push_forward(&mut self, nu: &[f64], v: &mut [f64]) {
+        match &mut self.solver {
+            TreeSolver::Sparse(sparse) => sparse.push_forward(nu, v),
+            _ => self.loops.tree.push_forward_at(&self.q_n, nu, v),
+        }
     }
 }

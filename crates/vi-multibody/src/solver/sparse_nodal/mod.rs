@@ -27,6 +27,7 @@ use nalgebra::DMatrix;
 pub use reduced_matrix::ReducedMatrix;
 pub use reduced_rows::ReducedRows;
 use vi_constraints::NodalOperators;
+use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
@@ -203,5 +204,11 @@ impl NodalOperators for SparseNodal {
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
         self.layout.clean(q);
+    }
+}
+
+impl RateOperators for SparseNodal {
+    fn push_forward(&mut self, nu: &[f64], v: &mut [f64]) {
+        self.layout.velocity(&self.left, nu, v);
     }
 }

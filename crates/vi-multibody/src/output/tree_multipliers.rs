@@ -7,14 +7,17 @@
 //! `μ_α`: the internal constraints of a frame and those of the joint that carries it; both touch no other
 //! frame but the parent. `O(N)`. At the root of the scheme the equations of a tree have exactly one
 //! solution `μ = h²λ`, which the sweep finds; on the way there it differs from that of the least squares
-//! over the whole system, and as [`crate::null_space`] shows any `μ_k → μ*` serves Newton's method.
+//! over the whole system, and any `μ_k → μ*` serves Newton's method of the energy–momentum schemes. The multipliers
+//! of a node of the variational schemes (36) are found by the same sweep, with `G` in the place of `Ḡ` and
+//! `p̄_n + D_1 L_d + f_d^-` in that of `−h B`.
 //!
-//! Letters as in [`crate::null_space`]; `α` a frame of the tree.
+//! Letters: `Ḡ` discrete constraint Jacobian, `h B` what it balances; `α` a frame of the tree.
 
+use crate::mechanism::Mechanism;
 use nalgebra::{SMatrix, SVector};
+use vi_constraints::node_solvers::MultiplierSweep;
 use vi_core::linear::Singular;
 use vi_core::sparse::SparseMatrix;
-use vi_multibody::mechanism::Mechanism;
 
 /// Coordinates of a frame, and the most constraints that it and its joint have.
 const FRAME: usize = 12;
@@ -89,5 +92,18 @@ impl TreeMultipliers {
             }
         }
         Ok(&self.mu)
+    }
+}
+
+impl MultiplierSweep for TreeMultipliers {
+    fn multipliers(
+        &mut self,
+        jacobian: &SparseMatrix,
+        w: &[f64],
+        lambda: &mut [f64],
+    ) -> Result<(), Singular> {
+        lambda.copy_from_slice(self.solve(jacobian, w)?); // Gᵀμ = −w
+        lambda.iter_mut().for_each(|l| *l = -*l);
+        Ok(())
     }
 }
