@@ -36,7 +36,7 @@ use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
 
-/// `μ`: what [`AveragedStrains::mass_scaled`] takes.
+/// `μ` of [`crate::StrainRule::MassScaled`].
 pub const MASS_SCALING: f64 = 0.125;
 
 /// `U_d` and `K_d` of all elements.
@@ -59,10 +59,10 @@ impl AveragedStrains {
         Self { elements, scaling: 0.0 }
     }
 
-    /// Averaged strains with selective mass scaling, `μ =` [`MASS_SCALING`].
+    /// Averaged strains with selective mass scaling, `scaling`: `μ`, usually [`MASS_SCALING`].
     #[must_use]
-    pub fn mass_scaled(elements: Elements) -> Self {
-        Self { elements, scaling: MASS_SCALING }
+    pub fn mass_scaled(elements: Elements, scaling: f64) -> Self {
+        Self { elements, scaling }
     }
 
     /// `½ ε̄ ± μ Δε`.
@@ -94,6 +94,10 @@ impl DiscretePotential for AveragedStrains {
             0.5 * element.length * self.scaling * C.component_mul(&change).dot(&change)
         };
         self.elements.iter().map(energy).sum()
+    }
+
+    fn adds_mass(&self) -> bool {
+        self.scaling > 0.0
     }
 
     fn add_mass(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
@@ -167,16 +171,16 @@ mod tests {
 
     #[test]
     fn slot_derivatives_match_central_differences() {
-        for make in [AveragedStrains::new, AveragedStrains::mass_scaled] {
-            check_slot_derivatives(make);
+        for scaling in [0.0, MASS_SCALING] {
+            check_slot_derivatives(scaling);
         }
     }
 
-    fn check_slot_derivatives(make: fn(Elements) -> AveragedStrains) {
+    fn check_slot_derivatives(scaling: f64) {
         let mut sample = Sample::new(21);
         let (elements, q0) = random_elements(&mut sample);
         let q1: Vec<f64> = q0.iter().map(|q| q + 0.3 * sample.number()).collect();
-        let U_d = make(elements);
+        let U_d = AveragedStrains::mass_scaled(elements, scaling);
         let at = interval(&q0, &q1);
         let (mut d1, mut d2) = (vec![0.0; 36], vec![0.0; 36]);
         U_d.add_d1(&at, 1.0, &mut d1);
@@ -241,7 +245,7 @@ mod tests {
         }
         let s = interval(&q0, &q1);
         let (here, there) = (
-            AveragedStrains::mass_scaled(elements.clone()).value(&s),
+            AveragedStrains::mass_scaled(elements.clone(), MASS_SCALING).value(&s),
             Midpoint(elements).value(&s),
         );
         println!("energy of a rigid turn: averaged {here:.1e}, midpoint {there:.1e}");
@@ -252,7 +256,7 @@ mod tests {
     fn the_added_mass_is_that_of_its_kinetic_energy_and_moves_with_no_rigid_motion() {
         let mut sample = Sample::new(23);
         let (elements, q0) = random_elements(&mut sample);
-        let U_d = AveragedStrains::mass_scaled(elements);
+        let U_d = AveragedStrains::mass_scaled(elements, MASS_SCALING);
         let v: Vec<f64> = q0.iter().map(|_| sample.number()).collect();
         let h = 1e-5;
         let mut mass = DMatrix::zeros(36, 36);

@@ -4,7 +4,7 @@
 //! their mass and energy on top. A clamp is a fixed joint to the ground; a rigid corner is a fixed
 //! joint between two coincident nodes. A loop closed only through elements is a tree for `P`.
 
-use crate::averaged::AveragedStrains;
+use crate::averaged::{AveragedStrains, MASS_SCALING};
 use crate::element::{ElementError, Elements};
 use crate::high_order::{AveragedHighOrder, HighOrderElements};
 use crate::mesh::Mesh;
@@ -279,26 +279,24 @@ impl BeamModel {
         quadrature: Quadrature,
     ) -> SeparableSystem {
         let mut system = mechanism.system_with_mass(self.mass_matrix(mechanism), quadrature);
+        let scaling = match rule {
+            StrainRule::MassScaled => MASS_SCALING,
+            StrainRule::Averaged | StrainRule::Midpoint => 0.0,
+        };
         let (elements, high_order) = (self.elements.clone(), self.high_order.clone());
         if !high_order.is_empty() {
             system = match rule {
                 StrainRule::Midpoint => system.potential(high_order),
-                StrainRule::Averaged => {
-                    system.discrete_potential(Box::new(AveragedHighOrder::new(high_order)))
-                }
-                StrainRule::MassScaled => {
-                    system.discrete_potential(Box::new(AveragedHighOrder::mass_scaled(high_order)))
-                }
+                _ => system.discrete_potential(Box::new(AveragedHighOrder::mass_scaled(
+                    high_order, scaling,
+                ))),
             };
         }
         match rule {
             _ if elements.list().is_empty() => system,
             StrainRule::Midpoint => system.potential(elements),
-            StrainRule::Averaged => {
-                system.discrete_potential(Box::new(AveragedStrains::new(elements)))
-            }
-            StrainRule::MassScaled => {
-                system.discrete_potential(Box::new(AveragedStrains::mass_scaled(elements)))
+            _ => {
+                system.discrete_potential(Box::new(AveragedStrains::mass_scaled(elements, scaling)))
             }
         }
     }

@@ -48,7 +48,7 @@ fn momentum_energy_and_reversal() {
     let radius = 2.0 * Vector3::x();
     let mesh = Mesh::helix(Vector3::zeros(), radius, Vector3::z(), 3.0, 4.0, 12, rule).unwrap();
     let model = model(&mesh, flying_section());
-    for rule in [StrainRule::Midpoint, StrainRule::Averaged] {
+    for rule in [StrainRule::Midpoint, StrainRule::Averaged, StrainRule::MassScaled] {
         let mut run = run(&model, rule, SchemeKind::Nodal, 0.01);
         let start = run.state().q.clone();
         let mechanism = model.mechanism();
@@ -101,7 +101,9 @@ fn lumped_masses_fly_too() {
 
 #[test]
 fn elements_of_higher_order_fly_too() {
-    for (order, rule) in [(2, StrainRule::Averaged), (3, StrainRule::Midpoint)] {
+    for (order, rule) in
+        [(2, StrainRule::Averaged), (3, StrainRule::Midpoint), (3, StrainRule::MassScaled)]
+    {
         let mut model = BeamModel::new(Vector3::zeros());
         model.add_high_order_beam("beam", &straight(10.0, 6), flying_section(), order).unwrap();
         let omega = vector(0.7, 0.4, -0.9);

@@ -5,7 +5,7 @@
 //! the start satisfies `G v + ∂g/∂t = 0`.
 
 use vi_core::Configuration;
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Entries, Product};
 
 /// Constraints `g(q, t) = 0` on `q ∈ R^n`.
 ///
@@ -53,7 +53,7 @@ pub trait Constraints: Send + Sync {
     }
     /// `out ← out + G(q, t) v`, shape `m`; forms no matrix.
     fn add_rates(&self, t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
-        self.jacobian(t, q, &mut Rates { v, out });
+        self.jacobian(t, q, &mut Product { v, out });
     }
     /// `out ← ∂g/∂t`, shape `m`; zero for scleronomic constraints.
     fn time_derivative(&self, _t: f64, _q: &[f64], out: &mut [f64]) {
@@ -92,18 +92,6 @@ pub trait Constraints: Send + Sync {
         let mut angles = vec![0.0; self.angle_count()];
         self.unwrap_angles(q, &mut angles);
         angles
-    }
-}
-
-/// `out_i ← out_i + G_ij v_j` for every entry of a Jacobian.
-struct Rates<'a> {
-    v: &'a [f64],       // n
-    out: &'a mut [f64], // m
-}
-
-impl Entries for Rates<'_> {
-    fn add(&mut self, row: usize, column: usize, value: f64) {
-        self.out[row] += value * self.v[column];
     }
 }
 

@@ -53,7 +53,8 @@ pub trait ObserveNode<S, C>: Send {
         state: &State,
         step: Step<'_>,
     ) -> Result<&Node, Singular>;
-    /// What a node says without a step from there; its multipliers are those of an earlier call.
+    /// What a node says without a step from there; its multipliers are those of an earlier call. `h`: the step, 0
+    /// in compositions.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -62,6 +63,7 @@ pub trait ObserveNode<S, C>: Send {
         system: &S,
         constraints: &C,
         state: &State,
+        h: f64,
     ) -> Result<&Node, Singular>;
     /// `λ ←` the multiplier of the acceleration level, shape `m`, with the velocity of the node.
     ///
@@ -104,8 +106,9 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         system: &S,
         constraints: &C,
         state: &State,
+        h: f64,
     ) -> Result<&Node, Singular> {
-        Self::observe_state(self, system, constraints, state)
+        Self::observe_state(self, system, constraints, state, h)
     }
 
     fn acceleration_multiplier(
@@ -115,7 +118,7 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         state: &State,
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        let v = Self::observe_state(self, system, constraints, state)?.v.clone();
+        let v = Self::observe_state(self, system, constraints, state, 0.0)?.v.clone();
         let at = (state.configuration(), &v[..]);
         Self::acceleration_multiplier(self, system, constraints, at, lambda)
     }

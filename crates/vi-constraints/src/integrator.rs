@@ -349,7 +349,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             self;
         let observer = observer_at(before, observer, start_observer);
         if self.gammas.len() > 1 {
-            return observer.observe_state(system, constraints, before);
+            return observer.observe_state(system, constraints, before, 0.0);
         }
         let step = Step { s: scheme.interval(), multipliers: &state.memory.multipliers };
         observer.observe(system, constraints, before, step)
@@ -384,9 +384,10 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn observe_state(&mut self) -> Result<&Node, Singular> {
+        let h = if self.is_composed() { 0.0 } else { self.step };
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let observer = observer_at(state, observer, start_observer);
-        observer.observe_state(system, constraints, state)
+        observer.observe_state(system, constraints, state, h)
     }
 
     /// The acceleration-level multiplier at the current node, with the velocity of the projected

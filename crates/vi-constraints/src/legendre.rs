@@ -75,6 +75,7 @@ pub struct LegendreTransforms<'a, S, C> {
     system: &'a S,
     constraints: &'a C,
     rank: usize,
+    step: f64, // s  of the added mass
     projections: Projections,
 }
 
@@ -98,7 +99,15 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     pub fn with_rows(system: &'a S, constraints: &'a C, rows: &IndependentRows) -> Result<Self> {
         shape("the argument of the constraints", constraints.dim(), system.dim())?;
         let projections = Projections::new(system, constraints.len(), rows);
-        Ok(Self { system, constraints, rank: rows.len(), projections })
+        Ok(Self { system, constraints, rank: rows.len(), step: 0.0, projections })
+    }
+
+    /// Of steps `h`, for systems whose discrete potentials add a mass to `M` (selective mass scaling); else and
+    /// unless said otherwise `M` is meant.
+    #[must_use]
+    pub fn of_steps(mut self, h: f64) -> Self {
+        self.step = h;
+        self
     }
 
     /// `λ_n` (36), N, shape `m`. With unequal steps `h` is their mean, the weight of `g(q_n)` in the
@@ -186,7 +195,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     pub fn project(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Vec<f64>> {
         self.check_vectors(at.q, p)?;
         let mut out = vec![0.0; p.len()];
-        self.projections.project((self.system, self.constraints), at, p, &mut out)?;
+        self.projections.project((self.system, self.constraints), (at, self.step), p, &mut out)?;
         finite("the projected momentum", &out)?;
         Ok(out)
     }
@@ -213,7 +222,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     pub fn velocity(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Vec<f64>> {
         self.check_vectors(at.q, p)?;
         let mut v = vec![0.0; p.len()];
-        self.projections.velocity((self.system, self.constraints), at, p, &mut v)?;
+        self.projections.velocity((self.system, self.constraints), (at, self.step), p, &mut v)?;
         finite("the velocity", &v)?;
         Ok(v)
     }
@@ -222,7 +231,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     fn tangential(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
         let v = self.velocity(at, p)?;
         let mut projected = vec![0.0; v.len()];
-        self.system.mass().mul_add(1.0, &v, &mut projected);
+        self.system.add_momentum_of_step(at, self.step, &v, &mut projected);
         Ok((v, projected))
     }
 
@@ -290,7 +299,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         Ok(found)
     }
 
-    /// `H_d(q_n, p)` (53), J; `None` when `M` is singular.
+    /// `H_d(q_n, p)` (53), J; `None` when `M` is singular or a discrete potential adds to it.
     ///
     /// # Errors
     /// [`LegendreError`].

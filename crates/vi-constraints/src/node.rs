@@ -40,7 +40,7 @@ pub struct Node {
     pub p_projected: Vec<f64>,
     /// `E_d(q_n, q_{n+1})` (52).
     pub discrete_energy: Energies,
-    /// `H_d` (53) with `p_n`; `None` when `M` is singular.
+    /// `H_d` (53) with `p_n`; `None` when `M` is singular or a discrete potential adds to it.
     pub hamiltonian: Option<Energies>,
     /// `H_d` (53) with `ᵠp_n`.
     pub hamiltonian_projected: Energies,
@@ -48,7 +48,7 @@ pub struct Node {
     pub position_residual: f64,
     /// `|f_d|_∞` (45); for rheonomic constraints `|Δg/h|_∞`.
     pub velocity_residual: f64,
-    /// `|h_d|_∞` (46) with `p_n`, with `ᵠp_n` when `M` is singular.
+    /// `|h_d|_∞` (46) with `p_n`, with `ᵠp_n` where `p_n` has no velocity.
     pub momentum_residual: f64,
 }
 
@@ -120,7 +120,7 @@ impl NodeObserver {
         state: &State,
         s: &Interval,
     ) -> Result<&Node, Singular> {
-        self.project(system, constraints, state)?;
+        self.project(system, constraints, state, s.h)?;
         self.impulse(system, constraints, state, s)?;
         let Self { projections, node, m_work, n_work, .. } = self;
         node.discrete_energy = discrete_energy(system, s); // (52)
@@ -140,7 +140,8 @@ impl NodeObserver {
 
     /// The part that needs no step from here: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`, `g(q_n)`; all there is at the
     /// macro nodes of a composition. `discrete_energy` is set to `H_d(ᵠp_n)`, the velocity residual to
-    /// that of `v̂`.
+    /// that of `v̂`. `h`: the step, for a mass that is added to `M`; 0 in compositions, where such masses cancel to
+    /// the order.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -149,8 +150,9 @@ impl NodeObserver {
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
         state: &State,
+        h: f64,
     ) -> Result<&Node, Singular> {
-        self.project(system, constraints, state)?;
+        self.project(system, constraints, state, h)?;
         let Self { node, m_work, .. } = self;
         node.hamiltonian = None;
         node.discrete_energy = node.hamiltonian_projected;
@@ -165,20 +167,21 @@ impl NodeObserver {
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
         state: &State,
+        h: f64,
     ) -> Result<(), Singular> {
         let (node, at) = (&mut self.node, state.configuration());
         constraints.value(at, &mut self.m_work);
         node.position_residual = norm_inf(&self.m_work);
 
-        let mass = |out: &mut dyn Entries| system.mass().emit(out);
+        let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, h, out);
         let solved = self.solvers.velocity.as_mut().is_some_and(|solver| {
             solver.velocity(&mass, (at, &state.memory), &state.p, &mut node.v).is_ok()
         });
         if !solved {
-            self.projections.velocity((system, constraints), at, &state.p, &mut node.v)?;
+            self.projections.velocity((system, constraints), (at, h), &state.p, &mut node.v)?;
         }
         node.p_projected.fill(0.0);
-        system.mass().mul_add(1.0, &node.v, &mut node.p_projected); // (40)
+        system.add_momentum_of_step(at, h, &node.v, &mut node.p_projected); // (40)
         node.hamiltonian_projected = hamiltonian(system, at, (&node.v, &node.p_projected)); // (53)
         Ok(())
     }

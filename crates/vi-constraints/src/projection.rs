@@ -29,7 +29,7 @@ pub struct Projections {
     n: usize,
     mass_system: SaddlePoint,       // [M Gᵀ; G 0]
     identity_system: SaddlePoint,   // [I Gᵀ; G 0]
-    inverse: Option<InverseMass>,   // None: M singular
+    inverse: Option<InverseMass>,   // None: M singular or not constant
     jacobian: Option<SparseMatrix>, // m × n
     x: Vec<f64>,                    // n + r
     m_work: Vec<f64>,               // m
@@ -45,7 +45,7 @@ impl Projections {
             n,
             mass_system: SaddlePoint::new(n, rows.clone()),
             identity_system: SaddlePoint::new(n, rows.clone()),
-            inverse: InverseMass::new(system.mass()),
+            inverse: if system.adds_mass() { None } else { InverseMass::new(system.mass()) },
             jacobian: None,
             x: vec![0.0; n + rows.len()],
             m_work: vec![0.0; m],
@@ -53,7 +53,7 @@ impl Projections {
         }
     }
 
-    /// Whether `M` is singular, so that a momentum that is not projected has no velocity.
+    /// Whether `M` is singular, or not constant because a discrete potential adds to it, so that a momentum that is not projected has no velocity.
     #[must_use]
     pub fn mass_is_singular(&self) -> bool {
         self.inverse.is_none()
@@ -122,20 +122,20 @@ impl Projections {
         Ok(())
     }
 
-    /// `v̂` of a momentum: `M v̂ + Gᵀμ = p`, `G v̂ + ∂g/∂t = 0`; shape `n`.
+    /// `v̂` of a momentum: `M v̂ + Gᵀμ = p`, `G v̂ + ∂g/∂t = 0`; shape `n`. `M` with what is added to it in steps `h`.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no mass.
     pub fn velocity(
         &mut self,
         (system, constraints): (&impl MechanicalSystem, &impl Constraints),
-        at: Configuration<'_>,
+        (at, h): (Configuration<'_>, f64),
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Singular> {
         constraints.time_derivative(at.t, at.q, &mut self.m_work);
         self.m_work.iter_mut().for_each(|b| *b = -*b);
-        self.solve_mass(system, constraints, at, p)?;
+        self.solve_mass(system, constraints, (at, h), p)?;
         v.copy_from_slice(&self.x[..self.n]);
         Ok(())
     }
@@ -147,14 +147,14 @@ impl Projections {
     pub fn project(
         &mut self,
         (system, constraints): (&impl MechanicalSystem, &impl Constraints),
-        at: Configuration<'_>,
+        (at, h): (Configuration<'_>, f64),
         w: &[f64],
         out: &mut [f64],
     ) -> Result<(), Singular> {
         self.m_work.fill(0.0);
-        self.solve_mass(system, constraints, at, w)?;
+        self.solve_mass(system, constraints, (at, h), w)?;
         out.fill(0.0);
-        system.mass().mul_add(1.0, &self.x[..self.n], out); // (16)
+        system.add_momentum_of_step(at, h, &self.x[..self.n], out); // (16)
         Ok(())
     }
 
@@ -163,15 +163,15 @@ impl Projections {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        at: Configuration<'_>,
+        (at, h): (Configuration<'_>, f64),
         a: &[f64],
     ) -> Result<(), Singular> {
-        let mass = |out: &mut dyn Entries| system.mass().emit(out);
+        let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, h, out);
         let right = (a, &self.m_work[..]);
         self.mass_system.solve_at(constraints, &mass, (at.t, at.q), right, &mut self.x)
     }
 
-    /// `H_d(q, p) = ½ pᵀ M⁻¹ p + V(q)`, J (53), and `v ← M⁻¹ p`; `None` when `M` is singular.
+    /// `H_d(q, p) = ½ pᵀ M⁻¹ p + V(q)`, J (53), and `v ← M⁻¹ p`; `None` when `M` is singular or a discrete potential adds to it.
     ///
     /// # Errors
     /// [`Singular`] when `p` holds a number that is not finite.
@@ -204,7 +204,7 @@ impl Projections {
         force.fill(0.0);
         system.add_potential_gradient(at, -1.0, &mut force);
         system.add_force(at, v, &mut force);
-        let solved = self.solve_mass(system, constraints, at, &force);
+        let solved = self.solve_mass(system, constraints, (at, 0.0), &force);
         self.n_work = force;
         solved?;
         let rows = self.mass_system.rows();

@@ -173,6 +173,10 @@ impl MechanicalSystem for SeparableSystem {
         &self.mass
     }
 
+    fn adds_mass(&self) -> bool {
+        self.potentials.iter().any(|potential| potential.adds_mass())
+    }
+
     fn add_mass_of_step(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
         self.potentials.iter().for_each(|potential| potential.add_mass(at, h, out));
     }

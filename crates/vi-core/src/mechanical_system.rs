@@ -5,7 +5,7 @@
 //! ```
 
 use crate::configuration::Configuration;
-use crate::sparse::{Entries, SparseMatrix};
+use crate::sparse::{Entries, Product, SparseMatrix};
 
 /// A mechanical system: a constant mass matrix, a potential, generalized forces.
 ///
@@ -13,6 +13,10 @@ use crate::sparse::{Entries, SparseMatrix};
 pub trait MechanicalSystem: Send + Sync {
     /// The constant mass matrix `M`, shape `n × n`.
     fn mass(&self) -> &SparseMatrix;
+    /// Whether discrete potentials add to `M`.
+    fn adds_mass(&self) -> bool {
+        false
+    }
     /// Emits the mass that discrete potentials add to `M` in steps `h` from a configuration, shape `n × n`; none for
     /// most systems. Always the same places in the same order.
     fn add_mass_of_step(&self, _at: Configuration<'_>, _h: f64, _out: &mut dyn Entries) {}
@@ -30,6 +34,16 @@ pub trait MechanicalSystem: Send + Sync {
     /// Number `n` of coordinates.
     fn dim(&self) -> usize {
         self.mass().shape().0
+    }
+    /// Emits `M` and what is added to it in steps `h`; `h = 0`: `M`.
+    fn emit_mass_of_step(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
+        self.mass().emit(out);
+        self.add_mass_of_step(at, h, out);
+    }
+    /// `out ← out + M v`, with what is added to `M` in steps `h`, shape `n`.
+    fn add_momentum_of_step(&self, at: Configuration<'_>, h: f64, v: &[f64], out: &mut [f64]) {
+        self.mass().mul_add(1.0, v, out);
+        self.add_mass_of_step(at, h, &mut Product { v, out });
     }
     /// `½ vᵀ M v`, J.
     fn kinetic_energy(&self, v: &[f64]) -> f64 {

@@ -35,6 +35,10 @@ pub trait DiscretePotential: Send + Sync {
     fn added_kinetic_energy(&self, _s: &Interval) -> f64 {
         0.0
     }
+    /// Whether there is an added mass.
+    fn adds_mass(&self) -> bool {
+        false
+    }
     /// Emits the added mass of a step `h` in a configuration, symmetric, shape `n × n`: `K_d` is
     /// `½ (Δq/h)ᵀ` times it times `Δq/h` to the order of the step; always the same places in the same order.
     fn add_mass(&self, _at: Configuration<'_>, _h: f64, _out: &mut dyn Entries) {}

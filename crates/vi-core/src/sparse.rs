@@ -41,6 +41,21 @@ impl Entries for Block<'_> {
     }
 }
 
+/// `out_i ← out_i + A_ij v_j` for every entry: a product without the matrix.
+#[derive(Debug)]
+pub struct Product<'a> {
+    /// Shape: columns of `A`.
+    pub v: &'a [f64],
+    /// Shape: rows of `A`.
+    pub out: &'a mut [f64],
+}
+
+impl Entries for Product<'_> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        self.out[row] += value * self.v[column];
+    }
+}
+
 impl Entries for nalgebra::DMatrix<f64> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         self[(row, column)] += value;

@@ -97,6 +97,7 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         system: &EmSystem,
         constraints: &C,
         state: &State,
+        _h: f64,
     ) -> Result<&Node, Singular> {
         self.read_state(system, constraints, state);
         Ok(&self.node)

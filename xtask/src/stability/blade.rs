@@ -2,6 +2,7 @@
 #![allow(non_snake_case)] // P, R, A
 
 use holonom::nalgebra::{DMatrix, DVector, Rotation3, Vector3};
+use holonom::vi_beam::averaged::AveragedStrains;
 use holonom::vi_beam::section::{Material, Profile, Stated};
 use holonom::vi_beam::{BeamModel, FrameRule, Mesh, StrainRule};
 use holonom::vi_constraints::saddle_point::IndependentRows;
@@ -9,8 +10,8 @@ use holonom::vi_constraints::tangent_map::{TangentMap, Tangents};
 use holonom::vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
 use holonom::vi_core::eigen::generalized_eigen;
 use holonom::vi_core::{
-    Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem, Quadrature, SeparableSystem,
-    SparseMatrix,
+    Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem, Quadrature,
+    SeparableSystem, SparseMatrix,
 };
 use holonom::vi_emscheme::beam::BeamGradient;
 use holonom::vi_emscheme::scheme::EmForm;
@@ -97,11 +98,8 @@ impl Blade {
 
     /// The largest change of the energy of a step over a run, relative to the first; the step that fails.
     pub(super) fn run(&self, rule: Rule, h: f64, steps: usize) -> Result<f64, usize> {
-        let mut model = self.model.clone();
-        model.description.gravity = Vector3::new(0.0, 0.0, -9.81);
+        let model = self.under_gravity();
         let mechanism = model.mechanism();
-        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
-        let at = InitialValues::new(0.0, &q, &v);
         if rule == Rule::EnergyMomentum {
             let em_system = em_system(&model, &mechanism);
             let options = EmOptions::new(EmForm::Nodal, h);
@@ -112,13 +110,25 @@ impl Blade {
             });
         }
         let system = model.system(&mechanism, rule.strain());
-        let options = Options::new(SchemeKind::Nodal, h);
-        let mut run =
-            integrator(mechanism, system, options, Solver::Auto, at).map_err(|_| 0_usize)?;
-        largest_change(steps, || {
-            run.step().ok()?;
-            Some(run.system().discrete_energy(run.interval()))
-        })
+        variational(mechanism, system, h, steps)
+    }
+
+    /// The same with averaged strains and another `μ`.
+    pub(super) fn run_scaled(&self, mu: f64, h: f64, steps: usize) -> Result<f64, usize> {
+        let model = self.under_gravity();
+        let mechanism = model.mechanism();
+        let mass = model.mass_matrix(&mechanism);
+        let strains = AveragedStrains::mass_scaled(model.elements.clone(), mu);
+        let system = mechanism
+            .system_with_mass(mass, Quadrature::Midpoint)
+            .discrete_potential(Box::new(strains));
+        variational(mechanism, system, h, steps)
+    }
+
+    fn under_gravity(&self) -> BeamModel {
+        let mut model = self.model.clone();
+        model.description.gravity = Vector3::new(0.0, 0.0, -9.81);
+        model
     }
 
     /// The largest `|z| − 1` over the eigenvalues `z` of a step about the steady rotation; `None` where there is no
@@ -224,6 +234,22 @@ impl Blade {
         }
         None
     }
+}
+
+fn variational(
+    mechanism: Mechanism,
+    system: SeparableSystem,
+    h: f64,
+    steps: usize,
+) -> Result<f64, usize> {
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+    let at = InitialValues::new(0.0, &q, &v);
+    let options = Options::new(SchemeKind::Nodal, h);
+    let mut run = integrator(mechanism, system, options, Solver::Auto, at).map_err(|_| 0_usize)?;
+    largest_change(steps, || {
+        run.step().ok()?;
+        Some(run.system().discrete_energy(run.interval()))
+    })
 }
 
 fn em_system(model: &BeamModel, mechanism: &Mechanism) -> EmSystem {

@@ -20,7 +20,8 @@ const LENGTH: usize = 4000;
 pub fn run() -> Result<(), String> {
     let page = std::fs::read_to_string(PAGE).map_err(|e| format!("{PAGE}: {e}"))?;
     let page = replace(&page, "linear", &linear())?;
-    let page = if std::env::var("LIN").is_ok() { page } else { replace(&page, "runs", &runs())? };
+    let page = replace(&page, "runs", &runs())?;
+    let page = replace(&page, "scaling", &scaling())?;
     std::fs::write(PAGE, page).map_err(|e| format!("{PAGE}: {e}"))
 }
 
@@ -80,6 +81,31 @@ fn runs() -> String {
             eprint!("{line}");
             table += &line;
         }
+    }
+    table
+}
+
+/// Runs with other `μ`: failures, changes above 1e-4, the largest change.
+fn scaling() -> String {
+    let mut table =
+        "| μ | ϑ for hω → ∞ | runs that fail | change > 1e-4 | largest |\n|---|---|---|---|---|\n"
+            .to_owned();
+    let blades = [6, 12, 24].map(|n| Blade::aluminium(n, 20.0));
+    for (name, mu) in
+        [("0", 0.0), ("1/12", 1.0 / 12.0), ("1/8", 0.125), ("1/6", 1.0 / 6.0), ("1/4", 0.25)]
+    {
+        let results: Vec<Result<f64, usize>> = blades
+            .iter()
+            .flat_map(|blade| STEPS.map(|h| blade.run_scaled(mu, h, LENGTH)))
+            .collect();
+        let changes = || results.iter().flatten().copied();
+        let (failed, above) =
+            (results.len() - changes().count(), changes().filter(|c| *c > 1e-4).count());
+        let angle = 2.0 * (0.5 / f64::sqrt(mu)).atan().to_degrees();
+        let largest = changes().fold(0.0, f64::max);
+        let line = format!("| {name} | {angle:.1}° | {failed} | {above} | {largest:.0e} |\n");
+        eprint!("{line}");
+        table += &line;
     }
     table
 }

@@ -1,7 +1,6 @@
 //! The averaged-strain discrete potential of elements of higher order.
 
 use super::{HighOrderElements, Station, Strain};
-use crate::averaged::MASS_SCALING;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
@@ -27,10 +26,10 @@ impl AveragedHighOrder {
         Self { elements, scaling: 0.0 }
     }
 
-    /// Averaged strains with selective mass scaling, `μ =` [`MASS_SCALING`].
+    /// Averaged strains with selective mass scaling, `scaling`: `μ`.
     #[must_use]
-    pub fn mass_scaled(elements: HighOrderElements) -> Self {
-        Self { elements, scaling: MASS_SCALING }
+    pub fn mass_scaled(elements: HighOrderElements, scaling: f64) -> Self {
+        Self { elements, scaling }
     }
 
     /// `½ ε̄ ± μ Δε`.
@@ -85,6 +84,10 @@ impl DiscretePotential for AveragedHighOrder {
 
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
         self.scaling * self.energy(s, |(_, change)| change)
+    }
+
+    fn adds_mass(&self) -> bool {
+        self.scaling > 0.0
     }
 
     fn add_mass(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
