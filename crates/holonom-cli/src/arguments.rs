@@ -259,14 +259,22 @@ pub(crate) struct Export {
     /// The folder of a run
     pub(crate) dir: PathBuf,
     /// The format: npz (arrays for NumPy)
-    #[arg(long, default_value = "npz")]
-    pub(crate) format: String,
+    #[arg(long, default_value = "npz", value_parser = export_format)]
+    pub(crate) format: holonom::export::Format,
     /// The file to write; by default the name of the folder with the extension of the format
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Replace the file if it exists
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+fn export_format(text: &str) -> Result<holonom::export::Format, String> {
+    let formats = holonom::export::Format::ALL;
+    formats.into_iter().find(|format| format.name() == text).ok_or_else(|| {
+        let list = formats.map(|format| format!("{} ({})", format.name(), format.about()));
+        format!("the formats are: {}", list.join("; "))
+    })
 }
 
 #[derive(Args)]

@@ -3,8 +3,11 @@
 use holonom_sim::output::{EnergySummary, Status, Summary};
 use holonom_sim::statics::StaticFacts;
 
-/// Significant digits of times: those of a step times a count.
-const TIME: usize = 12;
+/// A time or a step, s, with the digits of a step times a count.
+#[must_use]
+pub fn time(t: f64) -> String {
+    rounded(t, 12)
+}
 
 /// A measured fact.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,11 +29,11 @@ pub fn counts(summary: &Summary) -> String {
     if let Some(statics) = &summary.statics {
         let found = plural(statics.equilibria, "equilibrium", "equilibria");
         let dof_text = plural(*dof as u64, "degree of freedom", "degrees of freedom");
-        let end = rounded(*end_time, TIME);
+        let end = time(*end_time);
         return format!("{dof_text}; {found} to t = {end}{ended}; {scheme}");
     }
     let dof_text = plural(*dof as u64, "degree of freedom", "degrees of freedom");
-    let (step, end) = (rounded(*step, TIME), rounded(*end_time, TIME));
+    let (step, end) = (time(*step), time(*end_time));
     if *steps == 0 && summary.status == Status::Failed {
         return format!("{dof_text}; the first step of {step} s failed; {scheme}, order {order}");
     }
@@ -109,10 +112,7 @@ fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
     let path = if statics.arc_length { "by arc length" } else { "by steps of the load" };
     let position = summary.constraint_residual.position.max;
     let mut facts = vec![
-        (
-            "load path",
-            format!("{path}, to t = {} at most; {halvings}", rounded(statics.largest_time, TIME)),
-        ),
+        ("load path", format!("{path}, to t = {} at most; {halvings}", time(statics.largest_time))),
         ("residual force", format!("{} at most (N, N·m)", number(statics.max_residual))),
         ("constraints", format!("residual {}", number(position))),
         (

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::facts::{counts, facts, rounded};
+use super::facts::{counts, facts, rounded, time};
 use super::scene::Scene;
 use holonom_sim::output::{Status, Summary, Trajectory};
 
@@ -77,7 +77,7 @@ fn push_failure(html: &mut String, summary: &Summary) {
             Some(f) => format!(
                 "The run failed in step {}, at t = {} s: {}. Remedy: {}.",
                 f.step,
-                rounded(f.t, 12),
+                time(f.t),
                 f.message,
                 f.remedy
             ),
@@ -139,8 +139,8 @@ fn push_table(html: &mut String, summary: &Summary) {
         summary;
     let rows = [
         ("scheme, order", format!("{}, {}", summary.scheme, summary.order)),
-        ("time step", format!("{} s", rounded(summary.step, 12))),
-        ("end time", format!("{} s", rounded(summary.end_time, 12))),
+        ("time step", format!("{} s", time(summary.step))),
+        ("end time", format!("{} s", time(summary.end_time))),
         ("steps taken, nodes recorded", format!("{}, {}", summary.steps, summary.recorded)),
         (
             "bodies and particles, joints and bars",
