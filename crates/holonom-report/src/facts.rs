@@ -21,18 +21,17 @@ pub struct Fact {
 /// One line with the size of the run.
 #[must_use]
 pub fn counts(summary: &Summary) -> String {
-    let Summary { steps, step, end_time, scheme, order, dof, .. } = summary;
+    let Summary { steps, step, end_time, scheme, order, counts, .. } = summary;
     let ended = match summary.status {
         Status::Done => "",
         Status::Failed => " (failed)",
     };
+    let dof_text = plural(counts.dof as u64, "degree of freedom", "degrees of freedom");
     if let Some(statics) = &summary.statics {
         let found = plural(statics.equilibria, "equilibrium", "equilibria");
-        let dof_text = plural(*dof as u64, "degree of freedom", "degrees of freedom");
         let end = time(*end_time);
         return format!("{dof_text}; {found} to t = {end}{ended}; {scheme}");
     }
-    let dof_text = plural(*dof as u64, "degree of freedom", "degrees of freedom");
     let (step, end) = (time(*step), time(*end_time));
     if *steps == 0 && summary.status == Status::Failed {
         return format!("{dof_text}; the first step of {step} s failed; {scheme}, order {order}");
@@ -57,7 +56,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
     let residual = &summary.constraint_residual;
     let energy = &summary.energy;
     let newton = &summary.newton_iterations;
-    let constraints = if summary.constraints == 0 {
+    let constraints = if summary.counts.constraints == 0 {
         "there are none".to_owned()
     } else {
         format!(

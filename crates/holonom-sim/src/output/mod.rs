@@ -30,5 +30,5 @@ pub use momenta::MomentaWriter;
 pub use sensors::{SensorTable, SensorWriter};
 pub use summary::{
     ConstraintSummary, EnergySummary, Maximum, MomentumSummary, NewtonSummary, Status, Summary,
-    SummaryBuilder,
+    SummaryBuilder, larger,
 };
