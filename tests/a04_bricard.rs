@@ -40,7 +40,10 @@ fn distance(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
 fn the_redundant_constraint_is_found() {
     let run = Run::new(MODEL, 1e-2, 2);
     let report = run.simulation.assembly();
-    assert_eq!((report.dof, report.constraints, report.redundant_constraints), (1, 60, 1));
+    assert_eq!(
+        (report.counts.dof, report.counts.constraints, report.counts.redundant_constraints),
+        (1, 60, 1)
+    );
     assert_eq!(report.redundant.len(), 1, "{:?}", report.redundant);
     assert!(report.redundant[0].starts_with("joint"), "{:?}", report.redundant);
 }

@@ -270,7 +270,7 @@ fn every_pair_joins_nodes_bodies_and_the_ground() {
                 let own = [("simulation.scheme".to_owned(), scheme.to_owned())];
                 let model = Model::from_toml_with(&joined(kind, parent, child), &own).unwrap();
                 let mut simulation = Simulation::new(&model).unwrap();
-                assert_eq!(simulation.assembly().dof, 6 * (1 + 4 + 5) - 6 + dof, "{kind}");
+                assert_eq!(simulation.assembly().counts.dof, 6 * (1 + 4 + 5) - 6 + dof, "{kind}");
                 for _ in 0..25 {
                     simulation.step().unwrap();
                 }

@@ -1,6 +1,7 @@
 //! Every test of the program, in one binary.
 #![allow(clippy::unwrap_used)] // tests
 
+mod command;
 mod export;
 mod foreign_files;
 mod invalid_models;

@@ -122,7 +122,7 @@ fn a_beam_in_a_loop_of_joints() {
     );
     let model = holonom::Model::from_toml(&text).unwrap();
     let simulation = Simulation::new(&model).unwrap();
-    assert_eq!(simulation.assembly().dof, 6 * 7 - 5 + 3 - 2);
+    assert_eq!(simulation.assembly().counts.dof, 6 * 7 - 5 + 3 - 2);
     let mut run = Run::with(&text, 1e-3, 2, &[]);
     let length = |q: &[f64]| {
         let (a, b) = (&q[12 + 12 * 3..], &q[..3]);

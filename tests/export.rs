@@ -1,7 +1,8 @@
 //! Results for other programs, read back by those programs.
 #![allow(clippy::unwrap_used)] // a test
 
-use std::path::{Path, PathBuf};
+use crate::command::{folder, holonom, words};
+use std::path::Path;
 use std::process::Command;
 
 /// A Python that has a module: `HOLONOM_PYTHON`, or the one of the machine; without it the test prints that and passes.
@@ -17,19 +18,6 @@ fn python(module: &str) -> Option<String> {
     found
 }
 
-fn folder(case: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("export").join(case);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
-fn holonom(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_holonom"));
-    let output = command.args(arguments).current_dir(folder).output().unwrap();
-    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
-}
-
 /// A shipped model, run for some steps into `run`.
 fn run(folder: &Path, model: &str, steps: u32) {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/models");
@@ -39,8 +27,8 @@ fn run(folder: &Path, model: &str, steps: u32) {
     let end = format!("simulation.end={:?}", step * f64::from(steps));
     let model = models.join(model).display().to_string();
     let all = ["run", &model, "-o", "run", "--set", &end, "--set", "simulation.momenta=true"];
-    let (code, words) = holonom(folder, &all);
-    assert_eq!(code, Some(0), "{words}");
+    let output = holonom(folder, &all);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
 }
 
 const COMPARE: &str = r#"
@@ -89,10 +77,10 @@ print(compared)
 fn numpy_reads_the_numbers_of_the_files_bit_for_bit() {
     let Some(python) = python("numpy") else { return };
     for model in ["slider_crank.toml", "flying_beam.toml", "four_particles.toml", "pendulum.toml"] {
-        let folder = folder(model);
+        let folder = folder("export", model);
         run(&folder, model, 20);
-        let (code, words) = holonom(&folder, &["export", "run"]);
-        assert_eq!(code, Some(0), "{words}");
+        let output = holonom(&folder, &["export", "run"]);
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output));
         let output =
             Command::new(&python).arg("-c").arg(COMPARE).current_dir(&folder).output().unwrap();
         let said = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -104,18 +92,22 @@ fn numpy_reads_the_numbers_of_the_files_bit_for_bit() {
 
 #[test]
 fn what_cannot_be_exported_is_said_and_nothing_is_written() {
-    let folder = folder("refused");
+    let folder = folder("export", "refused");
+    let holonom = |arguments: &[&str]| {
+        let output = holonom(&folder, arguments);
+        (output.status.code(), words(&output))
+    };
     run(&folder, "pendulum.toml", 5);
-    let (code, words) = holonom(&folder, &["export", "run", "--format", "hdf5"]);
+    let (code, words) = holonom(&["export", "run", "--format", "hdf5"]);
     assert!(code == Some(2) && words.contains("npz (arrays for NumPy"), "{words}");
-    assert_eq!(holonom(&folder, &["export", "run"]).0, Some(0));
-    let (code, words) = holonom(&folder, &["export", "run"]);
+    assert_eq!(holonom(&["export", "run"]).0, Some(0));
+    let (code, words) = holonom(&["export", "run"]);
     assert!(code == Some(2) && words.contains("already exists"), "{words}");
     let before = std::fs::read(folder.join("run.npz")).unwrap();
     let trajectory = std::fs::read_to_string(folder.join("run/trajectory.csv")).unwrap();
     let wrong = trajectory.replacen("\n1,", "\none,", 1);
     std::fs::write(folder.join("run/trajectory.csv"), wrong).unwrap();
-    let (code, words) = holonom(&folder, &["export", "run", "--force"]);
+    let (code, words) = holonom(&["export", "run", "--force"]);
     assert!(code == Some(1) && words.contains("`one` is no number"), "{words}");
     assert_eq!(std::fs::read(folder.join("run.npz")).unwrap(), before, "the old file stays");
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2, "nothing half-written");

@@ -2,25 +2,13 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
+use crate::command::{PENDULUM, code, pendulum_folder};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 
-const PENDULUM: &str = include_str!("../examples/models/pendulum.toml");
-
 fn folder(case: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("foreign").join(case);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    fs::write(folder.join("pendulum.toml"), PENDULUM).unwrap();
-    folder
-}
-
-fn code(folder: &Path, arguments: &[&str]) -> i32 {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_holonom"));
-    let output = command.args(arguments).current_dir(folder).output().unwrap();
-    println!("{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    output.status.code().unwrap()
+    pendulum_folder("foreign", case)
 }
 
 const RUN: [&str; 6] = ["run", "pendulum.toml", "--set", "simulation.end=0.1", "-q", "-o"];

@@ -14,7 +14,7 @@ const MODEL: &str = include_str!("../examples/models/four_bar_loop.toml");
 #[test]
 fn impulse_momentum_and_energy() {
     let mut run = Run::new(MODEL, 0.05, 2);
-    assert_eq!(run.simulation.assembly().dof, 12);
+    assert_eq!(run.simulation.assembly().counts.dof, 12);
     run.until(1.0);
     let [linear, angular] = run.momentum();
     assert!((linear - Vector3::new(400.0, 0.0, 0.0)).amax() < 1e-11, "{linear}");

@@ -283,7 +283,7 @@ fn welds_anywhere_beside_a_singular_start_give_the_right_motion() {
             let text = parallelogram(split, tool, scheme);
             let model = Model::from_toml(&text).unwrap();
             let mut simulation = Simulation::new(&model).unwrap();
-            assert_eq!(simulation.assembly().dof, 1, "{split:?} {tool:?}");
+            assert_eq!(simulation.assembly().counts.dof, 1, "{split:?} {tool:?}");
             for _ in 0..200 {
                 simulation.step().unwrap();
             }

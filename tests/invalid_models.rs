@@ -3,29 +3,15 @@
 //! Every case ends with code 3, prints nothing on standard output and writes no file.
 #![allow(clippy::unwrap_used)] // a test
 
+use crate::command::{self, PENDULUM, holonom};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-const PENDULUM: &str = include_str!("../examples/models/pendulum.toml");
 const TOP: &str = include_str!("../examples/models/heavy_top_fast.toml");
 const BEAM: &str = include_str!("../examples/models/flying_beam.toml");
 
 fn folder(case: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("invalid").join(case);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
-fn holonom(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_holonom"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("NO_COLOR", "1")
-        .env("COLUMNS", "100")
-        .output()
-        .unwrap()
+    command::folder("invalid", case)
 }
 
 #[test]

@@ -4,36 +4,13 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 
+use crate::command::{PENDULUM, code, command, holonom, pendulum_folder, words};
 use serde_json::Value;
 
-const PENDULUM: &str = include_str!("../examples/models/pendulum.toml");
-
 fn folder(case: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("program").join(case);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    fs::write(folder.join("pendulum.toml"), PENDULUM).unwrap();
-    folder
-}
-
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_holonom"));
-    command.args(arguments).current_dir(folder).env("NO_COLOR", "1");
-    command
-}
-
-fn holonom(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().unwrap()
-}
-
-fn code(folder: &Path, arguments: &[&str]) -> i32 {
-    holonom(folder, arguments).status.code().unwrap()
-}
-
-fn words(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+    pendulum_folder("program", case)
 }
 
 fn files(folder: &Path) -> BTreeSet<String> {

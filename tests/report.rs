@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use holonom::output::{Status, SummaryBuilder};
 use holonom::report;
 use holonom::{
-    AssemblyReport, Member, MemberKind, Model, Residuals, RunFailure, RunFolder, RunOutcome, Sample,
+    AssemblyReport, Counts, Member, MemberKind, Model, Residuals, RunFailure, RunFolder,
+    RunOutcome, Sample,
 };
 
 const NAME: &str = "<b>&'x'";
@@ -50,7 +51,10 @@ fn run(case: &str, samples: u64, outcome: &RunOutcome) -> RunFolder {
         builder.record(&sample(step));
     }
     writer.finish().unwrap();
-    let assembly = AssemblyReport { dof: 1, constraints: 1, ..AssemblyReport::default() };
+    let assembly = AssemblyReport {
+        counts: Counts { dof: 1, constraints: 1, ..Counts::default() },
+        ..AssemblyReport::default()
+    };
     folder.write_summary(&builder.finish(&model, &assembly, outcome, 0.1)).unwrap();
     folder
 }

@@ -1,6 +1,7 @@
 //! The animated scene of a run in a real browser: it draws the bodies where they are, and obeys keys.
 #![allow(clippy::unwrap_used)] // a test
 
+use crate::command::{command, folder};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -18,10 +19,10 @@ fn browser() -> Option<&'static str> {
 
 /// The folder of a run of a shipped model.
 fn run(case: &str, model: &str, set: &[&str]) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scene").join(case);
+    let folder = folder("scene", case);
     let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/models").join(model);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_holonom"));
-    command.arg("run").arg(model).arg("--force").arg("-o").arg(&folder);
+    let mut command = command(&folder, &["run"]);
+    command.arg(model).arg("--force").arg("-o").arg(&folder);
     set.iter().for_each(|set| {
         command.args(["--set", set]);
     });

@@ -53,11 +53,11 @@ fn trajectory(model: &Model) -> String {
         model.settings.scheme,
         model.settings.order,
         model.settings.step,
-        assembly.coordinates,
-        assembly.constraints,
-        assembly.redundant_constraints,
+        assembly.counts.coordinates,
+        assembly.counts.constraints,
+        assembly.counts.redundant_constraints,
         assembly.redundant,
-        assembly.dof
+        assembly.counts.dof
     );
     let mut samples: Vec<Sample> = Vec::new();
     let mut observe = |sample: &Sample| {

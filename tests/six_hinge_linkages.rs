@@ -43,7 +43,7 @@ fn long_run(steps: usize) {
         let begin = std::time::Instant::now();
         let mut run = Run::new(text, 0.01, 2);
         let report = run.simulation.assembly();
-        assert_eq!((report.dof, report.redundant_constraints), (7, 1), "{name}");
+        assert_eq!((report.counts.dof, report.counts.redundant_constraints), (7, 1), "{name}");
         let ([linear, angular], energy) = (momentum(&mut run), run.energy());
         let (mut drift, mut spread, mut gap) = (0.0_f64, [0.0_f64; 2], 0.0_f64);
         let mut range = (f64::INFINITY, f64::NEG_INFINITY);

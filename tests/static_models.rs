@@ -326,7 +326,7 @@ fn the_walk_tells_what_it_found() {
     assert!(facts.equilibria >= 11 && facts.equilibria <= 11 + 2 * facts.halvings, "{facts:?}");
     assert!((facts.largest_time - 1.0).abs() < 1e-15 && facts.max_residual < 1e-6);
     let report = statics.assembly();
-    assert_eq!((report.dof, report.redundant_constraints), (48, 0));
+    assert_eq!((report.counts.dof, report.counts.redundant_constraints), (48, 0));
 }
 
 /// The crank of the linkage has no stiffness of its own: what the stiffness matrix holds there is round-off

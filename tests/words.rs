@@ -1,26 +1,13 @@
 //! Snapshots of what the program says: its help, its reports.
 #![allow(clippy::unwrap_used)] // a test
 
+use crate::command::{folder, holonom};
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
-fn folder(case: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("words").join(case);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
+use std::path::Path;
 
 /// What the program prints with these arguments: standard output, then standard error.
 fn said(folder: &Path, arguments: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_holonom"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("NO_COLOR", "1")
-        .env("COLUMNS", "100")
-        .output()
-        .unwrap();
+    let output = holonom(folder, arguments);
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
     text.concat().lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
 }
@@ -35,7 +22,7 @@ fn verbs(help: &str) -> Vec<String> {
 
 #[test]
 fn help() {
-    let folder = folder("help");
+    let folder = folder("words", "help");
     let help = said(&folder, &["--help"]);
     insta::assert_snapshot!("help", help);
     let verbs = verbs(&help);
@@ -48,7 +35,7 @@ fn help() {
 /// Everything a run of a model says and writes in words, measured times and round-off removed.
 #[test]
 fn reports_of_a_run() {
-    let folder = folder("run");
+    let folder = folder("words", "run");
     said(&folder, &["examples", "pendulum", "-o", "pendulum.toml"]);
     insta::assert_snapshot!("check_pendulum", said(&folder, &["check", "pendulum.toml"]));
     said(&folder, &["examples", "bricard", "-o", "bricard.toml"]);

@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use holonom::export::Format as ExportFormat;
+use holonom::model::Scheme;
 
 /// Variational integrators for constrained mechanical systems.
 #[derive(Parser)]
@@ -72,23 +75,12 @@ pub(crate) enum Format {
     Csv,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum Scheme {
-    Nodal,
-    Constrained,
-    Dalembert,
-    Reduced,
-    EmConstrained,
-    EmDalembert,
-    EmNodal,
-    Static,
-}
-
-impl Scheme {
-    /// Its name in model files.
-    pub(crate) fn name(self) -> String {
-        self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
-    }
+/// A scheme by its name in model files.
+fn scheme() -> impl TypedValueParser<Value = Scheme> {
+    let all = Scheme::ALL.into_iter().chain([Scheme::Static]);
+    PossibleValuesParser::new(all.clone().map(Scheme::name)).map(move |name| {
+        all.clone().find(|scheme| scheme.name() == name).expect("it is one of the possible values")
+    })
 }
 
 #[derive(Args)]
@@ -99,7 +91,7 @@ pub(crate) struct Run {
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Time-stepping scheme
-    #[arg(long)]
+    #[arg(long, value_parser = scheme())]
     pub(crate) scheme: Option<Scheme>,
     /// Order of accuracy: 2, 4, 6 or 8
     #[arg(long, value_name = "K", value_parser = ["2", "4", "6", "8"])]
@@ -153,7 +145,7 @@ pub(crate) struct Compare {
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Schemes to compare; all by default
-    #[arg(long, value_name = "S,…", value_delimiter = ',')]
+    #[arg(long, value_name = "S,…", value_delimiter = ',', value_parser = scheme())]
     pub(crate) schemes: Vec<Scheme>,
     /// Time steps, s: the first is that of the table; by default that of the model and three halvings
     #[arg(long, value_name = "H,…", value_delimiter = ',', allow_negative_numbers = true)]
@@ -259,14 +251,22 @@ pub(crate) struct Export {
     /// The folder of a run
     pub(crate) dir: PathBuf,
     /// The format: npz (arrays for NumPy)
-    #[arg(long, default_value = "npz")]
-    pub(crate) format: String,
+    #[arg(long, default_value = "npz", value_parser = export_format)]
+    pub(crate) format: ExportFormat,
     /// The file to write; by default the name of the folder with the extension of the format
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Replace the file if it exists
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+fn export_format(text: &str) -> Result<ExportFormat, String> {
+    let formats = ExportFormat::ALL;
+    formats.into_iter().find(|format| format.name() == text).ok_or_else(|| {
+        let list = formats.map(|format| format!("{} ({})", format.name(), format.about()));
+        format!("the formats are: {}", list.join("; "))
+    })
 }
 
 #[derive(Args)]

@@ -1,6 +1,6 @@
 //! `holonom export`: the results of a run for other programs.
 
-use holonom::export::{Format, export as write};
+use holonom::export::export as write;
 
 use crate::arguments::Export;
 use crate::failure::Failure;
@@ -9,18 +9,9 @@ use crate::stderr;
 
 pub(crate) fn export(arguments: &Export) -> Result<(), Failure> {
     let folder = folder(&arguments.dir)?;
-    let named = |f: &Format| f.name() == arguments.format;
-    let Some(format) = Format::ALL.into_iter().find(named) else {
-        let list: Vec<String> =
-            Format::ALL.iter().map(|f| format!("{} ({})", f.name(), f.about())).collect();
-        return Err(Failure::Usage {
-            message: format!("there is no format `{}`", arguments.format),
-            help: format!("the formats are: {}", list.join("; ")),
-        });
-    };
     let file = arguments.output.clone().unwrap_or_else(|| {
         let stem = arguments.dir.file_name().unwrap_or_else(|| "run".as_ref());
-        std::path::PathBuf::from(stem).with_extension(format.name())
+        std::path::PathBuf::from(stem).with_extension(arguments.format.name())
     });
     if file.exists() && !arguments.force {
         return Err(Failure::Usage {
@@ -28,7 +19,7 @@ pub(crate) fn export(arguments: &Export) -> Result<(), Failure> {
             help: "add --force to replace it, or choose another file with -o FILE".into(),
         });
     }
-    write(&folder, format, &file).map_err(|error| Failure::Export(error.to_string()))?;
+    write(&folder, arguments.format, &file).map_err(|error| Failure::Export(error.to_string()))?;
     stderr::line(&file.display().to_string());
     Ok(())
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use holonom::RunFailure;
 use holonom::output::OutputError;
-use holonom::report::rounded;
+use holonom::report::time;
 
 use crate::diagnostic::InvalidModel;
 use crate::stderr;
@@ -43,7 +43,7 @@ impl Failure {
             Self::Closed => 0,
             Self::Run { failure, files } => {
                 let RunFailure { step, t, message, remedy } = failure;
-                let t = rounded(*t, 12);
+                let t = time(*t);
                 say(&format!("the run failed in step {step}, at t = {t} s: {message}"), remedy);
                 if !files.is_empty() {
                     stderr::line("  written so far, all valid:");

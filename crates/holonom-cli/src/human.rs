@@ -35,12 +35,15 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
     let settings = &model.settings;
     let redundant = match report.redundant.as_slice() {
         [] => "none".to_owned(),
-        names => format!("{} in {}", report.redundant_constraints, names.join(", ")),
+        names => format!("{} in {}", report.counts.redundant_constraints, names.join(", ")),
     };
     let mut rows = vec![
-        ("degrees of freedom", report.dof.to_string()),
-        ("bodies, joints", format!("{}, {}", report.bodies, report.joints)),
-        ("coordinates, constraints", format!("{}, {}", report.coordinates, report.constraints)),
+        ("degrees of freedom", report.counts.dof.to_string()),
+        ("bodies, joints", format!("{}, {}", report.counts.bodies, report.counts.joints)),
+        (
+            "coordinates, constraints",
+            format!("{}, {}", report.counts.coordinates, report.counts.constraints),
+        ),
         ("redundant constraints", redundant),
         ("initial position error", rounded(report.closure.position, 2)),
         ("initial velocity error", rounded(report.closure.velocity, 2)),
@@ -51,7 +54,10 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
             "{:.3} (element {} of {})",
             stiffness.h_omega_max, stiffness.element, stiffness.beam
         );
-        rows.insert(2, ("beams, elements", format!("{}, {}", report.beams, report.elements)));
+        rows.insert(
+            2,
+            ("beams, elements", format!("{}, {}", report.counts.beams, report.counts.elements)),
+        );
         rows.push(("h ω_max of beams", found));
     }
     let mut text = format!("{}: valid\n", model.header.name);

@@ -11,8 +11,9 @@
 mod npz;
 mod table;
 
-use holonom_sim::output::RunFolder;
+use holonom_sim::output::{RunFolder, atomically};
 use std::path::{Path, PathBuf};
+use table::Results;
 
 /// A format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,17 +70,9 @@ pub enum ExportError {
 /// # Errors
 /// [`ExportError`].
 pub fn export(folder: &RunFolder, format: Format, to: &Path) -> Result<(), ExportError> {
-    let mut name = to.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = to.with_file_name(name);
-    let failed = |message: String| ExportError::Write { path: to.to_owned(), message };
-    let written = match format {
-        Format::Npz => npz::write(folder.path(), &temporary, &failed),
-    };
-    let renamed = written
-        .and_then(|()| std::fs::rename(&temporary, to).map_err(|error| failed(error.to_string())));
-    if renamed.is_err() {
-        let _ = std::fs::remove_file(&temporary); // the first error is the one to report
-    }
-    renamed
+    let results = Results::read(folder.path())?;
+    let written = atomically(to, |file| match format {
+        Format::Npz => npz::write(&results, file),
+    });
+    written.map_err(|e| ExportError::Write { path: to.to_owned(), message: e.to_string() })
 }

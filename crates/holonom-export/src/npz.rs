@@ -12,63 +12,51 @@
 //! | `beams/NAME/s` | `elements` | arc length, m |
 //! | `beams/NAME/strain`, `beams/NAME/force` | `rows × elements × 6` | `Γ, K`; `N, M` |
 
-use crate::ExportError;
-use crate::table::Table;
+use crate::table::{Results, Table};
+use holonom_sim::output::members;
+use holonom_sim::sample::MemberKind;
 use ndarray::{Array1, Array2, Array3, ArrayBase, Data, Dimension};
 use ndarray_npy::{NpzWriter, WritableElement};
 use std::fs::File;
+use std::io;
 use std::path::Path;
 
 /// Columns of `trajectory.csv` after those of the members.
 const TAIL: usize = 8;
 
-type Failed<'a> = &'a dyn Fn(String) -> ExportError;
+struct Writer(NpzWriter<File>);
 
-struct Writer<'a> {
-    file: NpzWriter<File>,
-    failed: Failed<'a>,
-}
-
-impl Writer<'_> {
-    fn add<S, D>(&mut self, name: &str, array: &ArrayBase<S, D>) -> Result<(), ExportError>
+impl Writer {
+    fn add<S, D>(&mut self, name: &str, array: &ArrayBase<S, D>) -> io::Result<()>
     where
         S: Data,
         S::Elem: WritableElement,
         D: Dimension,
     {
-        self.file.add_array(name, array).map_err(|e| (self.failed)(e.to_string()))
+        self.0.add_array(name, array).map_err(io::Error::other)
     }
 
-    fn column(&mut self, name: &str, values: &[f64]) -> Result<(), ExportError> {
+    fn column(&mut self, name: &str, values: &[f64]) -> io::Result<()> {
         self.add(name, &ndarray::aview1(values))
     }
 }
 
-/// Writes all results in `folder`.
-pub(crate) fn write(folder: &Path, to: &Path, failed: Failed<'_>) -> Result<(), ExportError> {
-    let missing = |name: &str| ExportError::Read {
-        path: folder.join(name),
-        message: "there is no such file".into(),
-    };
-    let read = |name: &str| Table::read(&folder.join(name));
-    let trajectory = read("trajectory.csv")?.ok_or_else(|| missing("trajectory.csv"))?;
-    let file = File::create(to).map_err(|e| failed(e.to_string()))?;
-    let mut writer = Writer { file: NpzWriter::new(file), failed };
-    motion(&mut writer, &trajectory)?;
-    for group in ["residuals", "sensors", "momenta"] {
-        let Some(table) = read(&format!("{group}.csv"))? else { continue };
+/// Writes all results.
+pub(crate) fn write(results: &Results, to: &Path) -> io::Result<()> {
+    let mut writer = Writer(NpzWriter::new(File::create(to)?));
+    motion(&mut writer, &results.trajectory)?;
+    for (group, table) in &results.groups {
         for (name, column) in table.names.iter().zip(&table.columns).skip(2) {
             writer.column(&format!("{group}/{name}"), column)?;
         }
     }
-    if let Some(table) = read("beams.csv")? {
-        beams(&mut writer, &table)?;
+    if let Some(table) = &results.beams {
+        beams(&mut writer, table)?;
     }
-    writer.file.finish().map_err(|e| failed(e.to_string()))?;
-    Ok(())
+    writer.0.finish().map(drop).map_err(io::Error::other)
 }
 
-fn motion(writer: &mut Writer<'_>, table: &Table) -> Result<(), ExportError> {
+fn motion(writer: &mut Writer, table: &Table) -> io::Result<()> {
     let rows = table.columns.first().map_or(0, Vec::len);
     let n = table.columns.len().saturating_sub(2 + TAIL);
     let value = |row: usize, column: usize| table.columns[column][row];
@@ -82,15 +70,12 @@ fn motion(writer: &mut Writer<'_>, table: &Table) -> Result<(), ExportError> {
     for (name, first) in [("L", after), ("P", after + 3)] {
         writer.add(name, &Array2::from_shape_fn((rows, 3), |(k, i)| value(k, first + i)))?;
     }
-    for (k, column) in table.names.iter().enumerate() {
-        let Some(name) = column.strip_suffix(".x") else { continue };
-        let has = |offset: usize, axis: &str| {
-            table.names.get(k + offset).is_some_and(|c| *c == format!("{name}.{axis}"))
-        };
-        let axes = if has(2, "z") { 3 } else { 2 };
+    for (k, member) in members(&table.names) {
+        let name = member.name;
+        let axes = if member.kind == MemberKind::Particle2 { 2 } else { 3 };
         let position = Array2::from_shape_fn((rows, axes), |(row, i)| value(row, k + i));
         writer.add(&format!("position/{name}"), &position)?;
-        if has(3, "d1x") {
+        if member.kind == MemberKind::Frame {
             let director = |(row, i, j): (usize, usize, usize)| value(row, k + 3 + 3 * j + i);
             let directors = Array3::from_shape_fn((rows, 3, 3), director);
             writer.add(&format!("directors/{name}"), &directors)?;
@@ -100,7 +85,7 @@ fn motion(writer: &mut Writer<'_>, table: &Table) -> Result<(), ExportError> {
 }
 
 /// One row of the file is one element of one beam at one step.
-fn beams(writer: &mut Writer<'_>, table: &Table) -> Result<(), ExportError> {
+fn beams(writer: &mut Writer, table: &Table) -> io::Result<()> {
     let mut names: Vec<&String> = table.words.iter().collect();
     names.sort();
     names.dedup();

@@ -1,7 +1,31 @@
-//! A CSV file of a run as columns.
+//! The CSV files of a run as columns.
 
 use crate::ExportError;
 use std::path::Path;
+
+/// The files of a run.
+pub(crate) struct Results {
+    pub(crate) trajectory: Table,
+    /// Those with one column for each quantity after `step, t`, by their names without extension.
+    pub(crate) groups: Vec<(&'static str, Table)>,
+    pub(crate) beams: Option<Table>,
+}
+
+impl Results {
+    /// Reads all that stand in a folder; a trajectory is required.
+    pub(crate) fn read(folder: &Path) -> Result<Self, ExportError> {
+        let read = |name: &str| Table::read(&folder.join(format!("{name}.csv")));
+        let trajectory = read("trajectory")?.ok_or_else(|| ExportError::Read {
+            path: folder.join("trajectory.csv"),
+            message: "there is no such file".into(),
+        })?;
+        let mut groups = Vec::new();
+        for name in ["residuals", "sensors", "momenta"] {
+            groups.extend(read(name)?.map(|table| (name, table)));
+        }
+        Ok(Self { trajectory, groups, beams: read("beams")? })
+    }
+}
 
 /// Columns of numbers, and the one of words that `beams.csv` has.
 pub(crate) struct Table {

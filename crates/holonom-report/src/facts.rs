@@ -3,8 +3,11 @@
 use holonom_sim::output::{EnergySummary, Status, Summary};
 use holonom_sim::statics::StaticFacts;
 
-/// Significant digits of times: those of a step times a count.
-const TIME: usize = 12;
+/// A time or a step, s, with the digits of a step times a count.
+#[must_use]
+pub fn time(t: f64) -> String {
+    rounded(t, 12)
+}
 
 /// A measured fact.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,19 +21,18 @@ pub struct Fact {
 /// One line with the size of the run.
 #[must_use]
 pub fn counts(summary: &Summary) -> String {
-    let Summary { steps, step, end_time, scheme, order, dof, .. } = summary;
+    let Summary { steps, step, end_time, scheme, order, counts, .. } = summary;
     let ended = match summary.status {
         Status::Done => "",
         Status::Failed => " (failed)",
     };
+    let dof_text = plural(counts.dof as u64, "degree of freedom", "degrees of freedom");
     if let Some(statics) = &summary.statics {
         let found = plural(statics.equilibria, "equilibrium", "equilibria");
-        let dof_text = plural(*dof as u64, "degree of freedom", "degrees of freedom");
-        let end = rounded(*end_time, TIME);
+        let end = time(*end_time);
         return format!("{dof_text}; {found} to t = {end}{ended}; {scheme}");
     }
-    let dof_text = plural(*dof as u64, "degree of freedom", "degrees of freedom");
-    let (step, end) = (rounded(*step, TIME), rounded(*end_time, TIME));
+    let (step, end) = (time(*step), time(*end_time));
     if *steps == 0 && summary.status == Status::Failed {
         return format!("{dof_text}; the first step of {step} s failed; {scheme}, order {order}");
     }
@@ -54,7 +56,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
     let residual = &summary.constraint_residual;
     let energy = &summary.energy;
     let newton = &summary.newton_iterations;
-    let constraints = if summary.constraints == 0 {
+    let constraints = if summary.counts.constraints == 0 {
         "there are none".to_owned()
     } else {
         format!(
@@ -109,10 +111,7 @@ fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
     let path = if statics.arc_length { "by arc length" } else { "by steps of the load" };
     let position = summary.constraint_residual.position.max;
     let mut facts = vec![
-        (
-            "load path",
-            format!("{path}, to t = {} at most; {halvings}", rounded(statics.largest_time, TIME)),
-        ),
+        ("load path", format!("{path}, to t = {} at most; {halvings}", time(statics.largest_time))),
         ("residual force", format!("{} at most (N, N·m)", number(statics.max_residual))),
         ("constraints", format!("residual {}", number(position))),
         (

@@ -17,11 +17,11 @@ mod shapes;
 use std::path::PathBuf;
 
 use holonom_model::Model;
-use holonom_sim::output::{Frames, OutputError, RunFolder};
+use holonom_sim::output::{OutputError, RunFolder};
 use scene::Scene;
 
 pub use chart::{Axis, Chart, Curve};
-pub use facts::{Fact, counts, facts, rounded};
+pub use facts::{Fact, counts, facts, rounded, time};
 pub use mode_shapes::mode_picture;
 pub use page::{Figure, page};
 pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
@@ -37,13 +37,14 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     let summary = folder.summary()?;
     let members = if summary.statics.is_some() { usize::MAX } else { plots::MEMBERS };
     let trajectory = folder.read_trajectory(members)?;
-    let model = folder.model_text();
+    let text = folder.model_text();
+    let model = Model::from_toml(&text).ok();
     let mut plots = match summary.statics {
         Some(_) => static_plots(&trajectory),
         None => plots(&trajectory),
     };
     if let Some(sensors) = folder.read_sensors()? {
-        plots.extend(sensor_plots(&sensors, &model));
+        plots.extend(sensor_plots(&sensors, model.as_ref()));
     }
     let mut files = Vec::new();
     let mut figures = Vec::new();
@@ -53,32 +54,31 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
         figures.push(Figure { title: title.to_owned(), name: name.to_owned(), caption, svg });
         Ok::<(), OutputError>(())
     };
-    if let Some((picture, caption)) = centre_lines(folder, &model)? {
+    if let Some((picture, caption)) = centre_lines(folder, model.as_ref())? {
         draw(&picture.title, "beams", caption, picture.svg())?;
     }
     for plot in &plots {
         draw(&plot.chart.title, &plot.name, plot.words(), plot.chart.svg())?;
     }
-    let scene = scene_of(folder, &model);
-    let page = page(&summary, &trajectory, &figures, (&model, scene.as_ref()));
+    let scene = model.as_ref().and_then(|model| scene_of(folder, model));
+    let page = page(&summary, &trajectory, &figures, (&text, scene.as_ref()));
     files.insert(0, folder.write("report.html", &page)?);
     Ok(files)
 }
 
 /// The animated scene; `None` where the files hold no motion that can be shown.
-fn scene_of(folder: &RunFolder, model: &str) -> Option<Scene> {
-    let model = Model::from_toml(model).ok()?;
-    let file = |name: &str| folder.path().join(name);
-    let frames = Frames::read(&file("trajectory.csv"), scene::NUMBERS, scene::INSTANTS).ok()?;
-    let moments = frames.bending_moments(&file("beams.csv")).unwrap_or_default();
-    Scene::new(&model, &frames, &moments)
+fn scene_of(folder: &RunFolder, model: &Model) -> Option<Scene> {
+    let frames = folder.frames(scene::NUMBERS, scene::INSTANTS).ok()?;
+    let moments = frames.bending_moments(&folder.path().join("beams.csv")).unwrap_or_default();
+    Scene::new(model, &frames, &moments)
 }
 
 /// The picture of the beams of a run, with its caption.
-fn centre_lines(folder: &RunFolder, model: &str) -> Result<Option<(Picture, String)>, OutputError> {
-    let Some(model) = Model::from_toml(model).ok().filter(|model| !model.beams.is_empty()) else {
-        return Ok(None);
-    };
-    let snapshots = folder.snapshots(shapes::INSTANTS)?;
-    Ok(shapes(&model, &snapshots).map(|picture| (picture, caption(&snapshots))))
+fn centre_lines(
+    folder: &RunFolder,
+    model: Option<&Model>,
+) -> Result<Option<(Picture, String)>, OutputError> {
+    let Some(model) = model.filter(|model| !model.beams.is_empty()) else { return Ok(None) };
+    let frames = folder.frames(usize::MAX, shapes::INSTANTS)?;
+    Ok(shapes(model, &frames).map(|picture| (picture, caption(&frames.times))))
 }

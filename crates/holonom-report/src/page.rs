@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::facts::{counts, facts, rounded};
+use super::facts::{counts, facts, rounded, time};
 use super::scene::Scene;
 use holonom_sim::output::{Status, Summary, Trajectory};
 
@@ -77,7 +77,7 @@ fn push_failure(html: &mut String, summary: &Summary) {
             Some(f) => format!(
                 "The run failed in step {}, at t = {} s: {}. Remedy: {}.",
                 f.step,
-                rounded(f.t, 12),
+                time(f.t),
                 f.message,
                 f.remedy
             ),
@@ -139,19 +139,19 @@ fn push_table(html: &mut String, summary: &Summary) {
         summary;
     let rows = [
         ("scheme, order", format!("{}, {}", summary.scheme, summary.order)),
-        ("time step", format!("{} s", rounded(summary.step, 12))),
-        ("end time", format!("{} s", rounded(summary.end_time, 12))),
+        ("time step", format!("{} s", time(summary.step))),
+        ("end time", format!("{} s", time(summary.end_time))),
         ("steps taken, nodes recorded", format!("{}, {}", summary.steps, summary.recorded)),
         (
             "bodies and particles, joints and bars",
-            format!("{}, {}", summary.bodies, summary.joints),
+            format!("{}, {}", summary.counts.bodies, summary.counts.joints),
         ),
-        ("coordinates", summary.coordinates.to_string()),
+        ("coordinates", summary.counts.coordinates.to_string()),
         (
             "constraints, redundant among them",
-            format!("{}, {}", summary.constraints, summary.redundant_constraints),
+            format!("{}, {}", summary.counts.constraints, summary.counts.redundant_constraints),
         ),
-        ("degrees of freedom", summary.dof.to_string()),
+        ("degrees of freedom", summary.counts.dof.to_string()),
         ("initial energy", format!("{} J", rounded(energy.initial, 12))),
         ("largest energy error", format!("{:.3e} J", energy.max_abs_error)),
         match energy.drift_per_step {
@@ -176,8 +176,9 @@ fn push_table(html: &mut String, summary: &Summary) {
         ("time of the run", format!("{:.3e} s", summary.wall_seconds)),
         ("time per step", format!("{:.3e} s", summary.seconds_per_step)),
     ];
-    let beams = ("beams, elements", format!("{}, {}", summary.beams, summary.elements));
-    let rows = rows.into_iter().chain((summary.beams > 0).then_some(beams));
+    let beams =
+        ("beams, elements", format!("{}, {}", summary.counts.beams, summary.counts.elements));
+    let rows = rows.into_iter().chain((summary.counts.beams > 0).then_some(beams));
     html.push_str("<table>\n");
     for (name, value) in rows {
         let _ = writeln!(html, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(&value));

@@ -12,7 +12,7 @@ const SENSORS: usize = 24;
 
 /// All charts of the sensors of a run; `model` knows their quantities and units.
 #[must_use]
-pub fn sensor_plots(table: &SensorTable, model: &str) -> Vec<Plot> {
+pub fn sensor_plots(table: &SensorTable, model: Option<&Model>) -> Vec<Plot> {
     let columns = known(table, model);
     let mut names: Vec<&str> = columns.iter().map(|c| c.sensor.as_str()).collect();
     names.dedup();
@@ -54,8 +54,8 @@ pub fn sensor_plots(table: &SensorTable, model: &str) -> Vec<Plot> {
 
 /// The columns of the table as the model describes them; without quantities and units when it does
 /// not.
-fn known(table: &SensorTable, model: &str) -> Vec<Column> {
-    let columns = Model::from_toml(model).map(|model| sensor::columns(&model)).unwrap_or_default();
+fn known(table: &SensorTable, model: Option<&Model>) -> Vec<Column> {
+    let columns = model.map(sensor::columns).unwrap_or_default();
     if columns.iter().map(Column::name).eq(table.columns.iter().cloned()) {
         return columns;
     }

@@ -2,7 +2,7 @@
 
 use super::picture::{Item, Paint, Picture, Point, Side, axonometric};
 use holonom_model::{Beam, Model};
-use holonom_sim::output::Snapshot;
+use holonom_sim::output::Frames;
 use nalgebra::Vector3;
 use vi_beam::section_force::cubic_line;
 
@@ -11,50 +11,45 @@ pub(super) const INSTANTS: usize = 9;
 /// Points of a centre line, about.
 const POINTS: usize = 200;
 
-/// The beams of `model` at the instants of `snapshots`, pale first; bodies and point masses as dots. `None`
+/// The beams of `model` at the instants of `frames`, pale first; bodies and point masses as dots. `None`
 /// without beams. A motion in a plane of two axes of space is seen from in front, others from aside.
 #[must_use]
-pub fn shapes(model: &Model, snapshots: &[Snapshot]) -> Option<Picture> {
-    if model.beams.is_empty() || snapshots.is_empty() {
-        return None;
-    }
-    let place = projection(snapshots);
+pub fn shapes(model: &Model, frames: &Frames) -> Option<Picture> {
+    let snapshots: Vec<Vec<[f64; 3]>> =
+        (0..frames.q.len()).map(|i| frames.points(i).collect()).collect();
+    let last = snapshots.last().filter(|_| !model.beams.is_empty())?;
+    let place = projection(&snapshots);
     let mut items = Vec::new();
-    for (i, snapshot) in snapshots.iter().enumerate() {
+    for (i, points) in snapshots.iter().enumerate() {
         let strength = 0.25 + 0.75 * (i + 1) as f64 / snapshots.len() as f64;
         let mut first = model.bodies.len();
         for (k, beam) in model.beams.iter().enumerate() {
             let paint = Paint::Curve(k, strength);
-            for line in lines(beam, &snapshot.points[first..]) {
+            for line in lines(beam, &points[first..]) {
                 items.push(Item::Line(line.iter().map(&place).collect(), paint, 2.0));
             }
             first += beam.node_count();
         }
-        let bodies = snapshot.points[..model.bodies.len()].iter();
-        for point in bodies.chain(&snapshot.points[first..]) {
+        let bodies = points[..model.bodies.len()].iter();
+        for point in bodies.chain(&points[first..]) {
             items.push(Item::Dot(place(point), Paint::Ink(0.6 * strength), 3.0));
         }
     }
-    let last = &snapshots[snapshots.len() - 1];
     let mut first = model.bodies.len();
     for (k, beam) in model.beams.iter().enumerate() {
         let end = first + beam.node_count() - 1;
-        let words = Item::Words(
-            place(&last.points[end]),
-            Paint::Curve(k, 1.0),
-            beam.name.clone(),
-            Side::Right,
-        );
+        let words =
+            Item::Words(place(&last[end]), Paint::Curve(k, 1.0), beam.name.clone(), Side::Right);
         items.push(words);
         first = end + 1;
     }
     Some(Picture { title: "Centre lines".into(), width: 880.0, items })
 }
 
-/// What the picture shows, in words.
+/// What the picture of instants shows, in words.
 #[must_use]
-pub fn caption(snapshots: &[Snapshot]) -> String {
-    let times: Vec<String> = snapshots.iter().map(|s| format!("{:.4}", s.t)).collect();
+pub fn caption(times: &[f64]) -> String {
+    let times: Vec<String> = times.iter().map(|t| format!("{t:.4}")).collect();
     let times = times.iter().map(|t| t.trim_end_matches('0').trim_end_matches('.'));
     let times: Vec<&str> = times.collect();
     format!("At t = {} s, the last in full colour.", times.join(", "))
@@ -75,10 +70,10 @@ fn lines(beam: &Beam, nodes: &[[f64; 3]]) -> Vec<Vec<[f64; 3]>> {
 }
 
 /// From space to the plane.
-fn projection(snapshots: &[Snapshot]) -> impl Fn(&[f64; 3]) -> Point + use<> {
+fn projection(snapshots: &[Vec<[f64; 3]>]) -> impl Fn(&[f64; 3]) -> Point + use<> {
     let mut low = [f64::INFINITY; 3];
     let mut high = [f64::NEG_INFINITY; 3];
-    for point in snapshots.iter().flat_map(|s| &s.points) {
+    for point in snapshots.iter().flatten() {
         for i in 0..3 {
             (low[i], high[i]) = (low[i].min(point[i]), high[i].max(point[i]));
         }

@@ -15,9 +15,9 @@ use vi_core::{Configuration, SparseMatrix};
 use vi_emscheme::integrator::EmSetupError;
 use vi_multibody::mechanism::Mechanism;
 
-/// What the assembly of a model found.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct AssemblyReport {
+/// The size of an assembled model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Counts {
     /// Rigid bodies and particles, fixed ones included.
     pub bodies: usize,
     /// Beams.
@@ -34,10 +34,18 @@ pub struct AssemblyReport {
     pub constraints: usize,
     /// Constraints that follow from the others.
     pub redundant_constraints: usize,
-    /// Joints and bars with redundant constraints, by name.
-    pub redundant: Vec<String>,
     /// Degrees of freedom.
     pub dof: usize,
+}
+
+/// What the assembly of a model found.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct AssemblyReport {
+    /// Its size.
+    #[serde(flatten)]
+    pub counts: Counts,
+    /// Joints and bars with redundant constraints, by name.
+    pub redundant: Vec<String>,
     /// Violation of the constraints by the initial values.
     pub closure: Closure,
     /// The stiffest element against the step; `None` without beams.
@@ -50,7 +58,7 @@ pub struct AssemblyReport {
 }
 
 /// Whether a count is not worth a word.
-pub(crate) fn is_zero(count: &usize) -> bool {
+fn is_zero(count: &usize) -> bool {
     *count == 0
 }
 
@@ -152,7 +160,7 @@ pub(crate) fn counts(
         }
     }
     let (n, m) = (mechanism.dim(), mechanism.len());
-    AssemblyReport {
+    let counts = Counts {
         bodies: model.bodies.len() + model.particles.len(),
         beams: beams.list.len(),
         elements: model.beams.iter().map(Beam::element_count).sum(),
@@ -160,13 +168,9 @@ pub(crate) fn counts(
         coordinates: n,
         constraints: m,
         redundant_constraints: m - rows.len(),
-        redundant,
         dof: n - rows.len(),
-        closure,
-        stiffness: None,
-        projected: None,
-        warnings: Vec::new(),
-    }
+    };
+    AssemblyReport { counts, redundant, closure, ..AssemblyReport::default() }
 }
 
 /// A refused set-up of an energy–momentum scheme as an error of the model.

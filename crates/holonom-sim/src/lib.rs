@@ -38,5 +38,6 @@ pub mod simulation;
 pub mod statics;
 pub mod system;
 
+pub use assembly::Counts;
 pub use beams::{BeamParts, Beams};
 pub use limits::Stiffness;

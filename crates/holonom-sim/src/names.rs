@@ -1,7 +1,7 @@
 //! Where the members of a model are among those of the mechanism.
 
 use holonom_model::Model;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use std::collections::BTreeMap;
 use vi_multibody::builder::{BodyId, JointId, ParticleId, PointOn};
 use vi_multibody::joint::FrameId;
@@ -40,13 +40,5 @@ impl Names<'_> {
     pub(crate) fn joint(&self, name: &str) -> Option<(&holonom_model::Joint, JointId)> {
         let k = self.model.joints.iter().position(|joint| joint.name == name)?;
         Some((&self.model.joints[k], self.joints[k]))
-    }
-
-    /// Components along the directors of a vector given in the body's own frame.
-    pub(crate) fn along_directors(&self, name: &str, components: &Vector3<f64>) -> Vector3<f64> {
-        match self.index(name) {
-            Some(k) => self.principal[k].transpose() * components,
-            None => *components,
-        }
     }
 }

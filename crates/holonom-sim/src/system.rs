@@ -16,7 +16,7 @@ use vi_multibody::joint::FrameId;
 use vi_multibody::mechanism::{BarEnd, Mechanism};
 use vi_multibody::pair::PairKind;
 use vi_multibody::spring::SpringLaw;
-use vi_rigid::load::{Load, LoadError, LoadKind};
+use vi_rigid::load::LoadKind;
 
 /// The numbers of a model.
 pub struct System {
@@ -83,9 +83,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         drive::add_joint_forces(&mut builder, joint, *id)?;
     }
     for load in &model.loads {
-        for load in loads(load, &names, &parts, &list)? {
-            builder.load_of_frame(load);
-        }
+        add_load(&mut builder, load, &names, (&parts, &list))?;
     }
     parts.description = builder.description().map_err(refusal)?;
     let mut mechanism = parts.mechanism();
@@ -197,36 +195,32 @@ fn add_spring(builder: &mut MechanismBuilder, spring: &holonom_model::Spring, na
     entry.natural_length(spring.natural_length.unwrap_or_default());
 }
 
-/// The loads of a `[[load]]`: one, or one for each node of a beam.
-fn loads(
+/// Adds a `[[load]]`: one, or one for each node of a beam.
+fn add_load(
+    builder: &mut MechanismBuilder,
     load: &holonom_model::Load,
     names: &Names<'_>,
-    parts: &BeamModel,
-    beams: &[BeamParts],
-) -> Result<Vec<Load>, ModelError> {
-    let refuse = |error: LoadError| {
-        let key = format!("load.{}", load.name);
-        ModelError::Assembly(vec![Problem::new(key, error.to_string())])
-    };
+    (parts, beams): (&BeamModel, &[BeamParts]),
+) -> Result<(), ModelError> {
     let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
-    let kind = match load.frame {
-        Frame::Space => LoadKind::Dead,
-        Frame::Body => LoadKind::Follower,
-    };
     let history = load.history.time_history();
-    if let Some(beam) = &load.beam {
-        let legs = beams.iter().filter(|b| b.name == *beam).flat_map(|b| &b.legs);
-        let along = legs.map(|leg| parts.line_load(leg, kind, force, torque, &history));
-        let along: Result<Vec<_>, _> = along.collect();
-        return Ok(along.map_err(refuse)?.concat());
+    let follower = load.frame == Frame::Body;
+    if let Some(k) = load.body.as_deref().and_then(|body| names.index(body)) {
+        let entry = builder.load(names.frames[k]).force(force).torque(torque).history(history);
+        let entry = entry.point(load.point.unwrap_or_default());
+        if follower {
+            entry.follower();
+        }
+        return Ok(());
     }
-    let body = load.body.as_deref().unwrap_or_default();
-    let turned = |v: Vector3<f64>| match load.frame {
-        Frame::Space => v,
-        Frame::Body => names.along_directors(body, &v),
-    };
-    let frame = names.index(body).unwrap_or_default();
-    let point = names.along_directors(body, &Vector3::from(load.point.unwrap_or_default()));
-    let made = Load::new(12 * frame, kind, turned(force), turned(torque), history);
-    Ok(vec![made.and_then(|load| load.at(point)).map_err(refuse)?])
+    let kind = if follower { LoadKind::Follower } else { LoadKind::Dead };
+    let beam = beams.iter().filter(|b| Some(&b.name) == load.beam.as_ref());
+    for leg in beam.flat_map(|b| &b.legs) {
+        let along = parts.line_load(leg, kind, force, torque, &history).map_err(|error| {
+            let key = format!("load.{}", load.name);
+            ModelError::Assembly(vec![Problem::new(key, error.to_string())])
+        })?;
+        along.into_iter().for_each(|load| builder.load_of_frame(load));
+    }
+    Ok(())
 }

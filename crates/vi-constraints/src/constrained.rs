@@ -18,7 +18,6 @@ use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, BlockKind, Fault, Newton};
-use vi_core::predictor::History;
 use vi_core::sparse::{Block as MatrixBlock, Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -115,12 +114,8 @@ impl<S: DiscreteLagrangian, C: Constraints> Scheme<S, C> for Constrained {
         Ok(saddle.solve(constraints, &emit, (upper, -1.0, lower), dx)?)
     }
 
-    fn renew(&mut self, constraints: &C, history: &mut History, solved: bool) -> bool {
-        let changed = self.saddle.renew(constraints, &self.s, solved);
-        if changed {
-            history.clear(); // of other multipliers
-        }
-        changed
+    fn renew(&mut self, constraints: &C, solved: bool) -> bool {
+        self.saddle.renew(constraints, &self.s, solved)
     }
 
     fn end(&mut self, system: &S, _: &C, _: &Newton, state: &mut State) -> Result<(), StepError> {

@@ -139,8 +139,8 @@ impl DenseNewton {
     }
 }
 
-/// `out ← Pᵀ w`.
-pub(crate) fn pull_back(null_space: &DMatrix<f64>, w: &[f64], out: &mut [f64]) {
+/// `out ← Pᵀ w`, shape `d`.
+pub fn pull_back(null_space: &DMatrix<f64>, w: &[f64], out: &mut [f64]) {
     for (o, column) in out.iter_mut().zip(null_space.column_iter()) {
         *o = column.iter().zip(w).map(|(p, w)| p * w).sum(); // (6)
     }

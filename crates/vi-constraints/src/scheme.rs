@@ -234,9 +234,9 @@ pub trait Scheme<S, C>: Send {
     fn alternating(&self, _sub_steps: usize) -> Range<usize> {
         0..0
     }
-    /// After a step that was `solved` or not: whether other constraints are used from now on, and the step is
-    /// to be solved again.
-    fn renew(&mut self, _constraints: &C, _history: &mut History, _solved: bool) -> bool {
+    /// After a step that was `solved` or not: whether other constraints are used from now on. The history is then
+    /// void, and the step is to be solved again.
+    fn renew(&mut self, _constraints: &C, _solved: bool) -> bool {
         false
     }
     /// Moves the state to the end of the step that `newton` has solved.
@@ -296,7 +296,8 @@ impl StepSolver {
         scheme.begin(system, constraints, step, state);
         let mut problem = Equations { scheme, system, constraints };
         let mut outcome = solve_step(newton, &mut state.history, step, &mut problem, x);
-        if problem.scheme.renew(constraints, &mut state.history, outcome.is_ok()) {
+        if problem.scheme.renew(constraints, outcome.is_ok()) {
+            state.history.clear();
             outcome = solve_step(newton, &mut state.history, step, &mut problem, x);
         }
         let report = outcome?;

@@ -7,9 +7,9 @@
 ///
 /// let q = [1.0, 0.0];
 /// let at = Configuration::new(0.5, &q); // principal angles
-/// assert_eq!(at.angle_near(0, -3.0), -3.0); // next to 0
+/// assert_eq!(at.revolutions(0, -3.0), 0.0); // −3 is next to 0
 /// let turned = Configuration { angles: &[6.3], ..at };
-/// assert!((turned.angle_near(0, -3.0) - (-3.0 + std::f64::consts::TAU)).abs() < 1e-15);
+/// assert_eq!(turned.revolutions(0, -3.0), 1.0); // −3 + 2π is next to 6.3
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Configuration<'a> {
@@ -29,13 +29,8 @@ impl<'a> Configuration<'a> {
         Self { t, q, angles: &[] }
     }
 
-    /// `θ + 2πk` of angle `slot` next to its value nearby; `principal`: `θ ∈ [−π, π]`, rad.
-    #[must_use]
-    pub fn angle_near(&self, slot: usize, principal: f64) -> f64 {
-        principal + std::f64::consts::TAU * self.revolutions(slot, principal)
-    }
-
-    /// The number `k` of whole revolutions in [`Configuration::angle_near`].
+    /// The number `k` of whole revolutions with which `θ + 2πk` of angle `slot` is next to its value nearby;
+    /// `principal`: `θ ∈ [−π, π]`, rad.
     ///
     /// After many revolutions the sum is only accurate to `ε|θ|`; what is compared with `θ` subtracts the
     /// revolutions first.

@@ -141,17 +141,6 @@ impl SparseMatrix {
         Self { matrix, slots }
     }
 
-    /// A matrix from one that exists already (converted to compressed columns).
-    #[must_use]
-    pub fn from_sprs(matrix: &CsMat<f64>) -> Self {
-        let (rows, columns) = matrix.shape();
-        Self::assemble(rows, columns, |out| {
-            for (value, (i, j)) in matrix {
-                out.add(i, j, *value);
-            }
-        })
-    }
-
     /// Overwrites the values; `emit` must write the same places in the same order as at assembly.
     pub fn refill(&mut self, emit: impl FnOnce(&mut dyn Entries)) {
         let values = self.matrix.data_mut();

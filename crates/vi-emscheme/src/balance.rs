@@ -11,6 +11,7 @@
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::{EmSystem, Velocity};
 use nalgebra::DMatrix;
+use vi_constraints::reparametrization::pull_back;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::SubStep;
 use vi_core::interval::Interval;
@@ -89,11 +90,13 @@ impl Balance {
         }
     }
 
-    /// Another independent set of the same size.
-    pub(crate) fn set_rows(&mut self, rows: IndependentRows) {
+    /// Another independent set of the same size, where it differs.
+    pub(crate) fn take_rows(&mut self, rows: &IndependentRows) {
         debug_assert_eq!(rows.len(), self.rows().len());
-        let saddle = SaddlePoint::new(self.s.dim(), rows);
-        self.solver = Multipliers::LeastSquares(Box::new(saddle));
+        if rows != self.rows() {
+            let saddle = SaddlePoint::new(self.s.dim(), rows.clone());
+            self.solver = Multipliers::LeastSquares(Box::new(saddle));
+        }
     }
 
     /// After a step that was `solved` or not: other rows where these are no longer clearly independent;
@@ -136,13 +139,7 @@ impl Balance {
         (&self.bracket, &self.s)
     }
 
-    /// `out ← P̄ᵀ h B` for the interval and the `P̄` written before; for intervals with `Ḡ P̄ = 0`.
-    pub(crate) fn residual(&mut self, system: &EmSystem, out: &mut [f64]) {
-        self.bracket(system);
-        pull_back(&self.null_space, &self.bracket, out);
-    }
-
-    /// `out ← P̄ᵀ (h B + Ḡᵀμ)` and `μ`: as [`Balance::residual`] where `Ḡ P̄ = 0`.
+    /// `out ← P̄ᵀ (h B + Ḡᵀμ)` and `μ`, for the interval and the `P̄` written before.
     pub(crate) fn projected_residual(
         &mut self,
         system: &EmSystem,
@@ -197,31 +194,10 @@ impl Balance {
         SparseMatrix::update(&mut self.tangent, (n, n), emit);
     }
 
-    /// `out ← K̃ ∂F_d/∂u` at the point of the last residual, shape `n × d`; `push` holds `∂F_d/∂u`.
-    pub(crate) fn pushed_tangent(
-        &mut self,
-        (system, constraints): (&EmSystem, &impl DiscreteConstraints),
-        push: &DMatrix<f64>,
-        out: &mut DMatrix<f64>,
-    ) -> Result<(), Singular> {
-        self.multipliers(constraints)?;
-        self.tangent(system, constraints);
-        out.fill(0.0);
-        self.parts().0.mul_dense_add(1.0, push, out);
-        Ok(())
-    }
-
     /// The tangent last written, the null space matrix, and a scratch vector of shape `n`.
     pub(crate) fn parts(&mut self) -> (&SparseMatrix, &DMatrix<f64>, &mut [f64]) {
         let tangent = self.tangent.as_ref().expect("written by `tangent`");
         (tangent, &self.null_space, &mut self.work)
-    }
-}
-
-/// `out ← P̄ᵀ w`.
-pub(crate) fn pull_back(null_space: &DMatrix<f64>, w: &[f64], out: &mut [f64]) {
-    for (r, column) in out.iter_mut().zip(null_space.column_iter()) {
-        *r = column.iter().zip(w).map(|(p, w)| p * w).sum();
     }
 }
 
@@ -292,10 +268,10 @@ mod tests {
 
     /// `r_k = P̄_kᵀ (h B + Ḡᵀ μ_k)` at the increment `dq`, with `P̄_k` and `μ_k` kept.
     fn kept(balance: &mut Balance, at: (&EmSystem, &Mechanism), dq: &[f64]) -> Vec<f64> {
-        let (n, d) = balance.null_space.shape();
+        let n = balance.s.dim();
         balance.s.dq.copy_from_slice(dq);
         balance.s.close_from_increment();
-        balance.residual(at.0, &mut vec![0.0; d]);
+        balance.bracket(at.0);
         let s = &balance.s;
         let jacobian = SparseMatrix::assemble(at.1.len(), n, |out| at.1.discrete_jacobian(s, out));
         let mut bracket = balance.bracket.clone();

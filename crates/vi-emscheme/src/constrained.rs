@@ -26,7 +26,6 @@ use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, BlockKind, Fault, Newton};
-use vi_core::predictor::History;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -123,12 +122,8 @@ impl<C: DiscreteConstraints> Scheme<EmSystem, C> for EmConstrained {
         if sub_steps == 1 { self.blocks[1].range.clone() } else { 0..0 }
     }
 
-    fn renew(&mut self, constraints: &C, history: &mut History, solved: bool) -> bool {
-        let changed = self.saddle.renew(constraints, &self.s, solved);
-        if changed {
-            history.clear(); // of other multipliers
-        }
-        changed
+    fn renew(&mut self, constraints: &C, solved: bool) -> bool {
+        self.saddle.renew(constraints, &self.s, solved)
     }
 
     fn end(

@@ -21,7 +21,6 @@ use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
 use vi_core::newton::{Block, BlockKind, Fault, Newton};
-use vi_core::predictor::History;
 use vi_core::state::State;
 use vi_multibody::tree_multipliers::TreeMultipliers;
 
@@ -117,7 +116,7 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
         Ok(lu.solve(matrix, dx)?)
     }
 
-    fn renew(&mut self, constraints: &C, _history: &mut History, solved: bool) -> bool {
+    fn renew(&mut self, constraints: &C, solved: bool) -> bool {
         self.balance.renew_rows(constraints, solved)
     }
 

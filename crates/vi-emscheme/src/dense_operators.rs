@@ -1,14 +1,19 @@
 //! The operators of the nodal form by dense matrices, `O(n d²)`: for any source of `P̄` and any map `F_d`.
 
-use crate::balance::pull_back;
+use crate::constraint::DiscreteConstraints;
+use crate::loop_nodal::LoopClosure;
 use crate::nodal::EmOperators;
 use crate::null_space::{DiscreteNullSpace, EmLinearization};
 use nalgebra::DMatrix;
 use vi_constraints::Reparametrization;
+use vi_constraints::reparametrization::pull_back;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::scheme::SubStep;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault};
 use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::state::State;
 
 /// [`EmOperators`] of a source of `P̄` and a map `F_d`.
 #[derive(Debug)]
@@ -17,7 +22,8 @@ pub struct DenseOperators<N, R> {
     map: R,
     linearization: EmLinearization,
     blocks: Vec<Block>,
-    null_space: DMatrix<f64>,      // n × d  P̄
+    loops: Option<LoopClosure>,
+    null_space: DMatrix<f64>,      // n × d  P̄; on loops with fewer columns
     push: DMatrix<f64>,            // n × d  ∂F_d/∂u
     weighted: DMatrix<f64>,        // n × d  K̃ ∂F_d/∂u
     matrix: DMatrix<f64>,          // d × d
@@ -36,6 +42,7 @@ impl<N, R: Reparametrization> DenseOperators<N, R> {
             map,
             linearization: EmLinearization::Multipliers,
             blocks,
+            loops: None,
             null_space: nd(),
             push: nd(),
             weighted: nd(),
@@ -45,9 +52,13 @@ impl<N, R: Reparametrization> DenseOperators<N, R> {
         }
     }
 
-    /// The map.
-    pub fn map(&self) -> &R {
-        &self.map
+    /// On closed loops: the map is that of the spanning tree; `blocks`: units and scales of its increments.
+    #[must_use]
+    pub fn on_loops(mut self, loops: LoopClosure, blocks: Vec<Block>) -> Self {
+        let n = self.null_space.nrows();
+        self.null_space = DMatrix::zeros(n, n - loops.rows().len());
+        (self.loops, self.blocks) = (Some(loops), blocks);
+        self
     }
 
     /// With another linearization; `None` when the source of `P̄` has no derivative.
@@ -62,24 +73,45 @@ impl<N, R: Reparametrization> DenseOperators<N, R> {
     }
 }
 
-impl<C, N: DiscreteNullSpace<C>, R: Reparametrization> EmOperators<C> for DenseOperators<N, R> {
-    fn dof(&self) -> usize {
-        self.matrix.nrows()
-    }
-
+impl<C, N, R> EmOperators<C> for DenseOperators<N, R>
+where
+    C: DiscreteConstraints,
+    N: DiscreteNullSpace<C>,
+    R: Reparametrization,
+{
     fn blocks(&self) -> &[Block] {
         &self.blocks
+    }
+
+    fn begin(&mut self, step: SubStep, state: &mut State) {
+        if let Some(loops) = &mut self.loops {
+            loops.begin(step, state);
+        }
     }
 
     fn reparametrize(&mut self, constraints: &C, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
         self.map.reparametrize(u, s)?;
         s.close();
+        if let Some(loops) = self.loops.as_mut().filter(|loops| loops.is_fresh()) {
+            self.map.tangent(u, s, &mut self.push);
+            loops.choose(constraints, s, &self.push);
+        }
         self.source.null_space(constraints, s, &mut self.null_space);
         Ok(())
     }
 
+    fn rows(&self) -> Option<&IndependentRows> {
+        self.loops.as_ref().map(LoopClosure::rows)
+    }
+
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
         pull_back(&self.null_space, w, out);
+    }
+
+    fn close(&mut self, constraints: &C, s: &Interval, r: &mut [f64]) {
+        if let Some(loops) = &mut self.loops {
+            loops.residual(constraints, s, &mut r[self.null_space.ncols()..]);
+        }
     }
 
     fn linearization(&self) -> EmLinearization {
@@ -88,6 +120,7 @@ impl<C, N: DiscreteNullSpace<C>, R: Reparametrization> EmOperators<C> for DenseO
 
     fn solve(
         &mut self,
+        constraints: &C,
         emit: &dyn Fn(&mut dyn Entries),
         (u, s, bracket): (&[f64], &Interval, &[f64]),
         x: &mut [f64],
@@ -97,11 +130,19 @@ impl<C, N: DiscreteNullSpace<C>, R: Reparametrization> EmOperators<C> for DenseO
         self.weighted.fill(0.0);
         let tangent = SparseMatrix::update(&mut self.tangent, (n, n), emit);
         tangent.mul_dense_add(1.0, &self.push, &mut self.weighted);
-        self.matrix.gemm_tr(1.0, &self.null_space, &self.weighted, 0.0);
+        let along = self.null_space.ncols();
+        self.matrix.rows_mut(0, along).gemm_tr(1.0, &self.null_space, &self.weighted, 0.0);
+        if let Some(loops) = &mut self.loops {
+            loops.tangent(constraints, s, &self.push, &mut self.matrix);
+        }
         if self.linearization == EmLinearization::NullSpaceDerivative {
             self.source.add_derivative(s, bracket, &self.push, &mut self.matrix);
         }
         Ok(self.lu.solve(&self.matrix, x)?)
+    }
+
+    fn noise(&self) -> f64 {
+        self.loops.as_ref().map_or(1e-9, LoopClosure::noise)
     }
 
     fn clean(&mut self, t: f64, q: &mut [f64]) {

@@ -22,7 +22,7 @@
 //! | [`constraint`] | `Ḡ` with `Ḡ Δq = Δg` |
 //! | [`em_system`] | mass, potentials, loads: the bracket and its derivative |
 //! | [`null_space`] | `P̄` with `Ḡ P̄ = 0`, and why its derivative is not needed |
-//! | [`constrained`], [`dalembert`], [`nodal`], [`loop_nodal`] | the three forms; the last on closed loops |
+//! | [`constrained`], [`dalembert`], [`nodal`] | the three forms; [`loop_nodal`]: the last on closed loops |
 //! | [`dense_operators`], [`sparse_operators`] | the algebra of the nodal form |
 //! | [`scheme`] | the names of the forms; the end of a step |
 //! | [`node`] | energy, momenta, multipliers, residuals |

@@ -5,8 +5,9 @@
 //! Dr   = P̄ᵀ (h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}) ∂F_d/∂u
 //! ```
 //! The constraints hold by construction, whatever Newton's method leaves over. The condition number
-//! does not depend on `h`. Written against [`EmOperators`]: dense matrices for any system, sparse ones for
-//! trees ([`crate::sparse_operators`]).
+//! does not depend on `h`. Written against [`EmOperators`]: dense matrices for any system
+//! ([`crate::dense_operators`], on closed loops with [`crate::loop_nodal`]), sparse ones for trees
+//! ([`crate::sparse_operators`]).
 //!
 //! Letters and the derivative of `P̄`: [`crate::null_space`]. Source: Betsch & Leyendecker 2006.
 
@@ -29,17 +30,23 @@ use vi_multibody::tree_multipliers::TreeMultipliers;
 ///
 /// Call order in an iteration: `reparametrize`, `pull_back`, `solve`.
 pub trait EmOperators<C>: Send {
-    /// Degrees of freedom `d`.
-    fn dof(&self) -> usize;
     /// Units and scales of the increments `u`.
     fn blocks(&self) -> &[Block];
+    /// Opens a step at a state.
+    fn begin(&mut self, _step: SubStep, _state: &mut State) {}
     /// Writes `s.q1 = F_d(u, s.q0)` and `s.dq`, closes the interval and takes its `P̄`.
     ///
     /// # Errors
     /// [`Fault`] when `u` is outside the domain of the map.
     fn reparametrize(&mut self, constraints: &C, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
-    /// `out ← P̄ᵀ w`, shape `d`.
+    /// The independent constraints of this step, where they are chosen in it.
+    fn rows(&self) -> Option<&IndependentRows> {
+        None
+    }
+    /// `out ← P̄ᵀ w`, the first rows of the residual; all of them without closed loops.
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]);
+    /// Writes the equations of closed loops into the last rows of the residual.
+    fn close(&mut self, _constraints: &C, _s: &Interval, _r: &mut [f64]) {}
     /// Which terms the Newton matrix takes for the derivative of `P̄`.
     fn linearization(&self) -> EmLinearization;
     /// `x ← (P̄ᵀ K̃ ∂F_d/∂u)⁻¹ x` at `u`, the last interval and `w = h B`, with `K̃` as emitted: always the same places in the
@@ -50,10 +57,15 @@ pub trait EmOperators<C>: Send {
     /// [`Fault::SingularTangent`].
     fn solve(
         &mut self,
+        constraints: &C,
         emit: &dyn Fn(&mut dyn Entries),
         at: (&[f64], &Interval, &[f64]),
         x: &mut [f64],
     ) -> Result<(), Fault>;
+    /// See [`vi_core::newton::NewtonProblem::noise`].
+    fn noise(&self) -> f64 {
+        1e-9
+    }
     /// See [`vi_constraints::Reparametrization::clean`].
     fn clean(&mut self, t: f64, q: &mut [f64]);
     /// The Newton matrix of the last `solve`, dense.
@@ -89,6 +101,7 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
 
     fn begin(&mut self, _system: &EmSystem, _constraints: &C, step: SubStep, state: &mut State) {
         self.balance.open(state, step);
+        self.operators.begin(step, state);
     }
 
     fn residual(
@@ -98,8 +111,13 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         u: &[f64],
         r: &mut [f64],
     ) -> Result<(), Fault> {
-        self.operators.reparametrize(constraints, u, &mut self.balance.s)?;
-        self.operators.pull_back(self.balance.bracket(system), r);
+        let Self { operators, balance } = self;
+        operators.reparametrize(constraints, u, &mut balance.s)?;
+        if let Some(rows) = operators.rows() {
+            balance.take_rows(rows);
+        }
+        operators.pull_back(balance.bracket(system), r);
+        operators.close(constraints, &balance.s, r);
         Ok(())
     }
 
@@ -121,7 +139,11 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
                 constraints.discrete_hessian(s, &self.balance.mu, out);
             }
         };
-        self.operators.solve(&emit, (u, s, bracket), du)
+        self.operators.solve(constraints, &emit, (u, s, bracket), du)
+    }
+
+    fn noise(&self) -> f64 {
+        self.operators.noise()
     }
 
     fn end(

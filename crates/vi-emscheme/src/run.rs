@@ -5,7 +5,7 @@ use crate::dalembert::EmDalembert;
 use crate::dense_operators::DenseOperators;
 use crate::em_system::EmSystem;
 use crate::integrator::{BoxedScheme, EmIntegrator};
-use crate::loop_nodal::{EmLoopNodal, LoopRows};
+use crate::loop_nodal::{LoopClosure, LoopRows};
 use crate::nodal::EmNodal;
 use crate::null_space::{
     AveragedTree, DiscreteNullSpace, DiscreteQr, EmLinearization, TreeComplement,
@@ -127,22 +127,14 @@ fn nodal_on_loops(
     if let Some(rank) = loops.rank.as_ref().filter(|_| loops.rows_at_start.is_some()) {
         rates = Some(rank.departure(mechanism, at)?.rates);
     }
-    fn boxed<N: DiscreteNullSpace<Mechanism> + 'static>(
-        scheme: EmLoopNodal<N, TreeMap>,
-        rates: Option<Vec<f64>>,
-    ) -> BoxedScheme<Mechanism> {
-        match rates {
-            Some(rates) => Box::new(scheme.starting_with(rates)),
-            None => Box::new(scheme),
-        }
-    }
-    Ok(match TreeComplement::new(mechanism, rows.clone()) {
-        Some(source) => boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks), rates),
-        None => {
-            let source = DiscreteQr::new(n, m, loops.rows.len());
-            boxed(EmLoopNodal::new((n, m), rows, (source, map), blocks), rates)
-        }
-    })
+    let closure = LoopClosure::new((n, m, map.dof()), rows.clone(), rates);
+    let source: Box<dyn DiscreteNullSpace<Mechanism>> = match TreeComplement::new(mechanism, rows) {
+        Some(source) => Box::new(source),
+        None => Box::new(DiscreteQr::new(n, m, loops.rows.len())),
+    };
+    let rows = closure.rows().clone();
+    let operators = DenseOperators::new(n, (source, map)).on_loops(closure, blocks);
+    Ok(Box::new(EmNodal::new(n, m, rows, operators)))
 }
 
 /// The constraints that the spanning tree leaves out; lengths weighed by the longest lever arm.

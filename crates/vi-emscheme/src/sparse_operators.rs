@@ -43,10 +43,6 @@ impl SparseOperators {
 }
 
 impl<C> EmOperators<C> for SparseOperators {
-    fn dof(&self) -> usize {
-        self.sparse.dof()
-    }
-
     fn blocks(&self) -> &[Block] {
         self.sparse.blocks()
     }
@@ -72,6 +68,7 @@ impl<C> EmOperators<C> for SparseOperators {
 
     fn solve(
         &mut self,
+        _constraints: &C,
         emit: &dyn Fn(&mut dyn Entries),
         (u, s, _): (&[f64], &Interval, &[f64]),
         x: &mut [f64],

@@ -7,7 +7,7 @@
 //! | [`trend`] | band and trend of a bounded quantity (energy) |
 //! | [`growth`] | how an error grows with the number of steps (momentum maps) |
 //! | [`subject`] | what is verified: a system that can be set in motion by any method |
-//! | [`running`], [`em_running`] | integrators as motions |
+//! | [`running`], [`family`] | integrators of all families as motions |
 //! | [`equations`], [`output`] | the equations of motion, and what an integrator reports against them |
 //! | [`frequency`] | the fastest motion, `h ω_max` |
 //! | [`symplectic`] | the symplectic form along real steps |
@@ -24,8 +24,8 @@
 pub mod certificate;
 pub mod certify;
 pub mod convergence;
-pub mod em_running;
 pub mod equations;
+pub mod family;
 pub mod fit;
 pub mod frequency;
 pub mod growth;

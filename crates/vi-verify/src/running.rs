@@ -1,69 +1,64 @@
 //! An integrator as a [`Motion`].
 
 use super::equations::{Equations, Observed, OfSystem};
+use super::family::{EnergyMomentum, Family, Variational};
 use super::frequency::frequency;
-use super::subject::{Invariants, Motion, Nature, Reactions, Values};
+use super::subject::{Invariants, Motion, Nature, Values};
 use vi_constraints::discretization::Step;
 use vi_constraints::initialization::{InitialValues, start};
 use vi_constraints::scheme::Condition;
-use vi_constraints::tangent_map::{TangentMap, Tangents};
+use vi_constraints::tangent_map::Tangents;
 use vi_constraints::{Constraints, Integrator};
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
 use vi_core::{
-    Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem, SparseMatrix,
+    Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem, SeparableSystem,
+    SparseMatrix,
 };
+use vi_emscheme::EmIntegrator;
+use vi_emscheme::constraint::DiscreteConstraints;
 
 /// An integrator in motion.
-pub struct Running<S: DiscreteLagrangian, C: Constraints> {
-    run: Integrator<S, C>,
-    tangent: Option<TangentMap>,
-    discrete_energy: f64, // J  Σ γ_i E_{d,i} of the last step
-    velocity_level: f64,  // the largest (45) of its sub-steps
+pub struct Running<F: Family<C>, C: Constraints> {
+    run: Integrator<F::System, C>,
+    family: F,
+    discrete_energy: Option<f64>, // J  Σ γ_i E_{d,i} of the last step
+    velocity_level: f64,          // the largest (45) of its sub-steps
 }
 
-impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Running<S, C> {
-    /// From its present node.
-    pub fn new(run: Integrator<S, C>) -> Self {
-        Self { run, tangent: None, discrete_energy: 0.0, velocity_level: 0.0 }
-    }
-
-    fn redundant(&self) -> bool {
-        self.run.rows().len() < self.run.constraints().len()
-    }
-
-    /// `λ` as it is compared: itself, or the force `Gᵀλ` where rows are redundant.
-    fn unique(&self, lambda: Vec<f64>) -> Vec<f64> {
-        let (constraints, state) = (self.run.constraints(), self.run.state());
-        if !self.redundant() {
-            return lambda;
-        }
-        let of = OfSystem {
-            system: self.run.system(),
-            constraints,
-            angles: &state.angles,
-            redundant: false,
-        };
-        of.constraint_force((state.t, &state.q), &lambda)
+impl<S: DiscreteLagrangian, C: Observed> Running<Variational<S>, C> {
+    /// A variational integrator, from its present node.
+    #[must_use]
+    pub fn variational(run: Integrator<S, C>) -> Self {
+        Self { run, family: Variational::default(), discrete_energy: None, velocity_level: 0.0 }
     }
 }
 
-/// `|G(q_{n+1/2}) Δq/h|_∞` of (45); of constraints that depend on time `|Δg/h|_∞`.
-pub(crate) fn velocity_level(constraints: &impl Observed, s: &Interval) -> f64 {
+impl<C: Observed + DiscreteConstraints> Running<EnergyMomentum, C> {
+    /// An energy–momentum integrator, from its present node; `forces` is the variational description of the same
+    /// system.
+    #[must_use]
+    pub fn energy_momentum(run: EmIntegrator<C>, forces: SeparableSystem) -> Self {
+        let family = EnergyMomentum::new(forces);
+        Self { run, family, discrete_energy: None, velocity_level: 0.0 }
+    }
+}
+
+/// `|G Δq/h|_∞` of (45) with the Jacobian of the step; of constraints that depend on time `|Δg/h|_∞`.
+fn velocity_level<C: Constraints, F: Family<C>>(constraints: &C, s: &Interval) -> f64 {
     let mut rate = vec![0.0; constraints.len()];
     if constraints.is_rheonomic() {
         constraints.value(s.end(), &mut rate);
         return norm_inf(&rate) / s.h.abs();
     }
-    let mut product = Product { v: &s.v_mid, out: &mut rate };
-    constraints.jacobian(s.t_mid(), &s.q_mid, &mut product);
+    F::jacobian(constraints, s, &mut Product { v: &s.v_mid, out: &mut rate });
     norm_inf(&rate)
 }
 
 /// `out ← out + A v` from the entries of `A`, without the matrix.
-pub(crate) struct Product<'a> {
-    pub(crate) v: &'a [f64],
-    pub(crate) out: &'a mut [f64],
+struct Product<'a> {
+    v: &'a [f64],
+    out: &'a mut [f64],
 }
 
 impl Entries for Product<'_> {
@@ -73,7 +68,7 @@ impl Entries for Product<'_> {
 }
 
 /// Each component of a momentum map with the absolute values of its terms summed up.
-pub(crate) fn momentum_size(of: &dyn Fn(&[f64]) -> Momentum, p: &[f64]) -> Momentum {
+fn momentum_size(of: &dyn Fn(&[f64]) -> Momentum, p: &[f64]) -> Momentum {
     let (mut size, mut one) = (Momentum::default(), vec![0.0; p.len()]);
     for (k, p) in p.iter().enumerate() {
         one[k] = *p;
@@ -124,7 +119,7 @@ fn symmetries(
 }
 
 /// What holds of a system at a node `(t, q, v)`.
-pub(crate) fn nature(
+fn nature(
     system: &impl MechanicalSystem,
     constraints: &impl Observed,
     (at, v): (Configuration<'_>, &[f64]),
@@ -157,20 +152,22 @@ fn is_quadratic(constraints: &impl Observed, t: f64, q: &[f64]) -> bool {
     norm_inf(&change) <= 1e-6 * (1.0 + norm_inf(&here))
 }
 
-impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Motion for Running<S, C> {
+impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
     fn step(&mut self) -> Result<(), String> {
-        let (mut action_rate, mut length) = (0.0, 0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
+        let mut action_rate = Some(0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
+        let mut length = 0.0;
         let composed = self.run.is_composed();
         let mut level = vec![0.0];
         let stepped = self.run.step_with(&mut |system, constraints, Step { s, .. }| {
-            action_rate += s.h * system.discrete_energy(s);
+            let added = F::discrete_energy(system, s).zip(action_rate);
+            action_rate = added.map(|(energy, rate)| rate + s.h * energy);
             length += s.h;
             if composed {
-                level.push(velocity_level(constraints, s));
+                level.push(velocity_level::<C, F>(constraints, s));
             }
         });
         stepped.map_err(|e| e.to_string())?;
-        self.discrete_energy = action_rate / length;
+        self.discrete_energy = action_rate.map(|rate| rate / length);
         self.velocity_level = norm_inf(&level);
         Ok(())
     }
@@ -196,7 +193,7 @@ impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Motion for Running<
     }
 
     fn consistent(&self, q: &[f64], v: &[f64]) -> Result<(Vec<f64>, Vec<f64>), String> {
-        let (system, constraints) = (self.run.system(), self.run.constraints());
+        let (system, constraints) = (self.family.exact(&self.run), self.run.constraints());
         let at = self.run.state().t;
         let found = start(system, constraints, self.run.rows(), InitialValues::new(at, q, v));
         found.map(|found| (found.state.q, found.v)).map_err(|e| e.to_string())
@@ -206,32 +203,19 @@ impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Motion for Running<
         let lambda = self.run.acceleration_multiplier().map_err(|e| e.to_string())?;
         let (state, rows) = (self.run.state(), self.run.rows());
         let at = (state.t, &state.q[..]);
-        Ok(frequency(self.run.system(), self.run.constraints(), rows, (at, &lambda)))
+        let system = self.family.exact(&self.run);
+        Ok(frequency(system, self.run.constraints(), rows, (at, &lambda)))
     }
 
     fn equations(&self) -> Box<dyn Equations + '_> {
-        let (system, constraints) = (self.run.system(), self.run.constraints());
+        let (system, constraints) = (self.family.exact(&self.run), self.run.constraints());
         let angles = &self.run.state().angles;
-        Box::new(OfSystem { system, constraints, angles, redundant: self.redundant() })
+        let redundant = self.run.rows().len() < constraints.len();
+        Box::new(OfSystem { system, constraints, angles, redundant })
     }
 
     fn values(&mut self) -> Result<Values, String> {
-        let acceleration = self.run.acceleration_multiplier().map_err(|e| e.to_string())?;
-        let (q, m) = (self.run.state().q.clone(), acceleration.len());
-        let node = self.run.observe().map_err(|e| e.to_string())?.clone();
-        let of_a_step = !self.run.is_composed();
-        let lambda = if of_a_step { &node.lambda } else { &acceleration };
-        let (t, rows) = (self.run.state().t, self.run.rows());
-        let joints = self.run.constraints().reactions((t, &q), lambda, rows);
-        let reactions = (!joints.is_empty()).then(|| Reactions { lambda: lambda.clone(), joints });
-        Ok(Values {
-            reactions,
-            q,
-            p: node.p_projected,
-            p_constrained: (of_a_step && node.hamiltonian.is_some()).then_some(node.p),
-            lambda: (of_a_step && m > 0).then(|| self.unique(node.lambda)),
-            lambda_other: (m > 0).then(|| self.unique(acceleration)),
-        })
+        F::values(&mut self.run)
     }
 
     fn invariants(&mut self) -> Result<Invariants, String> {
@@ -239,12 +223,12 @@ impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Motion for Running<
         let (at, constraints) = (self.run.before(), self.run.constraints());
         let momentum = |p: &[f64]| constraints.momentum_map(&at.q, p);
         let composed = self.run.is_composed();
+        let energy = node.hamiltonian_projected.total();
         let kinetic = self.run.system().kinetic_energy(&node.v);
-        let potential = node.hamiltonian_projected.total() - kinetic;
         Ok(Invariants {
-            energy: node.hamiltonian_projected.total(),
-            discrete_energy: self.discrete_energy,
-            energy_size: kinetic.abs().max(potential.abs()),
+            energy,
+            discrete_energy: self.discrete_energy.unwrap_or(energy),
+            energy_size: kinetic.abs().max((energy - kinetic).abs()),
             momentum: momentum(&node.p_projected),
             momentum_size: momentum_size(&momentum, &node.p_projected),
             position: node.position_residual,
@@ -257,9 +241,9 @@ impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Motion for Running<
     }
 
     fn nature(&mut self) -> Result<Nature, String> {
-        let v = self.run.observe_state().map_err(|e| e.to_string())?.v.clone();
-        let state = self.run.state();
-        Ok(nature(self.run.system(), self.run.constraints(), (state.configuration(), &v)))
+        let v = self.velocity()?;
+        let (system, state) = (self.family.exact(&self.run), self.run.state());
+        Ok(nature(system, self.run.constraints(), (state.configuration(), &v)))
     }
 
     fn condition(&mut self) -> Option<Condition> {
@@ -267,21 +251,18 @@ impl<S: DiscreteLagrangian + 'static, C: Observed + 'static> Motion for Running<
     }
 
     fn tangents(&mut self) -> Tangents {
-        let (constraints, rows, state) =
-            (self.run.constraints(), self.run.rows(), self.run.state());
-        self.tangent = Some(TangentMap::new(constraints.len(), rows, &state.p));
-        Tangents::canonical(constraints, rows, (state.t, &state.q))
+        self.family.tangents(&self.run)
     }
 
     fn step_tangents(&mut self, tangents: &mut Tangents) -> Result<(), String> {
-        let map = self.tangent.as_mut().ok_or("no tangent vectors were asked for")?;
+        let Self { run, family, .. } = self;
         let mut pushed = Ok(());
-        let stepped = self.run.step_with(&mut |system, constraints, Step { s, .. }| {
+        let stepped = run.step_with(&mut |system, constraints, step| {
             if pushed.is_ok() {
-                pushed = map.push(system, constraints, s, tangents);
+                pushed = family.push((system, constraints), step, tangents);
             }
         });
         stepped.map_err(|e| e.to_string())?;
-        pushed.map_err(|e| e.to_string())
+        pushed
     }
 }

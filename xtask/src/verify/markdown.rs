@@ -21,7 +21,8 @@ pub(super) fn page(
         true => "cargo xtask verify --quick` (fewer steps and orders)",
         false => "cargo xtask verify`",
     };
-    let findings: Vec<&Finding> = certified.iter().flat_map(|c| &c.certificate.findings).collect();
+    let findings: Vec<&Finding> =
+        certified.iter().flat_map(|c| &c.reading.certificate.findings).collect();
     let mut text = format!(
         "# Verification\n\n\
          Written by `{command} on {} at commit {commit} in {:.0} min. Never edited by hand.\n\n\
@@ -61,14 +62,14 @@ pub(super) fn page(
         "| system | | pass | known deviation | inconclusive | not applicable | fail | time |\n|---|---|---|---|---|---|---|---|"
     );
     for c in certified {
-        let count = |verdict| c.certificate.count(verdict).to_string();
+        let count = |verdict| c.reading.certificate.count(verdict).to_string();
         let _ = writeln!(
             text,
             "| [{0}](#{0}) | {1} | {2} | {3} |",
             c.case.name,
             c.case.about,
             Verdict::ALL.map(count).join(" | "),
-            c.seconds.map_or_else(|| "–".to_owned(), |seconds| format!("{seconds:.0} s"))
+            c.reading.seconds.map_or_else(|| "–".to_owned(), |seconds| format!("{seconds:.0} s"))
         );
     }
     for c in certified {
@@ -94,7 +95,7 @@ fn push_around(text: &mut String, around: &Around, without: usize) {
 
 fn system(text: &mut String, c: &Certified) {
     let plan = &c.case.plan;
-    let reference = c.certificate.studies.first().map_or("none", |s| s.reference.as_str());
+    let reference = c.reading.certificate.studies.first().map_or("none", |s| s.reference.as_str());
     let _ = write!(
         text,
         "\n## {}\n\n{}. Errors against: {reference}. Convergence over {} s and its doublings; everything \
@@ -102,10 +103,10 @@ fn system(text: &mut String, c: &Certified) {
          and comparisons over {}.\n",
         c.case.name, c.case.about, plan.horizon.end, plan.step, plan.long, plan.short, plan.few
     );
-    for of in tables(&c.certificate) {
+    for of in tables(&c.reading.certificate) {
         table(text, &of);
     }
-    let remarks = remarks(&c.certificate);
+    let remarks = remarks(&c.reading.certificate);
     if !remarks.is_empty() {
         text.push('\n');
         remarks.iter().for_each(|remark| {

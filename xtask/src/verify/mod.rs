@@ -87,11 +87,10 @@ impl Readings {
     }
 }
 
-/// A case with its certificate.
+/// A case with what was read of it.
 struct Certified {
     case: Case,
-    certificate: Certificate,
-    seconds: Option<f64>,
+    reading: Reading,
 }
 
 /// Runs the verification; `Ok(true)` when no property fails.
@@ -122,11 +121,8 @@ pub fn run(arguments: &[&str]) -> Result<bool, String> {
         write(path, &serde_json::to_string_pretty(&readings).map_err(|e| e.to_string())?)?;
     }
     let Readings { commit, seconds, systems } = readings;
-    let certified: Vec<Certified> = cases
-        .into_iter()
-        .zip(systems)
-        .map(|(case, Reading { certificate, seconds })| Certified { case, certificate, seconds })
-        .collect();
+    let certified: Vec<Certified> =
+        cases.into_iter().zip(systems).map(|(case, reading)| Certified { case, reading }).collect();
     let full = wanted.only.is_none() && !wanted.quick;
     let around = if full { Some(Around::measure(&root)?) } else { None };
     let text = markdown::page(&certified, around.as_ref(), (wanted.quick, seconds), &commit);
@@ -135,9 +131,11 @@ pub fn run(arguments: &[&str]) -> Result<bool, String> {
     } else if wanted.only.is_some() {
         print!("{text}");
     }
-    let findings: Vec<&Finding> = certified.iter().flat_map(|c| &c.certificate.findings).collect();
+    let findings: Vec<&Finding> =
+        certified.iter().flat_map(|c| &c.reading.certificate.findings).collect();
     for c in &certified {
-        for finding in c.certificate.findings.iter().filter(|f| f.verdict == Verdict::Fail) {
+        for finding in c.reading.certificate.findings.iter().filter(|f| f.verdict == Verdict::Fail)
+        {
             eprintln!("{}: {finding}", c.case.name);
         }
     }
@@ -147,7 +145,9 @@ pub fn run(arguments: &[&str]) -> Result<bool, String> {
         eprintln!("no mutant breaks {} of {quantity}", criterion.name());
     }
     let around_holds = around.as_ref().is_none_or(Around::holds);
-    Ok(certified.iter().all(|c| c.certificate.holds()) && unfalsifiable.is_empty() && around_holds)
+    Ok(certified.iter().all(|c| c.reading.certificate.holds())
+        && unfalsifiable.is_empty()
+        && around_holds)
 }
 
 /// What is measured beside the systems.
@@ -175,7 +175,7 @@ fn without_mutant(certified: &[Certified]) -> Vec<(Criterion, String)> {
         |f: &Finding| all.iter().any(|m| m.criterion == f.criterion && m.quantity == f.quantity);
     let mut missing: Vec<(Criterion, String)> = certified
         .iter()
-        .flat_map(|c| &c.certificate.findings)
+        .flat_map(|c| &c.reading.certificate.findings)
         .filter(|f| f.verdict == Verdict::Pass && !has(f))
         .map(|f| (f.criterion, f.quantity.clone()))
         .collect();

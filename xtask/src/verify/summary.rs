@@ -27,7 +27,7 @@ pub(super) fn details(certified: &[Certified]) -> String {
 fn table(certified: &[Certified], key: fn(&Finding) -> Key) -> String {
     let mut lines: BTreeMap<Key, Line> = BTreeMap::new();
     for c in certified {
-        for finding in c.certificate.findings.iter().filter(|f| !f.measured.is_empty()) {
+        for finding in c.reading.certificate.findings.iter().filter(|f| !f.measured.is_empty()) {
             let line = lines.entry(key(finding)).or_insert_with(|| Line { findings: Vec::new() });
             line.findings.push((c.case.name, finding));
         }

@@ -14,7 +14,7 @@ use holonom_model::Model;
 use holonom_sim::output::Frames;
 use holonom_sim::sample::MemberKind;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
-use parts::{Bar, Beam, Body, Joint, Load, Parts, Spring};
+use parts::{Beam, Body, Joint, Line, Load, Parts};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -43,8 +43,8 @@ pub struct Scene {
     /// Members that are point masses.
     points: Vec<usize>,
     joints: Vec<Joint>,
-    bars: Vec<Bar>,
-    springs: Vec<Spring>,
+    bars: Vec<Line>,
+    springs: Vec<Line>,
     loads: Vec<Load>,
     /// Points of the ground that something is held at.
     fixed: Vec<[f64; 3]>,
@@ -65,8 +65,8 @@ impl Scene {
         frames: &Frames,
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
     ) -> Option<Self> {
-        let first = frames.q.first()?;
-        let parts = Parts::new(model, frames, first);
+        frames.q.first()?;
+        let parts = Parts::new(model, frames);
         let gravity = Vector3::from(model.gravity());
         let planar = model.header.dimension == 2;
         let up = match (gravity.norm() > 0.0, planar) {
@@ -74,25 +74,29 @@ impl Scene {
             (false, true) => Vector3::y(),
             (false, false) => Vector3::z(),
         };
-        let member = |(name, kind): (&String, &MemberKind)| Member {
-            name: name.clone(),
-            frame: *kind == MemberKind::Frame,
+        let member = |member: &holonom_sim::sample::Member| Member {
+            name: member.name.clone(),
+            frame: member.kind == MemberKind::Frame,
         };
+        let (joints, bars, springs) = (parts.joints(), parts.bars(), parts.springs());
+        let ends = joints.iter().flat_map(|joint| [&joint.parent, &joint.child]);
+        let ends = ends.chain(bars.iter().chain(&springs).flat_map(|line| [&line.from, &line.to]));
+        let fixed = ends.filter_map(parts::End::on_ground).collect();
         Some(Self {
             planar,
             grounded: gravity.norm() > 0.0,
             up: up.into(),
             times: encoded(frames.times.iter().copied()),
-            poses: encoded(frames.q.iter().flat_map(|q| poses(&frames.kinds, q))),
-            members: frames.names.iter().zip(&frames.kinds).map(member).collect(),
+            poses: encoded((0..frames.q.len()).flat_map(|i| poses(frames, i))),
+            members: frames.members.iter().map(member).collect(),
             bodies: parts.bodies(),
             beams: parts.beams(moments),
             points: parts.points(),
-            joints: parts.joints(),
-            bars: parts.bars(),
-            springs: parts.springs(),
+            joints,
+            bars,
+            springs,
             loads: parts.loads(),
-            fixed: parts.fixed(),
+            fixed,
         })
     }
 
@@ -127,14 +131,11 @@ fn encoded(values: impl Iterator<Item = f64>) -> String {
     STANDARD.encode(bytes)
 }
 
-fn poses(kinds: &[MemberKind], q: &[f64]) -> Vec<f64> {
+fn poses(frames: &Frames, frame: usize) -> Vec<f64> {
     let mut out = Vec::new();
-    let mut at = 0;
-    for kind in kinds {
-        let own = &q[at..at + kind.columns().len()];
-        at += own.len();
-        out.extend([own[0], own[1], own.get(2).copied().unwrap_or_default()]);
-        if *kind == MemberKind::Frame {
+    for (point, (member, own)) in frames.points(frame).zip(frames.coordinates(frame)) {
+        out.extend(point);
+        if member.kind == MemberKind::Frame {
             out.extend(quaternion(&directors(own)));
         }
     }

@@ -15,6 +15,13 @@ pub(super) struct End {
     point: [f64; 3],
 }
 
+impl End {
+    /// The point, if it is one of the ground.
+    pub(super) fn on_ground(&self) -> Option<[f64; 3]> {
+        (self.member < 0).then_some(self.point)
+    }
+}
+
 #[derive(Serialize)]
 pub(super) struct Body {
     name: String,
@@ -51,27 +58,22 @@ pub(super) struct Beam {
 pub(super) struct Joint {
     #[serde(rename = "type")]
     kind: JointKind,
-    parent: End,
-    child: End,
+    pub(super) parent: End,
+    pub(super) child: End,
     axis: Option<[f64; 3]>,
     axis2: Option<[f64; 3]>,
 }
 
+/// A bar or a spring.
 #[derive(Serialize)]
-pub(super) struct Bar {
-    from: End,
-    to: End,
-}
-
-#[derive(Serialize)]
-pub(super) struct Spring {
-    from: End,
-    to: End,
+pub(super) struct Line {
+    pub(super) from: End,
+    pub(super) to: End,
 }
 
 #[derive(Serialize)]
 pub(super) struct Load {
-    at: End,
+    ends: Vec<End>,
     force: [f64; 3],
     follower: bool,
     factors: String,
@@ -87,23 +89,19 @@ pub(super) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    pub(super) fn new(model: &'a Model, frames: &'a Frames, q: &[f64]) -> Self {
-        let mut at = 0;
-        let pose = |kind: &MemberKind| {
-            let own = &q[at..at + kind.columns().len()];
-            at += own.len();
-            let center = Vector3::new(own[0], own[1], own.get(2).copied().unwrap_or_default());
-            let frame = *kind == MemberKind::Frame;
-            (center, if frame { directors(own) } else { Matrix3::identity() })
-        };
-        let poses = frames.kinds.iter().map(pose).collect();
+    pub(super) fn new(model: &'a Model, frames: &'a Frames) -> Self {
+        let directors = frames.coordinates(0).map(|(member, own)| match member.kind {
+            MemberKind::Frame => directors(own),
+            _ => Matrix3::identity(),
+        });
+        let poses = frames.points(0).map(Vector3::from).zip(directors).collect();
         Self { model, frames, start: StartPoints::new(model), poses }
     }
 
     /// The member of a name of the model, `rod.start` of beams included.
     fn member(&self, name: &str) -> Option<usize> {
         let frame = self.model.frame(name);
-        frame.or_else(|| self.frames.names.iter().position(|member| member == name))
+        frame.or_else(|| self.frames.members.iter().position(|member| member.name == name))
     }
 
     /// A point in space on a member.
@@ -190,8 +188,8 @@ impl<'a> Parts<'a> {
     }
 
     pub(super) fn points(&self) -> Vec<usize> {
-        let kinds = self.frames.kinds.iter().enumerate();
-        kinds.filter(|(_, kind)| **kind != MemberKind::Frame).map(|(k, _)| k).collect()
+        let members = self.frames.members.iter().enumerate();
+        members.filter(|(_, m)| m.kind != MemberKind::Frame).map(|(k, _)| k).collect()
     }
 
     pub(super) fn joints(&self) -> Vec<Joint> {
@@ -208,63 +206,56 @@ impl<'a> Parts<'a> {
         self.model.joints.iter().map(joint).collect()
     }
 
-    pub(super) fn bars(&self) -> Vec<Bar> {
-        let bar = |bar: &holonom_model::Bar| {
-            let [from, to] = self.start.bar(bar);
-            Bar { from: self.end(&bar.from, from), to: self.end(&bar.to, to) }
-        };
-        self.model.bars.iter().map(bar).collect()
+    fn line(&self, names: [&str; 2], [from, to]: [Vector3<f64>; 2]) -> Line {
+        Line { from: self.end(names[0], from), to: self.end(names[1], to) }
     }
 
-    pub(super) fn springs(&self) -> Vec<Spring> {
-        let spring = |spring: &holonom_model::Spring| {
-            let [from, to] = self.start.spring(spring);
-            Spring { from: self.end(&spring.from, from), to: self.end(&spring.to, to) }
-        };
-        self.model.springs.iter().map(spring).collect()
+    pub(super) fn bars(&self) -> Vec<Line> {
+        let bars = self.model.bars.iter();
+        bars.map(|bar| self.line([&bar.from, &bar.to], self.start.bar(bar))).collect()
+    }
+
+    pub(super) fn springs(&self) -> Vec<Line> {
+        let springs = self.model.springs.iter();
+        springs.map(|s| self.line([&s.from, &s.to], self.start.spring(s))).collect()
     }
 
     /// Forces on bodies and nodes, and those along beams at each node.
     pub(super) fn loads(&self) -> Vec<Load> {
-        let mut loads = Vec::new();
-        for load in self.model.loads.iter().filter(|load| load.force.iter().any(|f| *f != 0.0)) {
-            let history = load.history.time_history();
-            let factors = || encoded(self.frames.times.iter().map(|t| history.value(*t)));
-            let mut add = |member: usize, point: Vector3<f64>, own: Matrix3<f64>| {
-                let follower = load.frame == Frame::Body;
-                let turned =
-                    if follower { own * Vector3::from(load.force) } else { load.force.into() };
-                let at = End { member: member as i64, point: point.into() };
-                loads.push(Load { at, force: turned.into(), follower, factors: factors() });
-            };
-            if let Some(name) = &load.body
-                && let Some(member) = self.member(name)
-            {
-                let own = self.model.body(name).map_or_else(Matrix3::identity, |body| {
-                    self.poses[member].1.tr_mul(&body.rotation())
-                });
-                add(member, own * Vector3::from(load.point.unwrap_or_default()), own);
-            }
-            if let Some(beam) = load.beam.as_deref()
-                && let (Some(first), Some(beam)) =
-                    (self.model.frame(&format!("{beam}.0")), self.model.beam(beam))
-            {
-                let stride = beam.node_count().div_ceil(24);
-                for node in (0..beam.node_count()).step_by(stride) {
-                    add(first + node, Vector3::zeros(), Matrix3::identity());
-                }
-            }
-        }
+        let loads = self.model.loads.iter();
         loads
+            .filter(|load| load.force.iter().any(|f| *f != 0.0))
+            .filter_map(|l| self.load(l))
+            .collect()
     }
 
-    /// Points of the ground that joints, bars and springs hold.
-    pub(super) fn fixed(&self) -> Vec<[f64; 3]> {
-        let joints = self.joints().into_iter().flat_map(|j| [j.parent, j.child]);
-        let bars = self.bars().into_iter().flat_map(|b| [b.from, b.to]);
-        let springs = self.springs().into_iter().flat_map(|s| [s.from, s.to]);
-        let ends = joints.chain(bars).chain(springs);
-        ends.filter(|end| end.member < 0).map(|end| end.point).collect()
+    fn load(&self, load: &holonom_model::Load) -> Option<Load> {
+        let at =
+            |member: usize, point: Vector3<f64>| End { member: member as i64, point: point.into() };
+        let mut own = Matrix3::identity(); // from the axes of the force to the directors
+        let mut ends = Vec::new();
+        if let Some(name) = &load.body {
+            let member = self.member(name)?;
+            if let Some(body) = self.model.body(name) {
+                own = self.poses[member].1.tr_mul(&body.rotation());
+            }
+            ends.push(at(member, own * Vector3::from(load.point.unwrap_or_default())));
+        } else {
+            let name = load.beam.as_deref()?;
+            let (first, nodes) =
+                (self.model.frame(&format!("{name}.0"))?, self.model.beam(name)?.node_count());
+            let shown = (0..nodes).step_by(nodes.div_ceil(24));
+            ends.extend(shown.map(|node| at(first + node, Vector3::zeros())));
+        }
+        let history = load.history.time_history();
+        let follower = load.frame == Frame::Body;
+        let force = Vector3::from(load.force);
+        Some(Load {
+            ends,
+            force: if follower { own * force } else { force }.into(),
+            follower,
+            factors: encoded(self.frames.times.iter().map(|t| history.value(*t))),
+        })
     }
 }
 

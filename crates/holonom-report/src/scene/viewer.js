@@ -137,12 +137,12 @@
   const program = gl.createProgram();
   gl.attachShader(program, compile(gl.VERTEX_SHADER, `#version 300 es
     in vec3 position; in vec3 normal; in vec3 tint;
-    uniform mat4 model, view; uniform bool flat_; uniform mat4 squash;
+    uniform mat4 model, view; uniform bool shadeless; uniform mat4 squash;
     out vec3 n; out vec3 world; out vec3 shade;
     void main() {
       vec4 w = squash * (model * vec4(position, 1.0));
       mat3 m = mat3(model);
-      n = flat_ ? vec3(0.0) : m * (normal / vec3(dot(m[0], m[0]), dot(m[1], m[1]), dot(m[2], m[2])));
+      n = shadeless ? vec3(0.0) : m * (normal / vec3(dot(m[0], m[0]), dot(m[1], m[1]), dot(m[2], m[2])));
       world = w.xyz; shade = tint; gl_Position = view * w;
     }`));
   gl.attachShader(program, compile(gl.FRAGMENT_SHADER, `#version 300 es
@@ -167,7 +167,7 @@
   if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
   gl.useProgram(program);
   const uniform = {};
-  for (const name of ["model", "view", "flat_", "squash", "color", "eye", "up", "tinted"]) uniform[name] = gl.getUniformLocation(program, name);
+  for (const name of ["model", "view", "shadeless", "squash", "color", "eye", "up", "tinted"]) uniform[name] = gl.getUniformLocation(program, name);
 
   // vertices: 9 numbers each (position, normal, tint)
   const upload = (mesh, vertices, indices, usage = gl.STATIC_DRAW) => {
@@ -342,9 +342,9 @@
           const turn = nlerp(p.q, q.q, s), [x, y] = [[1, 0, 0], [0, 1, 0]].map((e) => rotate(turn, e));
           const tint = beam.values ? heat(clamp(lerpValue(beam, k, node - beam.first + i, s), 0, 1)) : beam.color;
           for (let j = 0; j <= sides; j++) {
-            const a = (2 * Math.PI * (j + (beam.round ? 0 : 0.5))) / sides, grow_ = beam.round ? 1 : Math.SQRT2;
+            const a = (2 * Math.PI * (j + (beam.round ? 0 : 0.5))) / sides, wide = beam.round ? 1 : Math.SQRT2;
             const e = [Math.cos(a), Math.sin(a)];
-            const at = add(c, add(scale(x, grow_ * beam.half[0] * e[0]), scale(y, grow_ * beam.half[1] * e[1])));
+            const at = add(c, add(scale(x, wide * beam.half[0] * e[0]), scale(y, wide * beam.half[1] * e[1])));
             v.push(...at, ...add(scale(x, e[0] / beam.half[0]), scale(y, e[1] / beam.half[1])), ...tint);
           }
           if (part > 0 || i > 0) for (let j = 0; j < sides; j++) {
@@ -359,10 +359,9 @@
     upload(beam.mesh, v, f, gl.DYNAMIC_DRAW);
     draw(beam.mesh, identity, beam.color, { tinted: true });
   };
-  // the measure of a beam at an interval between nodes, over its largest value
-  let frameIndex = 0;
-  const lerpValue = (beam, _, interval, s) => {
-    const per = beam.intervals, at = frameIndex * per;
+  // the measure of a beam at an instant and an interval between nodes, over its largest value
+  const lerpValue = (beam, k, interval, s) => {
+    const per = beam.intervals, at = k * per;
     const here = beam.values[at + clamp(interval, 0, per - 1)], next = beam.values[at + clamp(interval + 1, 0, per - 1)];
     return (here * (1 - s) + next * s) / (beam.largest || 1);
   };
@@ -385,8 +384,8 @@
     const spacing = 10 ** Math.floor(Math.log10(radius)), count = Math.ceil((2.2 * radius) / spacing);
     const e1 = unit(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up)), e2 = cross(up, e1);
     const foot = add(middle, scale(up, level - dot(middle, up) - 1e-3 * radius)), v = [];
-    const point_ = (i, j) => v.push(...add(foot, add(scale(e1, i * spacing), scale(e2, j * spacing))), 0, 0, 0, 1, 1, 1);
-    for (let i = -count; i <= count; i++) { point_(i, -count); point_(i, count); point_(-count, i); point_(count, i); }
+    const corner = (i, j) => v.push(...add(foot, add(scale(e1, i * spacing), scale(e2, j * spacing))), 0, 0, 0, 1, 1, 1);
+    for (let i = -count; i <= count; i++) { corner(i, -count); corner(i, count); corner(-count, i); corner(count, i); }
     const mesh = upload({}, v, null);
     mesh.length = v.length / 9;
     return mesh;
@@ -398,9 +397,8 @@
   }
 
   // ---- camera ------------------------------------------------------------------------------------------------
-  const side = unit(cross(Math.abs(up[2]) > 0.9 ? [0, 1, 0] : [0, 0, 1], up)); // horizontal
-  const east = norm(side) > 0.5 ? side : [1, 0, 0];
-  const north = cross(up, east);
+  // the horizontal direction from which the front is seen
+  const facing = Math.abs(up[2]) > 0.9 ? [0, -1, 0] : Math.abs(up[1]) > 0.9 ? [0, 0, 1] : cross(up, unit(cross([0, 0, 1], up)));
   const presets = { iso: [0.65, 0.42], front: [0, 0], side: [Math.PI / 2, 0], top: [0, Math.PI / 2 - 1e-3] };
   const camera = { yaw: 0, pitch: 0, distance: 0, target: middle };
   let view = data.planar ? "front" : "iso";
@@ -411,8 +409,8 @@
     // everything that moves inside the picture
     const z = outward(), x = unit(cross(up, z)), y = cross(z, x), slope = 0.88 * Math.tan(0.3);
     camera.distance = 0.2 * size;
-    for (const [place_, relative, margin] of seen) {
-      const r = options.follow ? relative : sub(place_, middle);
+    for (const [where, relative, margin] of seen) {
+      const r = options.follow ? relative : sub(where, middle);
       const across = Math.max((Math.abs(dot(r, x)) + margin) / (slope * Math.max(aspect(), 1e-3)), (Math.abs(dot(r, y)) + margin) / slope);
       camera.distance = Math.max(camera.distance, dot(r, z) + across);
     }
@@ -423,15 +421,14 @@
     const horizontal = add(scale(facing, Math.cos(camera.yaw)), scale(cross(up, facing), Math.sin(camera.yaw)));
     return add(scale(horizontal, Math.cos(camera.pitch)), scale(up, Math.sin(camera.pitch)));
   };
-  const facing = Math.abs(up[2]) > 0.9 ? [0, -1, 0] : Math.abs(up[1]) > 0.9 ? [0, 0, 1] : unit(sub(north, scale(up, dot(north, up))));
   const viewMatrix = () => {
     const z = outward(), x = unit(cross(up, z)), y = cross(z, x);
     const eye = add(camera.target, scale(z, camera.distance));
     const near = Math.max(camera.distance - 4 * radius, camera.distance * 0.01), far = camera.distance + 8 * radius;
     const f = 1 / Math.tan(0.3), a = aspect();
     const projection = new Float32Array([f / a, 0, 0, 0, 0, f, 0, 0, 0, 0, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0]);
-    const look_ = new Float32Array([x[0], y[0], z[0], 0, x[1], y[1], z[1], 0, x[2], y[2], z[2], 0, -dot(x, eye), -dot(y, eye), -dot(z, eye), 1]);
-    return { matrix: multiply(projection, look_), eye, x, y };
+    const world = new Float32Array([x[0], y[0], z[0], 0, x[1], y[1], z[1], 0, x[2], y[2], z[2], 0, -dot(x, eye), -dot(y, eye), -dot(z, eye), 1]);
+    return { matrix: multiply(projection, world), eye, x, y };
   };
   // pixel of a point in space, from the upper left corner of the canvas
   const pixel = (x) => {
@@ -444,14 +441,17 @@
   const state = { t: times[0], playing: false, speed: 1, loop: true };
   const everything = (k) => {
     data.bodies.forEach(drawBody);
-    beams.forEach(drawBeam);
+    beams.forEach((beam) => drawBeam(beam, k));
     data.points.forEach((member, i) => draw(meshes.sphere, along([0, 0, 1], now[member].c, [1.6 * symbol, 1.6 * symbol, 1.6 * symbol]), palette[(data.bodies.length + i) % palette.length]));
     data.bars.forEach((bar) => stick(point(bar.from), point(bar.to), 0.4 * symbol, theme().ink));
     data.joints.forEach(drawJoint);
     if (!options.loads) return;
     loads.forEach((load) => {
-      const s = load.factors[k], f = load.follower ? direction(load.at, load.force) : load.force;
-      arrow(point(load.at), scale(f, (0.5 * size * s) / strongest), palette[4]);
+      const length = (0.5 * size * load.factors[k]) / strongest;
+      for (const end of load.ends) {
+        const force = load.follower ? direction(end, load.force) : load.force;
+        arrow(point(end), scale(force, length), palette[4]);
+      }
     });
   };
   const labels = root.querySelector(".scene-labels");
@@ -468,10 +468,9 @@
     gl.uniform3f(uniform.eye, ...eye);
     gl.uniform3f(uniform.up, ...up);
     gl.uniformMatrix4fv(uniform.squash, false, identity);
-    frameIndex = k;
-    gl.uniform1i(uniform.flat_, 0);
+    gl.uniform1i(uniform.shadeless, 0);
     everything(k);
-    gl.uniform1i(uniform.flat_, 1);
+    gl.uniform1i(uniform.shadeless, 1);
     data.springs.forEach(drawSpring);
     if (options.trails) drawTrails(k);
     if (options.grid && camera.pitch > -0.05) {

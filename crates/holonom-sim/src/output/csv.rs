@@ -215,54 +215,6 @@ impl Trajectory {
     }
 }
 
-/// Where all members are at one node.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Snapshot {
-    /// Time, s.
-    pub t: f64,
-    /// Positions of the members in their order, m; the third number is 0 in the plane.
-    pub points: Vec<[f64; 3]>,
-}
-
-impl Snapshot {
-    /// Up to `count` rows of `trajectory.csv`, evenly spread from the first to the last.
-    ///
-    /// # Errors
-    /// When the file cannot be read, or is not one of ours.
-    pub fn read(trajectory: &Path, count: usize) -> io::Result<Vec<Self>> {
-        let rows = Reader::from_path(trajectory)?.into_byte_records().count();
-        let chosen: BTreeSet<usize> = match (rows, count) {
-            (0, _) | (_, 0) => BTreeSet::new(),
-            (rows, count) => {
-                let last = (count.min(rows) - 1).max(1);
-                (0..count.min(rows)).map(|i| i * (rows - 1) / last).collect()
-            }
-        };
-        let mut reader = Reader::from_path(trajectory)?;
-        let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
-        let mut snapshots = Vec::new();
-        for (row, record) in reader.records().enumerate() {
-            let record = record?;
-            if !chosen.contains(&row) {
-                continue;
-            }
-            let number = |k: usize| {
-                let value = record.get(k).and_then(|field| field.parse().ok());
-                value.ok_or_else(|| invalid(&format!("no number in column {}", k + 1)))
-            };
-            let mut snapshot = Self { t: number(1)?, points: Vec::new() };
-            for (k, column) in columns.iter().enumerate() {
-                let Some(name) = column.strip_suffix(".x") else { continue };
-                let spatial = columns.get(k + 2).is_some_and(|z| *z == format!("{name}.z"));
-                let z = if spatial { number(k + 2)? } else { 0.0 };
-                snapshot.points.push([number(k)?, number(k + 1)?, z]);
-            }
-            snapshots.push(snapshot);
-        }
-        Ok(snapshots)
-    }
-}
-
 pub(super) fn invalid(message: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, message)
 }

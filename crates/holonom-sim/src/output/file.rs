@@ -52,17 +52,25 @@ pub(crate) fn at(path: &Path, source: io::Error) -> OutputError {
     OutputError::Io { path: path.to_owned(), source }
 }
 
-/// Writes beside the file and renames.
-pub(super) fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
-    if let Some(parent) = path.parent() {
-        fs::create_dir_all(parent)?;
-    }
+/// Lets `write` fill a file beside `path` and renames it: a reader sees the old file or the new one, never a part.
+///
+/// # Errors
+/// Those of `write`, and of the operating system.
+pub fn atomically(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.tmp", std::process::id()));
     let temporary = path.with_file_name(name);
-    let written = fs::write(&temporary, content).and_then(|()| fs::rename(&temporary, path));
+    let written = write(&temporary).and_then(|()| fs::rename(&temporary, path));
     if written.is_err() {
         let _ = fs::remove_file(&temporary); // the first error is the one to report
     }
     written
+}
+
+/// The same with the content at hand, in a folder that is created if it does not exist.
+pub(super) fn write_atomically(path: &Path, content: &[u8]) -> io::Result<()> {
+    if let Some(parent) = path.parent() {
+        fs::create_dir_all(parent)?;
+    }
+    atomically(path, |temporary| fs::write(temporary, content))
 }

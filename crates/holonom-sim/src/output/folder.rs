@@ -4,8 +4,9 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use super::beams::BeamWriter;
-use super::csv::{Snapshot, Trajectory, TrajectoryWriter};
+use super::csv::{Trajectory, TrajectoryWriter};
 use super::file::{OutputError, at, write_atomically};
+use super::frames::Frames;
 use super::momenta::MomentaWriter;
 use super::pictures::{self, is_there};
 use super::sensors::{SensorTable, SensorWriter};
@@ -213,13 +214,13 @@ impl RunFolder {
         Trajectory::read(&path, &self.path.join("residuals.csv"), members).map_err(|e| at(&path, e))
     }
 
-    /// Where all members were at up to `count` instants of `trajectory.csv`.
+    /// Some rows of `trajectory.csv`, see [`Frames::read`].
     ///
     /// # Errors
     /// [`OutputError::Io`].
-    pub fn snapshots(&self, count: usize) -> Result<Vec<Snapshot>, OutputError> {
+    pub fn frames(&self, numbers: usize, most: usize) -> Result<Frames, OutputError> {
         let path = self.path.join("trajectory.csv");
-        Snapshot::read(&path, count).map_err(|e| at(&path, e))
+        Frames::read(&path, numbers, most).map_err(|e| at(&path, e))
     }
 
     /// The text of `model.toml`; empty when there is none.

@@ -7,21 +7,37 @@ use std::path::Path;
 use csv::Reader;
 
 use super::csv::invalid;
-use crate::sample::MemberKind;
+use crate::sample::{Member, MemberKind};
 
 /// All coordinates of a run at some instants.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frames {
-    /// Names of the members, in the order of their coordinates.
-    pub names: Vec<String>,
-    /// How each member stores its coordinates.
-    pub kinds: Vec<MemberKind>,
+    /// The members, in the order of their coordinates.
+    pub members: Vec<Member>,
     /// Step indices.
     pub steps: Vec<u64>,
     /// Times, s.
     pub times: Vec<f64>,
     /// `q` at each time.
     pub q: Vec<Vec<f64>>,
+}
+
+/// The members that columns of `trajectory.csv` belong to, each with the index of its first column.
+#[must_use]
+pub fn members(columns: &[String]) -> Vec<(usize, Member)> {
+    let member = |(k, column): (usize, &String)| {
+        let name = column.strip_suffix(".x")?;
+        let has = |offset: usize, axis: &str| {
+            columns.get(k + offset).is_some_and(|c| *c == format!("{name}.{axis}"))
+        };
+        let kind = match (has(2, "z"), has(3, "d1x")) {
+            (_, true) => MemberKind::Frame,
+            (true, _) => MemberKind::Particle3,
+            _ => MemberKind::Particle2,
+        };
+        Some((k, Member { name: name.to_owned(), kind }))
+    };
+    columns.iter().enumerate().filter_map(member).collect()
 }
 
 impl Frames {
@@ -34,20 +50,9 @@ impl Frames {
         let rows = Reader::from_path(trajectory)?.into_byte_records().count();
         let mut reader = Reader::from_path(trajectory)?;
         let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
-        let mut frames = Self::default();
-        for (k, column) in columns.iter().enumerate() {
-            let Some(name) = column.strip_suffix(".x") else { continue };
-            let has = |offset: usize, axis: &str| {
-                columns.get(k + offset).is_some_and(|c| *c == format!("{name}.{axis}"))
-            };
-            frames.kinds.push(match (has(2, "z"), has(3, "d1x")) {
-                (_, true) => MemberKind::Frame,
-                (true, _) => MemberKind::Particle3,
-                _ => MemberKind::Particle2,
-            });
-            frames.names.push(name.to_owned());
-        }
-        let width: usize = frames.kinds.iter().map(|kind| kind.columns().len()).sum();
+        let members = members(&columns).into_iter().map(|(_, member)| member).collect();
+        let mut frames = Self { members, ..Self::default() };
+        let width: usize = frames.members.iter().map(|m| m.kind.columns().len()).sum();
         let count = (numbers / width.max(1)).clamp(2, most.max(2)).min(rows);
         let chosen = |i: usize| i * (rows - 1) / (count - 1).max(1);
         let mut next = 0;
@@ -66,6 +71,22 @@ impl Frames {
             frames.q.push((2..2 + width).map(number).collect::<io::Result<_>>()?);
         }
         Ok(frames)
+    }
+
+    /// The members with their coordinates in the frame of an index.
+    pub fn coordinates(&self, frame: usize) -> impl Iterator<Item = (&Member, &[f64])> {
+        let mut rest = &self.q[frame][..];
+        self.members.iter().map(move |member| {
+            let own;
+            (own, rest) = rest.split_at(member.kind.columns().len());
+            (member, own)
+        })
+    }
+
+    /// Positions of the members in the frame of an index, m; the third number is 0 in the plane.
+    pub fn points(&self, frame: usize) -> impl Iterator<Item = [f64; 3]> {
+        let z = |own: &[f64]| own.get(2).copied().unwrap_or_default();
+        self.coordinates(frame).map(move |(_, own)| [own[0], own[1], z(own)])
     }
 
     /// Magnitude of the bending moment, N·m, in all rows of `beams.csv` for a beam at the steps of these frames: for each

@@ -22,13 +22,13 @@ mod sensors;
 mod summary;
 
 pub use beams::BeamWriter;
-pub use csv::{ResidualRow, Snapshot, Trajectory, TrajectoryWriter};
-pub use file::OutputError;
+pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
+pub use file::{OutputError, atomically};
 pub use folder::RunFolder;
-pub use frames::Frames;
+pub use frames::{Frames, members};
 pub use momenta::MomentaWriter;
 pub use sensors::{SensorTable, SensorWriter};
 pub use summary::{
     ConstraintSummary, EnergySummary, Maximum, MomentumSummary, NewtonSummary, Status, Summary,
-    SummaryBuilder,
+    SummaryBuilder, larger,
 };

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::assembly::AssemblyReport;
-use crate::assembly::is_zero;
+use crate::assembly::{AssemblyReport, Counts};
 use crate::outcome::StaticFacts;
 use crate::outcome::{RunFailure, RunOutcome};
 use crate::sample::Sample;
@@ -127,24 +126,9 @@ pub struct Summary {
     pub steps: u64,
     /// Nodes recorded.
     pub recorded: u64,
-    /// Bodies and particles, fixed ones included.
-    pub bodies: usize,
-    /// Beams.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub beams: usize,
-    /// Elements of all beams.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub elements: usize,
-    /// Joints and bars.
-    pub joints: usize,
-    /// Redundant coordinates `n`.
-    pub coordinates: usize,
-    /// Constraints `m`, redundant ones included.
-    pub constraints: usize,
-    /// Constraints that follow from the others.
-    pub redundant_constraints: usize,
-    /// Degrees of freedom.
-    pub dof: usize,
+    /// The size of the model.
+    #[serde(flatten)]
+    pub counts: Counts,
     /// Newton iterations.
     pub newton_iterations: NewtonSummary,
     /// Time the run took, s, writing included.
@@ -249,14 +233,7 @@ impl SummaryBuilder {
             end_time,
             steps,
             recorded: self.recorded,
-            bodies: assembly.bodies,
-            beams: assembly.beams,
-            elements: assembly.elements,
-            joints: assembly.joints,
-            coordinates: assembly.coordinates,
-            constraints: assembly.constraints,
-            redundant_constraints: assembly.redundant_constraints,
-            dof: assembly.dof,
+            counts: assembly.counts,
             newton_iterations: NewtonSummary {
                 mean: self.newton_sum / steps_recorded,
                 max: self.newton_max,
@@ -290,7 +267,8 @@ impl SummaryBuilder {
 }
 
 /// The larger magnitude; unlike `f64::max` it keeps what is not a number.
-fn larger(a: f64, b: f64) -> f64 {
+#[must_use]
+pub fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.abs() <= a { a } else { b.abs() }
 }
 

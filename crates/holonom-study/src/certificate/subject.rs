@@ -6,7 +6,6 @@ use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::Composition;
 use vi_emscheme::{EmAlgebra, EmOptions};
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
-use vi_verify::em_running::EmRunning;
 use vi_verify::running::Running;
 use vi_verify::subject::{Initial, Method, Motion, Setting, Subject};
 
@@ -64,7 +63,7 @@ impl Subject for ModelSubject {
     ) -> Result<Box<dyn Motion>, String> {
         match setting.method {
             Method::Variational(kind) => {
-                Ok(Box::new(Running::new(self.integrator(kind, setting, at)?)))
+                Ok(Box::new(Running::variational(self.integrator(kind, setting, at)?)))
             }
             Method::EnergyMomentum(form) => {
                 let (System { mechanism, dynamics, .. }, settings) = self.build()?;
@@ -80,7 +79,7 @@ impl Subject for ModelSubject {
                 let forces = dynamics.variational(&mechanism); // to evaluate the equations of motion
                 let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                     .map_err(|e| e.to_string())?;
-                Ok(Box::new(EmRunning::new(run, forces)))
+                Ok(Box::new(Running::energy_momentum(run, forces)))
             }
         }
     }

@@ -36,6 +36,7 @@ pub use clock::Clock;
 pub use record::{Comparison, Measured, Outcome, Record, Verdict};
 
 use holonom_model::{Family, Model, ModelError, Scheme};
+use holonom_sim::output::larger;
 use holonom_sim::simulation::Simulation;
 
 /// Steps of the table unless an end is given.
@@ -214,9 +215,9 @@ pub fn compare(
     let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
     Ok(Comparison {
         model: model.header.name.clone(),
-        dof: assembly.dof,
-        coordinates: assembly.coordinates,
-        constraints: assembly.constraints,
+        dof: assembly.counts.dof,
+        coordinates: assembly.counts.coordinates,
+        constraints: assembly.counts.constraints,
         step: plan.step,
         steps: plan.steps,
         end: plan.end(),
@@ -227,11 +228,6 @@ pub fn compare(
         records,
         version: env!("CARGO_PKG_VERSION").to_owned(),
     })
-}
-
-/// The larger magnitude; what is not a number stays.
-fn larger(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.abs() <= a { a } else { b.abs() }
 }
 
 /// `|a − b|_∞`.

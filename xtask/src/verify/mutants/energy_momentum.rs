@@ -1,7 +1,7 @@
 //! Energy–momentum schemes with one wrong part.
 
 use holonom::nalgebra::DMatrix;
-use holonom::verification::em_running::EmRunning;
+use holonom::verification::running::Running;
 use holonom::verification::subject::{Initial, Method, Motion, Setting};
 use holonom::vi_constraints::InitialValues;
 use holonom::vi_constraints::Reparametrization;
@@ -122,5 +122,6 @@ pub(super) fn start(
         }
         _ => run::integrator_at(system, mechanism, options, EmAlgebra::default(), at),
     };
-    Ok(Box::new(EmRunning::new(run.map_err(|e| e.to_string())?, forces)))
+    let run = run.map_err(|e| e.to_string())?;
+    Ok(Box::new(Running::energy_momentum(run, forces)))
 }

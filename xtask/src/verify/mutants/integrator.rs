@@ -250,5 +250,5 @@ pub(super) fn start(
     )
     .and_then(|run| run.with_coefficients(gammas(setting.order, defect)))
     .map_err(|e| e.to_string())?;
-    Ok(Box::new(Running::new(run)))
+    Ok(Box::new(Running::variational(run)))
 }

@@ -1,0 +1,189 @@
+//! What differs between families of schemes when their integrators are verified.
+
+use super::equations::{Equations, Observed, OfSystem};
+use super::subject::{Reactions, Values};
+use std::marker::PhantomData;
+use vi_constraints::discretization::{Discretization, Step};
+use vi_constraints::tangent_map::{TangentMap, Tangents};
+use vi_constraints::{Constraints, Integrator};
+use vi_core::{DiscreteLagrangian, Entries, Interval, SeparableSystem};
+use vi_emscheme::constraint::DiscreteConstraints;
+use vi_emscheme::tangent_map::EmTangentMap;
+use vi_emscheme::{EmIntegrator, EmSystem};
+
+/// A family of schemes.
+pub trait Family<C: Constraints> {
+    /// What its integrators step.
+    type System: Discretization<C>;
+    /// The same system, to ask for its potential and forces.
+    type Exact: DiscreteLagrangian;
+    /// The system that equations of motion are evaluated with.
+    fn exact<'a>(&'a self, run: &'a Integrator<Self::System, C>) -> &'a Self::Exact;
+    /// `E_d` of a (sub-)step, J; `None` where it is the energy of the node itself.
+    fn discrete_energy(system: &Self::System, s: &Interval) -> Option<f64>;
+    /// Emits the Jacobian that annihilates `Δq` in a step, shape `m × n`.
+    fn jacobian(constraints: &C, s: &Interval, out: &mut dyn Entries);
+    /// See [`super::subject::Motion::values`].
+    ///
+    /// # Errors
+    /// Why the node could not be observed, in words.
+    fn values(run: &mut Integrator<Self::System, C>) -> Result<Values, String>;
+    /// A canonical basis of tangent vectors at the present node.
+    fn tangents(&mut self, run: &Integrator<Self::System, C>) -> Tangents;
+    /// Takes tangent vectors along a (sub-)step.
+    ///
+    /// # Errors
+    /// Why it has no tangent, in words.
+    fn push(
+        &mut self,
+        of: (&Self::System, &C),
+        step: Step<'_>,
+        tangents: &mut Tangents,
+    ) -> Result<(), String>;
+}
+
+const NO_TANGENTS: &str = "no tangent vectors were asked for";
+
+/// The variational schemes.
+#[derive(Debug)]
+pub struct Variational<S> {
+    tangent: Option<TangentMap>,
+    system: PhantomData<S>,
+}
+
+impl<S> Default for Variational<S> {
+    fn default() -> Self {
+        Self { tangent: None, system: PhantomData }
+    }
+}
+
+impl<S: DiscreteLagrangian, C: Observed> Family<C> for Variational<S> {
+    type System = S;
+    type Exact = S;
+
+    fn exact<'a>(&'a self, run: &'a Integrator<S, C>) -> &'a S {
+        run.system()
+    }
+
+    fn discrete_energy(system: &S, s: &Interval) -> Option<f64> {
+        Some(system.discrete_energy(s))
+    }
+
+    fn jacobian(constraints: &C, s: &Interval, out: &mut dyn Entries) {
+        constraints.jacobian(s.t_mid(), &s.q_mid, out);
+    }
+
+    fn values(run: &mut Integrator<S, C>) -> Result<Values, String> {
+        let acceleration = run.acceleration_multiplier().map_err(|e| e.to_string())?;
+        let node = run.observe().map_err(|e| e.to_string())?.clone();
+        let (state, constraints, rows) = (run.state(), run.constraints(), run.rows());
+        let at = (state.t, &state.q[..]);
+        let (of_a_step, m) = (!run.is_composed(), constraints.len());
+        let redundant = rows.len() < m;
+        // where rows are redundant, the force Gᵀλ stands for λ
+        let unique = |lambda: Vec<f64>| {
+            let (system, angles) = (run.system(), &state.angles[..]);
+            let of = OfSystem { system, constraints, angles, redundant: false };
+            if redundant { of.constraint_force(at, &lambda) } else { lambda }
+        };
+        let lambda = if of_a_step { &node.lambda } else { &acceleration };
+        let joints = constraints.reactions(at, lambda, rows);
+        let reactions = (!joints.is_empty()).then(|| Reactions { lambda: lambda.clone(), joints });
+        Ok(Values {
+            reactions,
+            q: state.q.clone(),
+            p: node.p_projected,
+            p_constrained: (of_a_step && node.hamiltonian.is_some()).then_some(node.p),
+            lambda: (of_a_step && m > 0).then(|| unique(node.lambda)),
+            lambda_other: (m > 0).then(|| unique(acceleration)),
+        })
+    }
+
+    fn tangents(&mut self, run: &Integrator<S, C>) -> Tangents {
+        let (constraints, rows, state) = (run.constraints(), run.rows(), run.state());
+        self.tangent = Some(TangentMap::new(constraints.len(), rows, &state.p));
+        Tangents::canonical(constraints, rows, (state.t, &state.q))
+    }
+
+    fn push(
+        &mut self,
+        (system, constraints): (&S, &C),
+        step: Step<'_>,
+        tangents: &mut Tangents,
+    ) -> Result<(), String> {
+        let map = self.tangent.as_mut().ok_or(NO_TANGENTS)?;
+        map.push(system, constraints, step.s, tangents).map_err(|e| e.to_string())
+    }
+}
+
+/// The energy–momentum schemes.
+#[derive(Debug)]
+pub struct EnergyMomentum {
+    forces: SeparableSystem,
+    tangent: Option<EmTangentMap>,
+}
+
+impl EnergyMomentum {
+    /// `forces`: the variational description of the same system.
+    #[must_use]
+    pub fn new(forces: SeparableSystem) -> Self {
+        Self { forces, tangent: None }
+    }
+}
+
+impl<C: Observed + DiscreteConstraints> Family<C> for EnergyMomentum {
+    type System = EmSystem;
+    type Exact = SeparableSystem;
+
+    fn exact<'a>(&'a self, _: &'a EmIntegrator<C>) -> &'a SeparableSystem {
+        &self.forces
+    }
+
+    fn discrete_energy(_: &EmSystem, _: &Interval) -> Option<f64> {
+        None
+    }
+
+    fn jacobian(constraints: &C, s: &Interval, out: &mut dyn Entries) {
+        constraints.discrete_jacobian(s, out);
+    }
+
+    fn values(run: &mut EmIntegrator<C>) -> Result<Values, String> {
+        let node = run.observe().map_err(|e| e.to_string())?.clone();
+        let (state, constraints, rows) = (run.state(), run.constraints(), run.rows());
+        let joints = constraints.reactions((state.t, &state.q), &node.lambda, rows);
+        let of_a_step = !run.is_composed(); // else no multiplier of a step belongs to a node
+        let reactions = (of_a_step && !joints.is_empty())
+            .then(|| Reactions { lambda: node.lambda.clone(), joints });
+        let (mean, single) = match rows.len() < constraints.len() {
+            true => (node.constraint_force, node.constraint_force_mid),
+            false => (node.lambda, node.lambda_mid),
+        };
+        let some = |lambda: Vec<f64>| (of_a_step && !lambda.is_empty()).then_some(lambda);
+        Ok(Values {
+            reactions,
+            q: state.q.clone(),
+            p: node.p,
+            p_constrained: None,
+            lambda: some(mean),
+            lambda_other: some(single),
+        })
+    }
+
+    fn tangents(&mut self, run: &EmIntegrator<C>) -> Tangents {
+        let at = (run.state().t, &run.state().q[..]);
+        let (map, tangents) = EmTangentMap::begin(run.system(), run.constraints(), run.rows(), at);
+        self.tangent = Some(map);
+        tangents
+    }
+
+    fn push(
+        &mut self,
+        (system, constraints): (&EmSystem, &C),
+        step: Step<'_>,
+        tangents: &mut Tangents,
+    ) -> Result<(), String> {
+        let map = self.tangent.as_mut().ok_or(NO_TANGENTS)?;
+        let step = (step.s, step.multipliers);
+        map.push(system, constraints, step, tangents).map_err(|e| e.to_string())
+    }
+}

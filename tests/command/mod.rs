@@ -1,0 +1,46 @@
+//! The program, and folders to run it in.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+pub(crate) const PENDULUM: &str = include_str!("../../examples/models/pendulum.toml");
+
+/// An empty folder for a case of a group of tests.
+pub(crate) fn folder(group: &str, case: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(group).join(case);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// The same with the model `pendulum.toml`.
+pub(crate) fn pendulum_folder(group: &str, case: &str) -> PathBuf {
+    let folder = folder(group, case);
+    fs::write(folder.join("pendulum.toml"), PENDULUM).unwrap();
+    folder
+}
+
+/// The program with some arguments, in a folder.
+pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_holonom"));
+    command.args(arguments).current_dir(folder).env("NO_COLOR", "1").env("COLUMNS", "100");
+    command
+}
+
+/// What it prints, and its exit code.
+pub(crate) fn holonom(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().unwrap()
+}
+
+/// Its exit code; what it said is printed.
+pub(crate) fn code(folder: &Path, arguments: &[&str]) -> i32 {
+    let output = holonom(folder, arguments);
+    println!("{arguments:?}: {}", words(&output));
+    output.status.code().unwrap()
+}
+
+/// What it says on standard error.
+pub(crate) fn words(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
