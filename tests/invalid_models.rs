@@ -132,8 +132,6 @@ cases! {
     load_on_two_things: BEAM, "body = \"beam.start\"" => "body = \"beam.start\"\nbeam = \"beam\"";
     joint_of_a_node_with_itself: BEAM, "[[load]]" =>
         "[[joint]]\nname = \"j\"\ntype = \"fixed\"\nparent = \"beam.end\"\nchild = \"beam.20\"\nposition = [0, 8, 0]\n[[load]]";
-    rate_of_a_node: BEAM, "[[load]]" =>
-        "[[joint]]\nname = \"j\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"beam.end\"\nposition = [0, 8, 0]\naxis = [0, 0, 1]\nrate = 1\n[[load]]";
     clamp_that_moves: BEAM, "elements = 20" => "elements = 20\nstart = \"clamped\"\nangular_velocity = [0, 0, 1]";
     section_force_without_an_element: BEAM, "[[load]]" =>
         "[[sensor]]\nname = \"s\"\ntype = \"section_force\"\nof = \"beam\"\n[[sensor]]\nname = \"t\"\ntype = \"strain\"\nof = \"beam\"\nelement = 20\n[[load]]";

@@ -87,3 +87,72 @@ fn rates_where_they_cannot_be_used_are_refused() {
         assert!(error.to_string().contains(needle), "{error}");
     }
 }
+
+/// The initial velocities of a model, one vector for each frame: translation, then rotation by its directors.
+fn initial_velocities(text: &str) -> Vec<f64> {
+    let mut simulation = Simulation::new(&Model::from_toml(text).unwrap()).unwrap();
+    let closure = simulation.assembly().closure;
+    assert!(closure.velocity < 1e-12, "{closure:?}");
+    simulation.integrator().initial_velocity().to_vec()
+}
+
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+const ROTOR: &str = include_str!("hostile/rotor_blade.toml");
+
+#[test]
+fn a_beam_moves_with_what_it_is_fixed_to() {
+    let stated = initial_velocities(ROTOR);
+    let own = "angular_velocity = [0.0, 0.0, 20.0]\nvelocity = [-0.0, 6.0, 0.0]\n";
+    let silent = ROTOR.replacen(own, "", 1);
+    assert_ne!(silent, ROTOR);
+    let off = apart(&stated, &initial_velocities(&silent));
+    println!("a blade on a hub of 20 rad/s: velocities off by {off:.1e}");
+    assert!(off < 1e-12, "{off:e}");
+    // a mass at its tip moves along
+    let tip = format!(
+        "{silent}\n[[body]]\nname = \"tip\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nposition = [5.0, 0.0, 0.0]\n\
+         [[joint]]\nname = \"weld\"\ntype = \"fixed\"\nparent = \"blade1.end\"\nchild = \"tip\"\nposition = [5.0, 0.0, 0.0]\n"
+    );
+    let v = initial_velocities(&tip);
+    assert!((v[13] - 100.0).abs() < 1e-10, "{}", v[13]); // 5 m at 20 rad/s along y
+    // a hub that flies freely and states its own velocities, no rates
+    let free =
+        silent.replacen("name = \"hub\"", "name = \"hub\"\nangular_velocity = [0, 0, 20]", 1);
+    let mast = free.find("[[joint]]").unwrap();
+    let blade = free.find("[[beam]]").unwrap();
+    let free = format!("{}{}", &free[..mast], &free[blade..]);
+    let off = apart(&stated, &initial_velocities(&free));
+    println!("a blade on a free hub: velocities off by {off:.1e}");
+    assert!(off < 1e-12, "{off:e}");
+}
+
+#[test]
+fn a_joint_rate_moves_a_beam() {
+    let text = r#"
+model = { name = "arm" }
+simulation = { step = 0.01, end = 1.0 }
+[[beam]]
+name = "arm"
+points = [[0, 0, 0], [2, 0, 0]]
+elements = 4
+normal = [0, 0, 1]
+section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 500, EI2 = 500, GJ = 500, rhoA = 1, rhoI1 = 0.1, rhoI2 = 0.1 }
+[[joint]]
+name = "shoulder"
+type = "revolute"
+parent = "ground"
+child = "arm.start"
+position = [0, 0, 0]
+axis = [0, 0, 1]
+rate = 3.0
+"#;
+    let v = initial_velocities(text);
+    for (k, node) in v.chunks_exact(12).enumerate() {
+        let expected = 3.0 * 0.5 * k as f64;
+        assert!((node[1] - expected).abs() < 1e-14, "node {k}: {} {expected}", node[1]);
+    }
+}

@@ -14,7 +14,9 @@ cargo xtask compare [--quick [--only MODEL]]
 cargo xtask notation [--check]
                        renews the files and lines of all symbols and equations in NOTATION.md; check: fails
                        where they are out of date
-cargo xtask stability  which steps of a rotating blade are stable, into docs/stability.md
+cargo xtask stability [TABLE]
+                       which steps of a rotating blade are stable, into docs/stability.md; TABLE: linear, runs
+                       or scaling alone
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
@@ -45,7 +47,7 @@ fn main() -> ExitCode {
                 }
             }
         }
-        ["stability"] => match stability::run() {
+        ["stability", only @ ..] if only.len() < 2 => match stability::run(only.first().copied()) {
             Ok(()) => ExitCode::SUCCESS,
             Err(message) => {
                 eprintln!("stability: {message}");

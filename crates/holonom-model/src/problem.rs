@@ -82,7 +82,7 @@ pub struct Inconsistency {
     pub key: String,
     /// Positions or velocities.
     pub level: Level,
-    /// Violation of the constraint: m or m/s.
+    /// Violation of the constraint: m; m/s or rad/s.
     pub distance: f64,
     /// The numbers that disagree, in words; may be empty.
     pub detail: String,
@@ -94,7 +94,7 @@ impl Inconsistency {
     pub fn problem(&self) -> Problem {
         let (what, unit) = match self.level {
             Level::Position => ("the initial configuration violates this constraint", "m"),
-            Level::Velocity => ("the initial velocities violate this constraint", "m/s"),
+            Level::Velocity => ("the initial velocities violate this constraint", "m/s or rad/s"),
         };
         let distance = match self.distance {
             d if (1e-3..1e6).contains(&d) => format!("{}", (d * 1e6).round() / 1e6),

@@ -2,7 +2,7 @@
 //! frequency.
 
 use crate::beams::{BeamParts, Beams};
-use holonom_model::Settings;
+use holonom_model::{Family, Settings, Strain};
 use serde::{Deserialize, Serialize};
 use vi_beam::frequency::highest_frequency;
 use vi_statics::limit::{STOP, WARN, angle_between};
@@ -48,19 +48,32 @@ impl Stiffness {
         worst
     }
 
-    /// Warnings on composed steps of stiff beams.
+    /// Warnings on vibrations that the step does not resolve: of composed steps, and of discrete potentials that let
+    /// them grow (docs/stability.md).
     pub(crate) fn warning(&self, settings: &Settings) -> Option<String> {
-        if settings.order == 2 || self.h_omega_max <= RESOLVED {
-            return None;
-        }
         let Self { beam, element, omega_max, h_omega_max } = self;
-        Some(format!(
-            "h ω_max = {h_omega_max:.3} (longest sub-step of order {}, ω_max ≤ {omega_max:.4e} rad/s in element \
-             {element} of beam `{beam}`): stiff vibrations are not resolved, so the order falls and the energy \
-             may drift; write a step {:.0} times smaller, fewer elements, or order = 2",
-            settings.order,
-            h_omega_max.ceil()
-        ))
+        let place = format!("ω_max ≤ {omega_max:.4e} rad/s in element {element} of beam `{beam}`");
+        let smaller = h_omega_max.ceil();
+        let order = settings.order;
+        if *h_omega_max <= RESOLVED {
+            None
+        } else if order > 2 {
+            Some(format!(
+                "h ω_max = {h_omega_max:.3} (longest sub-step of order {order}, {place}): stiff vibrations are not \
+                 resolved, so the order falls and the energy may drift; write a step {smaller:.0} times smaller, \
+                 fewer elements, or order = 2"
+            ))
+        } else if settings.strain != Strain::MassScaled
+            && matches!(settings.scheme.family(), Family::Variational(_))
+        {
+            Some(format!(
+                "h ω_max = {h_omega_max:.3} ({place}): vibrations that the step does not resolve can grow without \
+                 bound with this discrete potential; write strain = \"mass_scaled\", scheme = \"em-nodal\", or a \
+                 step {smaller:.0} times smaller"
+            ))
+        } else {
+            None
+        }
     }
 }
 

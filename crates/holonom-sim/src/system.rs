@@ -58,6 +58,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         names.frames.push(builder.frame(node.clone()));
         names.principal.push(Matrix3::identity());
     }
+    list.iter().for_each(|beam| builder.start_together(beam.nodes.clone()));
     for p in &model.particles {
         let (position, velocity) =
             (holonom_model::spatial(&p.position), holonom_model::spatial(&p.velocity));

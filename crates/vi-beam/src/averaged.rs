@@ -91,7 +91,7 @@ impl DiscretePotential for AveragedStrains {
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
         let energy = |(element, C): (&Element, Strain)| {
             let (_, change) = mean_and_change(element, s);
-            0.5 * element.length * self.scaling * C.component_mul(&change).dot(&change)
+            0.5 * element.length * self.scaling * C.component_mul(&change).dot(&change) // [6.15]
         };
         self.elements.iter().map(energy).sum()
     }

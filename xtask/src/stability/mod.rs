@@ -13,15 +13,23 @@ const STEPS: [f64; 8] = [0.01, 0.006, 0.003, 0.0015, 0.001, 0.0008, 0.0004, 0.00
 /// Steps of a run.
 const LENGTH: usize = 4000;
 
-/// Measures, and replaces the tables between the marks of docs/stability.md.
+/// A table of the page: its mark, and what measures it.
+type Table = (&'static str, fn() -> String);
+const TABLES: [Table; 3] = [("linear", linear), ("runs", runs), ("scaling", scaling)];
+
+/// Measures, and replaces the tables between the marks of docs/stability.md; `only`: one of them.
 ///
 /// # Errors
-/// A message when the page has no marks or cannot be written.
-pub fn run() -> Result<(), String> {
-    let page = std::fs::read_to_string(PAGE).map_err(|e| format!("{PAGE}: {e}"))?;
-    let page = replace(&page, "linear", &linear())?;
-    let page = replace(&page, "runs", &runs())?;
-    let page = replace(&page, "scaling", &scaling())?;
+/// A message when the page has no marks or cannot be written, or there is no such table.
+pub fn run(only: Option<&str>) -> Result<(), String> {
+    let wanted = |(name, _): &&Table| only.is_none_or(|only| only == *name);
+    if !TABLES.iter().any(|table| wanted(&table)) {
+        return Err("the tables are linear, runs, scaling".to_owned());
+    }
+    let mut page = std::fs::read_to_string(PAGE).map_err(|e| format!("{PAGE}: {e}"))?;
+    for (name, measure) in TABLES.iter().filter(wanted) {
+        page = replace(&page, name, &measure())?;
+    }
     std::fs::write(PAGE, page).map_err(|e| format!("{PAGE}: {e}"))
 }
 

@@ -120,9 +120,11 @@ impl MechanismBuilder {
             description.scalars.push(made);
         }
         let rates: Vec<_> = self.joints.iter().map(|joint| joint.rates.as_deref()).collect();
-        initial_rates::apply(&mut description, &rates).map_err(|refused| BuildError::Rate {
-            joint: self.joints[refused.joint].name.clone(),
-            source: refused.error,
+        initial_rates::apply(&mut description, &rates, &self.beams).map_err(|refused| {
+            BuildError::Rate {
+                joint: self.joints[refused.joint].name.clone(),
+                source: refused.error,
+            }
         })?;
         Ok(description)
     }

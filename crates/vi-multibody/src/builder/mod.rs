@@ -27,6 +27,7 @@ use force::{JointElement, JointElementKind, LoadPart, PointElement};
 pub(crate) use id::Place;
 use joint::JointPart;
 use nalgebra::Vector3;
+use std::ops::Range;
 use std::sync::Arc;
 use vi_rigid::load::Load;
 
@@ -67,6 +68,7 @@ pub struct MechanismBuilder {
     point_elements: Vec<PointElement>,
     joint_elements: Vec<JointElement>,
     loads: Vec<LoadPart>,
+    beams: Vec<Range<usize>>,
 }
 
 #[derive(Clone)]
@@ -145,6 +147,12 @@ impl MechanismBuilder {
     pub fn frame(&mut self, frame: BodySpec) -> BodyId {
         self.bodies.push(BodyPart::Given(frame));
         BodyId(self.bodies.len() - 1)
+    }
+
+    /// These frames start as one rigid body: without velocities of their own they take the motion of the first of
+    /// them that a joint moves (the nodes of a beam).
+    pub fn start_together(&mut self, frames: Range<usize>) {
+        self.beams.push(frames);
     }
 
     /// Adds a point mass: kg, m, m/s.

@@ -33,6 +33,12 @@ impl BodySpec {
         directors::set_frame(&mut q, &self.center, &self.triad);
         q
     }
+
+    /// Whether both initial velocities are zero.
+    #[must_use]
+    pub fn is_still(&self) -> bool {
+        self.velocity == Vector3::zeros() && self.omega == Vector3::zeros()
+    }
 }
 
 /// A joint between two frames, the parent at the first point and the child at the second, with the axes

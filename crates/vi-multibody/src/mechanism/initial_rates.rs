@@ -1,15 +1,17 @@
 //! Initial velocities from joint rates: `t² = X t¹ + S τ`, root first (LMO08 (71)–(75)).
 //!
-//! Where some joint states its rates, a body without velocities of its own moves with its joint: at the
-//! stated rates, or at rest relative to its parent. Frames without mass of their own (nodes of
-//! beams) have given velocities.
+//! A body without velocities of its own moves with its joint at the stated rates; where some joint states
+//! rates, and always where a fixed joint holds it, at rest relative to its parent. Frames that start as one rigid body
+//! (the nodes of a beam) without velocities take the motion of the first of them that a joint moves.
 
+use crate::mechanism::BodySpec;
 use crate::mechanism::Mechanism;
 use crate::mechanism::description::Description;
-use crate::pair::joint::Joint;
+use crate::pair::joint::{FrameId, Joint};
 use crate::pair::{PairKind, Twist};
 use crate::tree::Link;
 use nalgebra::Vector3;
+use std::ops::Range;
 
 /// Why the rates of a joint cannot be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -35,9 +37,6 @@ pub enum RateError {
     /// The spanning tree passes the joint from child to parent.
     #[error("the parent is the outboard body, seen from the ground or the free root")]
     OutboardParent,
-    /// The child is a frame without mass of its own.
-    #[error("the outboard body is a node of a beam, whose velocity the beam states")]
-    OutboardNode,
     /// The child has a velocity of its own.
     #[error("the velocity of the child is stated twice: by itself and by the joint")]
     StatedTwice,
@@ -54,10 +53,7 @@ impl RateError {
             Self::OutboardParent => {
                 "exchange parent and child, and the sign of the rate".to_owned()
             }
-            Self::OutboardNode => {
-                "remove the rate; write `velocity` and `angular_velocity` of the beam".to_owned()
-            }
-            Self::StatedTwice => "keep the velocities of the body or the `rate`".to_owned(),
+            Self::StatedTwice => "keep the velocities of the child or the `rate`".to_owned(),
         }
     }
 }
@@ -72,12 +68,17 @@ pub struct RefusedRate {
 }
 
 /// Fills in the velocities of the bodies that joint rates determine; `rates`: those of the first joints of
-/// the description, translations first (m/s), then rotations (rad/s).
+/// the description, translations first (m/s), then rotations (rad/s); `beams`: frames that start as one rigid body.
 ///
 /// # Errors
 /// [`RefusedRate`].
-pub fn apply(description: &mut Description, rates: &[Option<&[f64]>]) -> Result<(), RefusedRate> {
-    if rates.iter().all(Option::is_none) {
+pub fn apply(
+    description: &mut Description,
+    rates: &[Option<&[f64]>],
+    beams: &[Range<usize>],
+) -> Result<(), RefusedRate> {
+    let any = rates.iter().any(Option::is_some);
+    if !any && description.bodies.iter().all(BodySpec::is_still) {
         return Ok(());
     }
     let mechanism = Mechanism::new(description.clone());
@@ -87,30 +88,71 @@ pub fn apply(description: &mut Description, rates: &[Option<&[f64]>]) -> Result<
     }
     let q = mechanism.initial_configuration();
     let links = mechanism.tree().links();
-    let mut twists: Vec<Twist> = Vec::with_capacity(links.len());
-    for link in links {
-        let number = number_of(&link.joint, &mechanism.description().joints);
-        let body = &description.bodies[link.frame];
-        let own = Twist::new(body.velocity, body.omega);
-        let still = body.velocity == Vector3::zeros() && body.omega == Vector3::zeros();
-        let is_node = body.body.is_none();
-        let twist = match number.and_then(|k| stated(k).map(|rates| (k, rates))) {
-            None if !still || link.joint.kind == PairKind::Free || is_node => own,
-            None => transmitted(&mechanism, link, &q, &twists, &[]),
-            Some((joint, rates)) => {
-                let stated_as = &mechanism.description().joints[joint];
-                check(stated_as, link, rates, (still, is_node))
-                    .map_err(|error| RefusedRate { joint, error })?;
-                transmitted(&mechanism, link, &q, &twists, rates)
-            }
-        };
-        twists.push(twist);
+    let numbers: Vec<Option<usize>> =
+        links.iter().map(|link| number_of(&link.joint, &mechanism.description().joints)).collect();
+    let mut still: Vec<bool> = description.bodies.iter().map(BodySpec::is_still).collect();
+    for (link, number) in links.iter().zip(&numbers) {
+        if let Some((joint, rates)) = number.and_then(|k| stated(k).map(|rates| (k, rates))) {
+            let stated_as = &mechanism.description().joints[joint];
+            check(stated_as, link, rates, still[link.frame])
+                .map_err(|error| RefusedRate { joint, error })?;
+        }
     }
-    for (link, twist) in links.iter().zip(&twists) {
-        let body = &mut description.bodies[link.frame];
+    let mut twists = vec![Twist::zero(); description.bodies.len()];
+    loop {
+        for (link, number) in links.iter().zip(&numbers) {
+            let body = &description.bodies[link.frame];
+            let rates = number.and_then(stated);
+            let moved = any || link.joint.kind == PairKind::Fixed;
+            twists[link.frame] = if still[link.frame] && link.joint.kind != PairKind::Free && moved
+            {
+                transmitted(&mechanism, link, &q, &twists, rates.unwrap_or_default())
+            } else {
+                Twist::new(body.velocity, body.omega)
+            };
+        }
+        let resting = beams.iter().find_map(|beam| {
+            let rests = beam.clone().all(|frame| still[frame]);
+            let carried = || carried_by(beam, description, &twists);
+            rests.then(carried).flatten().map(|motion| (beam.clone(), motion))
+        });
+        let Some((beam, (center, twist))) = resting else { break };
+        for frame in beam {
+            still[frame] = false;
+            let node = &mut description.bodies[frame];
+            node.velocity = twist.linear + twist.angular.cross(&(node.center - center));
+            node.omega = twist.angular;
+        }
+    }
+    for (body, twist) in description.bodies.iter_mut().zip(&twists) {
         (body.velocity, body.omega) = (twist.linear, twist.angular);
     }
     Ok(())
+}
+
+/// A point of a beam and its motion: a node that the spanning tree moves, or one that is fixed to a moving frame.
+fn carried_by(
+    beam: &Range<usize>,
+    description: &Description,
+    twists: &[Twist],
+) -> Option<(Vector3<f64>, Twist)> {
+    let moves = |frame: &usize| {
+        twists[*frame].linear != Vector3::zeros() || twists[*frame].angular != Vector3::zeros()
+    };
+    let moved = beam.clone().find(moves);
+    let fixed = || {
+        let joints = description.joints.iter().filter(|joint| joint.kind == PairKind::Fixed);
+        let sides = joints.map(|joint| [joint.parent.frame, joint.child.frame]);
+        let frames = sides.filter_map(|sides| match sides {
+            [FrameId::Frame(a), FrameId::Frame(b)] if beam.contains(&a) != beam.contains(&b) => {
+                Some(if beam.contains(&a) { b } else { a })
+            }
+            _ => None,
+        });
+        frames.into_iter().find(moves)
+    };
+    let frame = moved.or_else(fixed)?;
+    Some((description.bodies[frame].center, twists[frame]))
 }
 
 /// The joint that a link of the spanning tree comes from; `None` for free roots.
@@ -128,7 +170,7 @@ fn transmitted(
     rates: &[f64],
 ) -> Twist {
     let map = link.joint.kind.velocity_map(&mechanism.tree().configuration(link, q));
-    let parent = link.parent.map_or(Twist::zero(), |p| twists[p]);
+    let parent = link.parent.map_or(Twist::zero(), |p| twists[mechanism.tree().links()[p].frame]);
     let mut twist = map.transfer.apply(&parent);
     if link.joint.kind.rotation_vector() == Some(0) {
         for (column, omega) in map.columns().iter().zip(parent.angular.iter()) {
@@ -143,12 +185,7 @@ fn transmitted(
     twist
 }
 
-fn check(
-    joint: &Joint,
-    link: &Link,
-    rates: &[f64],
-    (still, is_node): (bool, bool),
-) -> Result<(), RateError> {
+fn check(joint: &Joint, link: &Link, rates: &[f64], still: bool) -> Result<(), RateError> {
     let (found, expected) = (rates.len(), joint.kind.dof());
     if expected == 0 || joint.kind.rotation_vector() == Some(0) {
         return Err(RateError::NoRates { pair: joint.kind.name() });
@@ -158,9 +195,6 @@ fn check(
     }
     if link.joint.parent.frame != joint.parent.frame {
         return Err(RateError::OutboardParent);
-    }
-    if is_node {
-        return Err(RateError::OutboardNode);
     }
     if !still {
         return Err(RateError::StatedTwice);
