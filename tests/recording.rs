@@ -117,10 +117,10 @@ fn nodes_agree_with_the_saddle_point() {
                 continue; // it does not leave a singular configuration
             }
             let found = compare(text, scheme, 60, false);
-            println!("{name}, {scheme}: {found:.1e?}");
+            println!("{name}, {scheme}: {found:?}");
             let Largest { v, p, projected, hamiltonian, .. } = found;
             let worst = v.max(p).max(projected).max(hamiltonian);
-            assert!(worst < 1e-9, "{name}, {scheme}: {found:e?}");
+            assert!(worst < 1e-9, "{name}, {scheme}: {found:?}");
         }
     }
 }
@@ -134,7 +134,7 @@ fn multipliers_of_trees_agree_with_the_saddle_point() {
     ] {
         let found = compare(&text, "nodal", 60, true);
         println!("{name}: λ {:.1e}, p {:.1e}", found.lambda, found.p);
-        assert!(found.lambda < 1e-9 && found.p < 1e-9, "{name}: {found:e?}");
+        assert!(found.lambda < 1e-9 && found.p < 1e-9, "{name}: {found:?}");
     }
 }
 
