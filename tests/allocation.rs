@@ -72,6 +72,26 @@ fn no_step_allocates() {
 }
 
 #[test]
+fn no_node_allocates() {
+    for name in ["pendulum", "chain8", "bricard", "four_bar_windows", "andrews_squeezer"] {
+        let mut simulation = simulation(name, &[]);
+        let run = simulation.integrator();
+        run.record_multipliers(false);
+        let mut allocated = 0;
+        for step in 0..200 {
+            run.step().unwrap();
+            let before = allocations();
+            run.node_before().unwrap();
+            if step >= 10 {
+                allocated += allocations() - before;
+            }
+        }
+        println!("{name}: {allocated} in 190 nodes");
+        assert_eq!(allocated, 0, "{name}");
+    }
+}
+
+#[test]
 fn no_step_of_beams_allocates() {
     for name in ["flexible_multibody", "elastic_ring", "flexible_four_bar"] {
         for scheme in ["nodal", "reduced"] {

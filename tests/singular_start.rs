@@ -15,7 +15,7 @@ const CRANK: f64 = 0.5;
 const MASSES: [f64; 2] = [1.0, 3.0];
 
 /// The parallelogram at the angle `theta`, crank rates `rates`, with gravity `g` along −y.
-fn linkage(theta: f64, rates: [f64; 2], g: f64, settings: &str) -> String {
+pub(crate) fn linkage(theta: f64, rates: [f64; 2], g: f64, settings: &str) -> String {
     let (s, c) = theta.sin_cos();
     let mut text =
         format!("[model]\nname = \"flat\"\ngravity = [0, {:?}, 0]\n[simulation]\n{settings}\n", -g);

@@ -30,6 +30,7 @@ mod model_file;
 mod momenta;
 mod nested_loops;
 mod reactions;
+mod recording;
 mod reference;
 mod report;
 mod restart;

@@ -129,17 +129,21 @@ impl Simulation {
         self.assembly.warnings.iter().cloned().chain(self.limits.warnings()).collect()
     }
 
-    /// The integrator of a variational scheme at its present node.
+    /// The integrator of a variational scheme at its present node; from now on nodes have multipliers.
     ///
     /// # Panics
     /// When the scheme is one of the energy–momentum schemes: [`Simulation::energy_momentum`].
     pub fn integrator(&mut self) -> &mut MechanismIntegrator {
-        self.method.variational().expect("a variational scheme was asked for")
+        let run = self.method.variational().expect("a variational scheme was asked for");
+        run.record_multipliers(true);
+        run
     }
 
-    /// The integrator of an energy–momentum scheme; `None` for the others.
+    /// The integrator of an energy–momentum scheme, likewise; `None` for the others.
     pub fn energy_momentum(&mut self) -> Option<&mut EmIntegrator<Mechanism>> {
-        self.method.energy_momentum()
+        let run = self.method.energy_momentum()?;
+        run.record_multipliers(true);
+        Some(run)
     }
 
     /// Takes one step of either family, without reading the node.

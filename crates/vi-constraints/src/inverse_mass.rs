@@ -16,7 +16,7 @@ pub(crate) enum InverseMass {
     /// `M⁻¹`, block diagonal.
     Blocks(SparseMatrix),
     /// Factors of `M`.
-    Factors(SparseLu),
+    Factors(Box<SparseLu>),
 }
 
 impl InverseMass {
@@ -25,7 +25,7 @@ impl InverseMass {
         let (n, blocks) = (mass.shape().0, blocks(mass));
         if blocks.iter().any(|block| block.len() > LARGEST) {
             let mut lu = SparseLu::new(mass).ok()?;
-            return lu.solve(mass, &mut vec![1.0; n]).ok().map(|()| Self::Factors(lu));
+            return lu.solve(mass, &mut vec![1.0; n]).ok().map(|()| Self::Factors(Box::new(lu)));
         }
         let mut place = vec![0; n];
         for block in &blocks {

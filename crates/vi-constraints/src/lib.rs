@@ -9,6 +9,7 @@
 //! | [`constraints`] | `g`, `G`, second derivatives |
 //! | [`null_space`] | `P` and the rank by column-pivoted QR |
 //! | [`saddle_point`] | `[A Gᵀ; G 0]` over independent rows |
+//! | [`redundancy`] | null vectors of `Gᵀ`, multipliers of minimum norm |
 //! | [`reparametrization`] | `P`, `F_d`, `∂F_d/∂u`, dense or as operators |
 //! | [`tangent_space`] | `F_d` of any constraints: a step in the tangent space, projected |
 //! | [`constrained`], [`dalembert`], [`nodal`] | schemes 1, 2, and 3 with 4 |
@@ -42,6 +43,7 @@ pub mod node;
 pub mod node_solvers;
 pub mod null_space;
 pub mod projection;
+pub mod redundancy;
 pub mod reparametrization;
 pub mod saddle_point;
 pub mod scheme;

@@ -11,6 +11,7 @@ use crate::reparametrization::{DenseNodal, Emission, NodalOperators, Reparametri
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
+use vi_core::newton::Fault;
 use vi_core::sparse::SparseMatrix;
 use vi_core::state::Memory;
 
@@ -63,6 +64,14 @@ impl std::fmt::Debug for NodeSolvers {
 
 /// [`NodalOperators`] that act on rates, too.
 pub trait RateOperators: NodalOperators {
+    /// Opens the step `u = 0` from `q_n = s.q0 = s.q1`, where `∂F_d/∂u = P(q_n)`; `rest`: `u`.
+    ///
+    /// # Errors
+    /// [`Fault`] where the map does not reach the node itself.
+    fn stand(&mut self, s: &mut Interval, memory: &Memory, rest: &[f64]) -> Result<(), Fault> {
+        self.begin(s, memory, None);
+        self.reparametrize(rest, s)
+    }
     /// Makes the balance of rates of a pulled back momentum: where loops are closed, `J ν = −∂g/∂t` takes the
     /// place of as many balances. Premise: the step of the interval is 1 s.
     fn close_rates(&mut self, _t: f64, _r: &mut [f64]) {}
@@ -99,8 +108,7 @@ impl<O: RateOperators> MomentumVelocity for NodalVelocity<O> {
         let Self { operators, s, rest, nu } = self;
         s.open(at.t, 1.0, at.q);
         s.angles.extend_from_slice(at.angles);
-        operators.begin(s, memory, None);
-        operators.reparametrize(rest, s).map_err(|_| Singular)?; // q_{n+1} = q_n
+        operators.stand(s, memory, rest).map_err(|_| Singular)?; // q_{n+1} = q_n
         operators.pull_back(p, nu); // Pᵀp
         operators.close_rates(at.t, nu);
         operators.solve(mass, rest, s, nu).map_err(|_| Singular)?; // ν

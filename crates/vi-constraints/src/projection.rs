@@ -14,9 +14,8 @@
 use crate::constraints::Constraints;
 use crate::inverse_mass::InverseMass;
 use crate::node_solvers::MultiplierSweep;
-use crate::null_space::NullSpaceQr;
+use crate::redundancy::minimum_norm;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
-use nalgebra::{DMatrix, DVector};
 use vi_core::Configuration;
 use vi_core::MechanicalSystem;
 use vi_core::legendre::Energies;
@@ -91,13 +90,11 @@ impl Projections {
         rows.scatter(&self.x[n..], lambda);
         let scale = 1.0 / weight;
         lambda.iter_mut().for_each(|l| *l *= scale); // (37), (38)
-        let rank = rows.len();
+        let rows = rows.clone();
         let jacobian = self.jacobian(constraints, at);
         force.fill(0.0);
         jacobian.tr_mul_add(1.0, lambda, force);
-        if rank < constraints.len() {
-            minimum_norm(jacobian, rank, lambda);
-        }
+        minimum_norm(jacobian, &rows, lambda);
         Ok(())
     }
 
@@ -209,10 +206,8 @@ impl Projections {
         solved?;
         let rows = self.mass_system.rows();
         rows.scatter(&self.x[self.n..], lambda);
-        let rank = rows.len();
-        if rank < constraints.len() {
-            minimum_norm(self.jacobian(constraints, at), rank, lambda);
-        }
+        let rows = rows.clone();
+        minimum_norm(self.jacobian(constraints, at), &rows, lambda);
         Ok(())
     }
 }
@@ -225,21 +220,4 @@ pub fn hamiltonian(
 ) -> Energies {
     let twice: f64 = v.iter().zip(p).map(|(v, p)| v * p).sum();
     Energies { kinetic: 0.5 * twice, potential: system.potential_energy(at) }
-}
-
-/// The multipliers of the least norm with the same force `Gᵀλ`: with `G = C G_s`, `G_s` the `rank` rows
-/// that are most clearly independent here, `λ ← C (CᵀC)⁻¹ Cᵀλ`. Dense; only where constraints are
-/// redundant.
-pub fn minimum_norm(jacobian: &SparseMatrix, rank: usize, lambda: &mut [f64]) {
-    let g = jacobian.to_dense();
-    let mut qr = NullSpaceQr::new(g.ncols(), g.nrows());
-    qr.factorize(&g);
-    let chosen = DMatrix::from_fn(rank, g.ncols(), |i, j| g[(qr.pivots()[i], j)]);
-    let gram = &chosen * chosen.transpose();
-    let Some(cholesky) = gram.cholesky() else { return };
-    let c = cholesky.solve(&(&chosen * g.transpose())).transpose(); // G G_sᵀ (G_s G_sᵀ)⁻¹
-    let projected = c.transpose() * DVector::from_column_slice(lambda);
-    if let Some(cholesky) = (c.transpose() * &c).cholesky() {
-        lambda.copy_from_slice((c * cholesky.solve(&projected)).as_slice());
-    }
 }

@@ -18,7 +18,8 @@ use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use vi_constraints::discretization::{ObserveNode, Step};
 use vi_constraints::node::Node;
-use vi_constraints::projection::{Projections, minimum_norm};
+use vi_constraints::projection::Projections;
+use vi_constraints::redundancy::minimum_norm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::linear::{Singular, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -182,7 +183,5 @@ fn multipliers(
     }
     force.fill(0.0);
     jacobian.tr_mul_add(1.0, lambda, force);
-    if rows.len() < lambda.len() {
-        minimum_norm(jacobian, rows.len(), lambda);
-    }
+    minimum_norm(jacobian, rows, lambda);
 }

@@ -10,12 +10,12 @@ use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_core::state::Memory;
 use vi_core::{Configuration, DiscreteLagrangian, Entries, Quadrature, SeparableSystem};
-use vi_multibody::articulated::TreeNodal;
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::joint::{FrameId, Joint};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::pair::PairKind;
 use vi_multibody::tree_map::TreeMap;
+use vi_multibody::tree_nodal::TreeNodal;
 use vi_testkit::Sample;
 
 /// A random tree; every body hangs on an earlier one or on the ground, half of the joints are written

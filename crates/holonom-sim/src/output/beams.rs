@@ -8,7 +8,8 @@
 
 use std::io::{self, Write};
 
-use super::csv::{HEAD, Rows};
+use super::csv::HEAD;
+use super::rows::Rows;
 use crate::beams::Beams;
 use crate::sample::Sample;
 

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::Path;
 
-use csv::{Reader, Writer};
+use csv::Reader;
 use serde::{Deserialize, Serialize};
 
+use super::rows::Rows;
 use crate::sample::{Member, Sample};
 
 /// Columns after those of the members: energies (J), angular (kg·m²/s) and linear momentum (kg·m/s).
@@ -65,18 +66,11 @@ impl<W: Write> TrajectoryWriter<W> {
     /// What the files say.
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
         let Sample { step, t, q, energy, hamiltonian, momentum, residuals, .. } = sample;
-        let tail = [&[*energy, *hamiltonian][..], &momentum.angular, &momentum.linear].concat();
-        self.trajectory.push(|row| row.serialize((step, t, q, tail)))?;
-        let row = ResidualRow {
-            step: *step,
-            t: *t,
-            position: residuals.position,
-            velocity: residuals.velocity,
-            momentum: residuals.momentum,
-            newton_iterations: sample.newton_iterations,
-        };
-        let fields = (row.step, row.t, row.position, row.velocity, row.momentum);
-        self.residuals.push(|w| w.serialize((fields, row.newton_iterations)))
+        let energies = [*energy, *hamiltonian];
+        let parts = [&[*t][..], q, &energies, &momentum.angular, &momentum.linear];
+        self.trajectory.numbers(*step, &parts)?;
+        let levels = [residuals.position, residuals.velocity, residuals.momentum];
+        self.residuals.numbers(*step, &[&[*t], &levels, &[sample.newton_iterations]])
     }
 
     /// Hands everything to the files.
@@ -94,47 +88,6 @@ impl<W: Write> TrajectoryWriter<W> {
     /// What the files say.
     pub fn finish(mut self) -> io::Result<()> {
         self.flush()
-    }
-}
-
-/// Collects whole rows and hands them over in blocks, so that a block never ends within a row.
-pub(super) struct Rows<W: Write> {
-    sink: W,
-    block: Vec<u8>,
-}
-
-impl<W: Write> Rows<W> {
-    const BLOCK: usize = 64 * 1024;
-
-    pub(super) fn new(sink: W) -> Self {
-        Self { sink, block: Vec::with_capacity(2 * Self::BLOCK) }
-    }
-
-    pub(super) fn push(
-        &mut self,
-        row: impl FnOnce(&mut Writer<&mut Vec<u8>>) -> csv::Result<()>,
-    ) -> io::Result<()> {
-        let before = self.block.len();
-        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(&mut self.block);
-        let written = row(&mut writer).map_err(io::Error::from).and_then(|()| writer.flush());
-        drop(writer);
-        if written.is_err() {
-            self.block.truncate(before);
-        }
-        written?;
-        if self.block.len() >= Self::BLOCK { self.flush() } else { Ok(()) }
-    }
-
-    pub(super) fn flush(&mut self) -> io::Result<()> {
-        self.sink.write_all(&self.block)?;
-        self.block.clear();
-        self.sink.flush()
-    }
-}
-
-impl<W: Write> Drop for Rows<W> {
-    fn drop(&mut self) {
-        let _ = self.flush(); // nobody is left to hear of it
     }
 }
 

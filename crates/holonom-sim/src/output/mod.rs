@@ -18,6 +18,7 @@ mod folder;
 mod frames;
 mod momenta;
 mod pictures;
+mod rows;
 mod sensors;
 mod summary;
 

@@ -9,8 +9,10 @@
 
 use std::io::{self, Write};
 
-use super::csv::{HEAD, Rows};
+use super::csv::HEAD;
+use super::rows::{Field, Rows};
 use crate::sample::{Momenta, MomentaNames, Sample};
+use vi_core::Energies;
 
 /// Energies, each in its kinetic and its potential part.
 const ENERGIES: [&str; 3] = ["E_d", "H_d", "H_d_projected"];
@@ -56,14 +58,13 @@ impl<W: Write> MomentaWriter<W> {
         let none = Momenta::default();
         let found = sample.momenta.as_deref().unwrap_or(&none);
         let vectors = [&found.lambda, &found.p, &found.p_projected, &found.p_reduced];
-        let mut fields: Vec<Option<f64>> = Vec::new();
-        for (values, size) in vectors.into_iter().zip(self.sizes) {
-            fields.extend((0..size).map(|i| values.get(i).copied()));
-        }
-        for energies in [found.discrete_energy, found.hamiltonian, found.hamiltonian_projected] {
-            fields.extend([energies.map(|e| e.kinetic), energies.map(|e| e.potential)]);
-        }
-        self.rows.push(|row| row.serialize((sample.step, sample.t, fields)))
+        let energies = [found.discrete_energy, found.hamiltonian, found.hamiltonian_projected];
+        let field = |value: Option<f64>| value.map_or(Field::Empty, Field::Number);
+        let vectors = vectors.into_iter().zip(self.sizes);
+        let vectors = vectors.flat_map(|(values, size)| (0..size).map(|i| values.get(i).copied()));
+        let parts = |e: Option<Energies>| [e.map(|e| e.kinetic), e.map(|e| e.potential)];
+        let fields = vectors.chain(energies.into_iter().flat_map(parts)).map(field);
+        self.rows.fields(sample.step, std::iter::once(Field::Number(sample.t)).chain(fields))
     }
 
     /// Ends the file.

@@ -10,9 +10,9 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use csv::Reader;
-use serde::Serialize;
 
-use super::csv::{HEAD, Rows, invalid};
+use super::csv::{HEAD, invalid};
+use super::rows::{Field, Rows};
 use crate::sample::Sample;
 use crate::sensor::Column;
 
@@ -20,14 +20,6 @@ use crate::sensor::Column;
 pub struct SensorWriter<W: Write> {
     rows: Rows<W>,
     flags: Vec<bool>,
-}
-
-/// A field of a row: flags are written as 0 or 1, what is no number stays empty.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum Field {
-    Flag(u8),
-    Number(Option<f64>),
 }
 
 impl<W: Write> SensorWriter<W> {
@@ -50,13 +42,13 @@ impl<W: Write> SensorWriter<W> {
     /// # Errors
     /// Errors of the file.
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
-        let values = sample.sensors.iter().zip(&self.flags);
         let field = |(value, flag): (&f64, &bool)| match flag {
-            true => Field::Flag(u8::from(*value != 0.0)),
-            false => Field::Number((!value.is_nan()).then_some(*value)),
+            true => Field::Flag(*value != 0.0),
+            false if value.is_nan() => Field::Empty,
+            false => Field::Number(*value),
         };
-        let fields: Vec<Field> = values.map(field).collect();
-        self.rows.push(|row| row.serialize((sample.step, sample.t, fields)))
+        let fields = sample.sensors.iter().zip(&self.flags).map(field);
+        self.rows.fields(sample.step, std::iter::once(Field::Number(sample.t)).chain(fields))
     }
 
     /// Ends the file.

@@ -15,15 +15,17 @@
 //! **Uniqueness.** Where constraints are redundant, `λ` is one solution among `λ + Z c`, `range Z = null
 //! Gᵀ`: a component of a reaction is unique when no column of `Z` contributes to it. Then, and only
 //! then, it does not depend on the choice that was made (the multipliers of least norm). On trees
-//! everything is unique and nothing is computed; otherwise `Z` comes from a dense pivoted QR.
+//! everything is unique and nothing is computed; otherwise `Z` comes from the independent rows
+//! ([`vi_constraints::redundancy`]), where these are few or have lost rank from a dense pivoted QR.
 
 use crate::mechanism::Mechanism;
 use crate::pair::joint::{FrameId, Joint};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use vi_constraints::Constraints;
 use vi_constraints::null_space::NullSpaceQr;
+use vi_constraints::redundancy;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Entries, SparseMatrix};
 use vi_rigid::null_space;
 
 /// Contributions of unit null vectors below this count as none (N, N·m for multipliers of norm 1).
@@ -103,7 +105,7 @@ impl Reactions {
         if rows.len() == mechanism.len() {
             return reactions;
         }
-        let null_vectors = null_vectors(mechanism, (t, q), rows.len());
+        let null_vectors = null_vectors(mechanism, (t, q), rows);
         for z in null_vectors.column_iter() {
             let part = Self::from_multipliers(mechanism, (t, q), z.as_slice());
             for (joint, part) in reactions.joints.iter_mut().zip(&part.joints) {
@@ -136,15 +138,24 @@ impl Reactions {
     }
 }
 
-/// Orthonormal columns that span `null Gᵀ`, shape `m × (m − rank)`.
+/// Unit columns that span `null Gᵀ`, shape `m × (m − rank)`.
 ///
 /// At a configuration that has lost rank (a flat four-bar) there are more of them.
-fn null_vectors(mechanism: &Mechanism, (t, q): (f64, &[f64]), rank: usize) -> DMatrix<f64> {
+fn null_vectors(
+    mechanism: &Mechanism,
+    (t, q): (f64, &[f64]),
+    rows: &IndependentRows,
+) -> DMatrix<f64> {
     let (n, m) = (mechanism.dim(), mechanism.len());
+    let emit = |out: &mut dyn Entries| mechanism.jacobian(t, q, out);
+    let sparse = redundancy::null_vectors(&SparseMatrix::assemble(m, n, emit), rows);
+    if let Some(found) = sparse {
+        return found;
+    }
     let mut transposed = DMatrix::zeros(n, m);
     mechanism.jacobian(t, q, &mut Transposed(&mut transposed));
     let mut qr = NullSpaceQr::new(m, n);
-    let rank = qr.factorize_scaled(&transposed, |_| 1.0).min(rank);
+    let rank = qr.factorize_scaled(&transposed, |_| 1.0).min(rows.len());
     let mut out = DMatrix::zeros(m, m - rank);
     qr.null_space(rank, &mut out);
     out

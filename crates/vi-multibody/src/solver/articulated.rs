@@ -19,14 +19,11 @@ use crate::geometry::spatial::SpatialMatrix;
 use crate::pair::{MAX_DOF, Motion, Transfer, Twist, VelocityMap};
 use crate::tree::Tree;
 use nalgebra::Vector3;
-use vi_constraints::NodalOperators;
-use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
 use vi_core::sparse::Entries;
-use vi_core::state::Memory;
 use vi_rigid::{directors, null_space};
 
 /// What a link needs during a step, side by side in memory.
@@ -78,6 +75,9 @@ impl Entries for BlockSink<'_> {
             self.coupled = true;
             return;
         }
+        if value == 0.0 {
+            return; // the pattern is that of any inertia; about principal axes most are zero
+        }
         let own = 12 * frame..12 * frame + 12;
         let left = row_of_null_space(&self.q0[own.clone()], row % 12);
         let right = row_of_null_space(&self.q1[own], column % 12);
@@ -123,6 +123,12 @@ impl Articulated {
         !self.assemble(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), s)
     }
 
+    /// Units and scales of the increments.
+    #[must_use]
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
     /// The tree.
     #[must_use]
     pub fn tree(&self) -> &Tree {
@@ -156,6 +162,11 @@ impl Articulated {
         for (link, map) in self.links.iter_mut().zip(&self.maps) {
             link.at = *map;
         }
+    }
+
+    /// `X', S'` of `q_{n+1} = q_n`: those of `q_n`.
+    pub(crate) fn stand(&mut self) {
+        self.links.iter_mut().for_each(|link| link.next = link.at);
     }
 
     /// Computes `X', S'` at `q_{n+1}`.
@@ -225,6 +236,15 @@ impl Articulated {
         s: &Interval,
     ) -> Result<(), Fault> {
         self.tangent(u, &s.q1);
+        self.factorize_between(mixed, s)
+    }
+
+    /// The same with the `X', S'` at hand.
+    pub(crate) fn factorize_between(
+        &mut self,
+        mixed: &Emission<'_>,
+        s: &Interval,
+    ) -> Result<(), Fault> {
         let coupled = self.assemble(mixed, s);
         debug_assert!(!coupled, "the recursion needs a potential that couples no two bodies");
         (0..self.links.len()).rev().try_for_each(|k| self.eliminate(k))
@@ -377,77 +397,4 @@ fn invert(matrix: &[[f64; MAX_DOF]; MAX_DOF], f: usize) -> Option<[[f64; MAX_DOF
         }
     }
     Some(inverse)
-}
-
-impl NodalOperators for TreeNodal {
-    fn dof(&self) -> usize {
-        self.articulated.tree.dof()
-    }
-
-    fn blocks(&self) -> &[Block] {
-        &self.articulated.blocks
-    }
-
-    fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {
-        self.q_n.copy_from_slice(&s.q0);
-        self.articulated.begin_at(&s.q0, last);
-    }
-
-    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
-        self.articulated.move_to(u, s)
-    }
-
-    fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
-        self.articulated.pull_back_at(&self.q_n, w, out);
-    }
-
-    fn solve(
-        &mut self,
-        mixed: &Emission<'_>,
-        u: &[f64],
-        s: &Interval,
-        x: &mut [f64],
-    ) -> Result<(), Fault> {
-        self.articulated.factorize(mixed, u, s)?;
-        self.articulated.solve_in_place(x);
-        if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
-    }
-
-    fn clean(&mut self, _t: f64, q: &mut [f64]) {
-        self.articulated.tree.clean(q);
-    }
-}
-
-impl RateOperators for TreeNodal {
-    fn push_forward(&mut self, nu: &[f64], v: &mut [f64]) {
-        self.articulated.push_forward_at(&self.q_n, nu, v);
-    }
-}
-
-/// [`NodalOperators`] of a tree of bodies, `O(N)`.
-#[derive(Debug)]
-pub struct TreeNodal {
-    articulated: Articulated,
-    q_n: Vec<f64>,
-}
-
-impl TreeNodal {
-    /// For a tree of frames.
-    #[must_use]
-    pub fn new(tree: Tree) -> Self {
-        let n = 12 * tree.links().len();
-        Self { articulated: Articulated::new(tree), q_n: vec![0.0; n] }
-    }
-
-    /// Whether a matrix over the coordinates couples no two bodies.
-    #[must_use]
-    pub fn is_uncoupled(&mut self, matrix: &Emission<'_>, s: &Interval) -> bool {
-        !self.articulated.assemble(matrix, s)
-    }
-
-    /// Whether the recursion applies to `system`.
-    #[must_use]
-    pub fn applies(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
-        self.articulated.applies(system, s)
-    }
 }

@@ -5,3 +5,4 @@ pub mod closed_loop;
 pub mod run;
 pub mod sparse_nodal;
 pub mod tree_map;
+pub mod tree_nodal;

@@ -10,11 +10,11 @@
 
 use crate::mechanism::Mechanism;
 use crate::output::tree_multipliers::TreeMultipliers;
-use crate::solver::articulated::TreeNodal;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_map::TreeMap;
+use crate::solver::tree_nodal::TreeNodal;
 use crate::tree::Link;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -228,6 +228,17 @@ impl Cluster {
         self.next.smallest()
     }
 
+    /// Enforces the rows that `U` was found from; `false` where the node has lost rank.
+    pub(crate) fn take_rows_of_basis(&mut self) -> bool {
+        let (pivots, rows) = (self.basis.pivots(), self.paths.rows.len());
+        let complete = pivots.len() == self.rank && pivots.iter().all(|&i| i < rows);
+        if complete {
+            self.chosen.copy_from_slice(pivots);
+            self.chosen.sort_unstable();
+        }
+        complete
+    }
+
     /// `g_c` of the chosen rows.
     pub(crate) fn close(&mut self, at: Configuration<'_>) {
         for (g, &i) in self.g.iter_mut().zip(&self.chosen) {

@@ -49,7 +49,7 @@ use crate::mechanism::Mechanism;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_map::TreeMap;
-use cluster::Recall;
+use cluster::{Cluster, Recall};
 use loops::Loops;
 pub use loops::with_floors;
 use nalgebra::DMatrix;
@@ -343,6 +343,17 @@ impl NodalOperators for LoopNodal {
 }
 
 impl RateOperators for LoopNodal {
+    fn stand(&mut self, s: &mut Interval, memory: &Memory, rest: &[f64]) -> Result<(), Fault> {
+        self.begin(s, memory, None);
+        let regular = self.loops.clusters.iter_mut().all(Cluster::take_rows_of_basis);
+        if !(regular && matches!(self.solver, TreeSolver::Recursion)) {
+            return self.reparametrize(rest, s);
+        }
+        self.loops.tree.stand();
+        (self.fresh, self.current) = (false, true);
+        Ok(())
+    }
+
     fn close_rates(&mut self, t: f64, r: &mut [f64]) {
         for cluster in &mut self.loops.clusters {
             cluster.close_rates(t);

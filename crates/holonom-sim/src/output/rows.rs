@@ -1,0 +1,132 @@
+//! Rows of a table as text, written in blocks that never end within a row.
+//!
+//! Numbers are the shortest decimals that read back as the same number.
+
+use std::io::{self, Write};
+
+use csv::Writer;
+
+/// Collects whole rows and hands them over in blocks.
+pub(super) struct Rows<W: Write> {
+    sink: W,
+    block: Vec<u8>,
+}
+
+/// A field of a row of numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Field {
+    /// A number.
+    Number(f64),
+    /// 0 or 1.
+    Flag(bool),
+    /// Nothing.
+    Empty,
+}
+
+impl<W: Write> Rows<W> {
+    const BLOCK: usize = 64 * 1024;
+
+    pub(super) fn new(sink: W) -> Self {
+        Self { sink, block: Vec::with_capacity(2 * Self::BLOCK) }
+    }
+
+    /// Writes a row that holds text.
+    pub(super) fn push(
+        &mut self,
+        row: impl FnOnce(&mut Writer<&mut Vec<u8>>) -> csv::Result<()>,
+    ) -> io::Result<()> {
+        let before = self.block.len();
+        let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(&mut self.block);
+        let written = row(&mut writer).map_err(io::Error::from).and_then(|()| writer.flush());
+        drop(writer);
+        if written.is_err() {
+            self.block.truncate(before);
+        }
+        written?;
+        self.hand_over()
+    }
+
+    /// Writes a row of a step index and the numbers of all `parts`.
+    pub(super) fn numbers(&mut self, step: u64, parts: &[&[f64]]) -> io::Result<()> {
+        self.fields(step, parts.iter().copied().flatten().map(|x| Field::Number(*x)))
+    }
+
+    /// Writes a row of a step index and `fields`; allocates only when the block grows.
+    pub(super) fn fields(
+        &mut self,
+        step: u64,
+        fields: impl Iterator<Item = Field>,
+    ) -> io::Result<()> {
+        let mut text = ryu::Buffer::new();
+        write!(self.block, "{step}")?;
+        for field in fields {
+            self.block.push(b',');
+            match field {
+                Field::Number(x) => self.block.extend_from_slice(text.format(x).as_bytes()),
+                Field::Flag(flag) => self.block.push(b'0' + u8::from(flag)),
+                Field::Empty => {}
+            }
+        }
+        self.block.push(b'\n');
+        self.hand_over()
+    }
+
+    fn hand_over(&mut self) -> io::Result<()> {
+        if self.block.len() >= Self::BLOCK { self.flush() } else { Ok(()) }
+    }
+
+    pub(super) fn flush(&mut self) -> io::Result<()> {
+        self.sink.write_all(&self.block)?;
+        self.block.clear();
+        self.sink.flush()
+    }
+}
+
+impl<W: Write> Drop for Rows<W> {
+    fn drop(&mut self) {
+        let _ = self.flush(); // nobody is left to hear of it
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bit patterns all over the range, and numbers near one.
+    fn numbers() -> Vec<f64> {
+        let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
+        let mut next = || {
+            bits ^= bits << 13;
+            bits ^= bits >> 7;
+            bits ^= bits << 17;
+            bits
+        };
+        let any = (0..2000).map(|_| f64::from_bits(next())).collect::<Vec<_>>();
+        let near = (0..2000).map(|_| (next() >> 11) as f64 / 1e12_f64.powi((next() % 3) as i32));
+        let mut all = [any, near.collect()].concat();
+        all.extend([0.0, -0.0, 1.0, 1e15, 1e16, 1e17, 1e-4, 1e-5, 1e-6, 5e-324, f64::MAX]);
+        all.extend([f64::NAN, f64::INFINITY, f64::NEG_INFINITY]);
+        all
+    }
+
+    #[test]
+    fn numbers_are_written_as_the_csv_crate_writes_them() {
+        for x in numbers() {
+            let (mut own, mut other) = (Vec::new(), Vec::new());
+            Rows::new(&mut own).numbers(7, &[&[x], &[1.5]]).unwrap();
+            Rows::new(&mut other).push(|row| row.serialize((7, x, 1.5))).unwrap();
+            let (own, other) = (String::from_utf8(own).unwrap(), String::from_utf8(other).unwrap());
+            assert_eq!(own, other);
+            let back: f64 = own.split(',').nth(1).unwrap().parse().unwrap();
+            assert!(back.to_bits() == x.to_bits() || x.is_nan(), "{x:e}");
+        }
+    }
+
+    #[test]
+    fn flags_and_empty_fields() {
+        let mut text = Vec::new();
+        let fields = [Field::Flag(true), Field::Empty, Field::Number(-2.0), Field::Flag(false)];
+        Rows::new(&mut text).fields(0, fields.into_iter()).unwrap();
+        assert_eq!(String::from_utf8(text).unwrap(), "0,1,,-2.0,0\n");
+    }
+}
