@@ -39,12 +39,13 @@ fn against_the_library(name: &str, settings: &[(&str, &str)]) {
     let names = simulation.momenta_names().unwrap();
     let run = simulation.integrator();
     let (system, mechanism) = (run.system(), run.constraints());
-    let mut of = LegendreTransforms::with_rows(system, mechanism, run.rows()).unwrap();
+    let h = samples[1].t - samples[0].t;
+    let of = LegendreTransforms::with_rows(system, mechanism, run.rows()).unwrap();
+    let mut of = of.of_steps(h);
     let map = TreeMap::new(mechanism);
     let mut tree = DMatrix::zeros(mechanism.dim(), map.dof());
     let (mut p_off, mut force_off, mut size) = (0.0_f64, 0.0_f64, 1.0_f64);
     let raise = |worst: &mut f64, a: &[f64], b: &[f64]| *worst = worst.max(distance(a, b));
-    let h = samples[1].t - samples[0].t;
     for rows in samples.windows(3) {
         let found = momenta(&rows[1]);
         let between = |k: usize| Interval::between(rows[k].t, h, &rows[k].q, &rows[k + 1].q);

@@ -8,6 +8,7 @@ use crate::singular_start::linkage;
 
 use harness::models::shipped;
 use holonom::vi_constraints::LegendreTransforms;
+use holonom::vi_core::MechanicalSystem;
 use holonom::vi_core::legendre::p_minus;
 use holonom::vi_core::linear::norm_inf;
 use holonom::{Model, Sample, Simulation};
@@ -73,11 +74,13 @@ fn compare(text: &str, scheme: &str, steps: u64, multipliers: bool) -> Largest {
         }
         assert!(multipliers || node.lambda.is_empty());
         let (system, constraints, rows) = (run.system(), run.constraints(), run.rows());
-        let mut of = LegendreTransforms::with_rows(system, constraints, rows).unwrap();
+        let mut of =
+            LegendreTransforms::with_rows(system, constraints, rows).unwrap().of_steps(s.h);
         let at = before.configuration();
         let v = of.velocity(at, &before.p).unwrap();
         let mut projected = vec![0.0; v.len()];
-        holonom::vi_core::MechanicalSystem::mass(system).mul_add(1.0, &v, &mut projected);
+
+        MechanicalSystem::add_momentum_of_step(system, at, s.h, &v, &mut projected);
         let mut w = vec![0.0; v.len()];
         p_minus(system, &s, &mut w);
         w.iter_mut().zip(&before.p).for_each(|(w, p)| *w = p - *w);

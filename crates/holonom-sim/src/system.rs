@@ -6,11 +6,11 @@ use crate::dynamics::Dynamics;
 use crate::names::Names;
 use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
-use holonom_model::{Frame, Model, ModelError, Problem, StartPoints};
+use holonom_model::{Frame, Model, ModelError, Problem, Settings, StartPoints, Strain};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use vi_beam::BeamModel;
+use vi_beam::{BeamModel, StrainRule};
 use vi_multibody::builder::{BodyId, BuildError, Inertia, JointId, MechanismBuilder};
 use vi_multibody::joint::FrameId;
 use vi_multibody::mechanism::{BarEnd, Mechanism};
@@ -92,11 +92,19 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     let settings = &model.settings;
     let members = members(model, &parts);
     let parts = Arc::new(parts);
-    let (rule, quadrature) = (settings.strain.into(), settings.quadrature.into());
+    let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
     let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
     let beams = Beams { parts, list };
     let sensors = Sensors::new(model, &mechanism, &names.principal, &beams);
     Ok(System { beams, mechanism, dynamics, members, sensors })
+}
+
+/// Compositions need resolved vibrations, which have no added mass; for others it would not help.
+fn strain_rule(settings: &Settings) -> StrainRule {
+    match settings.strain {
+        Strain::MassScaled if settings.order > 2 => StrainRule::Averaged,
+        strain => strain.into(),
+    }
 }
 
 /// A refused part of the mechanism as an error of the model.

@@ -22,8 +22,10 @@
 //! tan²(ϑ/2) = ¼ (hω)² / (1 + μ (hω)²),       ϑ → 2 atan(1/(2√μ)) as hω → ∞
 //! ```
 //! `ϑ` is the angle of a step. [`MASS_SCALING`] `= 1/8` keeps it below 109.5°: no two modes and no three add up to
-//! a full turn, which at `μ ≤ 1/12` three can; at `μ = ¼` four unresolved ones do. The period of a resolved
-//! vibration comes out longer by the part `(1/12 + μ/2)(hω)²` of it. docs/stability.md has the measurements.
+//! a full turn, which at `μ ≤ 1/12` three can; at `μ = ¼` four unresolved ones do. Each element has the smallest
+//! `μ` that keeps this bound, `max(0, 1/8 − 1/(hω)²)`; it is zero where `hω ≤ √8` holds for the highest frequency of the element,
+//! a bound of those of the beam. The period of a resolved vibration comes out longer by the part `(1/12 + μ/2)(hω)²`
+//! of it. docs/stability.md has the measurements.
 //!
 //! Source: theory §6, "Discrete potential"; N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94; selective mass
 //! scaling: L. Olovsson, K. Simonsson, M. Unosson, IJNME 63 (2005) 1436–1445.
@@ -36,14 +38,21 @@ use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
 
-/// `μ` of [`crate::StrainRule::MassScaled`].
+/// The largest `μ` of [`crate::StrainRule::MassScaled`].
 pub const MASS_SCALING: f64 = 0.125;
+
+/// `μ = max(0, 1/8 − 1/(hω)²)` of an element with the highest frequency `ω`, `slowness` `= 1/ω²`: as much as
+/// keeps `ϑ` below its bound.
+pub(crate) fn scaling(most: f64, slowness: f64, h: f64) -> f64 {
+    (most - slowness / (h * h)).max(0.0)
+}
 
 /// `U_d` and `K_d` of all elements.
 #[derive(Clone, Debug)]
 pub struct AveragedStrains {
     elements: Elements,
-    scaling: f64, // μ
+    most: f64,          // largest μ
+    slowness: Vec<f64>, // elements  1/ω², s²
 }
 
 /// `ε̄` and `Δε`.
@@ -56,24 +65,31 @@ impl AveragedStrains {
     /// Averaged strains, `μ = 0`.
     #[must_use]
     pub fn new(elements: Elements) -> Self {
-        Self { elements, scaling: 0.0 }
+        Self { elements, most: 0.0, slowness: Vec::new() }
     }
 
-    /// Averaged strains with selective mass scaling, `scaling`: `μ`, usually [`MASS_SCALING`].
+    /// Averaged strains with selective mass scaling; `most`: the largest `μ`, usually [`MASS_SCALING`];
+    /// `slowness`: `1/ω²` of each element with its highest frequency, s²; zeros make `μ` constant.
+    ///
+    /// # Panics
+    /// When there is not one number for each element.
     #[must_use]
-    pub fn mass_scaled(elements: Elements, scaling: f64) -> Self {
-        Self { elements, scaling }
+    pub fn mass_scaled(elements: Elements, most: f64, slowness: Vec<f64>) -> Self {
+        assert_eq!(elements.list().len(), slowness.len(), "one frequency for each element");
+        Self { elements, most, slowness }
     }
 
-    /// `½ ε̄ ± μ Δε`.
-    fn slot_strain(&self, element: &Element, s: &Interval, sign: f64) -> Strain {
-        let (mean, change) = mean_and_change(element, s);
-        0.5 * mean + sign * self.scaling * change
+    /// Elements with their stiffness and their `μ` in a step `h`.
+    fn scaled(&self, h: f64) -> impl Iterator<Item = (&Element, Strain, f64)> {
+        let mu =
+            move |k: usize| self.slowness.get(k).map_or(0.0, |own| scaling(self.most, *own, h));
+        self.elements.iter().enumerate().map(move |(k, (element, C))| (element, C, mu(k)))
     }
 
     fn add_slot(&self, s: &Interval, (q, sign): (&[f64], f64), scale: f64, out: &mut [f64]) {
-        for (element, C) in self.elements.iter() {
-            let n = scale * element.length * C.component_mul(&self.slot_strain(element, s, sign));
+        for (element, C, mu) in self.scaled(s.h) {
+            let (mean, change) = mean_and_change(element, s);
+            let n = scale * element.length * C.component_mul(&(0.5 * mean + sign * mu * change));
             element.scatter(&(element.gradients(&element.coordinates(q)) * n), out); // [6.12]
         }
     }
@@ -89,21 +105,21 @@ impl DiscretePotential for AveragedStrains {
     }
 
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
-        let energy = |(element, C): (&Element, Strain)| {
+        let energy = |(element, C, mu): (&Element, Strain, f64)| {
             let (_, change) = mean_and_change(element, s);
-            0.5 * element.length * self.scaling * C.component_mul(&change).dot(&change) // [6.15]
+            0.5 * element.length * mu * C.component_mul(&change).dot(&change) // [6.15]
         };
-        self.elements.iter().map(energy).sum()
+        self.scaled(s.h).map(energy).sum()
     }
 
     fn adds_mass(&self) -> bool {
-        self.scaling > 0.0
+        self.most > 0.0
     }
 
     fn add_mass(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
-        if self.scaling > 0.0 {
-            for (element, C) in self.elements.iter() {
-                let mass = self.scaling * h * h * element.length * C;
+        if self.most > 0.0 {
+            for (element, C, mu) in self.scaled(h) {
+                let mass = mu * h * h * element.length * C;
                 let x = element.coordinates(at.q);
                 element.emit(&element.tangent(&x, &mass, &Strain::zeros()), out);
             }
@@ -119,10 +135,10 @@ impl DiscretePotential for AveragedStrains {
     }
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for (element, C) in self.elements.iter() {
+        for (element, C, mu) in self.scaled(s.h) {
             let mut rows = element.gradients(&element.coordinates(&s.q0));
             let columns = element.gradients(&element.coordinates(&s.q1));
-            let weight = (0.25 + self.scaling) * scale * element.length;
+            let weight = (0.25 + mu) * scale * element.length;
             for i in 0..6 {
                 rows.column_mut(i).scale_mut(weight * C[i]);
             }
@@ -131,11 +147,12 @@ impl DiscretePotential for AveragedStrains {
     }
 
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for (element, C) in self.elements.iter() {
+        for (element, C, mu) in self.scaled(s.h) {
             let x = element.coordinates(&s.q0);
             let weight = scale * element.length * C;
-            let n = weight.component_mul(&self.slot_strain(element, s, 1.0));
-            element.emit(&element.tangent(&x, &((0.25 - self.scaling) * weight), &n), out);
+            let (mean, change) = mean_and_change(element, s);
+            let n = weight.component_mul(&(0.5 * mean + mu * change));
+            element.emit(&element.tangent(&x, &((0.25 - mu) * weight), &n), out);
         }
     }
 
@@ -180,7 +197,7 @@ mod tests {
         let mut sample = Sample::new(21);
         let (elements, q0) = random_elements(&mut sample);
         let q1: Vec<f64> = q0.iter().map(|q| q + 0.3 * sample.number()).collect();
-        let U_d = AveragedStrains::mass_scaled(elements, scaling);
+        let U_d = AveragedStrains::mass_scaled(elements, scaling, vec![0.0, 1e-3]);
         let at = interval(&q0, &q1);
         let (mut d1, mut d2) = (vec![0.0; 36], vec![0.0; 36]);
         U_d.add_d1(&at, 1.0, &mut d1);
@@ -245,7 +262,7 @@ mod tests {
         }
         let s = interval(&q0, &q1);
         let (here, there) = (
-            AveragedStrains::mass_scaled(elements.clone(), MASS_SCALING).value(&s),
+            AveragedStrains::mass_scaled(elements.clone(), MASS_SCALING, vec![0.0; 2]).value(&s),
             Midpoint(elements).value(&s),
         );
         println!("energy of a rigid turn: averaged {here:.1e}, midpoint {there:.1e}");
@@ -256,7 +273,7 @@ mod tests {
     fn the_added_mass_is_that_of_its_kinetic_energy_and_moves_with_no_rigid_motion() {
         let mut sample = Sample::new(23);
         let (elements, q0) = random_elements(&mut sample);
-        let U_d = AveragedStrains::mass_scaled(elements, MASS_SCALING);
+        let U_d = AveragedStrains::mass_scaled(elements, MASS_SCALING, vec![0.0; 2]);
         let v: Vec<f64> = q0.iter().map(|_| sample.number()).collect();
         let h = 1e-5;
         let mut mass = DMatrix::zeros(36, 36);

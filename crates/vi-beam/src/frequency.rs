@@ -45,6 +45,33 @@ pub fn highest_frequency(model: &BeamModel, beam: &Beam, q: &[f64]) -> Stiffest 
     stiffest
 }
 
+/// `1/ω_e²` of all elements in their initial configuration, s²: two-node ones, those of higher order; zero where a
+/// motion carries no mass.
+pub(crate) fn slowness(model: &BeamModel) -> [Vec<f64>; 2] {
+    let q = model.configuration();
+    let of = |order: usize, index: usize, nodes: &[usize]| {
+        let own: Vec<f64> =
+            nodes.iter().flat_map(|node| &q[12 * node..12 * node + 12]).copied().collect();
+        let omega = element_frequency(model, (order, index), &own);
+        if omega.is_nan() { 0.0 } else { (omega * omega).recip() }
+    };
+    let (mut two, mut last) = (Vec::new(), None);
+    for (index, element) in model.elements.list().iter().enumerate() {
+        let kind = (element.length, element.section, element.mass);
+        let known = last.filter(|(of, _)| *of == kind).map(|(_, slowness)| slowness);
+        let slowness = known.unwrap_or_else(|| of(1, index, &element.nodes));
+        last = Some((kind, slowness));
+        two.push(slowness);
+    }
+    let elements = 0..model.high_order.count();
+    let high = elements.map(|index| {
+        let nodes = model.high_order.nodes(index);
+        of(nodes.len() - 1, index, nodes)
+    });
+    let high = high.collect();
+    [two, high]
+}
+
 /// `ω_e` of one element with the coordinates `q` of its nodes.
 fn element_frequency(model: &BeamModel, (order, index): (usize, usize), q: &[f64]) -> f64 {
     let n = q.len();

@@ -202,6 +202,12 @@ fn lagrange(count: usize, xi: f64) -> ([f64; MOST], [f64; MOST]) {
 }
 
 impl HighOrderElements {
+    /// The nodes of an element.
+    pub(crate) fn nodes(&self, element: usize) -> &[usize] {
+        let station = &self.stations[self.elements[element].stations.start];
+        &station.nodes[..station.count]
+    }
+
     /// Adds an element of arc length `length` (m) through three or four nodes, stress-free in the
     /// configuration `q`.
     ///

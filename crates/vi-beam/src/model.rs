@@ -6,6 +6,7 @@
 
 use crate::averaged::{AveragedStrains, MASS_SCALING};
 use crate::element::{ElementError, Elements};
+use crate::frequency::slowness;
 use crate::high_order::{AveragedHighOrder, HighOrderElements};
 use crate::mesh::Mesh;
 use crate::section::Section;
@@ -279,24 +280,32 @@ impl BeamModel {
         quadrature: Quadrature,
     ) -> SeparableSystem {
         let mut system = mechanism.system_with_mass(self.mass_matrix(mechanism), quadrature);
-        let scaling = match rule {
-            StrainRule::MassScaled => MASS_SCALING,
-            StrainRule::Averaged | StrainRule::Midpoint => 0.0,
+        let [two, high] = match rule {
+            StrainRule::MassScaled => slowness(self),
+            StrainRule::Averaged | StrainRule::Midpoint => Default::default(),
         };
         let (elements, high_order) = (self.elements.clone(), self.high_order.clone());
         if !high_order.is_empty() {
             system = match rule {
                 StrainRule::Midpoint => system.potential(high_order),
-                _ => system.discrete_potential(Box::new(AveragedHighOrder::mass_scaled(
-                    high_order, scaling,
-                ))),
+                StrainRule::Averaged => {
+                    system.discrete_potential(Box::new(AveragedHighOrder::new(high_order)))
+                }
+                StrainRule::MassScaled => {
+                    let own = AveragedHighOrder::mass_scaled(high_order, MASS_SCALING, &high);
+                    system.discrete_potential(Box::new(own))
+                }
             };
         }
         match rule {
             _ if elements.list().is_empty() => system,
             StrainRule::Midpoint => system.potential(elements),
-            _ => {
-                system.discrete_potential(Box::new(AveragedStrains::mass_scaled(elements, scaling)))
+            StrainRule::Averaged => {
+                system.discrete_potential(Box::new(AveragedStrains::new(elements)))
+            }
+            StrainRule::MassScaled => {
+                let own = AveragedStrains::mass_scaled(elements, MASS_SCALING, two);
+                system.discrete_potential(Box::new(own))
             }
         }
     }

@@ -113,12 +113,16 @@ impl Blade {
         variational(mechanism, system, h, steps)
     }
 
-    /// The same with averaged strains and another `μ`.
+    /// The same with averaged strains and another, constant `μ`.
     pub(super) fn run_scaled(&self, mu: f64, h: f64, steps: usize) -> Result<f64, usize> {
         let model = self.under_gravity();
         let mechanism = model.mechanism();
         let mass = model.mass_matrix(&mechanism);
-        let strains = AveragedStrains::mass_scaled(model.elements.clone(), mu);
+        let strains = AveragedStrains::mass_scaled(
+            model.elements.clone(),
+            mu,
+            vec![0.0; model.elements.list().len()],
+        );
         let system = mechanism
             .system_with_mass(mass, Quadrature::Midpoint)
             .discrete_potential(Box::new(strains));

@@ -1,6 +1,7 @@
 //! The averaged-strain discrete potential of elements of higher order.
 
 use super::{HighOrderElements, Station, Strain};
+use crate::averaged::scaling;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
@@ -10,7 +11,8 @@ use vi_core::sparse::Entries;
 #[derive(Clone, Debug)]
 pub struct AveragedHighOrder {
     elements: HighOrderElements,
-    scaling: f64, // μ
+    most: f64,          // largest μ
+    slowness: Vec<f64>, // stations  1/ω² of their element, s²
 }
 
 /// `ε̄` and `Δε`.
@@ -23,35 +25,40 @@ impl AveragedHighOrder {
     /// Averaged strains, `μ = 0`.
     #[must_use]
     pub fn new(elements: HighOrderElements) -> Self {
-        Self { elements, scaling: 0.0 }
+        Self { elements, most: 0.0, slowness: Vec::new() }
     }
 
-    /// Averaged strains with selective mass scaling, `scaling`: `μ`.
+    /// Averaged strains with selective mass scaling, as [`crate::averaged::AveragedStrains::mass_scaled`].
+    ///
+    /// # Panics
+    /// When there is not one number for each element.
     #[must_use]
-    pub fn mass_scaled(elements: HighOrderElements, scaling: f64) -> Self {
-        Self { elements, scaling }
+    pub fn mass_scaled(elements: HighOrderElements, most: f64, slowness: &[f64]) -> Self {
+        assert_eq!(elements.elements.len(), slowness.len(), "one frequency for each element");
+        let stations = elements.elements.iter().zip(slowness);
+        let slowness =
+            stations.flat_map(|(member, own)| vec![*own; member.stations.len()]).collect();
+        Self { elements, most, slowness }
     }
 
-    /// `½ ε̄ ± μ Δε`.
-    fn slot_strain(&self, station: &Station, s: &Interval, sign: f64) -> Strain {
-        let (mean, change) = mean_and_change(station, s);
-        0.5 * mean + sign * self.scaling * change
+    /// Stations with their `μ` in a step `h`.
+    fn scaled(&self, h: f64) -> impl Iterator<Item = (&Station, f64)> {
+        let mu =
+            move |k: usize| self.slowness.get(k).map_or(0.0, |own| scaling(self.most, *own, h));
+        self.elements.stations.iter().enumerate().map(move |(k, station)| (station, mu(k)))
     }
 
     fn add_slot(&self, s: &Interval, (q, sign): (&[f64], f64), scale: f64, out: &mut [f64]) {
-        for station in &self.elements.stations {
-            let n = station.stiffness().component_mul(&self.slot_strain(station, s, sign));
+        for (station, mu) in self.scaled(s.h) {
+            let (mean, change) = mean_and_change(station, s);
+            let n = station.stiffness().component_mul(&(0.5 * mean + sign * mu * change));
             station.add(q, &(scale * station.weight * n), out);
         }
     }
+}
 
-    fn energy(&self, s: &Interval, strain: impl Fn((Strain, Strain)) -> Strain) -> f64 {
-        let energy = |station: &Station| {
-            let eps = strain(mean_and_change(station, s));
-            0.5 * station.weight * station.stiffness().component_mul(&eps).dot(&eps)
-        };
-        self.elements.stations.iter().map(energy).sum()
-    }
+fn energy(station: &Station, strain: &Strain) -> f64 {
+    0.5 * station.weight * station.stiffness().component_mul(strain).dot(strain)
 }
 
 /// The discrete derivative `D̄V = D_1 U_d + D_2 U_d` of energy–momentum schemes.
@@ -79,21 +86,23 @@ impl AveragedHighOrder {
 
 impl DiscretePotential for AveragedHighOrder {
     fn value(&self, s: &Interval) -> f64 {
-        self.energy(s, |(mean, _)| mean)
+        let stations = self.elements.stations.iter();
+        stations.map(|station| energy(station, &mean_and_change(station, s).0)).sum()
     }
 
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
-        self.scaling * self.energy(s, |(_, change)| change)
+        let added = |(station, mu)| mu * energy(station, &mean_and_change(station, s).1);
+        self.scaled(s.h).map(added).sum()
     }
 
     fn adds_mass(&self) -> bool {
-        self.scaling > 0.0
+        self.most > 0.0
     }
 
     fn add_mass(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
-        if self.scaling > 0.0 {
-            for station in &self.elements.stations {
-                let c = self.scaling * h * h * station.weight * station.stiffness();
+        if self.most > 0.0 {
+            for (station, mu) in self.scaled(h) {
+                let c = mu * h * h * station.weight * station.stiffness();
                 let gradients = station.gradients(at.q);
                 station.emit((&gradients, &gradients), &c, &Strain::zeros(), out);
             }
@@ -109,19 +118,20 @@ impl DiscretePotential for AveragedHighOrder {
     }
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for station in &self.elements.stations {
-            let c = (0.25 + self.scaling) * scale * station.weight * station.stiffness();
+        for (station, mu) in self.scaled(s.h) {
+            let c = (0.25 + mu) * scale * station.weight * station.stiffness();
             let pair = (&station.gradients(&s.q0), &station.gradients(&s.q1));
             station.emit(pair, &c, &Strain::zeros(), out);
         }
     }
 
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        for station in &self.elements.stations {
+        for (station, mu) in self.scaled(s.h) {
             let c = scale * station.weight * station.stiffness();
-            let n = c.component_mul(&self.slot_strain(station, s, 1.0));
+            let (mean, change) = mean_and_change(station, s);
+            let n = c.component_mul(&(0.5 * mean + mu * change));
             let gradients = station.gradients(&s.q0);
-            station.emit((&gradients, &gradients), &((0.25 - self.scaling) * c), &n, out);
+            station.emit((&gradients, &gradients), &((0.25 - mu) * c), &n, out);
         }
     }
 

@@ -98,6 +98,7 @@ pub fn apply(
                 .map_err(|error| RefusedRate { joint, error })?;
         }
     }
+    let together = rigid_groups(beams, description);
     let mut twists = vec![Twist::zero(); description.bodies.len()];
     loop {
         for (link, number) in links.iter().zip(&numbers) {
@@ -111,7 +112,7 @@ pub fn apply(
                 Twist::new(body.velocity, body.omega)
             };
         }
-        let resting = beams.iter().find_map(|beam| {
+        let resting = together.iter().find_map(|beam| {
             let rests = beam.clone().all(|frame| still[frame]);
             let carried = || carried_by(beam, description, &twists);
             rests.then(carried).flatten().map(|motion| (beam.clone(), motion))
@@ -128,6 +129,17 @@ pub fn apply(
         (body.velocity, body.omega) = (twist.linear, twist.angular);
     }
     Ok(())
+}
+
+/// The beams, and every other frame that a fixed joint holds: the spanning tree may start at it.
+fn rigid_groups(beams: &[Range<usize>], description: &Description) -> Vec<Range<usize>> {
+    let fixed = description.joints.iter().filter(|joint| joint.kind == PairKind::Fixed);
+    let frames = fixed.flat_map(|joint| [joint.parent.frame, joint.child.frame]);
+    let alone = frames.filter_map(|frame| match frame {
+        FrameId::Frame(k) if !beams.iter().any(|beam| beam.contains(&k)) => Some(k..k + 1),
+        _ => None,
+    });
+    beams.iter().cloned().chain(alone).collect()
 }
 
 /// A point of a beam and its motion: a node that the spanning tree moves, or one that is fixed to a moving frame.
