@@ -88,17 +88,17 @@ pub fn apply(
     }
     let q = mechanism.initial_configuration();
     let links = mechanism.tree().links();
-    let numbers: Vec<Option<usize>> =
-        links.iter().map(|link| number_of(&link.joint, &mechanism.description().joints)).collect();
+    let joints = &mechanism.description().joints;
+    let number = |link: &Link| if any { number_of(&link.joint, joints) } else { None };
+    let numbers: Vec<Option<usize>> = links.iter().map(number).collect();
     let mut still: Vec<bool> = description.bodies.iter().map(BodySpec::is_still).collect();
     for (link, number) in links.iter().zip(&numbers) {
         if let Some((joint, rates)) = number.and_then(|k| stated(k).map(|rates| (k, rates))) {
-            let stated_as = &mechanism.description().joints[joint];
-            check(stated_as, link, rates, still[link.frame])
+            check(&joints[joint], link, rates, still[link.frame])
                 .map_err(|error| RefusedRate { joint, error })?;
         }
     }
-    let together = rigid_groups(beams, description);
+    let groups = rigid_groups(beams, description);
     let mut twists = vec![Twist::zero(); description.bodies.len()];
     loop {
         for (link, number) in links.iter().zip(&numbers) {
@@ -112,17 +112,22 @@ pub fn apply(
                 Twist::new(body.velocity, body.omega)
             };
         }
-        let resting = together.iter().find_map(|beam| {
-            let rests = beam.clone().all(|frame| still[frame]);
-            let carried = || carried_by(beam, description, &twists);
-            rests.then(carried).flatten().map(|motion| (beam.clone(), motion))
-        });
-        let Some((beam, (center, twist))) = resting else { break };
-        for frame in beam {
-            still[frame] = false;
-            let node = &mut description.bodies[frame];
-            node.velocity = twist.linear + twist.angular.cross(&(node.center - center));
-            node.omega = twist.angular;
+        let carried: Vec<_> = groups
+            .iter()
+            .filter(|group| group.frames.clone().all(|frame| still[frame]))
+            .filter_map(|group| Some((group.frames.clone(), group.moving_frame(&twists)?)))
+            .collect();
+        if carried.is_empty() {
+            break;
+        }
+        for (frames, moving) in carried {
+            let (center, twist) = (description.bodies[moving].center, twists[moving]);
+            for frame in frames {
+                still[frame] = false;
+                let body = &mut description.bodies[frame];
+                body.velocity = twist.linear + twist.angular.cross(&(body.center - center));
+                body.omega = twist.angular;
+            }
         }
     }
     for (body, twist) in description.bodies.iter_mut().zip(&twists) {
@@ -131,40 +136,42 @@ pub fn apply(
     Ok(())
 }
 
-/// The beams, and every other frame that a fixed joint holds: the spanning tree may start at it.
-fn rigid_groups(beams: &[Range<usize>], description: &Description) -> Vec<Range<usize>> {
-    let fixed = description.joints.iter().filter(|joint| joint.kind == PairKind::Fixed);
-    let frames = fixed.flat_map(|joint| [joint.parent.frame, joint.child.frame]);
-    let alone = frames.filter_map(|frame| match frame {
-        FrameId::Frame(k) if !beams.iter().any(|beam| beam.contains(&k)) => Some(k..k + 1),
-        _ => None,
-    });
-    beams.iter().cloned().chain(alone).collect()
+/// Frames that start as one rigid body.
+struct Group {
+    frames: Range<usize>,
+    fixed_to: Vec<usize>, // other frames, by fixed joints
 }
 
-/// A point of a beam and its motion: a node that the spanning tree moves, or one that is fixed to a moving frame.
-fn carried_by(
-    beam: &Range<usize>,
-    description: &Description,
-    twists: &[Twist],
-) -> Option<(Vector3<f64>, Twist)> {
-    let moves = |frame: &usize| {
-        twists[*frame].linear != Vector3::zeros() || twists[*frame].angular != Vector3::zeros()
-    };
-    let moved = beam.clone().find(moves);
-    let fixed = || {
-        let joints = description.joints.iter().filter(|joint| joint.kind == PairKind::Fixed);
-        let sides = joints.map(|joint| [joint.parent.frame, joint.child.frame]);
-        let frames = sides.filter_map(|sides| match sides {
-            [FrameId::Frame(a), FrameId::Frame(b)] if beam.contains(&a) != beam.contains(&b) => {
-                Some(if beam.contains(&a) { b } else { a })
+impl Group {
+    /// The first of its frames that the spanning tree moves, else the first moving frame that it is fixed to.
+    fn moving_frame(&self, twists: &[Twist]) -> Option<usize> {
+        let moves = |frame: &usize| {
+            twists[*frame].linear != Vector3::zeros() || twists[*frame].angular != Vector3::zeros()
+        };
+        self.frames.clone().chain(self.fixed_to.iter().copied()).find(moves)
+    }
+}
+
+/// The beams, and every other frame that a fixed joint holds: the spanning tree may start at it.
+fn rigid_groups(beams: &[Range<usize>], description: &Description) -> Vec<Group> {
+    let new = |frames: &Range<usize>| Group { frames: frames.clone(), fixed_to: Vec::new() };
+    let mut groups: Vec<Group> = beams.iter().map(new).collect();
+    let mut group_of = vec![None; description.bodies.len()];
+    for (k, beam) in beams.iter().enumerate() {
+        group_of[beam.clone()].fill(Some(k));
+    }
+    for joint in description.joints.iter().filter(|joint| joint.kind == PairKind::Fixed) {
+        if let [FrameId::Frame(a), FrameId::Frame(b)] = [joint.parent.frame, joint.child.frame] {
+            for (own, other) in [(a, b), (b, a)] {
+                let k = *group_of[own].get_or_insert_with(|| {
+                    groups.push(new(&(own..own + 1)));
+                    groups.len() - 1
+                });
+                groups[k].fixed_to.push(other);
             }
-            _ => None,
-        });
-        frames.into_iter().find(moves)
-    };
-    let frame = moved.or_else(fixed)?;
-    Some((description.bodies[frame].center, twists[frame]))
+        }
+    }
+    groups
 }
 
 /// The joint that a link of the spanning tree comes from; `None` for free roots.
