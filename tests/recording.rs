@@ -40,6 +40,20 @@ joint = "elbow"
 path = { amplitude = 0.3, frequency = 0.5, phase = -1.5707963267948966 }
 "#;
 
+/// Lumped masses couple no two nodes; the mass that is added to the strain rates does.
+const LUMPED: &str = r#"
+model = { name = "lumped", gravity = [0, 0, -9.81] }
+simulation = { step = 0.01, end = 1.0 }
+[[beam]]
+name = "beam"
+points = [[0, 0, 0], [2, 0, 0]]
+elements = 6
+mass = "lumped"
+normal = [0, 0, 1]
+start = "clamped"
+section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 50, EI2 = 50, GJ = 50, rhoA = 1, rhoI1 = 0.1, rhoI2 = 0.1 }
+"#;
+
 /// Largest differences, relative to the size of each quantity.
 #[derive(Clone, Copy, Debug, Default)]
 struct Largest {
@@ -106,6 +120,7 @@ fn compare(text: &str, scheme: &str, steps: u64, multipliers: bool) -> Largest {
 fn nodes_agree_with_the_saddle_point() {
     let driven = format!("{BRANCHES}{DRIVE}");
     let mut cases = vec![("branches", BRANCHES.to_owned()), ("driven branches", driven)];
+    cases.push(("lumped beam", LUMPED.to_owned()));
     let names = ["chain8", "heavy_top", "four_particles", "bricard", "four_bar_windows"];
     let loops = ["andrews_squeezer", "flyball_governor", "six_hinge_cube", "six_hinge_line"];
     let beams = ["flying_beam", "flexible_four_bar", "elastic_ring", "flexible_multibody"];

@@ -272,8 +272,9 @@ fn node_solvers(
         found.multipliers = Some(Box::new(sweep));
     }
     let mut recursion = TreeNodal::new(mechanism.tree().clone());
-    let mass = |out: &mut dyn Entries| system.mass().emit(out);
-    let uncoupled = !particles && recursion.is_uncoupled(&mass, &probe(mechanism, system));
+    let s = probe(mechanism, system);
+    let mass = |out: &mut dyn Entries| system.emit_mass_of_step(s.start(), s.h, out);
+    let uncoupled = !particles && recursion.is_uncoupled(&mass, &s);
     let sparse = || {
         let operators = SparseNodal::new(mechanism);
         let screws = has_nodes(mechanism) && solver.is_sparse(mechanism);
