@@ -13,22 +13,24 @@
 //! `−sin²(ϑ/2) ≈ −(hω)²/4`: multiplied by `EA` it stretches stiff beams, and beyond about
 //! `h = √(L/(c ω))`, `c = √(EA/ρA)`, the step fails altogether. No geometric term in the Newton matrix.
 //!
-//! *Selective mass scaling.* With `μ = 0` a vibration far beyond the step, `h ω ≫ 1`, alternates from step to step,
-//! its multiplier tends to −1, and `ε̄` does not see it. Such a mode has negative action relative to a resolved one;
-//! two of them and a resolved vibration are in resonance, and all three can grow without bound. `K_d` is the
-//! kinetic energy of a mass `μ h² ℓ Σ C_i (𝔹_i x)(𝔹_i x)ᵀ` of the strain rates, which vanishes with `h²` and is
-//! not seen by rigid motions. For a linear vibration this is Newmark's method with `γ = ½`, `β = ¼ + μ`:
+//! *Selective mass scaling.* With `μ = 0` a vibration far beyond the step, `h ω ≫ 1`, alternates from
+//! step to step, its multiplier tends to −1, and `ε̄` does not see it. Such a mode has negative action
+//! relative to a resolved one; two of them and a resolved vibration are in resonance, and all three can
+//! grow without bound. `K_d` is the kinetic energy of a mass `μ h² ℓ Σ C_i (𝔹_i x)(𝔹_i x)ᵀ` of the
+//! strain rates, which vanishes with `h²` and is not seen by rigid motions. For a linear vibration this
+//! is Newmark's method with `γ = ½`, `β = ¼ + μ`:
 //! ```text
 //! tan²(ϑ/2) = ¼ (hω)² / (1 + μ (hω)²),       ϑ → 2 atan(1/(2√μ)) as hω → ∞
 //! ```
-//! `ϑ` is the angle of a step. [`MASS_SCALING`] `= 1/8` keeps it below 109.5°: no two modes and no three add up to
-//! a full turn, which at `μ ≤ 1/12` three can; at `μ = ¼` four unresolved ones do. Each element has the smallest
-//! `μ` that keeps this bound, `max(0, 1/8 − 1/(hω)²)`; it is zero where `hω ≤ √8` holds for the highest frequency of the element,
-//! a bound of those of the beam. The period of a resolved vibration comes out longer by the part `(1/12 + μ/2)(hω)²`
-//! of it. docs/stability.md has the measurements.
+//! `ϑ` is the angle of a step. [`MASS_SCALING`] `= 1/8` keeps it below 109.5°: no two modes and no
+//! three add up to a full turn, which at `μ ≤ 1/12` three can; at `μ = ¼` four unresolved ones do. Each
+//! element has the smallest `μ` that keeps this bound, `max(0, 1/8 − 1/(hω)²)`; it is zero where `hω ≤
+//! √8` holds for the highest frequency of the element, a bound of those of the beam. The period of a
+//! resolved vibration comes out longer by the part `(1/12 + μ/2)(hω)²` of it. docs/stability.md has the
+//! measurements.
 //!
-//! Source: theory §6, "Discrete potential"; N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94; selective mass
-//! scaling: L. Olovsson, K. Simonsson, M. Unosson, IJNME 63 (2005) 1436–1445.
+//! Source: theory §6, "Discrete potential"; N. M. Newmark, J. Eng. Mech. Div. ASCE 85 (1959) 67–94;
+//! selective mass scaling: L. Olovsson, K. Simonsson, M. Unosson, IJNME 63 (2005) 1436–1445.
 #![allow(non_snake_case)] // U_d, C
 
 use crate::element::{Element, Elements};
@@ -107,7 +109,7 @@ impl DiscretePotential for AveragedStrains {
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
         let energy = |(element, C, mu): (&Element, Strain, f64)| {
             let (_, change) = mean_and_change(element, s);
-            0.5 * element.length * mu * C.component_mul(&change).dot(&change) // [6.15]
+            0.5 * element.length * mu * C.component_mul(&change).dot(&change) // [6.21]
         };
         self.scaled(s.h).map(energy).sum()
     }

@@ -10,9 +10,10 @@
 //! Source: theory §6, "Solving"; B. Irons, G. Treharne, Proc. 3rd Conf. Matrix Methods Struct. Mech. (1971).
 #![allow(non_snake_case)] // K, M, P, L
 
-use crate::element::Elements;
+use crate::element::{Elements, MassKind};
 use crate::high_order::HighOrderElements;
 use crate::model::{Beam, BeamModel};
+use crate::section::Section;
 use nalgebra::DMatrix;
 use vi_core::potential::Potential;
 use vi_rigid::null_space;
@@ -29,17 +30,14 @@ pub struct Stiffest {
 /// The bound for a beam in its stress-free configuration `q`.
 #[must_use]
 pub fn highest_frequency(model: &BeamModel, beam: &Beam, q: &[f64]) -> Stiffest {
+    let mut frequencies = Frequencies::new(model);
     let mut stiffest = Stiffest::default();
-    let mut last = (f64::NAN, 0.0); // length and frequency of the last element
-    for (k, index) in beam.elements.clone().enumerate() {
-        let length: f64 = model.intervals(beam, index).sum();
-        if (length - last.0).abs() > 1e-12 * length || last.0.is_nan() {
-            let first = beam.nodes.start + k * beam.order;
-            let own = &q[12 * first..12 * (first + beam.order + 1)];
-            last = (length, element_frequency(model, (beam.order, index), own));
-        }
-        if last.1 > stiffest.omega || last.1.is_nan() {
-            stiffest = Stiffest { element: k, omega: last.1 };
+    for (element, index) in beam.elements.clone().enumerate() {
+        let first = beam.nodes.start + element * beam.order;
+        let own = &q[12 * first..12 * (first + beam.order + 1)];
+        let omega = frequencies.of((beam.order, index), || own.to_vec());
+        if omega > stiffest.omega || omega.is_nan() {
+            stiffest = Stiffest { element, omega };
         }
     }
     stiffest
@@ -49,27 +47,65 @@ pub fn highest_frequency(model: &BeamModel, beam: &Beam, q: &[f64]) -> Stiffest 
 /// motion carries no mass.
 pub(crate) fn slowness(model: &BeamModel) -> [Vec<f64>; 2] {
     let q = model.configuration();
-    let of = |order: usize, index: usize, nodes: &[usize]| {
-        let own: Vec<f64> =
-            nodes.iter().flat_map(|node| &q[12 * node..12 * node + 12]).copied().collect();
-        let omega = element_frequency(model, (order, index), &own);
+    let mut frequencies = Frequencies::new(model);
+    let mut of = |order: usize, index: usize, nodes: &[usize]| {
+        let own = || nodes.iter().flat_map(|node| &q[12 * node..12 * node + 12]).copied().collect();
+        let omega = frequencies.of((order, index), own);
         if omega.is_nan() { 0.0 } else { (omega * omega).recip() }
     };
-    let (mut two, mut last) = (Vec::new(), None);
-    for (index, element) in model.elements.list().iter().enumerate() {
-        let kind = (element.length, element.section, element.mass);
-        let known = last.filter(|(of, _)| *of == kind).map(|(_, slowness)| slowness);
-        let slowness = known.unwrap_or_else(|| of(1, index, &element.nodes));
-        last = Some((kind, slowness));
-        two.push(slowness);
-    }
-    let elements = 0..model.high_order.count();
-    let high = elements.map(|index| {
+    let two = model.elements.list().iter().enumerate();
+    let two = two.map(|(index, element)| of(1, index, &element.nodes)).collect();
+    let high = (0..model.high_order.count()).map(|index| {
         let nodes = model.high_order.nodes(index);
         of(nodes.len() - 1, index, nodes)
     });
-    let high = high.collect();
-    [two, high]
+    [two, high.collect()]
+}
+
+/// What the frequency of a straight element depends on.
+#[derive(Clone, Copy, PartialEq)]
+struct Kind {
+    order: usize,
+    length: f64, // m
+    section: Section,
+    mass: MassKind,
+}
+
+/// Frequencies of elements, computed once for neighbours of the same kind.
+struct Frequencies<'a> {
+    model: &'a BeamModel,
+    last: Option<(Kind, f64)>, // 1/s
+}
+
+impl<'a> Frequencies<'a> {
+    fn new(model: &'a BeamModel) -> Self {
+        Self { model, last: None }
+    }
+
+    /// `ω_e`, 1/s, of the element `(order, index)` whose nodes have the coordinates `own`.
+    fn of(&mut self, (order, index): (usize, usize), own: impl Fn() -> Vec<f64>) -> f64 {
+        let kind = self.kind(order, index);
+        if let Some((last, omega)) = self.last
+            && kind == (Kind { length: kind.length, ..last })
+            && (kind.length - last.length).abs() <= 1e-12 * kind.length
+        {
+            return omega;
+        }
+        let omega = element_frequency(self.model, (order, index), &own());
+        self.last = Some((kind, omega));
+        omega
+    }
+
+    fn kind(&self, order: usize, index: usize) -> Kind {
+        let length = self.model.intervals_of(order, index).sum();
+        if order == 1 {
+            let element = self.model.elements.list()[index];
+            let section = *self.model.elements.section(&element);
+            return Kind { order, length, section, mass: element.mass };
+        }
+        let section = *self.model.high_order.section(index);
+        Kind { order, length, section, mass: MassKind::Consistent }
+    }
 }
 
 /// `ω_e` of one element with the coordinates `q` of its nodes.

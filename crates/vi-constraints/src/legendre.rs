@@ -102,8 +102,8 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         Ok(Self { system, constraints, rank: rows.len(), step: 0.0, projections })
     }
 
-    /// Of steps `h`, for systems whose discrete potentials add a mass to `M` (selective mass scaling); else and
-    /// unless said otherwise `M` is meant.
+    /// Of steps `h`, for systems whose discrete potentials add a mass to `M` (selective mass scaling);
+    /// else and unless said otherwise `M` is meant.
     #[must_use]
     pub fn of_steps(mut self, h: f64) -> Self {
         self.step = h;

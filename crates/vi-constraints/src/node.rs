@@ -103,12 +103,6 @@ impl NodeObserver {
         &self.node
     }
 
-    /// Whether `M` is singular, so that `p_n` has no velocity.
-    #[must_use]
-    pub fn mass_is_singular(&self) -> bool {
-        self.projections.mass_is_singular()
-    }
-
     /// Everything at a node from the step that starts there, `s.q0 = q_n`.
     ///
     /// # Errors

@@ -3,8 +3,9 @@
 //! ```text
 //! Gᵀ Π = [Q₁ Q₂] [R; 0],   P = Q₂,   rank = #{k : |R_kk| > tol |R_11|}
 //! ```
-//! The rows of `G` are scaled first (to unit length, or by the caller), so the tolerance is a statement about geometry,
-//! not about units. The pivots name a set of independent constraints; the others are redundant.
+//! The rows of `G` are scaled first (to unit length, or by the caller), so the tolerance is a statement
+//! about geometry, not about units. The pivots name a set of independent constraints; the others are
+//! redundant.
 //!
 //! Letters: `G` constraint Jacobian `m × n`, `P` null space matrix `n × d`, `Π` the pivots.
 //! Source: LMO08 §2 (b); pivoting after Golub & Van Loan, §5.4.

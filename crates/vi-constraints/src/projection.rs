@@ -52,20 +52,13 @@ impl Projections {
         }
     }
 
-    /// Whether `M` is singular, or not constant because a discrete potential adds to it, so that a momentum that is not projected has no velocity.
-    #[must_use]
-    pub fn mass_is_singular(&self) -> bool {
-        self.inverse.is_none()
-    }
-
     /// `G(q)`, shape `m × n`.
     pub fn jacobian(
         &mut self,
         constraints: &impl Constraints,
         at: Configuration<'_>,
     ) -> &SparseMatrix {
-        let emit = |out: &mut dyn Entries| constraints.jacobian(at.t, at.q, out);
-        SparseMatrix::update(&mut self.jacobian, (constraints.len(), self.n), emit)
+        jacobian(&mut self.jacobian, constraints, at, self.n)
     }
 
     /// `λ ← R_dᵀ w` with `G_d = weight G`, shape `m`, and `force ← Gᵀ λ`, N, shape `n`; (36)–(38) and
@@ -88,13 +81,9 @@ impl Projections {
         self.identity_system.solve_at(constraints, &identity, (at.t, at.q), right, &mut self.x)?;
         let rows = self.identity_system.rows();
         rows.scatter(&self.x[n..], lambda);
-        let scale = 1.0 / weight;
-        lambda.iter_mut().for_each(|l| *l *= scale); // (37), (38)
-        let rows = rows.clone();
-        let jacobian = self.jacobian(constraints, at);
-        force.fill(0.0);
-        jacobian.tr_mul_add(1.0, lambda, force);
-        minimum_norm(jacobian, &rows, lambda);
+        let jacobian = jacobian(&mut self.jacobian, constraints, at, n);
+        scale_and_apply(jacobian, weight, lambda, force); // (37), (38)
+        minimum_norm(jacobian, rows, lambda);
         Ok(())
     }
 
@@ -112,14 +101,12 @@ impl Projections {
     ) -> Result<(), Singular> {
         let jacobian = self.jacobian(constraints, at);
         sweep.multipliers(jacobian, w, lambda)?;
-        let scale = 1.0 / weight;
-        lambda.iter_mut().for_each(|l| *l *= scale);
-        force.fill(0.0);
-        jacobian.tr_mul_add(1.0, lambda, force);
+        scale_and_apply(jacobian, weight, lambda, force);
         Ok(())
     }
 
-    /// `v̂` of a momentum: `M v̂ + Gᵀμ = p`, `G v̂ + ∂g/∂t = 0`; shape `n`. `M` with what is added to it in steps `h`.
+    /// `v̂` of a momentum: `M v̂ + Gᵀμ = p`, `G v̂ + ∂g/∂t = 0`; shape `n`. `M` with what is added to
+    /// it in steps `h`.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no mass.
@@ -168,7 +155,8 @@ impl Projections {
         self.mass_system.solve_at(constraints, &mass, (at.t, at.q), right, &mut self.x)
     }
 
-    /// `H_d(q, p) = ½ pᵀ M⁻¹ p + V(q)`, J (53), and `v ← M⁻¹ p`; `None` when `M` is singular or a discrete potential adds to it.
+    /// `H_d(q, p) = ½ pᵀ M⁻¹ p + V(q)`, J (53), and `v ← M⁻¹ p`; `None` when `M` is singular or a
+    /// discrete potential adds to it.
     ///
     /// # Errors
     /// [`Singular`] when `p` holds a number that is not finite.
@@ -206,10 +194,28 @@ impl Projections {
         solved?;
         let rows = self.mass_system.rows();
         rows.scatter(&self.x[self.n..], lambda);
-        let rows = rows.clone();
-        minimum_norm(self.jacobian(constraints, at), &rows, lambda);
+        minimum_norm(jacobian(&mut self.jacobian, constraints, at, self.n), rows, lambda);
         Ok(())
     }
+}
+
+/// `G(q)`, shape `m × n`, in the pattern that `known` holds.
+fn jacobian<'a>(
+    known: &'a mut Option<SparseMatrix>,
+    constraints: &impl Constraints,
+    at: Configuration<'_>,
+    n: usize,
+) -> &'a SparseMatrix {
+    let emit = |out: &mut dyn Entries| constraints.jacobian(at.t, at.q, out);
+    SparseMatrix::update(known, (constraints.len(), n), emit)
+}
+
+/// `λ ← λ/weight`, `force ← Gᵀ λ`.
+fn scale_and_apply(jacobian: &SparseMatrix, weight: f64, lambda: &mut [f64], force: &mut [f64]) {
+    let scale = 1.0 / weight;
+    lambda.iter_mut().for_each(|l| *l *= scale);
+    force.fill(0.0);
+    jacobian.tr_mul_add(1.0, lambda, force);
 }
 
 /// `½ vᵀ p + V(q)`, J: `H_d` (53) of a momentum with its velocity.

@@ -8,8 +8,8 @@
 //! ```
 //! One more right-hand side, `(0, b)` with scattered `b` of size one, estimates `1/σ_min(G_s)` by its `x`.
 //!
-//! With few constraints, at a configuration that has lost rank, or where the independent rows no longer are, the same comes from a dense
-//! pivoted QR.
+//! With few constraints, at a configuration that has lost rank, or where the independent rows no longer
+//! are, the same comes from a dense pivoted QR.
 
 use crate::null_space::NullSpaceQr;
 use crate::saddle_point::IndependentRows;
@@ -17,16 +17,17 @@ use nalgebra::{DMatrix, DVector};
 use vi_core::linear::{SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 
-/// Largest coefficient of a dependent row in the others, and largest estimate of the condition number of these, with
-/// which they are trusted.
+/// Largest coefficient of a dependent row in the others, and largest estimate of the condition number
+/// of these, with which they are trusted.
 const LARGEST: f64 = 1e6;
 /// Constraints up to which a dense QR is faster.
-const DENSE_UP_TO: usize = 200;
+pub const DENSE_UP_TO: usize = 200;
 /// What may be left of a dependent row, relative to its size.
 const LEFT: f64 = 1e-9;
 
-/// Unit columns that span `null Gᵀ`, shape `m × (m − rank)`, from an independent set of the rows; `None` where a
-/// dense QR is to find them: with few constraints, or where the rows are not clearly independent.
+/// Unit columns that span `null Gᵀ`, shape `m × (m − rank)`, from an independent set of the rows;
+/// `None` where a dense QR is to find them: with few constraints, or where the rows are not clearly
+/// independent.
 #[must_use]
 pub fn null_vectors(jacobian: &SparseMatrix, rows: &IndependentRows) -> Option<DMatrix<f64>> {
     if jacobian.shape().0 <= DENSE_UP_TO { None } else { sparse_null_vectors(jacobian, rows) }

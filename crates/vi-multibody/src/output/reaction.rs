@@ -148,8 +148,9 @@ fn null_vectors(
 ) -> DMatrix<f64> {
     let (n, m) = (mechanism.dim(), mechanism.len());
     let emit = |out: &mut dyn Entries| mechanism.jacobian(t, q, out);
-    let sparse = redundancy::null_vectors(&SparseMatrix::assemble(m, n, emit), rows);
-    if let Some(found) = sparse {
+    if m > redundancy::DENSE_UP_TO
+        && let Some(found) = redundancy::null_vectors(&SparseMatrix::assemble(m, n, emit), rows)
+    {
         return found;
     }
     let mut transposed = DMatrix::zeros(n, m);
