@@ -25,6 +25,7 @@ mod heavy_top;
 mod hostile;
 mod long_run;
 mod loops_of_bars;
+mod material_damping;
 mod mode_models;
 mod model_file;
 mod momenta;

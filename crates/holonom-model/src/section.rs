@@ -48,6 +48,88 @@ pub struct Material {
     pub density: f64,
 }
 
+/// `damping` of a section: Kelvin–Voigt, the stress is `C (ε + τ ε̇)`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(
+    untagged,
+    deny_unknown_fields,
+    expecting = "damping is a relaxation time in s, a table { EA, GA1, GA2, EI1, EI2, GJ } of them, or \
+                 { loss_factor, frequency }"
+)]
+pub enum Damping {
+    /// The relaxation time `τ` of all strains, s.
+    Time(f64),
+    /// `η = 2π f τ` at a frequency `f`, for all strains.
+    LossFactor(LossFactor),
+    /// The relaxation time of each strain, s; zero where it is not stated.
+    Times(RelaxationTimes),
+}
+
+/// A loss factor with its frequency.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LossFactor {
+    /// `η`, twice the damping ratio of a vibration at `frequency`.
+    pub loss_factor: f64,
+    /// `f`, Hz.
+    pub frequency: f64,
+}
+
+/// Relaxation times, s, under the names of the stiffnesses.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default, rename_all = "UPPERCASE")]
+pub struct RelaxationTimes {
+    /// Of the extension, s.
+    pub ea: f64,
+    /// Of the shear along `d_1`, s.
+    pub ga1: f64,
+    /// Of the shear along `d_2`, s.
+    pub ga2: f64,
+    /// Of the bending about `d_1`, s.
+    pub ei1: f64,
+    /// Of the bending about `d_2`, s.
+    pub ei2: f64,
+    /// Of the twist, s.
+    pub gj: f64,
+}
+
+impl Damping {
+    /// Relaxation times in the order of the stiffnesses of the elements, s.
+    fn times(&self) -> Result<[f64; 6], Problem> {
+        let not_negative = |key: &str, value: f64, unit: &str| {
+            let message = format!("{key} = {value} is negative");
+            let help = format!("write a positive number{unit}, or 0 for no damping");
+            if value < 0.0 { Err(fault(key, message, help)) } else { Ok(value) }
+        };
+        match self {
+            Self::Time(time) => Ok([not_negative("damping", *time, " of seconds")?; 6]),
+            Self::LossFactor(LossFactor { loss_factor, frequency }) => {
+                if *frequency <= 0.0 {
+                    let message = format!("frequency = {frequency} is not positive");
+                    let help = "write the frequency at which the loss factor holds, in Hz";
+                    return Err(fault("damping.frequency", message, help));
+                }
+                let eta = not_negative("damping.loss_factor", *loss_factor, "")?;
+                Ok([eta / (std::f64::consts::TAU * frequency); 6]) // η = 2π f τ
+            }
+            Self::Times(RelaxationTimes { ea, ga1, ga2, ei1, ei2, gj }) => {
+                let named = [
+                    ("damping.GA1", ga1),
+                    ("damping.GA2", ga2),
+                    ("damping.EA", ea),
+                    ("damping.EI1", ei1),
+                    ("damping.EI2", ei2),
+                    ("damping.GJ", gj),
+                ];
+                for (key, value) in named {
+                    not_negative(key, *value, " of seconds")?;
+                }
+                Ok(named.map(|(_, value)| *value))
+            }
+        }
+    }
+}
+
 /// `section`: of a beam. `d_1` and `d_2` lie in the section, `d_3` is normal to it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -94,6 +176,10 @@ pub struct Section {
     /// Moment of inertia per length about `d_3`, kg·m; `rhoI1 + rhoI2` by default, as of a plane section.
     #[serde(default, rename = "rhoJ", skip_serializing_if = "Option::is_none")]
     pub rho_j: Option<f64>,
+    /// Material damping: a relaxation time `τ` (s), one for each strain, or a loss factor at a frequency;
+    /// none by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub damping: Option<Damping>,
 }
 
 impl Outline {
@@ -237,7 +323,9 @@ impl Section {
             refuse("rhoJ", error, "each of rhoI1, rhoI2, rhoJ is at most the sum of the others")
         })?;
         let [e1, e2, e3] = moments;
+        let times = self.damping.as_ref().map_or(Ok([0.0; 6]), Damping::times)?;
         Numbers::new([ga1, ga2, ea, ei1, ei2, gj], [rho_a, e1, e2, e3])
+            .and_then(|numbers| numbers.with_damping(times))
             .map_err(|error| refuse("", error, "correct the numbers of the section"))
     }
 

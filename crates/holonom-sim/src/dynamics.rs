@@ -4,6 +4,7 @@
 //!                 variational                        energy–momentum
 //! gravity         quadrature of V                     exact, V is linear
 //! elements        averaged or midpoint strains        D̄V of averaged strains
+//! their damping   f_d^∓ = −(½ ± θ) C τ Δε 𝔹x          f̄ = f(q_{n+1/2}, Δq/h)
 //! spring          quadrature of V(D·D)                D̄V of the invariant D·D
 //! damper          f_d^± = (h/2) f(q_{n+1/2}, Δq/h)    f̄ = f(q_{n+1/2}, Δq/h)
 //! joint spring    U_d = ½ k (θ̄ − θ_0)²                D̄V = k (θ̄ − θ_0) D̄θ
@@ -13,6 +14,7 @@
 //! Only the family that is asked for is assembled.
 
 use std::sync::Arc;
+use vi_beam::damping::StrainDamping;
 use vi_beam::high_order::AveragedHighOrder;
 use vi_beam::{BeamModel, StrainRule};
 use vi_core::{Quadrature, SeparableSystem};
@@ -54,6 +56,9 @@ impl Dynamics {
         if !parts.high_order.is_empty() {
             system = system
                 .gradient(HighOrderGradient(AveragedHighOrder::new(parts.high_order.clone())));
+        }
+        if let Some(damping) = StrainDamping::new(&parts.elements, &parts.high_order) {
+            system = system.load(AtMidpoint(damping));
         }
         for spring in &forces.springs {
             system = system.spring(spring.clone());

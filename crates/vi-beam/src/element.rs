@@ -105,8 +105,18 @@ impl Element {
     /// `Σ c_i (𝔹_i x)(𝔹_i x)ᵀ + Σ n_i 𝔹_i`: material and geometric part of a tangent.
     #[must_use]
     pub fn tangent(&self, x: &Coordinates, c: &Strain, n: &Strain) -> SMatrix<f64, SIZE, SIZE> {
-        let columns = self.gradients(x);
-        let mut weighted = columns;
+        self.product((x, x), c, n)
+    }
+
+    /// `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ + Σ n_i 𝔹_i`.
+    #[must_use]
+    pub fn product(
+        &self,
+        (x, y): (&Coordinates, &Coordinates),
+        c: &Strain,
+        n: &Strain,
+    ) -> SMatrix<f64, SIZE, SIZE> {
+        let (columns, mut weighted) = (self.gradients(x), self.gradients(y));
         for i in 0..6 {
             weighted.column_mut(i).scale_mut(c[i]);
         }

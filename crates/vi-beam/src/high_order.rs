@@ -18,6 +18,7 @@ mod averaged;
 
 pub use averaged::AveragedHighOrder;
 
+use crate::damping::Strained;
 use crate::section::Section;
 use crate::section_state::Station as SectionStation;
 use crate::strain::Strain;
@@ -174,6 +175,32 @@ impl Station {
     }
 }
 
+impl Strained for Station {
+    fn viscosity(&self) -> Strain {
+        self.weight * self.section.viscosity()
+    }
+
+    fn strain(&self, q: &[f64]) -> Strain {
+        Station::strain(self, q)
+    }
+
+    fn strain_rate(&self, q: &[f64], v: &[f64]) -> Strain {
+        let gradients = self.gradients(q);
+        let along = |i: usize, j: usize, node: usize| -> f64 {
+            (0..4).map(|slot| gradients[i][j][slot].dot(&vector(v, node, slot))).sum()
+        };
+        Strain::from_fn(|i, _| self.members().map(|(j, node)| along(i, j, node)).sum())
+    }
+
+    fn add(&self, q: &[f64], n: &Strain, out: &mut [f64]) {
+        Station::add(self, q, n, out);
+    }
+
+    fn emit(&self, (a, b): (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries) {
+        Station::emit(self, (&self.gradients(a), &self.gradients(b)), c, n, out);
+    }
+}
+
 /// Elements with three or four nodes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HighOrderElements {
@@ -261,6 +288,16 @@ impl HighOrderElements {
 
     pub(crate) fn section(&self, element: usize) -> &Section {
         &self.stations[self.elements[element].stations.start].section
+    }
+
+    /// The Gauss points of all elements whose section has damping, each with the index of its element.
+    pub(crate) fn each_damped(&self, visit: &mut dyn FnMut(usize, &dyn Strained)) {
+        for (index, element) in self.elements.iter().enumerate() {
+            let stations = &self.stations[element.stations.clone()];
+            for station in stations.iter().filter(|station| station.section.is_damped()) {
+                visit(index, station);
+            }
+        }
     }
 
     /// What is deformed at the Gauss points of an element in the configuration `q`.

@@ -24,6 +24,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod averaged;
+pub mod damping;
 pub mod element;
 pub mod frequency;
 pub mod high_order;

@@ -5,6 +5,7 @@
 //! joint between two coincident nodes. A loop closed only through elements is a tree for `P`.
 
 use crate::averaged::{AveragedStrains, MASS_SCALING};
+use crate::damping::StrainDamping;
 use crate::element::{ElementError, Elements};
 use crate::frequency::slowness;
 use crate::high_order::{AveragedHighOrder, HighOrderElements};
@@ -264,7 +265,7 @@ impl BeamModel {
         Mechanism::new(self.description.clone())
     }
 
-    /// The system: mass of bodies and elements, gravity (midpoint), elastic energy.
+    /// The system: mass of bodies and elements, gravity (midpoint), elastic energy, material damping.
     #[must_use]
     pub fn system(&self, mechanism: &Mechanism, rule: StrainRule) -> SeparableSystem {
         self.system_by(mechanism, rule, Quadrature::Midpoint)
@@ -280,10 +281,17 @@ impl BeamModel {
         quadrature: Quadrature,
     ) -> SeparableSystem {
         let mut system = mechanism.system_with_mass(self.mass_matrix(mechanism), quadrature);
-        let [two, high] = match rule {
-            StrainRule::MassScaled => slowness(self),
-            StrainRule::Averaged | StrainRule::Midpoint => Default::default(),
+        let slowness = match rule {
+            StrainRule::MassScaled => Some(slowness(self)),
+            StrainRule::Averaged | StrainRule::Midpoint => None,
         };
+        if let Some(damping) = StrainDamping::new(&self.elements, &self.high_order) {
+            system = system.force(Box::new(match slowness.clone() {
+                Some(slowness) => damping.with_slowness(slowness),
+                None => damping,
+            }));
+        }
+        let [two, high] = slowness.unwrap_or_default();
         let (elements, high_order) = (self.elements.clone(), self.high_order.clone());
         if !high_order.is_empty() {
             system = match rule {

@@ -12,6 +12,7 @@
 //! rectangle: Timoshenko & Goodier, Theory of Elasticity, §109 (series).
 #![allow(non_snake_case)] // E, G, A: the letters of the field
 
+use crate::strain::Strain;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -67,10 +68,20 @@ pub enum SectionError {
 pub struct Section {
     stiffness: [f64; 6],
     inertia: [f64; 4],
+    #[serde(default)]
+    damping: [f64; 6],
 }
 
 const STIFFNESS_NAMES: [&str; 6] = ["GA1", "GA2", "EA", "EI1", "EI2", "GJ"];
 const INERTIA_NAMES: [&str; 4] = ["rhoA", "rhoI1", "rhoI2", "rhoI3"];
+const DAMPING_NAMES: [&str; 6] = [
+    "relaxation time of GA1",
+    "relaxation time of GA2",
+    "relaxation time of EA",
+    "relaxation time of EI1",
+    "relaxation time of EI2",
+    "relaxation time of GJ",
+];
 
 impl Section {
     /// From `(GA_1, GA_2, EA, EI_1, EI_2, GJ)` (N, N·m²) and `(Aρ, I_1ρ, I_2ρ, I_3ρ)` (kg/m, kg·m;
@@ -88,7 +99,21 @@ impl Section {
                 return Err(SectionError::Negative { what, value });
             }
         }
-        Ok(Self { stiffness, inertia })
+        Ok(Self { stiffness, inertia, damping: [0.0; 6] })
+    }
+
+    /// The same with Kelvin–Voigt damping: relaxation times `τ_i` (s) of shear along `d_1` and `d_2`, extension,
+    /// bending about `d_1` and `d_2`, twist. The viscosity is `C_i τ_i`.
+    ///
+    /// # Errors
+    /// [`SectionError::Negative`].
+    pub fn with_damping(self, times: [f64; 6]) -> Result<Self, SectionError> {
+        for (what, value) in DAMPING_NAMES.into_iter().zip(times) {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(SectionError::Negative { what, value });
+            }
+        }
+        Ok(Self { damping: times, ..self })
     }
 
     /// `I_Iρ = ½ tr J − J_I` from section inertias `J_I` about the directors, kg·m.
@@ -109,6 +134,23 @@ impl Section {
     #[must_use]
     pub fn stiffness(&self) -> &[f64; 6] {
         &self.stiffness
+    }
+
+    /// Relaxation times `τ_i` in the order of [`Section::stiffness`], s; zeros without damping.
+    #[must_use]
+    pub fn damping(&self) -> &[f64; 6] {
+        &self.damping
+    }
+
+    /// Whether any strain is damped.
+    #[must_use]
+    pub fn is_damped(&self) -> bool {
+        self.damping.iter().any(|time| *time > 0.0)
+    }
+
+    /// `C_i τ_i`, N·s and N·m²·s.
+    pub(crate) fn viscosity(&self) -> Strain {
+        Strain::from_fn(|i, _| self.stiffness[i] * self.damping[i])
     }
 
     /// `(Aρ, I_1ρ, I_2ρ, I_3ρ)`: mass per length of `φ, d_1, d_2, d_3`.

@@ -13,7 +13,7 @@
 use crate::discrete_gradient::DiscreteGradient;
 use vi_beam::element::{Element, Elements};
 use vi_beam::high_order::AveragedHighOrder;
-use vi_beam::strain::{self, Strain};
+use vi_beam::strain::Strain;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
@@ -47,16 +47,10 @@ impl DiscreteGradient for BeamGradient {
 
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         for (element, C) in self.0.iter() {
-            let mut rows = element.gradients(&element.coordinates(&s.q_mid));
-            for i in 0..6 {
-                rows.column_mut(i).scale_mut(0.5 * scale * element.length * C[i]);
-            }
-            let mut K = rows * element.gradients(&element.coordinates(&s.q1)).transpose();
+            let [mid, end] = [&s.q_mid, &s.q1].map(|q| element.coordinates(q));
+            let c = 0.5 * scale * element.length * C;
             let n = 0.5 * scale * mean_forces(element, &C, s);
-            let B = strain::weighted_matrix(&n, element.length);
-            for (i, j) in (0..8).flat_map(|j| (0..8).map(move |i| (i, j))) {
-                (0..3).for_each(|k| K[(3 * i + k, 3 * j + k)] += B[(i, j)]);
-            }
+            let K = element.product((&mid, &end), &c, &n);
             element.emit(&K, out);
         }
     }

@@ -1,0 +1,334 @@
+//! Material damping of beams: Kelvin–Voigt in all six strains of a section.
+//!
+//! ```text
+//! stress           C_i (ε_i + τ_i ε̇_i),      τ_i = η_i/(2π f) for a loss factor η_i at the frequency f
+//! force            f = −Σ_e ℓ Σ_i C_i τ_i ε̇_i 𝔹_i x,      ε̇_i = (𝔹_i x)·ẋ
+//! of a step        f_d^- = −(½ + θ) Σ_e ℓ Σ_i C_i τ_i Δε_i 𝔹_i x_n,      Δε = ε(q_{n+1}) − ε(q_n)
+//!                  f_d^+ = −(½ − θ) Σ_e ℓ Σ_i C_i τ_i Δε_i 𝔹_i x_{n+1}
+//! D_2 f_d^-        = −(½ + θ) Σ_e ℓ Σ_i C_i τ_i (𝔹_i x_n)(𝔹_i x_{n+1})ᵀ
+//! dissipated       Σ_e ℓ Σ_i C_i τ_i Δε_i²/h      in a step, to second order
+//! ```
+//! Strains do not see rigid motions of `x_n` or of `x_{n+1}`, so `f_d^-` and `f_d^+` change neither linear nor
+//! angular momentum, whatever the step. Energy–momentum schemes evaluate `f` at the midpoint of the step, with
+//! `ε̇ = Δε/h` exactly, since strains are quadratic.
+//!
+//! `θ = 0` is of order 2. Alone it leaves a motion that is damped within the step, `τ ≫ h`, with a multiplier
+//! close to −1. With selective mass scaling `θ = 4μ` (see [`crate::averaged`]): zero where `h ω_e ≤ √8`, so that
+//! the order is 2, and ½ for unresolved elements, where the second multiplier tends to zero as `τ/h` grows. The
+//! two multipliers of a strain of infinite stiffness are the roots of
+//! ```text
+//! (¼ + μ + (½ + θ) τ/h) z² + (½ − 2μ − 2θ τ/h) z + ¼ + μ − (½ − θ) τ/h = 0
+//! ```
+//!
+//! Letters: `C_i` stiffnesses, `τ_i` relaxation times (s), `ℓ` length or weight of a Gauss point, `𝔹_i x` strain
+//! gradients. Source: theory §6.11; J. Linn, H. Lang, A. Tuganov, Mech. Sci. 4 (2013) 79–96.
+#![allow(non_snake_case)] // C
+
+use crate::averaged::{MASS_SCALING, scaling};
+use crate::element::{Element, Elements};
+use crate::high_order::HighOrderElements;
+use crate::strain::Strain;
+use vi_core::Configuration;
+use vi_core::force::{DiscreteForce, Force};
+use vi_core::interval::Interval;
+use vi_core::sparse::Entries;
+
+/// What is strained: a two-node element, or a Gauss point of one of higher order.
+pub(crate) trait Strained {
+    /// `ℓ C_i τ_i`, N·m·s.
+    fn viscosity(&self) -> Strain;
+    /// `ε(q)`.
+    fn strain(&self, q: &[f64]) -> Strain;
+    /// `(𝔹_i q)·v`.
+    fn strain_rate(&self, q: &[f64], v: &[f64]) -> Strain;
+    /// `out ← out + Σ n_i 𝔹_i q`.
+    fn add(&self, q: &[f64], n: &Strain, out: &mut [f64]);
+    /// Emits `Σ c_i (𝔹_i a)(𝔹_i b)ᵀ + Σ n_i 𝔹_i`.
+    fn emit(&self, ab: (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries);
+}
+
+/// A two-node element with its viscosity.
+struct TwoNode<'a> {
+    element: &'a Element,
+    viscosity: Strain,
+}
+
+impl Strained for TwoNode<'_> {
+    fn viscosity(&self) -> Strain {
+        self.viscosity
+    }
+
+    fn strain(&self, q: &[f64]) -> Strain {
+        self.element.strain(&self.element.coordinates(q))
+    }
+
+    fn strain_rate(&self, q: &[f64], v: &[f64]) -> Strain {
+        let element = self.element;
+        element.gradients(&element.coordinates(q)).tr_mul(&element.coordinates(v))
+    }
+
+    fn add(&self, q: &[f64], n: &Strain, out: &mut [f64]) {
+        let element = self.element;
+        element.scatter(&(element.gradients(&element.coordinates(q)) * n), out);
+    }
+
+    fn emit(&self, (a, b): (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries) {
+        let element = self.element;
+        let K = element.product((&element.coordinates(a), &element.coordinates(b)), c, n);
+        element.emit(&K, out);
+    }
+}
+
+/// The Kelvin–Voigt force of all elements whose section has damping.
+#[derive(Clone, Debug)]
+pub struct StrainDamping {
+    elements: Elements,
+    high_order: HighOrderElements,
+    slowness: Option<[Vec<f64>; 2]>, // 1/ω² of each element, s²: two-node ones, others; None: θ = 0
+}
+
+impl StrainDamping {
+    /// With `θ = 0`; `None` when no section has damping.
+    #[must_use]
+    pub fn new(elements: &Elements, high_order: &HighOrderElements) -> Option<Self> {
+        let damped = elements.list().iter().any(|element| elements.section(element).is_damped())
+            || (0..high_order.count()).any(|element| high_order.section(element).is_damped());
+        let own = || (elements.clone(), high_order.clone());
+        damped.then(own).map(|(elements, high_order)| Self { elements, high_order, slowness: None })
+    }
+
+    /// With `θ = 4μ` of selective mass scaling, from `1/ω²` of each element, s²: two-node ones, others.
+    #[must_use]
+    pub(crate) fn with_slowness(self, slowness: [Vec<f64>; 2]) -> Self {
+        Self { slowness: Some(slowness), ..self }
+    }
+
+    /// All that is strained and damped, with `θ` in a step `h`.
+    fn each(&self, h: f64, visit: &mut dyn FnMut(&dyn Strained, f64)) {
+        let theta = |order: usize, element: usize| match &self.slowness {
+            Some(slowness) => 4.0 * scaling(MASS_SCALING, slowness[order][element], h),
+            None => 0.0,
+        };
+        for (k, element) in self.elements.list().iter().enumerate() {
+            let section = self.elements.section(element);
+            if section.is_damped() {
+                let viscosity = element.length * section.viscosity();
+                visit(&TwoNode { element, viscosity }, theta(0, k));
+            }
+        }
+        self.high_order.each_damped(&mut |element, station| visit(station, theta(1, element)));
+    }
+}
+
+impl DiscreteForce for StrainDamping {
+    fn add_minus(&self, s: &Interval, out: &mut [f64]) {
+        self.each(s.h, &mut |own, theta| {
+            let change = own.strain(&s.q1) - own.strain(&s.q0);
+            own.add(&s.q0, &(-(0.5 + theta) * own.viscosity().component_mul(&change)), out); // [6.22]
+        });
+    }
+
+    fn add_plus(&self, s: &Interval, out: &mut [f64]) {
+        self.each(s.h, &mut |own, theta| {
+            let change = own.strain(&s.q1) - own.strain(&s.q0);
+            own.add(&s.q1, &(-(0.5 - theta) * own.viscosity().component_mul(&change)), out); // [6.22]
+        });
+    }
+
+    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        self.each(s.h, &mut |own, theta| {
+            let c = -(0.5 + theta) * own.viscosity();
+            own.emit((&s.q0, &s.q1), &c, &Strain::zeros(), out);
+        });
+    }
+
+    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.add(at.t, at.q, v, 1.0, out);
+    }
+
+    fn add_rest_derivative(&self, _: Configuration<'_>, _: f64, _: &mut dyn Entries) {}
+
+    fn is_dissipative(&self) -> bool {
+        true
+    }
+}
+
+impl Force for StrainDamping {
+    fn add(&self, _t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        self.each(f64::INFINITY, &mut |own, _| {
+            let n = -scale * own.viscosity().component_mul(&own.strain_rate(q, v));
+            own.add(q, &n, out);
+        });
+    }
+
+    fn add_position_derivative(
+        &self,
+        _t: f64,
+        q: &[f64],
+        v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.each(f64::INFINITY, &mut |own, _| {
+            let c = -scale * own.viscosity();
+            let n = c.component_mul(&own.strain_rate(q, v));
+            own.emit((q, v), &c, &n, out); // 𝔹 v is the gradient of (𝔹 q)·v
+        });
+    }
+
+    fn add_velocity_derivative(
+        &self,
+        _t: f64,
+        q: &[f64],
+        _v: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.each(f64::INFINITY, &mut |own, _| {
+            own.emit((q, q), &(-scale * own.viscosity()), &Strain::zeros(), out);
+        });
+    }
+
+    fn is_dissipative(&self) -> bool {
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::tests::random_elements;
+    use nalgebra::{DMatrix, DVector, Vector3};
+    use vi_core::SparseMatrix;
+    use vi_testkit::Sample;
+
+    const N: usize = 36;
+
+    /// Two damped two-node elements, or one quadratic element, on three random nodes.
+    fn damped(sample: &mut Sample, high: bool) -> (StrainDamping, Vec<f64>) {
+        let (random, q) = random_elements(sample);
+        let times: [f64; 6] = std::array::from_fn(|i| 0.01 * (i + 1) as f64);
+        let section = random.section(&random.list()[0]).with_damping(times).unwrap();
+        let (mut elements, mut high_order) = (Elements::new(), HighOrderElements::default());
+        if high {
+            high_order.add_stress_free(&[0, 1, 2], 0.9, &section, &q);
+        } else {
+            let section = elements.add_section(section);
+            elements.add_stress_free([0, 1], 0.4, section, &q).unwrap();
+            elements.add_stress_free([1, 2], 0.5, section, &q).unwrap();
+        }
+        let damping = StrainDamping::new(&elements, &high_order).unwrap();
+        (damping.with_slowness([vec![0.02; 2], vec![0.02]]), q) // θ between 0 and ½ at h = 1
+    }
+
+    fn moved(q: &[f64], sample: &mut Sample) -> Vec<f64> {
+        q.iter().map(|q| q + 0.3 * sample.number()).collect()
+    }
+
+    fn change(q: &[f64], i: usize, by: f64) -> Vec<f64> {
+        let mut q = q.to_vec();
+        q[i] += by;
+        q
+    }
+
+    /// Largest difference of a matrix and the central difference of a vector function of `x`.
+    fn difference(matrix: &SparseMatrix, x: &[f64], of: impl Fn(&[f64]) -> Vec<f64>) -> f64 {
+        let (e, matrix, mut worst) = (1e-5, matrix.to_dense(), 0.0_f64);
+        for j in 0..N {
+            let (plus, minus) = (of(&change(x, j, e)), of(&change(x, j, -e)));
+            for i in 0..N {
+                let error = ((plus[i] - minus[i]) / (2.0 * e) - matrix[(i, j)]).abs();
+                worst = if error.is_nan() { error } else { worst.max(error) };
+            }
+        }
+        worst / matrix.amax()
+    }
+
+    #[test]
+    fn derivatives_match_central_differences() {
+        for high in [false, true] {
+            let mut sample = Sample::new(41);
+            let (damping, q0) = damped(&mut sample, high);
+            let (q1, v) = (moved(&q0, &mut sample), moved(&q0, &mut sample));
+            let of = |fill: &dyn Fn(&mut [f64])| {
+                let mut out = vec![0.0; N];
+                fill(&mut out);
+                out
+            };
+            let assemble = |emit: &dyn Fn(&mut dyn Entries)| SparseMatrix::assemble(N, N, emit);
+            let s = Interval::between(0.0, 1.0, &q0, &q1);
+            let by_end = difference(&assemble(&|out| damping.add_minus_d2(&s, out)), &q1, |q1| {
+                let s = Interval::between(0.0, 1.0, &q0, q1);
+                of(&|out| damping.add_minus(&s, out))
+            });
+            let matrix = assemble(&|out| damping.add_position_derivative(0.0, &q0, &v, 1.0, out));
+            let by_q = difference(&matrix, &q0, |q| of(&|out| damping.add(0.0, q, &v, 1.0, out)));
+            let matrix = assemble(&|out| damping.add_velocity_derivative(0.0, &q0, &v, 1.0, out));
+            let by_v = difference(&matrix, &v, |v| of(&|out| damping.add(0.0, &q0, v, 1.0, out)));
+            println!("quadratic {high}: off by {by_end:.1e}, {by_q:.1e}, {by_v:.1e} (relative)");
+            assert!(by_end < 1e-8 && by_q < 1e-8 && by_v < 1e-8);
+        }
+    }
+
+    /// Force and moment about the origin of a generalized force in the configuration `q`.
+    fn resultant(q: &[f64], f: &[f64]) -> f64 {
+        let vectors = q.chunks_exact(3).zip(f.chunks_exact(3)).enumerate();
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        for (k, (x, f)) in vectors {
+            let [x, f] = [x, f].map(Vector3::from_column_slice);
+            force += if k % 4 == 0 { f } else { Vector3::zeros() };
+            moment += x.cross(&f);
+        }
+        force.amax() + moment.amax()
+    }
+
+    #[test]
+    fn damping_changes_no_momentum_and_takes_energy() {
+        let mut sample = Sample::new(42);
+        for high in [false, true] {
+            let (damping, q0) = damped(&mut sample, high);
+            let q1 = moved(&q0, &mut sample);
+            let s = Interval::between(0.0, 1.0, &q0, &q1);
+            let (mut minus, mut plus, mut mid) = (vec![0.0; N], vec![0.0; N], vec![0.0; N]);
+            damping.add_minus(&s, &mut minus);
+            damping.add_plus(&s, &mut plus);
+            damping.add(0.0, &s.q_mid, &s.v_mid, 1.0, &mut mid);
+            let parts = [(&q0, &minus), (&q1, &plus), (&s.q_mid, &mid)];
+            let rest = parts.map(|(q, f)| resultant(q, f) / DVector::from_column_slice(f).norm());
+            let power: f64 = mid.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum();
+            let mut dissipated = 0.0;
+            damping.each(1.0, &mut |own, _| {
+                let change = own.strain(&q1) - own.strain(&q0);
+                dissipated += own.viscosity().component_mul(&change).dot(&change);
+            });
+            let relative = (power + dissipated).abs() / dissipated;
+            println!("quadratic {high}: resultants {rest:?}, power off by {relative:.1e}");
+            assert!(rest.iter().all(|r| *r < 1e-14) && relative < 1e-13 && dissipated > 0.0);
+        }
+    }
+
+    #[test]
+    fn an_unresolved_strain_dies_out_whatever_its_relaxation_time() {
+        for (mu, theta, bound) in [(0.125, 0.5, 1.0), (0.0, 0.0, 1.0)] {
+            for tau in [0.01, 0.1, 1.0, 10.0, 100.0, 1e4] {
+                let lead = 0.25 + mu + (0.5 + theta) * tau;
+                let middle = 0.5 - 2.0 * mu - 2.0 * theta * tau;
+                let last = 0.25 + mu - (0.5 - theta) * tau;
+                let companion =
+                    DMatrix::from_row_slice(2, 2, &[-middle / lead, -last / lead, 1.0, 0.0]);
+                let mut roots: Vec<f64> =
+                    companion.complex_eigenvalues().iter().map(|z| z.norm()).collect();
+                roots.sort_by(f64::total_cmp);
+                // the slow root is exp(−h/τ) in the limit, the other one belongs to the mass
+                println!(
+                    "μ {mu}, τ/h {tau}: |z| = {roots:.3?}, exp(−h/τ) {:.3}",
+                    (-1.0 / tau).exp()
+                );
+                assert!(roots[1] <= bound + 1e-12);
+                if theta > 0.0 && tau >= 10.0 {
+                    assert!(roots[0] < 4.0 / tau && (roots[1] - (-1.0 / tau).exp()).abs() < 0.02);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Kelvin–Voigt damping of beams: decay of a vibration, energy balance, momentum, order, unresolved strains.
+#![allow(clippy::unwrap_used)] // a test
+
+use crate::benchmark;
+
+use benchmark::{Run, assert_order, model, orders};
+use holonom::{Model, RunOutcome, Sample, Simulation};
+
+/// A cantilever in the plane, resolved at 0.5 ms; its first vibration has about 5.6 Hz.
+const CANTILEVER: &str = r#"
+model = { name = "cantilever", gravity = [0, 0, -1] }
+simulation = { step = 5e-4, end = 1 }
+[[beam]]
+name = "beam"
+points = [[0, 0, 0], [1, 0, 0]]
+elements = 6
+normal = [0, 0, 1]
+start = "clamped"
+section = { EA = 500, GA1 = 500, GA2 = 500, EI1 = 1, EI2 = 1, GJ = 1, rhoA = 0.1, rhoI1 = 1e-3, rhoI2 = 1e-3, damping = 2e-3 }
+[[sensor]]
+name = "tip"
+type = "position"
+of = "beam.6"
+"#;
+
+const BLADE: &str = include_str!("hostile/rotor_blade.toml");
+
+fn samples(model: &Model) -> Vec<Sample> {
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| -> Result<(), std::convert::Infallible> {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    let mut simulation = Simulation::new(model).unwrap();
+    assert_eq!(simulation.run(&mut observe, &mut |_, _| {}).unwrap(), RunOutcome::Done);
+    samples
+}
+
+/// Times and values of the extremes of a function of time, by parabolas through three points.
+fn extremes(t: &[f64], x: &[f64]) -> Vec<(f64, f64)> {
+    let turning = (1..x.len() - 1).filter(|&k| (x[k] - x[k - 1]) * (x[k + 1] - x[k]) < 0.0);
+    let parabola = |k: usize| {
+        let (slope, bend) = (0.5 * (x[k + 1] - x[k - 1]), x[k + 1] - 2.0 * x[k] + x[k - 1]);
+        let along = -slope / bend;
+        (t[k] + along * (t[1] - t[0]), x[k] + 0.5 * slope * along)
+    };
+    turning.map(parabola).collect()
+}
+
+/// A vibration of the angular frequency `ω` has the damping ratio `ζ = ωτ/2`.
+#[test]
+fn a_vibration_decays_with_the_ratio_of_its_relaxation_time() {
+    for scheme in ["nodal", "dalembert", "em-nodal"] {
+        let own =
+            [("simulation.scheme", scheme), ("simulation.end", "1.2"), ("simulation.step", "1e-3")];
+        let samples = samples(&model(CANTILEVER, &own));
+        let t: Vec<f64> = samples.iter().map(|s| s.t).collect();
+        let z: Vec<f64> = samples.iter().map(|s| s.sensors[2]).collect();
+        let found = extremes(&t, &z);
+        // from the third extreme on the higher vibrations, damped in proportion to ω², have died out
+        let (first, last) = (3, found.len() - 1);
+        let period = 2.0 * (found[last].0 - found[first].0) / (last - first) as f64;
+        let swing = |k: usize| (found[k].1 - found[k - 1].1).abs();
+        let decrement = (swing(first) / swing(last)).ln() / (last - first) as f64; // of half a period
+        let ratio = decrement / decrement.hypot(std::f64::consts::PI);
+        let omega = std::f64::consts::TAU / period / (1.0 - ratio * ratio).sqrt();
+        let expected = 0.5 * omega * 2e-3;
+        println!("{scheme}: ω = {omega:.3} rad/s, ζ = {ratio:.5}, ωτ/2 = {expected:.5}");
+        assert!((ratio / expected - 1.0).abs() < 5e-3, "{ratio} and {expected}");
+    }
+}
+
+/// What the damping takes is what the energy loses, to second order.
+#[test]
+fn the_work_of_the_damping_closes_the_energy_balance() {
+    for (scheme, elements) in [("nodal", 1), ("dalembert", 2), ("em-nodal", 1)] {
+        let steps = [4e-4, 2e-4, 1e-4];
+        let imbalance = steps.map(|h| {
+            let (h, order) = (format!("{h:e}"), elements.to_string());
+            let own = [
+                ("simulation.step", h.as_str()),
+                ("simulation.scheme", scheme),
+                ("simulation.end", "0.2"),
+                ("beam.beam.order", order.as_str()),
+            ];
+            let samples = samples(&model(CANTILEVER, &own));
+            let (first, last) = (&samples[0], samples.last().unwrap());
+            assert!(last.work < -1e-6, "the damping takes {} J", last.work);
+            (last.hamiltonian - first.hamiltonian - last.work).abs()
+        });
+        println!("{scheme}, order of the elements {elements}: imbalance {imbalance:?} J");
+        if scheme == "em-nodal" {
+            assert!(imbalance.iter().all(|error| *error < 1e-16)); // exact
+        } else {
+            assert_order(&orders("energy balance", &steps, &imbalance), 2.0, 0.3);
+        }
+    }
+}
+
+/// Order 2 in the coordinates, with mass scaling that vanishes with the step.
+#[test]
+fn damped_beams_converge_with_second_order() {
+    let end = |h: f64| {
+        let mut run = Run::with(CANTILEVER, h, 2, &[]);
+        run.until(0.1);
+        run.q().to_vec()
+    };
+    let steps = [8e-4, 4e-4, 2e-4];
+    let mut runs: Vec<Vec<f64>> = steps.map(end).into();
+    runs.push(end(1e-4));
+    let apart = |pair: &[Vec<f64>]| {
+        pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    let differences: Vec<f64> = runs.windows(2).map(apart).collect();
+    assert_order(&orders("damped cantilever", &steps, &differences), 2.0, 0.3);
+}
+
+/// A blade on a free hub in steps far beyond its vibrations: these die out, the rotation keeps its momentum.
+#[test]
+fn unresolved_vibrations_of_a_damped_blade_die_out() {
+    for (h, scheme) in [(0.01, "nodal"), (0.001, "em-nodal")] {
+        let (step, end) = (format!("{h:e}"), format!("{:e}", 300.0 * h));
+        let own = [
+            ("simulation.step", step.as_str()),
+            ("simulation.end", end.as_str()),
+            ("simulation.scheme", scheme),
+            ("beam.blade1.section.damping", "1e-3"),
+        ];
+        let samples = samples(&model(BLADE, &own));
+        let energies: Vec<f64> = samples.iter().map(|s| s.hamiltonian).collect();
+        let drift = samples.iter().map(|s| s.momentum.angular[2] / samples[0].momentum.angular[2]);
+        let drift = drift.map(|ratio| (ratio - 1.0).abs()).fold(0.0, f64::max);
+        // gravity bends the blade in the plane of no rotation; what is left is that of a steady rotation
+        let late = &energies[energies.len() - 100..];
+        let (least, most) =
+            late.iter().fold((f64::MAX, f64::MIN), |(a, b), e| (a.min(*e), b.max(*e)));
+        let lost = energies[0] - late[0];
+        let left = (most - least) / energies[0];
+        println!(
+            "{scheme}, h = {h}: lost {lost:.3e} J of {:.3e} J, changes by {left:.1e} at the end, J_z {drift:.1e}",
+            energies[0]
+        );
+        assert!(drift < 1e-12 && lost > 0.0 && left < 1e-4);
+    }
+}
+
+#[test]
+fn damping_is_read_in_all_its_forms() {
+    let end = |damping: &str| {
+        let text = CANTILEVER.replace("damping = 2e-3", &format!("damping = {damping}"));
+        let model = Model::from_toml(&text).unwrap_or_else(|error| panic!("{error:?}"));
+        let written = Model::from_toml(&model.to_toml()).unwrap();
+        assert_eq!(written, model);
+        samples(&model).last().unwrap().q.clone()
+    };
+    let time = end("2e-3");
+    let loss = end("{ loss_factor = 0.02, frequency = 1.5915494309189535 }"); // 10 rad/s
+    let each = end("{ EA = 2e-3, GA1 = 2e-3, GA2 = 2e-3, EI1 = 2e-3, EI2 = 2e-3, GJ = 2e-3 }");
+    let apart = |q: &[f64]| q.iter().zip(&time).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    println!("loss factor {:.1e}, each strain {:.1e}", apart(&loss), apart(&each));
+    assert!(apart(&loss) < 1e-9 && apart(&each) == 0.0 && apart(&end("{ EI1 = 1e-3 }")) > 1e-6);
+    for (damping, expected) in [
+        ("-1e-3", "damping = -0.001 is negative"),
+        ("{ loss_factor = 0.1, frequency = 0 }", "frequency = 0 is not positive"),
+        ("{ loss_factor = 0.1 }", "damping is a relaxation time"),
+        ("{ EI3 = 1 }", "damping is a relaxation time"),
+        ("{ EI1 = -1 }", "damping.EI1 = -1 is negative"),
+        ("nan", "not a number"),
+    ] {
+        let text = CANTILEVER.replace("damping = 2e-3", &format!("damping = {damping}"));
+        let error = Model::from_toml(&text).unwrap_err().to_string();
+        println!("{damping}: {error}");
+        assert!(error.contains(expected), "{damping}: {error}");
+    }
+}
