@@ -16,6 +16,7 @@ mod certificates;
 mod chain_and_top;
 mod compare;
 mod driven_beams;
+mod efforts;
 mod energy_momentum;
 mod flexible_multibody;
 mod four_bar_loop;

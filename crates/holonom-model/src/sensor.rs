@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::JointKind;
 use super::beam::Beam;
 use super::checks::Checker;
+use super::connection::Joint;
+use super::drive::Constraint;
 
 /// What a sensor measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -29,6 +31,10 @@ pub enum SensorKind {
     /// joint exerts on the child, in the joint frame of the parent; of a fixed body the same of what
     /// holds it; of a bar its tension (N).
     Reaction,
+    /// What drives or resists a motion, N or N·m: of a joint the efforts of its spring, damper and motor along
+    /// its coordinate; of a `[[spring]]` its tension, with its damper; of a `[[constraint]]` the effort of a
+    /// prescribed motion, of a gear on its first joint, the tension of a distance.
+    Effort,
     /// Of a beam at `element`: the shear forces `N1, N2` and the normal force `N3`, N, and the moments
     /// about its directors, `M1, M2` bending and `M3` twisting, N·m.
     SectionForce,
@@ -43,6 +49,19 @@ impl SensorKind {
     pub fn has_element(self) -> bool {
         matches!(self, Self::SectionForce | Self::Strain)
     }
+}
+
+/// The axes along which a reaction is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReactionFrame {
+    /// The joint frame `m_1, m_2, n` of the parent.
+    #[default]
+    Parent,
+    /// The joint frame `m_1', m_2', n'` of the child.
+    Child,
+    /// The inertial axes x, y, z.
+    Space,
 }
 
 /// `[[sensor]]`: a named column, or several, of `sensors.csv`.
@@ -64,6 +83,9 @@ pub struct Sensor {
     /// of its Gauss points when it has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<usize>,
+    /// The axes of the components of a `reaction`: the joint frame of the parent by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<ReactionFrame>,
 }
 
 impl Checker<'_> {
@@ -91,9 +113,40 @@ impl Checker<'_> {
             SensorKind::SectionForce | SensorKind::Strain => {
                 self.reference(of, &sensor.of, &["beam"]);
             }
+            SensorKind::Effort => self.sensor_effort(of, sensor),
         }
+        self.sensor_frame(key, sensor);
         self.sensor_point(key, sensor);
         self.sensor_element(key, sensor);
+    }
+
+    fn sensor_effort(&mut self, of: String, sensor: &Sensor) {
+        self.reference(of.clone(), &sensor.of, &["joint", "spring", "constraint"]);
+        let name = &sensor.of;
+        let idle =
+            |joint: &Joint| [joint.spring.is_none(), joint.damper.is_none(), joint.motor.is_none()];
+        let joint = self.model.joints.iter().find(|joint| joint.name == *name);
+        if joint.is_some_and(|joint| idle(joint) == [true; 3]) {
+            let message = format!("joint `{name}` has no spring, no damper and no motor");
+            let help = "measure its reaction, or the [[constraint]] that prescribes its motion";
+            self.report(of.clone(), message, help);
+        }
+        let guide = |c: &&Constraint| {
+            matches!(c, Constraint::PointOnLine { .. } | Constraint::PointOnPlane { .. })
+        };
+        let mut guides = self.model.constraints.iter().filter(guide);
+        if guides.any(|constraint| constraint.name() == name) {
+            let message = format!("`{name}` guides a point: it has no single effort");
+            self.report(of, message, "measure a motion, a gear or a distance");
+        }
+    }
+
+    fn sensor_frame(&mut self, key: &str, sensor: &Sensor) {
+        let bar = self.kinds.get(sensor.of.as_str()) == Some(&"bar");
+        if sensor.frame.is_some() && (sensor.kind != SensorKind::Reaction || bar) {
+            let message = "only the reaction of a joint has a frame".to_owned();
+            self.report(format!("{key}.frame"), message, "remove `frame`");
+        }
     }
 
     fn sensor_element(&mut self, key: &str, sensor: &Sensor) {

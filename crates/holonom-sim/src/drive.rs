@@ -4,7 +4,7 @@ use crate::names::Names;
 use holonom_model::{Constraint, ModelError, Problem};
 use std::sync::Arc;
 use vi_multibody::builder::{CoordinateId, JointId, MechanismBuilder};
-use vi_multibody::joint_force::{PdControl, Setpoint, Viscous};
+use vi_multibody::joint_force::{JointLaw, Motor, PdControl, Setpoint, Viscous};
 
 /// Degree of freedom `freedom` of joint `id`.
 fn coordinate(
@@ -28,35 +28,87 @@ fn coordinate(
     Err(ModelError::Assembly(vec![Problem::new(key, message).help(help)]))
 }
 
-/// Adds what acts on the coordinates of a joint.
-pub(crate) fn add_joint_forces(
-    builder: &mut MechanismBuilder,
-    joint: &holonom_model::Joint,
-    id: JointId,
-) -> Result<(), ModelError> {
-    let of = |freedom: usize, what: &str| {
-        coordinate(joint, id, freedom, format!("joint.{}.{what}.freedom", joint.name))
-    };
+/// What acts on one coordinate of a joint.
+#[derive(Clone, Debug)]
+pub(crate) struct JointElement {
+    /// `spring`, `damper` or `motor`.
+    pub(crate) part: &'static str,
+    /// Which degree of freedom of the joint.
+    pub(crate) freedom: usize,
+    /// Its effort.
+    pub(crate) law: ElementLaw,
+}
+
+/// The effort of a force element along a joint coordinate, N or N·m.
+#[derive(Clone, Debug)]
+pub(crate) enum ElementLaw {
+    /// `−k (θ − θ_0)`.
+    Spring { stiffness: f64, rest: f64 },
+    /// `τ(t, θ, θ̇)`.
+    Force(Arc<dyn JointLaw>),
+    /// Of a motor without effort and control.
+    Idle,
+}
+
+impl ElementLaw {
+    /// `τ(t, θ, θ̇)`.
+    pub(crate) fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        match self {
+            Self::Spring { stiffness, rest } => -stiffness * (coordinate - rest),
+            Self::Force(law) => law.effort(t, coordinate, rate),
+            Self::Idle => 0.0,
+        }
+    }
+}
+
+/// Spring, damper, motor and control of a joint, in this order.
+pub(crate) fn joint_elements(joint: &holonom_model::Joint) -> Vec<JointElement> {
+    let mut elements = Vec::new();
+    let mut add = |part, freedom, law| elements.push(JointElement { part, freedom, law });
     if let Some(spring) = &joint.spring {
-        builder.joint_spring(of(spring.freedom, "spring")?, spring.stiffness, spring.rest);
+        let (stiffness, rest) = (spring.stiffness, spring.rest);
+        add("spring", spring.freedom, ElementLaw::Spring { stiffness, rest });
     }
     if let Some(damper) = &joint.damper {
-        builder.joint_force(of(damper.freedom, "damper")?, Viscous(damper.damping));
+        add("damper", damper.freedom, ElementLaw::Force(Arc::new(Viscous(damper.damping))));
     }
     if let Some(motor) = &joint.motor {
-        let at = of(motor.freedom, "motor")?;
+        let controlled = motor.proportional != 0.0 || motor.derivative != 0.0;
+        if motor.effort == 0.0 && !controlled {
+            add("motor", motor.freedom, ElementLaw::Idle);
+        }
         if motor.effort != 0.0 {
             let (effort, history) = (motor.effort, motor.history.time_history());
-            builder.motor(at, move |t| effort * history.value(t));
+            let law = Motor(Arc::new(move |t| effort * history.value(t)));
+            add("motor", motor.freedom, ElementLaw::Force(Arc::new(law)));
         }
-        if motor.proportional != 0.0 || motor.derivative != 0.0 {
+        if controlled {
             let path = motor.path;
             let reference = Arc::new(move |t| {
                 let [value, rate, _] = path.at(t);
                 Setpoint { value, rate }
             });
             let (proportional, derivative) = (motor.proportional, motor.derivative);
-            builder.joint_force(at, PdControl { proportional, derivative, reference });
+            let law = PdControl { proportional, derivative, reference };
+            add("motor", motor.freedom, ElementLaw::Force(Arc::new(law)));
+        }
+    }
+    elements
+}
+
+/// Adds what acts on the coordinates of a joint.
+pub(crate) fn add_joint_forces(
+    builder: &mut MechanismBuilder,
+    joint: &holonom_model::Joint,
+    id: JointId,
+) -> Result<(), ModelError> {
+    for JointElement { part, freedom, law } in joint_elements(joint) {
+        let key = format!("joint.{}.{part}.freedom", joint.name);
+        let at = coordinate(joint, id, freedom, key)?;
+        match law {
+            ElementLaw::Spring { stiffness, rest } => builder.joint_spring(at, stiffness, rest),
+            ElementLaw::Force(law) => builder.joint_force(at, law),
+            ElementLaw::Idle => {}
         }
     }
     Ok(())

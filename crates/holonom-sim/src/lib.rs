@@ -25,6 +25,7 @@ mod assembly;
 mod beams;
 mod drive;
 pub mod dynamics;
+mod effort;
 pub mod experiment;
 mod limits;
 mod method;

@@ -6,6 +6,7 @@
 //! angular velocity   ω = ½ Σ d_I × ḋ_I                    with v̂
 //! joint              coordinates counted on, rates        vi_multibody::coordinates
 //! reaction           −Gᵀ λ_n on the child                 vi_multibody::reaction
+//! effort             springs, motors, prescribed motions  crate::effort
 //! section force      N_I, M_I                             strain   Γ_I, K_I         vi_beam::section_force
 //! ```
 //! `λ_n` is that of the node (36) at order 2. It is that of the acceleration level with composed steps,
@@ -14,12 +15,14 @@
 //! every step, whether it is recorded or not.
 
 use crate::beams::Beams;
-use holonom_model::{Model, Sensor, SensorKind, spatial};
+use crate::effort::{Effort, effort_parts};
+use holonom_model::{Model, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use vi_beam::section_force::{SectionState, section_states};
 use vi_beam::{Beam, BeamModel};
 use vi_constraints::saddle_point::IndependentRows;
+use vi_multibody::builder::ForceElements;
 use vi_multibody::form::Form;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
@@ -69,7 +72,7 @@ pub fn columns(model: &Model) -> Vec<Column> {
     model.sensors.iter().flat_map(of).collect()
 }
 
-type Part = (String, &'static str, &'static str);
+pub(crate) type Part = (String, &'static str, &'static str);
 
 /// Part, quantity and unit of each number of a sensor.
 fn parts(model: &Model, sensor: &Sensor) -> Vec<Part> {
@@ -97,6 +100,7 @@ fn parts(model: &Model, sensor: &Sensor) -> Vec<Part> {
             parts.extend(named(&["unique"], "", ""));
             parts
         }
+        SensorKind::Effort => effort_parts(model, &sensor.of),
         SensorKind::SectionForce => {
             let mut parts = named(&["N1", "N2", "N3"], "section force", "N");
             parts.extend(named(&["M1", "M2", "M3"], "section moment", "N·m"));
@@ -112,7 +116,7 @@ fn parts(model: &Model, sensor: &Sensor) -> Vec<Part> {
 
 /// `x, y, z` for rotation vectors; `u…` for lengths and `theta…` for angles, numbered when there are
 /// several; nothing when there is only one degree of freedom.
-fn joint_parts(
+pub(crate) fn joint_parts(
     pair: Option<PairKind>,
     angle: [&'static str; 2],
     length: [&'static str; 2],
@@ -145,8 +149,9 @@ enum Gauge {
     AngularVelocity(usize), // first coordinate of the frame
     Coordinate(JointMotion),
     Rate(Joint),
-    Reaction(usize), // joint of the description
-    Tension(usize),  // bar of the description
+    Reaction(usize, ReactionFrame), // joint of the description
+    Tension(usize),                 // bar of the description
+    Effort(Effort),
     Section(SectionGauge),
 }
 
@@ -219,13 +224,17 @@ impl Sensors {
     /// frame (columns).
     pub(crate) fn new(
         model: &Model,
-        mechanism: &Mechanism,
+        (mechanism, forces): (&Mechanism, &ForceElements),
         principal: &[Matrix3<f64>],
         beams: &Beams,
     ) -> Self {
-        let builder = Builder { model, mechanism, principal, beams };
+        let builder = Builder { model, mechanism, forces, principal, beams };
         let gauges: Vec<Gauge> = model.sensors.iter().filter_map(|s| builder.gauge(s)).collect();
-        let reactions = gauges.iter().any(|g| matches!(g, Gauge::Reaction(_) | Gauge::Tension(_)));
+        let reactions = gauges.iter().any(|gauge| match gauge {
+            Gauge::Reaction(..) | Gauge::Tension(_) => true,
+            Gauge::Effort(effort) => effort.needs_multipliers(),
+            _ => false,
+        });
         Self { columns: columns(model), gauges, reactions }
     }
 
@@ -251,6 +260,7 @@ impl Sensors {
                     attitude.last = Quaternion::identity(); // w ≥ 0
                     attitude.follow(q);
                 }
+                Gauge::Effort(effort) => effort.begin(q),
                 _ => {}
             }
         }
@@ -262,6 +272,7 @@ impl Sensors {
             match gauge {
                 Gauge::Coordinate(tracker) => tracker.follow(q),
                 Gauge::Orientation(attitude) => attitude.follow(q),
+                Gauge::Effort(effort) => effort.follow(q),
                 _ => {}
             }
         }
@@ -304,8 +315,13 @@ impl Gauge {
             Self::Rate(joint) => {
                 out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.dof()]);
             }
-            Self::Reaction(joint) => {
-                let reaction: &Reaction = &reactions.joints[*joint];
+            Self::Reaction(joint, frame) => {
+                let reaction: Reaction = reactions.joints[*joint];
+                let reaction = match frame {
+                    ReactionFrame::Parent => reaction,
+                    ReactionFrame::Child => reaction.along(&reaction.axes_child),
+                    ReactionFrame::Space => reaction.along(&Matrix3::identity()),
+                };
                 out.extend(reaction.components().map(|c| c.unwrap_or(f64::NAN)));
                 out.push(f64::from(u8::from(reaction.is_unique())));
             }
@@ -314,6 +330,7 @@ impl Gauge {
                 out.push(if tension.unique { tension.force } else { f64::NAN });
                 out.push(f64::from(u8::from(tension.unique)));
             }
+            Self::Effort(effort) => effort.read(at, reactions, out),
             Self::Section(section) => section.read(at.q, out),
         }
     }
@@ -323,6 +340,7 @@ impl Gauge {
 struct Builder<'a> {
     model: &'a Model,
     mechanism: &'a Mechanism,
+    forces: &'a ForceElements,
     principal: &'a [Matrix3<f64>],
     beams: &'a Beams,
 }
@@ -386,8 +404,11 @@ impl Builder<'_> {
             SensorKind::SectionForce | SensorKind::Strain => Gauge::Section(self.section(sensor)?),
             SensorKind::Reaction => match self.model.bars.iter().position(|b| b.name == of) {
                 Some(bar) => Gauge::Tension(bar),
-                None => Gauge::Reaction(self.joint(of)?),
+                None => Gauge::Reaction(self.joint(of)?, sensor.frame.unwrap_or_default()),
             },
+            SensorKind::Effort => {
+                Gauge::Effort(Effort::of(of, (self.model, self.mechanism, self.forces))?)
+            }
         })
     }
 }

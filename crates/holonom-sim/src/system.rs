@@ -95,7 +95,8 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
     let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
     let beams = Beams { parts, list };
-    let sensors = Sensors::new(model, &mechanism, &names.principal, &beams);
+    let acting = (&mechanism, &dynamics.forces);
+    let sensors = Sensors::new(model, acting, &names.principal, &beams);
     Ok(System { beams, mechanism, dynamics, members, sensors })
 }
 

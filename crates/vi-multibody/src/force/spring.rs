@@ -53,6 +53,16 @@ impl Spring {
             }
         }
     }
+
+    /// `dV/dl`, N: positive when the spring pulls its ends together.
+    #[must_use]
+    pub fn tension(&self, q: &[f64]) -> f64 {
+        let (l, l0) = (self.between.at(q).norm(), self.natural_length);
+        match self.law {
+            SpringLaw::Linear => self.stiffness * (l - l0),
+            SpringLaw::QuadraticStretch => 2.0 * self.stiffness * (l * l - l0 * l0) * l,
+        }
+    }
 }
 
 impl Potential for Spring {
@@ -89,6 +99,13 @@ pub struct Damper {
 }
 
 impl Damper {
+    /// `c dl/dt`, N: positive when the damper pulls its ends together.
+    #[must_use]
+    pub fn tension(&self, q: &[f64], v: &[f64]) -> f64 {
+        let d = self.between.at(q);
+        self.damping * d.dot(&self.between.rate(v)) / d.norm()
+    }
+
     /// `f` on `X_b`, with `∂f/∂D` and `∂f/∂Ḋ`.
     fn law(&self, q: &[f64], v: &[f64]) -> (Vector3<f64>, Matrix3<f64>, Matrix3<f64>) {
         let (d, rate) = (self.between.at(q), self.between.rate(v));

@@ -5,6 +5,7 @@
 //! (f, τ) = −P_in(q²)ᵀ (G_J²)ᵀ λ_J       rows of the joint J, columns of the child
 //! m = τ − ϱ² × f                         about the child's anchor
 //! bar:  g = ½ (|D|² − l²),  force on its end −λ D,  tension λ l
+//! row of a scalar constraint:  generalized force −λ along ∇g;  a motion θ = θ_ref(t) drives θ with −λ
 //! ```
 //! `f` (N) and `m` (N·m) are what the joint does to the *child*, from the parent or the ground; they are
 //! given as components along the joint frame `(m_1, m_2, n)` of the parent. The internal constraints of
@@ -40,6 +41,8 @@ pub struct Reaction {
     pub moment: Vector3<f64>,
     /// Columns `m_1, m_2, n` in space.
     pub axes: Matrix3<f64>,
+    /// Columns `m_1', m_2', n'` of the child in space.
+    pub axes_child: Matrix3<f64>,
     /// Which components of force and moment are unique, in this order.
     pub unique: [bool; 6],
 }
@@ -55,6 +58,20 @@ impl Reaction {
     #[must_use]
     pub fn moment_in_space(&self) -> Vector3<f64> {
         self.axes * self.moment
+    }
+
+    /// Along other axes (columns, in space): components of the force and of the moment that are unique in one
+    /// direction only are not unique there.
+    #[must_use]
+    pub fn along(&self, axes: &Matrix3<f64>) -> Self {
+        let [force, moment] = [0, 3].map(|k| self.unique[k..k + 3].iter().all(|unique| *unique));
+        Self {
+            force: axes.tr_mul(&self.force_in_space()),
+            moment: axes.tr_mul(&self.moment_in_space()),
+            axes: *axes,
+            unique: [force, force, force, moment, moment, moment],
+            ..*self
+        }
     }
 
     /// Whether all components are unique.
@@ -73,10 +90,10 @@ impl Reaction {
     }
 }
 
-/// The force in a bar.
+/// The force in a bar, or of a scalar constraint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tension {
-    /// Positive when the bar pulls its ends together, N.
+    /// Of a bar, N: positive when it pulls its ends together. Of a scalar constraint, N or N·m.
     pub force: f64,
     /// Whether it is unique.
     pub unique: bool,
@@ -89,6 +106,9 @@ pub struct Reactions {
     pub joints: Vec<Reaction>,
     /// One for each bar of the description.
     pub bars: Vec<Tension>,
+    /// `−λ` of each row of the scalar constraints of the description, in the order of their rows: the
+    /// generalized force along the gradient of the row.
+    pub scalars: Vec<Tension>,
 }
 
 impl Reactions {
@@ -117,6 +137,9 @@ impl Reactions {
             for (bar, part) in reactions.bars.iter_mut().zip(&part.bars) {
                 bar.unique &= part.force.abs() < NO_PART;
             }
+            for (scalar, part) in reactions.scalars.iter_mut().zip(&part.scalars) {
+                scalar.unique &= part.force.abs() < NO_PART;
+            }
         }
         reactions
     }
@@ -131,9 +154,12 @@ impl Reactions {
             let force = bar.length * mechanism.bar_rows(k).map(|row| lambda[row]).sum::<f64>();
             Tension { force, unique: true }
         });
+        let rows = (0..description.scalars.len()).flat_map(|k| mechanism.scalar_rows(k));
+        let scalars = rows.map(|row| Tension { force: -lambda[row], unique: true });
         Self {
             joints: joints.map(|(joint, force)| reaction(joint, q, force)).collect(),
             bars: bars.collect(),
+            scalars: scalars.collect(),
         }
     }
 }
@@ -213,7 +239,8 @@ impl Entries for JointForces<'_> {
 
 /// `(f, m)` on the child from the director form of the force on the body that feels it.
 fn reaction(joint: &Joint, q: &[f64], force: &[f64; 12]) -> Reaction {
-    let axes = joint.configuration(q).axes;
+    let at = joint.configuration(q);
+    let (axes, axes_child) = (at.axes, at.axes_child);
     let (mut f, mut m) = (Vector3::zeros(), Vector3::zeros());
     if let Some((k, sign)) = felt_by(joint) {
         let own = &q[12 * k..12 * k + 12];
@@ -223,5 +250,6 @@ fn reaction(joint: &Joint, q: &[f64], force: &[f64; 12]) -> Reaction {
         m = sign * (wrench.fixed_rows::<3>(3) - arm.cross(&f));
         f *= sign;
     }
-    Reaction { force: axes.tr_mul(&f), moment: axes.tr_mul(&m), axes, unique: [true; 6] }
+    let (force, moment) = (axes.tr_mul(&f), axes.tr_mul(&m));
+    Reaction { force, moment, axes, axes_child, unique: [true; 6] }
 }

@@ -1,0 +1,138 @@
+//! Efforts: what springs, dampers, motors and prescribed motions do along their coordinates.
+//!
+//! ```text
+//! spring of a joint     −k (θ − θ_0)            damper  −c θ̇           motor  τ(t, θ, θ̇)
+//! spring of two points  dV/dl + c dl/dt         positive when it pulls its ends together
+//! prescribed motion     −λ_n                    on θ, from g = θ − θ_ref(t)
+//! gear                  −λ_n                    on θ_a, from g = θ_a + ρ θ_b − c; −ρ λ_n on θ_b
+//! distance              l λ_n                   from g = ½ (|D|² − l²); positive when it pulls
+//! ```
+//! Rates are those of `v̂`. Positive efforts on a joint coordinate act on the child along it, and oppositely on the
+//! parent. `λ_n` is that of the node, see [`crate::sensor`].
+
+use crate::drive::{JointElement, joint_elements};
+use crate::sensor::{Part, View, joint_parts};
+use holonom_model::{Constraint, Model};
+use vi_multibody::builder::ForceElements;
+use vi_multibody::joint::Joint;
+use vi_multibody::joint_motion::{JointMotion, joint_rates};
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::reaction::{Reactions, Tension};
+use vi_multibody::scalar_constraint::ScalarRow;
+use vi_multibody::spring::{Damper, Spring};
+
+/// What a sensor of an effort reads.
+#[derive(Clone, Debug)]
+pub(crate) enum Effort {
+    /// The force elements of a joint, and its coordinates.
+    Joint(Vec<JointElement>, Box<JointMotion>),
+    /// A spring between points with its damper.
+    Spring(Box<Spring>, Box<Damper>),
+    /// A row of the scalar constraints, and the factor of `−λ`.
+    Row(usize, f64),
+}
+
+impl Effort {
+    /// That of a joint, spring or constraint of the model; `None` when there is none of this name.
+    pub(crate) fn of(
+        name: &str,
+        (model, mechanism, forces): (&Model, &Mechanism, &ForceElements),
+    ) -> Option<Self> {
+        let description = mechanism.description();
+        if let Some(joint) = model.joints.iter().find(|joint| joint.name == name) {
+            let own: &Joint = description.joints.iter().find(|joint| joint.name == name)?;
+            let motion = JointMotion::new(own.clone(), &mechanism.initial_configuration());
+            return Some(Self::Joint(joint_elements(joint), Box::new(motion)));
+        }
+        if let Some(k) = model.springs.iter().position(|spring| spring.name == name) {
+            let (spring, damping) = (forces.springs.get(k)?.clone(), model.springs[k].damping);
+            let damper = Damper { between: spring.between.clone(), damping };
+            return Some(Self::Spring(Box::new(spring), Box::new(damper)));
+        }
+        let k = description.scalars.iter().position(|scalar| scalar.name == name)?;
+        let row = (0..k).map(|k| mechanism.scalar_rows(k).len()).sum();
+        let factor = match description.scalars[k].rows.first()? {
+            ScalarRow::Product(distance) => -distance.target.sqrt(), // −l, c = l²
+            ScalarRow::Gear { .. } | ScalarRow::Motion { .. } => 1.0,
+        };
+        Some(Self::Row(row, factor))
+    }
+
+    /// Whether multipliers are needed.
+    pub(crate) fn needs_multipliers(&self) -> bool {
+        matches!(self, Self::Row(..))
+    }
+
+    pub(crate) fn begin(&mut self, q: &[f64]) {
+        if let Self::Joint(_, motion) = self {
+            **motion = JointMotion::new(motion.joint().clone(), q);
+        }
+    }
+
+    pub(crate) fn follow(&mut self, q: &[f64]) {
+        if let Self::Joint(_, motion) = self {
+            motion.follow(q);
+        }
+    }
+
+    pub(crate) fn read(&self, at: &View<'_>, reactions: &Reactions, out: &mut Vec<f64>) {
+        match self {
+            Self::Joint(elements, motion) => {
+                let rates = joint_rates(motion.joint(), at.q, at.v);
+                for part in PARTS {
+                    let own = elements.iter().filter(|element| element.part == part);
+                    let effort = |element: &JointElement| {
+                        let freedom = element.freedom;
+                        element.law.effort(at.t, motion.values()[freedom], rates[freedom])
+                    };
+                    let efforts: Vec<f64> = own.map(effort).collect();
+                    if !efforts.is_empty() {
+                        out.push(efforts.iter().sum());
+                    }
+                }
+            }
+            Self::Spring(spring, damper) => {
+                out.push(spring.tension(at.q) + damper.tension(at.q, at.v));
+            }
+            Self::Row(row, factor) => {
+                let Tension { force, unique } = reactions.scalars[*row];
+                out.push(if unique { factor * force } else { f64::NAN });
+                out.push(f64::from(u8::from(unique)));
+            }
+        }
+    }
+}
+
+/// The parts of the effort of a joint, in the order of their columns.
+const PARTS: [&str; 3] = ["spring", "damper", "motor"];
+
+/// Names, quantities and units of the columns.
+pub(crate) fn effort_parts(model: &Model, of: &str) -> Vec<Part> {
+    let quantity = |unit| if unit == "N" { "force" } else { "torque" };
+    let along = |pair, freedom: usize| {
+        let parts = joint_parts(Some(pair), ["", "N·m"], ["", "N"]);
+        parts.get(freedom).map_or("N·m", |part| part.2)
+    };
+    let row = |unit| vec![("effort".to_owned(), quantity(unit), unit), ("unique".into(), "", "")];
+    let joint = |name: &str| model.joints.iter().find(|joint| joint.name == name);
+    if let Some(joint) = joint(of) {
+        let elements = joint_elements(joint);
+        let part = |part: &'static str| {
+            let element = elements.iter().find(|element| element.part == part)?;
+            let unit = along(joint.pair(), element.freedom);
+            Some((part.to_owned(), quantity(unit), unit))
+        };
+        return PARTS.into_iter().filter_map(part).collect();
+    }
+    let constraint = model.constraints.iter().find(|constraint| constraint.name() == of);
+    match constraint {
+        Some(Constraint::Motion { joint: name, freedom, .. }) => {
+            row(joint(name).map_or("N·m", |joint| along(joint.pair(), *freedom)))
+        }
+        Some(Constraint::Gear { joints: [name, _], freedoms, .. }) => {
+            row(joint(name).map_or("N·m", |joint| along(joint.pair(), freedoms[0])))
+        }
+        Some(_) => row("N"),
+        None => vec![(String::new(), "force", "N")],
+    }
+}

@@ -1,0 +1,291 @@
+//! Efforts of motors, prescribed motions, springs and distances; reactions along stated axes.
+#![allow(clippy::unwrap_used)] // a test
+
+use crate::benchmark;
+
+use benchmark::{assert_order, model, orders};
+use holonom::{Model, RunOutcome, Sample, Simulation};
+use std::f64::consts::TAU;
+
+fn run(model: &Model) -> (Vec<String>, Vec<Sample>) {
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| -> Result<(), std::convert::Infallible> {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    let mut simulation = Simulation::new(model).unwrap();
+    assert_eq!(simulation.run(&mut observe, &mut |_, _| {}).unwrap(), RunOutcome::Done);
+    let names = simulation.sensors().columns().iter().map(holonom::sensor::Column::name);
+    (names.collect(), samples)
+}
+
+/// A bar of 1 m and 2 kg on a hinge about y.
+const PENDULUM: &str = r#"
+model = { name = "pendulum", gravity = [0, 0, -9.81] }
+simulation = { step = 1e-3, end = 1 }
+[[body]]
+name = "bar"
+mass = 2
+inertia = [1e-3, 0.2, 0.2]
+position = [0.5, 0, 0]
+[[joint]]
+name = "hinge"
+type = "revolute"
+parent = "ground"
+child = "bar"
+position = [0, 0, 0]
+axis = [0, 1, 0]
+"#;
+
+const DRIVE: &str = r#"
+[[constraint]]
+type = "motion"
+name = "drive"
+joint = "hinge"
+path = { amplitude = 0.8, frequency = 1, phase = -1.5707963267948966 }
+[[sensor]]
+name = "torque"
+type = "effort"
+of = "drive"
+"#;
+
+/// `τ = I θ̈ − m g l cos θ` about y, on which gravity acts with `+m g l cos θ`.
+#[test]
+fn the_effort_of_a_prescribed_motion_is_that_of_inverse_dynamics() {
+    for scheme in ["nodal", "dalembert", "constrained", "em-nodal"] {
+        let steps = [2e-3, 1e-3];
+        let errors = steps.map(|h| {
+            let step = format!("{h:e}");
+            let own = [("simulation.scheme", scheme), ("simulation.step", step.as_str())];
+            let (names, samples) = run(&model(&format!("{PENDULUM}{DRIVE}"), &own));
+            assert_eq!(names, ["torque.effort", "torque.unique"]);
+            let inner = &samples[1..samples.len() - 1];
+            let error = |s: &Sample| {
+                let phase = TAU * s.t - 0.25 * TAU;
+                let (angle, acceleration) =
+                    (0.8 * (phase.sin() + 1.0), -0.8 * TAU * TAU * phase.sin());
+                let expected = (0.2 + 2.0 * 0.25) * acceleration - 2.0 * 9.81 * 0.5 * angle.cos();
+                assert_eq!(s.sensors[1], 1.0);
+                (s.sensors[0] - expected).abs()
+            };
+            inner.iter().map(error).fold(0.0, f64::max)
+        });
+        println!("{scheme}: off by {errors:?} N·m");
+        assert_order(&orders("torque", &steps, &errors), 2.0, 0.2);
+        assert!(errors[1] < 2e-3);
+    }
+}
+
+/// Six hinges in a row about z, y, y, x, y, x, each driven along its own sinusoid.
+fn arm(h: f64) -> String {
+    let mut text = format!(
+        "model = {{ name = \"arm\", gravity = [0, 0, -9.81] }}\nsimulation = {{ step = {h:e}, end = 1 }}\n"
+    );
+    let axes = ["[0, 0, 1]", "[0, 1, 0]", "[0, 1, 0]", "[1, 0, 0]", "[0, 1, 0]", "[1, 0, 0]"];
+    for (k, axis) in axes.iter().enumerate() {
+        let (x, at) = (0.3 * k as f64 + 0.15, 0.3 * k as f64);
+        let parent = if k == 0 { "ground".to_owned() } else { format!("link{}", k - 1) };
+        text += &format!(
+            r#"
+[[body]]
+name = "link{k}"
+mass = {mass}
+inertia = [0.01, 0.03, 0.025]
+position = [{x}, 0, 0]
+[[joint]]
+name = "joint{k}"
+type = "revolute"
+parent = "{parent}"
+child = "link{k}"
+position = [{at}, 0, 0]
+axis = {axis}
+[[constraint]]
+type = "motion"
+name = "drive{k}"
+joint = "joint{k}"
+path = {{ amplitude = 0.4, frequency = {frequency}, phase = -1.5707963267948966 }}
+[[sensor]]
+name = "torque{k}"
+type = "effort"
+of = "drive{k}"
+[[sensor]]
+name = "rate{k}"
+type = "joint_rate"
+of = "joint{k}"
+"#,
+            mass = 3.0 / (1.0 + k as f64),
+            frequency = 0.5 + 0.13 * k as f64,
+        );
+    }
+    text
+}
+
+/// The power `Σ τ θ̇` of the drives, summed over the time, is what the energy changes by.
+#[test]
+fn drives_of_an_arm_close_the_power_balance() {
+    let steps = [4e-3, 2e-3, 1e-3];
+    let errors = steps.map(|h| {
+        let (names, samples) = run(&Model::from_toml(&arm(h)).unwrap());
+        let column = |name: String| names.iter().position(|n| *n == name).unwrap();
+        let power = |s: &Sample| -> f64 {
+            let of = |k: usize| {
+                let [torque, rate] = [format!("torque{k}.effort"), format!("rate{k}")].map(column);
+                s.sensors[torque] * s.sensors[rate]
+            };
+            (0..6).map(of).sum()
+        };
+        let work: f64 = samples.windows(2).map(|s| 0.5 * h * (power(&s[0]) + power(&s[1]))).sum();
+        let (first, last) = (&samples[0], samples.last().unwrap());
+        println!("h = {h}: work {work:.6} J, energy {:.6} J", last.hamiltonian - first.hamiltonian);
+        (last.hamiltonian - first.hamiltonian - work).abs()
+    });
+    assert_order(&orders("power balance", &steps, &errors), 2.0, 0.2);
+}
+
+/// A hinge with spring, damper and motor, a spring to the ground, a weight on a rod.
+#[test]
+fn force_elements_show_their_efforts() {
+    let elements = r#"spring = { stiffness = 3, rest = 0.1 }
+damper = { damping = 0.5 }
+motor = { effort = -2, history = { type = "harmonic", frequency = 0.5, phase = 1 }, derivative = 0.3 }
+[[spring]]
+name = "coil"
+from = "ground"
+to = "bar"
+point_from = [0, 0, 2]
+stiffness = 40
+natural_length = 1.9
+damping = 0.2
+[[body]]
+name = "weight"
+mass = 3
+inertia = [0.01, 0.01, 0.01]
+position = [5, 0, -1]
+[[constraint]]
+type = "distance"
+name = "rod"
+from = "ground"
+to = "weight"
+point_from = [5, 0, 0]
+[[sensor]]
+name = "hinge_effort"
+type = "effort"
+of = "hinge"
+[[sensor]]
+name = "coil_force"
+type = "effort"
+of = "coil"
+[[sensor]]
+name = "rod_force"
+type = "effort"
+of = "rod"
+[[sensor]]
+name = "angle"
+type = "joint_coordinate"
+of = "hinge"
+[[sensor]]
+name = "rate"
+type = "joint_rate"
+of = "hinge"
+"#;
+    let (names, samples) = run(&model(&format!("{PENDULUM}{elements}"), &[]));
+    let expected = [
+        "hinge_effort.spring",
+        "hinge_effort.damper",
+        "hinge_effort.motor",
+        "coil_force",
+        "rod_force.effort",
+        "rod_force.unique",
+        "angle",
+        "rate",
+    ];
+    assert_eq!(names, expected);
+    let mut worst = [0.0_f64; 5];
+    for s in &samples {
+        let [spring, damper, motor, coil, rod, unique, angle, rate] = s.sensors[..] else {
+            panic!()
+        };
+        let (x, z) = (0.5 * angle.cos(), -0.5 * angle.sin());
+        let (vx, vz) = (rate * z, -rate * x);
+        let length = x.hypot(2.0 - z);
+        let stretching = (x * vx - (2.0 - z) * vz) / length;
+        let errors = [
+            spring + 3.0 * (angle - 0.1),
+            damper + 0.5 * rate,
+            motor + 2.0 * (0.5 * TAU * s.t + 1.0).sin() + 0.3 * rate,
+            coil - 40.0 * (length - 1.9) - 0.2 * stretching,
+            rod - 3.0 * 9.81,
+        ];
+        assert_eq!(unique, 1.0);
+        (0..5).for_each(|k| worst[k] = worst[k].max(errors[k].abs()));
+    }
+    println!("spring, damper, motor, coil, rod off by {worst:?}");
+    assert!(worst.iter().all(|error| *error < 1e-9));
+}
+
+/// The motion of a body that two constraints hold: their efforts are not unique, and it is said.
+#[test]
+fn an_effort_that_is_not_unique_is_an_empty_field() {
+    let twice = DRIVE.replace("drive", "second").replace("torque", "other");
+    let (_, samples) = run(&model(&format!("{PENDULUM}{DRIVE}{twice}"), &[]));
+    for s in &samples {
+        assert!(s.sensors[0].is_nan() && s.sensors[1] == 0.0, "{:?}", s.sensors);
+    }
+}
+
+#[test]
+fn reactions_come_along_the_axes_that_are_asked_for() {
+    let sensor = |name: &str, frame: &str| {
+        format!("[[sensor]]\nname = \"{name}\"\ntype = \"reaction\"\nof = \"hinge\"\n{frame}\n")
+    };
+    let text = [
+        format!("{PENDULUM}{DRIVE}"),
+        sensor("plain", ""),
+        sensor("parent", "frame = \"parent\""),
+        sensor("child", "frame = \"child\""),
+        sensor("space", "frame = \"space\""),
+        "[[sensor]]\nname = \"angle\"\ntype = \"joint_coordinate\"\nof = \"hinge\"\n".into(),
+        "[[sensor]]\nname = \"rate\"\ntype = \"joint_rate\"\nof = \"hinge\"\n".into(),
+    ];
+    let (names, samples) = run(&model(&text.concat(), &[]));
+    assert_eq!(names[2..5], ["plain.fx", "plain.fy", "plain.fz"]);
+    let mut worst = 0.0_f64;
+    for s in &samples[1..] {
+        let force =
+            |k: usize| nalgebra::Vector3::from_column_slice(&s.sensors[2 + 7 * k..5 + 7 * k]);
+        let (plain, parent, child, space) = (force(0), force(1), force(2), force(3));
+        assert_eq!(plain, parent);
+        // the parent is the ground: its axes are the same rotation of space at all times
+        assert!((parent.norm() - space.norm()).abs() < 1e-9 && space.y.abs() < 1e-9);
+        // m(a − g) of the centre of the bar; along the bar: −m l ω² − m g·e
+        let (angle, rate) = (s.sensors[30], s.sensors[31]);
+        let along = nalgebra::Vector3::new(angle.cos(), 0.0, -angle.sin());
+        let radial = -2.0 * 0.5 * rate * rate - 2.0 * 9.81 * angle.sin();
+        worst = worst.max((space.dot(&along) - radial).abs());
+        let turned = [(child.x.hypot(child.y)), parent.norm()];
+        assert!((turned[0] - turned[1]).abs() < 1e-9); // n is the axis: nothing acts along it
+    }
+    println!("force along the bar off by {worst:.1e} N");
+    assert!(worst < 2e-3);
+}
+
+#[test]
+fn sensors_of_efforts_are_checked() {
+    let sensor = |text: &str| format!("{PENDULUM}[[sensor]]\nname = \"s\"\n{text}\n");
+    for (text, expected) in [
+        (sensor("type = \"effort\"\nof = \"hinge\""), "has no spring, no damper and no motor"),
+        (
+            sensor("type = \"effort\"\nof = \"bar\""),
+            "`bar` is a body, not a joint or spring or constraint",
+        ),
+        (
+            sensor("type = \"position\"\nof = \"bar\"\nframe = \"space\""),
+            "only the reaction of a joint has a frame",
+        ),
+        (sensor("type = \"reaction\"\nof = \"hinge\"\nframe = \"world\""), "world"),
+    ] {
+        let error = Model::from_toml(&text).unwrap_err().to_string();
+        println!("{error}");
+        assert!(error.contains(expected), "{error}");
+    }
+}
