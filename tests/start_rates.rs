@@ -156,3 +156,104 @@ rate = 3.0
         assert!((node[1] - expected).abs() < 1e-14, "node {k}: {} {expected}", node[1]);
     }
 }
+
+/// A slider-crank in the plane x–z: crank 0.3 m, rod 0.5 m, slider along x; only the crank states its rate.
+fn slider_crank(rod_rate: &str, more: &str) -> String {
+    format!(
+        r#"
+model = {{ name = "slider crank", gravity = [0, 0, -9.81] }}
+simulation = {{ step = 1e-3, end = 0.2 }}
+[[body]]
+name = "crank"
+mass = 1.0
+inertia = [1e-3, 1e-2, 1e-2]
+position = [0, 0, 0.15]
+rotation_vector = [0, -1.5707963267948966, 0]
+[[body]]
+name = "rod"
+mass = 2.0
+inertia = [1e-3, 4e-2, 4e-2]
+position = [0.2, 0, 0.15]
+rotation_vector = [0, 0.6435011087932844, 0]
+[[body]]
+name = "slider"
+mass = 1.5
+inertia = [1e-3, 1e-3, 1e-3]
+position = [0.4, 0, 0]
+[[joint]]
+name = "shaft"
+type = "revolute"
+parent = "ground"
+child = "crank"
+position = [0, 0, 0]
+axis = [0, 1, 0]
+rate = 6.283
+[[joint]]
+name = "pin"
+type = "revolute"
+parent = "crank"
+child = "rod"
+position = [0, 0, 0.3]
+axis = [0, 1, 0]
+{rod_rate}
+[[joint]]
+name = "wrist"
+type = "spherical"
+parent = "rod"
+child = "slider"
+position = [0.4, 0, 0]
+[[joint]]
+name = "guide"
+type = "prismatic"
+parent = "ground"
+child = "slider"
+position = [0.4, 0, 0]
+axis = [1, 0, 0]
+[[sensor]]
+name = "speed"
+type = "joint_rate"
+of = "shaft"
+[[sensor]]
+name = "slip"
+type = "joint_rate"
+of = "guide"
+{more}
+"#
+    )
+}
+
+#[test]
+fn stated_rates_are_kept_where_initial_values_are_projected() {
+    for scheme in ["nodal", "dalembert", "em-nodal"] {
+        let overrides = [
+            ("simulation.project_start".to_owned(), "true".to_owned()),
+            ("simulation.scheme".to_owned(), format!("\"{scheme}\"")),
+        ];
+        let text = slider_crank("", "");
+        let mut model = Model::from_toml_with(&text, &overrides).unwrap();
+        model.settings.end = 0.01;
+        let mut simulation = Simulation::new(&model).unwrap();
+        let warnings = simulation.warnings().join("\n");
+        let first = simulation.samples().next().unwrap().unwrap();
+        let [speed, slip] = first.sensors[..] else { panic!() };
+        // x = √(l² − r² cos²θ) + r sin θ at θ = 0: ẋ = r θ̇
+        println!("{scheme}: crank {speed} rad/s, slider {slip} m/s\n{warnings}");
+        assert!((speed - 6.283).abs() < 1e-12 && (slip - 0.3 * 6.283).abs() < 1e-12);
+        assert!(warnings.contains("`slider` by 1.885e0 m/s") || warnings.contains("m/s"));
+        assert!(warnings.contains("stated rates of joints are kept"));
+    }
+}
+
+#[test]
+fn rates_that_the_constraints_forbid_are_refused_by_name() {
+    let overrides = [("simulation.project_start".to_owned(), "true".to_owned())];
+    let model = Model::from_toml_with(&slider_crank("rate = 3.0", ""), &overrides).unwrap();
+    let error = Simulation::new(&model).err().expect("two rates of one degree of freedom");
+    println!("{error:?}");
+    let text = format!("{error:?}");
+    assert!(text.contains("the rates that the joints state cannot all be kept"), "{text}");
+    assert!((text.contains("shaft") || text.contains("pin")) && text.contains("state fewer rates"));
+    // the rate that the constraints give is accepted
+    let fits = slider_crank("rate = -6.283", "");
+    assert!(Simulation::new(&Model::from_toml_with(&fits, &overrides).unwrap()).is_ok());
+}

@@ -57,6 +57,28 @@ pub struct AssemblyReport {
     pub warnings: Vec<String>,
 }
 
+impl AssemblyReport {
+    /// The initial configuration was projected onto the constraints: moved by `moved`, m.
+    pub(crate) fn configuration_projected(&mut self, moved: f64) {
+        if moved > 0.0 {
+            self.warnings.push(format!(
+                "the initial configuration was projected onto the constraints: moved by {moved:.3e} m"
+            ));
+            self.projected = Some(moved);
+        }
+    }
+
+    /// The initial velocities were: `changed` says how; `rates`: stated rates of joints were kept.
+    pub(crate) fn velocity_projected(&mut self, changed: &str, rates: bool) {
+        if !changed.is_empty() {
+            let kept = if rates { "; stated rates of joints are kept" } else { "" };
+            self.warnings.push(format!(
+                "the initial velocities were projected onto the constraints: changed {changed}{kept}"
+            ));
+        }
+    }
+}
+
 /// Whether a count is not worth a word.
 fn is_zero(count: &usize) -> bool {
     *count == 0
@@ -123,22 +145,6 @@ pub(crate) fn report(
     closure: Closure,
 ) -> AssemblyReport {
     let mut report = counts(model, (run.mechanism(), run.rows()), beams, closure);
-    let start = run.start_report();
-    let moved = start.position_moved;
-    if moved > 0.0 {
-        let warning = format!(
-            "the initial configuration was projected onto the constraints: moved by {moved:.3e} m"
-        );
-        report.warnings.push(warning);
-        report.projected = Some(moved);
-    }
-    if start.velocity_moved > 0.0 {
-        let moved = start.velocity_moved;
-        let warning = format!(
-            "the initial velocity was projected onto the constraints: changed by {moved:.3e}"
-        );
-        report.warnings.push(warning);
-    }
     report.stiffness = Stiffness::new(beams, &model.settings);
     let warning = report.stiffness.as_ref().and_then(|s| s.warning(&model.settings));
     report.warnings.extend(warning);

@@ -36,6 +36,7 @@ pub mod output;
 pub mod sample;
 pub mod sensor;
 pub mod simulation;
+mod start;
 pub mod statics;
 pub mod system;
 

@@ -17,6 +17,7 @@ use crate::limits::LimitWatch;
 use crate::method::{Method, Reading, Running};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::{Sensors, View};
+use crate::start;
 use crate::system::{self, System};
 use holonom_model::{Family, Model, ModelError, Problem, Scheme, Settings};
 use std::io;
@@ -73,13 +74,27 @@ impl Simulation {
         if !missed.is_empty() && !settings.project_start {
             return Err(ModelError::InconsistentStart(missed));
         }
-        let mut method = method(mechanism, &dynamics, model, (solver, sensors.need_multipliers()))?;
-        if method.here(false).is_err() {
+        let keeps_rates = !missed.is_empty() && model.joints.iter().any(|j| j.rate.is_some());
+        let start =
+            if keeps_rates { start::with_stated_rates(model)? } else { (q.clone(), v.clone()) };
+        let at = InitialValues::new(0.0, &start.0, &start.1);
+        let multipliers = sensors.need_multipliers();
+        let mut method = method(mechanism, &dynamics, model, at, (solver, multipliers))?;
+        let Ok(first) = method.here(false) else {
             let detail = "some motion that the constraints allow has no mass".into();
             return Err(ModelError::SingularMass { member: String::new(), detail });
-        }
+        };
         agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
         let mut assembly = assembly::report(model, &*method, &beams, closure);
+        if keeps_rates || method.start_report().position_moved > 0.0 {
+            let moved = q.iter().zip(&first.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assembly.configuration_projected(moved);
+        }
+        if keeps_rates || method.start_report().velocity_moved > 0.0 {
+            let (given, found) = ((&q[..], &v[..]), (&first.q[..], &first.v[..]));
+            let changed = start::change_of_velocities(method.mechanism(), given, found);
+            assembly.velocity_projected(&changed, keeps_rates);
+        }
         let mut limits = LimitWatch::new(&beams);
         let start = method.place().2;
         if let Err(fault) = limits.follow(0.0, start) {
@@ -414,11 +429,10 @@ fn method(
     mechanism: Mechanism,
     dynamics: &Dynamics,
     model: &Model,
+    at: InitialValues<'_>,
     (solver, multipliers): (Solver, bool),
 ) -> Result<Box<dyn Method>, ModelError> {
     let settings = &model.settings;
-    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
-    let at = InitialValues::new(0.0, &q, &v);
     match settings.scheme.family() {
         Family::Variational(kind) => {
             let mut options = Options::new(kind, settings.step);
