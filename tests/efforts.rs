@@ -289,3 +289,37 @@ fn sensors_of_efforts_are_checked() {
         assert!(error.contains(expected), "{error}");
     }
 }
+
+/// A hinge along two moves and a table reaches what they prescribe, and its torque is that of inverse dynamics.
+#[test]
+fn a_motion_follows_moves_and_tables() {
+    let path = "path = { moves = [{ start = 0.1, end = 0.6, by = 1.2 }, { start = 0.5, end = 0.9, by = -0.3 }], \
+                table = { times = [0, 0.4, 1], values = [0, 0.5, 0.2] } }";
+    let drive = DRIVE
+        .replace("path = { amplitude = 0.8, frequency = 1, phase = -1.5707963267948966 }", path);
+    let angle = "[[sensor]]\nname = \"angle\"\ntype = \"joint_coordinate\"\nof = \"hinge\"\n";
+    let text = format!("{PENDULUM}{drive}{angle}");
+    let model = Model::from_toml(&text).unwrap();
+    assert_eq!(Model::from_toml(&model.to_toml()).unwrap(), model);
+    let holonom::model::Constraint::Motion { path, .. } = &model.constraints[0] else { panic!() };
+    let path = path.function();
+    let (_, samples) = run(&model);
+    let mut worst = [0.0_f64; 2];
+    for s in &samples[1..samples.len() - 1] {
+        let [value, _, acceleration] = path(s.t);
+        let torque = 0.7 * acceleration - 2.0 * 9.81 * 0.5 * value.cos();
+        worst[0] = worst[0].max((s.sensors[2] - value).abs());
+        // where the third derivative jumps the torque is of first order
+        if [0.1, 0.4, 0.5, 0.6, 0.9].iter().all(|knot| (s.t - knot).abs() > 1.5e-3) {
+            worst[1] = worst[1].max((s.sensors[0] - torque).abs());
+        }
+    }
+    println!("angle off by {:.1e} rad, torque by {:.1e} N·m", worst[0], worst[1]);
+    assert!(worst[0] < 1e-13 && worst[1] < 2e-3);
+    let twisted = text.replace("start = 0.1, end = 0.6", "start = 0.6, end = 0.1");
+    let error = Model::from_toml(&twisted).unwrap_err().to_string();
+    println!("{error}");
+    assert!(
+        error.contains("constraint.drive.path.moves: a move starts at 0.6 s and ends at 0.1 s")
+    );
+}

@@ -1,11 +1,10 @@
-//! What acts on a joint coordinate: `spring`, `damper`, `motor` of a `[[joint]]`, and the paths that
-//! motors and prescribed motions follow.
+//! What acts on a joint coordinate, `spring`, `damper`, `motor` of a `[[joint]]`, and `[[constraint]]`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
 use super::load::History;
+use super::motion_path::MotionPath;
 
 /// `spring` of a joint: `½ k (θ − rest)²`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -53,48 +52,7 @@ pub struct JointMotor {
     pub derivative: f64,
     /// The path that the control follows; at rest in the initial configuration by default.
     #[serde(default)]
-    pub path: Path,
-}
-
-/// A smooth function of time:
-/// `offset + rate t + ½ acceleration t² + amplitude (sin(2π frequency t + phase) − sin(phase))`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Path {
-    /// Value at t = 0, m or rad.
-    #[serde(default)]
-    pub offset: f64,
-    /// m/s or rad/s.
-    #[serde(default)]
-    pub rate: f64,
-    /// m/s² or rad/s².
-    #[serde(default)]
-    pub acceleration: f64,
-    /// m or rad.
-    #[serde(default)]
-    pub amplitude: f64,
-    /// Hz.
-    #[serde(default)]
-    pub frequency: f64,
-    /// rad.
-    #[serde(default)]
-    pub phase: f64,
-}
-
-impl Path {
-    /// Value, rate and acceleration at `t`, s.
-    #[must_use]
-    pub fn at(&self, t: f64) -> [f64; 3] {
-        let w = TAU * self.frequency;
-        let (sin, cos) = (w * t + self.phase).sin_cos();
-        [
-            self.offset
-                + t * (self.rate + 0.5 * self.acceleration * t)
-                + self.amplitude * (sin - self.phase.sin()),
-            self.rate + self.acceleration * t + self.amplitude * w * cos,
-            self.acceleration - self.amplitude * w * w * sin,
-        ]
-    }
+    pub path: MotionPath,
 }
 
 /// `[[constraint]]`: a scalar constraint beside the joints.
@@ -167,7 +125,7 @@ pub enum Constraint {
         #[serde(default)]
         freedom: usize,
         /// The path; its rate at t = 0 must be the initial one.
-        path: Path,
+        path: MotionPath,
     },
 }
 
@@ -182,28 +140,5 @@ impl Constraint {
             | Self::Gear { name, .. }
             | Self::Motion { name, .. } => name,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_path_has_its_derivatives() {
-        let path = Path {
-            offset: 0.1,
-            rate: 2.0,
-            acceleration: -1.0,
-            amplitude: 0.3,
-            frequency: 1.7,
-            phase: 0.4,
-        };
-        let (t, e) = (0.7, 1e-5);
-        let [_, rate, acceleration] = path.at(t);
-        let first = (path.at(t + e)[0] - path.at(t - e)[0]) / (2.0 * e);
-        let second = (path.at(t + e)[1] - path.at(t - e)[1]) / (2.0 * e);
-        assert!((first - rate).abs() < 1e-8 && (second - acceleration).abs() < 1e-7);
-        assert!((path.at(0.0)[0] - 0.1).abs() < 1e-16);
     }
 }

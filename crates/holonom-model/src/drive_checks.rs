@@ -2,7 +2,7 @@
 
 use super::checks::Checker;
 use super::start::coincide;
-use super::{Constraint, GROUND, Joint, JointKind};
+use super::{Constraint, GROUND, Joint, JointKind, MotionPath};
 
 impl Checker<'_> {
     pub(super) fn drives(&mut self, key: &str, joint: &Joint) {
@@ -20,6 +20,9 @@ impl Checker<'_> {
         }
         if let Some(fault) = joint.motor.as_ref().and_then(|m| m.history.fault()) {
             self.report(format!("{key}.motor.history"), fault, "put the times in order");
+        }
+        if let Some(motor) = &joint.motor {
+            self.path(&format!("{key}.motor.path"), &motor.path);
         }
         match (joint.kind, joint.pitch) {
             (JointKind::Screw, None) => {
@@ -73,9 +76,16 @@ impl Checker<'_> {
                 }
                 self.two_ends(&format!("{key}.joints"), &joints[0], &joints[1]);
             }
-            Constraint::Motion { joint, .. } => {
+            Constraint::Motion { joint, path, .. } => {
                 self.reference(format!("{key}.joint"), joint, &["joint"]);
+                self.path(&format!("{key}.path"), path);
             }
+        }
+    }
+
+    fn path(&mut self, key: &str, path: &MotionPath) {
+        if let Some((below, message, help)) = path.fault() {
+            self.report(format!("{key}.{below}"), message, help);
         }
     }
 }

@@ -83,9 +83,9 @@ pub(crate) fn joint_elements(joint: &holonom_model::Joint) -> Vec<JointElement> 
             add("motor", motor.freedom, ElementLaw::Force(Arc::new(law)));
         }
         if controlled {
-            let path = motor.path;
+            let path = motor.path.function();
             let reference = Arc::new(move |t| {
-                let [value, rate, _] = path.at(t);
+                let [value, rate, _] = path(t);
                 Setpoint { value, rate }
             });
             let (proportional, derivative) = (motor.proportional, motor.derivative);
@@ -148,9 +148,8 @@ pub(crate) fn add_constraint(
             }
         }
         Constraint::Motion { name, joint, freedom, path } => {
-            let path = *path;
             if let Some(coordinate) = of(joint, *freedom, "freedom")? {
-                builder.motion(name, coordinate, move |t| path.at(t));
+                builder.motion(name, coordinate, path.function());
             }
         }
     }

@@ -1,0 +1,267 @@
+//! `path` of motors and prescribed motions: a smooth function of time.
+//!
+//! ```text
+//! θ_ref(t) = offset + rate t + ½ acceleration t² + amplitude (sin(2π f t + phase) − sin(phase))
+//!            + Σ by_k s(ξ_k)        rest-to-rest moves, ξ_k = (t − start_k)/(end_k − start_k) within [0, 1]
+//!            + table(t)             cubic spline with given rates at its ends
+//! s(ξ)     = 10 ξ³ − 15 ξ⁴ + 6 ξ⁵   s' = s'' = 0 at both ends
+//! ```
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// A smooth function of time, a sum of what is stated:
+/// `offset + rate t + ½ acceleration t² + amplitude (sin(2π frequency t + phase) − sin(phase))`, moves from rest
+/// to rest, a table.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MotionPath {
+    /// Value at t = 0, m or rad.
+    #[serde(default)]
+    pub offset: f64,
+    /// m/s or rad/s.
+    #[serde(default)]
+    pub rate: f64,
+    /// m/s² or rad/s².
+    #[serde(default)]
+    pub acceleration: f64,
+    /// m or rad.
+    #[serde(default)]
+    pub amplitude: f64,
+    /// Hz.
+    #[serde(default)]
+    pub frequency: f64,
+    /// rad.
+    #[serde(default)]
+    pub phase: f64,
+    /// Moves from rest to rest.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moves: Vec<Move>,
+    /// A cubic spline through points.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub table: Option<PathTable>,
+}
+
+/// A move from rest to rest: a polynomial of degree 5 whose rate and acceleration vanish at both ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Move {
+    /// When it begins, s.
+    pub start: f64,
+    /// When it ends, s.
+    pub end: f64,
+    /// How far it goes, m or rad.
+    pub by: f64,
+}
+
+/// A cubic spline through points; before the first and after the last it goes on at the rate there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PathTable {
+    /// Times, s, increasing; at least two.
+    pub times: Vec<f64>,
+    /// Values at these times, m or rad.
+    pub values: Vec<f64>,
+    /// Rates at the first and at the last time, m/s or rad/s.
+    #[serde(default)]
+    pub rates: [f64; 2],
+}
+
+impl MotionPath {
+    /// Value, rate and acceleration as a function of the time (s).
+    pub fn function(&self) -> impl Fn(f64) -> [f64; 3] + Send + Sync + use<> {
+        let path = self.clone();
+        let spline = self.table.as_ref().map(Spline::new);
+        move |t| {
+            let parts = path.moves.iter().map(|part| part.at(t));
+            let parts = parts.chain(spline.as_ref().map(|spline| spline.at(t)));
+            parts.fold(path.elementary(t), |sum, part| std::array::from_fn(|i| sum[i] + part[i]))
+        }
+    }
+
+    /// Polynomial and sinusoid.
+    fn elementary(&self, t: f64) -> [f64; 3] {
+        let w = TAU * self.frequency;
+        let (sin, cos) = (w * t + self.phase).sin_cos();
+        [
+            self.offset
+                + t * (self.rate + 0.5 * self.acceleration * t)
+                + self.amplitude * (sin - self.phase.sin()),
+            self.rate + self.acceleration * t + self.amplitude * w * cos,
+            self.acceleration - self.amplitude * w * w * sin,
+        ]
+    }
+
+    /// What is wrong with it: the key below the path, the message, what to write instead.
+    #[must_use]
+    pub fn fault(&self) -> Option<(&'static str, String, &'static str)> {
+        let backwards = self.moves.iter().find(|part| part.start >= part.end);
+        if let Some(Move { start, end, .. }) = backwards {
+            let message = format!("a move starts at {start} s and ends at {end} s");
+            return Some(("moves", message, "put start before end"));
+        }
+        let PathTable { times, values, .. } = self.table.as_ref()?;
+        if times.len() != values.len() || times.len() < 2 {
+            let message = format!("{} time(s) and {} value(s)", times.len(), values.len());
+            return Some(("table", message, "write as many values as times, at least two"));
+        }
+        let pair = times.windows(2).find(|pair| pair[0] >= pair[1])?;
+        let message = format!("times must increase: {} is followed by {}", pair[0], pair[1]);
+        Some(("table.times", message, "put the times in order"))
+    }
+}
+
+impl Move {
+    fn at(&self, t: f64) -> [f64; 3] {
+        let duration = self.end - self.start;
+        let x = ((t - self.start) / duration).clamp(0.0, 1.0);
+        let y = 1.0 - x;
+        [
+            self.by * x * x * x * (10.0 - 15.0 * x + 6.0 * x * x),
+            self.by / duration * 30.0 * x * x * y * y,
+            self.by / (duration * duration) * 60.0 * x * y * (y - x),
+        ]
+    }
+}
+
+/// A cubic spline: values and rates at the knots.
+#[derive(Clone, Debug)]
+struct Spline {
+    knots: Vec<[f64; 3]>, // time, value, rate
+}
+
+impl Spline {
+    /// Rates with a continuous second derivative: `r_{k−1}/h_{k−1} + 2 (1/h_{k−1} + 1/h_k) r_k + r_{k+1}/h_k
+    /// = 3 (Δ_{k−1}/h_{k−1}² + Δ_k/h_k²)`, by elimination.
+    fn new(PathTable { times, values, rates }: &PathTable) -> Self {
+        let n = times.len();
+        let mut knots: Vec<[f64; 3]> =
+            times.iter().zip(values).map(|(t, x)| [*t, *x, 0.0]).collect();
+        (knots[0][2], knots[n - 1][2]) = (rates[0], rates[1]);
+        let mut lead = vec![0.0; n]; // factor of the next rate, after elimination of the one before
+        for k in 1..n - 1 {
+            let [before, own, next] = [k - 1, k, k + 1].map(|k| knots[k]);
+            let (a, b) = (1.0 / (own[0] - before[0]), 1.0 / (next[0] - own[0]));
+            let right = 3.0 * (a * a * (own[1] - before[1]) + b * b * (next[1] - own[1]));
+            let pivot = 2.0 * (a + b) - a * lead[k - 1];
+            lead[k] = b / pivot;
+            knots[k][2] = (right - a * before[2]) / pivot;
+        }
+        for k in (1..n - 1).rev() {
+            knots[k][2] -= lead[k] * knots[k + 1][2];
+        }
+        Self { knots }
+    }
+
+    fn at(&self, t: f64) -> [f64; 3] {
+        let after = self.knots.partition_point(|knot| knot[0] <= t);
+        if after == 0 || after == self.knots.len() {
+            let [time, value, rate] = self.knots[after.saturating_sub(1)];
+            return [value + rate * (t - time), rate, 0.0];
+        }
+        let ([t0, x0, r0], [t1, x1, r1]) = (self.knots[after - 1], self.knots[after]);
+        let h = t1 - t0;
+        let s = (t - t0) / h;
+        let slope = (x1 - x0) / h;
+        // x0 + h s (r0 + s (c + s d))
+        let (c, d) = (3.0 * slope - 2.0 * r0 - r1, r0 + r1 - 2.0 * slope);
+        [
+            x0 + h * s * (r0 + s * (c + s * d)),
+            r0 + s * (2.0 * c + 3.0 * s * d),
+            (2.0 * c + 6.0 * s * d) / h,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn full() -> MotionPath {
+        MotionPath {
+            offset: 0.1,
+            rate: 2.0,
+            acceleration: -1.0,
+            amplitude: 0.3,
+            frequency: 1.7,
+            phase: 0.4,
+            moves: vec![
+                Move { start: 0.2, end: 1.1, by: 0.7 },
+                Move { start: 1.0, end: 2.0, by: -2.0 },
+            ],
+            table: Some(PathTable {
+                times: vec![0.0, 0.4, 1.3, 1.5, 2.2],
+                values: vec![0.0, 1.0, -0.5, 0.2, 0.3],
+                rates: [0.5, -0.2],
+            }),
+        }
+    }
+
+    #[test]
+    fn a_path_has_its_derivatives() {
+        let path = full().function();
+        let (e, mut worst) = (1e-5, [0.0_f64; 2]);
+        for t in [-0.3, 0.11, 0.7, 1.05, 1.4, 1.9, 2.6] {
+            let [_, rate, acceleration] = path(t);
+            let first = (path(t + e)[0] - path(t - e)[0]) / (2.0 * e);
+            let second = (path(t + e)[1] - path(t - e)[1]) / (2.0 * e);
+            worst[0] = worst[0].max((first - rate).abs());
+            worst[1] = worst[1].max((second - acceleration).abs());
+        }
+        println!("rate off by {:.1e}, acceleration by {:.1e}", worst[0], worst[1]);
+        assert!(worst[0] < 1e-7 && worst[1] < 1e-7);
+        assert!((path(0.0)[0] - 0.1).abs() < 1e-15);
+    }
+
+    #[test]
+    fn moves_begin_and_end_at_rest() {
+        let moves = vec![Move { start: 0.5, end: 1.5, by: 0.7 }];
+        let path = MotionPath { moves, ..MotionPath::default() }.function();
+        assert_eq!(path(0.4), [0.0; 3]);
+        assert_eq!(path(0.5), [0.0; 3]);
+        let end = path(1.5);
+        assert!((end[0] - 0.7).abs() < 1e-15 && end[1] == 0.0 && end[2] == 0.0, "{end:?}");
+        assert!((path(1.0)[0] - 0.35).abs() < 1e-15);
+    }
+
+    /// The spline passes through its points with continuous acceleration, and repeats a cubic exactly.
+    #[test]
+    fn a_table_is_a_spline() {
+        let MotionPath { table, .. } = full();
+        let table = table.unwrap();
+        let path = MotionPath { table: Some(table.clone()), ..MotionPath::default() }.function();
+        let (e, mut jump) = (1e-12, 0.0_f64);
+        for (t, x) in table.times.iter().zip(&table.values) {
+            assert!((path(*t)[0] - x).abs() < 1e-14);
+        }
+        for t in &table.times[1..4] {
+            jump = jump.max((path(t + e)[2] - path(t - e)[2]).abs());
+        }
+        let cubic = |t: f64| 0.3 - t + 2.0 * t * t - 0.7 * t * t * t;
+        let times = vec![0.0, 0.3, 1.1, 2.0];
+        let values = times.iter().map(|t| cubic(*t)).collect();
+        let rates = [-1.0, -1.0 + 8.0 - 2.1 * 4.0];
+        let own = PathTable { times, values, rates };
+        let path = MotionPath { table: Some(own), ..MotionPath::default() }.function();
+        let error =
+            [0.1, 0.7, 1.8].map(|t| (path(t)[0] - cubic(t)).abs()).into_iter().fold(0.0, f64::max);
+        println!("acceleration jumps by {jump:.1e}; cubic off by {error:.1e}");
+        assert!(jump < 1e-9 && error < 1e-14);
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let moves = vec![Move { start: 1.0, end: 1.0, by: 1.0 }];
+        assert_eq!(MotionPath { moves, ..MotionPath::default() }.fault().unwrap().0, "moves");
+        let table = |times: &[f64], values: &[f64]| {
+            let (times, values) = (times.to_vec(), values.to_vec());
+            let table = Some(PathTable { times, values, rates: [0.0; 2] });
+            MotionPath { table, ..MotionPath::default() }.fault()
+        };
+        assert_eq!(table(&[0.0], &[1.0]).unwrap().0, "table");
+        assert_eq!(table(&[0.0, 1.0], &[1.0]).unwrap().0, "table");
+        assert_eq!(table(&[0.0, 1.0, 1.0], &[1.0, 2.0, 3.0]).unwrap().0, "table.times");
+        assert!(table(&[0.0, 1.0], &[1.0, 2.0]).is_none());
+    }
+}
