@@ -18,108 +18,13 @@ const TURNING: [u32; 2] = [60, 17];
 const OTHERS: [u32; 2] = [9, 6];
 
 /// Two rotors whose hinges a gear couples, a motor on one; 40 rad/s: the state is stored after revolutions.
-const GEARS: &str = r#"
-[model]
-name = "gears"
-[[body]]
-name = "left"
-mass = 1.0
-inertia = [0.3, 0.4, 0.5]
-position = [0, 0, 0]
-angular_velocity = [0, 0, 40]
-[[body]]
-name = "right"
-mass = 2.0
-inertia = [0.3, 0.4, 0.5]
-position = [2, 0, 0]
-angular_velocity = [0, 0, 20]
-[[joint]]
-name = "a"
-type = "revolute"
-parent = "ground"
-child = "left"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-motor = { effort = 0.7 }
-[[joint]]
-name = "b"
-type = "revolute"
-parent = "ground"
-child = "right"
-position = [2, 0, 0]
-axis = [0, 0, 1]
-[[constraint]]
-type = "gear"
-name = "gear"
-joints = ["a", "b"]
-ratio = -2.0
-[simulation]
-step = 0.01
-end = 1.0
-"#;
+const GEARS: &str = include_str!("turning/gears.toml");
 
 /// A torsion spring that is wound by more than five revolutions when the state is stored.
-const TORSION: &str = r#"
-[model]
-name = "torsion"
-gravity = [0, -9.81, 0]
-[[body]]
-name = "rotor"
-mass = 1.0
-inertia = [0.3, 0.4, 0.5]
-position = [0.1, 0, 0]
-velocity = [0, 7, 0]
-angular_velocity = [0, 0, 70]
-[[joint]]
-name = "hinge"
-type = "revolute"
-parent = "ground"
-child = "rotor"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-spring = { stiffness = 0.3, rest = 0.5 }
-[simulation]
-step = 0.01
-end = 1.0
-"#;
+const TORSION: &str = include_str!("turning/torsion.toml");
 
 /// A nut on a screw that makes several revolutions, and a body that hangs on it.
-const SCREW: &str = r#"
-[model]
-name = "screw"
-gravity = [0.3, 0, -9.81]
-[[body]]
-name = "nut"
-mass = 1.0
-inertia = [0.3, 0.4, 0.5]
-position = [0, 0, 0]
-velocity = [0, 0, 1.2732395447351628]
-angular_velocity = [0, 0, 40]
-[[body]]
-name = "pendulum"
-mass = 0.3
-inertia = [0.01, 0.01, 0.02]
-position = [0.2, 0, -0.3]
-velocity = [0, 8, 1.2732395447351628]
-angular_velocity = [0, 0, 40]
-[[joint]]
-name = "thread"
-type = "screw"
-parent = "ground"
-child = "nut"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-pitch = 0.2
-[[joint]]
-name = "ball"
-type = "spherical"
-parent = "nut"
-child = "pendulum"
-position = [0.2, 0, 0]
-[simulation]
-step = 0.01
-end = 1.0
-"#;
+const SCREW: &str = include_str!("turning/screw.toml");
 
 /// A shipped model with a quarter of its elements.
 fn coarse(name: &str) -> String {
