@@ -1,5 +1,6 @@
 //! A motion goes on, bit for bit, from a state that was stored, in an integrator that is new: for each scheme
-//! and order, on models whose next step depends on more than `(q_n, p_n)`. Observing a node changes nothing.
+//! and order, on models whose next step depends on more than `(q_n, p_n)`. Observing a node changes nothing. What a run
+//! records depends on its stored state in the same way.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::harness;
@@ -10,115 +11,20 @@ use holonom::vi_constraints::{Integrator, SchemeKind};
 use holonom::vi_core::State;
 use holonom::vi_emscheme::EmForm;
 use holonom::vi_multibody::mechanism::Mechanism;
-use holonom::{Model, Simulation};
+use holonom::{Model, RunState, Sample, Simulation};
 
 /// Steps before the state is stored, and after: where revolutions count, and elsewhere.
 const TURNING: [u32; 2] = [60, 17];
 const OTHERS: [u32; 2] = [9, 6];
 
 /// Two rotors whose hinges a gear couples, a motor on one; 40 rad/s: the state is stored after revolutions.
-const GEARS: &str = r#"
-[model]
-name = "gears"
-[[body]]
-name = "left"
-mass = 1.0
-inertia = [0.3, 0.4, 0.5]
-position = [0, 0, 0]
-angular_velocity = [0, 0, 40]
-[[body]]
-name = "right"
-mass = 2.0
-inertia = [0.3, 0.4, 0.5]
-position = [2, 0, 0]
-angular_velocity = [0, 0, 20]
-[[joint]]
-name = "a"
-type = "revolute"
-parent = "ground"
-child = "left"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-motor = { effort = 0.7 }
-[[joint]]
-name = "b"
-type = "revolute"
-parent = "ground"
-child = "right"
-position = [2, 0, 0]
-axis = [0, 0, 1]
-[[constraint]]
-type = "gear"
-name = "gear"
-joints = ["a", "b"]
-ratio = -2.0
-[simulation]
-step = 0.01
-end = 1.0
-"#;
+const GEARS: &str = include_str!("turning/gears.toml");
 
 /// A torsion spring that is wound by more than five revolutions when the state is stored.
-const TORSION: &str = r#"
-[model]
-name = "torsion"
-gravity = [0, -9.81, 0]
-[[body]]
-name = "rotor"
-mass = 1.0
-inertia = [0.3, 0.4, 0.5]
-position = [0.1, 0, 0]
-velocity = [0, 7, 0]
-angular_velocity = [0, 0, 70]
-[[joint]]
-name = "hinge"
-type = "revolute"
-parent = "ground"
-child = "rotor"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-spring = { stiffness = 0.3, rest = 0.5 }
-[simulation]
-step = 0.01
-end = 1.0
-"#;
+const TORSION: &str = include_str!("turning/torsion.toml");
 
 /// A nut on a screw that makes several revolutions, and a body that hangs on it.
-const SCREW: &str = r#"
-[model]
-name = "screw"
-gravity = [0.3, 0, -9.81]
-[[body]]
-name = "nut"
-mass = 1.0
-inertia = [0.3, 0.4, 0.5]
-position = [0, 0, 0]
-velocity = [0, 0, 1.2732395447351628]
-angular_velocity = [0, 0, 40]
-[[body]]
-name = "pendulum"
-mass = 0.3
-inertia = [0.01, 0.01, 0.02]
-position = [0.2, 0, -0.3]
-velocity = [0, 8, 1.2732395447351628]
-angular_velocity = [0, 0, 40]
-[[joint]]
-name = "thread"
-type = "screw"
-parent = "ground"
-child = "nut"
-position = [0, 0, 0]
-axis = [0, 0, 1]
-pitch = 0.2
-[[joint]]
-name = "ball"
-type = "spherical"
-parent = "nut"
-child = "pendulum"
-position = [0.2, 0, 0]
-[simulation]
-step = 0.01
-end = 1.0
-"#;
+const SCREW: &str = include_str!("turning/screw.toml");
 
 /// A shipped model with a quarter of its elements.
 fn coarse(name: &str) -> String {
@@ -235,4 +141,105 @@ fn a_stored_state_continues_bit_for_bit() {
     }
     println!("{checked} motions; the largest angle stored {angles:.1} rad");
     assert!(checked > 200 && angles > 5.0 * std::f64::consts::TAU, "{checked}, {angles}");
+}
+
+/// A model with a sensor of every kind that it has a place for, momenta, and rows at every third of 23 steps.
+fn measured(text: &str, (scheme, order): (&str, u32)) -> Model {
+    let plain = Model::from_toml(text).unwrap();
+    let mut text = text.to_owned();
+    let mut sensor = |kind: &str, of: &str| {
+        text +=
+            &format!("\n[[sensor]]\nname = \"{kind} {of}\"\ntype = \"{kind}\"\nof = \"{of}\"\n");
+        if kind == "section_force" {
+            text += "element = 0\n";
+        }
+    };
+    let moving = plain.joints.iter().filter(|joint| joint.pair().dof() > 0);
+    for joint in moving {
+        sensor("joint_coordinate", &joint.name);
+        sensor("joint_rate", &joint.name);
+        sensor("reaction", &joint.name);
+    }
+    for body in plain.bodies.iter().filter(|body| !body.fixed) {
+        sensor("orientation", &body.name);
+    }
+    plain.bars.iter().for_each(|bar| sensor("reaction", &bar.name));
+    plain.beams.iter().for_each(|beam| sensor("section_force", &beam.name));
+    let set = [
+        ("scheme", format!("{scheme:?}")),
+        ("order", order.to_string()),
+        ("every", "3".into()),
+        ("momenta", "true".into()),
+        ("end", format!("{:?}", 23.0 * plain.settings.step)),
+    ];
+    let set = set.map(|(key, value)| (format!("simulation.{key}"), value));
+    Model::from_toml_with(&text, &set).unwrap()
+}
+
+/// Samples of a run that is paused before the steps in `stops`: each time its state is stored, read, and taken up by a
+/// new simulation.
+fn samples(model: &Model, stops: &[u64]) -> Option<(Vec<Sample>, Vec<String>)> {
+    let mut samples = Vec::new();
+    let mut stored: Option<String> = None;
+    for stop in stops.iter().copied().chain([u64::MAX]) {
+        let mut simulation = Simulation::new(model).ok()?;
+        if let Some(stored) = &stored {
+            let read: RunState = serde_json::from_str(stored).unwrap();
+            simulation.resume(read.clone()).unwrap();
+            assert_eq!(simulation.state(), read, "what is taken up is what was stored");
+        }
+        let mut observe = |sample: &Sample| -> Result<(), std::convert::Infallible> {
+            samples.push(sample.clone());
+            Ok(())
+        };
+        let outcome = simulation.run_while(&mut observe, &mut |step, _| step != stop).unwrap();
+        if stop == u64::MAX {
+            assert_eq!(outcome, Some(holonom::RunOutcome::Done));
+            return Some((samples, simulation.warnings()));
+        }
+        assert_eq!(outcome, None);
+        stored = Some(serde_json::to_string(&simulation.state()).unwrap());
+    }
+    None
+}
+
+#[test]
+fn a_run_that_is_taken_up_records_the_same_nodes() {
+    let mut checked = 0;
+    for (name, text) in models() {
+        let mut schemes_of_model = 0;
+        for scheme in
+            [("nodal", 2), ("nodal", 4), ("dalembert", 2), ("em-nodal", 2), ("em-constrained", 4)]
+        {
+            let model = measured(&text, scheme);
+            let Some(whole) = samples(&model, &[]) else { continue };
+            let bits = |samples: &[Sample]| -> Vec<Vec<u64>> {
+                samples.iter().map(|s| s.sensors.iter().map(|x| x.to_bits()).collect()).collect()
+            };
+            for stops in [&[0, 1][..], &[2, 3, 4, 11], &[22]] {
+                let (parts, warnings) = samples(&model, stops).unwrap();
+                assert_eq!(bits(&parts), bits(&whole.0), "{name}, {scheme:?}: sensors, {stops:?}");
+                let without = |samples: &[Sample]| -> Vec<Sample> {
+                    let clear = |s: &Sample| Sample { sensors: vec![], ..s.clone() }; // NaN is not equal to itself
+                    samples.iter().map(clear).collect()
+                };
+                assert_eq!(without(&parts), without(&whole.0), "{name}, {scheme:?}, {stops:?}");
+                assert_eq!(warnings, whole.1, "{name}, {scheme:?}, {stops:?}");
+                checked += stops.len();
+            }
+            schemes_of_model += 1;
+        }
+        println!("{name:<20} {schemes_of_model} schemes");
+        assert!(schemes_of_model >= 3, "{name}: {schemes_of_model}");
+    }
+    println!("{checked} pauses");
+}
+
+#[test]
+fn a_state_of_another_model_is_refused() {
+    let simulation = |text: &str| Simulation::new(&measured(text, ("nodal", 2))).unwrap();
+    let (mut gears, torsion) = (simulation(GEARS), simulation(TORSION));
+    let before = gears.state();
+    assert!(gears.resume(torsion.state()).is_err());
+    assert_eq!(gears.state(), before, "a refused state changes nothing");
 }

@@ -18,12 +18,14 @@ pub(crate) struct Cli {
 
 const AFTER: &str = "Start with:\n  holonom examples pendulum -o pendulum.toml\n  holonom run \
                      pendulum.toml\n\nExit codes: 0 done, 1 the run failed, 2 usage, 3 the model \
-                     is invalid.";
+                     is invalid, 130 or 143 interrupted by a signal.";
 
 #[derive(Subcommand)]
 pub(crate) enum Verb {
     /// Simulate a model; write trajectory, summary, plots and a report
     Run(Run),
+    /// Continue a run that was interrupted or killed, from its last checkpoint
+    Resume(Resume),
     /// Validate and assemble a model: degrees of freedom, redundant joints, initial errors
     Check(Check),
     /// Run all schemes on a model: conservation, cost, error against time
@@ -36,7 +38,7 @@ pub(crate) enum Verb {
     View(View),
     /// Write the results of a finished run for other programs
     Export(Export),
-    /// Draw the plots and the report of a finished run again
+    /// Draw the plots and the report of a run again, finished or not
     Plot(Plot),
     /// Print the JSON schema of model files
     Schema,
@@ -108,9 +110,21 @@ pub(crate) struct Run {
     /// Formats of the trajectory
     #[arg(long, value_delimiter = ',', default_value = "csv")]
     pub(crate) format: Vec<Format>,
+    /// Write a checkpoint every K steps, from which `holonom resume DIR` continues
+    ///
+    /// SIGINT (Ctrl-C) and SIGTERM end a run after the step that they meet, with a checkpoint in any case.
+    #[arg(long, value_name = "K", value_parser = steps)]
+    pub(crate) checkpoint_every: Option<u64>,
     /// Replace the results of an earlier run
     #[arg(long)]
     pub(crate) force: bool,
+    #[command(flatten)]
+    pub(crate) talk: Talk,
+}
+
+/// What `run` and `resume` print.
+#[derive(Args)]
+pub(crate) struct Talk {
     /// Print the summary as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
@@ -120,6 +134,26 @@ pub(crate) struct Run {
     /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
+}
+
+fn steps(text: &str) -> Result<u64, String> {
+    let number: Option<u64> = text.parse().ok();
+    number.filter(|k| *k > 0).ok_or_else(|| "write a number of steps, at least 1".to_owned())
+}
+
+#[derive(Args)]
+#[command(
+    after_help = "The run continues with the step after its newest good checkpoint; rows that were written \
+                        later are written again. All files become those of a run that was not interrupted."
+)]
+pub(crate) struct Resume {
+    /// The folder of a run
+    pub(crate) dir: PathBuf,
+    /// Write a checkpoint every K steps; by default as before
+    #[arg(long, value_name = "K", value_parser = steps)]
+    pub(crate) checkpoint_every: Option<u64>,
+    #[command(flatten)]
+    pub(crate) talk: Talk,
 }
 
 impl Run {

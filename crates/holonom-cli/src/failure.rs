@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use holonom::RunFailure;
-use holonom::output::OutputError;
+use holonom::output::{Interruption, OutputError};
 use holonom::report::time;
+use holonom::run::{ContinueError, resume_command};
 
 use crate::diagnostic::InvalidModel;
 use crate::stderr;
@@ -16,6 +17,12 @@ pub(crate) enum Failure {
     /// Code 1: the run did not reach its end; what was written stays. `files`: those not named yet.
     #[error("the run failed")]
     Run { failure: RunFailure, files: Vec<PathBuf> },
+    /// Code 128 and the number of the signal: the run can be continued.
+    #[error("the run was interrupted")]
+    Interrupted { at: Interruption, signal: u8 },
+    /// Code 1: a file cannot be written, and there is a checkpoint.
+    #[error("{error}")]
+    Stopped { error: OutputError, folder: PathBuf },
     /// Code 1: a property was measured and does not hold.
     #[error("{0}")]
     Property(String),
@@ -51,6 +58,39 @@ impl Failure {
                 files.iter().for_each(|file| stderr::line(&format!("    {}", file.display())));
                 1
             }
+            Self::Interrupted { at: Interruption { step, t, resume }, signal } => {
+                let t = time(*t);
+                say(
+                    &format!(
+                        "interrupted after step {step}, at t = {t} s; all rows so far are written"
+                    ),
+                    &match resume {
+                        Some(command) => format!("continue with `{command}`"),
+                        None => "equilibria have no checkpoints: run it again with --force".into(),
+                    },
+                );
+                128 + signal
+            }
+            Self::Stopped { error, folder } => {
+                let command = resume_command(folder);
+                say(
+                    &error.to_string(),
+                    &format!("remove the cause, then continue with `{command}`"),
+                );
+                1
+            }
+            Self::Output(error @ OutputError::InUse { .. }) => {
+                say(&error.to_string(), "wait for its end, or choose another folder");
+                1
+            }
+            Self::Output(error @ OutputError::NoCheckpoint { .. }) => {
+                say(
+                    &error.to_string(),
+                    "run the model again: `holonom run MODEL -o DIR --force`; with --checkpoint-every K a run that is \
+                     killed can be continued",
+                );
+                1
+            }
             Self::Property(message) => {
                 say(message, "see the remarks above and in the certificate");
                 1
@@ -82,6 +122,18 @@ impl Failure {
             }
         };
         ExitCode::from(code)
+    }
+}
+
+impl From<ContinueError> for Failure {
+    fn from(error: ContinueError) -> Self {
+        match error {
+            ContinueError::Output(error) => Self::Output(error),
+            other => Self::Usage {
+                message: other.to_string(),
+                help: "run the model again: `holonom run MODEL -o DIR --force`".into(),
+            },
+        }
     }
 }
 

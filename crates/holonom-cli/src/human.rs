@@ -26,7 +26,8 @@ pub(crate) fn summary(finished: &Finished) -> String {
     let place = folder.map_or_else(String::new, |d| d.display().to_string());
     let (plots, others): (Vec<_>, Vec<_>) = names.iter().partition(|n| n.ends_with(".svg"));
     let others = others.iter().map(|n| n.as_str()).collect::<Vec<_>>().join(", ");
-    let _ = writeln!(text, "  {:width$}  {place}: {others}, {} plots", "written", plots.len());
+    let plots = if plots.is_empty() { String::new() } else { format!(", {} plots", plots.len()) };
+    let _ = writeln!(text, "  {:width$}  {place}: {others}{plots}", "written");
     text
 }
 

@@ -1,7 +1,7 @@
 //! The program `holonom`: simulate constrained mechanical systems from a model file.
 //!
 //! Standard output carries data and `--json` only; people read standard error.
-//! Exit codes: 0 done, 1 the run failed, 2 usage, 3 the model is invalid.
+//! Exit codes: 0 done, 1 the run failed, 2 usage, 3 the model is invalid, 130 and 143 interrupted by a signal.
 #![forbid(unsafe_code)]
 
 mod arguments;
@@ -15,7 +15,9 @@ mod human;
 mod input;
 mod modes;
 mod plot;
+mod resume;
 mod run;
+mod signals;
 mod stderr;
 mod stdout;
 mod verify;
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
 fn dispatch(verb: Verb) -> Result<(), Failure> {
     match verb {
         Verb::Run(arguments) => run::run(&arguments),
+        Verb::Resume(arguments) => resume::resume(&arguments),
         Verb::Check(arguments) => check::check(&arguments),
         Verb::Compare(arguments) => compare::compare(&arguments),
         Verb::Modes(arguments) => modes::modes(&arguments),

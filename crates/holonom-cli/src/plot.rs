@@ -1,6 +1,6 @@
-//! `holonom plot`: plots and report of a finished run.
+//! `holonom plot`: plots and report of a run, finished or not.
 
-use holonom::output::RunFolder;
+use holonom::output::{LeftOut, RunFolder};
 use holonom::report;
 use std::path::Path;
 
@@ -15,10 +15,17 @@ pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The folder of a finished run.
+/// The folder of a run as far as it can be read, with notes on what cannot.
 pub(crate) fn folder(path: &Path) -> Result<RunFolder, Failure> {
     if path.join("summary.json").is_file() {
-        return Ok(RunFolder::open(path));
+        let (folder, left_out) = RunFolder::open(path).readable()?;
+        for LeftOut { file, rows, torn } in left_out {
+            let rows = (rows > 0).then(|| format!("{rows} rows that other files lack"));
+            let torn = torn.then(|| "a last row that is not whole".to_owned());
+            let what: Vec<String> = rows.into_iter().chain(torn).collect();
+            stderr::line(&format!("note: {file}: {} left out", what.join(" and ")));
+        }
+        return Ok(folder);
     }
     Err(Failure::Usage {
         message: format!("{} is not the folder of a run", path.display()),

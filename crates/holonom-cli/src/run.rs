@@ -4,49 +4,91 @@ use std::path::Path;
 use std::time::Duration;
 
 use holonom::RunFolder;
-use holonom::output::Status;
+use holonom::experiment::Experiment;
+use holonom::output::{CHECKPOINTS, OutputError, Status};
+use holonom::run::{ContinueError, Control, Finished, run_with};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::arguments::Run;
+use crate::arguments::{Run, Talk};
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::signals::Signals;
 use crate::{human, stderr, stdout};
 
 pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
-    let input = Input::new(&arguments.model, arguments.overrides(), arguments.json);
+    let talk = &arguments.talk;
+    let input = Input::new(&arguments.model, arguments.overrides(), talk.json);
     let (model, mut simulation) = input.assemble()?;
     let path = &arguments.model.model;
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path));
     keep_the_model(path, &folder.join("model.toml"))?;
-    let folder = RunFolder::create(folder, arguments.force)?;
-    if !arguments.quiet {
-        let warnings = &simulation.assembly().warnings;
-        warnings.iter().for_each(|warning| stderr::line(&format!("warning: {warning}")));
+    if arguments.checkpoint_every.is_some() && simulation.motion().is_none() {
+        return Err(Failure::Usage {
+            message: "a continuation of equilibria has no checkpoints".into(),
+            help: "leave --checkpoint-every out, or choose another scheme than static".into(),
+        });
     }
-    let bar = bar(!arguments.no_progress && !arguments.quiet);
-    let finished = holonom::run::run(&model, &mut *simulation, &folder, &mut |step, of| {
+    let folder = RunFolder::create(folder, arguments.force)?;
+    warn_of_assembly(&*simulation, talk);
+    let every = arguments.checkpoint_every;
+    conduct(&mut *simulation, (folder.path(), every, talk), |simulation, control| {
+        Ok(run_with(&model, simulation, &folder, control)?)
+    })
+}
+
+pub(crate) fn warn_of_assembly(simulation: &dyn Experiment, talk: &Talk) {
+    let warnings = simulation.assembly().warnings.iter();
+    warnings
+        .filter(|_| !talk.quiet)
+        .for_each(|warning| stderr::line(&format!("warning: {warning}")));
+}
+
+/// Lets `go` run or continue a simulation, and reports.
+pub(crate) fn conduct(
+    simulation: &mut dyn Experiment,
+    (folder, checkpoint_every, talk): (&Path, Option<u64>, &Talk),
+    go: impl FnOnce(&mut dyn Experiment, Control<'_>) -> Result<Finished, ContinueError>,
+) -> Result<(), Failure> {
+    let signals = Signals::watch();
+    let bar = bar(!talk.no_progress && !talk.quiet);
+    let known = simulation.assembly().warnings.len();
+    let mut progress = |step, of| {
         bar.set_length(of);
         bar.set_position(step);
-    });
+    };
+    let mut interrupted = || signals.caught().is_some();
+    let control =
+        Control { progress: &mut progress, interrupted: &mut interrupted, checkpoint_every };
+    let finished = go(simulation, control);
     bar.finish_and_clear();
-    let finished = finished?;
-    if !arguments.quiet {
-        let known = simulation.assembly().warnings.len();
+    let finished = finished.map_err(|error| match error {
+        ContinueError::Output(error @ OutputError::Io { .. })
+            if CHECKPOINTS.iter().any(|name| folder.join(name).is_file()) =>
+        {
+            Failure::Stopped { error, folder: folder.to_owned() }
+        }
+        error => error.into(),
+    })?;
+    if !talk.quiet {
         let new = finished.summary.warnings.iter().skip(known);
         new.for_each(|warning| stderr::line(&format!("warning: {warning}")));
         stderr::print(&human::summary(&finished));
     }
-    if arguments.json {
+    if talk.json {
         let summary = serde_json::to_value(&finished.summary).unwrap_or_default();
         match stdout::json(&summary) {
             Err(Failure::Closed) => {} // a failed run is one even if nobody reads
             other => other?,
         }
     }
-    match (finished.summary.status, finished.summary.failure) {
-        (Status::Failed, Some(failure)) => {
-            let files = if arguments.quiet { finished.files } else { Vec::new() };
+    let Finished { summary, files } = finished;
+    match (summary.status, summary.failure, summary.interruption) {
+        (Status::Failed, Some(failure), _) => {
+            let files = if talk.quiet { files } else { Vec::new() };
             Err(Failure::Run { failure, files })
+        }
+        (Status::Interrupted, _, Some(at)) => {
+            Err(Failure::Interrupted { at, signal: signals.caught().unwrap_or(2) })
         }
         _ => Ok(()),
     }

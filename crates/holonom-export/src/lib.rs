@@ -70,7 +70,7 @@ pub enum ExportError {
 /// # Errors
 /// [`ExportError`].
 pub fn export(folder: &RunFolder, format: Format, to: &Path) -> Result<(), ExportError> {
-    let results = Results::read(folder.path())?;
+    let results = Results::read(folder)?;
     let written = atomically(to, |file| match format {
         Format::Npz => npz::write(&results, file),
     });

@@ -1,7 +1,7 @@
 //! The CSV files of a run as columns.
 
 use crate::ExportError;
-use std::path::Path;
+use holonom_sim::output::RunFolder;
 
 /// The files of a run.
 pub(crate) struct Results {
@@ -13,10 +13,10 @@ pub(crate) struct Results {
 
 impl Results {
     /// Reads all that stand in a folder; a trajectory is required.
-    pub(crate) fn read(folder: &Path) -> Result<Self, ExportError> {
-        let read = |name: &str| Table::read(&folder.join(format!("{name}.csv")));
+    pub(crate) fn read(folder: &RunFolder) -> Result<Self, ExportError> {
+        let read = |name: &str| Table::read(folder, &format!("{name}.csv"));
         let trajectory = read("trajectory")?.ok_or_else(|| ExportError::Read {
-            path: folder.join("trajectory.csv"),
+            path: folder.path().join("trajectory.csv"),
             message: "there is no such file".into(),
         })?;
         let mut groups = Vec::new();
@@ -37,12 +37,13 @@ pub(crate) struct Table {
 
 impl Table {
     /// Reads a file; `None` where there is none. Empty fields are NaN.
-    pub(crate) fn read(path: &Path) -> Result<Option<Self>, ExportError> {
-        let failed = |message: String| ExportError::Read { path: path.to_owned(), message };
+    pub(crate) fn read(folder: &RunFolder, name: &str) -> Result<Option<Self>, ExportError> {
+        let path = folder.path().join(name);
+        let failed = |message: String| ExportError::Read { path: path.clone(), message };
         if !path.is_file() {
             return Ok(None);
         }
-        let mut reader = csv::Reader::from_path(path).map_err(|e| failed(e.to_string()))?;
+        let mut reader = folder.reader(name).map_err(|e| failed(e.to_string()))?;
         let header = reader.headers().map_err(|e| failed(e.to_string()))?;
         let names: Vec<String> = header.iter().map(str::to_owned).collect();
         let mut table = Self { columns: vec![Vec::new(); names.len()], names, words: Vec::new() };

@@ -25,6 +25,8 @@ pub fn counts(summary: &Summary) -> String {
     let ended = match summary.status {
         Status::Done => "",
         Status::Failed => " (failed)",
+        Status::Interrupted => " (interrupted)",
+        Status::Running => " (not finished)",
     };
     let dof_text = plural(counts.dof as u64, "degree of freedom", "degrees of freedom");
     if let Some(statics) = &summary.statics {
@@ -47,10 +49,10 @@ fn plural(count: u64, one: &str, many: &str) -> String {
 /// The facts of a run: constraints, momentum, energy, iterations, time.
 #[must_use]
 pub fn facts(summary: &Summary) -> Vec<Fact> {
-    if let Some(statics) = &summary.statics {
+    if let Some(statics) = summary.statics.as_ref().filter(|_| summary.recorded > 0) {
         return static_facts(summary, statics);
     }
-    if summary.steps == 0 && summary.status == Status::Failed {
+    if summary.recorded == 0 || (summary.steps == 0 && summary.status == Status::Failed) {
         return Vec::new(); // nothing was measured
     }
     let residual = &summary.constraint_residual;

@@ -69,7 +69,7 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
 /// The animated scene; `None` where the files hold no motion that can be shown.
 fn scene_of(folder: &RunFolder, model: &Model) -> Option<Scene> {
     let frames = folder.frames(scene::NUMBERS, scene::INSTANTS).ok()?;
-    let moments = frames.bending_moments(&folder.path().join("beams.csv")).unwrap_or_default();
+    let moments = folder.bending_moments(&frames).unwrap_or_default();
     Scene::new(model, &frames, &moments)
 }
 

@@ -85,6 +85,21 @@ fn push_failure(html: &mut String, summary: &Summary) {
         };
         let _ = writeln!(html, "<p class=\"failed\">{}</p>", escape(&words));
     }
+    let note = match (&summary.interruption, &summary.status) {
+        (Some(at), _) => {
+            let t = time(at.t);
+            Some(format!("The run was interrupted after {} steps, at t = {t} s.", at.step))
+        }
+        (None, Status::Running) => Some(format!(
+            "The run has not finished. The numbers below are those of its last checkpoint, after {} steps; the \
+             plots show all rows that were written.",
+            summary.steps
+        )),
+        _ => None,
+    };
+    if let Some(note) = note {
+        let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(&note));
+    }
     for warning in &summary.warnings {
         let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(warning));
     }

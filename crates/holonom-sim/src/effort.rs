@@ -75,6 +75,21 @@ impl Effort {
         }
     }
 
+    /// The unwrapped coordinates of a joint.
+    pub(crate) fn followed(&self) -> &[f64] {
+        match self {
+            Self::Joint(_, motion) => motion.values(),
+            _ => &[],
+        }
+    }
+
+    /// Continues from them.
+    pub(crate) fn resume(&mut self, values: &[f64]) {
+        if let Self::Joint(_, motion) = self {
+            motion.resume(values);
+        }
+    }
+
     pub(crate) fn read(&self, at: &View<'_>, reactions: &Reactions, out: &mut Vec<f64>) {
         match self {
             Self::Joint(elements, motion) => {

@@ -8,6 +8,7 @@ use crate::outcome::RunOutcome;
 use crate::outcome::StaticFacts;
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
+use crate::simulation::Simulation;
 
 /// What can be run: a motion, or a continuation of equilibria.
 pub trait Experiment {
@@ -29,8 +30,24 @@ pub trait Experiment {
     fn statics(&self) -> Option<StaticFacts> {
         None
     }
-    /// Runs to the end; `observe` gets each recorded row and may stop the run by an error;
-    /// `progress(step, of)` is called now and then.
+    /// Steps taken, and the time that was reached, s.
+    fn place(&self) -> (u64, f64);
+    /// The simulation of a motion, whose state can be stored; `None` for a continuation of equilibria.
+    fn motion(&mut self) -> Option<&mut Simulation> {
+        None
+    }
+    /// Runs to the end; `observe` gets each recorded row and may stop the run by an error; `proceed(step, of)` is asked
+    /// before every step, and `false` pauses the run there: `None`. A motion continues with the next call, a continuation
+    /// of equilibria begins again.
+    ///
+    /// # Errors
+    /// Whatever `observe` returns.
+    fn run_while(
+        &mut self,
+        observe: &mut dyn FnMut(&Sample) -> io::Result<()>,
+        proceed: &mut dyn FnMut(u64, u64) -> bool,
+    ) -> io::Result<Option<RunOutcome>>;
+    /// Runs to the end without a pause; `progress(step, of)` is called before every step.
     ///
     /// # Errors
     /// Whatever `observe` returns.
@@ -38,5 +55,12 @@ pub trait Experiment {
         &mut self,
         observe: &mut dyn FnMut(&Sample) -> io::Result<()>,
         progress: &mut dyn FnMut(u64, u64),
-    ) -> io::Result<RunOutcome>;
+    ) -> io::Result<RunOutcome> {
+        let mut proceed = |step, of| {
+            progress(step, of);
+            true
+        };
+        let outcome = self.run_while(observe, &mut proceed)?;
+        Ok(outcome.unwrap_or(RunOutcome::Done)) // nothing pauses it
+    }
 }

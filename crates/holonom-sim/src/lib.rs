@@ -12,6 +12,7 @@
 //! | [`statics`] | its equilibria along the loads |
 //! | [`modes`] | natural frequencies and shapes about a configuration |
 //! | [`experiment`] | what can be run: a motion, or equilibria |
+//! | [`RunState`] | the state of a run between two steps |
 //! | [`sample`] | what a run delivers at a node |
 //! | [`sensor`] | what its sensors measure there |
 //! | [`output`] | the files of a run |
@@ -33,6 +34,7 @@ pub mod modes;
 mod names;
 mod outcome;
 pub mod output;
+mod run_state;
 pub mod sample;
 pub mod sensor;
 pub mod simulation;
@@ -43,3 +45,4 @@ pub mod system;
 pub use assembly::Counts;
 pub use beams::{BeamParts, Beams};
 pub use limits::Stiffness;
+pub use run_state::RunState;

@@ -2,6 +2,7 @@
 //! frequency.
 
 use crate::beams::{BeamParts, Beams};
+use crate::run_state::Bent;
 use holonom_model::{Family, Settings, Strain};
 use serde::{Deserialize, Serialize};
 use vi_beam::frequency::highest_frequency;
@@ -82,8 +83,7 @@ impl Stiffness {
 struct Watched {
     beam: String,
     pairs: Vec<(usize, [usize; 2])>,
-    first: Option<(usize, f64)>, // element and time of the first that sets a record beyond the warning
-    largest: (usize, f64, f64),  // element, angle (rad), time: the record
+    bent: Bent,
 }
 
 /// Looks at the angle between neighbouring nodes along a run.
@@ -97,8 +97,7 @@ impl LimitWatch {
         let watched = |beam: &BeamParts| Watched {
             beam: beam.name.clone(),
             pairs: beams.pairs(beam).collect(),
-            first: None,
-            largest: (0, 0.0, 0.0),
+            bent: Bent::default(),
         };
         Self { beams: beams.list.iter().map(watched).collect() }
     }
@@ -111,10 +110,11 @@ impl LimitWatch {
         for watched in &mut self.beams {
             for &(element, pair) in &watched.pairs {
                 let angle = angle_between(pair, q);
-                if angle > watched.largest.1 {
-                    watched.largest = (element, angle, t);
+                let bent = &mut watched.bent;
+                if angle > bent.largest.1 {
+                    bent.largest = (element, angle, t);
                     if angle > WARN {
-                        watched.first.get_or_insert((element, t));
+                        bent.first.get_or_insert((element, t));
                     }
                     if angle > STOP {
                         return Err((&watched.beam, element, angle));
@@ -127,14 +127,24 @@ impl LimitWatch {
 
     /// Begins anew: what was found so far has been reported.
     pub(crate) fn begin(&mut self) {
-        self.beams.iter_mut().for_each(|watched| watched.first = None);
+        self.beams.iter_mut().for_each(|watched| watched.bent.first = None);
+    }
+
+    /// What was found, of each beam.
+    pub(crate) fn state(&self) -> Vec<Bent> {
+        self.beams.iter().map(|watched| watched.bent).collect()
+    }
+
+    /// Continues from what was found; one entry for each beam.
+    pub(crate) fn resume(&mut self, state: &[Bent]) {
+        self.beams.iter_mut().zip(state).for_each(|(watched, bent)| watched.bent = *bent);
     }
 
     /// Warnings on the configurations since.
     pub(crate) fn warnings(&self) -> Vec<String> {
         let warning = |watched: &Watched| {
-            let (first, begin) = watched.first?;
-            let (element, angle, t) = watched.largest;
+            let (first, begin) = watched.bent.first?;
+            let (element, angle, t) = watched.bent.largest;
             Some(format!(
                 "beam `{}`: element {first} is bent by more than 45° between its nodes at t = {begin} s, element \
                  {element} by {:.1}° at t = {t} s; beyond 45° the bending moment of an element decreases the more it \

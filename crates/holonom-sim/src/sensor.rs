@@ -16,11 +16,13 @@
 
 use crate::beams::Beams;
 use crate::effort::{Effort, effort_parts};
+use crate::run_state::same_length;
 use holonom_model::{Model, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use vi_beam::section_force::{SectionState, section_states};
 use vi_beam::{Beam, BeamModel};
+use vi_constraints::integrator::ResumeError;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_multibody::builder::ForceElements;
 use vi_multibody::form::Form;
@@ -276,6 +278,40 @@ impl Sensors {
                 _ => {}
             }
         }
+    }
+
+    /// What is followed, of each sensor.
+    pub(crate) fn state(&self) -> Vec<Vec<f64>> {
+        let followed = |gauge: &Gauge| match gauge {
+            Gauge::Coordinate(tracker) => tracker.values().to_vec(),
+            Gauge::Orientation(attitude) => attitude.last.coords.as_slice().to_vec(),
+            Gauge::Effort(effort) => effort.followed().to_vec(),
+            _ => Vec::new(),
+        };
+        self.gauges.iter().map(followed).collect()
+    }
+
+    /// Continues from what was followed.
+    ///
+    /// # Errors
+    /// [`ResumeError::Shape`].
+    pub(crate) fn resume(&mut self, state: &[Vec<f64>]) -> Result<(), ResumeError> {
+        let own = self.state();
+        same_length("the list of sensors", state.len(), own.len())?;
+        for (own, found) in own.iter().zip(state) {
+            same_length("a sensor", found.len(), own.len())?;
+        }
+        for (gauge, values) in self.gauges.iter_mut().zip(state) {
+            match gauge {
+                Gauge::Coordinate(tracker) => tracker.resume(values),
+                Gauge::Orientation(attitude) => {
+                    attitude.last.coords.as_mut_slice().copy_from_slice(values);
+                }
+                Gauge::Effort(effort) => effort.resume(values),
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     /// The numbers of all columns at the node last followed to; NaN where a reaction is not unique.

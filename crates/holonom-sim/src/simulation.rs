@@ -15,12 +15,14 @@ use crate::dynamics::Dynamics;
 use crate::experiment::Experiment;
 use crate::limits::LimitWatch;
 use crate::method::{Method, Reading, Running};
+use crate::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::{Sensors, View};
 use crate::start;
 use crate::system::{self, System};
 use holonom_model::{Family, Model, ModelError, Problem, Scheme, Settings};
 use std::io;
+pub use vi_constraints::integrator::ResumeError;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, InitialValues, Options};
@@ -48,6 +50,7 @@ pub struct Simulation {
     beams: Beams,
     limits: LimitWatch,
     method: Box<dyn Method>,
+    iterations: f64, // of the step that led to the present node
 }
 
 impl Simulation {
@@ -105,7 +108,8 @@ impl Simulation {
         assembly.warnings.extend(limits.warnings());
         limits.begin();
         sensors.begin(start);
-        Ok(Self { settings, assembly, members, sensors, beams, limits, method })
+        let iterations = 0.0;
+        Ok(Self { settings, assembly, members, sensors, beams, limits, method, iterations })
     }
 
     /// What the assembly found.
@@ -204,32 +208,33 @@ impl Simulation {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn samples(&mut self) -> impl Iterator<Item = Result<Sample, RunFailure>> + '_ {
-        self.samples_with(|_, _| {})
+        self.samples_with(|_, _| true)
     }
 
-    /// The same; `progress(step, of)` is called now and then.
+    /// The same; `proceed(step, of)` is asked before every step, and `false` ends the iteration there. Another one
+    /// continues.
     fn samples_with<'a>(
         &'a mut self,
-        mut progress: impl FnMut(u64, u64) + 'a,
+        mut proceed: impl FnMut(u64, u64) -> bool + 'a,
     ) -> impl Iterator<Item = Result<Sample, RunFailure>> + 'a {
         let steps = self.settings.steps();
-        let mut iterations = 0.0; // of the step that led to the present node
         let mut failure = None;
         let mut done = false;
         self.sensors.follow(self.method.place().2);
         std::iter::from_fn(move || {
             while !done && failure.is_none() {
                 let n = self.method.place().0;
-                if n.is_multiple_of(256) || n == steps {
-                    progress(n, steps);
-                }
+                let paused = !proceed(n, steps);
                 if n == steps {
                     done = true;
                     let multipliers = self.sensors.need_multipliers();
-                    return Some(self.read(iterations, |method| method.last(multipliers)));
+                    return Some(self.read(|method| method.last(multipliers)));
+                }
+                if paused {
+                    break;
                 }
                 let recorded = n.is_multiple_of(self.settings.every);
-                let (sample, taken) = self.advance(recorded, &mut iterations);
+                let (sample, taken) = self.advance(recorded);
                 failure = taken.err();
                 if let Some(sample) = sample {
                     return Some(Ok(sample));
@@ -250,25 +255,74 @@ impl Simulation {
         observe: &mut dyn FnMut(&Sample) -> Result<(), E>,
         progress: &mut dyn FnMut(u64, u64),
     ) -> Result<RunOutcome, E> {
-        for sample in self.samples_with(progress) {
+        let mut proceed = |step: u64, of| {
+            if step.is_multiple_of(256) || step == of {
+                progress(step, of);
+            }
+            true
+        };
+        let outcome = self.run_while(observe, &mut proceed)?;
+        Ok(outcome.unwrap_or(RunOutcome::Done)) // nothing pauses it
+    }
+
+    /// Runs on from the present node to the end; `proceed(step, of)` is asked before every step, and `false` pauses the
+    /// run at that node: `None`. Another call continues as if nothing had happened.
+    ///
+    /// # Errors
+    /// Whatever `observe` returns.
+    pub fn run_while<E>(
+        &mut self,
+        observe: &mut dyn FnMut(&Sample) -> Result<(), E>,
+        proceed: &mut dyn FnMut(u64, u64) -> bool,
+    ) -> Result<Option<RunOutcome>, E> {
+        let mut paused = false;
+        let steps = self.settings.steps();
+        let samples = self.samples_with(|step, of| {
+            paused = !proceed(step, of) && step < steps;
+            !paused
+        });
+        for sample in samples {
             match sample {
                 Ok(sample) => observe(&sample)?,
-                Err(failure) => return Ok(RunOutcome::Failed(failure)),
+                Err(failure) => return Ok(Some(RunOutcome::Failed(failure))),
             }
         }
-        Ok(RunOutcome::Done)
+        Ok((!paused).then_some(RunOutcome::Done))
+    }
+
+    /// The state of the run at the present node: between two calls of [`Simulation::run_while`] all that the rest of the
+    /// run depends on.
+    #[must_use]
+    pub fn state(&self) -> RunState {
+        RunState {
+            motion: self.method.state(),
+            sensors: self.sensors.state(),
+            limits: self.limits.state(),
+            iterations: self.iterations,
+        }
+    }
+
+    /// Continues from a state of a run of the same model: what follows is, bit for bit, what would have followed there.
+    ///
+    /// # Errors
+    /// [`ResumeError`]; the simulation is then what it was.
+    pub fn resume(&mut self, state: RunState) -> Result<(), ResumeError> {
+        let RunState { motion, sensors: followed, limits, iterations } = state;
+        let mut sensors = self.sensors.clone();
+        sensors.resume(&followed)?;
+        same_length("the list of beams", limits.len(), self.limits.state().len())?;
+        self.method.resume(motion)?;
+        self.limits.resume(&limits);
+        (self.sensors, self.iterations) = (sensors, iterations);
+        Ok(())
     }
 
     /// Takes one step; the sample is of the node it started from, when that is to be recorded.
-    fn advance(
-        &mut self,
-        recorded: bool,
-        iterations: &mut f64,
-    ) -> (Option<Sample>, Result<(), RunFailure>) {
+    fn advance(&mut self, recorded: bool) -> (Option<Sample>, Result<(), RunFailure>) {
         let (first, multipliers) = (self.method.reads_first(), self.sensors.need_multipliers());
         let mut sample = None;
         if recorded && first {
-            match self.read(*iterations, |method| method.here(multipliers)) {
+            match self.read(|method| method.here(multipliers)) {
                 Ok(found) => sample = Some(found),
                 Err(failure) => return (None, Err(failure)),
             }
@@ -279,14 +333,14 @@ impl Simulation {
         match self.method.step() {
             Err(error) => {
                 if recorded && !first {
-                    sample = self.read(*iterations, |method| method.here(multipliers)).ok();
+                    sample = self.read(|method| method.here(multipliers)).ok();
                 }
                 let failure = self.failure(&error);
                 (sample, Err(failure))
             }
             Ok(report) => {
                 if recorded && !first {
-                    let read = self.read(*iterations, |method| {
+                    let read = self.read(|method| {
                         let mut found = method.left()?;
                         if let Some(start) = start {
                             found.lambda = start.lambda;
@@ -304,7 +358,7 @@ impl Simulation {
                     let (message, remedy) = bent_too_far(fault);
                     return (sample, Err(RunFailure { step, t, message, remedy }));
                 }
-                *iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
+                self.iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
                 (sample, Ok(()))
             }
         }
@@ -313,7 +367,6 @@ impl Simulation {
     /// A node as it is recorded.
     fn read(
         &mut self,
-        iterations: f64,
         read: impl FnOnce(&mut dyn Method) -> Result<Reading, Singular>,
     ) -> Result<Sample, RunFailure> {
         let at = read(&mut *self.method).map_err(|error| self.lost(&error.to_string()))?;
@@ -330,7 +383,7 @@ impl Simulation {
             work: at.work,
             momentum: at.momentum,
             residuals: at.residuals,
-            newton_iterations: iterations,
+            newton_iterations: self.iterations,
             sensors,
             momenta: at.momenta,
         };
@@ -395,12 +448,19 @@ impl Experiment for Simulation {
     fn warnings(&self) -> Vec<String> {
         self.warnings()
     }
-    fn run(
+    fn place(&self) -> (u64, f64) {
+        let (step, t, _) = self.method.place();
+        (step, t)
+    }
+    fn motion(&mut self) -> Option<&mut Simulation> {
+        Some(self)
+    }
+    fn run_while(
         &mut self,
         observe: &mut dyn FnMut(&Sample) -> io::Result<()>,
-        progress: &mut dyn FnMut(u64, u64),
-    ) -> io::Result<RunOutcome> {
-        Self::run(self, observe, progress)
+        proceed: &mut dyn FnMut(u64, u64) -> bool,
+    ) -> io::Result<Option<RunOutcome>> {
+        Self::run_while(self, observe, proceed)
     }
 }
 

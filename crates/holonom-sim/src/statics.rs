@@ -185,13 +185,15 @@ impl Statics {
     fn by_steps(
         &mut self,
         observe: &mut Observe<'_>,
-        progress: &mut dyn FnMut(u64, u64),
-    ) -> io::Result<Result<(), RunFailure>> {
+        proceed: &mut dyn FnMut(u64, u64) -> bool,
+    ) -> io::Result<Result<Reached, RunFailure>> {
         let steps = self.settings.steps();
         let settings =
             StaticSettings { first_step: 1.0, newton: self.newton(), ..StaticSettings::default() };
         for n in 1..=steps {
-            progress(n, steps);
+            if !proceed(n, steps) {
+                return Ok(Ok(Reached::Paused));
+            }
             let target = self.settings.end * n as f64 / steps as f64;
             let walked = self.problem.solve(&[target], &settings);
             let (path, error) = match walked {
@@ -214,15 +216,15 @@ impl Statics {
                 return Ok(Err(self.failure(&error)));
             }
         }
-        Ok(Ok(()))
+        Ok(Ok(Reached::End))
     }
 
     /// The path by its arc length, to the first point where the time of the loads is the end.
     fn by_arc(
         &mut self,
         observe: &mut Observe<'_>,
-        progress: &mut dyn FnMut(u64, u64),
-    ) -> io::Result<Result<(), RunFailure>> {
+        proceed: &mut dyn FnMut(u64, u64) -> bool,
+    ) -> io::Result<Result<Reached, RunFailure>> {
         let end = self.settings.end;
         let length = self.settings.step / end;
         let settings = ArcLengthSettings {
@@ -234,7 +236,9 @@ impl Statics {
         };
         let mut continuation = self.problem.continuation(&settings);
         for n in 0..MOST {
-            progress(n as u64, MOST as u64);
+            if !proceed(n as u64, MOST as u64) {
+                return Ok(Ok(Reached::Paused));
+            }
             let point = match self.problem.next_equilibrium(&mut continuation) {
                 Ok(point) => point,
                 Err(error) => return Ok(Err(self.failure(&error))),
@@ -250,7 +254,7 @@ impl Statics {
                     Ok(path) => {
                         let last = path.points.last().unwrap_or(&point).clone();
                         let sample = self.sample(&last);
-                        observe(&sample).map(Ok)
+                        observe(&sample).map(|()| Ok(Reached::End))
                     }
                     Err(error) => Ok(Err(self.failure(&error))),
                 };
@@ -266,6 +270,12 @@ impl Statics {
         let asked = self.settings.newton();
         vi_core::NewtonSettings { max_iterations: asked.max_iterations.min(25), ..asked }
     }
+}
+
+/// How far a continuation came without a failure.
+enum Reached {
+    End,
+    Paused,
 }
 
 type Observe<'a> = dyn FnMut(&Sample) -> io::Result<()> + 'a;
@@ -295,29 +305,34 @@ impl Experiment for Statics {
         Some(self.facts)
     }
 
-    fn run(
+    fn place(&self) -> (u64, f64) {
+        (self.step.saturating_sub(1), self.problem.factor())
+    }
+
+    fn run_while(
         &mut self,
         observe: &mut Observe<'_>,
-        progress: &mut dyn FnMut(u64, u64),
-    ) -> io::Result<RunOutcome> {
+        proceed: &mut dyn FnMut(u64, u64) -> bool,
+    ) -> io::Result<Option<RunOutcome>> {
         let first = match self.problem.equilibrate() {
             Ok(point) => point,
-            Err(error) => return Ok(RunOutcome::Failed(self.failure(&error))),
+            Err(error) => return Ok(Some(RunOutcome::Failed(self.failure(&error)))),
         };
         if let Err(failure) = self.check(&first) {
-            return Ok(RunOutcome::Failed(failure));
+            return Ok(Some(RunOutcome::Failed(failure)));
         }
         self.facts.neutral = self.problem.is_neutral();
         let sample = self.sample(&first);
         observe(&sample)?;
         let walked = if self.settings.arc_length {
-            self.by_arc(observe, progress)?
+            self.by_arc(observe, proceed)?
         } else {
-            self.by_steps(observe, progress)?
+            self.by_steps(observe, proceed)?
         };
         Ok(match walked {
-            Ok(()) => RunOutcome::Done,
-            Err(failure) => RunOutcome::Failed(failure),
+            Ok(Reached::End) => Some(RunOutcome::Done),
+            Ok(Reached::Paused) => None,
+            Err(failure) => Some(RunOutcome::Failed(failure)),
         })
     }
 }

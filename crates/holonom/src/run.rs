@@ -1,13 +1,16 @@
-//! A whole run: simulate, write, summarise, report.
+//! A whole run: simulate, write, summarise, report; pause and continue it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use holonom_model::{Model, ModelError, Scheme};
 use holonom_sim::experiment::Experiment;
-use holonom_sim::output::{OutputError, RunFolder, Summary, SummaryBuilder};
+use holonom_sim::output::{
+    CHECKPOINTS, Checkpoint, Ended, Interruption, OutputError, Recorder, RunFolder, Summary,
+    SummaryBuilder,
+};
 use holonom_sim::sample::Sample;
-use holonom_sim::simulation::Simulation;
+use holonom_sim::simulation::{ResumeError, RunOutcome, Simulation};
 use holonom_sim::statics::Statics;
 
 /// What the scheme of a model asks for: a [`Simulation`], or [`Statics`].
@@ -30,6 +33,16 @@ pub struct Finished {
     pub files: Vec<PathBuf>,
 }
 
+/// What a run asks while it lasts.
+pub struct Control<'a> {
+    /// Called now and then with the number of steps taken and of all steps.
+    pub progress: &'a mut dyn FnMut(u64, u64),
+    /// Asked once before every step; `true` ends the run there, with a checkpoint.
+    pub interrupted: &'a mut dyn FnMut() -> bool,
+    /// Steps from one checkpoint to the next; none are written without. Not for statics.
+    pub checkpoint_every: Option<u64>,
+}
+
 /// Runs a simulation and writes all files of the run; `progress(step, of)` is called now and then.
 ///
 /// A run that fails leaves valid files with everything up to the failure.
@@ -42,36 +55,191 @@ pub fn run(
     folder: &RunFolder,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Finished, OutputError> {
-    let mut files = vec![folder.write("model.toml", &model.to_toml())?];
-    let mut writer = folder.trajectory(simulation.members())?;
-    files.extend(["trajectory.csv", "residuals.csv"].map(|f| folder.path().join(f)));
-    let mut sensors = folder.sensors(simulation.sensors().columns())?;
-    files.extend(sensors.is_some().then(|| folder.path().join("sensors.csv")));
-    let mut beams = folder.beams(simulation.beams())?;
-    files.extend(beams.is_some().then(|| folder.path().join("beams.csv")));
-    let mut momenta = folder.momenta(simulation.momenta_names().as_ref())?;
-    files.extend(momenta.is_some().then(|| folder.path().join("momenta.csv")));
-    let mut summary = SummaryBuilder::default();
-    let begin = Instant::now();
-    let mut observe = |sample: &Sample| {
-        summary.record(sample);
-        writer.record(sample)?;
-        sensors.as_mut().map_or(Ok(()), |sensors| sensors.record(sample))?;
-        beams.as_mut().map_or(Ok(()), |beams| beams.record(sample))?;
-        momenta.as_mut().map_or(Ok(()), |momenta| momenta.record(sample))
-    };
-    let trajectory = &files[1];
-    let io = |source| OutputError::Io { path: trajectory.clone(), source };
-    let outcome = simulation.run(&mut observe, progress).map_err(io)?;
-    writer.finish().map_err(io)?;
-    sensors.map_or(Ok(()), |sensors| sensors.finish()).map_err(io)?;
-    beams.map_or(Ok(()), |beams| beams.finish()).map_err(io)?;
-    momenta.map_or(Ok(()), |momenta| momenta.finish()).map_err(io)?;
-    let wall = begin.elapsed().as_secs_f64();
-    let mut summary = summary.finish(model, simulation.assembly(), &outcome, wall);
-    summary.warnings = simulation.warnings();
-    summary.statics = simulation.statics();
-    files.push(folder.write_summary(&summary)?);
-    files.extend(holonom_report::write(folder)?);
-    Ok(Finished { summary, files })
+    let control = Control { progress, interrupted: &mut || false, checkpoint_every: None };
+    run_with(model, simulation, folder, control)
+}
+
+/// The same with checkpoints; it may be interrupted. A run that was interrupted leaves a checkpoint, and neither plots
+/// nor a report.
+///
+/// # Errors
+/// [`OutputError`] when a file cannot be written.
+pub fn run_with(
+    model: &Model,
+    simulation: &mut dyn Experiment,
+    folder: &RunFolder,
+    control: Control<'_>,
+) -> Result<Finished, OutputError> {
+    let text = model.to_toml();
+    folder.write("model.toml", &text)?;
+    let recorder = Recorder::new(folder, simulation, SummaryBuilder::default())?;
+    let clock = Clock { begin: Instant::now(), before: 0.0 };
+    Run { model, text, folder, recorder, clock, last: None }.go(simulation, control)
+}
+
+/// Why a run cannot be continued.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ContinueError {
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The checkpoint is not one of this model.
+    #[error("the checkpoint does not fit the model: {0}")]
+    State(#[from] ResumeError),
+    /// Equilibria have no checkpoints.
+    #[error("a continuation of equilibria has no checkpoints")]
+    Statics,
+}
+
+/// Continues a run from a checkpoint of its folder: its files become, byte for byte, those of a run that was not
+/// interrupted, but for the elapsed time. Without [`Control::checkpoint_every`] the interval of the checkpoint remains.
+///
+/// # Errors
+/// [`ContinueError`].
+pub fn resume(
+    model: &Model,
+    simulation: &mut dyn Experiment,
+    (folder, checkpoint): (&RunFolder, Checkpoint),
+    control: Control<'_>,
+) -> Result<Finished, ContinueError> {
+    let motion = simulation.motion().ok_or(ContinueError::Statics)?;
+    motion.resume(checkpoint.run.clone())?;
+    let last = Some(checkpoint.run.step());
+    let text = folder.model_text();
+    let folder = &folder.clone().at(&checkpoint);
+    let recorder = Recorder::new(folder, simulation, checkpoint.summary)?;
+    let clock = Clock { begin: Instant::now(), before: checkpoint.wall_seconds };
+    let every = control.checkpoint_every.or(checkpoint.every);
+    let control = Control { checkpoint_every: every, ..control };
+    Ok(Run { model, text, folder, recorder, clock, last }.go(simulation, control)?)
+}
+
+/// Elapsed time.
+struct Clock {
+    begin: Instant,
+    before: f64, // s  of the parts of the run before this one
+}
+
+impl Clock {
+    fn seconds(&self) -> f64 {
+        self.before + self.begin.elapsed().as_secs_f64()
+    }
+}
+
+/// A run that writes.
+struct Run<'a> {
+    model: &'a Model,
+    text: String, // of model.toml
+    folder: &'a RunFolder,
+    recorder: Recorder,
+    clock: Clock,
+    last: Option<u64>, // step of the last checkpoint
+}
+
+impl Run<'_> {
+    fn go(
+        mut self,
+        simulation: &mut dyn Experiment,
+        control: Control<'_>,
+    ) -> Result<Finished, OutputError> {
+        let Control { progress, interrupted, checkpoint_every } = control;
+        let every = checkpoint_every.filter(|_| simulation.motion().is_some());
+        self.write_summary(simulation, Ended::Not(simulation.place()))?;
+        loop {
+            let (last, mut stopped) = (self.last, false);
+            let mut proceed = |step: u64, of| {
+                if step.is_multiple_of(256) || step == of {
+                    progress(step, of);
+                }
+                let due = every.is_some_and(|every| step.is_multiple_of(every));
+                if due && last != Some(step) {
+                    return false;
+                }
+                stopped = interrupted();
+                !stopped
+            };
+            let mut observe = |sample: &Sample| self.recorder.record(sample);
+            let path = self.folder.path();
+            let io = |source| OutputError::Io { path: path.to_owned(), source };
+            let outcome = simulation.run_while(&mut observe, &mut proceed).map_err(io)?;
+            match outcome {
+                Some(outcome) => return self.end(simulation, &outcome),
+                None if stopped => return self.interrupt(simulation, checkpoint_every),
+                None => self.checkpoint(simulation, checkpoint_every)?,
+            }
+        }
+    }
+
+    /// Writes a checkpoint, and the summary so far.
+    fn checkpoint(
+        &mut self,
+        simulation: &mut dyn Experiment,
+        every: Option<u64>,
+    ) -> Result<(), OutputError> {
+        let Some(motion) = simulation.motion() else { return self.recorder.flush() };
+        let state = motion.state();
+        self.last = Some(state.step());
+        let checkpoint = self.recorder.checkpoint(state, (every, self.clock.seconds()))?;
+        self.folder.write_checkpoint(&checkpoint, &self.text)?;
+        self.write_summary(simulation, Ended::Not(simulation.place())).map(drop)
+    }
+
+    fn interrupt(
+        mut self,
+        simulation: &mut dyn Experiment,
+        every: Option<u64>,
+    ) -> Result<Finished, OutputError> {
+        self.checkpoint(simulation, every)?;
+        let (step, t) = simulation.place();
+        let resume = self.last.map(|_| resume_command(self.folder.path()));
+        let ended = Ended::Interrupted(Interruption { step, t, resume });
+        let summary = self.write_summary(simulation, ended)?;
+        let mut files = self.files();
+        if self.last.is_some() {
+            files.push(self.folder.path().join(CHECKPOINTS[0]));
+        }
+        Ok(Finished { summary, files })
+    }
+
+    fn end(
+        mut self,
+        simulation: &dyn Experiment,
+        outcome: &RunOutcome,
+    ) -> Result<Finished, OutputError> {
+        self.recorder.flush()?;
+        let summary = self.write_summary(simulation, Ended::By(outcome))?;
+        let mut files = self.files();
+        files.extend(holonom_report::write(self.folder)?);
+        Ok(Finished { summary, files })
+    }
+
+    fn write_summary(
+        &self,
+        simulation: &dyn Experiment,
+        ended: Ended<'_>,
+    ) -> Result<Summary, OutputError> {
+        let (builder, wall) = (self.recorder.summary(), self.clock.seconds());
+        let mut summary = builder.so_far(self.model, simulation.assembly(), ended, wall);
+        summary.warnings = simulation.warnings();
+        summary.statics = simulation.statics();
+        self.folder.write_summary(&summary)?;
+        Ok(summary)
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        let rows = self.recorder.files().iter().copied();
+        let names = ["model.toml"].into_iter().chain(rows).chain(["summary.json"]);
+        names.map(|name| self.folder.path().join(name)).collect()
+    }
+}
+
+/// The command that continues the run of a folder.
+#[must_use]
+pub fn resume_command(folder: &Path) -> String {
+    let text = folder.display().to_string();
+    let plain = |c: char| c.is_alphanumeric() || "/-._~+=@%".contains(c);
+    let word =
+        if text.chars().all(plain) { text } else { format!("'{}'", text.replace('\'', "'\\''")) };
+    format!("holonom resume {word}")
 }

@@ -12,9 +12,10 @@ mod work;
 
 pub(crate) use running::Running;
 
+use crate::run_state::MotionState;
 use crate::sample::{Momenta, Residuals};
 use vi_constraints::initialization::StartReport;
-use vi_constraints::integrator::StepReport;
+use vi_constraints::integrator::{ResumeError, StepReport};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_core::linear::Singular;
@@ -67,6 +68,10 @@ pub(crate) trait Method {
     fn left(&mut self) -> Result<Reading, Singular>;
     /// The present node, with the quantities of the step from there if that can be taken.
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular>;
+    /// The state of the motion, with the sums along its steps.
+    fn state(&self) -> MotionState;
+    /// Continues from the state of a motion of the same model.
+    fn resume(&mut self, state: MotionState) -> Result<(), ResumeError>;
     /// Constraints.
     fn mechanism(&self) -> &Mechanism;
     /// Independent constraints.

@@ -7,10 +7,11 @@
 use super::family::Family;
 use super::work::Work;
 use super::{Method, Reading};
+use crate::run_state::MotionState;
 use crate::sample::{Momenta, Residuals};
 use holonom_model::Settings;
 use vi_constraints::initialization::StartReport;
-use vi_constraints::integrator::StepReport;
+use vi_constraints::integrator::{ResumeError, StepReport};
 use vi_constraints::node::Node;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
@@ -154,6 +155,23 @@ impl<S: Family + 'static> Method for Running<S> {
             Ok(node) => Ok(self.reading(false, &node, true)),
             Err(_) => self.here(multipliers),
         }
+    }
+
+    fn state(&self) -> MotionState {
+        MotionState {
+            state: self.run.state().clone(),
+            ended: self.ended,
+            work: self.work.total,
+            impulse: self.work.impulse().cloned(),
+        }
+    }
+
+    fn resume(&mut self, from: MotionState) -> Result<(), ResumeError> {
+        let mut work = self.work.clone();
+        work.resume(from.work, from.impulse)?;
+        self.run.resume(from.state)?;
+        (self.work, self.ended) = (work, from.ended);
+        Ok(())
     }
 
     fn mechanism(&self) -> &Mechanism {

@@ -9,6 +9,8 @@
 //! not depend on time do no work, so the second line is summed for prescribed motions alone. The energy
 //! changes by the sum to second order in the step (theory: discrete Lagrange–d'Alembert principle).
 
+use crate::run_state::{Impulse, same_length};
+use vi_constraints::integrator::ResumeError;
 use vi_core::DiscreteLagrangian;
 use vi_core::interval::Interval;
 
@@ -19,21 +21,13 @@ pub(crate) struct Work {
     pub(super) rates: Vec<f64>, // m  ∂g/∂t, scratch
     pub(super) total: f64,
     before: f64,
-    node: Option<[Node; 2]>, // the present one and the one before; None without prescribed motions
-}
-
-/// What the impulse at a node is made of.
-#[derive(Clone, Debug)]
-struct Node {
-    p: Vec<f64>, // n  p̄_n
-    v: Vec<f64>, // n  of the step that ended here; the velocity at the start
-    h: f64,      // s  of that step; 0 at the start
+    node: Option<[Impulse; 2]>, // of the present node and the one before; None without prescribed motions
 }
 
 impl Work {
     /// From the start with momentum `p` and velocity `v`; `driven`: some motion is prescribed.
     pub(crate) fn new(p: &[f64], v: &[f64], driven: bool) -> Self {
-        let start = Node { p: p.to_vec(), v: v.to_vec(), h: 0.0 };
+        let start = Impulse { p: p.to_vec(), v: v.to_vec(), h: 0.0 };
         let node = driven.then(|| [start.clone(), start]);
         Self { force: vec![0.0; p.len()], rates: Vec::new(), total: 0.0, before: 0.0, node }
     }
@@ -52,6 +46,27 @@ impl Work {
         if let Some([now, stored]) = &mut self.node {
             now.copy_from(stored);
         }
+    }
+
+    /// The impulse of the present node, with prescribed motions.
+    pub(crate) fn impulse(&self) -> Option<&Impulse> {
+        self.node.as_ref().map(|[now, _]| now)
+    }
+
+    /// Continues from the work up to a node and the impulse there.
+    ///
+    /// # Errors
+    /// [`ResumeError::Shape`].
+    pub(crate) fn resume(
+        &mut self,
+        total: f64,
+        impulse: Option<Impulse>,
+    ) -> Result<(), ResumeError> {
+        let size = |node: Option<&Impulse>| node.map_or(0, |node| node.p.len() + node.v.len());
+        same_length("the impulse", size(impulse.as_ref()), size(self.impulse()))?;
+        (self.total, self.before) = (total, total);
+        self.node = impulse.map(|now| [now.clone(), now]);
+        Ok(())
     }
 
     /// Adds a (sub-)step of a variational scheme.
@@ -88,7 +103,7 @@ impl Work {
     }
 }
 
-impl Node {
+impl Impulse {
     fn copy_from(&mut self, other: &Self) {
         self.p.copy_from_slice(&other.p);
         self.v.copy_from_slice(&other.v);

@@ -52,11 +52,19 @@ impl<W: Write> BeamWriter<W> {
         Ok(())
     }
 
+    /// Hands all rows to the file.
+    ///
+    /// # Errors
+    /// Errors of the file.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.rows.flush()
+    }
+
     /// Ends the file.
     ///
     /// # Errors
     /// Errors of the file.
     pub fn finish(mut self) -> io::Result<()> {
-        self.rows.flush()
+        self.flush()
     }
 }

@@ -2,11 +2,10 @@
 
 use std::collections::BTreeSet;
 use std::io::{self, Write};
-use std::path::Path;
 
-use csv::Reader;
 use serde::{Deserialize, Serialize};
 
+use super::readable::RowReader;
 use super::rows::Rows;
 use crate::sample::{Member, Sample};
 
@@ -107,8 +106,12 @@ impl Trajectory {
     ///
     /// # Errors
     /// When a file cannot be read, or `trajectory.csv` is not one of ours.
-    pub fn read(trajectory: &Path, residuals: &Path, members: usize) -> io::Result<Self> {
-        let mut reader = Reader::from_path(trajectory)?;
+    pub fn read(
+        mut trajectory: RowReader,
+        residuals: Option<RowReader>,
+        members: usize,
+    ) -> io::Result<Self> {
+        let reader = &mut trajectory;
         let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         let ends = columns.starts_with(&HEAD.map(str::to_owned))
             && columns.ends_with(&TAIL.map(str::to_owned));
@@ -125,8 +128,7 @@ impl Trajectory {
                 read.values[column].push(value.ok_or_else(no_number)?);
             }
         }
-        if residuals.exists() {
-            let mut reader = Reader::from_path(residuals)?;
+        if let Some(mut reader) = residuals {
             read.residuals = reader.deserialize().collect::<csv::Result<_>>()?;
         }
         Ok(read)

@@ -21,6 +21,20 @@ pub enum OutputError {
         /// The file or folder.
         path: PathBuf,
     },
+    /// Another program writes to the folder.
+    #[error("a run is in progress in {}", folder.display())]
+    InUse {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A run cannot be continued.
+    #[error("{}{}", no_checkpoint(folder), refused.iter().map(|r| format!("; {r}")).collect::<String>())]
+    NoCheckpoint {
+        /// The folder.
+        folder: PathBuf,
+        /// Files that were refused, each with the reason.
+        refused: Vec<String>,
+    },
     /// The operating system refuses.
     #[error("{}: {source}", path.display())]
     Io {
@@ -45,6 +59,10 @@ pub enum OutputError {
         /// What is wrong.
         reason: String,
     },
+}
+
+fn no_checkpoint(folder: &Path) -> String {
+    format!("{} holds no checkpoint that the run can continue from", folder.display())
 }
 
 /// An error of the operating system, at a path.

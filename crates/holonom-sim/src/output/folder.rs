@@ -1,16 +1,22 @@
 //! The folder of a run.
 
-use std::fs::{self, File};
+use std::collections::BTreeMap;
+use std::fs::{self, File, TryLockError};
+use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::beams::BeamWriter;
+use super::checkpoint::{self, Checkpoint};
 use super::csv::{Trajectory, TrajectoryWriter};
 use super::file::{OutputError, at, write_atomically};
 use super::frames::Frames;
 use super::momenta::MomentaWriter;
 use super::pictures::{self, is_there};
+use super::readable::{self, LeftOut, RowReader};
+use super::row_file::RowFile;
 use super::sensors::{SensorTable, SensorWriter};
-use super::summary::Summary;
+use super::summary::{Status, Summary};
 use crate::beams::Beams;
 use crate::sample::{Member, MomentaNames};
 use crate::sensor::Column;
@@ -27,10 +33,15 @@ const FILES: [&str; 8] = [
     "report.html",
 ];
 
+/// So many of them, the first, hold rows.
+const ROWS: usize = 5;
+
 /// A folder with the files of one run.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct RunFolder {
     path: PathBuf,
+    lengths: BTreeMap<String, u64>, // bytes of files of rows that count; all where none are stated
+    _lock: Option<Arc<File>>,       // held as long as a folder that is written to exists
 }
 
 impl RunFolder {
@@ -38,32 +49,37 @@ impl RunFolder {
     /// files of an earlier run are removed; pictures only where this program drew them.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`], [`OutputError::Foreign`], [`OutputError::Io`].
+    /// [`OutputError::Occupied`], [`OutputError::Foreign`], [`OutputError::InUse`], [`OutputError::Io`].
     pub fn create(path: impl Into<PathBuf>, force: bool) -> Result<Self, OutputError> {
         let path = path.into();
         pictures::check_before(&path.join("plots"))?;
+        checkpoint::check_before(&path)?;
         let folder = Self::create_for(path, &FILES, force)?;
+        checkpoint::remove(&folder.path)?;
         pictures::remove(&folder.path.join("plots"))?;
         Ok(folder)
     }
 
     /// A folder for the given files, created if it does not exist; with `force`, those that are there
-    /// are removed.
+    /// are removed. No other program gets the folder as long as this object or a copy of it exists.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`], [`OutputError::Io`].
+    /// [`OutputError::Occupied`], [`OutputError::InUse`], [`OutputError::Io`].
     pub fn create_for(
         path: impl Into<PathBuf>,
         files: &[&str],
         force: bool,
     ) -> Result<Self, OutputError> {
         let path = path.into();
+        if !path.is_dir() {
+            fs::create_dir_all(&path).map_err(|e| at(&path, e))?;
+        }
+        let lock = lock(&path)?; // a run in progress is named as such
         Self::vacant(&path, files, force)?;
-        fs::create_dir_all(&path).map_err(|e| at(&path, e))?;
         for file in files.iter().map(|f| path.join(f)).filter(|f| is_there(f)) {
             fs::remove_file(&file).map_err(|e| at(&file, e))?;
         }
-        Ok(Self { path })
+        Ok(Self { path, lengths: BTreeMap::new(), _lock: lock })
     }
 
     /// Whether the given files may be written to a folder: none is there, or `force` is set. Changes
@@ -83,7 +99,55 @@ impl RunFolder {
     /// The folder of an earlier run.
     #[must_use]
     pub fn open(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into() }
+        Self { path: path.into(), lengths: BTreeMap::new(), _lock: None }
+    }
+
+    /// The folder of an earlier run that is to be continued. No other program gets it as long as this object or a copy of
+    /// it exists.
+    ///
+    /// # Errors
+    /// [`OutputError::InUse`].
+    pub fn reopen(path: impl Into<PathBuf>) -> Result<Self, OutputError> {
+        let mut folder = Self::open(path);
+        folder._lock = lock(&folder.path)?;
+        Ok(folder)
+    }
+
+    /// The folder of a run as far as it can be read, and what is left out: of a run that is in progress or was killed the
+    /// nodes that all files of rows have, of another whole rows.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`], [`OutputError::Summary`].
+    pub fn readable(mut self) -> Result<(Self, Vec<LeftOut>), OutputError> {
+        let ended = self.summary()?.status != Status::Running;
+        let read = readable::readable(&self.path, &FILES[..ROWS], ended);
+        let (lengths, left_out) = read.map_err(|e| at(&self.path, e))?;
+        self.lengths = lengths;
+        Ok((self, left_out))
+    }
+
+    /// The folder at a checkpoint: files of rows are continued after the bytes that belong to it.
+    #[must_use]
+    pub fn at(mut self, checkpoint: &Checkpoint) -> Self {
+        self.lengths = checkpoint.files.iter().cloned().collect();
+        self
+    }
+
+    /// A file of rows, new or continued.
+    fn rows(&self, name: &str) -> io::Result<RowFile> {
+        let path = self.path.join(name);
+        match self.lengths.get(name) {
+            Some(length) => RowFile::resume(path, *length),
+            None => RowFile::create(path),
+        }
+    }
+
+    /// Reads a file of rows.
+    ///
+    /// # Errors
+    /// Those of the operating system.
+    pub fn reader(&self, name: &str) -> io::Result<RowReader> {
+        readable::open(&self.path.join(name), self.lengths.get(name).copied())
     }
 
     /// Where it is.
@@ -105,11 +169,8 @@ impl RunFolder {
     ///
     /// # Errors
     /// [`OutputError::Io`].
-    pub fn trajectory(&self, members: &[Member]) -> Result<TrajectoryWriter<File>, OutputError> {
-        let open = |name: &str| {
-            let path = self.path.join(name);
-            File::create(&path).map_err(|e| at(&path, e))
-        };
+    pub fn trajectory(&self, members: &[Member]) -> Result<TrajectoryWriter<RowFile>, OutputError> {
+        let open = |name: &str| self.rows(name).map_err(|e| at(&self.path.join(name), e));
         let files = (open("trajectory.csv")?, open("residuals.csv")?);
         TrajectoryWriter::new(files.0, files.1, members).map_err(|e| at(&self.path, e))
     }
@@ -118,26 +179,27 @@ impl RunFolder {
     ///
     /// # Errors
     /// [`OutputError::Io`].
-    pub fn sensors(&self, columns: &[Column]) -> Result<Option<SensorWriter<File>>, OutputError> {
+    pub fn sensors(
+        &self,
+        columns: &[Column],
+    ) -> Result<Option<SensorWriter<RowFile>>, OutputError> {
         if columns.is_empty() {
             return Ok(None);
         }
-        let path = self.path.join("sensors.csv");
-        let writer = File::create(&path).and_then(|file| SensorWriter::new(file, columns));
-        writer.map(Some).map_err(|e| at(&path, e))
+        let writer = self.rows("sensors.csv").and_then(|file| SensorWriter::new(file, columns));
+        writer.map(Some).map_err(|e| at(&self.path.join("sensors.csv"), e))
     }
 
     /// Begins `beams.csv`; `None` without beams.
     ///
     /// # Errors
     /// [`OutputError::Io`].
-    pub fn beams(&self, beams: &Beams) -> Result<Option<BeamWriter<File>>, OutputError> {
+    pub fn beams(&self, beams: &Beams) -> Result<Option<BeamWriter<RowFile>>, OutputError> {
         if beams.list.is_empty() {
             return Ok(None);
         }
-        let path = self.path.join("beams.csv");
-        let writer = File::create(&path).and_then(|file| BeamWriter::new(file, beams));
-        writer.map(Some).map_err(|e| at(&path, e))
+        let writer = self.rows("beams.csv").and_then(|file| BeamWriter::new(file, beams));
+        writer.map(Some).map_err(|e| at(&self.path.join("beams.csv"), e))
     }
 
     /// Begins `momenta.csv`; `None` where nobody asks for momenta.
@@ -147,11 +209,10 @@ impl RunFolder {
     pub fn momenta(
         &self,
         names: Option<&MomentaNames>,
-    ) -> Result<Option<MomentaWriter<File>>, OutputError> {
+    ) -> Result<Option<MomentaWriter<RowFile>>, OutputError> {
         let Some(names) = names else { return Ok(None) };
-        let path = self.path.join("momenta.csv");
-        let writer = File::create(&path).and_then(|file| MomentaWriter::new(file, names));
-        writer.map(Some).map_err(|e| at(&path, e))
+        let writer = self.rows("momenta.csv").and_then(|file| MomentaWriter::new(file, names));
+        writer.map(Some).map_err(|e| at(&self.path.join("momenta.csv"), e))
     }
 
     /// Reads `sensors.csv`; `None` when the run has none.
@@ -163,7 +224,8 @@ impl RunFolder {
         if !path.exists() {
             return Ok(None);
         }
-        SensorTable::read(&path).map(Some).map_err(|e| at(&path, e))
+        let read = self.reader("sensors.csv").and_then(SensorTable::read);
+        read.map(Some).map_err(|e| at(&path, e))
     }
 
     /// Writes a file as a whole: a reader sees the old one or the new one, never a part.
@@ -211,7 +273,12 @@ impl RunFolder {
     /// [`OutputError::Io`].
     pub fn read_trajectory(&self, members: usize) -> Result<Trajectory, OutputError> {
         let path = self.path.join("trajectory.csv");
-        Trajectory::read(&path, &self.path.join("residuals.csv"), members).map_err(|e| at(&path, e))
+        let read = || {
+            let residuals = self.path.join("residuals.csv").exists();
+            let residuals = residuals.then(|| self.reader("residuals.csv")).transpose()?;
+            Trajectory::read(self.reader("trajectory.csv")?, residuals, members)
+        };
+        read().map_err(|e| at(&path, e))
     }
 
     /// Some rows of `trajectory.csv`, see [`Frames::read`].
@@ -220,13 +287,37 @@ impl RunFolder {
     /// [`OutputError::Io`].
     pub fn frames(&self, numbers: usize, most: usize) -> Result<Frames, OutputError> {
         let path = self.path.join("trajectory.csv");
-        Frames::read(&path, numbers, most).map_err(|e| at(&path, e))
+        let open = || self.reader("trajectory.csv");
+        Frames::read(open, numbers, most).map_err(|e| at(&path, e))
+    }
+
+    /// Bending moments of beams in the rows of these frames, see [`Frames::bending_moments`].
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn bending_moments(
+        &self,
+        frames: &Frames,
+    ) -> Result<BTreeMap<String, Vec<Vec<f64>>>, OutputError> {
+        let read = self.reader("beams.csv").and_then(|reader| frames.bending_moments(reader));
+        read.map_err(|e| at(&self.path.join("beams.csv"), e))
     }
 
     /// The text of `model.toml`; empty when there is none.
     #[must_use]
     pub fn model_text(&self) -> String {
         fs::read_to_string(self.path.join("model.toml")).unwrap_or_default()
+    }
+}
+
+/// Locks a folder for one program; the operating system releases it with the last handle, however the program ends.
+/// `None` where folders cannot be locked (Windows, some network file systems).
+fn lock(folder: &Path) -> Result<Option<Arc<File>>, OutputError> {
+    let Ok(handle) = File::open(folder) else { return Ok(None) };
+    match handle.try_lock() {
+        Ok(()) => Ok(Some(Arc::new(handle))),
+        Err(TryLockError::WouldBlock) => Err(OutputError::InUse { folder: folder.to_owned() }),
+        Err(TryLockError::Error(_)) => Ok(None),
     }
 }
 

@@ -2,11 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::path::Path;
-
-use csv::Reader;
 
 use super::csv::invalid;
+use super::readable::RowReader;
 use crate::sample::{Member, MemberKind};
 
 /// All coordinates of a run at some instants.
@@ -41,14 +39,18 @@ pub fn members(columns: &[String]) -> Vec<(usize, Member)> {
 }
 
 impl Frames {
-    /// Up to `numbers` coordinates in all, evenly spread from the first row of `trajectory.csv` to the last; at least
-    /// two rows, at most `most`.
+    /// Up to `numbers` coordinates in all, evenly spread from the first row of `trajectory.csv`, which is opened twice, to
+    /// the last; at least two rows, at most `most`.
     ///
     /// # Errors
     /// When the file cannot be read, or is not one of ours.
-    pub fn read(trajectory: &Path, numbers: usize, most: usize) -> io::Result<Self> {
-        let rows = Reader::from_path(trajectory)?.into_byte_records().count();
-        let mut reader = Reader::from_path(trajectory)?;
+    pub fn read(
+        trajectory: impl Fn() -> io::Result<RowReader>,
+        numbers: usize,
+        most: usize,
+    ) -> io::Result<Self> {
+        let rows = trajectory()?.into_byte_records().count();
+        let mut reader = trajectory()?;
         let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         let members = members(&columns).into_iter().map(|(_, member)| member).collect();
         let mut frames = Self { members, ..Self::default() };
@@ -94,10 +96,12 @@ impl Frames {
     ///
     /// # Errors
     /// When the file cannot be read.
-    pub fn bending_moments(&self, beams: &Path) -> io::Result<BTreeMap<String, Vec<Vec<f64>>>> {
+    pub fn bending_moments(
+        &self,
+        mut reader: RowReader,
+    ) -> io::Result<BTreeMap<String, Vec<Vec<f64>>>> {
         let mut found: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
         let mut frame = 0;
-        let mut reader = Reader::from_path(beams)?;
         let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         let column = |name: &str| columns.iter().position(|c| c == name);
         let all = (column("beam"), column("M1"), column("M2"));

@@ -9,27 +9,36 @@
 //! | `momenta.csv` | multipliers, momenta, parts of the energies at the same nodes; only when the model asks for it |
 //! | `summary.json` | [`Summary`] |
 //! | `model.toml` | the model, resolved |
+//! | `checkpoint`, `checkpoint.previous` | [`Checkpoint`]: the newest and the one before; only when asked for, or interrupted |
 //! | `report.html`, `plots/*.svg` | drawn by `holonom-report` |
 
 mod beams;
+mod checkpoint;
 mod csv;
 mod file;
 mod folder;
 mod frames;
 mod momenta;
 mod pictures;
+mod readable;
+mod recorder;
+mod row_file;
 mod rows;
 mod sensors;
 mod summary;
 
 pub use beams::BeamWriter;
+pub use checkpoint::{CHECKPOINTS, Checkpoint, CheckpointError, FoundCheckpoint};
 pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
 pub use file::{OutputError, atomically};
 pub use folder::RunFolder;
 pub use frames::{Frames, members};
 pub use momenta::MomentaWriter;
+pub use readable::{LeftOut, RowReader};
+pub use recorder::Recorder;
+pub use row_file::RowFile;
 pub use sensors::{SensorTable, SensorWriter};
 pub use summary::{
-    ConstraintSummary, EnergySummary, Maximum, MomentumSummary, NewtonSummary, Status, Summary,
-    SummaryBuilder, larger,
+    ConstraintSummary, Ended, EnergySummary, Interruption, Maximum, MomentumSummary, NewtonSummary,
+    Status, Summary, SummaryBuilder, larger,
 };

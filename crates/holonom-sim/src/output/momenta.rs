@@ -67,11 +67,19 @@ impl<W: Write> MomentaWriter<W> {
         self.rows.fields(sample.step, std::iter::once(Field::Number(sample.t)).chain(fields))
     }
 
+    /// Hands all rows to the file.
+    ///
+    /// # Errors
+    /// Errors of the file.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.rows.flush()
+    }
+
     /// Ends the file.
     ///
     /// # Errors
     /// Errors of the file.
     pub fn finish(mut self) -> io::Result<()> {
-        self.rows.flush()
+        self.flush()
     }
 }

@@ -7,11 +7,9 @@
 //! unique, 0 otherwise.
 
 use std::io::{self, Write};
-use std::path::Path;
-
-use csv::Reader;
 
 use super::csv::{HEAD, invalid};
+use super::readable::RowReader;
 use super::rows::{Field, Rows};
 use crate::sample::Sample;
 use crate::sensor::Column;
@@ -51,12 +49,20 @@ impl<W: Write> SensorWriter<W> {
         self.rows.fields(sample.step, std::iter::once(Field::Number(sample.t)).chain(fields))
     }
 
+    /// Hands all rows to the file.
+    ///
+    /// # Errors
+    /// Errors of the file.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.rows.flush()
+    }
+
     /// Ends the file.
     ///
     /// # Errors
     /// Errors of the file.
     pub fn finish(mut self) -> io::Result<()> {
-        self.rows.flush()
+        self.flush()
     }
 }
 
@@ -76,8 +82,7 @@ impl SensorTable {
     ///
     /// # Errors
     /// When it cannot be read, or is not one of ours.
-    pub fn read(path: &Path) -> io::Result<Self> {
-        let mut reader = Reader::from_path(path)?;
+    pub fn read(mut reader: RowReader) -> io::Result<Self> {
         let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         if !names.starts_with(&HEAD.map(str::to_owned)) {
             return Err(invalid("not the sensors of a run"));

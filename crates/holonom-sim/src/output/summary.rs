@@ -7,6 +7,7 @@ use crate::outcome::StaticFacts;
 use crate::outcome::{RunFailure, RunOutcome};
 use crate::sample::Sample;
 use holonom_model::{Family, Model};
+use vi_core::momentum_map::Momentum;
 
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -16,6 +17,21 @@ pub enum Status {
     Done,
     /// Before; `failure` says why.
     Failed,
+    /// By a signal; `interruption` says where.
+    Interrupted,
+    /// Not yet, or killed: the numbers are those of the last checkpoint.
+    Running,
+}
+
+/// Where a run was interrupted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Interruption {
+    /// Steps taken.
+    pub step: u64,
+    /// The time that was reached, s.
+    pub t: f64,
+    /// The command that continues it; `None` where it has to be run again.
+    pub resume: Option<String>,
 }
 
 /// Newton iterations per step.
@@ -113,6 +129,9 @@ pub struct Summary {
     /// Why it ended before its time.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failure: Option<RunFailure>,
+    /// Where it was interrupted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interruption: Option<Interruption>,
     /// Time-stepping scheme.
     pub scheme: String,
     /// Order of accuracy.
@@ -154,9 +173,9 @@ pub struct Summary {
 }
 
 /// Accumulates a [`Summary`].
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SummaryBuilder {
-    first: Option<Sample>,
+    first: Option<First>,
     last_step: u64,
     last_time: f64,
     recorded: u64,
@@ -170,10 +189,30 @@ pub struct SummaryBuilder {
     residuals: [f64; 3],
 }
 
+/// What later nodes are compared with.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+struct First {
+    step: u64,
+    hamiltonian: f64,
+    momentum: Momentum,
+}
+
+/// How far a run came.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ended<'a> {
+    /// It ended by itself.
+    By(&'a RunOutcome),
+    /// It was interrupted.
+    Interrupted(Interruption),
+    /// It goes on: steps taken, and the time that was reached, s.
+    Not((u64, f64)),
+}
+
 impl SummaryBuilder {
     /// Takes one node.
     pub fn record(&mut self, sample: &Sample) {
-        let first = self.first.get_or_insert_with(|| sample.clone());
+        let Sample { step, hamiltonian, momentum, .. } = *sample;
+        let first = self.first.get_or_insert(First { step, hamiltonian, momentum });
         let error = sample.hamiltonian - first.hamiltonian;
         self.energy_error = larger(self.energy_error, error);
         let step = (sample.step - first.step) as f64;
@@ -206,27 +245,44 @@ impl SummaryBuilder {
         outcome: &RunOutcome,
         wall_seconds: f64,
     ) -> Summary {
+        self.so_far(model, assembly, Ended::By(outcome), wall_seconds)
+    }
+
+    /// The same of a run that may not have ended by itself.
+    #[must_use]
+    pub fn so_far(
+        &self,
+        model: &Model,
+        assembly: &AssemblyReport,
+        ended: Ended<'_>,
+        wall_seconds: f64,
+    ) -> Summary {
         let [position, velocity, momentum] = self.residuals.map(|max| Maximum { max });
         let drift = |components: [f64; 3]| Drift {
             max_abs_drift: components.into_iter().fold(0.0, larger),
             components,
         };
         let steps_recorded = self.recorded.saturating_sub(1).max(1) as f64;
-        let (status, failure) = match outcome {
-            RunOutcome::Done => (Status::Done, None),
-            RunOutcome::Failed(failure) => (Status::Failed, Some(failure.clone())),
+        // a run that ends early may have taken steps since its last recorded node
+        let recorded = (self.last_step, self.last_time);
+        let (status, reached) = match &ended {
+            Ended::By(RunOutcome::Done) => (Status::Done, recorded),
+            Ended::By(RunOutcome::Failed(failure)) => (Status::Failed, (failure.step, failure.t)),
+            Ended::Interrupted(at) => (Status::Interrupted, (at.step, at.t)),
+            Ended::Not(reached) => (Status::Running, *reached),
         };
-        // a run that fails may have taken steps since its last recorded node
-        let (steps, end_time) = match &failure {
-            Some(failure) if model.settings.scheme.family() != Family::Static => {
-                (failure.step, failure.t)
-            }
-            _ => (self.last_step, self.last_time),
+        let moves = model.settings.scheme.family() != Family::Static;
+        let (steps, end_time) = if moves { reached } else { recorded };
+        let (failure, interruption) = match ended {
+            Ended::By(RunOutcome::Failed(failure)) => (Some(failure.clone()), None),
+            Ended::Interrupted(at) => (None, Some(at)),
+            _ => (None, None),
         };
         Summary {
             model: model.header.name.clone(),
             status,
             failure,
+            interruption,
             scheme: model.settings.scheme.name().to_owned(),
             order: model.settings.order,
             step: model.settings.step,
@@ -273,7 +329,7 @@ pub fn larger(a: f64, b: f64) -> f64 {
 }
 
 /// Least-squares slope of points that come one by one (Welford's updates).
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Slope {
     count: f64,
     mean_x: f64,

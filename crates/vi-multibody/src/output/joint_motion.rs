@@ -42,6 +42,12 @@ impl JointMotion {
         &self.joint
     }
 
+    /// Continues from unwrapped `values` that were stored: those of [`JointMotion::values`].
+    pub fn resume(&mut self, values: &[f64]) {
+        let dof = self.joint.kind.dof();
+        self.values[..dof].copy_from_slice(values);
+    }
+
     /// Goes on to the configuration of the next step; allocates nothing.
     pub fn follow(&mut self, q: &[f64]) {
         let kind = self.joint.kind;

@@ -1,0 +1,52 @@
+//! `holonom resume`: continue a run that was interrupted or killed.
+
+use holonom::RunFolder;
+use holonom::output::{FoundCheckpoint, Status};
+use holonom::run::resume as continue_run;
+
+use crate::arguments::{ModelArguments, Resume};
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::run::{conduct, warn_of_assembly};
+use crate::stderr;
+
+pub(crate) fn resume(arguments: &Resume) -> Result<(), Failure> {
+    let (dir, talk) = (&arguments.dir, &arguments.talk);
+    let model = dir.join("model.toml");
+    if !model.is_file() {
+        return Err(Failure::Usage {
+            message: format!("{} is not the folder of a run", dir.display()),
+            help: "name a folder with model.toml and checkpoint, as `holonom run` writes it".into(),
+        });
+    }
+    let folder = RunFolder::reopen(dir)?;
+    let earlier = folder.summary().ok(); // a run that was killed at its very beginning has none
+    if let Some(earlier) = earlier {
+        match (earlier.status, earlier.failure) {
+            (Status::Done, _) => {
+                let note = format!("{}: the run is complete, nothing is left to do", dir.display());
+                stderr::line(&note);
+                return Ok(());
+            }
+            (Status::Failed, Some(failure)) => {
+                return Err(Failure::Run { failure, files: Vec::new() });
+            }
+            _ => {}
+        }
+    }
+    let FoundCheckpoint { checkpoint, refused } = folder.read_checkpoint(&folder.model_text())?;
+    if let Some(refused) = refused {
+        stderr::line(&format!("warning: {refused}; continuing from the checkpoint before"));
+    }
+    let model = ModelArguments { model, set: Vec::new() };
+    let (model, mut simulation) = Input::new(&model, Vec::new(), talk.json).assemble()?;
+    warn_of_assembly(&*simulation, talk);
+    if !talk.quiet {
+        let (step, of) = (checkpoint.run.step(), model.settings.steps());
+        stderr::line(&format!("{}: continuing at step {step} of {of}", dir.display()));
+    }
+    let every = arguments.checkpoint_every;
+    conduct(&mut *simulation, (dir, every, talk), |simulation, control| {
+        continue_run(&model, simulation, (&folder, checkpoint), control)
+    })
+}

@@ -1,0 +1,266 @@
+//! Checkpoints: the complete state of a run in a file, from which it continues bit for bit.
+//!
+//! ```text
+//! byte  0   8   magic: "holonom", 0x1A
+//!       8   4   version of this layout, little-endian
+//!      12   8   FNV-1a hash of model.toml
+//!      20   8   number of bytes of the payload
+//!      28   8   FNV-1a hash of bytes 0 to 27 and the payload
+//!      36       payload: a checkpoint in the format postcard, compressed by zstd
+//! ```
+//! FNV-1a (64 bits) maps the bytes before a place to one value and that value one-to-one on: a single changed byte
+//! always changes it.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::file::{OutputError, at};
+use super::folder::RunFolder;
+use super::pictures::is_there;
+use super::row_file::check_length;
+use super::summary::SummaryBuilder;
+use crate::run_state::RunState;
+
+/// Names of the newest checkpoint of a folder and of the one before.
+pub const CHECKPOINTS: [&str; 2] = ["checkpoint", "checkpoint.previous"];
+/// The name of a newest checkpoint that was refused.
+const REFUSED: &str = "checkpoint.refused";
+/// The name of a checkpoint that is being written.
+const TEMPORARY: &str = "checkpoint.tmp";
+/// All files of this module.
+const FILES: [&str; 4] = [CHECKPOINTS[0], CHECKPOINTS[1], REFUSED, TEMPORARY];
+
+const MAGIC: [u8; 8] = *b"holonom\x1a";
+const VERSION: u32 = 1;
+const HEAD: usize = 36;
+const LEVEL: i32 = 3; // of the compression
+
+/// The state of a run and of its files.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// Version of the program.
+    pub version: String,
+    /// Steps from one checkpoint to the next; `None` where it was written at an interruption only.
+    pub every: Option<u64>,
+    /// Elapsed time so far, s.
+    pub wall_seconds: f64,
+    /// State of the simulation.
+    pub run: RunState,
+    /// The run in numbers so far.
+    pub summary: SummaryBuilder,
+    /// The files of rows with the bytes that belong to it.
+    pub files: Vec<(String, u64)>,
+}
+
+/// Why a checkpoint is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CheckpointError {
+    /// It does not begin as one.
+    #[error("it is not a checkpoint")]
+    Foreign,
+    /// It has another layout.
+    #[error("its format has version {found}; this program reads version {VERSION}")]
+    Format {
+        /// The version of the layout.
+        found: u32,
+    },
+    /// Some bytes are missing or wrong.
+    #[error("it is damaged: {0}")]
+    Damaged(String),
+    /// It belongs to another model.
+    #[error("it belongs to another model than model.toml; was that changed?")]
+    Model,
+    /// It was written by another version of the program, which may round otherwise.
+    #[error("it was written by version {0}; this is version {own}", own = env!("CARGO_PKG_VERSION"))]
+    Program(String),
+    /// A file of rows does not have what it says.
+    #[error("{file} does not fit: {reason}")]
+    Rows {
+        /// The file.
+        file: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// It cannot be read.
+    #[error("{0}")]
+    Io(String),
+}
+
+impl Checkpoint {
+    /// The bytes of its file; `model`: the text of `model.toml`.
+    ///
+    /// # Errors
+    /// Those of the compression.
+    pub fn encode(&self, model: &str) -> io::Result<Vec<u8>> {
+        let payload = postcard::to_stdvec(self).map_err(io::Error::other)?;
+        let payload = zstd::encode_all(&payload[..], LEVEL)?;
+        let mut bytes = Vec::with_capacity(HEAD + payload.len());
+        bytes.extend(MAGIC);
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(fnv(&[model.as_bytes()]).to_le_bytes());
+        bytes.extend((payload.len() as u64).to_le_bytes());
+        bytes.extend(fnv(&[&bytes, &payload]).to_le_bytes());
+        bytes.extend(payload);
+        Ok(bytes)
+    }
+
+    /// Reads the bytes of a file, and compares it with the text of `model.toml` and with this program.
+    ///
+    /// # Errors
+    /// [`CheckpointError`].
+    pub fn decode(bytes: &[u8], model: &str) -> Result<Self, CheckpointError> {
+        let damaged = |what: &str| CheckpointError::Damaged(what.to_owned());
+        if !bytes.starts_with(&MAGIC) {
+            return Err(CheckpointError::Foreign);
+        }
+        let head = bytes.get(..HEAD).ok_or_else(|| damaged("its head is cut off"))?;
+        let number = |place: usize| {
+            let mut eight = [0; 8];
+            eight.copy_from_slice(&head[place..place + 8]);
+            u64::from_le_bytes(eight)
+        };
+        let version = number(8) as u32; // the lower four bytes
+        if version != VERSION {
+            return Err(CheckpointError::Format { found: version });
+        }
+        let payload = &bytes[HEAD..];
+        if payload.len() as u64 != number(20) {
+            let (found, written) = (payload.len(), number(20));
+            return Err(damaged(&format!("{found} bytes where {written} were written")));
+        }
+        if fnv(&[&head[..28], payload]) != number(28) {
+            return Err(damaged("the checksum differs"));
+        }
+        if fnv(&[model.as_bytes()]) != number(12) {
+            return Err(CheckpointError::Model);
+        }
+        let payload = zstd::decode_all(payload).map_err(|error| damaged(&error.to_string()))?;
+        let read = postcard::from_bytes(&payload);
+        let read: Self = read.map_err(|error| damaged(&error.to_string()))?;
+        if read.version != env!("CARGO_PKG_VERSION") {
+            return Err(CheckpointError::Program(read.version));
+        }
+        Ok(read)
+    }
+
+    /// Reads a file and compares the lengths of the files of rows in its folder.
+    fn read(folder: &Path, name: &str, model: &str) -> Result<Self, CheckpointError> {
+        let bytes = fs::read(folder.join(name));
+        let bytes = bytes.map_err(|error| CheckpointError::Io(error.to_string()))?;
+        let read = Self::decode(&bytes, model)?;
+        for (file, length) in &read.files {
+            check_length(&folder.join(file), *length).map_err(|error| CheckpointError::Rows {
+                file: file.clone(),
+                reason: error.to_string(),
+            })?;
+        }
+        Ok(read)
+    }
+}
+
+/// The FNV-1a hash of several pieces, one after the other.
+fn fnv(pieces: &[&[u8]]) -> u64 {
+    let add = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+    pieces.iter().copied().flatten().fold(0xcbf2_9ce4_8422_2325, add)
+}
+
+/// Refuses a folder in which a file that is no checkpoint has the name of one.
+pub(super) fn check_before(folder: &Path) -> Result<(), OutputError> {
+    for path in FILES.map(|name| folder.join(name)) {
+        if is_there(&path) && !is_ours(&path).map_err(|e| at(&path, e))? {
+            return Err(OutputError::Foreign { path });
+        }
+    }
+    Ok(())
+}
+
+/// Removes the checkpoints of a folder.
+pub(super) fn remove(folder: &Path) -> Result<(), OutputError> {
+    for path in FILES.map(|name| folder.join(name)) {
+        if is_there(&path) {
+            fs::remove_file(&path).map_err(|e| at(&path, e))?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether a file begins as a checkpoint.
+fn is_ours(path: &Path) -> io::Result<bool> {
+    let mut begin = Vec::new();
+    let regular = path.symlink_metadata()?.is_file();
+    if regular {
+        File::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut begin)?;
+    }
+    Ok(regular && MAGIC.starts_with(&begin)) // one that was killed while it was written may be shorter
+}
+
+/// A checkpoint that was found, with the remarks on one that was refused.
+#[derive(Clone, Debug)]
+pub struct FoundCheckpoint {
+    /// The checkpoint.
+    pub checkpoint: Checkpoint,
+    /// Why a newer one was refused.
+    pub refused: Option<String>,
+}
+
+impl RunFolder {
+    /// Writes a checkpoint beside the files of rows, which are on the disk before: the newest becomes the one before,
+    /// and that is dropped. `model`: the text of `model.toml`.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`]; the earlier ones are then what they were.
+    pub fn write_checkpoint(
+        &self,
+        checkpoint: &Checkpoint,
+        model: &str,
+    ) -> Result<(), OutputError> {
+        let [newest, previous] = CHECKPOINTS.map(|name| self.path().join(name));
+        let temporary = self.path().join(TEMPORARY);
+        let write = || {
+            let bytes = checkpoint.encode(model)?;
+            for (file, _) in &checkpoint.files {
+                File::options().append(true).open(self.path().join(file))?.sync_data()?;
+            }
+            let mut file = File::create(&temporary)?;
+            file.write_all(&bytes).and_then(|()| file.sync_all()).inspect_err(|_| {
+                let _ = fs::remove_file(&temporary); // the first error is the one to report
+            })?;
+            if newest.is_file() {
+                fs::rename(&newest, &previous)?;
+            }
+            fs::rename(&temporary, &newest)
+        };
+        write().map_err(|e| at(&newest, e))
+    }
+
+    /// The newest checkpoint that is good; a refused one is set aside as `checkpoint.refused`, so that it does not
+    /// replace the good one. `model`: the text of `model.toml`.
+    ///
+    /// # Errors
+    /// [`OutputError::NoCheckpoint`], [`OutputError::Io`].
+    pub fn read_checkpoint(&self, model: &str) -> Result<FoundCheckpoint, OutputError> {
+        let mut refused: Vec<String> = Vec::new();
+        for name in CHECKPOINTS {
+            let path = self.path().join(name);
+            if !is_there(&path) {
+                continue;
+            }
+            match Checkpoint::read(self.path(), name, model) {
+                Ok(checkpoint) => {
+                    let newest = self.path().join(CHECKPOINTS[0]);
+                    if !refused.is_empty() {
+                        let aside = self.path().join(REFUSED);
+                        fs::rename(&newest, &aside).map_err(|e| at(&newest, e))?;
+                    }
+                    return Ok(FoundCheckpoint { checkpoint, refused: refused.pop() });
+                }
+                Err(error) => refused.push(format!("{}: {error}", path.display())),
+            }
+        }
+        Err(OutputError::NoCheckpoint { folder: self.path().to_owned(), refused })
+    }
+}

@@ -1,0 +1,127 @@
+//! What can be read of the files of rows of a run that is in progress or was killed.
+//!
+//! Each file is written in blocks of its own. A run that was killed leaves files that end at different nodes, the last of
+//! them perhaps within a row. The nodes that all files have are read, and the rest is left out.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Take};
+use std::path::Path;
+
+use csv::Reader;
+
+/// A file of rows as far as it is read.
+pub type RowReader = Reader<Take<File>>;
+
+/// What is left out of a file of rows.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    /// The file.
+    pub file: String,
+    /// Whole rows that other files lack.
+    pub rows: u64,
+    /// Whether its last row is not whole.
+    pub torn: bool,
+}
+
+/// Where the rows of a node end.
+#[derive(Clone, Copy, Debug, Default)]
+struct Extent {
+    rows: u64,
+    torn: bool,
+    ends: [(Option<u64>, u64); 2], // step and end of the last two nodes
+}
+
+/// The bytes to read of each file, and what is left out of them; `ended`: whether the run has written all its rows.
+pub(super) fn readable(
+    folder: &Path,
+    files: &[&'static str],
+    ended: bool,
+) -> io::Result<(BTreeMap<String, u64>, Vec<LeftOut>)> {
+    let mut lengths = BTreeMap::new();
+    let mut left_out = Vec::new();
+    let present: Vec<&str> =
+        files.iter().copied().filter(|name| folder.join(name).is_file()).collect();
+    if ended {
+        for name in present {
+            let path = folder.join(name);
+            if !ends_with_a_row(&path)? {
+                lengths.insert(name.to_owned(), Extent::read(&path, None)?.ends[0].1);
+                left_out.push(LeftOut { file: name.to_owned(), rows: 0, torn: true });
+            }
+        }
+        return Ok((lengths, left_out));
+    }
+    let whole = |name: &str| -> io::Result<Option<u64>> {
+        let extent = Extent::read(&folder.join(name), None)?;
+        // the rows of a node of beams.csv may go on
+        Ok(extent.ends[usize::from(name == "beams.csv")].0)
+    };
+    let last = present.iter().map(|name| whole(name)).collect::<io::Result<Vec<_>>>()?;
+    let common = last.into_iter().min().flatten();
+    for name in present {
+        let path = folder.join(name);
+        let all = Extent::read(&path, None)?;
+        let read = Extent::read(&path, Some(common))?;
+        lengths.insert(name.to_owned(), read.ends[0].1);
+        let rows = all.rows - read.rows;
+        if rows > 0 || all.torn {
+            left_out.push(LeftOut { file: name.to_owned(), rows, torn: all.torn });
+        }
+    }
+    Ok((lengths, left_out))
+}
+
+/// Whether a file is empty or its last row is whole.
+fn ends_with_a_row(path: &Path) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let mut last = [b'\n'];
+    if file.metadata()?.len() > 0 {
+        file.seek(SeekFrom::End(-1))?;
+        file.read_exact(&mut last)?;
+    }
+    Ok(last == [b'\n'])
+}
+
+impl Extent {
+    /// Up to the last row, or to the last of the steps that all files have (`Some(None)`: the header alone).
+    fn read(path: &Path, upto: Option<Option<u64>>) -> io::Result<Self> {
+        let mut reader = BufReader::new(File::open(path)?);
+        let mut row = Vec::new();
+        let mut found = Self::default();
+        let mut end = reader.read_until(b'\n', &mut row)? as u64;
+        if row.last() != Some(&b'\n') {
+            return Ok(Self { torn: end > 0, ..found });
+        }
+        found.ends = [(None, end); 2];
+        loop {
+            row.clear();
+            let length = reader.read_until(b'\n', &mut row)? as u64;
+            if row.last() != Some(&b'\n') {
+                found.torn = length > 0;
+                return Ok(found);
+            }
+            let digits: Vec<u8> = row.iter().copied().take_while(u8::is_ascii_digit).collect();
+            let step = std::str::from_utf8(&digits).ok().and_then(|text| text.parse().ok());
+            if upto.is_some_and(|upto| step > upto) {
+                return Ok(found);
+            }
+            end += length;
+            found.rows += 1;
+            if found.ends[0].0 != step {
+                found.ends[1] = found.ends[0];
+            }
+            found.ends[0] = (step, end);
+        }
+    }
+}
+
+/// Reads a file of rows up to a length.
+pub(super) fn open(path: &Path, length: Option<u64>) -> io::Result<RowReader> {
+    let length = match length {
+        Some(length) => length,
+        None => fs::metadata(path)?.len(),
+    };
+    let file = File::open(path)?;
+    Ok(Reader::from_reader(file.take(length)))
+}

@@ -1,0 +1,121 @@
+//! Everything that a run writes row by row, and its summary so far.
+
+use std::fs;
+use std::io;
+
+use super::beams::BeamWriter;
+use super::checkpoint::Checkpoint;
+use super::csv::TrajectoryWriter;
+use super::file::{OutputError, at};
+use super::folder::RunFolder;
+use super::momenta::MomentaWriter;
+use super::row_file::RowFile;
+use super::sensors::SensorWriter;
+use super::summary::SummaryBuilder;
+use crate::experiment::Experiment;
+use crate::run_state::RunState;
+use crate::sample::Sample;
+
+/// The files of rows of a run, open for writing.
+pub struct Recorder {
+    folder: RunFolder,
+    trajectory: TrajectoryWriter<RowFile>,
+    sensors: Option<SensorWriter<RowFile>>,
+    beams: Option<BeamWriter<RowFile>>,
+    momenta: Option<MomentaWriter<RowFile>>,
+    summary: SummaryBuilder,
+    files: Vec<&'static str>,
+}
+
+impl Recorder {
+    /// Begins all files of a run, or continues them where the folder is [at a checkpoint](RunFolder::at).
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn new(
+        folder: &RunFolder,
+        experiment: &dyn Experiment,
+        summary: SummaryBuilder,
+    ) -> Result<Self, OutputError> {
+        let trajectory = folder.trajectory(experiment.members())?;
+        let sensors = folder.sensors(experiment.sensors().columns())?;
+        let beams = folder.beams(experiment.beams())?;
+        let momenta = folder.momenta(experiment.momenta_names().as_ref())?;
+        let others = [
+            (sensors.is_some(), "sensors.csv"),
+            (beams.is_some(), "beams.csv"),
+            (momenta.is_some(), "momenta.csv"),
+        ];
+        let mut files = vec!["trajectory.csv", "residuals.csv"];
+        files.extend(others.into_iter().filter(|(there, _)| *there).map(|(_, name)| name));
+        Ok(Self { folder: folder.clone(), trajectory, sensors, beams, momenta, summary, files })
+    }
+
+    /// Names of the files.
+    #[must_use]
+    pub fn files(&self) -> &[&'static str] {
+        &self.files
+    }
+
+    /// The run in numbers so far.
+    #[must_use]
+    pub fn summary(&self) -> &SummaryBuilder {
+        &self.summary
+    }
+
+    /// Takes a row.
+    ///
+    /// # Errors
+    /// Those of the files, with the name of the file.
+    pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
+        self.trajectory.record(sample)?;
+        self.sensors.as_mut().map_or(Ok(()), |sensors| sensors.record(sample))?;
+        self.beams.as_mut().map_or(Ok(()), |beams| beams.record(sample))?;
+        self.momenta.as_mut().map_or(Ok(()), |momenta| momenta.record(sample))?;
+        self.summary.record(sample);
+        Ok(())
+    }
+
+    /// Hands all rows to the files.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn flush(&mut self) -> Result<(), OutputError> {
+        let mut flush = || {
+            self.trajectory.flush()?;
+            self.sensors.as_mut().map_or(Ok(()), SensorWriter::flush)?;
+            self.beams.as_mut().map_or(Ok(()), BeamWriter::flush)?;
+            self.momenta.as_mut().map_or(Ok(()), MomentaWriter::flush)
+        };
+        flush().map_err(|e| at(self.folder.path(), e))
+    }
+
+    /// The checkpoint of a run at the state of its simulation: hands all rows to the files.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn checkpoint(
+        &mut self,
+        run: RunState,
+        (every, wall_seconds): (Option<u64>, f64),
+    ) -> Result<Checkpoint, OutputError> {
+        self.flush()?;
+        let length = |name: &&str| {
+            let path = self.folder.path().join(name);
+            let length = fs::metadata(&path).map_err(|e| at(&path, e))?.len();
+            Ok(((*name).to_owned(), length))
+        };
+        let files = self.files.iter().map(length).collect::<Result<_, OutputError>>()?;
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        Ok(Checkpoint { version, every, wall_seconds, run, summary: self.summary.clone(), files })
+    }
+
+    /// Ends all files; the run in numbers.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn finish(mut self) -> Result<SummaryBuilder, OutputError> {
+        self.flush()?;
+        Ok(self.summary)
+    }
+}
