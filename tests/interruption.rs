@@ -55,6 +55,12 @@ fn models() -> Vec<(&'static str, Model)> {
         ("beam", beam, "nodal", 2),
         ("gears", angle("b", &gears), "nodal", 2),
         ("torsion spring", angle("hinge", &torsion), "dalembert", 2),
+        (
+            "torque of it",
+            angle("hinge", &torsion).replace("joint_coordinate", "effort"),
+            "nodal",
+            2,
+        ),
         ("screw", angle("thread", &screw), "constrained", 2),
         ("order 4", chain(), "nodal", 4),
         ("energy-momentum", chain(), "em-nodal", 2),

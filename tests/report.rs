@@ -32,6 +32,7 @@ fn sample(step: u64) -> Sample {
         residuals: Residuals { position: 2.2e-16, velocity: 0.0, momentum: 1e-7 },
         newton_iterations: 2.0,
         sensors: vec![],
+        energies: vec![],
         momenta: None,
     }
 }

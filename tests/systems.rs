@@ -17,6 +17,7 @@ mod chain_and_top;
 mod compare;
 mod driven_beams;
 mod efforts;
+mod energies;
 mod energy_momentum;
 mod flexible_multibody;
 mod four_bar_loop;

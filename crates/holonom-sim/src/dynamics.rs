@@ -34,6 +34,8 @@ pub struct Dynamics {
     pub quadrature: Quadrature,
     /// Springs, dampers, motors, loads.
     pub forces: ForceElements,
+    /// The name in the model of each of its loads.
+    pub loads_of: Vec<String>,
 }
 
 impl Dynamics {

@@ -24,6 +24,10 @@ pub trait Experiment {
     fn momenta_names(&self) -> Option<MomentaNames> {
         None
     }
+    /// Names of the parts of the energy and of the work; none in statics.
+    fn energy_columns(&self) -> &[String] {
+        &[]
+    }
     /// What is worth knowing of the assembly and of the run so far.
     fn warnings(&self) -> Vec<String>;
     /// Facts of a continuation of equilibria; `None` for motions.

@@ -27,6 +27,7 @@ mod beams;
 mod drive;
 pub mod dynamics;
 mod effort;
+mod energies;
 pub mod experiment;
 mod limits;
 mod method;

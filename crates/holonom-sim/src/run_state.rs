@@ -37,7 +37,7 @@ impl RunState {
 pub(crate) struct MotionState {
     pub(crate) state: State,
     pub(crate) ended: Option<f64>, // J  E_d of the composed step that ended at the node
-    pub(crate) work: f64,          // J
+    pub(crate) work: Vec<f64>,     // J  of each force, then of all prescribed motions
     pub(crate) impulse: Option<Impulse>, // with prescribed motions
 }
 

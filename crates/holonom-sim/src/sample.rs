@@ -135,6 +135,10 @@ pub struct Sample {
     /// What the sensors of the model measure, in the order of their columns; empty without sensors.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensors: Vec<f64>,
+    /// Parts of the energy and the balance with the work done, in the order of their columns
+    /// ([`crate::simulation::Simulation::energy_columns`]); empty in statics.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub energies: Vec<f64>,
     /// Multipliers and momenta, where the model asks for them (`simulation.momenta`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub momenta: Option<Box<Momenta>>,

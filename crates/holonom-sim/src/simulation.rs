@@ -12,6 +12,7 @@ use crate::agreement;
 use crate::assembly;
 use crate::beams::Beams;
 use crate::dynamics::Dynamics;
+use crate::energies::Energies;
 use crate::experiment::Experiment;
 use crate::limits::LimitWatch;
 use crate::method::{Method, Reading, Running};
@@ -26,6 +27,7 @@ pub use vi_constraints::integrator::ResumeError;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, InitialValues, Options};
+use vi_core::Configuration;
 use vi_core::linear::{Singular, norm_inf};
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
@@ -49,6 +51,7 @@ pub struct Simulation {
     sensors: Sensors,
     beams: Beams,
     limits: LimitWatch,
+    energies: Energies,
     method: Box<dyn Method>,
     iterations: f64, // of the step that led to the present node
 }
@@ -81,6 +84,7 @@ impl Simulation {
         let start =
             if keeps_rates { start::with_stated_rates(model)? } else { (q.clone(), v.clone()) };
         let at = InitialValues::new(0.0, &start.0, &start.1);
+        let mut energies = Energies::new(model, &mechanism, &dynamics);
         let multipliers = sensors.need_multipliers();
         let mut method = method(mechanism, &dynamics, model, at, (solver, multipliers))?;
         let Ok(first) = method.here(false) else {
@@ -107,9 +111,20 @@ impl Simulation {
         }
         assembly.warnings.extend(limits.warnings());
         limits.begin();
+        energies.begin(first.hamiltonian);
         sensors.begin(start);
         let iterations = 0.0;
-        Ok(Self { settings, assembly, members, sensors, beams, limits, method, iterations })
+        Ok(Self {
+            settings,
+            assembly,
+            members,
+            sensors,
+            beams,
+            limits,
+            energies,
+            method,
+            iterations,
+        })
     }
 
     /// What the assembly found.
@@ -134,6 +149,12 @@ impl Simulation {
     #[must_use]
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
+    }
+
+    /// Names of the parts of the energy and of the work, [`Sample::energies`].
+    #[must_use]
+    pub fn energy_columns(&self) -> &[String] {
+        self.energies.columns()
     }
 
     /// The beams.
@@ -373,6 +394,8 @@ impl Simulation {
         let (mechanism, rows) = (self.method.mechanism(), self.method.rows());
         let view = View { t: at.t, q: &at.q, v: &at.v, lambda: &at.lambda };
         let sensors = self.sensors.read(mechanism, rows, view);
+        let place = Configuration { t: at.t, q: &at.q, angles: &at.angles };
+        let energies = self.energies.read(place, (at.kinetic, at.hamiltonian), &at.work);
         let sample = Sample {
             step: at.step,
             t: at.t,
@@ -380,11 +403,12 @@ impl Simulation {
             energy: at.energy,
             hamiltonian: at.hamiltonian,
             shadow: at.shadow,
-            work: at.work,
+            work: at.work.iter().sum(),
             momentum: at.momentum,
             residuals: at.residuals,
             newton_iterations: self.iterations,
             sensors,
+            energies,
             momenta: at.momenta,
         };
         let momenta = sample.momenta.as_ref().is_none_or(|momenta| momenta.is_finite());
@@ -444,6 +468,9 @@ impl Experiment for Simulation {
     }
     fn momenta_names(&self) -> Option<MomentaNames> {
         self.momenta_names()
+    }
+    fn energy_columns(&self) -> &[String] {
+        self.energy_columns()
     }
     fn warnings(&self) -> Vec<String> {
         self.warnings()

@@ -152,6 +152,7 @@ impl Statics {
             newton_iterations: point.iterations as f64,
             sensors: self.sensors.read(&self.mechanism, &self.rows, view),
             q: point.q.clone(),
+            energies: vec![],
             momenta: None,
         };
         self.step += 1;

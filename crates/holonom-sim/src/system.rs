@@ -83,8 +83,10 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     for (joint, id) in model.joints.iter().zip(&names.joints) {
         drive::add_joint_forces(&mut builder, joint, *id)?;
     }
+    let mut loads_of = Vec::new();
     for load in &model.loads {
-        add_load(&mut builder, load, &names, (&parts, &list))?;
+        let count = add_load(&mut builder, load, &names, (&parts, &list))?;
+        loads_of.extend(std::iter::repeat_n(load.name.clone(), count));
     }
     parts.description = builder.description().map_err(refusal)?;
     let mut mechanism = parts.mechanism();
@@ -93,7 +95,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     let members = members(model, &parts);
     let parts = Arc::new(parts);
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
-    let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
+    let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces, loads_of };
     let beams = Beams { parts, list };
     let acting = (&mechanism, &dynamics.forces);
     let sensors = Sensors::new(model, acting, &names.principal, &beams);
@@ -205,13 +207,13 @@ fn add_spring(builder: &mut MechanismBuilder, spring: &holonom_model::Spring, na
     entry.natural_length(spring.natural_length.unwrap_or_default());
 }
 
-/// Adds a `[[load]]`: one, or one for each node of a beam.
+/// Adds a `[[load]]`: one, or one for each node of a beam; returns how many.
 fn add_load(
     builder: &mut MechanismBuilder,
     load: &holonom_model::Load,
     names: &Names<'_>,
     (parts, beams): (&BeamModel, &[BeamParts]),
-) -> Result<(), ModelError> {
+) -> Result<usize, ModelError> {
     let (force, torque) = (Vector3::from(load.force), Vector3::from(load.torque));
     let history = load.history.time_history();
     let follower = load.frame == Frame::Body;
@@ -221,8 +223,9 @@ fn add_load(
         if follower {
             entry.follower();
         }
-        return Ok(());
+        return Ok(1);
     }
+    let mut count = 0;
     let kind = if follower { LoadKind::Follower } else { LoadKind::Dead };
     let beam = beams.iter().filter(|b| Some(&b.name) == load.beam.as_ref());
     for leg in beam.flat_map(|b| &b.legs) {
@@ -230,7 +233,8 @@ fn add_load(
             let key = format!("load.{}", load.name);
             ModelError::Assembly(vec![Problem::new(key, error.to_string())])
         })?;
+        count += along.len();
         along.into_iter().for_each(|load| builder.load_of_frame(load));
     }
-    Ok(())
+    Ok(count)
 }

@@ -146,6 +146,17 @@ impl DiscreteForce for StrainDamping {
         self.add(at.t, at.q, v, 1.0, out);
     }
 
+    fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
+        let mut work = 0.0;
+        self.each(s.h, &mut |own, theta| {
+            let change = own.strain(&s.q1) - own.strain(&s.q0);
+            let [start, end] = [&s.q0, &s.q1].map(|q| own.strain_rate(q, &s.v_mid));
+            let rate = (0.5 + theta) * start + (0.5 - theta) * end;
+            work -= own.viscosity().component_mul(&change).dot(&rate);
+        });
+        work
+    }
+
     fn add_rest_derivative(&self, _: Configuration<'_>, _: f64, _: &mut dyn Entries) {}
 
     fn is_dissipative(&self) -> bool {
@@ -159,6 +170,15 @@ impl Force for StrainDamping {
             let n = -scale * own.viscosity().component_mul(&own.strain_rate(q, v));
             own.add(q, &n, out);
         });
+    }
+
+    fn power(&self, _t: f64, q: &[f64], v: &[f64], _scratch: &mut [f64]) -> f64 {
+        let mut power = 0.0;
+        self.each(f64::INFINITY, &mut |own, _| {
+            let rate = own.strain_rate(q, v);
+            power -= own.viscosity().component_mul(&rate).dot(&rate);
+        });
+        power
     }
 
     fn add_position_derivative(

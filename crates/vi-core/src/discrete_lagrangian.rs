@@ -152,6 +152,20 @@ impl SeparableSystem {
         self
     }
 
+    /// How many discrete forces there are.
+    #[must_use]
+    pub fn force_count(&self) -> usize {
+        self.forces.len()
+    }
+
+    /// Adds the work of each discrete force in a step, J, in the order in which they were added; `scratch`: shape
+    /// `n`.
+    pub fn add_work(&self, s: &Interval, scratch: &mut [f64], out: &mut [f64]) {
+        for (force, work) in self.forces.iter().zip(out) {
+            *work += force.work(s, scratch);
+        }
+    }
+
     /// `out ← ∇V(q) − f(t, q, 0)`, N: what the constraints have to balance at rest.
     pub fn rest_force(&self, at: Configuration<'_>, out: &mut [f64]) {
         out.fill(0.0);

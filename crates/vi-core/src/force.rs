@@ -21,6 +21,13 @@ pub trait DiscreteForce: Send + Sync {
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries);
     /// `out ← out + f(t, q, v)`, N: the continuous force that the pair approximates.
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
+    /// `(f_d^- + f_d^+)·Δq/h`, J: the work in a step; `scratch`: shape `n`.
+    fn work(&self, s: &Interval, scratch: &mut [f64]) -> f64 {
+        scratch.fill(0.0);
+        self.add_minus(s, scratch);
+        self.add_plus(s, scratch);
+        scratch.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum()
+    }
     /// Emits `scale ∂f/∂q (t, q, 0)`, the stiffness of the force at rest; always the same places in the
     /// same order.
     fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
@@ -32,6 +39,12 @@ pub trait DiscreteForce: Send + Sync {
 pub trait Force: Send + Sync {
     /// `out ← out + scale f(t, q, v)`.
     fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]);
+    /// `f(t, q, v)·v`, W; `scratch`: shape `n`.
+    fn power(&self, t: f64, q: &[f64], v: &[f64], scratch: &mut [f64]) -> f64 {
+        scratch.fill(0.0);
+        self.add(t, q, v, 1.0, scratch);
+        scratch.iter().zip(v).map(|(f, v)| f * v).sum()
+    }
     /// Emits `scale ∂f/∂q`; always the same places in the same order.
     fn add_position_derivative(
         &self,
@@ -75,6 +88,10 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         self.0.add(at.t, at.q, v, 1.0, out);
+    }
+
+    fn work(&self, s: &Interval, scratch: &mut [f64]) -> f64 {
+        s.h * self.0.power(s.t_mid(), &s.q_mid, &s.v_mid, scratch)
     }
 
     fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {

@@ -149,12 +149,17 @@ impl EmSystem {
         self.kinetic_energy(&state.v) + self.potential_energy(state.configuration())
     }
 
-    /// The work of all loads in a step, `f̄·Δq`, J; `work`: scratch of shape `n`.
+    /// How many loads and dampers act.
     #[must_use]
-    pub fn work(&self, s: &Interval, work: &mut [f64]) -> f64 {
-        work.fill(0.0);
-        self.loads.iter().for_each(|load| load.add(s, 1.0, work));
-        work.iter().zip(&s.dq).map(|(f, dq)| f * dq).sum()
+    pub fn load_count(&self) -> usize {
+        self.loads.len()
+    }
+
+    /// Adds the work of each load in a step, `f̄·Δq`, J, in the order in which they were added; `scratch`: shape `n`.
+    pub fn add_work(&self, s: &Interval, scratch: &mut [f64], out: &mut [f64]) {
+        for (load, work) in self.loads.iter().zip(out) {
+            *work += load.work(s, scratch);
+        }
     }
 
     /// `out ← h B`, shape `n`, for a step from a node with velocity `v_n`; `work`: scratch of shape `n`.

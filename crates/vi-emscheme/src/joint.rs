@@ -46,6 +46,11 @@ impl<L: JointLaw> MidpointLoad for JointForce<L> {
         coordinate::add_slope(&self.coordinate, s, scale * effort, out);
     }
 
+    fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
+        let Change { mean, difference } = self.coordinate.change(s);
+        self.law.effort(s.t_mid(), mean, difference / s.h) * difference // D̄θ·Δq = Δθ
+    }
+
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         let Change { mean, difference } = self.coordinate.change(s);
         let (t, rate) = (s.t_mid(), difference / s.h);

@@ -31,6 +31,12 @@ pub trait MidpointLoad: Send + Sync {
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
     /// `out ← out + f(t, q, v)`: the force that it approximates, shape `n`, N.
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
+    /// `f̄·Δq`, J: the work in a step; `scratch`: shape `n`.
+    fn work(&self, s: &Interval, scratch: &mut [f64]) -> f64 {
+        scratch.fill(0.0);
+        self.add(s, 1.0, scratch);
+        scratch.iter().zip(&s.dq).map(|(f, dq)| f * dq).sum()
+    }
     /// Whether it depends on velocities in a way that dissipates energy: it must not be run backwards.
     fn is_dissipative(&self) -> bool {
         false
@@ -54,6 +60,10 @@ impl<F: Force> MidpointLoad for AtMidpoint<F> {
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         self.0.add(at.t, at.q, v, 1.0, out);
+    }
+
+    fn work(&self, s: &Interval, scratch: &mut [f64]) -> f64 {
+        s.h * self.0.power(s.t_mid(), &s.q_mid, &s.v_mid, scratch)
     }
 
     fn is_dissipative(&self) -> bool {
@@ -85,23 +95,34 @@ fn follower_components(load: &Load, t: f64) -> [(f64, f64); 3] {
     })
 }
 
+/// `out ← out + scale f̄` at the coordinates of the frame of the load.
+fn add_to_frame(load: &Load, s: &Interval, scale: f64, out: &mut [f64]) {
+    let frame = &s.q_mid[load.offset()..load.offset() + FRAME];
+    let Wrench { force, torque } = load.wrench(s.t_mid(), frame);
+    let w = inverse(&spread(frame)) * torque;
+    for k in 0..3 {
+        out[k] += scale * force[k];
+    }
+    for i in 0..3 {
+        let f = scale * (w.cross(&director(frame, i)) + load.point()[i] * force);
+        (0..3).for_each(|k| out[3 + 3 * i + k] += f[k]);
+    }
+}
+
 impl MidpointLoad for Load {
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         DiscreteForce::add_continuous(self, at, v, out);
     }
 
+    fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
+        let own = self.offset()..self.offset() + FRAME;
+        let mut force = [0.0; FRAME];
+        add_to_frame(self, s, 1.0, &mut force);
+        force.iter().zip(&s.dq[own]).map(|(f, dq)| f * dq).sum()
+    }
+
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        let frame = &s.q_mid[self.offset()..self.offset() + FRAME];
-        let Wrench { force, torque } = self.wrench(s.t_mid(), frame);
-        let w = inverse(&spread(frame)) * torque;
-        let out = &mut out[self.offset()..];
-        for k in 0..3 {
-            out[k] += scale * force[k];
-        }
-        for i in 0..3 {
-            let f = scale * (w.cross(&director(frame, i)) + self.point()[i] * force);
-            (0..3).for_each(|k| out[3 + 3 * i + k] += f[k]);
-        }
+        add_to_frame(self, s, scale, &mut out[self.offset()..]);
     }
 
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {

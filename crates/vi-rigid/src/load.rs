@@ -246,6 +246,14 @@ impl DiscreteForce for Load {
         }
     }
 
+    fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
+        let wrench = self.wrench(s.t_mid(), self.frame(&s.q_mid));
+        let mut impulse = [0.0; FRAME];
+        self.add(0.5 * s.h, wrench, self.frame(&s.q0), &mut impulse);
+        self.add(0.5 * s.h, wrench, self.frame(&s.q1), &mut impulse);
+        impulse.iter().zip(self.frame(&s.v_mid)).map(|(f, v)| f * v).sum()
+    }
+
     fn add_continuous(&self, at: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
         let frame = self.frame(at.q);
         self.add(1.0, self.wrench(at.t, frame), frame, &mut out[self.offset..]);

@@ -30,7 +30,8 @@ impl Family for SeparableSystem {
     const VARIATIONAL: bool = true;
 
     fn work(run: &MechanismIntegrator) -> Work {
-        Work::new(&run.state().p, run.initial_velocity(), run.constraints().is_rheonomic())
+        let driven = run.constraints().is_rheonomic();
+        Work::new(&run.state().p, run.initial_velocity(), run.system().force_count(), driven)
     }
 
     fn add_work(&self, _: &Mechanism, step: Step<'_>, work: &mut Work) {
@@ -54,17 +55,18 @@ impl Family for EmSystem {
     const VARIATIONAL: bool = false;
 
     fn work(run: &EmIntegrator<Mechanism>) -> Work {
-        Work::new(&run.state().q, &run.state().v, false) // the multipliers of the step are at hand
+        // the multipliers of the step are at hand
+        Work::new(&run.state().q, &run.state().v, run.system().load_count(), false)
     }
 
     fn add_work(&self, mechanism: &Mechanism, Step { s, multipliers }: Step<'_>, work: &mut Work) {
-        work.total += self.work(s, &mut work.force);
+        self.add_work(s, &mut work.force, &mut work.parts);
         if mechanism.is_rheonomic() {
             // prescribed motions do h λ·∂g/∂t, with μ = h²λ
             work.rates.resize(multipliers.len(), 0.0);
             mechanism.time_derivative(s.t_mid(), &s.q_mid, &mut work.rates);
             let power: f64 = multipliers.iter().zip(&work.rates).map(|(mu, rate)| mu * rate).sum();
-            work.total += power / s.h;
+            work.add_motions(power / s.h);
         }
     }
 

@@ -33,6 +33,8 @@ pub(crate) struct Reading {
     pub(crate) t: f64,
     /// `q_n`.
     pub(crate) q: Vec<f64>,
+    /// Unwrapped angles.
+    pub(crate) angles: Vec<f64>,
     /// Velocity: `v̂` of the projected momentum, `v_n` of energy–momentum schemes.
     pub(crate) v: Vec<f64>,
     /// `λ_n`; empty unless it was asked for.
@@ -43,8 +45,10 @@ pub(crate) struct Reading {
     pub(crate) hamiltonian: f64,
     /// Shadow energy; `None` at the start of composed steps.
     pub(crate) shadow: Option<f64>,
-    /// Work of non-conservative forces and prescribed motions since the start.
-    pub(crate) work: f64,
+    /// Kinetic part of it.
+    pub(crate) kinetic: f64,
+    /// Work since the start: of each force, then of all prescribed motions.
+    pub(crate) work: Vec<f64>,
     /// Momentum maps.
     pub(crate) momentum: Momentum,
     /// Constraint residuals.

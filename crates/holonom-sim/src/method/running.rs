@@ -82,10 +82,12 @@ impl<S: Family> Running<S> {
             step: at.step,
             t: at.t,
             q: at.q.clone(),
+            angles: at.angles.clone(),
             v: node.v.clone(),
             lambda: node.lambda.clone(),
             energy,
             hamiltonian,
+            kinetic: node.hamiltonian_projected.kinetic,
             shadow: of_step.map(|step| shadow_energy(self.order, hamiltonian, step)),
             work: self.work.at(before, &at.p, (&node.p_projected, &node.v)),
             momentum: mechanism.momentum(&at.q, &node.p_projected),
@@ -161,7 +163,7 @@ impl<S: Family + 'static> Method for Running<S> {
         MotionState {
             state: self.run.state().clone(),
             ended: self.ended,
-            work: self.work.total,
+            work: self.work.parts.clone(),
             impulse: self.work.impulse().cloned(),
         }
     }

@@ -11,30 +11,31 @@
 
 use crate::run_state::{Impulse, same_length};
 use vi_constraints::integrator::ResumeError;
-use vi_core::DiscreteLagrangian;
 use vi_core::interval::Interval;
+use vi_core::{DiscreteLagrangian, SeparableSystem};
 
 /// The work up to the present node and up to the one before.
 #[derive(Clone, Debug)]
 pub(crate) struct Work {
     pub(super) force: Vec<f64>, // n  scratch
     pub(super) rates: Vec<f64>, // m  ∂g/∂t, scratch
-    pub(super) total: f64,
-    before: f64,
+    pub(super) parts: Vec<f64>, // J  of each force, then of all prescribed motions
+    before: Vec<f64>,           // J  the same up to the node before
     node: Option<[Impulse; 2]>, // of the present node and the one before; None without prescribed motions
 }
 
 impl Work {
-    /// From the start with momentum `p` and velocity `v`; `driven`: some motion is prescribed.
-    pub(crate) fn new(p: &[f64], v: &[f64], driven: bool) -> Self {
+    /// From the start with momentum `p` and velocity `v`, of `forces` forces; `driven`: some motion is prescribed.
+    pub(crate) fn new(p: &[f64], v: &[f64], forces: usize, driven: bool) -> Self {
         let start = Impulse { p: p.to_vec(), v: v.to_vec(), h: 0.0 };
         let node = driven.then(|| [start.clone(), start]);
-        Self { force: vec![0.0; p.len()], rates: Vec::new(), total: 0.0, before: 0.0, node }
+        let parts = vec![0.0; forces + 1];
+        Self { force: vec![0.0; p.len()], rates: Vec::new(), before: parts.clone(), parts, node }
     }
 
     /// A macro step begins.
     pub(crate) fn begin(&mut self) {
-        self.before = self.total;
+        self.before.copy_from_slice(&self.parts);
         if let Some([now, stored]) = &mut self.node {
             stored.copy_from(now);
         }
@@ -42,7 +43,7 @@ impl Work {
 
     /// It was refused.
     pub(crate) fn take_back(&mut self) {
-        self.total = self.before;
+        self.parts.copy_from_slice(&self.before);
         if let Some([now, stored]) = &mut self.node {
             now.copy_from(stored);
         }
@@ -59,47 +60,52 @@ impl Work {
     /// [`ResumeError::Shape`].
     pub(crate) fn resume(
         &mut self,
-        total: f64,
+        parts: Vec<f64>,
         impulse: Option<Impulse>,
     ) -> Result<(), ResumeError> {
         let size = |node: Option<&Impulse>| node.map_or(0, |node| node.p.len() + node.v.len());
         same_length("the impulse", size(impulse.as_ref()), size(self.impulse()))?;
-        (self.total, self.before) = (total, total);
+        same_length("the list of works", parts.len(), self.parts.len())?;
+        (self.before, self.parts) = (parts.clone(), parts);
         self.node = impulse.map(|now| [now.clone(), now]);
         Ok(())
     }
 
     /// Adds a (sub-)step of a variational scheme.
-    pub(crate) fn add(&mut self, system: &impl DiscreteLagrangian, s: &Interval) {
-        self.add_forces(system, s);
+    pub(crate) fn add(&mut self, system: &SeparableSystem, s: &Interval) {
+        system.add_work(s, &mut self.force, &mut self.parts);
         let Some([node, _]) = &mut self.node else { return };
         system.forced_d1(s, &mut self.force);
         let weight = if node.h == 0.0 { 0.0 } else { node.h / (node.h + s.h) };
+        let mut constraints = 0.0;
         for (i, b) in self.force.iter().enumerate() {
             let v = node.v[i] + weight * (s.v_mid[i] - node.v[i]);
-            self.total -= (node.p[i] + b) * v;
+            constraints -= (node.p[i] + b) * v;
         }
         system.forced_d2(s, &mut node.p);
         node.v.copy_from_slice(&s.v_mid);
         node.h = s.h;
+        self.add_motions(constraints);
     }
 
-    /// Adds the work of the discrete forces of a step.
-    pub(crate) fn add_forces(&mut self, system: &impl DiscreteLagrangian, s: &Interval) {
-        self.force.fill(0.0);
-        system.add_force_minus(s, &mut self.force);
-        system.add_force_plus(s, &mut self.force);
-        self.total += dot(&self.force, &s.v_mid);
+    /// Adds the work of prescribed motions.
+    pub(crate) fn add_motions(&mut self, work: f64) {
+        self.parts.last_mut().into_iter().for_each(|motions| *motions += work);
     }
 
-    /// The work up to the present node, J, or up to the one `before`; `p`: `p̄` of that node,
-    /// `p_projected` and `v`: its projection and the velocity of that.
-    pub(crate) fn at(&self, before: bool, p: &[f64], (p_projected, v): (&[f64], &[f64])) -> f64 {
-        let total = if before { self.before } else { self.total };
-        if self.node.is_none() {
-            return total;
+    /// The work of each force, and of all prescribed motions, up to the present node, J, or up to the one `before`;
+    /// `p`: `p̄` of that node, `p_projected` and `v`: its projection and the velocity of that.
+    pub(crate) fn at(
+        &self,
+        before: bool,
+        p: &[f64],
+        (p_projected, v): (&[f64], &[f64]),
+    ) -> Vec<f64> {
+        let mut parts = if before { self.before.clone() } else { self.parts.clone() };
+        if let (Some(motions), Some(_)) = (parts.last_mut(), &self.node) {
+            *motions += dot(p_projected, v) - dot(p, v);
         }
-        total - dot(p, v) + dot(p_projected, v)
+        parts
     }
 }
 

@@ -193,6 +193,7 @@ mod tests {
             residuals: Residuals { position: 1e-16, velocity: 0.0, momentum: 2.5e-7 },
             newton_iterations: 3.0,
             sensors: vec![],
+            energies: vec![],
             momenta: None,
         }
     }

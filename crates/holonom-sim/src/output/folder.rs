@@ -9,6 +9,7 @@ use std::sync::Arc;
 use super::beams::BeamWriter;
 use super::checkpoint::{self, Checkpoint};
 use super::csv::{Trajectory, TrajectoryWriter};
+use super::energy::EnergyWriter;
 use super::file::{OutputError, at, write_atomically};
 use super::frames::Frames;
 use super::momenta::MomentaWriter;
@@ -22,19 +23,20 @@ use crate::sample::{Member, MomentaNames};
 use crate::sensor::Column;
 
 /// Files that make a folder one of ours.
-const FILES: [&str; 8] = [
+const FILES: [&str; 9] = [
     "trajectory.csv",
     "residuals.csv",
     "sensors.csv",
     "beams.csv",
     "momenta.csv",
+    "energy.csv",
     "summary.json",
     "model.toml",
     "report.html",
 ];
 
 /// So many of them, the first, hold rows.
-const ROWS: usize = 5;
+const ROWS: usize = 6;
 
 /// A folder with the files of one run.
 #[derive(Clone, Debug)]
@@ -213,6 +215,21 @@ impl RunFolder {
         let Some(names) = names else { return Ok(None) };
         let writer = self.rows("momenta.csv").and_then(|file| MomentaWriter::new(file, names));
         writer.map(Some).map_err(|e| at(&self.path.join("momenta.csv"), e))
+    }
+
+    /// Begins `energy.csv`; `None` without columns.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn energies(
+        &self,
+        columns: &[String],
+    ) -> Result<Option<EnergyWriter<RowFile>>, OutputError> {
+        if columns.is_empty() {
+            return Ok(None);
+        }
+        let writer = self.rows("energy.csv").and_then(|file| EnergyWriter::new(file, columns));
+        writer.map(Some).map_err(|e| at(&self.path.join("energy.csv"), e))
     }
 
     /// Reads `sensors.csv`; `None` when the run has none.

@@ -6,6 +6,7 @@
 //! | `residuals.csv` | constraint residuals and Newton iterations of the same nodes |
 //! | `sensors.csv` | what the sensors measure at the same nodes; only when the model has sensors |
 //! | `beams.csv` | strains and section forces along beams at the same nodes; only when the model has beams |
+//! | `energy.csv` | parts of the energy and the work done at the same nodes; not in statics |
 //! | `momenta.csv` | multipliers, momenta, parts of the energies at the same nodes; only when the model asks for it |
 //! | `summary.json` | [`Summary`] |
 //! | `model.toml` | the model, resolved |
@@ -15,6 +16,7 @@
 mod beams;
 mod checkpoint;
 mod csv;
+mod energy;
 mod file;
 mod folder;
 mod frames;

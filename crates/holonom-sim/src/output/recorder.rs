@@ -6,6 +6,7 @@ use std::io;
 use super::beams::BeamWriter;
 use super::checkpoint::Checkpoint;
 use super::csv::TrajectoryWriter;
+use super::energy::EnergyWriter;
 use super::file::{OutputError, at};
 use super::folder::RunFolder;
 use super::momenta::MomentaWriter;
@@ -23,6 +24,7 @@ pub struct Recorder {
     sensors: Option<SensorWriter<RowFile>>,
     beams: Option<BeamWriter<RowFile>>,
     momenta: Option<MomentaWriter<RowFile>>,
+    energies: Option<EnergyWriter<RowFile>>,
     summary: SummaryBuilder,
     files: Vec<&'static str>,
 }
@@ -41,14 +43,17 @@ impl Recorder {
         let sensors = folder.sensors(experiment.sensors().columns())?;
         let beams = folder.beams(experiment.beams())?;
         let momenta = folder.momenta(experiment.momenta_names().as_ref())?;
+        let energies = folder.energies(experiment.energy_columns())?;
         let others = [
             (sensors.is_some(), "sensors.csv"),
             (beams.is_some(), "beams.csv"),
             (momenta.is_some(), "momenta.csv"),
+            (energies.is_some(), "energy.csv"),
         ];
         let mut files = vec!["trajectory.csv", "residuals.csv"];
         files.extend(others.into_iter().filter(|(there, _)| *there).map(|(_, name)| name));
-        Ok(Self { folder: folder.clone(), trajectory, sensors, beams, momenta, summary, files })
+        let folder = folder.clone();
+        Ok(Self { folder, trajectory, sensors, beams, momenta, energies, summary, files })
     }
 
     /// Names of the files.
@@ -72,6 +77,7 @@ impl Recorder {
         self.sensors.as_mut().map_or(Ok(()), |sensors| sensors.record(sample))?;
         self.beams.as_mut().map_or(Ok(()), |beams| beams.record(sample))?;
         self.momenta.as_mut().map_or(Ok(()), |momenta| momenta.record(sample))?;
+        self.energies.as_mut().map_or(Ok(()), |energies| energies.record(sample))?;
         self.summary.record(sample);
         Ok(())
     }
@@ -85,7 +91,8 @@ impl Recorder {
             self.trajectory.flush()?;
             self.sensors.as_mut().map_or(Ok(()), SensorWriter::flush)?;
             self.beams.as_mut().map_or(Ok(()), BeamWriter::flush)?;
-            self.momenta.as_mut().map_or(Ok(()), MomentaWriter::flush)
+            self.momenta.as_mut().map_or(Ok(()), MomentaWriter::flush)?;
+            self.energies.as_mut().map_or(Ok(()), EnergyWriter::flush)
         };
         flush().map_err(|e| at(self.folder.path(), e))
     }

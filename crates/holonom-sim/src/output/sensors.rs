@@ -135,6 +135,7 @@ mod tests {
             residuals: Default::default(),
             newton_iterations: 0.0,
             sensors: vec![0.1, f64::NAN, 0.0],
+            energies: vec![],
             momenta: None,
         };
         writer.record(&sample).unwrap();

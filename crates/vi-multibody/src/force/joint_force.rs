@@ -246,6 +246,10 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         let effort = self.law.effort(at.t, self.coordinate.at(at), rate);
         self.coordinate.add_gradient(at.q, effort, out);
     }
+    fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
+        let [start, end] = [&s.q0, &s.q1].map(|q| self.coordinate.rate(q, &s.v_mid));
+        0.5 * s.h * self.effort(s) * (start + end)
+    }
     fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         let (Configuration { t, q, .. }, coordinate) = (at, self.coordinate.at(at));
         let slope = self.law.slopes(t, coordinate, 0.0).by_coordinate;

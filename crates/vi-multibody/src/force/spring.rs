@@ -124,6 +124,9 @@ impl Force for Damper {
     fn add(&self, _t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
         self.between.add_transposed(&(scale * self.law(q, v).0), out);
     }
+    fn power(&self, _t: f64, q: &[f64], v: &[f64], _scratch: &mut [f64]) -> f64 {
+        self.law(q, v).0.dot(&self.between.rate(v))
+    }
     fn add_position_derivative(
         &self,
         _t: f64,
