@@ -39,7 +39,7 @@ fn chain() -> String {
 
 /// Models whose runs follow more than the state of the integrator, with 40 steps, each third recorded.
 fn models() -> Vec<(&'static str, Model)> {
-    let beam = shipped("examples/models/flying_beam").replace("elements = ", "elements = 4 #");
+    let beam = shipped("examples/models/flying_beam");
     let bricard = shipped("examples/models/bricard");
     let gears = include_str!("turning/gears.toml").to_owned();
     let torsion = include_str!("turning/torsion.toml").to_owned();
@@ -278,7 +278,7 @@ fn the_checkpoint_before_stands_in_for_a_damaged_one() {
     let mut simulation = prepare(&model).unwrap();
     run(&model, &mut *simulation, &RunFolder::create(&whole, true).unwrap(), &mut |_, _| {})
         .unwrap();
-    let [newest, before] = CHECKPOINTS.map(|name| path.join(name));
+    let newest = path.join(CHECKPOINTS[0]);
     let bytes = fs::read(&newest).unwrap();
     fs::write(&newest, &bytes[..bytes.len() - 1]).unwrap();
     let output = holonom(parent, &["resume", "out", "--no-progress"]);
@@ -289,6 +289,14 @@ fn the_checkpoint_before_stands_in_for_a_damaged_one() {
     assert!(said.contains("continuing at step 10 of 40"), "{said}");
     assert_same(&path, &whole, "from the checkpoint before");
     assert!(path.join("checkpoint.refused").is_file(), "it is set aside, not removed");
+    // a program that was killed between two renamings
+    let path = folder("renaming").join("out");
+    begin(&model, &path, (13, Some(5)));
+    let [newest, previous] = CHECKPOINTS.map(|name| path.join(name));
+    fs::rename(&newest, previous).unwrap();
+    fs::write(path.join("checkpoint.tmp"), &bytes[..20]).unwrap();
+    assert_eq!(go_on(&path, u64::MAX).summary.status, Status::Done);
+    assert_same(&path, &whole, "killed between two renamings");
     // a complete run has nothing to continue
     let output = holonom(parent, &["resume", "out"]);
     assert_eq!(output.status.code(), Some(0));
@@ -301,7 +309,6 @@ fn the_checkpoint_before_stands_in_for_a_damaged_one() {
     let output = holonom(parent, &["resume", "out"]);
     assert_eq!(output.status.code(), Some(1));
     insta::assert_snapshot!("no_good_checkpoint", words(&output));
-    assert!(before.is_file());
 }
 
 #[test]
@@ -478,6 +485,38 @@ mod processes {
         println!("killed {killed} times");
         assert_eq!(code(&folder, &["resume", "out", "-q"]), 0);
         assert_same(&out, &folder.join("whole"), "killed again and again");
+    }
+
+    #[test]
+    fn every_kind_of_run_survives_a_signal_and_a_kill() {
+        let (mut interrupted, mut killed) = (0, 0);
+        for (name, mut model) in models() {
+            model.settings.end *= 15.0; // 600 steps
+            let folder = folder(&format!("kinds/{name}"));
+            let text = model.to_toml();
+            fs::write(folder.join("model.toml"), text).unwrap();
+            assert_eq!(code(&folder, &["run", "model.toml", "-q", "-o", "whole"]), 0);
+            let out = folder.join("out");
+            let seen = || fs::read(out.join(CHECKPOINTS[1])).unwrap_or_default();
+            let begin = ["run", "model.toml", "-q", "-o", "out", "--checkpoint-every", "20"];
+            for (arguments, name) in [(&begin[..], "-TERM"), (&["resume", "out", "-q"], "-KILL")] {
+                let before = seen();
+                let mut child = start(&folder, arguments);
+                wait_for(&mut child, || !seen().is_empty() && seen() != before);
+                if child.try_wait().unwrap().is_none() {
+                    signal(&child, name);
+                }
+                match child.wait().unwrap().code() {
+                    Some(143) => interrupted += 1,
+                    None => killed += 1,
+                    other => assert_eq!(other, Some(0), "it ended before"),
+                }
+            }
+            assert_eq!(code(&folder, &["resume", "out", "-q"]), 0);
+            assert_same(&out, &folder.join("whole"), name);
+        }
+        println!("{interrupted} programs interrupted, {killed} killed");
+        assert!(interrupted > 0 && killed > 0);
     }
 
     #[test]

@@ -24,8 +24,10 @@ pub(crate) fn resume(arguments: &Resume) -> Result<(), Failure> {
     if let Some(earlier) = earlier {
         match (earlier.status, earlier.failure) {
             (Status::Done, _) => {
-                let note = format!("{}: the run is complete, nothing is left to do", dir.display());
-                stderr::line(&note);
+                stderr::line(&format!(
+                    "{0}: the run is complete, nothing is left to do; `holonom plot {0}` draws it again",
+                    dir.display()
+                ));
                 return Ok(());
             }
             (Status::Failed, Some(failure)) => {

@@ -190,15 +190,17 @@ impl Run<'_> {
         simulation: &mut dyn Experiment,
         every: Option<u64>,
     ) -> Result<Finished, OutputError> {
-        self.checkpoint(simulation, every)?;
         let (step, t) = simulation.place();
+        if self.last != Some(step) {
+            self.checkpoint(simulation, every)?;
+        }
         let resume = self.last.map(|_| resume_command(self.folder.path()));
         let ended = Ended::Interrupted(Interruption { step, t, resume });
         let summary = self.write_summary(simulation, ended)?;
         let mut files = self.files();
-        if self.last.is_some() {
-            files.push(self.folder.path().join(CHECKPOINTS[0]));
-        }
+        files.extend(
+            CHECKPOINTS.map(|name| self.folder.path().join(name)).into_iter().find(|f| f.is_file()),
+        );
         Ok(Finished { summary, files })
     }
 

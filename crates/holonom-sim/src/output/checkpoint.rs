@@ -41,7 +41,7 @@ const LEVEL: i32 = 3; // of the compression
 /// The state of a run and of its files.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Checkpoint {
-    /// Version of the program.
+    /// Version of the program; the first entry in every version.
     pub version: String,
     /// Steps from one checkpoint to the next; `None` where it was written at an interruption only.
     pub every: Option<u64>,
@@ -139,12 +139,12 @@ impl Checkpoint {
             return Err(CheckpointError::Model);
         }
         let payload = zstd::decode_all(payload).map_err(|error| damaged(&error.to_string()))?;
-        let read = postcard::from_bytes(&payload);
-        let read: Self = read.map_err(|error| damaged(&error.to_string()))?;
-        if read.version != env!("CARGO_PKG_VERSION") {
-            return Err(CheckpointError::Program(read.version));
+        let unreadable = |error: postcard::Error| damaged(&error.to_string());
+        let (version, _) = postcard::take_from_bytes::<String>(&payload).map_err(unreadable)?;
+        if version != env!("CARGO_PKG_VERSION") {
+            return Err(CheckpointError::Program(version)); // what follows may be of another type
         }
-        Ok(read)
+        postcard::from_bytes(&payload).map_err(unreadable)
     }
 
     /// Reads a file and compares the lengths of the files of rows in its folder.

@@ -53,10 +53,10 @@ impl RunFolder {
     /// # Errors
     /// [`OutputError::Occupied`], [`OutputError::Foreign`], [`OutputError::InUse`], [`OutputError::Io`].
     pub fn create(path: impl Into<PathBuf>, force: bool) -> Result<Self, OutputError> {
-        let path = path.into();
-        pictures::check_before(&path.join("plots"))?;
-        checkpoint::check_before(&path)?;
-        let folder = Self::create_for(path, &FILES, force)?;
+        let folder = Self::claim(path.into())?;
+        pictures::check_before(&folder.path.join("plots"))?;
+        checkpoint::check_before(&folder.path)?;
+        folder.clear(&FILES, force)?;
         checkpoint::remove(&folder.path)?;
         pictures::remove(&folder.path.join("plots"))?;
         Ok(folder)
@@ -72,16 +72,25 @@ impl RunFolder {
         files: &[&str],
         force: bool,
     ) -> Result<Self, OutputError> {
-        let path = path.into();
+        let folder = Self::claim(path.into())?;
+        folder.clear(files, force)?;
+        Ok(folder)
+    }
+
+    /// Creates the folder if it does not exist, and locks it before anybody looks at its files.
+    fn claim(path: PathBuf) -> Result<Self, OutputError> {
         if !path.is_dir() {
             fs::create_dir_all(&path).map_err(|e| at(&path, e))?;
         }
-        let lock = lock(&path)?; // a run in progress is named as such
-        Self::vacant(&path, files, force)?;
-        for file in files.iter().map(|f| path.join(f)).filter(|f| is_there(f)) {
+        Self::reopen(path)
+    }
+
+    fn clear(&self, files: &[&str], force: bool) -> Result<(), OutputError> {
+        Self::vacant(&self.path, files, force)?;
+        for file in files.iter().map(|f| self.path.join(f)).filter(|f| is_there(f)) {
             fs::remove_file(&file).map_err(|e| at(&file, e))?;
         }
-        Ok(Self { path, lengths: BTreeMap::new(), _lock: lock })
+        Ok(())
     }
 
     /// Whether the given files may be written to a folder: none is there, or `force` is set. Changes

@@ -125,3 +125,40 @@ pub(super) fn open(path: &Path, length: Option<u64>) -> io::Result<RowReader> {
     let file = File::open(path)?;
     Ok(Reader::from_reader(file.take(length)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nodes_that_all_files_have_are_read() {
+        let folder = std::env::temp_dir().join(format!("readable-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let write = |name: &str, text: &str| fs::write(folder.join(name), text).unwrap();
+        let files = ["trajectory.csv", "residuals.csv", "beams.csv", "sensors.csv"];
+        let left = |file: &str, rows, torn| LeftOut { file: file.into(), rows, torn };
+        // killed: beams.csv may go on with the node 2, so the node 1 is the last one
+        write("trajectory.csv", "step,t\n0,0\n1,1\n2,2\n3,3\n4,");
+        write("residuals.csv", "step,t\n0,0\n1,1\n2,2\n");
+        write("beams.csv", "step,t\n0,0\n0,0\n1,1\n1,1\n2,2\n");
+        let (lengths, found) = readable(&folder, &files, false).unwrap();
+        assert_eq!(lengths["trajectory.csv"], 15);
+        assert_eq!(lengths["beams.csv"], 23);
+        let expected = [
+            left("trajectory.csv", 2, true),
+            left("residuals.csv", 1, false),
+            left("beams.csv", 1, false),
+        ];
+        assert_eq!(found, expected);
+        // of a run that has ended only rows that are not whole
+        let (lengths, found) = readable(&folder, &files, true).unwrap();
+        assert_eq!(lengths.len(), 1);
+        assert_eq!((lengths["trajectory.csv"], found), (23, vec![left("trajectory.csv", 0, true)]));
+        // not even one row, and not even a header
+        write("residuals.csv", "step,t\n0,");
+        assert_eq!(readable(&folder, &files, false).unwrap().0["trajectory.csv"], 7);
+        write("residuals.csv", "ste");
+        assert_eq!(readable(&folder, &files, false).unwrap().0["residuals.csv"], 0);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+}

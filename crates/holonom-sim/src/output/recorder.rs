@@ -116,13 +116,4 @@ impl Recorder {
         let version = env!("CARGO_PKG_VERSION").to_owned();
         Ok(Checkpoint { version, every, wall_seconds, run, summary: self.summary.clone(), files })
     }
-
-    /// Ends all files; the run in numbers.
-    ///
-    /// # Errors
-    /// [`OutputError::Io`].
-    pub fn finish(mut self) -> Result<SummaryBuilder, OutputError> {
-        self.flush()?;
-        Ok(self.summary)
-    }
 }
