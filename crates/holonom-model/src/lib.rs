@@ -49,7 +49,7 @@ pub use settings::{Family, Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, 
 pub use shape::{Inertia, Shape, ShapeKind};
 
 pub use start::StartPoints;
-use start::distance;
+use start::{coincide, distance};
 
 /// The greatest size of a model text, bytes.
 pub const MAX_BYTES: usize = 16 * 1024 * 1024;
@@ -277,7 +277,8 @@ impl Model {
         }
         let points = StartPoints::new(self);
         let bars: Vec<f64> = self.bars.iter().map(|b| distance(points.bar(b))).collect();
-        let springs: Vec<f64> = self.springs.iter().map(|s| distance(points.spring(s))).collect();
+        let length = |ends| if coincide(&ends) { 0.0 } else { distance(ends) };
+        let springs: Vec<f64> = self.springs.iter().map(|s| length(points.spring(s))).collect();
         for (bar, start) in self.bars.iter_mut().zip(bars) {
             bar.length.get_or_insert(start);
         }
