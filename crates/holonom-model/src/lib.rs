@@ -14,6 +14,7 @@ mod beam;
 mod beam_checks;
 mod body;
 mod checks;
+mod computed;
 mod connection;
 mod drive;
 mod drive_checks;
@@ -152,6 +153,10 @@ impl Model {
             return Err(ModelError::invalid(problems));
         }
         model.resolve();
+        let too_large = computed::too_large(&model);
+        if !too_large.is_empty() {
+            return Err(ModelError::Assembly(too_large));
+        }
         let missed = start::inconsistencies(&model);
         if !missed.is_empty() && !model.settings.project_start {
             return Err(ModelError::InconsistentStart(missed));
