@@ -417,6 +417,24 @@ impl SaddlePoint {
     /// # Errors
     /// [`Singular`].
     pub fn solve_with(
+    /// `Σ_j |K_ij| size_j` over the matrix of the last solve, where the coordinates have the sizes that the system
+    /// gives them at `q` and the multipliers those of `x`; `None` before the first.
+    #[must_use]
+    pub fn equation_sizes<C: Constraints>(
+        &self,
+        constraints: &C,
+        q: &[f64],
+        x: &[f64],
+    ) -> Option<Vec<f64>> {
+        let (matrix, n) = (self.matrix()?, self.n);
+        let mut sizes = vec![0.0; n];
+        constraints.coordinate_sizes(q, &mut sizes);
+        sizes.extend(x[n..].iter().map(|multiplier| multiplier.abs()));
+        let mut sums = vec![0.0; sizes.len()];
+        matrix.for_each(|i, j, value| sums[i] += value.abs() * sizes[j]);
+        Some(sums)
+    }
+
         &mut self,
         emit: &dyn Fn(&mut dyn Entries),
         (upper, scale, lower): (&dyn Fn(&mut dyn Entries), f64, &dyn Fn(&mut dyn Entries)),

@@ -230,6 +230,12 @@ pub trait Scheme<S, C>: Send {
     fn resolution(&self) -> f64 {
         0.25
     }
+    /// `Σ_j |K_ij| size_j` of each equation at `x`, with the matrix of the last correction: rounding changes the
+    /// residual by a few `ε` of that. `None`: not known. Allocates; asked only where the residual has stopped to
+    /// fall.
+    fn equation_sizes(&mut self, _constraints: &C, _x: &[f64]) -> Option<Vec<f64>> {
+        None
+    }
     /// The unknowns that alternate from step to step around a smooth course.
     fn alternating(&self, _sub_steps: usize) -> Range<usize> {
         0..0
@@ -334,6 +340,12 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
         self.scheme.resolution()
     }
 }
+    fn is_round_off(&mut self, x: &[f64], r: &[f64]) -> bool {
+        const PARTS: f64 = 8.0 * f64::EPSILON;
+        let sizes = self.scheme.equation_sizes(self.constraints, x);
+        sizes.is_some_and(|sizes| r.iter().zip(&sizes).all(|(r, size)| r.abs() <= PARTS * size))
+    }
+
 
 /// Solves one step with increasingly robust initial guesses: the extrapolated increment, the last one, zero
 /// with a line search.
