@@ -337,7 +337,28 @@ impl Simulation {
     fn failure(&self, error: &StepError) -> RunFailure {
         let (step, t, _) = self.method.place();
         let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
-        RunFailure { step, t, message: format!("{error}{place}"), remedy: error.remedy().into() }
+        let remedy = error.remedy().to_owned() + &self.dead_end(error);
+        RunFailure { step, t, message: format!("{error}{place}"), remedy }
+    }
+
+    /// What prescribed motions may have to do with a step that was not found.
+    fn dead_end(&self, error: &StepError) -> String {
+        let mechanism = self.method.mechanism();
+        let first = mechanism.len() - mechanism.rows().len();
+        let rows = mechanism.rows().iter().enumerate().filter(|(_, row)| row.is_rheonomic());
+        let mut names: Vec<String> =
+            rows.map(|(k, _)| format!("`{}`", mechanism.constraint_name(first + k))).collect();
+        names.dedup();
+        names.truncate(4);
+        match error {
+            StepError::Newton(_) | StepError::RankLost if !names.is_empty() => {
+                let names = names.join(" and ");
+                format!(
+                    "; or shorten the path of {names}, if the joints cannot follow it any further"
+                )
+            }
+            _ => String::new(),
+        }
     }
 
     /// The constraint, joint, body or particle that a failed step is about.
