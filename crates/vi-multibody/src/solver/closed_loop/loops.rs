@@ -319,17 +319,23 @@ pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> 
     const RELATIVE: f64 = 1e-5; // what Newton's method calls small of this is about 50 ε
     let extents = mechanism.point_sizes(&mechanism.initial_configuration());
     let links = mechanism.tree().links();
+    let (bodies, dof) = (mechanism.description().bodies.len(), mechanism.tree().dof());
+    let of = |kind: BlockKind, extent: f64, arm: f64| match kind {
+        BlockKind::Position => extent,
+        _ => extent / arm,
+    };
     for block in &mut blocks {
-        let felt = |link: &&Link| {
-            link.offset < block.range.end && link.offset + link.dof() > block.range.start
-        };
-        let first = links.partition_point(|link| link.offset + link.dof() <= block.range.start);
-        let floor = |link: &Link| match block.kind {
-            BlockKind::Position => extents[link.frame],
-            _ => extents[link.frame] / mechanism.arm_of(link.frame),
-        };
+        let ends = |link: &Link| link.offset + link.dof();
+        let first = links.partition_point(|link| ends(link) <= block.range.start);
         let own = links[first..].iter().take_while(|link| link.offset < block.range.end);
-        block.floor = RELATIVE * own.filter(felt).map(floor).fold(0.0, f64::max);
+        let floor = |link: &Link| of(block.kind, extents[link.frame], mechanism.arm_of(link.frame));
+        let mut largest = own.filter(|link| link.dof() > 0).map(floor).fold(0.0, f64::max);
+        if block.range.end > dof {
+            // point masses follow the bodies
+            let points = extents[bodies..].iter().copied().fold(0.0, f64::max);
+            largest = largest.max(of(block.kind, points, mechanism.longest_arm()));
+        }
+        block.floor = RELATIVE * largest;
     }
     blocks
 }
@@ -346,4 +352,32 @@ fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow]) -> Vec<f64> {
         if square > 0.0 { 1.0 / square.sqrt() } else { 1.0 }
     };
     rows.iter().map(scale).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builder::{Inertia, MechanismBuilder};
+    use crate::pair::PairKind;
+    use crate::solver::tree_map::TreeMap;
+    use vi_constraints::Reparametrization;
+
+    #[test]
+    fn every_block_has_a_floor() {
+        let mut builder = MechanismBuilder::new();
+        let inertia = Inertia::principal(1.0, [0.1; 3]);
+        let arm = builder.body("arm", inertia).at([0.5, 0.0, 0.0]).id();
+        builder.body("free", inertia).at([0.0, 7.0, 0.0]);
+        builder
+            .joint("hinge", PairKind::Revolute, FrameId::Ground, arm)
+            .at([0.0; 3])
+            .axis([0.0, 1.0, 0.0]);
+        let mass = builder.particle("mass", 1.0, [0.0, 0.0, 3.0], [0.0; 3]);
+        builder.bar("bar", [0.0, 0.0, 1.0], mass);
+        builder.particle("loose", 1.0, [0.0, 0.0, 5.0], [0.0; 3]);
+        let mechanism = builder.build().unwrap().mechanism;
+        let blocks = with_floors(&mechanism, TreeMap::new(&mechanism).blocks());
+        assert!(blocks.len() > 2);
+        assert!(blocks.iter().all(|block| block.floor > 0.0), "{blocks:?}");
+    }
 }
