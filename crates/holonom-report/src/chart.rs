@@ -351,7 +351,7 @@ mod tests {
             }
         }
         for nearly in [1.0 + f64::EPSILON, 1e17 + 16.0, 1e-200] {
-            let points = vec![(1.0, nearly), (nearly, 1.0), (1e17, 1e17), (nearly, nearly)];
+            let points = [(1.0, nearly), (nearly, 1.0), (1e17, 1e17), (nearly, nearly)];
             for k in 0..points.len() {
                 chart(points[k..].to_vec(), [false; 2]).svg().unwrap();
             }
