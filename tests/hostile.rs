@@ -177,7 +177,8 @@ fn a_violation_that_comes_with_the_motion_ends_the_run_in_every_scheme() {
             failure.step, failure.message, failure.remedy
         );
         assert!(failure.step < 20 && failure.t < 0.2, "{scheme}: {failure:?}");
-        assert!(failure.message.contains('`') && failure.message.contains("residual"));
+        assert!(failure.message.contains("residual"), "{}", failure.message);
+        assert!(["`drive_a`", "`drive_d`"].iter().all(|name| failure.message.contains(name)));
         assert!(failure.remedy.contains("remove one"), "{}", failure.remedy);
         assert!(largest < 1e-8, "{scheme}: a row with residual {largest:e} was written");
     }
@@ -404,7 +405,7 @@ fn what_is_far_away_does_not_make_a_loop_singular() {
     let far = "[[body]]\nname = \"far\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n";
     let arm = "[[joint]]\nname = \"arm\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"far\"\n\
                axis = [0.0, 0.0, 1.0]\n";
-    for (scheme, bound) in [("nodal", 1e-11), ("constrained", 1e-7), ("em-nodal", 1e-9)] {
+    for scheme in ["nodal", "constrained", "em-nodal"] {
         let begun = |more: &str| {
             let text = format!("{linkage}{more}")
                 .replace("[simulation]", &format!("[simulation]\nscheme = \"{scheme}\""));
@@ -420,15 +421,12 @@ fn what_is_far_away_does_not_make_a_loop_singular() {
             (format!("{far}position = [1e8, 1e8, 0.0]\n{arm}position = [1e8, 0.0, 0.0]\n"), 1),
             ("[[particle]]\nname = \"far\"\nmass = 1.0\nposition = [0.0, 1e8, 0.0]\n".into(), 3),
         ] {
-            if scheme == "em-nodal" && dof == 3 {
-                continue; // dense beside point masses: the first correction is not finite, the run fails
-            }
             let beside = begun(&more);
             assert_eq!(beside.assembly().counts.dof, 7 + dof, "{scheme}, {more}");
             let pairs = alone.configuration().iter().zip(beside.configuration());
             let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             println!("{scheme}, {dof} more degrees of freedom: {apart:.1e} apart");
-            assert!(apart < bound, "{scheme}, {more}: {apart:e} apart");
+            assert!(apart < 1e-12, "{scheme}, {more}: {apart:e} apart");
         }
     }
 }

@@ -20,9 +20,11 @@ use crate::sensor::{Sensors, View};
 use crate::system::{self, System};
 use holonom_model::{Family, Model, ModelError, Problem, Scheme, Settings};
 use std::io;
+use vi_constraints::agreement::Dependence;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, InitialValues, Options};
+use vi_core::Configuration;
 use vi_core::linear::{Singular, norm_inf};
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
@@ -361,11 +363,34 @@ impl Simulation {
         }
     }
 
+    /// The violated constraint and those that it depends on.
+    fn disagreeing(&self, row: usize) -> String {
+        const LOOKED_AT: usize = 50;
+        let (mechanism, (_, t, q)) = (self.method.mechanism(), self.method.place());
+        let angles = mechanism.principal_angles(q); // gradients do not depend on revolutions
+        let rows = self.method.rows();
+        let mut dependence =
+            Dependence::new(mechanism, rows, Configuration { t, q, angles: &angles });
+        let mut with = |row: usize| [vec![row], dependence.partners(row)].concat();
+        let all = match rows.rows().contains(&row) {
+            false => with(row),
+            // one of those that others depend on
+            true => {
+                let found = rows.redundant().take(LOOKED_AT).map(with);
+                found.into_iter().find(|all| all.contains(&row)).unwrap_or_else(|| vec![row])
+            }
+        };
+        match mechanism.len() - mechanism.rows().len() {
+            internal if row < internal => format!("`{}`", mechanism.constraint_name(row)),
+            _ => agreement::named(mechanism, &all),
+        }
+    }
+
     /// The constraint, joint, body or particle that a failed step is about.
     fn culprit(&self, error: &StepError) -> Option<String> {
         let mechanism = self.method.mechanism();
         if let Some(row) = error.constraint() {
-            return Some(format!("`{}`", mechanism.constraint_name(row)));
+            return Some(self.disagreeing(row));
         }
         let (_, unknown) = error.unknown()?;
         match self.settings.scheme {
