@@ -123,7 +123,8 @@ pub fn start(
     jacobian.mul_add(1.0, v, &mut violation);
     report.velocity_residual = norm_inf(&violation);
     let mut v0 = v.to_vec();
-    let rest = |(rate, length): (&f64, &f64)| rate.abs() <= CLOSED * (1.0 + norm_inf(v)) * length;
+    let speed = 1.0 + norm_inf(v);
+    let rest = |(rate, length): (&f64, &f64)| rate.abs() <= CLOSED * speed * length;
     if !violation.iter().zip(&lengths).all(rest) {
         let r = rows.len();
         let mut x = vec![0.0; n + r];
