@@ -4,6 +4,7 @@
 mod command;
 mod export;
 mod foreign_files;
+mod hostile_files;
 mod interruption;
 mod invalid_models;
 mod program;

@@ -15,6 +15,7 @@ mod beam_models;
 mod certificates;
 mod chain_and_top;
 mod compare;
+mod contradictions;
 mod driven_beams;
 mod efforts;
 mod energies;

@@ -11,7 +11,7 @@ use miette::{
 };
 use serde_json::{Value, json};
 
-use crate::stderr;
+use crate::stderr::{self, visible, visible_in_place};
 
 /// One problem, for miette.
 #[derive(Debug, thiserror::Error)]
@@ -73,7 +73,7 @@ impl InvalidModel {
         let mut out = String::new();
         for problem in &problems {
             if handler.render_report(&mut out, &shown(&name, &self.text, problem)).is_err() {
-                out += &format!("{name}: {problem}\n");
+                out += &visible(&format!("{name}: {problem}\n"));
             }
             out.push('\n');
         }
@@ -84,9 +84,8 @@ impl InvalidModel {
             _ => "s",
         };
         let verdict = "is not a valid model";
-        stderr::line(&format!(
-            "{out}error: {name} {verdict}: {count} problem{plural}, nothing written"
-        ));
+        stderr::styled(&out);
+        stderr::line(&format!("error: {name} {verdict}: {count} problem{plural}, nothing written"));
     }
 
     /// The problems for machines.
@@ -113,10 +112,11 @@ fn shown(name: &str, text: &str, problem: &Problem) -> Shown {
         }
         (None, None) => format!("{name}: "),
     };
+    let source = if frame.is_some() { visible_in_place(text) } else { String::new() };
     Shown {
-        message: place + &clipped(&problem.to_string()),
+        message: visible(&place).into_owned() + &clipped(&problem.to_string()),
         label: if problem.key.is_empty() { "here".into() } else { clipped(&problem.key) },
-        source_code: NamedSource::new(name, if frame.is_some() { text } else { "" }.to_owned()),
+        source_code: NamedSource::new(visible(name), source),
         span: frame,
         help: problem.help.as_deref().map(clipped),
     }
@@ -134,8 +134,9 @@ fn fits(text: &str, span: &Range<usize>) -> bool {
     text.lines().skip(line.saturating_sub(2)).take(3).all(|l| l.len() < 400)
 }
 
-/// Words of bearable length.
+/// Words of bearable length, none of them a command to the terminal.
 fn clipped(words: &str) -> String {
+    let words = &*visible(words);
     match words.char_indices().nth(400) {
         Some((end, _)) => format!("{}…", &words[..end]),
         None => words.to_owned(),

@@ -52,7 +52,7 @@ pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
     if arguments.json {
         return stdout::json(&serde_json::to_value(&report).unwrap_or_default());
     }
-    stdout::bytes(table(&report).as_bytes())
+    stdout::bytes(stderr::visible(&table(&report)).as_bytes())
 }
 
 /// Writes `modes.json`, `modes.csv` and the pictures of the first modes.

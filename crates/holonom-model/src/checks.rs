@@ -9,7 +9,7 @@ use super::source::Document;
 use super::start::{StartPoints, coincide, is_ground};
 use super::{
     Bar, Body, Constraint, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Scheme, Shape,
-    Spring,
+    Spring, SpringLaw,
 };
 
 /// All problems of a model that could be read.
@@ -398,8 +398,8 @@ impl<'a> Checker<'a> {
 
     fn spring(&mut self, key: &str, spring: &Spring) {
         let sections = ["body", "particle", GROUND];
-        self.reference(format!("{key}.from"), &spring.from, &sections);
-        self.reference(format!("{key}.to"), &spring.to, &sections);
+        let from = self.refers(format!("{key}.from"), &spring.from, &sections);
+        let to = self.refers(format!("{key}.to"), &spring.to, &sections);
         self.two_ends(&format!("{key}.to"), &spring.from, &spring.to);
         let ends = [
             ("point_from", &spring.from, &spring.point_from),
@@ -423,6 +423,15 @@ impl<'a> Checker<'a> {
                 let message = format!("{name} = {value} is negative");
                 self.report(format!("{key}.{name}"), message, "write 0 or a positive number");
             }
+        }
+        let rest = spring.natural_length.filter(|_| spring.law == SpringLaw::Linear);
+        let directed = rest.is_some_and(|length| length > 0.0) || spring.damping > 0.0;
+        let coincident = || coincide(&self.points.spring(spring));
+        if directed && from && to && spring.from != spring.to && coincident() {
+            let message =
+                "both ends start at the same point: its force has no direction".to_owned();
+            let help = "move one of them, or write natural_length = 0 and no damping";
+            self.report(key, message, help);
         }
     }
 }

@@ -14,6 +14,7 @@ mod beam;
 mod beam_checks;
 mod body;
 mod checks;
+mod computed;
 mod connection;
 mod drive;
 mod drive_checks;
@@ -51,7 +52,7 @@ pub use settings::{Family, Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, 
 pub use shape::{Inertia, Shape, ShapeKind};
 
 pub use start::StartPoints;
-use start::distance;
+use start::{coincide, distance};
 
 /// The greatest size of a model text, bytes.
 pub const MAX_BYTES: usize = 16 * 1024 * 1024;
@@ -154,6 +155,10 @@ impl Model {
             return Err(ModelError::invalid(problems));
         }
         model.resolve();
+        let too_large = computed::too_large(&model);
+        if !too_large.is_empty() {
+            return Err(ModelError::Assembly(too_large));
+        }
         let missed = start::inconsistencies(&model);
         if !missed.is_empty() && !model.settings.project_start {
             return Err(ModelError::InconsistentStart(missed));
@@ -279,7 +284,8 @@ impl Model {
         }
         let points = StartPoints::new(self);
         let bars: Vec<f64> = self.bars.iter().map(|b| distance(points.bar(b))).collect();
-        let springs: Vec<f64> = self.springs.iter().map(|s| distance(points.spring(s))).collect();
+        let length = |ends| if coincide(&ends) { 0.0 } else { distance(ends) };
+        let springs: Vec<f64> = self.springs.iter().map(|s| length(points.spring(s))).collect();
         for (bar, start) in self.bars.iter_mut().zip(bars) {
             bar.length.get_or_insert(start);
         }

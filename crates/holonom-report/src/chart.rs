@@ -6,7 +6,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::series::{Points, exponent, power_of_ten, range, tick};
+use super::series::{Points, divisible, drawable, exponent, power_of_ten, range, tick};
 
 /// Units of the drawing per pixel: the library rounds to whole units.
 pub(super) const PX: u32 = 5;
@@ -134,7 +134,8 @@ impl Chart {
         let [x, _] = self.scales();
         let edges = [LEFT, SIZE.0 - RIGHT, TITLE + TOP, SIZE.1 - BOTTOM - LABELS].map(|e| e * PX);
         let [left, right, top, bottom] = edges;
-        format!("{left} {right} {top} {bottom} {} {}", x.range.0, x.range.1)
+        let unit = 10f64.powi(x.exponent);
+        format!("{left} {right} {top} {bottom} {} {}", unit * x.range.0, unit * x.range.1)
     }
 
     fn draw(&self, root: &Area<'_>) -> Result<(), Box<dyn std::error::Error>> {
@@ -205,19 +206,17 @@ impl Chart {
     fn scales(&self) -> [Scale; 2] {
         let all = || self.curves.iter().flat_map(|c| &c.points);
         let [x, y] = [&self.x, &self.y];
-        let across = if x.logarithmic {
-            Scale::logarithmic(x, all().map(|p| p.0), 1.0)
-        } else {
-            let range = range(all().map(|p| p.0)).unwrap_or((0.0, 1.0));
-            let range = if range.1 > range.0 { range } else { (range.0, range.0 + 1.0) };
-            Scale { range, exponent: 0, logarithmic: false, label: x.label("") }
+        let (along, aside) = (|| all().filter_map(|p| drawable(p.0)), all().map(|p| p.1));
+        let across = match x.logarithmic {
+            true => Scale::logarithmic(x, along(), 1.0),
+            false => Scale::linear(x, wide_range(along())),
         };
-        let up = if y.logarithmic {
-            Scale::logarithmic(y, all().map(|p| p.1), 3.0)
-        } else {
-            let (range, exponent) = linear_range(all().map(|p| p.1), self.resolution);
-            let factor = if exponent == 0 { String::new() } else { power_of_ten(exponent) };
-            Scale { range, exponent, logarithmic: false, label: y.label(&factor) }
+        let aside = aside.filter_map(drawable);
+        let up = match y.logarithmic {
+            true => Scale::logarithmic(y, aside, 3.0),
+            false => {
+                Scale::linear(y, linear_range(aside, drawable(self.resolution).unwrap_or(0.0)))
+            }
         };
         [across, up]
     }
@@ -237,8 +236,14 @@ impl Scale {
         Self { range, exponent: 0, logarithmic: true, label: axis.label("") }
     }
 
+    fn linear(axis: &Axis, (range, exponent): ((f64, f64), i32)) -> Self {
+        let factor = if exponent == 0 { String::new() } else { power_of_ten(exponent) };
+        Self { range, exponent, logarithmic: false, label: axis.label(&factor) }
+    }
+
     /// `None`: cannot be drawn.
     fn place(&self, value: f64) -> Option<f64> {
+        let value = drawable(value)?;
         match self.logarithmic {
             true => (value > 0.0).then(|| value.log10()),
             false => Some(value / 10f64.powi(self.exponent)),
@@ -256,6 +261,15 @@ impl Scale {
 
 pub(super) fn color(index: usize) -> RGBColor {
     COLORS[index % COLORS.len()]
+}
+
+/// The range of the values, in units of a power of ten where they are far from one.
+fn wide_range(values: impl Iterator<Item = f64>) -> ((f64, f64), i32) {
+    let (low, high) = divisible(range(values).unwrap_or((0.0, 1.0)));
+    let exponent = exponent(low.abs().max(high.abs()));
+    let exponent = if (-6..15).contains(&exponent) { 0 } else { exponent };
+    let unit = 10f64.powi(exponent);
+    ((low / unit, high / unit), exponent)
 }
 
 /// A range with a margin around the values, in units of a power of ten.
@@ -285,11 +299,70 @@ fn log_range(values: impl Iterator<Item = f64>, decades: f64) -> (f64, f64) {
 }
 
 fn log_ticks(y: (f64, f64)) -> usize {
-    (((y.1 - y.0) as usize) + 1).min(9)
+    (y.1 - y.0).clamp(0.0, 8.0) as usize + 1
 }
 
 /// Only whole decades have a label.
 fn log_tick(value: f64) -> String {
     let whole = value.round();
     if (value - whole).abs() < 1e-9 { power_of_ten(whole as i32) } else { String::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chart of one curve.
+    fn chart(points: Vec<(f64, f64)>, logarithmic: [bool; 2]) -> Chart {
+        let axis = |logarithmic| Axis { logarithmic, ..Axis::linear("q", "m") };
+        let [x, y] = logarithmic.map(axis);
+        let curves = vec![Curve { name: "c".into(), points }];
+        Chart { title: "t".into(), x, y, marks: true, resolution: 0.0, curves }
+    }
+
+    #[test]
+    fn numbers_of_any_size_are_drawn() {
+        let sizes = [
+            0.0,
+            5e-324,
+            1e-310,
+            1e-300,
+            1e-290,
+            1e-100,
+            1e-17,
+            1.0,
+            1e17,
+            1e300,
+            f64::MAX,
+            f64::INFINITY,
+            f64::NAN,
+        ];
+        let signed: Vec<f64> = sizes.iter().flat_map(|&s| [s, -s]).collect();
+        for &a in &signed {
+            for &b in &signed {
+                for logarithmic in [[false; 2], [false, true], [true; 2]] {
+                    let points = vec![(a, b), (b, a), (a, a)];
+                    let drawn = chart(points, logarithmic);
+                    let svg = Chart { resolution: b.abs(), ..drawn.clone() }.svg().unwrap();
+                    assert!(!svg.contains("NaN"), "resolution {b:e}");
+                    let svg = drawn.svg().unwrap();
+                    assert!(svg.len() < 100_000 && !svg.contains("NaN"), "{a:e} {b:e}");
+                }
+            }
+        }
+        for nearly in [1.0 + f64::EPSILON, 1e17 + 16.0, 1e-200] {
+            let points = [(1.0, nearly), (nearly, 1.0), (1e17, 1e17), (nearly, nearly)];
+            for k in 0..points.len() {
+                chart(points[k..].to_vec(), [false; 2]).svg().unwrap();
+            }
+        }
+    }
+
+    #[test]
+    fn times_far_from_one_second_have_a_power_of_ten() {
+        let drawn =
+            |t: f64| chart(vec![(0.0, 1.0), (t, 2.0)], [false; 2]).scales()[0].label.clone();
+        assert_eq!(drawn(3.0), "q (m)");
+        assert_eq!(drawn(2e-12), "q (10⁻¹² m)");
+    }
 }

@@ -6,6 +6,17 @@ pub(super) type Points = Vec<(f64, f64)>;
 /// Buckets of [`subsample`]; each keeps at most two points.
 const BUCKETS: usize = 1000;
 
+/// Magnitudes below are drawn as zero: neither their power of ten nor their rounding unit is a normal number.
+const SMALLEST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+/// Magnitudes above are not drawn: the width of a range of such numbers need not be finite.
+const LARGEST: f64 = f64::MAX / 8.0;
+
+/// A value as it is drawn; `None`: not at all.
+pub(super) fn drawable(value: f64) -> Option<f64> {
+    let drawn = if value.abs() < SMALLEST { 0.0 } else { value };
+    (drawn.abs() <= LARGEST).then_some(drawn)
+}
+
 /// At most 2000 points, the smallest and the largest of every stretch among them; what is not finite
 /// is left out.
 pub(super) fn subsample(t: &[f64], y: &[f64]) -> Points {
@@ -37,6 +48,17 @@ pub(super) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
         None => Some((y, y)),
         Some((low, high)) => Some((y.min(low), y.max(high))),
     })
+}
+
+/// The range itself, or one about it that is wide enough to be divided by ticks.
+pub(super) fn divisible((low, high): (f64, f64)) -> (f64, f64) {
+    const RELATIVE: f64 = 1e-6;
+    let size = low.abs().max(high.abs());
+    match high - low > RELATIVE * size {
+        true => (low, high),
+        false if size == 0.0 => (low, high + 1.0),
+        false => (low, high + size),
+    }
 }
 
 /// The power of ten to take out of tick labels; 0 for numbers of ordinary size.

@@ -74,13 +74,23 @@ fn problem(keys: &[String], message: String, help: &str) -> ModelError {
 
 /// "`a` and `b` contradict each other".
 fn together(keys: &[String]) -> String {
+    format!("{} contradict each other", names(keys))
+}
+
+/// "`a` and `b`".
+fn names(keys: &[String]) -> String {
     let name = |key: &String| {
         let name = key.split_once('.').map_or(key.as_str(), |(_, name)| name);
         format!("`{name}`")
     };
     let names: Vec<String> = keys.iter().take(NAMED).map(name).collect();
     let more = if keys.len() > NAMED { ", …" } else { "" };
-    format!("{}{more} contradict each other", names.join(" and "))
+    names.join(" and ") + more
+}
+
+/// The members of constraint rows by name, prescribed motions first.
+pub(crate) fn named(mechanism: &Mechanism, rows: &[usize]) -> String {
+    names(&members(mechanism, rows).0)
 }
 
 /// The members of constraint rows, prescribed motions first, and whether there is one.

@@ -216,8 +216,26 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
                 SingularStart::Scheme => "write scheme = \"nodal\"",
                 _ => "rotate one of its bodies slightly, or give the loop an initial velocity",
             };
-            unsupported(&format!("joint.{joint}"), help)
+            unsupported(&loop_key(model, joint), help)
+        }
+        SetupError::RankUnknown { joint } => {
+            let help = "rotate one of its bodies slightly, or remove what is redundant in the loop";
+            match joint {
+                Some(joint) => unsupported(&loop_key(model, joint), help),
+                None => unsupported("model", help),
+            }
         }
         _ => unsupported("simulation", &format!("step = {}", model.settings.step)),
+    }
+}
+
+/// The key of what closes a loop: a joint, a bar or a constraint.
+fn loop_key(model: &Model, name: &str) -> String {
+    if model.constraints.iter().any(|constraint| constraint.name() == name) {
+        return format!("constraint.{name}");
+    }
+    match model.bars.iter().any(|bar| bar.name == name) {
+        true => format!("bar.{name}"),
+        false => agreement::joint_key(name),
     }
 }

@@ -23,6 +23,7 @@ use crate::start;
 use crate::system::{self, System};
 use holonom_model::{Family, Model, ModelError, Problem, Scheme, Settings};
 use std::io;
+use vi_constraints::agreement::Dependence;
 pub use vi_constraints::integrator::ResumeError;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::{Condition, StepError};
@@ -429,14 +430,58 @@ impl Simulation {
     fn failure(&self, error: &StepError) -> RunFailure {
         let (step, t, _) = self.method.place();
         let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
-        RunFailure { step, t, message: format!("{error}{place}"), remedy: error.remedy().into() }
+        let remedy = error.remedy().to_owned() + &self.dead_end(error);
+        RunFailure { step, t, message: format!("{error}{place}"), remedy }
+    }
+
+    /// What prescribed motions may have to do with a step that was not found.
+    fn dead_end(&self, error: &StepError) -> String {
+        let mechanism = self.method.mechanism();
+        let first = mechanism.len() - mechanism.rows().len();
+        let rows = mechanism.rows().iter().enumerate().filter(|(_, row)| row.is_rheonomic());
+        let mut names: Vec<String> =
+            rows.map(|(k, _)| format!("`{}`", mechanism.constraint_name(first + k))).collect();
+        names.dedup();
+        names.truncate(4);
+        match error {
+            StepError::Newton(_) | StepError::RankLost if !names.is_empty() => {
+                let names = names.join(" and ");
+                format!(
+                    "; or shorten the path of {names}, if the joints cannot follow it any further"
+                )
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// The violated constraint and those that it depends on.
+    fn disagreeing(&self, row: usize) -> String {
+        const LOOKED_AT: usize = 50;
+        let (mechanism, (_, t, q)) = (self.method.mechanism(), self.method.place());
+        let angles = mechanism.principal_angles(q); // gradients do not depend on revolutions
+        let rows = self.method.rows();
+        let mut dependence =
+            Dependence::new(mechanism, rows, Configuration { t, q, angles: &angles });
+        let mut with = |row: usize| [vec![row], dependence.partners(row)].concat();
+        let all = match rows.rows().contains(&row) {
+            false => with(row),
+            // one of those that others depend on
+            true => {
+                let found = rows.redundant().take(LOOKED_AT).map(with);
+                found.into_iter().find(|all| all.contains(&row)).unwrap_or_else(|| vec![row])
+            }
+        };
+        match mechanism.len() - mechanism.rows().len() {
+            internal if row < internal => format!("`{}`", mechanism.constraint_name(row)),
+            _ => agreement::named(mechanism, &all),
+        }
     }
 
     /// The constraint, joint, body or particle that a failed step is about.
     fn culprit(&self, error: &StepError) -> Option<String> {
         let mechanism = self.method.mechanism();
         if let Some(row) = error.constraint() {
-            return Some(format!("`{}`", mechanism.constraint_name(row)));
+            return Some(self.disagreeing(row));
         }
         let (_, unknown) = error.unknown()?;
         match self.settings.scheme {

@@ -111,17 +111,27 @@ impl<'a, C: Constraints> Dependence<'a, C> {
         if x.iter().all(|x| x.is_finite()) { Ok(x) } else { Err(Singular) }
     }
 
+    /// The least `x`, measured by the sizes of the coordinates, with `G x = −g` in the independent rows.
+    ///
+    /// # Errors
+    /// [`Singular`] when these are not independent here.
+    pub fn correction(&mut self, g: &[f64]) -> Result<Vec<f64>, Singular> {
+        let n = self.weights.len();
+        let side: Vec<f64> = g.iter().map(|g| -g).collect();
+        let mut x = self.solve(&vec![0.0; n], &side)?;
+        x.truncate(n);
+        Ok(x)
+    }
+
     /// What `G x = −b` leaves in every row, relative to its size; shape `m`, zero in the independent
     /// rows.
     ///
     /// # Errors
     /// [`Singular`] when these are not independent here.
     pub fn left_over(&mut self, b: &[f64]) -> Result<Vec<f64>, Singular> {
-        let n = self.weights.len();
-        let side: Vec<f64> = b.iter().map(|b| -b).collect();
-        let x = self.solve(&vec![0.0; n], &side)?;
+        let x = self.correction(b)?;
         let mut left = b.to_vec();
-        self.jacobian.mul_add(1.0, &x[..n], &mut left);
+        self.jacobian.mul_add(1.0, &x, &mut left);
         self.saddle.rows().rows().iter().for_each(|&row| left[row] = 0.0);
         left.iter_mut().zip(&self.sizes).for_each(|(left, size)| *left = relative(*left, *size));
         Ok(left)

@@ -46,6 +46,13 @@ impl ClosureWatch {
         Self { g, sizes, factor }
     }
 
+    /// For configurations that are solved for, whatever the residual of the start: `χ_0 = 0`; `m` constraints.
+    #[must_use]
+    pub fn of_solved(m: usize, tolerance: f64) -> Self {
+        let factor = ROUND_OFF.max(NEWTON * tolerance);
+        Self { g: vec![0.0; m], sizes: vec![0.0; m], factor }
+    }
+
     /// Checks the node `(t, q)`.
     ///
     /// # Errors

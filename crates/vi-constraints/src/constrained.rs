@@ -124,6 +124,10 @@ impl<S: DiscreteLagrangian, C: Constraints> Scheme<S, C> for Constrained {
         Ok(())
     }
 
+    fn equation_sizes(&mut self, constraints: &C, x: &[f64]) -> Option<Vec<f64>> {
+        self.saddle.equation_sizes(constraints, &self.s.q1, x)
+    }
+
     fn interval(&self) -> &Interval {
         &self.s
     }

@@ -110,9 +110,9 @@ pub fn start(
     constraints.value(Configuration::new(t, q), &mut g);
     report.position_residual = norm_inf(&g);
     let mut q0 = q.to_vec();
-    let floor = 1e-14 * (1.0 + norm_inf(q)).powi(2);
-    if report.position_residual > floor {
-        q0 = closest(system, constraints, rows, (t, q), floor)?;
+    let lengths = row_lengths(constraints, (t, q));
+    if !is_closed(&g, &lengths) {
+        q0 = closest(system, constraints, rows, (t, q), &lengths)?;
         report.position_moved = distance(&q0, q);
     }
 
@@ -123,7 +123,9 @@ pub fn start(
     jacobian.mul_add(1.0, v, &mut violation);
     report.velocity_residual = norm_inf(&violation);
     let mut v0 = v.to_vec();
-    if report.velocity_residual > 1e-14 * (1.0 + norm_inf(v)) * (1.0 + norm_inf(q)) {
+    let speed = 1.0 + norm_inf(v);
+    let rest = |(rate, length): (&f64, &f64)| rate.abs() <= CLOSED * speed * length;
+    if !violation.iter().zip(&lengths).all(rest) {
         let r = rows.len();
         let mut x = vec![0.0; n + r];
         system.mass().mul_add(1.0, v, &mut x[..n]);
@@ -142,12 +144,37 @@ pub fn start(
     Ok(ConsistentStart { state: State::new(t, q0, p0), v: v0, report })
 }
 
+/// Residual of rounding in a row whose coordinates are of size one.
+const CLOSED: f64 = 1e-14;
+
+/// One more than the largest of the coordinates that a row depends on, and what they are connected to, for every
+/// row.
+fn row_lengths(constraints: &impl Constraints, (t, q): (f64, &[f64])) -> Vec<f64> {
+    struct Largest<'a>(&'a [f64], &'a mut [f64]);
+    impl Entries for Largest<'_> {
+        fn add(&mut self, row: usize, column: usize, _value: f64) {
+            self.1[row] = self.1[row].max(self.0[column]);
+        }
+    }
+    let (mut sizes, mut out) = (vec![0.0; q.len()], vec![0.0; constraints.len()]);
+    constraints.coordinate_sizes(q, &mut sizes);
+    constraints.jacobian(t, q, &mut Largest(&sizes, &mut out));
+    let largest = norm_inf(q);
+    out.iter_mut().for_each(|size| *size = 1.0 + size.min(largest));
+    out
+}
+
+/// Whether the residuals of all rows are those of rounding.
+fn is_closed(g: &[f64], lengths: &[f64]) -> bool {
+    g.iter().zip(lengths).all(|(g, length)| g.abs() <= CLOSED * length * length)
+}
+
 fn closest(
     system: &impl MechanicalSystem,
     constraints: &impl Constraints,
     rows: &IndependentRows,
     (t, target): (f64, &[f64]),
-    floor: f64,
+    lengths: &[f64],
 ) -> Result<Vec<f64>, StartError> {
     const MAX_ITERATIONS: usize = 200;
     let (n, m, r) = (constraints.dim(), constraints.len(), rows.len());
@@ -161,6 +188,7 @@ fn closest(
     for _ in 0..MAX_ITERATIONS {
         constraints.value(Configuration::new(t, &q), &mut g);
         residual = norm_inf(&g);
+        let closed = is_closed(&g, lengths);
         if !residual.is_finite() {
             break;
         }
@@ -183,7 +211,7 @@ fn closest(
         let next: Vec<f64> = target.iter().zip(&x).map(|(q, dx)| q + dx).collect();
         let moved = distance(&next, &q);
         q = next;
-        if residual <= floor && moved <= 1e-12 * (1.0 + norm_inf(&q)) {
+        if closed && moved <= 1e-12 * (1.0 + norm_inf(&q)) {
             constraints.value(Configuration::new(t, &q), &mut g);
             return Ok(q);
         }

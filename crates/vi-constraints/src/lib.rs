@@ -16,6 +16,7 @@
 //! | [`scheme`], [`discretization`] | their common interface; what a family of schemes provides |
 //! | [`initialization`] | consistent starts |
 //! | [`agreement`] | dependent constraints that contradict each other at the start |
+//! | [`nearby`] | whether they depend on one another next to it, too |
 //! | [`closure`] | the residual `g(q_n)` of every step against round-off |
 //! | [`projection`] | `R_d`, `Q`, `M⁻¹` at a node |
 //! | [`node_solvers`] | the same from the structure of a mechanism, in linear time |
@@ -38,6 +39,7 @@ pub mod initialization;
 pub mod integrator;
 mod inverse_mass;
 pub mod legendre;
+pub mod nearby;
 pub mod nodal;
 pub mod node;
 pub mod node_solvers;

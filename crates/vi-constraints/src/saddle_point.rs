@@ -20,9 +20,9 @@
 //! rows.
 
 use crate::constraints::Constraints;
+use crate::nearby::{self, Nearby};
 use crate::null_space::NullSpaceQr;
-use nalgebra::{DMatrix, DVector};
-use vi_core::Configuration;
+use nalgebra::DMatrix;
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -73,11 +73,11 @@ impl IndependentRows {
         Self::choose(constraints.len(), &qr.pivots()[..rank])
     }
 
-    /// The same, unless more are independent in configurations nearby: then `(t, q)` is singular, and the rank
-    /// nearby is the error. With more than 150 coordinates nothing is compared.
+    /// The same, unless more are independent in configurations nearby ([`crate::nearby`]): then `(t, q)` is singular,
+    /// and the rank nearby is the error.
     ///
     /// # Errors
-    /// The rank nearby.
+    /// The rank nearby; no rank when no closed configuration was found there.
     pub fn find_generic(
         constraints: &impl Constraints,
         t: f64,
@@ -85,12 +85,20 @@ impl IndependentRows {
     ) -> Result<Self, RankNearby> {
         const MOST: usize = 150;
         let rows = Self::find(constraints, t, q);
-        if rows.len() == constraints.len().min(q.len()) || q.len() > MOST {
+        let at_start = rows.len();
+        if at_start == constraints.len().min(q.len()) {
             return Ok(rows);
         }
-        match rank_nearby(constraints, t, q) {
-            nearby if nearby > rows.len() => Err(RankNearby { at_start: rows.len(), nearby }),
-            _ => Ok(rows),
+        let nearby = if q.len() > MOST { None } else { nearby::rank(constraints, t, q) };
+        let followers = || match nearby::followers(constraints, &rows, (t, q)) {
+            Nearby::Follow => Some(at_start),
+            Nearby::Singular { .. } => Some(at_start + 1),
+            Nearby::Unknown => None,
+        };
+        let nearby = nearby.or_else(followers);
+        match nearby {
+            Some(rank) if rank <= at_start => Ok(rows),
+            _ => Err(RankNearby { at_start, nearby }),
         }
     }
 
@@ -165,53 +173,13 @@ fn factorized(constraints: &impl Constraints, t: f64, q: &[f64]) -> (NullSpaceQr
     (qr, rank)
 }
 
-/// A configuration in which fewer constraints are independent than next to it.
+/// A configuration in which fewer constraints are independent than next to it, as far as is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RankNearby {
     /// Rank in the configuration.
     pub at_start: usize,
-    /// Rank in configurations nearby.
-    pub nearby: usize,
-}
-
-/// The largest rank of `G` in two configurations next to `q`, which scattered points are drawn to by
-/// least-norm Newton corrections.
-fn rank_nearby(constraints: &impl Constraints, t: f64, q: &[f64]) -> usize {
-    const MOTION: f64 = 1e-3; // relative to the largest coordinate
-    const CLEAR: f64 = 1e-7; // relative size of a singular value that counts there
-    let (n, m) = (constraints.dim(), constraints.len());
-    let scale = norm_inf(q).max(1e-3);
-    let mut jacobian = DMatrix::zeros(m, n);
-    let mut g = DVector::zeros(m);
-    let mut largest = 0;
-    for trial in 0..2 {
-        let scattered = |(i, q): (usize, &f64)| {
-            q + MOTION * scale * (2.0 * (13.7 * (i + 1 + 31 * trial) as f64).sin().fract())
-        };
-        let mut near = DVector::from_iterator(n, q.iter().enumerate().map(scattered));
-        for _ in 0..8 {
-            constraints.value(Configuration::new(t, near.as_slice()), g.as_mut_slice());
-            jacobian.fill(0.0);
-            constraints.jacobian(t, near.as_slice(), &mut jacobian);
-            let step = jacobian.clone().svd(true, true).solve(&g, 1e-12 * jacobian.amax());
-            step.iter().for_each(|step| near -= step);
-        }
-        constraints.value(Configuration::new(t, near.as_slice()), g.as_mut_slice());
-        let apart = near.iter().zip(q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let closed = norm_inf(g.as_slice()) <= 1e-12 * (1.0 + scale * scale);
-        if !closed || apart > 30.0 * MOTION * scale {
-            continue;
-        }
-        jacobian.fill(0.0);
-        constraints.jacobian(t, near.as_slice(), &mut jacobian);
-        for mut row in jacobian.row_iter_mut() {
-            let size = row.norm();
-            row.scale_mut(if size > 0.0 { 1.0 / size } else { 1.0 });
-        }
-        let values = jacobian.singular_values();
-        largest = largest.max(values.iter().filter(|v| **v > CLEAR * values.max()).count());
-    }
-    largest
+    /// Rank in configurations nearby, or a lower bound of it; `None`: no closed one was found.
+    pub nearby: Option<usize>,
 }
 
 /// Where a constraint Jacobian goes in a larger matrix.
@@ -447,6 +415,24 @@ impl SaddlePoint {
         lu.solve_both(matrix, x, &mut self.probe.c)?;
         self.probe.read(n);
         Ok(())
+    }
+
+    /// `Σ_j |K_ij| size_j` over the matrix of the last solve, where the coordinates have the sizes that the system
+    /// gives them at `q` and the multipliers those of `x`; `None` before the first.
+    #[must_use]
+    pub fn equation_sizes<C: Constraints>(
+        &self,
+        constraints: &C,
+        q: &[f64],
+        x: &[f64],
+    ) -> Option<Vec<f64>> {
+        let (matrix, n) = (self.matrix()?, self.n);
+        let mut sizes = vec![0.0; n];
+        constraints.coordinate_sizes(q, &mut sizes);
+        sizes.extend(x[n..].iter().map(|multiplier| multiplier.abs()));
+        let mut sums = vec![0.0; sizes.len()];
+        matrix.for_each(|i, j, value| sums[i] += value.abs() * sizes[j]);
+        Some(sums)
     }
 
     /// The matrix of the last solve.

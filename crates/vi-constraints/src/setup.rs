@@ -82,6 +82,17 @@ pub enum SetupError {
         /// Rank in configurations nearby.
         nearby: usize,
     },
+    /// Constraints of a loop depend on others at the start, and no closed configuration was found next to it in
+    /// which it could be seen whether they do so everywhere.
+    #[error(
+        "the constraints{} depend on one another at the start, and no closed configuration was found next to it \
+         in which they do: whether the mechanism can move is unknown",
+        loop_of(joint.as_deref())
+    )]
+    RankUnknown {
+        /// A joint with a constraint that depends on others, where its name is known.
+        joint: Option<String>,
+    },
     /// Shapes do not match.
     #[error("{what} has {found} entries where {expected} are needed")]
     Shape {
@@ -94,9 +105,16 @@ pub enum SetupError {
     },
 }
 
+fn loop_of(joint: Option<&str>) -> String {
+    joint.map_or_else(String::new, |joint| format!(" of the loop closed by `{joint}`"))
+}
+
 impl From<RankNearby> for SetupError {
     fn from(RankNearby { at_start, nearby }: RankNearby) -> Self {
-        Self::RankAtStart { at_start, nearby }
+        nearby.map_or(Self::RankUnknown { joint: None }, |nearby| Self::RankAtStart {
+            at_start,
+            nearby,
+        })
     }
 }
 

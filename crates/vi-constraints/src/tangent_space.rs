@@ -36,6 +36,7 @@ use std::sync::Arc;
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
 use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::sparse::Entries;
 use vi_core::state::Memory;
 
 /// [`NodalOperators`] of any constraints.
@@ -56,6 +57,8 @@ pub struct TangentSpace<C> {
     tangent: DMatrix<f64>,  // n × d  ∂F_d/∂u
     newton: DenseNewton,
     projection: Projection,
+    group: Vec<usize>, // n  coordinates that constraints connect have one number; empty until the first step
+    largest: Vec<f64>, // n  of each group, by its number
 }
 
 /// Newton's method along the normals.
@@ -68,6 +71,7 @@ struct Projection {
     delta: Vec<f64>,            // r
     nu: Vec<f64>,               // r
     along: Vec<f64>,            // n  P u
+    shares: Vec<f64>,           // r  size of all coordinates over that of those a column of N moves
     tangent: DMatrix<f64>,      // r × d  (G N)⁻¹ G P = −∂ν/∂u
     base: (Vec<f64>, Vec<f64>), // u, ν where that is
 }
@@ -102,9 +106,12 @@ impl<C: Constraints> TangentSpace<C> {
                 delta: vec![0.0; r],
                 nu: vec![0.0; r],
                 along: vec![0.0; n],
+                shares: vec![1.0; r],
                 tangent: zeros(r, d),
                 base: (vec![0.0; d], vec![0.0; r]),
             },
+            group: Vec::new(),
+            largest: vec![0.0; n],
         }
     }
 
@@ -168,16 +175,18 @@ impl<C: Constraints> TangentSpace<C> {
         let scale = norm_inf(&s.q0).max(norm_inf(&self.projection.along));
         let round_off = 8.0 * f64::EPSILON * scale;
         let noise = round_off / self.qr.smallest().max(1e-8);
+        self.take_shares(&s.q0, scale);
         let mut last = f64::INFINITY;
         for _ in 0..MAX_ITERATIONS {
             self.place(s);
             let t = s.t_end();
             self.take_normals(t, &s.q1);
-            let Projection { g, GN, lu, delta, nu, .. } = &mut self.projection;
+            let Projection { g, GN, lu, delta, nu, shares, .. } = &mut self.projection;
             self.constraints.value(s.end(), g);
             delta.iter_mut().zip(&self.rows).for_each(|(d, &row)| *d = g[row]);
             lu.solve(GN, delta).map_err(|_| no_point(last))?;
-            let size = norm_inf(delta);
+            let size = delta.iter().zip(&*shares).map(|(d, share)| (d * share).abs());
+            let size = size.fold(0.0, f64::max);
             let contracts = size <= 0.5 * last;
             if size <= round_off || (size <= noise && !contracts) {
                 s.close();
@@ -190,6 +199,50 @@ impl<C: Constraints> TangentSpace<C> {
             last = size;
         }
         Err(no_point(last))
+    }
+
+    /// The share of each column of `N`: corrections are compared with the coordinates that they are connected to,
+    /// `scale` is the size of all.
+    fn take_shares(&mut self, q: &[f64], scale: f64) {
+        let Self { group, largest, N, projection, .. } = self;
+        let Projection { along, shares, .. } = projection;
+        largest.fill(0.0);
+        for ((&group, q), along) in group.iter().zip(q).zip(&*along) {
+            largest[group] = largest[group].max(q.abs()).max(along.abs());
+        }
+        for (share, column) in shares.iter_mut().zip(N.column_iter()) {
+            let own = if group.is_empty() { scale } else { largest[group[column.iamax()]] };
+            *share = if own > 0.0 { scale / own } else { 1.0 };
+        }
+    }
+
+    /// Finds which coordinates the constraints connect, from the pattern of `G`.
+    fn take_groups(&mut self, t: f64, q: &[f64]) {
+        /// The first coordinate of each row, and the groups as far as they are known.
+        struct Groups {
+            group: Vec<usize>,
+            first: Vec<Option<usize>>,
+        }
+        impl Groups {
+            fn of(&mut self, mut i: usize) -> usize {
+                while self.group[i] != i {
+                    self.group[i] = self.group[self.group[i]];
+                    i = self.group[i];
+                }
+                i
+            }
+        }
+        impl Entries for Groups {
+            fn add(&mut self, row: usize, column: usize, _value: f64) {
+                let other = *self.first[row].get_or_insert(column);
+                let (a, b) = (self.of(column), self.of(other));
+                self.group[a.max(b)] = a.min(b);
+            }
+        }
+        let first = vec![None; self.constraints.len()];
+        let mut groups = Groups { group: (0..q.len()).collect(), first };
+        self.constraints.jacobian(t, q, &mut groups);
+        self.group = (0..q.len()).map(|i| groups.of(i)).collect();
     }
 
     /// Writes `s.q1`, `s.dq` from `P u` and `ν`.
@@ -240,6 +293,9 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
     }
 
     fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>) {
+        if self.group.is_empty() {
+            self.take_groups(s.t, &s.q0);
+        }
         let known = memory.values.len() == self.P.len() && !memory.values.is_empty();
         let basis = known.then_some(&memory.values[..]);
         let mut tangent_known = false;

@@ -131,6 +131,13 @@ pub trait NewtonProblem {
     fn noise(&self) -> f64 {
         1e-9
     }
+    /// Whether the residual `r` at `x` is no larger than rounding makes it: `|r_i| ≤ c ε Σ_j |K_ij| size_j` with a
+    /// small `c`. Then `x` solves equations whose coefficients differ from these by their rounding, whatever the
+    /// correction of multipliers. Asked only where the residual has stopped to fall and no other unknown is
+    /// corrected by more than [`NewtonProblem::noise`]; may allocate.
+    fn is_round_off(&mut self, _x: &[f64], _r: &[f64]) -> bool {
+        false
+    }
     /// Parts of `ε` that may be left over: 1/4 is below the rounding of `x`; less takes half an iteration more, for
     /// who uses [`Newton::rounding_error`].
     fn resolution(&self) -> f64 {
@@ -231,6 +238,9 @@ pub struct Newton {
     rounding: Vec<f64>, // error of the last correction, shape of x
 }
 
+/// Iterations without a smaller residual after which it is compared with rounding.
+const LEVEL: usize = 3;
+
 struct Size {
     relative: f64,
     kind: BlockKind,
@@ -238,8 +248,12 @@ struct Size {
 }
 
 fn size(blocks: &[Block], x: &[f64], dx: &[f64]) -> Size {
+    largest(blocks.iter(), x, dx)
+}
+
+fn largest<'a>(blocks: impl Iterator<Item = &'a Block>, x: &[f64], dx: &[f64]) -> Size {
     let mut worst = Size { relative: 0.0, kind: BlockKind::Position, unknown: 0 };
-    for block in blocks.iter().filter(|block| !block.range.is_empty()) {
+    for block in blocks.filter(|block| !block.range.is_empty()) {
         let scale = norm_inf(&x[block.range.clone()]).max(block.floor);
         for i in block.range.clone() {
             let relative = dx[i].abs() / scale;
@@ -273,7 +287,7 @@ impl Newton {
         let mut report = NewtonReport::default();
         let mut residual = self.evaluate(problem, x).map_err(refused(0))?;
         report.evaluations = 1;
-        let mut stalled = 0;
+        let (mut stalled, mut level) = (0, 0);
         loop {
             let iteration = report.iterations + 1;
             self.dx.copy_from_slice(&self.r);
@@ -295,11 +309,17 @@ impl Newton {
             let ratio = if next > 0.0 { next / residual } else { 0.0 };
             let left = size.relative * ratio;
             stalled = if ratio > 0.5 && size.relative <= problem.noise() { stalled + 1 } else { 0 };
+            level = if ratio > 0.5 { level + 1 } else { 0 };
             let converged = ratio < 1.0
                 && left <= self.settings.tolerance.max(problem.resolution() * f64::EPSILON);
             let enough = if size.relative <= 1e-9 { 1 } else { 3 };
             let at_floor = size.relative <= 4.0 * f64::EPSILON || stalled >= enough;
-            if converged || at_floor {
+            let stopped = level >= LEVEL && {
+                let blocks = problem.blocks().iter().filter(|b| b.kind != BlockKind::Multiplier);
+                largest(blocks, x, &self.dx).relative <= problem.noise()
+                    && problem.is_round_off(x, &self.r)
+            };
+            if converged || at_floor || stopped {
                 return Ok(report);
             }
             if iteration >= self.settings.max_iterations {

@@ -139,6 +139,10 @@ impl<C: DiscreteConstraints> Scheme<EmSystem, C> for EmConstrained {
         Ok(())
     }
 
+    fn equation_sizes(&mut self, constraints: &C, x: &[f64]) -> Option<Vec<f64>> {
+        self.saddle.equation_sizes(constraints, &self.s.q1, x)
+    }
+
     fn interval(&self) -> &Interval {
         &self.s
     }

@@ -13,9 +13,12 @@ use crate::null_space::{
 use crate::scheme::EmForm;
 use crate::setup::{EmAlgebra, EmOptions, EmSetupError};
 use crate::sparse_operators::SparseOperators;
-use vi_constraints::integrator::check_shapes;
-use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::initialization::StartError;
+use vi_constraints::integrator::{SetupError, check_shapes};
+use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::{Constraints, InitialValues, Integrator, Reparametrization};
+use vi_core::MechanicalSystem;
+use vi_core::sparse::Entries;
 use vi_multibody::closed_loop::with_floors;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{Loops, begun, has_nodes};
@@ -81,9 +84,31 @@ pub fn integrator_at(
             }
         },
     };
+    let at_start = start.as_ref().map_or(&rows, |start| &start.rows);
+    inertia(&system, &mechanism, at_start, (at.t, at.q))?;
     let chosen = (scheme, rows);
     let run = Integrator::with_scheme(system, mechanism, chosen, options, at)?;
-    Ok(begun(run, start)?)
+    let run = begun(run, start)?;
+    loops.known(run.constraints(), (run.state().t, &run.state().q))?;
+    Ok(run)
+}
+
+/// That every motion which the constraints allow has mass: `[M Gᵀ; G 0]` is regular.
+fn inertia(
+    system: &EmSystem,
+    mechanism: &Mechanism,
+    rows: &IndependentRows,
+    at: (f64, &[f64]),
+) -> Result<(), SetupError> {
+    let n = mechanism.dim();
+    let mut x = vec![0.0; n + rows.len()];
+    (0..n).for_each(|i| x[i] = 1.0);
+    let emit = |out: &mut dyn Entries| system.mass().emit(out);
+    let solved = SaddlePoint::new(n, rows.clone()).solve(mechanism, &emit, (at, 1.0, at), &mut x);
+    match solved {
+        Ok(()) if x.iter().all(|x| x.is_finite()) => Ok(()),
+        _ => Err(SetupError::Start(StartError::Singular)),
+    }
 }
 
 /// `em-nodal` on a tree.

@@ -402,6 +402,16 @@ fn what_makes_no_sense_is_refused_by_name() {
             message(|b, second| b.distance("rod", Z, second.point_at(Z))),
         ),
         (
+            "spring 0 between points: its ends coincide, its force has no direction; move one",
+            message(|b, second| {
+                b.spring(Z, second.point_at(Z), 3.0).natural_length(1.0);
+            }),
+        ),
+        (
+            "damper 0 between points: its ends coincide, its force has no direction; move one",
+            message(|b, second| b.damper(Z, second.point_at(Z), 2.0)),
+        ),
+        (
             "constraint `rod`: a distance to a point mass is a bar; use `bar`",
             message(|b, second| {
                 let p = b.particle("p", 1.0, Z, [0.0; 3]);

@@ -93,6 +93,16 @@ pub enum StaticError {
         /// The path so far.
         path: Box<StaticPath>,
     },
+    /// Constraints that depend on one another cannot all be satisfied.
+    #[error("beyond the load factor {factor:.6} {what}")]
+    Violated {
+        /// Load factor of the last equilibrium.
+        factor: f64,
+        /// Which constraint is violated, and by how much.
+        what: String,
+        /// The path so far.
+        path: Box<StaticPath>,
+    },
     /// The load does not reach its final value.
     #[error("after {equilibria} equilibria the load factor is {factor:.6}")]
     TooLong {
@@ -129,6 +139,10 @@ impl StaticError {
                 "a limit or bifurcation point may be there: follow the path by its arc length \
                  (arc_length = true), or prescribe a displacement instead of the load; or refine the mesh"
             }
+            Self::Violated { .. } => {
+                "constraints that depend on one another disagree: remove one of them, or correct lengths, axes \
+                 and prescribed motions so that they agree"
+            }
             Self::ElementLimit { .. } => "use more elements",
             Self::TooLong { .. } => "take longer steps, or a smaller load",
             Self::NoInitialEquilibrium { .. } => {
@@ -143,6 +157,7 @@ impl StaticError {
         match self {
             Self::NotConverged { path, .. }
             | Self::ElementLimit { path, .. }
+            | Self::Violated { path, .. }
             | Self::Jump { path, .. } => Some(path),
             Self::NoInitialEquilibrium { .. } | Self::TooLong { .. } => None,
         }

@@ -17,6 +17,7 @@ use crate::limit::LimitReport;
 use crate::path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 use crate::step_bounds::{StepBounds, StepFailure};
 use vi_constraints::Constraints;
+use vi_constraints::closure::ClosureWatch;
 use vi_core::Configuration;
 use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, Newton, NewtonReport, NewtonSettings};
@@ -163,6 +164,7 @@ impl StaticProblem {
         match refused {
             StepFailure::Newton(cause) => StaticError::NotConverged { factor, cause, path },
             StepFailure::Jump(what) => StaticError::Jump { factor, what, path },
+            StepFailure::Violated(what) => StaticError::Violated { factor, what, path },
             StepFailure::Limit(message) => StaticError::ElementLimit { factor, message, path },
         }
     }
@@ -213,8 +215,15 @@ impl StaticProblem {
         }
     }
 
-    /// Refuses folded elements in the configuration last evaluated.
-    pub(crate) fn check_limit(&self) -> Result<(), StepFailure> {
+    /// Refuses folded elements and violated constraints in the configuration last evaluated.
+    pub(crate) fn check_limit(&mut self) -> Result<(), StepFailure> {
+        let at = Configuration { t: self.work.t, ..self.work.s.end() };
+        let mechanism = &self.work.mechanism;
+        let mut watch = ClosureWatch::of_solved(mechanism.len(), self.newton.settings.tolerance);
+        if let Err(error) = watch.check(mechanism, at) {
+            let name = error.constraint().map_or("", |row| mechanism.constraint_name(row));
+            return Err(StepFailure::Violated(format!("{error} (`{name}`)")));
+        }
         let limit = LimitReport::new(&self.neighbours, &self.work.s.q1);
         if limit.is_exceeded() {
             return Err(StepFailure::Limit(limit.message().unwrap_or_default()));

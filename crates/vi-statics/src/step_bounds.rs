@@ -38,6 +38,7 @@ pub(crate) enum StepFailure {
     Newton(NewtonError),
     Limit(String),
     Jump(String),
+    Violated(String),
 }
 
 impl StepFailure {
@@ -51,7 +52,9 @@ impl std::fmt::Display for StepFailure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Newton(error) => error.fmt(f),
-            Self::Limit(message) | Self::Jump(message) => f.write_str(message),
+            Self::Limit(message) | Self::Jump(message) | Self::Violated(message) => {
+                f.write_str(message)
+            }
         }
     }
 }

@@ -9,7 +9,7 @@ use super::{
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::constraint::scalar_constraint::ScalarConstraint;
 use crate::force::joint_force::{JointForce, JointSpring};
-use crate::force::spring::{Damper, Spring};
+use crate::force::spring::{Damper, Spring, SpringLaw};
 use crate::geometry::form::Form;
 use crate::mechanism::Mechanism;
 use crate::mechanism::description::{Attachment, Bar, BarEnd, Description, joint_at};
@@ -136,6 +136,7 @@ impl MechanismBuilder {
     /// [`BuildError`] for the first part that makes no sense.
     pub fn forces(&self, mechanism: &mut Mechanism) -> Result<ForceElements, BuildError> {
         let mut forces = ForceElements::default();
+        let q = mechanism.initial_configuration();
         for (k, element) in self.point_elements.iter().enumerate() {
             let (law, damping) = (element.law, element.damping);
             let name = || {
@@ -147,6 +148,12 @@ impl MechanismBuilder {
             finite(name, "parameters", &[stiffness, natural_length, damping])?;
             let [from, to] = self.ends(name, &element.from, &element.to)?;
             let between = to.minus(&from);
+            let rest = element.stiffness.is_some() && natural_length != 0.0;
+            let directed = damping != 0.0 || rest && law == SpringLaw::Linear;
+            let (a, b) = (from.at(&q), to.at(&q));
+            if directed && (b - a).norm() <= 8.0 * f64::EPSILON * a.amax().max(b.amax()) {
+                return Err(BuildError::NoDirection { element: name() });
+            }
             let damper = Damper { between: between.clone(), damping };
             if element.stiffness.is_some() {
                 forces.springs.push(Spring { between, stiffness, natural_length, law });

@@ -102,6 +102,12 @@ pub enum BuildError {
         /// The part.
         element: String,
     },
+    /// A spring of a natural length, or a damper, between coincident points.
+    #[error("{element}: its ends coincide, its force has no direction; move one")]
+    NoDirection {
+        /// The part.
+        element: String,
+    },
     /// A distance constraint at a point mass.
     #[error("{element}: a distance to a point mass is a bar; use `bar`")]
     DistanceOfParticle {

@@ -5,7 +5,6 @@ use crate::constraint::scalar_constraint::ScalarRow;
 use vi_constraints::Constraints;
 use vi_constraints::constraints::RowSums;
 use vi_core::Configuration;
-use vi_core::linear::norm_inf;
 use vi_core::sparse::Entries;
 use vi_rigid::directors;
 
@@ -71,18 +70,19 @@ impl Constraints for Mechanism {
         self.rows.iter().any(ScalarRow::is_rheonomic)
     }
 
-    /// Directors have size 1; points have that of the farthest one, no less than the longest lever arm.
+    /// Directors have size 1; points have that of the farthest one that constraints connect them to, no less
+    /// than the longest lever arm there.
     fn coordinate_sizes(&self, q: &[f64], out: &mut [f64]) {
-        let frames = 12 * self.description.bodies.len();
-        let points = q[..frames].chunks(12).map(|frame| norm_inf(&frame[..3]));
-        let extent = points.fold(norm_inf(&q[frames..]), f64::max);
-        let arm = if self.description.joints.is_empty() && extent > 0.0 {
-            0.0
-        } else {
-            self.longest_arm()
-        };
-        out.fill(extent.max(arm));
-        out[..frames].chunks_mut(12).for_each(|frame| frame[3..].fill(1.0));
+        let (bodies, d) = (self.description.bodies.len(), self.description.dimension);
+        let sizes = self.point_sizes(q);
+        let (frames, points) = out.split_at_mut(12 * bodies);
+        for (frame, size) in frames.chunks_mut(12).zip(&sizes) {
+            frame[..3].fill(*size);
+            frame[3..].fill(1.0);
+        }
+        for (point, size) in points.chunks_mut(d.max(1)).zip(&sizes[bodies..]) {
+            point.fill(*size);
+        }
     }
 
     fn row_sizes(&self, at: Configuration<'_>, out: &mut [f64]) {

@@ -4,6 +4,7 @@
 //! mass. Constraints: six internal ones for each body, LMO08 (56), then the rows of the joints, then
 //! those of the bars. A spanning tree defines the velocity map; joints and bars outside it close loops.
 
+mod components;
 mod constraints;
 pub mod description;
 pub mod initial_rates;
@@ -18,6 +19,7 @@ use crate::geometry::form::{Form, Row};
 use crate::pair::joint::Joint;
 use crate::tree::Tree;
 use crate::tree::particle::ParticleTree;
+use components::Components;
 use nalgebra::Vector3;
 use spanning::{span_bodies, span_particles};
 use std::ops::Range;
@@ -58,6 +60,7 @@ pub struct Mechanism {
     particle_tree: ParticleTree,
     cut_joints: Vec<usize>,
     cut_bars: Vec<usize>,
+    components: Components,
 }
 
 impl Mechanism {
@@ -85,6 +88,7 @@ impl Mechanism {
         let scalar_rows = description.scalars.iter().map(|c| place(c.rows.clone())).collect();
         let mut angles = Vec::new();
         rows.iter_mut().for_each(|row| row.list_angles(&mut angles));
+        let components = Components::find(&description, &rows, &description.configuration());
         let (tree, cut_joints) = span_bodies(&description);
         let (particle_tree, cut_bars) = span_particles(&description, tree.dof());
         Self {
@@ -99,6 +103,7 @@ impl Mechanism {
             particle_tree,
             cut_joints,
             cut_bars,
+            components,
         }
     }
 
@@ -306,18 +311,6 @@ impl Mechanism {
             (0..self.description.dimension).for_each(|i| v[at + i] = particle.velocity[i]);
         }
         v
-    }
-
-    /// The longest lever arm of a joint in the initial configuration, 1 m when there is none.
-    #[must_use]
-    pub fn longest_arm(&self) -> f64 {
-        let q = self.initial_configuration();
-        let arm = |joint: &Joint| {
-            let at = joint.configuration(&q);
-            at.rho_parent.norm().max(at.rho_child.norm()).max(at.gap.norm())
-        };
-        let length = self.description.joints.iter().map(arm).fold(0.0, f64::max);
-        if length > 0.0 { length } else { 1.0 }
     }
 
     /// Linear and angular momentum of a momentum vector `p` at `q`.

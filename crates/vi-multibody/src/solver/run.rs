@@ -105,7 +105,9 @@ pub fn integrator(
     };
     let solvers = node_solvers(&mechanism, &system, solver, (&loops, leaves, at));
     let run = Integrator::with_scheme(system, mechanism, (scheme, rows), options, at)?;
-    begun(run.reading_with(solvers), moved)
+    let run = begun(run.reading_with(solvers), moved)?;
+    loops.known(run.constraints(), (run.state().t, &run.state().q))?;
+    Ok(run)
 }
 
 /// A run with consistent initial values, those of a singular initial configuration if there is one.
@@ -189,6 +191,14 @@ impl Loops {
         }
         let (q, v, report) = (found.state.q, found.v, found.report);
         Ok(Some(ConsistentStart { q, v, rows: rows.clone(), report }))
+    }
+
+    /// That the rank of the loops is known, see [`LoopRank::known`].
+    ///
+    /// # Errors
+    /// [`SetupError::RankUnknown`].
+    pub fn known(&self, mechanism: &Mechanism, at: (f64, &[f64])) -> Result<(), SetupError> {
+        self.rank.as_ref().map_or(Ok(()), |rank| rank.known(mechanism, at))
     }
 
     /// The refusal of a singular initial configuration.

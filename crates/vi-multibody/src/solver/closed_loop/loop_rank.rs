@@ -14,6 +14,8 @@
 //! ```text
 //! q_± = closed configurations next to F_d(±ε ν, q_0),     Z_0 = wide wideᵀ (Z_+ + Z_- Z_-ᵀ Z_+), orthonormalized
 //! ```
+//! Where no closed configuration is found nearby the rank of the motion is unknown, and the start is refused:
+//! constraints that depend on others might not follow from them.
 //! At rest, or with a velocity that no branch has, the motion is not determined: refused.
 
 use crate::mechanism::Mechanism;
@@ -25,14 +27,14 @@ use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_constraints::InitialValues;
 use vi_constraints::integrator::{SetupError, SingularStart};
+use vi_constraints::nearby::{Nearby, followers};
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_rigid::directors;
 
-/// Size of the random motion, rad and longest lever arms.
-const MOTION: f64 = 1e-3;
-/// A time in which prescribed motions move on, s.
-const LATER: f64 = 1e-3;
+/// Size of each random motion, rad and longest lever arms, and the time in which prescribed motions move on, s.
+/// The last two are for loops that no other trial could close.
+const TRIALS: [(f64, f64); 5] = [(1e-3, 1e-3), (1e-3, 0.0), (1e-3, 1e-3), (1e-5, 0.0), (1e-7, 0.0)];
 /// Size of the motion along the velocity.
 const ALONG: f64 = 1e-6;
 /// Relative difference up to which a velocity belongs to a branch.
@@ -53,6 +55,8 @@ pub struct LoopRank {
     rows_at_start: Vec<usize>,
     /// A cut joint whose own rank is lower initially.
     joint: String,
+    /// Whether a closed configuration was found next to the initial one, where its rank could be larger.
+    compared: bool,
 }
 
 /// How the motion leaves a singular initial configuration.
@@ -79,14 +83,17 @@ impl LoopRank {
         let full: Vec<usize> = loops.clusters.iter().map(Cluster::full_rank).collect();
         let mut joint = String::new();
         let mut random = Random(0x9e37_79b9_7f4a_7c15);
-        for trial in 0..if d > 300 { 1 } else { 3 } {
-            if ranks == full {
+        let mut compared = ranks == full;
+        let enough = if d > 300 { 1 } else { TRIALS.len() - 2 };
+        for (trial, (motion, later)) in TRIALS.into_iter().enumerate() {
+            if ranks == full || trial >= enough && compared {
                 break;
             }
-            let t = t + if trial == 1 { 0.0 } else { LATER };
+            let t = t + later;
             let weights = loops.weights().iter();
-            let u: Vec<f64> = weights.map(|s| MOTION * s * random.next()).collect();
+            let u: Vec<f64> = weights.map(|s| motion * s * random.next()).collect();
             let Some(near) = loops.close(mechanism, (t, &q0), &u) else { continue };
+            compared = true;
             let found = loops.ranks(&near);
             let there = loops.pivots();
             for (k, more) in there.into_iter().enumerate() {
@@ -99,7 +106,26 @@ impl LoopRank {
             }
         }
         let (generic, rows) = (ranks.iter().sum(), loops.numbers(&pivots));
-        Self { at_start, generic, pivots, rows, rows_at_start, joint }
+        Self { at_start, generic, pivots, rows, rows_at_start, joint, compared }
+    }
+
+    /// Refuses loops with constraints that depend on others at `(t, q)` if no closed configuration was found nearby
+    /// and they do not follow from the others there: nothing says then that they are satisfied along the motion.
+    ///
+    /// # Errors
+    /// [`SetupError::RankUnknown`].
+    pub fn known(&self, mechanism: &Mechanism, (t, q): (f64, &[f64])) -> Result<(), SetupError> {
+        if self.compared {
+            return Ok(());
+        }
+        let rows = self.rows(mechanism);
+        let row = match followers(mechanism, &rows, (t, q)) {
+            Nearby::Follow => return Ok(()),
+            Nearby::Singular { row } => Some(row),
+            Nearby::Unknown => rows.redundant().next(),
+        };
+        let joint = row.map(|row| mechanism.constraint_name(row).to_owned());
+        Err(SetupError::RankUnknown { joint })
     }
 
     /// Independent rows for each cluster of loops.

@@ -7,8 +7,9 @@ use crate::mechanism::Mechanism;
 use crate::pair::Twist;
 use crate::pair::joint::FrameId;
 use crate::solver::articulated::Articulated;
-use crate::tree::Tree;
+use crate::tree::{Link, Tree};
 use nalgebra::{DMatrix, Vector3};
+use vi_constraints::Constraints;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
@@ -25,20 +26,23 @@ pub(crate) struct Loops {
     pub(crate) home: Vec<(usize, usize)>, // link → cluster and place
     pub(crate) column_of: Vec<usize>,     // unknown → column of its cluster
     pub(crate) blocks: Vec<Block>,
-    scales: Vec<f64>,  // of the rows of g_c in rank decisions
-    weights: Vec<f64>, // what one is for each unknown: 1 rad, or the longest lever arm
+    count: usize,      // rows of g_c
+    weights: Vec<f64>, // what one is for each unknown: 1 rad, or the longest lever arm of its component
 }
 
 impl Loops {
     pub(crate) fn new(mechanism: &Mechanism) -> Self {
         let tree = Articulated::new(mechanism.tree().clone());
         let rows = mechanism.loop_constraints();
-        let length = mechanism.longest_arm();
-        let scales = row_scales(mechanism, &rows, length);
+        let scales = row_scales(mechanism, &rows);
         let blocks = with_floors(mechanism, mechanism.tree().blocks());
         let mut weights = vec![1.0; mechanism.tree().dof()];
-        for block in blocks.iter().filter(|b| b.kind == BlockKind::Position) {
-            weights[block.range.clone()].fill(length);
+        for link in tree.tree().links() {
+            let own = link.offset..link.offset + link.dof();
+            let lengths = (0..link.dof()).map(|k| !link.joint.kind.is_angle(k));
+            for (weight, _) in weights[own].iter_mut().zip(lengths).filter(|(_, length)| *length) {
+                *weight = mechanism.arm_of(link.frame);
+            }
         }
         let paths = paths(mechanism, &tree, &rows);
         let (clusters, home) = clusters(tree.tree(), &paths);
@@ -61,7 +65,7 @@ impl Loops {
             let columns = cluster.paths.columns.iter().enumerate();
             columns.for_each(|(column, &unknown)| column_of[unknown] = column);
         }
-        Self { tree, clusters, home, column_of, blocks, scales, weights }
+        Self { tree, clusters, home, column_of, blocks, count: rows.len(), weights }
     }
 
     /// Degrees of freedom of the tree.
@@ -74,15 +78,9 @@ impl Loops {
         &self.weights
     }
 
-    /// `g_c(t, q)`, scaled.
-    pub(crate) fn values(&self, t: f64, q: &[f64]) -> Vec<f64> {
-        let mut values = self.raw_values(t, q);
-        values.iter_mut().zip(&self.scales).for_each(|(g, scale)| *g *= scale);
-        values
-    }
-
+    /// `g_c(t, q)`.
     fn raw_values(&self, t: f64, q: &[f64]) -> Vec<f64> {
-        let mut values = vec![0.0; self.scales.len()];
+        let mut values = vec![0.0; self.count];
         for row in self.clusters.iter().flat_map(|cluster| &cluster.paths.rows) {
             values[row.number] = row.row.value(Configuration::new(t, q));
         }
@@ -151,15 +149,14 @@ impl Loops {
         let mut s = Interval::new(q.len());
         let mut u = u.to_vec();
         let mut q = q.to_vec();
-        let reach = 0.5 + 10.0 * norm_inf(&u);
-        let floor = 1e-14 * (1.0 + norm_inf(&q));
+        let reach = 0.5 + 10.0 * self.largest(&u);
+        let floors = self.floors(mechanism, (t, &q));
         for iteration in 0..MAX_ITERATIONS {
             s.open(0.0, 1.0, &q);
             self.tree.move_to(&u, &mut s).ok()?;
             q.copy_from_slice(&s.q1);
             mechanism.tree().clean(&mut q);
-            let size = norm_inf(&self.values(t, &q));
-            if size <= floor && (iteration > 0 || norm_inf(&u) == 0.0) {
+            if self.is_closed((t, &q), &floors, 1.0) && (iteration > 0 || norm_inf(&u) == 0.0) {
                 return Some(q);
             }
             let side: Vec<f64> = self.raw_values(t, &q).iter().map(|g| -g).collect();
@@ -172,12 +169,32 @@ impl Loops {
                 rank += cluster.rank_here(at, &side);
                 cluster.add_shortest(weights, &mut u);
             }
-            let step = norm_inf(&u);
+            let step = self.largest(&u);
             if rank == 0 || step.is_nan() || step > reach {
                 return None;
             }
         }
-        (norm_inf(&self.values(t, &q)) <= 10.0 * floor).then_some(q)
+        self.is_closed((t, &q), &floors, 10.0).then_some(q)
+    }
+
+    /// `max |u_i|` in units of its weight.
+    fn largest(&self, u: &[f64]) -> f64 {
+        u.iter().zip(&self.weights).map(|(u, weight)| (u / weight).abs()).fold(0.0, f64::max)
+    }
+
+    /// The rounding of each row of `g_c`: `64 ε` of what it sums, with every point as far away as the farthest of
+    /// its component, since positions are summed along the path around the loop.
+    fn floors(&self, mechanism: &Mechanism, (t, q): (f64, &[f64])) -> Vec<f64> {
+        const PARTS: f64 = 64.0 * f64::EPSILON;
+        let mut sizes = vec![0.0; mechanism.len()];
+        mechanism.row_sizes(Configuration::new(t, q), &mut sizes);
+        mechanism.loop_rows().into_iter().map(|row| PARTS * sizes[row]).collect()
+    }
+
+    /// Whether all rows of `g_c` are within `factor` times their floors.
+    fn is_closed(&self, (t, q): (f64, &[f64]), floors: &[f64], factor: f64) -> bool {
+        let values = self.raw_values(t, q);
+        values.iter().zip(floors).all(|(g, floor)| g.abs() <= factor * floor)
     }
 }
 
@@ -300,27 +317,67 @@ fn cluster_links(tree: &Tree, home: &[(usize, usize)], number: usize) -> Vec<Clu
 #[must_use]
 pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> {
     const RELATIVE: f64 = 1e-5; // what Newton's method calls small of this is about 50 ε
-    let (q, arm) = (mechanism.initial_configuration(), mechanism.longest_arm());
-    let extent =
-        q.chunks(12).map(|frame| norm_inf(&frame[..3.min(frame.len())])).fold(arm, f64::max);
+    let extents = mechanism.point_sizes(&mechanism.initial_configuration());
+    let links = mechanism.tree().links();
+    let (bodies, dof) = (mechanism.description().bodies.len(), mechanism.tree().dof());
+    let of = |kind: BlockKind, extent: f64, arm: f64| match kind {
+        BlockKind::Position => extent,
+        _ => extent / arm,
+    };
     for block in &mut blocks {
-        block.floor = match block.kind {
-            BlockKind::Position => RELATIVE * extent,
-            _ => RELATIVE * extent / arm,
-        };
+        let ends = |link: &Link| link.offset + link.dof();
+        let first = links.partition_point(|link| ends(link) <= block.range.start);
+        let own = links[first..].iter().take_while(|link| link.offset < block.range.end);
+        let floor = |link: &Link| of(block.kind, extents[link.frame], mechanism.arm_of(link.frame));
+        let mut largest = own.filter(|link| link.dof() > 0).map(floor).fold(0.0, f64::max);
+        if block.range.end > dof {
+            // point masses follow the bodies
+            let points = extents[bodies..].iter().copied().fold(0.0, f64::max);
+            largest = largest.max(of(block.kind, points, mechanism.longest_arm()));
+        }
+        block.floor = RELATIVE * largest;
     }
     blocks
 }
 
-/// One over the size of each row's wrench initially, forces weighed by the longest lever arm.
-fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow], length: f64) -> Vec<f64> {
+/// One over the size of each row's wrench initially, forces weighed by the longest lever arm of its component.
+fn row_scales(mechanism: &Mechanism, rows: &[ScalarRow]) -> Vec<f64> {
     let q = mechanism.initial_configuration();
     let scale = |row: &ScalarRow| {
         let mut square = 0.0;
-        row.for_each_wrench(&q, |_, w| {
+        row.for_each_wrench(&q, |frame, w| {
+            let length = mechanism.arm_of(frame);
             square += length * length * w.linear.norm_squared() + w.angular.norm_squared();
         });
         if square > 0.0 { 1.0 / square.sqrt() } else { 1.0 }
     };
     rows.iter().map(scale).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builder::{Inertia, MechanismBuilder};
+    use crate::pair::PairKind;
+    use crate::solver::tree_map::TreeMap;
+    use vi_constraints::Reparametrization;
+
+    #[test]
+    fn every_block_has_a_floor() {
+        let mut builder = MechanismBuilder::new();
+        let inertia = Inertia::principal(1.0, [0.1; 3]);
+        let arm = builder.body("arm", inertia).at([0.5, 0.0, 0.0]).id();
+        builder.body("free", inertia).at([0.0, 7.0, 0.0]);
+        builder
+            .joint("hinge", PairKind::Revolute, FrameId::Ground, arm)
+            .at([0.0; 3])
+            .axis([0.0, 1.0, 0.0]);
+        let mass = builder.particle("mass", 1.0, [0.0, 0.0, 3.0], [0.0; 3]);
+        builder.bar("bar", [0.0, 0.0, 1.0], mass);
+        builder.particle("loose", 1.0, [0.0, 0.0, 5.0], [0.0; 3]);
+        let mechanism = builder.build().unwrap().mechanism;
+        let blocks = with_floors(&mechanism, TreeMap::new(&mechanism).blocks());
+        assert!(blocks.len() > 2);
+        assert!(blocks.iter().all(|block| block.floor > 0.0), "{blocks:?}");
+    }
 }
