@@ -53,3 +53,34 @@ fn certificates_of_shipped_models() {
     let coarse = own(shipped!("four_particles"), "simulation.step", "0.2");
     insta::assert_snapshot!("certificate_four_particles_coarse", judged(&coarse));
 }
+
+const BOX: &str = r#"
+model = { name = "box" }
+simulation = { step = 0.01, end = 1 }
+[[body]]
+name = "box"
+mass = 1
+inertia = [1, 1, 1]
+position = [0, 0, 0]
+velocity = [0, 0, 0]
+"#;
+
+#[test]
+fn a_system_at_rest_has_no_certificate() {
+    let model = Model::from_toml(BOX).unwrap();
+    let refused = certify_model(&model, 1e-6, &mut |_| {}).unwrap_err();
+    println!("{refused}");
+    assert!(refused.starts_with("nothing moves: no order"));
+}
+
+/// A translation is exact at any step: the step that is recommended is one that was measured.
+#[test]
+fn no_step_is_recommended_beyond_what_was_measured() {
+    let model = Model::from_toml(&BOX.replace("velocity = [0, 0, 0]", "velocity = [1, 0, 0]"));
+    let certificate = certify_model(&model.unwrap(), 1e-6, &mut |_| {}).unwrap();
+    for found in &certificate.steps {
+        println!("{found:?}");
+        assert!(found.step.is_none_or(|step| step <= 0.01), "{found:?}");
+        assert!(found.reason.contains("larger steps were not measured"), "{found:?}");
+    }
+}

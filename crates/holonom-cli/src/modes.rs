@@ -99,6 +99,8 @@ fn table(report: &Report) -> String {
         let (count, s) = (report.zero, if report.zero == 1 { "" } else { "s" });
         let _ = writeln!(text, "  {count} mode{s} without stiffness: 0 Hz");
     }
+    let (residual, orthogonality) = (report.residual, report.orthogonality);
+    let _ = writeln!(text, "  residual {residual:.1e}, orthogonality {orthogonality:.1e}");
     if report.modes.is_empty() {
         return text;
     }

@@ -10,7 +10,7 @@ use crate::beams::Beams;
 use crate::outcome::RunFailure;
 use crate::sample::{Member, MemberKind};
 use crate::statics::Statics;
-use holonom_model::{Model, ModelError, Scheme};
+use holonom_model::{Joint, Model, ModelError, Scheme};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write as _;
@@ -91,6 +91,10 @@ pub struct Report {
     pub zero: usize,
     /// Softest first: all unstable ones, all without stiffness, and vibrations as asked for.
     pub modes: Vec<Mode>,
+    /// `max |Kx − ω²Mx|` relative to the size of its terms, the largest of all modes.
+    pub residual: f64,
+    /// `max |XᵀMX − I|` of all modes.
+    pub orthogonality: f64,
     /// Coordinates of the configuration, components one after the other.
     pub configuration: Vec<f64>,
     /// What is worth knowing.
@@ -114,6 +118,7 @@ pub struct ModalAnalysis {
     statics: Statics,
     about: About,
     name: String,
+    ignored: Option<String>, // what of the model takes no part
 }
 
 impl ModalAnalysis {
@@ -122,7 +127,7 @@ impl ModalAnalysis {
     /// # Errors
     /// [`ModesError`].
     pub fn new(model: &Model, about: About) -> Result<Self, ModesError> {
-        let name = model.header.name.clone();
+        let (name, ignored) = (model.header.name.clone(), ignored(model));
         let mut model = model.clone();
         let of_motion = model.settings.scheme != Scheme::Static;
         if of_motion {
@@ -138,7 +143,7 @@ impl ModalAnalysis {
                 statics
             }
         };
-        Ok(Self { statics, about, name })
+        Ok(Self { statics, about, name, ignored })
     }
 
     /// The beams.
@@ -178,10 +183,39 @@ impl ModalAnalysis {
             unstable,
             zero,
             modes,
-            warnings: warnings(&found),
+            residual: found.residual,
+            orthogonality: found.orthogonality,
+            warnings: self.ignored.iter().cloned().chain(warnings(&found)).collect(),
             configuration,
         })
     }
+}
+
+/// What of a model takes no part in its modes: motion and damping.
+fn ignored(model: &Model) -> Option<String> {
+    let moves = |v: &[f64]| v.iter().any(|x| *x != 0.0);
+    let bodies = model
+        .bodies
+        .iter()
+        .map(|b| moves(&b.velocity) || b.spatial_angular_velocity() != Vector3::zeros());
+    let rates = model.joints.iter().map(|j| j.rate.as_ref().is_some_and(|r| moves(r.values())));
+    let particles = model.particles.iter().map(|p| moves(&p.velocity));
+    let moving = bodies.chain(rates).chain(particles).any(|moves| moves)
+        || model.beams.iter().any(|beam| moves(&beam.velocity) || moves(&beam.angular_velocity));
+    let motor = |j: &Joint| j.motor.as_ref().is_some_and(|m| m.derivative != 0.0);
+    let damped = model.joints.iter().any(|j| j.damper.is_some() || motor(j))
+        || model.springs.iter().any(|spring| spring.damping != 0.0)
+        || model.beams.iter().any(|beam| beam.section.damping.is_some());
+    let what = match (moving, damped) {
+        (false, false) => return None,
+        (true, false) => "initial velocities take",
+        (false, true) => "dampers and material damping take",
+        (true, true) => "initial velocities, dampers and material damping take",
+    };
+    Some(format!(
+        "{what} no part: these are the undamped modes of the system at rest, without centrifugal \
+         stiffening and gyroscopic forces"
+    ))
 }
 
 fn refusal(error: ModeError) -> ModesError {

@@ -80,6 +80,10 @@ pub struct Modes {
     pub applied: f64,
     /// Forces out of balance that round-off alone may cause, N or N·m.
     pub round_off: f64,
+    /// `max |Kx − ω²Mx|` relative to the size of its terms, the largest of all modes.
+    pub residual: f64,
+    /// `max |XᵀMX − I|`.
+    pub orthogonality: f64,
 }
 
 impl Modes {
@@ -114,6 +118,7 @@ pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
     let size = K.amax();
     let asymmetry = if size > 0.0 { (&K - K.transpose()).amax() / size } else { 0.0 };
     let found = generalized_eigen(&(0.5 * (&K + K.transpose())), &M)?;
+    let (residual, orthogonality) = (found.residual, found.orthogonality);
     let (squared, x) = (found.squared, found.vectors);
     let nu = match &Z {
         Some(Z) => Z * x,
@@ -127,7 +132,18 @@ pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
     }
     let omega = squared.iter().map(|square| square.max(0.0).sqrt()).collect();
     let noise = found.noise.iter().map(|noise| NOISE * noise).collect();
-    Ok(Modes { squared, omega, noise, shapes, asymmetry, unbalanced, applied, round_off })
+    Ok(Modes {
+        squared,
+        omega,
+        noise,
+        shapes,
+        asymmetry,
+        unbalanced,
+        applied,
+        round_off,
+        residual,
+        orthogonality,
+    })
 }
 
 /// `Z`: null space of the loop constraints in the unknowns of the tree; `None` without loops.

@@ -89,3 +89,35 @@ fn section_forces_balance_the_load() {
         assert!(longest < 0.014, "{longest}");
     }
 }
+
+/// A slender beam whose spectrum spans twelve decades: rotary inertia of 1e-6 kg·m, 16 quadratic elements.
+#[test]
+fn a_wide_spectrum_has_no_mode_that_is_not_there() {
+    for (elements, order) in [(16, 2), (12, 3), (24, 1)] {
+        let mut model = BeamModel::new(Vector3::zeros());
+        let section = Section::new([1e6, 1e6, 1e6, 1.0, 1.0, 1.0], [1.0, 1e-6, 1e-6, 0.0]).unwrap();
+        let mesh = straight(1.0, elements * order);
+        if order == 1 {
+            model.add_beam("beam", &mesh, section).unwrap();
+        } else {
+            model.add_high_order_beam("beam", &mesh, section, order).unwrap();
+        }
+        model.clamp(0);
+        let mut problem = common::problem(&model, &model.mechanism(), vec![]);
+        let found = modes(&mut problem).unwrap();
+        let unstable = (0..found.squared.len()).filter(|&k| found.is_unstable(k)).count();
+        let (span, residual) = (found.squared.last().unwrap() / found.squared[0], found.residual);
+        let orthogonality = found.orthogonality;
+        println!(
+            "{elements} elements of order {order}: ω {:.6} … {:.3e} rad/s, residual {residual:.1e}, \
+             orthogonality {orthogonality:.1e}",
+            found.omega[0],
+            found.omega.last().unwrap()
+        );
+        assert_eq!(unstable, 0, "{:?}", &found.squared[..3]);
+        assert!(span > 1e9 && residual < 1e-9 && orthogonality < 1e-6);
+        // Euler–Bernoulli: (1.875104)² = 3.516015, twice
+        let error = [0, 1].map(|k| (found.omega[k] / 3.516015 - 1.0).abs());
+        assert!(error.iter().all(|error| *error < 2e-3), "{error:?}");
+    }
+}

@@ -18,6 +18,10 @@ use vi_verify::subject::{Method, Subject};
 const DENSE_UP_TO: usize = 200;
 /// Coordinates times sub-steps that a recommendation may cost.
 const BUDGET: u64 = 20_000_000;
+/// Relative differences of runs below this are round-off.
+const ROUND_OFF: f64 = 1e-11;
+/// Displacements up to this, relative to the largest coordinate, are round-off.
+const AT_REST: f64 = 1e-12;
 /// How far the quotient of two errors may be from its nominal value, in binary digits.
 const QUOTIENT: f64 = 0.5;
 
@@ -69,6 +73,11 @@ pub fn certify_model(
         Family::Static => return Err("the model asks for statics, and nothing moves".into()),
     };
     let subject = ModelSubject::new(model.clone());
+    if is_at_rest(&subject, model, own) {
+        return Err("nothing moves: no order, no conservation and no step can be concluded from a system at rest; \
+                    give it a velocity, a load, or another initial configuration"
+            .into());
+    }
     let plan = plan(&subject, model, own)?;
     let name = &model.header.name;
     let certificate = certify(&subject, name, &plan, progress);
@@ -86,6 +95,17 @@ pub fn certify_model(
         certificate,
         version: env!("CARGO_PKG_VERSION").into(),
     })
+}
+
+/// Whether the configuration stays what it is, to round-off, for up to 512 steps.
+fn is_at_rest(subject: &ModelSubject, model: &Model, method: Method) -> bool {
+    let steps = (model.settings.steps().clamp(4, 512) / 4 * 4) as u32;
+    let end = f64::from(steps) * model.settings.step;
+    let Ok(nodes) = nodes(subject, (method, 2), end, steps) else { return false };
+    let start = &nodes[0].q;
+    let size = start.iter().fold(1.0_f64, |size, q| size.max(q.abs()));
+    let stays = |(a, b): (&f64, &f64)| (a - b).abs() <= AT_REST * size;
+    nodes.iter().all(|node| node.q.iter().zip(start).all(stays))
 }
 
 /// What is measured on a model: everything where it is small, the production scheme where it is not.
@@ -157,9 +177,19 @@ fn recommend(
                 found.reason = refused;
                 return found;
             }
+            Ok(Some(error)) if error < ROUND_OFF => {
+                (found.error, found.step) = (Some(error), Some(h));
+                found.reason = "the error is round-off: larger steps were not measured".into();
+                return found;
+            }
             Ok(Some(error)) => {
+                let step = h * (accuracy / error).powf(1.0 / f64::from(order));
+                let longest = end / 8.0;
                 found.error = Some(error);
-                found.step = Some(h * (accuracy / error).powf(1.0 / f64::from(order)));
+                found.step = Some(step.min(longest));
+                if step > longest {
+                    found.reason = "not above an eighth of that time".into();
+                }
                 return found;
             }
             Ok(None) if steps >= 64 => {
@@ -192,9 +222,9 @@ fn error_at(
     let [coarse, fine] = [0, 1].map(|k| relative_difference(&runs[k], &runs[k + 1]));
     let nominal = f64::from(order);
     let (quotient, gain) = ((coarse / fine).log2(), 2_f64.powf(nominal));
-    if coarse < 1e-11 {
-        return Ok(Some(coarse.max(f64::EPSILON))); // round-off: any accuracy asked for is met
+    if coarse < ROUND_OFF {
+        return Ok(Some(coarse.max(f64::EPSILON)));
     }
-    let follows = (quotient - nominal).abs() <= QUOTIENT || fine < 1e-11;
+    let follows = (quotient - nominal).abs() <= QUOTIENT || fine < ROUND_OFF;
     Ok(follows.then_some(coarse * gain / (gain - 1.0)))
 }
