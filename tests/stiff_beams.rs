@@ -115,3 +115,24 @@ fn a_blade_of_aluminium_runs_at_any_step() {
         assert!(energy < 0.02 && momentum < 1e-12, "h = {h}: {energy:e}, {momentum:e}");
     }
 }
+
+const EXPLOSION: &str = include_str!("hostile/energy_explosion_beam.toml");
+
+/// With averaged strains this beam gains energy without bound; the run says so, and at which step.
+#[test]
+fn a_run_whose_energy_leaves_its_band_says_so() {
+    let warned = |strain: &str| {
+        let mut simulation =
+            Simulation::new(&model(EXPLOSION, &[("simulation.strain", strain)])).unwrap();
+        let mut last = None;
+        let mut observe = |sample: &holonom::Sample| -> Result<(), std::convert::Infallible> {
+            last = Some(sample.hamiltonian);
+            Ok(())
+        };
+        let outcome = simulation.run(&mut observe, &mut |_, _| {}).unwrap();
+        let warnings = simulation.warnings();
+        println!("{strain}: {outcome:?}, {last:?} J at the end, {warnings:#?}");
+        warnings.iter().any(|warning| warning.contains("the energy left its band at step"))
+    };
+    assert!(warned("averaged") && !warned("mass_scaled"));
+}

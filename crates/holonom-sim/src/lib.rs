@@ -28,6 +28,7 @@ mod drive;
 pub mod dynamics;
 mod effort;
 mod energies;
+mod energy_watch;
 pub mod experiment;
 mod limits;
 mod method;

@@ -13,6 +13,7 @@ use crate::assembly;
 use crate::beams::Beams;
 use crate::dynamics::Dynamics;
 use crate::energies::Energies;
+use crate::energy_watch::EnergyWatch;
 use crate::experiment::Experiment;
 use crate::limits::LimitWatch;
 use crate::method::{Method, Reading, Running};
@@ -53,6 +54,7 @@ pub struct Simulation {
     beams: Beams,
     limits: LimitWatch,
     energies: Energies,
+    watch: EnergyWatch,
     method: Box<dyn Method>,
     iterations: f64, // of the step that led to the present node
 }
@@ -113,6 +115,7 @@ impl Simulation {
         assembly.warnings.extend(limits.warnings());
         limits.begin();
         energies.begin(first.hamiltonian);
+        let watch = EnergyWatch::new(first.hamiltonian);
         sensors.begin(start);
         let iterations = 0.0;
         Ok(Self {
@@ -122,6 +125,7 @@ impl Simulation {
             sensors,
             beams,
             limits,
+            watch,
             energies,
             method,
             iterations,
@@ -167,7 +171,8 @@ impl Simulation {
     /// What is worth knowing of the assembly and of the run so far.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        self.assembly.warnings.iter().cloned().chain(self.limits.warnings()).collect()
+        let known = self.assembly.warnings.iter().cloned();
+        known.chain(self.limits.warnings()).chain(self.watch.warning()).collect()
     }
 
     /// The integrator of a variational scheme at its present node; from now on nodes have multipliers.
@@ -320,6 +325,7 @@ impl Simulation {
             motion: self.method.state(),
             sensors: self.sensors.state(),
             limits: self.limits.state(),
+            energy: self.watch,
             iterations: self.iterations,
         }
     }
@@ -329,12 +335,13 @@ impl Simulation {
     /// # Errors
     /// [`ResumeError`]; the simulation is then what it was.
     pub fn resume(&mut self, state: RunState) -> Result<(), ResumeError> {
-        let RunState { motion, sensors: followed, limits, iterations } = state;
+        let RunState { motion, sensors: followed, limits, energy, iterations } = state;
         let mut sensors = self.sensors.clone();
         sensors.resume(&followed)?;
         same_length("the list of beams", limits.len(), self.limits.state().len())?;
         self.method.resume(motion)?;
         self.limits.resume(&limits);
+        self.watch = energy;
         (self.sensors, self.iterations) = (sensors, iterations);
         Ok(())
     }
@@ -395,6 +402,7 @@ impl Simulation {
         let (mechanism, rows) = (self.method.mechanism(), self.method.rows());
         let view = View { t: at.t, q: &at.q, v: &at.v, lambda: &at.lambda };
         let sensors = self.sensors.read(mechanism, rows, view);
+        self.watch.follow(&at);
         let place = Configuration { t: at.t, q: &at.q, angles: &at.angles };
         let energies = self.energies.read(place, (at.kinetic, at.hamiltonian), &at.work);
         let sample = Sample {

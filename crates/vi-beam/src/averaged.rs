@@ -109,7 +109,7 @@ impl DiscretePotential for AveragedStrains {
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
         let energy = |(element, C, mu): (&Element, Strain, f64)| {
             let (_, change) = mean_and_change(element, s);
-            0.5 * element.length * mu * C.component_mul(&change).dot(&change) // [6.21]
+            0.5 * element.length * mu * C.component_mul(&change).dot(&change) // [6.22]
         };
         self.scaled(s.h).map(energy).sum()
     }

@@ -124,14 +124,14 @@ impl DiscreteForce for StrainDamping {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
         self.each(s.h, &mut |own, theta| {
             let change = own.strain(&s.q1) - own.strain(&s.q0);
-            own.add(&s.q0, &(-(0.5 + theta) * own.viscosity().component_mul(&change)), out); // [6.22]
+            own.add(&s.q0, &(-(0.5 + theta) * own.viscosity().component_mul(&change)), out); // [6.23]
         });
     }
 
     fn add_plus(&self, s: &Interval, out: &mut [f64]) {
         self.each(s.h, &mut |own, theta| {
             let change = own.strain(&s.q1) - own.strain(&s.q0);
-            own.add(&s.q1, &(-(0.5 - theta) * own.viscosity().component_mul(&change)), out); // [6.22]
+            own.add(&s.q1, &(-(0.5 - theta) * own.viscosity().component_mul(&change)), out); // [6.23]
         });
     }
 

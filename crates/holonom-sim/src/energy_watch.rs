@@ -1,0 +1,69 @@
+//! A run whose energy leaves its band.
+//!
+//! ```text
+//! D_n = Ĥ_n − H(0) − Σ work          Ĥ: shadow energy; of energy–momentum schemes the energy
+//! left:  |D_n| > ½ (max T + max V − min V)        over the recorded nodes so far
+//! ```
+//! `Ĥ` of a variational scheme is conserved to high order, and `D_n` is small beside the energy that is exchanged, as
+//! long as the vibrations are resolved or do not grow. A run that gains energy without bound passes half of that energy
+//! long before Newton's method fails.
+
+use crate::method::Reading;
+use serde::{Deserialize, Serialize};
+
+/// Nodes before which nothing is concluded.
+const FIRST: u32 = 10;
+/// Part of the energy that is exchanged.
+const PART: f64 = 0.5;
+
+/// What was seen of the energy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct EnergyWatch {
+    nodes: u32,
+    initial: f64,           // J  H(0)
+    kinetic: f64,           // J  largest
+    potential: [f64; 2],    // J  least and largest
+    left: Option<LeftBand>, // the first time
+}
+
+/// Where the energy left its band.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct LeftBand {
+    step: u64,
+    t: f64,         // s
+    change: f64,    // J  D_n
+    exchanged: f64, // J
+}
+
+impl EnergyWatch {
+    /// From an initial energy, J.
+    pub(crate) fn new(initial: f64) -> Self {
+        let potential = [f64::INFINITY, f64::NEG_INFINITY];
+        Self { initial, potential, ..Self::default() }
+    }
+
+    /// Takes up a recorded node.
+    pub(crate) fn follow(&mut self, at: &Reading) {
+        let potential = at.hamiltonian - at.kinetic;
+        self.kinetic = self.kinetic.max(at.kinetic);
+        self.potential = [self.potential[0].min(potential), self.potential[1].max(potential)];
+        self.nodes = self.nodes.saturating_add(1);
+        let Some(shadow) = at.shadow else { return };
+        let change = shadow - self.initial - at.work.iter().sum::<f64>();
+        let exchanged = self.kinetic + self.potential[1] - self.potential[0];
+        if self.nodes > FIRST && change.abs() > PART * exchanged {
+            let (step, t) = (at.step, at.t);
+            self.left.get_or_insert(LeftBand { step, t, change, exchanged });
+        }
+    }
+
+    /// The warning, once the energy has left its band.
+    pub(crate) fn warning(&self) -> Option<String> {
+        let LeftBand { step, t, change, exchanged } = self.left?;
+        Some(format!(
+            "the energy left its band at step {step}, t = {t} s: it has changed by {change:.2e} J that no load, motor or \
+             damper accounts for, and kinetic and potential energy exchange no more than {exchanged:.2e} J; the motion from \
+             there on is not that of the model: reduce the time step, or write scheme = \"em-nodal\""
+        ))
+    }
+}
