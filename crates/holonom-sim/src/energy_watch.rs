@@ -9,6 +9,7 @@
 //! long before Newton's method fails.
 
 use crate::method::Reading;
+use crate::outcome::twelve_digits;
 use serde::{Deserialize, Serialize};
 
 /// Nodes before which nothing is concluded.
@@ -60,6 +61,7 @@ impl EnergyWatch {
     /// The warning, once the energy has left its band.
     pub(crate) fn warning(&self) -> Option<String> {
         let LeftBand { step, t, change, exchanged } = self.left?;
+        let t = twelve_digits(t);
         Some(format!(
             "the energy left its band at step {step}, t = {t} s: it has changed by {change:.2e} J that no load, motor or \
              damper accounts for, and kinetic and potential energy exchange no more than {exchanged:.2e} J; the motion from \

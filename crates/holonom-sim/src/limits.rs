@@ -1,6 +1,7 @@
 //! What the elements of beams can bear: the angle between their nodes, and the step against the highest
 //! frequency.
 
+use crate::outcome::twelve_digits;
 use crate::beams::{BeamParts, Beams};
 use crate::run_state::Bent;
 use holonom_model::{Family, Settings, Strain};
@@ -145,6 +146,7 @@ impl LimitWatch {
         let warning = |watched: &Watched| {
             let (first, begin) = watched.bent.first?;
             let (element, angle, t) = watched.bent.largest;
+            let (begin, t) = (twelve_digits(begin), twelve_digits(t));
             Some(format!(
                 "beam `{}`: element {first} is bent by more than 45° between its nodes at t = {begin} s, element \
                  {element} by {:.1}° at t = {t} s; beyond 45° the bending moment of an element decreases the more it \

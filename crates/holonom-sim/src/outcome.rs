@@ -40,3 +40,8 @@ pub struct StaticFacts {
     /// Whether the path was followed by its arc length.
     pub arc_length: bool,
 }
+
+/// A time for a message, s: without the round-off of a sum of steps.
+pub(crate) fn twelve_digits(t: f64) -> f64 {
+    format!("{t:.11e}").parse().unwrap_or(t)
+}
