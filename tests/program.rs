@@ -130,8 +130,9 @@ fn a_run_writes_the_files_of_the_contract() {
     assert!(output.stdout.is_empty());
     let out = folder.join("pendulum-out");
     let expected =
-        ["model.toml", "plots", "report.html", "residuals.csv", "summary.json", "trajectory.csv"];
-    assert_eq!(files(&out), expected.map(str::to_owned).into());
+        "energy.csv model.toml plots report.html residuals.csv summary.json trajectory.csv";
+    let expected: Vec<&str> = expected.split(' ').collect();
+    assert_eq!(files(&out), expected.into_iter().map(str::to_owned).collect());
     let csv = fs::read_to_string(out.join("trajectory.csv")).unwrap();
     assert_eq!(csv.lines().next(), Some("step,t,bob.x,bob.y,E,H,Lx,Ly,Lz,Px,Py,Pz"));
     assert_eq!(csv.lines().count(), 1002);
@@ -536,7 +537,10 @@ fn modes_are_printed_and_written() {
     let output = holonom(&folder, &["modes", "rod.toml", "-n", "3"]);
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));
     let table = String::from_utf8(output.stdout).unwrap();
-    insta::assert_snapshot!("modes_of_a_rod", table);
+    let (checks, table): (Vec<&str>, Vec<&str>) =
+        table.lines().partition(|line| line.starts_with("  residual "));
+    assert_eq!(checks.len(), 1, "{checks:?}"); // round-off: other numbers on other machines
+    insta::assert_snapshot!("modes_of_a_rod", table.join("\n"));
     let free = ["modes", "rod.toml", "-n", "2", "--set", "beam.rod.start=\"free\"", "--json"];
     let output = holonom(&folder, &[&free[..], &["-o", "shapes"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));

@@ -1,8 +1,8 @@
 //! What the elements of beams can bear: the angle between their nodes, and the step against the highest
 //! frequency.
 
-use crate::outcome::twelve_digits;
 use crate::beams::{BeamParts, Beams};
+use crate::outcome::twelve_digits;
 use crate::run_state::Bent;
 use holonom_model::{Family, Settings, Strain};
 use serde::{Deserialize, Serialize};

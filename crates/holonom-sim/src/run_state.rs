@@ -17,7 +17,7 @@ pub struct RunState {
     pub(crate) sensors: Vec<Vec<f64>>, // unwrapped coordinates or a quaternion; empty where nothing is followed
     pub(crate) limits: Vec<Bent>,      // of each beam
     pub(crate) energy: EnergyWatch,
-    pub(crate) iterations: f64,        // of Newton's method in the last step
+    pub(crate) iterations: f64, // of Newton's method in the last step
 }
 
 impl RunState {
