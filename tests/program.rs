@@ -183,7 +183,7 @@ fn sensors_have_a_file_of_their_own() {
     let output = holonom(&folder, &["run", "top.toml", "--end", "0.1"]);
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));
     assert!(
-        words(&output).contains("residuals.csv, sensors.csv, summary.json"),
+        words(&output).contains("residuals.csv, sensors.csv, energy.csv, summary.json"),
         "{}",
         words(&output)
     );
