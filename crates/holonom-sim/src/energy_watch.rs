@@ -13,7 +13,7 @@ use crate::outcome::twelve_digits;
 use serde::{Deserialize, Serialize};
 
 /// Nodes before which nothing is concluded.
-const FIRST: u32 = 10;
+const FIRST: u32 = 2;
 /// Part of the energy that is exchanged.
 const PART: f64 = 0.5;
 
@@ -21,10 +21,10 @@ const PART: f64 = 0.5;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EnergyWatch {
     nodes: u32,
-    initial: f64,           // J  H(0)
-    kinetic: f64,           // J  largest
-    potential: [f64; 2],    // J  least and largest
-    left: Option<LeftBand>, // the first time
+    initial: f64,                // J  H(0)
+    kinetic: f64,                // J  largest
+    potential: Option<[f64; 2]>, // J  least and largest
+    left: Option<LeftBand>,      // the first time
 }
 
 /// Where the energy left its band.
@@ -39,19 +39,20 @@ struct LeftBand {
 impl EnergyWatch {
     /// From an initial energy, J.
     pub(crate) fn new(initial: f64) -> Self {
-        let potential = [f64::INFINITY, f64::NEG_INFINITY];
-        Self { initial, potential, ..Self::default() }
+        Self { initial, ..Self::default() }
     }
 
     /// Takes up a recorded node.
     pub(crate) fn follow(&mut self, at: &Reading) {
         let potential = at.hamiltonian - at.kinetic;
         self.kinetic = self.kinetic.max(at.kinetic);
-        self.potential = [self.potential[0].min(potential), self.potential[1].max(potential)];
+        let [least, largest] = self.potential.unwrap_or([potential; 2]);
+        let [least, largest] = [least.min(potential), largest.max(potential)];
+        self.potential = Some([least, largest]);
         self.nodes = self.nodes.saturating_add(1);
         let Some(shadow) = at.shadow else { return };
         let change = shadow - self.initial - at.work.iter().sum::<f64>();
-        let exchanged = self.kinetic + self.potential[1] - self.potential[0];
+        let exchanged = self.kinetic + largest - least;
         if self.nodes > FIRST && change.abs() > PART * exchanged {
             let (step, t) = (at.step, at.t);
             self.left.get_or_insert(LeftBand { step, t, change, exchanged });
