@@ -1,5 +1,5 @@
 //! Efforts of motors, prescribed motions, springs and distances; reactions along stated axes.
-#![allow(clippy::unwrap_used)] // a test
+#![allow(clippy::unwrap_used, clippy::float_cmp)] // a test; flags are 0 or 1
 
 use crate::benchmark;
 

@@ -187,7 +187,7 @@ parent = "ground"
 child = "crank"
 position = [0, 0, 0]
 axis = [0, 1, 0]
-rate = 6.283
+rate = 6.25
 [[joint]]
 name = "pin"
 type = "revolute"
@@ -238,8 +238,8 @@ fn stated_rates_are_kept_where_initial_values_are_projected() {
         let [speed, slip] = first.sensors[..] else { panic!() };
         // x = √(l² − r² cos²θ) + r sin θ at θ = 0: ẋ = r θ̇
         println!("{scheme}: crank {speed} rad/s, slider {slip} m/s\n{warnings}");
-        assert!((speed - 6.283).abs() < 1e-12 && (slip - 0.3 * 6.283).abs() < 1e-12);
-        assert!(warnings.contains("`slider` by 1.885e0 m/s") || warnings.contains("m/s"));
+        assert!((speed - 6.25).abs() < 1e-12 && (slip - 0.3 * 6.25).abs() < 1e-12);
+        assert!(warnings.contains("`slider` by 1.875e0 m/s"));
         assert!(warnings.contains("stated rates of joints are kept"));
     }
 }
@@ -254,6 +254,6 @@ fn rates_that_the_constraints_forbid_are_refused_by_name() {
     assert!(text.contains("the rates that the joints state cannot all be kept"), "{text}");
     assert!((text.contains("shaft") || text.contains("pin")) && text.contains("state fewer rates"));
     // the rate that the constraints give is accepted
-    let fits = slider_crank("rate = -6.283", "");
+    let fits = slider_crank("rate = -6.25", "");
     assert!(Simulation::new(&Model::from_toml_with(&fits, &overrides).unwrap()).is_ok());
 }

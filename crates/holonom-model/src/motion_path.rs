@@ -215,6 +215,7 @@ mod tests {
     }
 
     #[test]
+    #[allow(clippy::float_cmp)] // exact zeros
     fn moves_begin_and_end_at_rest() {
         let moves = vec![Move { start: 0.5, end: 1.5, by: 0.7 }];
         let path = MotionPath { moves, ..MotionPath::default() }.function();

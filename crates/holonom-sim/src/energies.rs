@@ -34,7 +34,7 @@ pub(crate) struct Energies {
 impl Energies {
     pub(crate) fn new(model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) -> Self {
         let Dynamics { parts, forces, .. } = dynamics;
-        let weighs = model.gravity() != [0.0; 3];
+        let weighs = model.gravity().iter().any(|g| *g != 0.0);
         let weight =
             || mechanism.system_with_mass(parts.mass_matrix(mechanism), Quadrature::Midpoint);
         let beams = !model.beams.is_empty();
