@@ -9,7 +9,7 @@ use holonom::{Model, RunOutcome, Sample, Simulation};
 /// A driven slider on an arm: gravity, springs, a damper, a motor, loads, a damped beam, a prescribed motion.
 const MODEL: &str = r#"
 model = { name = "mixed", gravity = [0, 0, -9.81] }
-simulation = { step = 1e-3, end = 0.5 }
+simulation = { step = 1e-3, end = 0.2 }
 [[body]]
 name = "arm"
 mass = 2

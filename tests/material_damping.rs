@@ -74,18 +74,18 @@ fn a_vibration_decays_with_the_ratio_of_its_relaxation_time() {
 #[test]
 fn the_work_of_the_damping_closes_the_energy_balance() {
     for (scheme, elements) in [("nodal", 1), ("dalembert", 2), ("em-nodal", 1)] {
-        let steps = [4e-4, 2e-4, 1e-4];
+        let steps = [8e-4, 4e-4, 2e-4];
         let imbalance = steps.map(|h| {
             let (h, order) = (format!("{h:e}"), elements.to_string());
             let own = [
                 ("simulation.step", h.as_str()),
                 ("simulation.scheme", scheme),
-                ("simulation.end", "0.06"),
+                ("simulation.end", "0.04"),
                 ("beam.beam.order", order.as_str()),
             ];
             let samples = samples(&model(CANTILEVER, &own));
             let (first, last) = (&samples[0], samples.last().unwrap());
-            assert!(last.work < -1e-8, "the damping takes {} J", last.work);
+            assert!(last.work < -1e-9, "the damping takes {} J", last.work);
             (last.hamiltonian - first.hamiltonian - last.work).abs()
         });
         println!("{scheme}, order of the elements {elements}: imbalance {imbalance:?} J");
@@ -151,6 +151,8 @@ fn damping_is_read_in_all_its_forms() {
         let model = Model::from_toml(&text).unwrap_or_else(|error| panic!("{error:?}"));
         let written = Model::from_toml(&model.to_toml()).unwrap();
         assert_eq!(written, model);
+        let mut model = model;
+        model.settings.end = 0.02;
         samples(&model).last().unwrap().q.clone()
     };
     let time = end("2e-3");
