@@ -141,6 +141,11 @@ fn unresolved_vibrations_of_a_damped_blade_die_out() {
             energies[0]
         );
         assert!(drift < 1e-12 && lost > 0.0 && left < 1e-4);
+        // the damping takes what is lost
+        let last = samples.last().unwrap();
+        let balance = last.energies.last().unwrap() / lost;
+        println!("work of the damping {:.3} J, balance {balance:.1e} of what is lost", last.work);
+        assert!(last.work < 0.0 && balance.abs() < 0.05, "{} J, {balance}", last.work);
     }
 }
 

@@ -146,13 +146,12 @@ impl DiscreteForce for StrainDamping {
         self.add(at.t, at.q, v, 1.0, out);
     }
 
+    /// `−Σ ℓ C_i τ_i Δε_i²/h`: that of `(f_d^- + f_d^+)·Δq/h` with `θ = 0`, whose chords `Δq` strain nothing.
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
         let mut work = 0.0;
-        self.each(s.h, &mut |own, theta| {
+        self.each(s.h, &mut |own, _| {
             let change = own.strain(&s.q1) - own.strain(&s.q0);
-            let [start, end] = [&s.q0, &s.q1].map(|q| own.strain_rate(q, &s.v_mid));
-            let rate = (0.5 + theta) * start + (0.5 - theta) * end;
-            work -= own.viscosity().component_mul(&change).dot(&rate);
+            work -= own.viscosity().component_mul(&change).dot(&change) / s.h;
         });
         work
     }
