@@ -11,8 +11,9 @@
 //! the rounding of `K` hides. Dense, `O(d³)` for each round; factorizations are faer's.
 //!
 //! `K + σM` is factorized by Cholesky, whose error does not depend on the scales of the unknowns, and `θ` is then an
-//! eigenvalue of `(C⁻¹L)ᵀ(C⁻¹L)`, which has no negative ones. Where it is indefinite a pivoted LU takes its place. A
-//! negative `ω²` is confirmed by inertia: `K + ½|ω²| M` has a Cholesky factor if no eigenvalue lies below `−½|ω²|`.
+//! eigenvalue of `(C⁻¹L)ᵀ(C⁻¹L)`, which has no negative ones. Where it is indefinite a pivoted LU takes its place. Every
+//! `ω²` is at last the quotient `xᵀKx/xᵀMx` of its vector: one below zero by more than its noise proves that `K` is
+//! indefinite.
 //!
 //! Source: B. N. Parlett, The Symmetric Eigenvalue Problem, §15, shift and invert.
 #![allow(non_snake_case)] // K, M, L, A, T
@@ -107,17 +108,7 @@ pub fn generalized_eigen(K: &DMatrix<f64>, M: &DMatrix<f64>) -> Result<Eigen, Ei
             *slot = mode;
         }
     }
-    for mode in &mut found {
-        mode.squared = rayleigh(&K, &L, mode); // the rounding of K alone is left
-    }
-    for mode in found.iter_mut().filter(|mode| mode.squared < 0.0) {
-        let tau = -0.5 * mode.squared;
-        let A = Mat::from_fn(n, n, |i, j| K[(i, j)] + tau * M[(i, j)]);
-        if A.llt(Side::Lower).is_ok() {
-            mode.squared = rayleigh(&K, &L, mode); // no eigenvalue is below −τ
-        }
-    }
-    Ok(finish((&K, &M), &L, found))
+    Ok(finish((&K, &M), &L, &found))
 }
 
 /// All modes by a shift `σ`, ascending; `None` where `−σ` is an eigenvalue to the last bit.
@@ -150,12 +141,6 @@ fn beside(
         theta.iter().enumerate().map(|(k, theta)| mode(squared(*theta), sigma, &Y, k)).collect();
     modes.sort_by(|a, b| a.squared.total_cmp(&b.squared));
     Ok(Some(modes))
-}
-
-/// `xᵀKx` of `x = L⁻ᵀ y`, `yᵀy = 1`.
-fn rayleigh(K: &Mat<f64>, L: &Mat<f64>, found: &Mode) -> f64 {
-    let x = inverse_transposed(L, std::slice::from_ref(found));
-    (x.transpose() * (K * &x))[(0, 0)]
 }
 
 /// Columns `x = L⁻ᵀ y`.
@@ -217,35 +202,37 @@ fn soft_modes(found: &[Mode], sigma: f64) -> usize {
     widest.unwrap_or_else(|| found.iter().filter(|mode| mode.squared <= border).count())
 }
 
-/// In ascending order, with `x = L⁻ᵀ y`.
-fn finish((K, M): (&Mat<f64>, &Mat<f64>), L: &Mat<f64>, mut found: Vec<Mode>) -> Eigen {
+/// With `x = L⁻ᵀ y` and `ω² = xᵀKx`, in ascending order; the rounding of `K` alone is left in `ω²`.
+fn finish((K, M): (&Mat<f64>, &Mat<f64>), L: &Mat<f64>, found: &[Mode]) -> Eigen {
     let n = K.nrows();
-    found.sort_by(|a, b| a.squared.total_cmp(&b.squared));
-    let x = inverse_transposed(L, &found);
+    let x = inverse_transposed(L, found);
+    let (Kx, Mx) = (K * &x, M * &x);
+    let quotient = |k: usize| (0..n).map(|i| x[(i, k)] * Kx[(i, k)]).sum();
+    let squared: Vec<f64> = (0..n).map(quotient).collect();
     let noise = |k: usize| {
-        let shift = found[k].sigma + found[k].squared.abs();
+        let shift = found[k].sigma + squared[k].abs();
         entry_noise(K, &x, k) + f64::EPSILON * n as f64 * shift
     };
-    let (Kx, Mx) = (K * &x, M * &x);
     let gram = x.transpose() * &Mx;
     let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
-    let entries = || (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
-    let orthogonality = largest(entries().map(|(i, j)| gram[(i, j)] - unit(i, j)));
+    let entries = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
+    let orthogonality = largest(entries.map(|(i, j)| gram[(i, j)] - unit(i, j)));
     let residual = |k: usize| {
-        let squared = found[k].squared;
         let size = |i: usize| {
-            let row = |j: usize| (K[(i, j)].abs() + (squared * M[(i, j)]).abs()) * x[(j, k)].abs();
-            (0..n).map(row).sum::<f64>()
+            let entry = |j: usize| K[(i, j)].abs() + (squared[k] * M[(i, j)]).abs();
+            (0..n).map(|j| entry(j) * x[(j, k)].abs()).sum::<f64>()
         };
-        let left = largest((0..n).map(|i| Kx[(i, k)] - squared * Mx[(i, k)]));
+        let left = largest((0..n).map(|i| Kx[(i, k)] - squared[k] * Mx[(i, k)]));
         left / largest((0..n).map(size)).max(f64::MIN_POSITIVE)
     };
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| squared[i].total_cmp(&squared[j]));
     Eigen {
         residual: largest((0..n).map(residual)),
         orthogonality,
-        noise: (0..n).map(noise).collect(),
-        squared: found.iter().map(|mode| mode.squared).collect(),
-        vectors: DMatrix::from_fn(n, n, |i, k| x[(i, k)]),
+        noise: order.iter().map(|&k| noise(k)).collect(),
+        squared: order.iter().map(|&k| squared[k]).collect(),
+        vectors: DMatrix::from_fn(n, n, |i, k| x[(i, order[k])]),
     }
 }
 
