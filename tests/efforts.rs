@@ -3,18 +3,13 @@
 
 use crate::benchmark;
 
-use benchmark::{assert_order, model, orders};
-use holonom::{Model, RunOutcome, Sample, Simulation};
+use benchmark::{assert_order, model, orders, samples};
+use holonom::{Model, Sample, Simulation};
 use std::f64::consts::TAU;
 
 fn run(model: &Model) -> (Vec<String>, Vec<Sample>) {
-    let mut samples = Vec::new();
-    let mut observe = |sample: &Sample| -> Result<(), std::convert::Infallible> {
-        samples.push(sample.clone());
-        Ok(())
-    };
     let mut simulation = Simulation::new(model).unwrap();
-    assert_eq!(simulation.run(&mut observe, &mut |_, _| {}).unwrap(), RunOutcome::Done);
+    let samples = samples(&mut simulation);
     let names = simulation.sensors().columns().iter().map(holonom::sensor::Column::name);
     (names.collect(), samples)
 }

@@ -3,8 +3,8 @@
 
 use crate::benchmark;
 
-use benchmark::{assert_order, model, orders};
-use holonom::{Model, RunOutcome, Sample, Simulation};
+use benchmark::{assert_order, model, orders, samples};
+use holonom::{Model, Sample, Simulation};
 
 /// A driven slider on an arm: gravity, springs, a damper, a motor, loads, a damped beam, a prescribed motion.
 const MODEL: &str = r#"
@@ -82,13 +82,8 @@ force = [0, 0, 0.3]
 "#;
 
 fn run(model: &Model) -> (Vec<String>, Vec<Sample>) {
-    let mut samples = Vec::new();
-    let mut observe = |sample: &Sample| -> Result<(), std::convert::Infallible> {
-        samples.push(sample.clone());
-        Ok(())
-    };
     let mut simulation = Simulation::new(model).unwrap();
-    assert_eq!(simulation.run(&mut observe, &mut |_, _| {}).unwrap(), RunOutcome::Done);
+    let samples = samples(&mut simulation);
     (simulation.energy_columns().to_vec(), samples)
 }
 

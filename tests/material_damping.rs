@@ -3,8 +3,8 @@
 
 use crate::benchmark;
 
-use benchmark::{Run, assert_order, model, orders};
-use holonom::{Model, RunOutcome, Sample, Simulation};
+use benchmark::{Run, apart, assert_order, model, orders, samples};
+use holonom::{Model, Sample, Simulation};
 
 /// A cantilever in the plane, resolved at 0.5 ms; its first vibration has about 5.6 Hz.
 const CANTILEVER: &str = r#"
@@ -25,15 +25,8 @@ of = "beam.6"
 
 const BLADE: &str = include_str!("hostile/rotor_blade.toml");
 
-fn samples(model: &Model) -> Vec<Sample> {
-    let mut samples = Vec::new();
-    let mut observe = |sample: &Sample| -> Result<(), std::convert::Infallible> {
-        samples.push(sample.clone());
-        Ok(())
-    };
-    let mut simulation = Simulation::new(model).unwrap();
-    assert_eq!(simulation.run(&mut observe, &mut |_, _| {}).unwrap(), RunOutcome::Done);
-    samples
+fn run(model: &Model) -> Vec<Sample> {
+    samples(&mut Simulation::new(model).unwrap())
 }
 
 /// Times and values of the extremes of a function of time, by parabolas through three points.
@@ -53,7 +46,7 @@ fn a_vibration_decays_with_the_ratio_of_its_relaxation_time() {
     for scheme in ["nodal", "dalembert", "em-nodal"] {
         let own =
             [("simulation.scheme", scheme), ("simulation.end", "2"), ("simulation.step", "2e-3")];
-        let samples = samples(&model(CANTILEVER, &own));
+        let samples = run(&model(CANTILEVER, &own));
         let t: Vec<f64> = samples.iter().map(|s| s.t).collect();
         let z: Vec<f64> = samples.iter().map(|s| s.sensors[2]).collect();
         let found = extremes(&t, &z);
@@ -83,7 +76,7 @@ fn the_work_of_the_damping_closes_the_energy_balance() {
                 ("simulation.end", "0.04"),
                 ("beam.beam.order", order.as_str()),
             ];
-            let samples = samples(&model(CANTILEVER, &own));
+            let samples = run(&model(CANTILEVER, &own));
             let (first, last) = (&samples[0], samples.last().unwrap());
             assert!(last.work < -1e-9, "the damping takes {} J", last.work);
             (last.hamiltonian - first.hamiltonian - last.work).abs()
@@ -101,17 +94,14 @@ fn the_work_of_the_damping_closes_the_energy_balance() {
 #[test]
 fn damped_beams_converge_with_second_order() {
     let end = |h: f64| {
-        let mut run = Run::with(CANTILEVER, h, 2, &[]);
-        run.until(0.1);
-        run.q().to_vec()
+        let mut motion = Run::with(CANTILEVER, h, 2, &[]);
+        motion.until(0.1);
+        motion.q().to_vec()
     };
     let steps = [8e-4, 4e-4, 2e-4];
     let mut runs: Vec<Vec<f64>> = steps.map(end).into();
     runs.push(end(1e-4));
-    let apart = |pair: &[Vec<f64>]| {
-        pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-    };
-    let differences: Vec<f64> = runs.windows(2).map(apart).collect();
+    let differences: Vec<f64> = runs.windows(2).map(|pair| apart(&pair[0], &pair[1])).collect();
     assert_order(&orders("damped cantilever", &steps, &differences), 2.0, 0.3);
 }
 
@@ -126,7 +116,7 @@ fn unresolved_vibrations_of_a_damped_blade_die_out() {
             ("simulation.scheme", scheme),
             ("beam.blade1.section.damping", "1e-3"),
         ];
-        let samples = samples(&model(BLADE, &own));
+        let samples = run(&model(BLADE, &own));
         let energies: Vec<f64> = samples.iter().map(|s| s.hamiltonian).collect();
         let drift = samples.iter().map(|s| s.momentum.angular[2] / samples[0].momentum.angular[2]);
         let drift = drift.map(|ratio| (ratio - 1.0).abs()).fold(0.0, f64::max);
@@ -158,14 +148,14 @@ fn damping_is_read_in_all_its_forms() {
         assert_eq!(written, model);
         let mut model = model;
         model.settings.end = 0.02;
-        samples(&model).last().unwrap().q.clone()
+        run(&model).last().unwrap().q.clone()
     };
     let time = end("2e-3");
     let loss = end("{ loss_factor = 0.02, frequency = 1.5915494309189535 }"); // 10 rad/s
     let each = end("{ EA = 2e-3, GA1 = 2e-3, GA2 = 2e-3, EI1 = 2e-3, EI2 = 2e-3, GJ = 2e-3 }");
-    let apart = |q: &[f64]| q.iter().zip(&time).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    println!("loss factor {:.1e}, each strain {:.1e}", apart(&loss), apart(&each));
-    assert!(apart(&loss) < 1e-9 && apart(&each) == 0.0 && apart(&end("{ EI1 = 1e-3 }")) > 1e-6);
+    let [loss, each] = [loss, each].map(|q| apart(&q, &time));
+    println!("loss factor {loss:.1e}, each strain {each:.1e}");
+    assert!(loss < 1e-9 && each == 0.0 && apart(&end("{ EI1 = 1e-3 }"), &time) > 1e-6);
     for (damping, expected) in [
         ("-1e-3", "damping = -0.001 is negative"),
         ("{ loss_factor = 0.1, frequency = 0 }", "frequency = 0 is not positive"),

@@ -4,7 +4,7 @@
 
 use crate::benchmark;
 
-use benchmark::{assert_order, model, orders};
+use benchmark::{apart, assert_order, model, orders, samples};
 use holonom::{RunOutcome, Simulation};
 
 const STRIP: &str = include_str!("../examples/models/rotating_strip.toml");
@@ -79,10 +79,7 @@ fn composed_steps_of_soft_beams_have_their_order() {
         let steps = [4e-3, 2e-3, 1e-3];
         let mut runs: Vec<Vec<f64>> = steps.map(end).into();
         runs.push(end(0.5e-3));
-        let apart = |pair: &[Vec<f64>]| {
-            pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-        };
-        let differences: Vec<f64> = runs.windows(2).map(apart).collect();
+        let differences: Vec<f64> = runs.windows(2).map(|pair| apart(&pair[0], &pair[1])).collect();
         let found = orders(&format!("soft beam, order {order}"), &steps, &differences);
         assert_order(&found, f64::from(order), 0.3);
     }
@@ -124,14 +121,9 @@ fn a_run_whose_energy_leaves_its_band_says_so() {
     let warned = |strain: &str| {
         let mut simulation =
             Simulation::new(&model(EXPLOSION, &[("simulation.strain", strain)])).unwrap();
-        let mut last = None;
-        let mut observe = |sample: &holonom::Sample| -> Result<(), std::convert::Infallible> {
-            last = Some(sample.hamiltonian);
-            Ok(())
-        };
-        let outcome = simulation.run(&mut observe, &mut |_, _| {}).unwrap();
+        let last = samples(&mut simulation).last().unwrap().hamiltonian;
         let warnings = simulation.warnings();
-        println!("{strain}: {outcome:?}, {last:?} J at the end, {warnings:#?}");
+        println!("{strain}: {last} J at the end, {warnings:#?}");
         warnings.iter().any(|warning| warning.contains("the energy left its band at step"))
     };
     assert!(warned("averaged") && !warned("mass_scaled"));

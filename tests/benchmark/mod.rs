@@ -1,13 +1,23 @@
 //! What the benchmark tests share: runs of shipped models, points of bodies, tables of observed orders.
 #![allow(dead_code, clippy::unwrap_used)] // each test uses its part
 
-use holonom::{Model, Simulation};
+use holonom::{Model, Sample, Simulation};
 use nalgebra::{Matrix3, Vector3};
 
 /// A shipped model with values replaced: `("simulation.step", "0.01")`.
 pub(crate) fn model(text: &str, overrides: &[(&str, &str)]) -> Model {
     let owned: Vec<_> = overrides.iter().map(|(k, v)| ((*k).into(), (*v).into())).collect();
     Model::from_toml_with(text, &owned).unwrap()
+}
+
+/// All recorded nodes of a run that reaches its end.
+pub(crate) fn samples(simulation: &mut Simulation) -> Vec<Sample> {
+    simulation.samples().collect::<Result<_, _>>().unwrap()
+}
+
+/// Largest difference of two configurations.
+pub(crate) fn apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 /// A running model, with step and order replaced.

@@ -100,10 +100,7 @@ impl Effort {
                         let freedom = element.freedom;
                         element.law.effort(at.t, motion.values()[freedom], rates[freedom])
                     };
-                    let efforts: Vec<f64> = own.map(effort).collect();
-                    if !efforts.is_empty() {
-                        out.push(efforts.iter().sum());
-                    }
+                    out.extend(own.map(effort).reduce(|sum, effort| sum + effort));
                 }
             }
             Self::Spring(spring, damper) => {

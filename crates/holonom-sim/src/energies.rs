@@ -9,13 +9,14 @@
 
 use crate::drive::{ElementLaw, joint_elements};
 use crate::dynamics::Dynamics;
+use crate::method::Reading;
 use holonom_model::Model;
 use std::sync::Arc;
 use vi_beam::BeamModel;
-use vi_beam::damping::StrainDamping;
+use vi_beam::damping::is_damped;
 use vi_constraints::Constraints;
-use vi_core::potential::{DiscretePotential, Potential};
-use vi_core::{Configuration, MechanicalSystem, Quadrature, SeparableSystem};
+use vi_core::Configuration;
+use vi_core::potential::{DiscretePotential, LinearPotential, Potential};
 use vi_multibody::builder::ForceElements;
 use vi_multibody::mechanism::Mechanism;
 
@@ -23,20 +24,26 @@ use vi_multibody::mechanism::Mechanism;
 #[derive(Debug)]
 pub(crate) struct Energies {
     columns: Vec<String>,
-    gravity: Option<SeparableSystem>, // masses and weight
+    gravity: Option<LinearPotential>, // of the weight
     beams: Option<Arc<BeamModel>>,
     springs: Option<ForceElements>,
     works: Vec<usize>, // column of each force, among those of works
+    sources: usize,    // columns of works
     motions: bool,
     initial: f64, // J
 }
 
 impl Energies {
-    pub(crate) fn new(model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) -> Self {
+    /// With the initial energy, J.
+    pub(crate) fn new(
+        model: &Model,
+        mechanism: &Mechanism,
+        dynamics: &Dynamics,
+        initial: f64,
+    ) -> Self {
         let Dynamics { parts, forces, .. } = dynamics;
         let weighs = model.gravity().iter().any(|g| *g != 0.0);
-        let weight =
-            || mechanism.system_with_mass(parts.mass_matrix(mechanism), Quadrature::Midpoint);
+        let weight = || LinearPotential { force: mechanism.weight(&parts.mass_matrix(mechanism)) };
         let beams = !model.beams.is_empty();
         let springs = !(forces.springs.is_empty() && forces.joint_springs.is_empty());
         let mut works: Vec<usize> = Vec::new();
@@ -54,6 +61,7 @@ impl Energies {
         let mut columns = vec!["kinetic".to_owned()];
         columns.extend(parts_of_potential.filter(|p| p.0).map(|p| p.1.to_owned()));
         columns.push("total".into());
+        let sources = names.len();
         columns.extend(names);
         columns.extend(motions.then(|| "work_of_motions".to_owned()));
         columns.push("balance".into());
@@ -63,8 +71,9 @@ impl Energies {
             beams: beams.then(|| parts.clone()),
             springs: springs.then(|| forces.clone()),
             works,
+            sources,
             motions,
-            initial: 0.0,
+            initial,
         }
     }
 
@@ -73,22 +82,17 @@ impl Energies {
         &self.columns
     }
 
-    /// Takes the initial energy, J.
-    pub(crate) fn begin(&mut self, initial: f64) {
-        self.initial = initial;
+    /// What the energy has changed by since the start, and no work accounts for, J.
+    pub(crate) fn balance(&self, energy: f64, work: &[f64]) -> f64 {
+        energy - self.initial - work.iter().sum::<f64>()
     }
 
-    /// The numbers of all columns at a node with the energies `kinetic` and `total`; `work`: of each force, then of all
-    /// prescribed motions, J.
-    pub(crate) fn read(
-        &self,
-        at: Configuration<'_>,
-        (kinetic, total): (f64, f64),
-        work: &[f64],
-    ) -> Vec<f64> {
+    /// The numbers of all columns at a node.
+    pub(crate) fn read(&self, node: &Reading) -> Vec<f64> {
+        let at = Configuration { t: node.t, q: &node.q, angles: &node.angles };
         let mut out = Vec::with_capacity(self.columns.len());
-        out.push(kinetic);
-        out.extend(self.gravity.as_ref().map(|weight| weight.potential_energy(at)));
+        out.push(node.kinetic);
+        out.extend(self.gravity.as_ref().map(|weight| weight.value(at.q)));
         let elastic =
             |beams: &Arc<BeamModel>| beams.elements.value(at.q) + beams.high_order.value(at.q);
         out.extend(self.beams.as_ref().map(elastic));
@@ -96,17 +100,16 @@ impl Energies {
             let springs: f64 = forces.springs.iter().map(|spring| spring.value(at.q)).sum();
             springs + forces.joint_springs.iter().map(|spring| spring.potential(at)).sum::<f64>()
         }));
-        out.push(total);
+        out.push(node.hamiltonian);
         let first = out.len();
-        let sources = self.works.iter().max().map_or(0, |last| last + 1);
-        out.resize(first + sources, 0.0);
-        debug_assert_eq!(work.len(), self.works.len() + 1, "one source for each discrete force");
-        let (forces, motions) = work.split_at(self.works.len());
+        out.resize(first + self.sources, 0.0);
+        debug_assert_eq!(node.work.len(), self.works.len() + 1, "a source for each force");
+        let (forces, motions) = node.work.split_at(self.works.len());
         for (column, work) in self.works.iter().zip(forces) {
             out[first + column] += work;
         }
         out.extend(motions.iter().filter(|_| self.motions));
-        out.push(total - self.initial - work.iter().sum::<f64>());
+        out.push(self.balance(node.hamiltonian, &node.work));
         out
     }
 }
@@ -114,7 +117,7 @@ impl Energies {
 /// What each discrete force of a system belongs to, in the order in which [`Dynamics`] adds them.
 fn sources(model: &Model, dynamics: &Dynamics) -> Vec<String> {
     let Dynamics { parts, .. } = dynamics;
-    let damped = StrainDamping::new(&parts.elements, &parts.high_order).is_some();
+    let damped = is_damped(&parts.elements, &parts.high_order);
     let mut sources: Vec<String> =
         damped.then(|| "work_of_material_damping".to_owned()).into_iter().collect();
     let dampers = model.springs.iter().filter(|spring| spring.damping != 0.0);

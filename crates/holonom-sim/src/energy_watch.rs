@@ -8,6 +8,7 @@
 //! long as the vibrations are resolved or do not grow. A run that gains energy without bound passes half of that energy
 //! long before Newton's method fails.
 
+use crate::energies::Energies;
 use crate::method::Reading;
 use crate::outcome::twelve_digits;
 use serde::{Deserialize, Serialize};
@@ -21,7 +22,6 @@ const PART: f64 = 0.5;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct EnergyWatch {
     nodes: u32,
-    initial: f64,                // J  H(0)
     kinetic: f64,                // J  largest
     potential: Option<[f64; 2]>, // J  least and largest
     left: Option<LeftBand>,      // the first time
@@ -37,13 +37,8 @@ struct LeftBand {
 }
 
 impl EnergyWatch {
-    /// From an initial energy, J.
-    pub(crate) fn new(initial: f64) -> Self {
-        Self { initial, ..Self::default() }
-    }
-
     /// Takes up a recorded node.
-    pub(crate) fn follow(&mut self, at: &Reading) {
+    pub(crate) fn follow(&mut self, at: &Reading, energies: &Energies) {
         let potential = at.hamiltonian - at.kinetic;
         self.kinetic = self.kinetic.max(at.kinetic);
         let [least, largest] = self.potential.unwrap_or([potential; 2]);
@@ -51,7 +46,7 @@ impl EnergyWatch {
         self.potential = Some([least, largest]);
         self.nodes = self.nodes.saturating_add(1);
         let Some(shadow) = at.shadow else { return };
-        let change = shadow - self.initial - at.work.iter().sum::<f64>();
+        let change = energies.balance(shadow, &at.work);
         let exchanged = self.kinetic + largest - least;
         if self.nodes > FIRST && change.abs() > PART * exchanged {
             let (step, t) = (at.step, at.t);

@@ -87,7 +87,6 @@ impl Simulation {
         let start =
             if keeps_rates { start::with_stated_rates(model)? } else { (q.clone(), v.clone()) };
         let at = InitialValues::new(0.0, &start.0, &start.1);
-        let mut energies = Energies::new(model, &mechanism, &dynamics);
         let multipliers = sensors.need_multipliers();
         let mut method = method(mechanism, &dynamics, model, at, (solver, multipliers))?;
         let Ok(first) = method.here(false) else {
@@ -114,8 +113,8 @@ impl Simulation {
         }
         assembly.warnings.extend(limits.warnings());
         limits.begin();
-        energies.begin(first.hamiltonian);
-        let watch = EnergyWatch::new(first.hamiltonian);
+        let energies = Energies::new(model, method.mechanism(), &dynamics, first.hamiltonian);
+        let watch = EnergyWatch::default();
         sensors.begin(start);
         let iterations = 0.0;
         Ok(Self {
@@ -402,9 +401,8 @@ impl Simulation {
         let (mechanism, rows) = (self.method.mechanism(), self.method.rows());
         let view = View { t: at.t, q: &at.q, v: &at.v, lambda: &at.lambda };
         let sensors = self.sensors.read(mechanism, rows, view);
-        self.watch.follow(&at);
-        let place = Configuration { t: at.t, q: &at.q, angles: &at.angles };
-        let energies = self.energies.read(place, (at.kinetic, at.hamiltonian), &at.work);
+        self.watch.follow(&at, &self.energies);
+        let energies = self.energies.read(&at);
         let sample = Sample {
             step: at.step,
             t: at.t,

@@ -79,6 +79,13 @@ impl Strained for TwoNode<'_> {
     }
 }
 
+/// Whether any section has damping.
+#[must_use]
+pub fn is_damped(elements: &Elements, high_order: &HighOrderElements) -> bool {
+    elements.list().iter().any(|element| elements.section(element).is_damped())
+        || (0..high_order.count()).any(|element| high_order.section(element).is_damped())
+}
+
 /// The Kelvin–Voigt force of all elements whose section has damping.
 #[derive(Clone, Debug)]
 pub struct StrainDamping {
@@ -91,10 +98,10 @@ impl StrainDamping {
     /// With `θ = 0`; `None` when no section has damping.
     #[must_use]
     pub fn new(elements: &Elements, high_order: &HighOrderElements) -> Option<Self> {
-        let damped = elements.list().iter().any(|element| elements.section(element).is_damped())
-            || (0..high_order.count()).any(|element| high_order.section(element).is_damped());
-        let own = || (elements.clone(), high_order.clone());
-        damped.then(own).map(|(elements, high_order)| Self { elements, high_order, slowness: None })
+        is_damped(elements, high_order).then(|| {
+            let (elements, high_order) = (elements.clone(), high_order.clone());
+            Self { elements, high_order, slowness: None }
+        })
     }
 
     /// With `θ = 4μ` of selective mass scaling, from `1/ω²` of each element, s²: two-node ones, others.
@@ -118,21 +125,23 @@ impl StrainDamping {
         }
         self.high_order.each_damped(&mut |element, station| visit(station, theta(1, element)));
     }
+
+    fn add_slot(&self, s: &Interval, (q, sign): (&[f64], f64), out: &mut [f64]) {
+        self.each(s.h, &mut |own, theta| {
+            let change = own.strain(&s.q1) - own.strain(&s.q0);
+            let n = -(0.5 + sign * theta) * own.viscosity().component_mul(&change);
+            own.add(q, &n, out); // [6.23]
+        });
+    }
 }
 
 impl DiscreteForce for StrainDamping {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
-        self.each(s.h, &mut |own, theta| {
-            let change = own.strain(&s.q1) - own.strain(&s.q0);
-            own.add(&s.q0, &(-(0.5 + theta) * own.viscosity().component_mul(&change)), out); // [6.23]
-        });
+        self.add_slot(s, (&s.q0, 1.0), out);
     }
 
     fn add_plus(&self, s: &Interval, out: &mut [f64]) {
-        self.each(s.h, &mut |own, theta| {
-            let change = own.strain(&s.q1) - own.strain(&s.q0);
-            own.add(&s.q1, &(-(0.5 - theta) * own.viscosity().component_mul(&change)), out); // [6.23]
-        });
+        self.add_slot(s, (&s.q1, -1.0), out);
     }
 
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {

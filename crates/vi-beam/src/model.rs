@@ -14,7 +14,6 @@ use crate::section::Section;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
-use vi_constraints::Constraints;
 use vi_core::force::{Force, MidpointForce};
 use vi_core::{Entries, Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::description::joint_at;
@@ -323,12 +322,7 @@ impl BeamModel {
     #[must_use]
     pub fn static_system(&self, mechanism: &Mechanism, loads: Vec<Load>) -> SeparableSystem {
         let mass = self.mass_matrix(mechanism);
-        let mut acceleration = vec![0.0; Constraints::dim(mechanism)];
-        for frame in acceleration.chunks_exact_mut(12) {
-            frame[..3].copy_from_slice(self.description.gravity.as_slice());
-        }
-        let mut weight = vec![0.0; acceleration.len()];
-        mass.mul_add(1.0, &acceleration, &mut weight);
+        let weight = mechanism.weight(&mass);
         let mut system = SeparableSystem::new(mass)
             .potential(self.elements.clone())
             .potential(self.high_order.clone())

@@ -273,6 +273,18 @@ impl Mechanism {
     /// The system with a given mass matrix and gravity, `V = −(M γ)·q`.
     #[must_use]
     pub fn system_with_mass(&self, mass: SparseMatrix, quadrature: Quadrature) -> SeparableSystem {
+        let weighs = self.description.gravity != Vector3::zeros();
+        let weight = weighs.then(|| self.weight(&mass));
+        let system = SeparableSystem::new(mass).quadrature(quadrature);
+        match weight {
+            Some(force) => system.potential(LinearPotential { force }),
+            None => system,
+        }
+    }
+
+    /// The weight `M γ`, N, with the acceleration `γ` of gravity at every point, shape `n`.
+    #[must_use]
+    pub fn weight(&self, mass: &SparseMatrix) -> Vec<f64> {
         let gravity = &self.description.gravity;
         let mut acceleration = vec![0.0; self.dim()]; // γ at every point, 0 at every director
         for k in 0..self.description.bodies.len() {
@@ -284,11 +296,7 @@ impl Mechanism {
         }
         let mut force = vec![0.0; self.dim()];
         mass.mul_add(1.0, &acceleration, &mut force);
-        let system = SeparableSystem::new(mass).quadrature(quadrature);
-        if gravity == &Vector3::zeros() {
-            return system;
-        }
-        system.potential(LinearPotential { force })
+        force
     }
 
     /// `q(0)` of the description.
