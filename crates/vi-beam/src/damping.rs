@@ -165,7 +165,11 @@ impl DiscreteForce for StrainDamping {
         work
     }
 
-    fn add_rest_derivative(&self, _: Configuration<'_>, _: f64, _: &mut dyn Entries) {}
+    fn add_stiffness(&self, _: Configuration<'_>, _v: &[f64], _: f64, _: &mut dyn Entries) {}
+
+    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.add_velocity_derivative(at.t, at.q, v, scale, out);
+    }
 
     fn is_dissipative(&self) -> bool {
         true

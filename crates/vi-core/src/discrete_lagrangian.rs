@@ -166,19 +166,25 @@ impl SeparableSystem {
         }
     }
 
-    /// `out ← ∇V(q) − f(t, q, 0)`, N: what the constraints have to balance at rest.
-    pub fn rest_force(&self, at: Configuration<'_>, out: &mut [f64]) {
+    /// `out ← ∇V(q) − f(t, q, v)`, N: what constraints and inertia have to balance.
+    pub fn net_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         out.fill(0.0);
-        self.add_force(at, &vec![0.0; at.q.len()], out);
+        self.add_force(at, v, out);
         out.iter_mut().for_each(|f| *f = -*f);
         self.add_potential_gradient(at, 1.0, out);
     }
 
-    /// Emits `∂/∂q` of [`SeparableSystem::rest_force`], shape `n × n`; always the same places in the same
-    /// order. Not symmetric where a force has no potential.
-    pub fn rest_stiffness(&self, at: Configuration<'_>, out: &mut dyn Entries) {
+    /// Emits `∂/∂q` of [`SeparableSystem::net_force`] at rest or in a steady rotation `v`
+    /// ([`DiscreteForce::add_stiffness`]), shape `n × n`; always the same places in the same order. Not symmetric where
+    /// a force has no potential.
+    pub fn stiffness(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
         self.potentials.iter().for_each(|potential| potential.add_hessian(at, 1.0, out));
-        self.forces.iter().for_each(|force| force.add_rest_derivative(at, -1.0, out));
+        self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
+    }
+
+    /// Emits `−∂f/∂v`, shape `n × n`, N·s/m; always the same places in the same order.
+    pub fn damping(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
+        self.forces.iter().for_each(|force| force.add_damping(at, v, -1.0, out));
     }
 }
 

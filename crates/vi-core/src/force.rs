@@ -28,9 +28,11 @@ pub trait DiscreteForce: Send + Sync {
         self.add_plus(s, scratch);
         scratch.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum()
     }
-    /// Emits `scale ∂f/∂q (t, q, 0)`, the stiffness of the force at rest; always the same places in the
-    /// same order.
-    fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
+    /// Emits `scale ∂f/∂q`, the stiffness of the force in a steady motion with the velocity `v`: at rest, or in a rotation of
+    /// all that the force joins, which changes no length and no rate. Always the same places in the same order.
+    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
+    /// Emits `scale ∂f/∂v (t, q, v)`; always the same places in the same order.
+    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
     /// Whether the force takes energy out whichever way time runs (dampers, friction).
     fn is_dissipative(&self) -> bool;
 }
@@ -94,8 +96,12 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
         s.h * self.0.power(s.t_mid(), &s.q_mid, &s.v_mid, scratch)
     }
 
-    fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+    fn add_stiffness(&self, at: Configuration<'_>, _v: &[f64], scale: f64, out: &mut dyn Entries) {
         self.0.add_position_derivative(at.t, at.q, &vec![0.0; at.q.len()], scale, out);
+    }
+
+    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.0.add_velocity_derivative(at.t, at.q, v, scale, out);
     }
 
     fn is_dissipative(&self) -> bool {

@@ -14,6 +14,7 @@
 //! | [`newton`], [`predictor`] | the nonlinear solver and its initial guesses |
 //! | [`linear`], [`sparse`] | factorizations; matrices refilled in place |
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
+//! | [`quadratic_eigen`] | `(λ² M + λ C + K) x = 0`: damped and gyroscopic vibrations |
 //! | [`composition`] | orders 4, 6, 8 |
 //! | [`compensation`] | rounding errors of a step, given to the next one |
 //! | [`state`] | all that the future of a motion depends on |
@@ -39,6 +40,7 @@ pub mod momentum_map;
 pub mod newton;
 pub mod potential;
 pub mod predictor;
+pub mod quadratic_eigen;
 mod shadow_energy;
 pub mod sparse;
 pub mod state;

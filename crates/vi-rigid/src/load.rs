@@ -259,7 +259,7 @@ impl DiscreteForce for Load {
         self.add(1.0, self.wrench(at.t, frame), frame, &mut out[self.offset..]);
     }
 
-    fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+    fn add_stiffness(&self, at: Configuration<'_>, _v: &[f64], scale: f64, out: &mut dyn Entries) {
         let Configuration { t, q, .. } = at;
         let frame = self.frame(q);
         let torque = self.wrench(t, frame).torque;
@@ -283,6 +283,8 @@ impl DiscreteForce for Load {
             }
         }
     }
+
+    fn add_damping(&self, _: Configuration<'_>, _v: &[f64], _: f64, _: &mut dyn Entries) {}
 
     fn is_dissipative(&self) -> bool {
         false

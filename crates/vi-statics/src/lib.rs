@@ -11,7 +11,9 @@
 //! | [`arc_length`] | continuation by arc length, through limit points |
 //! | [`relaxation`] | an initial configuration that is no equilibrium; directions without stiffness |
 //! | [`mod@modes`] | small vibrations about an equilibrium |
+//! | [`mod@vibrations`] | the same with damping and gyroscopic terms |
 //! | [`path`] | equilibria, paths, why a path ends |
+//! | [`rotation`] | steady rotation of a whole system |
 //! | [`step_bounds`] | bounds of the change of one step: jumps to other equilibria |
 //! | [`limit`] | bending of an element between its nodes |
 //! | `equations` | residual, exact sparse tangent, independent rows, scaled solution |
@@ -31,7 +33,9 @@ pub mod modes;
 pub mod path;
 pub mod problem;
 pub mod relaxation;
+pub mod rotation;
 pub mod step_bounds;
+pub mod vibrations;
 
 // What the interface of this crate speaks of, for those who depend on it alone.
 pub use nalgebra;
@@ -45,4 +49,6 @@ pub use limit::LimitReport;
 pub use modes::{ModeError, Modes, modes};
 pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 pub use problem::StaticProblem;
+pub use rotation::{RotationError, SteadyRotation};
 pub use step_bounds::StepBounds;
+pub use vibrations::{Motion, Vibration, Vibrations, vibrations};

@@ -6,11 +6,11 @@
 //! ```
 //! Directions without stiffness show as `ω² = 0` to round-off, unstable ones as `ω² < 0`. Torques with fixed spatial
 //! components and followers make `K_r` unsymmetric; its symmetric part is taken, and the asymmetry is
-//! reported. Damping and gyroscopic terms take no part. Dense, `O(d³)`. The midpoint rule shows `ω` as
+//! reported. Damping and gyroscopic terms: [`mod@crate::vibrations`]. Dense, `O(d³)`. The midpoint rule shows `ω` as
 //! `(2/h) arctan(ωh/2)`.
 #![allow(non_snake_case)] // K, M, J, Z
 
-use crate::equations::Equations;
+use crate::equations::{Equations, TreeMatrices};
 use crate::problem::StaticProblem;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
@@ -41,7 +41,7 @@ impl From<EigenError> for ModeError {
 }
 
 /// What errors in the configuration add to those of the stiffness.
-const NOISE: f64 = 100.0;
+pub(crate) const NOISE: f64 = 100.0;
 
 /// Modes, softest first.
 ///
@@ -84,6 +84,8 @@ pub struct Modes {
     pub residual: f64,
     /// `max |XᵀMX − I|`.
     pub orthogonality: f64,
+    /// Whether there is damping or a gyroscopic term, which these modes leave out.
+    pub left_out: bool,
 }
 
 impl Modes {
@@ -100,50 +102,84 @@ impl Modes {
     }
 }
 
-/// The modes about the last equilibrium of a static problem.
+/// The modes about the last equilibrium of a static problem, without damping and gyroscopic terms:
+/// [`crate::vibrations()`] has them.
 ///
 /// # Errors
 /// [`ModeError`].
 pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
-    let work = &mut problem.work;
-    let unbalanced = work.balance(&mut problem.x).map_err(|_| ModeError::NotFinite)?;
-    let (applied, round_off) = (work.force_scale(), work.round_off());
-    let (K, M, layout, columns) = work.tree_matrices();
-    let Z = loop_null_space(work, &layout, &columns);
-    let reduce = |A: DMatrix<f64>| match &Z {
-        Some(Z) => Z.transpose() * A * Z,
-        None => A,
-    };
-    let (K, M) = (reduce(K), reduce(M));
-    let size = K.amax();
-    let asymmetry = if size > 0.0 { (&K - K.transpose()).amax() / size } else { 0.0 };
-    let found = generalized_eigen(&(0.5 * (&K + K.transpose())), &M)?;
-    let (residual, orthogonality) = (found.residual, found.orthogonality);
-    let (squared, x) = (found.squared, found.vectors);
-    let nu = match &Z {
-        Some(Z) => Z * x,
-        None => x,
-    };
-    let mut shapes = DMatrix::zeros(work.s.dim(), squared.len());
-    for (k, nu) in nu.column_iter().enumerate() {
-        let mut v = vec![0.0; work.s.dim()];
-        layout.velocity(&columns, nu.clone_owned().as_slice(), &mut v);
-        shapes.column_mut(k).copy_from_slice(&v);
-    }
+    let linear = Linearization::new(problem)?;
+    let found = generalized_eigen(&linear.symmetric_stiffness(), &linear.M)?;
+    let squared = found.squared;
     let omega = squared.iter().map(|square| square.max(0.0).sqrt()).collect();
-    let noise = found.noise.iter().map(|noise| NOISE * noise).collect();
     Ok(Modes {
-        squared,
         omega,
-        noise,
-        shapes,
-        asymmetry,
-        unbalanced,
-        applied,
-        round_off,
-        residual,
-        orthogonality,
+        noise: found.noise.iter().map(|noise| NOISE * noise).collect(),
+        shapes: linear.velocities(&found.vectors),
+        asymmetry: linear.asymmetry(),
+        unbalanced: linear.unbalanced,
+        applied: linear.applied,
+        round_off: linear.round_off,
+        residual: found.residual,
+        orthogonality: found.orthogonality,
+        left_out: linear.C.iter().any(|c| *c != 0.0),
+        squared,
     })
+}
+
+/// `M ẍ + C ẋ + K x = 0`: the motion near the last equilibrium in independent velocities.
+pub(crate) struct Linearization {
+    pub(crate) K: DMatrix<f64>,
+    pub(crate) C: DMatrix<f64>,
+    pub(crate) M: DMatrix<f64>,
+    Z: Option<DMatrix<f64>>, // null space of the loops
+    layout: VelocityLayout,
+    columns: Columns,
+    n: usize,
+    pub(crate) unbalanced: f64,
+    pub(crate) applied: f64,
+    pub(crate) round_off: f64,
+}
+
+impl Linearization {
+    pub(crate) fn new(problem: &mut StaticProblem) -> Result<Self, ModeError> {
+        let work = &mut problem.work;
+        let unbalanced = work.balance(&mut problem.x).map_err(|_| ModeError::NotFinite)?;
+        let (applied, round_off) = (work.force_scale(), work.round_off());
+        let TreeMatrices { K, C, M, layout, columns } = work.tree_matrices();
+        let Z = loop_null_space(work, &layout, &columns);
+        let reduce = |A: DMatrix<f64>| match &Z {
+            Some(Z) => Z.transpose() * A * Z,
+            None => A,
+        };
+        let (K, C, M, n) = (reduce(K), reduce(C), reduce(M), work.s.dim());
+        Ok(Self { K, C, M, Z, layout, columns, n, unbalanced, applied, round_off })
+    }
+
+    pub(crate) fn symmetric_stiffness(&self) -> DMatrix<f64> {
+        0.5 * (&self.K + self.K.transpose())
+    }
+
+    /// `|K − Kᵀ|_∞ / |K|_∞`.
+    pub(crate) fn asymmetry(&self) -> f64 {
+        let size = self.K.amax();
+        if size > 0.0 { (&self.K - self.K.transpose()).amax() / size } else { 0.0 }
+    }
+
+    /// Columns `v = P x` of all coordinates, shape `n × k`.
+    pub(crate) fn velocities(&self, x: &DMatrix<f64>) -> DMatrix<f64> {
+        let nu = match &self.Z {
+            Some(Z) => Z * x,
+            None => x.clone(),
+        };
+        let mut out = DMatrix::zeros(self.n, nu.ncols());
+        let mut v = vec![0.0; self.n];
+        for (k, nu) in nu.column_iter().enumerate() {
+            self.layout.velocity(&self.columns, nu.clone_owned().as_slice(), &mut v);
+            out.column_mut(k).copy_from_slice(&v);
+        }
+        out
+    }
 }
 
 /// `Z`: null space of the loop constraints in the unknowns of the tree; `None` without loops.

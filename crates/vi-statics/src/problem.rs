@@ -15,6 +15,7 @@
 use crate::equations::{Equations, Problem};
 use crate::limit::LimitReport;
 use crate::path::{Equilibrium, StaticError, StaticPath, StaticSettings};
+use crate::rotation::SteadyRotation;
 use crate::step_bounds::{StepBounds, StepFailure};
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
@@ -89,6 +90,22 @@ impl StaticProblem {
     pub fn with_elements(mut self, neighbours: Vec<[usize; 2]>) -> Self {
         neighbours.iter().flatten().for_each(|&node| self.elastic[node] = true);
         self.neighbours = neighbours;
+        self
+    }
+
+    /// In a steady rotation: equilibria are then those of the frame that rotates. Premise:
+    /// [`SteadyRotation::check`].
+    #[must_use]
+    pub fn in_rotation(mut self, rotation: &SteadyRotation) -> Self {
+        self.work.rotate(rotation);
+        self
+    }
+
+    /// From the configuration `q` instead of the initial one.
+    #[must_use]
+    pub fn starting_at(mut self, q: &[f64]) -> Self {
+        let angles = self.work.mechanism.principal_angles(q);
+        self.work.stand_at(q, angles);
         self
     }
 

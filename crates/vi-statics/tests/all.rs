@@ -6,5 +6,6 @@ mod common;
 mod equilibria;
 mod frequency_bound;
 mod modes;
+mod rotation;
 mod stability;
 mod statics;

@@ -185,7 +185,7 @@ impl Blade {
             P.tr_mul(&(full * P))
         };
         let at = Configuration::new(0.0, q);
-        let K = dense(&|out| system.rest_stiffness(at, out));
+        let K = dense(&|out| system.stiffness(at, &vec![0.0; q.len()], out));
         let M = dense(&|out| system.mass().emit(out));
         let added = dense(&|out| system.add_mass_of_step(at, h, out));
         let modes = generalized_eigen(&K, &M).ok()?;

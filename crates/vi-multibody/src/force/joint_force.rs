@@ -250,12 +250,17 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         let [start, end] = [&s.q0, &s.q1].map(|q| self.coordinate.rate(q, &s.v_mid));
         0.5 * s.h * self.effort(s) * (start + end)
     }
-    fn add_rest_derivative(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
-        let (Configuration { t, q, .. }, coordinate) = (at, self.coordinate.at(at));
-        let slope = self.law.slopes(t, coordinate, 0.0).by_coordinate;
-        self.coordinate.emit_product(q, q, scale * slope, out);
-        let effort = self.law.effort(t, coordinate, 0.0);
-        self.coordinate.emit_second(q, scale * effort, out);
+    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
+        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+        let slope = self.law.slopes(at.t, coordinate, rate).by_coordinate;
+        self.coordinate.emit_product(at.q, at.q, scale * slope, out);
+        let effort = self.law.effort(at.t, coordinate, rate);
+        self.coordinate.emit_second(at.q, scale * effort, out);
+    }
+    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
+        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+        let slope = self.law.slopes(at.t, coordinate, rate).by_rate;
+        self.coordinate.emit_product(at.q, at.q, scale * slope, out);
     }
     fn is_dissipative(&self) -> bool {
         self.law.is_dissipative()

@@ -147,7 +147,7 @@ fn the_stiffness_at_rest_matches_central_differences() {
         };
         let q = [q, q].concat();
         let mut exact = DMatrix::zeros(24, 24);
-        load.add_rest_derivative(Configuration::new(0.7, &q), 1.0, &mut exact);
+        load.add_stiffness(Configuration::new(0.7, &q), &[], 1.0, &mut exact);
         for j in 0..24 {
             let (mut plus, mut minus) = (q.clone(), q.clone());
             (plus[j], minus[j]) = (q[j] + 1e-3, q[j] - 1e-3); // quadratic in q

@@ -9,6 +9,8 @@
 //! K   = [ P_inᵀ (∇²V − ∂f/∂q + Σ μ_i D²g_i) ∂F_d/∂u + Σ_I ŵ_I d̂_I + σ S    P_inᵀ Gᵀ ]
 //!       [ G ∂F_d/∂u                                                        0       ]
 //! ```
+//! In a steady rotation the force of inertia `M W² (q − q_o)` is part of `w`, `M W²` part of `K`
+//! ([`crate::rotation`]).
 //! `t` is the load parameter: loads and prescribed motions are taken at the time `t`. The rows of `g`
 //! are an independent set, without the internal constraints of the frames, which `F_d` satisfies. `σ S` is
 //! zero but for relaxation ([`crate::relaxation`]).
@@ -16,6 +18,7 @@
 //! Source: theory §6, "Statics".
 #![allow(non_snake_case)] // K, G
 
+use crate::rotation::{Field, SteadyRotation};
 use nalgebra::{DMatrix, Matrix3, Matrix6};
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
@@ -44,6 +47,8 @@ pub(crate) struct Equations {
     pub(crate) mu: Vec<f64>,    // m  of the last evaluation
     pub(crate) force: Vec<f64>, // n  w
     pub(crate) sigma: f64,
+    rotation: Option<Field>,
+    v: Vec<f64>,      // n  velocities of the steady rotation; zero without one
     metric: Vec<f64>, // d  S: 1 for lengths, the square of the size for angles
     layout: VelocityLayout,
     left: Columns,  // P_in(q)
@@ -100,6 +105,8 @@ impl Equations {
             mu: vec![0.0; m],
             force: vec![0.0; n],
             sigma: 0.0,
+            rotation: None,
+            v: vec![0.0; n],
             metric: vec![1.0; d],
             left: layout.columns(),
             right: layout.columns(),
@@ -158,7 +165,13 @@ impl Equations {
         let at = Configuration { t, ..self.s.end() };
         self.layout.null_space(q, &mut self.left);
         self.rows.scatter(mu, &mut self.mu);
-        self.system.rest_force(at, &mut self.force);
+        if let Some(field) = &self.rotation {
+            field.velocity(q, &mut self.v);
+        }
+        self.system.net_force(at, &self.v, &mut self.force);
+        if let Some(field) = &self.rotation {
+            field.add_inertia(self.system.mass(), &self.v, &mut self.force); // [6.24]
+        }
         self.mechanism.jacobian(t, q, &mut Transposed { mu: &self.mu, out: &mut self.force });
         let (balance, closure) = r.split_at_mut(u.len());
         self.layout.pull_back(&self.left, &self.force, balance);
@@ -176,8 +189,9 @@ impl Equations {
         let (t, q, n) = (self.t, &self.s.q1, self.force.len());
         let step = 1e-4 * t.abs().max(1.0);
         let (mut after, mut before) = (vec![0.0; n], vec![0.0; n]);
-        self.system.rest_force(Configuration { t: t + step, ..self.s.end() }, &mut after);
-        self.system.rest_force(Configuration { t: t - step, ..self.s.end() }, &mut before);
+        let end = self.s.end();
+        self.system.net_force(Configuration { t: t + step, ..end }, &self.v, &mut after);
+        self.system.net_force(Configuration { t: t - step, ..end }, &self.v, &mut before);
         after.iter_mut().zip(&before).for_each(|(a, b)| *a = (*a - b) / (2.0 * step));
         let d = self.unknowns();
         let (balance, closure) = out.split_at_mut(d);
@@ -202,9 +216,12 @@ impl Equations {
         Configuration { t: self.t, ..self.s.end() }
     }
 
-    /// `∇²V − ∂f/∂q + Σ μ_i D²g_i` at the point last evaluated.
+    /// `∇²V − ∂f/∂q + M W² + Σ μ_i D²g_i` at the point last evaluated.
     fn emit_stiffness(&self, out: &mut dyn Entries) {
-        self.system.rest_stiffness(self.here(), out);
+        self.system.stiffness(self.here(), &self.v, out);
+        if let Some(field) = &self.rotation {
+            field.emit_stiffness(self.system.mass(), out);
+        }
         self.mechanism.weighted_hessian(self.t, &self.s.q1, &self.mu, 1.0, out);
     }
 
@@ -287,11 +304,17 @@ impl Equations {
         &self.metric
     }
 
-    /// `Pᵀ (∇²V − ∂f/∂q + Σ μ_i D²g_i) P + …` and `PᵀMP` of the spanning tree at the point last
-    /// evaluated, dense, with `P` as columns.
-    pub(crate) fn tree_matrices(
-        &mut self,
-    ) -> (DMatrix<f64>, DMatrix<f64>, VelocityLayout, Columns) {
+    /// `2 M W − ∂f/∂v` at the point last evaluated.
+    fn emit_velocity_matrix(&self, out: &mut dyn Entries) {
+        self.system.damping(self.here(), &self.v, out);
+        if let Some(field) = &self.rotation {
+            field.emit_gyroscopic(self.system.mass(), out);
+        }
+    }
+
+    /// Stiffness, damping and gyroscopic terms, and mass of the spanning tree at the point last evaluated, reduced by
+    /// its null space.
+    pub(crate) fn tree_matrices(&mut self) -> TreeMatrices {
         self.fill_spin();
         let mut layout = VelocityLayout::new(&self.mechanism);
         let mut columns = layout.columns();
@@ -302,9 +325,28 @@ impl Equations {
             matrix.to_dense()
         };
         let K = dense(&|out| self.emit_stiffness(out), &self.spin);
+        let C = dense(&|out| self.emit_velocity_matrix(out), &[]);
         let M = dense(&|out| self.system.mass().emit(out), &[]);
-        (K, M, layout, columns)
+        TreeMatrices { K, C, M, layout, columns }
     }
+
+    /// A steady rotation takes the place of rest.
+    pub(crate) fn rotate(&mut self, rotation: &SteadyRotation) {
+        self.rotation = Some(Field::new(rotation, self.mechanism.description()));
+    }
+}
+
+/// Dense matrices in the velocities of the spanning tree, shape `d × d`.
+pub(crate) struct TreeMatrices {
+    /// `Pᵀ (∇²V − ∂f/∂q + M W² + Σ μ_i D²g_i) P + Σ_I ŵ_I d̂_I`.
+    pub(crate) K: DMatrix<f64>,
+    /// `Pᵀ (2 M W − ∂f/∂v) P`.
+    pub(crate) C: DMatrix<f64>,
+    /// `PᵀMP`.
+    pub(crate) M: DMatrix<f64>,
+    pub(crate) layout: VelocityLayout,
+    /// `P`.
+    pub(crate) columns: Columns,
 }
 
 /// The equations with the blocks of their unknowns, for Newton's method.

@@ -50,11 +50,17 @@ impl Equations {
     pub(crate) fn force_scale(&mut self) -> f64 {
         let (at, n) = (self.here(), self.s.dim());
         let mut out = vec![0.0; n];
-        self.system.add_force(at, &vec![0.0; n], &mut out);
+        self.system.add_force(at, &self.v, &mut out);
         let applied = norm_inf(&out);
         out.fill(0.0);
         self.system.add_potential_gradient(at, 1.0, &mut out);
-        applied.max(norm_inf(&out))
+        let mut largest = applied.max(norm_inf(&out));
+        if let Some(field) = &self.rotation {
+            out.fill(0.0);
+            field.add_inertia(self.system.mass(), &self.v, &mut out);
+            largest = largest.max(norm_inf(&out));
+        }
+        largest
     }
 
     /// `Σ S u u'/d` of unknowns `(u, …)`, m².

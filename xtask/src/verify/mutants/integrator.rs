@@ -118,7 +118,8 @@ impl DiscreteForce for AtTheStart {
             out.iter_mut().zip(&self.w).for_each(|(o, f)| *o += f);
         }
     }
-    fn add_rest_derivative(&self, _: Configuration<'_>, _scale: f64, _out: &mut dyn Entries) {}
+    fn add_stiffness(&self, _: Configuration<'_>, _v: &[f64], _scale: f64, _: &mut dyn Entries) {}
+    fn add_damping(&self, _: Configuration<'_>, _v: &[f64], _scale: f64, _: &mut dyn Entries) {}
     fn is_dissipative(&self) -> bool {
         false
     }

@@ -1,0 +1,189 @@
+//! Damped and gyroscopic vibrations about an equilibrium or a steady rotation.
+//!
+//! ```text
+//! (λ² M_r + λ C_r + K_r) x = 0,   C_r = Pᵀ (2 M W − ∂f/∂v) P,     λ = −ζ ω_0 ± i ω
+//! ```
+//! `K_r`, `M_r`: [`mod@crate::modes`], with `M W²` in a steady rotation ([`crate::rotation`]). Frequencies are those of
+//! the frame that rotates.
+//!
+//! Source: theory §6.12; F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286.
+
+use crate::modes::{Linearization, ModeError, NOISE};
+use crate::problem::StaticProblem;
+use nalgebra::{Complex, DMatrix};
+use vi_core::quadratic_eigen::QuadraticEigen;
+
+/// Growth below this part of `|λ|` is round-off: two eigenvalues that meet part by the root of `ε`.
+const GROWTH: f64 = 1e-6;
+
+/// What a motion `x e^{λt}` is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// `Re λ > 0`.
+    Growth,
+    /// Nothing resists: `λ = 0`.
+    Rigid,
+    /// `Im λ > 0`, `Re λ ≤ 0`.
+    Vibration,
+    /// `λ < 0`: it dies out without a vibration.
+    Decay,
+}
+
+/// A motion near the equilibrium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Vibration {
+    /// What it is.
+    pub motion: Motion,
+    /// `λ`, 1/s.
+    pub value: Complex<f64>,
+    /// Velocities of all coordinates, shape `n`; the motion is `Re (x e^{λt})`.
+    pub shape: Vec<Complex<f64>>,
+    /// `|(λ²M + λC + K) x|` relative to the size of its terms.
+    pub residual: f64,
+}
+
+/// All motions near an equilibrium.
+///
+/// ```
+/// use vi_core::Quadrature;
+/// use vi_multibody::builder::{Inertia, MechanismBuilder};
+/// use vi_multibody::{FrameId::Ground, PairKind};
+/// use vi_multibody::joint_force::Viscous;
+/// use vi_statics::{Motion, StaticProblem, vibrations};
+///
+/// // a hanging pendulum with a damper: J' λ² + c λ + m γ l = 0
+/// let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+/// let arm = builder.body("arm", Inertia::principal(2.0, [0.1; 3])).at([0.0, 0.0, -0.5]).id();
+/// let hinge = builder.joint("hinge", PairKind::Revolute, Ground, arm);
+/// let hinge = hinge.at([0.0; 3]).axis([0.0, 1.0, 0.0]).id();
+/// builder.joint_force(hinge.coordinate(0), Viscous(0.3));
+/// let built = builder.build()?;
+/// let mut problem = StaticProblem::new(built.system(Quadrature::Midpoint), built.mechanism);
+/// let found = vibrations(&mut problem)?;
+/// let swing = found.get(Motion::Vibration, 0).expect("it is not overdamped");
+/// assert!((swing.value.re + 0.25).abs() < 1e-12); // −c/2J'
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Vibrations {
+    linear: Linearization,
+    eigen: QuadraticEigen,
+    conservative: bool,
+    rigid: Vec<usize>,            // of the undamped modes
+    moving: Vec<(Motion, usize)>, // of the eigenvalues, sorted
+}
+
+impl std::fmt::Debug for Vibrations {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Vibrations").field("count", &self.len()).finish_non_exhaustive()
+    }
+}
+
+/// All motions near the last equilibrium of a problem: those that grow, those without stiffness, vibrations and decays,
+/// slowest first.
+///
+/// # Errors
+/// [`ModeError`].
+pub fn vibrations(problem: &mut StaticProblem) -> Result<Vibrations, ModeError> {
+    let linear = Linearization::new(problem)?;
+    let eigen = QuadraticEigen::new(&linear.K, &linear.C, &linear.M)?;
+    let undamped = eigen.undamped();
+    let noise = |k: usize| NOISE * undamped.noise[k];
+    let resists = |k: &usize| undamped.squared[*k].abs() > noise(*k);
+    let rigid: Vec<usize> = (0..undamped.squared.len()).filter(|k| !resists(k)).collect();
+    let least = rigid.iter().map(|&k| noise(k)).fold(0.0, f64::max);
+    let mut moving: Vec<(Motion, usize)> = Vec::new();
+    let values = eigen.values();
+    for (k, value) in values.iter().enumerate().filter(|(_, value)| value.norm_sqr() > least) {
+        moving.push((motion(*value), k));
+    }
+    let key = |(motion, k): &(Motion, usize)| {
+        let value = values[*k];
+        match motion {
+            Motion::Growth => (0, -value.re),
+            Motion::Rigid => (1, 0.0),
+            Motion::Vibration => (2, value.im),
+            Motion::Decay => (3, -value.re),
+        }
+    };
+    moving.sort_by(|a, b| {
+        let (a, b) = (key(a), key(b));
+        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+    });
+    let conservative =
+        (&linear.C + linear.C.transpose()).amax() == 0.0 && linear.asymmetry() <= f64::EPSILON;
+    Ok(Vibrations { linear, eigen, conservative, rigid, moving })
+}
+
+fn motion(value: Complex<f64>) -> Motion {
+    if value.re > GROWTH * value.norm() {
+        Motion::Growth
+    } else if value.im > 0.0 {
+        Motion::Vibration
+    } else {
+        Motion::Decay
+    }
+}
+
+impl Vibrations {
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.rigid.len() + self.moving.len()
+    }
+
+    /// Whether nothing can move.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Degrees of freedom.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.linear.M.nrows()
+    }
+
+    /// How many of a kind there are.
+    #[must_use]
+    pub fn count(&self, motion: Motion) -> usize {
+        match motion {
+            Motion::Rigid => self.rigid.len(),
+            _ => self.moving.iter().filter(|(own, _)| *own == motion).count(),
+        }
+    }
+
+    /// The `k`-th of a kind: the fastest growth, the slowest vibration or decay is the first.
+    #[must_use]
+    pub fn get(&self, motion: Motion, k: usize) -> Option<Vibration> {
+        if motion == Motion::Rigid {
+            return self.rigid.get(k).map(|&k| self.rigid_motion(k));
+        }
+        let (_, index) = self.moving.iter().filter(|(own, _)| *own == motion).nth(k)?;
+        let pair = self.eigen.pair(*index);
+        let mut value = pair.value;
+        if self.conservative && motion == Motion::Vibration {
+            value.re = 0.0; // skew C and symmetric K: what is left is round-off
+        }
+        let shape = self.shape(&DMatrix::from_columns(&[pair.vector]));
+        Some(Vibration { motion, value, shape, residual: pair.residual })
+    }
+
+    fn rigid_motion(&self, k: usize) -> Vibration {
+        let undamped = self.eigen.undamped();
+        let x = undamped.vectors.columns(k, 1).map(|x| Complex::new(x, 0.0));
+        let (value, residual) = (Complex::default(), undamped.residual);
+        Vibration { motion: Motion::Rigid, value, shape: self.shape(&x), residual }
+    }
+
+    fn shape(&self, x: &DMatrix<Complex<f64>>) -> Vec<Complex<f64>> {
+        let re = self.linear.velocities(&x.map(|x| x.re));
+        let im = self.linear.velocities(&x.map(|x| x.im));
+        re.iter().zip(im.iter()).map(|(re, im)| Complex::new(*re, *im)).collect()
+    }
+
+    /// Forces that are not in balance, the largest that should balance, and what round-off alone may cause, N or N·m.
+    #[must_use]
+    pub fn balance(&self) -> [f64; 3] {
+        [self.linear.unbalanced, self.linear.applied, self.linear.round_off]
+    }
+}
