@@ -38,6 +38,7 @@ mod recording;
 mod reference;
 mod report;
 mod restart;
+mod rotating_models;
 mod scalar_constraints;
 mod sensors;
 mod shadow_energy;

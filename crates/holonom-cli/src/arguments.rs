@@ -217,6 +217,8 @@ pub(crate) enum At {
     Start,
     /// The equilibrium under the loads at the end of the simulation
     Static,
+    /// The steady rotation of the initial velocities
+    Rotation,
 }
 
 #[derive(Args)]
@@ -229,7 +231,11 @@ pub(crate) struct Modes {
     /// About which configuration
     #[arg(long, value_enum, default_value_t = At::Start)]
     pub(crate) at: At,
-    /// Write modes.json, modes.csv and pictures of the shapes into this folder
+    /// Follow the modes over speeds of rotation from A to B in N steps, rad/s: the Campbell diagram
+    #[arg(long, value_name = "A:B:N", value_parser = speeds, conflicts_with = "at")]
+    pub(crate) speeds: Option<Speeds>,
+    /// Write modes.json, modes.csv and pictures of the shapes into this folder; with --speeds campbell.json,
+    /// campbell.csv and campbell.svg
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Replace files of an earlier call
@@ -259,6 +265,24 @@ pub(crate) struct Verify {
     /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
+}
+
+/// Speeds of rotation, rad/s.
+#[derive(Clone)]
+pub(crate) struct Speeds(pub(crate) Vec<f64>);
+
+fn speeds(text: &str) -> Result<Speeds, String> {
+    let help = || "write FIRST:LAST:STEPS in rad/s, such as 0:40:20".to_owned();
+    let parts: Vec<&str> = text.split(':').collect();
+    let [first, last, steps] = parts.as_slice() else { return Err(help()) };
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    let (Some(first), Some(last)) = (number(first), number(last)) else { return Err(help()) };
+    let steps: u16 = steps.trim().parse().map_err(|_| help())?;
+    if steps == 0 || steps > 10_000 || first == last {
+        return Err("between two speeds there are 1 to 10000 steps".to_owned());
+    }
+    let at = |k: u16| first + (last - first) * f64::from(k) / f64::from(steps);
+    Ok(Speeds((0..=steps).map(at).collect()))
 }
 
 fn accuracy(text: &str) -> Result<f64, String> {

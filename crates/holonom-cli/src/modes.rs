@@ -1,13 +1,14 @@
-//! `holonom modes`: natural frequencies and mode shapes about the initial configuration or an equilibrium.
+//! `holonom modes`: natural frequencies and mode shapes about the initial configuration, an equilibrium or a steady
+//! rotation; over the speed the Campbell diagram.
 
 use std::fmt::Write;
 
 use holonom::RunFolder;
-use holonom::modes::{About, Kind, ModalAnalysis, ModesError, Report};
+use holonom::modes::{About, Campbell, Kind, ModalAnalysis, Mode, ModesError, Report};
 use holonom::output::OutputError;
-use holonom::report::mode_picture;
+use holonom::report::{campbell_diagram, mode_picture, rounded};
 
-use crate::arguments::{At, Modes};
+use crate::arguments::{At, Modes, Speeds};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::{stderr, stdout};
@@ -16,36 +17,21 @@ use crate::{stderr, stdout};
 const PICTURES: usize = 20;
 
 pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
-    let overrides = arguments.model.set.clone();
+    if let Some(Speeds(speeds)) = &arguments.speeds {
+        let diagram = analysed(arguments, |model| Campbell::new(model, speeds, arguments.number))?;
+        return campbell(arguments, &diagram);
+    }
     let about = match arguments.at {
         At::Start => About::Start,
         At::Static => About::Static,
+        At::Rotation => About::Rotation,
     };
-    let mut failed = None;
-    let make = |model: &holonom::Model| {
-        let found = ModalAnalysis::new(model, about).and_then(|mut analysis| {
-            let report = analysis.modes(arguments.number)?;
-            Ok((analysis, report))
-        });
-        match found {
-            Ok(found) => Ok(Some(found)),
-            Err(ModesError::Model(error)) => Err(error),
-            Err(error) => {
-                failed = Some(error);
-                Ok(None)
-            }
-        }
-    };
-    let (_, found) = Input::new(&arguments.model, overrides, arguments.json).assemble_as(make)?;
-    let Some((analysis, report)) = found else {
-        return Err(match failed {
-            Some(ModesError::Statics(failure)) => Failure::Run { failure, files: Vec::new() },
-            _ => Failure::Usage { message: "no modes were found".into(), help: String::new() },
-        });
-    };
-    for warning in &report.warnings {
-        stderr::line(&format!("warning: {warning}"));
-    }
+    let (analysis, report) = analysed(arguments, |model| {
+        let mut analysis = ModalAnalysis::new(model, about)?;
+        let report = analysis.modes(arguments.number)?;
+        Ok((analysis, report))
+    })?;
+    report.warnings.iter().for_each(|warning| stderr::line(&format!("warning: {warning}")));
     if let Some(folder) = &arguments.output {
         write(&RunFolder::open(folder), &analysis, &report, arguments.force)?;
     }
@@ -53,6 +39,72 @@ pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
         return stdout::json(&serde_json::to_value(&report).unwrap_or_default());
     }
     stdout::bytes(stderr::visible(&table(&report)).as_bytes())
+}
+
+/// What an analysis of the model finds; errors of the model with their lines.
+fn analysed<T>(
+    arguments: &Modes,
+    analyse: impl Fn(&holonom::Model) -> Result<T, ModesError>,
+) -> Result<T, Failure> {
+    let mut failed = None;
+    let make = |model: &holonom::Model| match analyse(model) {
+        Ok(found) => Ok(Some(found)),
+        Err(ModesError::Model(error)) => Err(error),
+        Err(error) => {
+            failed = Some(error);
+            Ok(None)
+        }
+    };
+    let overrides = arguments.model.set.clone();
+    let (_, found) = Input::new(&arguments.model, overrides, arguments.json).assemble_as(make)?;
+    match (found, failed) {
+        (Some(found), _) => Ok(found),
+        (None, Some(ModesError::Statics(failure))) => {
+            Err(Failure::Run { failure, files: Vec::new() })
+        }
+        (None, error) => Err(Failure::Usage {
+            message: error.map_or_else(|| "no modes were found".into(), |error| error.to_string()),
+            help: "a steady rotation needs joints, supports and forces that are the same from all directions \
+                   about its axis; state it by the initial velocities or the `rate` of a joint"
+                .into(),
+        }),
+    }
+}
+
+/// Tells and writes the Campbell diagram.
+fn campbell(arguments: &Modes, diagram: &Campbell) -> Result<(), Failure> {
+    diagram.warnings.iter().for_each(|warning| stderr::line(&format!("warning: {warning}")));
+    if let Some(folder) = &arguments.output {
+        let folder = RunFolder::open(folder);
+        let names = ["campbell.json", "campbell.csv"];
+        RunFolder::vacant(folder.path(), &names, arguments.force)?;
+        let json = format!("{:#}\n", serde_json::to_value(diagram).unwrap_or_default());
+        folder.write(names[0], &json)?;
+        folder.write(names[1], &diagram.csv())?;
+        let name = "campbell.svg".to_owned();
+        let svg = campbell_diagram(diagram).svg();
+        let svg = svg.map_err(|reason| OutputError::Plot { name: name.clone(), reason })?;
+        folder.write_picture(&name, &svg)?;
+        let place = folder.path().display();
+        stderr::line(&format!("written to {place}: {}, {}, {name}", names[0], names[1]));
+    }
+    if arguments.json {
+        return stdout::json(&serde_json::to_value(diagram).unwrap_or_default());
+    }
+    let mut text = format!("{}: frequencies in the rotating frame, Hz\n", diagram.model);
+    let count = diagram.speeds.first().map_or(0, |at| at.vibrations.len());
+    let head: String = (1..=count).map(|k| format!("{:>13}", format!("mode {k}"))).collect();
+    let _ = writeln!(text, "  speed [rad/s]{head}");
+    for at in &diagram.speeds {
+        let frequency = |mode: &Option<Mode>| match mode {
+            Some(mode) => format!("{:>13}", seven(mode.frequency)),
+            None => format!("{:>13}", "-"),
+        };
+        let row: String = at.vibrations.iter().map(frequency).collect();
+        let unstable = if at.unstable > 0 { "  unstable" } else { "" };
+        let _ = writeln!(text, "  {:>13}{row}{unstable}", seven(at.speed));
+    }
+    stdout::bytes(stderr::visible(&text).as_bytes())
 }
 
 /// Writes `modes.json`, `modes.csv` and the pictures of the first modes.
@@ -86,9 +138,13 @@ fn table(report: &Report) -> String {
         1 => "1 degree of freedom".to_owned(),
         number => format!("{number} degrees of freedom"),
     };
-    let about = match report.about {
-        About::Start => "the initial configuration".to_owned(),
-        About::Static => format!("the equilibrium at t = {}", report.t),
+    let about = match (report.about, &report.rotation) {
+        (About::Static, _) => format!("the equilibrium at t = {}", report.t),
+        (About::Rotation, Some(rotation)) => {
+            let (speed, [x, y, z]) = (seven(rotation.speed), rotation.axis.map(|x| rounded(x, 6)));
+            format!("the steady rotation of {speed} rad/s about [{x}, {y}, {z}], in its frame")
+        }
+        _ => "the initial configuration".to_owned(),
     };
     let mut text = format!("{}: {dof}; modes about {about}\n", report.model);
     if report.unstable > 0 {
@@ -104,19 +160,33 @@ fn table(report: &Report) -> String {
     if report.modes.is_empty() {
         return text;
     }
-    let _ = writeln!(text, "  mode         f [Hz]  omega [rad/s]  moves most");
+    let damped = report.modes.iter().any(|mode| mode.decay != 0.0);
+    let ratio = if damped { "  damping ratio" } else { "" };
+    let _ = writeln!(text, "  mode         f [Hz]  omega [rad/s]{ratio}  moves most");
     for (k, mode) in report.modes.iter().enumerate() {
         let (number, most) = (k + 1, mode.moves_most());
+        let ratio = match mode.kind {
+            _ if !damped => String::new(),
+            Kind::Vibration => format!("  {:>13}", seven(mode.damping_ratio)),
+            _ => format!("  {:>13}", ""),
+        };
         let _ = match mode.kind {
-            Kind::Unstable => {
-                writeln!(text, "  {number:4}       unstable  {:>8.4} 1/s   {most}", mode.growth)
-            }
-            Kind::Zero => writeln!(text, "  {number:4}  {:>13}  {:>13}  {most}", 0, 0),
+            Kind::Unstable => writeln!(
+                text,
+                "  {number:4}       unstable  {:>8.4} 1/s {ratio}  {most}",
+                mode.growth
+            ),
+            Kind::Zero => writeln!(text, "  {number:4}  {:>13}  {:>13}{ratio}  {most}", 0, 0),
             Kind::Vibration => writeln!(
                 text,
-                "  {number:4}  {:>13}  {:>13}  {most}",
+                "  {number:4}  {:>13}  {:>13}{ratio}  {most}",
                 seven(mode.frequency),
                 seven(mode.omega)
+            ),
+            Kind::Decay => writeln!(
+                text,
+                "  {number:4}      dies out  {:>9} 1/s{ratio}  {most}",
+                seven(mode.decay)
             ),
         };
     }
@@ -125,6 +195,9 @@ fn table(report: &Report) -> String {
 
 /// Seven significant digits.
 fn seven(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
     if !(1e-4..1e9).contains(&value) {
         return format!("{value:.6e}");
     }

@@ -48,7 +48,9 @@ pub use places::{line_column, locate};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
 pub use section::{Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section};
 pub use sensor::{ReactionFrame, Sensor, SensorKind};
-pub use settings::{Family, Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Strain};
+pub use settings::{
+    Family, Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Start, Strain,
+};
 pub use shape::{Inertia, Shape, ShapeKind};
 
 pub use start::StartPoints;

@@ -151,6 +151,22 @@ impl From<Strain> for vi_beam::StrainRule {
     }
 }
 
+/// Where a run begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Start {
+    /// With the stated configuration.
+    #[default]
+    Stated,
+    /// In the equilibrium under the loads at t = 0, or in the steady rotation of the initial velocities: beams and springs
+    /// then do not vibrate from the start.
+    Relaxed,
+}
+
+fn is_stated(start: &Start) -> bool {
+    *start == Start::Stated
+}
+
 /// How the nodal and reduced schemes solve their linear systems.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -206,6 +222,9 @@ pub struct Settings {
     /// Write multipliers, discrete Legendre transforms and the parts of the energies to `momenta.csv`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub momenta: bool,
+    /// Where the run begins.
+    #[serde(default, skip_serializing_if = "is_stated")]
+    pub start: Start,
     /// Project inconsistent initial values onto the constraints instead of refusing them.
     #[serde(default)]
     pub project_start: bool,
@@ -251,6 +270,7 @@ impl Settings {
             solver: LinearSolver::default(),
             every: one(),
             momenta: false,
+            start: Start::default(),
             project_start: false,
             start_tolerance: start_tolerance(),
             arc_length: false,

@@ -22,7 +22,7 @@ use scene::Scene;
 
 pub use chart::{Axis, Chart, Curve};
 pub use facts::{Fact, counts, facts, rounded, time};
-pub use mode_shapes::mode_picture;
+pub use mode_shapes::{campbell_diagram, mode_picture};
 pub use page::{Figure, page};
 pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
 pub use plots::{Plot, plots, static_plots};

@@ -1,8 +1,9 @@
-//! Pictures of mode shapes: the configuration, and the configuration displaced to both sides.
+//! Pictures of mode shapes: the configuration, and the configuration displaced to both sides; the Campbell diagram.
 
+use super::chart::{Axis, Chart, Curve};
 use super::picture::{Item, Paint, Picture, Point, axonometric};
 use holonom_sim::Beams;
-use holonom_sim::modes::{Kind, Report};
+use holonom_sim::modes::{Campbell, Kind, Report};
 use holonom_sim::sample::Member;
 
 /// Largest displacement drawn, as a part of the size of the configuration.
@@ -46,9 +47,46 @@ pub fn mode_picture(report: &Report, k: usize, members: &[Member], beams: &Beams
     let what = match mode.kind {
         Kind::Unstable => format!("unstable, grows at {:.4} 1/s", mode.growth),
         Kind::Zero => "without stiffness".to_owned(),
+        Kind::Decay => format!("dies out at {:.4} 1/s", mode.decay),
         Kind::Vibration => format!("{:.6} Hz", mode.frequency),
     };
     Picture { title: format!("Mode {}: {what}", k + 1), width: 640.0, items }
+}
+
+/// Multiples of the speed that the Campbell diagram shows.
+const MULTIPLES: [f64; 3] = [1.0, 2.0, 3.0];
+
+/// Frequencies in the frame that rotates over the speed, with the multiples of the speed by which what is fixed in space
+/// excites the system.
+#[must_use]
+pub fn campbell_diagram(campbell: &Campbell) -> Chart {
+    let count = campbell.speeds.first().map_or(0, |speed| speed.vibrations.len());
+    let curve = |k: usize| Curve {
+        name: format!("{}", k + 1),
+        points: campbell
+            .speeds
+            .iter()
+            .filter_map(|at| Some((at.speed, at.vibrations[k].as_ref()?.frequency)))
+            .collect(),
+    };
+    let mut curves: Vec<Curve> = (0..count).map(curve).collect();
+    let frequencies = curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.1));
+    let highest = 1.1 * frequencies.fold(0.0, f64::max);
+    let last = campbell.speeds.iter().map(|at| at.speed.abs()).fold(0.0, f64::max);
+    let mut rays = vec![(0.0, 0.0)];
+    for multiple in MULTIPLES {
+        let end = last.min(std::f64::consts::TAU * highest / multiple);
+        rays.extend([(end, multiple * end / std::f64::consts::TAU), (0.0, 0.0)]);
+    }
+    curves.push(Curve { name: "1, 2, 3 × speed".to_owned(), points: rays });
+    Chart {
+        title: "Campbell diagram".to_owned(),
+        x: Axis::linear("speed", "rad/s"),
+        y: Axis::linear("frequency in the rotating frame", "Hz"),
+        marks: false,
+        resolution: 0.0,
+        curves,
+    }
 }
 
 fn centers(members: &[Member], q: &[f64]) -> Vec<[f64; 3]> {

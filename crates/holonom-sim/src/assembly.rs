@@ -58,6 +58,20 @@ pub struct AssemblyReport {
 }
 
 impl AssemblyReport {
+    /// The initial configuration was relaxed: moved by `moved`, m; `speed`: of the steady rotation, rad/s.
+    pub(crate) fn configuration_relaxed(&mut self, moved: f64, speed: f64) {
+        let place = match speed {
+            0.0 => "equilibrium".to_owned(),
+            _ => {
+                let speed = (1e6 * speed).round() / 1e6;
+                format!("equilibrium of the steady rotation of {speed} rad/s")
+            }
+        };
+        self.warnings.push(format!(
+            "the initial configuration was relaxed to the {place}: moved by {moved:.3e} m"
+        ));
+    }
+
     /// The initial configuration was projected onto the constraints: moved by `moved`, m.
     pub(crate) fn configuration_projected(&mut self, moved: f64) {
         if moved > 0.0 {

@@ -20,7 +20,7 @@ use crate::method::{Method, Reading, Running};
 use crate::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::{Sensors, View};
-use crate::start;
+use crate::start::{self, How, Start};
 use crate::system::{self, System};
 use holonom_model::{Family, Model, ModelError, Problem, Scheme, Settings};
 use std::io;
@@ -78,15 +78,9 @@ impl Simulation {
         let settings = model.settings.clone();
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let closure = assembly::closure(&mechanism, &q, &v);
-        let tolerance = settings.start_tolerance;
-        let missed = assembly::velocity_inconsistencies(&mechanism, (&q, &v), tolerance);
-        if !missed.is_empty() && !settings.project_start {
-            return Err(ModelError::InconsistentStart(missed));
-        }
-        let keeps_rates = !missed.is_empty() && model.joints.iter().any(|j| j.rate.is_some());
-        let start =
-            if keeps_rates { start::with_stated_rates(model)? } else { (q.clone(), v.clone()) };
-        let at = InitialValues::new(0.0, &start.0, &start.1);
+        let start = Start::of(model, &mechanism)?;
+        let keeps_rates = start.how == How::WithRates;
+        let at = InitialValues::new(0.0, &start.q, &start.v);
         let multipliers = sensors.need_multipliers();
         let mut method = method(mechanism, &dynamics, model, at, (solver, multipliers))?;
         let Ok(first) = method.here(false) else {
@@ -95,11 +89,15 @@ impl Simulation {
         };
         agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
         let mut assembly = assembly::report(model, &*method, &beams, closure);
-        if keeps_rates || method.start_report().position_moved > 0.0 {
+        if let How::Relaxed { speed } = start.how {
+            let moved = q.iter().zip(&start.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assembly.configuration_relaxed(moved, speed);
+        } else if keeps_rates || method.start_report().position_moved > 0.0 {
             let moved = q.iter().zip(&first.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assembly.configuration_projected(moved);
         }
-        if keeps_rates || method.start_report().velocity_moved > 0.0 {
+        let relaxed = matches!(start.how, How::Relaxed { .. });
+        if !relaxed && (keeps_rates || method.start_report().velocity_moved > 0.0) {
             let (given, found) = ((&q[..], &v[..]), (&first.q[..], &first.v[..]));
             let changed = start::change_of_velocities(method.mechanism(), given, found);
             assembly.velocity_projected(&changed, keeps_rates);

@@ -1,4 +1,7 @@
-//! Initial values that satisfy the constraints: `simulation.project_start`.
+//! Where a run begins: `simulation.start`, `simulation.project_start`.
+//!
+//! `start = "relaxed"`: the equilibrium under the loads at `t = 0`, or of the steady rotation that the initial velocities
+//! are ([`vi_statics::rotation`]), `v_0 = W (q_0 − q_o)`. `project_start = true`: initial values that satisfy the constraints.
 //!
 //! ```text
 //! v_0 = argmin (v − v*)ᵀ M (v − v*)     G v + ∂g/∂t = 0,   θ̇_r = stated rate of each joint r that states one
@@ -8,20 +11,103 @@
 //! refused with their names.
 
 use crate::assembly;
+use crate::outcome::RunFailure;
+use crate::statics::Statics;
 use crate::system::{self, System};
-use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem};
+use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem, Scheme};
 use vi_constraints::InitialValues;
 use vi_constraints::initialization::start;
 use vi_constraints::integrator::SetupError;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::Loops;
 use vi_rigid::directors;
+use vi_statics::RotationError;
+
+/// The initial values of a run.
+pub(crate) struct Start {
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) how: How,
+}
+
+/// How initial values come about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum How {
+    /// As stated.
+    Stated,
+    /// Projected with the stated rates of joints.
+    WithRates,
+    /// Relaxed to an equilibrium; the speed of its rotation, rad/s.
+    Relaxed { speed: f64 },
+}
+
+impl Start {
+    /// The initial values of a model.
+    ///
+    /// # Errors
+    /// [`ModelError`]: they violate the constraints, or there is no equilibrium.
+    pub(crate) fn of(model: &Model, mechanism: &Mechanism) -> Result<Self, ModelError> {
+        if model.settings.start == holonom_model::Start::Relaxed {
+            return relaxed(model);
+        }
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let tolerance = model.settings.start_tolerance;
+        let missed = assembly::velocity_inconsistencies(mechanism, (&q, &v), tolerance);
+        if missed.is_empty() {
+            return Ok(Self { q, v, how: How::Stated });
+        }
+        if !model.settings.project_start {
+            return Err(ModelError::InconsistentStart(missed));
+        }
+        if model.joints.iter().any(|joint| joint.rate.is_some()) {
+            let (q, v) = with_stated_rates(model)?;
+            return Ok(Self { q, v, how: How::WithRates });
+        }
+        Ok(Self { q, v, how: How::Stated })
+    }
+}
+
+/// The equilibrium under the loads at `t = 0`, at rest or in the steady rotation of the initial velocities.
+fn relaxed(model: &Model) -> Result<Start, ModelError> {
+    let refused = |message: String, help: &str| {
+        let problem = Problem::new("simulation.start".to_owned(), message);
+        ModelError::Assembly(vec![problem.help(help)])
+    };
+    let none = |error: RotationError| {
+        let help =
+            "write start = \"stated\", or initial velocities of one rotation of the whole system";
+        refused(format!("there is no relaxed start: {error}"), help)
+    };
+    let mut at_rest = model.clone();
+    at_rest.settings.scheme = Scheme::Static;
+    let statics = Statics::with_loads_as_stated(&at_rest)?;
+    let rotation = statics.rotation().map_err(none)?;
+    let mut statics = match &rotation {
+        Some(rotation) => {
+            statics.admits(rotation).map_err(none)?;
+            statics.in_rotation(rotation, None)
+        }
+        None => statics,
+    };
+    let missing = |failure: RunFailure| {
+        let message = format!("the equilibrium to start from was not found: {}", failure.message);
+        refused(message, "write start = \"stated\"")
+    };
+    statics.relax().map_err(missing)?;
+    let q = statics.problem().configuration().to_vec();
+    let mut v = vec![0.0; q.len()];
+    if let Some(rotation) = &rotation {
+        rotation.velocities(statics.mechanism(), &q, &mut v);
+    }
+    let speed = rotation.map_or(0.0, |rotation| rotation.velocity.norm());
+    Ok(Start { q, v, how: How::Relaxed { speed } })
+}
 
 /// `(q_0, v_0)` that keep the rates which the joints of the model state.
 ///
 /// # Errors
 /// [`ModelError`] where no initial velocities have these rates.
-pub(crate) fn with_stated_rates(model: &Model) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
+fn with_stated_rates(model: &Model) -> Result<(Vec<f64>, Vec<f64>), ModelError> {
     let mut driven = model.clone();
     for joint in &model.joints {
         let rates = joint.rate.as_ref().map_or(&[][..], |rate| rate.values());

@@ -28,7 +28,10 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::momentum_map::Momentum;
 use vi_multibody::mechanism::Mechanism;
-use vi_statics::{ArcLengthSettings, Equilibrium, StaticError, StaticProblem, StaticSettings};
+use vi_statics::{
+    ArcLengthSettings, Equilibrium, RotationError, StaticError, StaticProblem, StaticSettings,
+    SteadyRotation,
+};
 
 /// Largest number of equilibria of a continuation by arc length.
 const MOST: usize = 2000;
@@ -116,6 +119,51 @@ impl Statics {
     /// The problem at its last equilibrium.
     pub fn problem(&mut self) -> &mut StaticProblem {
         &mut self.problem
+    }
+
+    /// Joints, bodies, constraints.
+    #[must_use]
+    pub fn mechanism(&self) -> &Mechanism {
+        &self.mechanism
+    }
+
+    /// The steady rotation of the initial velocities; `None` at rest.
+    ///
+    /// # Errors
+    /// [`RotationError::NotRigid`].
+    pub fn rotation(&self) -> Result<Option<SteadyRotation>, RotationError> {
+        let (q, v) = (self.mechanism.initial_configuration(), self.mechanism.initial_velocity());
+        SteadyRotation::of_velocities(&self.mechanism, &q, &v)
+    }
+
+    /// Whether joints and forces let the whole system rotate so.
+    ///
+    /// # Errors
+    /// [`RotationError`].
+    pub fn admits(&self, rotation: &SteadyRotation) -> Result<(), RotationError> {
+        self.problem.admits(rotation)
+    }
+
+    /// In the frame of a rotation that the system admits, from the configuration `from` or the initial one.
+    #[must_use]
+    pub fn in_rotation(self, rotation: &SteadyRotation, from: Option<&[f64]>) -> Self {
+        let problem = self.problem.in_rotation(rotation);
+        let problem = match from {
+            Some(q) => problem.starting_at(q),
+            None => problem,
+        };
+        Self { problem, ..self }
+    }
+
+    /// Goes to the equilibrium under the present loads.
+    ///
+    /// # Errors
+    /// [`RunFailure`].
+    pub fn relax(&mut self) -> Result<(), RunFailure> {
+        match self.problem.equilibrate() {
+            Ok(point) => self.check(&point),
+            Err(error) => Err(self.failure(&error)),
+        }
     }
 
     /// Continuation to the end of the loads without recording anything.

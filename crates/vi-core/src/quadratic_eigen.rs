@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! x = X y,  Xᵀ M X = I,  Xᵀ K_s X = Λ          undamped modes, K_s = ½ (K + Kᵀ)
-//! d/dt [S y; ẏ] = [ 0, S;  −(Λ + N) S⁻¹, −D ] [S y; ẏ]        S = √|Λ|,  D = XᵀCX,  N = Xᵀ (K − K_s) X
+//! d/dt [S y; ẏ] = A [S y; ẏ],   A = [ 0, S;  −(Λ + N) S⁻¹, −D ]        S = √|Λ|,  D = XᵀCX,  N = Xᵀ (K − K_s) X
+//! (A − σ)⁻¹ z = θ z,   λ = σ + 1/θ
 //! ```
-//! Without damping the matrix is skew but for what is unstable: its eigenvalues are wrong by `ε ω_max` and no more,
-//! whereas those of the companion form are wrong by `ε ω_max²/ω`. Every pair asked for is then refined by inverse
-//! iteration. Dense, `O(d³)`.
+//! In these coordinates `λ` is wrong by `ε |λ|²/σ`, whereas the companion form is wrong by `ε ω_max²/ω`, and by the rate
+//! of the fastest decay. Every pair asked for is then refined by inverse iteration. Dense, `O(d³)`.
 //!
 //! Source: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286; A. Ruhe, SIAM J. Numer. Anal. 10 (1973) 674–689.
 #![allow(non_snake_case)] // K, C, M, X, D, N, S
@@ -136,7 +136,7 @@ impl QuadraticEigen {
     }
 }
 
-/// Eigenvalues with `Im λ ≥ 0` and their `y` of the matrix of first order.
+/// Eigenvalues with `Im λ ≥ 0` and their `y`, from `(A − σ)⁻¹` of the matrix of first order.
 fn first_order(
     stiffness: &DMatrix<f64>,
     damping: &DMatrix<f64>,
@@ -147,24 +147,36 @@ fn first_order(
     sizes.sort_by(f64::total_cmp);
     let soft = sizes.get(6.min(d / 2)).copied().unwrap_or(0.0).max(damping.amax().min(1.0));
     let floor = if soft > 0.0 { soft } else { 1.0 };
+    let sigma = 0.73 * floor;
     let S: Vec<f64> = basis.squared.iter().map(|square| square.abs().sqrt().max(floor)).collect();
-    let A = Mat::from_fn(2 * d, 2 * d, |i, j| match (i < d, j < d) {
-        (true, true) => 0.0,
-        (true, false) => {
-            if j - d == i {
-                S[i]
+    let Q = Mat::from_fn(d, d, |i, j| {
+        let diagonal = if i == j { sigma * sigma } else { 0.0 };
+        diagonal + sigma * damping[(i, j)] + stiffness[(i, j)]
+    });
+    // x = −Q⁻¹ (b + (D + σ) S⁻¹ a),  y = σ x + S⁻¹ a
+    let right = Mat::from_fn(d, 2 * d, |i, j| match j.checked_sub(d) {
+        Some(j) => {
+            if i == j {
+                -1.0
             } else {
                 0.0
             }
         }
-        (false, true) => -stiffness[(i - d, j)] / S[j],
-        (false, false) => -damping[(i - d, j - d)],
+        None => -(damping[(i, j)] + if i == j { sigma } else { 0.0 }) / S[j],
     });
+    let x = Q.partial_piv_lu().solve(&right);
+    let A = Mat::from_fn(2 * d, 2 * d, |i, j| match i.checked_sub(d) {
+        None => S[i] * x[(i, j)],
+        Some(i) => sigma * x[(i, j)] + if i == j { 1.0 / S[i] } else { 0.0 },
+    });
+    if (0..2 * d).any(|j| (0..2 * d).any(|i| !A[(i, j)].is_finite())) {
+        return Err(EigenError::NotFound);
+    }
     let eigen = A.eigen().map_err(|_| EigenError::NotFound)?;
-    let (values, vectors) = (eigen.S(), eigen.U());
+    let (inverses, vectors) = (eigen.S(), eigen.U());
     let mut found = Vec::new();
     for k in 0..2 * d {
-        let value = Complex::new(values[k].re, values[k].im);
+        let value = Complex::new(inverses[k].re, inverses[k].im).inv() + sigma;
         if !(value.re.is_finite() && value.im.is_finite()) {
             return Err(EigenError::NotFound);
         }

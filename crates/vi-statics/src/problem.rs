@@ -15,7 +15,7 @@
 use crate::equations::{Equations, Problem};
 use crate::limit::LimitReport;
 use crate::path::{Equilibrium, StaticError, StaticPath, StaticSettings};
-use crate::rotation::SteadyRotation;
+use crate::rotation::{RotationError, SteadyRotation};
 use crate::step_bounds::{StepBounds, StepFailure};
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
@@ -93,8 +93,16 @@ impl StaticProblem {
         self
     }
 
+    /// Whether constraints and forces turn with a rotation of the whole system.
+    ///
+    /// # Errors
+    /// [`RotationError`].
+    pub fn admits(&self, rotation: &SteadyRotation) -> Result<(), RotationError> {
+        rotation.check(&self.work.system, &self.work.mechanism, &self.work.s.q0)
+    }
+
     /// In a steady rotation: equilibria are then those of the frame that rotates. Premise:
-    /// [`SteadyRotation::check`].
+    /// [`StaticProblem::admits`].
     #[must_use]
     pub fn in_rotation(mut self, rotation: &SteadyRotation) -> Self {
         self.work.rotate(rotation);

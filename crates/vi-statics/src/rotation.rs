@@ -71,7 +71,7 @@ impl SteadyRotation {
         }
         let rotation = Self::nearest(mechanism.description(), q, v);
         let mut own = vec![0.0; q.len()];
-        Field::new(&rotation, mechanism.description()).velocity(q, &mut own);
+        rotation.velocities(mechanism, q, &mut own);
         let relative = apart(&own, v);
         if relative > RIGID {
             return Err(RotationError::NotRigid(relative));
@@ -105,6 +105,11 @@ impl SteadyRotation {
         let square = velocity.norm_squared();
         let arm = if square > 0.0 { velocity.cross(&mean[1]) / square } else { Vector3::zeros() };
         Self { point: mean[0] + arm, velocity }
+    }
+
+    /// `v ← W (q − q_o)`: the velocities of the rotation at the configuration `q`, shape `n`.
+    pub fn velocities(&self, mechanism: &Mechanism, q: &[f64], v: &mut [f64]) {
+        Field::new(self, mechanism.description()).velocity(q, v);
     }
 
     /// The same axis with another angular velocity, rad/s; the axis of a system at rest is `z`.
@@ -145,14 +150,13 @@ impl SteadyRotation {
             system.net_force(at, &v, &mut out);
             out
         };
-        // at the configuration and at one beside it: the gradients of forces that turn have turned
-        for step in [0.0, 1e-3] {
-            let near: Vec<f64> = q.iter().enumerate().map(|(k, q)| q + step * scatter(k)).collect();
-            let here = net(Configuration { q: &near, ..before });
-            let there = net(Configuration { q: &turn.of_configuration(&near), ..after });
-            if apart(&turn.of_vectors(&here), &there) > EQUAL {
-                return Err(RotationError::Force);
-            }
+        // beside the configuration, where it may be free of forces: their gradients have to turn as well
+        const ASIDE: f64 = 1e-3;
+        let near: Vec<f64> = q.iter().enumerate().map(|(k, q)| q + ASIDE * scatter(k)).collect();
+        let here = net(Configuration { q: &near, ..before });
+        let there = net(Configuration { q: &turn.of_configuration(&near), ..after });
+        if apart(&turn.of_vectors(&here), &there) > EQUAL {
+            return Err(RotationError::Force);
         }
         Ok(())
     }

@@ -11,10 +11,13 @@
 use crate::modes::{Linearization, ModeError, NOISE};
 use crate::problem::StaticProblem;
 use nalgebra::{Complex, DMatrix};
+use vi_core::MechanicalSystem;
 use vi_core::quadratic_eigen::QuadraticEigen;
 
-/// Growth below this part of `|λ|` is round-off: two eigenvalues that meet part by the root of `ε`.
-const GROWTH: f64 = 1e-6;
+/// A part of `λ` below this share of `|λ|` is round-off: two eigenvalues that meet part by the root of `ε`.
+const ROUND_OFF: f64 = 1e-6;
+/// Asymmetry of the stiffness, as a part of its size, that is round-off.
+const SYMMETRIC: f64 = 1e-12;
 
 /// What a motion `x e^{λt}` is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,7 +97,11 @@ pub fn vibrations(problem: &mut StaticProblem) -> Result<Vibrations, ModeError> 
     let mut moving: Vec<(Motion, usize)> = Vec::new();
     let values = eigen.values();
     for (k, value) in values.iter().enumerate().filter(|(_, value)| value.norm_sqr() > least) {
-        moving.push((motion(*value), k));
+        let motion = motion(*value);
+        moving.push((motion, k));
+        if motion == Motion::Decay && value.im > 0.0 {
+            moving.push((motion, k)); // two equal ones, apart by round-off
+        }
     }
     let key = |(motion, k): &(Motion, usize)| {
         let value = values[*k];
@@ -109,15 +116,14 @@ pub fn vibrations(problem: &mut StaticProblem) -> Result<Vibrations, ModeError> 
         let (a, b) = (key(a), key(b));
         a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
-    let conservative =
-        (&linear.C + linear.C.transpose()).amax() == 0.0 && linear.asymmetry() <= f64::EPSILON;
+    let conservative = !problem.work.system.is_dissipative() && linear.asymmetry() <= SYMMETRIC;
     Ok(Vibrations { linear, eigen, conservative, rigid, moving })
 }
 
 fn motion(value: Complex<f64>) -> Motion {
-    if value.re > GROWTH * value.norm() {
+    if value.re > ROUND_OFF * value.norm() {
         Motion::Growth
-    } else if value.im > 0.0 {
+    } else if value.im > ROUND_OFF * value.norm() {
         Motion::Vibration
     } else {
         Motion::Decay
@@ -161,6 +167,9 @@ impl Vibrations {
         let (_, index) = self.moving.iter().filter(|(own, _)| *own == motion).nth(k)?;
         let pair = self.eigen.pair(*index);
         let mut value = pair.value;
+        if motion == Motion::Decay {
+            value.im = 0.0;
+        }
         if self.conservative && motion == Motion::Vibration {
             value.re = 0.0; // skew C and symmetric K: what is left is round-off
         }

@@ -325,7 +325,7 @@ impl Equations {
             matrix.to_dense()
         };
         let K = dense(&|out| self.emit_stiffness(out), &self.spin);
-        let C = dense(&|out| self.emit_velocity_matrix(out), &[]);
+        let C = dense(&|out| self.emit_velocity_matrix(out), &[]); // [6.25]
         let M = dense(&|out| self.system.mass().emit(out), &[]);
         TreeMatrices { K, C, M, layout, columns }
     }

@@ -1,0 +1,280 @@
+//! Natural frequencies and shapes of a model: small vibrations about its initial configuration, an equilibrium, or a steady
+//! rotation.
+//!
+//! ```text
+//! K x = ω² M x                        K, M of the degrees of freedom of the system
+//! (λ² M + λ C + K) x = 0              with dampers, material damping, gyroscopic forces; λ = −δ ± iω
+//! ```
+//! See [`mod@vi_statics::modes`], [`mod@vi_statics::vibrations`], [`vi_statics::rotation`]. Modes without stiffness (rigid-body
+//! motions, spins, idle degrees of freedom) have `ω = 0`. Initial velocities count for [`About::Rotation`] alone.
+
+mod campbell;
+mod report;
+
+pub use campbell::{Campbell, Speed};
+pub use report::{About, Kind, MemberShape, Mode, Report, Rotation};
+
+use crate::beams::Beams;
+use crate::outcome::RunFailure;
+use crate::sample::Member;
+use crate::statics::Statics;
+use holonom_model::{Model, ModelError, Scheme};
+use nalgebra::{Complex, Vector3};
+use vi_statics::modes::{ModeError, Modes};
+use vi_statics::{Motion, RotationError, SteadyRotation, Vibration, Vibrations};
+
+/// Steps of the loads that lead to the equilibrium of a model of motion.
+const STEPS: f64 = 10.0;
+/// Residual force, as a part of the largest one, above which a configuration is no equilibrium.
+const BALANCED: f64 = 1e-6;
+
+/// Why there are no modes.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModesError {
+    /// The model is not valid, or has a degree of freedom without mass.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The equilibrium was not found.
+    #[error("the equilibrium was not found: {}", .0.message)]
+    Statics(RunFailure),
+    /// The system cannot rotate steadily as a whole.
+    #[error(transparent)]
+    Rotation(#[from] RotationError),
+    /// No axis is known.
+    #[error("the initial velocities are zero: there is no rotation to take modes about")]
+    NoRotation,
+}
+
+/// A model at a configuration, ready for its modes.
+pub struct ModalAnalysis {
+    statics: Statics,
+    about: About,
+    name: String,
+    rotation: Option<SteadyRotation>,
+    ignored: Option<String>, // what of the model takes no part
+}
+
+impl ModalAnalysis {
+    /// Assembles a model, and goes to its equilibrium or steady rotation if that is asked for.
+    ///
+    /// # Errors
+    /// [`ModesError`].
+    pub fn new(model: &Model, about: About) -> Result<Self, ModesError> {
+        let statics = match about {
+            About::Static => {
+                let mut statics = Statics::new(&at_loads(model))?;
+                statics.reach_end().map_err(ModesError::Statics)?;
+                statics
+            }
+            About::Start => at_start(model)?,
+            About::Rotation => {
+                let rotation = rotation_of(model)?;
+                return Self::in_rotation(model, rotation, None);
+            }
+        };
+        let (name, ignored) = (model.header.name.clone(), ignored(model));
+        Ok(Self { statics, about, name, rotation: None, ignored })
+    }
+
+    /// At the relative equilibrium of a rotation that the system admits, found from the configuration `from`.
+    fn in_rotation(
+        model: &Model,
+        rotation: SteadyRotation,
+        from: Option<&[f64]>,
+    ) -> Result<Self, ModesError> {
+        let mut statics = at_start(model)?.in_rotation(&rotation, from);
+        statics.relax().map_err(ModesError::Statics)?;
+        let (name, rotation) = (model.header.name.clone(), Some(rotation));
+        Ok(Self { statics, about: About::Rotation, name, rotation, ignored: None })
+    }
+
+    /// The beams.
+    #[must_use]
+    pub fn beams(&self) -> &Beams {
+        self.statics.beams()
+    }
+
+    /// The components, in the order of their coordinates.
+    #[must_use]
+    pub fn members(&self) -> &[Member] {
+        self.statics.members()
+    }
+
+    /// The modes: the unstable ones, those without stiffness, and the `count` softest vibrations and slowest decays.
+    ///
+    /// # Errors
+    /// [`ModesError::Model`] when a degree of freedom has no mass.
+    pub fn modes(&mut self, count: usize) -> Result<Report, ModesError> {
+        let found = vi_statics::modes(self.statics.problem()).map_err(refusal)?;
+        let complex = if found.left_out {
+            Some(vi_statics::vibrations(self.statics.problem()).map_err(refusal)?)
+        } else {
+            None
+        };
+        let configuration = self.statics.problem().configuration().to_vec();
+        let place = Place { members: self.statics.members(), q: &configuration };
+        let modes = match &complex {
+            Some(vibrations) => complex_modes(&place, vibrations, count),
+            None => undamped_modes(&place, &found, count),
+        };
+        let count = |motion, kind: fn(&Modes, usize) -> bool| match &complex {
+            Some(vibrations) => vibrations.count(motion),
+            None => (0..found.squared.len()).filter(|&k| kind(&found, k)).count(),
+        };
+        let unsymmetric = complex.is_none() && found.asymmetry > 1e-9;
+        let residual = modes.iter().map(|(_, residual)| *residual).fold(found.residual, f64::max);
+        Ok(Report {
+            model: self.name.clone(),
+            about: self.about,
+            rotation: self.rotation.map(|r| Rotation {
+                speed: r.velocity.norm(),
+                axis: clean(r.velocity.try_normalize(0.0).unwrap_or_else(Vector3::z)),
+                point: clean(r.point),
+            }),
+            t: self.statics.problem().factor(),
+            dof: found.squared.len(),
+            unstable: count(Motion::Growth, Modes::is_unstable),
+            zero: count(Motion::Rigid, Modes::is_zero),
+            modes: modes.into_iter().map(|(mode, _)| mode).collect(),
+            residual,
+            orthogonality: found.orthogonality,
+            warnings: self.ignored.iter().cloned().chain(warnings(&found, unsymmetric)).collect(),
+            configuration,
+        })
+    }
+}
+
+/// Without what is round-off beside 1.
+fn clean(x: Vector3<f64>) -> [f64; 3] {
+    x.map(|x| if x.abs() < 1e-12 { 0.0 } else { x }).into()
+}
+
+/// The model as one of statics.
+fn at_loads(model: &Model) -> Model {
+    let mut model = model.clone();
+    if model.settings.scheme != Scheme::Static {
+        model.settings.scheme = Scheme::Static;
+        model.settings.step = model.settings.end / STEPS;
+    }
+    model
+}
+
+/// Its initial configuration, under the loads at `t = 0`.
+fn at_start(model: &Model) -> Result<Statics, ModelError> {
+    if model.settings.scheme == Scheme::Static {
+        Statics::new(model)
+    } else {
+        Statics::with_loads_as_stated(&at_loads(model))
+    }
+}
+
+/// The rotation of the initial velocities.
+fn rotation_of(model: &Model) -> Result<SteadyRotation, ModesError> {
+    let statics = at_start(model)?;
+    let rotation = statics.rotation()?.ok_or(ModesError::NoRotation)?;
+    statics.admits(&rotation)?;
+    Ok(rotation)
+}
+
+/// What of a model takes no part in its modes at rest.
+fn ignored(model: &Model) -> Option<String> {
+    let moves = |v: &[f64]| v.iter().any(|x| *x != 0.0);
+    let bodies = model
+        .bodies
+        .iter()
+        .map(|b| moves(&b.velocity) || b.spatial_angular_velocity() != Vector3::zeros());
+    let rates = model.joints.iter().map(|j| j.rate.as_ref().is_some_and(|r| moves(r.values())));
+    let particles = model.particles.iter().map(|p| moves(&p.velocity));
+    let moving = bodies.chain(rates).chain(particles).any(|moves| moves)
+        || model.beams.iter().any(|beam| moves(&beam.velocity) || moves(&beam.angular_velocity));
+    moving.then(|| {
+        "initial velocities take no part: these are the modes of the system at rest, without centrifugal \
+         stiffening and gyroscopic forces; --at rotation takes those of the steady rotation"
+            .into()
+    })
+}
+
+fn refusal(error: ModeError) -> ModesError {
+    let member = String::new();
+    ModesError::Model(ModelError::SingularMass { member, detail: error.to_string() })
+}
+
+/// Where shapes are taken.
+struct Place<'a> {
+    members: &'a [Member],
+    q: &'a [f64],
+}
+
+/// All unstable modes, all without stiffness, `count` vibrations; with the residual of each.
+fn undamped_modes(place: &Place<'_>, found: &Modes, count: usize) -> Vec<(Mode, f64)> {
+    let kind = |k: usize| match (found.is_unstable(k), found.is_zero(k)) {
+        (true, _) => Kind::Unstable,
+        (_, true) => Kind::Zero,
+        _ => Kind::Vibration,
+    };
+    let kinds: Vec<Kind> = (0..found.squared.len()).map(kind).collect();
+    let listed = kinds.iter().filter(|kind| **kind != Kind::Vibration).count() + count;
+    let mode = |(k, kind): (usize, &Kind)| {
+        let v: Vec<_> = found.shapes.column(k).iter().map(|v| Complex::new(*v, 0.0)).collect();
+        let square = found.squared[k];
+        let value = match kind {
+            Kind::Unstable => Complex::new((-square).sqrt(), 0.0),
+            Kind::Vibration => Complex::new(0.0, square.sqrt()),
+            _ => Complex::default(),
+        };
+        let mode = Mode { omega_squared: square, ..mode(place, *kind, value, &v) };
+        (mode, found.residual)
+    };
+    kinds.iter().take(listed).enumerate().map(mode).collect()
+}
+
+/// The same with damping and gyroscopic forces, and `count` decays.
+fn complex_modes(place: &Place<'_>, found: &Vibrations, count: usize) -> Vec<(Mode, f64)> {
+    let kinds = [
+        (Motion::Growth, Kind::Unstable, usize::MAX),
+        (Motion::Rigid, Kind::Zero, usize::MAX),
+        (Motion::Vibration, Kind::Vibration, count),
+        (Motion::Decay, Kind::Decay, count),
+    ];
+    let of_kind = |(motion, kind, most): (Motion, Kind, usize)| {
+        let listed = (0..found.count(motion).min(most)).filter_map(move |k| found.get(motion, k));
+        listed.map(move |Vibration { value, shape, residual, .. }| {
+            (mode(place, kind, value, &shape), residual)
+        })
+    };
+    kinds.into_iter().flat_map(of_kind).collect()
+}
+
+/// The mode `x e^{λt}`.
+fn mode(place: &Place<'_>, kind: Kind, value: Complex<f64>, v: &[Complex<f64>]) -> Mode {
+    let size = value.norm();
+    Mode {
+        kind,
+        omega_squared: if value.im == 0.0 { -size * size } else { value.im * value.im },
+        omega: value.im,
+        frequency: value.im / std::f64::consts::TAU,
+        growth: value.re.max(0.0),
+        decay: (-value.re).max(0.0),
+        damping_ratio: if size > 0.0 { (-value.re).max(0.0) / size } else { 0.0 },
+        shape: report::shape(place.members, place.q, v),
+    }
+}
+
+fn warnings(found: &Modes, unsymmetric: bool) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if found.unbalanced > (BALANCED * found.applied).max(found.round_off) {
+        warnings.push(format!(
+            "the configuration is no equilibrium, the residual force is {:.2e} N (N·m): these are \
+             the modes of its stiffness alone; --at static computes the equilibrium",
+            found.unbalanced
+        ));
+    } else if unsymmetric {
+        warnings.push(format!(
+            "the stiffness is not symmetric, by {:.1e} of its size (torques with fixed directions, \
+             followers, control): its symmetric part is used",
+            found.asymmetry
+        ));
+    }
+    warnings
+}

@@ -1,0 +1,253 @@
+//! Vibrations of rotating and damped model files against closed forms and published frequencies; relaxed starts.
+#![allow(clippy::unwrap_used)] // a test
+
+use crate::benchmark::samples;
+use holonom::Model;
+use holonom::Simulation;
+use holonom::modes::{About, Campbell, Kind, ModalAnalysis, Report};
+use std::f64::consts::PI;
+
+fn model(text: &str, changes: &[(&str, &str)]) -> Model {
+    let changes: Vec<(String, String)> =
+        changes.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
+    Model::from_toml_with(text, &changes).unwrap()
+}
+
+fn modes(model: &Model, about: About, count: usize) -> Report {
+    ModalAnalysis::new(model, about).unwrap().modes(count).unwrap()
+}
+
+fn vibrations(report: &Report) -> Vec<f64> {
+    let of = report.modes.iter().filter(|mode| mode.kind == Kind::Vibration);
+    of.map(|mode| mode.omega).collect()
+}
+
+/// A slender cantilever, L = 1 m, ρA = 1 kg/m, EI = 1 N·m² for flapping, on a driven hub without radius. Rotary inertia
+/// and shear are small.
+fn blade(speed: f64, elements: usize) -> String {
+    format!(
+        r#"
+        model = {{ name = "blade" }}
+        simulation = {{ step = 0.01, end = 1.0 }}
+        [[body]]
+        name = "hub"
+        mass = 1.0
+        inertia = [1.0, 1.0, 1.0]
+        [[joint]]
+        name = "mast"
+        type = "revolute"
+        parent = "ground"
+        child = "hub"
+        position = [0, 0, 0]
+        axis = [0, 0, 1]
+        rate = {speed}
+        [[beam]]
+        name = "blade"
+        points = [[0, 0, 0], [1, 0, 0]]
+        elements = {elements}
+        order = 2
+        normal = [0, 0, 1]
+        section = {{ EA = 1e7, GA1 = 1e7, GA2 = 1e7, EI1 = 1e4, EI2 = 1, GJ = 1e3, rhoA = 1, rhoI1 = 1e-7, rhoI2 = 1e-7 }}
+        [[joint]]
+        name = "root"
+        type = "fixed"
+        parent = "hub"
+        child = "blade.start"
+        position = [0, 0, 0]
+        [[constraint]]
+        type = "motion"
+        name = "drive"
+        joint = "mast"
+        path = {{ rate = {speed} }}
+        "#
+    )
+}
+
+#[test]
+fn a_rotating_blade_is_stiffened_as_published() {
+    // D. H. Hodges, M. J. Rutkowski, AIAA J. 19 (1981) 1459–1466, table 1: flapping, no hub radius, ω and Ω in √(EI/ρAL⁴)
+    let published = [
+        (0.0, [3.5160, 22.0345]),
+        (1.0, [3.6816, 22.1810]),
+        (2.0, [4.1373, 22.6149]),
+        (4.0, [5.5850, 24.2733]),
+        (6.0, [7.3604, 26.8091]),
+        (10.0, [11.2023, 33.6404]),
+    ];
+    for (speed, exact) in published {
+        let about = if speed == 0.0 { About::Start } else { About::Rotation };
+        let report = modes(&model(&blade(speed, 10), &[]), about, 3);
+        let found = vibrations(&report);
+        let errors = [0, 1].map(|k| found[k] / exact[k] - 1.0);
+        println!("Ω = {speed}: {:.5?}, relative errors {errors:?}", &found[..2]);
+        // the table has five digits; shear, extension and rotary inertia are 1e-4 of the stiffness and less
+        assert!(errors.iter().all(|e| e.abs() < 1.5e-4), "{errors:?}");
+        assert_eq!((report.unstable, report.zero), (0, 0));
+    }
+}
+
+#[test]
+fn flapping_and_lagging_differ_by_the_square_of_the_speed() {
+    // R. V. Southwell, B. S. Gough, ARC R&M 766 (1921): the same bending stiffness in both planes, ω_lag² = ω_flap² − Ω²
+    for speed in [2.0, 6.0] {
+        let changes = [("beam.blade.section.EI1", "1.0")];
+        let found = vibrations(&modes(&model(&blade(speed, 10), &changes), About::Rotation, 2));
+        let off = found[1].powi(2) - found[0].powi(2) - speed * speed;
+        println!("Ω = {speed}: ω_flap² − ω_lag² − Ω² = {off:.1e} of {:.3}", found[1].powi(2));
+        assert!(off.abs() < 2e-5 * found[1].powi(2), "{off:e}");
+    }
+}
+
+/// A round shaft along z between two bearings, spinning at `speed`.
+fn shaft(speed: f64) -> String {
+    format!(
+        r#"
+        model = {{ name = "shaft" }}
+        simulation = {{ step = 0.01, end = 1.0 }}
+        [[beam]]
+        name = "shaft"
+        points = [[0, 0, 0], [0, 0, 1]]
+        elements = 8
+        order = 3
+        normal = [1, 0, 0]
+        angular_velocity = [0, 0, {speed}]
+        section = {{ EA = 1e7, GA1 = 1e7, GA2 = 1e7, EI1 = 1, EI2 = 1, GJ = 1, rhoA = 1, rhoI1 = 5e-3, rhoI2 = 5e-3 }}
+        [[joint]]
+        name = "lower"
+        type = "spherical"
+        parent = "ground"
+        child = "shaft.start"
+        position = [0, 0, 0]
+        [[constraint]]
+        type = "point_on_line"
+        name = "upper"
+        parent = "ground"
+        child = "shaft.end"
+        position = [0, 0, 1]
+        axis = [0, 0, 1]
+        "#
+    )
+}
+
+#[test]
+fn a_spinning_shaft_whirls_as_its_closed_form() {
+    // Rayleigh's shaft in space, k = nπ/L: (ρA + ρI k²) ω² − 2 ρI k² Ω ω − EI k⁴ = 0; in its own frame ω − Ω
+    let (inertia, speed) = (5e-3, 6.0);
+    let report = modes(&model(&shaft(speed), &[]), About::Rotation, 6);
+    let found = vibrations(&report);
+    let mut exact: Vec<f64> = Vec::new();
+    for n in [1.0, 2.0] {
+        let square = (n * PI).powi(2);
+        let (a, b, c) = (1.0 + inertia * square, inertia * square * speed, square * square);
+        let root = (b * b + a * c).sqrt();
+        exact.extend([(b + root) / a, (b - root) / a].map(|omega| (omega - speed).abs()));
+    }
+    exact.sort_by(f64::total_cmp);
+    println!("found {found:.6?}\nexact {exact:.6?}");
+    for exact in &exact {
+        let off = found.iter().map(|f| (f / exact - 1.0).abs()).fold(f64::INFINITY, f64::min);
+        assert!(off < 2e-5, "{exact}: {off:e}");
+    }
+    assert_eq!(report.unstable, 0);
+    let decay = report.modes.iter().map(|mode| mode.decay).fold(0.0, f64::max);
+    assert!(decay < 1e-9, "nothing dissipates: {decay:e}");
+}
+
+#[test]
+fn a_damped_beam_has_the_damping_ratio_of_its_relaxation_time() {
+    // Kelvin and Voigt with one time for all strains: λ² + τω₀²λ + ω₀² = 0
+    let tau = 0.01;
+    let text = blade(0.0, 6);
+    let free = vibrations(&modes(&model(&text, &[]), About::Start, 4));
+    let damped = model(&text, &[("beam.blade.section.damping", "0.01")]);
+    let report = modes(&damped, About::Start, 4);
+    let vibrating = report.modes.iter().filter(|mode| mode.kind == Kind::Vibration);
+    for (mode, omega) in vibrating.zip(&free) {
+        let ratio = 0.5 * tau * omega;
+        let damped = omega * (1.0 - ratio * ratio).sqrt();
+        let errors = [mode.damping_ratio - ratio, mode.omega / damped - 1.0];
+        println!("ω₀ = {omega:.5}: ζ = {:.6}, errors {errors:?}", mode.damping_ratio);
+        assert!(errors.iter().all(|e| e.abs() < 1e-9), "{errors:?}");
+    }
+    let decays = report.modes.iter().filter(|mode| mode.kind == Kind::Decay).count();
+    println!("{decays} motions die out without vibrating, residual {:.1e}", report.residual);
+    assert!(decays > 0 && report.residual < 1e-9 && report.warnings.is_empty());
+}
+
+#[test]
+fn modes_are_followed_over_the_speed_by_their_shapes() {
+    // flapping rises past the first lagging mode, whose frequency hardly changes
+    let text = blade(1.0, 6);
+    let model = model(&text, &[("beam.blade.section.EI1", "25.0")]);
+    let speeds: Vec<f64> = (0..=10).map(|k| 2.5 * f64::from(k)).collect();
+    let diagram = Campbell::new(&model, &speeds, 3).unwrap();
+    let curve = |k: usize| -> Vec<f64> {
+        diagram.speeds.iter().map(|at| at.vibrations[k].as_ref().unwrap().omega).collect()
+    };
+    let (flap, lag) = (curve(0), curve(1));
+    println!("flap {flap:.3?}\nlag  {lag:.3?}");
+    assert!(flap[0] < lag[0] && flap[10] > lag[10], "the curves cross");
+    for list in [&flap, &lag] {
+        let bends = list.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs());
+        assert!(bends.fold(0.0, f64::max) < 1.2, "each curve is smooth: {list:?}");
+    }
+    assert!(diagram.csv().lines().count() == 1 + 3 * speeds.len());
+}
+
+#[test]
+fn what_does_not_rotate_steadily_is_refused_by_name() {
+    let swinging =
+        blade(2.0, 2).replace("axis = [0, 0, 1]\n        rate", "axis = [0, 1, 0]\n        rate");
+    let swinging =
+        swinging.replace("name = \"blade\" }", "name = \"blade\", gravity = [0, 0, -9.81] }");
+    for (text, words) in [(swinging, "forces do not turn"), (blade(0.0, 2), "there is no rotation")]
+    {
+        let found = ModalAnalysis::new(&model(&text, &[]), About::Rotation);
+        let message = found.err().map(|error| error.to_string()).unwrap_or_default();
+        println!("{message}");
+        assert!(message.contains(words), "{message}");
+    }
+}
+
+/// Extremes of the elastic energy of a run.
+fn elastic(model: &Model) -> [f64; 2] {
+    let mut run = Simulation::new(model).unwrap();
+    let place = run.energy_columns().iter().position(|name| name == "elastic").unwrap();
+    let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+    for sample in samples(&mut run) {
+        let energy = sample.energies[place];
+        range = [range[0].min(energy), range[1].max(energy)];
+    }
+    range
+}
+
+#[test]
+fn a_relaxed_start_is_free_of_vibration() {
+    let text = blade(4.0, 6);
+    let hanging = text.replace("name = \"blade\" }", "name = \"blade\", gravity = [0, 0, -9.81] }");
+    for (what, text) in [("rotating", text), ("rotating under gravity", hanging)] {
+        let changes = [
+            ("beam.blade.section.EI1", "1.0"),
+            ("simulation.step", "0.002"),
+            ("simulation.end", "1.0"),
+        ];
+        let stated = elastic(&model(&text, &changes));
+        let relaxed: Vec<(&str, &str)> =
+            changes.into_iter().chain([("simulation.start", "\"relaxed\"")]).collect();
+        let [low, high] = elastic(&model(&text, &relaxed));
+        let part = (high - low) / (stated[1] - stated[0]);
+        println!("{what}: elastic energy {low:.6e} to {high:.6e} J, {part:.1e} of a stated start");
+        assert!(part < 2e-3, "{part:e}");
+    }
+}
+
+#[test]
+fn a_relaxed_start_that_is_none_is_refused() {
+    let text =
+        blade(2.0, 2).replace("axis = [0, 0, 1]\n        rate", "axis = [0, 1, 0]\n        rate");
+    let text = text.replace("name = \"blade\" }", "name = \"blade\", gravity = [0, 0, -9.81] }");
+    let error =
+        Simulation::new(&model(&text, &[("simulation.start", "\"relaxed\"")])).err().unwrap();
+    println!("{error}");
+    assert!(error.to_string().contains("no relaxed start"), "{error}");
+}
