@@ -302,3 +302,49 @@ fn the_limit_of_the_elements_ends_a_run() {
     assert!(failure.message.contains("of beam `beam`") && failure.message.contains("folds"));
     assert!(warnings.len() == 1 && warnings[0].contains("more than 45°"), "{warnings:?}");
 }
+
+#[test]
+fn section_forces_at_any_point_converge_with_order_2() {
+    // a cantilever under its weight in statics: N1 = −w (L − s), |M2| = w (L − s)²/2, small deflection
+    let text = |order: u32, elements: u32| {
+        let sensors: String = [0.0, 0.237, 0.5, 0.981, 1.0]
+            .iter()
+            .enumerate()
+            .map(|(k, s)| {
+                format!(
+                    "[[sensor]]\nname = \"s{k}\"\ntype = \"section_force\"\nof = \"beam\"\nat = {s}\n"
+                )
+            })
+            .collect();
+        format!(
+            "model = {{ name = \"b\", gravity = [0, 0, -1e-4] }}\n[[beam]]\nname = \"beam\"\n\
+             points = [[0, 0, 0], [1, 0, 0]]\nelements = {elements}\norder = {order}\nnormal = [0, 0, 1]\nstart = \"clamped\"\n\
+             section = {{ EA = 1e3, GA1 = 1e3, GA2 = 1e3, EI1 = 1, EI2 = 1, GJ = 1, rhoA = 1, rhoI1 = 1e-3, rhoI2 = 1e-3 }}\n\
+             {sensors}[simulation]\nscheme = \"static\"\nstep = 1\nend = 1\n"
+        )
+    };
+    let errors = |order: u32, elements: u32| -> f64 {
+        let model = Model::from_toml(&text(order, elements)).unwrap();
+        let mut statics = holonom::Statics::new(&model).unwrap();
+        let mut last = Vec::new();
+        let mut observe = |sample: &holonom::Sample| {
+            last.clone_from(&sample.sensors);
+            Ok(())
+        };
+        holonom::experiment::Experiment::run(&mut statics, &mut observe, &mut |_, _| {}).unwrap();
+        let place = [0.0, 0.237, 0.5, 0.981, 1.0];
+        let error = |(k, s): (usize, &f64)| {
+            let own = &last[6 * k..6 * k + 6];
+            let (shear, moment) = (1e-4 * (1.0 - s), 0.5e-4 * (1.0 - s) * (1.0 - s));
+            let found = (own[0].hypot(own[1]), own[3].hypot(own[4]));
+            ((found.0 - shear) / 1e-4).abs().max(((found.1 - moment) / 1e-4).abs())
+        };
+        place.iter().enumerate().map(error).fold(0.0, f64::max)
+    };
+    for order in [1, 2, 3] {
+        let found = [8, 16, 32].map(|elements| errors(order, elements));
+        let rate = (found[1] / found[2]).log2();
+        println!("order {order}: errors {found:?}, order {rate:.2}");
+        assert!(rate > 1.8 || found[2] < 1e-6, "{found:?}");
+    }
+}

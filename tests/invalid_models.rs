@@ -135,6 +135,8 @@ cases! {
     clamp_that_moves: BEAM, "elements = 20" => "elements = 20\nstart = \"clamped\"\nangular_velocity = [0, 0, 1]";
     section_force_without_an_element: BEAM, "[[load]]" =>
         "[[sensor]]\nname = \"s\"\ntype = \"section_force\"\nof = \"beam\"\n[[sensor]]\nname = \"t\"\ntype = \"strain\"\nof = \"beam\"\nelement = 20\n[[load]]";
+    section_force_beyond_the_beam: BEAM, "[[load]]" =>
+        "[[sensor]]\nname = \"s\"\ntype = \"section_force\"\nof = \"beam\"\nat = 10.5\n[[sensor]]\nname = \"t\"\ntype = \"strain\"\nof = \"beam\"\nelement = 1\nat = 2\n[[sensor]]\nname = \"u\"\ntype = \"position\"\nof = \"beam.1\"\nat = 2\n[[load]]";
     elements_bent_too_far: BEAM, "points = [[6.0, 0.0, 0.0], [0.0, 8.0, 0.0]]" =>
         "curve = { type = \"arc\", from = [1, 0, 0], center = [0, 0, 0], axis = [0, 0, 1], angle = 6.28 }",
         "elements = 20" => "elements = 3";

@@ -83,6 +83,9 @@ pub struct Sensor {
     /// of its Gauss points when it has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub element: Option<usize>,
+    /// The place on a beam (`section_force`, `strain`) in the place of `element`: arc length from its start, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<f64>,
     /// The axes of the components of a `reaction`: the joint frame of the parent by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<ReactionFrame>,
@@ -118,6 +121,7 @@ impl Checker<'_> {
         self.sensor_frame(key, sensor);
         self.sensor_point(key, sensor);
         self.sensor_element(key, sensor);
+        self.sensor_place(key, sensor);
     }
 
     fn sensor_effort(&mut self, of: String, sensor: &Sensor) {
@@ -161,11 +165,33 @@ impl Checker<'_> {
                 let message = format!("`{}` has no element {element}", sensor.of);
                 self.report(at, message, format!("its elements are 0 to {}", count - 1));
             }
-            None if sensor.kind.has_element() => {
-                let message = "the sensor does not say at which element".to_owned();
-                self.report(key, message, "add `element = …`, counted along the beam from 0");
+            None if sensor.kind.has_element() && sensor.at.is_none() => {
+                let message = "the sensor does not say where on the beam".to_owned();
+                let help =
+                    "add `at = …`, m from the start of the beam, or `element = …`, counted from 0";
+                self.report(key, message, help);
             }
             _ => {}
+        }
+    }
+
+    fn sensor_place(&mut self, key: &str, sensor: &Sensor) {
+        let Some(at) = sensor.at else { return };
+        let key = format!("{key}.at");
+        if !sensor.kind.has_element() {
+            let message = "only section forces and strains are measured at a place of a beam";
+            return self.report(key, message.to_owned(), "remove `at`");
+        }
+        if sensor.element.is_some() {
+            let message = "the sensor says both `at` and `element`".to_owned();
+            return self.report(key, message, "remove one of them");
+        }
+        let meshes = self.model.beam(&sensor.of).map(Beam::meshes);
+        let Some(Ok(meshes)) = meshes else { return }; // reported with the beam
+        let length: f64 = meshes.iter().flat_map(|mesh| &mesh.lengths).sum();
+        if !(0.0..=length * (1.0 + 1e-12)).contains(&at) {
+            let message = format!("`{}` has no place {at} m from its start", sensor.of);
+            self.report(key, message, format!("its length is {length} m"));
         }
     }
 

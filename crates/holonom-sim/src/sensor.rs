@@ -20,7 +20,7 @@ use crate::run_state::same_length;
 use holonom_model::{Model, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::sync::Arc;
-use vi_beam::section_force::{SectionState, section_states};
+use vi_beam::section_force::SectionPlace;
 use vi_beam::{Beam, BeamModel};
 use vi_constraints::integrator::ResumeError;
 use vi_constraints::saddle_point::IndependentRows;
@@ -157,29 +157,23 @@ enum Gauge {
     Section(SectionGauge),
 }
 
-/// Section forces or strains at an element.
+/// Section forces or strains at a place of a beam.
 #[derive(Clone, Debug)]
 struct SectionGauge {
     parts: Arc<BeamModel>,
-    element: Beam, // a beam of one element
+    place: SectionPlace,
     strains: bool,
 }
 
 impl SectionGauge {
     fn read(&self, q: &[f64], out: &mut Vec<f64>) {
-        let states = section_states(&self.parts, &self.element, q);
-        let length: f64 = states.iter().map(|state| state.length).sum();
-        let mean = |component: &dyn Fn(&SectionState) -> f64| {
-            states.iter().map(|state| state.length / length * component(state)).sum::<f64>()
-        };
-        for i in 0..6 {
-            out.push(mean(&|state| match (self.strains, i) {
-                (false, 0..3) => state.force[i],
-                (false, _) => state.moment[i - 3],
-                (true, 0..3) => state.shear_extension[i],
-                (true, _) => state.curvature[i - 3],
-            }));
-        }
+        out.extend(self.place.read(&self.parts, q, |state| -> [f64; 6] {
+            let [[a, b, c], [d, e, f]] = match self.strains {
+                false => [state.force, state.moment],
+                true => [state.shear_extension, state.curvature],
+            };
+            [a, b, c, d, e, f]
+        }));
     }
 }
 
@@ -405,18 +399,33 @@ impl Builder<'_> {
     }
 
     fn section(&self, sensor: &Sensor) -> Option<SectionGauge> {
-        let mut element = sensor.element?;
         let beam = self.beams.list.iter().find(|beam| beam.name == sensor.of)?;
-        let leg = beam.legs.iter().find(|leg| {
-            let inside = element < leg.elements.len();
-            element -= if inside { 0 } else { leg.elements.len() };
-            inside
-        })?;
-        let (first, order) = (leg.nodes.start + element * leg.order, leg.order);
-        let index = leg.elements.start + element;
-        let element = Beam { nodes: first..first + order + 1, elements: index..index + 1, order };
+        let parts = &self.beams.parts;
+        let place = match (sensor.element, sensor.at) {
+            (Some(mut element), _) => {
+                let leg = beam.legs.iter().find(|leg| {
+                    let inside = element < leg.elements.len();
+                    element -= if inside { 0 } else { leg.elements.len() };
+                    inside
+                })?;
+                SectionPlace::of_element(parts, leg, element)
+            }
+            (None, Some(mut along)) => {
+                let length = |leg: &Beam| -> f64 {
+                    leg.elements.clone().flat_map(|e| parts.intervals(leg, e)).sum()
+                };
+                let (last, legs) = beam.legs.split_last()?;
+                let leg = legs.iter().find(|leg| {
+                    let (own, inside) = (length(leg), along <= length(leg));
+                    along -= if inside { 0.0 } else { own };
+                    inside
+                });
+                SectionPlace::at(parts, leg.unwrap_or(last), along)
+            }
+            (None, None) => return None,
+        };
         let strains = sensor.kind == SensorKind::Strain;
-        Some(SectionGauge { parts: Arc::clone(&self.beams.parts), element, strains })
+        Some(SectionGauge { parts: Arc::clone(parts), place, strains })
     }
 
     /// `None` only when the model is not valid.

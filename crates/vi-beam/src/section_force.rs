@@ -45,6 +45,85 @@ pub fn section_states(model: &BeamModel, beam: &Beam, q: &[f64]) -> Vec<SectionS
     states
 }
 
+/// A place of a beam where strains and section forces are read: weights of the sections next to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SectionPlace {
+    part: Beam,
+    weights: Vec<f64>, // of the sections of the part
+}
+
+impl SectionPlace {
+    /// The mean over an element, counted along the beam from 0: its middle, or its Gauss points by their lengths.
+    ///
+    /// # Panics
+    /// When there is no such element.
+    #[must_use]
+    pub fn of_element(model: &BeamModel, beam: &Beam, element: usize) -> Self {
+        let part = part(beam, element..element + 1);
+        let states = section_states(model, &part, &model.configuration());
+        let length: f64 = states.iter().map(|state| state.length).sum();
+        let weights = states.iter().map(|state| state.length / length).collect();
+        Self { part, weights }
+    }
+
+    /// At the reference arc length `along` from the start of the beam, m. The polynomial through the Gauss points of an
+    /// element of higher order; between two-node elements linear through their middles. Of order 2 in the
+    /// length of the elements where section forces are smooth; a load on a node smears over its two elements.
+    ///
+    /// # Panics
+    /// When the beam has no elements.
+    #[must_use]
+    pub fn at(model: &BeamModel, beam: &Beam, along: f64) -> Self {
+        let count = beam.elements.len();
+        let length = |k: usize| model.intervals(beam, beam.elements.start + k).sum::<f64>();
+        let (mut element, mut start) = (0, 0.0);
+        while element + 1 < count && along > start + length(element) {
+            start += length(element);
+            element += 1;
+        }
+        let elements = match (beam.order, count) {
+            (1, 2..) => {
+                let second = along - start >= 0.5 * length(element);
+                let first = if second { element.min(count - 2) } else { element.saturating_sub(1) };
+                start -= if first < element { length(first) } else { 0.0 };
+                first..first + 2
+            }
+            _ => element..element + 1,
+        };
+        let part = part(beam, elements);
+        let states = section_states(model, &part, &model.configuration());
+        let s: Vec<f64> = states.iter().map(|state| start + state.arc_length).collect();
+        let lagrange = |i: usize| {
+            let others = s.iter().enumerate().filter(|(j, _)| *j != i);
+            others.map(|(_, other)| (along - other) / (s[i] - other)).product()
+        };
+        Self { part, weights: (0..s.len()).map(lagrange).collect() }
+    }
+
+    /// A quantity of a section there, in the configuration `q`.
+    #[must_use]
+    pub fn read<const N: usize>(
+        &self,
+        model: &BeamModel,
+        q: &[f64],
+        quantity: impl Fn(&SectionState) -> [f64; N],
+    ) -> [f64; N] {
+        let mut sum = [0.0; N];
+        for (state, weight) in section_states(model, &self.part, q).iter().zip(&self.weights) {
+            sum.iter_mut().zip(quantity(state)).for_each(|(sum, value)| *sum += weight * value);
+        }
+        sum
+    }
+}
+
+/// Some elements of a beam, counted from 0.
+fn part(beam: &Beam, elements: std::ops::Range<usize>) -> Beam {
+    let node = |element: usize| beam.nodes.start + element * beam.order;
+    let nodes = node(elements.start)..node(elements.end) + 1;
+    let first = beam.elements.start;
+    Beam { nodes, elements: first + elements.start..first + elements.end, order: beam.order }
+}
+
 /// Points of the interpolated centre line, `per_interval` between two nodes and the last node.
 #[must_use]
 pub fn center_line(
