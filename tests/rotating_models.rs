@@ -3,8 +3,10 @@
 
 use crate::benchmark::samples;
 use holonom::Model;
-use holonom::Simulation;
+use holonom::model::Scheme;
 use holonom::modes::{About, Campbell, Kind, ModalAnalysis, Report};
+use holonom::vi_statics::{Motion, Vibrations, lowest_vibrations, vibrations as all_vibrations};
+use holonom::{Simulation, Statics};
 use std::f64::consts::PI;
 
 fn model(text: &str, changes: &[(&str, &str)]) -> Model {
@@ -250,4 +252,54 @@ fn a_relaxed_start_that_is_none_is_refused() {
         Simulation::new(&model(&text, &[("simulation.start", "\"relaxed\"")])).err().unwrap();
     println!("{error}");
     assert!(error.to_string().contains("no relaxed start"), "{error}");
+}
+
+/// Frequencies and decay rates of the vibrations, and the counts of the other motions.
+fn spectrum(found: &Vibrations, count: usize) -> (Vec<[f64; 2]>, [usize; 2], f64) {
+    let listed = (0..count).map(|k| found.get(Motion::Vibration, k).unwrap());
+    let list: Vec<_> = listed.collect();
+    let residual = list.iter().map(|v| v.residual).fold(0.0, f64::max);
+    let values = list.iter().map(|v| [v.value.im, v.value.re]).collect();
+    (values, [Motion::Growth, Motion::Rigid].map(|motion| found.count(motion)), residual)
+}
+
+#[test]
+fn the_lowest_modes_are_those_of_all() {
+    let gyroscopic = blade(6.0, 5);
+    let damped = gyroscopic.replace("rhoA = 1,", "damping = 1e-3, rhoA = 1,");
+    let free = shaft(0.0).replace("spherical", "fixed");
+    let free = &free[..free.find("[[joint]]").unwrap()];
+    for (what, text, speed) in [
+        ("damped rotating blade", damped.as_str(), 6.0), // gyroscopic terms as well
+        ("free shaft", free, 0.0),
+        ("spinning shaft", &shaft(6.0), 6.0),
+    ] {
+        let problem = || {
+            let mut model = model(text, &[]);
+            model.settings.scheme = Scheme::Static;
+            let statics = Statics::with_loads_as_stated(&model).unwrap();
+            let rotation = statics.rotation().unwrap();
+            assert_eq!(rotation.is_some(), speed != 0.0);
+            let mut statics = match rotation {
+                Some(rotation) => statics.in_rotation(&rotation, None),
+                None => statics,
+            };
+            statics.relax().unwrap();
+            statics
+        };
+        let count = 5;
+        let all = all_vibrations(problem().problem()).unwrap();
+        let lowest = lowest_vibrations(problem().problem(), count).unwrap();
+        let (exact, kinds, _) = spectrum(&all, count);
+        let (found, own, residual) = spectrum(&lowest, count);
+        let off =
+            |(a, b): (&[f64; 2], &[f64; 2])| (a[0] - b[0]).hypot(a[1] - b[1]) / b[0].hypot(b[1]);
+        let worst = found.iter().zip(&exact).map(off).fold(0.0, f64::max);
+        println!(
+            "{what}, {} degrees of freedom: {worst:.1e} apart, residual {residual:.1e}",
+            all.dof()
+        );
+        assert!(worst < 1e-7 && residual < 1e-7, "{found:?}\n{exact:?}");
+        assert_eq!((kinds, all.dof()), (own, lowest.dof()), "{what}");
+    }
 }

@@ -12,6 +12,7 @@
 //! | [`relaxation`] | an initial configuration that is no equilibrium; directions without stiffness |
 //! | [`mod@modes`] | small vibrations about an equilibrium |
 //! | [`mod@vibrations`] | the same with damping and gyroscopic terms |
+//! | `lowest` | the lowest modes of a large system |
 //! | [`path`] | equilibria, paths, why a path ends |
 //! | [`rotation`] | steady rotation of a whole system |
 //! | [`step_bounds`] | bounds of the change of one step: jumps to other equilibria |
@@ -29,6 +30,7 @@ pub mod arc_length;
 mod equations;
 mod jump;
 pub mod limit;
+mod lowest;
 pub mod modes;
 pub mod path;
 pub mod problem;
@@ -46,9 +48,9 @@ pub use vi_rigid;
 
 pub use arc_length::{ArcLengthSettings, Continuation};
 pub use limit::LimitReport;
-pub use modes::{ModeError, Modes, modes};
+pub use modes::{ModeError, Modes, lowest_modes, modes};
 pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 pub use problem::StaticProblem;
 pub use rotation::{RotationError, SteadyRotation};
 pub use step_bounds::StepBounds;
-pub use vibrations::{Motion, Vibration, Vibrations, vibrations};
+pub use vibrations::{Motion, Vibration, Vibrations, lowest_vibrations, vibrations};

@@ -11,12 +11,13 @@
 #![allow(non_snake_case)] // K, M, J, Z
 
 use crate::equations::{Equations, TreeMatrices};
+use crate::lowest::entry_noise;
 use crate::problem::StaticProblem;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
 use vi_constraints::null_space::NullSpaceQr;
-use vi_core::eigen::{EigenError, generalized_eigen};
-use vi_core::sparse::Entries;
+use vi_core::eigen::{Eigen, EigenError, generalized_eigen};
+use vi_core::sparse::{Entries, SparseMatrix};
 use vi_multibody::sparse_nodal::{Columns, VelocityLayout};
 
 /// Why there are no modes.
@@ -41,9 +42,9 @@ impl From<EigenError> for ModeError {
 }
 
 /// What errors in the configuration add to those of the stiffness.
-pub(crate) const NOISE: f64 = 100.0;
+const NOISE: f64 = 100.0;
 
-/// Modes, softest first.
+/// Modes, softest first: all, or the lowest ones.
 ///
 /// ```
 /// use vi_core::Quadrature;
@@ -70,6 +71,8 @@ pub struct Modes {
     pub omega: Vec<f64>,
     /// Columns: velocities `v = P x` of all coordinates, shape `n × d`, with `vᵀ M v = 1`.
     pub shapes: DMatrix<f64>,
+    /// Degrees of freedom `d`.
+    pub dof: usize,
     /// `|K_r − K_rᵀ|_∞ / |K_r|_∞`.
     pub asymmetry: f64,
     /// Size of each `ω²` that round-off alone may cause, rad²/s².
@@ -108,23 +111,44 @@ impl Modes {
 /// # Errors
 /// [`ModeError`].
 pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
-    let linear = Linearization::new(problem)?;
+    found(&Linearization::all(problem)?)
+}
+
+/// The same for about `count` of the lowest, beside those without stiffness: linear in the size of the system.
+///
+/// # Errors
+/// [`ModeError`].
+pub fn lowest_modes(problem: &mut StaticProblem, count: usize) -> Result<Modes, ModeError> {
+    found(&Linearization::lowest(problem, count)?)
+}
+
+fn found(linear: &Linearization) -> Result<Modes, ModeError> {
     let found = generalized_eigen(&linear.symmetric_stiffness(), &linear.M)?;
+    let noise = linear.noise(&found);
     let squared = found.squared;
     let omega = squared.iter().map(|square| square.max(0.0).sqrt()).collect();
     Ok(Modes {
         omega,
-        noise: found.noise.iter().map(|noise| NOISE * noise).collect(),
+        noise,
         shapes: linear.velocities(&found.vectors),
-        asymmetry: linear.asymmetry(),
+        asymmetry: linear.asymmetry,
         unbalanced: linear.unbalanced,
         applied: linear.applied,
         round_off: linear.round_off,
-        residual: found.residual,
+        residual: linear.subspace.as_ref().map_or(found.residual, |own| own.residual),
+        dof: linear.dof,
         orthogonality: found.orthogonality,
         left_out: linear.C.iter().any(|c| *c != 0.0),
         squared,
     })
+}
+
+/// What is known of a subspace of the lowest modes.
+pub(crate) struct Subspace {
+    /// Stiffness in the velocities of frames.
+    pub(crate) stiffness: SparseMatrix,
+    /// The largest residual of a mode in it.
+    pub(crate) residual: f64,
 }
 
 /// `M ẍ + C ẋ + K x = 0`: the motion near the last equilibrium in independent velocities.
@@ -132,17 +156,20 @@ pub(crate) struct Linearization {
     pub(crate) K: DMatrix<f64>,
     pub(crate) C: DMatrix<f64>,
     pub(crate) M: DMatrix<f64>,
-    Z: Option<DMatrix<f64>>, // null space of the loops
-    layout: VelocityLayout,
-    columns: Columns,
-    n: usize,
+    pub(crate) Z: Option<DMatrix<f64>>, // null space of the loops, or a subspace
+    pub(crate) layout: VelocityLayout,
+    pub(crate) columns: Columns,
+    pub(crate) n: usize,
+    pub(crate) dof: usize,
+    pub(crate) asymmetry: f64,
+    pub(crate) subspace: Option<Subspace>,
     pub(crate) unbalanced: f64,
     pub(crate) applied: f64,
     pub(crate) round_off: f64,
 }
 
 impl Linearization {
-    pub(crate) fn new(problem: &mut StaticProblem) -> Result<Self, ModeError> {
+    pub(crate) fn all(problem: &mut StaticProblem) -> Result<Self, ModeError> {
         let work = &mut problem.work;
         let unbalanced = work.balance(&mut problem.x).map_err(|_| ModeError::NotFinite)?;
         let (applied, round_off) = (work.force_scale(), work.round_off());
@@ -153,17 +180,39 @@ impl Linearization {
             None => A,
         };
         let (K, C, M, n) = (reduce(K), reduce(C), reduce(M), work.s.dim());
-        Ok(Self { K, C, M, Z, layout, columns, n, unbalanced, applied, round_off })
+        let (dof, size, subspace) = (M.nrows(), K.amax(), None);
+        let asymmetry = if size > 0.0 { (&K - K.transpose()).amax() / size } else { 0.0 };
+        Ok(Self {
+            K,
+            C,
+            M,
+            Z,
+            layout,
+            columns,
+            n,
+            dof,
+            unbalanced,
+            applied,
+            round_off,
+            asymmetry,
+            subspace,
+        })
     }
 
     pub(crate) fn symmetric_stiffness(&self) -> DMatrix<f64> {
         0.5 * (&self.K + self.K.transpose())
     }
 
-    /// `|K − Kᵀ|_∞ / |K|_∞`.
-    pub(crate) fn asymmetry(&self) -> f64 {
-        let size = self.K.amax();
-        if size > 0.0 { (&self.K - self.K.transpose()).amax() / size } else { 0.0 }
+    /// How much of each `ω²` may be round-off, in the stiffness and in the configuration.
+    pub(crate) fn noise(&self, found: &Eigen) -> Vec<f64> {
+        let mut noise = found.noise.clone();
+        if let (Some(Subspace { stiffness, .. }), Some(Z)) = (&self.subspace, &self.Z) {
+            let x = Z * &found.vectors;
+            for (noise, x) in noise.iter_mut().zip(x.column_iter()) {
+                *noise = noise.max(entry_noise(stiffness, x.as_slice()));
+            }
+        }
+        noise.iter().map(|noise| NOISE * noise).collect()
     }
 
     /// Columns `v = P x` of all coordinates, shape `n × k`.

@@ -8,7 +8,7 @@
 //!
 //! Source: theory §6.12; F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286.
 
-use crate::modes::{Linearization, ModeError, NOISE};
+use crate::modes::{Linearization, ModeError};
 use crate::problem::StaticProblem;
 use nalgebra::{Complex, DMatrix};
 use vi_core::MechanicalSystem;
@@ -87,13 +87,29 @@ impl std::fmt::Debug for Vibrations {
 /// # Errors
 /// [`ModeError`].
 pub fn vibrations(problem: &mut StaticProblem) -> Result<Vibrations, ModeError> {
-    let linear = Linearization::new(problem)?;
+    let linear = Linearization::all(problem)?;
+    found(linear, problem.work.system.is_dissipative())
+}
+
+/// The same for about `count` of the lowest of each kind, beside those without stiffness: linear in the size of the system.
+///
+/// # Errors
+/// [`ModeError`].
+pub fn lowest_vibrations(
+    problem: &mut StaticProblem,
+    count: usize,
+) -> Result<Vibrations, ModeError> {
+    let linear = Linearization::lowest(problem, count)?;
+    found(linear, problem.work.system.is_dissipative())
+}
+
+fn found(linear: Linearization, dissipative: bool) -> Result<Vibrations, ModeError> {
     let eigen = QuadraticEigen::new(&linear.K, &linear.C, &linear.M)?;
     let undamped = eigen.undamped();
-    let noise = |k: usize| NOISE * undamped.noise[k];
-    let resists = |k: &usize| undamped.squared[*k].abs() > noise(*k);
+    let noise = linear.noise(undamped);
+    let resists = |k: &usize| undamped.squared[*k].abs() > noise[*k];
     let rigid: Vec<usize> = (0..undamped.squared.len()).filter(|k| !resists(k)).collect();
-    let least = rigid.iter().map(|&k| noise(k)).fold(0.0, f64::max);
+    let least = rigid.iter().map(|&k| noise[k]).fold(0.0, f64::max);
     let mut moving: Vec<(Motion, usize)> = Vec::new();
     let values = eigen.values();
     for (k, value) in values.iter().enumerate().filter(|(_, value)| value.norm_sqr() > least) {
@@ -116,7 +132,7 @@ pub fn vibrations(problem: &mut StaticProblem) -> Result<Vibrations, ModeError> 
         let (a, b) = (key(a), key(b));
         a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
     });
-    let conservative = !problem.work.system.is_dissipative() && linear.asymmetry() <= SYMMETRIC;
+    let conservative = !dissipative && linear.asymmetry <= SYMMETRIC;
     Ok(Vibrations { linear, eigen, conservative, rigid, moving })
 }
 
@@ -146,7 +162,7 @@ impl Vibrations {
     /// Degrees of freedom.
     #[must_use]
     pub fn dof(&self) -> usize {
-        self.linear.M.nrows()
+        self.linear.dof
     }
 
     /// How many of a kind there are.
@@ -174,13 +190,19 @@ impl Vibrations {
             value.re = 0.0; // skew C and symmetric K: what is left is round-off
         }
         let shape = self.shape(&DMatrix::from_columns(&[pair.vector]));
-        Some(Vibration { motion, value, shape, residual: pair.residual })
+        let residual = self.residual(pair.residual);
+        Some(Vibration { motion, value, shape, residual })
+    }
+
+    fn residual(&self, dense: f64) -> f64 {
+        self.linear.subspace.as_ref().map_or(dense, |subspace| subspace.residual)
     }
 
     fn rigid_motion(&self, k: usize) -> Vibration {
         let undamped = self.eigen.undamped();
         let x = undamped.vectors.columns(k, 1).map(|x| Complex::new(x, 0.0));
-        let (value, residual) = (Complex::default(), undamped.residual);
+        let value = Complex::default();
+        let residual = self.residual(undamped.residual);
         Vibration { motion: Motion::Rigid, value, shape: self.shape(&x), residual }
     }
 

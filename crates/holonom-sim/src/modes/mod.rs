@@ -15,6 +15,7 @@ pub use campbell::{Campbell, Speed};
 pub use report::{About, Kind, MemberShape, Mode, Report, Rotation};
 
 use crate::beams::Beams;
+use crate::experiment::Experiment as _;
 use crate::outcome::RunFailure;
 use crate::sample::Member;
 use crate::statics::Statics;
@@ -22,11 +23,14 @@ use holonom_model::{Model, ModelError, Scheme};
 use nalgebra::{Complex, Vector3};
 use vi_statics::modes::{ModeError, Modes};
 use vi_statics::{Motion, RotationError, SteadyRotation, Vibration, Vibrations};
+use vi_statics::{lowest_modes, lowest_vibrations, modes, vibrations};
 
 /// Steps of the loads that lead to the equilibrium of a model of motion.
 const STEPS: f64 = 10.0;
 /// Residual force, as a part of the largest one, above which a configuration is no equilibrium.
 const BALANCED: f64 = 1e-6;
+/// Degrees of freedom beyond which only the lowest modes are computed.
+const LARGE: usize = 300;
 
 /// Why there are no modes.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -106,15 +110,18 @@ impl ModalAnalysis {
     /// # Errors
     /// [`ModesError::Model`] when a degree of freedom has no mass.
     pub fn modes(&mut self, count: usize) -> Result<Report, ModesError> {
-        let found = vi_statics::modes(self.statics.problem()).map_err(refusal)?;
-        let complex = if found.left_out {
-            Some(vi_statics::vibrations(self.statics.problem()).map_err(refusal)?)
-        } else {
-            None
+        let large = self.statics.assembly().counts.dof > LARGE;
+        let problem = self.statics.problem();
+        let found = if large { lowest_modes(problem, count) } else { modes(problem) };
+        let found = found.map_err(refusal)?;
+        let complex = match (found.left_out, large) {
+            (false, _) => None,
+            (true, false) => Some(vibrations(problem).map_err(refusal)?),
+            (true, true) => Some(lowest_vibrations(problem, count).map_err(refusal)?),
         };
         let configuration = self.statics.problem().configuration().to_vec();
         let place = Place { members: self.statics.members(), q: &configuration };
-        let modes = match &complex {
+        let list = match &complex {
             Some(vibrations) => complex_modes(&place, vibrations, count),
             None => undamped_modes(&place, &found, count),
         };
@@ -123,7 +130,7 @@ impl ModalAnalysis {
             None => (0..found.squared.len()).filter(|&k| kind(&found, k)).count(),
         };
         let unsymmetric = complex.is_none() && found.asymmetry > 1e-9;
-        let residual = modes.iter().map(|(_, residual)| *residual).fold(found.residual, f64::max);
+        let residual = list.iter().map(|(_, residual)| *residual).fold(found.residual, f64::max);
         Ok(Report {
             model: self.name.clone(),
             about: self.about,
@@ -133,10 +140,10 @@ impl ModalAnalysis {
                 point: clean(r.point),
             }),
             t: self.statics.problem().factor(),
-            dof: found.squared.len(),
+            dof: found.dof,
             unstable: count(Motion::Growth, Modes::is_unstable),
             zero: count(Motion::Rigid, Modes::is_zero),
-            modes: modes.into_iter().map(|(mode, _)| mode).collect(),
+            modes: list.into_iter().map(|(mode, _)| mode).collect(),
             residual,
             orthogonality: found.orthogonality,
             warnings: self.ignored.iter().cloned().chain(warnings(&found, unsymmetric)).collect(),

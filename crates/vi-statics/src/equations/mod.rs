@@ -18,6 +18,7 @@
 //! Source: theory §6, "Statics".
 #![allow(non_snake_case)] // K, G
 
+use crate::lowest::FrameMatrices;
 use crate::rotation::{Field, SteadyRotation};
 use nalgebra::{DMatrix, Matrix3, Matrix6};
 use vi_constraints::Constraints;
@@ -328,6 +329,30 @@ impl Equations {
         let C = dense(&|out| self.emit_velocity_matrix(out), &[]); // [6.25]
         let M = dense(&|out| self.system.mass().emit(out), &[]);
         TreeMatrices { K, C, M, layout, columns }
+    }
+
+    /// The same without joints: every frame and point mass on its own, sparse, with the rows of joints.
+    pub(crate) fn frame_matrices(&mut self) -> FrameMatrices {
+        self.fill_spin();
+        let layout = separate(&self.mechanism);
+        let mut columns = layout.columns();
+        self.layout.null_space(&self.s.q1, &mut columns);
+        let d = layout.dof();
+        let sparse = |emit: &dyn Fn(&mut dyn Entries), spin: &[Matrix6<f64>]| {
+            let mut matrix = ReducedMatrix::default();
+            matrix.fill(&layout, emit, (&columns, &columns), spin);
+            SparseMatrix::assemble(d, d, |out| matrix.emit(out))
+        };
+        let K = sparse(&|out| self.emit_stiffness(out), &self.spin);
+        let C = sparse(&|out| self.emit_velocity_matrix(out), &[]);
+        let M = sparse(&|out| self.system.mass().emit(out), &[]);
+        let place = JacobianPlace { row: 0, column: 0, scale: 1.0, transposed: false };
+        let (mechanism, at) = (&self.mechanism, (self.t, &self.s.q1[..]));
+        let emit = |out: &mut dyn Entries| self.rows.emit_jacobian(mechanism, at, place, out);
+        let mut rows = ReducedRows::default();
+        rows.fill(&layout, &emit, &columns);
+        let B = SparseMatrix::assemble(self.rows.len(), d, |out| rows.emit(out));
+        FrameMatrices { K, C, M, B, layout, columns }
     }
 
     /// A steady rotation takes the place of rest.

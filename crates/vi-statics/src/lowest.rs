@@ -1,0 +1,324 @@
+//! The lowest modes of a large system by subspace iteration, linear in its size.
+//!
+//! ```text
+//! [ K + σM  Bᵀ ] [Y]   [M X]
+//! [   B     0  ] [·] = [ 0 ],     X ← Y Z with the modes Z of YᵀKY, YᵀMY                   B = G P_in
+//! (K + σM) y + Bᵀ· = −((λ² − σ) M + λ C) x,   B y = 0                  more columns where C ≠ 0: Re y, Im y
+//! ```
+//! Every frame moves on its own and joints are rows of `B`: the matrices are sparse and one case for trees and loops. The shift
+//! starts at the size of the stiffness and comes down to that of the seventh mode, or well below an unstable one,
+//! so that no unstable mode is beyond it. All else happens in the subspace: [`crate::modes`], [`mod@crate::vibrations`].
+//!
+//! Source: K.-J. Bathe, Finite Element Procedures (1996), §11.6, subspace iteration; Z. Bai, Y. Su, SIAM J. Matrix Anal. Appl. 26
+//! (2005) 640–659, subspaces of second order.
+#![allow(non_snake_case)] // K, C, M, B, X, Y
+
+use crate::modes::{Linearization, ModeError, Subspace};
+use crate::problem::StaticProblem;
+use nalgebra::{Complex, DMatrix, DVector};
+use vi_core::eigen::{Eigen, generalized_eigen};
+use vi_core::linear::SparseLu;
+use vi_core::quadratic_eigen::QuadraticEigen;
+use vi_core::sparse::{Block, Entries, SparseMatrix};
+use vi_multibody::sparse_nodal::{Columns, VelocityLayout};
+
+/// Most iterations with one shift, and most shifts.
+const ITERATIONS: usize = 60;
+const SHIFTS: usize = 8;
+/// Iterations of the columns for damping and gyroscopic terms.
+const SECOND_ORDER: usize = 12;
+/// Modes beyond those asked for, among them rigid-body motions.
+const SPARE: usize = 14;
+/// Change of an eigenvalue, as a part of itself, that ends an iteration.
+const SETTLED: f64 = 1e-12;
+/// The shift in units of the diagonal of the stiffness over that of the mass, at first.
+const HIGH: f64 = 1e-4;
+
+/// Matrices in the velocities of all frames and point masses, sparse.
+pub(crate) struct FrameMatrices {
+    /// `∇²V − ∂f/∂q + M W² + …`, as for the tree.
+    pub(crate) K: SparseMatrix,
+    /// `2 M W − ∂f/∂v`.
+    pub(crate) C: SparseMatrix,
+    /// `M`.
+    pub(crate) M: SparseMatrix,
+    /// Independent rows of joints, bars and scalar constraints.
+    pub(crate) B: SparseMatrix,
+    pub(crate) layout: VelocityLayout,
+    pub(crate) columns: Columns,
+}
+
+/// The pencil with a factorization at a shift.
+struct Pencil {
+    matrices: FrameMatrices,
+    sigma: f64,
+    factors: Option<(SparseMatrix, SparseLu)>,
+}
+
+impl Linearization {
+    /// In the subspace of about `count` lowest modes.
+    pub(crate) fn lowest(problem: &mut StaticProblem, count: usize) -> Result<Self, ModeError> {
+        let work = &mut problem.work;
+        let unbalanced = work.balance(&mut problem.x).map_err(|_| ModeError::NotFinite)?;
+        let (applied, round_off, n) = (work.force_scale(), work.round_off(), work.s.dim());
+        let mut pencil = Pencil { matrices: work.frame_matrices(), sigma: 0.0, factors: None };
+        let asymmetry = asymmetry(&pencil.matrices.K);
+        let dof = pencil.size() - pencil.matrices.B.shape().0;
+        let wanted = (count + SPARE).min(dof);
+        let (mut X, found) = pencil.undamped(wanted)?;
+        let mut settled = pencil.settled(&X, &found.squared)?;
+        let mut damped = false;
+        pencil.matrices.C.for_each(|_, _, value| damped |= value != 0.0);
+        if damped {
+            (X, settled) = pencil.second_order(X, count)?;
+        } else {
+            X = X.columns(0, settled.1).into_owned();
+        }
+        let FrameMatrices { K, C, M, layout, columns, .. } = pencil.matrices;
+        let (stiffness, residual) = (K.clone(), settled.0);
+        let [K, C, M] = [K, C, M].map(|A| congruence(&A, &X));
+        let subspace = Some(Subspace { stiffness, residual });
+        let linear = Self {
+            K,
+            C,
+            M,
+            Z: Some(X),
+            layout,
+            columns,
+            n,
+            dof,
+            unbalanced,
+            applied,
+            round_off,
+            asymmetry,
+            subspace,
+        };
+        Ok(linear)
+    }
+}
+
+impl Pencil {
+    fn size(&self) -> usize {
+        self.matrices.K.shape().0
+    }
+
+    /// `Y` of `[K + σM, Bᵀ; B, 0] [Y; ·] = [R; 0]`.
+    fn solve(&mut self, R: &DMatrix<f64>) -> Result<DMatrix<f64>, ModeError> {
+        let FrameMatrices { K, M, B, .. } = &self.matrices;
+        let (d, rows, sigma) = (K.shape().0, B.shape().0, self.sigma);
+        let scale = 1.0 / stiffest(K).max(f64::MIN_POSITIVE);
+        let emit = |out: &mut dyn Entries| {
+            let mut block = |row, column, scale, transposed, A: &SparseMatrix| {
+                A.emit(&mut Block { into: out, row, column, scale, transposed });
+            };
+            block(0, 0, scale, false, K);
+            block(0, 0, scale * sigma, false, M);
+            block(d, 0, 1.0, false, B);
+            block(0, d, 1.0, true, B);
+        };
+        if self.factors.is_none() {
+            let matrix = SparseMatrix::assemble(d + rows, d + rows, emit);
+            let lu = SparseLu::new(&matrix).map_err(|_| ModeError::NoMass)?;
+            self.factors = Some((matrix, lu));
+        }
+        let (matrix, lu) = self.factors.as_mut().expect("just written");
+        // [6.26]
+        let mut b = DMatrix::zeros(d + rows, R.ncols());
+        b.rows_mut(0, d).copy_from(&(scale * R));
+        lu.solve(matrix, b.as_mut_slice()).map_err(|_| ModeError::NoMass)?;
+        Ok(b.rows(0, d).into_owned())
+    }
+
+    /// One round: `Y = (K + σM)⁻¹ M X`, and the modes in its span.
+    fn round(&mut self, X: &DMatrix<f64>) -> Result<(DMatrix<f64>, Eigen), ModeError> {
+        let Y = self.solve(&product(&self.matrices.M, X))?;
+        let none = DMatrix::zeros(X.nrows(), 0);
+        let Y = self.orthonormal(&none, Y.column_iter().map(|y| y.into_owned()));
+        let (K, M) = (congruence(&self.matrices.K, &Y), congruence(&self.matrices.M, &Y));
+        let found = generalized_eigen(&(0.5 * (&K + K.transpose())), &M)?;
+        Ok((Y * &found.vectors, found))
+    }
+
+    /// The `wanted` lowest undamped modes; those at the upper end have not settled.
+    fn undamped(&mut self, wanted: usize) -> Result<(DMatrix<f64>, Eigen), ModeError> {
+        let (d, block) = (self.size(), 2 * wanted);
+        let dof = d - self.matrices.B.shape().0;
+        let mut X = DMatrix::from_fn(d, block.min(dof), |i, k| {
+            (1.0 + (i * (block + 1) + k) as f64).sqrt().fract() - 0.5
+        });
+        self.sigma = HIGH * stiffest(&self.matrices.K) / heaviest(&self.matrices.M);
+        let mut last: Option<Eigen> = None;
+        for _ in 0..SHIFTS {
+            self.factors = None;
+            for _ in 0..ITERATIONS {
+                let (next, found) = self.round(&X)?;
+                let settled = last.as_ref().is_some_and(|last| {
+                    let pairs = found.squared.iter().zip(&last.squared).zip(&found.noise);
+                    let mut lowest = pairs.take(wanted);
+                    lowest.all(|((a, b), noise)| (a - b).abs() <= SETTLED * a.abs() + 10.0 * noise)
+                });
+                (X, last) = (next, Some(found));
+                if settled {
+                    break;
+                }
+            }
+            let squared = &last.as_ref().expect("at least one iteration").squared;
+            let mut sizes: Vec<f64> = squared.iter().map(|square| square.abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            let target = (0.37 * sizes[6.min(sizes.len() - 1)]).max(-10.0 * squared[0]);
+            if target > 0.1 * self.sigma || target <= 0.0 {
+                break;
+            }
+            self.sigma = target;
+        }
+        let found = last.ok_or(ModeError::NotFinite)?;
+        Ok((X, found))
+    }
+
+    /// The largest `|x − (ω² + σ)(K + σM)⁻¹Mx|/|x|` of the vibrations that have settled, and how many modes have; those
+    /// without stiffness move by what is round-off in `K`.
+    fn settled(&mut self, X: &DMatrix<f64>, squared: &[f64]) -> Result<(f64, usize), ModeError> {
+        const GOOD: f64 = 1e-7;
+        let Y = self.solve(&product(&self.matrices.M, X))?;
+        let mut worst = 0.0_f64;
+        for (k, square) in squared.iter().enumerate() {
+            let (x, shifted) = (X.column(k), square + self.sigma);
+            let residual = (x - Y.column(k) * shifted).norm() / x.norm();
+            let noise = 100.0 * entry_noise(&self.matrices.K, x.as_slice());
+            let good = residual <= GOOD + noise / shifted.abs(); // false for NaN
+            if !good {
+                return Ok((worst, k));
+            }
+            if square.abs() > noise {
+                worst = worst.max(residual);
+            }
+        }
+        Ok((worst, squared.len()))
+    }
+
+    /// Columns beside those of `X` in which the `count` lowest damped or gyroscopic modes are right; their largest residual.
+    fn second_order(
+        &mut self,
+        X: DMatrix<f64>,
+        count: usize,
+    ) -> Result<(DMatrix<f64>, (f64, usize)), ModeError> {
+        let complex = |A: &SparseMatrix, x: &DMatrix<Complex<f64>>| {
+            let parts = [x.map(|x| x.re), x.map(|x| x.im)].map(|x| product(A, &x));
+            parts[0].zip_map(&parts[1], Complex::new)
+        };
+        let mut basis = X.clone();
+        let mut residual = f64::INFINITY;
+        for _ in 0..SECOND_ORDER {
+            let [K, C, M] = [&self.matrices.K, &self.matrices.C, &self.matrices.M]
+                .map(|A| congruence(A, &basis));
+            let eigen = QuadraticEigen::new(&K, &C, &M)?;
+            let values = eigen.values();
+            let mut order: Vec<usize> = (0..values.len()).collect();
+            order.sort_by(|&i, &j| values[i].norm().total_cmp(&values[j].norm()));
+            order.truncate(count + SPARE);
+            let mut columns = Vec::new();
+            let mut worst = 0.0_f64;
+            for (place, k) in order.into_iter().enumerate() {
+                let pair = eigen.pair(k);
+                let y = DMatrix::from_columns(&[pair.vector]);
+                let lift = |part: fn(&Complex<f64>) -> f64| &basis * y.map(|y| part(&y));
+                let x = lift(|y| y.re).zip_map(&lift(|y| y.im), Complex::new);
+                let right = complex(&self.matrices.M, &x)
+                    * (Complex::new(self.sigma, 0.0) - pair.value * pair.value)
+                    - complex(&self.matrices.C, &x) * pair.value;
+                let parts = [right.map(|x| x.re), right.map(|x| x.im)];
+                let parts = [self.solve(&parts[0])?, self.solve(&parts[1])?];
+                let next = parts[0].zip_map(&parts[1], Complex::new);
+                if place < count {
+                    let off = (&next - &x).map(|x| x.norm()).norm() / x.map(|x| x.norm()).norm();
+                    worst = if off > worst || off.is_nan() { off } else { worst };
+                }
+                columns.extend(parts.iter().map(|part| part.column(0).into_owned()));
+            }
+            let settled = worst >= 0.5 * residual; // no longer better
+            residual = residual.min(worst);
+            if settled || worst <= 1e-12 {
+                break;
+            }
+            basis = self.orthonormal(&X, columns.into_iter());
+        }
+        let size = basis.ncols();
+        Ok((basis, (residual, size)))
+    }
+
+    /// `X` with what is new in `columns`, `M`-orthonormal.
+    fn orthonormal(
+        &self,
+        X: &DMatrix<f64>,
+        columns: impl Iterator<Item = DVector<f64>>,
+    ) -> DMatrix<f64> {
+        const NEW: f64 = 1e-9;
+        let M = &self.matrices.M;
+        let norm = |x: &DVector<f64>| M.bilinear(x.as_slice(), x.as_slice()).sqrt();
+        let mut basis: Vec<DVector<f64>> = X.column_iter().map(|x| x.into_owned()).collect();
+        // twice: the first leaves what is lost to cancellation
+        for column in columns {
+            let mut x = column;
+            let size = norm(&x);
+            for _ in 0..2 {
+                let mut Mx = vec![0.0; x.len()];
+                M.mul_add(1.0, x.as_slice(), &mut Mx);
+                let Mx = DVector::from_vec(Mx);
+                let parts: Vec<f64> = basis.iter().map(|own| own.dot(&Mx)).collect();
+                basis.iter().zip(parts).for_each(|(own, part)| x.axpy(-part, own, 1.0));
+            }
+            let left = norm(&x);
+            if left > NEW * size {
+                basis.push(x / left);
+            }
+        }
+        DMatrix::from_columns(&basis)
+    }
+}
+
+/// `4ε |x|ᵀ|K||x|`: what the rounding of the entries of `K` may change `xᵀKx` by.
+pub(crate) fn entry_noise(K: &SparseMatrix, x: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    K.for_each(|i, j, value| sum += (x[i] * value * x[j]).abs());
+    4.0 * f64::EPSILON * sum
+}
+
+/// `A X`.
+fn product(A: &SparseMatrix, X: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(A.shape().0, X.ncols());
+    A.mul_dense_add(1.0, X, &mut out);
+    out
+}
+
+/// `XᵀAX`.
+fn congruence(A: &SparseMatrix, X: &DMatrix<f64>) -> DMatrix<f64> {
+    X.tr_mul(&product(A, X))
+}
+
+/// Largest entry of the diagonal.
+fn stiffest(A: &SparseMatrix) -> f64 {
+    let mut largest = 0.0_f64;
+    A.for_each(|i, j, value| largest = if i == j { largest.max(value.abs()) } else { largest });
+    largest
+}
+
+/// Largest entry of the diagonal of the mass.
+fn heaviest(M: &SparseMatrix) -> f64 {
+    stiffest(M).max(f64::MIN_POSITIVE)
+}
+
+/// `|A − Aᵀ|_∞ / |A|_∞` by entries.
+fn asymmetry(A: &SparseMatrix) -> f64 {
+    let (rows, columns) = A.shape();
+    let difference = SparseMatrix::assemble(rows, columns, |out| {
+        A.emit(out);
+        A.emit(&mut Block { into: out, row: 0, column: 0, scale: -1.0, transposed: true });
+    });
+    let largest = |A: &SparseMatrix| {
+        let mut largest = 0.0_f64;
+        A.for_each(|_, _, value| largest = largest.max(value.abs()));
+        largest
+    };
+    let size = largest(A);
+    if size > 0.0 { largest(&difference) / size } else { 0.0 }
+}
