@@ -74,7 +74,7 @@ fn euler_columns_lose_their_stiffness_at_the_buckling_load() {
             let loads = [dead(elements, -load * Vector3::x())];
             critical_factor(&model, &loads, [0.9, 0.95]) - 1.0
         };
-        let errors: Vec<f64> = [10, 20, 40].into_iter().map(error).collect();
+        let errors: Vec<f64> = [16, 32, 64].into_iter().map(error).collect();
         let orders: Vec<f64> = errors.windows(2).map(|e| (e[0] / e[1]).log2()).collect();
         let euler = bending * (PI / length).powi(2) / if pinned { 1.0 } else { 4.0 };
         println!(
