@@ -58,7 +58,17 @@ fn the_table_of_a_pendulum() {
 
 #[test]
 fn the_conclusions_on_a_heavy_top() {
-    let found = compared("heavy_top", &request(&[0.002, 0.001, 0.0005, 0.00025], 0.5));
+    conclusions_on_a_heavy_top(0.1);
+}
+
+#[test]
+#[ignore = "long: cargo test --release -- --ignored"]
+fn the_conclusions_on_a_heavy_top_after_half_a_second() {
+    conclusions_on_a_heavy_top(0.5);
+}
+
+fn conclusions_on_a_heavy_top(end: f64) {
+    let found = compared("heavy_top", &request(&[0.002, 0.001, 0.0005, 0.00025], end));
     print!("{}", table::text(&found));
     assert_eq!(found.conserved, ["Lz"]);
     assert!(found.reference.known_to.unwrap() < 1e-10);

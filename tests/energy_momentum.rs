@@ -267,9 +267,21 @@ fn sparse_and_dense_matrices_give_the_same_motion() {
 /// Beams alone and between bodies: when the push is over, energy and both momenta are those of a free system.
 #[test]
 fn flying_beams_keep_energy_and_momenta_after_the_push() {
+    flying_beams(5.0);
+}
+
+#[test]
+#[ignore = "long: cargo test --release -- --ignored"]
+fn flying_beams_keep_energy_and_momenta_after_the_push_in_small_steps() {
+    flying_beams(1.0);
+}
+
+/// With the step of the shipped models times `longer`.
+fn flying_beams(longer: f64) {
     for (name, push, end) in [("flying_beam", 2.5, 3.5), ("flexible_multibody", 0.5, 1.0)] {
         let (_, mut model) = shipped().into_iter().find(|m| m.0 == name).unwrap();
         model.settings.end = end;
+        model.settings.step *= longer;
         for form in [Scheme::EmConstrained, Scheme::EmNodal] {
             let samples = run(&model, form, u64::MAX).unwrap();
             let free: Vec<Sample> =

@@ -10,6 +10,16 @@ use holonom::vi_constraints::SchemeKind;
 /// In chaotic motion the means of `H_d` vary by a good part of the band, those of the shadow energy by `h²` of it.
 #[test]
 fn it_is_conserved_where_the_energy_varies() {
+    conserved_shadow(6_000);
+}
+
+#[test]
+#[ignore = "long: cargo test --release -- --ignored"]
+fn it_is_conserved_over_20_000_steps() {
+    conserved_shadow(20_000);
+}
+
+fn conserved_shadow(steps: u64) {
     let text = include_str!("../examples/models/four_particles.toml");
     let subject = ModelSubject::new(Model::from_toml(text).unwrap());
     for (scheme, order, h) in [
@@ -20,7 +30,7 @@ fn it_is_conserved_where_the_energy_varies() {
         (SchemeKind::Nodal, 6, 0.01),
     ] {
         let setting = Setting::new(Method::Variational(scheme), order, h);
-        let run = long_run(&subject, setting, 20_000).unwrap();
+        let run = long_run(&subject, setting, steps).unwrap();
         let energy = trend(&run.energies(), &run.energies()).unwrap();
         let shadow = trend(&run.energies(), &run.shadow_energies()).unwrap();
         let [energy, shadow] = [energy, shadow].map(|t| t.variation / t.width());

@@ -92,8 +92,17 @@ const PUSH: &str = "{ type = \"harmonic\", frequency = 1.0, phase = 0.5 }";
 /// steps.
 #[test]
 fn a_blade_of_aluminium_runs_at_any_step() {
+    blade_of_aluminium(500);
+}
+
+#[test]
+#[ignore = "long: cargo test --release -- --ignored"]
+fn a_blade_of_aluminium_runs_for_1500_steps_of_any_size() {
+    blade_of_aluminium(1500);
+}
+
+fn blade_of_aluminium(steps: u32) {
     for h in [0.01, 0.003, 0.001, 0.0005, 0.0002] {
-        let steps = 1500_u32;
         let (step, end) = (format!("{h:e}"), format!("{:e}", h * f64::from(steps)));
         let own = [("simulation.step", step.as_str()), ("simulation.end", end.as_str())];
         let mut simulation = Simulation::new(&model(BLADE, &own)).unwrap();

@@ -41,7 +41,7 @@ fn models() -> Vec<(&'static str, Model, f64, usize)> {
 #[test]
 fn order_two_in_q_p_and_the_force_at_nodes() {
     for (name, model, h, steps) in models() {
-        let exact = end(&model, EmForm::Dalembert, (h, steps, 256));
+        let exact = end(&model, EmForm::Dalembert, (h, steps, 128));
         let errors: Vec<[f64; 3]> = [1, 2, 4, 8, 16]
             .map(|parts| {
                 let found = end(&model, EmForm::Constrained, (h, steps, parts));
@@ -124,7 +124,7 @@ fn finest_order(counts: &[usize], errors: &[f64], floor: f64) -> Option<f64> {
 }
 
 /// The compositions have their orders in `q` and in all of `v`, which without composition leaves the
-/// tangent space by `O(h²)`; in all three forms.
+/// tangent space by `O(h²)`: every order on every model, and by every form on some model.
 #[test]
 fn compositions_have_orders_four_six_and_eight() {
     let counts = [2, 3, 4, 6, 8, 12, 16, 24];
@@ -135,10 +135,12 @@ fn compositions_have_orders_four_six_and_eight() {
         ("4 particles", common::four_particles(SpringLaw::QuadraticStretch), 0.2),
         ("linkage 6R", common::linkage(), 0.8),
     ];
-    for (name, model, end) in models {
+    for (place, (name, model, end)) in models.into_iter().enumerate() {
         let exact = composed(&model, (EmForm::Constrained, 8), (end, 1, 60));
-        for form in EmForm::ALL {
-            for order in [4, 6, 8] {
+        for (number, form) in EmForm::ALL.into_iter().enumerate() {
+            let all = number == place % EmForm::ALL.len();
+            let orders: &[u32] = if all { &[4, 6, 8] } else { &[4] };
+            for &order in orders {
                 let errors: Vec<[f64; 2]> = counts
                     .map(|steps| {
                         let found = composed(&model, (form, order), (end, 1, steps));

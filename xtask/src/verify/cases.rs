@@ -175,7 +175,7 @@ fn case(
     let others = methods.into_iter().filter(|method| *method != nodal);
     let orders = |method| match (quick, method == nodal) {
         (false, _) => vec![2, 4, 6, 8],
-        (true, true) if weight < 50 => vec![2, 4, 6, 8],
+        (true, true) if weight <= 10 => vec![2, 4, 6, 8], // the composition is the same everywhere
         (true, true) => vec![2, 4],
         (true, false) => vec![2],
     };
