@@ -5,7 +5,7 @@
 //! step is tried for them, and where it fails (or the run does) the node is described by `q_n` and
 //! the projected momentum alone, with `H_d` in the place of `E_d`.
 
-pub use crate::assembly::{AssemblyReport, Closure};
+pub use crate::assembly::{AssemblyReport, Closure, StrainVariant};
 pub use crate::outcome::{RunFailure, RunOutcome};
 
 use crate::agreement;
