@@ -401,7 +401,7 @@ impl Simulation {
         let (mechanism, rows) = (self.method.mechanism(), self.method.rows());
         let view = View { t: at.t, q: &at.q, v: &at.v, lambda: &at.lambda };
         let sensors = self.sensors.read(mechanism, rows, view);
-        self.watch.follow(&at, &self.energies);
+        let notice = self.watch.follow(&at, &self.energies);
         let energies = self.energies.read(&at);
         let sample = Sample {
             step: at.step,
@@ -417,6 +417,7 @@ impl Simulation {
             sensors,
             energies,
             momenta: at.momenta,
+            notice,
         };
         let momenta = sample.momenta.as_ref().is_none_or(|momenta| momenta.is_finite());
         let energies = sample.energy.is_finite() && sample.hamiltonian.is_finite();
