@@ -5,6 +5,7 @@
 use crate::benchmark;
 
 use benchmark::{Run, apart, assert_order, model, orders, samples};
+use holonom::model::{ModelError, Scheme};
 use holonom::modes::{About, ModalAnalysis};
 use holonom::nalgebra::Vector3;
 use holonom::vi_constraints::SchemeKind;
@@ -259,4 +260,12 @@ fn compositions_and_energy_momentum_schemes_refuse_them() {
         let text = format!("{error:?}");
         assert!(text.contains(why) && text.contains("simulation.strain"), "{text}");
     }
+    // `compare` changes the settings of a valid model
+    let mut model = model(CANTILEVER, &[]);
+    model.settings.scheme = Scheme::EmNodal;
+    let refused = Simulation::new(&model).err().unwrap();
+    assert!(matches!(&refused, ModelError::Unsupported { key, .. } if key == "simulation.strain"));
+    model.settings.scheme = Scheme::Nodal;
+    model.settings.order = 4;
+    assert!(matches!(Simulation::new(&model).err().unwrap(), ModelError::Unsupported { .. }));
 }

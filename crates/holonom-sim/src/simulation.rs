@@ -582,6 +582,13 @@ fn method(
                 .map_err(|error| assembly::refusal(&error, model))?;
             Ok(Box::new(Running::new(run, settings, multipliers)))
         }
+        Family::EnergyMomentum(_) if model.dissipates_algorithmically() => {
+            Err(ModelError::Unsupported {
+                key: "simulation.strain".into(),
+                what: "energy–momentum schemes have no dissipative strains".into(),
+                help: "write a variational scheme, such as \"nodal\", or remove `strain`".into(),
+            })
+        }
         Family::EnergyMomentum(form) => {
             let mut options = EmOptions::new(form, settings.step);
             options = options.composition(settings.composition());
