@@ -130,7 +130,8 @@ fn control<'a>(
     interrupted: &'a mut dyn FnMut() -> bool,
     progress: &'a mut dyn FnMut(u64, u64),
 ) -> Control<'a> {
-    Control { progress, interrupted, checkpoint_every: every }
+    let notice = Box::leak(Box::new(|_: &str| {})); // has no size
+    Control { progress, notice, interrupted, checkpoint_every: every }
 }
 
 /// Begins a run of `model`, interrupted before step `stop`.

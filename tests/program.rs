@@ -636,3 +636,24 @@ fn verify_says_so_where_it_cannot_tell() {
     let output = holonom(&folder, &["verify", "missing.toml"]);
     assert_eq!(output.status.code(), Some(3), "{}", words(&output));
 }
+
+/// The energy of this beam grows without bound: `run` says so once, before it reports, and `--quiet` does not.
+#[test]
+fn a_warning_of_the_run_is_printed_once() {
+    let folder = crate::command::folder("program", "warning");
+    let model = include_str!("hostile/energy_explosion_beam.toml");
+    fs::write(folder.join("model.toml"), model).unwrap();
+    let run = ["run", "model.toml", "--set", "simulation.strain=\"averaged\"", "-o", "out"];
+    let output = holonom(&folder, &run);
+    let words = words(&output);
+    assert_eq!(output.status.code(), Some(0), "{words}");
+    let places: Vec<usize> = words.match_indices("warning: the energy left").map(|m| m.0).collect();
+    let report = words.find("  Newton iterations").unwrap();
+    assert!(places.len() == 1 && places[0] < report, "{words}");
+    let summary: Value =
+        serde_json::from_slice(&fs::read(folder.join("out/summary.json")).unwrap()).unwrap();
+    let warnings = summary["warnings"].as_array().unwrap();
+    assert!(warnings.iter().any(|w| w.as_str().unwrap().starts_with("the energy left its band")));
+    let quiet = holonom(&folder, &[&run[..], &["--force", "--quiet"]].concat());
+    assert!(quiet.status.success() && quiet.stderr.is_empty());
+}

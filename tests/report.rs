@@ -34,6 +34,7 @@ fn sample(step: u64) -> Sample {
         sensors: vec![],
         energies: vec![],
         momenta: None,
+        notice: None,
     }
 }
 

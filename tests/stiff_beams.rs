@@ -5,7 +5,8 @@
 use crate::benchmark;
 
 use benchmark::{apart, assert_order, model, orders, samples};
-use holonom::{RunOutcome, Simulation};
+use holonom::run::{Control, run_with};
+use holonom::{RunFolder, RunOutcome, Simulation};
 
 const STRIP: &str = include_str!("../examples/models/rotating_strip.toml");
 const BLADE: &str = include_str!("hostile/rotor_blade.toml");
@@ -136,4 +137,32 @@ fn a_run_whose_energy_leaves_its_band_says_so() {
         warnings.iter().any(|warning| warning.contains("the energy left its band at step"))
     };
     assert!(warned("averaged") && !warned("mass_scaled"));
+}
+
+/// The warning comes with the step, once, and the summary has it.
+#[test]
+fn a_run_whose_energy_leaves_its_band_says_so_at_once() {
+    let own = [("simulation.strain", "averaged"), ("simulation.every", "1")];
+    let model = model(EXPLOSION, &own);
+    let mut simulation = Simulation::new(&model).unwrap();
+    let steps = std::cell::Cell::new(0_u64); // begun
+    let mut notices = Vec::new();
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("energy_band");
+    let folder = RunFolder::create(folder, true).unwrap();
+    let control = Control {
+        progress: &mut |_, _| {},
+        notice: &mut |words| notices.push((steps.get(), words.to_owned())),
+        interrupted: &mut || {
+            steps.set(steps.get() + 1);
+            false
+        },
+        checkpoint_every: None,
+    };
+    let summary = run_with(&model, &mut simulation, &folder, control).unwrap().summary;
+    let [(begun, words)] = &notices[..] else { panic!("{notices:?}") };
+    println!("after {begun} steps of {}: {words}", summary.steps);
+    // a node is read after the step that starts there
+    assert!(words.contains(&format!("at step {}, t = ", begun - 1)), "{begun}: {words}");
+    assert!(words.contains(" J ") && words.contains("reduce the time step"), "{words}");
+    assert!(*begun < summary.steps && summary.warnings.contains(words), "{:?}", summary.warnings);
 }

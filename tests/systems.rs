@@ -16,6 +16,7 @@ mod certificates;
 mod chain_and_top;
 mod compare;
 mod contradictions;
+mod dissipative_strains;
 mod driven_beams;
 mod efforts;
 mod energies;

@@ -61,6 +61,7 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         );
         rows.push(("h ω_max of beams", found));
     }
+    rows.extend(report.strains.map(|variant| ("strains of beams", variant.name().to_owned())));
     let mut text = format!("{}: valid\n", model.header.name);
     for (subject, finding) in rows {
         let _ = writeln!(text, "  {subject:26}  {finding}");

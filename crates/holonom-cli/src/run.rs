@@ -56,9 +56,20 @@ pub(crate) fn conduct(
         bar.set_length(of);
         bar.set_position(step);
     };
+    let mut told: Vec<String> = Vec::new(); // warnings that have been printed
+    let mut notice = |warning: &str| {
+        if !talk.quiet {
+            bar.suspend(|| stderr::line(&format!("warning: {warning}")));
+        }
+        told.push(warning.to_owned());
+    };
     let mut interrupted = || signals.caught().is_some();
-    let control =
-        Control { progress: &mut progress, interrupted: &mut interrupted, checkpoint_every };
+    let control = Control {
+        progress: &mut progress,
+        notice: &mut notice,
+        interrupted: &mut interrupted,
+        checkpoint_every,
+    };
     let finished = go(simulation, control);
     bar.finish_and_clear();
     let finished = finished.map_err(|error| match error {
@@ -71,6 +82,7 @@ pub(crate) fn conduct(
     })?;
     if !talk.quiet {
         let new = finished.summary.warnings.iter().skip(known);
+        let new = new.filter(|warning| !told.contains(warning));
         new.for_each(|warning| stderr::line(&format!("warning: {warning}")));
         stderr::print(&human::summary(&finished));
     }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
+use super::settings::Strain;
 use super::source::Document;
 use super::start::{StartPoints, coincide, is_ground};
 use super::{
@@ -191,6 +192,27 @@ impl<'a> Checker<'a> {
         if settings.newton_max_iterations == 0 {
             let message = "Newton's method needs at least one iteration".to_owned();
             self.report("simulation.newton_max_iterations", message, "write 30");
+        }
+        self.dissipative_strains();
+    }
+
+    /// Dissipative strains are for single steps of the variational schemes.
+    fn dissipative_strains(&mut self) {
+        let settings = &self.model.settings;
+        if settings.strain != Strain::Dissipative {
+            return;
+        }
+        let (order, scheme) = (settings.order, settings.scheme);
+        if order > 2 {
+            let message = format!(
+                "a composition of order {order} steps backwards in time too, where dissipation adds energy"
+            );
+            self.report("simulation.strain", message, "write order = 2, or strain = \"averaged\"");
+        }
+        if scheme.is_energy_momentum() {
+            let message = format!("the scheme {} has no dissipative strains", scheme.name());
+            let help = "write a variational scheme, such as \"nodal\", or remove `strain`";
+            self.report("simulation.strain", message, help);
         }
     }
 

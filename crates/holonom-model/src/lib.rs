@@ -245,8 +245,8 @@ impl Model {
         self.loads.iter().try_fold(0.0_f64, |end, load| Some(end.max(load.history.end()?)))
     }
 
-    /// Whether nothing but weight, springs and elastic beams does work: no load, motor, damper or
-    /// prescribed motion.
+    /// Whether nothing but weight, springs and elastic beams does work: no load, motor, damper, algorithmic dissipation
+    /// or prescribed motion.
     #[must_use]
     pub fn is_conservative(&self) -> bool {
         let passive = |joint: &Joint| {
@@ -256,9 +256,16 @@ impl Model {
                     .is_none_or(|m| m.effort == 0.0 && m.proportional == 0.0 && m.derivative == 0.0)
         };
         self.loads.is_empty()
+            && !self.dissipates_algorithmically()
             && self.springs.iter().all(|spring| spring.damping == 0.0)
             && self.joints.iter().all(passive)
             && !self.constraints.iter().any(|c| matches!(c, Constraint::Motion { .. }))
+    }
+
+    /// Whether vibrations of beams that the step does not resolve are dissipated.
+    #[must_use]
+    pub fn dissipates_algorithmically(&self) -> bool {
+        !self.beams.is_empty() && self.settings.strain == Strain::Dissipative
     }
 
     /// Gravitational acceleration, m/s²; the third component is 0 in the plane.

@@ -135,6 +135,9 @@ pub enum Strain {
     /// Of the strains averaged over both ends of a step, with selective mass scaling: for any step.
     #[default]
     MassScaled,
+    /// Of the strains averaged over both ends of a step, with algorithmic dissipation: vibrations that the step does
+    /// not resolve die out.
+    Dissipative,
     /// Of the strains averaged over both ends of a step: a rigid rotation is free of strain.
     Averaged,
     /// Of the average of both configurations, LMO08 (18): for soft beams and small steps.
@@ -145,6 +148,7 @@ impl From<Strain> for vi_beam::StrainRule {
     fn from(strain: Strain) -> Self {
         match strain {
             Strain::MassScaled => Self::MassScaled,
+            Strain::Dissipative => Self::Dissipative,
             Strain::Averaged => Self::Averaged,
             Strain::Midpoint => Self::Midpoint,
         }

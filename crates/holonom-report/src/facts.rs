@@ -68,7 +68,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
             number(residual.momentum.max)
         )
     };
-    let facts = [
+    let mut facts = vec![
         ("constraints", constraints),
         ("linear momentum", conserved(&summary.momentum.linear.components, "kg·m/s")),
         ("angular momentum", conserved(&summary.momentum.angular.components, "kg·m²/s")),
@@ -86,6 +86,9 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
             ),
         ),
     ];
+    if let Some(variant) = summary.strains {
+        facts.insert(4, ("strains of beams", variant.name().to_owned()));
+    }
     facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
 }
 

@@ -4,7 +4,7 @@ use crate::agreement::{self, joint_key};
 use crate::beams::Beams;
 use crate::limits::Stiffness;
 use crate::method::Method;
-use holonom_model::{Beam, Inconsistency, Level, Model, ModelError};
+use holonom_model::{Beam, Family, Inconsistency, Level, Model, ModelError};
 use serde::{Deserialize, Serialize};
 use vi_constraints::Constraints;
 use vi_constraints::initialization::StartError;
@@ -51,6 +51,9 @@ pub struct AssemblyReport {
     /// The stiffest element against the step; `None` without beams.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffness: Option<Stiffness>,
+    /// Whether the strains of beams dissipate; `None` without beams and in statics.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strains: Option<StrainVariant>,
     /// Distance of the projection of the initial configuration onto the constraints, m; `None` when it was not.
     pub projected: Option<f64>,
     /// What is worth knowing.
@@ -89,6 +92,34 @@ impl AssemblyReport {
             self.warnings.push(format!(
                 "the initial velocities were projected onto the constraints: changed {changed}{kept}"
             ));
+        }
+    }
+}
+
+/// Whether unresolved vibrations of beams are dissipated by the scheme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StrainVariant {
+    /// They are not; material damping is not of the scheme.
+    Conservative,
+    /// They are: `strain = "dissipative"`.
+    Dissipative,
+}
+
+impl StrainVariant {
+    /// Of a motion of a model with beams.
+    fn of(model: &Model) -> Option<Self> {
+        let moves = model.settings.scheme.family() != Family::Static && !model.beams.is_empty();
+        let dissipates = model.dissipates_algorithmically();
+        moves.then_some(if dissipates { Self::Dissipative } else { Self::Conservative })
+    }
+
+    /// In a word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Conservative => "conservative",
+            Self::Dissipative => "dissipative",
         }
     }
 }
@@ -190,7 +221,8 @@ pub(crate) fn counts(
         redundant_constraints: m - rows.len(),
         dof: n - rows.len(),
     };
-    AssemblyReport { counts, redundant, closure, ..AssemblyReport::default() }
+    let strains = StrainVariant::of(model);
+    AssemblyReport { counts, redundant, closure, strains, ..AssemblyReport::default() }
 }
 
 /// A refused set-up of an energy–momentum scheme as an error of the model.

@@ -5,6 +5,7 @@
 //! gravity         quadrature of V                     exact, V is linear
 //! elements        averaged or midpoint strains        D̄V of averaged strains
 //! their damping   f_d^∓ = −(½ ± θ) C τ Δε 𝔹x          f̄ = f(q_{n+1/2}, Δq/h)
+//! dissipation     f_d^∓ = −½ h C φ 𝔹x                 none: refused
 //! spring          quadrature of V(D·D)                D̄V of the invariant D·D
 //! damper          f_d^± = (h/2) f(q_{n+1/2}, Δq/h)    f̄ = f(q_{n+1/2}, Δq/h)
 //! joint spring    U_d = ½ k (θ̄ − θ_0)²                D̄V = k (θ̄ − θ_0) D̄θ

@@ -12,8 +12,8 @@ use crate::dynamics::Dynamics;
 use crate::method::Reading;
 use holonom_model::Model;
 use std::sync::Arc;
-use vi_beam::BeamModel;
 use vi_beam::damping::is_damped;
+use vi_beam::{BeamModel, StrainRule};
 use vi_constraints::Constraints;
 use vi_core::Configuration;
 use vi_core::potential::{DiscretePotential, LinearPotential, Potential};
@@ -120,6 +120,8 @@ fn sources(model: &Model, dynamics: &Dynamics) -> Vec<String> {
     let damped = is_damped(&parts.elements, &parts.high_order);
     let mut sources: Vec<String> =
         damped.then(|| "work_of_material_damping".to_owned()).into_iter().collect();
+    let dissipative = dynamics.rule == StrainRule::Dissipative && !model.beams.is_empty();
+    sources.extend(dissipative.then(|| "work_of_algorithmic_dissipation".to_owned()));
     let dampers = model.springs.iter().filter(|spring| spring.damping != 0.0);
     sources.extend(dampers.map(|spring| format!("work.{}", spring.name)));
     for joint in &model.joints {

@@ -37,21 +37,22 @@ struct LeftBand {
 }
 
 impl EnergyWatch {
-    /// Takes up a recorded node.
-    pub(crate) fn follow(&mut self, at: &Reading, energies: &Energies) {
+    /// Takes up a recorded node; the warning, if the energy leaves its band there.
+    pub(crate) fn follow(&mut self, at: &Reading, energies: &Energies) -> Option<String> {
         let potential = at.hamiltonian - at.kinetic;
         self.kinetic = self.kinetic.max(at.kinetic);
         let [least, largest] = self.potential.unwrap_or([potential; 2]);
         let [least, largest] = [least.min(potential), largest.max(potential)];
         self.potential = Some([least, largest]);
         self.nodes = self.nodes.saturating_add(1);
-        let Some(shadow) = at.shadow else { return };
-        let change = energies.balance(shadow, &at.work);
+        let change = energies.balance(at.shadow?, &at.work);
         let exchanged = self.kinetic + largest - least;
-        if self.nodes > FIRST && change.abs() > PART * exchanged {
-            let (step, t) = (at.step, at.t);
-            self.left.get_or_insert(LeftBand { step, t, change, exchanged });
+        let leaves = self.nodes > FIRST && change.abs() > PART * exchanged;
+        if self.left.is_some() || !leaves {
+            return None;
         }
+        self.left = Some(LeftBand { step: at.step, t: at.t, change, exchanged });
+        self.warning()
     }
 
     /// The warning, once the energy has left its band.

@@ -65,7 +65,7 @@ impl Stiffness {
                  resolved, so the order falls and the energy may drift; write a step {smaller:.0} times smaller, \
                  fewer elements, or order = 2"
             ))
-        } else if settings.strain != Strain::MassScaled
+        } else if matches!(settings.strain, Strain::Averaged | Strain::Midpoint)
             && matches!(settings.scheme.family(), Family::Variational(_))
         {
             Some(format!(

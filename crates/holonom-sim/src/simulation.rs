@@ -5,7 +5,7 @@
 //! step is tried for them, and where it fails (or the run does) the node is described by `q_n` and
 //! the projected momentum alone, with `H_d` in the place of `E_d`.
 
-pub use crate::assembly::{AssemblyReport, Closure};
+pub use crate::assembly::{AssemblyReport, Closure, StrainVariant};
 pub use crate::outcome::{RunFailure, RunOutcome};
 
 use crate::agreement;
@@ -399,7 +399,7 @@ impl Simulation {
         let (mechanism, rows) = (self.method.mechanism(), self.method.rows());
         let view = View { t: at.t, q: &at.q, v: &at.v, lambda: &at.lambda };
         let sensors = self.sensors.read(mechanism, rows, view);
-        self.watch.follow(&at, &self.energies);
+        let notice = self.watch.follow(&at, &self.energies);
         let energies = self.energies.read(&at);
         let sample = Sample {
             step: at.step,
@@ -415,6 +415,7 @@ impl Simulation {
             sensors,
             energies,
             momenta: at.momenta,
+            notice,
         };
         let momenta = sample.momenta.as_ref().is_none_or(|momenta| momenta.is_finite());
         let energies = sample.energy.is_finite() && sample.hamiltonian.is_finite();
@@ -578,6 +579,13 @@ fn method(
             let run = integrator(mechanism, system, options, solver, at)
                 .map_err(|error| assembly::refusal(&error, model))?;
             Ok(Box::new(Running::new(run, settings, multipliers)))
+        }
+        Family::EnergyMomentum(_) if model.dissipates_algorithmically() => {
+            Err(ModelError::Unsupported {
+                key: "simulation.strain".into(),
+                what: "energy–momentum schemes have no dissipative strains".into(),
+                help: "write a variational scheme, such as \"nodal\", or remove `strain`".into(),
+            })
         }
         Family::EnergyMomentum(form) => {
             let mut options = EmOptions::new(form, settings.step);

@@ -202,6 +202,7 @@ impl Statics {
             q: point.q.clone(),
             energies: vec![],
             momenta: None,
+            notice: None,
         };
         self.step += 1;
         sample

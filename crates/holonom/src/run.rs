@@ -37,6 +37,8 @@ pub struct Finished {
 pub struct Control<'a> {
     /// Called now and then with the number of steps taken and of all steps.
     pub progress: &'a mut dyn FnMut(u64, u64),
+    /// Called with a warning when a node gives rise to it ([`Sample::notice`]); the summary has it too.
+    pub notice: &'a mut dyn FnMut(&str),
     /// Asked once before every step; `true` ends the run there, with a checkpoint.
     pub interrupted: &'a mut dyn FnMut() -> bool,
     /// Steps from one checkpoint to the next; none are written without. Not for statics.
@@ -55,7 +57,8 @@ pub fn run(
     folder: &RunFolder,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Finished, OutputError> {
-    let control = Control { progress, interrupted: &mut || false, checkpoint_every: None };
+    let (notice, interrupted) = (&mut |_: &str| {}, &mut || false);
+    let control = Control { progress, notice, interrupted, checkpoint_every: None };
     run_with(model, simulation, folder, control)
 }
 
@@ -143,7 +146,7 @@ impl Run<'_> {
         simulation: &mut dyn Experiment,
         control: Control<'_>,
     ) -> Result<Finished, OutputError> {
-        let Control { progress, interrupted, checkpoint_every } = control;
+        let Control { progress, notice, interrupted, checkpoint_every } = control;
         let every = checkpoint_every.filter(|_| simulation.motion().is_some());
         self.write_summary(simulation, Ended::Not(simulation.place()))?;
         loop {
@@ -159,7 +162,10 @@ impl Run<'_> {
                 stopped = interrupted();
                 !stopped
             };
-            let mut observe = |sample: &Sample| self.recorder.record(sample);
+            let mut observe = |sample: &Sample| {
+                sample.notice.iter().for_each(|words| notice(words));
+                self.recorder.record(sample)
+            };
             let path = self.folder.path();
             let io = |source| OutputError::Io { path: path.to_owned(), source };
             let outcome = simulation.run_while(&mut observe, &mut proceed).map_err(io)?;

@@ -27,6 +27,7 @@
 use crate::averaged::{MASS_SCALING, scaling};
 use crate::element::{Element, Elements};
 use crate::high_order::HighOrderElements;
+use crate::section::Section;
 use crate::strain::Strain;
 use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force};
@@ -35,8 +36,12 @@ use vi_core::sparse::Entries;
 
 /// What is strained: a two-node element, or a Gauss point of one of higher order.
 pub(crate) trait Strained {
+    /// `ℓ C_i`, N·m.
+    fn stiffness(&self) -> Strain;
     /// `ℓ C_i τ_i`, N·m·s.
     fn viscosity(&self) -> Strain;
+    /// Whether the section has damping.
+    fn is_damped(&self) -> bool;
     /// `ε(q)`.
     fn strain(&self, q: &[f64]) -> Strain;
     /// `(𝔹_i q)·v`.
@@ -47,15 +52,23 @@ pub(crate) trait Strained {
     fn emit(&self, ab: (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries);
 }
 
-/// A two-node element with its viscosity.
-struct TwoNode<'a> {
-    element: &'a Element,
-    viscosity: Strain,
+/// A two-node element with its section.
+pub(crate) struct TwoNode<'a> {
+    pub(crate) element: &'a Element,
+    pub(crate) section: &'a Section,
 }
 
 impl Strained for TwoNode<'_> {
+    fn stiffness(&self) -> Strain {
+        self.element.length * Strain::from(*self.section.stiffness())
+    }
+
     fn viscosity(&self) -> Strain {
-        self.viscosity
+        self.element.length * self.section.viscosity()
+    }
+
+    fn is_damped(&self) -> bool {
+        self.section.is_damped()
     }
 
     fn strain(&self, q: &[f64]) -> Strain {
@@ -117,13 +130,16 @@ impl StrainDamping {
             None => 0.0,
         };
         for (k, element) in self.elements.list().iter().enumerate() {
-            let section = self.elements.section(element);
-            if section.is_damped() {
-                let viscosity = element.length * section.viscosity();
-                visit(&TwoNode { element, viscosity }, theta(0, k));
+            let two = TwoNode { element, section: self.elements.section(element) };
+            if two.is_damped() {
+                visit(&two, theta(0, k));
             }
         }
-        self.high_order.each_damped(&mut |element, station| visit(station, theta(1, element)));
+        self.high_order.each(&mut |element, station| {
+            if station.is_damped() {
+                visit(station, theta(1, element));
+            }
+        });
     }
 
     fn add_slot(&self, s: &Interval, (q, sign): (&[f64], f64), out: &mut [f64]) {
@@ -227,14 +243,14 @@ impl Force for StrainDamping {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::element::tests::random_elements;
     use nalgebra::{DMatrix, DVector, Vector3};
     use vi_core::SparseMatrix;
     use vi_testkit::Sample;
 
-    const N: usize = 36;
+    pub(crate) const N: usize = 36;
 
     /// Two damped two-node elements, or one quadratic element, on three random nodes.
     fn damped(sample: &mut Sample, high: bool) -> (StrainDamping, Vec<f64>) {
@@ -253,7 +269,7 @@ mod tests {
         (damping.with_slowness([vec![0.02; 2], vec![0.02]]), q) // θ between 0 and ½ at h = 1
     }
 
-    fn moved(q: &[f64], sample: &mut Sample) -> Vec<f64> {
+    pub(crate) fn moved(q: &[f64], sample: &mut Sample) -> Vec<f64> {
         q.iter().map(|q| q + 0.3 * sample.number()).collect()
     }
 
@@ -264,7 +280,11 @@ mod tests {
     }
 
     /// Largest difference of a matrix and the central difference of a vector function of `x`.
-    fn difference(matrix: &SparseMatrix, x: &[f64], of: impl Fn(&[f64]) -> Vec<f64>) -> f64 {
+    pub(crate) fn difference(
+        matrix: &SparseMatrix,
+        x: &[f64],
+        of: impl Fn(&[f64]) -> Vec<f64>,
+    ) -> f64 {
         let (e, matrix, mut worst) = (1e-5, matrix.to_dense(), 0.0_f64);
         for j in 0..N {
             let (plus, minus) = (of(&change(x, j, e)), of(&change(x, j, -e)));
@@ -276,17 +296,19 @@ mod tests {
         worst / matrix.amax()
     }
 
+    /// What is added to zero.
+    pub(crate) fn of(fill: &dyn Fn(&mut [f64])) -> Vec<f64> {
+        let mut out = vec![0.0; N];
+        fill(&mut out);
+        out
+    }
+
     #[test]
     fn derivatives_match_central_differences() {
         for high in [false, true] {
             let mut sample = Sample::new(41);
             let (damping, q0) = damped(&mut sample, high);
             let (q1, v) = (moved(&q0, &mut sample), moved(&q0, &mut sample));
-            let of = |fill: &dyn Fn(&mut [f64])| {
-                let mut out = vec![0.0; N];
-                fill(&mut out);
-                out
-            };
             let assemble = |emit: &dyn Fn(&mut dyn Entries)| SparseMatrix::assemble(N, N, emit);
             let s = Interval::between(0.0, 1.0, &q0, &q1);
             let by_end = difference(&assemble(&|out| damping.add_minus_d2(&s, out)), &q1, |q1| {
@@ -303,7 +325,7 @@ mod tests {
     }
 
     /// Force and moment about the origin of a generalized force in the configuration `q`.
-    fn resultant(q: &[f64], f: &[f64]) -> f64 {
+    pub(crate) fn resultant(q: &[f64], f: &[f64]) -> f64 {
         let vectors = q.chunks_exact(3).zip(f.chunks_exact(3)).enumerate();
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
         for (k, (x, f)) in vectors {

@@ -176,6 +176,14 @@ impl Station {
 }
 
 impl Strained for Station {
+    fn stiffness(&self) -> Strain {
+        self.weight * Station::stiffness(self)
+    }
+
+    fn is_damped(&self) -> bool {
+        self.section.is_damped()
+    }
+
     fn viscosity(&self) -> Strain {
         self.weight * self.section.viscosity()
     }
@@ -290,14 +298,17 @@ impl HighOrderElements {
         &self.stations[self.elements[element].stations.start].section
     }
 
-    /// The Gauss points of all elements whose section has damping, each with the index of its element.
-    pub(crate) fn each_damped(&self, visit: &mut dyn FnMut(usize, &dyn Strained)) {
+    /// The Gauss points of all elements, each with the index of its element.
+    pub(crate) fn each(&self, visit: &mut dyn FnMut(usize, &dyn Strained)) {
         for (index, element) in self.elements.iter().enumerate() {
             let stations = &self.stations[element.stations.clone()];
-            for station in stations.iter().filter(|station| station.section.is_damped()) {
-                visit(index, station);
-            }
+            stations.iter().for_each(|station| visit(index, station));
         }
+    }
+
+    /// Number of Gauss points.
+    pub(crate) fn gauss_points(&self) -> usize {
+        self.stations.len()
     }
 
     /// What is deformed at the Gauss points of an element in the configuration `q`.

@@ -10,6 +10,8 @@
 //! | [`section`] | stiffnesses and inertias, from numbers or from shape and material |
 //! | [`element`] | energy, gradient, Hessian, mass |
 //! | [`averaged`] | the averaged-strain discrete potential |
+//! | [`damping`] | material damping |
+//! | [`dissipation`] | algorithmic dissipation of unresolved vibrations |
 //! | [`high_order`] | elements with three or four nodes |
 //! | [`mesh`] | nodes along curves, triads by a rule |
 //! | [`model`] | beams, bodies, joints as one mechanism |
@@ -25,6 +27,7 @@
 
 pub mod averaged;
 pub mod damping;
+pub mod dissipation;
 pub mod element;
 pub mod frequency;
 pub mod high_order;

@@ -6,6 +6,7 @@
 
 use crate::averaged::{AveragedStrains, MASS_SCALING};
 use crate::damping::StrainDamping;
+use crate::dissipation::{MASS, StrainDissipation};
 use crate::element::{ElementError, Elements};
 use crate::frequency::slowness;
 use crate::high_order::{AveragedHighOrder, HighOrderElements};
@@ -34,6 +35,9 @@ pub enum StrainRule {
     /// Averaged strains with selective mass scaling: for any step, see [`crate::averaged`].
     #[default]
     MassScaled,
+    /// Averaged strains with algorithmic dissipation of what the step does not resolve, see
+    /// [`crate::dissipation`].
+    Dissipative,
 }
 
 /// The frames and elements of one beam.
@@ -281,7 +285,7 @@ impl BeamModel {
     ) -> SeparableSystem {
         let mut system = mechanism.system_with_mass(self.mass_matrix(mechanism), quadrature);
         let slowness = match rule {
-            StrainRule::MassScaled => Some(slowness(self)),
+            StrainRule::MassScaled | StrainRule::Dissipative => Some(slowness(self)),
             StrainRule::Averaged | StrainRule::Midpoint => None,
         };
         if let Some(damping) = StrainDamping::new(&self.elements, &self.high_order) {
@@ -290,29 +294,31 @@ impl BeamModel {
                 None => damping,
             }));
         }
-        let [two, high] = slowness.unwrap_or_default();
         let (elements, high_order) = (self.elements.clone(), self.high_order.clone());
+        let beams = !(elements.list().is_empty() && high_order.is_empty());
+        if rule == StrainRule::Dissipative && beams {
+            system = system.force(Box::new(StrainDissipation::new(self)));
+        }
+        let constant = || [vec![0.0; elements.list().len()], vec![0.0; high_order.count()]];
+        let (mu, [two, high]) = match (rule, slowness) {
+            (StrainRule::MassScaled, Some(slowness)) => (MASS_SCALING, slowness),
+            (StrainRule::Dissipative, _) => (MASS, constant()),
+            _ => (0.0, constant()),
+        };
+        let midpoint = rule == StrainRule::Midpoint;
         if !high_order.is_empty() {
-            system = match rule {
-                StrainRule::Midpoint => system.potential(high_order),
-                StrainRule::Averaged => {
-                    system.discrete_potential(Box::new(AveragedHighOrder::new(high_order)))
-                }
-                StrainRule::MassScaled => {
-                    let own = AveragedHighOrder::mass_scaled(high_order, MASS_SCALING, &high);
-                    system.discrete_potential(Box::new(own))
-                }
+            system = match midpoint {
+                true => system.potential(high_order),
+                false => system.discrete_potential(Box::new(AveragedHighOrder::mass_scaled(
+                    high_order, mu, &high,
+                ))),
             };
         }
-        match rule {
+        match midpoint {
             _ if elements.list().is_empty() => system,
-            StrainRule::Midpoint => system.potential(elements),
-            StrainRule::Averaged => {
-                system.discrete_potential(Box::new(AveragedStrains::new(elements)))
-            }
-            StrainRule::MassScaled => {
-                let own = AveragedStrains::mass_scaled(elements, MASS_SCALING, two);
-                system.discrete_potential(Box::new(own))
+            true => system.potential(elements),
+            false => {
+                system.discrete_potential(Box::new(AveragedStrains::mass_scaled(elements, mu, two)))
             }
         }
     }

@@ -19,7 +19,12 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 #[test]
 fn a_thousand_steps_allocate_nothing() {
-    for rule in [StrainRule::Midpoint, StrainRule::Averaged, StrainRule::MassScaled] {
+    for rule in [
+        StrainRule::Midpoint,
+        StrainRule::Averaged,
+        StrainRule::MassScaled,
+        StrainRule::Dissipative,
+    ] {
         for kind in [SchemeKind::Nodal, SchemeKind::Reduced] {
             let mut model = BeamModel::new(vector(0.0, 0.0, -9.81));
             model.add_beam("beam", &straight(2.0, 4), flying_section()).unwrap();

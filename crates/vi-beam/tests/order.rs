@@ -1,4 +1,4 @@
-//! Temporal order of the averaged-strain schemes, with and without selective mass scaling, and of the midpoint scheme on a soft beam, alone (2) and composed (4),
+//! Temporal order of the averaged-strain schemes, with and without selective mass scaling or dissipation, and of the midpoint scheme on a soft beam, alone (2) and composed (4),
 //! for `q` and the projected momentum; `h ω_max` is not much above 1.
 
 #![allow(clippy::unwrap_used)] // a test
@@ -69,6 +69,7 @@ fn orders_two_and_four() {
         (StrainRule::Midpoint, None, 2.0, [0.02, 0.01, 0.005, 0.0025]),
         (StrainRule::Averaged, None, 2.0, [0.02, 0.01, 0.005, 0.0025]),
         (StrainRule::MassScaled, None, 2.0, [0.02, 0.01, 0.005, 0.0025]),
+        (StrainRule::Dissipative, None, 2.0, [0.02, 0.01, 0.005, 0.0025]),
         (StrainRule::Averaged, Some(Composition::Suzuki5), 4.0, [0.1, 0.05, 0.025, 0.0125]),
     ] {
         let error = |h| {

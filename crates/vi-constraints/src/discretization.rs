@@ -84,6 +84,10 @@ impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
     fn observer(&self, m: usize, rows: &IndependentRows) -> NodeObserver {
         NodeObserver::new(self, m, rows)
     }
+
+    fn begin(&self, state: &mut State, _v: &[f64]) {
+        state.internal = vec![0.0; self.internal_variables()];
+    }
 }
 
 impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {

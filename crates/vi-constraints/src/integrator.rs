@@ -97,6 +97,7 @@ impl Origin {
             ("p", next.p.len(), present.p.len()),
             ("v", next.v.len(), present.v.len()),
             ("the angles", next.angles.len(), present.angles.len()),
+            ("the internal variables", next.internal.len(), present.internal.len()),
             ("the compensation of q", next.compensation.q.len(), present.compensation.q.len()),
             ("the compensation of v", next.compensation.v.len(), present.compensation.v.len()),
         ] {
@@ -104,7 +105,7 @@ impl Origin {
                 return Err(ResumeError::Shape { what, found, expected });
             }
         }
-        let vectors = [&next.q, &next.p, &next.v, &next.angles];
+        let vectors = [&next.q, &next.p, &next.v, &next.angles, &next.internal];
         if !(next.t.is_finite() && vectors.iter().all(|x| x.iter().all(|x| x.is_finite()))) {
             return Err(ResumeError::NotFinite);
         }

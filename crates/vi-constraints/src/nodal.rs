@@ -104,7 +104,7 @@ impl<S: DiscreteLagrangian, C, O: NodalOperators> Scheme<S, C> for Nodal<O> {
             state.memory.keep(s);
         }
         state.move_to_configuration(s, |t, q| operators.clean(t, q));
-        system.forced_d2(s, &mut state.p);
+        state.move_momentum(system, s);
         Ok(())
     }
 

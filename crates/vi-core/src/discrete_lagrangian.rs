@@ -48,6 +48,12 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn add_force_plus(&self, _s: &Interval, _out: &mut [f64]) {}
     /// Emits `D_2 f_d^-`, shape `n × n`; always the same places in the same order.
     fn force_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
+    /// Number of internal variables of the forces.
+    fn internal_variables(&self) -> usize {
+        0
+    }
+    /// `out ← z_{n+1}`, the internal variables at the end of a step; shape [`Self::internal_variables`].
+    fn advance_internal(&self, _s: &Interval, _out: &mut [f64]) {}
     /// `Σ U_d(q_n, q_{n+1})`, J: the potential part of `E_d`, see [`crate::legendre::discrete_energy`].
     fn discrete_potential_energy(&self, s: &Interval) -> f64;
     /// `Σ K_d(q_n, q_{n+1})`, J: what added masses contribute to the kinetic part of `E_d`.
@@ -146,8 +152,13 @@ impl SeparableSystem {
     }
 
     /// Adds a discrete force.
+    ///
+    /// # Panics
+    /// When it is the second force with internal variables.
     #[must_use]
     pub fn force(mut self, force: Box<dyn DiscreteForce>) -> Self {
+        let known = self.internal_variables();
+        assert!(known == 0 || force.internal_variables() == 0, "one force has internal variables");
         self.forces.push(force);
         self
     }
@@ -280,6 +291,16 @@ impl DiscreteLagrangian for SeparableSystem {
     fn force_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         for force in &self.forces {
             force.add_minus_d2(s, out);
+        }
+    }
+
+    fn internal_variables(&self) -> usize {
+        self.forces.iter().map(|force| force.internal_variables()).sum()
+    }
+
+    fn advance_internal(&self, s: &Interval, out: &mut [f64]) {
+        if let Some(force) = self.forces.iter().find(|force| force.internal_variables() > 0) {
+            force.advance(s, out);
         }
     }
 

@@ -5,6 +5,9 @@
 //! f_d^+(q_n, q_{n+1}) stands beside D_2 L_d(q_n, q_{n+1}),
 //! midpoint choice: f_d^± = (h/2) f(t_{n+1/2}, q_{n+1/2}, Δq/h)
 //! ```
+//! A force may depend on the strains of earlier steps through internal variables `z_n`. They are part of the
+//! [`crate::State`]: a step reads `z_n` from its [`Interval`], and `z_{n+1}` is a function of the step.
+//!
 //! Source: Marsden & West 2001, part 3. The midpoint choice keeps order 2 in q, p and λ.
 
 use crate::configuration::Configuration;
@@ -35,6 +38,12 @@ pub trait DiscreteForce: Send + Sync {
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
     /// Whether the force takes energy out whichever way time runs (dampers, friction).
     fn is_dissipative(&self) -> bool;
+    /// Number of internal variables; zero for most forces.
+    fn internal_variables(&self) -> usize {
+        0
+    }
+    /// `out ← z_{n+1}`, the internal variables at the end of a step that started with [`Interval::internal`].
+    fn advance(&self, _s: &Interval, _out: &mut [f64]) {}
 }
 
 /// A continuous generalized force `f(t, q, v)`, N.

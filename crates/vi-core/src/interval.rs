@@ -49,6 +49,8 @@ pub struct Interval {
     pub v_mid: Vec<f64>,
     /// Unwrapped joint angles at `q_n`, rad; see [`Configuration::angles`].
     pub angles: Vec<f64>,
+    /// Internal variables at `q_n` ([`State::internal`]); those that are not listed are zero.
+    pub internal: Vec<f64>,
     compensation: Vec<f64>, // n  rounding error of q0
     t_rounding: f64,        // s  rounding error of t + h
 }
@@ -67,6 +69,7 @@ impl Interval {
             q_mid: zero(),
             v_mid: zero(),
             angles: Vec::new(),
+            internal: Vec::new(),
             compensation: zero(),
             t_rounding: 0.0,
         }
@@ -85,8 +88,8 @@ impl Interval {
         s
     }
 
-    /// Opens a step of length `h` (s) at `(t, q_n)` without compensation and with principal angles; the end
-    /// is first put on the start.
+    /// Opens a step of length `h` (s) at `(t, q_n)` without compensation, with principal angles and internal
+    /// variables of zero; the end is first put on the start.
     pub fn open(&mut self, t: f64, h: f64, q_n: &[f64]) {
         (self.t, self.h, self.t_rounding) = (t, h, 0.0);
         self.q0.copy_from_slice(q_n);
@@ -95,13 +98,15 @@ impl Interval {
         self.dq.fill(0.0);
         self.v_mid.fill(0.0);
         self.angles.clear();
+        self.internal.clear();
         self.compensation.fill(0.0);
     }
 
-    /// Opens a step of length `h` (s) at a state, with its angles and its compensation.
+    /// Opens a step of length `h` (s) at a state, with its angles, internal variables and compensation.
     pub fn open_at(&mut self, state: &State, h: f64) {
         self.open(state.t, h, &state.q);
         self.angles.extend_from_slice(&state.angles);
+        self.internal.extend_from_slice(&state.internal);
         self.compensation.copy_from_slice(&state.compensation.q);
     }
 
@@ -126,6 +131,7 @@ impl Interval {
         self.q_mid.copy_from_slice(&other.q_mid);
         self.v_mid.copy_from_slice(&other.v_mid);
         self.angles.clone_from(&other.angles);
+        self.internal.clone_from(&other.internal);
         self.compensation.copy_from_slice(&other.compensation);
     }
 

@@ -34,6 +34,9 @@ pub struct State {
     pub v: Vec<f64>,
     /// Unwrapped joint angles at `q_n`, rad; see [`crate::Configuration::angles`].
     pub angles: Vec<f64>,
+    /// Internal variables of discrete forces with memory at `q_n`; empty for most systems. See
+    /// [`crate::force::DiscreteForce::advance`].
+    pub internal: Vec<f64>,
     /// Rounding errors that the next step takes into account.
     pub compensation: Compensation,
     /// Increments of the last steps, from which initial guesses are extrapolated.
@@ -102,7 +105,13 @@ impl State {
     /// `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`.
     pub fn move_to_end(&mut self, system: &impl DiscreteLagrangian, s: &Interval) {
         self.move_to_configuration(s, |_, _| {});
+        self.move_momentum(system, s);
+    }
+
+    /// `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`, and the internal variables at `q_{n+1}`.
+    pub fn move_momentum(&mut self, system: &impl DiscreteLagrangian, s: &Interval) {
         system.forced_d2(s, &mut self.p);
+        system.advance_internal(s, &mut self.internal);
     }
 
     /// Moves time and configuration to the end of an interval, with the rounding error of `q_{n+1}`; `clean(t, q)`
@@ -122,6 +131,7 @@ impl State {
         self.p.clone_from(&other.p);
         self.v.clone_from(&other.v);
         self.angles.clone_from(&other.angles);
+        self.internal.clone_from(&other.internal);
         self.compensation.copy_from(&other.compensation);
         self.history.copy_from(&other.history);
         self.memory.copy_from(&other.memory);

@@ -122,7 +122,7 @@ impl Pencil {
             self.factors = Some((matrix, lu));
         }
         let (matrix, lu) = self.factors.as_mut().expect("just written");
-        // [6.26]
+        // [6.30]
         let mut b = DMatrix::zeros(d + rows, R.ncols());
         b.rows_mut(0, d).copy_from(&(scale * R));
         lu.solve(matrix, b.as_mut_slice()).map_err(|_| ModeError::NoMass)?;

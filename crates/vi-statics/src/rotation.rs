@@ -8,7 +8,7 @@
 //! have the stiffness `M W²` and the gyroscopic matrix `2 M W`, which is skew since `M = M̃ ⊗ I` and `W = I ⊗ Ω̂`
 //! commute.
 //!
-//! Source: theory §6.12; J. E. Marsden, Lectures on Mechanics (1992), ch. 4, relative equilibria.
+//! Source: theory §6.13; J. E. Marsden, Lectures on Mechanics (1992), ch. 4, relative equilibria.
 #![allow(non_snake_case)] // W
 
 use nalgebra::{Matrix3, Vector3};

@@ -6,7 +6,7 @@
 //! `K_r`, `M_r`: [`mod@crate::modes`], with `M W²` in a steady rotation ([`crate::rotation`]). Frequencies are those of
 //! the frame that rotates.
 //!
-//! Source: theory §6.12; F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286.
+//! Source: theory §6.13; F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286.
 
 use crate::modes::{Linearization, ModeError};
 use crate::problem::StaticProblem;

@@ -110,10 +110,26 @@ impl Blade {
             });
         }
         let system = model.system(&mechanism, rule.strain());
-        variational(mechanism, system, h, steps)
+        variational(mechanism, system, (h, steps), |_| {})
     }
 
-    /// The same with averaged strains and another, constant `μ`.
+    /// The energy that a run with dissipative strains loses, and the change of the energy of a step over its last quarter,
+    /// relative to the first; the step that fails.
+    pub(super) fn run_dissipative(&self, h: f64, steps: usize) -> Result<[f64; 2], usize> {
+        let model = self.under_gravity();
+        let mechanism = model.mechanism();
+        let system = model.system(&mechanism, StrainRule::Dissipative);
+        let energies = std::cell::RefCell::new(Vec::with_capacity(steps));
+        let see = |energy| energies.borrow_mut().push(energy);
+        variational(mechanism, system, (h, steps), see)?;
+        let energies = energies.into_inner();
+        let (first, last) = (energies[0], &energies[steps - steps / 4..]);
+        let (least, largest) =
+            last.iter().fold((f64::MAX, f64::MIN), |(a, b), e| (a.min(*e), b.max(*e)));
+        Ok([1.0 - last[last.len() - 1] / first, (largest - least) / first])
+    }
+
+    /// The same as [`Blade::run`] with averaged strains and another, constant `μ`.
     pub(super) fn run_scaled(&self, mu: f64, h: f64, steps: usize) -> Result<f64, usize> {
         let model = self.under_gravity();
         let mechanism = model.mechanism();
@@ -126,7 +142,7 @@ impl Blade {
         let system = mechanism
             .system_with_mass(mass, Quadrature::Midpoint)
             .discrete_potential(Box::new(strains));
-        variational(mechanism, system, h, steps)
+        variational(mechanism, system, (h, steps), |_| {})
     }
 
     fn under_gravity(&self) -> BeamModel {
@@ -240,11 +256,12 @@ impl Blade {
     }
 }
 
+/// The largest change of `E_d`; `see` gets all of them.
 fn variational(
     mechanism: Mechanism,
     system: SeparableSystem,
-    h: f64,
-    steps: usize,
+    (h, steps): (f64, usize),
+    see: impl Fn(f64),
 ) -> Result<f64, usize> {
     let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let at = InitialValues::new(0.0, &q, &v);
@@ -252,7 +269,9 @@ fn variational(
     let mut run = integrator(mechanism, system, options, Solver::Auto, at).map_err(|_| 0_usize)?;
     largest_change(steps, || {
         run.step().ok()?;
-        Some(run.system().discrete_energy(run.interval()))
+        let energy = run.system().discrete_energy(run.interval());
+        see(energy);
+        Some(energy)
     })
 }
 

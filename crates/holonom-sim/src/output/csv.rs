@@ -195,6 +195,7 @@ mod tests {
             sensors: vec![],
             energies: vec![],
             momenta: None,
+            notice: None,
         }
     }
 

@@ -137,6 +137,7 @@ mod tests {
             sensors: vec![0.1, f64::NAN, 0.0],
             energies: vec![],
             momenta: None,
+            notice: None,
         };
         writer.record(&sample).unwrap();
         sample.sensors = vec![7.0, 1e-300, 1.0];

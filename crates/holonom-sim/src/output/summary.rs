@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::assembly::{AssemblyReport, Counts};
+use crate::assembly::{AssemblyReport, Counts, StrainVariant};
 use crate::outcome::StaticFacts;
 use crate::outcome::{RunFailure, RunOutcome};
 use crate::sample::Sample;
@@ -148,6 +148,9 @@ pub struct Summary {
     /// The size of the model.
     #[serde(flatten)]
     pub counts: Counts,
+    /// Whether the strains of beams dissipate; absent without beams and in statics.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strains: Option<StrainVariant>,
     /// Newton iterations.
     pub newton_iterations: NewtonSummary,
     /// Time the run took, s, writing included.
@@ -290,6 +293,7 @@ impl SummaryBuilder {
             steps,
             recorded: self.recorded,
             counts: assembly.counts,
+            strains: assembly.strains,
             newton_iterations: NewtonSummary {
                 mean: self.newton_sum / steps_recorded,
                 max: self.newton_max,

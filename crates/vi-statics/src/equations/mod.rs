@@ -171,7 +171,7 @@ impl Equations {
         }
         self.system.net_force(at, &self.v, &mut self.force);
         if let Some(field) = &self.rotation {
-            field.add_inertia(self.system.mass(), &self.v, &mut self.force); // [6.24]
+            field.add_inertia(self.system.mass(), &self.v, &mut self.force); // [6.28]
         }
         self.mechanism.jacobian(t, q, &mut Transposed { mu: &self.mu, out: &mut self.force });
         let (balance, closure) = r.split_at_mut(u.len());
@@ -326,7 +326,7 @@ impl Equations {
             matrix.to_dense()
         };
         let K = dense(&|out| self.emit_stiffness(out), &self.spin);
-        let C = dense(&|out| self.emit_velocity_matrix(out), &[]); // [6.25]
+        let C = dense(&|out| self.emit_velocity_matrix(out), &[]); // [6.29]
         let M = dense(&|out| self.system.mass().emit(out), &[]);
         TreeMatrices { K, C, M, layout, columns }
     }

@@ -1,0 +1,340 @@
+//! Algorithmic dissipation of unresolved vibrations: a passive high-pass filter in each strain of a section.
+//!
+//! ```text
+//! force of a step  f_d^- = −½ h Σ_e ℓ Σ_i C_i φ_i 𝔹_i x_n,      f_d^+ = −½ h Σ_e ℓ Σ_i C_i φ_i 𝔹_i x_{n+1}
+//! filter, z = (π_1, e_2, π_3) of each strain, (·)̄ = ½ ((·)_n + (·)_{n+1}):
+//!                  Δe_2 = Δε − π̄_1/m_1
+//!                  Δπ_3 = r (Δe_2 − π̄_3/m_3)
+//!                  Δπ_1 = φ = ē_2/c_2 + Δπ_3
+//! energy           W = ½ ℓ C_i (π_1²/m_1 + e_2²/c_2 + π_3²/m_3)
+//! of a step        ℓ C_i φ Δε = ΔW + ℓ C_i r (Δe_2 − π̄_3/m_3)²
+//! ```
+//! The filter is a ladder of an inertance `m_1`, a compliance `c_2` and an inertance `m_3`, terminated by a dashpot
+//! `r`, by the midpoint rule in units of the step. Its energy is a quadratic form, so the last line is an identity:
+//! no step creates energy, whatever the step and the motion, and the sum of `ℓ C_i φ Δε` is never negative. The
+//! transmission zeros of all three elements are at zero frequency, so a vibration `hω ≪ 1` loses in a step the part
+//! ```text
+//! (hω)² Re Z(ihω),      Re Z(ix) = (m_1 c_2 m_3)² x⁶/r + O(x⁸)
+//! ```
+//! of its energy, and for `hω → ∞` the vibration is that of the filter and of the constant mass `μ` alone ([`MASS`],
+//! [`crate::averaged`]): all multipliers from `hω = 3` to infinity are below 0.78. `m_1` and `μ` act on resolved
+//! vibrations as an added mass: their period is longer by the part `(1/12 + (μ + m_1)/2)(hω)²`.
+//!
+//! `Δε` depends on `z_n` only through the known history, so `φ = a Δε + g·z_n` with constant `a` and `g`, and the
+//! Newton matrix has the pattern of material damping. Strains do not see rigid motions of `x_n` or of `x_{n+1}`:
+//! neither linear nor angular momentum changes. `φ = O(h²)` for a smooth motion, so the order is 2.
+//!
+//! Letters: `C_i` stiffnesses, `ℓ` length or weight of a Gauss point, `𝔹_i x` strain gradients, `z` internal
+//! variables in units of the strain.
+//!
+//! Source: theory §6.12; S. Darlington, J. Math. Phys. 18 (1939) 257–353 (lossless ladders with one resistance);
+//! M. C. Smith, IEEE Trans. Autom. Control 47 (2002) 1648–1662 (inertance).
+#![allow(non_snake_case)] // C, A, B
+
+use crate::damping::{Strained, TwoNode};
+use crate::element::Elements;
+use crate::high_order::HighOrderElements;
+use crate::model::BeamModel;
+use crate::strain::{STRAINS, Strain};
+use nalgebra::{Matrix3, RowVector3, Vector3};
+use vi_core::Configuration;
+use vi_core::force::DiscreteForce;
+use vi_core::interval::Interval;
+use vi_core::sparse::Entries;
+
+/// The constant `μ` of [6.22] beside this force.
+pub const MASS: f64 = 1.0 / 32.0;
+/// `m_1`.
+const M1: f64 = 3.0 / 40.0;
+/// `c_2`.
+const C2: f64 = 17.0 / 10.0;
+/// `m_3`.
+const M3: f64 = 1.0 / 5.0;
+/// `r`.
+const R: f64 = 11.0 / 40.0;
+
+/// Internal variables of a strain.
+const OF_STRAIN: usize = 3;
+/// Internal variables of an element or Gauss point.
+const OF_POINT: usize = STRAINS * OF_STRAIN;
+
+/// The step of a filter in closed form.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Filter {
+    of_strain: f64,            // a   φ = a Δε + g z_n
+    of_state: RowVector3<f64>, // g
+    next: Matrix3<f64>,        // T   z_{n+1} = T z_n + b Δε
+    driven: Vector3<f64>,      // b
+}
+
+impl Filter {
+    /// From `Δz = A z̄ + B Δε`, `φ = g̃ z̄ + r Δε`: `z̄ = (1 − ½A)⁻¹ (z_n + ½ B Δε)`.
+    fn new() -> Self {
+        let g = RowVector3::new(-R / M1, 1.0 / C2, -R / M3);
+        let A = Matrix3::from_rows(&[
+            g,
+            RowVector3::new(-1.0 / M1, 0.0, 0.0),
+            RowVector3::new(-R / M1, 0.0, -R / M3),
+        ]); // [6.25]
+        let B = Vector3::new(R, 1.0, R);
+        let mean = (Matrix3::identity() - 0.5 * A).try_inverse().expect("A is stable");
+        Self {
+            of_strain: 0.5 * (g * mean * B).x + R,
+            of_state: g * mean,
+            next: 2.0 * mean - Matrix3::identity(),
+            driven: mean * B,
+        }
+    }
+
+    /// `φ`, and `z_{n+1}`.
+    fn step(&self, z: &Vector3<f64>, change: f64) -> (f64, Vector3<f64>) {
+        let stress = self.of_strain * change + self.of_state.tr_dot(z);
+        (stress, self.next * z + change * self.driven)
+    }
+}
+
+/// The dissipative force of all elements.
+#[derive(Clone, Debug)]
+pub struct StrainDissipation {
+    elements: Elements,
+    high_order: HighOrderElements,
+    filter: Filter,
+}
+
+impl StrainDissipation {
+    /// For all elements of a model.
+    #[must_use]
+    pub fn new(model: &BeamModel) -> Self {
+        let (elements, high_order) = (model.elements.clone(), model.high_order.clone());
+        Self { elements, high_order, filter: Filter::new() }
+    }
+
+    /// All that is strained, with its index.
+    fn each(&self, visit: &mut dyn FnMut(usize, &dyn Strained)) {
+        let mut index = 0;
+        let mut next = |own: &dyn Strained| {
+            visit(index, own);
+            index += 1;
+        };
+        for element in self.elements.list() {
+            next(&TwoNode { element, section: self.elements.section(element) });
+        }
+        self.high_order.each(&mut |_, station| next(station));
+    }
+
+    /// `C_i ℓ φ_i` in a step.
+    fn forces(&self, s: &Interval, index: usize, own: &dyn Strained) -> Strain {
+        let change = own.strain(&s.q1) - own.strain(&s.q0);
+        let stress = Strain::from_fn(|i, _| self.filter.step(&variables(s, index, i), change[i]).0);
+        own.stiffness().component_mul(&stress)
+    }
+
+    fn add_slot(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
+        self.each(&mut |index, own| {
+            own.add(q, &(-0.5 * s.h * self.forces(s, index, own)), out); // [6.24]
+        });
+    }
+}
+
+/// `z_n` of strain `i` at the point `index`; zero where there are none.
+fn variables(s: &Interval, index: usize, i: usize) -> Vector3<f64> {
+    let first = OF_POINT * index + OF_STRAIN * i;
+    s.internal.get(first..first + OF_STRAIN).map_or_else(Vector3::zeros, Vector3::from_column_slice)
+}
+
+impl DiscreteForce for StrainDissipation {
+    fn add_minus(&self, s: &Interval, out: &mut [f64]) {
+        self.add_slot(s, &s.q0, out);
+    }
+
+    fn add_plus(&self, s: &Interval, out: &mut [f64]) {
+        self.add_slot(s, &s.q1, out);
+    }
+
+    fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        self.each(&mut |_, own| {
+            let c = -0.5 * s.h * self.filter.of_strain * own.stiffness();
+            own.emit((&s.q0, &s.q1), &c, &Strain::zeros(), out);
+        });
+    }
+
+    fn add_continuous(&self, _: Configuration<'_>, _: &[f64], _: &mut [f64]) {}
+
+    /// `−Σ ℓ C_i φ_i Δε_i`: what the filters store and dissipate.
+    fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
+        let mut work = 0.0;
+        self.each(&mut |index, own| {
+            let change = own.strain(&s.q1) - own.strain(&s.q0);
+            work -= self.forces(s, index, own).dot(&change);
+        });
+        work
+    }
+
+    fn add_stiffness(&self, _: Configuration<'_>, _: &[f64], _: f64, _: &mut dyn Entries) {}
+
+    fn add_damping(&self, _: Configuration<'_>, _: &[f64], _: f64, _: &mut dyn Entries) {}
+
+    fn is_dissipative(&self) -> bool {
+        true
+    }
+
+    fn internal_variables(&self) -> usize {
+        OF_POINT * (self.elements.list().len() + self.high_order.gauss_points())
+    }
+
+    fn advance(&self, s: &Interval, out: &mut [f64]) {
+        self.each(&mut |index, own| {
+            let change = own.strain(&s.q1) - own.strain(&s.q0);
+            let own = &mut out[OF_POINT * index..OF_POINT * (index + 1)];
+            for (i, own) in own.chunks_exact_mut(OF_STRAIN).enumerate() {
+                let (_, next) = self.filter.step(&variables(s, index, i), change[i]);
+                own.copy_from_slice(next.as_slice()); // [6.25]
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::damping::tests::{N, difference, moved, of, resultant};
+    use crate::element::tests::random_elements;
+    use nalgebra::{DMatrix, DVector};
+    use vi_core::SparseMatrix;
+    use vi_testkit::Sample;
+
+    /// Two two-node elements, or one quadratic element, on three random nodes.
+    fn dissipation(sample: &mut Sample, high: bool) -> (StrainDissipation, Vec<f64>) {
+        let (mut elements, q) = random_elements(sample);
+        let mut high_order = HighOrderElements::default();
+        if high {
+            let section = *elements.section(&elements.list()[0]);
+            high_order.add_stress_free(&[0, 1, 2], 0.9, &section, &q);
+            elements = Elements::new();
+        }
+        (StrainDissipation { elements, high_order, filter: Filter::new() }, q)
+    }
+
+    /// An interval between two configurations with random internal variables.
+    fn interval(force: &StrainDissipation, q: [&[f64]; 2], sample: &mut Sample) -> Interval {
+        let mut s = Interval::between(0.0, 0.3, q[0], q[1]);
+        s.internal = (0..force.internal_variables()).map(|_| sample.number()).collect();
+        s
+    }
+
+    #[test]
+    fn the_derivative_matches_central_differences() {
+        for high in [false, true] {
+            let mut sample = Sample::new(51);
+            let (force, q0) = dissipation(&mut sample, high);
+            let q1 = moved(&q0, &mut sample);
+            let s = interval(&force, [&q0, &q1], &mut sample);
+            let matrix = SparseMatrix::assemble(N, N, |out| force.add_minus_d2(&s, out));
+            let by_end = difference(&matrix, &q1, |q1| {
+                let mut moved = Interval::between(0.0, 0.3, &q0, q1);
+                moved.internal.clone_from(&s.internal);
+                of(&|out| force.add_minus(&moved, out))
+            });
+            println!("quadratic {high}: off by {by_end:.1e} (relative)");
+            assert!(by_end < 1e-8, "{by_end:e}");
+        }
+    }
+
+    /// `W` of all filters, J.
+    fn stored(force: &StrainDissipation, z: &[f64]) -> f64 {
+        let mut energy = 0.0;
+        force.each(&mut |index, own| {
+            for (i, stiffness) in own.stiffness().iter().enumerate() {
+                let z = &z[OF_POINT * index + OF_STRAIN * i..][..OF_STRAIN];
+                let form = z[0] * z[0] / M1 + z[1] * z[1] / C2 + z[2] * z[2] / M3;
+                energy += 0.5 * stiffness * form;
+            }
+        });
+        energy
+    }
+
+    #[test]
+    fn no_step_creates_energy_or_momentum() {
+        let mut sample = Sample::new(52);
+        for case in 0..40 {
+            let (force, q0) = dissipation(&mut sample, case % 2 == 1);
+            let q1 = moved(&q0, &mut sample);
+            let s = interval(&force, [&q0, &q1], &mut sample);
+            let mut next = vec![f64::NAN; force.internal_variables()];
+            force.advance(&s, &mut next);
+            let mut dissipated = 0.0;
+            force.each(&mut |index, own| {
+                let change = own.strain(&q1) - own.strain(&q0);
+                for (i, stiffness) in own.stiffness().iter().enumerate() {
+                    let first = OF_POINT * index + OF_STRAIN * i;
+                    let mean = |j: usize| 0.5 * (s.internal[first + j] + next[first + j]);
+                    let rate = change[i] - mean(0) / M1 - mean(2) / M3;
+                    dissipated += stiffness * R * rate * rate; // [6.26]
+                }
+            });
+            let given = -force.work(&s, &mut []);
+            let (before, after) = (stored(&force, &s.internal), stored(&force, &next));
+            let scale = before.max(after).max(dissipated);
+            let missed = (given - (after - before) - dissipated).abs() / scale;
+            let chord = {
+                let both = of(&|out| {
+                    force.add_minus(&s, out);
+                    force.add_plus(&s, out);
+                });
+                -both.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum::<f64>()
+            };
+            let parts = [(&q0, of(&|out| force.add_minus(&s, out)))];
+            let parts = parts.into_iter().chain([(&q1, of(&|out| force.add_plus(&s, out)))]);
+            let rest = parts.map(|(q, f)| resultant(q, &f) / DVector::from_column_slice(&f).norm());
+            let rest = rest.fold(0.0, f64::max);
+            let apart = (chord - given).abs() / scale;
+            assert!(
+                missed < 1e-13 && apart < 1e-12 && rest < 1e-13,
+                "{missed:e} {apart:e} {rest:e}"
+            );
+        }
+    }
+
+    /// The step map of `ẍ = −(hω)² x` in `(x, p, z)` for linear strains, `h = 1`, with `p` and forces over `(hω)²`.
+    fn vibration(w: f64) -> DMatrix<f64> {
+        let Filter { of_strain: a, of_state: g, next, driven } = Filter::new();
+        let mass = 1.0 / (w * w);
+        let lead = mass + 0.25 + MASS + 0.5 * a;
+        let mut change = DMatrix::zeros(1, 5); // x_{n+1} − x_n
+        (change[0], change[1]) = (-0.5 / lead, 1.0 / lead);
+        (0..3).for_each(|k| change[2 + k] = -0.5 * g[k] / lead);
+        let mut map = DMatrix::identity(5, 5);
+        map.row_mut(0).iter_mut().zip(&change).for_each(|(x, d)| *x += d);
+        let own = mass + MASS - 0.25 - 0.5 * a;
+        (0..5).for_each(|k| map[(1, k)] = own * change[k]);
+        map[(1, 0)] -= 0.5;
+        (0..3).for_each(|k| map[(1, 2 + k)] -= 0.5 * g[k]);
+        map.view_mut((2, 0), (3, 5)).copy_from(&(driven * &change));
+        let mut of_state = map.view_mut((2, 2), (3, 3));
+        of_state += next;
+        let scale = w.recip().min(1.0); // rows and columns of p
+        map.column_mut(1).scale_mut(scale);
+        map.row_mut(1).scale_mut(1.0 / scale);
+        map
+    }
+
+    #[test]
+    fn resolved_vibrations_stay_and_all_others_die_out() {
+        let largest = |w: f64| {
+            vibration(w).complex_eigenvalues().iter().map(|z| z.norm()).fold(0.0, f64::max)
+        };
+        for w in [0.1, 0.2, 0.3] {
+            let steps = 200.0 * std::f64::consts::PI / (2.0 * (0.5_f64 * w).atan());
+            let lost = -2.0 * steps * largest(w).ln();
+            let series = (M1 * C2 * M3).powi(2) * w.powi(8) / R * steps;
+            println!(
+                "hω = {w}: loses {lost:.2e} of its energy in 100 periods, series {series:.2e}"
+            );
+            assert!(lost < 4e-4 && (lost - series).abs() < 0.1 * series + 1e-8, "{lost:e}");
+        }
+        for w in [3.0, 3.5, 4.0, 5.0, 7.0, 10.0, 30.0, 1e2, 1e3, 1e4, 1e6] {
+            let found = largest(w);
+            assert!(found < 0.781, "hω = {w}: |z| = {found}");
+        }
+    }
+}
