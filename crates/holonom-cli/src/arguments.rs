@@ -278,8 +278,9 @@ fn speeds(text: &str) -> Result<Speeds, String> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
     let (Some(first), Some(last)) = (number(first), number(last)) else { return Err(help()) };
     let steps: u16 = steps.trim().parse().map_err(|_| help())?;
-    if steps == 0 || steps > 10_000 || first == last {
-        return Err("between two speeds there are 1 to 10000 steps".to_owned());
+    let apart = (last - first).abs() > 0.0;
+    if steps == 0 || steps > 10_000 || !apart {
+        return Err("between two different speeds there are 1 to 10000 steps".to_owned());
     }
     let at = |k: u16| first + (last - first) * f64::from(k) / f64::from(steps);
     Ok(Speeds((0..=steps).map(at).collect()))

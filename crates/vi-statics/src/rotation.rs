@@ -119,8 +119,8 @@ impl SteadyRotation {
         Self { point: self.point, velocity: speed * axis }
     }
 
-    /// Whether constraints and forces are those of a system that rotates: after a turn, at the time when it is made, they
-    /// have turned with it.
+    /// Whether constraints and forces are those of a system that rotates: after a turn they have turned with it,
+    /// constraints at the time when it is made, loads also as they are at `t = 0`.
     ///
     /// # Errors
     /// [`RotationError`].
@@ -154,8 +154,10 @@ impl SteadyRotation {
         const ASIDE: f64 = 1e-3;
         let near: Vec<f64> = q.iter().enumerate().map(|(k, q)| q + ASIDE * scatter(k)).collect();
         let here = net(Configuration { q: &near, ..before });
-        let there = net(Configuration { q: &turn.of_configuration(&near), ..after });
-        if apart(&turn.of_vectors(&here), &there) > EQUAL {
+        let (here, near) = (turn.of_vectors(&here), turn.of_configuration(&near));
+        // loads count as they are at t = 0; what follows a reference is judged at the time of the turn
+        let turns = |t: f64| apart(&here, &net(Configuration { t, q: &near, ..after })) <= EQUAL;
+        if !turns(0.0) && !turns(t) {
             return Err(RotationError::Force);
         }
         Ok(())
