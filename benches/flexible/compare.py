@@ -20,7 +20,6 @@ SYSTEMS = {
     "four_bar_steel": dict(beams={"coupler": 12, "rocker": 8}, root=None, node="coupler.{}", of="coupler", end=1.5,
                            sample=0.01, h=2e-3, peer=1e-4),
 }
-TIGHTEST = {}
 
 
 def model(system):

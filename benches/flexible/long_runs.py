@@ -2,7 +2,9 @@
 
     python3 benches/flexible/long_runs.py PROGRAM FOLDER [NAME ...]     FOLDER: results; finished runs are not repeated
 
-Prints one line for each run, and the tables of docs/flexible-systems.md at the end.
+Prints a row for each run: system, step (ms), steps, how it ended, largest change of E_d, balance (of both halves of the run), both
+relative to the largest kinetic energy; largest relative change of L_z and of L, largest linear momentum, largest residual of
+the constraints, Newton iterations, ms per step. Rows of docs/flexible-systems.md are a part of these.
 """
 import csv, json, math, pathlib, re, subprocess, sys
 
