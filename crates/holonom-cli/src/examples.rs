@@ -48,6 +48,10 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "flexible_multibody",
     "elastic_ring",
     "flexible_four_bar",
+    "rotor",
+    "flexible_slider_crank",
+    "four_bar_steel",
+    "satellite",
 ];
 
 pub(crate) fn examples(arguments: &Examples) -> Result<(), Failure> {
