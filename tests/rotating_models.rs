@@ -197,6 +197,24 @@ fn modes_are_followed_over_the_speed_by_their_shapes() {
 }
 
 #[test]
+fn modes_of_equal_blades_are_followed_as_well() {
+    let one = blade(1.0, 2);
+    let beam = &one[one.find("[[beam]]").unwrap()..one.find("[[constraint]]").unwrap()];
+    let other = beam.replace("\"blade", "\"other").replace("[1, 0, 0]", "[-1, 0, 0]");
+    let other = other.replace("\"root\"", "\"root2\"");
+    let model = model(&format!("{one}\n{other}"), &[("beam.blade.section.EI1", "25.0")]);
+    let speeds: Vec<f64> = (0..=8).map(|k| 2.0 * f64::from(k)).collect();
+    let diagram = Campbell::new(&model, &speeds, 4).unwrap();
+    for k in 0..4 {
+        let curve: Vec<f64> =
+            diagram.speeds.iter().map(|at| at.vibrations[k].as_ref().unwrap().omega).collect();
+        let bend = curve.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).abs()).fold(0.0, f64::max);
+        println!("mode {}: {curve:.3?}, second difference {bend:.2}", k + 1);
+        assert!(bend < 1.2, "{curve:?}");
+    }
+}
+
+#[test]
 fn what_does_not_rotate_steadily_is_refused_by_name() {
     let swinging =
         blade(2.0, 2).replace("axis = [0, 0, 1]\n        rate", "axis = [0, 1, 0]\n        rate");

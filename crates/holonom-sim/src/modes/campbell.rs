@@ -1,7 +1,9 @@
 //! Modes over the speed of a steady rotation: the Campbell diagram.
 //!
 //! The relative equilibrium of each speed is found from that of the speed before. Modes are followed from one speed to
-//! the next by their shapes: of all pairs the one with the largest correlation `|x_aᴴ x_b|²/(|x_a|² |x_b|²)` first.
+//! the next by their shapes: of all pairs the one with the largest correlation `|x_aᴴ x_b|²/(|x_a|² |x_b|²)` first, reduced
+//! where the frequency changes much. Shapes of equal frequencies (those of equal blades) are arbitrary mixtures; among them the frequency
+//! decides.
 //!
 //! Source: R. J. Allemang, Sound & Vibration 37 (2003) 14–21, the modal assurance criterion.
 
@@ -16,6 +18,10 @@ use vi_statics::SteadyRotation;
 
 /// Modes beyond those asked for, so that one that leaves the lowest is still followed.
 const SPARE: usize = 4;
+/// Correlation that any two shapes are granted.
+const ANY: f64 = 0.01;
+/// Change of a frequency from one speed to the next that is usual, as a part of it.
+const USUAL: f64 = 0.05;
 
 /// The modes at one speed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -122,7 +128,7 @@ fn follow(before: &Report, places: &[Option<usize>], now: &Report) -> Vec<Option
     for (i, place) in places.iter().enumerate() {
         let Some(old) = place.map(|k| &before.modes[k]) else { continue };
         let vibrations = now.modes.iter().enumerate().filter(|(_, m)| m.kind == Kind::Vibration);
-        pairs.extend(vibrations.map(|(k, new)| (correlation(old, new), i, k)));
+        pairs.extend(vibrations.map(|(k, new)| (likeness(old, new), i, k)));
     }
     pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut next = vec![None; places.len()];
@@ -133,6 +139,12 @@ fn follow(before: &Report, places: &[Option<usize>], now: &Report) -> Vec<Option
         }
     }
     next
+}
+
+/// The correlation of the shapes, at least [`ANY`], over `1 + (Δω/(r ω))²`.
+fn likeness(a: &Mode, b: &Mode) -> f64 {
+    let change = (b.omega - a.omega) / (USUAL * a.omega.max(f64::MIN_POSITIVE));
+    (correlation(a, b) + ANY) / (1.0 + change * change)
 }
 
 /// `|x_aᴴ x_b|²/(|x_a|² |x_b|²)` of the displacements and rotations.
