@@ -5,7 +5,7 @@ use crate::benchmark::samples;
 use holonom::Model;
 use holonom::model::Scheme;
 use holonom::modes::{About, Campbell, Kind, ModalAnalysis, Report};
-use holonom::vi_statics::{Motion, Vibrations, lowest_vibrations, vibrations as all_vibrations};
+use holonom::vi_statics::{Linearization, Motion, Vibrations, vibrations as all_vibrations};
 use holonom::{Simulation, Statics};
 use std::f64::consts::PI;
 
@@ -307,7 +307,8 @@ fn the_lowest_modes_are_those_of_all() {
         };
         let count = 5;
         let all = all_vibrations(problem().problem()).unwrap();
-        let lowest = lowest_vibrations(problem().problem(), count).unwrap();
+        let lowest =
+            Linearization::lowest(problem().problem(), count).unwrap().vibrations().unwrap();
         let (exact, kinds, _) = spectrum(&all, count);
         let (found, own, residual) = spectrum(&lowest, count);
         let off =

@@ -237,7 +237,7 @@ fn finish((K, M): (&Mat<f64>, &Mat<f64>), L: &Mat<f64>, found: &[Mode]) -> Eigen
 }
 
 /// The largest size; NaN where one is NaN.
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
+pub(crate) fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, |max, x| if x.abs() > max || x.is_nan() { x.abs() } else { max })
 }
 

@@ -11,7 +11,7 @@
 //! Source: F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286; A. Ruhe, SIAM J. Numer. Anal. 10 (1973) 674–689.
 #![allow(non_snake_case)] // K, C, M, X, D, N, S
 
-use crate::eigen::{Eigen, EigenError, generalized_eigen};
+use crate::eigen::{Eigen, EigenError, generalized_eigen, largest};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, c64};
 use nalgebra::{Complex, DMatrix, DVector};
@@ -28,8 +28,6 @@ pub struct QuadraticPair {
     pub vector: DVector<Complex<f64>>,
     /// `|(λ² M + λ C + K) x|` relative to the size of its terms.
     pub residual: f64,
-    /// How much of `λ²` may be round-off in the entries of `K` and `C`, 1/s².
-    pub noise: f64,
 }
 
 /// All eigenvalues, and what refines them.
@@ -126,13 +124,9 @@ impl QuadraticEigen {
         let sizes = x.map(|x| x.norm());
         let weighted = |A: &DMatrix<f64>| A.abs() * &sizes;
         let (k, c, m) = (weighted(K), weighted(C) * value.norm(), weighted(M) * value.norm_sqr());
-        let largest = (&k + &c + m).amax().max(f64::MIN_POSITIVE);
-        let noise = 4.0 * f64::EPSILON * (sizes.dot(&k) + sizes.dot(&c));
-        let worst = left
-            .iter()
-            .map(|x| x.norm())
-            .fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
-        QuadraticPair { value, vector: x, residual: worst / largest, noise }
+        let size = (k + c + m).amax().max(f64::MIN_POSITIVE);
+        let residual = largest(left.iter().map(|x| x.norm())) / size;
+        QuadraticPair { value, vector: x, residual }
     }
 }
 
@@ -149,25 +143,19 @@ fn first_order(
     let floor = if soft > 0.0 { soft } else { 1.0 };
     let sigma = 0.73 * floor;
     let S: Vec<f64> = basis.squared.iter().map(|square| square.abs().sqrt().max(floor)).collect();
+    let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
     let Q = Mat::from_fn(d, d, |i, j| {
-        let diagonal = if i == j { sigma * sigma } else { 0.0 };
-        diagonal + sigma * damping[(i, j)] + stiffness[(i, j)]
+        sigma * sigma * unit(i, j) + sigma * damping[(i, j)] + stiffness[(i, j)]
     });
     // x = −Q⁻¹ (b + (D + σ) S⁻¹ a),  y = σ x + S⁻¹ a
     let right = Mat::from_fn(d, 2 * d, |i, j| match j.checked_sub(d) {
-        Some(j) => {
-            if i == j {
-                -1.0
-            } else {
-                0.0
-            }
-        }
-        None => -(damping[(i, j)] + if i == j { sigma } else { 0.0 }) / S[j],
+        Some(j) => -unit(i, j),
+        None => -(damping[(i, j)] + sigma * unit(i, j)) / S[j],
     });
     let x = Q.partial_piv_lu().solve(&right);
     let A = Mat::from_fn(2 * d, 2 * d, |i, j| match i.checked_sub(d) {
         None => S[i] * x[(i, j)],
-        Some(i) => sigma * x[(i, j)] + if i == j { 1.0 / S[i] } else { 0.0 },
+        Some(i) => sigma * x[(i, j)] + unit(i, j) / S[i],
     });
     if (0..2 * d).any(|j| (0..2 * d).any(|i| !A[(i, j)].is_finite())) {
         return Err(EigenError::NotFound);

@@ -48,9 +48,9 @@ pub use vi_rigid;
 
 pub use arc_length::{ArcLengthSettings, Continuation};
 pub use limit::LimitReport;
-pub use modes::{ModeError, Modes, lowest_modes, modes};
+pub use modes::{Linearization, ModeError, Modes, modes};
 pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 pub use problem::StaticProblem;
 pub use rotation::{RotationError, SteadyRotation};
 pub use step_bounds::StepBounds;
-pub use vibrations::{Motion, Vibration, Vibrations, lowest_vibrations, vibrations};
+pub use vibrations::{Motion, Vibration, Vibrations, vibrations};

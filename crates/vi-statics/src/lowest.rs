@@ -13,12 +13,12 @@
 //! (2005) 640–659, subspaces of second order.
 #![allow(non_snake_case)] // K, C, M, B, X, Y
 
-use crate::modes::{Linearization, ModeError, Subspace};
+use crate::modes::{Balance, Linearization, ModeError, Subspace};
 use crate::problem::StaticProblem;
 use nalgebra::{Complex, DMatrix, DVector};
 use vi_core::eigen::{Eigen, generalized_eigen};
 use vi_core::linear::SparseLu;
-use vi_core::quadratic_eigen::QuadraticEigen;
+use vi_core::quadratic_eigen::{QuadraticEigen, QuadraticPair};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
 use vi_multibody::sparse_nodal::{Columns, VelocityLayout};
 
@@ -56,44 +56,29 @@ struct Pencil {
 }
 
 impl Linearization {
-    /// In the subspace of about `count` lowest modes.
-    pub(crate) fn lowest(problem: &mut StaticProblem, count: usize) -> Result<Self, ModeError> {
-        let work = &mut problem.work;
-        let unbalanced = work.balance(&mut problem.x).map_err(|_| ModeError::NotFinite)?;
-        let (applied, round_off, n) = (work.force_scale(), work.round_off(), work.s.dim());
-        let mut pencil = Pencil { matrices: work.frame_matrices(), sigma: 0.0, factors: None };
+    /// In the subspace of about `count` lowest modes beside those without stiffness: linear in the size of the system.
+    ///
+    /// # Errors
+    /// [`ModeError`].
+    pub fn lowest(problem: &mut StaticProblem, count: usize) -> Result<Self, ModeError> {
+        let balance = Balance::of(problem)?;
+        let matrices = problem.work.frame_matrices();
+        let mut pencil = Pencil { matrices, sigma: 0.0, factors: None };
         let asymmetry = asymmetry(&pencil.matrices.K);
         let dof = pencil.size() - pencil.matrices.B.shape().0;
-        let wanted = (count + SPARE).min(dof);
-        let (mut X, found) = pencil.undamped(wanted)?;
-        let mut settled = pencil.settled(&X, &found.squared)?;
+        let (X, found) = pencil.undamped((count + SPARE).min(dof))?;
         let mut damped = false;
         pencil.matrices.C.for_each(|_, _, value| damped |= value != 0.0);
-        if damped {
-            (X, settled) = pencil.second_order(X, count)?;
+        let (X, residual) = if damped {
+            pencil.second_order(X, count)?
         } else {
-            X = X.columns(0, settled.1).into_owned();
-        }
-        let FrameMatrices { K, C, M, layout, columns, .. } = pencil.matrices;
-        let (stiffness, residual) = (K.clone(), settled.0);
-        let [K, C, M] = [K, C, M].map(|A| congruence(&A, &X));
-        let subspace = Some(Subspace { stiffness, residual });
-        let linear = Self {
-            K,
-            C,
-            M,
-            Z: Some(X),
-            layout,
-            columns,
-            n,
-            dof,
-            unbalanced,
-            applied,
-            round_off,
-            asymmetry,
-            subspace,
+            let (residual, settled) = pencil.settled(&X, &found.squared)?;
+            (X.columns(0, settled).into_owned(), residual)
         };
-        Ok(linear)
+        let FrameMatrices { K: stiffness, C, M, layout, columns, .. } = pencil.matrices;
+        let [K, C, M] = [&stiffness, &C, &M].map(|A| congruence(A, &X));
+        let (Z, subspace) = (Some(X), Some(Subspace { stiffness, residual }));
+        Ok(Self { K, C, M, Z, layout, columns, asymmetry, balance, dof, subspace })
     }
 }
 
@@ -106,7 +91,7 @@ impl Pencil {
     fn solve(&mut self, R: &DMatrix<f64>) -> Result<DMatrix<f64>, ModeError> {
         let FrameMatrices { K, M, B, .. } = &self.matrices;
         let (d, rows, sigma) = (K.shape().0, B.shape().0, self.sigma);
-        let scale = 1.0 / stiffest(K).max(f64::MIN_POSITIVE);
+        let scale = 1.0 / largest_diagonal(K).max(f64::MIN_POSITIVE);
         let emit = |out: &mut dyn Entries| {
             let mut block = |row, column, scale, transposed, A: &SparseMatrix| {
                 A.emit(&mut Block { into: out, row, column, scale, transposed });
@@ -146,7 +131,8 @@ impl Pencil {
         let mut X = DMatrix::from_fn(d, block.min(dof), |i, k| {
             (1.0 + (i * (block + 1) + k) as f64).sqrt().fract() - 0.5
         });
-        self.sigma = HIGH * stiffest(&self.matrices.K) / heaviest(&self.matrices.M);
+        self.sigma = HIGH * largest_diagonal(&self.matrices.K)
+            / largest_diagonal(&self.matrices.M).max(f64::MIN_POSITIVE);
         let mut last: Option<Eigen> = None;
         for _ in 0..SHIFTS {
             self.factors = None;
@@ -201,7 +187,7 @@ impl Pencil {
         &mut self,
         X: DMatrix<f64>,
         count: usize,
-    ) -> Result<(DMatrix<f64>, (f64, usize)), ModeError> {
+    ) -> Result<(DMatrix<f64>, f64), ModeError> {
         let complex = |A: &SparseMatrix, x: &DMatrix<Complex<f64>>| {
             let parts = [x.map(|x| x.re), x.map(|x| x.im)].map(|x| product(A, &x));
             parts[0].zip_map(&parts[1], Complex::new)
@@ -216,34 +202,33 @@ impl Pencil {
             let mut order: Vec<usize> = (0..values.len()).collect();
             order.sort_by(|&i, &j| values[i].norm().total_cmp(&values[j].norm()));
             order.truncate(count + SPARE);
-            let mut columns = Vec::new();
+            let pairs: Vec<QuadraticPair> = order.into_iter().map(|k| eigen.pair(k)).collect();
+            let y: Vec<_> = pairs.iter().map(|pair| pair.vector.clone()).collect();
+            let y = DMatrix::from_columns(&y);
+            let x = (&basis * y.map(|y| y.re)).zip_map(&(&basis * y.map(|y| y.im)), Complex::new);
+            let mut right = complex(&self.matrices.M, &x);
+            let Cx = complex(&self.matrices.C, &x);
+            for (k, pair) in pairs.iter().enumerate() {
+                let shift = Complex::new(self.sigma, 0.0) - pair.value * pair.value;
+                let column = right.column(k) * shift - Cx.column(k) * pair.value;
+                right.set_column(k, &column);
+            }
+            let [re, im] = [self.solve(&right.map(|x| x.re))?, self.solve(&right.map(|x| x.im))?];
             let mut worst = 0.0_f64;
-            for (place, k) in order.into_iter().enumerate() {
-                let pair = eigen.pair(k);
-                let y = DMatrix::from_columns(&[pair.vector]);
-                let lift = |part: fn(&Complex<f64>) -> f64| &basis * y.map(|y| part(&y));
-                let x = lift(|y| y.re).zip_map(&lift(|y| y.im), Complex::new);
-                let right = complex(&self.matrices.M, &x)
-                    * (Complex::new(self.sigma, 0.0) - pair.value * pair.value)
-                    - complex(&self.matrices.C, &x) * pair.value;
-                let parts = [right.map(|x| x.re), right.map(|x| x.im)];
-                let parts = [self.solve(&parts[0])?, self.solve(&parts[1])?];
-                let next = parts[0].zip_map(&parts[1], Complex::new);
-                if place < count {
-                    let off = (&next - &x).map(|x| x.norm()).norm() / x.map(|x| x.norm()).norm();
-                    worst = if off > worst || off.is_nan() { off } else { worst };
-                }
-                columns.extend(parts.iter().map(|part| part.column(0).into_owned()));
+            for k in 0..count.min(pairs.len()) {
+                let next = re.column(k).zip_map(&im.column(k), Complex::new);
+                let off = (next - x.column(k)).norm() / x.column(k).norm();
+                worst = if off > worst || off.is_nan() { off } else { worst };
             }
             let settled = worst >= 0.5 * residual; // no longer better
             residual = residual.min(worst);
             if settled || worst <= 1e-12 {
                 break;
             }
-            basis = self.orthonormal(&X, columns.into_iter());
+            let both = (0..pairs.len()).flat_map(|k| [re.column(k), im.column(k)]);
+            basis = self.orthonormal(&X, both.map(|column| column.into_owned()));
         }
-        let size = basis.ncols();
-        Ok((basis, (residual, size)))
+        Ok((basis, residual))
     }
 
     /// `X` with what is new in `columns`, `M`-orthonormal.
@@ -296,15 +281,10 @@ fn congruence(A: &SparseMatrix, X: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// Largest entry of the diagonal.
-fn stiffest(A: &SparseMatrix) -> f64 {
+fn largest_diagonal(A: &SparseMatrix) -> f64 {
     let mut largest = 0.0_f64;
     A.for_each(|i, j, value| largest = if i == j { largest.max(value.abs()) } else { largest });
     largest
-}
-
-/// Largest entry of the diagonal of the mass.
-fn heaviest(M: &SparseMatrix) -> f64 {
-    stiffest(M).max(f64::MIN_POSITIVE)
 }
 
 /// `|A − Aᵀ|_∞ / |A|_∞` by entries.

@@ -16,6 +16,7 @@ use crate::problem::StaticProblem;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
 use vi_constraints::null_space::NullSpaceQr;
+use vi_core::MechanicalSystem;
 use vi_core::eigen::{Eigen, EigenError, generalized_eigen};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_multibody::sparse_nodal::{Columns, VelocityLayout};
@@ -87,8 +88,6 @@ pub struct Modes {
     pub residual: f64,
     /// `max |XᵀMX − I|`.
     pub orthogonality: f64,
-    /// Whether there is damping or a gyroscopic term, which these modes leave out.
-    pub left_out: bool,
 }
 
 impl Modes {
@@ -111,36 +110,7 @@ impl Modes {
 /// # Errors
 /// [`ModeError`].
 pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
-    found(&Linearization::all(problem)?)
-}
-
-/// The same for about `count` of the lowest, beside those without stiffness: linear in the size of the system.
-///
-/// # Errors
-/// [`ModeError`].
-pub fn lowest_modes(problem: &mut StaticProblem, count: usize) -> Result<Modes, ModeError> {
-    found(&Linearization::lowest(problem, count)?)
-}
-
-fn found(linear: &Linearization) -> Result<Modes, ModeError> {
-    let found = generalized_eigen(&linear.symmetric_stiffness(), &linear.M)?;
-    let noise = linear.noise(&found);
-    let squared = found.squared;
-    let omega = squared.iter().map(|square| square.max(0.0).sqrt()).collect();
-    Ok(Modes {
-        omega,
-        noise,
-        shapes: linear.velocities(&found.vectors),
-        asymmetry: linear.asymmetry,
-        unbalanced: linear.unbalanced,
-        applied: linear.applied,
-        round_off: linear.round_off,
-        residual: linear.subspace.as_ref().map_or(found.residual, |own| own.residual),
-        dof: linear.dof,
-        orthogonality: found.orthogonality,
-        left_out: linear.C.iter().any(|c| *c != 0.0),
-        squared,
-    })
+    Linearization::all(problem)?.modes()
 }
 
 /// What is known of a subspace of the lowest modes.
@@ -151,55 +121,98 @@ pub(crate) struct Subspace {
     pub(crate) residual: f64,
 }
 
-/// `M ẍ + C ẋ + K x = 0`: the motion near the last equilibrium in independent velocities.
-pub(crate) struct Linearization {
+/// `M ẍ + C ẋ + K x = 0`: the motion near the last equilibrium of a static problem in independent velocities.
+pub struct Linearization {
     pub(crate) K: DMatrix<f64>,
     pub(crate) C: DMatrix<f64>,
     pub(crate) M: DMatrix<f64>,
     pub(crate) Z: Option<DMatrix<f64>>, // null space of the loops, or a subspace
     pub(crate) layout: VelocityLayout,
     pub(crate) columns: Columns,
-    pub(crate) n: usize,
-    pub(crate) dof: usize,
     pub(crate) asymmetry: f64,
+    pub(crate) balance: Balance,
+    pub(crate) dof: usize,
     pub(crate) subspace: Option<Subspace>,
-    pub(crate) unbalanced: f64,
-    pub(crate) applied: f64,
-    pub(crate) round_off: f64,
 }
 
-impl Linearization {
-    pub(crate) fn all(problem: &mut StaticProblem) -> Result<Self, ModeError> {
+impl std::fmt::Debug for Linearization {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Linearization").field("dof", &self.dof).finish_non_exhaustive()
+    }
+}
+
+/// The forces at the configuration, N or N·m, and what acts.
+#[derive(Clone, Copy)]
+pub(crate) struct Balance {
+    unbalanced: f64,
+    applied: f64,
+    round_off: f64,
+    /// Whether any force dissipates.
+    pub(crate) dissipative: bool,
+}
+
+impl Balance {
+    pub(crate) fn of(problem: &mut StaticProblem) -> Result<Self, ModeError> {
         let work = &mut problem.work;
         let unbalanced = work.balance(&mut problem.x).map_err(|_| ModeError::NotFinite)?;
         let (applied, round_off) = (work.force_scale(), work.round_off());
+        let dissipative = work.system.is_dissipative();
+        Ok(Self { unbalanced, applied, round_off, dissipative })
+    }
+}
+
+impl Linearization {
+    /// In all degrees of freedom, dense.
+    ///
+    /// # Errors
+    /// [`ModeError::NotFinite`].
+    pub fn all(problem: &mut StaticProblem) -> Result<Self, ModeError> {
+        let balance = Balance::of(problem)?;
+        let work = &mut problem.work;
         let TreeMatrices { K, C, M, layout, columns } = work.tree_matrices();
         let Z = loop_null_space(work, &layout, &columns);
         let reduce = |A: DMatrix<f64>| match &Z {
             Some(Z) => Z.transpose() * A * Z,
             None => A,
         };
-        let (K, C, M, n) = (reduce(K), reduce(C), reduce(M), work.s.dim());
+        let (K, C, M) = (reduce(K), reduce(C), reduce(M));
         let (dof, size, subspace) = (M.nrows(), K.amax(), None);
         let asymmetry = if size > 0.0 { (&K - K.transpose()).amax() / size } else { 0.0 };
-        Ok(Self {
-            K,
-            C,
-            M,
-            Z,
-            layout,
-            columns,
-            n,
-            dof,
+        Ok(Self { K, C, M, Z, layout, columns, asymmetry, balance, dof, subspace })
+    }
+
+    /// Whether there is neither damping nor a gyroscopic term.
+    #[must_use]
+    pub fn is_undamped(&self) -> bool {
+        self.C.iter().all(|c| *c == 0.0)
+    }
+
+    /// The modes without damping and gyroscopic terms.
+    ///
+    /// # Errors
+    /// [`ModeError`].
+    pub fn modes(&self) -> Result<Modes, ModeError> {
+        Ok(self.modes_of(&generalized_eigen(&self.symmetric_stiffness(), &self.M)?))
+    }
+
+    pub(crate) fn modes_of(&self, found: &Eigen) -> Modes {
+        let Balance { unbalanced, applied, round_off, .. } = self.balance;
+        Modes {
+            omega: found.squared.iter().map(|square| square.max(0.0).sqrt()).collect(),
+            noise: self.noise(found),
+            shapes: self.velocities(&found.vectors),
+            asymmetry: self.asymmetry,
             unbalanced,
             applied,
             round_off,
-            asymmetry,
-            subspace,
-        })
+            residual: self.subspace.as_ref().map_or(found.residual, |own| own.residual),
+            dof: self.dof,
+            orthogonality: found.orthogonality,
+            squared: found.squared.clone(),
+        }
     }
 
-    pub(crate) fn symmetric_stiffness(&self) -> DMatrix<f64> {
+    fn symmetric_stiffness(&self) -> DMatrix<f64> {
         0.5 * (&self.K + self.K.transpose())
     }
 
@@ -221,8 +234,8 @@ impl Linearization {
             Some(Z) => Z * x,
             None => x.clone(),
         };
-        let mut out = DMatrix::zeros(self.n, nu.ncols());
-        let mut v = vec![0.0; self.n];
+        let mut out = DMatrix::zeros(self.layout.dim(), nu.ncols());
+        let mut v = vec![0.0; self.layout.dim()];
         for (k, nu) in nu.column_iter().enumerate() {
             self.layout.velocity(&self.columns, nu.clone_owned().as_slice(), &mut v);
             out.column_mut(k).copy_from_slice(&v);

@@ -8,10 +8,9 @@
 //!
 //! Source: theory §6.13; F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286.
 
-use crate::modes::{Linearization, ModeError};
+use crate::modes::{Linearization, ModeError, Modes};
 use crate::problem::StaticProblem;
 use nalgebra::{Complex, DMatrix};
-use vi_core::MechanicalSystem;
 use vi_core::quadratic_eigen::QuadraticEigen;
 
 /// A part of `λ` below this share of `|λ|` is round-off: two eigenvalues that meet part by the root of `ε`.
@@ -87,53 +86,46 @@ impl std::fmt::Debug for Vibrations {
 /// # Errors
 /// [`ModeError`].
 pub fn vibrations(problem: &mut StaticProblem) -> Result<Vibrations, ModeError> {
-    let linear = Linearization::all(problem)?;
-    found(linear, problem.work.system.is_dissipative())
+    Linearization::all(problem)?.vibrations()
 }
 
-/// The same for about `count` of the lowest of each kind, beside those without stiffness: linear in the size of the system.
-///
-/// # Errors
-/// [`ModeError`].
-pub fn lowest_vibrations(
-    problem: &mut StaticProblem,
-    count: usize,
-) -> Result<Vibrations, ModeError> {
-    let linear = Linearization::lowest(problem, count)?;
-    found(linear, problem.work.system.is_dissipative())
-}
-
-fn found(linear: Linearization, dissipative: bool) -> Result<Vibrations, ModeError> {
-    let eigen = QuadraticEigen::new(&linear.K, &linear.C, &linear.M)?;
-    let undamped = eigen.undamped();
-    let noise = linear.noise(undamped);
-    let resists = |k: &usize| undamped.squared[*k].abs() > noise[*k];
-    let rigid: Vec<usize> = (0..undamped.squared.len()).filter(|k| !resists(k)).collect();
-    let least = rigid.iter().map(|&k| noise[k]).fold(0.0, f64::max);
-    let mut moving: Vec<(Motion, usize)> = Vec::new();
-    let values = eigen.values();
-    for (k, value) in values.iter().enumerate().filter(|(_, value)| value.norm_sqr() > least) {
-        let motion = motion(*value);
-        moving.push((motion, k));
-        if motion == Motion::Decay && value.im > 0.0 {
-            moving.push((motion, k)); // two equal ones, apart by round-off
+impl Linearization {
+    /// All motions, with damping and gyroscopic terms.
+    ///
+    /// # Errors
+    /// [`ModeError`].
+    pub fn vibrations(self) -> Result<Vibrations, ModeError> {
+        let eigen = QuadraticEigen::new(&self.K, &self.C, &self.M)?;
+        let undamped = eigen.undamped();
+        let noise = self.noise(undamped);
+        let resists = |k: &usize| undamped.squared[*k].abs() > noise[*k];
+        let rigid: Vec<usize> = (0..undamped.squared.len()).filter(|k| !resists(k)).collect();
+        let least = rigid.iter().map(|&k| noise[k]).fold(0.0, f64::max);
+        let mut moving: Vec<(Motion, usize)> = Vec::new();
+        let values = eigen.values();
+        for (k, value) in values.iter().enumerate().filter(|(_, value)| value.norm_sqr() > least) {
+            let motion = motion(*value);
+            moving.push((motion, k));
+            if motion == Motion::Decay && value.im > 0.0 {
+                moving.push((motion, k)); // two equal ones, apart by round-off
+            }
         }
+        let key = |(motion, k): &(Motion, usize)| {
+            let value = values[*k];
+            match motion {
+                Motion::Growth => (0, -value.re),
+                Motion::Rigid => (1, 0.0),
+                Motion::Vibration => (2, value.im),
+                Motion::Decay => (3, -value.re),
+            }
+        };
+        moving.sort_by(|a, b| {
+            let (a, b) = (key(a), key(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        let conservative = !self.balance.dissipative && self.asymmetry <= SYMMETRIC;
+        Ok(Vibrations { linear: self, eigen, conservative, rigid, moving })
     }
-    let key = |(motion, k): &(Motion, usize)| {
-        let value = values[*k];
-        match motion {
-            Motion::Growth => (0, -value.re),
-            Motion::Rigid => (1, 0.0),
-            Motion::Vibration => (2, value.im),
-            Motion::Decay => (3, -value.re),
-        }
-    };
-    moving.sort_by(|a, b| {
-        let (a, b) = (key(a), key(b));
-        a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
-    });
-    let conservative = !dissipative && linear.asymmetry <= SYMMETRIC;
-    Ok(Vibrations { linear, eigen, conservative, rigid, moving })
 }
 
 fn motion(value: Complex<f64>) -> Motion {
@@ -163,6 +155,12 @@ impl Vibrations {
     #[must_use]
     pub fn dof(&self) -> usize {
         self.linear.dof
+    }
+
+    /// The modes without damping and gyroscopic terms.
+    #[must_use]
+    pub fn undamped(&self) -> Modes {
+        self.linear.modes_of(self.eigen.undamped())
     }
 
     /// How many of a kind there are.
@@ -210,11 +208,5 @@ impl Vibrations {
         let re = self.linear.velocities(&x.map(|x| x.re));
         let im = self.linear.velocities(&x.map(|x| x.im));
         re.iter().zip(im.iter()).map(|(re, im)| Complex::new(*re, *im)).collect()
-    }
-
-    /// Forces that are not in balance, the largest that should balance, and what round-off alone may cause, N or N·m.
-    #[must_use]
-    pub fn balance(&self) -> [f64; 3] {
-        [self.linear.unbalanced, self.linear.applied, self.linear.round_off]
     }
 }

@@ -22,8 +22,7 @@ use crate::statics::Statics;
 use holonom_model::{Model, ModelError, Scheme};
 use nalgebra::{Complex, Vector3};
 use vi_statics::modes::{ModeError, Modes};
-use vi_statics::{Motion, RotationError, SteadyRotation, Vibration, Vibrations};
-use vi_statics::{lowest_modes, lowest_vibrations, modes, vibrations};
+use vi_statics::{Linearization, Motion, RotationError, SteadyRotation, Vibration, Vibrations};
 
 /// Steps of the loads that lead to the equilibrium of a model of motion.
 const STEPS: f64 = 10.0;
@@ -112,12 +111,16 @@ impl ModalAnalysis {
     pub fn modes(&mut self, count: usize) -> Result<Report, ModesError> {
         let large = self.statics.assembly().counts.dof > LARGE;
         let problem = self.statics.problem();
-        let found = if large { lowest_modes(problem, count) } else { modes(problem) };
-        let found = found.map_err(refusal)?;
-        let complex = match (found.left_out, large) {
-            (false, _) => None,
-            (true, false) => Some(vibrations(problem).map_err(refusal)?),
-            (true, true) => Some(lowest_vibrations(problem, count).map_err(refusal)?),
+        let linear = match large {
+            true => Linearization::lowest(problem, count),
+            false => Linearization::all(problem),
+        };
+        let linear = linear.map_err(refusal)?;
+        let (found, complex) = if linear.is_undamped() {
+            (linear.modes().map_err(refusal)?, None)
+        } else {
+            let vibrations = linear.vibrations().map_err(refusal)?;
+            (vibrations.undamped(), Some(vibrations))
         };
         let configuration = self.statics.problem().configuration().to_vec();
         let place = Place { members: self.statics.members(), q: &configuration };
