@@ -93,6 +93,7 @@ fn a_compressed_column_softens_and_then_is_unstable() {
     let growth = beyond.modes[0].growth;
     println!("at 1.05 of it: {} unstable, growth {growth:.4} 1/s", beyond.unstable);
     assert!(beyond.unstable == 2 && growth > 0.0);
+    assert_eq!(beyond.unstable_by_inertia, Some(2));
 }
 
 #[test]

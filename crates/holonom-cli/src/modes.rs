@@ -156,7 +156,10 @@ fn table(report: &Report) -> String {
         let _ = writeln!(text, "  {count} mode{s} without stiffness: 0 Hz");
     }
     let (residual, orthogonality) = (report.residual, report.orthogonality);
-    let _ = writeln!(text, "  residual {residual:.1e}, orthogonality {orthogonality:.1e}");
+    let inertia = report.unstable_by_inertia.map_or_else(String::new, |count| {
+        format!(", {count} unstable by the inertia of the stiffness")
+    });
+    let _ = writeln!(text, "  residual {residual:.1e}, orthogonality {orthogonality:.1e}{inertia}");
     if report.modes.is_empty() {
         return text;
     }

@@ -4,6 +4,7 @@ use crate::agreement::{self, joint_key};
 use crate::beams::Beams;
 use crate::limits::Stiffness;
 use crate::method::Method;
+use crate::unstable_steps::UnstableSteps;
 use holonom_model::{Beam, Family, Inconsistency, Level, Model, ModelError};
 use serde::{Deserialize, Serialize};
 use vi_constraints::Constraints;
@@ -191,6 +192,9 @@ pub(crate) fn report(
 ) -> AssemblyReport {
     let mut report = counts(model, (run.mechanism(), run.rows()), beams, closure);
     report.stiffness = Stiffness::new(beams, &model.settings);
+    if let Some(stiffness) = &mut report.stiffness {
+        stiffness.unstable = UnstableSteps::find(model, stiffness, report.counts.dof);
+    }
     let warning = report.stiffness.as_ref().and_then(|s| s.warning(&model.settings));
     report.warnings.extend(warning);
     report

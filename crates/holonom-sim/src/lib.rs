@@ -43,8 +43,10 @@ pub mod simulation;
 mod start;
 pub mod statics;
 pub mod system;
+mod unstable_steps;
 
 pub use assembly::Counts;
 pub use beams::{BeamParts, Beams};
 pub use limits::Stiffness;
 pub use run_state::RunState;
+pub use unstable_steps::UnstableSteps;

@@ -4,6 +4,7 @@
 use crate::beams::{BeamParts, Beams};
 use crate::outcome::twelve_digits;
 use crate::run_state::Bent;
+use crate::unstable_steps::UnstableSteps;
 use holonom_model::{Family, Settings, Strain};
 use serde::{Deserialize, Serialize};
 use vi_beam::frequency::highest_frequency;
@@ -23,6 +24,9 @@ pub struct Stiffness {
     pub omega_max: f64,
     /// `h ω_max`, with the longest sub-step of a composition.
     pub h_omega_max: f64,
+    /// Steps that are unstable; `None` where none was found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unstable: Option<UnstableSteps>,
 }
 
 impl Stiffness {
@@ -42,6 +46,7 @@ impl Stiffness {
                         element: first + found.element,
                         omega_max: found.omega,
                         h_omega_max: settings.step * longest * found.omega,
+                        unstable: None,
                     });
                 }
                 first += leg.elements.len();
@@ -50,15 +55,22 @@ impl Stiffness {
         worst
     }
 
+    /// Whether the step resolves all vibrations.
+    pub(crate) fn is_resolved(&self) -> bool {
+        self.h_omega_max <= RESOLVED
+    }
+
     /// Warnings on vibrations that the step does not resolve: of composed steps, and of discrete potentials that let
     /// them grow (docs/stability.md).
     pub(crate) fn warning(&self, settings: &Settings) -> Option<String> {
-        let Self { beam, element, omega_max, h_omega_max } = self;
+        let Self { beam, element, omega_max, h_omega_max, unstable } = self;
         let place = format!("ω_max ≤ {omega_max:.4e} rad/s in element {element} of beam `{beam}`");
         let smaller = h_omega_max.ceil();
         let order = settings.order;
-        if *h_omega_max <= RESOLVED {
+        if self.is_resolved() {
             None
+        } else if let Some(unstable) = unstable {
+            Some(format!("h ω_max = {h_omega_max:.3} ({place}): {}", unstable.warning()))
         } else if order > 2 {
             Some(format!(
                 "h ω_max = {h_omega_max:.3} (longest sub-step of order {order}, {place}): stiff vibrations are not \

@@ -14,7 +14,7 @@ use crate::assembly;
 use crate::outcome::RunFailure;
 use crate::statics::Statics;
 use crate::system::{self, System};
-use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem, Scheme};
+use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem};
 use vi_constraints::InitialValues;
 use vi_constraints::initialization::start;
 use vi_constraints::integrator::SetupError;
@@ -78,9 +78,7 @@ fn relaxed(model: &Model) -> Result<Start, ModelError> {
             "write start = \"stated\", or initial velocities of one rotation of the whole system";
         refused(format!("there is no relaxed start: {error}"), help)
     };
-    let mut at_rest = model.clone();
-    at_rest.settings.scheme = Scheme::Static;
-    let statics = Statics::with_loads_as_stated(&at_rest)?;
+    let statics = Statics::at_start(model)?;
     let rotation = statics.rotation().map_err(none)?;
     let mut statics = match &rotation {
         Some(rotation) => {

@@ -20,7 +20,7 @@ use crate::outcome::{RunFailure, RunOutcome};
 use crate::sample::{Member, Residuals, Sample};
 use crate::sensor::{Sensors, View};
 use crate::system::{self, System};
-use holonom_model::{History, Model, ModelError, Settings};
+use holonom_model::{History, Model, ModelError, Scheme, Settings};
 use std::io;
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
@@ -33,6 +33,8 @@ use vi_statics::{
     SteadyRotation,
 };
 
+/// Steps of the loads that lead to the equilibrium of a model of motion.
+const STEPS: f64 = 10.0;
 /// Largest number of equilibria of a continuation by arc length.
 const MOST: usize = 2000;
 
@@ -102,6 +104,19 @@ impl Statics {
             facts,
             step,
         })
+    }
+
+    /// Of a model of any scheme along its loads; those of a motion grow in [`STEPS`] steps.
+    pub(crate) fn along_loads(model: &Model) -> Result<Self, ModelError> {
+        Self::new(&as_static(model))
+    }
+
+    /// Of a model of any scheme at its initial configuration, under the loads at `t = 0`.
+    pub(crate) fn at_start(model: &Model) -> Result<Self, ModelError> {
+        match model.settings.scheme {
+            Scheme::Static => Self::new(model),
+            _ => Self::with_loads_as_stated(&as_static(model)),
+        }
     }
 
     /// The members, in the order of their coordinates.
@@ -320,6 +335,16 @@ impl Statics {
         let asked = self.settings.newton();
         vi_core::NewtonSettings { max_iterations: asked.max_iterations.min(25), ..asked }
     }
+}
+
+/// The model as one of statics.
+fn as_static(model: &Model) -> Model {
+    let mut model = model.clone();
+    if model.settings.scheme != Scheme::Static {
+        model.settings.scheme = Scheme::Static;
+        model.settings.step = model.settings.end / STEPS;
+    }
+    model
 }
 
 /// How far a continuation came without a failure.

@@ -111,6 +111,21 @@ pub fn generalized_eigen(K: &DMatrix<f64>, M: &DMatrix<f64>) -> Result<Eigen, Ei
     Ok(finish((&K, &M), &L, &found))
 }
 
+/// How many eigenvalues of a symmetric matrix are negative, by the signs of the pivots of `A = L B Lᵀ` (Sylvester's law of
+/// inertia). Only the lower triangle counts.
+#[must_use]
+pub fn negative_eigenvalues(A: &DMatrix<f64>) -> usize {
+    let factors = symmetric(A).lblt(Side::Lower);
+    let (diagonal, below) = (factors.B_diag().column_vector(), factors.B_subdiag().column_vector());
+    let (mut count, mut i) = (0, 0);
+    while i < A.nrows() {
+        let double = i + 1 < A.nrows() && below[i] != 0.0; // a pivot of order 2 has one of each sign
+        count += usize::from(double || diagonal[i] < 0.0);
+        i += 1 + usize::from(double);
+    }
+    count
+}
+
 /// All modes by a shift `σ`, ascending; `None` where `−σ` is an eigenvalue to the last bit.
 fn beside(
     K: &Mat<f64>,

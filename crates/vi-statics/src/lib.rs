@@ -15,6 +15,7 @@
 //! | `lowest` | the lowest modes of a large system |
 //! | [`path`] | equilibria, paths, why a path ends |
 //! | [`rotation`] | steady rotation of a whole system |
+//! | [`step_stability`] | stability of a time step about a steady rotation |
 //! | [`step_bounds`] | bounds of the change of one step: jumps to other equilibria |
 //! | [`limit`] | bending of an element between its nodes |
 //! | `equations` | residual, exact sparse tangent, independent rows, scaled solution |
@@ -37,6 +38,7 @@ pub mod problem;
 pub mod relaxation;
 pub mod rotation;
 pub mod step_bounds;
+pub mod step_stability;
 pub mod vibrations;
 
 // What the interface of this crate speaks of, for those who depend on it alone.
@@ -53,4 +55,5 @@ pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 pub use problem::StaticProblem;
 pub use rotation::{RotationError, SteadyRotation};
 pub use step_bounds::StepBounds;
+pub use step_stability::{SteadyStep, StepStabilityError};
 pub use vibrations::{Motion, Vibration, Vibrations, vibrations};

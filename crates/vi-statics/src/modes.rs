@@ -17,7 +17,7 @@ use nalgebra::DMatrix;
 use vi_constraints::Constraints;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_core::MechanicalSystem;
-use vi_core::eigen::{Eigen, EigenError, generalized_eigen};
+use vi_core::eigen::{Eigen, EigenError, generalized_eigen, negative_eigenvalues};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_multibody::sparse_nodal::{Columns, VelocityLayout};
 
@@ -88,6 +88,9 @@ pub struct Modes {
     pub residual: f64,
     /// `max |XᵀMX − I|`.
     pub orthogonality: f64,
+    /// How many modes are unstable by the inertia of `K_r + ςM_r`, `ς` half the least `|ω²|` that is no round-off: apart from
+    /// the eigenvalues, by the pivots of a factorization. `None` where only the lowest modes are computed.
+    pub negative: Option<usize>,
 }
 
 impl Modes {
@@ -197,9 +200,11 @@ impl Linearization {
 
     pub(crate) fn modes_of(&self, found: &Eigen) -> Modes {
         let Balance { unbalanced, applied, round_off, .. } = self.balance;
+        let noise = self.noise(found);
         Modes {
             omega: found.squared.iter().map(|square| square.max(0.0).sqrt()).collect(),
-            noise: self.noise(found),
+            negative: self.subspace.is_none().then(|| self.negative(found, &noise)),
+            noise,
             shapes: self.velocities(&found.vectors),
             asymmetry: self.asymmetry,
             unbalanced,
@@ -209,6 +214,17 @@ impl Linearization {
             dof: self.dof,
             orthogonality: found.orthogonality,
             squared: found.squared.clone(),
+        }
+    }
+
+    /// Negative eigenvalues of `K_r + ςM_r`, `ς` between those modes that are round-off and the others.
+    fn negative(&self, found: &Eigen, noise: &[f64]) -> usize {
+        let sizes = found.squared.iter().map(|square| square.abs()).zip(noise);
+        let least = sizes.filter(|(size, noise)| size > noise).map(|(size, _)| size);
+        let shift = 0.5 * least.fold(f64::INFINITY, f64::min);
+        match shift.is_finite() {
+            true => negative_eigenvalues(&(self.symmetric_stiffness() + shift * &self.M)),
+            false => 0, // all are round-off
         }
     }
 

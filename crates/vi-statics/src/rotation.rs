@@ -236,24 +236,25 @@ impl Places {
 }
 
 /// A finite rotation about the axis.
-struct Turn {
+pub(crate) struct Turn {
+    pub(crate) angle: f64, // rad
     rotation: Matrix3<f64>,
     point: Vector3<f64>,
     places: Places,
 }
 
 impl Turn {
-    fn new(rotation: &SteadyRotation, description: &Description, angle: f64) -> Self {
+    pub(crate) fn new(rotation: &SteadyRotation, description: &Description, angle: f64) -> Self {
         let axis = rotation.velocity.normalize();
         let places = Places::of(description);
-        Self { rotation: exp(&(angle * axis)), point: rotation.point, places }
+        Self { angle, rotation: exp(&(angle * axis)), point: rotation.point, places }
     }
 
-    fn of_vectors(&self, x: &[f64]) -> Vec<f64> {
+    pub(crate) fn of_vectors(&self, x: &[f64]) -> Vec<f64> {
         self.blocks(x, |_| Vector3::zeros())
     }
 
-    fn of_configuration(&self, q: &[f64]) -> Vec<f64> {
+    pub(crate) fn of_configuration(&self, q: &[f64]) -> Vec<f64> {
         let origin =
             |first| if self.places.is_point(first) { self.point } else { Vector3::zeros() };
         self.blocks(q, origin)

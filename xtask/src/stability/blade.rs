@@ -1,24 +1,18 @@
 //! A blade that rotates freely about an axis at its root: steady rotation, tangent of a step, runs.
-#![allow(non_snake_case)] // P, R, A
 
-use holonom::nalgebra::{DMatrix, DVector, Rotation3, Vector3};
+use holonom::nalgebra::Vector3;
 use holonom::vi_beam::averaged::AveragedStrains;
 use holonom::vi_beam::section::{Material, Profile, Stated};
 use holonom::vi_beam::{BeamModel, FrameRule, Mesh, StrainRule};
-use holonom::vi_constraints::saddle_point::IndependentRows;
-use holonom::vi_constraints::tangent_map::{TangentMap, Tangents};
-use holonom::vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
-use holonom::vi_core::eigen::generalized_eigen;
-use holonom::vi_core::{
-    Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem, Quadrature,
-    SeparableSystem, SparseMatrix,
-};
+use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
+use holonom::vi_core::{DiscreteLagrangian, Quadrature, SeparableSystem};
 use holonom::vi_emscheme::beam::BeamGradient;
 use holonom::vi_emscheme::scheme::EmForm;
 use holonom::vi_emscheme::{EmOptions, EmSystem, run as em};
 use holonom::vi_multibody::mechanism::Mechanism;
 use holonom::vi_multibody::pair::PairKind;
 use holonom::vi_multibody::run::{Solver, integrator};
+use holonom::vi_statics::{SteadyRotation, SteadyStep};
 
 /// A discrete potential, or the energy–momentum scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -156,103 +150,10 @@ impl Blade {
     pub(super) fn growth(&self, rule: Rule, h: f64) -> Option<f64> {
         let mechanism = self.model.mechanism();
         let system = self.model.system(&mechanism, rule.strain());
-        let q = self.steady(&system, h)?;
-        let (before, after) = (self.turned(&q, -h), self.turned(&q, h));
-        let mut p = vec![0.0; q.len()];
-        system.d2(&Interval::between(-h, h, &before, &q), &mut p); // p̄_n: that of n + 1 is it turned
-        let s = Interval::between(0.0, h, &q, &after);
-        let rows = IndependentRows::find(&mechanism, 0.0, &q);
-        let mut tangents = Tangents::canonical(&mechanism, &rows, (0.0, &q));
-        let d = tangents.dq.ncols() / 2;
-        let P = tangents.dq.columns(0, d).into_owned();
-        let mut map = TangentMap::new(Constraints::len(&mechanism), &rows, &p);
-        map.push(&system, &mechanism, &s, &mut tangents).ok()?;
-        let back = |columns: &DMatrix<f64>| {
-            let mut columns = columns.clone();
-            for mut column in columns.column_iter_mut() {
-                let turned = self.turned(column.as_slice(), -h);
-                column.copy_from(&DVector::from_vec(turned));
-            }
-            P.tr_mul(&columns)
-        };
-        // canonical coordinates in which a vibration is a rotation by its angle of a step: without them round-off
-        // in the stiff modes moves the eigenvalues off the unit circle
-        let (to_modes, from_modes) = self.modes(&system, (&q, &P), h)?;
-        let mut step = DMatrix::zeros(2 * d, 2 * d);
-        step.view_mut((0, 0), (d, 2 * d)).copy_from(&back(&tangents.dq));
-        step.view_mut((d, 0), (d, 2 * d)).copy_from(&back(&tangents.dp));
-        let A = to_modes * step * from_modes;
-        let eigenvalues = A.complex_eigenvalues();
-        let size = |z: &holonom::nalgebra::Complex<f64>| z.re.hypot(z.im) - 1.0;
-        Some(eigenvalues.iter().map(size).fold(f64::NEG_INFINITY, f64::max))
-    }
-
-    /// Canonical coordinates `√(mω) x_iᵀMδq`, `x_iᵀδp/√(mω)` of the vibrations at rest, and the way back; `m` with
-    /// what the discrete potential adds to the mass 1.
-    fn modes(
-        &self,
-        system: &SeparableSystem,
-        (q, P): (&[f64], &DMatrix<f64>),
-        h: f64,
-    ) -> Option<(DMatrix<f64>, DMatrix<f64>)> {
-        let (n, d) = P.shape();
-        let dense = |emit: &dyn Fn(&mut dyn Entries)| {
-            let full = SparseMatrix::assemble(n, n, |out| emit(out)).to_dense();
-            P.tr_mul(&(full * P))
-        };
-        let at = Configuration::new(0.0, q);
-        let K = dense(&|out| system.stiffness(at, &vec![0.0; q.len()], out));
-        let M = dense(&|out| system.mass().emit(out));
-        let added = dense(&|out| system.add_mass_of_step(at, h, out));
-        let modes = generalized_eigen(&K, &M).ok()?;
-        let (mut there, mut back) = (DMatrix::zeros(2 * d, 2 * d), DMatrix::zeros(2 * d, 2 * d));
-        for (i, x) in modes.vectors.column_iter().enumerate() {
-            let omega = modes.squared[i].max(self.omega * self.omega).sqrt();
-            let mass = 1.0 + x.dot(&(&added * x));
-            let scale = (omega * mass.sqrt()).sqrt(); // m ω' with ω' = ω/√m
-            there.view_mut((i, 0), (1, d)).copy_from(&(scale * (&M * x).transpose()));
-            there.view_mut((d + i, d), (1, d)).copy_from(&(x.transpose() / scale));
-            back.view_mut((0, i), (d, 1)).copy_from(&(x / scale));
-            back.view_mut((d, d + i), (d, 1)).copy_from(&(scale * (&M * x)));
-        }
-        Some((there, back))
-    }
-
-    /// `q` turned about z by the angle of the time `t`.
-    fn turned(&self, q: &[f64], t: f64) -> Vec<f64> {
-        let R = Rotation3::from_axis_angle(&Vector3::z_axis(), self.omega * t);
-        let turn = |x: &[f64]| R * Vector3::new(x[0], x[1], x[2]);
-        q.chunks_exact(3).flat_map(|x| <[f64; 3]>::from(turn(x))).collect()
-    }
-
-    /// The configuration that a step only turns: the nodes move outwards along the blade until
-    /// `D_2 L_d(R⁻¹q, q) + D_1 L_d(q, Rq)` has no radial part.
-    fn steady(&self, system: &SeparableSystem, h: f64) -> Option<Vec<f64>> {
-        let mut q = self.model.configuration();
-        let free = q.len() / 12 - 1;
-        let residual = |q: &[f64]| {
-            let (mut sum, mut first) = (vec![0.0; q.len()], vec![0.0; q.len()]);
-            let (before, after) = (self.turned(q, -h), self.turned(q, h));
-            system.d2(&Interval::between(-h, h, &before, q), &mut sum);
-            system.d1(&Interval::between(0.0, h, q, &after), &mut first);
-            DVector::from_fn(free, |k, _| sum[12 * (k + 1)] + first[12 * (k + 1)])
-        };
-        for _ in 0..20 {
-            let now = residual(&q);
-            let mut slope = DMatrix::zeros(free, free);
-            for k in 0..free {
-                const SHIFT: f64 = 1e-6;
-                let mut shifted = q.clone();
-                shifted[12 * (k + 1)] += SHIFT;
-                slope.set_column(k, &((residual(&shifted) - &now) / SHIFT));
-            }
-            let step = slope.lu().solve(&now)?;
-            (0..free).for_each(|k| q[12 * (k + 1)] -= step[k]);
-            if step.amax() < 1e-13 {
-                return Some(q);
-            }
-        }
-        None
+        let rotation =
+            SteadyRotation { point: Vector3::zeros(), velocity: self.omega * Vector3::z() };
+        let q = self.model.configuration();
+        SteadyStep::find(&system, &mechanism, &rotation, (h, &q)).ok().map(|step| step.growth)
     }
 }
 

@@ -7,7 +7,8 @@
 //!
 //! Source: R. J. Allemang, Sound & Vibration 37 (2003) 14–21, the modal assurance criterion.
 
-use super::{Kind, ModalAnalysis, Mode, ModesError, Report, at_start, rotation_of};
+use super::{Kind, ModalAnalysis, Mode, ModesError, Report, rotation_of};
+use crate::statics::Statics;
 use holonom_model::Model;
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
@@ -100,7 +101,7 @@ fn axis(model: &Model) -> Result<SteadyRotation, ModesError> {
         Err(ModesError::NoRotation) => {}
         found => return found,
     }
-    let statics = at_start(model)?;
+    let statics = Statics::at_start(model)?;
     let rotation = hinge(statics.mechanism()).ok_or(ModesError::NoRotation)?;
     statics.admits(&rotation)?;
     Ok(rotation)

@@ -19,13 +19,11 @@ use crate::experiment::Experiment as _;
 use crate::outcome::RunFailure;
 use crate::sample::Member;
 use crate::statics::Statics;
-use holonom_model::{Model, ModelError, Scheme};
+use holonom_model::{Model, ModelError};
 use nalgebra::{Complex, Vector3};
 use vi_statics::modes::{ModeError, Modes};
 use vi_statics::{Linearization, Motion, RotationError, SteadyRotation, Vibration, Vibrations};
 
-/// Steps of the loads that lead to the equilibrium of a model of motion.
-const STEPS: f64 = 10.0;
 /// Residual force, as a part of the largest one, above which a configuration is no equilibrium.
 const BALANCED: f64 = 1e-6;
 /// Degrees of freedom beyond which only the lowest modes are computed.
@@ -66,11 +64,11 @@ impl ModalAnalysis {
     pub fn new(model: &Model, about: About) -> Result<Self, ModesError> {
         let statics = match about {
             About::Static => {
-                let mut statics = Statics::new(&at_loads(model))?;
+                let mut statics = Statics::along_loads(model)?;
                 statics.reach_end().map_err(ModesError::Statics)?;
                 statics
             }
-            About::Start => at_start(model)?,
+            About::Start => Statics::at_start(model)?,
             About::Rotation => {
                 let rotation = rotation_of(model)?;
                 return Self::in_rotation(model, rotation, None);
@@ -86,7 +84,7 @@ impl ModalAnalysis {
         rotation: SteadyRotation,
         from: Option<&[f64]>,
     ) -> Result<Self, ModesError> {
-        let mut statics = at_start(model)?.in_rotation(&rotation, from);
+        let mut statics = Statics::at_start(model)?.in_rotation(&rotation, from);
         statics.relax().map_err(ModesError::Statics)?;
         let (name, rotation) = (model.header.name.clone(), Some(rotation));
         Ok(Self { statics, about: About::Rotation, name, rotation, ignored: None })
@@ -133,6 +131,11 @@ impl ModalAnalysis {
             None => (0..found.squared.len()).filter(|&k| kind(&found, k)).count(),
         };
         let unsymmetric = complex.is_none() && found.asymmetry > 1e-9;
+        let unstable = count(Motion::Growth, Modes::is_unstable);
+        let by_inertia = found.negative.filter(|_| complex.is_none());
+        let missed = by_inertia.filter(|count| *count != unstable).map(|count| {
+            format!("the inertia of the stiffness has {count} negative eigenvalues, {unstable} unstable modes were found")
+        });
         let residual = list.iter().map(|(_, residual)| *residual).fold(found.residual, f64::max);
         Ok(Report {
             model: self.name.clone(),
@@ -144,12 +147,19 @@ impl ModalAnalysis {
             }),
             t: self.statics.problem().factor(),
             dof: found.dof,
-            unstable: count(Motion::Growth, Modes::is_unstable),
+            unstable,
             zero: count(Motion::Rigid, Modes::is_zero),
             modes: list.into_iter().map(|(mode, _)| mode).collect(),
             residual,
             orthogonality: found.orthogonality,
-            warnings: self.ignored.iter().cloned().chain(warnings(&found, unsymmetric)).collect(),
+            unstable_by_inertia: by_inertia,
+            warnings: self
+                .ignored
+                .iter()
+                .cloned()
+                .chain(warnings(&found, unsymmetric))
+                .chain(missed)
+                .collect(),
             configuration,
         })
     }
@@ -160,28 +170,9 @@ fn clean(x: Vector3<f64>) -> [f64; 3] {
     x.map(|x| if x.abs() < 1e-12 { 0.0 } else { x }).into()
 }
 
-/// The model as one of statics.
-fn at_loads(model: &Model) -> Model {
-    let mut model = model.clone();
-    if model.settings.scheme != Scheme::Static {
-        model.settings.scheme = Scheme::Static;
-        model.settings.step = model.settings.end / STEPS;
-    }
-    model
-}
-
-/// Its initial configuration, under the loads at `t = 0`.
-fn at_start(model: &Model) -> Result<Statics, ModelError> {
-    if model.settings.scheme == Scheme::Static {
-        Statics::new(model)
-    } else {
-        Statics::with_loads_as_stated(&at_loads(model))
-    }
-}
-
 /// The rotation of the initial velocities.
 fn rotation_of(model: &Model) -> Result<SteadyRotation, ModesError> {
-    let statics = at_start(model)?;
+    let statics = Statics::at_start(model)?;
     let rotation = statics.rotation()?.ok_or(ModesError::NoRotation)?;
     statics.admits(&rotation)?;
     Ok(rotation)

@@ -115,6 +115,10 @@ pub struct Report {
     pub residual: f64,
     /// `max |XᵀMX − I|` of all undamped modes.
     pub orthogonality: f64,
+    /// Unstable modes by the inertia of the stiffness, [`Modes::negative`](vi_statics::Modes::negative); `None` with damping
+    /// or gyroscopic terms and where only the lowest modes are computed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unstable_by_inertia: Option<usize>,
     /// Coordinates of the configuration, components one after the other.
     pub configuration: Vec<f64>,
     /// What is worth knowing.
