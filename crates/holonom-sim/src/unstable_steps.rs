@@ -90,11 +90,12 @@ impl UnstableSteps {
     pub(crate) fn warning(&self) -> String {
         let Self { speed, growth, shortest, longest } = self;
         format!(
-            "the step is unstable: about the steady rotation of {speed:.4} rad/s a vibration grows by {:.2e} % in each step; \
-             so it does in steps from {:.2} ms to {:.2} ms; write strain = \"mass_scaled\" or scheme = \"em-nodal\"",
-            100.0 * growth,
-            1e3 * shortest,
-            1e3 * longest
+            "the step is unstable: about the steady rotation of {} rad/s a vibration grows by the factor {:.4} in each step; so \
+             it does in steps from {:.3e} s to {:.3e} s; write strain = \"mass_scaled\" or scheme = \"em-nodal\"",
+            (1e6 * speed).round() / 1e6,
+            1.0 + growth,
+            shortest,
+            longest
         )
     }
 }
