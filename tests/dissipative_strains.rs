@@ -4,7 +4,7 @@
 
 use crate::benchmark;
 
-use benchmark::{Run, apart, assert_order, model, orders, samples};
+use benchmark::{Run, assert_order, changes_at_halved_steps, model, orders, samples};
 use holonom::model::{ModelError, Scheme};
 use holonom::modes::{About, ModalAnalysis};
 use holonom::nalgebra::Vector3;
@@ -198,14 +198,8 @@ fn the_energy_balance_and_the_coordinates_have_order_two() {
     });
     println!("imbalance {imbalance:?} J");
     assert_order(&orders("energy balance", &steps, &imbalance), 2.0, 0.3);
-    let end = |h: f64| {
-        let mut motion = Run::with(&text, h, 2, &[]);
-        motion.until(0.2);
-        motion.q().to_vec()
-    };
-    let mut runs: Vec<Vec<f64>> = steps.map(end).into();
-    runs.push(end(5e-4));
-    let differences: Vec<f64> = runs.windows(2).map(|pair| apart(&pair[0], &pair[1])).collect();
+    let differences =
+        changes_at_halved_steps(&steps, |h| Run::with(&text, h, 2, &[]).configuration_at(0.2));
     assert_order(&orders("coordinates", &steps, &differences), 2.0, 0.2);
 }
 

@@ -3,7 +3,7 @@
 
 use crate::benchmark;
 
-use benchmark::{Run, apart, assert_order, model, orders, samples};
+use benchmark::{Run, apart, assert_order, changes_at_halved_steps, model, orders, samples};
 use holonom::{Model, Sample, Simulation};
 
 /// A cantilever in the plane, resolved at 0.5 ms; its first vibration has about 5.6 Hz.
@@ -93,15 +93,9 @@ fn the_work_of_the_damping_closes_the_energy_balance() {
 /// Order 2 in the coordinates, with mass scaling that vanishes with the step.
 #[test]
 fn damped_beams_converge_with_second_order() {
-    let end = |h: f64| {
-        let mut motion = Run::with(CANTILEVER, h, 2, &[]);
-        motion.until(0.1);
-        motion.q().to_vec()
-    };
     let steps = [8e-4, 4e-4, 2e-4];
-    let mut runs: Vec<Vec<f64>> = steps.map(end).into();
-    runs.push(end(1e-4));
-    let differences: Vec<f64> = runs.windows(2).map(|pair| apart(&pair[0], &pair[1])).collect();
+    let differences =
+        changes_at_halved_steps(&steps, |h| Run::with(CANTILEVER, h, 2, &[]).configuration_at(0.1));
     assert_order(&orders("damped cantilever", &steps, &differences), 2.0, 0.3);
 }
 

@@ -4,7 +4,7 @@
 
 use crate::benchmark;
 
-use benchmark::{apart, assert_order, model, orders, samples};
+use benchmark::{assert_order, changes_at_halved_steps, model, orders, samples};
 use holonom::run::{Control, run_with};
 use holonom::{RunFolder, RunOutcome, Simulation};
 
@@ -71,16 +71,10 @@ fn composed_steps_of_stiff_beams_are_warned_of() {
 #[test]
 fn composed_steps_of_soft_beams_have_their_order() {
     for order in [2, 4] {
-        let end = |h: f64| {
-            let mut run =
-                benchmark::Run::with(MULTIBODY, h, order, &[("load.pulse.history", PUSH)]);
-            run.until(0.2);
-            run.q().to_vec()
-        };
         let steps = [4e-3, 2e-3, 1e-3];
-        let mut runs: Vec<Vec<f64>> = steps.map(end).into();
-        runs.push(end(0.5e-3));
-        let differences: Vec<f64> = runs.windows(2).map(|pair| apart(&pair[0], &pair[1])).collect();
+        let push = [("load.pulse.history", PUSH)];
+        let end = |h: f64| benchmark::Run::with(MULTIBODY, h, order, &push).configuration_at(0.2);
+        let differences = changes_at_halved_steps(&steps, end);
         let found = orders(&format!("soft beam, order {order}"), &steps, &differences);
         assert_order(&found, f64::from(order), 0.3);
     }

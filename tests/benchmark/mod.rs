@@ -15,9 +15,10 @@ pub(crate) fn samples(simulation: &mut Simulation) -> Vec<Sample> {
     simulation.samples().collect::<Result<_, _>>().unwrap()
 }
 
-/// Largest difference of two configurations.
+/// Largest difference of two configurations; NaN where one is NaN.
 pub(crate) fn apart(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    holonom::vi_core::linear::norm_inf(&difference)
 }
 
 /// A running model, with step and order replaced.
@@ -60,6 +61,12 @@ impl Run {
         let count = (t - self.t()) / self.h;
         assert!((count - count.round()).abs() < 1e-6, "{t} is not on a step of {}", self.h);
         self.steps(count.round() as usize);
+    }
+
+    /// The configuration at `t`.
+    pub(crate) fn configuration_at(mut self, t: f64) -> Vec<f64> {
+        self.until(t);
+        self.q().to_vec()
     }
 
     pub(crate) fn t(&mut self) -> f64 {
@@ -167,6 +174,13 @@ pub(crate) fn orders(what: &str, steps: &[f64], errors: &[f64]) -> Vec<f64> {
         }
     }
     orders
+}
+
+/// For each step, how far the configurations of this and of half this step are apart; each step is half the one before.
+pub(crate) fn changes_at_halved_steps(steps: &[f64], end: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
+    let last = steps.last().map(|h| 0.5 * h);
+    let ends: Vec<Vec<f64>> = steps.iter().copied().chain(last).map(end).collect();
+    ends.windows(2).map(|pair| apart(&pair[0], &pair[1])).collect()
 }
 
 /// Runs `error` for each step length, prints and returns errors and orders.
