@@ -9,4 +9,5 @@ mod interruption;
 mod invalid_models;
 mod program;
 mod scene;
+mod sweeps;
 mod words;

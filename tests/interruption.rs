@@ -131,7 +131,7 @@ fn control<'a>(
     progress: &'a mut dyn FnMut(u64, u64),
 ) -> Control<'a> {
     let notice = Box::leak(Box::new(|_: &str| {})); // has no size
-    Control { progress, notice, interrupted, checkpoint_every: every }
+    Control { progress, notice, interrupted, checkpoint_every: every, report: true }
 }
 
 /// Begins a run of `model`, interrupted before step `stop`.

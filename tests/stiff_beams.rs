@@ -151,6 +151,7 @@ fn a_run_whose_energy_leaves_its_band_says_so_at_once() {
             false
         },
         checkpoint_every: None,
+        report: true,
     };
     let summary = run_with(&model, &mut simulation, &folder, control).unwrap().summary;
     let [(begun, words)] = &notices[..] else { panic!("{notices:?}") };

@@ -1,5 +1,6 @@
 //! The command line.
 
+use std::num::NonZero;
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -7,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use holonom::export::Format as ExportFormat;
 use holonom::model::Scheme;
+use holonom::sweep::{Sampling, Shard, Variation};
 
 /// Variational integrators for constrained mechanical systems.
 #[derive(Parser)]
@@ -26,6 +28,10 @@ pub(crate) enum Verb {
     Run(Run),
     /// Continue a run that was interrupted or killed, from its last checkpoint
     Resume(Resume),
+    /// Run a model at many points: a grid or samples of its values, in parallel
+    Sweep(Sweep),
+    /// Collect the points of a sweep into one table and a page
+    Collect(Collect),
     /// Validate and assemble a model: degrees of freedom, redundant joints, initial errors
     Check(Check),
     /// Run all schemes on a model: conservation, cost, error against time
@@ -169,6 +175,64 @@ impl Run {
         let given = options.into_iter().filter_map(|(k, v)| Some((format!("simulation.{k}"), v?)));
         given.chain(self.model.set.iter().cloned()).collect()
     }
+}
+
+#[derive(Args)]
+#[command(
+    after_help = "Each point is a run in a folder of its own. The same command continues a sweep that was stopped; the \
+                        results do not depend on -j and --shard.\n\n  holonom sweep top.toml --vary body.top.mass=1:2:11\n  \
+                        holonom sweep top.toml --vary body.top.mass=1:2 --sample sobol -n 64"
+)]
+pub(crate) struct Sweep {
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
+    /// Vary a value: N values from A to B, a list, or with --sample a range A:B; may be repeated
+    #[arg(long, value_name = "KEY=A:B:N|KEY=V1,V2,…|KEY=A:B", required = true)]
+    pub(crate) vary: Vec<Variation>,
+    /// How points are chosen
+    #[arg(long, value_name = "HOW", default_value = "grid", value_parser = sampling())]
+    pub(crate) sample: Sampling,
+    /// Number of samples
+    #[arg(short = 'n', long = "points", value_name = "N")]
+    pub(crate) points: Option<usize>,
+    /// Seed of the samples
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Threads; by default one for each core
+    #[arg(short, long, value_name = "N")]
+    pub(crate) jobs: Option<NonZero<usize>>,
+    /// Only the i-th of n parts of the points: for several machines or jobs with one folder
+    #[arg(long, value_name = "i/n", default_value = "1/1")]
+    pub(crate) shard: Shard,
+    /// Folder of the results; by default MODEL-sweep in the current directory
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace another sweep in the folder
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// No progress bar
+    #[arg(long)]
+    pub(crate) no_progress: bool,
+    /// Print errors only
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+/// A way to choose points by its name.
+fn sampling() -> impl TypedValueParser<Value = Sampling> {
+    PossibleValuesParser::new(Sampling::ALL.map(Sampling::name)).map(|name| {
+        let found = Sampling::ALL.into_iter().find(|sampling| sampling.name() == name);
+        found.expect("it is one of the possible values")
+    })
+}
+
+#[derive(Args)]
+pub(crate) struct Collect {
+    /// The folder of a sweep, finished or not
+    pub(crate) dir: PathBuf,
+    /// Print the table on standard output and write nothing
+    #[arg(long)]
+    pub(crate) print: bool,
 }
 
 #[derive(Args)]

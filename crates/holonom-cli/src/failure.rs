@@ -20,6 +20,12 @@ pub(crate) enum Failure {
     /// Code 128 and the number of the signal: the run can be continued.
     #[error("the run was interrupted")]
     Interrupted { at: Interruption, signal: u8 },
+    /// Code 128 and the number of the signal: the same command continues the sweep.
+    #[error("the sweep was interrupted")]
+    SweepInterrupted { signal: u8 },
+    /// Code 1: some points of a sweep failed.
+    #[error("{failed} of {of} points failed")]
+    Points { failed: usize, of: usize, table: PathBuf },
     /// Code 1: a file cannot be written, and there is a checkpoint.
     #[error("{error}")]
     Stopped { error: OutputError, folder: PathBuf },
@@ -70,6 +76,15 @@ impl Failure {
                     },
                 );
                 128 + signal
+            }
+            Self::SweepInterrupted { signal } => {
+                say("the sweep was interrupted", "the same command continues it");
+                128 + signal
+            }
+            Self::Points { table, .. } => {
+                let help = format!("the column `status` of {} names them", table.display());
+                say(&self.to_string(), &help);
+                1
             }
             Self::Stopped { error, folder } => {
                 let command = resume_command(folder);

@@ -20,6 +20,7 @@ mod run;
 mod signals;
 mod stderr;
 mod stdout;
+mod sweep;
 mod verify;
 mod view;
 
@@ -48,6 +49,8 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
     match verb {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Resume(arguments) => resume::resume(&arguments),
+        Verb::Sweep(arguments) => sweep::sweep(&arguments),
+        Verb::Collect(arguments) => sweep::collect(&arguments),
         Verb::Check(arguments) => check::check(&arguments),
         Verb::Compare(arguments) => compare::compare(&arguments),
         Verb::Modes(arguments) => modes::modes(&arguments),

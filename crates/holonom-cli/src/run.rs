@@ -69,6 +69,7 @@ pub(crate) fn conduct(
         notice: &mut notice,
         interrupted: &mut interrupted,
         checkpoint_every,
+        report: true,
     };
     let finished = go(simulation, control);
     bar.finish_and_clear();

@@ -35,7 +35,7 @@ const COLORS: [RGBColor; 6] = [
 /// A curve with its name in the legend.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Its name.
+    /// Its name; one without a name is not in the legend.
     pub name: String,
     /// Its points `(x, y)`.
     pub points: Vec<(f64, f64)>,
@@ -80,6 +80,17 @@ impl Axis {
     }
 }
 
+/// How curves are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Strokes {
+    /// Lines.
+    Line,
+    /// Lines with their points: for few, measured ones.
+    MarkedLine,
+    /// Points alone, in no order.
+    Marks,
+}
+
 /// A line chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
@@ -89,8 +100,8 @@ pub struct Chart {
     pub x: Axis,
     /// The vertical axis.
     pub y: Axis,
-    /// Marks the points of the curves: for few, measured ones.
-    pub marks: bool,
+    /// How its curves are drawn.
+    pub strokes: Strokes,
     /// The vertical axis shows at least `±resolution` around a constant: changes below are round-off, and are
     /// drawn as none. 0: whatever there is fills the height.
     pub resolution: f64,
@@ -170,9 +181,12 @@ impl Chart {
         for (i, curve) in self.curves.iter().enumerate().rev() {
             let place = |p: &(f64, f64)| Some((x.place(p.0)?, y.place(p.1)?));
             let points: Points = curve.points.iter().filter_map(place).collect();
-            if self.marks {
+            if self.strokes != Strokes::Line {
                 let mark = |p: &(f64, f64)| Circle::new(*p, 4 * PX, color(i).filled());
                 chart.draw_series(points.iter().map(mark))?;
+            }
+            if self.strokes == Strokes::Marks {
+                continue;
             }
             let style = color(i).stroke_width(if dense { 6 } else { 9 });
             chart.draw_series(LineSeries::new(points, style))?;
@@ -189,7 +203,7 @@ impl Chart {
         head.draw(&Text::new(self.title.clone(), (14 * px, y), title))?;
         let zero = self.zero_curves();
         let mut right = (SIZE.0 as i32 - 22) * px;
-        for (i, curve) in self.curves.iter().enumerate().rev() {
+        for (i, curve) in self.curves.iter().enumerate().rev().filter(|c| !c.1.name.is_empty()) {
             let is_zero = zero.contains(&curve.name.as_str());
             let name = if is_zero { format!("{} ≡ 0", curve.name) } else { curve.name.clone() };
             let width = (name.chars().count() as f64 * 7.6).ceil() as i32 * px;
@@ -317,7 +331,7 @@ mod tests {
         let axis = |logarithmic| Axis { logarithmic, ..Axis::linear("q", "m") };
         let [x, y] = logarithmic.map(axis);
         let curves = vec![Curve { name: "c".into(), points }];
-        Chart { title: "t".into(), x, y, marks: true, resolution: 0.0, curves }
+        Chart { title: "t".into(), x, y, strokes: Strokes::MarkedLine, resolution: 0.0, curves }
     }
 
     #[test]

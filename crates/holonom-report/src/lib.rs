@@ -20,7 +20,7 @@ use holonom_model::Model;
 use holonom_sim::output::{OutputError, RunFolder};
 use scene::Scene;
 
-pub use chart::{Axis, Chart, Curve};
+pub use chart::{Axis, Chart, Curve, Strokes};
 pub use facts::{Fact, counts, facts, rounded, time};
 pub use mode_shapes::{campbell_diagram, mode_picture};
 pub use page::{Figure, page};

@@ -1,6 +1,6 @@
 //! Pictures of mode shapes: the configuration, and the configuration displaced to both sides; the Campbell diagram.
 
-use super::chart::{Axis, Chart, Curve};
+use super::chart::{Axis, Chart, Curve, Strokes};
 use super::picture::{Item, Paint, Picture, Point, axonometric};
 use holonom_sim::Beams;
 use holonom_sim::modes::{Campbell, Kind, Report};
@@ -83,7 +83,7 @@ pub fn campbell_diagram(campbell: &Campbell) -> Chart {
         title: "Campbell diagram".to_owned(),
         x: Axis::linear("speed", "rad/s"),
         y: Axis::linear("frequency in the rotating frame", "Hz"),
-        marks: false,
+        strokes: Strokes::Line,
         resolution: 0.0,
         curves,
     }

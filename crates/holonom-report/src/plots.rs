@@ -1,6 +1,6 @@
 //! Which charts a run has.
 
-use super::chart::{Axis, Chart, Curve};
+use super::chart::{Axis, Chart, Curve, Strokes};
 use super::series::{Points, subsample};
 use holonom_sim::output::{ResidualRow, Trajectory};
 
@@ -59,7 +59,9 @@ pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
         if plot.chart.x == Axis::time() {
             plot.chart.x = Axis::linear("time of the loads", "");
         }
-        plot.chart.marks = curves.t.len() <= 60;
+        if curves.t.len() <= 60 {
+            plot.chart.strokes = Strokes::MarkedLine;
+        }
     }
     plots
 }
@@ -148,7 +150,7 @@ impl Curves<'_> {
                 title: "Load path".into(),
                 x: Axis::linear("way", "m"),
                 y: Axis::linear("time of the loads", ""),
-                marks: false,
+                strokes: Strokes::Line,
 resolution: 0.0,
                 curves: ways.iter().map(curve).collect(),
             },
@@ -211,7 +213,7 @@ fn linear<const N: usize>(
         title: title.to_owned(),
         x: Axis::time(),
         y: Axis::linear(quantity, unit),
-        marks: false,
+        strokes: Strokes::Line,
         resolution: 0.0,
         curves: curves.into_iter().flatten().collect(),
     }
@@ -233,7 +235,7 @@ fn residuals(rows: &[ResidualRow]) -> Plot {
             title: "Constraint residuals".into(),
             x: Axis::time(),
             y: Axis::logarithmic("largest residual", "SI"),
-            marks: false,
+            strokes: Strokes::Line,
             resolution: 0.0,
             curves: vec![
                 curve("position", |r| r.position),

@@ -1,6 +1,6 @@
 //! Charts of `sensors.csv`: one for each quantity of each sensor.
 
-use super::chart::{Axis, Chart, Curve};
+use super::chart::{Axis, Chart, Curve, Strokes};
 use super::plots::{Plot, file_name};
 use super::series::subsample;
 use holonom_model::Model;
@@ -39,7 +39,7 @@ pub fn sensor_plots(table: &SensorTable, model: Option<&Model>) -> Vec<Plot> {
                     title: format!("Sensor {name}: {quantity}"),
                     x: Axis::time(),
                     y: Axis::linear(quantity, unit),
-                    marks: false,
+                    strokes: Strokes::Line,
                     resolution: 0.0,
                     curves: curves.map(curve).collect(),
                 },

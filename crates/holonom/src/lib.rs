@@ -122,6 +122,7 @@
 #![deny(missing_docs)]
 
 pub mod run;
+pub mod sweep;
 
 pub use holonom_export as export;
 pub use holonom_model as model;

@@ -43,6 +43,8 @@ pub struct Control<'a> {
     pub interrupted: &'a mut dyn FnMut() -> bool,
     /// Steps from one checkpoint to the next; none are written without. Not for statics.
     pub checkpoint_every: Option<u64>,
+    /// Whether plots and a report are drawn at the end.
+    pub report: bool,
 }
 
 /// Runs a simulation and writes all files of the run; `progress(step, of)` is called now and then.
@@ -58,7 +60,7 @@ pub fn run(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Finished, OutputError> {
     let (notice, interrupted) = (&mut |_: &str| {}, &mut || false);
-    let control = Control { progress, notice, interrupted, checkpoint_every: None };
+    let control = Control { progress, notice, interrupted, checkpoint_every: None, report: true };
     run_with(model, simulation, folder, control)
 }
 
@@ -146,7 +148,7 @@ impl Run<'_> {
         simulation: &mut dyn Experiment,
         control: Control<'_>,
     ) -> Result<Finished, OutputError> {
-        let Control { progress, notice, interrupted, checkpoint_every } = control;
+        let Control { progress, notice, interrupted, checkpoint_every, report } = control;
         let every = checkpoint_every.filter(|_| simulation.motion().is_some());
         self.write_summary(simulation, Ended::Not(simulation.place()))?;
         loop {
@@ -170,7 +172,7 @@ impl Run<'_> {
             let io = |source| OutputError::Io { path: path.to_owned(), source };
             let outcome = simulation.run_while(&mut observe, &mut proceed).map_err(io)?;
             match outcome {
-                Some(outcome) => return self.end(simulation, &outcome),
+                Some(outcome) => return self.end(simulation, &outcome, report),
                 None if stopped => return self.interrupt(simulation, checkpoint_every),
                 None => self.checkpoint(simulation, checkpoint_every)?,
             }
@@ -214,11 +216,14 @@ impl Run<'_> {
         mut self,
         simulation: &dyn Experiment,
         outcome: &RunOutcome,
+        report: bool,
     ) -> Result<Finished, OutputError> {
         self.recorder.flush()?;
         let summary = self.write_summary(simulation, Ended::By(outcome))?;
         let mut files = self.files();
-        files.extend(holonom_report::write(self.folder)?);
+        if report {
+            files.extend(holonom_report::write(self.folder)?);
+        }
         Ok(Finished { summary, files })
     }
 

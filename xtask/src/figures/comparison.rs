@@ -1,7 +1,7 @@
 //! The charts of one model under a variational and an energy–momentum scheme: energy, momentum maps,
 //! constraint fulfilment.
 
-use holonom::report::{Axis, Chart};
+use holonom::report::{Axis, Chart, Strokes};
 use holonom::simulation::RunOutcome;
 use holonom::{Model, Sample, Simulation};
 
@@ -61,7 +61,7 @@ pub(super) fn energy(title: &str, runs: &[Recorded]) -> Chart {
         title: title.into(),
         x: Axis::time(),
         y: Axis::linear("H − H(0)", "J"),
-        marks: false,
+        strokes: Strokes::Line,
         resolution: 0.0,
         curves: runs.iter().map(|run| curve(run.scheme, run.energy_errors())).collect(),
     }
@@ -77,7 +77,7 @@ pub(super) fn momentum(title: &str, runs: &[Recorded]) -> Chart {
         title: title.into(),
         x: Axis::time(),
         y: Axis::logarithmic("largest change", "SI"),
-        marks: false,
+        strokes: Strokes::Line,
         resolution: 0.0,
         curves: curves.collect(),
     }
@@ -101,7 +101,7 @@ pub(super) fn constraints(title: &str, run: &Recorded) -> Chart {
         title: title.into(),
         x: Axis::time(),
         y: Axis::logarithmic("residual", "SI"),
-        marks: false,
+        strokes: Strokes::Line,
         resolution: 0.0,
         curves: vec![
             level("position", |s| s.residuals.position),

@@ -2,7 +2,7 @@
 //! Legendre transforms. Letters as there: `p_n^∓`, `λ_n`, `h`.
 
 use holonom::Model;
-use holonom::report::{Axis, Chart, Curve, Item, Paint, Picture, Side};
+use holonom::report::{Axis, Chart, Curve, Item, Paint, Picture, Side, Strokes};
 use holonom::vi_core::Energies;
 
 use super::orbit::{Point, orbit};
@@ -172,7 +172,7 @@ fn energy_chart(title: String, curves: Vec<Curve>) -> Chart {
         title,
         x: Axis::time(),
         y: Axis::linear("energy", "J"),
-        marks: false,
+        strokes: Strokes::Line,
         resolution: 0.0,
         curves,
     }
@@ -185,7 +185,7 @@ fn hidden(points: &[Point]) -> Chart {
         title: "Constraints at three levels, with gravity, h = 0.1 s".into(),
         x: Axis::time(),
         y: Axis::logarithmic("residual", "SI"),
-        marks: false,
+        strokes: Strokes::Line,
         resolution: 0.0,
         curves: vec![
             level("position", |p| p.residuals[0]),

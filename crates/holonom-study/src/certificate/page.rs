@@ -2,7 +2,7 @@
 
 use super::{ModelCertificate, Recommendation};
 use holonom_report::page::{escape, foot, head, inline};
-use holonom_report::{Axis, Chart, Curve};
+use holonom_report::{Axis, Chart, Curve, Strokes};
 use std::fmt::Write;
 use vi_verify::certificate::{Study, Verdict, counts};
 use vi_verify::convergence::Quantity;
@@ -100,7 +100,13 @@ fn charts(of: &ModelCertificate) -> Vec<Chart> {
         let title = format!("Error of {}", quantity.name(Method::NODAL));
         let curves = of.certificate.studies.iter().filter_map(|s| error_curve(s, quantity));
         let y = Axis::logarithmic("largest relative error", "");
-        charts.push(chart(&title, Axis::logarithmic("step", "s"), y, curves.collect(), true));
+        charts.push(chart(
+            &title,
+            Axis::logarithmic("step", "s"),
+            y,
+            curves.collect(),
+            Strokes::MarkedLine,
+        ));
     }
     let numbers = of.certificate.conditioning.iter().map(|(method, c)| Curve {
         name: method.name().into(),
@@ -108,23 +114,23 @@ fn charts(of: &ModelCertificate) -> Vec<Chart> {
     });
     let y = Axis::logarithmic("κ of the Newton matrix", "");
     let x = Axis::logarithmic("step", "s");
-    charts.push(chart("Condition numbers", x, y, numbers.collect(), true));
+    charts.push(chart("Condition numbers", x, y, numbers.collect(), Strokes::MarkedLine));
     let (energy, momentum): (Vec<_>, Vec<_>) =
         of.certificate.histories.iter().partition(|h| h.name.ends_with("energy"));
     let curves = |of: Vec<&vi_verify::certificate::History>| -> Vec<Curve> {
         of.into_iter().map(|h| Curve { name: h.name.clone(), points: h.points.clone() }).collect()
     };
     let y = Axis::linear("energy error", "J");
-    charts.push(chart("Energy of the long run", Axis::time(), y, curves(energy), false));
+    charts.push(chart("Energy of the long run", Axis::time(), y, curves(energy), Strokes::Line));
     let y = Axis::linear("relative change", "");
     let title = "Conserved momentum maps in the long run";
-    charts.push(chart(title, Axis::time(), y, curves(momentum), false));
+    charts.push(chart(title, Axis::time(), y, curves(momentum), Strokes::Line));
     charts.retain(|chart| chart.curves.iter().any(|curve| curve.points.len() > 1));
     charts
 }
 
-fn chart(title: &str, x: Axis, y: Axis, curves: Vec<Curve>, marks: bool) -> Chart {
-    Chart { title: title.to_owned(), x, y, marks, resolution: 0.0, curves }
+fn chart(title: &str, x: Axis, y: Axis, curves: Vec<Curve>, strokes: Strokes) -> Chart {
+    Chart { title: title.to_owned(), x, y, strokes, resolution: 0.0, curves }
 }
 
 fn error_curve(study: &Study, quantity: Quantity) -> Option<Curve> {

@@ -1,7 +1,7 @@
 //! The findings as charts.
 
 use super::record::{Comparison, Measured, Point, Record};
-use holonom_report::{Axis, Chart, Curve};
+use holonom_report::{Axis, Chart, Curve, Strokes};
 
 /// A chart with words to go with it.
 pub(super) struct Figure {
@@ -71,7 +71,7 @@ fn energy(c: &Comparison) -> Figure {
             title: "Energy error".into(),
             x: Axis::time(),
             y: Axis::linear("change of H", "J"),
-            marks: false,
+            strokes: Strokes::Line,
             resolution: 0.0,
             curves: curves.collect(),
         },
@@ -87,7 +87,7 @@ fn momentum(c: &Comparison) -> Figure {
             title: "Change of the momentum maps".into(),
             x: Axis::time(),
             y: Axis::logarithmic("largest change", "SI"),
-            marks: false,
+            strokes: Strokes::Line,
             resolution: 0.0,
             curves: if c.conserved.is_empty() { Vec::new() } else { curves.collect() },
         },
@@ -107,7 +107,7 @@ fn constraints(c: &Comparison) -> Figure {
             title: "Constraints".into(),
             x: Axis::time(),
             y: Axis::logarithmic("largest residual", "SI"),
-            marks: false,
+            strokes: Strokes::Line,
 resolution: 0.0,
             curves: curves.collect(),
         },
@@ -133,7 +133,7 @@ fn conditions(c: &Comparison, energy_momentum: bool, family: &str) -> Figure {
             title: format!("Condition number, {family}"),
             x: Axis::logarithmic("step h", "s"),
             y: Axis::logarithmic("κ", ""),
-            marks: true,
+            strokes: Strokes::MarkedLine,
 resolution: 0.0,
             curves,
         },
@@ -156,7 +156,7 @@ fn work_chart(c: &Comparison, title: String, curves: Vec<Curve>) -> Figure {
             title,
             x: Axis::logarithmic(&format!("{time} of the run"), "s"),
             y: Axis::logarithmic("error at the end", "m; 1"),
-            marks: true,
+            strokes: Strokes::MarkedLine,
             resolution: 0.0,
             curves: curves.into_iter().filter(|curve| !curve.points.is_empty()).collect(),
         },

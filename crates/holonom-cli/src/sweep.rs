@@ -1,0 +1,156 @@
+//! `holonom sweep` and `holonom collect`: a model at many points.
+
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use holonom::sweep::{
+    Description, Plan, PlanError, Progress, Sampling, Sweep, SweepError, collect as collected,
+    run_point, table,
+};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::arguments::{Collect, Sweep as Arguments};
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::run::keep_the_model;
+use crate::signals::Signals;
+use crate::{stderr, stdout};
+
+pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
+    let plan = plan(arguments)?;
+    let path = &arguments.model.model;
+    check(arguments, &plan)?;
+    let text = match holonom::model::read_text(path) {
+        Ok(text) => text,
+        Err(error) => return Err(Input::new(&arguments.model, vec![], false).refused(error)?),
+    };
+    let folder = arguments.output.clone().unwrap_or_else(|| default_for(path));
+    keep_the_model(path, &folder.join("model.toml"))?;
+    let set = arguments.model.set.clone();
+    let description = Description { model: text.clone(), set, plan };
+    let sweep = Sweep::new(description, &folder, arguments.shard, arguments.force)?;
+    let jobs = arguments.jobs.or_else(|| std::thread::available_parallelism().ok());
+    let sweep = sweep.jobs(jobs.unwrap_or(NonZero::<usize>::MIN));
+    let signals = Signals::watch();
+    let bar = bar(!arguments.no_progress && !arguments.quiet);
+    let mut progress = |state: Progress| {
+        bar.set_length((state.points - state.before) as u64);
+        bar.set_position(state.ended as u64);
+        bar.set_message(format!("{} failed", state.failed));
+    };
+    let interrupted = || signals.caught().is_some();
+    let work = |point: &holonom::sweep::Point<'_>| {
+        if interrupted() {
+            return None;
+        }
+        run_point(&text, point, &mut || interrupted())
+    };
+    let state = sweep.run(&work, &mut progress);
+    bar.finish_and_clear();
+    let state = state?;
+    let files = collected(&folder)?.1;
+    if !arguments.quiet {
+        let ended = state.before + state.ended;
+        let line = match state.before {
+            0 => format!("{ended} of {} points, {} failed", state.points, state.failed),
+            before => format!(
+                "{ended} of {} points, {before} of them before, {} failed",
+                state.points, state.failed
+            ),
+        };
+        stderr::line(&line);
+        files.iter().for_each(|file| stderr::line(&format!("  {}", file.display())));
+    }
+    match (signals.caught(), state.failed) {
+        (Some(signal), _) if !state.is_complete() => Err(Failure::SweepInterrupted { signal }),
+        (_, 0) => Ok(()),
+        (_, failed) => Err(Failure::Points { failed, of: state.points, table: files[0].clone() }),
+    }
+}
+
+pub(crate) fn collect(arguments: &Collect) -> Result<(), Failure> {
+    if arguments.print {
+        let csv = table(&arguments.dir)?.csv().map_err(|source| {
+            holonom::output::OutputError::Io { path: arguments.dir.clone(), source }
+        })?;
+        return stdout::bytes(csv.as_bytes());
+    }
+    let (table, files) = collected(&arguments.dir)?;
+    stderr::line(&format!("{} points", table.rows.len()));
+    files.iter().for_each(|file| stderr::line(&format!("  {}", file.display())));
+    Ok(())
+}
+
+fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
+    let variations = arguments.vary.clone();
+    let usage = |PlanError { message, help }| Failure::Usage { message, help };
+    match (arguments.sample, arguments.points) {
+        (Sampling::Grid, None) => Plan::grid(variations).map_err(usage),
+        (Sampling::Grid, Some(_)) => Err(Failure::Usage {
+            message: "-n is the number of samples, and a grid has none".into(),
+            help: "write --sample random, latin or sobol, or leave -n out".into(),
+        }),
+        (sampling, Some(points)) => {
+            Plan::samples(variations, sampling, points, arguments.seed).map_err(usage)
+        }
+        (sampling, None) => Err(Failure::Usage {
+            message: format!("how many samples --sample {} takes is not said", sampling.name()),
+            help: "add -n POINTS".into(),
+        }),
+    }
+}
+
+/// A model that is invalid at the first, the middle and the last point is refused before anything is written: so are keys that
+/// do not exist.
+fn check(arguments: &Arguments, plan: &Plan) -> Result<(), Failure> {
+    let values = plan.values();
+    let read = |values: &Vec<String>| {
+        let keys = plan.variations.iter().map(|variation| variation.key.clone());
+        let varied = keys.zip(values.iter().cloned());
+        let overrides = arguments.model.set.iter().cloned().chain(varied).collect();
+        Input::new(&arguments.model, overrides, false).read()
+    };
+    let mut refused = None;
+    for place in [0, values.len() / 2, values.len() - 1] {
+        match read(&values[place]) {
+            Ok(_) => return Ok(()),
+            Err(failure) => refused = refused.or(Some(failure)),
+        }
+    }
+    refused.map_or(Ok(()), Err)
+}
+
+/// `pendulum-sweep` for `…/pendulum.toml`.
+fn default_for(model: &Path) -> PathBuf {
+    let stem = model.file_stem().filter(|s| !s.is_empty());
+    let mut name = stem.unwrap_or_else(|| "model".as_ref()).to_owned();
+    name.push("-sweep");
+    name.into()
+}
+
+impl From<SweepError> for Failure {
+    fn from(error: SweepError) -> Self {
+        match error {
+            SweepError::Output(error) => Self::Output(error),
+            other => Self::Usage {
+                message: other.to_string(),
+                help: "add --force to replace it, or choose another folder with -o DIR".into(),
+            },
+        }
+    }
+}
+
+/// Points, rate and time left; invisible when standard error is no terminal.
+fn bar(visible: bool) -> ProgressBar {
+    let template = "{bar:32} {human_pos} of {human_len} points, {per_sec}, {eta} left, {msg}";
+    let bar = if visible { ProgressBar::new(1) } else { ProgressBar::hidden() };
+    if visible {
+        bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+    }
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}

@@ -1,0 +1,128 @@
+//! `sweep.json`, what a sweep is, and `manifest.jsonl`, the points that have ended: one line of JSON for each.
+
+use super::plan::{Plan, Shard};
+use holonom_sim::output::OutputError;
+use serde::{Deserialize, Serialize};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// What a sweep is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Description {
+    /// Text of the model file.
+    pub model: String,
+    /// Values of the model that are replaced at all points.
+    pub set: Vec<(String, String)>,
+    /// The points.
+    pub plan: Plan,
+}
+
+/// How a point ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PointStatus {
+    /// At its end time.
+    Done,
+    /// The run failed; what it wrote is there.
+    Failed,
+    /// There is no such model.
+    Invalid,
+}
+
+impl PointStatus {
+    /// In a word.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::Failed => "failed",
+            Self::Invalid => "invalid",
+        }
+    }
+}
+
+/// A point that has ended.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// Its number, from 0.
+    pub point: usize,
+    /// Its folder, in that of the sweep.
+    pub folder: String,
+    /// Values of the varied keys.
+    pub values: Vec<String>,
+    /// How it ended.
+    pub status: PointStatus,
+    /// Why it failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// Elapsed time, s.
+    pub wall_seconds: f64,
+}
+
+/// The file of the points of a shard.
+fn name(shard: Shard) -> String {
+    match shard {
+        Shard::WHOLE => "manifest.jsonl".to_owned(),
+        Shard { number, of } => format!("manifest-{number}-of-{of}.jsonl"),
+    }
+}
+
+/// A manifest that is written, by one program at a time.
+#[derive(Debug)]
+pub(super) struct Manifest {
+    path: PathBuf,
+    file: File,
+}
+
+impl Manifest {
+    /// Opens or creates the manifest of a shard; a last line that is not whole is removed.
+    pub(super) fn open(folder: &Path, shard: Shard) -> Result<Self, OutputError> {
+        let path = folder.join(name(shard));
+        let io = |source| OutputError::Io { path: path.clone(), source };
+        let file =
+            OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(io)?;
+        if let Err(fs::TryLockError::WouldBlock) = file.try_lock() {
+            return Err(OutputError::InUse { folder: folder.to_owned() });
+        }
+        let text = fs::read(&path).map_err(io)?;
+        let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+        file.set_len(whole as u64).map_err(io)?;
+        Ok(Self { path, file })
+    }
+
+    /// Adds a line.
+    pub(super) fn push(&mut self, entry: &Entry) -> Result<(), OutputError> {
+        let line = serde_json::to_string(entry).unwrap_or_default() + "\n";
+        let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data());
+        written.map_err(|source| OutputError::Io { path: self.path.clone(), source })
+    }
+}
+
+/// The points of all shards that have ended, in their order; of a point that ran twice the last entry.
+pub(super) fn entries(folder: &Path) -> Result<Vec<Entry>, OutputError> {
+    let io = |path: &Path, source| OutputError::Io { path: path.to_owned(), source };
+    let mut entries: Vec<Entry> = Vec::new();
+    let mut files: Vec<PathBuf> = Vec::new();
+    for item in fs::read_dir(folder).map_err(|e| io(folder, e))? {
+        let path = item.map_err(|e| io(folder, e))?.path();
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        if name.starts_with("manifest") && name.ends_with(".jsonl") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    for path in files {
+        let text = fs::read_to_string(&path).map_err(|e| io(&path, e))?;
+        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+        for line in whole.lines() {
+            let entry = serde_json::from_str(line);
+            entries
+                .push(entry.map_err(|e| io(&path, io::Error::new(io::ErrorKind::InvalidData, e)))?);
+        }
+    }
+    entries.reverse(); // of equal points the last comes first
+    entries.sort_by_key(|entry| entry.point);
+    entries.dedup_by_key(|entry| entry.point);
+    Ok(entries)
+}

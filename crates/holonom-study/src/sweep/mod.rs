@@ -1,0 +1,229 @@
+//! A model at many points: keys take listed or sampled values, each point is a run with a folder of its own.
+//!
+//! ```text
+//! DIR/sweep.json        what the sweep is
+//! DIR/manifest.jsonl    a line for each point that has ended
+//! DIR/00000/            the folder of point 0: a run without pictures
+//! DIR/sweep.csv         all points in a table, by [`table`]
+//! ```
+//! A point that fails does not stop the others. The same command continues a sweep that was stopped. Runs do not depend on one
+//! another, so that the table is the same for any number of threads and shards.
+
+mod manifest;
+mod page;
+mod plan;
+mod table;
+
+pub use manifest::{Description, Entry, PointStatus};
+pub use page::page;
+pub use plan::{Plan, PlanError, Sampling, Shard, Values, Variation};
+pub use table::{Table, table};
+
+use holonom_sim::output::{OutputError, RunFolder};
+use manifest::Manifest;
+use std::collections::BTreeSet;
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+/// Files of a sweep beside the folders of its points.
+const FILES: [&str; 3] = ["sweep.json", "sweep.csv", "sweep.html"];
+
+/// Why a sweep ends early.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SweepError {
+    /// A file cannot be written.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// The folder holds another sweep.
+    #[error("the folder {} holds another sweep", folder.display())]
+    Other {
+        /// The folder.
+        folder: PathBuf,
+    },
+}
+
+/// A point that is to be run.
+#[derive(Debug)]
+pub struct Point<'a> {
+    /// Its number, from 0.
+    pub number: usize,
+    /// Replacements of values of the model, those of all points first.
+    pub overrides: &'a [(String, String)],
+    /// Its folder.
+    pub folder: &'a Path,
+}
+
+/// How a point ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ended {
+    /// How.
+    pub status: PointStatus,
+    /// Why it failed.
+    pub message: Option<String>,
+}
+
+/// What a sweep has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// Points of this shard.
+    pub points: usize,
+    /// Points that had ended before.
+    pub before: usize,
+    /// Points that have ended in this call.
+    pub ended: usize,
+    /// Of all that have ended, those that failed.
+    pub failed: usize,
+}
+
+impl Progress {
+    /// Whether all points have ended.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.before + self.ended == self.points
+    }
+}
+
+/// A sweep in its folder.
+#[derive(Debug)]
+pub struct Sweep {
+    description: Description,
+    folder: PathBuf,
+    shard: Shard,
+    jobs: NonZero<usize>,
+}
+
+impl Sweep {
+    /// Begins or continues a sweep in a folder, which is created if it does not exist. With `force` another sweep there is
+    /// replaced.
+    ///
+    /// # Errors
+    /// [`SweepError`].
+    pub fn new(
+        description: Description,
+        folder: impl Into<PathBuf>,
+        shard: Shard,
+        force: bool,
+    ) -> Result<Self, SweepError> {
+        let folder = folder.into();
+        let sweep = Self { description, folder, shard, jobs: NonZero::<usize>::MIN };
+        match sweep.found()? {
+            Some(found) if found == sweep.description && !force => {}
+            Some(_) if !force => return Err(SweepError::Other { folder: sweep.folder }),
+            _ => sweep.begin(force)?,
+        }
+        Ok(sweep)
+    }
+
+    /// With so many threads.
+    #[must_use]
+    pub fn jobs(self, jobs: NonZero<usize>) -> Self {
+        Self { jobs, ..self }
+    }
+
+    /// The sweep that the folder holds.
+    fn found(&self) -> Result<Option<Description>, SweepError> {
+        let path = self.folder.join(FILES[0]);
+        match std::fs::read_to_string(&path) {
+            Ok(text) => {
+                let read = serde_json::from_str(&text);
+                Ok(Some(read.map_err(|source| OutputError::Summary { path, source })?))
+            }
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            Err(source) => Err(OutputError::Io { path, source }.into()),
+        }
+    }
+
+    fn begin(&self, force: bool) -> Result<(), SweepError> {
+        let folder = RunFolder::create_for(&self.folder, &FILES, force)?;
+        for entry in std::fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let name = name.to_string_lossy();
+            if name.starts_with("manifest") && name.ends_with(".jsonl") {
+                let path = entry.path();
+                std::fs::remove_file(&path).map_err(|source| OutputError::Io { path, source })?;
+            }
+        }
+        let text = serde_json::to_string_pretty(&self.description).unwrap_or_default() + "\n";
+        folder.write(FILES[0], &text)?;
+        Ok(())
+    }
+
+    /// Runs all points of the shard that have not ended. `work` runs one; `None`: it was interrupted, and no other begins.
+    ///
+    /// # Errors
+    /// [`SweepError`].
+    pub fn run(
+        &self,
+        work: &(dyn Fn(&Point<'_>) -> Option<Ended> + Sync),
+        progress: &mut (dyn FnMut(Progress) + Send),
+    ) -> Result<Progress, SweepError> {
+        let values = self.description.plan.values();
+        let mut manifest = Manifest::open(&self.folder, self.shard)?;
+        let before = manifest::entries(&self.folder)?;
+        let own = before.iter().filter(|entry| self.shard.has(entry.point));
+        let ended: BTreeSet<usize> = own.clone().map(|entry| entry.point).collect();
+        let failed = own.filter(|entry| entry.status != PointStatus::Done).count();
+        let mine: Vec<usize> = (0..values.len()).filter(|point| self.shard.has(*point)).collect();
+        let open: Vec<usize> = mine.iter().copied().filter(|p| !ended.contains(p)).collect();
+        let state = Progress { points: mine.len(), before: ended.len(), ended: 0, failed };
+        progress(state);
+        let next = AtomicUsize::new(0);
+        let shared = Mutex::new((state, &mut manifest, progress, None::<OutputError>));
+        std::thread::scope(|scope| {
+            for _ in 0..self.jobs.get().min(open.len()) {
+                scope.spawn(|| {
+                    while let Some(&number) = open.get(next.fetch_add(1, Ordering::Relaxed)) {
+                        let entry = self.point(number, &values[number], work);
+                        let Ok(mut shared) = shared.lock() else { return };
+                        let (state, manifest, progress, error) = &mut *shared;
+                        let Some(entry) = entry else {
+                            next.store(open.len(), Ordering::Relaxed); // interrupted
+                            return;
+                        };
+                        if let Err(failure) = manifest.push(&entry) {
+                            *error = Some(failure);
+                            next.store(open.len(), Ordering::Relaxed);
+                            return;
+                        }
+                        state.ended += 1;
+                        state.failed += usize::from(entry.status != PointStatus::Done);
+                        progress(*state);
+                    }
+                });
+            }
+        });
+        let (state, _, _, error) =
+            shared.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        error.map_or(Ok(state), |error| Err(error.into()))
+    }
+
+    /// Runs a point; `None` when it was interrupted.
+    fn point(
+        &self,
+        number: usize,
+        values: &[String],
+        work: &(dyn Fn(&Point<'_>) -> Option<Ended> + Sync),
+    ) -> Option<Entry> {
+        let begin = Instant::now();
+        let keys = self.description.plan.variations.iter().map(|variation| variation.key.clone());
+        let overrides: Vec<(String, String)> =
+            self.description.set.iter().cloned().chain(keys.zip(values.iter().cloned())).collect();
+        let name = format!("{number:05}");
+        let folder = self.folder.join(&name);
+        let Ended { status, message } =
+            work(&Point { number, overrides: &overrides, folder: &folder })?;
+        let wall_seconds = begin.elapsed().as_secs_f64();
+        Some(Entry {
+            point: number,
+            folder: name,
+            values: values.to_vec(),
+            status,
+            message,
+            wall_seconds,
+        })
+    }
+}

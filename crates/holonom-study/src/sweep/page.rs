@@ -1,0 +1,100 @@
+//! `sweep.html`: what the sensors and the energy answer to the varied keys.
+
+use super::manifest::PointStatus;
+use super::table::{Row, Table};
+use holonom_report::page::{escape, foot, head, inline};
+use holonom_report::{Axis, Chart, Curve, Strokes};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// Most charts of a key.
+const CHARTS: usize = 12;
+/// Most curves of a chart.
+const CURVES: usize = 6;
+/// A change, as a part of the size, that is none.
+const ROUND_OFF: f64 = 1e-12;
+/// The result of the summary that is drawn.
+const ENERGY: &str = "energy.max_abs_error";
+/// The results of the sensors follow this one.
+const LAST_OF_SUMMARY: &str = "newton_iterations.mean";
+
+/// The page of a sweep.
+///
+/// # Errors
+/// Errors of the drawing library.
+pub fn page(table: &Table, version: &str) -> Result<String, String> {
+    let title = format!("{}: response to {}", table.model, table.keys.join(", "));
+    let mut html = head(&title);
+    let count = |status| table.rows.iter().filter(|row| row.entry.status == status).count();
+    let _ = write!(
+        html,
+        "<h1>{}</h1>\n<p class=\"counts\">{} points: {} done, {} failed, {} invalid</p>\n",
+        escape(&title),
+        table.rows.len(),
+        count(PointStatus::Done),
+        count(PointStatus::Failed),
+        count(PointStatus::Invalid)
+    );
+    for row in table.rows.iter().filter(|row| row.entry.message.is_some()).take(20) {
+        let why = row.entry.message.as_deref().unwrap_or_default();
+        let point = format!("point {}: {why}", row.entry.point);
+        let _ = writeln!(html, "<p class=\"failed\">{}</p>", escape(&point));
+    }
+    for chart in charts(table) {
+        let drawn = inline(&chart.svg()?, &chart.title);
+        let _ = write!(html, "<figure>\n{drawn}</figure>\n");
+    }
+    html += "<p class=\"note\">All numbers: sweep.csv.</p>\n";
+    foot(&mut html, version);
+    Ok(html)
+}
+
+/// Each result that changes over each key that is a number: a curve for each combination of the other keys while these are
+/// few, points otherwise. The energy error comes last.
+fn charts(table: &Table) -> Vec<Chart> {
+    let done: Vec<&Row> =
+        table.rows.iter().filter(|row| row.entry.status == PointStatus::Done).collect();
+    let named = |name: &str| table.results.iter().position(|result| result == name);
+    let sensors = named(LAST_OF_SUMMARY).map_or(0, |last| last + 1)..table.results.len();
+    let changes = |r: &usize| {
+        let values = || done.iter().filter_map(|row| row.results[*r]);
+        let size = values().fold(0.0, |size: f64, y| size.max(y.abs()));
+        values().any(|y| (y - values().next().unwrap_or(y)).abs() > ROUND_OFF * size)
+    };
+    let shown: Vec<usize> = sensors.take(CHARTS).chain(named(ENERGY)).filter(changes).collect();
+    let over = |key: usize| {
+        let numbers = done.iter().all(|row| row.number(key).is_some());
+        let shown = if numbers { shown.as_slice() } else { &[] };
+        shown.iter().map(|result| chart(table, &done, key, *result)).collect::<Vec<_>>()
+    };
+    (0..table.keys.len()).flat_map(over).collect()
+}
+
+/// A result over a key.
+fn chart(table: &Table, done: &[&Row], key: usize, result: usize) -> Chart {
+    let others: Vec<usize> = (0..table.keys.len()).filter(|other| *other != key).collect();
+    let mut curves: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
+    for row in done {
+        let (Some(x), Some(y)) = (row.number(key), row.results[result]) else { continue };
+        let values: Vec<&str> = others.iter().map(|k| row.entry.values[*k].as_str()).collect();
+        curves.entry(values.join(", ")).or_default().push((x, y));
+    }
+    let few = curves.len() <= CURVES;
+    if !few {
+        curves = BTreeMap::from([(String::new(), curves.into_values().flatten().collect())]);
+    }
+    let sorted = |(name, mut points): (String, Vec<(f64, f64)>)| {
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Curve { name, points }
+    };
+    let (name, keys) = (&table.results[result], others.iter().map(|k| table.keys[*k].as_str()));
+    let keys = keys.collect::<Vec<_>>().join(", ");
+    Chart {
+        title: if few && !others.is_empty() { format!("{name}, by {keys}") } else { name.clone() },
+        x: Axis::linear(&table.keys[key], ""),
+        y: Axis::linear(name, ""),
+        strokes: if few { Strokes::MarkedLine } else { Strokes::Marks },
+        resolution: 0.0,
+        curves: curves.into_iter().map(sorted).collect(),
+    }
+}

@@ -1,0 +1,131 @@
+//! All points of a sweep in one table.
+
+use super::manifest::{self, Description, Entry, PointStatus};
+use super::{FILES, SweepError};
+use holonom_sim::output::{OutputError, RunFolder, Summary};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A table: a row for each point that has ended, a column for each varied key and each result.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// Name of the model.
+    pub model: String,
+    /// The varied keys.
+    pub keys: Vec<String>,
+    /// Names of the results.
+    pub results: Vec<String>,
+    /// The rows, in the order of the points.
+    pub rows: Vec<Row>,
+}
+
+/// A point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Its entry in the manifest.
+    pub entry: Entry,
+    /// Its results; `None` where it has none.
+    pub results: Vec<Option<f64>>,
+}
+
+/// Collects the points that have ended, of all shards.
+///
+/// # Errors
+/// [`SweepError`].
+pub fn table(folder: &Path) -> Result<Table, SweepError> {
+    let path = folder.join(FILES[0]);
+    let text = std::fs::read_to_string(&path)
+        .map_err(|source| OutputError::Io { path: path.clone(), source })?;
+    let description: Description =
+        serde_json::from_str(&text).map_err(|source| OutputError::Summary { path, source })?;
+    let mut names: Vec<String> = Vec::new();
+    let mut model = String::new();
+    let mut found = Vec::new();
+    for entry in manifest::entries(folder)? {
+        let mut results = BTreeMap::new();
+        if entry.status != PointStatus::Invalid {
+            let run = RunFolder::open(folder.join(&entry.folder));
+            let summary = run.summary()?;
+            model.clone_from(&summary.model);
+            for (name, value) in of_summary(&summary).into_iter().chain(of_sensors(&run)?) {
+                if !names.contains(&name) {
+                    names.push(name.clone());
+                }
+                results.insert(name, value);
+            }
+        }
+        found.push((entry, results));
+    }
+    let row = |(entry, results): (Entry, BTreeMap<String, f64>)| Row {
+        entry,
+        results: names.iter().map(|name| results.get(name).copied()).collect(),
+    };
+    let rows = found.into_iter().map(row).collect();
+    let keys = description.plan.variations.into_iter().map(|variation| variation.key).collect();
+    Ok(Table { model, keys, results: names, rows })
+}
+
+fn of_summary(summary: &Summary) -> Vec<(String, f64)> {
+    let (energy, momentum) = (&summary.energy, &summary.momentum);
+    let list = [
+        ("steps", summary.steps as f64),
+        ("energy.initial", energy.initial),
+        ("energy.final", energy.last),
+        ("energy.max_abs_error", energy.max_abs_error),
+        ("energy.work", energy.work),
+        ("energy.balance_error", energy.balance_error),
+        ("momentum.linear.max_abs_drift", momentum.linear.max_abs_drift),
+        ("momentum.angular.max_abs_drift", momentum.angular.max_abs_drift),
+        ("constraint_residual.position.max", summary.constraint_residual.position.max),
+        ("newton_iterations.mean", summary.newton_iterations.mean),
+    ];
+    list.map(|(name, value)| (name.to_owned(), value)).into()
+}
+
+/// Least, largest and last value of each column of the sensors.
+fn of_sensors(run: &RunFolder) -> Result<Vec<(String, f64)>, OutputError> {
+    let Some(sensors) = run.read_sensors()? else { return Ok(Vec::new()) };
+    let of_column = |(name, values): (&String, &Vec<f64>)| {
+        let finite = || values.iter().copied().filter(|value| value.is_finite());
+        let (least, largest) = (finite().reduce(f64::min), finite().reduce(f64::max));
+        [("min", least), ("max", largest), ("last", finite().next_back())]
+            .into_iter()
+            .filter_map(|(what, value)| Some((format!("{name}.{what}"), value?)))
+            .collect::<Vec<_>>()
+    };
+    Ok(sensors.columns.iter().zip(&sensors.values).flat_map(of_column).collect())
+}
+
+impl Row {
+    /// The value of a varied key, where it is a number.
+    pub(super) fn number(&self, key: usize) -> Option<f64> {
+        self.entry.values[key].parse().ok()
+    }
+}
+
+impl Table {
+    /// As CSV: `point`, the keys, `status`, the results.
+    ///
+    /// # Errors
+    /// Those of the operating system.
+    pub fn csv(&self) -> std::io::Result<String> {
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        let head = ["point"].into_iter().chain(self.keys.iter().map(String::as_str));
+        let head = head.chain(["status"]).chain(self.results.iter().map(String::as_str));
+        writer.write_record(head)?;
+        for Row { entry, results } in &self.rows {
+            let number = |value: &Option<f64>| match value {
+                // reads back as the same number
+                Some(x) if x.fract() == 0.0 && x.abs() < 1e15 => format!("{x:.0}"),
+                Some(x) if x.is_finite() => format!("{x:?}"),
+                _ => String::new(),
+            };
+            let plain = |value: &String| value.trim_matches('"').to_owned();
+            let cells = [entry.point.to_string()].into_iter().chain(entry.values.iter().map(plain));
+            let cells = cells.chain([entry.status.name().to_owned()]);
+            writer.write_record(cells.chain(results.iter().map(number)))?;
+        }
+        let bytes = writer.into_inner().map_err(csv::IntoInnerError::into_error)?;
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    }
+}

@@ -1,0 +1,61 @@
+//! A model at many points: see [`holonom_study::sweep`].
+
+use crate::run::{Control, prepare, run_with};
+use holonom_model::{Model, ModelError};
+use holonom_sim::output::{OutputError, RunFolder, Status};
+
+pub use holonom_study::sweep::*;
+
+/// Runs a point of a sweep of the model `text` into its folder, without plots; `None` when it was interrupted.
+pub fn run_point(
+    text: &str,
+    point: &Point<'_>,
+    interrupted: &mut dyn FnMut() -> bool,
+) -> Option<Ended> {
+    let ended = |status, message: String| Some(Ended { status, message: Some(message) });
+    let prepared = |overrides| -> Result<_, ModelError> {
+        let model = Model::from_toml_with(text, overrides)?;
+        let simulation = prepare(&model)?;
+        Ok((model, simulation))
+    };
+    let (model, mut simulation) = match prepared(point.overrides) {
+        Ok(prepared) => prepared,
+        Err(error) => return ended(PointStatus::Invalid, error.to_string()),
+    };
+    let control = Control {
+        progress: &mut |_, _| {},
+        notice: &mut |_| {},
+        interrupted,
+        checkpoint_every: None,
+        report: false,
+    };
+    let finished = RunFolder::create(point.folder, true)
+        .and_then(|folder| run_with(&model, &mut *simulation, &folder, control));
+    match finished {
+        Ok(finished) => match (finished.summary.status, finished.summary.failure) {
+            (Status::Done, _) => Some(Ended { status: PointStatus::Done, message: None }),
+            (Status::Failed, Some(failure)) => ended(
+                PointStatus::Failed,
+                format!("step {}, t = {} s: {}", failure.step, failure.t, failure.message),
+            ),
+            _ => None,
+        },
+        Err(error) => ended(PointStatus::Failed, error.to_string()),
+    }
+}
+
+/// Writes `sweep.csv` and `sweep.html` of a sweep, finished or not, and returns its table.
+///
+/// # Errors
+/// [`SweepError`].
+pub fn collect(folder: &std::path::Path) -> Result<(Table, [std::path::PathBuf; 2]), SweepError> {
+    let table = table(folder)?;
+    let path = folder.join("sweep.csv");
+    let csv = table.csv().map_err(|source| OutputError::Io { path, source })?;
+    let name = "sweep.html";
+    let html = page(&table, env!("CARGO_PKG_VERSION"))
+        .map_err(|reason| OutputError::Plot { name: name.to_owned(), reason })?;
+    let folder = RunFolder::open(folder);
+    let files = [folder.write("sweep.csv", &csv)?, folder.write(name, &html)?];
+    Ok((table, files))
+}
