@@ -34,6 +34,7 @@ mod mode_models;
 mod model_file;
 mod momenta;
 mod nested_loops;
+mod parameters;
 mod reactions;
 mod recording;
 mod reference;

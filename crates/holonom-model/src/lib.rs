@@ -18,9 +18,11 @@ mod computed;
 mod connection;
 mod drive;
 mod drive_checks;
+mod expression;
 mod load;
 mod motion_path;
 mod overrides;
+mod parameters;
 mod places;
 mod problem;
 mod section;
@@ -119,7 +121,9 @@ impl Model {
         if text.len() > MAX_BYTES {
             return Err(ModelError::TooLarge { limit: MAX_BYTES });
         }
-        let document = source::Document::parse(text, overrides).map_err(ModelError::Invalid)?;
+        let values = source::values_of_expressions(text, overrides).map_err(ModelError::invalid)?;
+        let document =
+            source::Document::parse(text, overrides, &values).map_err(ModelError::Invalid)?;
         let mut problems = document.bad_numbers();
         problems.extend(document.unknown_sections());
         let header = document.table("model", &mut problems);
@@ -188,6 +192,7 @@ impl Model {
         let mut schema = schemars::schema_for!(Self).to_value();
         without_null(&mut schema);
         schema["title"] = "holonom model".into();
+        schema["properties"][parameters::SECTION] = parameters::schema();
         schema
     }
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
+use super::parameters::SECTION;
 use super::problem::{Problem, nearest};
 use super::sections::TABLES;
 
@@ -25,7 +26,7 @@ pub(crate) fn set<'i>(
     };
     let (section, rest) =
         key.split_once('.').ok_or_else(|| wrong(format!("`{key}` is no key of a value")))?;
-    if TABLES.contains(&section) {
+    if TABLES.contains(&section) || section == SECTION {
         let entry = table.entry(Spanned::new(base..base, DeString::from(section)));
         let entry =
             entry.or_insert_with(|| Spanned::new(base..base, DeValue::Table(DeTable::new())));

@@ -8,7 +8,7 @@ use super::source::Document;
 /// The place of a key path in a text; `None` when the text cannot be parsed or has no such key.
 #[must_use]
 pub fn locate(text: &str, path: &str) -> Option<Range<usize>> {
-    Document::parse(text, &[]).ok()?.span(path)
+    Document::parse(text, &[], &[]).ok()?.span(path)
 }
 
 /// Line and column, both from 1, of a byte of a text.

@@ -10,6 +10,7 @@ use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
 use super::overrides::set;
+use super::parameters;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::sections::{LISTS, TABLES};
 use super::strict::{Strict, list_of, wrong_length};
@@ -33,21 +34,14 @@ pub(crate) struct Document<'i> {
 }
 
 impl<'i> Document<'i> {
-    /// Parses the text and sets the overrides.
+    /// Parses the text, sets the overrides and puts `values` in the place of the expressions.
     pub(crate) fn parse(
         text: &'i str,
         overrides: &'i [(String, String)],
+        values: &'i [String],
     ) -> Result<Self, Vec<Problem>> {
-        let mut table = DeTable::parse(text).map_err(|e| vec![syntax(&e)])?.into_inner();
-        let mut problems = Vec::new();
-        let mut base = text.len() + 1;
-        for (key, value) in overrides {
-            problems.extend(set(&mut table, key, value, base).err());
-            base += value.len() + 1;
-        }
-        if !problems.is_empty() {
-            return Err(problems);
-        }
+        let mut table = parsed(text, overrides)?;
+        parameters::substitute(&mut table, values);
         let labels: BTreeMap<_, _> = LISTS.iter().map(|&s| (s, labels(&table, s))).collect();
         let places = places(&table, &labels);
         Ok(Self { table, places, labels, length: text.len() })
@@ -97,7 +91,7 @@ impl<'i> Document<'i> {
 
     /// Sections that do not exist.
     pub(crate) fn unknown_sections(&self) -> Vec<Problem> {
-        let known = || TABLES.iter().chain(&LISTS).copied();
+        let known = || TABLES.iter().chain(&LISTS).copied().chain([parameters::SECTION]);
         let unknown = self.table.keys().filter(|key| known().all(|k| k != key.get_ref().as_ref()));
         let problem = |key: &Spanned<std::borrow::Cow<'_, str>>| {
             let name = key.get_ref();
@@ -210,6 +204,39 @@ impl<'i> Document<'i> {
     fn inside(&self, span: Range<usize>) -> Option<Range<usize>> {
         (span.end <= self.length).then_some(span)
     }
+}
+
+/// Values of the expressions of a text with overrides, for [`Document::parse`].
+pub(crate) fn values_of_expressions(
+    text: &str,
+    overrides: &[(String, String)],
+) -> Result<Vec<String>, Vec<Problem>> {
+    match parameters::concern(text, overrides) {
+        true => parameters::values(parsed(text, overrides)?).map_err(|mut problems| {
+            // places of overrides are not in the file
+            let inside = |span: &Range<usize>| span.end <= text.len();
+            problems
+                .iter_mut()
+                .for_each(|problem| problem.span = problem.span.take().filter(inside));
+            problems
+        }),
+        false => Ok(Vec::new()),
+    }
+}
+
+/// The text as a table, with the overrides.
+fn parsed<'i>(
+    text: &'i str,
+    overrides: &'i [(String, String)],
+) -> Result<DeTable<'i>, Vec<Problem>> {
+    let mut table = DeTable::parse(text).map_err(|e| vec![syntax(&e)])?.into_inner();
+    let mut problems = Vec::new();
+    let mut base = text.len() + 1;
+    for (key, value) in overrides {
+        problems.extend(set(&mut table, key, value, base).err());
+        base += value.len() + 1;
+    }
+    if problems.is_empty() { Ok(table) } else { Err(problems) }
 }
 
 fn syntax(error: &toml::de::Error) -> Problem {

@@ -1,0 +1,300 @@
+//! Arithmetic expressions of parameters: `length/2 + 0.1`, `30*deg`, `-x^2`, `atan2(y, x)`.
+//!
+//! ```text
+//! sum     = product { ("+" | "-") product }
+//! product = sign { ("*" | "/") sign }
+//! sign    = ("-" | "+") sign | power              −x² = −(x²)
+//! power   = atom [ "^" sign ]                     from the right
+//! atom    = number | name | name "(" sum { "," sum } ")" | "(" sum ")"
+//! ```
+
+use std::ops::Range;
+
+/// Deepest nesting.
+const DEEPEST: usize = 64;
+/// Names that no parameter may have.
+pub(crate) const CONSTANTS: [(&str, f64); 2] =
+    [("pi", std::f64::consts::PI), ("deg", std::f64::consts::PI / 180.0)];
+
+/// Functions of one number.
+const FUNCTIONS: [(&str, fn(f64) -> f64); 11] = [
+    ("sqrt", f64::sqrt),
+    ("abs", f64::abs),
+    ("exp", f64::exp),
+    ("ln", f64::ln),
+    ("sin", f64::sin),
+    ("cos", f64::cos),
+    ("tan", f64::tan),
+    ("asin", f64::asin),
+    ("acos", f64::acos),
+    ("atan", f64::atan),
+    ("floor", f64::floor),
+];
+
+/// Functions of two.
+const BINARY: [(&str, fn(f64, f64) -> f64); 4] =
+    [("atan2", f64::atan2), ("hypot", f64::hypot), ("min", f64::min), ("max", f64::max)];
+
+/// Whether a name is that of a constant or function.
+pub(crate) fn is_reserved(name: &str) -> bool {
+    let functions = FUNCTIONS.iter().map(|f| f.0).chain(BINARY.iter().map(|f| f.0));
+    functions.chain(CONSTANTS.iter().map(|c| c.0)).any(|own| own == name)
+}
+
+/// What is wrong with an expression, and where in it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct ExpressionError {
+    /// What.
+    pub(crate) message: String,
+    /// The name that is not known, if that is the reason.
+    pub(crate) unknown: Option<String>,
+}
+
+/// The value of an expression; `value` knows the parameters.
+pub(crate) fn evaluate(
+    text: &str,
+    value: &mut dyn FnMut(&str) -> Option<f64>,
+) -> Result<f64, ExpressionError> {
+    let mut parser = Parser { text, at: 0, depth: 0, value };
+    let result = parser.sum()?;
+    match parser.peek() {
+        None => Ok(result),
+        Some(c) => Err(parser.unexpected(c)),
+    }
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    at: usize, // byte
+    depth: usize,
+    value: &'a mut dyn FnMut(&str) -> Option<f64>,
+}
+
+impl Parser<'_> {
+    /// The next character that is no space.
+    fn peek(&mut self) -> Option<char> {
+        let rest = &self.text[self.at..];
+        self.at += rest.len() - rest.trim_start().len();
+        self.text[self.at..].chars().next()
+    }
+
+    fn take(&mut self, wanted: char) -> bool {
+        let found = self.peek() == Some(wanted);
+        self.at += if found { wanted.len_utf8() } else { 0 };
+        found
+    }
+
+    fn wrong<T>(&self, message: impl Into<String>) -> Result<T, ExpressionError> {
+        Err(ExpressionError { message: message.into(), unknown: None })
+    }
+
+    fn unexpected(&self, c: char) -> ExpressionError {
+        let place = self.text[..self.at].chars().count() + 1;
+        ExpressionError {
+            message: format!("`{c}` at character {place} is not expected"),
+            unknown: None,
+        }
+    }
+
+    fn sum(&mut self) -> Result<f64, ExpressionError> {
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return self.wrong(format!("more than {DEEPEST} brackets or signs are nested"));
+        }
+        let mut result = self.product()?;
+        loop {
+            match self.peek() {
+                Some('+') if self.take('+') => result += self.product()?,
+                Some('-') if self.take('-') => result -= self.product()?,
+                _ => break,
+            }
+        }
+        self.depth -= 1;
+        Ok(result)
+    }
+
+    fn product(&mut self) -> Result<f64, ExpressionError> {
+        let mut result = self.sign()?;
+        loop {
+            match self.peek() {
+                Some('*') if self.take('*') => result *= self.sign()?,
+                Some('/') if self.take('/') => result /= self.sign()?,
+                _ => return Ok(result),
+            }
+        }
+    }
+
+    fn sign(&mut self) -> Result<f64, ExpressionError> {
+        let mut negative = false;
+        loop {
+            match self.peek() {
+                Some('-') => negative = !negative,
+                Some('+') => {}
+                _ => break,
+            }
+            self.at += 1;
+        }
+        let power = self.power()?;
+        Ok(if negative { -power } else { power })
+    }
+
+    fn power(&mut self) -> Result<f64, ExpressionError> {
+        let base = self.atom()?;
+        if !self.take('^') {
+            return Ok(base);
+        }
+        self.depth += 1;
+        if self.depth > DEEPEST {
+            return self.wrong(format!("more than {DEEPEST} powers are nested"));
+        }
+        let exponent = self.sign()?;
+        self.depth -= 1;
+        Ok(base.powf(exponent))
+    }
+
+    fn atom(&mut self) -> Result<f64, ExpressionError> {
+        match self.peek() {
+            Some('(') => {
+                self.at += 1;
+                let result = self.sum()?;
+                self.close()?;
+                Ok(result)
+            }
+            Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
+            Some(c) if c.is_alphabetic() || c == '_' => self.name(),
+            Some(c) => Err(self.unexpected(c)),
+            None => self.wrong("it ends where a number or a name is missing"),
+        }
+    }
+
+    fn close(&mut self) -> Result<(), ExpressionError> {
+        if self.take(')') {
+            return Ok(());
+        }
+        match self.peek() {
+            Some(c) => Err(self.unexpected(c)),
+            None => self.wrong("a closing bracket is missing"),
+        }
+    }
+
+    fn number(&mut self) -> Result<f64, ExpressionError> {
+        let range = self.while_it(|before, c| {
+            let exponent = matches!(before, 'e' | 'E') && matches!(c, '+' | '-');
+            c.is_ascii_digit() || matches!(c, '.' | 'e' | 'E') || exponent
+        });
+        let word = &self.text[range];
+        word.parse().or_else(|_| self.wrong(format!("`{word}` is no number")))
+    }
+
+    fn name(&mut self) -> Result<f64, ExpressionError> {
+        let range = self.while_it(|_, c| c.is_alphanumeric() || c == '_');
+        let name = &self.text[range];
+        if self.take('(') {
+            let first = self.sum()?;
+            let second = if self.take(',') { Some(self.sum()?) } else { None };
+            self.close()?;
+            let unary = FUNCTIONS.iter().find(|f| f.0 == name);
+            let binary = BINARY.iter().find(|f| f.0 == name);
+            return match (unary, binary, second) {
+                (Some((_, f)), _, None) => Ok(f(first)),
+                (_, Some((_, f)), Some(second)) => Ok(f(first, second)),
+                (None, None, _) => self.wrong(format!("`{name}` is no function")),
+                (_, binary, _) => {
+                    let count = if binary.is_some() { "two numbers" } else { "one number" };
+                    self.wrong(format!("`{name}` is a function of {count}"))
+                }
+            };
+        }
+        if let Some((_, constant)) = CONSTANTS.iter().find(|constant| constant.0 == name) {
+            return Ok(*constant);
+        }
+        (self.value)(name).ok_or_else(|| ExpressionError {
+            message: format!("there is no parameter `{name}`"),
+            unknown: Some(name.to_owned()),
+        })
+    }
+
+    /// The characters that belong to a word, given the one before.
+    fn while_it(&mut self, belongs: impl Fn(char, char) -> bool) -> Range<usize> {
+        let (start, mut before) = (self.at, ' ');
+        for c in self.text[start..].chars() {
+            if !belongs(before, c) {
+                break;
+            }
+            self.at += c.len_utf8();
+            before = c;
+        }
+        start..self.at
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::float_cmp)] // exactly representable numbers
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn of(text: &str) -> Result<f64, ExpressionError> {
+        evaluate(text, &mut |name| match name {
+            "x" => Some(3.0),
+            "e1" => Some(0.5),
+            _ => None,
+        })
+    }
+
+    #[test]
+    fn signs_powers_and_products_bind_as_in_mathematics() {
+        for (text, value) in [
+            ("-x^2", -9.0),
+            ("2*-x^2", -18.0),
+            ("2^3^2", 512.0),
+            ("2^-1", 0.5),
+            ("10 - 4 - 3", 3.0),
+            ("24 / 4 / 2", 3.0),
+            ("1 + 2*x", 7.0),
+            ("(1 + 2)*x", 9.0),
+            ("1e-3*1E3 + .5", 1.5),
+            ("e1*2 - --1", 0.0),
+            ("180*deg", std::f64::consts::PI),
+            ("hypot(3, 4) + max(1, x) + floor(2.9)", 10.0),
+            ("cos(pi)", -1.0),
+        ] {
+            assert_eq!(of(text), Ok(value), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_expression_says_why() {
+        for (text, why) in [
+            ("", "it ends where"),
+            ("1 +", "it ends where"),
+            ("(1", "closing bracket"),
+            ("1)", "`)` at character 2"),
+            ("2 x", "`x` at character 3"),
+            ("1..2", "`1..2` is no number"),
+            ("y", "no parameter `y`"),
+            ("sin(1, 2)", "a function of one number"),
+            ("atan2(1)", "a function of two numbers"),
+            ("sine(1)", "`sine` is no function"),
+            ("1 % 2", "`%` at character 3"),
+        ] {
+            let message = of(text).unwrap_err().message;
+            assert!(message.contains(why), "{text}: {message}");
+        }
+        for deep in ["(".repeat(100_000), "2^".repeat(100_000) + "2", "-".repeat(100_000)] {
+            assert!(of(&deep).is_err());
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_answered(text in "[-+*/^()., 0-9a-zé]{0,40}") {
+            let _ = of(&text);
+        }
+
+        #[test]
+        fn numbers_are_read_as_they_are_written(x in any::<f64>().prop_filter("finite", |x| x.is_finite())) {
+            prop_assert_eq!(of(&format!("{x:?}")), Ok(x));
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! `[parameters]` of a model file and the expressions that use them: a text that begins with `=` stands for its value.
+//!
+//! ```toml
+//! [parameters]
+//! length = 0.8
+//! reach = "= length/2 + 0.1"
+//! ```
+//! Parameters may depend on each other in any order. Expressions are evaluated after overrides, so that one
+//! `--set parameters.length=0.4` changes a mechanism consistently; the model itself has numbers alone.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::expression::{evaluate, is_reserved};
+use super::problem::{MAX_PROBLEMS, Problem, nearest};
+
+/// The section.
+pub(crate) const SECTION: &str = "parameters";
+
+/// The section in the JSON schema.
+pub(crate) fn schema() -> serde_json::Value {
+    serde_json::json!({
+        "description": "Numbers that expressions use: elsewhere a text \"= 2*length\" stands for its value",
+        "type": "object",
+        "additionalProperties": { "type": ["number", "string"] },
+    })
+}
+
+/// A parameter: what the file says, and its value once it is known.
+struct Parameter {
+    text: String,
+    place: Range<usize>,
+    value: Option<f64>,
+}
+
+/// Whether a text or an override may hold parameters or expressions at all.
+pub(crate) fn concern(text: &str, overrides: &[(String, String)]) -> bool {
+    let may = |text: &str| ["\"=", "'=", SECTION].iter().any(|word| text.contains(word));
+    may(text) || overrides.iter().any(|(key, value)| may(key) || value.contains('='))
+}
+
+/// Values of all expressions, in the order of the table, as a model file writes numbers.
+pub(crate) fn values(mut table: DeTable<'_>) -> Result<Vec<String>, Vec<Problem>> {
+    let mut problems = Vec::new();
+    let mut parameters = take(&mut table, &mut problems);
+    resolve(&mut parameters, &mut problems);
+    let mut values = Vec::new();
+    if problems.is_empty() {
+        each(&mut table, &mut |path, expression, value| {
+            let known = &mut |name: &str| parameters.get(name).and_then(|own| own.value);
+            let fault = match evaluate(expression, known) {
+                Ok(number) if number.is_finite() => return values.push(written(number)),
+                Ok(number) => (format!("its value is {number}"), None),
+                Err(error) => (error.message, suggestion(error.unknown.as_deref(), &parameters)),
+            };
+            if problems.len() < MAX_PROBLEMS {
+                let message = format!("the expression `{}`: {}", expression.trim(), fault.0);
+                let mut problem = Problem::new(path, message).at(Some(value.span()));
+                problem.help = fault.1;
+                problems.push(problem);
+            }
+        });
+    }
+    if problems.is_empty() { Ok(values) } else { Err(problems) }
+}
+
+/// Removes the section `[parameters]`, and replaces each expression by its value.
+pub(crate) fn substitute<'i>(table: &mut DeTable<'i>, values: &'i [String]) {
+    table.remove(SECTION);
+    let mut values = values.iter();
+    each(table, &mut |_, _, value| {
+        if let Some(number) = values.next().and_then(|text| DeValue::parse(text).ok()) {
+            *value = Spanned::new(value.span(), number.into_inner());
+        }
+    });
+}
+
+/// A number as a model file writes it; a whole one serves for counts as well.
+fn written(number: f64) -> String {
+    match number.fract() == 0.0 && number.abs() < 1e15 {
+        true => format!("{number:.0}"),
+        false => format!("{number:?}"),
+    }
+}
+
+/// The parameters of the file.
+fn take(table: &mut DeTable<'_>, problems: &mut Vec<Problem>) -> BTreeMap<String, Parameter> {
+    let mut parameters = BTreeMap::new();
+    let Some(section) = table.remove(SECTION) else { return parameters };
+    let place = section.span();
+    let DeValue::Table(entries) = section.into_inner() else {
+        let problem = Problem::new(SECTION, "`parameters` must be a table").at(Some(place));
+        problems.push(problem.help("write [parameters] with one pair of brackets"));
+        return parameters;
+    };
+    for (key, value) in entries {
+        let (name, place) = (key.get_ref().to_string(), value.span());
+        let path = format!("{SECTION}.{name}");
+        let text = match value.get_ref() {
+            DeValue::Float(float) => Some(float.as_str().replace('_', "")),
+            DeValue::Integer(integer) => Some(integer.as_str().replace('_', "")),
+            DeValue::String(text) => text.strip_prefix('=').map(str::to_owned),
+            _ => None,
+        };
+        let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_')
+            && !name.starts_with(|c: char| c.is_numeric());
+        let wrong = |message: String, help: &str| {
+            Problem::new(path.clone(), message).help(help).at(Some(place.clone()))
+        };
+        match text {
+            _ if problems.len() >= MAX_PROBLEMS => break,
+            _ if is_reserved(&name) => {
+                problems.push(wrong(
+                    format!("`{name}` is a constant or a function of expressions"),
+                    "choose another name",
+                ));
+            }
+            _ if !plain => {
+                let help = "use letters, digits and _, a letter first";
+                problems.push(wrong(format!("`{name}` cannot be used in expressions"), help));
+            }
+            None => {
+                let help = "write a number, or an expression such as \"= 2*length\"";
+                problems.push(wrong(format!("the parameter `{name}` is no number"), help));
+            }
+            Some(text) => {
+                parameters.insert(name, Parameter { text, place, value: None });
+            }
+        }
+    }
+    parameters
+}
+
+/// Finds the values: in each round those that depend on known ones.
+fn resolve(parameters: &mut BTreeMap<String, Parameter>, problems: &mut Vec<Problem>) {
+    loop {
+        let known: BTreeMap<String, f64> =
+            parameters.iter().filter_map(|(name, p)| Some((name.clone(), p.value?))).collect();
+        let mut found = 0;
+        for parameter in parameters.values_mut().filter(|parameter| parameter.value.is_none()) {
+            let value = evaluate(&parameter.text, &mut |name| known.get(name).copied());
+            parameter.value = value.ok();
+            found += usize::from(parameter.value.is_some());
+        }
+        if found == 0 {
+            break;
+        }
+    }
+    let (mut circles, mut causes) = (Vec::new(), Vec::new());
+    for (name, parameter) in parameters.iter().filter(|(_, parameter)| parameter.value.is_none()) {
+        let value = |name: &str| parameters.get(name).and_then(|parameter| parameter.value);
+        let Err(error) = evaluate(&parameter.text, &mut |name| value(name)) else { continue };
+        let on = error.unknown.as_deref().filter(|other| parameters.contains_key(*other));
+        let message = match on {
+            Some(other) => format!("`{name}` depends on `{other}`, which has no value"),
+            None => format!("the parameter `{name}` has no value: {}", error.message),
+        };
+        let mut problem = Problem::new(format!("{SECTION}.{name}"), message);
+        problem.help = match on {
+            Some(_) => Some("parameters must not depend on each other in a circle".to_owned()),
+            None => suggestion(error.unknown.as_deref(), parameters),
+        };
+        let list = if on.is_some() { &mut circles } else { &mut causes };
+        list.push(problem.at(Some(parameter.place.clone())));
+    }
+    problems.extend(if causes.is_empty() { circles } else { causes });
+}
+
+fn suggestion(unknown: Option<&str>, parameters: &BTreeMap<String, Parameter>) -> Option<String> {
+    let best = nearest(unknown?, parameters.keys().map(String::as_str))?;
+    Some(format!("did you mean `{best}`?"))
+}
+
+/// Visits all expressions: key path, what follows the `=`, the value.
+fn each<'i>(table: &mut DeTable<'i>, visit: &mut dyn FnMut(&str, &str, &mut Spanned<DeValue<'i>>)) {
+    for (key, value) in table.iter_mut() {
+        below(key.get_ref(), value, visit);
+    }
+}
+
+fn below<'i>(
+    path: &str,
+    value: &mut Spanned<DeValue<'i>>,
+    visit: &mut dyn FnMut(&str, &str, &mut Spanned<DeValue<'i>>),
+) {
+    match value.get_mut() {
+        DeValue::Table(table) => {
+            for (key, value) in table.iter_mut() {
+                below(&format!("{path}.{}", key.get_ref()), value, visit);
+            }
+        }
+        DeValue::Array(array) => {
+            for (index, value) in array.iter_mut().enumerate() {
+                below(&format!("{path}.{index}"), value, visit);
+            }
+        }
+        DeValue::String(text) if !path.ends_with(".description") => {
+            if let Some(expression) = text.strip_prefix('=') {
+                let expression = expression.to_owned();
+                visit(path, &expression, value);
+            }
+        }
+        _ => {}
+    }
+}

@@ -1,0 +1,109 @@
+//! Parameters of a model file: one value changes a mechanism consistently; what is wrong is named at its place.
+
+#![allow(clippy::unwrap_used, clippy::float_cmp)] // a test of exact numbers
+
+use holonom::{Model, ModelError, Simulation};
+
+/// Two links whose lengths, masses and places follow from one parameter.
+const ARM: &str = r#"
+[model]
+name = "arm"
+description = "= no expression"
+gravity = [0.0, 0.0, "= -g"]
+
+[parameters]
+reach = "= 2*length"
+length = 0.8
+g = 9.81
+elements = 4
+
+[simulation]
+step = "= 1/128"
+end = 1.0
+
+[[body]]
+name = "upper"
+position = ["= length/2", 0.0, 0.0]
+rotation_vector = ["= 90*deg", 0.0, 0.0]
+shape = { type = "rod", dimensions = ["= length", 0.02], density = "= 3*length" }
+
+[[body]]
+name = "lower"
+position = ["= length + length/2", 0.0, 0.0]
+shape = { type = "rod", dimensions = ["= length", 0.02], density = 1.0 }
+
+[[joint]]
+name = "shoulder"
+type = "revolute"
+parent = "ground"
+child = "upper"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+
+[[joint]]
+name = "elbow"
+type = "revolute"
+parent = "upper"
+child = "lower"
+position = ["= reach/2", 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+"#;
+
+fn with(text: &str, set: &[(&str, &str)]) -> Result<Model, ModelError> {
+    let set: Vec<_> = set.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
+    Model::from_toml_with(text, &set)
+}
+
+#[test]
+fn one_parameter_changes_the_mechanism_consistently() {
+    let arm = Model::from_toml(ARM).unwrap();
+    assert_eq!(arm.header.gravity, [0.0, 0.0, -9.81]);
+    assert_eq!(arm.bodies[1].position, [1.2000000000000002, 0.0, 0.0]);
+    assert_eq!((arm.settings.step, arm.bodies[0].position[0]), (1.0 / 128.0, 0.4));
+    assert_eq!(arm.header.description.as_deref(), Some("= no expression"));
+    let short = with(ARM, &[("parameters.length", "0.5")]).unwrap();
+    assert_eq!(short.bodies[1].position, [0.75, 0.0, 0.0]);
+    Simulation::new(&short).unwrap(); // the elbow closes
+    let other = with(ARM, &[("body.lower.position.0", "= reach - 0.4"), ("parameters.g", "= 4/2")]);
+    let other = other.unwrap();
+    assert_eq!(other.bodies[1].position[0], 1.2000000000000002);
+    // the resolved model has numbers and reads back as the same
+    let text = short.to_toml();
+    assert!(!text.contains("length/2") && !text.contains("[parameters]"), "{text}");
+    assert_eq!(Model::from_toml(&text).unwrap().to_toml(), text);
+}
+
+#[test]
+fn what_is_wrong_is_named_at_its_place() {
+    let problem = |from: &str, to: &str| {
+        assert!(ARM.contains(from), "{from}");
+        let text = ARM.replace(from, to);
+        let Err(ModelError::Invalid(problems)) = Model::from_toml(&text) else {
+            panic!("{to} is refused");
+        };
+        let first = &problems[0];
+        let place = first.span.clone().map(|span| text[span].to_owned()).unwrap_or_default();
+        println!("{to}: {} | {:?} | at {place}", first.message, first.help);
+        (first.message.clone(), first.help.clone().unwrap_or_default(), place)
+    };
+    let (message, help, place) = problem("\"= length/2\"", "\"= lenght/2\"");
+    assert!(message.contains("no parameter `lenght`") && help.contains("`length`"));
+    assert_eq!(place, "\"= lenght/2\"");
+    let (message, help, place) = problem("length = 0.8", "length = \"= reach/2\"");
+    assert!(message.contains("depends on") && help.contains("circle"), "{message} {help}");
+    assert!(place == "\"= reach/2\"" || place == "\"= 2*length\"", "{place}");
+    let (message, _, place) = problem("length = 0.8", "length = \"= 1 +\"");
+    assert!(message.contains("`length` has no value: it ends where"), "{message}");
+    assert_eq!(place, "\"= 1 +\"");
+    let (message, ..) = problem("elements = 4", "sin = 4");
+    assert!(message.contains("constant or a function"), "{message}");
+    let (message, ..) = problem("elements = 4", "elements = true");
+    assert!(message.contains("is no number"), "{message}");
+    let (message, ..) = problem("\"= 3*length\"", "\"= 1/(length - 0.8)\"");
+    assert!(message.contains("its value is inf"), "{message}");
+    let (message, ..) = problem("\"= 3*length\"", "\"= -length\"");
+    assert!(message.contains("density"), "a value is checked like any other: {message}");
+    let unknown = with(ARM, &[("parameters.length", "= 2*with")]);
+    let Err(ModelError::Invalid(problems)) = unknown else { panic!("refused") };
+    assert!(problems[0].message.contains("no parameter `with`") && problems[0].span.is_none());
+}
