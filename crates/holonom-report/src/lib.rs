@@ -4,6 +4,7 @@
 #![deny(missing_docs)]
 
 mod chart;
+mod energies;
 mod facts;
 mod mode_shapes;
 pub mod page;
@@ -21,6 +22,7 @@ use holonom_sim::output::{OutputError, RunFolder};
 use scene::Scene;
 
 pub use chart::{Axis, Chart, Curve, Strokes};
+pub use energies::energy_plots;
 pub use facts::{Fact, counts, facts, rounded, time};
 pub use mode_shapes::{campbell_diagram, mode_picture};
 pub use page::{Figure, page};
@@ -43,6 +45,14 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
         Some(_) => static_plots(&trajectory),
         None => plots(&trajectory),
     };
+    if let Some(energies) = folder.read_energies()? {
+        let error = plots.iter().position(|plot| plot.name == "energy_error");
+        let own = energy_plots(&energies);
+        // where anything does work the balance tells the error
+        let worked = own.iter().any(|plot| plot.name == "balance");
+        let place = error.map_or(0..0, |error| error + usize::from(!worked)..error + 1);
+        plots.splice(place, own);
+    }
     if let Some(sensors) = folder.read_sensors()? {
         plots.extend(sensor_plots(&sensors, model.as_ref()));
     }

@@ -67,7 +67,7 @@ pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
 }
 
 /// Changes below this part of a quantity are round-off of a long run.
-const ROUND_OFF: f64 = 1e-10;
+pub(super) const ROUND_OFF: f64 = 1e-10;
 /// Components whose load paths are drawn.
 const PATHS: usize = 4;
 

@@ -4,7 +4,7 @@ use super::chart::{Axis, Chart, Curve, Strokes};
 use super::plots::{Plot, file_name};
 use super::series::subsample;
 use holonom_model::Model;
-use holonom_sim::output::SensorTable;
+use holonom_sim::output::TimeSeries;
 use holonom_sim::sensor::{self, Column};
 
 /// Sensors that are drawn.
@@ -12,7 +12,7 @@ const SENSORS: usize = 24;
 
 /// All charts of the sensors of a run; `model` knows their quantities and units.
 #[must_use]
-pub fn sensor_plots(table: &SensorTable, model: Option<&Model>) -> Vec<Plot> {
+pub fn sensor_plots(table: &TimeSeries, model: Option<&Model>) -> Vec<Plot> {
     let columns = known(table, model);
     let mut names: Vec<&str> = columns.iter().map(|c| c.sensor.as_str()).collect();
     names.dedup();
@@ -54,7 +54,7 @@ pub fn sensor_plots(table: &SensorTable, model: Option<&Model>) -> Vec<Plot> {
 
 /// The columns of the table as the model describes them; without quantities and units when it does
 /// not.
-fn known(table: &SensorTable, model: Option<&Model>) -> Vec<Column> {
+fn known(table: &TimeSeries, model: Option<&Model>) -> Vec<Column> {
     let columns = model.map(sensor::columns).unwrap_or_default();
     if columns.iter().map(Column::name).eq(table.columns.iter().cloned()) {
         return columns;

@@ -16,8 +16,9 @@ use super::momenta::MomentaWriter;
 use super::pictures::{self, is_there};
 use super::readable::{self, LeftOut, RowReader};
 use super::row_file::RowFile;
-use super::sensors::{SensorTable, SensorWriter};
+use super::sensors::SensorWriter;
 use super::summary::{Status, Summary};
+use super::time_series::TimeSeries;
 use crate::beams::Beams;
 use crate::sample::{Member, MomentaNames};
 use crate::sensor::Column;
@@ -245,12 +246,24 @@ impl RunFolder {
     ///
     /// # Errors
     /// [`OutputError::Io`].
-    pub fn read_sensors(&self) -> Result<Option<SensorTable>, OutputError> {
-        let path = self.path.join("sensors.csv");
+    pub fn read_sensors(&self) -> Result<Option<TimeSeries>, OutputError> {
+        self.time_series("sensors.csv")
+    }
+
+    /// Reads `energy.csv`; `None` when the run has none.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn read_energies(&self) -> Result<Option<TimeSeries>, OutputError> {
+        self.time_series("energy.csv")
+    }
+
+    fn time_series(&self, name: &str) -> Result<Option<TimeSeries>, OutputError> {
+        let path = self.path.join(name);
         if !path.exists() {
             return Ok(None);
         }
-        let read = self.reader("sensors.csv").and_then(SensorTable::read);
+        let read = self.reader(name).and_then(TimeSeries::read);
         read.map(Some).map_err(|e| at(&path, e))
     }
 

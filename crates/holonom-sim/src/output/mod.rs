@@ -28,6 +28,7 @@ mod row_file;
 mod rows;
 mod sensors;
 mod summary;
+mod time_series;
 
 pub use beams::BeamWriter;
 pub use checkpoint::{CHECKPOINTS, Checkpoint, CheckpointError, FoundCheckpoint};
@@ -39,8 +40,9 @@ pub use momenta::MomentaWriter;
 pub use readable::{LeftOut, RowReader};
 pub use recorder::Recorder;
 pub use row_file::RowFile;
-pub use sensors::{SensorTable, SensorWriter};
+pub use sensors::SensorWriter;
 pub use summary::{
     ConstraintSummary, Ended, EnergySummary, Interruption, Maximum, MomentumSummary, NewtonSummary,
     Status, Summary, SummaryBuilder, larger,
 };
+pub use time_series::TimeSeries;

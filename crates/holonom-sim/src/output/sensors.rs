@@ -8,8 +8,7 @@
 
 use std::io::{self, Write};
 
-use super::csv::{HEAD, invalid};
-use super::readable::RowReader;
+use super::csv::HEAD;
 use super::rows::{Field, Rows};
 use crate::sample::Sample;
 use crate::sensor::Column;
@@ -63,48 +62,6 @@ impl<W: Write> SensorWriter<W> {
     /// Errors of the file.
     pub fn finish(mut self) -> io::Result<()> {
         self.flush()
-    }
-}
-
-/// `sensors.csv` read back.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SensorTable {
-    /// Names of the columns, without `step` and `t`.
-    pub columns: Vec<String>,
-    /// Times, s.
-    pub t: Vec<f64>,
-    /// Values of each column.
-    pub values: Vec<Vec<f64>>,
-}
-
-impl SensorTable {
-    /// Reads the file.
-    ///
-    /// # Errors
-    /// When it cannot be read, or is not one of ours.
-    pub fn read(mut reader: RowReader) -> io::Result<Self> {
-        let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
-        if !names.starts_with(&HEAD.map(str::to_owned)) {
-            return Err(invalid("not the sensors of a run"));
-        }
-        let columns = names[HEAD.len()..].to_vec();
-        let mut table = Self { t: vec![], values: vec![vec![]; columns.len()], columns };
-        let mut row = csv::StringRecord::new();
-        while reader.read_record(&mut row)? {
-            let number = |column: usize| -> io::Result<f64> {
-                let parse = |field: &str| match field {
-                    "" => Some(f64::NAN),
-                    number => number.parse().ok(),
-                };
-                let value = row.get(column).and_then(parse);
-                value.ok_or_else(|| invalid(&format!("no number in column {}", column + 1)))
-            };
-            table.t.push(number(1)?);
-            for (k, values) in table.values.iter_mut().enumerate() {
-                values.push(number(HEAD.len() + k)?);
-            }
-        }
-        Ok(table)
     }
 }
 

@@ -1,0 +1,66 @@
+//! Charts of `energy.csv`: parts of the energy, work, balance.
+
+use super::chart::{Axis, Chart, Curve, Strokes};
+use super::plots::{Plot, ROUND_OFF};
+use super::series::subsample;
+use holonom_sim::output::TimeSeries;
+
+/// Most curves of a chart.
+const CURVES: usize = 6;
+/// Parts of the energy in the order of the file.
+const PARTS: [&str; 4] = ["kinetic", "gravity", "elastic", "springs"];
+
+/// The charts of a run: parts of the energy where there are two, work and balance where anything does work.
+#[must_use]
+pub fn energy_plots(table: &TimeSeries) -> Vec<Plot> {
+    let size = |values: &[f64]| values.iter().fold(0.0_f64, |size, y| size.max(y.abs()));
+    let column = |name: &str| {
+        let k = table.columns.iter().position(|column| column == name)?;
+        Some(table.values[k].as_slice()).filter(|values| size(values) > 0.0)
+    };
+    let curve = |name: &str, label: &str| {
+        Some(Curve { name: label.to_owned(), points: subsample(&table.t, column(name)?) })
+    };
+    let chart =
+        |name: &str, title: &str, caption: &str, curves: Vec<Curve>, resolution: f64| Plot {
+            name: name.to_owned(),
+            caption: caption.to_owned(),
+            chart: Chart {
+                title: title.to_owned(),
+                x: Axis::time(),
+                y: Axis::linear(if name == "work" { "work" } else { "energy" }, "J"),
+                strokes: Strokes::Line,
+                resolution,
+                curves,
+            },
+        };
+    let mut plots = Vec::new();
+    let parts: Vec<Curve> = PARTS.iter().filter_map(|part| curve(part, part)).collect();
+    if parts.len() > 1 {
+        let all = parts.into_iter().chain(curve("total", "total")).collect();
+        plots.push(chart("energies", "Parts of the energy", "Values at the nodes.", all, 0.0));
+    }
+    let works: Vec<&String> =
+        table.columns.iter().filter(|c| c.starts_with("work") && column(c).is_some()).collect();
+    if works.is_empty() {
+        return plots;
+    }
+    let label = |name: &str| match name.strip_prefix("work_of_") {
+        Some(source) => source.replace('_', " "),
+        None => name.trim_start_matches("work.").to_owned(),
+    };
+    let shown = works.iter().take(CURVES).filter_map(|name| curve(name, &label(name))).collect();
+    let caption = match works.len() > CURVES {
+        true => format!("The first {CURVES} of {}; all are in energy.csv.", works.len()),
+        false => {
+            "Of loads, motors, dampers, material damping and prescribed motions since the start."
+                .into()
+        }
+    };
+    plots.push(chart("work", "Work", &caption, shown, 0.0));
+    let scale = column("total").map_or(0.0, size);
+    let caption = "The total energy less its initial value and all work: the error of the balance.";
+    let balance = curve("balance", "balance").into_iter().collect();
+    plots.push(chart("balance", "Energy balance", caption, balance, ROUND_OFF * scale));
+    plots
+}
