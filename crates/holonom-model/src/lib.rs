@@ -20,6 +20,7 @@ mod drive;
 mod drive_checks;
 mod load;
 mod motion_path;
+mod order_checks;
 mod overrides;
 mod places;
 mod problem;
@@ -49,7 +50,7 @@ pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, neare
 pub use section::{Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section};
 pub use sensor::{ReactionFrame, Sensor, SensorKind};
 pub use settings::{
-    Family, Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Start, Strain,
+    Family, Header, HighOrder, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Start, Strain,
 };
 pub use shape::{Inertia, Shape, ShapeKind};
 

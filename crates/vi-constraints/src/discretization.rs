@@ -5,6 +5,7 @@
 //! systems and [`crate::scheme::Scheme`] for its schemes; the integrator is the same.
 
 use crate::constraints::Constraints;
+use crate::galerkin::GaussPoint;
 use crate::node::{Node, NodeObserver};
 use crate::saddle_point::IndependentRows;
 use vi_core::Composition;
@@ -19,6 +20,8 @@ use vi_core::state::State;
 pub struct Step<'a> {
     /// Its interval.
     pub s: &'a Interval,
+    /// Its Gauss nodes, of Galerkin schemes; else empty.
+    pub gauss: &'a [GaussPoint],
     /// `h²λ` over all constraints, shape `m`, of schemes that find the multiplier of the step; else empty.
     pub multipliers: &'a [f64],
 }

@@ -231,6 +231,10 @@ impl MechanicalSystem for SeparableSystem {
     fn is_dissipative(&self) -> bool {
         self.forces.iter().any(|force| force.is_dissipative())
     }
+
+    fn has_memory(&self) -> bool {
+        self.internal_variables() > 0
+    }
 }
 
 impl DiscreteLagrangian for SeparableSystem {

@@ -78,7 +78,7 @@ impl<S: DiscreteLagrangian, C: Observed> Family<C> for Variational<S> {
         let node = run.observe().map_err(|e| e.to_string())?.clone();
         let (state, constraints, rows) = (run.state(), run.constraints(), run.rows());
         let at = (state.t, &state.q[..]);
-        let (of_a_step, m) = (!run.is_composed(), constraints.len());
+        let (of_a_step, m) = (!run.reads_states(), constraints.len());
         let redundant = rows.len() < m;
         // where rows are redundant, the force Gᵀλ stands for λ
         let unique = |lambda: Vec<f64>| {
@@ -151,7 +151,7 @@ impl<C: Observed + DiscreteConstraints> Family<C> for EnergyMomentum {
         let node = run.observe().map_err(|e| e.to_string())?.clone();
         let (state, constraints, rows) = (run.state(), run.constraints(), run.rows());
         let joints = constraints.reactions((state.t, &state.q), &node.lambda, rows);
-        let of_a_step = !run.is_composed(); // else no multiplier of a step belongs to a node
+        let of_a_step = !run.reads_states(); // else no multiplier of a step belongs to a node
         let reactions = (of_a_step && !joints.is_empty())
             .then(|| Reactions { lambda: node.lambda.clone(), joints });
         let (mean, single) = match rows.len() < constraints.len() {

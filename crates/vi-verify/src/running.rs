@@ -156,7 +156,7 @@ impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
     fn step(&mut self) -> Result<(), String> {
         let mut action_rate = Some(0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
         let mut length = 0.0;
-        let composed = self.run.is_composed();
+        let composed = self.run.reads_states();
         let mut level = vec![0.0];
         let stepped = self.run.step_with(&mut |system, constraints, Step { s, .. }| {
             let added = F::discrete_energy(system, s).zip(action_rate);
@@ -222,7 +222,7 @@ impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
         let node = self.run.node_before().map_err(|e| e.to_string())?.clone();
         let (at, constraints) = (self.run.before(), self.run.constraints());
         let momentum = |p: &[f64]| constraints.momentum_map(&at.q, p);
-        let composed = self.run.is_composed();
+        let composed = self.run.reads_states();
         let energy = node.hamiltonian_projected.total();
         let kinetic = self.run.system().kinetic_energy(&node.v);
         Ok(Invariants {

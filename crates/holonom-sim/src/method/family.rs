@@ -59,7 +59,12 @@ impl Family for EmSystem {
         Work::new(&run.state().q, &run.state().v, run.system().load_count(), false)
     }
 
-    fn add_work(&self, mechanism: &Mechanism, Step { s, multipliers }: Step<'_>, work: &mut Work) {
+    fn add_work(
+        &self,
+        mechanism: &Mechanism,
+        Step { s, multipliers, .. }: Step<'_>,
+        work: &mut Work,
+    ) {
         self.add_work(s, &mut work.force, &mut work.parts);
         if mechanism.is_rheonomic() {
             // prescribed motions do h λ·∂g/∂t, with μ = h²λ

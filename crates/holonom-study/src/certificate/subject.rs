@@ -46,7 +46,7 @@ impl ModelSubject {
         let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let (q, v) = at.unwrap_or((&own.0, &own.1));
         let mut options = Options::new(kind, setting.step);
-        options.composition = Composition::of_order(setting.order).unwrap_or_default();
+        options.method = settings.method_of(setting.order);
         options.newton = settings.newton();
         let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
         let at = InitialValues::new(0.0, q, v);
@@ -69,8 +69,8 @@ impl Subject for ModelSubject {
                 let (System { mechanism, dynamics, .. }, settings) = self.build()?;
                 let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
                 let (q, v) = at.unwrap_or((&own.0, &own.1));
-                let mut options = EmOptions::new(form, setting.step);
-                options.composition = Composition::of_order(setting.order).unwrap_or_default();
+                let composition = Composition::of_order(setting.order).unwrap_or_default();
+                let mut options = EmOptions::new(form, setting.step).composition(composition);
                 options.newton = settings.newton();
                 let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
                 let algebra = EmAlgebra { solver, ..EmAlgebra::default() };
