@@ -46,7 +46,7 @@ impl Stages {
     /// Of order `2s`; `None` for any other order than 2, 4 … 16.
     #[must_use]
     pub fn of_order(order: u32) -> Option<Self> {
-        (order % 2 == 0).then(|| Self::new(order as usize / 2)).flatten()
+        order.is_multiple_of(2).then(|| Self::new(order as usize / 2)).flatten()
     }
 
     /// `s`.

@@ -4,7 +4,6 @@ use super::equations::{Equations, Observed, OfSystem};
 use super::family::{EnergyMomentum, Family, Variational};
 use super::frequency::frequency;
 use super::subject::{Invariants, Motion, Nature, Values};
-use vi_constraints::discretization::Step;
 use vi_constraints::initialization::{InitialValues, start};
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::Tangents;
@@ -158,8 +157,9 @@ impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
         let mut length = 0.0;
         let composed = self.run.reads_states();
         let mut level = vec![0.0];
-        let stepped = self.run.step_with(&mut |system, constraints, Step { s, .. }| {
-            let added = F::discrete_energy(system, s).zip(action_rate);
+        let stepped = self.run.step_with(&mut |system, constraints, step| {
+            let s = step.s;
+            let added = F::discrete_energy(system, step).zip(action_rate);
             action_rate = added.map(|(energy, rate)| rate + s.h * energy);
             length += s.h;
             if composed {

@@ -18,6 +18,7 @@
 //! | [`control_points`] | `w_i` from the configurations of the control points |
 //! | [`nodal`], [`constrained`] | the two schemes |
 //! | [`operators`] | what the nodal one asks of a mechanism |
+//! | [`tangent`] | the exact tangent of a step |
 //!
 //! Sources: Jay, SIAM J. Numer. Anal. 45 (2007) 1814 and 33 (1996) 368; Wenger, Ober-Blöbaum & Leyendecker, Adv.
 //! Comput. Math. 43 (2017) 1163.
@@ -26,8 +27,10 @@ pub mod constrained;
 pub mod control_points;
 pub mod nodal;
 pub mod operators;
+pub mod tangent;
 
 pub use constrained::GalerkinConstrained;
 pub use control_points::GaussPoint;
 pub use nodal::GalerkinNodal;
 pub use operators::{ControlPointOperators, DenseControlPoints};
+pub use tangent::GalerkinTangent;

@@ -288,6 +288,9 @@ fn galerkin(
     if has_nodes(mechanism) {
         return refused("beams");
     }
+    if mechanism.is_rheonomic() {
+        return refused("prescribed motions");
+    }
     match kind {
         SchemeKind::Constrained => {
             Ok(Box::new(GalerkinConstrained::new(n, m, rows.clone(), stages)))
