@@ -313,15 +313,9 @@ impl Settings {
     /// How the order is reached. Premise: as in a valid model.
     #[must_use]
     pub fn method(&self) -> Method {
-        self.method_of(self.order)
-    }
-
-    /// How another order is reached.
-    #[must_use]
-    pub fn method_of(&self, order: u32) -> Method {
-        match (self.method, Stages::of_order(order)) {
-            (HighOrder::Galerkin, Some(stages)) if order > 2 => Method::Galerkin(stages),
-            _ => Method::Composition(vi_core::Composition::of_order(order).unwrap_or_default()),
+        match (self.method, Stages::of_order(self.order)) {
+            (HighOrder::Galerkin, Some(stages)) if self.order > 2 => Method::Galerkin(stages),
+            _ => Method::Composition(self.composition()),
         }
     }
 

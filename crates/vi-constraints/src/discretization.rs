@@ -27,7 +27,7 @@ pub struct Step<'a> {
 }
 
 impl Step<'_> {
-    /// `E_d = −∂L_d/∂h` (52), J: of Galerkin schemes `Σ_k b_k [½ V_kᵀ M V_k + V(Q_k)]` [2.49].
+    /// `E_d = −∂L_d/∂h` (52), J: of Galerkin schemes `Σ_k b_k [½ V_kᵀ M V_k + V(Q_k)]` [2.32].
     #[must_use]
     pub fn discrete_energy(&self, system: &impl DiscreteLagrangian) -> f64 {
         if self.gauss.is_empty() {

@@ -3,8 +3,8 @@
 //! On a step, `q_d(t_n + τh) = Σ_j ℓ_j(τ) q_j` goes through `s + 1` control points at the Lobatto nodes `c̃_j` of
 //! `[0, 1]`; the action is integrated at the `s` Gauss nodes `c_k`:
 //! ```text
-//! E_kj = ℓ_j(c_k),   D_kj = ℓ'_j(c_k),   K = Dᵀ diag(b) D,   b̃ = Eᵀ b                            [2.41]
-//! L_d(q_0 … q_s) = (1/2h) Σ_ij K_ij q_iᵀ M q_j − h Σ_k b_k V(Q_k),   Q_k = Σ_j E_kj q_j              [2.42]
+//! E_kj = ℓ_j(c_k),   D_kj = ℓ'_j(c_k),   K = Dᵀ diag(b) D,   b̃ = Eᵀ b                            [2.24]
+//! L_d(q_0 … q_s) = (1/2h) Σ_ij K_ij q_iᵀ M q_j − h Σ_k b_k V(Q_k),   Q_k = Σ_j E_kj q_j              [2.25]
 //! ```
 //! `K` is symmetric, centrosymmetric and positive semi-definite of rank `s`, and its rows sum to zero. In doubles the
 //! first two and the last hold exactly: off-diagonal entries are multiples of `2⁻⁴⁴`, the diagonal balances its row.
@@ -109,7 +109,7 @@ impl GaussLobatto {
         let E = DMatrix::from_fn(s, s + 1, |k, j| lagrange(&nodes, j, gauss_nodes[k]));
         let D = DMatrix::from_fn(s, s + 1, |k, j| lagrange_rate(&nodes, j, gauss_nodes[k]));
         let exact = D.transpose() * DMatrix::from_diagonal(&gauss_weights.clone().into()) * &D;
-        let K = on_grid(&exact); // [2.41]
+        let K = on_grid(&exact); // [2.24]
         let K_hat_inverse = inverse(&K.view((0, 1), (s, s)).into_owned())
             .expect("the polynomial of a step is determined by its control points");
         let extrapolation =

@@ -1,7 +1,7 @@
-//! Constrained Galerkin scheme: [2.44].
+//! Constrained Galerkin scheme: [2.27].
 //!
 //! ```text
-//! h w_i − G(q_i)ᵀ μ_i = 0,  i = 0 … s−1,         g(q_j) = 0,  j = 1 … s                             [2.44]
+//! h w_i − G(q_i)ᵀ μ_i = 0,  i = 0 … s−1,         g(q_j) = 0,  j = 1 … s                             [2.27]
 //! unknowns (Δ_1 … Δ_s, μ_0 … μ_{s−1}),  μ_i = h² b̃_i λ_i
 //! [ K_ij M    −G(q_i)ᵀ ]
 //! [ G(q_j)       0     ]
@@ -99,7 +99,7 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
             jacobian.tr_mul_add(1.0, mu, force);
             points.balance(system, i, momentum);
             let h = points.h();
-            momentum.iter_mut().zip(&*force).for_each(|(r, force)| *r = h * *r - force); // [2.44]
+            momentum.iter_mut().zip(&*force).for_each(|(r, force)| *r = h * *r - force); // [2.27]
         }
         Ok(())
     }
@@ -155,7 +155,7 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
         state: &mut State,
     ) -> Result<(), StepError> {
         let points = &mut self.points;
-        points.balance(system, points.stages(), &mut state.p); // p̄_{n+1}  [2.46]
+        points.balance(system, points.stages(), &mut state.p); // p̄_{n+1}  [2.29]
         state.move_to_configuration(points.step(), |_, _| {});
         Ok(())
     }

@@ -135,7 +135,7 @@ impl ControlPoints {
             for (j, point) in points.iter().enumerate() {
                 let (E, D) = (constants.E[(k, j + 1)], constants.D[(k, j + 1)] / h);
                 for ((q, v), dq) in node.q.iter_mut().zip(&mut node.v).zip(&point.dq) {
-                    *q += E * dq; // Q_k, V_k  [2.42]
+                    *q += E * dq; // Q_k, V_k  [2.25]
                     *v += D * dq;
                 }
             }
@@ -146,7 +146,7 @@ impl ControlPoints {
         }
     }
 
-    /// `out ← w_i = δ_i0 p̄_n + ∂_i L_d + f_i` [2.43], shape `n`, kg·m/s; `w_s = p̄_{n+1}`.
+    /// `out ← w_i = δ_i0 p̄_n + ∂_i L_d + f_i` [2.26], shape `n`, kg·m/s; `w_s = p̄_{n+1}`.
     pub fn balance(&mut self, system: &impl MechanicalSystem, i: usize, out: &mut [f64]) {
         let h = self.h();
         let Self { constants, points, p, forces, mixed, .. } = self;

@@ -4,10 +4,10 @@
 //! satisfy the constraints; the action is integrated at `s` Gauss nodes ([`vi_core::galerkin`]):
 //! ```text
 //! w_i := δ_i0 p̄_n + ∂_i L_d + f_i
-//!      = δ_i0 p̄_n + (1/h) M Σ_j K_ij Δ_j + h Σ_k b_k E_ki [f − ∇V](Q_k, V_k),    Δ_j = q_j − q_n       [2.43]
-//! constrained   w_i = h b̃_i G(q_i)ᵀ λ_i (i = 0 … s−1),     g(q_j) = 0 (j = 1 … s)                     [2.44]
-//! nodal         P(q_i)ᵀ w_i = 0 (i = 0 … s−1),             q_j = F_d(u_j, q_n),  u_1 … u_s ∈ R^d       [2.45]
-//! p̄_{n+1}     = ∂_s L_d + f_s                                                                          [2.46]
+//!      = δ_i0 p̄_n + (1/h) M Σ_j K_ij Δ_j + h Σ_k b_k E_ki [f − ∇V](Q_k, V_k),    Δ_j = q_j − q_n       [2.26]
+//! constrained   w_i = h b̃_i G(q_i)ᵀ λ_i (i = 0 … s−1),     g(q_j) = 0 (j = 1 … s)                     [2.27]
+//! nodal         P(q_i)ᵀ w_i = 0 (i = 0 … s−1),             q_j = F_d(u_j, q_n),  u_1 … u_s ∈ R^d       [2.28]
+//! p̄_{n+1}     = ∂_s L_d + f_s                                                                          [2.29]
 //! ```
 //! Both have the same roots. The order is `2s` in `q_n` and in the projected momentum `ᵠp_n`, with dissipative forces,
 //! too: there are no backward sub-steps. The map is symplectic and self-adjoint, momentum maps and constraints are

@@ -1,8 +1,8 @@
-//! Nodal Galerkin scheme: [2.45], solved by sweeps with one factorization for each control point and step.
+//! Nodal Galerkin scheme: [2.28], solved by sweeps with one factorization for each control point and step.
 //!
 //! ```text
-//! r_i = P(q_i)ᵀ w_i = 0,   i = 0 … s−1,        q_j = F_d(u_j, q_n),  j = 1 … s                      [2.45]
-//! u_j ← u_j − h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i,         A_j = P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)                    [2.47]
+//! r_i = P(q_i)ᵀ w_i = 0,   i = 0 … s−1,        q_j = F_d(u_j, q_n),  j = 1 … s                      [2.28]
+//! u_j ← u_j − h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i,         A_j = P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)                    [2.30]
 //! ```
 //! `(1/h) K̂ ⊗ A` is the Jacobian but for the variation of `P` from one control point to the next and for `∇²V`, so the
 //! corrections contract by a ratio of `O(h)`; the residual is exact, and with it the root. The factors are computed
@@ -72,7 +72,7 @@ impl<O: ControlPointOperators> GalerkinNodal<O> {
         }
     }
 
-    /// `r_i = P(q_i)ᵀ w_i` [2.45].
+    /// `r_i = P(q_i)ᵀ w_i` [2.28].
     fn evaluate(
         &mut self,
         system: &impl MechanicalSystem,
@@ -95,7 +95,7 @@ impl<O: ControlPointOperators> GalerkinNodal<O> {
         Ok(())
     }
 
-    /// `du_j ← h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i` [2.47].
+    /// `du_j ← h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i` [2.30].
     fn correct(
         &mut self,
         system: &impl MechanicalSystem,
@@ -287,7 +287,7 @@ impl<S: MechanicalSystem, C, O: ControlPointOperators> Scheme<S, C> for Galerkin
         state: &mut State,
     ) -> Result<(), StepError> {
         let Self { operators, points, .. } = self;
-        points.balance(system, points.stages(), &mut state.p); // p̄_{n+1}  [2.46]
+        points.balance(system, points.stages(), &mut state.p); // p̄_{n+1}  [2.29]
         state.move_to_configuration(points.step(), |t, q| operators.clean(t, q));
         Ok(())
     }

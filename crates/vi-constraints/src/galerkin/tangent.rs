@@ -1,8 +1,8 @@
 //! The exact tangent of a Galerkin step.
 //!
-//! The step [2.44] differentiated, for `δq_0` with `G(q_n) δq_0 = 0`:
+//! The step [2.27] differentiated, for `δq_0` with `G(q_n) δq_0 = 0`:
 //! ```text
-//! δW_i = Σ_j [K_ij M − h² Σ_k b_k E_ki E_kj ∇²V(Q_k)] δq_j                                            [2.48]
+//! δW_i = Σ_j [K_ij M − h² Σ_k b_k E_ki E_kj ∇²V(Q_k)] δq_j                                            [2.31]
 //! h δ_i0 δp̄ + δW_i − Σ_c μ_ic D²g_c(q_i) δq_i − G(q_i)ᵀ δμ_i = 0,   i = 0 … s−1
 //! G(q_j) δq_j = 0,   j = 1 … s,                                      δp̄' = δW_s/h
 //! ```
@@ -187,7 +187,7 @@ impl GalerkinTangent {
         Ok(())
     }
 
-    /// Emits `∂W_i/∂q_j` [2.48] at `(row, column)`.
+    /// Emits `∂W_i/∂q_j` [2.31] at `(row, column)`.
     fn derivative(
         &self,
         system: &impl DiscreteLagrangian,
