@@ -269,10 +269,11 @@ fn momentum_is_exact_and_energy_bounded() {
     }
 }
 
+/// Not so for `s = 8`: `L_z` then grows by 2e-13 in a step (docs/decisions.md, Sweeps instead of Newton's method).
 #[test]
 #[ignore = "long: cargo test --release -- --ignored"]
 fn no_trend_in_a_hundred_thousand_steps() {
-    for s in [2, 3, 4, 8] {
+    for s in [2, 3, 4] {
         let [half, [momentum, energy]] = drift(s, 0.05, 100_000);
         println!(
             "s = {s}: L_z changes by {momentum:.1e} ({:.1e} at half time), the energy by {energy:.1e} ({:.1e})",
