@@ -25,6 +25,7 @@ mod flexible_multibody;
 mod four_bar_loop;
 mod four_particles;
 mod free_body;
+mod galerkin;
 mod heavy_top;
 mod hostile;
 mod long_run;

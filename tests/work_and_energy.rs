@@ -200,7 +200,10 @@ fn dampers_refuse_backward_sub_steps_and_motors_do_not() {
         panic!("a damper with backward sub-steps must be refused");
     };
     println!("{key}: {what}; {help}");
-    assert_eq!((key.as_str(), help.as_str()), ("simulation.order", "write order = 2"));
+    assert_eq!(
+        (key.as_str(), help.as_str()),
+        ("simulation.order", "write order = 2, or method = \"galerkin\"")
+    );
 
     // without the damper the order is that of the composition, motor and spring included
     let end = |steps: u32| {

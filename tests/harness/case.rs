@@ -1,6 +1,6 @@
 //! Reference cases: reading, dispatch by kind, deviations over tolerances.
 
-use super::{beam, pendulum, rigid};
+use super::{beam, galerkin, pendulum, rigid};
 use nalgebra::Matrix3;
 use serde::Deserialize;
 use std::path::Path;
@@ -128,6 +128,8 @@ pub enum Case {
     Pendulum(Box<pendulum::PendulumCase>),
     Rigid(Box<rigid::RigidCase>),
     Beam(Box<beam::BeamCase>),
+    Galerkin(Box<galerkin::GalerkinCase>),
+    Coefficients(galerkin::Coefficients),
 }
 
 /// Deviation of each scheme that applies.
@@ -140,6 +142,12 @@ impl Case {
             serde_json::from_str(&text).map_err(|e| format!("is no JSON: {e}"))?;
         let kind = value.get("kind").and_then(|kind| kind.as_str()).unwrap_or("(none)").to_owned();
         let unreadable = |e: serde_json::Error| format!("does not fit its kind `{kind}`: {e}");
+        if value.get("stages").is_some() {
+            return Ok(Self::Galerkin(Box::new(galerkin::GalerkinCase::read(&value)?)));
+        }
+        if value.get("coefficients").is_some() {
+            return Ok(Self::Coefficients(serde_json::from_str(&text).map_err(unreadable)?));
+        }
         match kind.as_str() {
             "pendulum2d" => Ok(Self::Pendulum(serde_json::from_str(&text).map_err(unreadable)?)),
             "rigid" => Ok(Self::Rigid(serde_json::from_str(&text).map_err(unreadable)?)),
@@ -154,7 +162,7 @@ impl Case {
         match self {
             Self::Pendulum(case) => case.legendre(),
             Self::Rigid(case) => case.legendre(),
-            Self::Beam(_) => None,
+            Self::Beam(_) | Self::Galerkin(_) | Self::Coefficients(_) => None,
         }
     }
 
@@ -163,6 +171,8 @@ impl Case {
             Self::Pendulum(case) => case.run(),
             Self::Rigid(case) => case.run(),
             Self::Beam(case) => case.run(),
+            Self::Galerkin(case) => case.run(),
+            Self::Coefficients(table) => table.run(),
         }
     }
 }

@@ -4,6 +4,7 @@
 pub mod beam;
 pub mod case;
 pub mod em;
+pub mod galerkin;
 pub mod legendre;
 pub mod models;
 pub mod pendulum;

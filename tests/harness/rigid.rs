@@ -53,7 +53,7 @@ pub struct RigidCase {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct JointCase {
+pub struct JointCase {
     #[serde(rename = "type")]
     kind: String,
     parent: i64,
@@ -67,7 +67,7 @@ struct JointCase {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SpringCase {
+pub struct SpringCase {
     body_a: i64,
     body_b: i64,
     point_a: [f64; 3],
@@ -115,48 +115,67 @@ fn pair_kind(name: &str) -> Result<PairKind, String> {
     }
 }
 
+/// The mechanism of bodies and joints.
+pub fn mechanism(
+    gravity: [f64; 3],
+    bodies: &[BodyCase],
+    joints: &[JointCase],
+) -> Result<Mechanism, String> {
+    let bodies: Vec<BodySpec> = bodies.iter().map(BodyCase::spec).collect::<Result<_, _>>()?;
+    let coordinates = |id: FrameId| match id {
+        FrameId::Ground => vi_multibody::joint::GROUND,
+        FrameId::Frame(k) => {
+            let mut q = [0.0; 12];
+            directors::set_frame(&mut q, &bodies[k].center, &bodies[k].triad);
+            q
+        }
+    };
+    let joint = |(k, joint): (usize, &JointCase)| -> Result<Joint, String> {
+        let (parent, child) = (frame(joint.parent), frame(joint.child));
+        let kind = pair_kind(&joint.kind)?;
+        // child-fixed vectors follow from the initial configuration
+        let axes_parent = match joint.axis {
+            Some(axis) => complete_axis(&Vector3::from(axis).normalize()),
+            None if kind.has_axis() => return Err(format!("joint {k} lacks its axis")),
+            None => Matrix3::identity(),
+        };
+        let world = directors::triad(&coordinates(parent)) * axes_parent;
+        let axes_child = directors::triad(&coordinates(child)).transpose() * world;
+        Ok(Joint {
+            name: format!("joint {k}"),
+            kind,
+            parent: Side { frame: parent, anchor: joint.anchor_parent.into(), axes: axes_parent },
+            child: Side { frame: child, anchor: joint.anchor_child.into(), axes: axes_child },
+        })
+    };
+    let joints = joints.iter().enumerate().map(joint).collect::<Result<_, _>>()?;
+    Ok(Mechanism::new(Description {
+        dimension: 3,
+        gravity: gravity.into(),
+        bodies,
+        joints,
+        ..Description::default()
+    }))
+}
+
+/// The springs of a case.
+pub fn springs(springs: &[SpringCase], mechanism: &Mechanism) -> Vec<Spring> {
+    let attach = |body: i64| match frame(body) {
+        FrameId::Ground => Attachment::Ground,
+        FrameId::Frame(k) => Attachment::Body(k),
+    };
+    let end = |body, point: [f64; 3]| mechanism.point_of(attach(body), &Vector3::from(point));
+    let spring = |spring: &SpringCase| {
+        let between = end(spring.body_b, spring.point_b).minus(&end(spring.body_a, spring.point_a));
+        let (stiffness, natural_length) = (spring.k, spring.l0);
+        Spring { between, stiffness, natural_length, law: SpringLaw::Linear }
+    };
+    springs.iter().map(spring).collect()
+}
+
 impl RigidCase {
     pub fn mechanism(&self) -> Result<Mechanism, String> {
-        let bodies: Vec<BodySpec> =
-            self.bodies.iter().map(BodyCase::spec).collect::<Result<_, _>>()?;
-        let coordinates = |id: FrameId| match id {
-            FrameId::Ground => vi_multibody::joint::GROUND,
-            FrameId::Frame(k) => {
-                let mut q = [0.0; 12];
-                directors::set_frame(&mut q, &bodies[k].center, &bodies[k].triad);
-                q
-            }
-        };
-        let joint = |(k, joint): (usize, &JointCase)| -> Result<Joint, String> {
-            let (parent, child) = (frame(joint.parent), frame(joint.child));
-            let kind = pair_kind(&joint.kind)?;
-            // child-fixed vectors follow from the initial configuration
-            let axes_parent = match joint.axis {
-                Some(axis) => complete_axis(&Vector3::from(axis).normalize()),
-                None if kind.has_axis() => return Err(format!("joint {k} lacks its axis")),
-                None => Matrix3::identity(),
-            };
-            let world = directors::triad(&coordinates(parent)) * axes_parent;
-            let axes_child = directors::triad(&coordinates(child)).transpose() * world;
-            Ok(Joint {
-                name: format!("joint {k}"),
-                kind,
-                parent: Side {
-                    frame: parent,
-                    anchor: joint.anchor_parent.into(),
-                    axes: axes_parent,
-                },
-                child: Side { frame: child, anchor: joint.anchor_child.into(), axes: axes_child },
-            })
-        };
-        let joints = self.joints.iter().enumerate().map(joint).collect::<Result<_, _>>()?;
-        Ok(Mechanism::new(Description {
-            dimension: 3,
-            gravity: self.gravity.into(),
-            bodies,
-            joints,
-            ..Description::default()
-        }))
+        mechanism(self.gravity, &self.bodies, &self.joints)
     }
 
     fn system(&self, mechanism: &Mechanism) -> Result<SeparableSystem, String> {
@@ -170,18 +189,7 @@ impl RigidCase {
     }
 
     fn springs(&self, mechanism: &Mechanism) -> Vec<Spring> {
-        let attach = |body: i64| match frame(body) {
-            FrameId::Ground => Attachment::Ground,
-            FrameId::Frame(k) => Attachment::Body(k),
-        };
-        let end = |body, point: [f64; 3]| mechanism.point_of(attach(body), &Vector3::from(point));
-        let spring = |spring: &SpringCase| {
-            let between =
-                end(spring.body_b, spring.point_b).minus(&end(spring.body_a, spring.point_a));
-            let (stiffness, natural_length) = (spring.k, spring.l0);
-            Spring { between, stiffness, natural_length, law: SpringLaw::Linear }
-        };
-        self.springs.iter().map(spring).collect()
+        springs(&self.springs, mechanism)
     }
 
     pub fn run(&self) -> Result<Runs, String> {

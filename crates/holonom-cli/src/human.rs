@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use holonom::AssemblyReport;
-use holonom::model::{Model, Scheme, Settings};
+use holonom::model::{HighOrder, Model, Scheme, Settings};
 use holonom::output::Summary;
 use holonom::report::{counts, facts, rounded};
 use holonom::run::Finished;
@@ -87,6 +87,12 @@ fn plan(settings: &Settings) -> String {
         Scheme::Static => {
             format!("scheme {scheme}, {steps} steps of the loads' time to t = {}", settings.end)
         }
-        _ => format!("{steps} steps of {step} s, scheme {scheme}, order {}", settings.order),
+        _ => {
+            let method = match settings.method {
+                HighOrder::Galerkin => " (Galerkin)",
+                HighOrder::Composition => "",
+            };
+            format!("{steps} steps of {step} s, scheme {scheme}, order {}{method}", settings.order)
+        }
     }
 }

@@ -159,10 +159,7 @@ impl<'a> Checker<'a> {
             let message = format!("{steps:.3e} steps are more than {MAX_STEPS:e}");
             self.report("simulation.step", message, "choose a larger step or an earlier end");
         }
-        if vi_core::Composition::of_order(settings.order).is_none() {
-            let message = format!("there is no scheme of order {}", settings.order);
-            self.report("simulation.order", message, "write 2, 4, 6 or 8");
-        }
+        self.high_order();
         let statics = settings.scheme == Scheme::Static;
         if settings.arc_length && !statics {
             let message = "a motion has no path of equilibria to follow".to_owned();

@@ -21,6 +21,7 @@ mod drive_checks;
 mod expression;
 mod load;
 mod motion_path;
+mod order_checks;
 mod overrides;
 mod parameters;
 mod places;
@@ -51,7 +52,7 @@ pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, neare
 pub use section::{Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section};
 pub use sensor::{ReactionFrame, Sensor, SensorKind};
 pub use settings::{
-    Family, Header, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Start, Strain,
+    Family, Header, HighOrder, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Start, Strain,
 };
 pub use shape::{Inertia, Shape, ShapeKind};
 

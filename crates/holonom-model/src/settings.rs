@@ -2,7 +2,8 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use vi_constraints::SchemeKind;
+use vi_constraints::{Method, SchemeKind};
+use vi_core::galerkin::Stages;
 use vi_emscheme::EmForm;
 
 /// Steps that one run may take at most.
@@ -167,6 +168,22 @@ pub enum Start {
     Relaxed,
 }
 
+/// How the order is reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum HighOrder {
+    /// Symmetric compositions of steps of order 2: orders 4, 6, 8.
+    #[default]
+    Composition,
+    /// Polynomials through control points on each step, Gauss quadrature of the action: orders 2, 4 … 16; also with
+    /// dampers. Trees of bodies and point masses.
+    Galerkin,
+}
+
+fn is_composition(method: &HighOrder) -> bool {
+    *method == HighOrder::Composition
+}
+
 fn is_stated(start: &Start) -> bool {
     *start == Start::Stated
 }
@@ -208,9 +225,12 @@ pub struct Settings {
     /// Time-stepping scheme.
     #[serde(default)]
     pub scheme: Scheme,
-    /// Order of accuracy: 2, or 4, 6, 8 by symmetric composition.
+    /// Order of accuracy: 2; 4, 6, 8 by symmetric composition; 2, 4 … 16 by the Galerkin scheme.
     #[serde(default = "two")]
     pub order: u32,
+    /// How an order above 2 is reached.
+    #[serde(default, skip_serializing_if = "is_composition")]
+    pub method: HighOrder,
     /// Quadrature rule of the discrete Lagrangian; energy–momentum schemes have none.
     #[serde(default)]
     pub quadrature: Quadrature,
@@ -269,6 +289,7 @@ impl Settings {
             end,
             scheme: Scheme::default(),
             order: two(),
+            method: HighOrder::default(),
             quadrature: Quadrature::default(),
             strain: Strain::default(),
             solver: LinearSolver::default(),
@@ -287,6 +308,15 @@ impl Settings {
     #[must_use]
     pub fn composition(&self) -> vi_core::Composition {
         vi_core::Composition::of_order(self.order).unwrap_or_default()
+    }
+
+    /// How the order is reached. Premise: as in a valid model.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        match (self.method, Stages::of_order(self.order)) {
+            (HighOrder::Galerkin, Some(stages)) if self.order > 2 => Method::Galerkin(stages),
+            _ => Method::Composition(self.composition()),
+        }
     }
 
     /// Settings of Newton's method.

@@ -152,8 +152,9 @@ pub fn inline(svg: &str, title: &str) -> String {
 fn push_table(html: &mut String, summary: &Summary) {
     let Summary { momentum, constraint_residual: residual, energy, newton_iterations, .. } =
         summary;
+    let by = if summary.method.is_some() { " (Galerkin)" } else { "" };
     let rows = [
-        ("scheme, order", format!("{}, {}", summary.scheme, summary.order)),
+        ("scheme, order", format!("{}, {}{by}", summary.scheme, summary.order)),
         ("time step", format!("{} s", time(summary.step))),
         ("end time", format!("{} s", time(summary.end_time))),
         ("steps taken, nodes recorded", format!("{}, {}", summary.steps, summary.recorded)),

@@ -257,7 +257,12 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
             unsupported("simulation.project_start", "correct the initial positions")
         }
         SetupError::Contradiction(found) => agreement::refusal(found, model),
-        SetupError::DissipativeComposition => unsupported("simulation.order", "write order = 2"),
+        SetupError::DissipativeComposition => {
+            unsupported("simulation.order", "write order = 2, or method = \"galerkin\"")
+        }
+        SetupError::NoGalerkin { .. } => {
+            unsupported("simulation.method", "write method = \"composition\"")
+        }
         SetupError::RankAtStart { .. } => {
             unsupported("simulation.scheme", "displace a point mass or a body slightly")
         }

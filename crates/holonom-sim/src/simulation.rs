@@ -573,7 +573,7 @@ fn method(
     match settings.scheme.family() {
         Family::Variational(kind) => {
             let mut options = Options::new(kind, settings.step);
-            options.composition = settings.composition();
+            options.method = settings.method();
             options.newton = settings.newton();
             let system = dynamics.variational(&mechanism);
             let run = integrator(mechanism, system, options, solver, at)

@@ -5,22 +5,40 @@
 //! systems and [`crate::scheme::Scheme`] for its schemes; the integrator is the same.
 
 use crate::constraints::Constraints;
+use crate::galerkin::GaussPoint;
 use crate::node::{Node, NodeObserver};
 use crate::saddle_point::IndependentRows;
-use vi_core::Composition;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::state::State;
+use vi_core::{Composition, Configuration};
 
 /// A step that has been taken.
 #[derive(Clone, Copy, Debug)]
 pub struct Step<'a> {
     /// Its interval.
     pub s: &'a Interval,
+    /// Its Gauss nodes, of Galerkin schemes; else empty.
+    pub gauss: &'a [GaussPoint],
     /// `h²λ` over all constraints, shape `m`, of schemes that find the multiplier of the step; else empty.
     pub multipliers: &'a [f64],
+}
+
+impl Step<'_> {
+    /// `E_d = −∂L_d/∂h` (52), J: of Galerkin schemes `Σ_k b_k [½ V_kᵀ M V_k + V(Q_k)]` [2.32].
+    #[must_use]
+    pub fn discrete_energy(&self, system: &impl DiscreteLagrangian) -> f64 {
+        if self.gauss.is_empty() {
+            return system.discrete_energy(self.s);
+        }
+        let energy = |node: &GaussPoint| {
+            let at = Configuration { t: node.t, q: &node.q, angles: &self.s.angles };
+            node.weight * (system.kinetic_energy(&node.v) + system.potential_energy(at))
+        };
+        self.gauss.iter().map(energy).sum()
+    }
 }
 
 /// A system that an integrator can step.

@@ -22,7 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub use crate::setup::{Options, SetupError, SingularStart};
+pub use crate::setup::{Method, Options, SetupError, SingularStart};
 
 use crate::agreement::contradiction;
 use crate::closure::ClosureWatch;
@@ -30,6 +30,7 @@ use crate::constrained::Constrained;
 use crate::constraints::Constraints;
 use crate::dalembert::{Dalembert, MapSource, QrSource};
 use crate::discretization::{Discretization, ObserveNode, Step};
+use crate::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal};
 use crate::initialization::{ConsistentStart, InitialValues, StartReport, start};
 use crate::nodal::Nodal;
 use crate::node::{Node, NodeObserver};
@@ -58,6 +59,7 @@ pub struct Integrator<S: Discretization<C>, C> {
     start_observer: Option<S::Observer>, // where the start has fewer independent constraints
     rows: IndependentRows,
     gammas: Vec<f64>,
+    method: Method,
     step: f64,
     origin: Origin,
     state: State,
@@ -124,6 +126,8 @@ pub struct StepReport {
     pub sub_steps: usize,
     /// Largest `|r|_∞` left over.
     pub residual: f64,
+    /// Initial guesses that failed.
+    pub restarts: usize,
 }
 
 impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C> {
@@ -142,13 +146,19 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
         let (n, m) = (constraints.dim(), constraints.len());
         check_shapes(&system, &*constraints, at)?;
         let rows = IndependentRows::find_generic(&*constraints, at.t, at.q)?;
-        let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
-            SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
-            SchemeKind::Dalembert => {
+        let scheme: Box<dyn Scheme<S, C>> = match (options.scheme, options.method.stages()) {
+            (SchemeKind::Constrained, Some(stages)) => {
+                Box::new(GalerkinConstrained::new(n, m, rows.clone(), stages))
+            }
+            (_, Some(_)) => {
+                return Err(SetupError::NoGalerkin { what: "constraints without a null space" });
+            }
+            (SchemeKind::Constrained, None) => Box::new(Constrained::new(n, m, rows.clone())),
+            (SchemeKind::Dalembert, None) => {
                 let source = QrSource::new(n, m, rows.len());
                 Box::new(Dalembert::new(n, m, rows.clone(), source))
             }
-            SchemeKind::Nodal | SchemeKind::Reduced => {
+            (SchemeKind::Nodal | SchemeKind::Reduced, None) => {
                 let operators = TangentSpace::new(constraints.clone(), &rows);
                 Box::new(Nodal::new(n, operators, options.scheme == SchemeKind::Reduced))
             }
@@ -174,10 +184,22 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
             let what = "the increment u of the reparametrization";
             return Err(SetupError::Shape { what, found: d, expected: n - rows.len() });
         }
-        let scheme: Box<dyn Scheme<S, C>> = match options.scheme {
-            SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
-            SchemeKind::Dalembert => Box::new(Dalembert::new(n, m, rows.clone(), MapSource(map))),
-            SchemeKind::Nodal | SchemeKind::Reduced => {
+        let scheme: Box<dyn Scheme<S, C>> = match (options.scheme, options.method.stages()) {
+            (SchemeKind::Constrained, Some(stages)) => {
+                Box::new(GalerkinConstrained::new(n, m, rows.clone(), stages))
+            }
+            (SchemeKind::Nodal, Some(stages)) => {
+                let operators = DenseControlPoints::new(n, stages.count(), map);
+                Box::new(GalerkinNodal::new(n, stages, operators))
+            }
+            (SchemeKind::Dalembert | SchemeKind::Reduced, Some(_)) => {
+                return Err(SetupError::NoGalerkin { what: "in this form" });
+            }
+            (SchemeKind::Constrained, None) => Box::new(Constrained::new(n, m, rows.clone())),
+            (SchemeKind::Dalembert, None) => {
+                Box::new(Dalembert::new(n, m, rows.clone(), MapSource(map)))
+            }
+            (SchemeKind::Nodal | SchemeKind::Reduced, None) => {
                 let reduced = options.scheme == SchemeKind::Reduced;
                 Box::new(Nodal::new(n, DenseNodal::new(n, map), reduced))
             }
@@ -211,8 +233,11 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         if !(options.step.is_finite() && options.step != 0.0) {
             return Err(SetupError::Step(options.step));
         }
-        let gammas = system.sub_steps(options.composition);
+        let gammas = system.sub_steps(options.method.composition());
         check_composition(&system, &gammas)?;
+        if options.method.stages().is_some() {
+            check_galerkin(&system)?;
+        }
         check_shapes(&system, &*constraints, at)?;
         let ConsistentStart { mut state, v: initial_velocity, report } =
             start(&system, &*constraints, &rows, at)?;
@@ -230,6 +255,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             start_observer: None,
             rows,
             gammas,
+            method: options.method,
             step: options.step,
             origin: Origin { t: at.t, step: 0 },
             before: state.clone(),
@@ -318,8 +344,13 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             let report = solver.advance(&mut **scheme, of, step, state)?;
             constraints.unwrap_angles(&state.q, &mut state.angles);
             let multipliers = &state.memory.multipliers;
-            each(system, constraints, Step { s: scheme.interval(), multipliers });
+            each(
+                system,
+                constraints,
+                Step { s: scheme.interval(), multipliers, gauss: scheme.gauss() },
+            );
             total.iterations += report.iterations;
+            total.restarts += report.restarts;
             total.residual = total.residual.max(report.residual);
         }
         self.watch.check(&**constraints, state.configuration())?;
@@ -346,13 +377,15 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn node_before(&mut self) -> Result<&Node, Singular> {
+        let of_state = self.reads_states();
         let Self { observer, start_observer, system, constraints, before, state, scheme, .. } =
             self;
         let observer = observer_at(before, observer, start_observer);
-        if self.gammas.len() > 1 {
+        if of_state {
             return observer.observe_state(system, constraints, before, 0.0);
         }
-        let step = Step { s: scheme.interval(), multipliers: &state.memory.multipliers };
+        let step =
+            Step { s: scheme.interval(), multipliers: &state.memory.multipliers, gauss: &[] };
         observer.observe(system, constraints, before, step)
     }
 
@@ -362,7 +395,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// # Errors
     /// [`ObserveError`] when that step fails or the constraints have lost rank.
     pub fn observe(&mut self) -> Result<&Node, ObserveError> {
-        if self.gammas.len() > 1 {
+        if self.reads_states() {
             return Ok(self.observe_state()?);
         }
         let (mut next, last) = (self.state.clone(), self.scheme.interval().clone());
@@ -376,7 +409,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let s = std::mem::replace(scheme.interval_mut(), last);
         trial?;
         let observer = observer_at(state, observer, start_observer);
-        let step = Step { s: &s, multipliers: &next.memory.multipliers };
+        let step = Step { s: &s, multipliers: &next.memory.multipliers, gauss: &[] };
         Ok(observer.observe(system, constraints, state, step)?)
     }
 
@@ -385,7 +418,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn observe_state(&mut self) -> Result<&Node, Singular> {
-        let h = if self.is_composed() { 0.0 } else { self.step };
+        let h = if self.reads_states() { 0.0 } else { self.step };
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let observer = observer_at(state, observer, start_observer);
         observer.observe_state(system, constraints, state, h)
@@ -425,10 +458,17 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         &self.before
     }
 
-    /// Whether a macro step has several sub-steps.
+    /// How the order is reached.
     #[must_use]
-    pub fn is_composed(&self) -> bool {
-        self.gammas.len() > 1
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Whether nodes are read from their states alone: with a composition or a Galerkin scheme no quantity of a node
+    /// belongs to the step from there.
+    #[must_use]
+    pub fn reads_states(&self) -> bool {
+        self.gammas.len() > 1 || self.method.stages().is_some()
     }
 
     /// The interval of the last (sub-)step.
@@ -535,6 +575,17 @@ fn check_composition(system: &impl MechanicalSystem, gammas: &[f64]) -> Result<(
         true => Err(SetupError::DissipativeComposition),
         false => Ok(()),
     }
+}
+
+/// Refuses what the Galerkin schemes have no equations for.
+fn check_galerkin(system: &impl MechanicalSystem) -> Result<(), SetupError> {
+    if system.adds_mass() {
+        return Err(SetupError::NoGalerkin { what: "beams with mass scaling" });
+    }
+    if system.has_memory() {
+        return Err(SetupError::NoGalerkin { what: "forces with internal variables" });
+    }
+    Ok(())
 }
 
 /// Checks the initial values and the constraints against the number of coordinates.

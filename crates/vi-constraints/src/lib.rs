@@ -22,6 +22,7 @@
 //! | [`node_solvers`] | the same from the structure of a mechanism, in linear time |
 //! | [`legendre`] | discrete Legendre transforms, multipliers, energies of given configurations |
 //! | [`node`] | the same along an integration, and hidden constraints |
+//! | [`galerkin`] | schemes of order `2s` with `s` control points per step |
 //! | [`setup`], [`integrator`] | options and refusals; all of it together |
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708 (LMO08).
@@ -35,6 +36,7 @@ pub mod constrained;
 pub mod constraints;
 pub mod dalembert;
 pub mod discretization;
+pub mod galerkin;
 pub mod initialization;
 pub mod integrator;
 mod inverse_mass;
@@ -58,11 +60,13 @@ pub use nalgebra;
 pub use vi_core;
 
 pub use constraints::{ConstraintFn, Constraints, Unconstrained};
+pub use galerkin::{ControlPointOperators, DenseControlPoints};
 pub use initialization::InitialValues;
 pub use integrator::{Integrator, Options};
 pub use legendre::LegendreTransforms;
 pub use reparametrization::{DenseNodal, NodalOperators, Reparametrization};
 pub use scheme::SchemeKind;
+pub use setup::Method;
 pub use tangent_space::TangentSpace;
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`, and differ only in how `q_{n+1}` is found. Their
 //! trajectories agree to solver tolerance (LMO08 Cor. 3.5).
 
+use crate::galerkin::GaussPoint;
 use crate::saddle_point::SaddlePoint;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -13,7 +14,6 @@ use vi_core::linear::condition_number;
 use vi_core::newton::{
     Block, BlockKind, Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings,
 };
-use vi_core::predictor::History;
 use vi_core::state::State;
 
 /// Which scheme.
@@ -116,6 +116,9 @@ impl StepError {
                 fault: Fault::OutsideChart { kind: BlockKind::Rotation, .. },
                 ..
             }) => "a step must turn no body by more than half a turn: reduce the time step",
+            Self::Newton(NewtonError::Refused { fault: Fault::FarFromGuess { .. }, .. }) => {
+                "the step has more than one solution: reduce the time step"
+            }
             Self::Newton(NewtonError::Refused { fault: Fault::SingularTangent, .. })
             | Self::Newton(NewtonError::Refused { fault: Fault::RankChanged { .. }, .. })
             | Self::RankLost => {
@@ -195,6 +198,15 @@ impl Condition {
     }
 }
 
+/// How Newton's method starts from an initial guess.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Guess {
+    /// With full corrections.
+    Plain,
+    /// With a line search.
+    Damped,
+}
+
 /// One of the schemes: the equations of a step `r(x) = 0`, with their workspace.
 ///
 /// Nothing in it influences a later step but through the [`State`]. Call order within a step: `begin`, then
@@ -240,6 +252,42 @@ pub trait Scheme<S, C>: Send {
     fn resolution(&self) -> f64 {
         0.25
     }
+    /// See [`NewtonProblem::is_simplified`].
+    fn is_simplified(&self) -> bool {
+        false
+    }
+    /// Writes an initial guess of the unknowns of the step that was begun, each `attempt` a more robust one; `None`:
+    /// no more. By default the extrapolated increment, the last one, and zero with a line search.
+    fn guess(
+        &mut self,
+        _system: &S,
+        attempt: usize,
+        (step, state): (SubStep, &State),
+        x: &mut [f64],
+    ) -> Option<Guess> {
+        let depth = if attempt == 0 { usize::MAX } else { 1 };
+        let known = state.history.predict(step.index, step.h, depth, x);
+        match attempt + usize::from(attempt > 0 && !known) {
+            0 if known => Some(Guess::Plain),
+            0 => {
+                x.fill(0.0);
+                Some(Guess::Plain)
+            }
+            1 => Some(Guess::Plain),
+            2 => {
+                x.fill(0.0);
+                Some(Guess::Damped)
+            }
+            _ => None,
+        }
+    }
+    /// Whether a solution is that of the step.
+    ///
+    /// # Errors
+    /// [`Fault`] when it is not.
+    fn accept(&self, _x: &[f64]) -> Result<(), Fault> {
+        Ok(())
+    }
     /// The unknowns that alternate from step to step around a smooth course.
     fn alternating(&self, _sub_steps: usize) -> Range<usize> {
         0..0
@@ -260,6 +308,10 @@ pub trait Scheme<S, C>: Send {
         newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError>;
+    /// The Gauss nodes of the last step, of Galerkin schemes; the others have none.
+    fn gauss(&self) -> &[GaussPoint] {
+        &[]
+    }
     /// The interval of the last step.
     fn interval(&self) -> &Interval;
     /// The same, to put back the one before a trial step.
@@ -305,10 +357,10 @@ impl StepSolver {
         state.history.fit(x.len(), step.count, scheme.alternating(step.count));
         scheme.begin(system, constraints, step, state);
         let mut problem = Equations { scheme, system, constraints };
-        let mut outcome = solve_step(newton, &mut state.history, step, &mut problem, x);
+        let mut outcome = solve_step(newton, state, step, &mut problem, x);
         if problem.scheme.renew(constraints, outcome.is_ok()) {
             state.history.clear();
-            outcome = solve_step(newton, &mut state.history, step, &mut problem, x);
+            outcome = solve_step(newton, state, step, &mut problem, x);
         }
         let report = outcome?;
         problem.scheme.end(system, constraints, newton, state)?;
@@ -340,6 +392,10 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
         self.scheme.noise()
     }
 
+    fn is_simplified(&self) -> bool {
+        self.scheme.is_simplified()
+    }
+
     fn is_round_off(&mut self, x: &[f64], r: &[f64]) -> bool {
         const PARTS: f64 = 8.0 * f64::EPSILON;
         let sizes = self.scheme.equation_sizes(self.constraints, x);
@@ -351,37 +407,35 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
     }
 }
 
-/// Solves one step with increasingly robust initial guesses: the extrapolated increment, the last one, zero
-/// with a line search.
-fn solve_step(
+/// Solves one step with increasingly robust initial guesses.
+fn solve_step<S, C>(
     newton: &mut Newton,
-    history: &mut History,
+    state: &mut State,
     step: SubStep,
-    problem: &mut impl NewtonProblem,
+    problem: &mut Equations<'_, '_, S, C>,
     x: &mut [f64],
 ) -> Result<NewtonReport, StepError> {
-    let mut spent = 0;
-    let SubStep { index, h, .. } = step;
-    let known = history.predict(index, h, usize::MAX, x);
-    if !known {
-        x.fill(0.0);
+    let searching = newton.settings.line_search;
+    let mut failure = None;
+    for attempt in 0.. {
+        let guess = problem.scheme.guess(problem.system, attempt, (step, state), x);
+        let Some(guess) = guess.filter(|guess| *guess == Guess::Plain || !searching) else { break };
+        newton.settings.line_search = searching || guess == Guess::Damped;
+        let outcome = newton.solve(problem, x);
+        newton.settings.line_search = searching;
+        let accepted = outcome.and_then(|report| match problem.scheme.accept(x) {
+            Ok(()) => Ok(report),
+            Err(fault) => Err(NewtonError::Refused { fault, iteration: report.iterations }),
+        });
+        match accepted {
+            Ok(mut report) => {
+                report.iterations += attempt * newton.settings.max_iterations;
+                report.restarts = attempt;
+                state.history.remember(step.index, step.h, attempt > 0, x);
+                return Ok(report);
+            }
+            Err(error) => failure = Some(error),
+        }
     }
-    let mut outcome = newton.solve(problem, x);
-    let extrapolated = outcome.is_ok();
-    if outcome.is_err() && known {
-        spent += newton.settings.max_iterations;
-        history.predict(index, h, 1, x);
-        outcome = newton.solve(problem, x);
-    }
-    if outcome.is_err() && !newton.settings.line_search {
-        spent += newton.settings.max_iterations;
-        x.fill(0.0);
-        newton.settings.line_search = true;
-        outcome = newton.solve(problem, x);
-        newton.settings.line_search = false;
-    }
-    let mut report = outcome?;
-    report.iterations += spent;
-    history.remember(index, h, !extrapolated, x);
-    Ok(report)
+    Err(failure.unwrap_or(NewtonError::Refused { fault: Fault::NotFinite, iteration: 0 }).into())
 }

@@ -5,15 +5,63 @@ use crate::initialization::StartError;
 use crate::saddle_point::RankNearby;
 use crate::scheme::SchemeKind;
 use vi_core::composition::Composition;
+use vi_core::galerkin::Stages;
 use vi_core::newton::NewtonSettings;
+
+/// How the order is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// By a symmetric composition of steps of order 2, or by one of them.
+    Composition(Composition),
+    /// By polynomials of degree `s` on each step, order `2s` ([`crate::galerkin`]).
+    Galerkin(Stages),
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self::Composition(Composition::Identity)
+    }
+}
+
+impl Method {
+    /// The order in `q_n` and `ᵠp_n`.
+    #[must_use]
+    pub fn order(self) -> u32 {
+        match self {
+            Self::Composition(composition) => composition.order(),
+            Self::Galerkin(stages) => stages.order(),
+        }
+    }
+
+    /// The sub-steps of a macro step.
+    #[must_use]
+    pub fn composition(self) -> Composition {
+        match self {
+            Self::Composition(composition) => composition,
+            Self::Galerkin(_) => Composition::Identity,
+        }
+    }
+
+    /// The degree of the polynomial of a step, of a Galerkin scheme.
+    #[must_use]
+    pub fn stages(self) -> Option<Stages> {
+        match self {
+            Self::Composition(_) => None,
+            Self::Galerkin(stages) => Some(stages),
+        }
+    }
+}
 
 /// What to integrate with.
 ///
 /// ```
 /// use vi_constraints::{Options, SchemeKind};
 /// use vi_core::Composition;
+/// use vi_core::galerkin::Stages;
 /// let options = Options::new(SchemeKind::Nodal, 0.01).composition(Composition::KahanLi9);
-/// assert_eq!(options.composition.order(), 6);
+/// assert_eq!(options.method.order(), 6);
+/// let options = Options::new(SchemeKind::Nodal, 0.05).galerkin(Stages::of_order(8).unwrap());
+/// assert_eq!(options.method.order(), 8);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options<K = SchemeKind> {
@@ -21,8 +69,8 @@ pub struct Options<K = SchemeKind> {
     pub scheme: K,
     /// Macro time step `h`, s; negative to run backwards in time.
     pub step: f64,
-    /// The symmetric composition of steps.
-    pub composition: Composition,
+    /// How the order is reached.
+    pub method: Method,
     /// Newton's method.
     pub newton: NewtonSettings,
 }
@@ -31,14 +79,21 @@ impl<K> Options<K> {
     /// Order 2 with step `h` (s) and Newton's method to the round-off floor.
     #[must_use]
     pub fn new(scheme: K, step: f64) -> Self {
-        let (composition, newton) = (Composition::Identity, NewtonSettings::default());
-        Self { scheme, step, composition, newton }
+        let (method, newton) = (Method::default(), NewtonSettings::default());
+        Self { scheme, step, method, newton }
     }
 
     /// With a symmetric composition of order 4, 6 or 8.
     #[must_use]
     pub fn composition(mut self, composition: Composition) -> Self {
-        self.composition = composition;
+        self.method = Method::Composition(composition);
+        self
+    }
+
+    /// With a Galerkin scheme of order `2s`.
+    #[must_use]
+    pub fn galerkin(mut self, stages: Stages) -> Self {
+        self.method = Method::Galerkin(stages);
         self
     }
 }
@@ -62,6 +117,12 @@ pub enum SetupError {
          with dissipative forces"
     )]
     DissipativeComposition,
+    /// What the Galerkin schemes cannot integrate.
+    #[error("the Galerkin schemes do not integrate {what}")]
+    NoGalerkin {
+        /// What of the system, or which scheme.
+        what: &'static str,
+    },
     /// The start is a configuration in which the constraints of a loop lose rank.
     #[error("the start is a singular configuration (the loop closed by `{joint}`) {reason}")]
     SingularStart {

@@ -42,6 +42,9 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn d1_d1(&self, s: &Interval, out: &mut dyn Entries);
     /// Emits `D_2 D_2 L_d`, as [`DiscreteLagrangian::d1_d1`].
     fn d2_d2(&self, s: &Interval, out: &mut dyn Entries);
+    /// Emits `scale ∇²V(q)` of the continuous potential, shape `n × n`; always the same places in the same order. No
+    /// step needs it: it is part of the tangent of a step.
+    fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
     /// `out ← out + f_d^-(q_n, q_{n+1})`, N·s.
     fn add_force_minus(&self, _s: &Interval, _out: &mut [f64]) {}
     /// `out ← out + f_d^+(q_n, q_{n+1})`, N·s.
@@ -177,6 +180,21 @@ impl SeparableSystem {
         }
     }
 
+    /// Adds `scale f·v` of each discrete force to `out`, in the order in which they were added; `scratch`: shape `n`.
+    pub fn add_power(
+        &self,
+        (at, v): (Configuration<'_>, &[f64]),
+        scale: f64,
+        scratch: &mut [f64],
+        out: &mut [f64],
+    ) {
+        for (force, work) in self.forces.iter().zip(out) {
+            scratch.fill(0.0);
+            force.add_continuous(at, v, scratch);
+            *work += scale * scratch.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
+        }
+    }
+
     /// `out ← ∇V(q) − f(t, q, v)`, N: what constraints and inertia have to balance.
     pub fn net_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         out.fill(0.0);
@@ -189,7 +207,7 @@ impl SeparableSystem {
     /// ([`DiscreteForce::add_stiffness`]), shape `n × n`; always the same places in the same order. Not symmetric where
     /// a force has no potential.
     pub fn stiffness(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
-        self.potentials.iter().for_each(|potential| potential.add_hessian(at, 1.0, out));
+        self.potential_hessian(at, 1.0, out);
         self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
     }
 
@@ -230,6 +248,10 @@ impl MechanicalSystem for SeparableSystem {
 
     fn is_dissipative(&self) -> bool {
         self.forces.iter().any(|force| force.is_dissipative())
+    }
+
+    fn has_memory(&self) -> bool {
+        self.internal_variables() > 0
     }
 }
 
@@ -274,6 +296,10 @@ impl DiscreteLagrangian for SeparableSystem {
             potential.add_d2_d2(s, -s.h, out);
         }
         self.emit_scaled_mass(1.0 / s.h, out);
+    }
+
+    fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.potentials.iter().for_each(|potential| potential.add_hessian(at, scale, out));
     }
 
     fn add_force_minus(&self, s: &Interval, out: &mut [f64]) {

@@ -16,6 +16,7 @@
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
 //! | [`quadratic_eigen`] | `(λ² M + λ C + K) x = 0`: damped and gyroscopic vibrations |
 //! | [`composition`] | orders 4, 6, 8 |
+//! | [`galerkin`] | constants of the schemes of order `2s` with `s` control points per step |
 //! | [`compensation`] | rounding errors of a step, given to the next one |
 //! | [`state`] | all that the future of a motion depends on |
 //! | [`momentum_map`] | discrete Noether quantities |
@@ -32,6 +33,7 @@ pub mod configuration;
 pub mod discrete_lagrangian;
 pub mod eigen;
 pub mod force;
+pub mod galerkin;
 pub mod interval;
 pub mod legendre;
 pub mod linear;

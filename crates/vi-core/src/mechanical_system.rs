@@ -30,6 +30,10 @@ pub trait MechanicalSystem: Send + Sync {
     fn is_dissipative(&self) -> bool {
         false
     }
+    /// Whether a force has internal variables.
+    fn has_memory(&self) -> bool {
+        false
+    }
 
     /// Number `n` of coordinates.
     fn dim(&self) -> usize {

@@ -9,6 +9,12 @@
 //! at floor   when the correction is round-off: size_k ≤ 4ε, or the residual no longer contracts and
 //!            size_k ≤ 1e-9 (three times in a row with size_k ≤ noise where the problem is ill-conditioned)
 //! ```
+//! With an approximate tangent (simplified Newton iterations) the corrections contract by a constant ratio. They are
+//! made until they no longer fall: a bound of `1e-15` would leave a part of each correction that has the same sign in
+//! every step, and the momentum maps would drift.
+//! ```text
+//! stagnation size_k ≥ size_{k-1}/2 and size_k ≤ 64ε, or size_k ≥ size_{k-1} and size_k ≤ 1e-9
+//! ```
 //! `scale_block` is the largest entry of the unknowns of that block, at least its floor: increments
 //! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual after
 //! the last correction is evaluated anyway (it closes the interval), so the test costs no extra
@@ -90,6 +96,14 @@ pub enum Fault {
         /// The last correction.
         correction: f64,
     },
+    /// A solution far from the initial guess, perhaps on another branch of the motion.
+    #[error("a solution {distance:.2} rad from the initial guess (unknown {unknown})")]
+    FarFromGuess {
+        /// The unknown that is farthest.
+        unknown: usize,
+        /// How far, rad.
+        distance: f64,
+    },
     /// A matrix has another rank than at the start.
     #[error("{of} have rank {found} here and rank {expected} at the start")]
     RankChanged {
@@ -138,6 +152,10 @@ pub trait NewtonProblem {
     fn is_round_off(&mut self, _x: &[f64], _r: &[f64]) -> bool {
         false
     }
+    /// Whether [`NewtonProblem::correction`] only approximates `K⁻¹`: the corrections contract by a constant ratio.
+    fn is_simplified(&self) -> bool {
+        false
+    }
     /// Parts of `ε` that may be left over: 1/4 is below the rounding of `x`; less takes half an iteration more, for
     /// who uses [`Newton::rounding_error`].
     fn resolution(&self) -> f64 {
@@ -173,6 +191,8 @@ pub struct NewtonReport {
     pub residual: f64,
     /// Relative size of the last correction.
     pub last_correction: f64,
+    /// Initial guesses that failed before.
+    pub restarts: usize,
 }
 
 /// How a solve failed; the unknowns are left where the loop stood.
@@ -241,6 +261,15 @@ pub struct Newton {
 /// Iterations without a smaller residual after which it is compared with rounding.
 const LEVEL: usize = 3;
 
+/// Simplified iterations in the place of one.
+const SWEEPS: usize = 4;
+
+/// Whether a correction by an approximate tangent has reached round-off, from the size of the one `before`.
+fn stagnates(size: f64, before: f64) -> bool {
+    const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+    (size >= 0.5 * before && size <= ROUND_OFF) || (size >= before && size <= 1e-9)
+}
+
 struct Size {
     relative: f64,
     kind: BlockKind,
@@ -287,7 +316,8 @@ impl Newton {
         let mut report = NewtonReport::default();
         let mut residual = self.evaluate(problem, x).map_err(refused(0))?;
         report.evaluations = 1;
-        let (mut stalled, mut level) = (0, 0);
+        let (mut stalled, mut level, mut growing, mut before) = (0, 0, 0, f64::INFINITY);
+        let limit = self.settings.max_iterations * if problem.is_simplified() { SWEEPS } else { 1 };
         loop {
             let iteration = report.iterations + 1;
             self.dx.copy_from_slice(&self.r);
@@ -319,10 +349,18 @@ impl Newton {
                 largest(blocks, x, &self.dx).relative <= problem.noise()
                     && problem.is_round_off(x, &self.r)
             };
-            if converged || at_floor || stopped {
+            let done = if problem.is_simplified() {
+                stagnates(size.relative, before)
+            } else {
+                converged || at_floor || stopped
+            };
+            if done {
                 return Ok(report);
             }
-            if iteration >= self.settings.max_iterations {
+            growing =
+                if size.relative > before && problem.is_simplified() { growing + 1 } else { 0 };
+            before = size.relative;
+            if iteration >= limit || growing >= LEVEL {
                 return Err(NewtonError::NotConverged {
                     iterations: iteration,
                     kind: size.kind,

@@ -110,7 +110,7 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         system: &EmSystem,
         constraints: &C,
         state: &State,
-        Step { s, multipliers: mu }: Step<'_>,
+        Step { s, multipliers: mu, .. }: Step<'_>,
     ) -> Result<&Node, Singular> {
         self.read_state(system, constraints, state);
         let (m, n) = (constraints.len(), constraints.dim());

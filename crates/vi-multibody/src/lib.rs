@@ -71,7 +71,9 @@ pub use mechanism::{description, initial_rates, prescribed};
 pub use output::{joint_motion, reaction, tree_multipliers};
 pub use pair::joint;
 pub use solver::closed_loop::loop_rank;
-pub use solver::{articulated, closed_loop, run, sparse_nodal, tree_map, tree_nodal};
+pub use solver::{
+    articulated, closed_loop, run, sparse_nodal, tree_control_points, tree_map, tree_nodal,
+};
 pub use tree::particle;
 
 pub use builder::{BuildError, BuiltMechanism, ForceElements, MechanismBuilder};

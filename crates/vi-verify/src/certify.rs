@@ -300,7 +300,7 @@ impl Certifier<'_> {
 
     fn symplectic(&mut self, method: Method, order: u32) {
         let mut found = finding(Criterion::Symplecticity, method, order, "change of Ω");
-        let variational = matches!(method, Method::Variational(_));
+        let variational = method.is_variational();
         if self.nature().is_some_and(|nature| nature.forced || nature.dissipative) {
             found.verdict = Verdict::NotApplicable;
             found.reason =
@@ -422,7 +422,7 @@ fn exponent_as_written(method: Method) -> Option<f64> {
         Method::Variational(SchemeKind::Constrained) => Some(-3.0),
         Method::Variational(SchemeKind::Dalembert) => Some(-1.0),
         Method::Variational(_) => Some(0.0),
-        Method::EnergyMomentum(_) => None,
+        Method::Galerkin(_) | Method::EnergyMomentum(_) => None,
     }
 }
 

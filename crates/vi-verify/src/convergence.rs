@@ -62,7 +62,7 @@ impl Quantity {
     /// As it is written for a method.
     #[must_use]
     pub fn name(self, method: Method) -> &'static str {
-        let variational = matches!(method, Method::Variational(_));
+        let variational = method.is_variational();
         match self {
             Self::Position => "q",
             Self::Momentum if variational => "p (projected, 40)",

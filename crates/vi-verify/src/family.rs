@@ -4,6 +4,7 @@ use super::equations::{Equations, Observed, OfSystem};
 use super::subject::{Reactions, Values};
 use std::marker::PhantomData;
 use vi_constraints::discretization::{Discretization, Step};
+use vi_constraints::galerkin::GalerkinTangent;
 use vi_constraints::tangent_map::{TangentMap, Tangents};
 use vi_constraints::{Constraints, Integrator};
 use vi_core::{DiscreteLagrangian, Entries, Interval, SeparableSystem};
@@ -20,7 +21,7 @@ pub trait Family<C: Constraints> {
     /// The system that equations of motion are evaluated with.
     fn exact<'a>(&'a self, run: &'a Integrator<Self::System, C>) -> &'a Self::Exact;
     /// `E_d` of a (sub-)step, J; `None` where it is the energy of the node itself.
-    fn discrete_energy(system: &Self::System, s: &Interval) -> Option<f64>;
+    fn discrete_energy(system: &Self::System, step: Step<'_>) -> Option<f64>;
     /// Emits the Jacobian that annihilates `Δq` in a step, shape `m × n`.
     fn jacobian(constraints: &C, s: &Interval, out: &mut dyn Entries);
     /// See [`super::subject::Motion::values`].
@@ -44,10 +45,17 @@ pub trait Family<C: Constraints> {
 
 const NO_TANGENTS: &str = "no tangent vectors were asked for";
 
+/// The tangent of a step of order 2, or of a Galerkin step.
+#[derive(Debug)]
+enum VariationalTangent {
+    Second(Box<TangentMap>),
+    Galerkin(Box<GalerkinTangent>),
+}
+
 /// The variational schemes.
 #[derive(Debug)]
 pub struct Variational<S> {
-    tangent: Option<TangentMap>,
+    tangent: Option<VariationalTangent>,
     system: PhantomData<S>,
 }
 
@@ -65,8 +73,8 @@ impl<S: DiscreteLagrangian, C: Observed> Family<C> for Variational<S> {
         run.system()
     }
 
-    fn discrete_energy(system: &S, s: &Interval) -> Option<f64> {
-        Some(system.discrete_energy(s))
+    fn discrete_energy(system: &S, step: Step<'_>) -> Option<f64> {
+        Some(step.discrete_energy(system))
     }
 
     fn jacobian(constraints: &C, s: &Interval, out: &mut dyn Entries) {
@@ -78,7 +86,7 @@ impl<S: DiscreteLagrangian, C: Observed> Family<C> for Variational<S> {
         let node = run.observe().map_err(|e| e.to_string())?.clone();
         let (state, constraints, rows) = (run.state(), run.constraints(), run.rows());
         let at = (state.t, &state.q[..]);
-        let (of_a_step, m) = (!run.is_composed(), constraints.len());
+        let (of_a_step, m) = (!run.reads_states(), constraints.len());
         let redundant = rows.len() < m;
         // where rows are redundant, the force Gᵀλ stands for λ
         let unique = |lambda: Vec<f64>| {
@@ -101,7 +109,13 @@ impl<S: DiscreteLagrangian, C: Observed> Family<C> for Variational<S> {
 
     fn tangents(&mut self, run: &Integrator<S, C>) -> Tangents {
         let (constraints, rows, state) = (run.constraints(), run.rows(), run.state());
-        self.tangent = Some(TangentMap::new(constraints.len(), rows, &state.p));
+        let m = constraints.len();
+        self.tangent = match run.method().stages() {
+            None => Some(VariationalTangent::Second(Box::new(TangentMap::new(m, rows, &state.p)))),
+            Some(stages) => GalerkinTangent::new(m, rows, stages, state)
+                .ok()
+                .map(|tangent| VariationalTangent::Galerkin(Box::new(tangent))),
+        };
         Tangents::canonical(constraints, rows, (state.t, &state.q))
     }
 
@@ -111,8 +125,11 @@ impl<S: DiscreteLagrangian, C: Observed> Family<C> for Variational<S> {
         step: Step<'_>,
         tangents: &mut Tangents,
     ) -> Result<(), String> {
-        let map = self.tangent.as_mut().ok_or(NO_TANGENTS)?;
-        map.push(system, constraints, step.s, tangents).map_err(|e| e.to_string())
+        let pushed = match self.tangent.as_mut().ok_or(NO_TANGENTS)? {
+            VariationalTangent::Second(map) => map.push(system, constraints, step.s, tangents),
+            VariationalTangent::Galerkin(map) => map.push(system, constraints, step, tangents),
+        };
+        pushed.map_err(|e| e.to_string())
     }
 }
 
@@ -139,7 +156,7 @@ impl<C: Observed + DiscreteConstraints> Family<C> for EnergyMomentum {
         &self.forces
     }
 
-    fn discrete_energy(_: &EmSystem, _: &Interval) -> Option<f64> {
+    fn discrete_energy(_: &EmSystem, _: Step<'_>) -> Option<f64> {
         None
     }
 
@@ -151,7 +168,7 @@ impl<C: Observed + DiscreteConstraints> Family<C> for EnergyMomentum {
         let node = run.observe().map_err(|e| e.to_string())?.clone();
         let (state, constraints, rows) = (run.state(), run.constraints(), run.rows());
         let joints = constraints.reactions((state.t, &state.q), &node.lambda, rows);
-        let of_a_step = !run.is_composed(); // else no multiplier of a step belongs to a node
+        let of_a_step = !run.reads_states(); // else no multiplier of a step belongs to a node
         let reactions = (of_a_step && !joints.is_empty())
             .then(|| Reactions { lambda: node.lambda.clone(), joints });
         let (mean, single) = match rows.len() < constraints.len() {

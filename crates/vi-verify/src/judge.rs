@@ -58,7 +58,7 @@ pub(super) fn judge_order(
     study: &Study,
 ) -> Finding {
     let mut found = finding(Criterion::Order, method, order, curve.quantity.name(method));
-    let variational = matches!(method, Method::Variational(_));
+    let variational = method.is_variational();
     let first_order = match curve.quantity {
         Quantity::StartMultiplier if variational => {
             "(47) has one neighbouring step only: it is of first order"
@@ -178,7 +178,7 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
     let relative = if size > 0.0 { trend.width() / size } else { 0.0 };
     let round_off = round_off(run.steps * sub_steps(order), 10.0);
     let conserved = relative <= round_off;
-    let variational = matches!(method, Method::Variational(_));
+    let variational = method.is_variational();
     found.expected = match variational {
         true => format!("means of H or H̃ within {:.0} % of the band", 100.0 * NEGLIGIBLE),
         false => "conserved to round-off".into(),

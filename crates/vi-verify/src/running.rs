@@ -4,7 +4,6 @@ use super::equations::{Equations, Observed, OfSystem};
 use super::family::{EnergyMomentum, Family, Variational};
 use super::frequency::frequency;
 use super::subject::{Invariants, Motion, Nature, Values};
-use vi_constraints::discretization::Step;
 use vi_constraints::initialization::{InitialValues, start};
 use vi_constraints::scheme::Condition;
 use vi_constraints::tangent_map::Tangents;
@@ -156,10 +155,11 @@ impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
     fn step(&mut self) -> Result<(), String> {
         let mut action_rate = Some(0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
         let mut length = 0.0;
-        let composed = self.run.is_composed();
+        let composed = self.run.reads_states();
         let mut level = vec![0.0];
-        let stepped = self.run.step_with(&mut |system, constraints, Step { s, .. }| {
-            let added = F::discrete_energy(system, s).zip(action_rate);
+        let stepped = self.run.step_with(&mut |system, constraints, step| {
+            let s = step.s;
+            let added = F::discrete_energy(system, step).zip(action_rate);
             action_rate = added.map(|(energy, rate)| rate + s.h * energy);
             length += s.h;
             if composed {
@@ -222,7 +222,7 @@ impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
         let node = self.run.node_before().map_err(|e| e.to_string())?.clone();
         let (at, constraints) = (self.run.before(), self.run.constraints());
         let momentum = |p: &[f64]| constraints.momentum_map(&at.q, p);
-        let composed = self.run.is_composed();
+        let composed = self.run.reads_states();
         let energy = node.hamiltonian_projected.total();
         let kinetic = self.run.system().kinetic_energy(&node.v);
         Ok(Invariants {

@@ -16,21 +16,71 @@ use vi_emscheme::EmForm;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Method {
-    /// One of the four variational schemes.
+    /// One of the four variational schemes; orders 4, 6, 8 by composition.
     Variational(SchemeKind),
+    /// A Galerkin scheme, order `2s` with `s` control points.
+    Galerkin(GalerkinForm),
     /// One of the three forms of the energy–momentum scheme.
     EnergyMomentum(EmForm),
+}
+
+/// A form of the Galerkin schemes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum GalerkinForm {
+    /// On the discrete null space.
+    #[serde(rename = "galerkin")]
+    Nodal,
+    /// With multipliers.
+    #[serde(rename = "galerkin-constrained")]
+    Constrained,
+}
+
+impl GalerkinForm {
+    /// The form of a scheme, where it has one.
+    #[must_use]
+    pub fn of(kind: SchemeKind) -> Option<Self> {
+        match kind {
+            SchemeKind::Nodal => Some(Self::Nodal),
+            SchemeKind::Constrained => Some(Self::Constrained),
+            SchemeKind::Dalembert | SchemeKind::Reduced => None,
+        }
+    }
+
+    /// The scheme of order 2 in this form.
+    #[must_use]
+    pub fn kind(self) -> SchemeKind {
+        match self {
+            Self::Nodal => SchemeKind::Nodal,
+            Self::Constrained => SchemeKind::Constrained,
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nodal => "galerkin",
+            Self::Constrained => "galerkin-constrained",
+        }
+    }
 }
 
 impl Method {
     /// The production scheme.
     pub const NODAL: Self = Self::Variational(SchemeKind::Nodal);
 
+    /// Whether it follows from a discrete action.
+    #[must_use]
+    pub fn is_variational(self) -> bool {
+        matches!(self, Self::Variational(_) | Self::Galerkin(_))
+    }
+
     /// The name in model files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Variational(kind) => kind.name(),
+            Self::Galerkin(form) => form.name(),
             Self::EnergyMomentum(form) => form.name(),
         }
     }
@@ -41,7 +91,7 @@ impl Method {
 pub struct Setting {
     /// The method.
     pub method: Method,
-    /// Its order: 2, or 4, 6, 8 by composition.
+    /// Its order: 2; 4, 6, 8 by composition; 2, 4 … 16 of Galerkin schemes.
     pub order: u32,
     /// `h`, s.
     pub step: f64,

@@ -74,6 +74,7 @@ fn property(finding: &Finding) -> Key {
 fn key(finding: &Finding) -> Key {
     let family = match finding.method {
         Some(Method::Variational(_)) => "variational",
+        Some(Method::Galerkin(_)) => "Galerkin",
         Some(Method::EnergyMomentum(_)) => "energy–momentum",
         None => "statics",
     };

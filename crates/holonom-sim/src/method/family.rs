@@ -3,7 +3,7 @@
 use super::work::Work;
 use vi_constraints::discretization::{Discretization, Step};
 use vi_constraints::{Constraints, Integrator};
-use vi_core::{DiscreteLagrangian, SeparableSystem};
+use vi_core::SeparableSystem;
 use vi_emscheme::{EmIntegrator, EmSystem};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
@@ -35,11 +35,11 @@ impl Family for SeparableSystem {
     }
 
     fn add_work(&self, _: &Mechanism, step: Step<'_>, work: &mut Work) {
-        work.add(self, step.s);
+        work.add(self, step);
     }
 
-    fn action_rate(&self, Step { s, .. }: Step<'_>) -> f64 {
-        s.h * self.discrete_energy(s)
+    fn action_rate(&self, step: Step<'_>) -> f64 {
+        step.s.h * step.discrete_energy(self)
     }
 
     fn variational(run: &mut MechanismIntegrator) -> Option<&mut MechanismIntegrator> {
@@ -59,7 +59,12 @@ impl Family for EmSystem {
         Work::new(&run.state().q, &run.state().v, run.system().load_count(), false)
     }
 
-    fn add_work(&self, mechanism: &Mechanism, Step { s, multipliers }: Step<'_>, work: &mut Work) {
+    fn add_work(
+        &self,
+        mechanism: &Mechanism,
+        Step { s, multipliers, .. }: Step<'_>,
+        work: &mut Work,
+    ) {
         self.add_work(s, &mut work.force, &mut work.parts);
         if mechanism.is_rheonomic() {
             // prescribed motions do h λ·∂g/∂t, with μ = h²λ

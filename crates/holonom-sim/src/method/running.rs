@@ -77,7 +77,7 @@ impl<S: Family> Running<S> {
         let (energy, hamiltonian) =
             (node.discrete_energy.total(), node.hamiltonian_projected.total());
         let of_step =
-            if S::VARIATIONAL && self.run.is_composed() { self.ended } else { Some(energy) };
+            if S::VARIATIONAL && self.run.reads_states() { self.ended } else { Some(energy) };
         Reading {
             step: at.step,
             t: at.t,
@@ -104,7 +104,7 @@ impl<S: Family> Running<S> {
 impl<S: Family + 'static> Method for Running<S> {
     fn step(&mut self) -> Result<StepReport, StepError> {
         let Self { run, work, ended, .. } = self;
-        let composed = run.is_composed();
+        let composed = run.reads_states();
         work.begin();
         let (mut action_rate, mut length) = (0.0, 0.0); // E_d = −∂/∂h of the action
         let taken = run.step_with(&mut |system, mechanism, step| {
@@ -128,7 +128,7 @@ impl<S: Family + 'static> Method for Running<S> {
     }
 
     fn reads_first(&self) -> bool {
-        self.run.is_composed()
+        self.run.reads_states()
     }
 
     fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
@@ -150,7 +150,7 @@ impl<S: Family + 'static> Method for Running<S> {
     }
 
     fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
-        if self.run.is_composed() {
+        if self.run.reads_states() {
             return self.here(multipliers);
         }
         match self.run.observe().cloned() {

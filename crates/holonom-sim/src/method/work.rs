@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! forces       Σ (f_d^- + f_d^+)·Δq/h                      over the (sub-)steps
+//!              Σ h Σ_k b_k f(Q_k, V_k)·V_k                 over the steps of a Galerkin scheme
 //! constraints  −Σ b_n·v_n,  b_n = p̄_n + D_1 L_d + f_d^-    over the nodes: b_n = h Gᵀλ, the force is −Gᵀλ
 //!              −(p̄_N − ᵠp_N)·v̂_N                           the first half of the impulse of the last node
 //! ```
@@ -10,9 +11,9 @@
 //! changes by the sum to second order in the step (theory: discrete Lagrange–d'Alembert principle).
 
 use crate::run_state::{Impulse, same_length};
+use vi_constraints::discretization::Step;
 use vi_constraints::integrator::ResumeError;
-use vi_core::interval::Interval;
-use vi_core::{DiscreteLagrangian, SeparableSystem};
+use vi_core::{Configuration, DiscreteLagrangian, SeparableSystem};
 
 /// The work up to the present node and up to the one before.
 #[derive(Clone, Debug)]
@@ -72,7 +73,15 @@ impl Work {
     }
 
     /// Adds a (sub-)step of a variational scheme.
-    pub(crate) fn add(&mut self, system: &SeparableSystem, s: &Interval) {
+    pub(crate) fn add(&mut self, system: &SeparableSystem, Step { s, gauss, .. }: Step<'_>) {
+        if !gauss.is_empty() {
+            for node in gauss {
+                let at = Configuration { t: node.t, q: &node.q, angles: &s.angles };
+                let scale = s.h * node.weight;
+                system.add_power((at, &node.v), scale, &mut self.force, &mut self.parts);
+            }
+            return; // no Galerkin scheme has prescribed motions
+        }
         system.add_work(s, &mut self.force, &mut self.parts);
         let Some([node, _]) = &mut self.node else { return };
         system.forced_d1(s, &mut self.force);

@@ -6,7 +6,7 @@ use crate::assembly::{AssemblyReport, Counts, StrainVariant};
 use crate::outcome::StaticFacts;
 use crate::outcome::{RunFailure, RunOutcome};
 use crate::sample::Sample;
-use holonom_model::{Family, Model};
+use holonom_model::{Family, HighOrder, Model};
 use vi_core::momentum_map::Momentum;
 
 /// How a run ended.
@@ -136,6 +136,9 @@ pub struct Summary {
     pub scheme: String,
     /// Order of accuracy.
     pub order: u32,
+    /// How it is reached, where that is not by composition.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub method: Option<HighOrder>,
     /// Time step, s.
     pub step: f64,
     /// Time of the last node, s.
@@ -288,6 +291,7 @@ impl SummaryBuilder {
             interruption,
             scheme: model.settings.scheme.name().to_owned(),
             order: model.settings.order,
+            method: Some(model.settings.method).filter(|m| *m != HighOrder::Composition),
             step: model.settings.step,
             end_time,
             steps,

@@ -6,13 +6,13 @@ pub mod subject;
 use self::subject::ModelSubject;
 use holonom_model::{Family, Model};
 use serde::{Deserialize, Serialize};
-use vi_constraints::SchemeKind;
+use vi_constraints::{Method as Order, SchemeKind};
 use vi_core::Composition;
 use vi_verify::certificate::{Certificate, Criterion};
 use vi_verify::certify::{Plan, certify};
 use vi_verify::convergence::{Horizon, nodes, relative_difference};
 use vi_verify::measure::applicable;
-use vi_verify::subject::{Method, Subject};
+use vi_verify::subject::{GalerkinForm, Method, Subject};
 
 /// Coordinates up to which the dense schemes are measured too.
 const DENSE_UP_TO: usize = 200;
@@ -68,7 +68,10 @@ pub fn certify_model(
     progress: &mut dyn FnMut(&str),
 ) -> Result<ModelCertificate, String> {
     let own = match model.settings.scheme.family() {
-        Family::Variational(kind) => Method::Variational(kind),
+        Family::Variational(kind) => match model.settings.method() {
+            Order::Galerkin(_) => GalerkinForm::of(kind).map_or(Method::NODAL, Method::Galerkin),
+            Order::Composition(_) => Method::Variational(kind),
+        },
         Family::EnergyMomentum(form) => Method::EnergyMomentum(form),
         Family::Static => return Err("the model asks for statics, and nothing moves".into()),
     };
@@ -125,14 +128,19 @@ fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Plan, Stri
     if !methods.contains(&own) {
         methods.push(own);
     }
-    let composed = vec![2, 4, model.settings.order];
+    let own_order = model.settings.order;
+    let with_own = |mut orders: Vec<u32>| {
+        orders.push(own_order);
+        orders.sort_unstable();
+        orders.dedup();
+        orders
+    };
     let orders = |k: usize, method: Method| match (k, method) {
-        (0, Method::Variational(_)) => {
-            let mut orders = composed.clone();
-            orders.sort_unstable();
-            orders.dedup();
-            orders
+        (_, Method::Galerkin(_)) => with_own(vec![4, 6, 8]),
+        (0, Method::Variational(_)) if Composition::of_order(own_order).is_some() => {
+            with_own(vec![2, 4])
         }
+        (0, Method::Variational(_)) => vec![2, 4],
         _ => vec![2],
     };
     let methods = methods.into_iter().enumerate().map(|(k, m)| (m, orders(k, m))).collect();

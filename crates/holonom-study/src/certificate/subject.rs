@@ -2,8 +2,9 @@
 
 use holonom_model::{Model, ModelError, Settings};
 use holonom_sim::system::{self, System};
-use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_constraints::{InitialValues, Method as Order, Options, SchemeKind};
 use vi_core::Composition;
+use vi_core::galerkin::Stages;
 use vi_emscheme::{EmAlgebra, EmOptions};
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use vi_verify::running::Running;
@@ -46,7 +47,10 @@ impl ModelSubject {
         let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let (q, v) = at.unwrap_or((&own.0, &own.1));
         let mut options = Options::new(kind, setting.step);
-        options.composition = Composition::of_order(setting.order).unwrap_or_default();
+        options.method = match (setting.method, Stages::of_order(setting.order)) {
+            (Method::Galerkin(_), Some(stages)) => Order::Galerkin(stages),
+            _ => Order::Composition(Composition::of_order(setting.order).unwrap_or_default()),
+        };
         options.newton = settings.newton();
         let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
         let at = InitialValues::new(0.0, q, v);
@@ -65,12 +69,15 @@ impl Subject for ModelSubject {
             Method::Variational(kind) => {
                 Ok(Box::new(Running::variational(self.integrator(kind, setting, at)?)))
             }
+            Method::Galerkin(form) => {
+                Ok(Box::new(Running::variational(self.integrator(form.kind(), setting, at)?)))
+            }
             Method::EnergyMomentum(form) => {
                 let (System { mechanism, dynamics, .. }, settings) = self.build()?;
                 let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
                 let (q, v) = at.unwrap_or((&own.0, &own.1));
-                let mut options = EmOptions::new(form, setting.step);
-                options.composition = Composition::of_order(setting.order).unwrap_or_default();
+                let composition = Composition::of_order(setting.order).unwrap_or_default();
+                let mut options = EmOptions::new(form, setting.step).composition(composition);
                 options.newton = settings.newton();
                 let solver = if setting.dense { Solver::Dense } else { settings.solver.into() };
                 let algebra = EmAlgebra { solver, ..EmAlgebra::default() };

@@ -218,9 +218,13 @@ impl Articulated {
 
     /// `A_α` of the last [`Articulated::move_to`]d interval; whether bodies are coupled.
     pub(crate) fn assemble(&mut self, mixed: &Emission<'_>, s: &Interval) -> bool {
+        self.assemble_between(mixed, &s.q0, &s.q1)
+    }
+
+    fn assemble_between(&mut self, mixed: &Emission<'_>, q0: &[f64], q1: &[f64]) -> bool {
         self.links.iter_mut().for_each(|link| link.A = SpatialMatrix::zero());
         let (links, link_of) = (&mut self.links[..], &self.link_of[..]);
-        let mut sink = BlockSink { links, link_of, q0: &s.q0, q1: &s.q1, coupled: false };
+        let mut sink = BlockSink { links, link_of, q0, q1, coupled: false };
         mixed(&mut sink);
         sink.coupled
     }
@@ -237,6 +241,22 @@ impl Articulated {
     ) -> Result<(), Fault> {
         self.tangent(u, &s.q1);
         self.factorize_between(mixed, s)
+    }
+
+    /// `P(q_{n+1})ᵀ M ∂F_d/∂u (u, q_n)`: `X, S` are those at `q_{n+1}`, too.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`].
+    pub(crate) fn factorize_at_end(
+        &mut self,
+        mass: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+    ) -> Result<(), Fault> {
+        self.begin_at(&s.q1, None);
+        self.tangent(u, &s.q1);
+        self.assemble_between(mass, &s.q1, &s.q1);
+        (0..self.links.len()).rev().try_for_each(|k| self.eliminate(k))
     }
 
     /// The same with the `X', S'` at hand.

@@ -4,5 +4,6 @@ pub mod articulated;
 pub mod closed_loop;
 pub mod run;
 pub mod sparse_nodal;
+pub mod tree_control_points;
 pub mod tree_map;
 pub mod tree_nodal;

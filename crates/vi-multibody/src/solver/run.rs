@@ -7,12 +7,21 @@
 //! | tree with nodes of elements | sparse | dense | sparse |
 //! | closed loops of bodies | that of their tree + small complement | dense, QR | sparse |
 //! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |
+//!
+//! Galerkin schemes:
+//!
+//! | mechanism | nodal | constrained |
+//! |---|---|---|
+//! | tree of bodies | articulated recursion, `O(N)` | sparse |
+//! | tree with point masses | dense | sparse |
+//! | closed loops | none yet | sparse |
 
 use crate::mechanism::Mechanism;
 use crate::output::tree_multipliers::TreeMultipliers;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
 use crate::solver::sparse_nodal::SparseNodal;
+use crate::solver::tree_control_points::TreeControlPoints;
 use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_nodal::TreeNodal;
 use crate::tree::Link;
@@ -23,13 +32,16 @@ use vi_constraints::agreement::contradiction;
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::discretization::Discretization;
+use vi_constraints::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal};
 use vi_constraints::initialization::{StartReport, start};
 use vi_constraints::integrator::{SetupError, SingularStart};
 use vi_constraints::nodal::Nodal;
 use vi_constraints::node_solvers::{NodalVelocity, NodeSolvers};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::Scheme;
-use vi_constraints::{Constraints, DenseNodal, Integrator, Options, SchemeKind, TangentSpace};
+use vi_constraints::{
+    Constraints, DenseNodal, Integrator, Method, Options, SchemeKind, TangentSpace,
+};
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 use vi_core::{MechanicalSystem, SeparableSystem};
@@ -90,6 +102,9 @@ pub fn integrator(
     let at = moved.as_ref().map_or(at, |start| InitialValues::new(at.t, &start.q, &start.v));
     let (n, m) = (mechanism.dim(), mechanism.len());
     let scheme: BoxedScheme = match options.scheme {
+        kind if options.method.stages().is_some() => {
+            galerkin(&mechanism, &system, (kind, options.method), solver, &rows)?
+        }
         SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
         SchemeKind::Dalembert if mechanism.has_loops() => {
             let source = QrSource::new(n, m, rows.len());
@@ -257,6 +272,48 @@ fn nodal(
     let operators = SparseNodal::new(mechanism);
     let operators = if elements { operators.for_elements(at.q) } else { operators };
     Ok(Box::new(Nodal::new(n, operators, reduced)))
+}
+
+/// The Galerkin schemes: trees of bodies and point masses in nodal form, any mechanism of these in constrained form.
+fn galerkin(
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+    (kind, method): (SchemeKind, Method),
+    solver: Solver,
+    rows: &IndependentRows,
+) -> Result<BoxedScheme, SetupError> {
+    let refused = |what| Err(SetupError::NoGalerkin { what });
+    let Some(stages) = method.stages() else { return refused("without control points") };
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    if has_nodes(mechanism) {
+        return refused("beams");
+    }
+    if mechanism.is_rheonomic() {
+        return refused("prescribed motions");
+    }
+    match kind {
+        SchemeKind::Constrained => {
+            Ok(Box::new(GalerkinConstrained::new(n, m, rows.clone(), stages)))
+        }
+        SchemeKind::Dalembert => refused("by the scheme `dalembert`"),
+        SchemeKind::Reduced => refused("by the scheme `reduced`"),
+        SchemeKind::Nodal if mechanism.has_loops() => {
+            refused("closed loops by the scheme `nodal`, but by `constrained`")
+        }
+        SchemeKind::Nodal => {
+            let s = probe(mechanism, system);
+            let mass = |out: &mut dyn Entries| system.mass().emit(out);
+            let bodies = mechanism.description().particles.is_empty()
+                && TreeNodal::new(mechanism.tree().clone()).is_uncoupled(&mass, &s);
+            if bodies && solver != Solver::Dense {
+                let operators = TreeControlPoints::new(mechanism.tree(), stages.count());
+                return Ok(Box::new(GalerkinNodal::new(n, stages, operators)));
+            }
+            let map = TreeMap::new(mechanism);
+            let operators = DenseControlPoints::new(n, stages.count(), map);
+            Ok(Box::new(GalerkinNodal::new(n, stages, operators)))
+        }
+    }
 }
 
 /// How the nodes of a mechanism are read. The potential has no part in it; loops need the `memory` of the nodal

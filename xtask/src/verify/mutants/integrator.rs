@@ -83,6 +83,9 @@ impl DiscreteLagrangian for WrongSign {
     fn d2_d2(&self, s: &Interval, out: &mut dyn Entries) {
         self.inner.d2_d2(s, out);
     }
+    fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.inner.potential_hessian(at, scale, out);
+    }
     fn add_force_minus(&self, s: &Interval, out: &mut [f64]) {
         self.inner.add_force_minus(s, out);
     }

@@ -1,0 +1,178 @@
+//! Constrained Galerkin scheme: [2.27].
+//!
+//! ```text
+//! h w_i − G(q_i)ᵀ μ_i = 0,  i = 0 … s−1,         g(q_j) = 0,  j = 1 … s                             [2.27]
+//! unknowns (Δ_1 … Δ_s, μ_0 … μ_{s−1}),  μ_i = h² b̃_i λ_i
+//! [ K_ij M    −G(q_i)ᵀ ]
+//! [ G(q_j)       0     ]
+//! ```
+//! The matrix leaves out `∇²V` and the variation of `Gᵀ`, so the corrections contract by a ratio of `O(h)`; the
+//! residual is exact. Sparse LU for any `g`; no null space is needed. It serves small systems and, as a form of its
+//! own, the verification of the nodal scheme.
+#![allow(non_snake_case)] // K
+
+use crate::constraints::Constraints;
+use crate::galerkin::control_points::{ControlPoints, GaussPoint};
+use crate::saddle_point::{IndependentRows, JacobianPlace};
+use crate::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_core::galerkin::Stages;
+use vi_core::interval::Interval;
+use vi_core::linear::{SparseLu, norm_inf};
+use vi_core::mechanical_system::MechanicalSystem;
+use vi_core::newton::{Block, BlockKind, Fault, Newton};
+use vi_core::sparse::{Block as MatrixBlock, Entries, SparseMatrix};
+use vi_core::state::State;
+
+/// The constrained scheme of order `2s`.
+#[derive(Debug)]
+pub struct GalerkinConstrained {
+    points: ControlPoints,
+    rows: IndependentRows,
+    blocks: [Block; 2],
+    jacobians: Vec<Option<SparseMatrix>>, // s  G(q_i), i = 0 … s−1
+    matrix: Option<SparseMatrix>,
+    lu: Option<SparseLu>,
+    g: Vec<f64>,     // m  all constraints
+    mu: Vec<f64>,    // m  μ_i over all constraints
+    force: Vec<f64>, // n  G(q_i)ᵀ μ_i
+}
+
+impl GalerkinConstrained {
+    /// For `n` coordinates and an independent set of `m` constraints.
+    #[must_use]
+    pub fn new(n: usize, m: usize, rows: IndependentRows, stages: Stages) -> Self {
+        let s = stages.count();
+        let position = Block { kind: BlockKind::Position, range: 0..s * n, floor: 1.0 };
+        let range = s * n..s * (n + rows.len());
+        let multiplier = Block { kind: BlockKind::Multiplier, range, floor: 1.0 };
+        Self {
+            points: ControlPoints::new(n, stages),
+            rows,
+            blocks: [position, multiplier],
+            jacobians: (0..s).map(|_| None).collect(),
+            matrix: None,
+            lu: None,
+            g: vec![0.0; m],
+            mu: vec![0.0; m],
+            force: vec![0.0; n],
+        }
+    }
+}
+
+impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    fn begin(&mut self, system: &S, _constraints: &C, step: SubStep, state: &mut State) {
+        self.points.open(step, state);
+        let length = norm_inf(&state.q).max(1e-6);
+        self.blocks[0].floor = 1e-5 * length;
+        self.blocks[1].floor = 1e-5 * length * norm_inf(system.mass().as_sprs().data());
+    }
+
+    fn residual(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        x: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { points, rows, jacobians, g, mu, force, .. } = self;
+        let (n, s, chosen) = (system.dim(), points.stages(), rows.len());
+        let (increments, multipliers) = x.split_at(s * n);
+        let (momenta, closures) = r.split_at_mut(s * n);
+        for (j, increment) in increments.chunks_exact(n).enumerate() {
+            let point = points.point_mut(j + 1);
+            point.dq.copy_from_slice(increment);
+            point.close_from_increment();
+            constraints.value(point.end(), g);
+            rows.gather(g, &mut closures[j * chosen..(j + 1) * chosen]); // g(q_j) = 0
+        }
+        points.evaluate(system);
+        for (i, momentum) in momenta.chunks_exact_mut(n).enumerate() {
+            let (t, q) = (points.time(i), points.q(i));
+            let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
+            let jacobian = SparseMatrix::update(&mut jacobians[i], (g.len(), n), emit);
+            rows.scatter(&multipliers[i * chosen..(i + 1) * chosen], mu);
+            force.fill(0.0);
+            jacobian.tr_mul_add(1.0, mu, force);
+            points.balance(system, i, momentum);
+            let h = points.h();
+            momentum.iter_mut().zip(&*force).for_each(|(r, force)| *r = h * *r - force); // [2.27]
+        }
+        Ok(())
+    }
+
+    fn correction(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        _x: &[f64],
+        dx: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { points, rows, matrix, lu, .. } = self;
+        let (n, s, chosen) = (system.dim(), points.stages(), rows.len());
+        let emit = |out: &mut dyn Entries| {
+            for i in 0..s {
+                for j in 0..s {
+                    let scale = points.constants().K[(i, j + 1)];
+                    let (row, column, transposed) = (i * n, j * n, false);
+                    let mut block = MatrixBlock { into: &mut *out, row, column, scale, transposed };
+                    system.mass().emit(&mut block);
+                }
+            }
+            for i in 0..s {
+                let multiplier = s * n + i * chosen;
+                let transposed =
+                    JacobianPlace { row: i * n, column: multiplier, scale: -1.0, transposed: true };
+                let at = (points.time(i), points.q(i));
+                rows.emit_jacobian(constraints, at, transposed, out);
+                let place =
+                    JacobianPlace { row: multiplier, column: i * n, scale: 1.0, transposed: false };
+                let at = (points.time(i + 1), points.q(i + 1));
+                rows.emit_jacobian(constraints, at, place, out);
+            }
+        };
+        let size = s * (n + chosen);
+        let matrix = SparseMatrix::update(matrix, (size, size), emit);
+        let lu = match lu {
+            Some(lu) => lu,
+            none => none.insert(SparseLu::new(matrix)?),
+        };
+        Ok(lu.solve(matrix, dx)?)
+    }
+
+    fn is_simplified(&self) -> bool {
+        true
+    }
+
+    fn end(
+        &mut self,
+        system: &S,
+        _constraints: &C,
+        _newton: &Newton,
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        let points = &mut self.points;
+        points.balance(system, points.stages(), &mut state.p); // p̄_{n+1}  [2.29]
+        state.move_to_configuration(points.step(), |_, _| {});
+        Ok(())
+    }
+
+    fn gauss(&self) -> &[GaussPoint] {
+        self.points.gauss()
+    }
+
+    fn interval(&self) -> &Interval {
+        self.points.step()
+    }
+
+    fn interval_mut(&mut self) -> &mut Interval {
+        self.points.step_mut()
+    }
+
+    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<Condition> {
+        None
+    }
+}

@@ -1,0 +1,169 @@
+//! Control points of a step: their configurations, the forces at the Gauss nodes, the derivatives of the action.
+//!
+//! Letters: `K, E, D` of [`GaussLobatto`], `Q_k, V_k` position and velocity at a Gauss node, `Δ_j = q_j − q_n`.
+#![allow(non_snake_case)] // K, E, D
+
+use crate::scheme::SubStep;
+use vi_core::Configuration;
+use vi_core::galerkin::{GaussLobatto, Stages};
+use vi_core::interval::Interval;
+use vi_core::mechanical_system::MechanicalSystem;
+use vi_core::state::State;
+
+/// A Gauss node of a step. Integrals over the step are `h Σ_k b_k` of functions there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GaussPoint {
+    /// `b_k`.
+    pub weight: f64,
+    /// `t_n + c_k h`, s.
+    pub t: f64,
+    /// `Q_k = Σ_j E_kj q_j`, shape `n`; leaves the constraint manifold by intent.
+    pub q: Vec<f64>,
+    /// `V_k = (1/h) Σ_j D_kj q_j`, shape `n`.
+    pub v: Vec<f64>,
+}
+
+/// The control points of a step with the derivatives of its action.
+#[derive(Debug)]
+pub struct ControlPoints {
+    constants: GaussLobatto,
+    points: Vec<Interval>,  // s  q_n → q_j, j = 1 … s
+    p: Vec<f64>,            // n  p̄_n
+    gauss: Vec<GaussPoint>, // s
+    forces: Vec<Vec<f64>>,  // s × n  f − ∇V
+    mixed: Vec<f64>,        // n  Σ_j K_ij Δ_j
+}
+
+impl ControlPoints {
+    /// For `n` coordinates.
+    #[must_use]
+    pub fn new(n: usize, stages: Stages) -> Self {
+        let (s, zeros) = (stages.count(), || vec![0.0; n]);
+        let constants = GaussLobatto::new(stages);
+        let node = |&weight: &f64| GaussPoint { weight, t: 0.0, q: zeros(), v: zeros() };
+        Self {
+            points: vec![Interval::new(n); s],
+            p: zeros(),
+            gauss: constants.gauss_weights.iter().map(node).collect(),
+            forces: vec![zeros(); s],
+            mixed: zeros(),
+            constants,
+        }
+    }
+
+    /// `c̃, b̃, K, E, D`.
+    #[must_use]
+    pub fn constants(&self) -> &GaussLobatto {
+        &self.constants
+    }
+
+    /// Opens a step at a state: all control points on `q_n`.
+    pub fn open(&mut self, step: SubStep, state: &State) {
+        let Self { constants, points, p, gauss, .. } = self;
+        let last = points.len() - 1;
+        for (j, point) in points.iter_mut().enumerate() {
+            let h = constants.nodes[j + 1] * step.h;
+            let t_end = if j == last { step.t_end } else { state.t + h };
+            SubStep { h, t_end, ..step }.open(point, state);
+        }
+        for (node, c) in gauss.iter_mut().zip(&constants.gauss_nodes) {
+            node.t = state.t + c * step.h;
+        }
+        p.copy_from_slice(&state.p);
+    }
+
+    /// `h`, s.
+    #[must_use]
+    pub fn h(&self) -> f64 {
+        self.step().h
+    }
+
+    /// `s`.
+    #[must_use]
+    pub fn stages(&self) -> usize {
+        self.points.len()
+    }
+
+    /// `q_i`, `i = 0 … s`, shape `n`.
+    #[must_use]
+    pub fn q(&self, i: usize) -> &[f64] {
+        if i == 0 { &self.step().q0 } else { &self.points[i - 1].q1 }
+    }
+
+    /// `t_n + c̃_i h`, `i = 0 … s`, s.
+    #[must_use]
+    pub fn time(&self, i: usize) -> f64 {
+        if i == 0 { self.step().t } else { self.points[i - 1].t_end() }
+    }
+
+    /// `(q_n, q_j)`, `j = 1 … s`.
+    #[must_use]
+    pub fn point(&self, j: usize) -> &Interval {
+        &self.points[j - 1]
+    }
+
+    /// The same, to move `q_j`.
+    pub fn point_mut(&mut self, j: usize) -> &mut Interval {
+        &mut self.points[j - 1]
+    }
+
+    /// `(q_n, q_{n+1})`.
+    #[must_use]
+    pub fn step(&self) -> &Interval {
+        &self.points[self.points.len() - 1]
+    }
+
+    /// The same, to put back that of another step.
+    pub fn step_mut(&mut self) -> &mut Interval {
+        let last = self.points.len() - 1;
+        &mut self.points[last]
+    }
+
+    /// The Gauss nodes of the last [`ControlPoints::evaluate`].
+    #[must_use]
+    pub fn gauss(&self) -> &[GaussPoint] {
+        &self.gauss
+    }
+
+    /// Computes positions, velocities and forces at the Gauss nodes from the control points.
+    pub fn evaluate(&mut self, system: &impl MechanicalSystem) {
+        let Self { constants, points, gauss, forces, .. } = self;
+        let (q_n, h) = (&points[0].q0, points[points.len() - 1].h);
+        for (k, (node, force)) in gauss.iter_mut().zip(forces).enumerate() {
+            node.q.copy_from_slice(q_n);
+            node.v.fill(0.0);
+            for (j, point) in points.iter().enumerate() {
+                let (E, D) = (constants.E[(k, j + 1)], constants.D[(k, j + 1)] / h);
+                for ((q, v), dq) in node.q.iter_mut().zip(&mut node.v).zip(&point.dq) {
+                    *q += E * dq; // Q_k, V_k  [2.25]
+                    *v += D * dq;
+                }
+            }
+            let at = Configuration { t: node.t, q: &node.q, angles: &points[0].angles };
+            force.fill(0.0);
+            system.add_potential_gradient(at, -1.0, force);
+            system.add_force(at, &node.v, force);
+        }
+    }
+
+    /// `out ← w_i = δ_i0 p̄_n + ∂_i L_d + f_i` [2.26], shape `n`, kg·m/s; `w_s = p̄_{n+1}`.
+    pub fn balance(&mut self, system: &impl MechanicalSystem, i: usize, out: &mut [f64]) {
+        let h = self.h();
+        let Self { constants, points, p, forces, mixed, .. } = self;
+        mixed.fill(0.0);
+        for (j, point) in points.iter().enumerate() {
+            let K = constants.K[(i, j + 1)];
+            mixed.iter_mut().zip(&point.dq).for_each(|(y, dq)| *y += K * dq);
+        }
+        if i == 0 {
+            out.copy_from_slice(p);
+        } else {
+            out.fill(0.0);
+        }
+        for (k, force) in forces.iter().enumerate() {
+            let impulse = h * constants.gauss_weights[k] * constants.E[(k, i)];
+            out.iter_mut().zip(force).for_each(|(w, f)| *w += impulse * f);
+        }
+        system.mass().mul_add(1.0 / h, mixed, out);
+    }
+}

@@ -1,0 +1,310 @@
+//! Nodal Galerkin scheme: [2.28], solved by sweeps with one factorization for each control point and step.
+//!
+//! ```text
+//! r_i = P(q_i)ᵀ w_i = 0,   i = 0 … s−1,        q_j = F_d(u_j, q_n),  j = 1 … s                      [2.28]
+//! u_j ← u_j − h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i,         A_j = P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)                    [2.30]
+//! ```
+//! `(1/h) K̂ ⊗ A` is the Jacobian but for the variation of `P` from one control point to the next and for `∇²V`, so the
+//! corrections contract by a ratio of `O(h)`; the residual is exact, and with it the root. The factors are computed
+//! at the initial guess, and again while the corrections are large.
+//!
+//! # Initial guesses
+//! 1. the polynomial of the last step continued: `u_j ← Σ_i ℓ_i(1 + c̃_j) u_i` less `u_s`,
+//! 2. `u = 0`, from where the first correction leads to `c̃_j h ν`,
+//! 3. the motion in four smaller steps.
+//!
+//! With large steps there are mirrored solutions, on other branches of the motion. A solution is refused that is
+//! farther than 0.5 rad from what the first correction led to.
+
+use crate::galerkin::control_points::{ControlPoints, GaussPoint};
+use crate::galerkin::operators::ControlPointOperators;
+use crate::scheme::{Condition, Guess, Scheme, StepError, SubStep};
+use vi_core::galerkin::Stages;
+use vi_core::interval::Interval;
+use vi_core::mechanical_system::MechanicalSystem;
+use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
+use vi_core::sparse::Entries;
+use vi_core::state::State;
+
+/// Corrections larger than this, in rad or relative to the increments, are followed by new factors.
+const LARGE: f64 = 1e-2;
+/// Distance from the first correction to the solution, rad.
+const FAR: f64 = 0.5;
+/// Smaller steps of the last initial guess.
+const SMALLER: usize = 4;
+
+/// The nodal scheme of order `2s`.
+#[derive(Debug)]
+pub struct GalerkinNodal<O> {
+    operators: O,
+    points: ControlPoints,
+    blocks: Vec<Block>,
+    w: Vec<f64>,        // n  balance of a control point
+    r: Vec<f64>,        // s d  residual, while corrections are made of it
+    first: Vec<f64>,    // s d  unknowns after the first correction
+    corrections: usize, // since the initial guess
+    outdated: bool,     // the factors
+}
+
+impl<O: ControlPointOperators> GalerkinNodal<O> {
+    /// For `n` coordinates.
+    #[must_use]
+    pub fn new(n: usize, stages: Stages, operators: O) -> Self {
+        let (s, d) = (stages.count(), operators.dof());
+        let shifted = |j: usize| {
+            let block = move |block: &Block| {
+                let range = block.range.start + j * d..block.range.end + j * d;
+                Block { range, ..block.clone() }
+            };
+            operators.blocks().iter().map(block).collect::<Vec<_>>()
+        };
+        let blocks = (0..s).flat_map(shifted).collect();
+        let (points, zeros) = (ControlPoints::new(n, stages), |k: usize| vec![0.0; k]);
+        Self {
+            operators,
+            points,
+            blocks,
+            w: zeros(n),
+            r: zeros(s * d),
+            first: zeros(s * d),
+            corrections: 0,
+            outdated: true,
+        }
+    }
+
+    /// `r_i = P(q_i)ᵀ w_i` [2.28].
+    fn evaluate(
+        &mut self,
+        system: &impl MechanicalSystem,
+        u: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { operators, points, w, .. } = self;
+        let d = operators.dof();
+        if d == 0 {
+            return Ok(());
+        }
+        for (j, u) in u.chunks_exact(d).enumerate() {
+            operators.reparametrize(u, points.point_mut(j + 1))?; // q_j = F_d(u_j, q_n)
+        }
+        points.evaluate(system);
+        for (i, r) in r.chunks_exact_mut(d).enumerate() {
+            points.balance(system, i, w);
+            operators.pull_back(points.q(i), w, r);
+        }
+        Ok(())
+    }
+
+    /// `du_j ← h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i` [2.30].
+    fn correct(
+        &mut self,
+        system: &impl MechanicalSystem,
+        u: &[f64],
+        du: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { operators, points, r, first, corrections, outdated, blocks, .. } = self;
+        let (d, h) = (operators.dof(), points.h());
+        if d == 0 {
+            return Ok(());
+        }
+        if *outdated {
+            let mass = |out: &mut dyn Entries| system.mass().emit(out);
+            for (j, u) in u.chunks_exact(d).enumerate() {
+                operators.factorize(j, &mass, u, points.point(j + 1))?;
+            }
+        }
+        r.copy_from_slice(du);
+        for (j, du) in du.chunks_exact_mut(d).enumerate() {
+            du.fill(0.0);
+            for (i, r) in r.chunks_exact(d).enumerate() {
+                let weight = h * points.constants().K_hat_inverse[(j, i)];
+                du.iter_mut().zip(r).for_each(|(x, r)| *x += weight * r);
+            }
+            operators.solve(j, du)?;
+        }
+        if *corrections == 0 {
+            for ((first, u), du) in first.iter_mut().zip(u).zip(&*du) {
+                *first = u - du;
+            }
+        }
+        *corrections += 1;
+        *outdated = blocks.iter().any(|block| {
+            let size = match block.kind {
+                BlockKind::Rotation => 1.0,
+                _ => u[block.range.clone()].iter().fold(block.floor, |size, u| size.max(u.abs())),
+            };
+            du[block.range.clone()].iter().any(|du| du.abs() > LARGE * size)
+        });
+        Ok(())
+    }
+
+    /// Begins anew with another initial guess.
+    fn restart(&mut self) {
+        (self.corrections, self.outdated) = (0, true);
+    }
+
+    /// Continues the polynomial of the last step, whose increments are in `x`.
+    fn extrapolate(&mut self, x: &mut [f64]) {
+        let Self { operators, points, r: last, .. } = self;
+        let (d, constants) = (operators.dof(), points.constants());
+        last.copy_from_slice(x);
+        let end = last.len() - d;
+        for (j, u) in x.chunks_exact_mut(d).enumerate() {
+            u.fill(0.0);
+            for (i, last) in last.chunks_exact(d).enumerate() {
+                let weight = constants.extrapolation[(j, i + 1)]; // ℓ_i(1 + c̃_j), u_0 = 0
+                u.iter_mut().zip(last).for_each(|(u, last)| *u += weight * last);
+            }
+        }
+        last[end..].iter_mut().for_each(|u| *u = -*u);
+        x.chunks_exact_mut(d).for_each(|u| operators.compose(&last[end..], u));
+    }
+
+    /// Increments of the control points from smaller steps; whether these could be taken. Allocates.
+    fn approach(
+        &mut self,
+        system: &impl MechanicalSystem,
+        step: SubStep,
+        from: &State,
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        let (d, s) = (self.operators.dof(), self.points.stages());
+        let (mut state, h) = (from.clone(), step.h / SMALLER as f64);
+        let mut newton = Newton::new(x.len(), NewtonSettings::default());
+        let (mut local, mut reached) = (vec![0.0; x.len()], vec![0.0; d]);
+        let mut solved = Ok(());
+        for k in 0..SMALLER {
+            self.points.open(SubStep::single(state.t, h), &state);
+            self.restart();
+            local.fill(0.0);
+            let mut problem = Sweeps { scheme: self, system };
+            if newton.solve(&mut problem, &mut local).is_err() {
+                solved = Err(Fault::NotFinite);
+                break;
+            }
+            for (j, u) in x.chunks_exact_mut(d).enumerate() {
+                let tau = SMALLER as f64 * self.points.constants().nodes[j + 1] - k as f64;
+                if tau > 0.0 {
+                    u.fill(0.0);
+                    for (i, local) in local.chunks_exact(d).enumerate() {
+                        let weight = self.points.constants().lagrange(i + 1, tau.min(1.0));
+                        u.iter_mut().zip(local).for_each(|(u, local)| *u += weight * local);
+                    }
+                    self.operators.compose(&reached, u);
+                }
+            }
+            reached.copy_from_slice(&x[(s - 1) * d..]);
+            self.points.balance(system, s, &mut state.p);
+            state.t += h;
+            state.q.copy_from_slice(self.points.q(s));
+        }
+        self.points.open(step, from);
+        self.restart();
+        solved
+    }
+}
+
+/// The equations of a smaller step.
+struct Sweeps<'a, O, S> {
+    scheme: &'a mut GalerkinNodal<O>,
+    system: &'a S,
+}
+
+impl<O: ControlPointOperators, S: MechanicalSystem> NewtonProblem for Sweeps<'_, O, S> {
+    fn blocks(&self) -> &[Block] {
+        &self.scheme.blocks
+    }
+
+    fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+        self.scheme.evaluate(self.system, x, r)
+    }
+
+    fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
+        self.scheme.correct(self.system, x, dx)
+    }
+
+    fn is_simplified(&self) -> bool {
+        true
+    }
+}
+
+impl<S: MechanicalSystem, C, O: ControlPointOperators> Scheme<S, C> for GalerkinNodal<O> {
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    fn begin(&mut self, _system: &S, _constraints: &C, step: SubStep, state: &mut State) {
+        self.points.open(step, state);
+    }
+
+    fn guess(
+        &mut self,
+        system: &S,
+        attempt: usize,
+        (step, state): (SubStep, &State),
+        x: &mut [f64],
+    ) -> Option<Guess> {
+        self.restart();
+        let continued = state.history.predict(step.index, step.h, 1, x);
+        match attempt + usize::from(!continued) {
+            0 if !x.is_empty() => self.extrapolate(x),
+            0 | 1 => x.fill(0.0),
+            2 => self.approach(system, step, state, x).ok()?,
+            _ => return None,
+        }
+        Some(Guess::Plain)
+    }
+
+    fn residual(&mut self, system: &S, _: &C, u: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+        self.evaluate(system, u, r)
+    }
+
+    fn correction(&mut self, system: &S, _: &C, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
+        self.correct(system, u, du)
+    }
+
+    fn is_simplified(&self) -> bool {
+        true
+    }
+
+    fn accept(&self, u: &[f64]) -> Result<(), Fault> {
+        let rotations = self.blocks.iter().filter(|block| block.kind == BlockKind::Rotation);
+        for unknown in rotations.flat_map(|block| block.range.clone()) {
+            let distance = (u[unknown] - self.first[unknown]).abs();
+            if self.corrections > 0 && distance > FAR {
+                let unknown = unknown % self.operators.dof();
+                return Err(Fault::FarFromGuess { unknown, distance });
+            }
+        }
+        Ok(())
+    }
+
+    fn end(
+        &mut self,
+        system: &S,
+        _constraints: &C,
+        _newton: &Newton,
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        let Self { operators, points, .. } = self;
+        points.balance(system, points.stages(), &mut state.p); // p̄_{n+1}  [2.29]
+        state.move_to_configuration(points.step(), |t, q| operators.clean(t, q));
+        Ok(())
+    }
+
+    fn gauss(&self) -> &[GaussPoint] {
+        self.points.gauss()
+    }
+
+    fn interval(&self) -> &Interval {
+        self.points.step()
+    }
+
+    fn interval_mut(&mut self) -> &mut Interval {
+        self.points.step_mut()
+    }
+
+    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<Condition> {
+        None
+    }
+}

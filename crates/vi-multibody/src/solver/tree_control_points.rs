@@ -1,0 +1,110 @@
+//! [`ControlPointOperators`] of a tree of bodies by the articulated recursion, `O(N)` for each control point.
+//!
+//! `P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)` is the matrix of [`Articulated`] with `X, S` at `q_j`, `X', S'` the tangents there
+//! and `M` in the place of `D_2(D_1 L_d + f_d^-)`.
+
+use crate::pair::{Transfer, Twist, VelocityMap};
+use crate::solver::articulated::Articulated;
+use crate::tree::Tree;
+use nalgebra::{Rotation3, Vector3};
+use vi_constraints::galerkin::ControlPointOperators;
+use vi_constraints::reparametrization::Emission;
+use vi_core::interval::Interval;
+use vi_core::newton::{Block, Fault};
+use vi_rigid::{null_space, rotation};
+
+/// [`ControlPointOperators`] of a tree of bodies.
+#[derive(Debug)]
+pub struct TreeControlPoints {
+    factors: Vec<Articulated>, // s
+    maps: Vec<VelocityMap>,    // scratch
+    wrenches: Vec<Twist>,      // scratch
+    rotations: Vec<usize>,     // first unknowns of rotation vectors
+}
+
+impl TreeControlPoints {
+    /// Of `stages` control points for a tree of frames.
+    ///
+    /// # Panics
+    /// Without control points.
+    #[must_use]
+    pub fn new(tree: &Tree, stages: usize) -> Self {
+        assert!(stages > 0, "a step has control points");
+        let links = tree.links();
+        let rotation = |link: &crate::tree::Link| {
+            link.joint.kind.rotation_vector().map(|first| link.offset + first)
+        };
+        Self {
+            factors: (0..stages).map(|_| Articulated::new(tree.clone())).collect(),
+            maps: vec![VelocityMap::new(Transfer::None, &[]); links.len()],
+            wrenches: vec![Twist::zero(); links.len()],
+            rotations: links.iter().filter_map(rotation).collect(),
+        }
+    }
+
+    fn tree(&self) -> &Tree {
+        self.factors[0].tree()
+    }
+}
+
+impl ControlPointOperators for TreeControlPoints {
+    fn dof(&self) -> usize {
+        self.tree().dof()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        self.factors[0].blocks()
+    }
+
+    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        self.factors[0].move_to(u, s)
+    }
+
+    fn pull_back(&mut self, q: &[f64], w: &[f64], out: &mut [f64]) {
+        let Self { factors, maps, wrenches, .. } = self;
+        let tree = factors[0].tree();
+        tree.velocity_maps(q, maps);
+        for (link, wrench) in tree.links().iter().zip(&mut *wrenches) {
+            let own = 12 * link.frame..12 * link.frame + 12;
+            let b = null_space::pull_back(&q[own.clone()], &w[own]);
+            *wrench = Twist::new(Vector3::new(b[0], b[1], b[2]), Vector3::new(b[3], b[4], b[5]));
+        }
+        tree.pull_back(|k| &maps[k], wrenches, out);
+    }
+
+    fn factorize(
+        &mut self,
+        j: usize,
+        mass: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+    ) -> Result<(), Fault> {
+        self.factors[j].factorize_at_end(mass, u, s)
+    }
+
+    fn solve(&mut self, j: usize, x: &mut [f64]) -> Result<(), Fault> {
+        self.factors[j].solve_in_place(x);
+        if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
+    }
+
+    fn compose(&self, first: &[f64], u: &mut [f64]) {
+        let vector = |u: &[f64], at: usize| Vector3::new(u[at], u[at + 1], u[at + 2]);
+        let mut rotations = self.rotations.iter().peekable();
+        let mut at = 0;
+        while at < u.len() {
+            if rotations.next_if(|first| **first == at).is_some() {
+                let turn = rotation::exp(&vector(u, at)) * rotation::exp(&vector(first, at));
+                let theta = Rotation3::from_matrix_unchecked(turn).scaled_axis();
+                u[at..at + 3].copy_from_slice(theta.as_slice());
+                at += 3;
+            } else {
+                u[at] += first[at];
+                at += 1;
+            }
+        }
+    }
+
+    fn clean(&mut self, _t: f64, q: &mut [f64]) {
+        self.tree().clean(q);
+    }
+}

@@ -1,0 +1,328 @@
+//! Cases of the Galerkin schemes of order `2s`: any kind with the field `stages`, and the table of their constants.
+
+use super::case::{BodyCase, Deviation, Runs, Tolerance, distance};
+use super::rigid::{self, JointCase, SpringCase};
+use nalgebra::Vector3;
+use serde::Deserialize;
+use serde_json::Value;
+use vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
+use vi_core::force::{Force, MidpointForce};
+use vi_core::galerkin::{GaussLobatto, Stages};
+use vi_core::sparse::Entries;
+use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, SparseMatrix};
+use vi_multibody::builder::MechanismBuilder;
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+
+/// A case, with what of the library has no Galerkin form in the place of its system.
+pub struct GalerkinCase {
+    settings: Settings,
+    system: Result<Subject, &'static str>,
+}
+
+#[derive(Deserialize)]
+struct Settings {
+    name: String,
+    stages: usize,
+    h: f64,
+    steps: u64,
+    output_steps: Vec<u64>,
+    tolerance: Tolerance,
+    outputs: Vec<Output>,
+}
+
+enum Subject {
+    Pendulum(Pendulum),
+    Bodies(Bodies),
+}
+
+#[derive(Deserialize)]
+struct Pendulum {
+    length: f64,
+    mass: f64,
+    gravity: [f64; 2],
+    q0: [f64; 2],
+    v0: [f64; 2],
+}
+
+#[derive(Deserialize)]
+struct Bodies {
+    gravity: [f64; 3],
+    bodies: Vec<BodyCase>,
+    joints: Vec<JointCase>,
+    springs: Vec<SpringCase>,
+    forces: Option<Forces>,
+}
+
+/// A follower wrench on body 1, damping of body 0, in director form at the Gauss nodes.
+#[derive(Clone, Deserialize)]
+struct Forces {
+    force_body: [f64; 3],
+    torque_body: [f64; 3],
+}
+
+#[derive(Deserialize)]
+struct Output {
+    step: u64,
+    q: Vec<f64>,
+    p_projected: Vec<f64>,
+    constraint_force_acceleration: Vec<f64>,
+    #[serde(rename = "E_d")]
+    e_d: Option<f64>,
+    #[serde(rename = "H_dQ")]
+    h_dq: f64,
+    linear_momentum: Option<[f64; 3]>,
+    angular_momentum: Option<[f64; 3]>,
+}
+
+impl GalerkinCase {
+    pub fn read(value: &Value) -> Result<Self, String> {
+        let unreadable = |e: serde_json::Error| format!("is no Galerkin case: {e}");
+        let settings = Settings::deserialize(value).map_err(unreadable)?;
+        let word = |key: &str| value.get(key).and_then(Value::as_str);
+        let system = match (word("kind"), word("quadrature")) {
+            _ if value.get("drive").is_some() => Err("a prescribed motion"),
+            _ if word("force_form") == Some("control_points") => Err("forces in node form"),
+            (_, Some("lobatto")) => Err("Lobatto quadrature"),
+            (Some("beam"), _) => Err("a beam"),
+            (Some("pendulum2d"), Some("gauss")) => {
+                Ok(Subject::Pendulum(Pendulum::deserialize(value).map_err(unreadable)?))
+            }
+            (Some("rigid"), Some("gauss")) => {
+                Ok(Subject::Bodies(Bodies::deserialize(value).map_err(unreadable)?))
+            }
+            (kind, quadrature) => {
+                return Err(format!("unknown kind or quadrature: {kind:?}, {quadrature:?}"));
+            }
+        };
+        Ok(Self { settings, system })
+    }
+
+    /// By every form that applies; none where the library has no Galerkin form.
+    pub fn run(&self) -> Result<Runs, String> {
+        let subject = match &self.system {
+            Ok(subject) => subject,
+            Err(what) => {
+                println!("{}: no Galerkin form of {what}", self.settings.name);
+                return Ok(Runs::new());
+            }
+        };
+        let (mechanism, _) = subject.build()?;
+        let mut forms = vec![("constrained", SchemeKind::Constrained, Solver::Auto)];
+        if !mechanism.has_loops() {
+            forms.push(("nodal", SchemeKind::Nodal, Solver::Auto));
+            forms.push(("nodal, dense", SchemeKind::Nodal, Solver::Dense));
+        }
+        forms
+            .into_iter()
+            .map(|(name, kind, solver)| Ok((name, self.deviation(subject, kind, solver)?)))
+            .collect()
+    }
+
+    fn deviation(
+        &self,
+        subject: &Subject,
+        kind: SchemeKind,
+        solver: Solver,
+    ) -> Result<Deviation, String> {
+        let Settings { h, steps, output_steps, stages, tolerance, .. } = &self.settings;
+        let (mechanism, system) = subject.build()?;
+        let momentum_of = mechanism.clone();
+        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let stages = Stages::new(*stages).ok_or("no such number of stages")?;
+        let options = Options::new(kind, *h).galerkin(stages);
+        let at = InitialValues::new(0.0, &q, &v);
+        let mut run =
+            integrator(mechanism, system, options, solver, at).map_err(|e| e.to_string())?;
+        let mut deviation = Deviation::default();
+        for n in 0..=*steps {
+            let output = self.settings.outputs.iter().find(|o| o.step == n);
+            let listed = output_steps.contains(&n);
+            if let (Some(output), true) = (output, listed) {
+                compare(output, &mut run, &momentum_of, (tolerance, &mut deviation))?;
+            } else if listed {
+                return Err(format!("no output at step {n}"));
+            }
+            let mut energy = 0.0;
+            let taken = run.step_with(&mut |system, _, step| {
+                for node in step.gauss {
+                    let at = vi_core::Configuration::new(node.t, &node.q);
+                    let kinetic = system.kinetic_energy(&node.v);
+                    energy += node.weight * (kinetic + system.potential_energy(at));
+                }
+            });
+            taken.map_err(|e| format!("step {n}: {e}"))?;
+            if let Some(e_d) = output.filter(|_| listed).and_then(|output| output.e_d) {
+                deviation.energy(energy, e_d, tolerance);
+            }
+        }
+        Ok(deviation)
+    }
+}
+
+fn compare(
+    output: &Output,
+    run: &mut MechanismIntegrator,
+    mechanism: &Mechanism,
+    (tolerance, deviation): (&Tolerance, &mut Deviation),
+) -> Result<(), String> {
+    let node = run.observe_state().map_err(|e| e.to_string())?.clone();
+    let lambda = run.acceleration_multiplier().map_err(|e| e.to_string())?;
+    let (t, q) = (run.state().t, run.state().q.clone());
+    let jacobian = SparseMatrix::assemble(mechanism.len(), mechanism.dim(), |out| {
+        mechanism.jacobian(t, &q, out);
+    });
+    let mut force = vec![0.0; mechanism.dim()];
+    jacobian.tr_mul_add(1.0, &lambda, &mut force);
+    deviation.q(&q, &output.q, tolerance);
+    deviation.p(&node.p_projected, &output.p_projected, tolerance);
+    deviation.force(&force, &output.constraint_force_acceleration, tolerance);
+    deviation.energy(node.hamiltonian_projected.total(), output.h_dq, tolerance);
+    let momentum = mechanism.momentum(&q, &node.p_projected);
+    if let (Some(linear), Some(angular)) = (&output.linear_momentum, &output.angular_momentum) {
+        deviation.momentum(&momentum.linear, linear, tolerance);
+        deviation.momentum(&momentum.angular, angular, tolerance);
+    }
+    Ok(())
+}
+
+impl Subject {
+    fn build(&self) -> Result<(Mechanism, SeparableSystem), String> {
+        match self {
+            Self::Pendulum(Pendulum { length, mass, gravity, q0, v0 }) => {
+                let plane = |x: &[f64; 2]| [x[0], x[1], 0.0];
+                let mut builder = MechanismBuilder::planar().gravity(plane(gravity));
+                let bob = builder.particle("bob", *mass, plane(q0), plane(v0));
+                builder.bar_of_length("rod", [0.0; 3], bob, *length);
+                let mechanism = builder.build().map_err(|e| e.to_string())?.mechanism;
+                let system = mechanism.system(Quadrature::Midpoint);
+                Ok((mechanism, system))
+            }
+            Self::Bodies(Bodies { gravity, bodies, joints, springs, forces }) => {
+                let mechanism = rigid::mechanism(*gravity, bodies, joints)?;
+                let system = mechanism.system(Quadrature::Midpoint);
+                let springs = rigid::springs(springs, &mechanism);
+                let system = springs.into_iter().fold(system, SeparableSystem::potential);
+                let forced = |system: SeparableSystem, forces: &Forces| {
+                    system.force(Box::new(MidpointForce(forces.clone())))
+                };
+                let system = forces.iter().fold(system, forced);
+                Ok((mechanism, system))
+            }
+        }
+    }
+}
+
+fn column(x: &[f64], body: usize, i: usize) -> Vector3<f64> {
+    Vector3::from_column_slice(&x[12 * body + 3 * i..12 * body + 3 * i + 3])
+}
+
+impl Force for Forces {
+    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        let grown = 1.0 + 0.5 * (3.0 * t).sin();
+        let in_space = |components: &[f64; 3]| {
+            (0..3).map(|i| column(q, 1, i + 1) * (grown * components[i])).sum::<Vector3<f64>>()
+        };
+        let spin: Vector3<f64> =
+            (1..4).map(|i| column(q, 0, i).cross(&column(v, 0, i))).sum::<Vector3<f64>>() * 0.5;
+        let wrenches = [
+            (-0.6 * column(v, 0, 0), -0.15 * spin),
+            (in_space(&self.force_body), in_space(&self.torque_body)),
+        ];
+        for (body, (force, torque)) in wrenches.iter().enumerate() {
+            for i in 0..4 {
+                let part = if i == 0 { *force } else { 0.5 * torque.cross(&column(q, body, i)) };
+                (0..3).for_each(|k| out[12 * body + 3 * i + k] += scale * part[k]);
+            }
+        }
+    }
+
+    fn add_position_derivative(&self, _: f64, _: &[f64], _: &[f64], _: f64, _: &mut dyn Entries) {
+        unreachable!("the Galerkin schemes take no derivatives of forces")
+    }
+
+    fn add_velocity_derivative(&self, _: f64, _: &[f64], _: &[f64], _: f64, _: &mut dyn Entries) {
+        unreachable!("the Galerkin schemes take no derivatives of forces")
+    }
+
+    fn is_dissipative(&self) -> bool {
+        true
+    }
+}
+
+/// The table of constants.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(non_snake_case)]
+pub struct Coefficients {
+    #[serde(rename = "note")]
+    _note: String,
+    coefficients: Vec<Row>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(non_snake_case)]
+struct Row {
+    stages: usize,
+    lobatto_nodes: Vec<String>,
+    lobatto_weights: Vec<String>,
+    gauss_nodes: Vec<String>,
+    gauss_weights: Vec<String>,
+    #[serde(rename = "K")]
+    _exact: Vec<Vec<String>>,
+    K_grid: Vec<Vec<f64>>,
+    E: Vec<Vec<String>>,
+    D: Vec<Vec<String>>,
+    #[serde(rename = "S")]
+    _strains: Vec<Vec<String>>,
+    K_hat_inverse: Vec<Vec<String>>,
+    extrapolation: Vec<Vec<String>>,
+}
+
+fn numbers(row: &[String]) -> Vec<f64> {
+    row.iter().map(|text| text.parse().unwrap_or(f64::NAN)).collect()
+}
+
+impl Coefficients {
+    /// Deviations over their tolerances: of a few `ε` of the largest entry, of `K` by one unit of its grid.
+    pub fn run(&self) -> Result<Runs, String> {
+        let mut deviation = Deviation::default();
+        let mut tolerance =
+            Tolerance { q: 0.0, p: 0.0, constraint_force: 0.0, energy: 0.0, momentum: 0.0 };
+        for row in &self.coefficients {
+            let stages = Stages::new(row.stages).ok_or("no such number of stages")?;
+            let found = GaussLobatto::new(stages);
+            tolerance.q = 4.0 * f64::EPSILON;
+            deviation.q(&found.nodes, &numbers(&row.lobatto_nodes), &tolerance);
+            deviation.q(&found.weights, &numbers(&row.lobatto_weights), &tolerance);
+            deviation.q(&found.gauss_nodes, &numbers(&row.gauss_nodes), &tolerance);
+            deviation.q(&found.gauss_weights, &numbers(&row.gauss_weights), &tolerance);
+            let matrices = [
+                (&found.E, &row.E),
+                (&found.D, &row.D),
+                (&found.K_hat_inverse, &row.K_hat_inverse),
+                (&found.extrapolation, &row.extrapolation),
+            ];
+            for (found, exact) in matrices {
+                for (i, exact) in exact.iter().enumerate() {
+                    let found: Vec<f64> = found.row(i).iter().copied().collect();
+                    // the inverse is that of K on its grid, of spacing 6e-14
+                    tolerance.p = 2e-13 * vi_core::linear::norm_inf(&numbers(exact)).max(1.0);
+                    deviation.p(&found, &numbers(exact), &tolerance);
+                }
+            }
+            for (i, exact) in row.K_grid.iter().enumerate() {
+                for (j, exact) in exact.iter().enumerate() {
+                    let unit = (2.0_f64).powi(-44) * if i == j { row.stages as f64 } else { 1.0 };
+                    tolerance.momentum = unit;
+                    deviation.momentum(&[found.K[(i, j)]], &[*exact], &tolerance);
+                }
+            }
+            if distance(&[found.stages() as f64], &[row.stages as f64]) > 0.0 {
+                return Err("another number of stages".into());
+            }
+        }
+        Ok(vec![("constants", deviation)])
+    }
+}
