@@ -33,6 +33,7 @@ pub mod discrete_lagrangian;
 pub mod eigen;
 pub mod force;
 pub mod interval;
+pub mod isotropic;
 pub mod legendre;
 pub mod linear;
 pub mod mechanical_system;
