@@ -13,7 +13,7 @@ use vi_core::linear::condition_number;
 use vi_core::newton::{
     Block, BlockKind, Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings,
 };
-use vi_core::predictor::History;
+use vi_core::predictor::{Degree, History};
 use vi_core::state::State;
 
 /// Which scheme.
@@ -240,6 +240,14 @@ pub trait Scheme<S, C>: Send {
     fn resolution(&self) -> f64 {
         0.25
     }
+    /// See [`NewtonProblem::closing_size`].
+    fn closing_size(&self) -> f64 {
+        0.0
+    }
+    /// Of which degree initial guesses are extrapolated.
+    fn degree(&self) -> Degree {
+        Degree::Cubic
+    }
     /// The unknowns that alternate from step to step around a smooth course.
     fn alternating(&self, _sub_steps: usize) -> Range<usize> {
         0..0
@@ -349,20 +357,24 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
     fn resolution(&self) -> f64 {
         self.scheme.resolution()
     }
+
+    fn closing_size(&self) -> f64 {
+        self.scheme.closing_size()
+    }
 }
 
 /// Solves one step with increasingly robust initial guesses: the extrapolated increment, the last one, zero
 /// with a line search.
-fn solve_step(
+fn solve_step<S, C>(
     newton: &mut Newton,
     history: &mut History,
     step: SubStep,
-    problem: &mut impl NewtonProblem,
+    problem: &mut Equations<'_, '_, S, C>,
     x: &mut [f64],
 ) -> Result<NewtonReport, StepError> {
     let mut spent = 0;
     let SubStep { index, h, .. } = step;
-    let known = history.predict(index, h, usize::MAX, x);
+    let known = history.predict(index, h, problem.scheme.degree(), x);
     if !known {
         x.fill(0.0);
     }
@@ -370,7 +382,7 @@ fn solve_step(
     let extrapolated = outcome.is_ok();
     if outcome.is_err() && known {
         spent += newton.settings.max_iterations;
-        history.predict(index, h, 1, x);
+        history.predict(index, h, Degree::Zero, x);
         outcome = newton.solve(problem, x);
     }
     if outcome.is_err() && !newton.settings.line_search {
