@@ -21,6 +21,7 @@ use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton};
+use vi_core::predictor::Degree;
 use vi_core::sparse::Entries;
 use vi_core::state::State;
 
@@ -87,6 +88,14 @@ impl<S: DiscreteLagrangian, C, O: NodalOperators> Scheme<S, C> for Nodal<O> {
 
     fn noise(&self) -> f64 {
         self.operators.noise()
+    }
+
+    fn degree(&self) -> Degree {
+        self.operators.degree()
+    }
+
+    fn closing_size(&self) -> f64 {
+        self.operators.closing_size()
     }
 
     fn end(

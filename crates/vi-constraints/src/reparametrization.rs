@@ -14,6 +14,7 @@ use nalgebra::DMatrix;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault};
+use vi_core::predictor::Degree;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 
@@ -95,6 +96,14 @@ pub trait NodalOperators: Send {
     /// See [`vi_core::newton::NewtonProblem::noise`].
     fn noise(&self) -> f64 {
         1e-9
+    }
+    /// Of which degree the increments of a step are extrapolated from the last ones.
+    fn degree(&self) -> Degree {
+        Degree::Cubic
+    }
+    /// See [`vi_core::newton::NewtonProblem::closing_size`].
+    fn closing_size(&self) -> f64 {
+        0.0
     }
 }
 

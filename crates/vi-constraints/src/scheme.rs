@@ -14,6 +14,7 @@ use vi_core::linear::condition_number;
 use vi_core::newton::{
     Block, BlockKind, Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings,
 };
+use vi_core::predictor::Degree;
 use vi_core::state::State;
 
 /// Which scheme.
@@ -252,6 +253,14 @@ pub trait Scheme<S, C>: Send {
     fn resolution(&self) -> f64 {
         0.25
     }
+    /// See [`NewtonProblem::closing_size`].
+    fn closing_size(&self) -> f64 {
+        0.0
+    }
+    /// Of which degree initial guesses are extrapolated.
+    fn degree(&self) -> Degree {
+        Degree::Cubic
+    }
     /// See [`NewtonProblem::is_simplified`].
     fn is_simplified(&self) -> bool {
         false
@@ -265,8 +274,8 @@ pub trait Scheme<S, C>: Send {
         (step, state): (SubStep, &State),
         x: &mut [f64],
     ) -> Option<Guess> {
-        let depth = if attempt == 0 { usize::MAX } else { 1 };
-        let known = state.history.predict(step.index, step.h, depth, x);
+        let degree = if attempt == 0 { self.degree() } else { Degree::Zero };
+        let known = state.history.predict(step.index, step.h, degree, x);
         match attempt + usize::from(attempt > 0 && !known) {
             0 if known => Some(Guess::Plain),
             0 => {
@@ -404,6 +413,10 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
 
     fn resolution(&self) -> f64 {
         self.scheme.resolution()
+    }
+
+    fn closing_size(&self) -> f64 {
+        self.scheme.closing_size()
     }
 }
 

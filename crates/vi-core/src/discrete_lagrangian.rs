@@ -20,9 +20,10 @@
 use crate::configuration::Configuration;
 use crate::force::DiscreteForce;
 use crate::interval::Interval;
+use crate::isotropic::IsotropicBlocks;
 use crate::mechanical_system::MechanicalSystem;
 use crate::potential::{DiscretePotential, Potential, Quadrature};
-use crate::sparse::{Block, Entries, SparseMatrix};
+use crate::sparse::{Entries, SparseMatrix};
 
 /// The discrete Lagrangian of a system with its discrete forces, and their slot derivatives.
 ///
@@ -88,6 +89,7 @@ pub trait DiscreteLagrangian: MechanicalSystem {
 /// A system with constant mass matrix, any number of discrete potentials and discrete forces.
 pub struct SeparableSystem {
     mass: SparseMatrix,
+    inertia: IsotropicBlocks, // the same matrix
     quadrature: Quadrature,
     potentials: Vec<Box<dyn DiscretePotential>>,
     forces: Vec<Box<dyn DiscreteForce>>,
@@ -113,8 +115,8 @@ impl SeparableSystem {
     #[must_use]
     pub fn new(mass: SparseMatrix) -> Self {
         assert_eq!(mass.shape().0, mass.shape().1, "the mass matrix must be square");
-        let quadrature = Quadrature::Midpoint;
-        Self { mass, quadrature, potentials: Vec::new(), forces: Vec::new() }
+        let (inertia, quadrature) = (IsotropicBlocks::of(&mass), Quadrature::Midpoint);
+        Self { mass, inertia, quadrature, potentials: Vec::new(), forces: Vec::new() }
     }
 
     /// A free system with a diagonal mass matrix.
@@ -147,11 +149,6 @@ impl SeparableSystem {
     pub fn discrete_potential(mut self, potential: Box<dyn DiscretePotential>) -> Self {
         self.potentials.push(potential);
         self
-    }
-
-    fn emit_scaled_mass(&self, scale: f64, out: &mut dyn Entries) {
-        let (row, column, transposed) = (0, 0, false);
-        self.mass.emit(&mut Block { into: out, row, column, scale, transposed });
     }
 
     /// Adds a discrete force.
@@ -222,6 +219,11 @@ impl MechanicalSystem for SeparableSystem {
         &self.mass
     }
 
+    fn emit_mass_of_step(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
+        self.inertia.emit(1.0, out);
+        self.add_mass_of_step(at, h, out);
+    }
+
     fn adds_mass(&self) -> bool {
         self.potentials.iter().any(|potential| potential.adds_mass())
     }
@@ -266,7 +268,7 @@ impl DiscreteLagrangian for SeparableSystem {
         for potential in &self.potentials {
             potential.add_d1(s, -s.h, out);
         }
-        self.mass.mul_add(-1.0 / s.h, &s.dq, out);
+        self.inertia.mul_add(-1.0 / s.h, &s.dq, out);
     }
 
     fn d2(&self, s: &Interval, out: &mut [f64]) {
@@ -274,28 +276,28 @@ impl DiscreteLagrangian for SeparableSystem {
         for potential in &self.potentials {
             potential.add_d2(s, -s.h, out);
         }
-        self.mass.mul_add(1.0 / s.h, &s.dq, out);
+        self.inertia.mul_add(1.0 / s.h, &s.dq, out);
     }
 
     fn d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
         for potential in &self.potentials {
             potential.add_d2_d1(s, -s.h, out);
         }
-        self.emit_scaled_mass(-1.0 / s.h, out);
+        self.inertia.emit(-1.0 / s.h, out);
     }
 
     fn d1_d1(&self, s: &Interval, out: &mut dyn Entries) {
         for potential in &self.potentials {
             potential.add_d1_d1(s, -s.h, out);
         }
-        self.emit_scaled_mass(1.0 / s.h, out);
+        self.inertia.emit(1.0 / s.h, out);
     }
 
     fn d2_d2(&self, s: &Interval, out: &mut dyn Entries) {
         for potential in &self.potentials {
             potential.add_d2_d2(s, -s.h, out);
         }
-        self.emit_scaled_mass(1.0 / s.h, out);
+        self.inertia.emit(1.0 / s.h, out);
     }
 
     fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {

@@ -35,6 +35,7 @@ pub mod eigen;
 pub mod force;
 pub mod galerkin;
 pub mod interval;
+pub mod isotropic;
 pub mod legendre;
 pub mod linear;
 pub mod mechanical_system;

@@ -6,6 +6,7 @@
 //! size_k   = max over blocks of |δx|_∞ / scale_block            relative size of the k-th correction
 //! ratio_k  = |r(x_k)| / |r(x_{k-1})|                            contraction of the residual
 //! converged  when size_k · ratio_k ≤ ε/4, ratio_k < 1           what is left is below round-off
+//! closed     when size_k ≤ √ε/2, ratio_k < 1/2              the residual is handed on: κ size_k² is left, κ < 1
 //! at floor   when the correction is round-off: size_k ≤ 4ε, or the residual no longer contracts and
 //!            size_k ≤ 1e-9 (three times in a row with size_k ≤ noise where the problem is ill-conditioned)
 //! ```
@@ -161,6 +162,11 @@ pub trait NewtonProblem {
     fn resolution(&self) -> f64 {
         0.25
     }
+    /// Relative size of a correction whose square, the error of Newton's method after it, is below rounding. Only for
+    /// problems whose residual is handed on, so that what rounding leaves in it is not lost: elsewhere zero.
+    fn closing_size(&self) -> f64 {
+        0.0
+    }
 }
 
 /// Settings of the loop.
@@ -258,6 +264,9 @@ pub struct Newton {
     rounding: Vec<f64>, // error of the last correction, shape of x
 }
 
+/// `√ε/2`, the usual [`NewtonProblem::closing_size`].
+pub const CLOSING_SIZE: f64 = 1.0 / (1 << 27) as f64;
+
 /// Iterations without a smaller residual after which it is compared with rounding.
 const LEVEL: usize = 3;
 
@@ -349,10 +358,11 @@ impl Newton {
                 largest(blocks, x, &self.dx).relative <= problem.noise()
                     && problem.is_round_off(x, &self.r)
             };
+            let closed = size.relative <= problem.closing_size() && ratio < 0.5;
             let done = if problem.is_simplified() {
                 stagnates(size.relative, before)
             } else {
-                converged || at_floor || stopped
+                converged || closed || at_floor || stopped
             };
             if done {
                 return Ok(report);

@@ -1,15 +1,21 @@
 //! Initial guesses for Newton's method, extrapolated from the increments of earlier steps.
 //!
-//! Through the last `k ≤ 4` increments of equal steps goes a polynomial of degree `k − 1`:
+//! Through the last `k` increments of equal steps goes a polynomial of degree `k − 1`, with `k ≤ 4` or, where the
+//! degree is fitted to the motion, `k ≤ 7`. With the backward differences `∇u_n = u_n − u_{n-1}`,
+//! `∇^{j+1} u_n = ∇^j u_n − ∇^j u_{n-1}`:
 //! ```text
-//! u_{n+1} ≈ u_n,   2u_n − u_{n-1},   3u_n − 3u_{n-1} + u_{n-2},   4u_n − 6u_{n-1} + 4u_{n-2} − u_{n-3}
+//! u_{n+1} ≈ Σ_{j<k} ∇^j u_n,       |∇^k u_n|_∞: by how much it would have missed the last increment
 //! ```
+//! Fitted: of all `k` the one is taken that would have missed it least; if that is the largest one that can be judged,
+//! all increments. A motion that the step resolves well has many useful differences, a vibration that it does not
+//! resolve has none: each doubles its part.
+//!
 //! Unknowns that alternate from step to step around a smooth course, `w_n + (−1)^n a`, are extrapolated by
 //! formulas that are exact for constant `a` and for polynomials of one degree less:
 //! ```text
 //! u_{n+1} ≈ u_{n-1},   u_n + u_{n-1} − u_{n-2},   2u_n − 2u_{n-2} + u_{n-3}
 //! ```
-//! The formulas above would multiply `a` by up to 16. A composition has one history for each sub-step,
+//! The formulas above would multiply `a` by 16 and more. A composition has one history for each sub-step,
 //! since sub-step `j` resembles sub-step `j` of the steps before, not its neighbour.
 //!
 //! The history is part of the [`crate::State`]: it decides from where Newton's method starts, and so the
@@ -18,10 +24,21 @@
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-const DEPTH: usize = 4;
-const WEIGHTS: [&[f64]; DEPTH] = [&[1.0], &[2.0, -1.0], &[3.0, -3.0, 1.0], &[4.0, -6.0, 4.0, -1.0]];
-const ALTERNATING: [&[f64]; DEPTH] =
-    [&[1.0], &[0.0, 1.0], &[1.0, 1.0, -1.0], &[2.0, 0.0, -2.0, 1.0]];
+const DEPTH: usize = 7;
+const CUBIC: [&[f64]; 4] = [&[1.0], &[2.0, -1.0], &[3.0, -3.0, 1.0], &[4.0, -6.0, 4.0, -1.0]];
+const ALTERNATING: [&[f64]; 4] = [&[1.0], &[0.0, 1.0], &[1.0, 1.0, -1.0], &[2.0, 0.0, -2.0, 1.0]];
+
+/// Of which degree the polynomial is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Degree {
+    /// 0: the last increment.
+    Zero,
+    /// 3, less while fewer increments are known.
+    #[default]
+    Cubic,
+    /// That which would have met the last increment best, up to 6.
+    Fitting,
+}
 
 /// The last increments of each sub-step of a composition.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -88,22 +105,61 @@ impl History {
         (self.sub_steps[before].count > 0).then(|| self.increment(before, 0))
     }
 
-    /// Writes the initial guess of sub-step `k` of length `h` from at most `depth` increments; `false` when
-    /// none is known.
-    pub fn predict(&self, k: usize, h: f64, depth: usize, out: &mut [f64]) -> bool {
+    /// Writes the initial guess of sub-step `k` of length `h`; `false` when no increment is known.
+    pub fn predict(&self, k: usize, h: f64, degree: Degree, out: &mut [f64]) -> bool {
         let known = self.sub_steps[k];
-        let count = known.count.min(depth);
-        if count == 0 || known.h.to_bits() != h.to_bits() {
+        if known.count == 0 || known.h.to_bits() != h.to_bits() {
             return false;
         }
+        match degree {
+            Degree::Zero => self.extrapolate(k, 1, out),
+            Degree::Fitting if self.alternating.is_empty() => {
+                self.fit_increments(k, known.count, out);
+            }
+            _ => self.extrapolate(k, known.count.min(CUBIC.len()), out),
+        }
+        true
+    }
+
+    /// By the formulas for `count` increments.
+    fn extrapolate(&self, k: usize, count: usize, out: &mut [f64]) {
         out.fill(0.0);
-        let weights = [WEIGHTS, ALTERNATING].map(|weights| weights[count - 1]);
+        let weights = [CUBIC, ALTERNATING].map(|weights| weights[count - 1]);
         for age in 0..count {
             for (i, (o, u)) in out.iter_mut().zip(self.increment(k, age)).enumerate() {
                 *o += weights[usize::from(self.alternating.contains(&i))][age] * u;
             }
         }
-        true
+    }
+
+    /// By as many of the differences of `count` increments as fit.
+    fn fit_increments(&self, k: usize, count: usize, out: &mut [f64]) {
+        let terms = self.terms(k, count);
+        for (i, out) in out.iter_mut().enumerate() {
+            *out = differences(self.last(k, i, count), count)[..terms].iter().rev().sum();
+        }
+    }
+
+    /// The last `count` increments of unknown `i`, the newest first.
+    fn last(&self, k: usize, i: usize, count: usize) -> [f64; DEPTH] {
+        let mut known = [0.0; DEPTH];
+        for (age, known) in known.iter_mut().enumerate().take(count) {
+            *known = self.increment(k, age)[i];
+        }
+        known
+    }
+
+    /// How many differences to add up: the first that is left out is the smallest one; all where they only fall.
+    fn terms(&self, k: usize, count: usize) -> usize {
+        let mut sizes = [0.0_f64; DEPTH];
+        for i in 0..self.unknowns {
+            let differences = differences(self.last(k, i, count), count);
+            for (size, difference) in sizes.iter_mut().zip(differences) {
+                *size = size.max(difference.abs()); // increments of steps that were taken are finite
+            }
+        }
+        let smallest = (1..count).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
+        smallest.map_or(1, |terms| if terms + 1 == count { count } else { terms })
     }
 
     /// Remembers the increment of sub-step `k`; a change of `h` starts its history anew. After a failure
@@ -127,6 +183,16 @@ impl History {
     }
 }
 
+/// `∇^j u_n`, `j < count`, from the last increments, the newest first.
+fn differences(mut u: [f64; DEPTH], count: usize) -> [f64; DEPTH] {
+    for j in 1..count {
+        for age in (j..count).rev() {
+            u[age] = u[age - 1] - u[age];
+        }
+    }
+    u
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -136,14 +202,34 @@ mod tests {
         let u = |k: f64| 1.0 + k * (2.0 - k * (0.5 - 0.25 * k));
         let mut history = History::new(1, 2);
         let mut guess = [f64::NAN];
-        assert!(!history.predict(1, 0.1, 4, &mut guess), "nothing known yet");
+        assert!(!history.predict(1, 0.1, Degree::Cubic, &mut guess), "nothing known yet");
         for k in 0..4 {
             history.remember(1, 0.1, false, &[u(f64::from(k))]);
         }
-        assert!(history.predict(1, 0.1, 4, &mut guess));
+        assert!(history.predict(1, 0.1, Degree::Cubic, &mut guess));
         assert!((guess[0] - u(4.0)).abs() < 1e-13, "{} vs {}", guess[0], u(4.0));
-        assert!(!history.predict(0, 0.1, 4, &mut guess), "the other sub-step is untouched");
-        assert!(!history.predict(1, 0.2, 4, &mut guess), "another step length");
+        assert!(
+            !history.predict(0, 0.1, Degree::Cubic, &mut guess),
+            "the other sub-step is untouched"
+        );
+        assert!(!history.predict(1, 0.2, Degree::Cubic, &mut guess), "another step length");
+    }
+
+    #[test]
+    fn the_degree_fits_the_increments() {
+        let missed = |u: &dyn Fn(f64) -> f64| {
+            let mut history = History::new(1, 1);
+            (0..9).for_each(|k| history.remember(0, 0.1, false, &[u(f64::from(k))]));
+            let mut guess = [f64::NAN];
+            history.predict(0, 0.1, Degree::Fitting, &mut guess);
+            (guess[0] - u(9.0)).abs()
+        };
+        let resolved = missed(&|k| (0.1 * k).sin());
+        let vibration = missed(&|k| 1.0 + 1e-3 * (7.1 * k * k).sin());
+        let polynomial = missed(&|k| 1.0 + k * (0.2 - k * (0.5 - 0.01 * k * (1.0 - 0.1 * k))));
+        println!("missed by {resolved:e}, {vibration:e}, {polynomial:e}");
+        assert!(resolved < 1e-5 && vibration < 5e-3 && polynomial < 1e-11);
+        assert!(missed(&|_| 0.3) <= f64::EPSILON);
     }
 
     #[test]
@@ -156,7 +242,7 @@ mod tests {
         let mut guess = [f64::NAN; 2];
         let mut off = Vec::new();
         for k in 0..5 {
-            history.predict(0, 0.1, 4, &mut guess);
+            history.predict(0, 0.1, Degree::Cubic, &mut guess);
             off.push((guess[1] - u(k)[1]).abs());
             history.remember(0, 0.1, false, &u(k));
         }

@@ -11,6 +11,10 @@ use sprs::CsMat;
 pub trait Entries {
     /// Adds `value` at `(row, column)`. Zeros are entries too: they keep the pattern fixed.
     fn add(&mut self, row: usize, column: usize, value: f64);
+    /// Adds `value I_3` with its upper left corner at `(row, column)`.
+    fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
+        (0..3).for_each(|k| self.add(row + k, column + k, value));
+    }
 }
 
 /// Receives entries shifted, scaled and possibly transposed: one block of a larger matrix.
@@ -38,6 +42,10 @@ impl Entries for Block<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         let (i, j) = if self.transposed { (column, row) } else { (row, column) };
         self.into.add(self.row + i, self.column + j, self.scale * value);
+    }
+    fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
+        let (i, j) = if self.transposed { (column, row) } else { (row, column) };
+        self.into.add_multiple(self.row + i, self.column + j, self.scale * value);
     }
 }
 

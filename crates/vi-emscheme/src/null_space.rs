@@ -254,17 +254,17 @@ fn averaged_map(link: &Link, reversed: bool, at: &JointConfiguration) -> Velocit
     let axis = |i: usize| if reversed { at.axis_child(i) } else { at.axis(i) };
     let slide = |along: Vector3<f64>| Twist::new(along, Vector3::zeros());
     let n = axis(2);
-    let rigid = Transfer::Rigid(at.c);
+    let rigid = Transfer::Rigid(at.c());
     match link.joint.kind {
         PairKind::Cylindrical => {
-            let arm = if reversed { at.rho_child - at.gap } else { at.rho_child };
+            let arm = if reversed { at.rho_child() - at.gap() } else { at.rho_child() };
             let turn = Twist::new(arm.cross(&n), n);
             VelocityMap::new(rigid, &[slide(axis(0).cross(&axis(1))), turn])
         }
         PairKind::Prismatic => VelocityMap::new(rigid, &[slide(axis(0).cross(&axis(1)))]),
         PairKind::Planar => {
             let slides = [slide(axis(1).cross(&n)), slide(n.cross(&axis(0)))];
-            let turn = Twist::new(at.rho_child.cross(&n), n);
+            let turn = Twist::new(at.rho_child().cross(&n), n);
             VelocityMap::new(rigid, &[slides[0], slides[1], turn])
         }
         kind => kind.velocity_map(at),

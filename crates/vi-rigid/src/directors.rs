@@ -24,12 +24,14 @@ const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
 /// The centre `φ`, m.
 #[must_use]
+#[inline]
 pub fn center(q: &[f64]) -> Vector3<f64> {
     Vector3::new(q[0], q[1], q[2])
 }
 
 /// The director `d_{i+1}`, `i = 0, 1, 2`.
 #[must_use]
+#[inline]
 pub fn director(q: &[f64], i: usize) -> Vector3<f64> {
     let k = 3 + 3 * i;
     Vector3::new(q[k], q[k + 1], q[k + 2])
@@ -37,6 +39,7 @@ pub fn director(q: &[f64], i: usize) -> Vector3<f64> {
 
 /// The matrix with columns `d_1, d_2, d_3`: the rotation from body to spatial components.
 #[must_use]
+#[inline]
 pub fn triad(q: &[f64]) -> Matrix3<f64> {
     Matrix3::from_column_slice(&q[3..FRAME])
 }
@@ -48,11 +51,13 @@ pub fn set_frame(q: &mut [f64], center: &Vector3<f64>, triad: &Matrix3<f64>) {
 }
 
 /// Writes the directors and leaves the centre alone.
+#[inline]
 pub fn set_triad(q: &mut [f64], triad: &Matrix3<f64>) {
     q[3..FRAME].copy_from_slice(triad.as_slice());
 }
 
 /// `out ← g(q)`, shape 6.
+#[inline]
 pub fn internal_value(q: &[f64], out: &mut [f64]) {
     for (i, out) in out.iter_mut().enumerate().take(3) {
         *out = 0.5 * (director(q, i).norm_squared() - 1.0); // (56)

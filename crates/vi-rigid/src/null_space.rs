@@ -20,6 +20,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 /// `P_in(q)ᵀ w`, shape 6.
 #[must_use]
+#[inline]
 pub fn pull_back(q: &[f64], w: &[f64]) -> SVector<f64, 6> {
     let mut spin = Vector3::zeros();
     for i in 0..3 {
@@ -29,6 +30,7 @@ pub fn pull_back(q: &[f64], w: &[f64]) -> SVector<f64, 6> {
 }
 
 /// `out ← P_in(q) t` for a twist `t = (φ̇, ω)`, shape 12.
+#[inline]
 pub fn push_forward(q: &[f64], twist: &SVector<f64, 6>, out: &mut [f64]) {
     let omega = Vector3::new(twist[3], twist[4], twist[5]);
     out[..3].copy_from_slice(&twist.as_slice()[..3]);

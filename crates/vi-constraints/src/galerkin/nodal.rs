@@ -23,6 +23,7 @@ use vi_core::galerkin::Stages;
 use vi_core::interval::Interval;
 use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
+use vi_core::predictor::Degree;
 use vi_core::sparse::Entries;
 use vi_core::state::State;
 
@@ -245,7 +246,7 @@ impl<S: MechanicalSystem, C, O: ControlPointOperators> Scheme<S, C> for Galerkin
         x: &mut [f64],
     ) -> Option<Guess> {
         self.restart();
-        let continued = state.history.predict(step.index, step.h, 1, x);
+        let continued = state.history.predict(step.index, step.h, Degree::Zero, x);
         match attempt + usize::from(!continued) {
             0 if !x.is_empty() => self.extrapolate(x),
             0 | 1 => x.fill(0.0),

@@ -32,6 +32,18 @@ pub struct Term {
     pub coefficient: f64,
 }
 
+impl Term {
+    /// The vector among the coordinates `q`.
+    #[inline]
+    fn of(&self, q: &[f64]) -> Vector3<f64> {
+        match q[self.offset..self.offset + self.dimension] {
+            [x, y, z] => Vector3::new(x, y, z),
+            [x, y] => Vector3::new(x, y, 0.0),
+            _ => Vector3::zeros(),
+        }
+    }
+}
+
 impl Form {
     /// A constant vector.
     #[must_use]
@@ -87,9 +99,7 @@ impl Form {
     pub fn rate(&self, v: &[f64]) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         for term in &self.terms {
-            for i in 0..term.dimension {
-                sum[i] += term.coefficient * v[term.offset + i];
-            }
+            sum += term.coefficient * term.of(v);
         }
         sum
     }

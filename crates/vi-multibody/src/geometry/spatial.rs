@@ -2,6 +2,7 @@
 
 use crate::geometry::twist::{Transfer, Twist};
 use nalgebra::{Matrix3, Vector3};
+use vi_rigid::rotation::skew;
 
 /// A 6×6 matrix on twists, by 3×3 blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,6 +21,7 @@ impl SpatialMatrix {
         Self { ll: z, la: z, al: z, aa: z }
     }
 
+    #[inline]
     pub(crate) fn mul(&self, t: &Twist) -> Twist {
         Twist::new(
             self.ll * t.linear + self.la * t.angular,
@@ -27,6 +29,7 @@ impl SpatialMatrix {
         )
     }
 
+    #[inline]
     pub(crate) fn tr_mul(&self, t: &Twist) -> Twist {
         Twist::new(
             self.ll.tr_mul(&t.linear) + self.al.tr_mul(&t.angular),
@@ -35,6 +38,7 @@ impl SpatialMatrix {
     }
 
     /// `self −= x yᵀ`.
+    #[inline]
     pub(crate) fn sub_outer(&mut self, x: &Twist, y: &Twist) {
         self.ll -= x.linear * y.linear.transpose();
         self.la -= x.linear * y.angular.transpose();
@@ -42,6 +46,31 @@ impl SpatialMatrix {
         self.aa -= x.angular * y.angular.transpose();
     }
 
+    /// `self += m P(a)ᵀ P'(b)` with `P(a) = [I, 0]` of the centre, `[0, −â]` of a director `a`:
+    /// ```text
+    /// centre, centre      ll += m I            centre, director    la −= m b̂
+    /// director, centre    al += m â            director, director  aa += m (a·b I − b aᵀ)
+    /// ```
+    #[inline]
+    pub(crate) fn add_multiple(
+        &mut self,
+        m: f64,
+        a: Option<&Vector3<f64>>,
+        b: Option<&Vector3<f64>>,
+    ) {
+        match (a, b) {
+            (None, None) => (0..3).for_each(|i| self.ll[(i, i)] += m),
+            (None, Some(b)) => self.la -= m * skew(b),
+            (Some(a), None) => self.al += m * skew(a),
+            (Some(a), Some(b)) => {
+                self.aa -= (m * b) * a.transpose();
+                let trace = m * a.dot(b);
+                (0..3).for_each(|i| self.aa[(i, i)] += trace);
+            }
+        }
+    }
+
+    #[inline]
     pub(crate) fn add(&mut self, other: &Self) {
         self.ll += other.ll;
         self.la += other.la;
@@ -50,6 +79,7 @@ impl SpatialMatrix {
     }
 
     /// `Xᵀ A X'`.
+    #[inline]
     pub(crate) fn congruence(&self, left: &Transfer, right: &Transfer) -> Self {
         let (a, b, point) = match (left, right) {
             (Transfer::Rigid(a), Transfer::Rigid(b)) => (a, b, false),

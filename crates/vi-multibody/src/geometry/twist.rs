@@ -14,17 +14,20 @@ pub struct Twist {
 impl Twist {
     /// A twist.
     #[must_use]
+    #[inline]
     pub fn new(linear: Vector3<f64>, angular: Vector3<f64>) -> Self {
         Self { linear, angular }
     }
 
     /// Zero.
     #[must_use]
+    #[inline]
     pub fn zero() -> Self {
         Self::new(Vector3::zeros(), Vector3::zeros())
     }
 
     /// `self ← self + factor other`.
+    #[inline]
     pub(crate) fn add_scaled(&mut self, factor: f64, other: &Self) {
         self.linear += factor * other.linear;
         self.angular += factor * other.angular;
@@ -32,6 +35,7 @@ impl Twist {
 
     /// `f·φ̇ + τ·ω` with a wrench `(f, τ)`.
     #[must_use]
+    #[inline]
     pub fn dot(&self, wrench: &Self) -> f64 {
         self.linear.dot(&wrench.linear) + self.angular.dot(&wrench.angular)
     }
@@ -57,6 +61,7 @@ pub enum Transfer {
 impl Transfer {
     /// `X t`.
     #[must_use]
+    #[inline]
     pub fn apply(&self, t: &Twist) -> Twist {
         match self {
             Self::Rigid(a) => Twist::new(t.linear + t.angular.cross(a), t.angular),
@@ -67,6 +72,7 @@ impl Transfer {
 
     /// `Xᵀ w`.
     #[must_use]
+    #[inline]
     pub fn apply_transposed(&self, w: &Twist) -> Twist {
         match self {
             Self::Rigid(a) => Twist::new(w.linear, w.angular + a.cross(&w.linear)),

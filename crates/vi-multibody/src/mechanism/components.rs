@@ -81,7 +81,7 @@ impl Components {
 /// The longest lever arm of a joint, m.
 fn arm(joint: &Joint, q: &[f64]) -> f64 {
     let at = joint.configuration(q);
-    at.rho_parent.norm().max(at.rho_child.norm()).max(at.gap.norm())
+    at.rho_parent().norm().max(at.rho_child().norm()).max(at.gap().norm())
 }
 
 impl Mechanism {

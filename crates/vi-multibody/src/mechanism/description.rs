@@ -133,8 +133,7 @@ impl Description {
         let q = self.configuration();
         for joint in &mut self.joints {
             if joint.kind.pitch().is_some() {
-                let at = joint.configuration(&q);
-                screw::fit_thread(joint, &at);
+                screw::fit_thread(joint, &q);
             }
         }
     }

@@ -75,7 +75,7 @@ fn principal(joint: &Joint, q: &[f64]) -> [f64; MAX_DOF] {
     let at = joint.configuration(q);
     let mut values = joint.kind.coordinates(&at);
     if let Some(first) = joint.kind.rotation_vector() {
-        let relative = Rotation3::from_matrix_unchecked(at.axes.tr_mul(&at.axes_child));
+        let relative = Rotation3::from_matrix_unchecked(at.axes().tr_mul(&at.axes_child()));
         let vector = UnitQuaternion::from_rotation_matrix(&relative).scaled_axis();
         values[first..first + 3].copy_from_slice(vector.as_slice());
     }
@@ -89,11 +89,12 @@ pub fn joint_rates(joint: &Joint, q: &[f64], v: &[f64]) -> [f64; MAX_DOF] {
     let at = joint.configuration(q);
     let (parent, child) = (twist(joint.parent.frame, q, v), twist(joint.child.frame, q, v));
     let to_child_anchor = |t: &Twist, arm: &Vector3<f64>| t.linear + t.angular.cross(arm);
-    let linear =
-        to_child_anchor(&child, &at.rho_child) - to_child_anchor(&parent, &(at.c + at.rho_child));
+    let linear = to_child_anchor(&child, &at.rho_child())
+        - to_child_anchor(&parent, &(at.c() + at.rho_child()));
     let angular = child.angular - parent.angular;
     if let Some(first) = joint.kind.rotation_vector() {
-        let (linear, angular) = (at.axes.tr_mul(&linear), at.axes.tr_mul(&angular));
+        let axes = at.axes();
+        let (linear, angular) = (axes.tr_mul(&linear), axes.tr_mul(&angular));
         let mut rates = [0.0; MAX_DOF];
         rates[..first].copy_from_slice(&linear.as_slice()[..first]);
         rates[first..first + 3].copy_from_slice(angular.as_slice());
@@ -107,7 +108,7 @@ fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_DOF] {
     let map = joint.kind.velocity_map(at);
     let mut gram = SMatrix::<f64, MAX_DOF, MAX_DOF>::identity();
     let mut right = SVector::<f64, MAX_DOF>::zeros();
-    let moved = |s: &Twist| Twist::new(s.linear + s.angular.cross(&at.rho_child), s.angular);
+    let moved = |s: &Twist| Twist::new(s.linear + s.angular.cross(&at.rho_child()), s.angular);
     for (i, a) in map.columns().iter().map(moved).enumerate() {
         right[i] = a.dot(t);
         for (j, b) in map.columns().iter().map(moved).enumerate() {

@@ -240,7 +240,7 @@ impl Entries for JointForces<'_> {
 /// `(f, m)` on the child from the director form of the force on the body that feels it.
 fn reaction(joint: &Joint, q: &[f64], force: &[f64; 12]) -> Reaction {
     let at = joint.configuration(q);
-    let (axes, axes_child) = (at.axes, at.axes_child);
+    let (axes, axes_child) = (at.axes(), at.axes_child());
     let (mut f, mut m) = (Vector3::zeros(), Vector3::zeros());
     if let Some((k, sign)) = felt_by(joint) {
         let own = &q[12 * k..12 * k + 12];

@@ -31,16 +31,18 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`, `S = [n, ϱ²×n; 0, n]`.
 #[must_use]
+#[inline]
 pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     let n = at.axis(2);
     let slide = Twist::new(n, Vector3::zeros());
-    VelocityMap::new(Transfer::Rigid(at.c), &[slide, Twist::new(at.rho_child.cross(&n), n)])
+    VelocityMap::new(Transfer::Rigid(at.c()), &[slide, Twist::new(at.rho_child().cross(&n), n)])
 }
 
 /// `A² = A¹ exp(ϑ n̂_n)`, slide `u n_n`.
 ///
 /// # Errors
 /// [`TooLarge`].
+#[inline]
 pub fn reparametrize(
     u: &[f64],
     parent: &Motion,
@@ -48,23 +50,26 @@ pub fn reparametrize(
 ) -> Result<Motion, TooLarge> {
     super::check(u[1], 1)?;
     let n = at.axis(2);
-    Ok(parent.child(at, &super::about(&n, u[1]), &(u[0] * n), &at.gap)) // [5.5]
+    Ok(parent.child(at, &super::about(&n, u[1]), &(u[0] * n), &at.gap())) // [5.5]
 }
 
 /// As the velocity map.
 #[must_use]
+#[inline]
 pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// `n'` onto `n`.
 #[must_use]
+#[inline]
 pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
 /// The gap across the axis.
 #[must_use]
+#[inline]
 pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[2])
 }
@@ -72,5 +77,5 @@ pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
 /// `(u, θ)`.
 #[must_use]
 pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
-    [at.gap.dot(&at.axis(2)), super::angle_about_axis(at), 0.0, 0.0, 0.0, 0.0]
+    [at.gap().dot(&at.axis(2)), super::angle_about_axis(at), 0.0, 0.0, 0.0, 0.0]
 }

@@ -25,14 +25,16 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`.
 #[must_use]
+#[inline]
 pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
-    VelocityMap::new(Transfer::Rigid(at.c), &[])
+    VelocityMap::new(Transfer::Rigid(at.c()), &[])
 }
 
 /// `A² = A¹`. A gap `r_n` of round-off is transported; [`gap_correction`] removes it.
 ///
 /// # Errors
 /// None; the signature is that of all pairs.
+#[inline]
 pub fn reparametrize(
     _u: &[f64],
     parent: &Motion,
@@ -43,18 +45,21 @@ pub fn reparametrize(
 
 /// As the velocity map.
 #[must_use]
+#[inline]
 pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// Equal attitude.
 #[must_use]
+#[inline]
 pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_attitude(at)
 }
 
 /// The whole gap.
 #[must_use]
+#[inline]
 pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[])
 }

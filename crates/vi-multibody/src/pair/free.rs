@@ -39,6 +39,7 @@ pub fn rows(_joint: &Joint) -> Vec<Row> {
 
 /// `X = 0`, `S = I`.
 #[must_use]
+#[inline]
 pub fn velocity_map(_at: &JointConfiguration) -> VelocityMap {
     with_tangent(&Matrix3::identity())
 }
@@ -55,6 +56,7 @@ fn with_tangent(tangent: &Matrix3<f64>) -> VelocityMap {
 ///
 /// # Errors
 /// [`TooLarge`].
+#[inline]
 pub fn reparametrize(
     u: &[f64],
     _parent: &Motion,
@@ -68,18 +70,21 @@ pub fn reparametrize(
 
 /// `S' = diag(I, T(θ))`.
 #[must_use]
+#[inline]
 pub fn tangent(u: &[f64], _at: &JointConfiguration) -> VelocityMap {
     with_tangent(&rotation::tangent(&Vector3::new(u[3], u[4], u[5])))
 }
 
 /// Nothing to align.
 #[must_use]
+#[inline]
 pub fn attitude_correction(_at: &JointConfiguration) -> Vector3<f64> {
     Vector3::zeros()
 }
 
 /// Nothing to close.
 #[must_use]
+#[inline]
 pub fn gap_correction(_at: &JointConfiguration) -> Vector3<f64> {
     Vector3::zeros()
 }
@@ -88,5 +93,5 @@ pub fn gap_correction(_at: &JointConfiguration) -> Vector3<f64> {
 #[must_use]
 pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     let v = relative_rotation_vector(at);
-    [at.gap[0], at.gap[1], at.gap[2], v[0], v[1], v[2]]
+    [at.gap()[0], at.gap()[1], at.gap()[2], v[0], v[1], v[2]]
 }

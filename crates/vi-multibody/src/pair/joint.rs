@@ -91,7 +91,7 @@ impl Side {
 ///     child: Side::at(FrameId::Frame(0), &frame, &point, &axes),
 /// };
 /// let at = hinge.configuration(&frame);
-/// assert!(at.gap.norm() < 1e-15 && (at.axis(2) - Vector3::y()).norm() < 1e-15);
+/// assert!(at.gap().norm() < 1e-15 && (at.axis(2) - Vector3::y()).norm() < 1e-15);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
@@ -131,7 +131,7 @@ impl Joint {
 
     /// The vectors of the joint in the configuration `q` of all frames.
     #[must_use]
-    pub fn configuration(&self, q: &[f64]) -> JointConfiguration {
+    pub fn configuration<'a>(&'a self, q: &'a [f64]) -> JointConfiguration<'a> {
         JointConfiguration::new(self, self.parent.coordinates(q), self.child.coordinates(q))
     }
 }
@@ -145,47 +145,80 @@ pub fn complete_axis(n: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// The vectors of a joint in one configuration, spatial components.
+///
+/// Each is computed where it is asked for: most pairs need few of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointConfiguration {
-    /// `ϱ¹`.
-    pub rho_parent: Vector3<f64>,
-    /// `ϱ²`.
-    pub rho_child: Vector3<f64>,
-    /// `c = φ² − φ¹`.
-    pub c: Vector3<f64>,
-    /// `r = φ² + ϱ² − φ¹ − ϱ¹`.
-    pub gap: Vector3<f64>,
-    /// Columns `m_1, m_2, n`.
-    pub axes: Matrix3<f64>,
-    /// Columns `m_1', m_2', n'`.
-    pub axes_child: Matrix3<f64>,
-    /// Advance per radian of a screw, m; 0 for other pairs.
-    pub pitch: f64,
+pub struct JointConfiguration<'a> {
+    joint: &'a Joint,
+    parent: &'a [f64], // 12  frame of the parent
+    child: &'a [f64],  // 12
 }
 
-impl JointConfiguration {
+impl<'a> JointConfiguration<'a> {
     /// From the coordinates of both frames, 12 numbers each.
     #[must_use]
-    pub fn new(joint: &Joint, parent: &[f64], child: &[f64]) -> Self {
-        let (d1, d2) = (directors::triad(parent), directors::triad(child));
-        let rho_parent = d1 * joint.parent.anchor; // (63)
-        let rho_child = d2 * joint.child.anchor;
-        let c = directors::center(child) - directors::center(parent);
-        let gap = c + rho_child - rho_parent;
-        let (axes, axes_child) = (d1 * joint.parent.axes, d2 * joint.child.axes); // (62)
-        let pitch = joint.kind.pitch().unwrap_or(0.0);
-        Self { rho_parent, rho_child, c, gap, axes, axes_child, pitch }
+    #[inline]
+    pub fn new(joint: &'a Joint, parent: &'a [f64], child: &'a [f64]) -> Self {
+        Self { joint, parent, child }
+    }
+
+    /// `ϱ¹`.
+    #[must_use]
+    #[inline]
+    pub fn rho_parent(&self) -> Vector3<f64> {
+        directors::triad(self.parent) * self.joint.parent.anchor // (63)
+    }
+
+    /// `ϱ²`.
+    #[must_use]
+    #[inline]
+    pub fn rho_child(&self) -> Vector3<f64> {
+        directors::triad(self.child) * self.joint.child.anchor
+    }
+
+    /// `c = φ² − φ¹`.
+    #[must_use]
+    #[inline]
+    pub fn c(&self) -> Vector3<f64> {
+        directors::center(self.child) - directors::center(self.parent)
+    }
+
+    /// `r = φ² + ϱ² − φ¹ − ϱ¹`.
+    #[must_use]
+    #[inline]
+    pub fn gap(&self) -> Vector3<f64> {
+        self.c() + self.rho_child() - self.rho_parent()
+    }
+
+    /// Advance per radian of a screw, m; 0 for other pairs.
+    #[must_use]
+    pub fn pitch(&self) -> f64 {
+        self.joint.kind.pitch().unwrap_or(0.0)
+    }
+
+    /// Columns `m_1, m_2, n`.
+    #[must_use]
+    pub fn axes(&self) -> Matrix3<f64> {
+        directors::triad(self.parent) * self.joint.parent.axes // (62)
+    }
+
+    /// Columns `m_1', m_2', n'`.
+    #[must_use]
+    pub fn axes_child(&self) -> Matrix3<f64> {
+        directors::triad(self.child) * self.joint.child.axes
     }
 
     /// `m_1` (0), `m_2` (1) or `n` (2).
     #[must_use]
+    #[inline]
     pub fn axis(&self, i: usize) -> Vector3<f64> {
-        self.axes.column(i).into()
+        directors::triad(self.parent) * self.joint.parent.axes.column(i)
     }
 
     /// `m_1'` (0), `m_2'` (1) or `n'` (2).
     #[must_use]
+    #[inline]
     pub fn axis_child(&self, i: usize) -> Vector3<f64> {
-        self.axes_child.column(i).into()
+        directors::triad(self.child) * self.joint.child.axes.column(i)
     }
 }

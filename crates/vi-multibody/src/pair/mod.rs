@@ -175,11 +175,13 @@ pub struct TooLarge {
     pub angle: f64,
 }
 
+#[inline]
 pub(crate) fn check(angle: f64, index: usize) -> Result<(), TooLarge> {
     if angle.abs() <= rotation::MAX_ROTATION { Ok(()) } else { Err(TooLarge { index, angle }) }
 }
 
 /// Rotation about the joint axis `n_n` by `angle`, less the identity.
+#[inline]
 pub(crate) fn about(axis: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
     rotation::exp_minus_identity(&(angle * axis))
 }
@@ -222,9 +224,9 @@ pub(crate) fn angle_about_axis(at: &JointConfiguration) -> f64 {
 /// Translation of the child's centre that removes the part of the gap in directions that the pair
 /// does not allow.
 pub(crate) fn close_gap(at: &JointConfiguration, allowed: &[usize]) -> Vector3<f64> {
-    let mut gap = at.gap;
+    let mut gap = at.gap();
     for &i in allowed {
-        gap -= at.axis(i) * at.axis(i).dot(&at.gap);
+        gap -= at.axis(i) * at.axis(i).dot(&at.gap());
     }
     -gap
 }
@@ -358,6 +360,16 @@ impl PairKind {
         each_pair!(self, pair => pair::tangent(u, at))
     }
 
+    /// `map ← X, S` at a configuration.
+    pub fn write_velocity_map(self, at: &JointConfiguration, map: &mut VelocityMap) {
+        each_pair!(self, pair => map.copy_from(&pair::velocity_map(at)));
+    }
+
+    /// `map ← X', S'` at the new configuration.
+    pub fn write_tangent(self, u: &[f64], at: &JointConfiguration, map: &mut VelocityMap) {
+        each_pair!(self, pair => map.copy_from(&pair::tangent(u, at)));
+    }
+
     /// Small rotation of the child that removes round-off from the relative attitude.
     #[must_use]
     pub fn attitude_correction(self, at: &JointConfiguration) -> Vector3<f64> {
@@ -380,6 +392,6 @@ impl PairKind {
 
 /// Rotation vector of the relative attitude `(m', n')` against `(m, n)`, in inertial components.
 pub(crate) fn relative_rotation_vector(at: &JointConfiguration) -> Vector3<f64> {
-    let relative = at.axes_child * at.axes.transpose();
+    let relative = at.axes_child() * at.axes().transpose();
     nalgebra::Rotation3::from_matrix_unchecked(relative).scaled_axis()
 }

@@ -19,14 +19,23 @@ pub struct VelocityMap {
 impl VelocityMap {
     /// From `X` and the columns of `S`.
     #[must_use]
+    #[inline(always)]
     pub fn new(transfer: Transfer, columns: &[Twist]) -> Self {
         let mut s = [Twist::zero(); MAX_DOF];
         s[..columns.len()].copy_from_slice(columns);
         Self { transfer, s, dof: columns.len() }
     }
 
+    /// Becomes another map; of the columns only those that count are written.
+    #[inline]
+    pub fn copy_from(&mut self, other: &Self) {
+        (self.transfer, self.dof) = (other.transfer, other.dof);
+        self.s[..other.dof].copy_from_slice(other.columns());
+    }
+
     /// The columns of `S`.
     #[must_use]
+    #[inline]
     pub fn columns(&self) -> &[Twist] {
         &self.s[..self.dof]
     }
@@ -44,12 +53,14 @@ pub struct Motion {
 impl Motion {
     /// At rest (the ground).
     #[must_use]
+    #[inline]
     pub fn rest() -> Self {
         Self { translation: Vector3::zeros(), rotation_minus_identity: Matrix3::zeros() }
     }
 
     /// `A x`.
     #[must_use]
+    #[inline]
     pub fn transmit(&self, x: &Vector3<f64>) -> Vector3<f64> {
         x + self.rotation_minus_identity * x
     }
@@ -58,6 +69,7 @@ impl Motion {
     /// vector at `q_n`, fixed in the parent):
     /// `Δφ² = Δφ¹ + (A¹−1)(ϱ¹ + r) + A¹ slide − (A²−1) ϱ²`.
     #[must_use]
+    #[inline(always)]
     pub fn child(
         &self,
         at: &JointConfiguration,
@@ -68,9 +80,9 @@ impl Motion {
         let turn =
             self.rotation_minus_identity + relative + self.rotation_minus_identity * relative; // A¹B − 1
         let translation = self.translation // [5.5]
-            + self.rotation_minus_identity * (at.rho_parent + gap)
+            + self.rotation_minus_identity * (at.rho_parent() + gap)
             + self.transmit(slide)
-            - turn * at.rho_child;
+            - turn * at.rho_child();
         Self { translation, rotation_minus_identity: turn }
     }
 }

@@ -31,36 +31,41 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`, `S = (n, 0)`.
 #[must_use]
+#[inline]
 pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
-    VelocityMap::new(Transfer::Rigid(at.c), &[Twist::new(at.axis(2), Vector3::zeros())])
+    VelocityMap::new(Transfer::Rigid(at.c()), &[Twist::new(at.axis(2), Vector3::zeros())])
 }
 
 /// `A² = A¹`, slide `u n_n`.
 ///
 /// # Errors
 /// None; the signature is that of all pairs.
+#[inline]
 pub fn reparametrize(
     u: &[f64],
     parent: &Motion,
     at: &JointConfiguration,
 ) -> Result<Motion, TooLarge> {
-    Ok(parent.child(at, &Matrix3::zeros(), &(u[0] * at.axis(2)), &at.gap)) // [5.5]
+    Ok(parent.child(at, &Matrix3::zeros(), &(u[0] * at.axis(2)), &at.gap())) // [5.5]
 }
 
 /// As the velocity map.
 #[must_use]
+#[inline]
 pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// Equal attitude.
 #[must_use]
+#[inline]
 pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_attitude(at)
 }
 
 /// The gap across the axis.
 #[must_use]
+#[inline]
 pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[2])
 }
@@ -68,5 +73,5 @@ pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
 /// `u`.
 #[must_use]
 pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
-    [at.gap.dot(&at.axis(2)), 0.0, 0.0, 0.0, 0.0, 0.0]
+    [at.gap().dot(&at.axis(2)), 0.0, 0.0, 0.0, 0.0, 0.0]
 }

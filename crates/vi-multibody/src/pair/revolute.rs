@@ -31,15 +31,17 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`, `S = (ϱ²×n, n)`.
 #[must_use]
+#[inline]
 pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     let n = at.axis(2);
-    VelocityMap::new(Transfer::Rigid(at.c), &[Twist::new(at.rho_child.cross(&n), n)])
+    VelocityMap::new(Transfer::Rigid(at.c()), &[Twist::new(at.rho_child().cross(&n), n)])
 }
 
 /// `A² = A¹ exp(ϑ n̂_n)`. A gap `r_n` of round-off is transported; [`gap_correction`] removes it.
 ///
 /// # Errors
 /// [`TooLarge`].
+#[inline]
 pub fn reparametrize(
     u: &[f64],
     parent: &Motion,
@@ -52,18 +54,21 @@ pub fn reparametrize(
 
 /// As the velocity map.
 #[must_use]
+#[inline]
 pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// `n'` onto `n`.
 #[must_use]
+#[inline]
 pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
 /// The whole gap.
 #[must_use]
+#[inline]
 pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[])
 }

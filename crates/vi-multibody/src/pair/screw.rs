@@ -57,24 +57,27 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
     cylindrical::rows(joint)
 }
 
-/// Moves the child's anchor along the axis to where the thread holds at the configuration `at`.
-pub fn fit_thread(joint: &mut Joint, at: &JointConfiguration) {
-    let excess = at.gap.dot(&at.axis(2)) - at.pitch * super::angle_about_axis(at);
+/// Moves the child's anchor along the axis to where the thread holds in the configuration `q` of all frames.
+pub fn fit_thread(joint: &mut Joint, q: &[f64]) {
+    let at = joint.configuration(q);
+    let excess = at.gap().dot(&at.axis(2)) - at.pitch() * super::angle_about_axis(&at);
     joint.child.anchor -= excess * joint.child.axes.column(2);
 }
 
 /// `X = [I −ĉ; 0 I]`, `S = (p n + ϱ²×n, n)`.
 #[must_use]
+#[inline]
 pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
     let n = at.axis(2);
-    let slide = at.pitch * n + at.rho_child.cross(&n);
-    VelocityMap::new(Transfer::Rigid(at.c), &[Twist::new(slide, n)])
+    let slide = at.pitch() * n + at.rho_child().cross(&n);
+    VelocityMap::new(Transfer::Rigid(at.c()), &[Twist::new(slide, n)])
 }
 
 /// `A² = A¹ exp(ϑ n̂_n)`, slide `p ϑ n_n`.
 ///
 /// # Errors
 /// [`TooLarge`].
+#[inline]
 pub fn reparametrize(
     u: &[f64],
     parent: &Motion,
@@ -82,26 +85,29 @@ pub fn reparametrize(
 ) -> Result<Motion, TooLarge> {
     super::check(u[0], 0)?;
     let n = at.axis(2);
-    Ok(parent.child(at, &super::about(&n, u[0]), &(at.pitch * u[0] * n), &at.gap)) // [5.5]
+    Ok(parent.child(at, &super::about(&n, u[0]), &(at.pitch() * u[0] * n), &at.gap())) // [5.5]
 }
 
 /// As the velocity map.
 #[must_use]
+#[inline]
 pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// `n'` onto `n`.
 #[must_use]
+#[inline]
 pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::align_axis(at)
 }
 
 /// The gap across the axis, and along it the residual of the thread (to the nearest revolution).
 #[must_use]
+#[inline]
 pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
-    let (n, lead) = (at.axis(2), std::f64::consts::TAU * at.pitch);
-    let mut excess = at.gap.dot(&n) - at.pitch * super::angle_about_axis(at);
+    let (n, lead) = (at.axis(2), std::f64::consts::TAU * at.pitch());
+    let mut excess = at.gap().dot(&n) - at.pitch() * super::angle_about_axis(at);
     if lead != 0.0 {
         excess -= lead * (excess / lead).round();
     }

@@ -35,15 +35,17 @@ pub fn rows(joint: &Joint) -> Vec<Row> {
 
 /// `X = [I −ĉ; 0 I]`, `S = [ϱ²×n, ϱ²×m_1'; n, m_1']`.
 #[must_use]
+#[inline]
 pub fn velocity_map(at: &JointConfiguration) -> VelocityMap {
-    let turn = |axis: Vector3<f64>| Twist::new(at.rho_child.cross(&axis), axis);
-    VelocityMap::new(Transfer::Rigid(at.c), &[turn(at.axis(2)), turn(at.axis_child(0))])
+    let turn = |axis: Vector3<f64>| Twist::new(at.rho_child().cross(&axis), axis);
+    VelocityMap::new(Transfer::Rigid(at.c()), &[turn(at.axis(2)), turn(at.axis_child(0))])
 }
 
 /// `A² = A¹ exp(ϑ_1 n̂_n) exp(ϑ_2 m̂_1')`.
 ///
 /// # Errors
 /// [`TooLarge`].
+#[inline]
 pub fn reparametrize(
     u: &[f64],
     parent: &Motion,
@@ -58,12 +60,14 @@ pub fn reparametrize(
 
 /// As the velocity map.
 #[must_use]
+#[inline]
 pub fn tangent(_u: &[f64], at: &JointConfiguration) -> VelocityMap {
     velocity_map(at)
 }
 
 /// `m_1'` across `n`: a rotation about their common normal.
 #[must_use]
+#[inline]
 pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
     let (n, m) = (at.axis(2), at.axis_child(0));
     -n.dot(&m) * m.cross(&n)
@@ -71,6 +75,7 @@ pub fn attitude_correction(at: &JointConfiguration) -> Vector3<f64> {
 
 /// The whole gap.
 #[must_use]
+#[inline]
 pub fn gap_correction(at: &JointConfiguration) -> Vector3<f64> {
     super::close_gap(at, &[])
 }

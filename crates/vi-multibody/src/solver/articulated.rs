@@ -17,6 +17,7 @@
 
 use crate::geometry::spatial::SpatialMatrix;
 use crate::pair::{MAX_DOF, Motion, Transfer, Twist, VelocityMap};
+use crate::solver::body_blocks::BodyBlocks;
 use crate::tree::Tree;
 use nalgebra::Vector3;
 use vi_constraints::reparametrization::{Emission, LastStep};
@@ -24,14 +25,13 @@ use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
 use vi_core::sparse::Entries;
-use vi_rigid::{directors, null_space};
+use vi_rigid::null_space;
 
 /// What a link needs during a step, side by side in memory.
 #[derive(Clone, Copy, Debug)]
 struct LinkWork {
     at: VelocityMap,              // X, S at q_n
     next: VelocityMap,            // X', S' at q_{n+1}
-    A: SpatialMatrix,             // A_α, then Â_α
     AS: [Twist; MAX_DOF],         // columns of Â S'
     SA: [Twist; MAX_DOF],         // rows of Sᵀ Â
     D: [[f64; MAX_DOF]; MAX_DOF], // D⁻¹
@@ -44,47 +44,9 @@ pub struct Articulated {
     link_of: Vec<usize>, // frame → link
     blocks: Vec<Block>,
     links: Vec<LinkWork>,
-    maps: Vec<VelocityMap>, // scratch
-    motions: Vec<Motion>,   // scratch
-    wrenches: Vec<Twist>,   // p_c, then δt'
-}
-
-/// Receives the entries of a block-diagonal matrix and adds `P_in(q_n)ᵀ · P_in(q_{n+1})` of each.
-struct BlockSink<'a> {
-    links: &'a mut [LinkWork],
-    link_of: &'a [usize],
-    q0: &'a [f64],
-    q1: &'a [f64],
-    coupled: bool,
-}
-
-/// Row `i` of `P_in`: the coordinate `i` of a frame moves by `row · t`.
-fn row_of_null_space(q: &[f64], i: usize) -> Twist {
-    let unit = Vector3::ith(i % 3, 1.0);
-    if i < 3 {
-        return Twist::new(unit, Vector3::zeros());
-    }
-    // (ω × d)·e = ω·(d × e)
-    Twist::new(Vector3::zeros(), directors::director(q, i / 3 - 1).cross(&unit))
-}
-
-impl Entries for BlockSink<'_> {
-    fn add(&mut self, row: usize, column: usize, value: f64) {
-        let frame = row / 12;
-        if frame != column / 12 {
-            self.coupled = true;
-            return;
-        }
-        if value == 0.0 {
-            return; // the pattern is that of any inertia; about principal axes most are zero
-        }
-        let own = 12 * frame..12 * frame + 12;
-        let left = row_of_null_space(&self.q0[own.clone()], row % 12);
-        let right = row_of_null_space(&self.q1[own], column % 12);
-        let A = &mut self.links[self.link_of[frame]].A;
-        let scaled = Twist::new(-value * left.linear, -value * left.angular);
-        A.sub_outer(&scaled, &right);
-    }
+    A: Vec<SpatialMatrix>, // A_α, then Â_α
+    motions: Vec<Motion>,  // scratch
+    wrenches: Vec<Twist>,  // p_c, then δt'
 }
 
 impl Articulated {
@@ -98,20 +60,14 @@ impl Articulated {
         }
         let map = VelocityMap::new(Transfer::None, &[]);
         let zero = [Twist::zero(); MAX_DOF];
-        let work = LinkWork {
-            at: map,
-            next: map,
-            A: SpatialMatrix::zero(),
-            AS: zero,
-            SA: zero,
-            D: [[0.0; MAX_DOF]; MAX_DOF],
-        };
+        let work =
+            LinkWork { at: map, next: map, AS: zero, SA: zero, D: [[0.0; MAX_DOF]; MAX_DOF] };
         Self {
             blocks: tree.blocks(),
             tree,
             link_of,
             links: vec![work; count],
-            maps: vec![map; count],
+            A: vec![SpatialMatrix::zero(); count],
             motions: vec![Motion::rest(); count],
             wrenches: vec![Twist::zero(); count],
         }
@@ -156,11 +112,11 @@ impl Articulated {
     /// Computes `X, S` at `q_n`; with a `last` step those of its `∂F_d/∂u`.
     pub fn begin_at(&mut self, q: &[f64], last: Option<LastStep<'_>>) {
         match last {
-            Some(last) => self.tree.tangents(last.u, &last.s.q1, &mut self.maps),
-            None => self.tree.velocity_maps(q, &mut self.maps),
-        }
-        for (link, map) in self.links.iter_mut().zip(&self.maps) {
-            link.at = *map;
+            Some(last) => {
+                let maps = self.links.iter_mut().map(|link| &mut link.at);
+                self.tree.tangents(last.u, &last.s.q1, maps);
+            }
+            None => self.tree.velocity_maps(q, self.links.iter_mut().map(|link| &mut link.at)),
         }
     }
 
@@ -171,10 +127,7 @@ impl Articulated {
 
     /// Computes `X', S'` at `q_{n+1}`.
     pub fn tangent(&mut self, u: &[f64], q1: &[f64]) {
-        self.tree.tangents(u, q1, &mut self.maps);
-        for (link, map) in self.links.iter_mut().zip(&self.maps) {
-            link.next = *map;
-        }
+        self.tree.tangents(u, q1, self.links.iter_mut().map(|link| &mut link.next));
     }
 
     /// The pair maps, root first.
@@ -189,14 +142,21 @@ impl Articulated {
 
     /// `out ← P(q_n)ᵀ w`.
     pub fn pull_back_at(&mut self, q: &[f64], w: &[f64], out: &mut [f64]) {
-        for (k, link) in self.tree.links().iter().enumerate() {
+        self.wrenches.fill(Twist::zero());
+        for (k, link) in self.tree.links().iter().enumerate().rev() {
             let own = 12 * link.frame..12 * link.frame + 12;
             let b = null_space::pull_back(&q[own.clone()], &w[own]);
-            self.wrenches[k] =
-                Twist::new(Vector3::new(b[0], b[1], b[2]), Vector3::new(b[3], b[4], b[5]));
+            let mut wrench = self.wrenches[k];
+            wrench.linear += Vector3::new(b[0], b[1], b[2]);
+            wrench.angular += Vector3::new(b[3], b[4], b[5]);
+            let map = &self.links[k].at;
+            for (column, r) in map.columns().iter().zip(&mut out[link.offset..]) {
+                *r = column.dot(&wrench);
+            }
+            if let Some(parent) = link.parent {
+                self.wrenches[parent].add_scaled(1.0, &map.transfer.apply_transposed(&wrench));
+            }
         }
-        let links = &self.links;
-        self.tree.pull_back(|k| &links[k].at, &mut self.wrenches, out);
     }
 
     /// `v ← P(q_n) ν`.
@@ -222,11 +182,11 @@ impl Articulated {
     }
 
     fn assemble_between(&mut self, mixed: &Emission<'_>, q0: &[f64], q1: &[f64]) -> bool {
-        self.links.iter_mut().for_each(|link| link.A = SpatialMatrix::zero());
-        let (links, link_of) = (&mut self.links[..], &self.link_of[..]);
-        let mut sink = BlockSink { links, link_of, q0, q1, coupled: false };
-        mixed(&mut sink);
-        sink.coupled
+        self.A.fill(SpatialMatrix::zero());
+        let (A, link_of) = (&mut self.A[..], &self.link_of[..]);
+        let mut blocks = BodyBlocks { A, link_of, q0, q1, coupled: false };
+        mixed(&mut blocks);
+        blocks.coupled
     }
 
     /// Assembles and eliminates, leaf to root.
@@ -272,21 +232,20 @@ impl Articulated {
 
     /// Eliminates the joint of link `k`: its `Â` is complete, that of its parent grows.
     pub(crate) fn eliminate(&mut self, k: usize) -> Result<(), Fault> {
-        let work = &mut self.links[k];
+        let (work, A) = (&mut self.links[k], &self.A[k]);
         let f = work.at.dof;
         for j in 0..f {
-            work.AS[j] = work.A.mul(&work.next.s[j]);
-            work.SA[j] = work.A.tr_mul(&work.at.s[j]);
+            work.AS[j] = A.mul(&work.next.s[j]);
+            work.SA[j] = A.tr_mul(&work.at.s[j]);
         }
-        let mut D = [[0.0; MAX_DOF]; MAX_DOF];
         for i in 0..f {
             for j in 0..f {
-                D[i][j] = work.at.s[i].dot(&work.AS[j]);
+                work.D[i][j] = work.at.s[i].dot(&work.AS[j]);
             }
         }
-        work.D = invert(&D, f).ok_or(Fault::SingularTangent)?;
+        invert(&mut work.D, f).ok_or(Fault::SingularTangent)?;
         let Some(parent) = self.tree.links()[k].parent else { return Ok(()) };
-        let mut reduced = work.A; // Â − Â S' D⁻¹ Sᵀ Â
+        let mut reduced = *A; // Â − Â S' D⁻¹ Sᵀ Â
         for i in 0..f {
             let mut row = Twist::zero();
             for j in 0..f {
@@ -295,13 +254,13 @@ impl Articulated {
             reduced.sub_outer(&work.AS[i], &row);
         }
         let transmitted = reduced.congruence(&work.at.transfer, &work.next.transfer);
-        self.links[parent].A.add(&transmitted);
+        self.A[parent].add(&transmitted);
         Ok(())
     }
 
     /// `Â_k ← Â_k − x yᵀ`: what hangs on link `k` beside its children.
     pub(crate) fn relieve(&mut self, k: usize, x: &Twist, y: &Twist) {
-        self.links[k].A.sub_outer(x, y);
+        self.A[k].sub_outer(x, y);
     }
 
     /// `p` of link `k`: the wrench transmitted by its children; after [`Articulated::backward`] its `δt'`.
@@ -385,14 +344,13 @@ impl Articulated {
     }
 }
 
-/// Inverse of the leading `f × f` block by Gauss–Jordan with row pivoting.
-fn invert(matrix: &[[f64; MAX_DOF]; MAX_DOF], f: usize) -> Option<[[f64; MAX_DOF]; MAX_DOF]> {
-    let mut inverse = [[0.0; MAX_DOF]; MAX_DOF];
+/// Inverts the leading `f × f` block by Gauss–Jordan with row pivoting.
+fn invert(matrix: &mut [[f64; MAX_DOF]; MAX_DOF], f: usize) -> Option<()> {
     if f == 1 {
-        inverse[0][0] = 1.0 / matrix[0][0];
-        return inverse[0][0].is_finite().then_some(inverse);
+        matrix[0][0] = 1.0 / matrix[0][0];
+        return matrix[0][0].is_finite().then_some(());
     }
-    let mut a = *matrix;
+    let (mut a, mut inverse) = (*matrix, [[0.0; MAX_DOF]; MAX_DOF]);
     for (i, row) in inverse.iter_mut().enumerate().take(f) {
         row[i] = 1.0;
     }
@@ -416,5 +374,6 @@ fn invert(matrix: &[[f64; MAX_DOF]; MAX_DOF], f: usize) -> Option<[[f64; MAX_DOF
             }
         }
     }
-    Some(inverse)
+    *matrix = inverse;
+    Some(())
 }

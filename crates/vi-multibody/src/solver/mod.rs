@@ -1,6 +1,7 @@
 //! Operators of the Newton step for each topology, and the choice among them.
 
 pub mod articulated;
+mod body_blocks;
 pub mod closed_loop;
 pub mod run;
 pub mod sparse_nodal;

@@ -63,7 +63,7 @@ impl ControlPointOperators for TreeControlPoints {
     fn pull_back(&mut self, q: &[f64], w: &[f64], out: &mut [f64]) {
         let Self { factors, maps, wrenches, .. } = self;
         let tree = factors[0].tree();
-        tree.velocity_maps(q, maps);
+        tree.velocity_maps(q, maps.iter_mut());
         for (link, wrench) in tree.links().iter().zip(&mut *wrenches) {
             let own = 12 * link.frame..12 * link.frame + 12;
             let b = null_space::pull_back(&q[own.clone()], &w[own]);

@@ -7,7 +7,8 @@ use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Block, CLOSING_SIZE, Fault};
+use vi_core::predictor::Degree;
 use vi_core::state::Memory;
 
 /// [`NodalOperators`] of a tree of bodies, `O(N)`.
@@ -79,6 +80,15 @@ impl NodalOperators for TreeNodal {
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
         self.articulated.tree().clean(q);
+    }
+
+    fn degree(&self) -> Degree {
+        Degree::Fitting
+    }
+
+    /// The residual is a balance that the next step takes over, in full.
+    fn closing_size(&self) -> f64 {
+        CLOSING_SIZE
     }
 }
 

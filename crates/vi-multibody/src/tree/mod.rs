@@ -98,23 +98,33 @@ impl Tree {
 
     /// The configuration of a link's joint at `q`.
     #[must_use]
-    pub fn configuration(&self, link: &Link, q: &[f64]) -> JointConfiguration {
+    #[inline]
+    pub fn configuration<'a>(&self, link: &'a Link, q: &'a [f64]) -> JointConfiguration<'a> {
         let parent = link.parent.map_or(&GROUND[..], |p| self.links[p].coordinates(q));
         JointConfiguration::new(&link.joint, parent, link.coordinates(q))
     }
 
     /// `maps ← X_α, S_α` at `q`.
-    pub fn velocity_maps(&self, q: &[f64], maps: &mut [VelocityMap]) {
+    pub fn velocity_maps<'m>(
+        &self,
+        q: &[f64],
+        maps: impl IntoIterator<Item = &'m mut VelocityMap>,
+    ) {
         for (link, map) in self.links.iter().zip(maps) {
-            *map = link.joint.kind.velocity_map(&self.configuration(link, q));
+            link.joint.kind.write_velocity_map(&self.configuration(link, q), map);
         }
     }
 
     /// `maps ← X'_α, S'_α` at `q_{n+1}`, with the tangent maps of the increments `u`.
-    pub fn tangents(&self, u: &[f64], q: &[f64], maps: &mut [VelocityMap]) {
+    pub fn tangents<'m>(
+        &self,
+        u: &[f64],
+        q: &[f64],
+        maps: impl IntoIterator<Item = &'m mut VelocityMap>,
+    ) {
         for (link, map) in self.links.iter().zip(maps) {
             let own = &u[link.offset..link.offset + link.dof()];
-            *map = link.joint.kind.tangent(own, &self.configuration(link, q));
+            link.joint.kind.write_tangent(own, &self.configuration(link, q), map);
         }
     }
 
@@ -200,7 +210,7 @@ impl Tree {
             }
             let at = self.configuration(link, q);
             let shift = link.joint.kind.gap_correction(&at);
-            if shift.amax() > SLACK * (1.0 + at.c.amax()) {
+            if shift.amax() > SLACK * (1.0 + at.c().amax()) {
                 for i in 0..3 {
                     q[own.start + i] += shift[i];
                 }
@@ -219,8 +229,9 @@ impl Tree {
 
 fn move_frame(motion: &Motion, link: &Link, s: &mut Interval) {
     let at = 12 * link.frame;
+    let closes_gap = link.joint.kind.closes_gap();
     for i in 0..3 {
-        if link.joint.kind.closes_gap() {
+        if closes_gap {
             s.dq[at + i] = motion.translation[i];
             s.q1[at + i] = s.q0[at + i] + motion.translation[i]; // nothing adds up there
         } else {
