@@ -309,7 +309,14 @@ fn the_checkpoint_before_stands_in_for_a_damaged_one() {
     fs::write(path.join("sensors.csv"), "step,t\n").unwrap();
     let output = holonom(parent, &["resume", "out"]);
     assert_eq!(output.status.code(), Some(1));
-    insta::assert_snapshot!("no_good_checkpoint", words(&output));
+    let words = words(&output); // the lengths of the rows are those of rounded numbers
+    let written = words
+        .split("bytes where ")
+        .map(|part| part.trim_start_matches(|c: char| c.is_ascii_digit()));
+    insta::assert_snapshot!(
+        "no_good_checkpoint",
+        written.collect::<Vec<_>>().join("bytes where #")
+    );
 }
 
 #[test]

@@ -101,9 +101,12 @@ pub(crate) struct Run {
     /// Time-stepping scheme
     #[arg(long, value_parser = scheme())]
     pub(crate) scheme: Option<Scheme>,
-    /// Order of accuracy: 2, 4, 6 or 8
-    #[arg(long, value_name = "K", value_parser = ["2", "4", "6", "8"])]
+    /// Order of accuracy: 2, 4, 6 or 8; up to 16 with --method galerkin
+    #[arg(long, value_name = "K", value_parser = ["2", "4", "6", "8", "10", "12", "14", "16"])]
     pub(crate) order: Option<String>,
+    /// How orders above 2 are reached
+    #[arg(long, value_name = "M", value_parser = ["composition", "galerkin"])]
+    pub(crate) method: Option<String>,
     /// Time step, s
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) step: Option<f64>,
@@ -168,6 +171,7 @@ impl Run {
         let options = [
             ("scheme", self.scheme.map(|s| format!("{:?}", s.name()))),
             ("order", self.order.clone()),
+            ("method", self.method.as_ref().map(|method| format!("{method:?}"))),
             ("step", self.step.map(number)),
             ("end", self.end.map(number)),
             ("every", self.every.map(|k| k.to_string())),

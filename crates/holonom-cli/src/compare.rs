@@ -1,7 +1,5 @@
 //! `holonom compare`: variational and energy–momentum schemes side by side.
 
-use std::path::Path;
-
 use holonom::RunFolder;
 use holonom::compare::{CompareError, Request, compare as compared, page, table};
 use holonom::model::Scheme;
@@ -21,7 +19,8 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
     let model = Input::new(&arguments.model, overrides.clone(), arguments.json).read()?;
     arguments.schemes.iter().try_for_each(|scheme| check(*scheme))?;
     let path = &arguments.model.model;
-    let folder = arguments.output.clone().unwrap_or_else(|| default_for(path));
+    let folder =
+        arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "compare"));
     keep_the_model(path, &folder.join("model.toml"))?;
     RunFolder::vacant(&folder, &FILES, arguments.force)?;
     let request = Request {
@@ -71,12 +70,4 @@ fn check(scheme: Scheme) -> Result<(), Failure> {
     }
     let message = "`static` computes equilibria, no motion: it cannot be compared".into();
     Err(Failure::Usage { message, help: "leave it out of --schemes".into() })
-}
-
-/// `pendulum-compare` for `…/pendulum.toml`.
-fn default_for(model: &Path) -> std::path::PathBuf {
-    let stem = model.file_stem().filter(|s| !s.is_empty());
-    let mut name = stem.unwrap_or_else(|| "model".as_ref()).to_owned();
-    name.push("-compare");
-    name.into()
 }

@@ -15,6 +15,7 @@ mod human;
 mod input;
 mod modes;
 mod plot;
+mod progress;
 mod resume;
 mod run;
 mod signals;

@@ -1,26 +1,24 @@
 //! `holonom run`: simulate and write everything.
 
 use std::path::Path;
-use std::time::Duration;
 
 use holonom::RunFolder;
 use holonom::experiment::Experiment;
 use holonom::output::{CHECKPOINTS, OutputError, Status};
 use holonom::run::{ContinueError, Control, Finished, run_with};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::arguments::{Run, Talk};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::signals::Signals;
-use crate::{human, stderr, stdout};
+use crate::{human, progress, stderr, stdout};
 
 pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
     let talk = &arguments.talk;
     let input = Input::new(&arguments.model, arguments.overrides(), talk.json);
     let (model, mut simulation) = input.assemble()?;
     let path = &arguments.model.model;
-    let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path));
+    let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "out"));
     keep_the_model(path, &folder.join("model.toml"))?;
     if arguments.checkpoint_every.is_some() && simulation.motion().is_none() {
         return Err(Failure::Usage {
@@ -50,7 +48,8 @@ pub(crate) fn conduct(
     go: impl FnOnce(&mut dyn Experiment, Control<'_>) -> Result<Finished, ContinueError>,
 ) -> Result<(), Failure> {
     let signals = Signals::watch();
-    let bar = bar(!talk.no_progress && !talk.quiet);
+    let template = "{bar:32} {percent:>3} %  step {human_pos} of {human_len}, {eta} left";
+    let bar = progress::bar(!talk.no_progress && !talk.quiet, template);
     let known = simulation.assembly().warnings.len();
     let mut progress = |step, of| {
         bar.set_length(of);
@@ -116,18 +115,4 @@ pub(crate) fn keep_the_model(model: &Path, resolved: &Path) -> Result<(), Failur
         }),
         _ => Ok(()),
     }
-}
-
-/// A progress bar on standard error; invisible when that is no terminal.
-fn bar(visible: bool) -> ProgressBar {
-    let template = "{bar:32} {percent:>3} %  step {human_pos} of {human_len}, {eta} left";
-    let bar = if visible { ProgressBar::new(1) } else { ProgressBar::hidden() };
-    if visible {
-        bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
-    }
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }

@@ -1,21 +1,19 @@
 //! `holonom sweep` and `holonom collect`: a model at many points.
 
 use std::num::NonZero;
-use std::path::{Path, PathBuf};
-use std::time::Duration;
 
+use holonom::RunFolder;
 use holonom::sweep::{
     Description, Plan, PlanError, Progress, Sampling, Sweep, SweepError, collect as collected,
     run_point, table,
 };
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::arguments::{Collect, Sweep as Arguments};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::run::keep_the_model;
 use crate::signals::Signals;
-use crate::{stderr, stdout};
+use crate::{progress, stderr, stdout};
 
 pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
     let plan = plan(arguments)?;
@@ -25,7 +23,7 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
         Ok(text) => text,
         Err(error) => return Err(Input::new(&arguments.model, vec![], false).refused(error)?),
     };
-    let folder = arguments.output.clone().unwrap_or_else(|| default_for(path));
+    let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "sweep"));
     keep_the_model(path, &folder.join("model.toml"))?;
     let set = arguments.model.set.clone();
     let description = Description { model: text.clone(), set, plan };
@@ -33,7 +31,8 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
     let jobs = arguments.jobs.or_else(|| std::thread::available_parallelism().ok());
     let sweep = sweep.jobs(jobs.unwrap_or(NonZero::<usize>::MIN));
     let signals = Signals::watch();
-    let bar = bar(!arguments.no_progress && !arguments.quiet);
+    let template = "{bar:32} {human_pos} of {human_len} points, {per_sec}, {eta} left, {msg}";
+    let bar = progress::bar(!arguments.no_progress && !arguments.quiet, template);
     let mut progress = |state: Progress| {
         bar.set_length((state.points - state.before) as u64);
         bar.set_position(state.ended as u64);
@@ -121,14 +120,6 @@ fn check(arguments: &Arguments, plan: &Plan) -> Result<(), Failure> {
     refused.map_or(Ok(()), Err)
 }
 
-/// `pendulum-sweep` for `…/pendulum.toml`.
-fn default_for(model: &Path) -> PathBuf {
-    let stem = model.file_stem().filter(|s| !s.is_empty());
-    let mut name = stem.unwrap_or_else(|| "model".as_ref()).to_owned();
-    name.push("-sweep");
-    name.into()
-}
-
 impl From<SweepError> for Failure {
     fn from(error: SweepError) -> Self {
         match error {
@@ -139,18 +130,4 @@ impl From<SweepError> for Failure {
             },
         }
     }
-}
-
-/// Points, rate and time left; invisible when standard error is no terminal.
-fn bar(visible: bool) -> ProgressBar {
-    let template = "{bar:32} {human_pos} of {human_len} points, {per_sec}, {eta} left, {msg}";
-    let bar = if visible { ProgressBar::new(1) } else { ProgressBar::hidden() };
-    if visible {
-        bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
-    }
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }

@@ -1,7 +1,5 @@
 //! `holonom verify`: the certificate of a model.
 
-use std::path::{Path, PathBuf};
-
 use holonom::RunFolder;
 use holonom::certificate::page::{page, sentence, verdict};
 use holonom::certificate::{ModelCertificate, certify_model};
@@ -18,7 +16,7 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
     let overrides = arguments.model.set.clone();
     let (model, _) = Input::new(&arguments.model, overrides, arguments.json).assemble()?;
     let path = &arguments.model.model;
-    let folder = arguments.output.clone().unwrap_or_else(|| default_folder(path));
+    let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "verify"));
     RunFolder::vacant(&folder, &["certificate.json", "certificate.html"], arguments.force)?;
     let mut progress = |what: &str| {
         if !arguments.quiet {
@@ -49,13 +47,6 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
         }
     }
     if certificate.holds { Ok(()) } else { Err(Failure::Property(verdict(&certificate))) }
-}
-
-fn default_folder(model: &Path) -> PathBuf {
-    let stem = model.file_stem().filter(|s| !s.is_empty());
-    let mut name = stem.unwrap_or_else(|| "model".as_ref()).to_owned();
-    name.push("-verify");
-    PathBuf::from(name)
 }
 
 /// The certificate for a terminal.

@@ -155,12 +155,12 @@ fn the_forms_agree() {
     }
 }
 
-/// The published linearization has the same roots, and about as many iterations; where the derivative of `P̄`
-/// is not known it is refused.
+/// The published linearization has the same roots, and as many iterations, 2 % in all systems together; of one system a
+/// tenth, since near round-off one iteration more or less is chance. Where the derivative of `P̄` is not known it is refused.
 #[test]
 fn both_linearizations_give_the_same_motion() {
     use vi_emscheme::{EmAlgebra, EmLinearization, EmOptions};
-    let (mut trees, mut refused) = (0, Vec::new());
+    let (mut trees, mut refused, mut all_iterations) = (0, Vec::new(), [0_usize; 2]);
     for (name, model) in all() {
         let start = |linearization| {
             let mechanism = model.mechanism.clone();
@@ -187,9 +187,16 @@ fn both_linearizations_give_the_same_motion() {
         let off = common::distance(&run.state().q, &explicit.state().q);
         println!("{name:<24} {iterations:?} iterations in 100 steps, off by {off:.1e}");
         assert!(off < 1e-11, "{name}: {off:e}");
-        assert!(iterations[0].abs_diff(iterations[1]) <= 10, "{name}: {iterations:?}");
+        assert!(
+            10 * iterations[0].abs_diff(iterations[1]) <= iterations[0],
+            "{name}: {iterations:?}"
+        );
+        all_iterations = [0, 1].map(|k| all_iterations[k] + iterations[k]);
         trees += 1;
     }
+    println!("in all: {all_iterations:?}");
+    let apart = all_iterations[0].abs_diff(all_iterations[1]);
+    assert!(50 * apart <= all_iterations[0], "{all_iterations:?}");
     println!("refused: {refused:?}");
     assert!(trees >= 12 && refused.iter().any(|name| name == "screw"), "{trees}, {refused:?}");
 }

@@ -168,12 +168,13 @@ impl RunFolder {
         &self.path
     }
 
-    /// The default folder of a model file: `pendulum-out` for `…/pendulum.toml`.
+    /// The default folder of a model file for a purpose: `pendulum-out` for `…/pendulum.toml` and `out`.
     #[must_use]
-    pub fn default_for(model: &Path) -> PathBuf {
+    pub fn default_for(model: &Path, purpose: &str) -> PathBuf {
         let stem = model.file_stem().filter(|s| !s.is_empty());
         let mut name = stem.unwrap_or_else(|| "model".as_ref()).to_owned();
-        name.push("-out");
+        name.push("-");
+        name.push(purpose);
         PathBuf::from(name)
     }
 
@@ -366,7 +367,7 @@ mod tests {
 
     #[test]
     fn the_default_folder_has_the_name_of_the_model() {
-        assert_eq!(RunFolder::default_for(Path::new("a/b.toml")), Path::new("b-out"));
-        assert_eq!(RunFolder::default_for(Path::new("b.c.toml")), Path::new("b.c-out"));
+        assert_eq!(RunFolder::default_for(Path::new("a/b.toml"), "out"), Path::new("b-out"));
+        assert_eq!(RunFolder::default_for(Path::new("b.c.toml"), "out"), Path::new("b.c-out"));
     }
 }
