@@ -102,3 +102,15 @@ fn trajectories() {
         insta::assert_snapshot!(name.clone(), trajectory(&model), &name);
     }
 }
+
+/// `examples/README.md` shows every shipped model, each with a picture that is there.
+#[test]
+fn the_page_of_models_shows_all_of_them() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
+    let page = fs::read_to_string(format!("{folder}/README.md")).unwrap();
+    for (name, _) in models() {
+        let [picture, model] = [format!("pictures/{name}.png"), format!("models/{name}.toml")];
+        assert!(page.contains(&picture) && page.contains(&model), "{name}: make it again");
+        assert!(PathBuf::from(format!("{folder}/{picture}")).is_file(), "{picture}");
+    }
+}

@@ -59,7 +59,7 @@ fn head() -> String {
 /// The largest `|z| − 1` of the eigenvalues of a step.
 fn linear() -> String {
     let mut table = head();
-    for blade in [Blade::aluminium(6, 20.0), Blade::aluminium(12, 20.0), Blade::steel(6, 20.0)] {
+    for blade in blades() {
         for rule in Rule::VARIATIONAL {
             let cell = |h: &f64| match blade.growth(rule, *h) {
                 Some(growth) if growth < 1e-6 => "< 1e-6".to_owned(),
