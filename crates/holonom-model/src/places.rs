@@ -50,8 +50,9 @@ impl ModelError {
                 Problem::new(member.clone(), self.to_string())
                     .help("give it inertia about that axis, or a joint that fixes this motion"),
             )],
-            Self::Unsupported { key, help, .. } => {
-                vec![located(Problem::new(key.clone(), self.to_string()).help(help.clone()))]
+            Self::Unsupported { key, what, help } => {
+                let message = format!("not supported: {what}");
+                vec![located(Problem::new(key.clone(), message).help(help.clone()))]
             }
         }
     }

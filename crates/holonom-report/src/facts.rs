@@ -35,11 +35,14 @@ pub fn counts(summary: &Summary) -> String {
         return format!("{dof_text}; {found} to t = {end}{ended}; {scheme}");
     }
     let (step, end) = (time(*step), time(*end_time));
+    let by = if summary.method.is_some() { " (Galerkin)" } else { "" };
     if *steps == 0 && summary.status == Status::Failed {
-        return format!("{dof_text}; the first step of {step} s failed; {scheme}, order {order}");
+        return format!(
+            "{dof_text}; the first step of {step} s failed; {scheme}, order {order}{by}"
+        );
     }
     let steps = plural(*steps, "step", "steps");
-    format!("{dof_text}; {steps} of {step} s to t = {end} s{ended}; {scheme}, order {order}")
+    format!("{dof_text}; {steps} of {step} s to t = {end} s{ended}; {scheme}, order {order}{by}")
 }
 
 fn plural(count: u64, one: &str, many: &str) -> String {

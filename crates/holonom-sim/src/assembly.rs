@@ -5,7 +5,7 @@ use crate::beams::Beams;
 use crate::limits::Stiffness;
 use crate::method::Method;
 use crate::unstable_steps::UnstableSteps;
-use holonom_model::{Beam, Family, Inconsistency, Level, Model, ModelError};
+use holonom_model::{Beam, Family, Inconsistency, Level, Model, ModelError, Scheme};
 use serde::{Deserialize, Serialize};
 use vi_constraints::Constraints;
 use vi_constraints::initialization::StartError;
@@ -260,9 +260,13 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
         SetupError::DissipativeComposition => {
             unsupported("simulation.order", "write order = 2, or method = \"galerkin\"")
         }
-        SetupError::NoGalerkin { .. } => {
-            unsupported("simulation.method", "write method = \"composition\"")
-        }
+        SetupError::NoGalerkin { .. } => unsupported(
+            "simulation.method",
+            match (&model.settings.scheme, model.beams.is_empty()) {
+                (Scheme::Constrained, _) | (_, false) => "write method = \"composition\"",
+                _ => "write scheme = \"constrained\", or method = \"composition\"",
+            },
+        ),
         SetupError::RankAtStart { .. } => {
             unsupported("simulation.scheme", "displace a point mass or a body slightly")
         }
