@@ -7,8 +7,7 @@ use holonom::certificate::subject::ModelSubject;
 use holonom::verification::certificate::{Criterion, Finding};
 use holonom::verification::certify::Plan;
 use holonom::verification::convergence::Horizon;
-use holonom::verification::measure::applicable;
-use holonom::verification::subject::{GalerkinForm, Method, Subject};
+use holonom::verification::subject::{Method, Subject};
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 
@@ -188,14 +187,7 @@ fn case(
         (true, _) => vec![2],
     };
     let comparator = forms.iter().map(|form| (Method::EnergyMomentum(*form), composed(form)));
-    // where a Galerkin scheme has a form
-    let nodal = applicable(&*subject, &[Method::Galerkin(GalerkinForm::Nodal)], step);
-    let constrained =
-        if weight <= 10 { &[Method::Galerkin(GalerkinForm::Constrained)][..] } else { &[] };
-    let constrained = applicable(&*subject, constrained, step);
-    let galerkin = nodal.into_iter().map(|m| (m, if quick { vec![4, 8] } else { vec![4, 6, 8] }));
-    let galerkin = galerkin.chain(constrained.into_iter().map(|m| (m, vec![4])));
-    let methods = variational.chain(galerkin).chain(comparator).collect();
+    let methods = variational.chain(comparator).collect();
     let (long, short) = if quick { (long * 10, 2048) } else { (long * 1000, short * 1000) };
     let finest = if quick { finest / 4 } else { finest };
     let horizon = Horizon { end, coarsest, finest };
