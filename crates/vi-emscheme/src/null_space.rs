@@ -28,7 +28,7 @@
 
 use crate::constraint::DiscreteConstraints;
 use crate::loop_nodal::LoopRows;
-use nalgebra::{DMatrix, SVector, Vector3};
+use nalgebra::{DMatrix, Vector3};
 use vi_constraints::Constraints;
 use vi_constraints::dalembert::NullSpaceSource;
 use vi_constraints::null_space::NullSpaceQr;
@@ -224,13 +224,8 @@ impl AveragedTree {
     /// `out ← P̄(q_{n+1/2})ᵀ w` by a sweep; frames only.
     fn pull_back(&mut self, q_mid: &[f64], w: &[f64], out: &mut [f64]) {
         self.velocity_maps(q_mid);
-        for (link, twist) in self.tree.links().iter().zip(&mut self.twists) {
-            let own = 12 * link.frame..12 * link.frame + 12;
-            let b = vi_rigid::null_space::pull_back(&q_mid[own.clone()], &w[own]);
-            *twist = Twist::new(Vector3::new(b[0], b[1], b[2]), Vector3::new(b[3], b[4], b[5]));
-        }
         let Self { tree, maps, twists, .. } = self;
-        tree.pull_back(|k| &maps[k], twists, out);
+        tree.pull_back(|k| &maps[k], (q_mid, w), twists, out);
     }
 
     fn velocity_maps(&mut self, q_mid: &[f64]) {
@@ -275,19 +270,8 @@ impl<C> DiscreteNullSpace<C> for AveragedTree {
     fn null_space(&mut self, _constraints: &C, s: &Interval, out: &mut DMatrix<f64>) {
         self.velocity_maps(&s.q_mid);
         out.fill(0.0);
-        let n = out.nrows();
-        for k in 0..self.tree.dof() {
-            self.nu.fill(0.0);
-            self.nu[k] = 1.0;
-            self.tree.push_forward(&self.maps, &self.nu, &mut self.twists);
-            let column = &mut out.as_mut_slice()[k * n..(k + 1) * n];
-            for (link, twist) in self.tree.links().iter().zip(&self.twists) {
-                let own = 12 * link.frame..12 * link.frame + 12;
-                let (v, w) = (twist.linear, twist.angular);
-                let twist = SVector::from([v[0], v[1], v[2], w[0], w[1], w[2]]);
-                vi_rigid::null_space::push_forward(&s.q_mid[own.clone()], &twist, &mut column[own]);
-            }
-        }
+        let Self { tree, maps, twists, nu, .. } = self;
+        tree.write_null_space(maps, &s.q_mid, (nu, twists), out);
         self.particles.null_space(&s.q_mid, out);
     }
 

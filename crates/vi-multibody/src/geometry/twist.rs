@@ -1,6 +1,6 @@
 //! Twists, and how they pass from one frame to the next.
 
-use nalgebra::Vector3;
+use nalgebra::{Vector3, Vector6};
 
 /// A twist `(φ̇, ω)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +24,21 @@ impl Twist {
     #[inline]
     pub fn zero() -> Self {
         Self::new(Vector3::zeros(), Vector3::zeros())
+    }
+
+    /// From `(φ̇, ω)` in one vector.
+    #[must_use]
+    #[inline]
+    pub fn from_vector(t: &Vector6<f64>) -> Self {
+        Self::new(Vector3::new(t[0], t[1], t[2]), Vector3::new(t[3], t[4], t[5]))
+    }
+
+    /// `(φ̇, ω)` in one vector.
+    #[must_use]
+    #[inline]
+    pub fn to_vector(&self) -> Vector6<f64> {
+        let (v, w) = (&self.linear, &self.angular);
+        Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
     }
 
     /// `self ← self + factor other`.

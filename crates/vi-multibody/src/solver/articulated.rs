@@ -19,7 +19,6 @@ use crate::geometry::spatial::SpatialMatrix;
 use crate::pair::{MAX_DOF, Motion, Transfer, Twist, VelocityMap};
 use crate::solver::body_blocks::BodyBlocks;
 use crate::tree::Tree;
-use nalgebra::Vector3;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
@@ -142,21 +141,7 @@ impl Articulated {
 
     /// `out ← P(q_n)ᵀ w`.
     pub fn pull_back_at(&mut self, q: &[f64], w: &[f64], out: &mut [f64]) {
-        self.wrenches.fill(Twist::zero());
-        for (k, link) in self.tree.links().iter().enumerate().rev() {
-            let own = 12 * link.frame..12 * link.frame + 12;
-            let b = null_space::pull_back(&q[own.clone()], &w[own]);
-            let mut wrench = self.wrenches[k];
-            wrench.linear += Vector3::new(b[0], b[1], b[2]);
-            wrench.angular += Vector3::new(b[3], b[4], b[5]);
-            let map = &self.links[k].at;
-            for (column, r) in map.columns().iter().zip(&mut out[link.offset..]) {
-                *r = column.dot(&wrench);
-            }
-            if let Some(parent) = link.parent {
-                self.wrenches[parent].add_scaled(1.0, &map.transfer.apply_transposed(&wrench));
-            }
-        }
+        self.tree.pull_back(|k| &self.links[k].at, (q, w), &mut self.wrenches, out);
     }
 
     /// `v ← P(q_n) ν`.
@@ -170,9 +155,7 @@ impl Articulated {
             }
             self.wrenches[k] = twist;
             let own = 12 * link.frame..12 * link.frame + 12;
-            let (l, a) = (twist.linear, twist.angular);
-            let twist = [l[0], l[1], l[2], a[0], a[1], a[2]].into();
-            null_space::push_forward(&q[own.clone()], &twist, &mut v[own]);
+            null_space::push_forward(&q[own.clone()], &twist.to_vector(), &mut v[own]);
         }
     }
 

@@ -11,7 +11,7 @@ use vi_constraints::galerkin::ControlPointOperators;
 use vi_constraints::reparametrization::Emission;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
-use vi_rigid::{null_space, rotation};
+use vi_rigid::rotation;
 
 /// [`ControlPointOperators`] of a tree of bodies.
 #[derive(Debug)]
@@ -64,12 +64,7 @@ impl ControlPointOperators for TreeControlPoints {
         let Self { factors, maps, wrenches, .. } = self;
         let tree = factors[0].tree();
         tree.velocity_maps(q, maps.iter_mut());
-        for (link, wrench) in tree.links().iter().zip(&mut *wrenches) {
-            let own = 12 * link.frame..12 * link.frame + 12;
-            let b = null_space::pull_back(&q[own.clone()], &w[own]);
-            *wrench = Twist::new(Vector3::new(b[0], b[1], b[2]), Vector3::new(b[3], b[4], b[5]));
-        }
-        tree.pull_back(|k| &maps[k], wrenches, out);
+        tree.pull_back(|k| &maps[k], (q, w), wrenches, out);
     }
 
     fn factorize(

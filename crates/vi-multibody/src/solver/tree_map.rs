@@ -4,12 +4,11 @@ use crate::mechanism::Mechanism;
 use crate::pair::{Motion, Transfer, Twist, VelocityMap};
 use crate::tree::Tree;
 use crate::tree::particle::ParticleTree;
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::DMatrix;
 use std::cell::RefCell;
 use vi_constraints::Reparametrization;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
-use vi_rigid::null_space;
 
 crate::opaque_debug!(TreeMap);
 
@@ -47,34 +46,12 @@ impl TreeMap {
         let work = &mut *self.work.borrow_mut();
         out.fill(0.0);
         self.tree.velocity_maps(q, &mut work.maps);
-        for (link, twist) in self.tree.links().iter().zip(&mut work.twists) {
-            let own = 12 * link.frame..12 * link.frame + 12;
-            let b = null_space::pull_back(&q[own.clone()], &w[own]);
-            *twist = Twist::new(Vector3::new(b[0], b[1], b[2]), Vector3::new(b[3], b[4], b[5]));
-        }
-        self.tree.pull_back(|k| &work.maps[k], &mut work.twists, out);
+        self.tree.pull_back(|k| &work.maps[k], (q, w), &mut work.twists, out);
         if self.particles.dof() > 0 {
             let mut columns = DMatrix::zeros(q.len(), out.len());
             self.particles.null_space(q, &mut columns);
             for (out, column) in out.iter_mut().zip(columns.column_iter()) {
                 *out += column.iter().zip(w).map(|(p, w)| p * w).sum::<f64>();
-            }
-        }
-    }
-
-    /// Columns of `P_in(q) P_ex` for the velocity maps in the scratch.
-    fn write_columns(&self, work: &mut Work, q: &[f64], out: &mut DMatrix<f64>) {
-        let n = out.nrows();
-        for k in 0..self.tree.dof() {
-            work.nu.fill(0.0);
-            work.nu[k] = 1.0;
-            self.tree.push_forward(&work.maps, &work.nu, &mut work.twists);
-            let column = &mut out.as_mut_slice()[k * n..(k + 1) * n];
-            for (link, twist) in self.tree.links().iter().zip(&work.twists) {
-                let own = 12 * link.frame..12 * link.frame + 12;
-                let (v, w): (Vector3<f64>, Vector3<f64>) = (twist.linear, twist.angular);
-                let twist = nalgebra::SVector::from([v[0], v[1], v[2], w[0], w[1], w[2]]);
-                null_space::push_forward(&q[own.clone()], &twist, &mut column[own]);
             }
         }
     }
@@ -92,10 +69,10 @@ impl Reparametrization for TreeMap {
     }
 
     fn null_space(&self, q: &[f64], out: &mut DMatrix<f64>) {
-        let work = &mut *self.work.borrow_mut();
+        let Work { maps, twists, nu, .. } = &mut *self.work.borrow_mut();
         out.fill(0.0);
-        self.tree.velocity_maps(q, &mut work.maps);
-        self.write_columns(work, q, out);
+        self.tree.velocity_maps(q, &mut *maps);
+        self.tree.write_null_space(maps, q, (nu, twists), out);
         self.particles.null_space(q, out);
     }
 
@@ -105,10 +82,10 @@ impl Reparametrization for TreeMap {
     }
 
     fn tangent(&self, u: &[f64], s: &Interval, out: &mut DMatrix<f64>) {
-        let work = &mut *self.work.borrow_mut();
+        let Work { maps, twists, nu, .. } = &mut *self.work.borrow_mut();
         out.fill(0.0);
-        self.tree.tangents(u, &s.q1, &mut work.maps);
-        self.write_columns(work, &s.q1, out);
+        self.tree.tangents(u, &s.q1, &mut *maps);
+        self.tree.write_null_space(maps, &s.q1, (nu, twists), out);
         self.particles.tangent(u, s, out);
     }
 

@@ -13,10 +13,10 @@ pub mod particle;
 
 use crate::pair::joint::{GROUND, Joint, JointConfiguration};
 use crate::pair::{Motion, Twist, VelocityMap};
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, Vector3};
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, BlockKind, Fault};
-use vi_rigid::{directors, reparametrization, rotation};
+use vi_rigid::{directors, null_space, reparametrization, rotation};
 
 /// A frame of the tree with its inboard joint.
 #[derive(Clone, Debug, PartialEq)]
@@ -140,22 +140,43 @@ impl Tree {
         }
     }
 
-    /// `out ← P_exᵀ b` with the velocity map of each link; the wrenches `b` are used up.
+    /// `out ← P_in(q) P_ex` with the velocity map of each link, a sweep for each column; `nu` and `twists` are scratch.
+    pub fn write_null_space(
+        &self,
+        maps: &[VelocityMap],
+        q: &[f64],
+        (nu, twists): (&mut [f64], &mut [Twist]),
+        out: &mut DMatrix<f64>,
+    ) {
+        for (k, mut column) in out.column_iter_mut().take(self.dof).enumerate() {
+            nu.fill(0.0);
+            nu[k] = 1.0;
+            self.push_forward(maps, nu, twists);
+            for (link, twist) in self.links.iter().zip(&*twists) {
+                let own = &mut column.as_mut_slice()[12 * link.frame..12 * link.frame + 12];
+                null_space::push_forward(link.coordinates(q), &twist.to_vector(), own);
+            }
+        }
+    }
+
+    /// `out ← P_exᵀ P_in(q)ᵀ w` with the velocity map of each link; `wrenches` holds `b` of the links.
     pub fn pull_back<'m>(
         &self,
         map_of: impl Fn(usize) -> &'m VelocityMap,
+        (q, w): (&[f64], &[f64]),
         wrenches: &mut [Twist],
         out: &mut [f64],
     ) {
+        wrenches.fill(Twist::zero());
         for (k, link) in self.links.iter().enumerate().rev() {
-            let (wrench, map) = (wrenches[k], map_of(k));
+            let own = null_space::pull_back(link.coordinates(q), link.coordinates(w));
+            let (mut wrench, map) = (wrenches[k], map_of(k));
+            wrench.add_scaled(1.0, &Twist::from_vector(&own));
             for (column, r) in map.columns().iter().zip(&mut out[link.offset..]) {
                 *r = column.dot(&wrench);
             }
             if let Some(parent) = link.parent {
-                let transmitted = map.transfer.apply_transposed(&wrench);
-                wrenches[parent].linear += transmitted.linear;
-                wrenches[parent].angular += transmitted.angular;
+                wrenches[parent].add_scaled(1.0, &map.transfer.apply_transposed(&wrench));
             }
         }
     }

@@ -183,12 +183,13 @@ impl VelocityLayout {
             let mut at = self.members[k].columns.start;
             if let Some(parent) = self.parents[k] {
                 for c in self.members[parent].columns.clone() {
-                    out.twists[at] = flat(&map.transfer.apply(&unflat(&out.twists[c])));
+                    out.twists[at] =
+                        map.transfer.apply(&Twist::from_vector(&out.twists[c])).to_vector();
                     at += 1;
                 }
             }
             for column in map.columns() {
-                out.twists[at] = flat(column);
+                out.twists[at] = column.to_vector();
                 at += 1;
             }
         }
@@ -235,7 +236,7 @@ impl VelocityLayout {
         // what moves the carrier comes first
         let shared = apex.map_or(0, |apex| self.members[apex].columns.len());
         for c in self.members[link].columns.clone().skip(shared) {
-            visit(self.unknowns[c], unflat(&at.twists[c]));
+            visit(self.unknowns[c], Twist::from_vector(&at.twists[c]));
         }
     }
 
@@ -329,14 +330,6 @@ fn tangent_derivative(theta: &Vector3<f64>, w: &Vector3<f64>) -> Matrix3<f64> {
     let (once, twice) = (hat * w, hat * (hat * w));
     let along = (da * once + db * twice) * theta.transpose();
     along - a * rotation::skew(w) - b * (rotation::skew(&once) + hat * rotation::skew(w))
-}
-
-fn flat(t: &Twist) -> Vector6<f64> {
-    Vector6::new(t.linear.x, t.linear.y, t.linear.z, t.angular.x, t.angular.y, t.angular.z)
-}
-
-fn unflat(t: &Vector6<f64>) -> Twist {
-    Twist::new(Vector3::new(t[0], t[1], t[2]), Vector3::new(t[3], t[4], t[5]))
 }
 
 #[cfg(test)]
