@@ -14,10 +14,10 @@
 use crate::constraints::Constraints;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use crate::scheme::{Condition, Scheme, StepError, SubStep};
+use crate::unknowns::{self, coordinates_and_multipliers};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
-use vi_core::linear::norm_inf;
-use vi_core::newton::{Block, BlockKind, Fault, Newton};
+use vi_core::newton::{Block, Fault, Newton};
 use vi_core::sparse::{Block as MatrixBlock, Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -38,9 +38,6 @@ impl Constrained {
     /// For `n` coordinates and an independent set of `m` constraints.
     #[must_use]
     pub fn new(n: usize, m: usize, rows: IndependentRows) -> Self {
-        let position = Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 };
-        let range = n..n + rows.len();
-        let multiplier = Block { kind: BlockKind::Multiplier, range, floor: 1.0 };
         Self {
             s: Interval::new(n),
             p: vec![0.0; n],
@@ -48,8 +45,8 @@ impl Constrained {
             force: vec![0.0; n],
             lambda: vec![0.0; m],
             jacobian: None,
+            blocks: coordinates_and_multipliers(n, rows.len()),
             saddle: SaddlePoint::new(n, rows),
-            blocks: [position, multiplier],
         }
     }
 }
@@ -66,9 +63,7 @@ impl<S: DiscreteLagrangian, C: Constraints> Scheme<S, C> for Constrained {
         let shape = (constraints.len(), constraints.dim());
         let emit = |out: &mut dyn Entries| constraints.jacobian(state.t, &state.q, out);
         SparseMatrix::update(&mut self.jacobian, shape, emit);
-        let length = norm_inf(&state.q).max(1e-6);
-        self.blocks[0].floor = 1e-5 * length;
-        self.blocks[1].floor = 1e-5 * length * norm_inf(system.mass().as_sprs().data());
+        unknowns::scale(&mut self.blocks, &state.q, system.mass());
     }
 
     fn residual(

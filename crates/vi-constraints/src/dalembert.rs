@@ -15,10 +15,11 @@ use crate::null_space::NullSpaceQr;
 use crate::reparametrization::{Reparametrization, pull_back};
 use crate::saddle_point::{IndependentRows, JacobianPlace};
 use crate::scheme::{Condition, Scheme, StepError, SubStep};
+use crate::unknowns::position_floor;
 use nalgebra::DMatrix;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
-use vi_core::linear::{DenseLu, norm_inf};
+use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, BlockKind, Fault, Newton};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
@@ -117,7 +118,7 @@ impl<S: DiscreteLagrangian, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> 
     fn begin(&mut self, _system: &S, constraints: &C, step: SubStep, state: &mut State) {
         step.open(&mut self.s, state);
         self.p.copy_from_slice(&state.p);
-        self.blocks[0].floor = 1e-5 * norm_inf(&state.q).max(1e-6);
+        self.blocks[0].floor = position_floor(&state.q);
         self.source.null_space(constraints, state.t, &state.q, &mut self.null_space);
         if let Some(rows) = self.source.independent() {
             self.rows.replace(rows);

@@ -54,6 +54,7 @@ pub mod scheme;
 pub mod setup;
 pub mod tangent_map;
 pub mod tangent_space;
+pub mod unknowns;
 
 // What the interface of this crate speaks of, for those who depend on it alone.
 pub use nalgebra;

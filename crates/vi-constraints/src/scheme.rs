@@ -327,7 +327,9 @@ pub trait Scheme<S, C>: Send {
     fn interval_mut(&mut self) -> &mut Interval;
     /// Condition numbers of the Newton matrix of the last step, which had the solution `x` (dense: for studies,
     /// not for runs).
-    fn condition(&mut self, system: &S, constraints: &C, x: &[f64]) -> Option<Condition>;
+    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<Condition> {
+        None
+    }
 }
 
 /// Newton's method for the steps of a scheme, with the unknowns.

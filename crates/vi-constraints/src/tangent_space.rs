@@ -31,6 +31,7 @@ use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
 use crate::reparametrization::{DenseNewton, Emission, LastStep, NodalOperators, pull_back};
 use crate::saddle_point::IndependentRows;
+use crate::unknowns;
 use nalgebra::DMatrix;
 use std::sync::Arc;
 use vi_core::interval::Interval;
@@ -307,7 +308,7 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
         self.split(s.t, &s.q0, basis);
         self.has_base = false;
         // what Newton's method calls small of this is about 50 ε of the configuration
-        self.blocks[0].floor = 1e-5 * norm_inf(&s.q0).max(1e-6);
+        self.blocks[0].floor = unknowns::position_floor(&s.q0);
         self.left.copy_from(if tangent_known { &self.tangent } else { &self.P });
     }
 

@@ -22,10 +22,10 @@ use crate::scheme::advance_state;
 use std::ops::Range;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_constraints::unknowns::{self, coordinates_and_multipliers};
 use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::linear::norm_inf;
-use vi_core::newton::{Block, BlockKind, Fault, Newton};
+use vi_core::newton::{Block, Fault, Newton};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -46,9 +46,6 @@ impl EmConstrained {
     /// For `n` coordinates and an independent set of `m` constraints.
     #[must_use]
     pub fn new(n: usize, m: usize, rows: IndependentRows) -> Self {
-        let position = Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 };
-        let range = n..n + rows.len();
-        let multiplier = Block { kind: BlockKind::Multiplier, range, floor: 1.0 };
         Self {
             s: Interval::new(n),
             v: Velocity::new(n),
@@ -56,8 +53,8 @@ impl EmConstrained {
             g: vec![0.0; m],
             mu: vec![0.0; m],
             jacobian: None,
+            blocks: coordinates_and_multipliers(n, rows.len()),
             saddle: SaddlePoint::new(n, rows),
-            blocks: [position, multiplier],
         }
     }
 }
@@ -71,9 +68,7 @@ impl<C: DiscreteConstraints> Scheme<EmSystem, C> for EmConstrained {
         self.saddle.recall(&state.memory);
         step.open(&mut self.s, state);
         self.v.take(state);
-        let length = norm_inf(&state.q).max(1e-6);
-        self.blocks[0].floor = 1e-5 * length;
-        self.blocks[1].floor = 1e-5 * length * norm_inf(system.mass().as_sprs().data());
+        unknowns::scale(&mut self.blocks, &state.q, system.mass());
     }
 
     fn residual(

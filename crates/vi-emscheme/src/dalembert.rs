@@ -18,8 +18,9 @@ use crate::scheme::advance_state;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_constraints::unknowns::position_floor;
 use vi_core::interval::Interval;
-use vi_core::linear::{DenseLu, norm_inf};
+use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, BlockKind, Fault, Newton};
 use vi_core::state::State;
 use vi_multibody::tree_multipliers::TreeMultipliers;
@@ -64,7 +65,7 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
 
     fn begin(&mut self, _system: &EmSystem, _constraints: &C, step: SubStep, state: &mut State) {
         self.balance.open(state, step);
-        self.blocks[0].floor = 1e-5 * norm_inf(&state.q).max(1e-6);
+        self.blocks[0].floor = position_floor(&state.q);
     }
 
     fn residual(

@@ -14,12 +14,13 @@
 use crate::constraints::Constraints;
 use crate::galerkin::control_points::{ControlPoints, GaussPoint};
 use crate::saddle_point::{IndependentRows, JacobianPlace};
-use crate::scheme::{Condition, Scheme, StepError, SubStep};
+use crate::scheme::{Scheme, StepError, SubStep};
+use crate::unknowns::{self, coordinates_and_multipliers};
 use vi_core::galerkin::Stages;
 use vi_core::interval::Interval;
-use vi_core::linear::{SparseLu, norm_inf};
+use vi_core::linear::SparseLu;
 use vi_core::mechanical_system::MechanicalSystem;
-use vi_core::newton::{Block, BlockKind, Fault, Newton};
+use vi_core::newton::{Block, Fault, Newton};
 use vi_core::sparse::{Block as MatrixBlock, Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -42,13 +43,10 @@ impl GalerkinConstrained {
     #[must_use]
     pub fn new(n: usize, m: usize, rows: IndependentRows, stages: Stages) -> Self {
         let s = stages.count();
-        let position = Block { kind: BlockKind::Position, range: 0..s * n, floor: 1.0 };
-        let range = s * n..s * (n + rows.len());
-        let multiplier = Block { kind: BlockKind::Multiplier, range, floor: 1.0 };
         Self {
             points: ControlPoints::new(n, stages),
+            blocks: coordinates_and_multipliers(s * n, s * rows.len()),
             rows,
-            blocks: [position, multiplier],
             jacobians: (0..s).map(|_| None).collect(),
             matrix: None,
             lu: None,
@@ -66,9 +64,7 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
 
     fn begin(&mut self, system: &S, _constraints: &C, step: SubStep, state: &mut State) {
         self.points.open(step, state);
-        let length = norm_inf(&state.q).max(1e-6);
-        self.blocks[0].floor = 1e-5 * length;
-        self.blocks[1].floor = 1e-5 * length * norm_inf(system.mass().as_sprs().data());
+        unknowns::scale(&mut self.blocks, &state.q, system.mass());
     }
 
     fn residual(
@@ -170,9 +166,5 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
 
     fn interval_mut(&mut self) -> &mut Interval {
         self.points.step_mut()
-    }
-
-    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<Condition> {
-        None
     }
 }

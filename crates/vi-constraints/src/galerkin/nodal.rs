@@ -18,7 +18,7 @@
 
 use crate::galerkin::control_points::{ControlPoints, GaussPoint};
 use crate::galerkin::operators::ControlPointOperators;
-use crate::scheme::{Condition, Guess, Scheme, StepError, SubStep};
+use crate::scheme::{Guess, Scheme, StepError, SubStep};
 use vi_core::galerkin::Stages;
 use vi_core::interval::Interval;
 use vi_core::mechanical_system::MechanicalSystem;
@@ -303,9 +303,5 @@ impl<S: MechanicalSystem, C, O: ControlPointOperators> Scheme<S, C> for Galerkin
 
     fn interval_mut(&mut self) -> &mut Interval {
         self.points.step_mut()
-    }
-
-    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<Condition> {
-        None
     }
 }

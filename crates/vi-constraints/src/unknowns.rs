@@ -1,0 +1,28 @@
+//! Kinds and scales of the unknowns of the schemes whose unknowns are coordinates.
+
+use vi_core::linear::norm_inf;
+use vi_core::newton::{Block, BlockKind};
+use vi_core::sparse::SparseMatrix;
+
+/// Unknowns of the constrained schemes: `n` coordinates and `m` multipliers, not scaled yet.
+#[must_use]
+pub fn coordinates_and_multipliers(n: usize, m: usize) -> [Block; 2] {
+    let block = |kind, range| Block { kind, range, floor: 1.0 };
+    [block(BlockKind::Position, 0..n), block(BlockKind::Multiplier, n..n + m)]
+}
+
+/// The size below which increments of coordinates count as small, beside the configuration `q`.
+#[must_use]
+pub fn position_floor(q: &[f64]) -> f64 {
+    1e-5 * norm_inf(q).max(1e-6)
+}
+
+/// Scales increments of coordinates with the configuration, and multipliers `h² λ` with the mass matrix too.
+pub fn scale(blocks: &mut [Block], q: &[f64], mass: &SparseMatrix) {
+    for block in blocks {
+        block.floor = match block.kind {
+            BlockKind::Multiplier => position_floor(q) * norm_inf(mass.as_sprs().data()),
+            _ => position_floor(q),
+        };
+    }
+}
