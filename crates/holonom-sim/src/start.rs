@@ -78,15 +78,7 @@ fn relaxed(model: &Model) -> Result<Start, ModelError> {
             "write start = \"stated\", or initial velocities of one rotation of the whole system";
         refused(format!("there is no relaxed start: {error}"), help)
     };
-    let statics = Statics::at_start(model)?;
-    let rotation = statics.rotation().map_err(none)?;
-    let mut statics = match &rotation {
-        Some(rotation) => {
-            statics.admits(rotation).map_err(none)?;
-            statics.in_rotation(rotation, None)
-        }
-        None => statics,
-    };
+    let (mut statics, rotation) = Statics::at_start(model)?.in_own_rotation().map_err(none)?;
     let missing = |failure: RunFailure| {
         let message = format!("the equilibrium to start from was not found: {}", failure.message);
         refused(message, "write start = \"stated\"")

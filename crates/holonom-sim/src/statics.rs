@@ -170,6 +170,16 @@ impl Statics {
         Self { problem, ..self }
     }
 
+    /// In the frame of the steady rotation of the initial velocities; unchanged where these are zero.
+    ///
+    /// # Errors
+    /// [`RotationError`].
+    pub fn in_own_rotation(self) -> Result<(Self, Option<SteadyRotation>), RotationError> {
+        let Some(rotation) = self.rotation()? else { return Ok((self, None)) };
+        self.admits(&rotation)?;
+        Ok((self.in_rotation(&rotation, None), Some(rotation)))
+    }
+
     /// Goes to the equilibrium under the present loads.
     ///
     /// # Errors

@@ -45,10 +45,8 @@ impl UnstableSteps {
         if !concerned {
             return None;
         }
-        let statics = Statics::at_start(model).ok()?;
-        let rotation = statics.rotation().ok()??;
-        statics.admits(&rotation).ok()?;
-        let mut statics = statics.in_rotation(&rotation, None);
+        let (mut statics, rotation) = Statics::at_start(model).ok()?.in_own_rotation().ok()?;
+        let rotation = rotation?;
         statics.relax().ok()?;
         Self::about(model, &rotation, statics.problem())
     }

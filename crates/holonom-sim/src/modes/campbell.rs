@@ -7,7 +7,7 @@
 //!
 //! Source: R. J. Allemang, Sound & Vibration 37 (2003) 14–21, the modal assurance criterion.
 
-use super::{Kind, ModalAnalysis, Mode, ModesError, Report, rotation_of};
+use super::{Kind, ModalAnalysis, Mode, ModesError, Report};
 use crate::statics::Statics;
 use holonom_model::Model;
 use nalgebra::Complex;
@@ -97,12 +97,9 @@ impl Campbell {
 
 /// The axis about which the system can rotate.
 fn axis(model: &Model) -> Result<SteadyRotation, ModesError> {
-    match rotation_of(model) {
-        Err(ModesError::NoRotation) => {}
-        found => return found,
-    }
     let statics = Statics::at_start(model)?;
-    let rotation = hinge(statics.mechanism()).ok_or(ModesError::NoRotation)?;
+    let rotation = statics.rotation()?.or_else(|| hinge(statics.mechanism()));
+    let rotation = rotation.ok_or(ModesError::NoRotation)?;
     statics.admits(&rotation)?;
     Ok(rotation)
 }

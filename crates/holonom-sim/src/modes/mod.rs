@@ -70,8 +70,8 @@ impl ModalAnalysis {
             }
             About::Start => Statics::at_start(model)?,
             About::Rotation => {
-                let rotation = rotation_of(model)?;
-                return Self::in_rotation(model, rotation, None);
+                let (statics, rotation) = Statics::at_start(model)?.in_own_rotation()?;
+                return Self::relaxed(model, statics, rotation.ok_or(ModesError::NoRotation)?);
             }
         };
         let (name, ignored) = (model.header.name.clone(), ignored(model));
@@ -84,7 +84,15 @@ impl ModalAnalysis {
         rotation: SteadyRotation,
         from: Option<&[f64]>,
     ) -> Result<Self, ModesError> {
-        let mut statics = Statics::at_start(model)?.in_rotation(&rotation, from);
+        let statics = Statics::at_start(model)?.in_rotation(&rotation, from);
+        Self::relaxed(model, statics, rotation)
+    }
+
+    fn relaxed(
+        model: &Model,
+        mut statics: Statics,
+        rotation: SteadyRotation,
+    ) -> Result<Self, ModesError> {
         statics.relax().map_err(ModesError::Statics)?;
         let (name, rotation) = (model.header.name.clone(), Some(rotation));
         Ok(Self { statics, about: About::Rotation, name, rotation, ignored: None })
@@ -168,14 +176,6 @@ impl ModalAnalysis {
 /// Without what is round-off beside 1.
 fn clean(x: Vector3<f64>) -> [f64; 3] {
     x.map(|x| if x.abs() < 1e-12 { 0.0 } else { x }).into()
-}
-
-/// The rotation of the initial velocities.
-fn rotation_of(model: &Model) -> Result<SteadyRotation, ModesError> {
-    let statics = Statics::at_start(model)?;
-    let rotation = statics.rotation()?.ok_or(ModesError::NoRotation)?;
-    statics.admits(&rotation)?;
-    Ok(rotation)
 }
 
 /// What of a model takes no part in its modes at rest.
