@@ -1,5 +1,6 @@
 //! `sweep.json`, what a sweep is, and `manifest.jsonl`, the points that have ended: one line of JSON for each.
 
+use super::FILES;
 use super::plan::{Plan, Shard};
 use holonom_sim::output::OutputError;
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,21 @@ pub struct Description {
     pub set: Vec<(String, String)>,
     /// The points.
     pub plan: Plan,
+}
+
+impl Description {
+    /// That of the sweep in a folder; `None` where there is none.
+    pub(super) fn of(folder: &Path) -> Result<Option<Self>, OutputError> {
+        let path = folder.join(FILES[0]);
+        match fs::read_to_string(&path) {
+            Ok(text) => {
+                let read = serde_json::from_str(&text);
+                Ok(Some(read.map_err(|source| OutputError::Summary { path, source })?))
+            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            Err(source) => Err(OutputError::Io { path, source }),
+        }
+    }
 }
 
 /// How a point ended.
@@ -99,20 +115,26 @@ impl Manifest {
     }
 }
 
-/// The points of all shards that have ended, in their order; of a point that ran twice the last entry.
-pub(super) fn entries(folder: &Path) -> Result<Vec<Entry>, OutputError> {
-    let io = |path: &Path, source| OutputError::Io { path: path.to_owned(), source };
-    let mut entries: Vec<Entry> = Vec::new();
+/// The files of all shards in a folder, in the order of their names.
+pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
+    let io = |source| OutputError::Io { path: folder.to_owned(), source };
     let mut files: Vec<PathBuf> = Vec::new();
-    for item in fs::read_dir(folder).map_err(|e| io(folder, e))? {
-        let path = item.map_err(|e| io(folder, e))?.path();
+    for item in fs::read_dir(folder).map_err(io)? {
+        let path = item.map_err(io)?.path();
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
         if name.starts_with("manifest") && name.ends_with(".jsonl") {
             files.push(path);
         }
     }
     files.sort();
-    for path in files {
+    Ok(files)
+}
+
+/// The points of all shards that have ended, in their order; of a point that ran twice the last entry.
+pub(super) fn entries(folder: &Path) -> Result<Vec<Entry>, OutputError> {
+    let io = |path: &Path, source| OutputError::Io { path: path.to_owned(), source };
+    let mut entries: Vec<Entry> = Vec::new();
+    for path in files(folder)? {
         let text = fs::read_to_string(&path).map_err(|e| io(&path, e))?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         for line in whole.lines() {

@@ -110,7 +110,7 @@ impl Sweep {
     ) -> Result<Self, SweepError> {
         let folder = folder.into();
         let sweep = Self { description, folder, shard, jobs: NonZero::<usize>::MIN };
-        match sweep.found()? {
+        match Description::of(&sweep.folder)? {
             Some(found) if found == sweep.description && !force => {}
             Some(_) if !force => return Err(SweepError::Other { folder: sweep.folder }),
             _ => sweep.begin(force)?,
@@ -124,28 +124,10 @@ impl Sweep {
         Self { jobs, ..self }
     }
 
-    /// The sweep that the folder holds.
-    fn found(&self) -> Result<Option<Description>, SweepError> {
-        let path = self.folder.join(FILES[0]);
-        match std::fs::read_to_string(&path) {
-            Ok(text) => {
-                let read = serde_json::from_str(&text);
-                Ok(Some(read.map_err(|source| OutputError::Summary { path, source })?))
-            }
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-            Err(source) => Err(OutputError::Io { path, source }.into()),
-        }
-    }
-
     fn begin(&self, force: bool) -> Result<(), SweepError> {
         let folder = RunFolder::create_for(&self.folder, &FILES, force)?;
-        for entry in std::fs::read_dir(&self.folder).into_iter().flatten().flatten() {
-            let name = entry.file_name();
-            let name = name.to_string_lossy();
-            if name.starts_with("manifest") && name.ends_with(".jsonl") {
-                let path = entry.path();
-                std::fs::remove_file(&path).map_err(|source| OutputError::Io { path, source })?;
-            }
+        for path in manifest::files(&self.folder)? {
+            std::fs::remove_file(&path).map_err(|source| OutputError::Io { path, source })?;
         }
         let text = serde_json::to_string_pretty(&self.description).unwrap_or_default() + "\n";
         folder.write(FILES[0], &text)?;

@@ -1,7 +1,7 @@
 //! `sweep.html`: what the sensors and the energy answer to the varied keys.
 
 use super::manifest::PointStatus;
-use super::table::{Row, Table};
+use super::table::{ENERGY_ERROR, Row, Table};
 use holonom_report::page::{escape, foot, head, inline};
 use holonom_report::{Axis, Chart, Curve, Strokes};
 use std::collections::BTreeMap;
@@ -13,10 +13,6 @@ const CHARTS: usize = 12;
 const CURVES: usize = 6;
 /// A change, as a part of the size, that is none.
 const ROUND_OFF: f64 = 1e-12;
-/// The result of the summary that is drawn.
-const ENERGY: &str = "energy.max_abs_error";
-/// The results of the sensors follow this one.
-const LAST_OF_SUMMARY: &str = "newton_iterations.mean";
 
 /// The page of a sweep.
 ///
@@ -54,14 +50,13 @@ pub fn page(table: &Table, version: &str) -> Result<String, String> {
 fn charts(table: &Table) -> Vec<Chart> {
     let done: Vec<&Row> =
         table.rows.iter().filter(|row| row.entry.status == PointStatus::Done).collect();
-    let named = |name: &str| table.results.iter().position(|result| result == name);
-    let sensors = named(LAST_OF_SUMMARY).map_or(0, |last| last + 1)..table.results.len();
+    let energy = table.results.iter().position(|result| result == ENERGY_ERROR);
     let changes = |r: &usize| {
         let values = || done.iter().filter_map(|row| row.results[*r]);
         let size = values().fold(0.0, |size: f64, y| size.max(y.abs()));
         values().any(|y| (y - values().next().unwrap_or(y)).abs() > ROUND_OFF * size)
     };
-    let shown: Vec<usize> = sensors.take(CHARTS).chain(named(ENERGY)).filter(changes).collect();
+    let shown: Vec<usize> = table.of_sensors().take(CHARTS).chain(energy).filter(changes).collect();
     let over = |key: usize| {
         let numbers = done.iter().all(|row| row.number(key).is_some());
         let shown = if numbers { shown.as_slice() } else { &[] };

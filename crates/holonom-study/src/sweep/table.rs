@@ -33,11 +33,10 @@ pub struct Row {
 /// # Errors
 /// [`SweepError`].
 pub fn table(folder: &Path) -> Result<Table, SweepError> {
-    let path = folder.join(FILES[0]);
-    let text = std::fs::read_to_string(&path)
-        .map_err(|source| OutputError::Io { path: path.clone(), source })?;
-    let description: Description =
-        serde_json::from_str(&text).map_err(|source| OutputError::Summary { path, source })?;
+    let description = Description::of(folder)?.ok_or_else(|| {
+        let (path, source) = (folder.join(FILES[0]), std::io::ErrorKind::NotFound.into());
+        OutputError::Io { path, source }
+    })?;
     let mut names: Vec<String> = Vec::new();
     let mut model = String::new();
     let mut found = Vec::new();
@@ -65,21 +64,37 @@ pub fn table(folder: &Path) -> Result<Table, SweepError> {
     Ok(Table { model, keys, results: names, rows })
 }
 
+/// Results from the summary of a run; those of sensors follow them.
+const OF_SUMMARY: [&str; 10] = [
+    "steps",
+    "energy.initial",
+    "energy.final",
+    ENERGY_ERROR,
+    "energy.work",
+    "energy.balance_error",
+    "momentum.linear.max_abs_drift",
+    "momentum.angular.max_abs_drift",
+    "constraint_residual.position.max",
+    "newton_iterations.mean",
+];
+/// Largest energy error of a run.
+pub(super) const ENERGY_ERROR: &str = "energy.max_abs_error";
+
 fn of_summary(summary: &Summary) -> Vec<(String, f64)> {
     let (energy, momentum) = (&summary.energy, &summary.momentum);
-    let list = [
-        ("steps", summary.steps as f64),
-        ("energy.initial", energy.initial),
-        ("energy.final", energy.last),
-        ("energy.max_abs_error", energy.max_abs_error),
-        ("energy.work", energy.work),
-        ("energy.balance_error", energy.balance_error),
-        ("momentum.linear.max_abs_drift", momentum.linear.max_abs_drift),
-        ("momentum.angular.max_abs_drift", momentum.angular.max_abs_drift),
-        ("constraint_residual.position.max", summary.constraint_residual.position.max),
-        ("newton_iterations.mean", summary.newton_iterations.mean),
+    let values = [
+        summary.steps as f64,
+        energy.initial,
+        energy.last,
+        energy.max_abs_error,
+        energy.work,
+        energy.balance_error,
+        momentum.linear.max_abs_drift,
+        momentum.angular.max_abs_drift,
+        summary.constraint_residual.position.max,
+        summary.newton_iterations.mean,
     ];
-    list.map(|(name, value)| (name.to_owned(), value)).into()
+    OF_SUMMARY.iter().map(|name| (*name).to_owned()).zip(values).collect()
 }
 
 /// Least, largest and last value of each column of the sensors.
@@ -104,6 +119,12 @@ impl Row {
 }
 
 impl Table {
+    /// The results of sensors.
+    pub(super) fn of_sensors(&self) -> impl Iterator<Item = usize> {
+        let is_sensor = |result: &usize| !OF_SUMMARY.contains(&self.results[*result].as_str());
+        (0..self.results.len()).filter(is_sensor)
+    }
+
     /// As CSV: `point`, the keys, `status`, the results.
     ///
     /// # Errors
