@@ -4,16 +4,12 @@
 use crate::benchmark;
 
 use benchmark::{Run, assert_order, study};
-use nalgebra::Vector3;
 
 const CHAIN: &str = include_str!("../examples/models/chain8.toml");
 const TOP: &str = include_str!("../examples/models/heavy_top.toml");
 
 fn chain(h: f64, order: u32) -> f64 {
-    let mut run = Run::new(CHAIN, h, order);
-    let tip = run.point("link8", [8.0, 0.0, 0.0]);
-    run.until(1.0);
-    (run.at(tip) - Vector3::new(4.086_210_757_198, -0.893_891_357_675, -6.337_916_339_015)).norm()
+    Run::new(CHAIN, h, order).error_of_chain()
 }
 
 #[test]
@@ -29,11 +25,7 @@ fn the_tip_of_the_chain() {
 }
 
 fn top(h: f64, order: u32) -> f64 {
-    let mut run = Run::new(TOP, h, order);
-    run.until(10.0);
-    let q = run.q();
-    let x = Vector3::new(q[0], q[1], q[2]);
-    (x - Vector3::new(-0.102_307_757_820, 0.286_070_018_166, -0.952_731_372_107)).norm()
+    Run::new(TOP, h, order).error_of_top()
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use crate::{benchmark, harness};
 
-use benchmark::{Run, apart, assert_order, study};
+use benchmark::{CHAIN_TIP, Run, TOP_CENTER, apart, assert_order, study};
 use harness::models::shipped;
 use holonom::vi_constraints::galerkin::GalerkinTangent;
 use holonom::vi_constraints::tangent_map::Tangents;
@@ -60,10 +60,7 @@ fn run(text: &str, h: f64, order: u32) -> Run {
 }
 
 fn chain(h: f64, order: u32) -> f64 {
-    let mut run = run(&shipped("chain8"), h, order);
-    let tip = run.point("link8", [8.0, 0.0, 0.0]);
-    run.until(1.0);
-    (run.at(tip) - Vector3::new(4.086_210_757_198, -0.893_891_357_675, -6.337_916_339_015)).norm()
+    run(&shipped("chain8"), h, order).error_of_chain()
 }
 
 #[test]
@@ -81,11 +78,7 @@ fn the_tip_of_the_chain() {
 }
 
 fn top(h: f64, order: u32) -> f64 {
-    let mut run = run(&shipped("heavy_top"), h, order);
-    run.until(10.0);
-    let q = run.q();
-    let x = Vector3::new(q[0], q[1], q[2]);
-    (x - Vector3::new(-0.102_307_757_820, 0.286_070_018_166, -0.952_731_372_107)).norm()
+    run(&shipped("heavy_top"), h, order).error_of_top()
 }
 
 #[test]
@@ -357,15 +350,13 @@ fn what_has_no_galerkin_form_is_refused_by_name() {
 #[test]
 #[ignore = "a measurement: cargo test --release -- --ignored work_and_precision --nocapture"]
 fn work_and_precision() {
-    let chain = Vector3::new(4.086_210_757_198, -0.893_891_357_675, -6.337_916_339_015);
-    let top = Vector3::new(-0.102_307_757_820, 0.286_070_018_166, -0.952_731_372_107);
     let cases = [
         (
             "chain8",
             "link8",
             [8.0, 0.0, 0.0],
             1.0,
-            chain,
+            CHAIN_TIP,
             vec![10, 14, 20, 28, 40, 56, 80, 160, 320],
         ),
         (
@@ -373,7 +364,7 @@ fn work_and_precision() {
             "top",
             [0.0, -0.295_520_206_661_339_55, 0.955_336_489_125_606],
             10.0,
-            top,
+            TOP_CENTER,
             vec![100, 200, 280, 400, 560, 800, 1600, 3200],
         ),
     ];
@@ -400,7 +391,7 @@ fn work_and_precision() {
                         });
                         best = best.min(clock.elapsed().as_secs_f64());
                         if !failed {
-                            error = (run.at(at) - exact).norm();
+                            error = (run.at(at) - Vector3::from(exact)).norm();
                         }
                         iterations = run.iterations;
                     }

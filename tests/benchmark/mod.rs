@@ -4,6 +4,11 @@
 use holonom::{Model, Sample, Simulation};
 use nalgebra::{Matrix3, Vector3};
 
+/// Reference of the tip of the shipped `chain8` at `t = 1`.
+pub(crate) const CHAIN_TIP: [f64; 3] = [4.086_210_757_198, -0.893_891_357_675, -6.337_916_339_015];
+/// Reference of the centre of the shipped `heavy_top` at `t = 10`.
+pub(crate) const TOP_CENTER: [f64; 3] = [-0.102_307_757_820, 0.286_070_018_166, -0.952_731_372_107];
+
 /// A shipped model with values replaced: `("simulation.step", "0.01")`.
 pub(crate) fn model(text: &str, overrides: &[(&str, &str)]) -> Model {
     let owned: Vec<_> = overrides.iter().map(|(k, v)| ((*k).into(), (*v).into())).collect();
@@ -125,6 +130,20 @@ impl Run {
     /// `|g(q_n)|_∞`.
     pub(crate) fn residual(&mut self) -> f64 {
         self.simulation.integrator().observe_state().unwrap().position_residual
+    }
+
+    /// How far the tip of the shipped `chain8` is from its reference at `t = 1`, where the run goes.
+    pub(crate) fn error_of_chain(&mut self) -> f64 {
+        let tip = self.point("link8", [8.0, 0.0, 0.0]);
+        self.until(1.0);
+        (self.at(tip) - Vector3::from(CHAIN_TIP)).norm()
+    }
+
+    /// How far the centre of the shipped `heavy_top` is from its reference at `t = 10`, where the run goes.
+    pub(crate) fn error_of_top(&mut self) -> f64 {
+        self.until(10.0);
+        let x = Vector3::from_column_slice(&self.q()[..3]);
+        (x - Vector3::from(TOP_CENTER)).norm()
     }
 
     /// Linear and angular momentum of the projected momentum.
