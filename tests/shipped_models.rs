@@ -7,6 +7,8 @@ use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
 
+use crate::harness;
+use harness::models::all_shipped;
 use holonom::model::Scheme;
 use holonom::simulation::RunOutcome;
 use holonom::vi_core::linear::norm_inf;
@@ -16,15 +18,6 @@ use holonom::{MemberKind, Model, Sample, run};
 const SHOWN: [u64; 5] = [0, 1, 2, 5, 20];
 /// Components that are shown: the first ones and the last.
 const MEMBERS: usize = 4;
-
-fn models() -> Vec<(String, PathBuf)> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/models");
-    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let named = |path: PathBuf| (path.file_stem().unwrap().to_str().unwrap().to_owned(), path);
-    let mut models: Vec<_> = files.map(named).collect();
-    models.sort();
-    models
-}
 
 /// A number with nine digits of `scale`; no sign of zero.
 fn rounded(value: f64, scale: f64) -> String {
@@ -97,7 +90,7 @@ fn trajectory(model: &Model) -> String {
 
 #[test]
 fn trajectories() {
-    for (name, path) in models() {
+    for (name, path) in all_shipped() {
         let model = Model::from_toml(&fs::read_to_string(path).unwrap()).unwrap();
         insta::assert_snapshot!(name.clone(), trajectory(&model), &name);
     }
@@ -108,7 +101,7 @@ fn trajectories() {
 fn the_page_of_models_shows_all_of_them() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
     let page = fs::read_to_string(format!("{folder}/README.md")).unwrap();
-    for (name, _) in models() {
+    for (name, _) in all_shipped() {
         let [picture, model] = [format!("pictures/{name}.png"), format!("models/{name}.toml")];
         assert!(page.contains(&picture) && page.contains(&model), "{name}: make it again");
         assert!(PathBuf::from(format!("{folder}/{picture}")).is_file(), "{picture}");

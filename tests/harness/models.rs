@@ -1,11 +1,22 @@
 //! The shipped models, ready to be varied.
 
 use holonom::{Model, Simulation};
+use std::path::PathBuf;
 
 /// The text of a shipped model.
 pub fn shipped(name: &str) -> String {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/models/");
     std::fs::read_to_string(format!("{folder}{name}.toml")).unwrap()
+}
+
+/// Names and files of all shipped models.
+pub fn all_shipped() -> Vec<(String, PathBuf)> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/models");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let named = |path: PathBuf| (path.file_stem().unwrap().to_str().unwrap().to_owned(), path);
+    let mut models: Vec<_> = files.map(named).collect();
+    models.sort();
+    models
 }
 
 /// A shipped model with values replaced.

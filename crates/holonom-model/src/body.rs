@@ -1,8 +1,9 @@
 //! `[[body]]` and `[[particle]]`: what moves.
 
-use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use vi_rigid::rotation;
 
 use super::problem::{Problem, fault};
 
@@ -94,7 +95,7 @@ impl Body {
             return *unit.to_rotation_matrix().matrix();
         }
         if let Some(vector) = self.rotation_vector {
-            return *Rotation3::from_scaled_axis(Vector3::from(vector)).matrix();
+            return rotation::exp(&Vector3::from(vector));
         }
         if let Some(rows) = self.matrix {
             return orthonormal(Matrix3::from_fn(|i, j| rows[i][j]));
@@ -170,7 +171,7 @@ impl Euler {
         let rotation = |k: usize| {
             let mut vector = Vector3::zeros();
             vector[axes[k]] = self.angles[k];
-            *Rotation3::from_scaled_axis(vector).matrix()
+            rotation::exp(&vector)
         };
         rotation(0) * rotation(1) * rotation(2)
     }

@@ -20,20 +20,20 @@ pub(crate) const CONSTANTS: [(&str, f64); 2] =
 const FUNCTIONS: [(&str, fn(f64) -> f64); 11] = [
     ("sqrt", f64::sqrt),
     ("abs", f64::abs),
-    ("exp", f64::exp),
-    ("ln", f64::ln),
-    ("sin", f64::sin),
-    ("cos", f64::cos),
-    ("tan", f64::tan),
-    ("asin", f64::asin),
-    ("acos", f64::acos),
-    ("atan", f64::atan),
+    ("exp", libm::exp),
+    ("ln", libm::log),
+    ("sin", libm::sin),
+    ("cos", libm::cos),
+    ("tan", libm::tan),
+    ("asin", libm::asin),
+    ("acos", libm::acos),
+    ("atan", libm::atan),
     ("floor", f64::floor),
 ];
 
 /// Functions of two.
 const BINARY: [(&str, fn(f64, f64) -> f64); 4] =
-    [("atan2", f64::atan2), ("hypot", f64::hypot), ("min", f64::min), ("max", f64::max)];
+    [("atan2", libm::atan2), ("hypot", libm::hypot), ("min", f64::min), ("max", f64::max)];
 
 /// Whether a name is that of a constant or function.
 pub(crate) fn is_reserved(name: &str) -> bool {
@@ -149,7 +149,7 @@ impl Parser<'_> {
         }
         let exponent = self.sign()?;
         self.depth -= 1;
-        Ok(base.powf(exponent))
+        Ok(libm::pow(base, exponent))
     }
 
     fn atom(&mut self) -> Result<f64, ExpressionError> {

@@ -83,11 +83,11 @@ impl MotionPath {
     /// Polynomial and sinusoid.
     fn elementary(&self, t: f64) -> [f64; 3] {
         let w = TAU * self.frequency;
-        let (sin, cos) = (w * t + self.phase).sin_cos();
+        let (sin, cos) = libm::sincos(w * t + self.phase);
         [
             self.offset
                 + t * (self.rate + 0.5 * self.acceleration * t)
-                + self.amplitude * (sin - self.phase.sin()),
+                + self.amplitude * (sin - libm::sin(self.phase)),
             self.rate + self.acceleration * t + self.amplitude * w * cos,
             self.acceleration - self.amplitude * w * w * sin,
         ]

@@ -20,6 +20,7 @@
 //!
 //! Source: theory §6; P. Betsch, P. Steinmann, IJNME 54 (2002) 1775–1788; S. Leyendecker, P. Betsch,
 //! P. Steinmann, Multibody Syst. Dyn. 19 (2008) 45–72.
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 #![warn(missing_debug_implementations)]

@@ -122,8 +122,8 @@ impl Mesh {
     ) -> Result<Self, MeshError> {
         let (a, b) = (radius_vector, axis.cross(&radius_vector));
         let rise = pitch / std::f64::consts::TAU * axis;
-        let point = |t: f64| center + t.cos() * a + t.sin() * b + t * rise;
-        let slope = |t: f64| angle.signum() * (t.cos() * b - t.sin() * a + rise);
+        let point = |t: f64| center + libm::cos(t) * a + libm::sin(t) * b + t * rise;
+        let slope = |t: f64| angle.signum() * (libm::cos(t) * b - libm::sin(t) * a + rise);
         let mut mesh = Self::along(&point, &slope, (0.0, angle), elements, rule)?;
         let speed = (a.norm_squared() + rise.norm_squared()).sqrt();
         mesh.lengths.fill(speed * angle.abs() / elements as f64); // constant speed: exact

@@ -339,7 +339,7 @@ impl Profile {
 /// `a b³ [1/3 − (64/π⁵)(b/a) Σ_{k odd} tanh(kπa/2b)/k⁵]` with `a ≥ b`.
 fn rectangle_torsion(width: f64, height: f64) -> f64 {
     let (a, b) = (width.max(height), width.min(height));
-    let term = |k: f64| (0.5 * k * PI * a / b).tanh() / k.powi(5);
+    let term = |k: f64| libm::tanh(0.5 * k * PI * a / b) / k.powi(5);
     let sum: f64 = (0..200).rev().map(|i| term(f64::from(2 * i + 1))).sum();
     a * b.powi(3) * (1.0 / 3.0 - 64.0 / PI.powi(5) * (b / a) * sum)
 }

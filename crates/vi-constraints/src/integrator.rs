@@ -320,8 +320,22 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         &mut self,
         each: &mut dyn FnMut(&S, &C, Step<'_>),
     ) -> Result<StepReport, StepError> {
+        self.step_in_parts(1, each)
+    }
+
+    /// One macro step as `parts` steps of equal length, where a whole one is refused. A map of another step is another
+    /// map: the structure is that of each part. Quantities of the node where it starts are those of
+    /// [`Integrator::observe_state`], taken before.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before the macro step.
+    pub fn step_in_parts(
+        &mut self,
+        parts: u32,
+        each: &mut dyn FnMut(&S, &C, Step<'_>),
+    ) -> Result<StepReport, StepError> {
         self.before.copy_from(&self.state);
-        let taken = self.take_sub_steps(each);
+        let taken = self.take_sub_steps(parts, each);
         if taken.is_err() {
             self.state.copy_from(&self.before);
         }
@@ -330,16 +344,19 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
 
     fn take_sub_steps(
         &mut self,
+        parts: u32,
         each: &mut dyn FnMut(&S, &C, Step<'_>),
     ) -> Result<StepReport, StepError> {
-        let mut total = StepReport { sub_steps: self.gammas.len(), ..StepReport::default() };
         let step = self.state.step + 1;
         let next = self.origin.time(step, self.step);
-        let Self { system, constraints, scheme, solver, state, .. } = self;
-        let count = self.gammas.len();
-        for (index, gamma) in self.gammas.iter().enumerate() {
-            let h = gamma * self.step;
-            let t_end = if index + 1 == count { next } else { state.t + h };
+        let Self { system, constraints, scheme, solver, state, gammas, .. } = self;
+        let (count, part) = (gammas.len(), self.step / f64::from(parts));
+        let sub_steps = parts as usize * count;
+        let mut total = StepReport { sub_steps, ..StepReport::default() };
+        for taken in 0..sub_steps {
+            let (index, last) = (taken % count, taken + 1 == sub_steps);
+            let h = gammas[index] * part;
+            let t_end = if last { next } else { state.t + h };
             let (step, of) = (SubStep { index, count, h, t_end }, (&*system, &**constraints));
             let report = solver.advance(&mut **scheme, of, step, state)?;
             constraints.unwrap_angles(&state.q, &mut state.angles);

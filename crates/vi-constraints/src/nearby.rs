@@ -39,7 +39,7 @@ pub enum Nearby {
 
 /// `q` displaced at random by `MOTION` of the size of each coordinate; another one for each trial.
 fn scattered(q: &[f64], sizes: &[f64], trial: usize) -> Vec<f64> {
-    let fraction = |i: usize| 2.0 * (13.7 * (i + 1 + 31 * trial) as f64).sin().fract();
+    let fraction = |i: usize| 2.0 * libm::sin(13.7 * (i + 1 + 31 * trial) as f64).fract();
     let moved = |(i, (q, size)): (usize, (&f64, &f64))| q + MOTION * size * fraction(i);
     q.iter().zip(sizes).enumerate().map(moved).collect()
 }

@@ -12,11 +12,8 @@
 #![allow(non_snake_case)] // G, P, Q, R
 
 use crate::constraints::Constraints;
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::householder;
-use faer::linalg::qr::{col_pivoting, no_pivoting};
-use faer::{Conj, Mat, MatMut, Par};
 use nalgebra::DMatrix;
+use vi_core::dense::PivotedQr;
 
 /// Relative size of a pivot below which a constraint counts as dependent on the others.
 ///
@@ -36,55 +33,17 @@ pub const RANK_TOLERANCE: f64 = 1e-11;
 /// qr.null_space(2, &mut p);
 /// assert!((g * p).amax() < 1e-15);
 /// ```
+#[derive(Clone, Debug)]
 pub struct NullSpaceQr {
-    n: usize,
-    m: usize,
-    factors: DMatrix<f64>,  // n × m  scaled Gᵀ, then Householder vectors and R
-    coefficients: Mat<f64>, // block factors of the Householder vectors
-    pivots: Vec<usize>,     // m
-    pivots_inverse: Vec<usize>, // m
-    scratch: MemBuffer,
+    qr: PivotedQr, // of the scaled Gᵀ, n × m
     rank: usize,
-}
-
-impl std::fmt::Debug for NullSpaceQr {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { n, m, rank, .. } = self;
-        f.debug_struct("NullSpaceQr")
-            .field("shape", &(n, m))
-            .field("rank", rank)
-            .finish_non_exhaustive()
-    }
 }
 
 impl NullSpaceQr {
     /// For `m` constraints on `n` coordinates.
     #[must_use]
     pub fn new(n: usize, m: usize) -> Self {
-        let size = n.min(m);
-        let block = no_pivoting::factor::recommended_block_size::<f64>(n.max(1), m.max(1));
-        let scratch = StackReq::any_of(&[
-            col_pivoting::factor::qr_in_place_scratch::<usize, f64>(
-                n,
-                m,
-                block,
-                Par::Seq,
-                Default::default(),
-            ),
-            householder::apply_block_householder_sequence_on_the_left_in_place_scratch::<f64>(
-                n, block, n,
-            ),
-        ]);
-        Self {
-            n,
-            m,
-            factors: DMatrix::zeros(n, m),
-            coefficients: Mat::zeros(block, size),
-            pivots: vec![0; m],
-            pivots_inverse: vec![0; m],
-            scratch: MemBuffer::new(scratch),
-            rank: 0,
-        }
+        Self { qr: PivotedQr::new(n, m), rank: 0 }
     }
 
     /// Factorizes `Gᵀ`, rows of `G` scaled to unit length, and reads off the rank; returns it.
@@ -98,31 +57,19 @@ impl NullSpaceQr {
     /// For matrices in which whole rows may vanish up to round-off, so that their own length says
     /// nothing.
     pub fn factorize_scaled(&mut self, G: &DMatrix<f64>, scale: impl Fn(usize) -> f64) -> usize {
-        let (n, m) = (self.n, self.m);
-        debug_assert_eq!(G.shape(), (m, n));
-        if n.min(m) == 0 {
-            self.rank = 0;
-            return 0;
-        }
+        let (m, n) = G.shape();
+        let transposed = self.qr.matrix_mut();
+        debug_assert_eq!(transposed.shape(), (n, m));
         for i in 0..m {
             let scale = scale(i);
             for j in 0..n {
-                self.factors[(j, i)] = scale * G[(i, j)];
+                transposed[(j, i)] = scale * G[(i, j)];
             }
         }
-        let _ = col_pivoting::factor::qr_in_place(
-            MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, m),
-            self.coefficients.as_mut(),
-            &mut self.pivots,
-            &mut self.pivots_inverse,
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-            Default::default(),
-        );
+        self.qr.factorize();
         let size = n.min(m);
-        let diagonal = |k: usize| self.factors[(k, k)].abs();
-        let threshold = RANK_TOLERANCE * diagonal(0);
-        self.rank = (0..size).take_while(|&k| diagonal(k) > threshold).count();
+        let counts = |k: &usize| self.pivot_size(*k) > RANK_TOLERANCE * self.pivot_size(0);
+        self.rank = (0..size).take_while(counts).count();
         self.rank
     }
 
@@ -138,20 +85,20 @@ impl NullSpaceQr {
     pub fn smallest(&self) -> f64 {
         match self.rank {
             0 => 1.0,
-            rank => (self.factors[(rank - 1, rank - 1)] / self.factors[(0, 0)]).abs(),
+            rank => self.pivot_size(rank - 1) / self.pivot_size(0),
         }
     }
 
     /// The constraints in pivot order: the first `rank` are independent, the rest redundant.
     #[must_use]
     pub fn pivots(&self) -> &[usize] {
-        &self.pivots
+        self.qr.pivots()
     }
 
     /// Size of pivot `k`, the diagonal entry `|R_kk|` of the last factorization.
     #[must_use]
     pub fn pivot_size(&self, k: usize) -> f64 {
-        self.factors[(k, k)].abs()
+        self.qr.diagonal(k).abs()
     }
 
     /// `out ← P`: the last `n − rank` columns of the orthogonal factor, shape `n × (n − rank)`.
@@ -168,25 +115,11 @@ impl NullSpaceQr {
 
     /// Columns `first ..` of the orthogonal factor, as many as `out` has.
     fn orthogonal_columns(&mut self, first: usize, out: &mut DMatrix<f64>) {
-        let (n, m, count) = (self.n, self.m, out.ncols());
-        debug_assert!(out.nrows() == n && first + count <= n);
         out.fill(0.0);
-        for k in 0..count {
+        for k in 0..out.ncols() {
             out[(first + k, k)] = 1.0;
         }
-        let size = n.min(m);
-        if size == 0 || count == 0 {
-            return;
-        }
-        let factors = MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, m);
-        householder::apply_block_householder_sequence_on_the_left_in_place_with_conj(
-            factors.as_ref().subcols(0, size),
-            self.coefficients.as_ref(),
-            Conj::No,
-            MatMut::from_column_major_slice_mut(out.as_mut_slice(), n, count),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-        );
+        self.qr.apply_q(out);
     }
 }
 

@@ -53,7 +53,7 @@ fn sparse_null_vectors(jacobian: &SparseMatrix, rows: &IndependentRows) -> Optio
     });
     let size = sides.amax();
     let probe = dropped.len();
-    (0..r).for_each(|k| sides[(n + k, probe)] = (13.7 * ((k + 1) * (k + 1)) as f64).sin());
+    (0..r).for_each(|k| sides[(n + k, probe)] = libm::sin(13.7 * ((k + 1) * (k + 1)) as f64));
     SparseLu::new(&matrix).ok()?.solve(&matrix, sides.as_mut_slice()).ok()?;
     if sides.view((0, probe), (n, 1)).amax() * size > LARGEST {
         return None;

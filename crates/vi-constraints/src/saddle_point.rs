@@ -240,7 +240,7 @@ struct Dropped<'a> {
 impl Entries for Dropped<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         if self.rows.position[row] == DROPPED {
-            let sign = if (13.7 * (row + 1) as f64).sin() > 0.0 { 1.0 } else { -1.0 };
+            let sign = if libm::sin(13.7 * (row + 1) as f64) > 0.0 { 1.0 } else { -1.0 };
             self.sum[column] += sign * value;
         }
     }

@@ -34,6 +34,7 @@ use crate::saddle_point::IndependentRows;
 use crate::unknowns;
 use nalgebra::DMatrix;
 use std::sync::Arc;
+use vi_core::dense::{add_product, set_product};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
 use vi_core::newton::{Block, BlockKind, Fault};
@@ -139,7 +140,7 @@ impl<C: Constraints> TangentSpace<C> {
             // the last columns, projected and made orthonormal again
             self.last.as_mut_slice().copy_from_slice(last);
             self.overlap.gemm_tr(1.0, &self.P, &self.last, 0.0);
-            self.last.gemm(1.0, &self.P, &self.overlap, 0.0);
+            set_product(self.last.as_view_mut(), self.P.as_view(), self.overlap.as_view());
             if orthonormalize(&mut self.last) {
                 self.P.copy_from(&self.last);
             }
@@ -154,19 +155,19 @@ impl<C: Constraints> TangentSpace<C> {
         for (k, &row) in self.rows.iter().enumerate() {
             G.row_mut(k).copy_from(&self.jacobian.row(row));
         }
-        GN.gemm(1.0, G, &self.N, 0.0);
+        set_product(GN.as_view_mut(), G.as_view(), self.N.as_view());
     }
 
     /// `self.tangent ← ∂F_d/∂u` at the end of `s`.
     fn take_tangent(&mut self, s: &Interval) -> Result<(), Fault> {
         self.take_normals(s.t_end(), &s.q1);
         let Projection { G, GN, tangent, lu, .. } = &mut self.projection;
-        tangent.gemm(1.0, G, &self.P, 0.0);
+        set_product(tangent.as_view_mut(), G.as_view(), self.P.as_view());
         lu.factorize(GN);
         let r = self.rows.len().max(1);
         tangent.as_mut_slice().chunks_exact_mut(r).try_for_each(|x| lu.solve_factorized(x))?;
         self.tangent.copy_from(&self.P);
-        self.tangent.gemm(-1.0, &self.N, tangent, 1.0);
+        add_product(self.tangent.as_view_mut(), -1.0, self.N.as_view(), tangent.as_view());
         Ok(())
     }
 

@@ -215,7 +215,7 @@ fn symmetric_roots(
 ) -> Vec<f64> {
     let mut roots = vec![0.0; count];
     for k in 0..count / 2 {
-        let mut x = -(std::f64::consts::PI * part(k as f64)).cos();
+        let mut x = -libm::cos(std::f64::consts::PI * part(k as f64));
         for _ in 0..20 {
             x -= correction(x);
         }

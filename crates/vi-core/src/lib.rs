@@ -12,7 +12,8 @@
 //! | [`potential`] | `V`, `∇V`, `∇²V`; midpoint, trapezoidal and other discrete potentials |
 //! | [`force`] | discrete Lagrange–d'Alembert forces |
 //! | [`newton`], [`predictor`] | the nonlinear solver and its initial guesses |
-//! | [`linear`], [`sparse`] | factorizations; matrices refilled in place |
+//! | [`linear`], [`sparse`] | linear solvers; matrices refilled in place |
+//! | [`dense`] | dense factorizations with equal bits on every processor |
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
 //! | [`quadratic_eigen`] | `(λ² M + λ C + K) x = 0`: damped and gyroscopic vibrations |
 //! | [`composition`] | orders 4, 6, 8 |
@@ -23,6 +24,7 @@
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, Variational integrators for constrained
 //! dynamical systems, ZAMM 88 (2008) 677–708, cited as LMO08 with its equation numbers.
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]
 #![deny(missing_debug_implementations, missing_docs)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
@@ -30,6 +32,7 @@
 pub mod compensation;
 pub mod composition;
 pub mod configuration;
+pub mod dense;
 pub mod discrete_lagrangian;
 pub mod eigen;
 pub mod force;

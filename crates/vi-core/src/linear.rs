@@ -1,15 +1,14 @@
 //! Linear solvers: dense and sparse LU with their memory sized once, and condition numbers.
 //!
-//! Factorizations are faer's. Every answer is checked to be finite: a sparse LU of a singular matrix
+//! The sparse factorization is faer's. Every answer is checked to be finite: a sparse LU of a singular matrix
 //! may come back without an error and with NaN in it.
 
+use crate::dense;
 use crate::sparse::SparseMatrix;
 use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::lu::partial_pivoting as dense_lu;
-use faer::perm::PermRef;
 use faer::sparse::linalg::{SupernodalThreshold, lu as sparse_lu};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
-use faer::{Conj, MatMut, MatRef, Par};
+use faer::{Conj, MatMut, Par};
 use nalgebra::DMatrix;
 
 /// The matrix is singular to working precision (or holds NaN or infinity).
@@ -18,30 +17,17 @@ use nalgebra::DMatrix;
 pub struct Singular;
 
 /// Dense LU with partial pivoting; nothing is allocated after `new`.
+#[derive(Clone, Debug)]
 pub struct DenseLu {
     factors: DMatrix<f64>,
-    permutation: Vec<usize>,
-    inverse_permutation: Vec<usize>,
-    scratch: MemBuffer,
-}
-
-impl std::fmt::Debug for DenseLu {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("DenseLu").field("n", &self.factors.nrows()).finish_non_exhaustive()
-    }
+    pivots: Vec<usize>,
 }
 
 impl DenseLu {
     /// A solver for `n × n` matrices.
     #[must_use]
     pub fn new(n: usize) -> Self {
-        let scratch = MemBuffer::new(
-            dense_lu::factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default())
-                .or(dense_lu::solve::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq)),
-        );
-        let permutation = vec![0; n];
-        let inverse_permutation = vec![0; n];
-        Self { factors: DMatrix::zeros(n, n), permutation, inverse_permutation, scratch }
+        Self { factors: DMatrix::zeros(n, n), pivots: vec![0; n] }
     }
 
     /// Solves `A x = b`; `b` is overwritten by `x`.
@@ -55,19 +41,8 @@ impl DenseLu {
 
     /// Factorizes `A`.
     pub fn factorize(&mut self, a: &DMatrix<f64>) {
-        let n = a.nrows();
         self.factors.copy_from(a);
-        if n == 0 {
-            return;
-        }
-        dense_lu::factor::lu_in_place(
-            MatMut::from_column_major_slice_mut(self.factors.as_mut_slice(), n, n),
-            &mut self.permutation,
-            &mut self.inverse_permutation,
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-            Default::default(),
-        );
+        dense::lu(&mut self.factors, &mut self.pivots);
     }
 
     /// Solves with the last factorization; `b` is overwritten by `x`.
@@ -75,19 +50,7 @@ impl DenseLu {
     /// # Errors
     /// [`Singular`] when the answer is not finite.
     pub fn solve_factorized(&mut self, b: &mut [f64]) -> Result<(), Singular> {
-        let n = b.len();
-        if n == 0 {
-            return Ok(());
-        }
-        let lu = MatRef::from_column_major_slice(self.factors.as_slice(), n, n);
-        dense_lu::solve::solve_in_place(
-            lu,
-            lu,
-            PermRef::new_checked(&self.permutation, &self.inverse_permutation, n),
-            MatMut::from_column_major_slice_mut(b, n, 1),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-        );
+        dense::solve_lu(&self.factors, &self.pivots, b);
         finite(b)
     }
 }

@@ -34,7 +34,7 @@ fn turn_factor(psi: f64) -> (f64, f64) {
         let slope = psi * (1.0 / 3.0 + square * (7.0 / 90.0 + square * 31.0 / 2520.0));
         return (value, slope);
     }
-    let (sin, cos) = psi.sin_cos();
+    let (sin, cos) = libm::sincos(psi);
     (psi / sin, (sin - psi * cos) / (sin * sin))
 }
 
@@ -51,8 +51,8 @@ impl<'a> Turn<'a> {
         let (s0, c0) = (sine.value(&s.q0), cosine.value(&s.q0));
         let (ds, dc) = (change(sine, s), change(cosine, s));
         let (s1, c1) = (s0 + ds, c0 + dc);
-        let psi = (c0 * ds - s0 * dc).atan2(c0 * c1 + s0 * s1);
-        let (r0, square) = (s0.hypot(c0), s1 * s1 + c1 * c1);
+        let psi = libm::atan2(c0 * ds - s0 * dc, c0 * c1 + s0 * s1);
+        let (r0, square) = (libm::hypot(s0, c0), s1 * s1 + c1 * c1);
         let (factor, slope) = turn_factor(psi);
         let length = r0 * square.sqrt();
         let kappa = factor / length;

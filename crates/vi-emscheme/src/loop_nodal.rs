@@ -23,6 +23,7 @@ use nalgebra::DMatrix;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::scheme::SubStep;
+use vi_core::dense::set_product;
 use vi_core::interval::Interval;
 use vi_core::state::State;
 
@@ -105,7 +106,7 @@ impl LoopClosure {
     ) {
         self.fresh = false;
         jacobian_at_end(&self.cut, constraints, s, &mut self.jacobian);
-        self.reduced.gemm(1.0, &self.jacobian, push, 0.0);
+        set_product(self.reduced.as_view_mut(), self.jacobian.as_view(), push.as_view());
         let LoopRows { rows, scale, rank } = &self.loops;
         self.qr.factorize_scaled(&self.reduced, |i| scale[i]);
         self.sigma = rank.checked_sub(1).map_or(1.0, |last| self.qr.pivot_size(last));
@@ -138,11 +139,11 @@ impl LoopClosure {
         push: &DMatrix<f64>,
         matrix: &mut DMatrix<f64>,
     ) {
-        let Self { chosen, jacobian, reduced, .. } = self;
+        let Self { chosen, jacobian, .. } = self;
         let (rank, first) = (chosen.len(), matrix.nrows() - chosen.len());
         jacobian_at_end(chosen, constraints, s, jacobian);
-        reduced.rows_mut(0, rank).gemm(1.0, &jacobian.rows(0, rank), push, 0.0);
-        matrix.rows_mut(first, rank).copy_from(&reduced.rows(0, rank));
+        let rows = jacobian.rows(0, rank);
+        set_product(matrix.rows_mut(first, rank).as_view_mut(), rows.as_view(), push.as_view());
     }
 
     /// See [`vi_core::newton::NewtonProblem::noise`].

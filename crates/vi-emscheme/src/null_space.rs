@@ -33,6 +33,7 @@ use vi_constraints::Constraints;
 use vi_constraints::dalembert::NullSpaceSource;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
+use vi_core::dense::set_product;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 use vi_multibody::PairKind;
@@ -154,11 +155,12 @@ impl<C: DiscreteConstraints> DiscreteNullSpace<C> for TreeComplement {
         let place = JacobianPlace { row: 0, column: 0, scale: 1.0, transposed: false };
         let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
         self.cut.emit_selected(&emit, place, &mut self.jacobian);
-        self.reduced.gemm(1.0, &self.jacobian, &self.null_space, 0.0);
+        let (jacobian, null_space) = (self.jacobian.as_view(), self.null_space.as_view());
+        set_product(self.reduced.as_view_mut(), jacobian, null_space);
         let scale = &self.loops.scale;
         self.qr.factorize_scaled(&self.reduced, |i| scale[i]);
         self.qr.null_space(self.loops.rank, &mut self.z);
-        out.gemm(1.0, &self.null_space, &self.z, 0.0);
+        set_product(out.as_view_mut(), self.null_space.as_view(), self.z.as_view());
     }
 }
 

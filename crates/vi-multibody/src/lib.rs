@@ -31,6 +31,7 @@
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708, §5, cited as LMO08 with
 //! its equation numbers.
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 #![warn(missing_debug_implementations)]

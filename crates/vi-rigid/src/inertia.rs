@@ -217,8 +217,8 @@ fn jacobi(mut A: Matrix3<f64>) -> ([f64; 3], Matrix3<f64>) {
                 continue;
             }
             let cot2 = (A[(j, j)] - A[(i, i)]) / (2.0 * A[(i, j)]);
-            let tan = cot2.signum() / (cot2.abs() + cot2.hypot(1.0));
-            let cos = 1.0 / tan.hypot(1.0);
+            let tan = cot2.signum() / (cot2.abs() + libm::hypot(cot2, 1.0));
+            let cos = 1.0 / libm::hypot(tan, 1.0);
             let sin = tan * cos;
             let mut turn = Matrix3::identity();
             (turn[(i, i)], turn[(j, j)], turn[(i, j)], turn[(j, i)]) = (cos, cos, sin, -sin);

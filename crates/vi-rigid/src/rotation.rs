@@ -18,7 +18,7 @@
 
 #![allow(non_snake_case)] // R, T, X: the matrices of the formulas above
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 /// Largest rotation in one step, rad.
 pub const MAX_ROTATION: f64 = std::f64::consts::PI;
@@ -26,7 +26,7 @@ pub const MAX_ROTATION: f64 = std::f64::consts::PI;
 /// `sin x / x`; the quotient is good to round-off for every `x`, however small.
 #[must_use]
 pub fn sinc(x: f64) -> f64 {
-    if x == 0.0 { 1.0 } else { x.sin() / x }
+    if x == 0.0 { 1.0 } else { libm::sin(x) / x }
 }
 
 /// `(1 − cos x)/x² = ½ (sin(x/2)/(x/2))²`.
@@ -100,7 +100,7 @@ pub fn sine_gap(x: f64) -> f64 {
     if square <= 4.0 {
         RECIPROCALS.iter().rev().fold(1.0, |sum, r| 1.0 - square * r * sum) / 6.0
     } else {
-        (x - x.sin()) / (square * x)
+        (x - libm::sin(x)) / (square * x)
     }
 }
 
@@ -123,6 +123,16 @@ fn skew_square(v: &Vector3<f64>) -> Matrix3<f64> {
 #[must_use]
 pub fn exp(theta: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() + exp_minus_identity(theta)
+}
+
+/// `θ` with `exp θ̂ = R` and `|θ| ≤ π`, of a rotation matrix.
+#[must_use]
+pub fn vector(R: &Matrix3<f64>) -> Vector3<f64> {
+    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*R));
+    let half = turn.imag() * 1.0_f64.copysign(turn.scalar()); // sin(|θ|/2) θ/|θ|
+    let sine = half.norm();
+    let angle = 2.0 * libm::atan2(sine, turn.scalar().abs());
+    if sine == 0.0 { Vector3::zeros() } else { half * (angle / sine) }
 }
 
 /// `exp θ̂ − I`, accurate relative to its own size.

@@ -167,7 +167,7 @@ impl TimeHistory {
                 }
             }
             Self::Harmonic { frequency, phase, amplitude, offset } => {
-                offset + amplitude * (std::f64::consts::TAU * frequency * t + phase).sin()
+                offset + amplitude * libm::sin(std::f64::consts::TAU * frequency * t + phase)
             }
             Self::Table { ref points } => table(points, t),
         }

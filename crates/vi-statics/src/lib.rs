@@ -22,6 +22,7 @@
 //!
 //! A system is any [`vi_core::SeparableSystem`] on a [`vi_multibody::Mechanism`]. This crate knows no beam:
 //! elastic elements are potentials, and the pairs of frames between which a step may not bend too far.
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 #![warn(missing_debug_implementations)]

@@ -24,7 +24,7 @@ pub fn angle_between(nodes: [usize; 2], q: &[f64]) -> f64 {
 /// The angle between the triads of two frames, rad.
 pub(crate) fn rotation_angle(a: &[f64], b: &[f64]) -> f64 {
     let difference: Matrix3<f64> = directors::triad(a) - directors::triad(b); // |·|_F² = 8 sin²(θ/2)
-    2.0 * (difference.norm() / 8.0_f64.sqrt()).min(1.0).asin()
+    2.0 * libm::asin((difference.norm() / 8.0_f64.sqrt()).min(1.0))
 }
 
 /// The relative rotations of the nodes of all elements.

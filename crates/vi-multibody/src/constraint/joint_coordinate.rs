@@ -120,7 +120,7 @@ impl JointCoordinate {
         match &self.value {
             Value::Length(row) => Unwrapped { principal: row.value(at.q), revolutions: 0.0 },
             Value::Angle { sine, cosine } => {
-                let principal = sine.value(at.q).atan2(cosine.value(at.q));
+                let principal = libm::atan2(sine.value(at.q), cosine.value(at.q));
                 Unwrapped { principal, revolutions: at.revolutions(self.slot, principal) }
             }
         }

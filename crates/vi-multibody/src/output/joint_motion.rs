@@ -17,9 +17,9 @@
 
 use crate::pair::joint::{FrameId, Joint, JointConfiguration};
 use crate::pair::{MAX_DOF, Twist};
-use nalgebra::{Rotation3, SMatrix, SVector, UnitQuaternion, Vector3};
+use nalgebra::{SMatrix, SVector, Vector3};
 use std::f64::consts::TAU;
-use vi_rigid::directors;
+use vi_rigid::{directors, rotation};
 
 /// The coordinates of one joint, followed from step to step.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,8 +75,7 @@ fn principal(joint: &Joint, q: &[f64]) -> [f64; MAX_DOF] {
     let at = joint.configuration(q);
     let mut values = joint.kind.coordinates(&at);
     if let Some(first) = joint.kind.rotation_vector() {
-        let relative = Rotation3::from_matrix_unchecked(at.axes().tr_mul(&at.axes_child()));
-        let vector = UnitQuaternion::from_rotation_matrix(&relative).scaled_axis();
+        let vector = rotation::vector(&at.axes().tr_mul(&at.axes_child()));
         values[first..first + 3].copy_from_slice(vector.as_slice());
     }
     values
@@ -132,7 +131,7 @@ mod tests {
     use super::*;
     use crate::pair::joint::{Side, complete_axis};
     use crate::pair::{Motion, PairKind};
-    use nalgebra::Matrix3;
+    use nalgebra::{Matrix3, Rotation3};
 
     fn two_frames() -> Vec<f64> {
         let mut q = vec![0.0; 24];

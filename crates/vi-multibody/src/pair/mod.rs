@@ -218,7 +218,7 @@ pub(crate) fn align_attitude(at: &JointConfiguration) -> Vector3<f64> {
 
 /// Angle from `m_1` to `m_1'` about `n`, in `(−π, π]`.
 pub(crate) fn angle_about_axis(at: &JointConfiguration) -> f64 {
-    at.axis_child(0).dot(&at.axis(1)).atan2(at.axis_child(0).dot(&at.axis(0)))
+    libm::atan2(at.axis_child(0).dot(&at.axis(1)), at.axis_child(0).dot(&at.axis(0)))
 }
 
 /// Translation of the child's centre that removes the part of the gap in directions that the pair
@@ -392,6 +392,5 @@ impl PairKind {
 
 /// Rotation vector of the relative attitude `(m', n')` against `(m, n)`, in inertial components.
 pub(crate) fn relative_rotation_vector(at: &JointConfiguration) -> Vector3<f64> {
-    let relative = at.axes_child() * at.axes().transpose();
-    nalgebra::Rotation3::from_matrix_unchecked(relative).scaled_axis()
+    rotation::vector(&(at.axes_child() * at.axes().transpose()))
 }

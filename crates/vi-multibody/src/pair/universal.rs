@@ -86,6 +86,6 @@ pub fn coordinates(at: &JointConfiguration) -> [f64; super::MAX_DOF] {
     let second_axis = at.axis_child(0);
     let reference = at.axis(2); // n' coincides with n when θ_2 = 0
     let sine = reference.cross(&at.axis_child(2)).dot(&second_axis);
-    let second = sine.atan2(reference.dot(&at.axis_child(2)));
+    let second = libm::atan2(sine, reference.dot(&at.axis_child(2)));
     [super::angle_about_axis(at), second, 0.0, 0.0, 0.0, 0.0]
 }

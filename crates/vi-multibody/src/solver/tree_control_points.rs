@@ -6,7 +6,7 @@
 use crate::pair::{Transfer, Twist, VelocityMap};
 use crate::solver::articulated::Articulated;
 use crate::tree::Tree;
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::Vector3;
 use vi_constraints::galerkin::ControlPointOperators;
 use vi_constraints::reparametrization::Emission;
 use vi_core::interval::Interval;
@@ -89,7 +89,7 @@ impl ControlPointOperators for TreeControlPoints {
         while at < u.len() {
             if rotations.next_if(|first| **first == at).is_some() {
                 let turn = rotation::exp(&vector(u, at)) * rotation::exp(&vector(first, at));
-                let theta = Rotation3::from_matrix_unchecked(turn).scaled_axis();
+                let theta = rotation::vector(&turn);
                 u[at..at + 3].copy_from_slice(theta.as_slice());
                 at += 3;
             } else {

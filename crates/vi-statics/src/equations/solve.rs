@@ -51,7 +51,7 @@ impl Equations {
         let d = self.unknowns();
         let near = |size: f64, exponent: f64| {
             let usable = size.is_finite() && size > f64::MIN_POSITIVE;
-            if usable { (exponent * size.log2()).round().exp2() } else { 1.0 }
+            if usable { libm::exp2((exponent * libm::log2(size)).round()) } else { 1.0 }
         };
         let least = SOFTEST * part * self.stiffest();
         for (i, scale) in self.scale[..d].iter_mut().enumerate() {

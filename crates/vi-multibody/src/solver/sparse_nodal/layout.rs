@@ -324,7 +324,8 @@ fn tangent_derivative(theta: &Vector3<f64>, w: &Vector3<f64>) -> Matrix3<f64> {
         };
         (series(1.0 / 24.0, 0.0), series(1.0 / 120.0, 1.0))
     } else {
-        ((x.sin() / x - 2.0 * a) / square, ((1.0 - x.cos()) / square - 3.0 * b) / square)
+        let (sin, cos) = libm::sincos(x);
+        ((sin / x - 2.0 * a) / square, ((1.0 - cos) / square - 3.0 * b) / square)
     };
     let hat = rotation::skew(theta);
     let (once, twice) = (hat * w, hat * (hat * w));

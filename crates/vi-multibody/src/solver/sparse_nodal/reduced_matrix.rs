@@ -134,7 +134,7 @@ impl ReducedMatrix {
         for (scale, diagonal) in self.scale.iter_mut().zip(&self.diagonal) {
             let size = diagonal.abs();
             let usable = size.is_finite() && size > f64::MIN_POSITIVE;
-            *scale = if usable { (-0.5 * size.log2()).round().exp2() } else { 1.0 };
+            *scale = if usable { libm::exp2((-0.5 * libm::log2(size)).round()) } else { 1.0 };
         }
         let Self { places, products, scale, factors, .. } = self;
         let emit = |out: &mut dyn Entries| {
