@@ -3,5 +3,6 @@
 pub mod compare;
 pub mod figures;
 pub mod notation;
+pub mod roundoff;
 pub mod stability;
 pub mod verify;

@@ -1,7 +1,7 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
 use std::process::ExitCode;
-use xtask::{compare, figures, notation, stability, verify};
+use xtask::{compare, figures, notation, roundoff, stability, verify};
 
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE] [--from FILE] [--age]
@@ -17,6 +17,9 @@ cargo xtask notation [--check]
 cargo xtask stability [TABLE]
                        which steps of a rotating blade are stable, into docs/stability.md; TABLE: linear, runs
                        or scaling alone
+cargo xtask roundoff [--of MODEL] [--parts N]
+                       how rounding errors add up over 10 and 100 million steps, into docs/round-off.md; MODEL: its
+                       rows alone, N: an N-th of the steps, printed only
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
@@ -51,6 +54,13 @@ fn main() -> ExitCode {
             Ok(()) => ExitCode::SUCCESS,
             Err(message) => {
                 eprintln!("stability: {message}");
+                ExitCode::FAILURE
+            }
+        },
+        ["roundoff", options @ ..] => match roundoff::run_with(options) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(message) => {
+                eprintln!("roundoff: {message}");
                 ExitCode::FAILURE
             }
         },
