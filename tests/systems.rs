@@ -12,6 +12,7 @@ mod a05_flyball_governor;
 mod allocation;
 mod beam_benchmarks;
 mod beam_models;
+mod bits;
 mod certificates;
 mod chain_and_top;
 mod compare;
@@ -52,6 +53,7 @@ mod slider_crank;
 mod start_rates;
 mod static_models;
 mod stiff_beams;
+mod substeps;
 mod work_and_energy;
 
 /// A file of this folder that no binary lists would not be compiled.

@@ -116,6 +116,9 @@ pub(crate) struct Run {
     /// Record every K-th step
     #[arg(long, value_name = "K")]
     pub(crate) every: Option<u64>,
+    /// Where a step is refused: end the run, or take that step in smaller parts
+    #[arg(long, value_name = "A", value_parser = ["stop", "substep"])]
+    pub(crate) on_failure: Option<String>,
     /// Formats of the trajectory
     #[arg(long, value_delimiter = ',', default_value = "csv")]
     pub(crate) format: Vec<Format>,
@@ -175,6 +178,7 @@ impl Run {
             ("step", self.step.map(number)),
             ("end", self.end.map(number)),
             ("every", self.every.map(|k| k.to_string())),
+            ("on_failure", self.on_failure.as_ref().map(|action| format!("{action:?}"))),
         ];
         let given = options.into_iter().filter_map(|(k, v)| Some((format!("simulation.{k}"), v?)));
         given.chain(self.model.set.iter().cloned()).collect()

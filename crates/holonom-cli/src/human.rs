@@ -33,7 +33,7 @@ pub(crate) fn summary(finished: &Finished) -> String {
 
 /// What the assembly of a model found.
 pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
-    let settings = &model.settings;
+    let (settings, measures) = (&model.settings, &report.measures);
     let redundant = match report.redundant.as_slice() {
         [] => "none".to_owned(),
         names => format!("{} in {}", report.counts.redundant_constraints, names.join(", ")),
@@ -46,10 +46,25 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
             format!("{}, {}", report.counts.coordinates, report.counts.constraints),
         ),
         ("redundant constraints", redundant),
+        (
+            "mass, extent",
+            format!("{} kg, {} m", rounded(measures.mass, 4), rounded(measures.extent, 4)),
+        ),
         ("initial position error", rounded(report.closure.position, 2)),
         ("initial velocity error", rounded(report.closure.velocity, 2)),
         ("simulation", plan(settings)),
     ];
+    let ranges = [
+        ("masses", measures.masses, "kg"),
+        ("moments of inertia", measures.inertias, "kg m²"),
+        ("stiffnesses of springs", measures.stiffnesses, "N/m"),
+    ];
+    let ranges = ranges.into_iter().filter_map(|(subject, range, unit)| {
+        let [least, most] = range.filter(|[least, most]| least != most)?.map(|x| rounded(x, 4));
+        Some((subject, format!("{least} to {most} {unit}")))
+    });
+    let place = rows.iter().position(|row| row.0 == "mass, extent").map_or(0, |k| k + 1);
+    rows.splice(place..place, ranges);
     if let Some(stiffness) = &report.stiffness {
         let found = format!(
             "{:.3} (element {} of {})",

@@ -7,6 +7,7 @@
 //! that is sensible: first everything that cannot be read, then everything that makes no sense, then
 //! every bar and joint that the initial values violate.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
@@ -52,7 +53,8 @@ pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, neare
 pub use section::{Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section};
 pub use sensor::{ReactionFrame, Sensor, SensorKind};
 pub use settings::{
-    Family, Header, HighOrder, LinearSolver, MAX_STEPS, Quadrature, Scheme, Settings, Start, Strain,
+    Family, Header, HighOrder, LinearSolver, MAX_STEPS, OnFailure, Quadrature, Scheme, Settings,
+    Start, Strain,
 };
 pub use shape::{Inertia, Shape, ShapeKind};
 

@@ -180,6 +180,21 @@ pub enum HighOrder {
     Galerkin,
 }
 
+/// What happens where a step is refused.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum OnFailure {
+    /// The run ends.
+    #[default]
+    Stop,
+    /// The step is taken in 2, 4, 8 … 1024 equal parts.
+    Substep,
+}
+
+fn is_stop(on_failure: &OnFailure) -> bool {
+    *on_failure == OnFailure::Stop
+}
+
 fn is_composition(method: &HighOrder) -> bool {
     *method == HighOrder::Composition
 }
@@ -265,6 +280,9 @@ pub struct Settings {
     /// Newton iterations of a step before it counts as failed.
     #[serde(default = "thirty")]
     pub newton_max_iterations: usize,
+    /// What happens where a step is refused.
+    #[serde(default, skip_serializing_if = "is_stop")]
+    pub on_failure: OnFailure,
 }
 
 fn one() -> u64 {
@@ -301,6 +319,7 @@ impl Settings {
             arc_length: false,
             newton_tolerance: 0.0,
             newton_max_iterations: thirty(),
+            on_failure: OnFailure::default(),
         }
     }
 

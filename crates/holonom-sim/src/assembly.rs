@@ -2,7 +2,9 @@
 
 use crate::agreement::{self, joint_key};
 use crate::beams::Beams;
+use crate::dynamics::Dynamics;
 use crate::limits::Stiffness;
+use crate::measures::{self, Measures};
 use crate::method::Method;
 use crate::unstable_steps::UnstableSteps;
 use holonom_model::{Beam, Family, Inconsistency, Level, Model, ModelError, Scheme};
@@ -47,6 +49,8 @@ pub struct AssemblyReport {
     pub counts: Counts,
     /// Joints and bars with redundant constraints, by name.
     pub redundant: Vec<String>,
+    /// Size, masses and stiffnesses.
+    pub measures: Measures,
     /// Violation of the constraints by the initial values.
     pub closure: Closure,
     /// The stiffest element against the step; `None` without beams.
@@ -62,6 +66,12 @@ pub struct AssemblyReport {
 }
 
 impl AssemblyReport {
+    /// Measures the model and warns of what looks like a slip.
+    pub(crate) fn measure(&mut self, model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) {
+        self.measures = Measures::of(model, mechanism, dynamics);
+        self.warnings.extend(measures::slips(model, mechanism, &self.measures));
+    }
+
     /// The initial configuration was relaxed: moved by `moved`, m; `speed`: of the steady rotation, rad/s.
     pub(crate) fn configuration_relaxed(&mut self, moved: f64, speed: f64) {
         let place = match speed {

@@ -4,6 +4,7 @@ use std::io;
 
 use crate::assembly::AssemblyReport;
 use crate::beams::Beams;
+use crate::divided_steps::DividedSteps;
 use crate::outcome::RunOutcome;
 use crate::outcome::StaticFacts;
 use crate::sample::{Member, MomentaNames, Sample};
@@ -32,6 +33,10 @@ pub trait Experiment {
     fn warnings(&self) -> Vec<String>;
     /// Facts of a continuation of equilibria; `None` for motions.
     fn statics(&self) -> Option<StaticFacts> {
+        None
+    }
+    /// Steps of a motion that were taken in smaller parts; `None` where there were none.
+    fn divided_steps(&self) -> Option<DividedSteps> {
         None
     }
     /// Steps taken, and the time that was reached, s.

@@ -24,6 +24,7 @@
 mod agreement;
 mod assembly;
 mod beams;
+mod divided_steps;
 mod drive;
 pub mod dynamics;
 mod effort;
@@ -31,6 +32,7 @@ mod energies;
 mod energy_watch;
 pub mod experiment;
 mod limits;
+mod measures;
 mod method;
 pub mod modes;
 mod names;

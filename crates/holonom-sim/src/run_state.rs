@@ -3,6 +3,7 @@
 //! The state of the integrator determines every later step. What is recorded of these steps also depends on sums and
 //! angles that are followed along the run: work, unwrapped angles and signs of sensors, angles of beam elements.
 
+use crate::divided_steps::DividedSteps;
 use crate::energy_watch::EnergyWatch;
 use serde::{Deserialize, Serialize};
 use vi_constraints::integrator::ResumeError;
@@ -17,6 +18,7 @@ pub struct RunState {
     pub(crate) sensors: Vec<Vec<f64>>, // unwrapped coordinates or a quaternion; empty where nothing is followed
     pub(crate) limits: Vec<Bent>,      // of each beam
     pub(crate) energy: EnergyWatch,
+    pub(crate) divided: DividedSteps,
     pub(crate) iterations: f64, // of Newton's method in the last step
 }
 

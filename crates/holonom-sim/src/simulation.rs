@@ -6,6 +6,8 @@
 //! the projected momentum alone, with `H_d` in the place of `E_d`.
 
 pub use crate::assembly::{AssemblyReport, Closure, StrainVariant};
+pub use crate::divided_steps::DividedSteps;
+pub use crate::measures::Measures;
 pub use crate::outcome::{RunFailure, RunOutcome};
 
 use crate::agreement;
@@ -22,7 +24,7 @@ use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::{Sensors, View};
 use crate::start::{self, How, Start};
 use crate::system::{self, System};
-use holonom_model::{Family, Model, ModelError, Problem, Scheme, Settings};
+use holonom_model::{Family, Model, ModelError, OnFailure, Problem, Scheme, Settings};
 use std::io;
 use vi_constraints::agreement::Dependence;
 pub use vi_constraints::integrator::ResumeError;
@@ -34,6 +36,9 @@ use vi_core::linear::{Singular, norm_inf};
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+
+/// Halvings of a step that is refused.
+const DIVISIONS: u32 = 10;
 
 /// The error for an element that is bent too far, with its remedy.
 fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (String, String) {
@@ -56,6 +61,7 @@ pub struct Simulation {
     energies: Energies,
     watch: EnergyWatch,
     method: Box<dyn Method>,
+    divided: DividedSteps,
     iterations: f64, // of the step that led to the present node
 }
 
@@ -89,6 +95,7 @@ impl Simulation {
         };
         agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
         let mut assembly = assembly::report(model, &*method, &beams, closure);
+        assembly.measure(model, method.mechanism(), &dynamics);
         if let How::Relaxed { speed } = start.how {
             let moved = q.iter().zip(&start.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assembly.configuration_relaxed(moved, speed);
@@ -125,6 +132,7 @@ impl Simulation {
             watch,
             energies,
             method,
+            divided: DividedSteps::default(),
             iterations,
         })
     }
@@ -169,7 +177,8 @@ impl Simulation {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         let known = self.assembly.warnings.iter().cloned();
-        known.chain(self.limits.warnings()).chain(self.watch.warning()).collect()
+        let found = self.limits.warnings().into_iter().chain(self.watch.warning());
+        known.chain(found).chain(self.divided.warning()).collect()
     }
 
     /// The integrator of a variational scheme at its present node; from now on nodes have multipliers.
@@ -194,7 +203,7 @@ impl Simulation {
     /// # Errors
     /// [`StepError`]; the state is then what it was.
     pub fn step(&mut self) -> Result<StepReport, StepError> {
-        self.method.step()
+        self.method.step(1)
     }
 
     /// The present configuration, members one after the other.
@@ -323,6 +332,7 @@ impl Simulation {
             sensors: self.sensors.state(),
             limits: self.limits.state(),
             energy: self.watch,
+            divided: self.divided,
             iterations: self.iterations,
         }
     }
@@ -332,13 +342,13 @@ impl Simulation {
     /// # Errors
     /// [`ResumeError`]; the simulation is then what it was.
     pub fn resume(&mut self, state: RunState) -> Result<(), ResumeError> {
-        let RunState { motion, sensors: followed, limits, energy, iterations } = state;
+        let RunState { motion, sensors: followed, limits, energy, divided, iterations } = state;
         let mut sensors = self.sensors.clone();
         sensors.resume(&followed)?;
         same_length("the list of beams", limits.len(), self.limits.state().len())?;
         self.method.resume(motion)?;
         self.limits.resume(&limits);
-        self.watch = energy;
+        (self.watch, self.divided) = (energy, divided);
         (self.sensors, self.iterations) = (sensors, iterations);
         Ok(())
     }
@@ -356,16 +366,14 @@ impl Simulation {
         // at the start the multipliers of the step are of first order: sensors take the acceleration level
         let at_start = recorded && !first && multipliers && self.method.place().0 == 0;
         let start = if at_start { self.method.here(true).ok() } else { None };
-        match self.method.step() {
-            Err(error) => {
-                if recorded && !first {
-                    sample = self.read(|method| method.here(multipliers)).ok();
-                }
-                let failure = self.failure(&error);
-                (sample, Err(failure))
-            }
+        let whole = self.method.step(1);
+        if whole.is_err() && recorded && !first {
+            sample = self.read(|method| method.here(multipliers)).ok();
+        }
+        match whole.or_else(|refused| self.step_in_parts(refused)) {
+            Err(error) => (sample, Err(self.failure(&error))),
             Ok(report) => {
-                if recorded && !first {
+                if recorded && sample.is_none() {
                     let read = self.read(|method| {
                         let mut found = method.left()?;
                         if let Some(start) = start {
@@ -388,6 +396,22 @@ impl Simulation {
                 (sample, Ok(()))
             }
         }
+    }
+
+    /// A step that was refused as a whole, in ever smaller parts, where the model asks for that.
+    fn step_in_parts(&mut self, refused: StepError) -> Result<StepReport, StepError> {
+        if self.settings.on_failure == OnFailure::Stop {
+            return Err(refused);
+        }
+        let (_, start, _) = self.method.place();
+        let halvings = (1..=DIVISIONS).map(|k| 1 << k);
+        for parts in halvings {
+            if let Ok(report) = self.method.step(parts) {
+                self.divided.add(start, parts);
+                return Ok(report);
+            }
+        }
+        Err(refused)
     }
 
     /// A node as it is recorded.
@@ -524,6 +548,10 @@ impl Experiment for Simulation {
     }
     fn warnings(&self) -> Vec<String> {
         self.warnings()
+    }
+
+    fn divided_steps(&self) -> Option<DividedSteps> {
+        Some(self.divided).filter(|divided| divided.count > 0)
     }
     fn place(&self) -> (u64, f64) {
         let (step, t, _) = self.method.place();

@@ -236,6 +236,7 @@ impl Run<'_> {
         let mut summary = builder.so_far(self.model, simulation.assembly(), ended, wall);
         summary.warnings = simulation.warnings();
         summary.statics = simulation.statics();
+        summary.divided_steps = simulation.divided_steps();
         self.folder.write_summary(&summary)?;
         Ok(summary)
     }

@@ -59,8 +59,8 @@ pub(crate) struct Reading {
 
 /// A running integration by a scheme of either family.
 pub(crate) trait Method {
-    /// Takes a step; where it is refused, the state stays what it was.
-    fn step(&mut self) -> Result<StepReport, StepError>;
+    /// Takes a step as so many equal parts; where it is refused, the state stays what it was.
+    fn step(&mut self, parts: u32) -> Result<StepReport, StepError>;
     /// Step index, time and configuration of the present node.
     fn place(&self) -> (u64, f64, &[f64]);
     /// Whether a node is read before the step from it is taken: with composed steps no quantity of a

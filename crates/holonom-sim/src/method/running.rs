@@ -102,12 +102,12 @@ impl<S: Family> Running<S> {
 }
 
 impl<S: Family + 'static> Method for Running<S> {
-    fn step(&mut self) -> Result<StepReport, StepError> {
+    fn step(&mut self, parts: u32) -> Result<StepReport, StepError> {
         let Self { run, work, ended, .. } = self;
         let composed = run.reads_states();
         work.begin();
         let (mut action_rate, mut length) = (0.0, 0.0); // E_d = −∂/∂h of the action
-        let taken = run.step_with(&mut |system, mechanism, step| {
+        let taken = run.step_in_parts(parts, &mut |system, mechanism, step| {
             system.add_work(mechanism, step, work);
             if composed {
                 action_rate += system.action_rate(step);

@@ -12,9 +12,11 @@
 //! always changes it.
 
 use std::fs::{self, File};
+use std::hash::Hasher;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
+use fnv::FnvHasher;
 use serde::{Deserialize, Serialize};
 
 use super::file::{OutputError, at};
@@ -34,7 +36,7 @@ const TEMPORARY: &str = "checkpoint.tmp";
 const FILES: [&str; 4] = [CHECKPOINTS[0], CHECKPOINTS[1], REFUSED, TEMPORARY];
 
 const MAGIC: [u8; 8] = *b"holonom\x1a";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const HEAD: usize = 36;
 const LEVEL: i32 = 3; // of the compression
 
@@ -164,8 +166,9 @@ impl Checkpoint {
 
 /// The FNV-1a hash of several pieces, one after the other.
 fn fnv(pieces: &[&[u8]]) -> u64 {
-    let add = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
-    pieces.iter().copied().flatten().fold(0xcbf2_9ce4_8422_2325, add)
+    let mut hasher = FnvHasher::default();
+    pieces.iter().for_each(|piece| hasher.write(piece));
+    hasher.finish()
 }
 
 /// Refuses a folder in which a file that is no checkpoint has the name of one.

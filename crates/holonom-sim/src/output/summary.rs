@@ -3,6 +3,7 @@
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::assembly::{AssemblyReport, Counts, StrainVariant};
+use crate::divided_steps::DividedSteps;
 use crate::outcome::StaticFacts;
 use crate::outcome::{RunFailure, RunOutcome};
 use crate::sample::Sample;
@@ -171,6 +172,9 @@ pub struct Summary {
     /// Facts of a continuation of equilibria; absent for motions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub statics: Option<StaticFacts>,
+    /// Steps that were refused as a whole and taken in smaller parts; absent where there were none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub divided_steps: Option<DividedSteps>,
     /// What is worth knowing about the assembly and the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
@@ -308,6 +312,7 @@ impl SummaryBuilder {
             momentum: MomentumSummary { linear: drift(self.linear), angular: drift(self.angular) },
             constraint_residual: ConstraintSummary { position, velocity, momentum },
             statics: None,
+            divided_steps: None,
             warnings: assembly.warnings.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         }

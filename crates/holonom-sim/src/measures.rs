@@ -1,0 +1,155 @@
+//! Size, masses and stiffnesses of a model at a glance, and what in them looks like a slip of units.
+
+use crate::dynamics::Dynamics;
+use holonom_model::{Body, Model};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use vi_core::linear::norm_inf;
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::pair::joint::FrameId;
+
+/// Ratio of masses from which on one of them is probably wrong.
+const MASSES: f64 = 1e6;
+/// A joint is farther from the centre of mass than so many sizes of the shape.
+const FAR: f64 = 20.0;
+/// Edge or radius of a shape that is probably stated in millimetres, m.
+const HUGE: f64 = 1e3;
+
+/// A model in a few numbers; each range is the smallest and the largest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Measures {
+    /// Mass of all that can move, kg.
+    pub mass: f64,
+    /// Diagonal of the box around centres of mass, joints, nodes and point masses, m.
+    pub extent: f64,
+    /// Masses of bodies and point masses that can move, kg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub masses: Option<[f64; 2]>,
+    /// Principal moments of inertia of these bodies, kg·m².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inertias: Option<[f64; 2]>,
+    /// Stiffnesses of springs between points, N/m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stiffnesses: Option<[f64; 2]>,
+}
+
+/// The smallest and the largest of numbers; `None` of none.
+fn range(numbers: impl Iterator<Item = f64> + Clone) -> Option<[f64; 2]> {
+    Some([numbers.clone().reduce(f64::min)?, numbers.reduce(f64::max)?])
+}
+
+fn moving(model: &Model) -> impl Iterator<Item = &Body> + Clone {
+    model.bodies.iter().filter(|body| !body.fixed)
+}
+
+impl Measures {
+    /// Of an assembled model at its initial configuration.
+    pub(crate) fn of(model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) -> Self {
+        let masses = moving(model).map(Body::mass).chain(model.particles.iter().map(|p| p.mass));
+        let moments = |body: &Body| {
+            let moments: [f64; 3] = body.inertia_tensor().symmetric_eigenvalues().into();
+            moments
+        };
+        Self {
+            mass: mass(model, mechanism, dynamics),
+            extent: extent(mechanism),
+            masses: range(masses),
+            inertias: range(moving(model).flat_map(moments)),
+            stiffnesses: range(model.springs.iter().map(|spring| spring.stiffness)),
+        }
+    }
+}
+
+/// `½ v̇ᵀ M v̇` of a translation with 1 m/s, twice; without the bodies that are fixed.
+fn mass(model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) -> f64 {
+    let description = mechanism.description();
+    let frames = 12 * description.bodies.len();
+    let starts = (0..frames).step_by(12);
+    let n = mechanism.initial_configuration().len();
+    let mut v = vec![0.0; n];
+    starts.chain((frames..n).step_by(description.dimension)).for_each(|i| v[i] = 1.0);
+    let mut p = vec![0.0; n];
+    dynamics.parts.mass_matrix(mechanism).mul_add(1.0, &v, &mut p);
+    let fixed: f64 = model.bodies.iter().filter(|body| body.fixed).map(Body::mass).sum();
+    p.iter().zip(&v).map(|(p, v)| p * v).sum::<f64>() - fixed
+}
+
+/// Diagonal of the box around all places of the mechanism, m.
+fn extent(mechanism: &Mechanism) -> f64 {
+    let (description, q) = (mechanism.description(), mechanism.initial_configuration());
+    let (frames, particles) = q.split_at(12 * description.bodies.len());
+    let centers = frames.chunks_exact(12).map(|frame| Vector3::from_column_slice(&frame[..3]));
+    let points = particles.chunks_exact(description.dimension).map(|x| {
+        let at = |i: usize| x.get(i).copied().unwrap_or_default();
+        Vector3::new(at(0), at(1), at(2))
+    });
+    let joints = description.joints.iter().map(|joint| joint.child.point().at(&q));
+    let places: Vec<Vector3<f64>> = centers.chain(points).chain(joints).collect();
+    let side = |i: usize| range(places.iter().map(|x| x[i])).map_or(0.0, |[a, b]| b - a);
+    Vector3::new(side(0), side(1), side(2)).norm()
+}
+
+/// What looks like a slip, with what to look at.
+pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -> Vec<String> {
+    let mut found = Vec::new();
+    if let Some([least, most]) = measures.masses.filter(|[least, most]| *most > MASSES * least) {
+        found.push(format!("masses from {least:e} kg to {most:e} kg: check their units"));
+    }
+    for body in &model.bodies {
+        let turn = body.rotation_vector.map_or(0.0, |vector| Vector3::from(vector).norm());
+        if turn > std::f64::consts::TAU {
+            let name = &body.name;
+            found.push(format!(
+                "`rotation_vector` of body `{name}` is {turn:.1} rad: more than a turn; degrees?"
+            ));
+        }
+        let size = body.shape.as_ref().map_or(0.0, |shape| norm_inf(&shape.dimensions));
+        if size >= HUGE {
+            let name = &body.name;
+            found.push(format!(
+                "the shape of body `{name}` measures {size} m: dimensions are in metres"
+            ));
+        }
+    }
+    found.extend(far_joints(model, mechanism));
+    if model.gravity() != [0.0; 3] && !is_held(model, mechanism) {
+        found.push("nothing is joined to the ground: the whole system falls".to_owned());
+    }
+    found
+}
+
+/// Joints far from the shape of a body.
+fn far_joints(model: &Model, mechanism: &Mechanism) -> Vec<String> {
+    let mut found = Vec::new();
+    for joint in &mechanism.description().joints {
+        for side in [&joint.parent, &joint.child] {
+            let FrameId::Frame(k) = side.frame else { continue };
+            let Some((body, shape)) =
+                model.bodies.get(k).and_then(|body| Some((body, body.shape.as_ref()?)))
+            else {
+                continue;
+            };
+            let (far, size) = (side.anchor.norm(), norm_inf(&shape.dimensions));
+            if far > FAR * size {
+                found.push(format!(
+                    "joint `{}` is {far:.3} m from the centre of mass of body `{}`, whose shape measures {size} m",
+                    joint.name, body.name
+                ));
+            }
+        }
+    }
+    found
+}
+
+/// Whether something ties the system to the ground.
+fn is_held(model: &Model, mechanism: &Mechanism) -> bool {
+    let ground = |name: &String| name == "ground";
+    mechanism
+        .description()
+        .joints
+        .iter()
+        .any(|joint| [joint.parent.frame, joint.child.frame].contains(&FrameId::Ground))
+        || model.bars.iter().any(|bar| ground(&bar.from) || ground(&bar.to))
+        || model.springs.iter().any(|spring| ground(&spring.from) || ground(&spring.to))
+        || !mechanism.description().scalars.is_empty()
+}
