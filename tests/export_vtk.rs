@@ -131,7 +131,9 @@ for frame in frames:
     for name in ["bodies", "beam_surfaces"]: # closed, and facing outwards
         if name in blocks and blocks[name].GetNumberOfPoints():
             mass = vtk.vtkMassProperties()
-            mass.SetInputData(blocks[name])
+            triangles = vtk.vtkTriangleFilter()
+            triangles.SetInputData(blocks[name])
+            mass.SetInputConnection(triangles.GetOutputPort())
             assert mass.GetVolume() > 0
 print(compared)
 "#;

@@ -383,7 +383,7 @@ pub(crate) struct Export {
     /// The file to write, for vtk a folder; by default DIR.npz, DIR-vtk or DIR.glb in the current folder
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Frames of vtk and gltf at most, evenly spread over the recorded nodes; 600 by default
+    /// Frames at most, evenly spread over the recorded nodes; by default 200 for vtk, 600 for gltf
     #[arg(long, value_name = "N", value_parser = frames)]
     pub(crate) frames: Option<usize>,
     /// Replace the file if it exists

@@ -1,6 +1,6 @@
 //! `holonom export`: the results of a run for other programs.
 
-use holonom::export::{ExportError, Exported, FRAMES, export as write};
+use holonom::export::{ExportError, Exported, export as write};
 
 use crate::arguments::Export;
 use crate::failure::Failure;
@@ -9,7 +9,7 @@ use crate::stderr;
 
 pub(crate) fn export(arguments: &Export) -> Result<(), Failure> {
     let Export { dir, format, frames, .. } = arguments;
-    if frames.is_some() && !format.has_frames() {
+    if frames.is_some() && format.frames().is_none() {
         return Err(Failure::Usage {
             message: format!("{} holds all recorded nodes: --frames does not apply", format.name()),
             help: "leave it out, or choose --format vtk or --format gltf".into(),
@@ -26,8 +26,8 @@ pub(crate) fn export(arguments: &Export) -> Result<(), Failure> {
             help: "add --force to replace it, or choose another file with -o FILE".into(),
         });
     }
-    let written = write(&folder, *format, &to, frames.unwrap_or(FRAMES));
-    let Exported { frames, recorded, slower } = written.map_err(|error| match error {
+    let written = write(&folder, *format, &to, *frames);
+    let Exported { frames, recorded, pace } = written.map_err(|error| match error {
         ExportError::Foreign { .. } => Failure::Usage {
             message: error.to_string(),
             help: "only a folder that was exported before is replaced: choose another with -o"
@@ -39,8 +39,8 @@ pub(crate) fn export(arguments: &Export) -> Result<(), Failure> {
         let more = "--frames N changes their number";
         stderr::line(&format!("note: {frames} of {recorded} recorded nodes; {more}"));
     }
-    if slower != 1.0 {
-        stderr::line(&format!("note: 1 s of the motion is {slower} s of the animation"));
+    if let Some(pace) = pace {
+        stderr::line(&format!("note: 1 s of the motion is {pace} s of the animation"));
     }
     stderr::line(&to.display().to_string());
     Ok(())

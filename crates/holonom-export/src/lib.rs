@@ -27,9 +27,6 @@ use std::path::{Path, PathBuf};
 use run::Run;
 use table::Results;
 
-/// Frames that are written where nothing else is asked for.
-pub const FRAMES: usize = 600;
-
 /// A format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
@@ -75,10 +72,14 @@ impl Format {
         }
     }
 
-    /// Whether it holds frames, not all recorded nodes.
+    /// Frames that it holds at most where nothing else is asked for; `None`: it holds all recorded nodes.
     #[must_use]
-    pub fn has_frames(self) -> bool {
-        self != Self::Npz
+    pub fn frames(self) -> Option<usize> {
+        match self {
+            Self::Npz => None,
+            Self::Vtk => Some(200),
+            Self::Gltf => Some(600),
+        }
     }
 }
 
@@ -89,8 +90,8 @@ pub struct Exported {
     pub frames: usize,
     /// Recorded nodes of the run.
     pub recorded: usize,
-    /// Seconds of the animation for one of the motion; in statics for one equilibrium.
-    pub slower: f64,
+    /// Seconds of an animation for one of the motion, where that would be too short or too long.
+    pub pace: Option<f64>,
 }
 
 /// Why nothing is exported.
@@ -126,8 +127,8 @@ pub enum ExportError {
     },
 }
 
-/// Writes the results of a folder to a file or folder, whole or not at all; what is there is replaced. At most `frames`
-/// frames, two at least, evenly spread over the recorded nodes, where the format has frames.
+/// Writes the results of a folder to a file or folder, whole or not at all; what is there is replaced. Where the format has
+/// frames, they are evenly spread over the recorded nodes: `frames` at most, two at least; `None`: [`Format::frames`].
 ///
 /// # Errors
 /// [`ExportError`].
@@ -135,18 +136,19 @@ pub fn export(
     folder: &RunFolder,
     format: Format,
     to: &Path,
-    frames: usize,
+    frames: Option<usize>,
 ) -> Result<Exported, ExportError> {
     let failed = |error: std::io::Error| ExportError::Write {
         path: to.to_owned(),
         message: error.to_string(),
     };
+    let frames = frames.or(format.frames()).unwrap_or(usize::MAX);
     match format {
         Format::Npz => {
             let results = Results::read(folder)?;
             atomically(to, |file| npz::write(&results, file)).map_err(failed)?;
             let rows = results.trajectory.columns.first().map_or(0, Vec::len);
-            Ok(Exported { frames: rows, recorded: rows, slower: 1.0 })
+            Ok(Exported { frames: rows, recorded: rows, pace: None })
         }
         Format::Vtk => {
             let run = Run::open(folder, frames)?;

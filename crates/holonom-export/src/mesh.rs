@@ -19,10 +19,15 @@ pub(crate) struct Mesh {
 }
 
 /// A corner of the profile of a surface of revolution.
+#[derive(Clone, Copy)]
 struct Corner {
     radius: f64,
     height: f64,
     normal: [f64; 2], // outwards, along the axis
+}
+
+fn corner(radius: f64, height: f64, normal: [f64; 2]) -> Corner {
+    Corner { radius, height, normal }
 }
 
 impl Mesh {
@@ -47,59 +52,56 @@ impl Mesh {
 
     /// Radius 1 and height 1 about the origin, along the third axis.
     pub(crate) fn cylinder() -> Self {
+        let (down, out, up) = ([0.0, -1.0], [1.0, 0.0], [0.0, 1.0]);
         Self::revolution(&[
-            (0.0, -0.5, [0.0, -1.0]),
-            (1.0, -0.5, [0.0, -1.0]),
-            (1.0, -0.5, [1.0, 0.0]),
-            (1.0, 0.5, [1.0, 0.0]),
-            (1.0, 0.5, [0.0, 1.0]),
-            (0.0, 0.5, [0.0, 1.0]),
+            &[corner(0.0, -0.5, down), corner(1.0, -0.5, down)],
+            &[corner(1.0, -0.5, out), corner(1.0, 0.5, out)],
+            &[corner(1.0, 0.5, up), corner(0.0, 0.5, up)],
         ])
     }
 
     /// Base of radius 1 in the plane of the first two axes, tip at −1 on the third.
     pub(crate) fn cone() -> Self {
+        let (out, up) = ([1.0, -1.0], [0.0, 1.0]);
         Self::revolution(&[
-            (0.0, -1.0, [1.0, -1.0]),
-            (1.0, 0.0, [1.0, -1.0]),
-            (1.0, 0.0, [0.0, 1.0]),
-            (0.0, 0.0, [0.0, 1.0]),
+            &[corner(0.0, -1.0, out), corner(1.0, 0.0, out)],
+            &[corner(1.0, 0.0, up), corner(0.0, 0.0, up)],
         ])
     }
 
     /// Radius 1 about the origin.
     pub(crate) fn sphere() -> Self {
-        let corner = |k: usize| {
+        let at = |k: usize| {
             let (sin, cos) = (std::f64::consts::PI * (k as f64 / PARTS as f64 - 0.5)).sin_cos();
-            let radius = if k % PARTS == 0 { 0.0 } else { cos };
-            (radius, sin, [cos, sin])
+            let radius = if k.is_multiple_of(PARTS) { 0.0 } else { cos };
+            corner(radius, sin, [cos, sin])
         };
-        Self::revolution(&(0..=PARTS).map(corner).collect::<Vec<_>>())
+        Self::revolution(&[&(0..=PARTS).map(at).collect::<Vec<_>>()])
     }
 
-    /// About the third axis; the profile goes upwards on the outside: radius, height, normal.
-    fn revolution(profile: &[(f64, f64, [f64; 2])]) -> Self {
-        let corner = |&(radius, height, normal): &_| Corner { radius, height, normal };
-        let profile: Vec<Corner> = profile.iter().map(corner).collect();
+    /// About the third axis; the smooth parts of the profile go upwards on the outside.
+    fn revolution(profile: &[&[Corner]]) -> Self {
         let mut mesh = Self::default();
-        for Corner { radius, height, normal: [across, up] } in &profile {
-            for side in 0..SIDES {
-                let (sin, cos) = (std::f64::consts::TAU * side as f64 / SIDES as f64).sin_cos();
-                let normal = Vector3::new(across * cos, across * sin, *up).normalize();
-                mesh.points.push([radius * cos, radius * sin, *height]);
-                mesh.normals.push(normal.into());
-            }
-        }
-        for (ring, pair) in profile.windows(2).enumerate() {
-            let low = (ring * SIDES) as u32;
-            for (side, next) in (0..SIDES as u32).map(|s| (s, (s + 1) % SIDES as u32)) {
-                let high = low + SIDES as u32;
-                let same = pair[0].radius == pair[1].radius && pair[0].height == pair[1].height;
-                if pair[0].radius > 0.0 && !same {
-                    mesh.triangles.push([low + side, low + next, high + side]);
+        for part in profile {
+            let first = mesh.points.len() as u32;
+            for Corner { radius, height, normal: [across, up] } in *part {
+                for side in 0..SIDES {
+                    let (sin, cos) = (std::f64::consts::TAU * side as f64 / SIDES as f64).sin_cos();
+                    let normal = Vector3::new(across * cos, across * sin, *up).normalize();
+                    mesh.points.push([radius * cos, radius * sin, *height]);
+                    mesh.normals.push(normal.into());
                 }
-                if pair[1].radius > 0.0 && !same {
-                    mesh.triangles.push([high + side, low + next, high + next]);
+            }
+            let sides = SIDES as u32;
+            for (ring, pair) in (0..).zip(part.windows(2)) {
+                let (low, high) = (first + ring * sides, first + (ring + 1) * sides);
+                for (side, next) in (0..sides).map(|side| (side, (side + 1) % sides)) {
+                    if pair[0].radius > 0.0 {
+                        mesh.triangles.push([low + side, low + next, high + side]);
+                    }
+                    if pair[1].radius > 0.0 {
+                        mesh.triangles.push([high + side, low + next, high + next]);
+                    }
                 }
             }
         }

@@ -50,10 +50,11 @@ pub(crate) fn sections(nodes: usize) -> Vec<Section> {
     (0..=last).map(section).collect()
 }
 
-/// Corners of a section and their normals, along `d_1` and `d_2`; and its edges.
+/// Corners of a section and their normals, along `d_1` and `d_2`; all counterclockwise about `d_3`.
 struct Outline {
     corners: Vec<([f64; 2], [f64; 2])>,
-    edges: Vec<[u32; 2]>,
+    /// Its smooth parts, each by its corners.
+    parts: Vec<Vec<u32>>,
     /// Corners around it, each place once.
     around: Vec<u32>,
 }
@@ -71,7 +72,7 @@ impl Outline {
             let count = CORNERS as u32;
             return Self {
                 corners: (0..CORNERS).map(corner).collect(),
-                edges: (0..count).map(|k| [k, (k + 1) % count]).collect(),
+                parts: vec![(0..=count).map(|k| k % count).collect()],
                 around: (0..count).collect(),
             };
         }
@@ -85,18 +86,40 @@ impl Outline {
             ([-a, -b], [0.0, -1.0]),
             ([a, -b], [0.0, -1.0]),
         ];
-        Self { corners, edges: vec![[0, 1], [2, 3], [4, 5], [6, 7]], around: vec![0, 2, 4, 6] }
+        let parts = [[0, 1], [2, 3], [4, 5], [6, 7]].map(Vec::from).into();
+        Self { corners, parts, around: vec![0, 2, 4, 6] }
+    }
+}
+
+/// Triangles side by side: each corner from the third on makes one with the two before it, the first of them
+/// counterclockwise as seen from outside.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Strip {
+    /// The interval between nodes.
+    pub(crate) interval: usize,
+    pub(crate) corners: Vec<u32>,
+}
+
+impl Strip {
+    fn triangles(&self) -> impl Iterator<Item = [u32; 3]> {
+        let triangle = |(k, t): (usize, &[u32])| match k % 2 {
+            0 => [t[0], t[1], t[2]],
+            _ => [t[1], t[0], t[2]],
+        };
+        self.corners.windows(3).enumerate().map(triangle)
     }
 }
 
 /// The surface of a beam along a line of nodes.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tube {
-    pub(crate) mesh: Mesh,
+    /// Corners, m.
+    pub(crate) points: Vec<[f64; 3]>,
+    /// Unit vectors outwards at the corners.
+    pub(crate) normals: Vec<[f64; 3]>,
     /// The section of each corner.
     pub(crate) sections: Vec<Section>,
-    /// The interval between nodes of each triangle.
-    pub(crate) intervals: Vec<usize>,
+    pub(crate) strips: Vec<Strip>,
 }
 
 impl Tube {
@@ -114,41 +137,48 @@ impl Tube {
         let per = outline.corners.len() as u32;
         for (k, section) in sections.iter().enumerate().skip(1) {
             let interval = if section.place > 0.0 { section.node } else { section.node - 1 };
-            for [a, b] in &outline.edges {
-                let (low, high) = ((k as u32 - 1) * per, k as u32 * per);
-                tube.mesh.triangles.push([low + a, low + b, high + a]);
-                tube.mesh.triangles.push([high + a, low + b, high + b]);
-                tube.intervals.extend([interval; 2]);
+            let (low, high) = ((k as u32 - 1) * per, k as u32 * per);
+            for part in &outline.parts {
+                let corners = part.iter().flat_map(|c| [high + c, low + c]).collect();
+                tube.strips.push(Strip { interval, corners });
             }
         }
-        for (section, sign) in
-            sections.first().map(|s| (s, -1.0)).into_iter().chain(sections.last().map(|s| (s, 1.0)))
-        {
+        let ends = sections.first().map(|s| (s, -1.0)).into_iter();
+        for (section, sign) in ends.chain(sections.last().map(|s| (s, 1.0))) {
             tube.cap(&outline, nodes, section, sign);
         }
         tube
     }
 
+    /// The same as a surface of triangles.
+    pub(crate) fn mesh(&self) -> Mesh {
+        Mesh {
+            points: self.points.clone(),
+            normals: self.normals.clone(),
+            triangles: self.strips.iter().flat_map(Strip::triangles).collect(),
+        }
+    }
+
     fn push(&mut self, section: Section, point: Vector3<f64>, normal: Vector3<f64>) {
-        self.mesh.points.push(point.into());
-        self.mesh.normals.push(normal.try_normalize(0.0).unwrap_or_else(Vector3::z).into());
+        self.points.push(point.into());
+        self.normals.push(normal.try_normalize(0.0).unwrap_or_else(Vector3::z).into());
         self.sections.push(section);
     }
 
     /// The end of a line; `sign`: whether its normal is along `d_3` or against it.
     fn cap(&mut self, outline: &Outline, nodes: &[Pose], section: &Section, sign: f64) {
         let (center, [d1, d2]) = place(nodes, section);
-        let first = self.mesh.points.len() as u32;
+        let first = self.points.len() as u32;
         for corner in &outline.around {
             let [x, y] = outline.corners[*corner as usize].0;
             self.push(*section, center + d1 * x + d2 * y, sign * d1.cross(&d2));
         }
-        let interval = section.node;
-        for k in 1..outline.around.len() as u32 - 1 {
-            let [a, b] = if sign > 0.0 { [k, k + 1] } else { [k + 1, k] };
-            self.mesh.triangles.push([first, first + a, first + b]);
-            self.intervals.push(interval);
-        }
+        // from both sides of the first corner on in turn
+        let count = outline.around.len() as u32;
+        let zigzag = |k: u32| if k % 2 == 1 { k.div_ceil(2) } else { (count - k / 2) % count };
+        let turned = |k: u32| if sign > 0.0 { k } else { (count - k) % count };
+        let corners = (0..count).map(|k| first + turned(zigzag(k))).collect();
+        self.strips.push(Strip { interval: section.node, corners });
     }
 }
 
@@ -209,11 +239,11 @@ mod tests {
         let ellipse = 0.5 * CORNERS as f64 * (std::f64::consts::TAU / CORNERS as f64).sin() * 0.01;
         for (round, expected) in [(true, ellipse), (false, 0.08)] {
             let tube = Tube::new(&beam(round), &nodes);
-            let found = volume(&tube.mesh);
+            let mesh = tube.mesh();
+            let found = volume(&mesh);
             assert!((found - expected).abs() < 1e-14, "volume {found}, expected {expected}");
-            faces_outwards(&tube.mesh);
-            assert_eq!(tube.intervals.len(), tube.mesh.triangles.len());
-            assert_eq!(tube.sections.len(), tube.mesh.points.len());
+            faces_outwards(&mesh);
+            assert_eq!(tube.sections.len(), tube.points.len());
         }
     }
 
@@ -232,7 +262,7 @@ mod tests {
             let exact = pose(angle);
             worst = worst.max((center - exact.center).norm());
             worst = worst.max((d1 - exact.directors.column(0)).norm());
-            if section.place == 0.0 || section.place == 1.0 {
+            if section.place.fract() == 0.0 {
                 assert!((center - exact.center).norm() < 1e-15);
             }
         }

@@ -29,6 +29,8 @@ use motion::{Motion, quaternion, rests, single};
 const STATIC_RATE: f64 = 10.0;
 /// Shortest and longest animation, s.
 const LENGTHS: [f64; 2] = [1.0, 100.0];
+/// Rounding errors of a span of times, as a part of it.
+const ROUNDING: f64 = 1e-9;
 
 /// The file and what is said of it.
 #[derive(Debug)]
@@ -49,15 +51,16 @@ impl Scene {
             times.push(run.time(&frame, index));
             poses.push(run.poses(&frame));
         }
-        let slower = if run.is_static() { 1.0 / STATIC_RATE } else { slower(&times) };
+        let pace = if run.is_static() { None } else { pace(&times) };
+        let scale = if run.is_static() { 1.0 / STATIC_RATE } else { pace.unwrap_or(1.0) };
         let begin = times.first().copied().unwrap_or_default();
-        let times: Vec<f32> = times.iter().map(|t| ((t - begin) * slower) as f32).collect();
+        let times: Vec<f32> = times.iter().map(|t| ((t - begin) * scale) as f32).collect();
         // times that are one in single precision are one frame
         let kept: Vec<usize> =
             (0..times.len()).filter(|&k| k == 0 || times[k] > times[k - 1]).collect();
         let poses: Vec<&[Pose]> = kept.iter().map(|&k| &poses[k][..]).collect();
         let times: Vec<f32> = kept.iter().map(|&k| times[k]).collect();
-        let exported = Exported { frames: times.len(), recorded: run.recorded, slower };
+        let exported = Exported { frames: times.len(), recorded: run.recorded, pace };
         let mut writer = Writer::new(&run.model.header.name, &run.look.up, &times);
         writer.run(run, &poses);
         let (json, bytes) = writer.finish();
@@ -87,18 +90,17 @@ impl Scene {
     }
 }
 
-/// The factor of the times of an animation, a power of ten.
-fn slower(times: &[f64]) -> f64 {
-    let span = times.last().zip(times.first()).map_or(0.0, |(last, first)| last - first);
+/// The factor of the times of an animation, a power of ten; `None` for 1.
+fn pace(times: &[f64]) -> Option<f64> {
+    let span = times.last()? - times.first()?;
     let [shortest, longest] = LENGTHS;
-    if !(span > 0.0) || (shortest..=longest).contains(&span) {
-        return 1.0;
-    }
-    let exponent = match span < shortest {
-        true => (shortest / span).log10().ceil(),
-        false => (longest / span).log10().floor(),
+    let exponent = match span {
+        _ if span <= 0.0 => return None,
+        _ if span < shortest => ((shortest / span).log10() - ROUNDING).ceil(),
+        _ if span > longest => ((longest / span).log10() + ROUNDING).floor(),
+        _ => return None,
     };
-    10f64.powf(exponent)
+    Some(10f64.powf(exponent)).filter(|pace| pace.is_normal() && exponent.abs() >= 1.0)
 }
 
 /// Collects the parts of a file.
@@ -205,7 +207,7 @@ impl Writer {
     /// The node of a member.
     fn member(&mut self, name: &str, member: usize, poses: &[&[Pose]]) -> usize {
         let mut motion = Motion::default();
-        poses.iter().for_each(|frame| motion.push(&frame[member], [1.0; 3]));
+        poses.iter().for_each(|frame| motion.push(&frame[member], None));
         self.moving(name, motion)
     }
 
@@ -215,8 +217,8 @@ impl Writer {
         let mut node = json!({ "name": name });
         node["translation"] = json!(translations[0]);
         node["rotation"] = json!(rotations[0]);
-        if scales[0] != [1.0; 3] || !rests(scales) {
-            node["scale"] = json!(scales[0]);
+        if let Some(scale) = scales.first() {
+            node["scale"] = json!(scale);
         }
         let index = self.node(node, 0);
         let Some(times) = self.times else { return index };
@@ -283,10 +285,11 @@ impl Writer {
         let (joints, weights): (Vec<_>, Vec<_>) =
             skin.tube.sections.iter().map(skin::influence).unzip();
         let world = self.world;
-        let mut attributes = self.attributes(&skin.tube.mesh, &world);
+        let surface = skin.tube.mesh();
+        let mut attributes = self.attributes(&surface, &world);
         attributes["JOINTS_0"] = json!(self.buffer.joints(&joints));
         attributes["WEIGHTS_0"] = json!(self.buffer.weights(&weights));
-        let mesh = self.primitive(name, &skin.tube.mesh, attributes, color);
+        let mesh = self.primitive(name, &surface, attributes, color);
         let nodes: Vec<usize> = skin.nodes.clone().map(|member| held[member]).collect();
         let binds: Vec<[f32; 16]> =
             first[skin.nodes.clone()].iter().map(|pose| skin::inverse_bind(pose, &world)).collect();
@@ -306,7 +309,8 @@ impl Writer {
             let directors = along(&(to - from)).unwrap_or_else(Matrix3::identity);
             let pose = Pose { center: 0.5 * (from + to), directors };
             // of two ends at one point nothing is seen, but the scale stays one that can be inverted
-            motion.push(&pose, [thick, thick, (to - from).norm().max(1e-6 * symbol)]);
+            let length = (to - from).norm().max(1e-6 * symbol);
+            motion.push(&pose, Some([thick, thick, length]));
         }
         let mesh = self.mesh(&line.name, &Mesh::cylinder(), INK);
         let node = self.moving(&line.name, motion);
@@ -349,4 +353,30 @@ impl Writer {
 fn linear(component: u8) -> f64 {
     let c = f64::from(component) / 255.0;
     if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_animation_lasts_from_one_second_to_a_hundred() {
+        for (span, expected) in [
+            (0.0, None),
+            (1.0, None),
+            (100.0, None),
+            (0.99, Some(10.0)),
+            (0.01, Some(100.0)),
+            (2e-7, Some(1e7)),
+            (101.0, Some(0.1)),
+            (86400.0, Some(1e-3)),
+        ] {
+            let found = pace(&[3.0, 3.5, 3.0 + span]);
+            let same = match (found, expected) {
+                (Some(found), Some(expected)) => (found / expected - 1.0_f64).abs() < 1e-12,
+                (found, expected) => found == expected,
+            };
+            assert!(same, "{span} s: {found:?}, expected {expected:?}");
+        }
+    }
 }

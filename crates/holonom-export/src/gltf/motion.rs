@@ -11,18 +11,19 @@ pub(super) struct Motion {
     pub(super) translations: Vec<[f32; 3]>,
     /// Unit quaternions `x, y, z, w` whose sign does not jump.
     pub(super) rotations: Vec<[f32; 4]>,
+    /// Empty for 1.
     pub(super) scales: Vec<[f32; 3]>,
 }
 
 impl Motion {
     /// Adds a frame.
-    pub(super) fn push(&mut self, pose: &Pose, scale: [f64; 3]) {
+    pub(super) fn push(&mut self, pose: &Pose, scale: Option<[f64; 3]>) {
         self.translations.push(single(&pose.center));
         let rotation = quaternion(&pose.directors);
         let dot = |last: &[f32; 4]| last.iter().zip(&rotation).map(|(a, b)| a * b).sum::<f32>();
         let flip = self.rotations.last().is_some_and(|last| dot(last) < 0.0);
         self.rotations.push(rotation.map(|q| if flip { -q } else { q }));
-        self.scales.push(scale.map(|s| s as f32));
+        self.scales.extend(scale.map(|scale| scale.map(|s| s as f32)));
     }
 }
 
@@ -54,7 +55,7 @@ mod tests {
         for k in 0..200 {
             let turn = nalgebra::Rotation3::from_axis_angle(&axis, 0.1 * f64::from(k));
             let pose = Pose { center: Vector3::zeros(), directors: turn.into_inner() };
-            motion.push(&pose, [1.0; 3]);
+            motion.push(&pose, None);
         }
         for pair in motion.rotations.windows(2) {
             let dot: f32 = pair[0].iter().zip(&pair[1]).map(|(a, b)| a * b).sum();

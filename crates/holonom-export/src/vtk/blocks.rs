@@ -187,13 +187,14 @@ impl Scene<'_> {
             for leg in beam.legs() {
                 let tube = Tube::new(&beam.beam, &self.poses[1][leg.clone()]);
                 let first = data.points.len() as u32;
-                data.points.extend(tube.mesh.points);
-                normals.extend(tube.mesh.normals.iter().flatten().map(|n| *n as f32));
-                data.triangles.extend(tube.mesh.triangles.iter().map(|t| t.map(|i| first + i)));
-                beams.extend(std::iter::repeat_n(k as i32, tube.intervals.len()));
-                colors.extend([beam.color].repeat(tube.intervals.len()).concat());
-                let own = tube.intervals.iter().map(|i| self.sections[k].get(before + i).copied());
-                sections.extend(own);
+                data.points.extend(tube.points);
+                normals.extend(tube.normals.iter().flatten().map(|n| *n as f32));
+                for strip in tube.strips {
+                    data.strips.push(strip.corners.iter().map(|corner| first + corner).collect());
+                    beams.push(k as i32);
+                    colors.extend(beam.color);
+                    sections.push(self.sections[k].get(before + strip.interval).copied());
+                }
                 before += leg.len() - 1;
             }
         }

@@ -82,7 +82,7 @@ pub(crate) fn write(run: &Run<'_>, to: &Path) -> Result<Exported, ExportError> {
         times.push(time);
     }
     collection(&to.join(COLLECTION), &times).map_err(failed)?;
-    Ok(Exported { frames: times.len(), recorded: run.recorded, slower: 1.0 })
+    Ok(Exported { frames: times.len(), recorded: run.recorded, pace: None })
 }
 
 /// The files that tell more than where everything is.

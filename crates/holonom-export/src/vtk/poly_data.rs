@@ -103,13 +103,14 @@ impl Array {
     }
 }
 
-/// Points, lines of two points and triangles; cells are counted in this order: points, lines, triangles.
+/// Points and cells, which are counted in this order: points, lines of two points, strips of triangles, triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct PolyData {
     pub(super) points: Vec<[f64; 3]>,
     /// Whether each point is a cell.
     pub(super) vertices: bool,
     pub(super) lines: Vec<[u32; 2]>,
+    pub(super) strips: Vec<Vec<u32>>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) point_data: Vec<Array>,
     pub(super) cell_data: Vec<Array>,
@@ -133,10 +134,11 @@ impl PolyData {
         writeln!(
             out,
             "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" \
-             NumberOfStrips=\"0\" NumberOfPolys=\"{}\">",
+             NumberOfStrips=\"{}\" NumberOfPolys=\"{}\">",
             self.points.len(),
             vertices.len(),
             self.lines.len(),
+            self.strips.len(),
             self.triangles.len()
         )?;
         section(out, "PointData", &self.point_data)?;
@@ -144,6 +146,7 @@ impl PolyData {
         section(out, "Points", &[Array::vectors("Points", &self.points)])?;
         cells(out, "Verts", &vertices)?;
         cells(out, "Lines", &self.lines)?;
+        cells(out, "Strips", &self.strips)?;
         cells(out, "Polys", &self.triangles)?;
         writeln!(out, "</Piece>\n</PolyData>\n</VTKFile>")
     }
@@ -157,9 +160,14 @@ fn section(out: &mut impl Write, name: &str, arrays: &[Array]) -> io::Result<()>
     writeln!(out, "</{name}>")
 }
 
-fn cells<const N: usize>(out: &mut impl Write, name: &str, cells: &[[u32; N]]) -> io::Result<()> {
-    let corners = cells.iter().flatten().map(|k| *k as i32).collect();
-    let ends = (1..=cells.len()).map(|k| (k * N) as i32).collect();
+fn cells<C: AsRef<[u32]>>(out: &mut impl Write, name: &str, cells: &[C]) -> io::Result<()> {
+    let corners = cells.iter().flat_map(|cell| cell.as_ref()).map(|k| *k as i32).collect();
+    let mut end = 0;
+    let end = |cell: &C| {
+        end += cell.as_ref().len() as i32;
+        end
+    };
+    let ends = cells.iter().map(end).collect();
     let arrays = [
         Array::scalars("connectivity", Values::Int32(corners)),
         Array::scalars("offsets", Values::Int32(ends)),

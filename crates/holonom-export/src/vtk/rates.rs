@@ -62,7 +62,7 @@ impl Rates {
         let mover = |(member, pose): &(&Member, Pose)| {
             let name = &member.name;
             let of = |kind: SensorKind| {
-                let central = |s: &&Sensor| s.point.is_none_or(|point| point == [0.0; 3]);
+                let central = |s: &&Sensor| s.point.is_none_or(|at| at.iter().all(|x| *x == 0.0));
                 let mut own = model.sensors.iter().filter(|s| s.kind == kind && s.of == *name);
                 let sensor = own.find(central)?;
                 sensors.as_ref()?.column(&format!("{}.x", sensor.name))
