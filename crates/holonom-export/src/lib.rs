@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod coil;
 mod gltf;
 mod look;
 mod mesh;

@@ -17,8 +17,9 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
+use crate::coil::coil;
 use crate::look::{Color, INK, NamedLine, point, symbol};
-use crate::mesh::{Mesh, along};
+use crate::mesh::{Mesh, along, stick};
 use crate::run::Run;
 use crate::tube::Pose;
 use crate::{ExportError, Exported};
@@ -300,19 +301,25 @@ impl Writer {
         self.nodes.push(json!({ "name": name, "mesh": mesh, "skin": self.skins.len() - 1 }));
     }
 
-    /// A bar or a spring: a stick between its ends.
+    /// A bar or a spring between its ends, which is as long as it is at the first frame and scaled along.
     fn line(&mut self, line: &NamedLine, poses: &[&[Pose]], symbol: f64) {
-        let thick = if line.spring { 0.6 } else { 0.4 } * symbol;
+        let ends = |frame: &[Pose]| [&line.line.from, &line.line.to].map(|end| point(end, frame));
+        // of two ends at one point nothing is seen, but the scale stays one that can be inverted
+        let length = |[from, to]: &[Vector3<f64>; 2]| (to - from).norm().max(1e-6 * symbol);
+        let first = poses.first().map_or(symbol, |frame| length(&ends(frame)));
         let mut motion = Motion::default();
         for frame in poses {
-            let [from, to] = [&line.line.from, &line.line.to].map(|end| point(end, frame));
-            let directors = along(&(to - from)).unwrap_or_else(Matrix3::identity);
-            let pose = Pose { center: 0.5 * (from + to), directors };
-            // of two ends at one point nothing is seen, but the scale stays one that can be inverted
-            let length = (to - from).norm().max(1e-6 * symbol);
-            motion.push(&pose, Some([thick, thick, length]));
+            let both = ends(frame);
+            let directors = along(&(both[1] - both[0])).unwrap_or_else(Matrix3::identity);
+            let pose = Pose { center: 0.5 * (both[0] + both[1]), directors };
+            motion.push(&pose, Some([1.0, 1.0, length(&both) / first]));
         }
-        let mesh = self.mesh(&line.name, &Mesh::cylinder(), INK);
+        let half = Vector3::z() * (0.5 * first);
+        let mesh = match line.spring {
+            true => coil(1.2 * symbol, first, 0.25 * symbol),
+            false => stick(&-half, &half, 0.4 * symbol).unwrap_or_default(),
+        };
+        let mesh = self.mesh(&line.name, &mesh, INK);
         let node = self.moving(&line.name, motion);
         self.nodes[node]["mesh"] = json!(mesh);
     }
