@@ -7,6 +7,7 @@
 //! the tangents of the directors there: it is smooth.
 
 use nalgebra::{Rotation3, Vector3};
+use std::ops::Range;
 
 use crate::look::NamedBeam;
 use crate::tube::{Pose, Section, Tube};
@@ -18,23 +19,22 @@ const NODES: usize = 200;
 #[derive(Debug)]
 pub(super) struct Skin {
     /// The nodes among all members.
-    pub(super) nodes: std::ops::Range<usize>,
+    pub(super) nodes: Range<usize>,
     pub(super) tube: Tube,
 }
 
 /// The parts of a beam.
 pub(super) fn skins(beam: &NamedBeam, poses: &[Pose]) -> Vec<Skin> {
-    let part = |nodes: std::ops::Range<usize>| Skin {
-        tube: Tube::new(&beam.beam, &poses[nodes.clone()]),
-        nodes,
-    };
-    let parts = |leg: std::ops::Range<usize>| {
-        let last = leg.end - 1;
-        leg.step_by(NODES - 1)
-            .filter(move |first| *first < last)
-            .map(move |first| first..(first + NODES).min(last + 1))
-    };
+    let part =
+        |nodes: Range<usize>| Skin { tube: Tube::new(&beam.beam, &poses[nodes.clone()]), nodes };
     beam.legs().into_iter().flat_map(parts).map(part).collect()
+}
+
+/// The nodes of a leg in parts; the last node of one is the first of the next.
+fn parts(leg: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    let Range { start, end } = leg;
+    let firsts = (start..end.saturating_sub(1)).step_by(NODES - 1);
+    firsts.map(move |first| first..(first + NODES).min(end))
 }
 
 /// The joints of a corner and their weights.
@@ -64,4 +64,31 @@ pub(super) fn inverse_bind(pose: &Pose, world: &Rotation3<f64>) -> [f32; 16] {
     }
     all[15] = 1.0;
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_cover_every_interval_once() {
+        for nodes in [2, 3, NODES - 1, NODES, NODES + 1, 2 * NODES - 1, 2 * NODES, 1001] {
+            let all: Vec<Range<usize>> = parts(7..7 + nodes).collect();
+            let intervals: Vec<usize> =
+                all.iter().flat_map(|part| part.start..part.end - 1).collect();
+            assert_eq!(intervals, (7..7 + nodes - 1).collect::<Vec<_>>(), "{nodes} nodes");
+            assert!(all.iter().all(|part| (2..=NODES).contains(&part.len())), "{all:?}");
+        }
+    }
+
+    #[test]
+    fn weights_add_up_and_a_joint_without_weight_is_the_first() {
+        for section in crate::tube::sections(5) {
+            let (joints, weights) = influence(&section);
+            let sum: f32 = weights.iter().sum();
+            assert!((sum - 1.0).abs() < 1e-7, "{weights:?}");
+            let idle = joints.iter().zip(&weights).filter(|(_, weight)| **weight == 0.0);
+            assert!(idle.map(|(joint, _)| *joint).all(|joint| joint == 0), "{joints:?}");
+        }
+    }
 }
