@@ -23,8 +23,8 @@ const SYMBOL: f64 = 0.014;
 #[derive(Clone, Debug)]
 pub(crate) struct Solid {
     pub(crate) name: String,
-    /// `None`: the ground.
-    pub(crate) member: Option<usize>,
+    /// Among all members.
+    pub(crate) member: usize,
     pub(crate) color: Color,
     /// Along the directors from the centre.
     pub(crate) mesh: Mesh,
@@ -95,7 +95,7 @@ impl Look {
         for (k, member) in parts.points().into_iter().enumerate() {
             solids.push(Solid {
                 name: frames.members[member].name.clone(),
-                member: Some(member),
+                member,
                 color: color(bodies.len() + k),
                 mesh: ball(1.6 * symbol),
             });
@@ -182,7 +182,7 @@ fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
         }
     }
     let color = if body.fixed { FIXED } else { color };
-    Solid { name: body.name.clone(), member: Some(body.member), color, mesh }
+    Solid { name: body.name.clone(), member: body.member, color, mesh }
 }
 
 /// The symbol of a joint in the axes of space about its point, with the directions of its axes in space.

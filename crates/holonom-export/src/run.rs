@@ -17,8 +17,6 @@ pub(crate) struct Run<'a> {
     pub(crate) model: Model,
     pub(crate) look: Look,
     pub(crate) members: Vec<Member>,
-    /// Rows of `trajectory.csv`.
-    pub(crate) recorded: usize,
     most: usize,
 }
 
@@ -46,8 +44,7 @@ impl<'a> Run<'a> {
         let look = Look::new(&model, &probes).ok_or_else(|| {
             read("trajectory.csv", "its columns are not those of model.toml".into())
         })?;
-        let recorded = folder.frame_reader(most)?.rows();
-        Ok(Self { folder, model, look, members: probes.members, recorded, most })
+        Ok(Self { folder, model, look, members: probes.members, most })
     }
 
     /// The frames, one after the other.
@@ -71,10 +68,7 @@ impl<'a> Run<'a> {
     }
 
     /// An error of `trajectory.csv`.
-    pub(crate) fn unreadable(&self, error: &std::io::Error) -> ExportError {
-        ExportError::Read {
-            path: self.folder.path().join("trajectory.csv"),
-            message: error.to_string(),
-        }
+    pub(crate) fn unreadable(&self, message: String) -> ExportError {
+        ExportError::Read { path: self.folder.path().join("trajectory.csv"), message }
     }
 }

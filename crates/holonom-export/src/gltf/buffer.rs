@@ -11,11 +11,19 @@ const UNSIGNED_INT: u32 = 5125;
 const FLOAT: u32 = 5126;
 
 /// Numbers of one accessor after the other, each aligned to four bytes.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Buffer {
     pub(super) bytes: Vec<u8>,
     pub(super) views: Vec<Value>,
     pub(super) accessors: Vec<Value>,
+    /// Whether no number is NaN or infinite.
+    pub(super) finite: bool,
+}
+
+impl Default for Buffer {
+    fn default() -> Self {
+        Self { bytes: Vec::new(), views: Vec::new(), accessors: Vec::new(), finite: true }
+    }
 }
 
 impl Buffer {
@@ -41,6 +49,7 @@ impl Buffer {
         bounds: bool,
     ) -> usize {
         let bytes: Vec<u8> = values.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
+        self.finite &= values.iter().flatten().all(|v| v.is_finite());
         let mut accessor = json!({ "componentType": FLOAT, "count": values.len(), "type": kind });
         if bounds {
             let bound = |pick: fn(f32, f32) -> f32, from: f32| -> Vec<f32> {

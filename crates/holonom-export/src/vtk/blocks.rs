@@ -69,8 +69,7 @@ impl Scene<'_> {
         let (mut body, mut colors) = (Vec::new(), Vec::new());
         let known = self.all(|rate| rate.velocity).is_some();
         for (k, solid) in self.run.look.solids.iter().enumerate() {
-            let Some(member) = solid.member else { continue };
-            let (pose, rate) = (self.pose(member), &self.rates[k]);
+            let (pose, rate) = (self.pose(solid.member), &self.rates[k]);
             let first = data.points.len() as u32;
             let velocity = Vector3::from(rate.velocity.unwrap_or_default());
             let omega = Vector3::from(rate.angular_velocity.unwrap_or_default());
@@ -87,10 +86,9 @@ impl Scene<'_> {
         }
         data.point_data.push(Array::normals(normals));
         let frames = self.run.look.solids.iter().zip(self.rates);
-        let turning = frames.clone().all(|(solid, rate)| {
-            let frame = solid.member.is_some_and(|m| self.is_frame(m));
-            !frame || rate.angular_velocity.is_some()
-        });
+        let turning = frames
+            .clone()
+            .all(|(solid, rate)| !self.is_frame(solid.member) || rate.angular_velocity.is_some());
         if known && turning {
             data.point_data.push(Array::vectors("velocity", &velocities));
         }
@@ -105,7 +103,7 @@ impl Scene<'_> {
 
     fn centers(&self) -> PolyData {
         let solids = &self.run.look.solids;
-        let members: Vec<usize> = solids.iter().filter_map(|solid| solid.member).collect();
+        let members: Vec<usize> = solids.iter().map(|solid| solid.member).collect();
         let mut data = self.frames(&members);
         let names = solids.iter().map(|solid| solid.name.clone()).collect();
         let index = (0..solids.len() as i32).collect();

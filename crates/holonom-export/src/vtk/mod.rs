@@ -50,15 +50,17 @@ pub(crate) fn write(run: &Run<'_>, to: &Path) -> Result<Exported, ExportError> {
     let mut first = None;
     let mut sources = None;
     let mut times = Vec::new();
-    for (index, frame) in run.frames()?.enumerate() {
-        let frame = frame.map_err(|error| run.unreadable(&error))?;
+    let reader = run.frames()?;
+    let recorded = reader.rows();
+    for (index, frame) in reader.enumerate() {
+        let frame = frame.map_err(|error| run.unreadable(error.to_string()))?;
         let poses = run.poses(&frame);
         let first = first.get_or_insert_with(|| poses.clone());
         let files = match &mut sources {
             Some(files) => files,
             none => none.insert(Sources::open(run, first)?),
         };
-        let solids = run.look.solids.iter().filter_map(|solid| solid.member);
+        let solids = run.look.solids.iter().map(|solid| solid.member);
         let own: Vec<_> = solids.map(|member| poses[member]).collect();
         let scene = Scene {
             run,
@@ -82,7 +84,7 @@ pub(crate) fn write(run: &Run<'_>, to: &Path) -> Result<Exported, ExportError> {
         times.push(time);
     }
     collection(&to.join(COLLECTION), &times).map_err(failed)?;
-    Ok(Exported { frames: times.len(), recorded: run.recorded, pace: None })
+    Ok(Exported { frames: times.len(), recorded, pace: None })
 }
 
 /// The files that tell more than where everything is.
@@ -94,7 +96,7 @@ struct Sources {
 
 impl Sources {
     fn open(run: &Run<'_>, first: &[crate::tube::Pose]) -> Result<Self, ExportError> {
-        let solids = run.look.solids.iter().filter_map(|solid| solid.member);
+        let solids = run.look.solids.iter().map(|solid| solid.member);
         let members: Vec<_> = solids.map(|member| (&run.members[member], first[member])).collect();
         Ok(Self {
             rates: Rates::open(run.folder, &run.model, &members)?,

@@ -134,7 +134,8 @@ impl Mover {
                 angular += pose.directors.column(k).cross(&p);
             }
             let along = self.inverse_inertia? * pose.directors.tr_mul(&angular);
-            Some((pose.directors * along).into())
+            let omega: [f64; 3] = (pose.directors * along).into();
+            omega.iter().all(|w| w.is_finite()).then_some(omega)
         };
         let frame = self.kind == MemberKind::Frame;
         Rate {
