@@ -41,9 +41,11 @@ impl<'a> Run<'a> {
                 "it has no node with bodies, beams or particles".into(),
             ));
         }
-        let look = Look::new(&model, &probes).ok_or_else(|| {
-            read("trajectory.csv", "its columns are not those of model.toml".into())
-        })?;
+        let other = || read("trajectory.csv", "its columns are not those of model.toml".into());
+        if !names(&model).eq(probes.members.iter().map(|member| member.name.clone())) {
+            return Err(other());
+        }
+        let look = Look::new(&model, &probes).ok_or_else(other)?;
         Ok(Self { folder, model, look, members: probes.members, most })
     }
 
@@ -71,4 +73,14 @@ impl<'a> Run<'a> {
     pub(crate) fn unreadable(&self, message: String) -> ExportError {
         ExportError::Read { path: self.folder.path().join("trajectory.csv"), message }
     }
+}
+
+/// Names of the members of a model.
+fn names(model: &Model) -> impl Iterator<Item = String> {
+    let nodes = model
+        .beams
+        .iter()
+        .flat_map(|beam| (0..beam.node_count()).map(move |node| format!("{}.{node}", beam.name)));
+    let bodies = model.bodies.iter().map(|body| body.name.clone());
+    bodies.chain(nodes).chain(model.particles.iter().map(|particle| particle.name.clone()))
 }

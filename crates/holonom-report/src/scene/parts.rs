@@ -3,7 +3,7 @@
 use super::{directors, encoded, quaternion};
 use holonom_model::{Frame, GROUND, JointKind, Model, OutlineKind, Shape, ShapeKind, StartPoints};
 use holonom_sim::output::Frames;
-use holonom_sim::sample::MemberKind;
+use holonom_sim::sample::{Member, MemberKind};
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -113,12 +113,12 @@ impl<'a> Parts<'a> {
     /// From a model and the frames of its run. `None` without frames, or where these are of another model.
     #[must_use]
     pub fn new(model: &'a Model, frames: &'a Frames) -> Option<Self> {
-        let nodes = model.beams.iter().flat_map(|beam| {
-            (0..beam.node_count()).map(move |node| format!("{}.{node}", beam.name))
-        });
-        let bodies = model.bodies.iter().map(|body| body.name.clone());
-        let names = bodies.chain(nodes).chain(model.particles.iter().map(|p| p.name.clone()));
-        if frames.q.is_empty() || !names.eq(frames.members.iter().map(|m| m.name.clone())) {
+        let nodes: usize = model.beams.iter().map(holonom_model::Beam::node_count).sum();
+        let own = model.bodies.len() + nodes;
+        let is_frame = |member: &Member| member.kind == MemberKind::Frame;
+        let fits = frames.members.iter().take_while(|member| is_frame(member)).count() == own
+            && frames.members.len() == own + model.particles.len();
+        if frames.q.is_empty() || !fits {
             return None;
         }
         let directors = frames.coordinates(0).map(|(member, own)| match member.kind {
