@@ -3,6 +3,8 @@
 
 mod command;
 mod export;
+mod export_gltf;
+mod export_vtk;
 mod foreign_files;
 mod hostile_files;
 mod interruption;

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// A Python that has a module: `HOLONOM_PYTHON`, or the one of the machine; without it the test prints that and passes.
-fn python(module: &str) -> Option<String> {
+pub(crate) fn python(module: &str) -> Option<String> {
     let own = std::env::var("HOLONOM_PYTHON").ok();
     let found = own.into_iter().chain(["python3".to_owned()]).find(|python| {
         let asked = Command::new(python).arg("-c").arg(format!("import {module}")).output();
@@ -19,7 +19,7 @@ fn python(module: &str) -> Option<String> {
 }
 
 /// A shipped model, run for some steps into `run`.
-fn run(folder: &Path, model: &str, steps: u32) {
+pub(crate) fn run(folder: &Path, model: &str, steps: u32) {
     let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/models");
     let text = std::fs::read_to_string(models.join(model)).unwrap();
     let step = text.lines().find_map(|line| line.trim().strip_prefix("step = ")).unwrap();
@@ -73,6 +73,14 @@ if any(key.startswith("beams/") for key in data):
 print(compared)
 "#;
 
+/// What a script prints that compares a result with the files of the run; it must succeed.
+pub(crate) fn compared(python: &str, script: &str, folder: &Path) -> String {
+    let output = Command::new(python).arg("-c").arg(script).current_dir(folder).output().unwrap();
+    let wrong = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{}: {wrong}", folder.display());
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
 #[test]
 fn numpy_reads_the_numbers_of_the_files_bit_for_bit() {
     let Some(python) = python("numpy") else { return };
@@ -81,12 +89,9 @@ fn numpy_reads_the_numbers_of_the_files_bit_for_bit() {
         run(&folder, model, 20);
         let output = holonom(&folder, &["export", "run"]);
         assert_eq!(output.status.code(), Some(0), "{}", words(&output));
-        let output =
-            Command::new(&python).arg("-c").arg(COMPARE).current_dir(&folder).output().unwrap();
-        let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(output.status.success(), "{model}: {}", String::from_utf8_lossy(&output.stderr));
-        println!("{model}: {} numbers are equal", said.trim());
-        assert!(said.trim().parse::<u32>().unwrap() > 100);
+        let said = compared(&python, COMPARE, &folder);
+        println!("{model}: {said} numbers are equal");
+        assert!(said.parse::<u32>().unwrap() > 100);
     }
 }
 

@@ -381,15 +381,23 @@ pub(crate) struct View {
 pub(crate) struct Export {
     /// The folder of a run
     pub(crate) dir: PathBuf,
-    /// The format: npz (arrays for NumPy)
+    /// The format: npz (NumPy), vtk (ParaView), gltf (Blender)
     #[arg(long, default_value = "npz", value_parser = export_format)]
     pub(crate) format: ExportFormat,
-    /// The file to write; by default the name of the folder with the extension of the format
+    /// The file to write, for vtk a folder; by default DIR.npz, DIR-vtk or DIR.glb in the current folder
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
+    /// Frames at most, evenly spread over the recorded nodes; by default 200 for vtk, 600 for gltf
+    #[arg(long, value_name = "N", value_parser = frames)]
+    pub(crate) frames: Option<usize>,
     /// Replace the file if it exists
     #[arg(long)]
     pub(crate) force: bool,
+}
+
+fn frames(text: &str) -> Result<usize, String> {
+    let frames = text.parse().ok().filter(|frames| *frames >= 2);
+    frames.ok_or_else(|| "write a whole number, 2 or more".to_owned())
 }
 
 fn export_format(text: &str) -> Result<ExportFormat, String> {

@@ -1,18 +1,31 @@
 //! Results of a run in the formats of other programs, made from the files of its folder.
 //!
-//! | format | file | read by |
-//! |---|---|---|
-//! | [`Format::Npz`] | `.npz` | `numpy.load` |
-//!
-//! Numbers are those of the folder, bit for bit.
+//! | format | written | read by | numbers |
+//! |---|---|---|---|
+//! | [`Format::Npz`] | a file `.npz` | NumPy | of the folder, bit for bit; all recorded nodes |
+//! | [`Format::Vtk`] | a folder with `run.pvd` | ParaView, VTK, PyVista | of the folder, bit for bit; some frames |
+//! | [`Format::Gltf`] | a file `.glb` | Blender, viewers of glTF | single precision; some frames |
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod coil;
+mod gltf;
+mod look;
+mod mesh;
 mod npz;
+mod replace;
+mod rows;
+mod run;
 mod table;
+mod tube;
+mod vtk;
 
-use holonom_sim::output::{RunFolder, atomically};
+use holonom_sim::output::{OutputError, RunFolder, atomically};
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+
+use run::Run;
 use table::Results;
 
 /// A format.
@@ -20,17 +33,23 @@ use table::Results;
 pub enum Format {
     /// Arrays for NumPy, not compressed.
     Npz,
+    /// A folder of VTK's XML files with a collection of all frames.
+    Vtk,
+    /// A binary glTF 2.0 file with an animation.
+    Gltf,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 1] = [Self::Npz];
+    pub const ALL: [Self; 3] = [Self::Npz, Self::Vtk, Self::Gltf];
 
-    /// The name, which is the extension of its files too.
+    /// The name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Npz => "npz",
+            Self::Vtk => "vtk",
+            Self::Gltf => "gltf",
         }
     }
 
@@ -39,8 +58,41 @@ impl Format {
     pub fn about(self) -> &'static str {
         match self {
             Self::Npz => "arrays for NumPy: data = numpy.load(\"FILE.npz\")",
+            Self::Vtk => "a folder for ParaView: open its run.pvd",
+            Self::Gltf => "an animated scene for Blender: import the .glb file",
         }
     }
+
+    /// The name of what is written for a run whose folder has the name `run`.
+    #[must_use]
+    pub fn file_name(self, run: &str) -> String {
+        match self {
+            Self::Npz => format!("{run}.npz"),
+            Self::Vtk => format!("{run}-vtk"),
+            Self::Gltf => format!("{run}.glb"),
+        }
+    }
+
+    /// Frames that it holds at most where nothing else is asked for; `None`: it holds all recorded nodes.
+    #[must_use]
+    pub fn frames(self) -> Option<usize> {
+        match self {
+            Self::Npz => None,
+            Self::Vtk => Some(200),
+            Self::Gltf => Some(600),
+        }
+    }
+}
+
+/// What was written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exported {
+    /// Frames in the file.
+    pub frames: usize,
+    /// Recorded nodes of the run.
+    pub recorded: usize,
+    /// Seconds of an animation for one of the motion, where that would be too short or too long.
+    pub pace: Option<f64>,
 }
 
 /// Why nothing is exported.
@@ -55,6 +107,17 @@ pub enum ExportError {
         /// What is wrong with it.
         message: String,
     },
+    /// The files of the run cannot be read.
+    #[error(transparent)]
+    Run(#[from] OutputError),
+    /// A folder is in the way that holds other files than an earlier result.
+    #[error("{} is not a folder that was exported: {entry} is in it", path.display())]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+        /// One of its entries.
+        entry: String,
+    },
     /// The result cannot be written.
     #[error("{}: {message}", path.display())]
     Write {
@@ -65,14 +128,42 @@ pub enum ExportError {
     },
 }
 
-/// Writes the results of a folder to a file, whole or not at all.
+/// Writes the results of a folder to a file or folder, whole or not at all; what is there is replaced. Where the format has
+/// frames, they are evenly spread over the recorded nodes: `frames` at most, two at least; `None`: [`Format::frames`].
 ///
 /// # Errors
 /// [`ExportError`].
-pub fn export(folder: &RunFolder, format: Format, to: &Path) -> Result<(), ExportError> {
-    let results = Results::read(folder)?;
-    let written = atomically(to, |file| match format {
-        Format::Npz => npz::write(&results, file),
-    });
-    written.map_err(|e| ExportError::Write { path: to.to_owned(), message: e.to_string() })
+pub fn export(
+    folder: &RunFolder,
+    format: Format,
+    to: &Path,
+    frames: Option<usize>,
+) -> Result<Exported, ExportError> {
+    let failed = |error: std::io::Error| ExportError::Write {
+        path: to.to_owned(),
+        message: error.to_string(),
+    };
+    let frames = frames.or(format.frames()).unwrap_or(usize::MAX);
+    match format {
+        Format::Npz => {
+            let results = Results::read(folder)?;
+            atomically(to, |file| npz::write(&results, file)).map_err(failed)?;
+            let rows = results.trajectory.columns.first().map_or(0, Vec::len);
+            Ok(Exported { frames: rows, recorded: rows, pace: None })
+        }
+        Format::Vtk => {
+            let run = Run::open(folder, frames)?;
+            replace::folder(to, |temporary| vtk::write(&run, temporary))
+        }
+        Format::Gltf => {
+            let scene = gltf::Scene::of(&Run::open(folder, frames)?)?;
+            let write = |file: &Path| {
+                let mut file = BufWriter::new(File::create(file)?);
+                scene.write(&mut file)?;
+                file.flush()
+            };
+            atomically(to, write).map_err(failed)?;
+            Ok(scene.exported)
+        }
+    }
 }

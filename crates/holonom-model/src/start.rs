@@ -11,6 +11,7 @@ use super::{Bar, Beam, Body, GROUND, Joint, JointKind, Model, Particle, Spring, 
 type Node = (Vector3<f64>, Matrix3<f64>);
 
 /// Points of the initial configuration, found by the names of components.
+#[derive(Debug)]
 pub struct StartPoints<'a> {
     bodies: BTreeMap<&'a str, &'a Body>,
     beams: BTreeMap<&'a str, (&'a Beam, Vec<Node>)>,

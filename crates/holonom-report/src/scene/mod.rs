@@ -6,7 +6,7 @@
 //! Points and directions on a body are components along its directors, so that they move with the
 //! coordinates of the trajectory. Numbers that change in time are single precision, base64.
 
-mod parts;
+pub mod parts;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -23,6 +23,18 @@ pub const NUMBERS: usize = 400_000;
 /// Instants that are shown at most.
 pub const INSTANTS: usize = 1200;
 
+/// Colours of bodies, beams and point masses: red, green, blue (sRGB).
+pub const PALETTE: [[u8; 3]; 8] = [
+    [0, 114, 178],
+    [213, 94, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [230, 159, 0],
+    [86, 180, 233],
+    [143, 124, 236],
+    [184, 161, 0],
+];
+
 const VIEWER: &str = include_str!("viewer.js");
 
 /// What `viewer.js` draws.
@@ -34,6 +46,8 @@ pub struct Scene {
     grounded: bool,
     /// Unit vector against gravity.
     up: [f64; 3],
+    /// Colours of bodies, then of beams or point masses, one after the other.
+    palette: [[u8; 3]; 8],
     times: String,
     /// Of each instant and member: centre, and for frames the quaternion `x, y, z, w` of the directors.
     poses: String,
@@ -65,15 +79,7 @@ impl Scene {
         frames: &Frames,
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
     ) -> Option<Self> {
-        frames.q.first()?;
-        let parts = Parts::new(model, frames);
-        let gravity = Vector3::from(model.gravity());
-        let planar = model.header.dimension == 2;
-        let up = match (gravity.norm() > 0.0, planar) {
-            (true, _) => -gravity.normalize(),
-            (false, true) => Vector3::y(),
-            (false, false) => Vector3::z(),
-        };
+        let parts = Parts::new(model, frames)?;
         let member = |member: &holonom_sim::sample::Member| Member {
             name: member.name.clone(),
             frame: member.kind == MemberKind::Frame,
@@ -83,9 +89,10 @@ impl Scene {
         let ends = ends.chain(bars.iter().chain(&springs).flat_map(|line| [&line.from, &line.to]));
         let fixed = ends.filter_map(parts::End::on_ground).collect();
         Some(Self {
-            planar,
-            grounded: gravity.norm() > 0.0,
-            up: up.into(),
+            planar: model.header.dimension == 2,
+            grounded: Vector3::from(model.gravity()).norm() > 0.0,
+            up: up(model),
+            palette: PALETTE,
             times: encoded(frames.times.iter().copied()),
             poses: encoded((0..frames.q.len()).flat_map(|i| poses(frames, i))),
             members: frames.members.iter().map(member).collect(),
@@ -125,6 +132,18 @@ const CONTROLS: &str = r#"<section id="scene" aria-label="animation">
 </section>
 "#;
 
+/// Unit vector against gravity; without gravity the second axis in the plane, the third in space.
+#[must_use]
+pub fn up(model: &Model) -> [f64; 3] {
+    let gravity = Vector3::from(model.gravity());
+    let up = match (gravity.norm() > 0.0, model.header.dimension) {
+        (true, _) => -gravity.normalize(),
+        (false, 2) => Vector3::y(),
+        (false, _) => Vector3::z(),
+    };
+    up.into()
+}
+
 /// Base64 of the values in single precision, little endian.
 fn encoded(values: impl Iterator<Item = f64>) -> String {
     let bytes: Vec<u8> = values.flat_map(|value| (value as f32).to_le_bytes()).collect();
@@ -142,13 +161,15 @@ fn poses(frames: &Frames, frame: usize) -> Vec<f64> {
     out
 }
 
-/// The directors of a frame as columns.
-fn directors(own: &[f64]) -> Matrix3<f64> {
+/// The directors of a frame as columns, from its 12 coordinates.
+#[must_use]
+pub fn directors(own: &[f64]) -> Matrix3<f64> {
     Matrix3::from_column_slice(&own[3..12])
 }
 
 /// `x, y, z, w` of a rotation.
-fn quaternion(rotation: &Matrix3<f64>) -> [f64; 4] {
+#[must_use]
+pub fn quaternion(rotation: &Matrix3<f64>) -> [f64; 4] {
     let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
     turn.coords.into()
 }

@@ -3,76 +3,96 @@
 use super::{directors, encoded, quaternion};
 use holonom_model::{Frame, GROUND, JointKind, Model, OutlineKind, Shape, ShapeKind, StartPoints};
 use holonom_sim::output::Frames;
-use holonom_sim::sample::MemberKind;
+use holonom_sim::sample::{Member, MemberKind};
 use nalgebra::{Matrix3, Vector3};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// A point of a member, or of the ground (`member = −1`): components along the directors from the centre, m.
-#[derive(Serialize)]
-pub(super) struct End {
-    member: i64,
-    point: [f64; 3],
+#[derive(Clone, Debug, Serialize)]
+pub struct End {
+    /// Its index, −1 for the ground.
+    pub member: i64,
+    /// Components, m.
+    pub point: [f64; 3],
 }
 
 impl End {
     /// The point, if it is one of the ground.
-    pub(super) fn on_ground(&self) -> Option<[f64; 3]> {
+    #[must_use]
+    pub fn on_ground(&self) -> Option<[f64; 3]> {
         (self.member < 0).then_some(self.point)
     }
 }
 
-#[derive(Serialize)]
-pub(super) struct Body {
-    name: String,
-    member: usize,
-    fixed: bool,
+/// A body as it is shown.
+#[derive(Clone, Debug, Serialize)]
+pub struct Body {
+    /// Its name.
+    pub name: String,
+    /// Its index among the members.
+    pub member: usize,
+    /// Whether it does not move.
+    pub fixed: bool,
     /// `None`: the ellipsoid of its inertia, with the semi-axes as `dimensions`.
-    shape: Option<ShapeKind>,
-    dimensions: Vec<f64>,
-    /// From the body's own axes to its directors.
-    rotation: [f64; 4],
-    /// Where joints hold a body without a shape.
-    anchors: Vec<[f64; 3]>,
+    pub shape: Option<ShapeKind>,
+    /// Of the shape, m.
+    pub dimensions: Vec<f64>,
+    /// From the body's own axes to its directors: quaternion `x, y, z, w`.
+    pub rotation: [f64; 4],
+    /// Where joints hold a body without a shape: components along the directors from the centre, m.
+    pub anchors: Vec<[f64; 3]>,
     /// Whether these are apart, so that lines between them show the body.
-    link: bool,
+    pub link: bool,
     /// Largest distance of its points from the centre, m.
-    reach: f64,
+    pub reach: f64,
 }
 
-#[derive(Serialize)]
-pub(super) struct Beam {
-    first: usize,
+/// A beam as it is shown.
+#[derive(Clone, Debug, Serialize)]
+pub struct Beam {
+    /// Index of its first node among the members.
+    pub first: usize,
     /// Numbers of nodes.
-    legs: Vec<usize>,
-    round: bool,
+    pub legs: Vec<usize>,
+    /// Whether the section is an ellipse; else a rectangle.
+    pub round: bool,
     /// Half the size of the section along `d_1` and `d_2`, m.
-    half: [f64; 2],
+    pub half: [f64; 2],
     intervals: usize,
     largest: f64,
     /// Bending moment in each interval at each instant.
     values: Option<String>,
 }
 
-#[derive(Serialize)]
-pub(super) struct Joint {
+/// A joint as it is shown.
+#[derive(Clone, Debug, Serialize)]
+pub struct Joint {
+    /// Its kind.
     #[serde(rename = "type")]
-    kind: JointKind,
-    pub(super) parent: End,
-    pub(super) child: End,
-    axis: Option<[f64; 3]>,
-    axis2: Option<[f64; 3]>,
+    pub kind: JointKind,
+    /// Where it is on the parent.
+    pub parent: End,
+    /// Where it is on the child.
+    pub child: End,
+    /// Its axis along the directors of the parent.
+    pub axis: Option<[f64; 3]>,
+    /// Its second axis along the directors of the child.
+    pub axis2: Option<[f64; 3]>,
 }
 
 /// A bar or a spring.
-#[derive(Serialize)]
-pub(super) struct Line {
-    pub(super) from: End,
-    pub(super) to: End,
+#[derive(Clone, Debug, Serialize)]
+pub struct Line {
+    /// Where it begins.
+    pub from: End,
+    /// Where it ends.
+    pub to: End,
 }
 
-#[derive(Serialize)]
-pub(super) struct Load {
+/// A load as it is shown.
+#[derive(Clone, Debug, Serialize)]
+pub struct Load {
     ends: Vec<End>,
     force: [f64; 3],
     follower: bool,
@@ -80,7 +100,8 @@ pub(super) struct Load {
 }
 
 /// Where the members of a model are at the first instant.
-pub(super) struct Parts<'a> {
+#[derive(Debug)]
+pub struct Parts<'a> {
     model: &'a Model,
     frames: &'a Frames,
     start: StartPoints<'a>,
@@ -89,13 +110,23 @@ pub(super) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    pub(super) fn new(model: &'a Model, frames: &'a Frames) -> Self {
+    /// From a model and the frames of its run. `None` without frames, or where these are of another model.
+    #[must_use]
+    pub fn new(model: &'a Model, frames: &'a Frames) -> Option<Self> {
+        let nodes: usize = model.beams.iter().map(holonom_model::Beam::node_count).sum();
+        let own = model.bodies.len() + nodes;
+        let is_frame = |member: &Member| member.kind == MemberKind::Frame;
+        let fits = frames.members.iter().take_while(|member| is_frame(member)).count() == own
+            && frames.members.len() == own + model.particles.len();
+        if frames.q.is_empty() || !fits {
+            return None;
+        }
         let directors = frames.coordinates(0).map(|(member, own)| match member.kind {
             MemberKind::Frame => directors(own),
             _ => Matrix3::identity(),
         });
         let poses = frames.points(0).map(Vector3::from).zip(directors).collect();
-        Self { model, frames, start: StartPoints::new(model), poses }
+        Some(Self { model, frames, start: StartPoints::new(model), poses })
     }
 
     /// The member of a name of the model, `rod.start` of beams included.
@@ -121,7 +152,9 @@ impl<'a> Parts<'a> {
         self.member(name).map_or(direction, |k| self.poses[k].1.tr_mul(&direction)).into()
     }
 
-    pub(super) fn bodies(&self) -> Vec<Body> {
+    /// The bodies.
+    #[must_use]
+    pub fn bodies(&self) -> Vec<Body> {
         let body = |(member, body): (usize, &holonom_model::Body)| {
             let directors = self.poses[member].1;
             let own = directors.tr_mul(&body.rotation());
@@ -158,7 +191,9 @@ impl<'a> Parts<'a> {
         self.model.bodies.iter().enumerate().map(body).collect()
     }
 
-    pub(super) fn beams(&self, moments: &BTreeMap<String, Vec<Vec<f64>>>) -> Vec<Beam> {
+    /// The beams; `moments`: bending moments at the instants of the frames.
+    #[must_use]
+    pub fn beams(&self, moments: &BTreeMap<String, Vec<Vec<f64>>>) -> Vec<Beam> {
         let mut first = self.model.bodies.len();
         let beam = |beam: &holonom_model::Beam| {
             let legs: Vec<usize> = (0..beam.legs()).map(|leg| beam.nodes_of(leg)).collect();
@@ -187,12 +222,16 @@ impl<'a> Parts<'a> {
         self.model.beams.iter().map(beam).collect()
     }
 
-    pub(super) fn points(&self) -> Vec<usize> {
+    /// Members that are point masses.
+    #[must_use]
+    pub fn points(&self) -> Vec<usize> {
         let members = self.frames.members.iter().enumerate();
         members.filter(|(_, m)| m.kind != MemberKind::Frame).map(|(k, _)| k).collect()
     }
 
-    pub(super) fn joints(&self) -> Vec<Joint> {
+    /// The joints.
+    #[must_use]
+    pub fn joints(&self) -> Vec<Joint> {
         let joint = |joint: &holonom_model::Joint| {
             let [a, b] = self.start.joint(joint);
             Joint {
@@ -210,18 +249,23 @@ impl<'a> Parts<'a> {
         Line { from: self.end(names[0], from), to: self.end(names[1], to) }
     }
 
-    pub(super) fn bars(&self) -> Vec<Line> {
+    /// The bars.
+    #[must_use]
+    pub fn bars(&self) -> Vec<Line> {
         let bars = self.model.bars.iter();
         bars.map(|bar| self.line([&bar.from, &bar.to], self.start.bar(bar))).collect()
     }
 
-    pub(super) fn springs(&self) -> Vec<Line> {
+    /// The springs.
+    #[must_use]
+    pub fn springs(&self) -> Vec<Line> {
         let springs = self.model.springs.iter();
         springs.map(|s| self.line([&s.from, &s.to], self.start.spring(s))).collect()
     }
 
     /// Forces on bodies and nodes, and those along beams at each node.
-    pub(super) fn loads(&self) -> Vec<Load> {
+    #[must_use]
+    pub fn loads(&self) -> Vec<Load> {
         let loads = self.model.loads.iter();
         loads
             .filter(|load| load.force.iter().any(|f| *f != 0.0))

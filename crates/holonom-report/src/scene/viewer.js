@@ -231,8 +231,7 @@
   };
 
   // ---- colours -----------------------------------------------------------------------------------------------
-  const hex = (text) => [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
-  const palette = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8F7CEC", "#B8A100"].map(hex);
+  const palette = data.palette.map((color) => color.map((c) => c / 255));
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const theme = () => (dark.matches
     ? { back: [0.075, 0.09, 0.11], grid: [0.32, 0.36, 0.42], ink: [0.8, 0.83, 0.87], shadow: 0.45 }

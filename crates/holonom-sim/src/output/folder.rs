@@ -11,7 +11,7 @@ use super::checkpoint::{self, Checkpoint};
 use super::csv::{Trajectory, TrajectoryWriter};
 use super::energy::EnergyWriter;
 use super::file::{OutputError, at, write_atomically};
-use super::frames::Frames;
+use super::frames::{FrameReader, Frames};
 use super::momenta::MomentaWriter;
 use super::pictures::{self, is_there};
 use super::readable::{self, LeftOut, RowReader};
@@ -329,6 +329,16 @@ impl RunFolder {
         let path = self.path.join("trajectory.csv");
         let open = || self.reader("trajectory.csv");
         Frames::read(open, numbers, most).map_err(|e| at(&path, e))
+    }
+
+    /// At most `most` rows of `trajectory.csv`, read one after the other.
+    ///
+    /// # Errors
+    /// [`OutputError::Io`].
+    pub fn frame_reader(&self, most: usize) -> Result<FrameReader, OutputError> {
+        let open = || self.reader("trajectory.csv");
+        FrameReader::new(open, usize::MAX, most)
+            .map_err(|e| at(&self.path.join("trajectory.csv"), e))
     }
 
     /// Bending moments of beams in the rows of these frames, see [`Frames::bending_moments`].

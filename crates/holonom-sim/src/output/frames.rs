@@ -38,9 +38,122 @@ pub fn members(columns: &[String]) -> Vec<(usize, Member)> {
     columns.iter().enumerate().filter_map(member).collect()
 }
 
+/// A recorded node: its configuration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Step index.
+    pub step: u64,
+    /// Time, s.
+    pub t: f64,
+    /// `q`, members one after the other.
+    pub q: Vec<f64>,
+}
+
+/// Some rows of `trajectory.csv`, one after the other, evenly spread from the first to the last.
+#[derive(Debug)]
+pub struct FrameReader {
+    reader: RowReader,
+    record: csv::StringRecord,
+    members: Vec<Member>,
+    width: usize, // coordinates
+    rows: usize,  // of the file
+    count: usize, // rows that are read
+    row: usize,   // the next of the file
+    next: usize,  // the next that is read
+}
+
+impl FrameReader {
+    /// Up to `numbers` coordinates in all of a file, which is opened twice; at least two rows, at most `most`.
+    ///
+    /// # Errors
+    /// When the file cannot be read.
+    pub fn new(
+        trajectory: impl Fn() -> io::Result<RowReader>,
+        numbers: usize,
+        most: usize,
+    ) -> io::Result<Self> {
+        let mut reader = trajectory()?;
+        let mut record = csv::ByteRecord::new();
+        let mut rows = 0;
+        while reader.read_byte_record(&mut record)? {
+            rows += 1;
+        }
+        let mut reader = trajectory()?;
+        let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
+        let members: Vec<Member> = members(&columns).into_iter().map(|(_, m)| m).collect();
+        let width: usize = members.iter().map(|m| m.kind.columns().len()).sum();
+        let count = (numbers / width.max(1)).clamp(2, most.max(2)).min(rows);
+        let record = csv::StringRecord::new();
+        Ok(Self { reader, record, members, width, rows, count, row: 0, next: 0 })
+    }
+
+    /// The members, in the order of their coordinates.
+    #[must_use]
+    pub fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    /// How many rows are read.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// How many rows the file has.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    fn read(&mut self) -> io::Result<Option<Frame>> {
+        if self.next >= self.count {
+            return Ok(None);
+        }
+        let chosen = self.next * (self.rows - 1) / (self.count - 1).max(1);
+        while self.reader.read_record(&mut self.record)? {
+            self.row += 1;
+            if self.row - 1 == chosen {
+                self.next += 1;
+                return self.frame().map(Some);
+            }
+        }
+        Ok(None)
+    }
+
+    fn frame(&self) -> io::Result<Frame> {
+        let number = |k: usize| {
+            let value = self.record.get(k).and_then(|field| field.parse::<f64>().ok());
+            let value = value.filter(|value| value.is_finite());
+            value.ok_or_else(|| invalid(&format!("no number in column {}", k + 1)))
+        };
+        let q = (2..2 + self.width).map(number).collect::<io::Result<_>>()?;
+        Ok(Frame { step: number(0)? as u64, t: number(1)?, q })
+    }
+}
+
+impl Iterator for FrameReader {
+    type Item = io::Result<Frame>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.read().transpose()
+    }
+}
+
+/// The members with their coordinates in a configuration `q`.
+pub fn coordinates<'a>(
+    members: &'a [Member],
+    q: &'a [f64],
+) -> impl Iterator<Item = (&'a Member, &'a [f64])> {
+    let mut rest = q;
+    members.iter().map(move |member| {
+        let own;
+        (own, rest) = rest.split_at(member.kind.columns().len());
+        (member, own)
+    })
+}
+
 impl Frames {
-    /// Up to `numbers` coordinates in all, evenly spread from the first row of `trajectory.csv`, which is opened twice, to
-    /// the last; at least two rows, at most `most`.
+    /// The rows of a [`FrameReader`].
     ///
     /// # Errors
     /// When the file cannot be read, or is not one of ours.
@@ -49,40 +162,20 @@ impl Frames {
         numbers: usize,
         most: usize,
     ) -> io::Result<Self> {
-        let rows = trajectory()?.into_byte_records().count();
-        let mut reader = trajectory()?;
-        let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
-        let members = members(&columns).into_iter().map(|(_, member)| member).collect();
-        let mut frames = Self { members, ..Self::default() };
-        let width: usize = frames.members.iter().map(|m| m.kind.columns().len()).sum();
-        let count = (numbers / width.max(1)).clamp(2, most.max(2)).min(rows);
-        let chosen = |i: usize| i * (rows - 1) / (count - 1).max(1);
-        let mut next = 0;
-        for (row, record) in reader.records().enumerate() {
-            let record = record?;
-            if next >= count || row != chosen(next) {
-                continue;
-            }
-            next += 1;
-            let number = |k: usize| {
-                let value = record.get(k).and_then(|field| field.parse().ok());
-                value.ok_or_else(|| invalid(&format!("no number in column {}", k + 1)))
-            };
-            frames.steps.push(number(0)? as u64);
-            frames.times.push(number(1)?);
-            frames.q.push((2..2 + width).map(number).collect::<io::Result<_>>()?);
+        let reader = FrameReader::new(trajectory, numbers, most)?;
+        let mut frames = Self { members: reader.members().to_vec(), ..Self::default() };
+        for frame in reader {
+            let Frame { step, t, q } = frame?;
+            frames.steps.push(step);
+            frames.times.push(t);
+            frames.q.push(q);
         }
         Ok(frames)
     }
 
     /// The members with their coordinates in the frame of an index.
     pub fn coordinates(&self, frame: usize) -> impl Iterator<Item = (&Member, &[f64])> {
-        let mut rest = &self.q[frame][..];
-        self.members.iter().map(move |member| {
-            let own;
-            (own, rest) = rest.split_at(member.kind.columns().len());
-            (member, own)
-        })
+        coordinates(&self.members, &self.q[frame])
     }
 
     /// Positions of the members in the frame of an index, m; the third number is 0 in the plane.

@@ -35,7 +35,7 @@ pub use checkpoint::{CHECKPOINTS, Checkpoint, CheckpointError, FoundCheckpoint};
 pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
 pub use file::{OutputError, atomically};
 pub use folder::RunFolder;
-pub use frames::{Frames, members};
+pub use frames::{Frame, FrameReader, Frames, coordinates, members};
 pub use momenta::MomentaWriter;
 pub use readable::{LeftOut, RowReader};
 pub use recorder::Recorder;

@@ -1,0 +1,135 @@
+//! An animated scene for Blender and other programs that read glTF 2.0: one binary file (`.glb`).
+//!
+//! ```text
+//! root              turns the axes of the run so that y points upwards, as glTF demands
+//! ├ bodies          translation and rotation from centre and directors; the symbols of joints hang on the child
+//! ├ bars, springs   translation, rotation, length
+//! └ nodes of beams  translation and rotation
+//! surfaces of beams are skins over their nodes
+//! ```
+//! Numbers are single precision, times those of the motion or a power of ten of them, so that it lasts from 1 s to 100 s.
+
+mod buffer;
+mod document;
+mod motion;
+mod skin;
+
+use serde_json::Value;
+use std::io::{self, Write};
+
+use crate::run::Run;
+use crate::tube::Pose;
+use crate::{ExportError, Exported};
+use document::Writer;
+
+/// Frames in a second of an animation of statics.
+const STATIC_RATE: f64 = 10.0;
+/// Shortest and longest animation, s.
+const LENGTHS: [f64; 2] = [1.0, 100.0];
+/// Rounding errors of a span of times, as a part of it.
+const ROUNDING: f64 = 1e-9;
+
+/// The file and what is said of it.
+#[derive(Debug)]
+pub(crate) struct Scene {
+    json: Value,
+    bytes: Vec<u8>,
+    /// What it holds.
+    pub(crate) exported: Exported,
+}
+
+impl Scene {
+    /// Of the frames of a run.
+    pub(crate) fn of(run: &Run<'_>) -> Result<Self, ExportError> {
+        let reader = run.frames()?;
+        let recorded = reader.rows();
+        let mut times = Vec::new();
+        let mut poses: Vec<Vec<Pose>> = Vec::new();
+        for (index, frame) in reader.enumerate() {
+            let frame = frame.map_err(|error| run.unreadable(error.to_string()))?;
+            times.push(run.time(&frame, index));
+            poses.push(run.poses(&frame));
+        }
+        let pace = if run.is_static() { None } else { pace(&times) };
+        let scale = if run.is_static() { 1.0 / STATIC_RATE } else { pace.unwrap_or(1.0) };
+        let begin = times.first().copied().unwrap_or_default();
+        // times that are one in single precision are one frame
+        let mut kept: (Vec<f32>, Vec<&[Pose]>) = Default::default();
+        for (t, poses) in times.iter().zip(&poses) {
+            let t = ((t - begin) * scale) as f32;
+            if kept.0.last().is_none_or(|last| t > *last) {
+                kept.0.push(t);
+                kept.1.push(poses);
+            }
+        }
+        let (times, poses) = kept;
+        let exported = Exported { frames: times.len(), recorded, pace };
+        let mut writer = Writer::new(&run.model.header.name, &run.look.up, &times);
+        writer.run(run, &poses);
+        let (json, bytes) = writer.finish().ok_or_else(|| {
+            run.unreadable("it has numbers that are too large for single precision".into())
+        })?;
+        Ok(Self { json, bytes, exported })
+    }
+
+    /// Writes the file.
+    pub(crate) fn write(&self, out: &mut impl Write) -> io::Result<()> {
+        let mut json = serde_json::to_vec(&self.json)?;
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let length = 12 + 8 + json.len() + 8 + self.bytes.len();
+        let word = |n: usize| {
+            let n = u32::try_from(n).map_err(|_| {
+                io::Error::other("more than 4 GiB: choose fewer frames with --frames N")
+            })?;
+            Ok::<_, io::Error>(n.to_le_bytes())
+        };
+        out.write_all(b"glTF")?;
+        out.write_all(&word(2)?)?;
+        out.write_all(&word(length)?)?;
+        for (kind, bytes) in [(b"JSON", &json), (b"BIN\0", &self.bytes)] {
+            out.write_all(&word(bytes.len())?)?;
+            out.write_all(kind)?;
+            out.write_all(bytes)?;
+        }
+        Ok(())
+    }
+}
+
+/// The factor of the times of an animation, a power of ten; `None` for 1.
+fn pace(times: &[f64]) -> Option<f64> {
+    let span = times.last()? - times.first()?;
+    let [shortest, longest] = LENGTHS;
+    let exponent = match span {
+        _ if span <= 0.0 => return None,
+        _ if span < shortest => ((shortest / span).log10() - ROUNDING).ceil(),
+        _ if span > longest => ((longest / span).log10() + ROUNDING).floor(),
+        _ => return None,
+    };
+    Some(10f64.powf(exponent)).filter(|pace| pace.is_normal() && exponent.abs() >= 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_animation_lasts_from_one_second_to_a_hundred() {
+        for (span, expected) in [
+            (0.0, None),
+            (1.0, None),
+            (100.0, None),
+            (0.99, Some(10.0)),
+            (0.01, Some(100.0)),
+            (2e-7, Some(1e7)),
+            (101.0, Some(0.1)),
+            (86400.0, Some(1e-3)),
+        ] {
+            let found = pace(&[3.0, 3.5, 3.0 + span]);
+            let same = match (found, expected) {
+                (Some(found), Some(expected)) => (found / expected - 1.0_f64).abs() < 1e-12,
+                (found, expected) => found == expected,
+            };
+            assert!(same, "{span} s: {found:?}, expected {expected:?}");
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! What a run looks like: surfaces that move with its members, as the scene of its page shows them.
+
+use holonom_model::{JointKind, Model, ShapeKind};
+use holonom_report::scene::parts::{Beam, Body, End, Joint, Line, Parts};
+use holonom_report::scene::{PALETTE, up};
+use holonom_sim::output::Frames;
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+
+use crate::mesh::{Mesh, along, stick};
+use crate::tube::Pose;
+
+/// Red, green, blue (sRGB).
+pub(crate) type Color = [u8; 3];
+
+/// Colour of bodies that do not move.
+const FIXED: Color = [199, 204, 214];
+/// Colour of joints, bars and springs.
+pub(crate) const INK: Color = [64, 71, 84];
+/// Size of the symbols of joints, as a part of the size of the motion.
+const SYMBOL: f64 = 0.014;
+
+/// A surface that moves with a member.
+#[derive(Clone, Debug)]
+pub(crate) struct Solid {
+    pub(crate) name: String,
+    /// Among all members.
+    pub(crate) member: usize,
+    pub(crate) color: Color,
+    /// Along the directors from the centre.
+    pub(crate) mesh: Mesh,
+}
+
+/// A joint with its name.
+#[derive(Clone, Debug)]
+pub(crate) struct NamedJoint {
+    pub(crate) name: String,
+    pub(crate) joint: Joint,
+}
+
+/// A beam with its name.
+#[derive(Clone, Debug)]
+pub(crate) struct NamedBeam {
+    pub(crate) name: String,
+    pub(crate) color: Color,
+    pub(crate) beam: Beam,
+}
+
+impl NamedBeam {
+    /// The nodes of each leg among all members.
+    pub(crate) fn legs(&self) -> Vec<std::ops::Range<usize>> {
+        let mut first = self.beam.first;
+        let leg = |count: &usize| {
+            let leg = first..first + count;
+            first = leg.end;
+            leg
+        };
+        self.beam.legs.iter().map(leg).collect()
+    }
+}
+
+/// A bar or a spring with its name.
+#[derive(Clone, Debug)]
+pub(crate) struct NamedLine {
+    pub(crate) name: String,
+    pub(crate) line: Line,
+    pub(crate) spring: bool,
+}
+
+/// All that is shown of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Look {
+    /// Unit vector against gravity.
+    pub(crate) up: [f64; 3],
+    /// Bodies and point masses, in the order of the members.
+    pub(crate) solids: Vec<Solid>,
+    pub(crate) beams: Vec<NamedBeam>,
+    pub(crate) joints: Vec<NamedJoint>,
+    pub(crate) lines: Vec<NamedLine>,
+    /// Size of symbols, m.
+    pub(crate) symbol: f64,
+}
+
+impl Look {
+    /// From the model and some frames of its run, the first one included. `None` where the frames are of another model.
+    pub(crate) fn new(model: &Model, frames: &Frames) -> Option<Self> {
+        let parts = Parts::new(model, frames)?;
+        let (bodies, joints) = (parts.bodies(), parts.joints());
+        let (bars, springs) = (parts.bars(), parts.springs());
+        let held = joints.iter().flat_map(|j| [&j.parent, &j.child]);
+        let held = held.chain(bars.iter().chain(&springs).flat_map(|l| [&l.from, &l.to]));
+        let fixed: Vec<[f64; 3]> = held.filter_map(End::on_ground).collect();
+        let symbol = SYMBOL * size(frames, &bodies, &fixed);
+        let mut solids: Vec<Solid> =
+            bodies.iter().enumerate().map(|(k, body)| solid(body, color(k), symbol)).collect();
+        for (k, member) in parts.points().into_iter().enumerate() {
+            solids.push(Solid {
+                name: frames.members[member].name.clone(),
+                member,
+                color: color(bodies.len() + k),
+                mesh: ball(1.6 * symbol),
+            });
+        }
+        let beams = model.beams.iter().zip(parts.beams(&Default::default())).enumerate();
+        let beam = |(k, (stated, beam)): (usize, (&holonom_model::Beam, Beam))| NamedBeam {
+            name: stated.name.clone(),
+            color: color(bodies.len() + k),
+            beam,
+        };
+        let line = |(name, line, spring): (&String, Line, bool)| NamedLine {
+            name: name.clone(),
+            line,
+            spring,
+        };
+        let bars = model.bars.iter().zip(bars).map(|(bar, l)| (&bar.name, l, false));
+        let springs = model.springs.iter().zip(springs).map(|(spring, l)| (&spring.name, l, true));
+        let joints = model.joints.iter().zip(joints);
+        Some(Self {
+            up: up(model),
+            beams: beams.map(beam).collect(),
+            lines: bars.chain(springs).map(line).collect(),
+            joints: joints.map(|(j, joint)| NamedJoint { name: j.name.clone(), joint }).collect(),
+            solids,
+            symbol,
+        })
+    }
+}
+
+/// The poses of all members in a configuration; those of point masses have the axes of space.
+pub(crate) fn poses(members: &[holonom_sim::sample::Member], q: &[f64]) -> Vec<Pose> {
+    let pose = |(_, own): (_, &[f64])| Pose {
+        center: Vector3::new(own[0], own[1], own.get(2).copied().unwrap_or_default()),
+        directors: match own.len() {
+            12 => holonom_report::scene::directors(own),
+            _ => Matrix3::identity(),
+        },
+    };
+    holonom_sim::output::coordinates(members, q).map(pose).collect()
+}
+
+/// A point of a member or of the ground, m.
+pub(crate) fn point(end: &End, poses: &[Pose]) -> Vector3<f64> {
+    match usize::try_from(end.member) {
+        Ok(member) => poses[member].point(end.point),
+        Err(_) => Vector3::from(end.point),
+    }
+}
+
+fn color(k: usize) -> Color {
+    PALETTE[k % PALETTE.len()]
+}
+
+fn ball(radius: f64) -> Mesh {
+    let axes = Matrix3::identity() * radius;
+    Mesh::sphere().placed(&axes, &Vector3::zeros()).unwrap_or_default()
+}
+
+/// The shape of a body; without one its links to joints, or the ellipsoid of its inertia.
+fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
+    let [x, y, z, w] = body.rotation;
+    let own = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix();
+    let at = |k: usize| body.dimensions.get(k).copied().unwrap_or_default();
+    let scaled = |x, y, z| own.matrix() * Matrix3::from_diagonal(&Vector3::new(x, y, z));
+    let none = Vector3::zeros();
+    let (a, b, c) = (at(0), at(1), at(2));
+    let shape = match body.shape {
+        Some(ShapeKind::Box) => Mesh::cuboid().placed(&scaled(a, b, c), &none),
+        Some(ShapeKind::Cylinder) => Mesh::cylinder().placed(&scaled(a, a, b), &none),
+        Some(ShapeKind::Rod) => Mesh::cylinder().placed(&scaled(b, b, a), &none),
+        Some(ShapeKind::Sphere) => Mesh::sphere().placed(&scaled(a, a, a), &none),
+        Some(ShapeKind::Cone) => {
+            let base = own * Vector3::new(0.0, 0.0, 0.25 * b);
+            Mesh::cone().placed(&scaled(a, a, b), &base)
+        }
+        None if body.link => None,
+        None => Mesh::sphere().placed(&Matrix3::from_diagonal(&Vector3::new(a, b, c)), &none),
+    };
+    let mut mesh = shape.unwrap_or_else(|| ball(1.6 * symbol));
+    let thickness = if body.link { 0.8 } else { 0.35 } * symbol;
+    for anchor in &body.anchors {
+        if let Some(link) = stick(&none, &Vector3::from(*anchor), thickness) {
+            mesh.append(link);
+        }
+    }
+    let color = if body.fixed { FIXED } else { color };
+    Solid { name: body.name.clone(), member: body.member, color, mesh }
+}
+
+/// The symbol of a joint in the axes of space about its point, with the directions of its axes in space.
+pub(crate) fn symbol(kind: JointKind, [axis, axis2]: [Vector3<f64>; 2], s: f64) -> Mesh {
+    let part = |mesh: Mesh, axis: &Vector3<f64>, size: [f64; 3]| {
+        let axes = along(axis).unwrap_or_else(Matrix3::identity);
+        let axes = axes * Matrix3::from_diagonal(&(Vector3::from(size) * s));
+        mesh.placed(&axes, &Vector3::zeros()).unwrap_or_default()
+    };
+    let pin = |length: f64, thick: f64| part(Mesh::cylinder(), &axis, [thick, thick, length]);
+    let both = |mut one: Mesh, other: Mesh| {
+        one.append(other);
+        one
+    };
+    match kind {
+        JointKind::Revolute => pin(4.0, 1.0),
+        JointKind::Screw => both(pin(5.0, 1.0), pin(1.2, 1.5)),
+        JointKind::Cylindrical => both(pin(6.0, 0.8), pin(2.5, 1.3)),
+        JointKind::Prismatic => part(Mesh::cuboid(), &axis, [2.2, 2.2, 4.0]),
+        JointKind::Planar => pin(0.4, 3.0),
+        JointKind::Fixed => part(Mesh::cuboid(), &axis, [2.0, 2.0, 2.0]),
+        JointKind::Universal => {
+            both(pin(4.0, 0.6), part(Mesh::cylinder(), &axis2, [0.6, 0.6, 4.0]))
+        }
+        JointKind::Spherical => part(Mesh::sphere(), &axis, [1.3; 3]),
+    }
+}
+
+/// Half the diagonal of the box of the motion, m; of an instant where the system is free and travels far.
+fn size(frames: &Frames, bodies: &[Body], fixed: &[[f64; 3]]) -> f64 {
+    let mut reach = vec![0.0; frames.members.len()];
+    for body in bodies {
+        reach[body.member] = body.reach;
+    }
+    let (mut whole, mut momentary) = (Extent::default(), 0.0_f64);
+    for frame in 0..frames.q.len() {
+        let mut now = Extent::default();
+        for (point, reach) in frames.points(frame).zip(&reach) {
+            now.grow(&point, *reach);
+            whole.grow(&point, *reach);
+        }
+        momentary = momentary.max(now.half());
+    }
+    fixed.iter().for_each(|point| whole.grow(point, 0.0));
+    let held = !fixed.is_empty() || bodies.iter().any(|body| body.fixed);
+    let size = if !held && whole.half() > 2.5 * momentary { momentary } else { whole.half() };
+    if size > 0.0 && size.is_finite() { size } else { 1.0 }
+}
+
+/// A box along the axes of space.
+#[derive(Default)]
+struct Extent(Option<[Vector3<f64>; 2]>);
+
+impl Extent {
+    fn grow(&mut self, point: &[f64; 3], margin: f64) {
+        let point = Vector3::from(*point);
+        let [low, high] = self.0.unwrap_or([point; 2]);
+        let margin = Vector3::repeat(margin);
+        self.0 = Some([low.inf(&(point - margin)), high.sup(&(point + margin))]);
+    }
+
+    fn half(&self) -> f64 {
+        self.0.map_or(0.0, |[low, high]| 0.5 * (high - low).norm())
+    }
+}

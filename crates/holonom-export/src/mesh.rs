@@ -1,0 +1,203 @@
+//! Surfaces of triangles.
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Sides of a surface of revolution.
+const SIDES: usize = 24;
+/// Parts of the meridian of a sphere.
+const PARTS: usize = 12;
+
+/// A closed surface.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Mesh {
+    /// Corners, m.
+    pub(crate) points: Vec<[f64; 3]>,
+    /// Unit vectors outwards at the corners.
+    pub(crate) normals: Vec<[f64; 3]>,
+    /// Indices of corners, counterclockwise as seen from outside.
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+/// A corner of the profile of a surface of revolution.
+#[derive(Clone, Copy)]
+struct Corner {
+    radius: f64,
+    height: f64,
+    normal: [f64; 2], // outwards, along the axis
+}
+
+fn corner(radius: f64, height: f64, normal: [f64; 2]) -> Corner {
+    Corner { radius, height, normal }
+}
+
+impl Mesh {
+    /// Edges of length 1 about the origin.
+    pub(crate) fn cuboid() -> Self {
+        let mut mesh = Self::default();
+        for axis in 0..3 {
+            for side in [-1.0, 1.0] {
+                let first = mesh.points.len() as u32;
+                for (a, b) in [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)] {
+                    let (mut point, mut normal) = ([0.0; 3], [0.0; 3]);
+                    (point[axis], normal[axis]) = (0.5 * side, side);
+                    (point[(axis + 1) % 3], point[(axis + 2) % 3]) = (side * a, b);
+                    mesh.points.push(point);
+                    mesh.normals.push(normal);
+                }
+                mesh.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| first + k)));
+            }
+        }
+        mesh
+    }
+
+    /// Radius 1 and height 1 about the origin, along the third axis.
+    pub(crate) fn cylinder() -> Self {
+        let (down, out, up) = ([0.0, -1.0], [1.0, 0.0], [0.0, 1.0]);
+        Self::revolution(&[
+            &[corner(0.0, -0.5, down), corner(1.0, -0.5, down)],
+            &[corner(1.0, -0.5, out), corner(1.0, 0.5, out)],
+            &[corner(1.0, 0.5, up), corner(0.0, 0.5, up)],
+        ])
+    }
+
+    /// Base of radius 1 in the plane of the first two axes, tip at −1 on the third.
+    pub(crate) fn cone() -> Self {
+        let (out, up) = ([1.0, -1.0], [0.0, 1.0]);
+        Self::revolution(&[
+            &[corner(0.0, -1.0, out), corner(1.0, 0.0, out)],
+            &[corner(1.0, 0.0, up), corner(0.0, 0.0, up)],
+        ])
+    }
+
+    /// Radius 1 about the origin.
+    pub(crate) fn sphere() -> Self {
+        let at = |k: usize| {
+            let (sin, cos) = (std::f64::consts::PI * (k as f64 / PARTS as f64 - 0.5)).sin_cos();
+            let radius = if k.is_multiple_of(PARTS) { 0.0 } else { cos };
+            corner(radius, sin, [cos, sin])
+        };
+        Self::revolution(&[&(0..=PARTS).map(at).collect::<Vec<_>>()])
+    }
+
+    /// About the third axis; the smooth parts of the profile go upwards on the outside.
+    fn revolution(profile: &[&[Corner]]) -> Self {
+        let mut mesh = Self::default();
+        for part in profile {
+            let first = mesh.points.len() as u32;
+            for Corner { radius, height, normal: [across, up] } in *part {
+                for side in 0..SIDES {
+                    let (sin, cos) = (std::f64::consts::TAU * side as f64 / SIDES as f64).sin_cos();
+                    let normal = Vector3::new(across * cos, across * sin, *up).normalize();
+                    mesh.points.push([radius * cos, radius * sin, *height]);
+                    mesh.normals.push(normal.into());
+                }
+            }
+            let sides = SIDES as u32;
+            for (ring, pair) in (0..).zip(part.windows(2)) {
+                let (low, high) = (first + ring * sides, first + (ring + 1) * sides);
+                for (side, next) in (0..sides).map(|side| (side, (side + 1) % sides)) {
+                    if pair[0].radius > 0.0 {
+                        mesh.triangles.push([low + side, low + next, high + side]);
+                    }
+                    if pair[1].radius > 0.0 {
+                        mesh.triangles.push([high + side, low + next, high + next]);
+                    }
+                }
+            }
+        }
+        mesh
+    }
+
+    /// The image under `x ↦ A x + origin`; `None` where `A` is singular or reflects.
+    pub(crate) fn placed(mut self, axes: &Matrix3<f64>, origin: &Vector3<f64>) -> Option<Self> {
+        let inverse = axes.try_inverse().filter(|_| axes.determinant() > 0.0)?;
+        for point in &mut self.points {
+            *point = (axes * Vector3::from(*point) + origin).into();
+        }
+        for normal in &mut self.normals {
+            *normal = inverse.tr_mul(&Vector3::from(*normal)).normalize().into();
+        }
+        let finite = self.points.iter().chain(&self.normals).flatten().all(|x| x.is_finite());
+        finite.then_some(self)
+    }
+
+    /// Adds another surface.
+    pub(crate) fn append(&mut self, other: Self) {
+        let first = self.points.len() as u32;
+        self.points.extend(other.points);
+        self.normals.extend(other.normals);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|k| first + k)));
+    }
+}
+
+/// An orthonormal frame whose third axis is along a direction; `None` for one of no length.
+pub(crate) fn along(direction: &Vector3<f64>) -> Option<Matrix3<f64>> {
+    let z = direction.try_normalize(0.0)?;
+    let across = if z.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+    let x = across.cross(&z).normalize();
+    Some(Matrix3::from_columns(&[x, z.cross(&x), z]))
+}
+
+/// A cylinder from one point to another; `None` where they are one.
+pub(crate) fn stick(from: &Vector3<f64>, to: &Vector3<f64>, radius: f64) -> Option<Mesh> {
+    let size = Vector3::new(radius, radius, (to - from).norm());
+    let axes = along(&(to - from))? * Matrix3::from_diagonal(&size);
+    Mesh::cylinder().placed(&axes, &(0.5 * (from + to)))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// `⅙ Σ a · (b × c)` over the triangles: the volume inside a closed surface that faces outwards, m³.
+    pub(crate) fn volume(mesh: &Mesh) -> f64 {
+        let corner = |k: u32| Vector3::from(mesh.points[k as usize]);
+        let part = |t: &[u32; 3]| corner(t[0]).dot(&corner(t[1]).cross(&corner(t[2])));
+        mesh.triangles.iter().map(part).sum::<f64>() / 6.0
+    }
+
+    /// Every triangle has an area, and its normal is that of its corners but for a curved surface.
+    pub(crate) fn faces_outwards(mesh: &Mesh) {
+        for t in &mesh.triangles {
+            let [a, b, c] = t.map(|k| Vector3::from(mesh.points[k as usize]));
+            let normal = (b - a).cross(&(c - a));
+            assert!(normal.norm() > 0.0, "{t:?} has no area");
+            for k in t {
+                let stated = Vector3::from(mesh.normals[*k as usize]);
+                let cos = stated.dot(&normal.normalize());
+                assert!(cos > 0.5 && (stated.norm() - 1.0).abs() < 1e-12, "{t:?}: {cos}");
+            }
+        }
+    }
+
+    #[test]
+    fn surfaces_are_closed_and_face_outwards() {
+        use std::f64::consts::{PI, TAU};
+        let polygon = 0.5 * SIDES as f64 * (TAU / SIDES as f64).sin(); // area for radius 1
+        for (mesh, expected, tolerance) in [
+            (Mesh::cuboid(), 1.0, 1e-14),
+            (Mesh::cylinder(), polygon, 1e-13),
+            (Mesh::cone(), polygon / 3.0, 1e-13),
+            (Mesh::sphere(), 4.0 / 3.0 * PI, 0.15),
+        ] {
+            let found = volume(&mesh);
+            assert!((found - expected).abs() < tolerance, "volume {found}, expected {expected}");
+            faces_outwards(&mesh);
+        }
+    }
+
+    #[test]
+    fn an_image_has_the_volume_of_the_map() {
+        let axes = Matrix3::new(2.0, 0.0, 0.3, 0.1, 0.5, 0.0, 0.0, 0.0, 3.0);
+        let mesh = Mesh::cuboid().placed(&axes, &Vector3::new(1.0, 2.0, 3.0)).unwrap();
+        let (found, expected) = (volume(&mesh), axes.determinant());
+        assert!((found - expected).abs() < 1e-12, "volume {found}, expected {expected}");
+        faces_outwards(&mesh);
+        assert_eq!(Mesh::sphere().placed(&Matrix3::zeros(), &Vector3::zeros()), None);
+        assert_eq!(stick(&Vector3::x(), &Vector3::x(), 1.0), None);
+        let rod = stick(&Vector3::x(), &Vector3::z(), 0.1).unwrap();
+        let polygon = 0.5 * SIDES as f64 * (std::f64::consts::TAU / SIDES as f64).sin();
+        let expected = polygon * 0.01 * 2f64.sqrt();
+        assert!((volume(&rod) - expected).abs() < 1e-14, "{}", volume(&rod));
+    }
+}

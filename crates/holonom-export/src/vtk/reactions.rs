@@ -1,0 +1,85 @@
+//! Reactions of joints, as far as sensors measure them along the axes of space.
+
+use holonom_model::{ReactionFrame, SensorKind};
+use holonom_report::scene::parts::End;
+use nalgebra::Vector3;
+
+use crate::ExportError;
+use crate::look::point;
+use crate::rows::{StepRows, number};
+use crate::run::Run;
+use crate::tube::Pose;
+
+/// A reaction at an instant.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Reaction {
+    /// The joint.
+    pub(super) joint: String,
+    /// Where it acts, m.
+    pub(super) point: Vector3<f64>,
+    /// On the child, N.
+    pub(super) force: [f64; 3],
+    /// On the child about the point, N·m.
+    pub(super) moment: [f64; 3],
+}
+
+/// A sensor of a reaction.
+struct Gauge {
+    joint: String,
+    end: End,
+    columns: [usize; 6],
+}
+
+/// The sensors of reactions.
+pub(super) struct Reactions {
+    file: Option<StepRows>,
+    gauges: Vec<Gauge>,
+}
+
+impl Reactions {
+    /// Those of a run.
+    pub(super) fn open(run: &Run<'_>) -> Result<Self, ExportError> {
+        let file = StepRows::open(run.folder, "sensors.csv")?;
+        let kind = |s: &&holonom_model::Sensor| {
+            s.kind == SensorKind::Reaction && s.frame == Some(ReactionFrame::Space)
+        };
+        let gauge = |sensor: &holonom_model::Sensor| {
+            let joint = run.look.joints.iter().find(|joint| joint.name == sensor.of);
+            let member = run.model.frame(&sensor.of); // a fixed body, the end of a beam
+            let held = || Some(End { member: member? as i64, point: [0.0; 3] });
+            let end = joint.map(|joint| joint.joint.child.clone()).or_else(held)?;
+            let mut columns = [0; 6];
+            for (part, column) in ["fx", "fy", "fz", "mx", "my", "mz"].iter().zip(&mut columns) {
+                *column = file.as_ref()?.column(&format!("{}.{part}", sensor.name))?;
+            }
+            Some(Gauge { joint: sensor.of.clone(), end, columns })
+        };
+        let gauges = run.model.sensors.iter().filter(kind).filter_map(gauge).collect();
+        Ok(Self { file, gauges })
+    }
+
+    /// Whether there is any.
+    pub(super) fn is_empty(&self) -> bool {
+        self.gauges.is_empty()
+    }
+
+    /// Those that are unique at a step.
+    pub(super) fn at(&mut self, step: u64, poses: &[Pose]) -> Result<Vec<Reaction>, ExportError> {
+        let Some(file) = &mut self.file else { return Ok(Vec::new()) };
+        let Some(row) = file.at(step)?.into_iter().next() else { return Ok(Vec::new()) };
+        let reaction = |gauge: &Gauge| {
+            let mut all = [0.0; 6];
+            for (column, value) in gauge.columns.iter().zip(&mut all) {
+                *value = number(&row, *column)?;
+            }
+            let [fx, fy, fz, mx, my, mz] = all;
+            Some(Reaction {
+                joint: gauge.joint.clone(),
+                point: point(&gauge.end, poses),
+                force: [fx, fy, fz],
+                moment: [mx, my, mz],
+            })
+        };
+        Ok(self.gauges.iter().filter_map(reaction).collect())
+    }
+}
