@@ -1,0 +1,101 @@
+//! `holonom import`: a model file from a robot description.
+
+use std::path::PathBuf;
+
+use holonom::import::{Base, ImportError, Imported, Options, import as translate};
+use holonom::output::{OutputError, atomically};
+use serde_json::{Value, json};
+
+use crate::arguments::Import;
+use crate::diagnostic;
+use crate::failure::Failure;
+use crate::{stderr, stdout};
+
+pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
+    let file = arguments.output.clone().unwrap_or_else(|| {
+        let stem = arguments.robot.file_stem().unwrap_or_else(|| "robot".as_ref());
+        PathBuf::from(format!("{}.toml", stem.display()))
+    });
+    if file.exists() && !arguments.force {
+        return Err(Failure::Usage {
+            message: format!("{} already exists", file.display()),
+            help: "add --force to replace it, or choose another file with -o FILE".into(),
+        });
+    }
+    let options = Options {
+        base: if arguments.free_base { Base::Free } else { Base::Fixed },
+        values: arguments.joint.clone(),
+        step: arguments.step,
+        end: arguments.end,
+    };
+    let imported = match translate(&arguments.robot, &options) {
+        Ok(imported) => imported,
+        Err(error) => return Err(refused(error, arguments.json)?),
+    };
+    atomically(&file, |temporary| std::fs::write(temporary, &imported.text))
+        .map_err(|source| OutputError::Io { path: file.clone(), source })?;
+    if arguments.json {
+        return stdout::json(&report(&imported, arguments, &file.display().to_string()));
+    }
+    let Imported { model, remarks, .. } = &imported;
+    let (bodies, joints) = (model.bodies.len(), model.joints.len());
+    let constraints = model.constraints.len();
+    if !remarks.is_empty() {
+        stderr::line("not translated, or in another form:");
+        remarks.iter().for_each(|remark| stderr::line(&format!("  {remark}")));
+    }
+    stderr::line(&format!(
+        "{}: bodies {bodies}, joints {joints}, constraints {constraints}",
+        file.display()
+    ));
+    Ok(())
+}
+
+fn report(imported: &Imported, arguments: &Import, file: &str) -> Value {
+    let Imported { model, remarks, .. } = imported;
+    json!({
+        "valid": true,
+        "file": arguments.robot.display().to_string(),
+        "output": file,
+        "model": model.header.name,
+        "bodies": model.bodies.len(),
+        "joints": model.joints.len(),
+        "constraints": model.constraints.len(),
+        "remarks": remarks,
+    })
+}
+
+/// With `json`, problems go to standard output too.
+fn refused(error: ImportError, json: bool) -> Result<Failure, Failure> {
+    if json {
+        let report = match &error {
+            ImportError::Invalid { path, text, problems } => {
+                diagnostic::to_json(path, text, problems)
+            }
+            other => json!({
+                "valid": false,
+                "problems": [{ "message": other.to_string(), "line": null, "column": null }],
+            }),
+        };
+        // The exit code must say that nothing was imported, whoever reads.
+        match stdout::json(&report) {
+            Ok(()) | Err(Failure::Closed) => {}
+            Err(other) => return Err(other),
+        }
+    }
+    Ok(Failure::Import(Box::new(error)))
+}
+
+/// Prints why a description is not translated.
+pub(crate) fn print(error: &ImportError) {
+    match error {
+        ImportError::Invalid { path, text, problems } => {
+            diagnostic::print(path, text, problems, "cannot be imported");
+        }
+        ImportError::Refused { text, source } => {
+            let path = PathBuf::from("the translation");
+            diagnostic::print(&path, text, &source.problems(text), "is not a valid model");
+        }
+        other => stderr::line(&format!("error: {other}")),
+    }
+}
