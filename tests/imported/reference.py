@@ -1,0 +1,115 @@
+"""Reference numbers of MuJoCo for tests/imports.rs: mass matrix and joint accelerations of robots at random configurations.
+
+    python reference.py ROBOT [--free] [--files FOLDER] > NAME.json
+
+Armature, friction, limits, contact, actuators, tendons, fluids and equalities are off; dampers and springs of hinges and slides are
+on. Needs `pip install mujoco numpy`.
+"""
+
+import json
+import sys
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+
+MODEL_FLAGS = [
+    mujoco.mjtDisableBit.mjDSBL_CONSTRAINT,
+    mujoco.mjtDisableBit.mjDSBL_ACTUATION,
+]
+
+
+def plain(model):
+    """Switches off what the import does not translate."""
+    for flag in MODEL_FLAGS:
+        model.opt.disableflags |= flag
+    model.dof_armature[:] = 0
+    model.opt.density = model.opt.viscosity = 0
+    model.opt.wind[:] = 0
+    model.body_gravcomp[:] = 0
+    model.tendon_stiffness[:] = 0
+    model.tendon_damping[:] = 0
+    for name in ("jnt_actgravcomp", "tendon_armature"):
+        if hasattr(model, name):
+            getattr(model, name)[:] = 0
+    for j in range(model.njnt):
+        if model.jnt_type[j] in (0, 1):  # free, ball: springs and dampers are not translated
+            model.jnt_stiffness[j] = 0
+            a = model.jnt_dofadr[j]
+            model.dof_damping[a : a + (6 if model.jnt_type[j] == 0 else 3)] = 0
+
+
+def rates(model, data):
+    """What each generalized velocity is: joint, kind, axis and point in space, or the frame of the body."""
+    out = []
+    for j in range(model.njnt):
+        body = model.jnt_bodyid[j]
+        name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, j)
+        of_body = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body)
+        kind = ["free", "ball", "slide", "hinge"][model.jnt_type[j]]
+        out.append(
+            {
+                "joint": name,
+                "body": of_body,
+                "kind": kind,
+                "axis": data.xaxis[j].tolist(),
+                "anchor": data.xanchor[j].tolist(),
+                "frame": data.xmat[body].reshape(3, 3).tolist(),
+                "value": float(data.qpos[model.jnt_qposadr[j]]) if kind in ("slide", "hinge") else 0.0,
+            }
+        )
+    return out
+
+
+def reference(path, free, seed=1):
+    """Mass matrix and accelerations at a random configuration, free bodies and balls at their initial pose."""
+    if path.endswith(".urdf"):
+        spec = mujoco.MjSpec.from_string(without_geometry(path))
+    else:
+        spec = mujoco.MjSpec.from_file(path)
+    model = free_base(spec) if free else spec.compile()
+    plain(model)
+    data = mujoco.MjData(model)
+    random = np.random.default_rng(seed)
+    for j in range(model.njnt):
+        if model.jnt_type[j] in (2, 3):
+            scale = 0.1 if model.jnt_type[j] == 2 else 0.7
+            data.qpos[model.jnt_qposadr[j]] += scale * random.uniform(-1, 1)
+    data.qvel[:] = random.uniform(-1, 1, model.nv)
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    try:
+        mujoco.mj_fullM(model, mass, data.qM)
+    except (TypeError, AttributeError):
+        mujoco.mj_fullM(model, data, mass)
+    return {
+        "mujoco": mujoco.__version__,
+        "free_base": free,
+        "gravity": model.opt.gravity.tolist(),
+        "joints": rates(model, data),
+        "velocity": data.qvel.tolist(),
+        "mass": mass.tolist(),
+        "acceleration": data.qacc.tolist(),
+    }
+
+
+def without_geometry(path):
+    """A URDF without visuals and collisions: their meshes are elsewhere, and links without mass would get a mass from them."""
+    tree = ElementTree.parse(path)
+    for link in tree.getroot().findall("link"):
+        for part in link.findall("visual") + link.findall("collision"):
+            link.remove(part)
+    return ElementTree.tostring(tree.getroot(), encoding="unicode")
+
+
+def free_base(spec):
+    """The model with a free joint at its root link."""
+    spec.compiler.fusestatic = False
+    root = spec.worldbody.first_body()
+    root.add_freejoint()
+    return spec.compile()
+
+
+if __name__ == "__main__":
+    arguments = [a for a in sys.argv[1:] if not a.startswith("--")]
+    print(json.dumps(reference(arguments[0], "--free" in sys.argv)))

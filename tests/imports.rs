@@ -1,0 +1,231 @@
+//! Imported robots against MuJoCo: the mass matrix in joint coordinates, and the joint accelerations at given joint positions and
+//! velocities, under gravity, with springs and dampers, without contact, friction, limits, actuators and rotor inertia.
+//!
+//! ```text
+//! M_joint = Vᵀ M V,   V = P T⁻¹        P: any null space of G;  T: joint rates of its columns
+//! [M Gᵀ; G 0] [a; λ] = [f − ∇V; −D²g[v, v]],   v = V q̇       and q̈ from (v, a)
+//! ```
+//! Numbers of MuJoCo stand in `tests/imported/*.json` (made by `reference.py` there), or in the folder `HOLONOM_IMPORTED`.
+#![allow(non_snake_case)] // P, V, T, M, G: the matrices above
+
+use std::path::{Path, PathBuf};
+
+use holonom::import::{Base, JointValue, Options, import};
+use holonom::model::{Joint, JointKind};
+use holonom::nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use holonom::vi_constraints::Constraints;
+use holonom::vi_constraints::null_space::null_space_at;
+use holonom::vi_core::{Configuration, MechanicalSystem};
+use holonom::{Model, system};
+use serde::Deserialize;
+
+/// Numbers of MuJoCo for one robot.
+#[derive(Deserialize)]
+struct Reference {
+    file: PathBuf,
+    free_base: bool,
+    joints: Vec<Coordinate>,
+    velocity: Vec<f64>,
+    mass: Vec<Vec<f64>>,
+    acceleration: Vec<f64>,
+}
+
+/// A joint of MuJoCo with its axis, its point and the frame of its body in space.
+#[derive(Deserialize)]
+struct Coordinate {
+    joint: Option<String>,
+    body: Option<String>,
+    kind: String,
+    axis: [f64; 3],
+    anchor: [f64; 3],
+    frame: [[f64; 3]; 3],
+    value: f64,
+}
+
+/// Rates, or accelerations, of a body: those of its centre of mass, and angular ones.
+#[derive(Clone, Copy, Default)]
+struct Motion {
+    x: Vector3<f64>,
+    v: Vector3<f64>,
+    omega: Vector3<f64>,
+}
+
+/// The bodies of a model at a configuration; those of velocities and accelerations likewise.
+struct Bodies<'a> {
+    model: &'a Model,
+    q: &'a [f64],
+}
+
+impl Bodies<'_> {
+    /// The motion of a body for `rates`, coordinates of the same shape as `q`; the ground is at rest.
+    fn motion(&self, name: &str, rates: &[f64]) -> Motion {
+        let Some(k) = self.model.bodies.iter().position(|b| b.name == name) else {
+            return Motion::default();
+        };
+        let triple = |a: &[f64], i: usize| Vector3::from_column_slice(&a[12 * k + 3 * i..][..3]);
+        let omega = |i: usize| triple(self.q, i).cross(&triple(rates, i)) * 0.5;
+        let omega = omega(1) + omega(2) + omega(3);
+        Motion { x: triple(self.q, 0), v: triple(rates, 0), omega }
+    }
+
+    /// The generalized velocities of MuJoCo; with `acceleration` the accelerations instead.
+    fn rates(&self, joints: &[Coordinate], v: &[f64], acceleration: Option<&[f64]>) -> Vec<f64> {
+        joints.iter().flat_map(|joint| self.rate(joint, v, acceleration)).collect()
+    }
+
+    fn rate(&self, at: &Coordinate, v: &[f64], acceleration: Option<&[f64]>) -> Vec<f64> {
+        let joint = at.joint.as_deref().unwrap_or_default();
+        let R = Matrix3::from_fn(|i, j| at.frame[i][j]);
+        let anchor = Vector3::from(at.anchor);
+        if at.kind == "free" || self.is_part_of_free(at) {
+            let body = at.body.clone().unwrap_or_else(|| self.model.bodies[0].name.clone());
+            let [velocity, rates] = [v, acceleration.unwrap_or(v)].map(|r| self.motion(&body, r));
+            let r = anchor - velocity.x;
+            let turning = velocity.omega.cross(&velocity.omega.cross(&r));
+            let turning = if acceleration.is_some() { turning } else { Vector3::zeros() };
+            let linear = rates.v + rates.omega.cross(&r) + turning;
+            let angular = R.tr_mul(&rates.omega);
+            return linear.iter().chain(angular.iter()).copied().collect();
+        }
+        let found = self.of(joint);
+        let [p, c] = [&found.parent, &found.child].map(|name| self.motion(name, v));
+        let [dp, dc] =
+            [&found.parent, &found.child].map(|name| self.motion(name, acceleration.unwrap_or(v)));
+        let second = |term: Vector3<f64>| if acceleration.is_some() { term } else { Vector3::zeros() };
+        let n = Vector3::from(at.axis);
+        match at.kind.as_str() {
+            "hinge" => vec![n.dot(&(dc.omega - dp.omega))],
+            "ball" => {
+                let relative = dc.omega - dp.omega + second(c.omega.cross(&p.omega));
+                R.tr_mul(&relative).iter().copied().collect()
+            }
+            _ => {
+                // the point of the child on the axis of a planar pair, or any of a slide
+                let rho = if found.kind == JointKind::Planar { self.hinge_of(found, c.x) } else { c.x };
+                let (r, s) = (rho - p.x, rho - c.x);
+                let of_child = dc.v + dc.omega.cross(&s) + second(c.omega.cross(&c.omega.cross(&s)));
+                let of_parent = dp.v + dp.omega.cross(&r) + second(p.omega.cross(&p.omega.cross(&r)));
+                vec![n.dot(&(of_child - of_parent))]
+            }
+        }
+    }
+
+    /// The point of a joint in space.
+    fn hinge_of(&self, joint: &Joint, or: Vector3<f64>) -> Vector3<f64> {
+        joint.position.map_or(or, Vector3::from)
+    }
+
+    /// The joint of this name, or the planar pair that it became a part of.
+    fn of(&self, name: &str) -> &Joint {
+        let clean = name.replace(['.', ','], "_");
+        let renamed = format!("{clean}_joint");
+        let joints = &self.model.joints;
+        let of_name = |wanted: &str| joints.iter().find(|j| j.name == wanted);
+        let planar = || joints.iter().find(|j| j.kind == JointKind::Planar && j.name.contains(&clean));
+        of_name(&clean).filter(|_| of_name(&renamed).is_none()).or_else(|| of_name(&renamed)).or_else(planar).unwrap_or_else(|| panic!("{name}"))
+    }
+
+    fn is_part_of_free(&self, _at: &Coordinate) -> bool {
+        false
+    }
+}
+
+/// Largest differences from MuJoCo, relative to the largest number.
+struct Difference {
+    mass: f64,
+    acceleration: f64,
+}
+
+fn compare(reference: &Reference, folder: &Path) -> Difference {
+    let values = reference.joints.iter().filter(|j| j.kind == "hinge" || j.kind == "slide");
+    let value = |j: &Coordinate| JointValue { joint: j.joint.clone().unwrap(), value: j.value };
+    let options = Options {
+        base: if reference.free_base { Base::Free } else { Base::Fixed },
+        values: values.map(value).collect(),
+        ..Options::default()
+    };
+    let imported = import(&folder.join(&reference.file), &options).unwrap();
+    let mut model = imported.model;
+    model.constraints.clear();
+    model.joints.retain(|joint| !joint.cut); // MuJoCo's equalities are off
+    let parts = system::build(&model).unwrap();
+    let (mechanism, n) = (&parts.mechanism, parts.mechanism.dim());
+    let system = parts.dynamics.variational(mechanism);
+    let q = mechanism.initial_configuration();
+    let bodies = Bodies { model: &model, q: &q };
+
+    let nv = reference.velocity.len();
+    let P = null_space_at(mechanism, (0.0, &q), n - nv);
+    let column = |k: usize| bodies.rates(&reference.joints, P.column(k).as_slice(), None);
+    let T = DMatrix::from_columns(&(0..nv).map(|k| DVector::from_vec(column(k))).collect::<Vec<_>>());
+    let V = &P * T.try_inverse().unwrap();
+    let mut M = DMatrix::zeros(n, n);
+    system.mass().emit(&mut M);
+    let mass = V.tr_mul(&(&M * &V));
+    let exact = DMatrix::from_fn(nv, nv, |i, j| reference.mass[i][j]);
+
+    let v = &V * DVector::from_column_slice(&reference.velocity);
+    let a = acceleration(mechanism, &system, &M, (&q, v.as_slice()));
+    let found = bodies.rates(&reference.joints, v.as_slice(), Some(a.as_slice()));
+    let found = DVector::from_vec(found);
+    let expected = DVector::from_column_slice(&reference.acceleration);
+    Difference {
+        mass: (mass - &exact).amax() / exact.amax(),
+        acceleration: (found - &expected).amax() / expected.amax(),
+    }
+}
+
+/// The accelerations of all coordinates by the saddle-point system.
+fn acceleration(
+    mechanism: &impl Constraints,
+    system: &impl MechanicalSystem,
+    M: &DMatrix<f64>,
+    (q, v): (&[f64], &[f64]),
+) -> DVector<f64> {
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    let angles = mechanism.principal_angles(q);
+    let at = Configuration { t: 0.0, q, angles: &angles };
+    let mut G = DMatrix::zeros(m, n);
+    mechanism.jacobian(0.0, q, &mut G);
+    let mut right = DVector::zeros(n + m);
+    system.add_potential_gradient(at, -1.0, &mut right.as_mut_slice()[..n]);
+    system.add_force(at, v, &mut right.as_mut_slice()[..n]);
+    let mut terms = vec![0.0; m];
+    mechanism.acceleration_terms(0.0, q, v, &mut terms);
+    (0..m).for_each(|i| right[n + i] = -terms[i]);
+    let size = M.amax(); // rows of one size
+    let mut saddle = DMatrix::zeros(n + m, n + m);
+    saddle.view_mut((0, 0), (n, n)).copy_from(&(M / size));
+    saddle.view_mut((0, n), (n, m)).copy_from(&G.transpose());
+    saddle.view_mut((n, 0), (m, n)).copy_from(&G);
+    right.rows_mut(0, n).unscale_mut(size);
+    saddle.full_piv_lu().solve(&right).unwrap().rows(0, n).into()
+}
+
+#[test]
+fn imported_robots_have_the_mass_matrix_and_the_accelerations_of_mujoco() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/imported");
+    let folder = std::env::var_os("HOLONOM_IMPORTED").map_or_else(|| folder.into(), PathBuf::from);
+    let files = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<PathBuf> =
+        files.filter(|path| path.extension().is_some_and(|e| e == "json")).collect();
+    files.sort();
+    let (mut worst, mut largest) = (Vec::new(), [0.0_f64; 2]);
+    for path in &files {
+        let reference: Reference =
+            serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let Ok(difference) = std::panic::catch_unwind(|| compare(&reference, &folder)) else {
+            worst.push(name);
+            continue;
+        };
+        println!("{name}: M {:.1e}, q̈ {:.1e}", difference.mass, difference.acceleration);
+        largest = [largest[0].max(difference.mass), largest[1].max(difference.acceleration)];
+        if !(difference.mass < 1e-13 && difference.acceleration < 1e-9) {
+            worst.push(name);
+        }
+    }
+    println!("{} robots, largest differences: M {:.1e}, q̈ {:.1e}", files.len(), largest[0], largest[1]);
+    assert!(files.len() >= 8, "{} robots", files.len());
+    assert!(worst.is_empty(), "{worst:?}");
+}
