@@ -23,7 +23,6 @@ def plain(model):
     """Switches off what the import does not translate."""
     for flag in MODEL_FLAGS:
         model.opt.disableflags |= flag
-    model.dof_armature[:] = 0
     model.opt.density = model.opt.viscosity = 0
     model.opt.wind[:] = 0
     model.body_gravcomp[:] = 0
@@ -67,6 +66,8 @@ def reference(path, free, seed=1):
         spec = mujoco.MjSpec.from_string(without_geometry(path))
     else:
         spec = mujoco.MjSpec.from_file(path)
+    for joint in spec.joints:
+        joint.armature = 0
     model = free_base(spec) if free else spec.compile()
     plain(model)
     data = mujoco.MjData(model)
@@ -75,6 +76,7 @@ def reference(path, free, seed=1):
         if model.jnt_type[j] in (2, 3):
             scale = 0.1 if model.jnt_type[j] == 2 else 0.7
             data.qpos[model.jnt_qposadr[j]] += scale * random.uniform(-1, 1)
+    followers = follow(model, data)
     data.qvel[:] = random.uniform(-1, 1, model.nv)
     mujoco.mj_forward(model, data)
     mass = np.zeros((model.nv, model.nv))
@@ -86,11 +88,25 @@ def reference(path, free, seed=1):
         "mujoco": mujoco.__version__,
         "free_base": free,
         "gravity": model.opt.gravity.tolist(),
-        "joints": rates(model, data),
+        "joints": [r | {"follows": j in followers} for j, r in enumerate(rates(model, data))],
         "velocity": data.qvel.tolist(),
         "mass": mass.tolist(),
         "acceleration": data.qacc.tolist(),
     }
+
+
+def follow(model, data):
+    """Sets joints that follow others by equalities; their numbers."""
+    followers = {}
+    for e in range(model.neq):
+        if model.eq_type[e] == mujoco.mjtEq.mjEQ_JOINT and model.eq_active0[e]:
+            followers[int(model.eq_obj1id[e])] = (int(model.eq_obj2id[e]), model.eq_data[e][:5])
+    address = model.jnt_qposadr
+    for _ in followers:
+        for joint, (other, c) in followers.items():
+            x = data.qpos[address[other]] - model.qpos0[address[other]] if other >= 0 else 0.0
+            data.qpos[address[joint]] = model.qpos0[address[joint]] + np.polyval(c[::-1], x)
+    return set(followers)
 
 
 def without_geometry(path):

@@ -62,6 +62,11 @@ pub(crate) fn draft(
     for (k, mass) in masses.iter().enumerate().filter(|(k, _)| !tree.nodes[*k].absent) {
         drafter.body(k, mass, remarks);
     }
+    if drafter.draft.model.bodies.is_empty() {
+        let message = "nothing moves: all links are fixed to the ground";
+        let help = "the root link of a URDF robot moves freely with --free-base";
+        return Err(vec![Fault::of_all(message, help)]);
+    }
     (0..tree.nodes.len()).for_each(|k| drafter.joint(k, remarks));
     robot.loops.iter().try_for_each(|l| drafter.closure(l, remarks)).map_err(|f| vec![f])?;
     robot.gears.iter().for_each(|gear| drafter.gear(gear, remarks));
@@ -105,7 +110,7 @@ fn possible(node: &Node, remarks: &mut Remarks) -> Result<Mass> {
     moments.sort_by(f64::total_cmp);
     let [a, b, c] = moments;
     let message = format!(
-        "no body has the moments of inertia of link `{}`: {c} > {a} + {b}",
+        "no body has the moments of inertia of link `{}`: {c:?} > {a:?} + {b:?}",
         node.name.escape_debug()
     );
     let help = "correct its inertia: it is about the centre of mass, in kg·m², and satisfies I1 + I2 >= I3";

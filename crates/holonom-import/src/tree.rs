@@ -53,6 +53,9 @@ pub(crate) struct Tree {
     pub(crate) pose_in_body: Vec<Isometry3<f64>>,
 }
 
+/// What a body gets of the mass behind it where no neighbour lends any.
+const SMALL: f64 = 1e-6;
+
 impl Tree {
     /// The bodies of a robot, with masses.
     pub(crate) fn new(robot: &Robot, remarks: &mut Remarks) -> Result<Self> {
@@ -201,17 +204,19 @@ impl Tree {
 
     /// Gives bodies without mass or inertia a rod of a neighbour beyond a hinge.
     fn lend_rods(&mut self, remarks: &mut Remarks) -> Result<()> {
+        let mut children = vec![Vec::new(); self.nodes.len()];
+        for (k, node) in self.nodes.iter().enumerate().filter(|(_, node)| !node.absent) {
+            node.parent.into_iter().for_each(|parent| children[parent].push(k));
+        }
         for k in 0..self.nodes.len() {
             if self.nodes[k].absent || self.nodes[k].mass.is_body() {
                 continue;
             }
-            let children = (k + 1..self.nodes.len()).filter(|c| self.nodes[*c].parent == Some(k));
-            let beyond: Vec<usize> = children.filter(|c| !self.nodes[*c].absent).collect();
-            let lent = beyond.iter().any(|c| self.lend(*c, k, *c))
+            let lent = children[k].iter().any(|c| self.lend(*c, k, *c))
                 || self.nodes[k].parent.is_some_and(|p| self.lend(p, k, k))
-                || self.lend_by_ground(k, &beyond);
+                || self.lend_by_ground(k);
             if !lent {
-                self.small_mass(k, &beyond, remarks)?;
+                self.small_mass(k, remarks)?;
             }
         }
         Ok(())
@@ -238,48 +243,59 @@ impl Tree {
     }
 
     /// Where the parent is the ground, any rod on the axis will do.
-    fn lend_by_ground(&mut self, k: usize, beyond: &[usize]) -> bool {
+    fn lend_by_ground(&mut self, k: usize) -> bool {
         let (None, Some((point, axis))) = (self.nodes[k].parent, self.hinge(k)) else {
             return false;
         };
-        let mass: f64 = beyond.iter().map(|c| self.nodes[*c].mass.mass).sum();
-        let size: f64 = beyond.iter().map(|c| self.nodes[*c].mass.E.trace()).sum();
-        let own = self.nodes[k].mass.mass;
-        let mass = if mass > 0.0 { mass } else { own };
-        let size = if size > 0.0 { size } else { mass };
+        let (mass, size) = self.behind(k);
+        if mass <= 0.0 || size <= 0.0 {
+            return false;
+        }
         let inverse = self.nodes[k].pose.inverse();
         let u = inverse.rotation * axis;
         let center = inverse.transform_point(&point.into()).coords;
         let rod = Mass { mass: 0.25 * mass, center, E: u * u.transpose() * (0.25 * size) };
         let note = "a rod on the axis of the hinge on the ground: the motion is the same";
         self.receive(k, &rod, note.to_owned());
-        mass > 0.0
+        true
     }
 
-    /// Last resort: a thousandth of what follows, said so.
-    fn small_mass(&mut self, k: usize, beyond: &[usize], remarks: &mut Remarks) -> Result<()> {
+    /// Last resort: a millionth of what follows, said so.
+    fn small_mass(&mut self, k: usize, remarks: &mut Remarks) -> Result<()> {
         let node = &self.nodes[k];
-        let parts = beyond.iter().map(|c| &self.nodes[*c].mass);
-        let sum = parts.fold(Mass::default(), |sum, m| Mass {
-            mass: sum.mass + m.mass,
-            E: sum.E + m.E,
-            ..sum
-        });
-        let (mass, size) = (sum.mass.max(node.mass.mass), sum.E.trace());
+        let (mass, size) = self.behind(k);
         if mass <= 0.0 || size <= 0.0 {
-            let message =
-                format!("`{}` moves and has no mass, and no neighbour lends any", node.name);
+            let message = format!(
+                "`{}` moves and has no mass or inertia, and no neighbour lends any",
+                node.name
+            );
             return Err(Fault::at(&node.place, message, "state its mass and inertia"));
         }
         let small = Mass {
-            mass: 1e-3 * mass,
+            mass: SMALL * mass,
             center: node.mass.center,
-            E: nalgebra::Matrix3::identity() * (1e-3 * size / 3.0),
+            E: nalgebra::Matrix3::identity() * (SMALL * size / 3.0),
         };
-        let message = "without mass or inertia: a thousandth of what follows was added, which changes the motion a little";
+        let message = "without mass or inertia: a millionth of what follows was added";
         remarks.mention(message, format!("link \"{}\"", node.name), &node.place);
-        self.receive(k, &small, "a thousandth of what follows".to_owned());
+        self.receive(k, &small, "a millionth of what follows".to_owned());
         Ok(())
+    }
+
+    /// Mass, and moment of inertia about the centre of body `k`, of the body and all behind it.
+    fn behind(&self, k: usize) -> (f64, f64) {
+        let center = self.nodes[k].pose.translation.vector;
+        let mut behind = vec![false; self.nodes.len()];
+        let (mut mass, mut size) = (0.0, 0.0);
+        for (i, node) in self.nodes.iter().enumerate().skip(k).filter(|(_, n)| !n.absent) {
+            behind[i] = i == k || node.parent.is_some_and(|p| behind[p]);
+            if behind[i] {
+                let at = node.pose.transform_point(&node.mass.center.into()).coords;
+                mass += node.mass.mass;
+                size += node.mass.E.trace() + node.mass.mass * (at - center).norm_squared();
+            }
+        }
+        (mass, size)
     }
 
     fn receive(&mut self, k: usize, part: &Mass, note: String) {

@@ -154,7 +154,7 @@ impl<'a> Reader<'a> {
             frame: Isometry3::identity(),
             free: false,
             joints: Vec::new(),
-            mass: inertial(element)?,
+            mass: self.inertial(element)?,
             solids: Vec::new(),
             place: element.child("inertial").unwrap_or(element).place.clone(),
         };
@@ -232,6 +232,34 @@ impl<'a> Reader<'a> {
             rest: 0.0,
             place: element.place.clone(),
         })
+    }
+
+    /// `<inertial>`: mass, centre of mass, inertia in the frame of the link.
+    fn inertial(&mut self, link: &Element) -> Result<Mass> {
+        let Some(inertial) = link.child("inertial") else { return Ok(Mass::default()) };
+        let mass = inertial.child("mass").map_or(Ok(0.0), |m| m.amount("value"))?;
+        let mut tensor = Matrix3::zeros();
+        if let Some(inertia) = inertial.child("inertia") {
+            let entries = [
+                ("ixx", 0, 0),
+                ("ixy", 0, 1),
+                ("ixz", 0, 2),
+                ("iyy", 1, 1),
+                ("iyz", 1, 2),
+                ("izz", 2, 2),
+            ];
+            for (name, i, j) in entries {
+                let value = inertia.number(name)?.unwrap_or(0.0);
+                (tensor[(i, j)], tensor[(j, i)]) = (value, value);
+            }
+        }
+        if mass == 0.0 {
+            if tensor.amax() != 0.0 {
+                self.remarks.add("inertia of a link without mass: not used", link);
+            }
+            return Ok(Mass::default());
+        }
+        Ok(Mass::new(mass, Vector3::zeros(), &tensor).moved(&origin(inertial)?))
     }
 
     /// The solid of a visual, for the picture.
@@ -319,32 +347,6 @@ fn end<'a>(
         None => "add the link".to_owned(),
     };
     Err(Fault::at(element.place_of("link"), message, help))
-}
-
-/// `<inertial>`: mass, centre of mass, inertia in the frame of the link.
-fn inertial(link: &Element) -> Result<Mass> {
-    let Some(inertial) = link.child("inertial") else { return Ok(Mass::default()) };
-    let mass = inertial.child("mass").map_or(Ok(0.0), |m| m.amount("value"))?;
-    let mut tensor = Matrix3::zeros();
-    if let Some(inertia) = inertial.child("inertia") {
-        let entries = [
-            ("ixx", 0, 0),
-            ("ixy", 0, 1),
-            ("ixz", 0, 2),
-            ("iyy", 1, 1),
-            ("iyz", 1, 2),
-            ("izz", 2, 2),
-        ];
-        for (name, i, j) in entries {
-            let value = inertia.number(name)?.unwrap_or(0.0);
-            (tensor[(i, j)], tensor[(j, i)]) = (value, value);
-        }
-    }
-    if mass == 0.0 && tensor.amax() != 0.0 {
-        let help = "state its mass, or remove the inertia";
-        return Err(Fault::at(&inertial.place, "a link without mass has an inertia", help));
-    }
-    Ok(Mass::new(mass, Vector3::zeros(), &tensor).moved(&origin(inertial)?))
 }
 
 /// `<origin xyz rpy>`; the identity without it.

@@ -216,8 +216,9 @@ impl Bodies<'_> {
         let number = |name: &str| Ok(element.number(name)?.unwrap_or(0.0));
         let angle = |x: f64| if kind == Kind::Hinge { self.settings.angle(x) } else { x };
         let (reference, rest) = (angle(number("ref")?), angle(number("springref")?));
-        let stiffness = self.linear(element, "stiffness")?;
-        let damping = self.linear(element, "damping")?;
+        let acts = |yes: bool, amount: f64| if yes { amount } else { 0.0 };
+        let stiffness = acts(self.settings.springs, self.linear(element, "stiffness")?);
+        let damping = acts(self.settings.dampers, self.linear(element, "damping")?);
         self.beside(element)?;
         Ok(Joint {
             name: element.word("name").map_or_else(|| self.unnamed(scope), str::to_owned),

@@ -35,6 +35,9 @@ pub(crate) struct Settings {
     pub(crate) groups: [f64; 2],
     pub(crate) mesh_folder: String,
     pub(crate) gravity: Vector3<f64>,
+    /// Whether springs and dampers of joints act.
+    pub(crate) springs: bool,
+    pub(crate) dampers: bool,
     pub(crate) step: f64,
 }
 
@@ -57,6 +60,8 @@ impl Settings {
             groups: [f64::NEG_INFINITY, f64::INFINITY],
             mesh_folder: String::new(),
             gravity: Vector3::new(0.0, 0.0, -9.81),
+            springs: true,
+            dampers: true,
             step: 0.002,
         };
         for compiler in root.all("compiler") {
@@ -64,6 +69,9 @@ impl Settings {
         }
         for option in root.all("option") {
             settings.option(option, remarks)?;
+        }
+        for flag in root.all("option").flat_map(|option| option.all("flag")) {
+            settings.flags(flag);
         }
         Ok(settings)
     }
@@ -113,6 +121,16 @@ impl Settings {
             }
         }
         Ok(())
+    }
+
+    /// What is switched off as a whole.
+    fn flags(&mut self, flag: &Element) {
+        let off = |name: &str| flag.word(name) == Some("disable");
+        if off("gravity") {
+            self.gravity = Vector3::zeros();
+        }
+        self.springs &= !off("spring") && !off("passive");
+        self.dampers &= !off("damper") && !off("passive");
     }
 
     fn option(&mut self, element: &Element, remarks: &mut Remarks) -> Result<()> {
