@@ -5,6 +5,7 @@ mod command;
 mod export;
 mod foreign_files;
 mod hostile_files;
+mod import_files;
 mod interruption;
 mod invalid_models;
 mod program;

@@ -1,17 +1,37 @@
 """Reference numbers of MuJoCo for tests/imports.rs: mass matrix and joint accelerations of robots at random configurations.
 
-    python reference.py ROBOT [--free] [--files FOLDER] > NAME.json
+    pip install mujoco numpy
+    python reference.py                                          # the files of this folder again
+    python reference.py ROBOT [--free] > FOLDER/NAME.json        # another robot; HOLONOM_IMPORTED=FOLDER for the test
 
-Armature, friction, limits, contact, actuators, tendons, fluids and equalities are off; dampers and springs of hinges and slides are
-on. Needs `pip install mujoco numpy`.
+Rotor inertia, friction, limits, contact, actuators, tendons, fluids and equalities are off; dampers and springs of hinges and slides
+are on.
 """
 
 import json
 import sys
+from pathlib import Path
 from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
+
+HERE = Path(__file__).parent
+
+GYMNASIUM = ("gymnasium", "1.4.0", "MIT")
+DM_CONTROL = ("dm_control", "1.0.50", "Apache-2.0")
+ROBOTS = ("example-robot-data", "6.0.0", "BSD-2-Clause")
+
+# file, whether its base is free, and where it is from
+FILES = (
+    [(f"gymnasium/{n}.xml", False, GYMNASIUM) for n in ("ant", "half_cheetah", "hopper", "humanoid", "swimmer", "walker2d")]
+    + [("gymnasium/inverted_double_pendulum.xml", False, GYMNASIUM)]
+    + [(f"dm_control/{n}.xml", False, DM_CONTROL) for n in ("acrobot", "finger", "fish", "quadruped")]
+    + [(f"example-robot-data/{n}.urdf", False, ROBOTS) for n in ("double_pendulum_continuous", "solo12")]
+    + [(f"example-robot-data/{n}.urdf", True, ROBOTS) for n in ("solo12", "iris")]
+    + [("example-robot-data/TwoDofs.urdf", False, ROBOTS[:2] + ("BSD-3-Clause",))]
+    + [("example-robot-data/panda.urdf", base, ROBOTS[:2] + ("Apache-2.0",)) for base in (False, True)]
+)
 
 MODEL_FLAGS = [
     mujoco.mjtDisableBit.mjDSBL_CONSTRAINT,
@@ -126,6 +146,20 @@ def free_base(spec):
     return spec.compile()
 
 
+def write_all():
+    """The numbers of all files of this folder."""
+    for file, free, (package, version, licence) in FILES:
+        numbers = {"file": file, "package": package, "version": version, "licence": licence}
+        numbers |= reference(str(HERE / file), free)
+        name = Path(file).stem + ("_free" if free else "")
+        rows = ",\n".join(f" {json.dumps(key)}: {json.dumps(value)}" for key, value in numbers.items())
+        (HERE / f"{name}.json").write_text("{\n" + rows + "\n}\n")
+
+
 if __name__ == "__main__":
     arguments = [a for a in sys.argv[1:] if not a.startswith("--")]
-    print(json.dumps(reference(arguments[0], "--free" in sys.argv)))
+    if arguments:
+        file = str(Path(arguments[0]).resolve())
+        print(json.dumps({"file": file} | reference(file, "--free" in sys.argv)))
+    else:
+        write_all()
