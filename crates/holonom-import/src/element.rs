@@ -10,6 +10,9 @@ const MAX_DEPTH: usize = 250;
 /// Elements and texts of a file at most.
 const MAX_NODES: u32 = 1_000_000;
 
+/// The greatest magnitude of a number: products of several remain numbers of a model file.
+const LARGEST: f64 = 1e15;
+
 /// An attribute.
 #[derive(Clone, Debug)]
 pub(crate) struct Attribute {
@@ -66,13 +69,12 @@ impl Element {
     pub(crate) fn numbers(&self, name: &str) -> Result<Option<Vec<f64>>> {
         let Some(attribute) = self.attribute(name) else { return Ok(None) };
         let number = |word: &str| {
-            word.parse::<f64>().ok().filter(|x| x.is_finite() && x.abs() <= 1e100).ok_or_else(
-                || {
-                    let word: String = word.chars().take(40).collect();
-                    let message = format!("`{}` is not a finite number", word.escape_debug());
-                    Fault::at(&attribute.place, message, "write a number such as 0.25")
-                },
-            )
+            word.parse::<f64>().ok().filter(|x| x.abs() <= LARGEST).ok_or_else(|| {
+                let word: String = word.chars().take(40).collect();
+                let word = word.escape_debug();
+                let message = format!("`{word}` is no number, or beyond {LARGEST:e}");
+                Fault::at(&attribute.place, message, "write a number such as 0.25")
+            })
         };
         attribute.value.split_whitespace().map(number).collect::<Result<_>>().map(Some)
     }

@@ -200,7 +200,7 @@ fn place(robot: &mut Robot, options: &Options) -> source::Result<()> {
             }
         }
     }
-    let wild = robot.links.iter().flat_map(|l| &l.joints).find(|j| !(j.value.abs() <= 1e100));
+    let wild = robot.links.iter().flat_map(|l| &l.joints).find(|j| !(j.value.abs() <= 1e15));
     wild.map_or(Ok(()), |joint| {
         let message = "its initial value follows other joints without end";
         Err(Fault::at(&joint.place, message, "correct the joints that follow each other"))
