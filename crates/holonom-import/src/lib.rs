@@ -25,6 +25,7 @@ mod text;
 mod tree;
 mod urdf;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use holonom_model::{Model, ModelError, Problem};
@@ -187,22 +188,37 @@ fn place(robot: &mut Robot, options: &Options) -> source::Result<()> {
         };
         found.value = value - found.reference;
     }
-    for _ in 0..robot.gears.len() {
-        for k in 0..robot.gears.len() {
-            let gear = &robot.gears[k];
-            let other = match &gear.of {
-                Some(name) => robot.joint(name).map(|j| j.value),
-                None => Some(0.0),
-            };
-            let (joint, value) = (gear.joint.clone(), other.map(|x| gear.offset + gear.factor * x));
-            if let (Some(joint), Some(value)) = (robot.joint_mut(&joint), value) {
-                joint.value = value;
-            }
-        }
-    }
+    follow(robot)?;
     let wild = robot.links.iter().flat_map(|l| &l.joints).find(|j| !(j.value.abs() <= 1e15));
     wild.map_or(Ok(()), |joint| {
         let message = "its initial value follows other joints without end";
         Err(Fault::at(&joint.place, message, "correct the joints that follow each other"))
     })
+}
+
+/// Passes over joints that follow each other at most.
+const PASSES: usize = 1000;
+
+/// Gives joints that follow others their values.
+fn follow(robot: &mut Robot) -> source::Result<()> {
+    let joints = robot.links.iter_mut().flat_map(|l| &mut l.joints);
+    let mut values: BTreeMap<String, &mut f64> =
+        joints.map(|j| (j.name.clone(), &mut j.value)).collect();
+    for _ in 0..PASSES.min(robot.gears.len() + 1) {
+        let mut changed = false;
+        for gear in &robot.gears {
+            let other = gear.of.as_ref().map_or(Some(0.0), |of| values.get(of).map(|x| **x));
+            let (Some(other), Some(value)) = (other, values.get_mut(&gear.joint)) else { continue };
+            let follows = gear.offset + gear.factor * other;
+            changed |= follows.to_bits() != value.to_bits();
+            **value = follows;
+        }
+        if !changed {
+            return Ok(());
+        }
+    }
+    let place = robot.gears.first().map(|gear| &gear.place);
+    let message = "joints follow each other in a circle";
+    let help = "let each of them follow a joint that follows no other";
+    Err(place.map_or_else(|| Fault::of_all(message, help), |p| Fault::at(p, message, help)))
 }

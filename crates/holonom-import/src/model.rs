@@ -106,9 +106,7 @@ fn possible(node: &Node, remarks: &mut Remarks) -> Result<Mass> {
         remarks.mention(message, format!("link \"{}\"", node.name), &node.place);
         return Ok(node.mass.nearest_body());
     }
-    let mut moments: [f64; 3] = node.mass.inertia().symmetric_eigenvalues().into();
-    moments.sort_by(f64::total_cmp);
-    let [a, b, c] = moments;
+    let [a, b, c] = node.mass.moments();
     let message = format!(
         "no body has the moments of inertia of link `{}`: {c:?} > {a:?} + {b:?}",
         node.name.escape_debug()
@@ -290,7 +288,7 @@ fn comment(node: &Node, name: &str) -> String {
         text += &format!("With the links welded to it: {}. ", node.welded.join(", "));
     }
     if let Some(note) = &node.note {
-        text += &format!("Its mass, or a part of it: {note}. ");
+        text += note;
     }
     text
 }
@@ -318,17 +316,20 @@ fn inertia(tensor: &Matrix3<f64>) -> Inertia {
     Inertia::Tensor([0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j))))
 }
 
+/// Components of unit vectors below it are rounding errors.
+const NOISE: f64 = 4e-16;
+
 /// `[w, x, y, z]` with w >= 0.
 fn quaternion(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
     let q = rotation.quaternion();
     let sign = if q.w < 0.0 { -1.0 } else { 1.0 };
-    [q.w, q.i, q.j, q.k].map(|c| if c.abs() <= 1e-16 { 0.0 } else { plain(sign * c) })
+    [q.w, q.i, q.j, q.k].map(|c| if c.abs() <= NOISE { 0.0 } else { plain(sign * c) })
 }
 
 /// A vector without components at round-off of the largest one.
 fn vector(v: &Vector3<f64>) -> [f64; 3] {
     let size = v.amax();
-    [v.x, v.y, v.z].map(|c| if c.abs() <= 1e-16 * size { 0.0 } else { plain(c) })
+    [v.x, v.y, v.z].map(|c| if c.abs() <= NOISE * size { 0.0 } else { plain(c) })
 }
 
 /// Without the sign of zero.

@@ -1,6 +1,6 @@
 //! Names of the model file: unique, without the characters that it refuses.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use holonom_model::GROUND;
 
@@ -9,18 +9,26 @@ const LONGEST: usize = 90;
 
 /// The names taken so far.
 #[derive(Debug, Default)]
-pub(crate) struct Names(BTreeSet<String>);
+pub(crate) struct Names {
+    taken: BTreeSet<String>,
+    /// Of each name the next number behind it.
+    next: BTreeMap<String, u64>,
+}
 
 impl Names {
     /// A name for what is called `wanted`; another component of this name makes it `wanted_suffix`.
     pub(crate) fn unique(&mut self, wanted: &str, suffix: &str) -> String {
         let base = clean(wanted, suffix);
         let with_suffix = format!("{base}_{suffix}");
-        let numbered = (2..).map(|k: u64| format!("{base}_{k}"));
+        let next = self.next.entry(base.clone()).or_insert(2);
+        let numbered = std::iter::repeat_with(|| {
+            *next += 1;
+            format!("{base}_{}", *next - 1)
+        });
         let mut candidates = [base.clone(), with_suffix].into_iter().chain(numbered);
-        let free = candidates.find(|name| name != GROUND && !self.0.contains(name));
-        let name = free.unwrap_or(base);
-        self.0.insert(name.clone());
+        let free = candidates.find(|name| name != GROUND && !self.taken.contains(name));
+        let name = free.unwrap_or_default();
+        self.taken.insert(name.clone());
         name
     }
 }

@@ -1,5 +1,7 @@
 //! What could not be translated, or was translated in another form.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use crate::element::Element;
@@ -47,7 +49,11 @@ impl std::fmt::Display for Remark {
 
 /// Remarks while a description is read, one for each message.
 #[derive(Debug, Default)]
-pub(crate) struct Remarks(Vec<(String, Vec<(String, Place)>)>);
+pub(crate) struct Remarks {
+    list: Vec<(String, Vec<(String, Place)>)>,
+    /// Where each message stands in the list.
+    known: BTreeMap<String, usize>,
+}
 
 impl Remarks {
     /// A remark on an element.
@@ -67,12 +73,12 @@ impl Remarks {
     }
 
     fn elements(&mut self, message: String) -> &mut Vec<(String, Place)> {
-        let known = self.0.iter().position(|(m, _)| *m == message);
-        let at = known.unwrap_or_else(|| {
-            self.0.push((message, Vec::new()));
-            self.0.len() - 1
-        });
-        &mut self.0[at].1
+        let next = self.list.len();
+        let at = *self.known.entry(message.clone()).or_insert(next);
+        if at == next {
+            self.list.push((message, Vec::new()));
+        }
+        &mut self.list[at].1
     }
 
     /// The remarks with files, lines and columns.
@@ -85,6 +91,6 @@ impl Remarks {
             message,
             elements: elements.into_iter().map(mention).collect(),
         };
-        self.0.into_iter().map(remark).collect()
+        self.list.into_iter().map(remark).collect()
     }
 }

@@ -98,11 +98,6 @@ pub(crate) struct Gear {
 }
 
 impl Robot {
-    /// The joint of this name.
-    pub(crate) fn joint(&self, name: &str) -> Option<&Joint> {
-        self.links.iter().flat_map(|l| &l.joints).find(|j| j.name == name)
-    }
-
     /// The joint of this name, to change it.
     pub(crate) fn joint_mut(&mut self, name: &str) -> Option<&mut Joint> {
         self.links.iter_mut().flat_map(|l| &mut l.joints).find(|j| j.name == name)

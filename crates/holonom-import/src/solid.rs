@@ -1,5 +1,5 @@
 //! Homogeneous solids: mass properties and pictures of geometries.
-#![allow(non_snake_case)] // E: Euler tensor
+#![allow(non_snake_case)] // J: inertia tensor
 
 use std::f64::consts::PI;
 
@@ -55,8 +55,9 @@ impl Solid {
 
     /// Mass properties about the centre for a mass, kg.
     pub(crate) fn with_mass(&self, mass: f64) -> Mass {
-        let E = Matrix3::from_diagonal(&Vector3::from(self.euler())) * mass;
-        Mass { mass, center: Vector3::zeros(), E }
+        let [a, b, c] = self.euler();
+        let J = Matrix3::from_diagonal(&Vector3::new(b + c, c + a, a + b)) * mass;
+        Mass { mass, center: Vector3::zeros(), J }
     }
 
     /// The shape of the picture: edges of the capsule and the ellipsoid are those of the solid around it.
@@ -94,7 +95,7 @@ mod tests {
     #[test]
     fn a_capsule_without_length_is_a_sphere_and_a_long_one_a_cylinder() {
         let difference = |a: Solid, b: Solid, scale: f64| {
-            (a.with_mass(1.0).E - b.with_mass(1.0).E).amax() / scale
+            (a.with_mass(1.0).J - b.with_mass(1.0).J).amax() / scale
         };
         let short = difference(Solid::Capsule(0.3, 0.0), Solid::Sphere(0.3), 1.0);
         assert!(short < 1e-16, "{short:e}");

@@ -3,7 +3,7 @@
 //! A link with several joints becomes several bodies, and so some bodies have no mass. Where a neighbour beyond a hinge
 //! has mass, it lends a rod on the axis of that hinge ([`Mass::rod`]): the motion remains the same to the last bit.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use crate::mass::Mass;
 use crate::remark::Remarks;
@@ -234,7 +234,7 @@ impl Tree {
         let Some(rod) = donor.mass.rod(&p, &u) else { return false };
         let there = self.nodes[to].pose.inverse() * donor.pose;
         let note = format!(
-            "a rod on the axis of the hinge, of the mass of `{}`: the motion is the same",
+            "A rod on the axis of a hinge was taken from `{}` and added here: this does not change the motion.",
             donor.name
         );
         self.nodes[from].mass = self.nodes[from].mass.minus(&rod);
@@ -254,13 +254,13 @@ impl Tree {
         let inverse = self.nodes[k].pose.inverse();
         let u = inverse.rotation * axis;
         let center = inverse.transform_point(&point.into()).coords;
-        let rod = Mass { mass: 0.25 * mass, center, E: u * u.transpose() * (0.25 * size) };
-        let note = "a rod on the axis of the hinge on the ground: the motion is the same";
+        let rod = Mass::thin_rod(0.25 * mass, center, &u, 0.25 * size);
+        let note = "A rod on the axis of its hinge was added: it has no inertia about that axis, and does not change the motion.";
         self.receive(k, &rod, note.to_owned());
         true
     }
 
-    /// Last resort: a millionth of what follows, said so.
+    /// Last resort: a millionth of what is behind the body, said so.
     fn small_mass(&mut self, k: usize, remarks: &mut Remarks) -> Result<()> {
         let node = &self.nodes[k];
         let (mass, size) = self.behind(k);
@@ -271,14 +271,11 @@ impl Tree {
             );
             return Err(Fault::at(&node.place, message, "state its mass and inertia"));
         }
-        let small = Mass {
-            mass: SMALL * mass,
-            center: node.mass.center,
-            E: nalgebra::Matrix3::identity() * (SMALL * size / 3.0),
-        };
-        let message = "without mass or inertia: a millionth of what follows was added";
+        let inertia = Matrix3::identity() * (SMALL * size);
+        let small = Mass { mass: SMALL * mass, center: node.mass.center, J: inertia };
+        let message = "without mass or inertia: a millionth of what is behind it was added";
         remarks.mention(message, format!("link \"{}\"", node.name), &node.place);
-        self.receive(k, &small, "a millionth of what follows".to_owned());
+        self.receive(k, &small, "A millionth of what is behind it was added.".to_owned());
         Ok(())
     }
 
@@ -292,7 +289,7 @@ impl Tree {
             if behind[i] {
                 let at = node.pose.transform_point(&node.mass.center.into()).coords;
                 mass += node.mass.mass;
-                size += node.mass.E.trace() + node.mass.mass * (at - center).norm_squared();
+                size += 0.5 * node.mass.J.trace() + node.mass.mass * (at - center).norm_squared();
             }
         }
         (mass, size)

@@ -259,7 +259,7 @@ impl<'a> Reader<'a> {
             }
             return Ok(Mass::default());
         }
-        Ok(Mass::new(mass, Vector3::zeros(), &tensor).moved(&origin(inertial)?))
+        Ok(Mass { mass, center: Vector3::zeros(), J: tensor }.moved(&origin(inertial)?))
     }
 
     /// The solid of a visual, for the picture.

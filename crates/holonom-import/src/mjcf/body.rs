@@ -144,7 +144,7 @@ impl Bodies<'_> {
             if balance && (a + b < c || b + c < a || c + a < b) {
                 eigen.eigenvalues.fill((a + b + c) / 3.0);
             }
-            return Mass::new(mass.mass, mass.center, &eigen.recompose());
+            mass.J = eigen.recompose();
         }
         mass
     }
@@ -161,7 +161,7 @@ impl Bodies<'_> {
                 Matrix3::from_diagonal(&moments.into())
             }
         };
-        Ok(Mass::new(mass, Vector3::zeros(), &tensor).moved(&frame))
+        Ok(Mass { mass, center: Vector3::zeros(), J: tensor }.moved(&frame))
     }
 
     fn joint(&mut self, child: &Element, scope: &Scope) -> Result<()> {
