@@ -416,6 +416,9 @@ pub(crate) struct Import {
     /// Initial value of a joint, m or rad; may be repeated
     #[arg(long, value_name = "NAME=VALUE", value_parser = joint_value)]
     pub(crate) joint: Vec<JointValue>,
+    /// Density of URDF links that state no inertia, kg/m³: of their visual geometry
+    #[arg(long, value_name = "RHO", value_parser = density)]
+    pub(crate) density: Option<f64>,
     /// Time step, s; by default that of the description, or 1 ms
     #[arg(long, value_name = "H", allow_negative_numbers = true)]
     pub(crate) step: Option<f64>,
@@ -428,6 +431,13 @@ pub(crate) struct Import {
     /// Print what was and was not translated as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+fn density(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number
+        .filter(|rho| *rho > 0.0 && *rho <= 1e6)
+        .ok_or_else(|| "write a positive density in kg/m³, such as 2700".to_owned())
 }
 
 fn joint_value(text: &str) -> Result<JointValue, String> {

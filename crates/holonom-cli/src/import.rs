@@ -25,6 +25,7 @@ pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
     let options = Options {
         base: if arguments.free_base { Base::Free } else { Base::Fixed },
         values: arguments.joint.clone(),
+        density: arguments.density,
         step: arguments.step,
         end: arguments.end,
     };

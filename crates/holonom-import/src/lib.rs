@@ -64,6 +64,8 @@ pub struct Options {
     pub base: Base,
     /// Initial values of hinges and slides; others stay as the description draws them.
     pub values: Vec<JointValue>,
+    /// Density of URDF links that state no inertia, kg/m³: their visual geometry as a homogeneous solid.
+    pub density: Option<f64>,
     /// Time step, s; by default that of the description, or 1 ms.
     pub step: Option<f64>,
     /// End time, s.
@@ -72,7 +74,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { base: Base::default(), values: Vec::new(), step: None, end: 1.0 }
+        Self { base: Base::default(), values: Vec::new(), density: None, step: None, end: 1.0 }
     }
 }
 

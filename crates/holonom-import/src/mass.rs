@@ -43,7 +43,7 @@ impl Mass {
     }
 
     /// Euler tensor about the centre of mass, kg·m².
-    fn euler(&self) -> Matrix3<f64> {
+    pub(crate) fn euler(&self) -> Matrix3<f64> {
         Matrix3::identity() * (0.5 * self.J.trace()) - self.inertia()
     }
 

@@ -11,7 +11,7 @@ use holonom_model::nearest;
 
 use crate::element::Element;
 use crate::mass::Mass;
-use crate::mesh::Meshes;
+use crate::mesh::{Meshes, Summary};
 use crate::remark::Remarks;
 use crate::robot::{Gear, Joint, Kind, Link, Robot};
 use crate::solid::{Placed, Solid};
@@ -26,7 +26,8 @@ pub(crate) fn robot(
     remarks: &mut Remarks,
 ) -> Result<Robot> {
     refuse_xacro(root)?;
-    let mut reader = Reader { root, meshes, remarks, gears: Vec::new() };
+    let density = options.density;
+    let mut reader = Reader { root, density, meshes, remarks, gears: Vec::new() };
     let links = reader.links(options.base)?;
     reader.rest();
     let gears = reader.gears;
@@ -54,6 +55,8 @@ fn refuse_xacro(element: &Element) -> Result<()> {
 
 struct Reader<'a> {
     root: &'a Element,
+    /// Of links without inertia, kg/m³.
+    density: Option<f64>,
     meshes: &'a mut Meshes,
     remarks: &'a mut Remarks,
     gears: Vec<Gear>,
@@ -158,8 +161,11 @@ impl<'a> Reader<'a> {
             solids: Vec::new(),
             place: element.child("inertial").unwrap_or(element).place.clone(),
         };
+        let density = self.density.filter(|_| element.child("inertial").is_none());
         for visual in element.all("visual") {
-            link.solids.extend(self.visual(visual)?);
+            let Some((placed, mass)) = self.visual(visual, density.is_some())? else { continue };
+            link.solids.push(placed);
+            link.mass = link.mass.plus(&mass.scaled(density.unwrap_or(0.0)));
         }
         for collision in element.all("collision") {
             self.remarks.add("contact: not translated", &named(collision, element));
@@ -262,8 +268,8 @@ impl<'a> Reader<'a> {
         Ok(Mass { mass, center: Vector3::zeros(), J: tensor }.moved(&origin(inertial)?))
     }
 
-    /// The solid of a visual, for the picture.
-    fn visual(&mut self, visual: &Element) -> Result<Option<Placed>> {
+    /// The solid of a visual, and where it `weighs` its mass properties at 1 kg/m³.
+    fn visual(&mut self, visual: &Element, weighs: bool) -> Result<Option<(Placed, Mass)>> {
         let pose = origin(visual)?;
         let Some(shape) = visual.child("geometry").and_then(|g| g.children.first()) else {
             return Ok(None);
@@ -284,20 +290,23 @@ impl<'a> Reader<'a> {
             "mesh" => {
                 let scale = shape.vector::<3>("scale")?.unwrap_or([1.0; 3]);
                 let file = shape.required("filename")?;
-                return Ok(self.meshes.extents(file, scale).map_or_else(
-                    |reason| {
+                let summary = match self.meshes.summary(file, scale) {
+                    Ok(summary) => summary,
+                    Err(reason) => {
                         self.remarks.add(format!("meshes, {reason}: no picture"), shape);
-                        None
-                    },
-                    |extents| Some(extents.placed(&pose)),
-                ));
+                        return Ok(None);
+                    }
+                };
+                let mass = if weighs { weighed(&summary, shape)? } else { Mass::default() };
+                return Ok(Some((summary.placed(&pose), mass.moved(&pose))));
             }
             _ => {
                 self.remarks.add("unknown geometry: not translated", shape);
                 return Ok(None);
             }
         };
-        Ok(Some(Placed { solid, pose }))
+        let mass = if weighs && solid.is_solid() { solid.volume() } else { 0.0 };
+        Ok(Some((Placed { solid, pose }, solid.with_mass(mass).moved(&pose))))
     }
 
     /// What stands beside links and joints.
@@ -362,6 +371,15 @@ fn direction(axis: &Element) -> Result<Unit<Vector3<f64>>> {
     let xyz = Vector3::from(axis.vector::<3>("xyz")?.unwrap_or([1.0, 0.0, 0.0]));
     Unit::try_new(xyz, 1e-10).ok_or_else(|| {
         Fault::at(axis.place_of("xyz"), "the axis has no direction", "write xyz=\"0 0 1\"")
+    })
+}
+
+/// Mass properties of a mesh at 1 kg/m³.
+pub(crate) fn weighed(summary: &Summary, element: &Element) -> Result<Mass> {
+    summary.mass().map_err(|reason| {
+        let message = format!("the mesh has no mass properties: {reason}");
+        let help = "state the mass and the inertia of the link, or close the mesh";
+        Fault::at(&element.place, message, help)
     })
 }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 
-use super::geom::{Geom, geom};
+use super::geom::{Geom, Geoms};
 use super::pose::{orientation, pose};
 use super::settings::{Defaults, FromGeoms, Settings};
 use crate::element::Element;
@@ -27,10 +27,15 @@ struct Scope {
     link: Option<usize>,
     class: Option<String>,
     frame: Isometry3<f64>,
+    /// Whether the body moves.
+    moves: bool,
+    /// Whether geoms give the body its mass.
+    weighs: bool,
 }
 
 /// What is read from `<worldbody>`.
-pub(crate) struct Bodies<'a> {
+pub(crate) struct Bodies<'a, 'b> {
+    pub(crate) geoms: &'a mut Geoms<'b>,
     pub(crate) settings: &'a Settings,
     pub(crate) defaults: &'a Defaults,
     pub(crate) remarks: &'a mut Remarks,
@@ -38,11 +43,12 @@ pub(crate) struct Bodies<'a> {
     pub(crate) sites: Vec<Site>,
 }
 
-impl Bodies<'_> {
+impl Bodies<'_, '_> {
     /// Reads what stands in `<worldbody>`.
     pub(crate) fn world(&mut self, world: &Element) -> Result<()> {
         let class = world.word("childclass").map(str::to_owned);
-        let scope = Scope { link: None, class, frame: Isometry3::identity() };
+        let scope =
+            Scope { link: None, class, frame: Isometry3::identity(), moves: false, weighs: false };
         let mut geoms = Vec::new();
         self.children(world, &scope, &mut geoms)
     }
@@ -61,7 +67,7 @@ impl Bodies<'_> {
                 "joint" | "freejoint" => self.joint(child, scope)?,
                 "geom" => {
                     let element = self.defaults.apply(child, scope.class.as_deref())?;
-                    let read = geom(&element, self.settings, self.remarks)?;
+                    let read = self.geoms.geom(&element, scope.weighs, self.remarks)?;
                     geoms.push(moved(&read, &scope.frame));
                     let zero =
                         ["contype", "conaffinity"].map(|name| element.word(name) == Some("0"));
@@ -107,7 +113,15 @@ impl Bodies<'_> {
             }
         }
         let class = element.word("childclass").map(str::to_owned).or_else(|| scope.class.clone());
-        let inner = Scope { link: Some(number), class, frame: Isometry3::identity() };
+        let stated = element.child("inertial").is_some();
+        let moves = scope.moves || has_joint(element);
+        let weighs = match self.settings.from_geoms {
+            FromGeoms::Always => true,
+            FromGeoms::WhereMissing => !stated,
+            FromGeoms::Never => false,
+        };
+        let (frame, weighs) = (Isometry3::identity(), weighs && moves);
+        let inner = Scope { link: Some(number), class, frame, moves, weighs };
         let mut geoms = Vec::new();
         self.children(element, &inner, &mut geoms)?;
         let mass = self.mass(element, &geoms)?;
@@ -119,16 +133,15 @@ impl Bodies<'_> {
 
     /// Mass properties of a body: stated, or those of its geoms.
     fn mass(&mut self, element: &Element, geoms: &[Geom]) -> Result<Mass> {
-        let from_geoms = self.settings.from_geoms;
-        let inertial = element.child("inertial").filter(|_| from_geoms != FromGeoms::Always);
-        let stated = match inertial {
+        let inertial = element.child("inertial");
+        let always = self.settings.from_geoms == FromGeoms::Always;
+        let stated = match inertial.filter(|_| !always) {
             Some(inertial) => self.inertial(inertial)?,
-            None if from_geoms == FromGeoms::Never => Mass::default(),
             None => geoms.iter().fold(Mass::default(), |sum, g| sum.plus(&g.mass)),
         };
-        if element.child("inertial").is_some() && inertial.is_none() {
-            self.remarks
-                .add("<inertial>: not used, as the compiler takes inertia from geoms", element);
+        if inertial.is_some() && always {
+            let message = "<inertial>: not used, as the compiler takes inertia from geoms";
+            self.remarks.add(message, element);
         }
         Ok(self.bounded(stated))
     }
@@ -273,6 +286,15 @@ impl Bodies<'_> {
         }
         Ok(())
     }
+}
+
+/// Whether a body has a joint, in a frame or not.
+fn has_joint(element: &Element) -> bool {
+    element.children.iter().any(|child| match child.name.as_str() {
+        "joint" | "freejoint" => true,
+        "frame" => has_joint(child),
+        _ => false,
+    })
 }
 
 fn moved(geom: &Geom, frame: &Isometry3<f64>) -> Geom {

@@ -1,14 +1,18 @@
 //! `<geom>`: its solid, its pose, its mass.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Isometry3, Unit, Vector3};
 
 use super::pose::{orientation, pose, to_axis};
 use super::settings::Settings;
 use crate::element::Element;
 use crate::mass::Mass;
+use crate::mesh::Meshes;
 use crate::remark::Remarks;
 use crate::solid::{Placed, Solid};
 use crate::source::{Fault, Result};
+use crate::urdf::weighed;
 
 /// A geometry in the frame of its body.
 #[derive(Clone, Copy, Debug)]
@@ -22,46 +26,113 @@ pub(crate) struct Geom {
 /// Density without one, kg/m³.
 const DENSITY: f64 = 1000.0;
 
-/// Reads a geom whose defaults are applied.
-pub(crate) fn geom(element: &Element, settings: &Settings, remarks: &mut Remarks) -> Result<Geom> {
-    let kind = element.word("type").unwrap_or("sphere");
-    let none = Geom { placed: None, mass: Mass::default() };
-    if element.word("mesh").is_some() && kind != "mesh" {
-        remarks.add("solids fitted to meshes: neither mass nor picture", element);
-        return Ok(none);
+/// The file of a mesh.
+#[derive(Clone, Debug)]
+pub(crate) struct MeshFile {
+    pub(crate) file: String,
+    pub(crate) scale: [f64; 3],
+    /// Whether its frame is not that of the file.
+    pub(crate) moved: bool,
+}
+
+/// Reads geoms.
+#[derive(Debug)]
+pub(crate) struct Geoms<'a> {
+    pub(crate) settings: &'a Settings,
+    pub(crate) files: BTreeMap<String, MeshFile>,
+    pub(crate) meshes: &'a mut Meshes,
+}
+
+impl Geoms<'_> {
+    /// Reads a geom whose defaults are applied; where it does not weigh, it has no mass.
+    pub(crate) fn geom(
+        &mut self,
+        element: &Element,
+        weighs: bool,
+        remarks: &mut Remarks,
+    ) -> Result<Geom> {
+        let kind = element.word("type").unwrap_or("sphere");
+        let none = Geom { placed: None, mass: Mass::default() };
+        if element.word("mesh").is_some() && kind != "mesh" {
+            remarks.add("solids fitted to meshes: neither mass nor picture", element);
+            return Ok(none);
+        }
+        let weighs = weighs && self.counts(element)?;
+        if kind == "mesh" {
+            return self.mesh(element, weighs, remarks);
+        }
+        let Some(placed) = solid(element, kind, self.settings)? else {
+            let message = match kind {
+                "plane" | "hfield" => "ground surfaces: not translated",
+                "sdf" => "signed distance fields: neither mass nor picture",
+                other => {
+                    let message = format!("`{}` is no type of a geom", other.escape_debug());
+                    let help = "there are: sphere, capsule, ellipsoid, cylinder, box, plane, mesh";
+                    return Err(Fault::at(element.place_of("type"), message, help));
+                }
+            };
+            remarks.add(message, element);
+            return Ok(none);
+        };
+        if element.flag("shellinertia") == Some(true) {
+            remarks.add("shells: their mass is taken as that of solids", element);
+        }
+        let mass = if weighs { mass(element, placed.solid.volume())? } else { 0.0 };
+        let massless = Mass::default();
+        let mass =
+            if mass > 0.0 { placed.solid.with_mass(mass).moved(&placed.pose) } else { massless };
+        Ok(Geom { placed: Some(placed), mass })
     }
-    let Some(placed) = solid(element, kind, settings)? else {
-        let message = match kind {
-            "plane" | "hfield" => "ground surfaces: not translated",
-            "mesh" => "meshes, not read: neither mass nor picture",
-            "sdf" => "signed distance fields: neither mass nor picture",
-            other => {
-                let message = format!("`{}` is no type of a geom", other.escape_debug());
-                let help = "there are: sphere, capsule, ellipsoid, cylinder, box, plane, mesh";
-                return Err(Fault::at(element.place_of("type"), message, help));
+
+    /// Whether its group counts, and mass or density are not zero.
+    fn counts(&self, element: &Element) -> Result<bool> {
+        let group = element.number("group")?.unwrap_or(0.0);
+        let [least, largest] = self.settings.groups;
+        let zero = mass(element, 1.0)? == 0.0;
+        Ok(least <= group && group <= largest && !zero)
+    }
+
+    fn mesh(&mut self, element: &Element, weighs: bool, remarks: &mut Remarks) -> Result<Geom> {
+        let name = element.required("mesh")?;
+        let summary = match self.files.get(name) {
+            Some(mesh) if !mesh.moved => {
+                let file = std::path::Path::new(&self.settings.mesh_folder).join(&mesh.file);
+                self.meshes.summary(&file.to_string_lossy(), mesh.scale)
+            }
+            Some(_) => Err("with refpos or refquat"),
+            None => Err("not from a file"),
+        };
+        let summary = match summary {
+            Ok(summary) => summary,
+            Err(reason) => {
+                let lost = if weighs { "neither mass nor picture" } else { "no picture" };
+                remarks.add(format!("meshes, {reason}: {lost}"), element);
+                return Ok(Geom { placed: None, mass: Mass::default() });
             }
         };
-        remarks.add(message, element);
-        return Ok(none);
-    };
-    if element.flag("shellinertia") == Some(true) {
-        remarks.add("shells: their mass is taken as that of solids", element);
+        let pose = pose(element, self.settings)?;
+        let placed = Some(summary.placed(&pose));
+        if !weighs {
+            return Ok(Geom { placed, mass: Mass::default() });
+        }
+        let unit = weighed(&summary, element)?;
+        remarks.add("meshes: mass and inertia of the homogeneous solid", element);
+        let mass = unit.scaled(mass(element, unit.mass)? / unit.mass);
+        Ok(Geom { placed, mass: mass.moved(&pose) })
     }
-    let mass = match element.number("mass")? {
-        Some(mass) => mass,
-        None => element.number("density")?.unwrap_or(DENSITY) * placed.solid.volume(),
+}
+
+/// The mass of a geom of some volume, kg.
+fn mass(element: &Element, volume: f64) -> Result<f64> {
+    let (name, mass) = match element.number("mass")? {
+        Some(mass) => ("mass", mass),
+        None => ("density", element.number("density")?.unwrap_or(DENSITY) * volume),
     };
     if mass < 0.0 {
-        let place = if element.attribute("mass").is_some() { "mass" } else { "density" };
         let message = format!("the mass {mass} kg is negative");
-        return Err(Fault::at(element.place_of(place), message, "write 0 or a positive number"));
+        return Err(Fault::at(element.place_of(name), message, "write 0 or a positive number"));
     }
-    let group = element.number("group")?.unwrap_or(0.0);
-    let counts = settings.groups[0] <= group && group <= settings.groups[1];
-    let mass = if counts { mass } else { 0.0 };
-    let massless = Mass::default();
-    let mass = if mass > 0.0 { placed.solid.with_mass(mass).moved(&placed.pose) } else { massless };
-    Ok(Geom { placed: Some(placed), mass })
+    Ok(mass)
 }
 
 /// The solid of a geom; `None` where its type has none.

@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 
 use body::Bodies;
 use equality::Equalities;
+use geom::{Geoms, MeshFile};
 use settings::{Defaults, Settings};
 
 use crate::element::Element;
@@ -22,10 +23,12 @@ use crate::robot::{Link, Robot};
 use crate::source::{Fault, Place, Result};
 
 /// Reads a robot from the root element `<mujoco>`.
-pub(crate) fn robot(root: &Element, _meshes: &mut Meshes, remarks: &mut Remarks) -> Result<Robot> {
+pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) -> Result<Robot> {
     let settings = Settings::read(root, remarks)?;
     let defaults = Defaults::read(root)?;
+    let mut geoms = Geoms { settings: &settings, files: files(root, &defaults)?, meshes };
     let mut bodies = Bodies {
+        geoms: &mut geoms,
         settings: &settings,
         defaults: &defaults,
         remarks,
@@ -57,6 +60,21 @@ pub(crate) fn robot(root: &Element, _meshes: &mut Meshes, remarks: &mut Remarks)
         loops,
         gears,
     })
+}
+
+/// The files of meshes, by the names of the meshes.
+fn files(root: &Element, defaults: &Defaults) -> Result<BTreeMap<String, MeshFile>> {
+    let mut files = BTreeMap::new();
+    for mesh in root.all("asset").flat_map(|asset| asset.all("mesh")) {
+        let element = defaults.apply(mesh, None)?;
+        let Some(file) = element.word("file") else { continue };
+        let stem = std::path::Path::new(file).file_stem().unwrap_or_default();
+        let name = element.word("name").map_or_else(|| stem.display().to_string(), str::to_owned);
+        let scale = element.vector::<3>("scale")?.unwrap_or([1.0; 3]);
+        let moved = element.word("refpos").is_some() || element.word("refquat").is_some();
+        files.insert(name, MeshFile { file: file.to_owned(), scale, moved });
+    }
+    Ok(files)
 }
 
 /// Scales all masses to a sum, kg.
