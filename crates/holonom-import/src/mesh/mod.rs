@@ -32,6 +32,8 @@ pub(crate) struct Summary {
     largest: Vector3<f64>,
     /// At 1 kg/m³; or why it is no solid.
     mass: Result<Mass, String>,
+    /// The same where the volumes of all tetrahedra count as positive.
+    unsigned: Mass,
 }
 
 /// The meshes of a description; each file is read once.
@@ -75,19 +77,25 @@ impl Summary {
         let extreme = |pick: fn(f64, f64) -> f64| {
             mesh.corners.iter().fold(first, |sum, corner| sum.zip_map(corner, pick))
         };
-        Self { least: extreme(f64::min), largest: extreme(f64::max), mass: solid(mesh) }
+        Self {
+            least: extreme(f64::min),
+            largest: extreme(f64::max),
+            mass: solid(mesh),
+            unsigned: unsigned(mesh),
+        }
     }
 
     fn scaled(&self, scale: &Vector3<f64>) -> Self {
         let ends = [self.least.component_mul(scale), self.largest.component_mul(scale)];
         let volume = scale.product().abs();
-        let mass = self.mass.clone().map(|mass| {
+        let scaled = |mass: Mass| {
             let E = mass.euler().component_mul(&(scale * scale.transpose())) * volume;
             let center = mass.center.component_mul(scale);
             let J = Matrix3::identity() * E.trace() - E;
             Mass { mass: mass.mass * volume, center, J }
-        });
-        Self { least: ends[0].inf(&ends[1]), largest: ends[0].sup(&ends[1]), mass }
+        };
+        let (mass, unsigned) = (self.mass.clone().map(scaled), scaled(self.unsigned));
+        Self { least: ends[0].inf(&ends[1]), largest: ends[0].sup(&ends[1]), mass, unsigned }
     }
 
     /// The box around it, in a link in which the mesh has a pose.
@@ -104,6 +112,42 @@ impl Summary {
     pub(crate) fn mass(&self) -> Result<Mass, &str> {
         self.mass.as_ref().copied().map_err(String::as_str)
     }
+
+    /// The same with all volumes counted as positive, for meshes that are not closed.
+    pub(crate) fn unsigned_mass(&self) -> Mass {
+        self.unsigned
+    }
+}
+
+/// Mass properties at 1 kg/m³ with the volumes of all tetrahedra counted as positive: first with the tip at the centroid of the
+/// surface, which gives the centre of mass, then with the tip there. Closed meshes need not be; a star-shaped one has its own
+/// mass properties. So does MuJoCo by default (`inertia="legacy"`).
+fn unsigned(mesh: &Mesh) -> Mass {
+    let corners = |triangle: &[usize; 3]| triangle.map(|k| mesh.corners[k]);
+    let (mut area, mut moment) = (0.0, Vector3::zeros());
+    for [a, b, c] in mesh.triangles.iter().map(corners) {
+        let size = (b - a).cross(&(c - a)).norm();
+        area += size;
+        moment += (a + b + c) * (size / 3.0);
+    }
+    let tip = moment / area;
+    let (mut volume, mut first) = (0.0, Vector3::zeros());
+    for triangle in mesh.triangles.iter().map(corners) {
+        let [a, b, c] = triangle.map(|corner| corner - tip);
+        let det = a.cross(&b).dot(&c).abs();
+        volume += det / 6.0;
+        first += (a + b + c) * (det / 24.0);
+    }
+    let center = if volume > 0.0 { tip + first / volume } else { tip };
+    let (mut mass, mut E) = (0.0, Matrix3::zeros());
+    for triangle in mesh.triangles.iter().map(corners) {
+        let [a, b, c] = triangle.map(|corner| corner - center);
+        let (det, s) = (a.cross(&b).dot(&c).abs(), a + b + c);
+        mass += det / 6.0;
+        E += (a * a.transpose() + b * b.transpose() + c * c.transpose() + s * s.transpose())
+            * (det / 120.0);
+    }
+    Mass { mass, center, J: Matrix3::identity() * E.trace() - E }
 }
 
 /// Mass properties at 1 kg/m³ of a closed mesh.
@@ -168,6 +212,8 @@ mod tests {
         let mass = found.mass().unwrap();
         let error = (mass.J - exact.J).amax().max((mass.mass - 12.0).abs());
         assert!(error < 1e-13, "{error:e}");
+        let legacy = (found.unsigned_mass().J - exact.J).amax();
+        assert!(legacy < 1e-13, "a convex mesh: {legacy:e}");
         let center = (mass.center - Vector3::new(3.0, -2.0, 2.5)).amax();
         assert!(center < 1e-14, "{center:e}");
         let placed = found.placed(&Isometry3::identity());

@@ -33,6 +33,8 @@ pub(crate) struct MeshFile {
     pub(crate) scale: [f64; 3],
     /// Whether its frame is not that of the file.
     pub(crate) moved: bool,
+    /// How its volume is taken.
+    pub(crate) inertia: String,
 }
 
 /// Reads geoms.
@@ -94,7 +96,10 @@ impl Geoms<'_> {
 
     fn mesh(&mut self, element: &Element, weighs: bool, remarks: &mut Remarks) -> Result<Geom> {
         let name = element.required("mesh")?;
-        let summary = match self.files.get(name) {
+        let file = self.files.get(name).cloned();
+        let exact = file.as_ref().is_some_and(|mesh| mesh.inertia == "exact");
+        let legacy = file.as_ref().is_some_and(|mesh| mesh.inertia == "legacy");
+        let summary = match &file {
             Some(mesh) if !mesh.moved => {
                 let file = std::path::Path::new(&self.settings.mesh_folder).join(&mesh.file);
                 self.meshes.summary(&file.to_string_lossy(), mesh.scale)
@@ -115,8 +120,15 @@ impl Geoms<'_> {
         if !weighs {
             return Ok(Geom { placed, mass: Mass::default() });
         }
-        let unit = weighed(&summary, element)?;
-        remarks.add("meshes: mass and inertia of the homogeneous solid", element);
+        let unit = if legacy { summary.unsigned_mass() } else { weighed(&summary, element)? };
+        if unit.mass <= 0.0 {
+            let help = "state an <inertial> of the body";
+            return Err(Fault::at(&element.place, "the mesh has no volume", help));
+        }
+        if !exact && !legacy {
+            let message = "meshes with another `inertia` than exact and legacy: taken as solids";
+            remarks.add(message, element);
+        }
         let mass = unit.scaled(mass(element, unit.mass)? / unit.mass);
         Ok(Geom { placed, mass: mass.moved(&pose) })
     }

@@ -72,7 +72,8 @@ fn files(root: &Element, defaults: &Defaults) -> Result<BTreeMap<String, MeshFil
         let name = element.word("name").map_or_else(|| stem.display().to_string(), str::to_owned);
         let scale = element.vector::<3>("scale")?.unwrap_or([1.0; 3]);
         let moved = element.word("refpos").is_some() || element.word("refquat").is_some();
-        files.insert(name, MeshFile { file: file.to_owned(), scale, moved });
+        let inertia = element.word("inertia").unwrap_or("legacy").to_owned();
+        files.insert(name, MeshFile { file: file.to_owned(), scale, moved, inertia });
     }
     Ok(files)
 }
