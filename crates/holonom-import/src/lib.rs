@@ -4,7 +4,7 @@
 //! robot.urdf ─► Element ─► Robot ─► Tree ─► Draft ─► text with comments ─► Model (read back, checked)
 //!  (XML)        places     links    bodies   sections
 //! ```
-//! Both formats become the same [`Robot`](robot::Robot): links with joints. What has no counterpart in a model file is
+//! Both formats become the same `Robot`: links with joints. What has no counterpart in a model file is
 //! listed as a [`Remark`]; nothing is dropped silently. The initial configuration is the one that the description draws,
 //! with all joints at zero, unless [`Options::values`] says otherwise.
 
@@ -191,7 +191,8 @@ fn place(robot: &mut Robot, options: &Options) -> source::Result<()> {
         found.value = value - found.reference;
     }
     follow(robot)?;
-    let wild = robot.links.iter().flat_map(|l| &l.joints).find(|j| !(j.value.abs() <= 1e15));
+    let bounded = |value: f64| value.is_finite() && value.abs() <= 1e15;
+    let wild = robot.links.iter().flat_map(|l| &l.joints).find(|j| !bounded(j.value));
     wild.map_or(Ok(()), |joint| {
         let message = "its initial value follows other joints without end";
         Err(Fault::at(&joint.place, message, "correct the joints that follow each other"))

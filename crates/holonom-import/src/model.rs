@@ -130,7 +130,7 @@ impl Drafter<'_> {
             mass: Some(mass.mass),
             inertia: Some(inertia(&mass.moved(&to_axes).inertia())),
             position: vector(&position),
-            quaternion: (quaternion != [1.0, 0.0, 0.0, 0.0]).then_some(quaternion),
+            quaternion: quaternion[1..].iter().any(|c| *c != 0.0).then_some(quaternion),
             shape: shown.map(|p| p.solid.shape()),
             ..Body::default()
         });

@@ -161,10 +161,8 @@ impl Tree {
         let count = joints.len() == 3 + hinges.len() + balls.len();
         let all_plain = joints.iter().all(plain);
         if parent.is_none() && turns && count && independent(&slides) && all_plain {
-            if slides.len() == 3 {
-                self.say(link, "all its joints together: a free body", remarks);
-                return Vec::new();
-            }
+            self.say(link, "all its joints together: a free body", remarks);
+            return Vec::new();
         }
         let [a, b] = slides.as_slice() else { return joints.clone() };
         let (a, b) = (a.axis.into_inner(), b.axis.into_inner());
