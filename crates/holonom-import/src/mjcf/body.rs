@@ -41,6 +41,8 @@ pub(crate) struct Bodies<'a, 'b> {
     pub(crate) remarks: &'a mut Remarks,
     pub(crate) links: Vec<Link>,
     pub(crate) sites: Vec<Site>,
+    /// Names of bodies that are moved from outside.
+    pub(crate) mocaps: Vec<String>,
 }
 
 impl Bodies<'_, '_> {
@@ -107,6 +109,9 @@ impl Bodies<'_, '_> {
             solids: Vec::new(),
             place: element.place.clone(),
         });
+        if element.flag("mocap") == Some(true) {
+            self.mocaps.extend(element.word("name").map(str::to_owned));
+        }
         for name in ["mocap", "gravcomp"] {
             if element.word(name).is_some_and(|value| value != "false" && value != "0") {
                 self.remarks.add(format!("`{name}` of bodies: not translated"), element);

@@ -13,6 +13,7 @@ use crate::source::{Fault, Result};
 pub(crate) struct Equalities<'a> {
     pub(crate) links: &'a [Link],
     pub(crate) sites: &'a [Site],
+    pub(crate) mocaps: &'a [String],
     pub(crate) defaults: &'a Defaults,
     pub(crate) remarks: &'a mut Remarks,
     pub(crate) loops: Vec<Closure>,
@@ -26,6 +27,11 @@ impl Equalities<'_> {
             let element = self.defaults.apply(child, None)?;
             if element.flag("active") == Some(false) {
                 self.remarks.add("equalities that are not active: left out", child);
+                continue;
+            }
+            let ends = ["body1", "body2"].map(|end| element.word(end));
+            if ends.into_iter().flatten().any(|name| self.mocaps.iter().any(|m| m == name)) {
+                self.remarks.add("welds to bodies that are moved from outside: left out", child);
                 continue;
             }
             match child.name.as_str() {

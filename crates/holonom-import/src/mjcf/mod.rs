@@ -34,17 +34,25 @@ pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) 
         remarks,
         links: Vec::new(),
         sites: Vec::new(),
+        mocaps: Vec::new(),
     };
     root.all("worldbody").try_for_each(|world| bodies.world(world))?;
-    let Bodies { mut links, sites, .. } = bodies;
+    let Bodies { mut links, sites, mocaps, .. } = bodies;
     unique_names(&links)?;
     if links.is_empty() {
         let help = "a model of MuJoCo has <body> in <worldbody>";
         return Err(Fault::at(&root.place, "the model has no body", help));
     }
     let (loops, gears) = (Vec::new(), Vec::new());
-    let mut equalities =
-        Equalities { links: &links, sites: &sites, defaults: &defaults, remarks, loops, gears };
+    let mut equalities = Equalities {
+        links: &links,
+        sites: &sites,
+        mocaps: &mocaps,
+        defaults: &defaults,
+        remarks,
+        loops,
+        gears,
+    };
     equalities.read(root)?;
     let Equalities { loops, gears, .. } = equalities;
     rest(root, remarks);
