@@ -22,11 +22,15 @@ GYMNASIUM = ("gymnasium", "1.4.0", "MIT")
 DM_CONTROL = ("dm_control", "1.0.50", "Apache-2.0")
 ROBOTS = ("example-robot-data", "6.0.0", "BSD-2-Clause")
 
+SAFETY = ("safety-gymnasium", "1.0.0", "Apache-2.0")
+OWN = ("of this repository", "", "MIT OR Apache-2.0")
+
 # file, whether its base is free, and where it is from
 FILES = (
     [(f"gymnasium/{n}.xml", False, GYMNASIUM) for n in ("ant", "half_cheetah", "hopper", "humanoid", "swimmer", "walker2d")]
     + [("gymnasium/inverted_double_pendulum.xml", False, GYMNASIUM)]
     + [(f"dm_control/{n}.xml", False, DM_CONTROL) for n in ("acrobot", "finger", "fish", "quadruped")]
+    + [("safety-gymnasium/car.xml", False, SAFETY), ("forms.xml", False, OWN)]
     + [(f"example-robot-data/{n}.urdf", False, ROBOTS) for n in ("double_pendulum_continuous", "solo12")]
     + [(f"example-robot-data/{n}.urdf", True, ROBOTS) for n in ("solo12", "iris")]
     + [("example-robot-data/TwoDofs.urdf", False, ROBOTS[:2] + ("BSD-3-Clause",))]
