@@ -220,3 +220,41 @@ fn problems_are_data_too() {
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     insta::assert_json_snapshot!("problem", report);
 }
+
+/// A tetrahedron with corners at the origin and at 1 m on each axis, without its last `missing` faces.
+fn tetrahedron(missing: usize) -> String {
+    let corners = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
+    let faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+    let face = |face: &[usize; 3]| {
+        let vertices: String = face.iter().map(|k| format!("vertex {}\n", corners[*k])).collect();
+        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    };
+    let facets: String = faces[..4 - missing].iter().map(face).collect();
+    format!("solid t\n{facets}endsolid t\n")
+}
+
+#[test]
+fn a_mesh_gives_the_picture_and_the_mass_by_its_density() {
+    let robot = r#"<robot name="r">
+<link name="base"/>
+<link name="stone"><visual><geometry><mesh filename="package://stones/t.stl"/></geometry></visual></link>
+<joint name="j" type="revolute"><parent link="base"/><child link="stone"/></joint>
+</robot>
+"#;
+    let folder = file("mesh", "robot.urdf", robot);
+    fs::write(folder.join("t.stl"), tetrahedron(0)).unwrap();
+    assert_eq!(code(&folder, &["import", "robot.urdf", "--density", "600"]), 0);
+    let model = holonom::Model::from_toml(&fs::read_to_string(folder.join("robot.toml")).unwrap());
+    let body = model.unwrap().bodies.remove(0);
+    let (mass, inertia) = (body.mass(), body.inertia_tensor());
+    assert!((mass - 100.0).abs() < 1e-13, "{mass}"); // V = 1/6
+    assert!((inertia[(0, 0)] - 7.5).abs() < 1e-13, "{inertia}"); // 3/40 m for the tetrahedron at a corner of a cube
+    assert!((inertia[(0, 1)] - 1.25).abs() < 1e-13, "{inertia}"); // 1/80 m
+    assert_eq!(body.shape.unwrap().dimensions, [1.0; 3]);
+
+    fs::write(folder.join("t.stl"), tetrahedron(1)).unwrap();
+    let output = holonom(&folder, &["import", "robot.urdf", "--density", "600", "--force"]);
+    assert_eq!(output.status.code(), Some(3));
+    let words = words(&output);
+    assert!(words.contains("it is not closed: 3 edges have no partner"), "{words}");
+}

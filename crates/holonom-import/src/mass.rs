@@ -1,4 +1,4 @@
-//! Mass properties: addition, and rods on an axis that one body lends to another.
+//! Mass properties: addition, and rods on an axis that are transferred from one body to another.
 //!
 //! ```text
 //! J = J_1 + J_2 + μ (|d|² I − d dᵀ),  μ = m_1 m_2 / (m_1 + m_2),  d = c_2 − c_1      two bodies as one
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lamina_lends_no_rod() {
+    fn no_rod_is_taken_from_a_lamina() {
         let J = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 2.0));
         assert_eq!(
             Mass { mass: 1.0, center: Vector3::zeros(), J }.rod(&Vector3::x(), &Vector3::z()),

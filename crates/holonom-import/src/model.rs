@@ -63,8 +63,8 @@ pub(crate) fn draft(
         drafter.body(k, mass, remarks);
     }
     if drafter.draft.model.bodies.is_empty() {
-        let message = "nothing moves: all links are fixed to the ground";
-        let help = "the root link of a URDF robot moves freely with --free-base";
+        let message = "nothing with mass moves";
+        let help = "state the mass of a link behind a joint; the root link of a URDF robot moves with --free-base";
         return Err(vec![Fault::of_all(message, help)]);
     }
     (0..tree.nodes.len()).for_each(|k| drafter.joint(k, remarks));

@@ -1,7 +1,7 @@
 //! From links to bodies: each body has one joint, welded links are one body, links without mass get a rod.
 //!
 //! A link with several joints becomes several bodies, and so some bodies have no mass. Where a neighbour beyond a hinge
-//! has mass, it lends a rod on the axis of that hinge ([`Mass::rod`]): the motion remains the same to the last bit.
+//! has mass, a rod on the axis of that hinge is transferred from it ([`Mass::rod`]), which does not change the motion.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
@@ -53,7 +53,7 @@ pub(crate) struct Tree {
     pub(crate) pose_in_body: Vec<Isometry3<f64>>,
 }
 
-/// What a body gets of the mass behind it where no neighbour lends any.
+/// What a body gets of the mass behind it where none can be taken from its neighbours.
 const SMALL: f64 = 1e-6;
 
 impl Tree {
@@ -64,7 +64,7 @@ impl Tree {
             tree.add(link, remarks);
         }
         tree.leave_out_massless_ends(robot, remarks);
-        tree.lend_rods(remarks)?;
+        tree.transfer_rods(remarks)?;
         Ok(tree)
     }
 
@@ -201,7 +201,7 @@ impl Tree {
     }
 
     /// Gives bodies without mass or inertia a rod of a neighbour beyond a hinge.
-    fn lend_rods(&mut self, remarks: &mut Remarks) -> Result<()> {
+    fn transfer_rods(&mut self, remarks: &mut Remarks) -> Result<()> {
         let mut children = vec![Vec::new(); self.nodes.len()];
         for (k, node) in self.nodes.iter().enumerate().filter(|(_, node)| !node.absent) {
             node.parent.into_iter().for_each(|parent| children[parent].push(k));
@@ -210,10 +210,10 @@ impl Tree {
             if self.nodes[k].absent || self.nodes[k].mass.is_body() {
                 continue;
             }
-            let lent = children[k].iter().any(|c| self.lend(*c, k, *c))
-                || self.nodes[k].parent.is_some_and(|p| self.lend(p, k, k))
-                || self.lend_by_ground(k);
-            if !lent {
+            let done = children[k].iter().any(|c| self.transfer(*c, k, *c))
+                || self.nodes[k].parent.is_some_and(|p| self.transfer(p, k, k))
+                || self.rod_on_ground(k);
+            if !done {
                 self.small_mass(k, remarks)?;
             }
         }
@@ -221,7 +221,7 @@ impl Tree {
     }
 
     /// A rod of body `from` on the hinge of body `hinge` becomes a part of body `to`.
-    fn lend(&mut self, from: usize, to: usize, hinge: usize) -> bool {
+    fn transfer(&mut self, from: usize, to: usize, hinge: usize) -> bool {
         let Some((point, axis)) = self.hinge(hinge) else { return false };
         let donor = &self.nodes[from];
         if donor.absent {
@@ -241,7 +241,7 @@ impl Tree {
     }
 
     /// Where the parent is the ground, any rod on the axis will do.
-    fn lend_by_ground(&mut self, k: usize) -> bool {
+    fn rod_on_ground(&mut self, k: usize) -> bool {
         let (None, Some((point, axis))) = (self.nodes[k].parent, self.hinge(k)) else {
             return false;
         };
@@ -264,7 +264,7 @@ impl Tree {
         let (mass, size) = self.behind(k);
         if mass <= 0.0 || size <= 0.0 {
             let message = format!(
-                "`{}` moves and has no mass or inertia, and no neighbour lends any",
+                "`{}` moves and has no mass or inertia, and none can be taken from its neighbours",
                 node.name
             );
             return Err(Fault::at(&node.place, message, "state its mass and inertia"));

@@ -46,7 +46,8 @@ pub(crate) struct Meshes {
 impl Meshes {
     /// Meshes of the description in this file.
     pub(crate) fn beside(path: &Path) -> Self {
-        let folder = path.parent().unwrap_or_else(|| Path::new("")).to_owned();
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or_else(|| Path::new(".")).to_owned();
         Self { folder, known: BTreeMap::new() }
     }
 
