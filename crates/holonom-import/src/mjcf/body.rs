@@ -70,6 +70,9 @@ impl Bodies<'_, '_> {
                 "geom" => {
                     let element = self.defaults.apply(child, scope.class.as_deref())?;
                     let read = self.geoms.geom(&element, scope.weighs, self.remarks)?;
+                    if scope.link.is_none() && read.placed.is_some() {
+                        self.remarks.add("geometry fixed to the ground: no picture", child);
+                    }
                     geoms.push(moved(&read, &scope.frame));
                     let zero =
                         ["contype", "conaffinity"].map(|name| element.word(name) == Some("0"));

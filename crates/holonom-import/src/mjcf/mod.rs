@@ -115,8 +115,8 @@ fn rest(root: &Element, remarks: &mut Remarks) {
         let message = match section.name.as_str() {
             "compiler" | "option" | "default" | "worldbody" | "equality" | "size" | "statistic"
             | "visual" => continue,
-            "asset" => {
-                remarks.add("textures and materials: not translated", section);
+            "asset" | "visual" => {
+                remarks.add("textures, materials and views: not translated", section);
                 continue;
             }
             "actuator" => "actuators: not translated",
