@@ -113,8 +113,9 @@ fn unique_names(links: &[Link]) -> Result<()> {
 fn rest(root: &Element, remarks: &mut Remarks) {
     for section in &root.children {
         let message = match section.name.as_str() {
-            "compiler" | "option" | "default" | "worldbody" | "equality" | "size" | "statistic"
-            | "visual" => continue,
+            "compiler" | "option" | "default" | "worldbody" | "equality" | "size" | "statistic" => {
+                continue;
+            }
             "asset" | "visual" => {
                 remarks.add("textures, materials and views: not translated", section);
                 continue;
