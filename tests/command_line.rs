@@ -7,6 +7,7 @@ mod export_gltf;
 mod export_vtk;
 mod foreign_files;
 mod hostile_files;
+mod import_files;
 mod interruption;
 mod invalid_models;
 mod program;

@@ -29,6 +29,7 @@ mod free_body;
 mod galerkin;
 mod heavy_top;
 mod hostile;
+mod imports;
 mod long_run;
 mod loops_of_bars;
 mod material_damping;

@@ -10,6 +10,8 @@ use holonom::export::Format as ExportFormat;
 use holonom::model::Scheme;
 use holonom::sweep::{Sampling, Shard, Variation};
 
+use crate::import::Import;
+
 /// Variational integrators for constrained mechanical systems.
 #[derive(Parser)]
 #[command(name = "holonom", version, after_help = AFTER, disable_help_subcommand = true)]
@@ -46,6 +48,8 @@ pub(crate) enum Verb {
     Export(Export),
     /// Draw the plots and the report of a run again, finished or not
     Plot(Plot),
+    /// Translate a robot description (URDF, MJCF) into a model file
+    Import(Import),
     /// Print the JSON schema of model files
     Schema,
     /// List the shipped models, or write them

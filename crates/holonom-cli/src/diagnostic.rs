@@ -2,7 +2,7 @@
 
 use std::io::IsTerminal;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use holonom::ModelError;
 use holonom::model::{MAX_PROBLEMS, Problem, line_column};
@@ -67,39 +67,47 @@ impl InvalidModel {
 
     /// Prints the problems on standard error.
     pub(crate) fn print(&self) {
-        let problems = self.problems();
-        let name = self.path.display().to_string();
-        let handler = GraphicalReportHandler::new_themed(theme()).with_width(width());
-        let mut out = String::new();
-        for problem in &problems {
-            if handler.render_report(&mut out, &shown(&name, &self.text, problem)).is_err() {
-                out += &visible(&format!("{name}: {problem}\n"));
-            }
-            out.push('\n');
-        }
-        let count = problems.len();
-        let plural = match count {
-            1 => "",
-            MAX_PROBLEMS => "s or more",
-            _ => "s",
-        };
-        let verdict = "is not a valid model";
-        stderr::styled(&out);
-        stderr::line(&format!("error: {name} {verdict}: {count} problem{plural}, nothing written"));
+        print(&self.path, &self.text, &self.problems(), "is not a valid model");
     }
 
     /// The problems for machines.
     pub(crate) fn to_json(&self) -> Value {
-        let problem = |p: &Problem| {
-            let place = p.span.as_ref().map(|s| line_column(&self.text, s.start));
-            json!({
-                "message": p.message, "key": p.key, "help": p.help,
-                "line": place.map(|p| p.0), "column": place.map(|p| p.1),
-            })
-        };
-        let problems: Vec<Value> = self.problems().iter().map(problem).collect();
-        json!({ "valid": false, "file": self.path.display().to_string(), "problems": problems })
+        to_json(&self.path, &self.text, &self.problems())
     }
+}
+
+/// Prints problems of a text on standard error, and a line that ends with a verdict.
+pub(crate) fn print(path: &Path, text: &str, problems: &[Problem], verdict: &str) {
+    let name = path.display().to_string();
+    let handler = GraphicalReportHandler::new_themed(theme()).with_width(width());
+    let mut out = String::new();
+    for problem in problems {
+        if handler.render_report(&mut out, &shown(&name, text, problem)).is_err() {
+            out += &visible(&format!("{name}: {problem}\n"));
+        }
+        out.push('\n');
+    }
+    let count = problems.len();
+    let plural = match count {
+        1 => "",
+        MAX_PROBLEMS => "s or more",
+        _ => "s",
+    };
+    stderr::styled(&out);
+    stderr::line(&format!("error: {name} {verdict}: {count} problem{plural}, nothing written"));
+}
+
+/// Problems of a text for machines.
+pub(crate) fn to_json(path: &Path, text: &str, problems: &[Problem]) -> Value {
+    let problem = |p: &Problem| {
+        let place = p.span.as_ref().map(|s| line_column(text, s.start));
+        json!({
+            "message": p.message, "key": p.key, "help": p.help,
+            "line": place.map(|p| p.0), "column": place.map(|p| p.1),
+        })
+    };
+    let problems: Vec<Value> = problems.iter().map(problem).collect();
+    json!({ "valid": false, "file": path.display().to_string(), "problems": problems })
 }
 
 fn shown(name: &str, text: &str, problem: &Problem) -> Shown {

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use holonom::RunFailure;
+use holonom::import::ImportError;
 use holonom::output::{Interruption, OutputError};
 use holonom::report::time;
 use holonom::run::{ContinueError, resume_command};
 
 use crate::diagnostic::InvalidModel;
-use crate::stderr;
+use crate::{import, stderr};
 
 /// Why the program ends with a code other than 0.
 #[derive(Debug, thiserror::Error)]
@@ -44,6 +45,9 @@ pub(crate) enum Failure {
     /// Code 3: the model is invalid.
     #[error("the model is invalid")]
     Model(Box<InvalidModel>),
+    /// Code 3: a description cannot be read or translated.
+    #[error("{0}")]
+    Import(Box<ImportError>),
     /// Standard output was closed by its reader.
     #[error("standard output is closed")]
     Closed,
@@ -133,6 +137,10 @@ impl Failure {
             }
             Self::Model(invalid) => {
                 invalid.print();
+                3
+            }
+            Self::Import(error) => {
+                import::print(error);
                 3
             }
         };

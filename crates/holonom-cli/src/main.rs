@@ -12,6 +12,7 @@ mod examples;
 mod export;
 mod failure;
 mod human;
+mod import;
 mod input;
 mod modes;
 mod plot;
@@ -59,6 +60,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
         Verb::View(arguments) => view::view(&arguments),
         Verb::Export(arguments) => export::export(&arguments),
         Verb::Plot(arguments) => plot::plot(&arguments),
+        Verb::Import(arguments) => import::import(&arguments),
         Verb::Schema => stdout::json(&holonom::Model::schema()),
         Verb::Examples(arguments) => examples::examples(&arguments),
         Verb::Completions { shell } => {

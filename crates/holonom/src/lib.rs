@@ -13,6 +13,7 @@
 //! | [`output`] | `holonom-sim` | the files of a run |
 //! | [`report`] | `holonom-report` | plots and the report page |
 //! | [`export`] | `holonom-export` | results for other programs |
+//! | [`import`](mod@import) | `holonom-import` | model files from URDF and MJCF |
 //! | [`verification`] | `vi-verify` | orders, invariants, growth of errors, measured and judged |
 //! | [`compare`](mod@compare), [`certificate`] | `holonom-study` | schemes side by side; verified properties on a model |
 //! | [`run`] | | all of it in one call |
@@ -125,6 +126,7 @@ pub mod run;
 pub mod sweep;
 
 pub use holonom_export as export;
+pub use holonom_import as import;
 pub use holonom_model as model;
 pub use holonom_report as report;
 pub use holonom_sim::{

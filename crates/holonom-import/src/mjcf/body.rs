@@ -1,0 +1,314 @@
+//! `<body>`: the tree of links.
+
+use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
+
+use super::geom::{Geom, Geoms};
+use super::pose::{orientation, pose};
+use super::settings::{Defaults, FromGeoms, Settings};
+use crate::element::Element;
+use crate::mass::Mass;
+use crate::remark::Remarks;
+use crate::robot::{Joint, Kind, Link};
+use crate::source::{Fault, Result};
+
+/// A place that the description names.
+#[derive(Clone, Debug)]
+pub(crate) struct Site {
+    pub(crate) name: String,
+    /// Its link; `None`: the ground.
+    pub(crate) link: Option<usize>,
+    /// m, in the frame of the link.
+    pub(crate) point: Vector3<f64>,
+}
+
+/// Where an element stands: in which link, under which class, in which `<frame>`.
+#[derive(Clone)]
+struct Scope {
+    link: Option<usize>,
+    class: Option<String>,
+    frame: Isometry3<f64>,
+    /// Whether the body moves.
+    moves: bool,
+    /// Whether geoms give the body its mass.
+    weighs: bool,
+}
+
+/// What is read from `<worldbody>`.
+pub(crate) struct Bodies<'a, 'b> {
+    pub(crate) geoms: &'a mut Geoms<'b>,
+    pub(crate) settings: &'a Settings,
+    pub(crate) defaults: &'a Defaults,
+    pub(crate) remarks: &'a mut Remarks,
+    pub(crate) links: Vec<Link>,
+    pub(crate) sites: Vec<Site>,
+    /// Names of bodies that are moved from outside.
+    pub(crate) mocaps: Vec<String>,
+}
+
+impl Bodies<'_, '_> {
+    /// Reads what stands in `<worldbody>`.
+    pub(crate) fn world(&mut self, world: &Element) -> Result<()> {
+        let class = world.word("childclass").map(str::to_owned);
+        let scope =
+            Scope { link: None, class, frame: Isometry3::identity(), moves: false, weighs: false };
+        let mut geoms = Vec::new();
+        self.children(world, &scope, &mut geoms)
+    }
+
+    /// What stands in a body or a frame; the geoms are collected.
+    fn children(&mut self, parent: &Element, scope: &Scope, geoms: &mut Vec<Geom>) -> Result<()> {
+        for child in &parent.children {
+            match child.name.as_str() {
+                "body" => self.body(child, scope)?,
+                "frame" => {
+                    let frame = scope.frame * pose(child, self.settings)?;
+                    let class = child.word("childclass").map(str::to_owned);
+                    let class = class.or_else(|| scope.class.clone());
+                    self.children(child, &Scope { frame, class, ..scope.clone() }, geoms)?;
+                }
+                "joint" | "freejoint" => self.joint(child, scope)?,
+                "geom" => {
+                    let element = self.defaults.apply(child, scope.class.as_deref())?;
+                    let read = self.geoms.geom(&element, scope.weighs, self.remarks)?;
+                    if scope.link.is_none() && read.placed.is_some() {
+                        self.remarks.add("geometry fixed to the ground: no picture", child);
+                    }
+                    geoms.push(moved(&read, &scope.frame));
+                    let zero =
+                        ["contype", "conaffinity"].map(|name| element.word(name) == Some("0"));
+                    if zero != [true, true] {
+                        self.remarks.add("contact: not translated", child);
+                    }
+                }
+                "site" => {
+                    let element = self.defaults.apply(child, scope.class.as_deref())?;
+                    let point = Vector3::from(element.vector::<3>("pos")?.unwrap_or_default());
+                    let point = scope.frame.transform_point(&point.into()).coords;
+                    let name = child.word("name").unwrap_or_default().to_owned();
+                    self.sites.push(Site { name, link: scope.link, point });
+                    self.remarks.add("sites: not translated", child);
+                }
+                "inertial" => {}
+                "camera" | "light" => self.remarks.add("cameras and lights: not translated", child),
+                other => {
+                    let message = format!("<{}> in a body: not translated", other.escape_debug());
+                    self.remarks.add(message, child);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn body(&mut self, element: &Element, scope: &Scope) -> Result<()> {
+        let number = self.links.len();
+        let name = element.word("name").map_or_else(|| format!("body{number}"), str::to_owned);
+        self.links.push(Link {
+            name,
+            parent: scope.link,
+            frame: scope.frame * pose(element, self.settings)?,
+            free: false,
+            joints: Vec::new(),
+            mass: Mass::default(),
+            solids: Vec::new(),
+            place: element.place.clone(),
+        });
+        if element.flag("mocap") == Some(true) {
+            self.mocaps.extend(element.word("name").map(str::to_owned));
+        }
+        for name in ["mocap", "gravcomp"] {
+            if element.word(name).is_some_and(|value| value != "false" && value != "0") {
+                self.remarks.add(format!("`{name}` of bodies: not translated"), element);
+            }
+        }
+        let class = element.word("childclass").map(str::to_owned).or_else(|| scope.class.clone());
+        let stated = element.child("inertial").is_some();
+        let moves = scope.moves || has_joint(element);
+        let weighs = match self.settings.from_geoms {
+            FromGeoms::Always => true,
+            FromGeoms::WhereMissing => !stated,
+            FromGeoms::Never => false,
+        };
+        let (frame, weighs) = (Isometry3::identity(), weighs && moves);
+        let inner = Scope { link: Some(number), class, frame, moves, weighs };
+        let mut geoms = Vec::new();
+        self.children(element, &inner, &mut geoms)?;
+        let mass = self.mass(element, &geoms)?;
+        let link = &mut self.links[number];
+        link.solids = geoms.iter().filter_map(|geom| geom.placed).collect();
+        link.mass = mass;
+        Ok(())
+    }
+
+    /// Mass properties of a body: stated, or those of its geoms.
+    fn mass(&mut self, element: &Element, geoms: &[Geom]) -> Result<Mass> {
+        let inertial = element.child("inertial");
+        let always = self.settings.from_geoms == FromGeoms::Always;
+        let stated = match inertial.filter(|_| !always) {
+            Some(inertial) => self.inertial(inertial)?,
+            None => geoms.iter().fold(Mass::default(), |sum, g| sum.plus(&g.mass)),
+        };
+        if inertial.is_some() && always {
+            let message = "<inertial>: not used, as the compiler takes inertia from geoms";
+            self.remarks.add(message, element);
+        }
+        Ok(self.bounded(stated))
+    }
+
+    /// With the least mass and the least moments of inertia of the compiler, and balanced if it says so.
+    fn bounded(&self, mut mass: Mass) -> Mass {
+        let Settings { least_mass, least_inertia, balance, .. } = *self.settings;
+        mass.mass = mass.mass.max(least_mass);
+        if least_inertia > 0.0 || balance && mass.least_euler_moment() < 0.0 {
+            let mut eigen = mass.inertia().symmetric_eigen();
+            eigen.eigenvalues.apply(|moment| *moment = moment.max(least_inertia));
+            let [a, b, c]: [f64; 3] = eigen.eigenvalues.into();
+            if balance && (a + b < c || b + c < a || c + a < b) {
+                eigen.eigenvalues.fill((a + b + c) / 3.0);
+            }
+            mass.J = eigen.recompose();
+        }
+        mass
+    }
+
+    /// `<inertial>`: `diaginertia` about the axes of its orientation, or `fullinertia`.
+    fn inertial(&self, element: &Element) -> Result<Mass> {
+        let mass = element.amount("mass")?;
+        let center = Vector3::from(element.vector::<3>("pos")?.unwrap_or_default());
+        let frame = Isometry3::from_parts(center.into(), orientation(element, self.settings)?);
+        let tensor = match element.vector::<6>("fullinertia")? {
+            Some([xx, yy, zz, xy, xz, yz]) => Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz),
+            None => {
+                let moments = element.vector::<3>("diaginertia")?.unwrap_or_default();
+                Matrix3::from_diagonal(&moments.into())
+            }
+        };
+        Ok(Mass { mass, center: Vector3::zeros(), J: tensor }.moved(&frame))
+    }
+
+    fn joint(&mut self, child: &Element, scope: &Scope) -> Result<()> {
+        let Some(link) = scope.link else {
+            let help = "put the joint into a <body>";
+            return Err(Fault::at(&child.place, "the world has no joints", help));
+        };
+        let element = self.defaults.apply(child, scope.class.as_deref())?;
+        let kind = match (child.name.as_str(), element.word("type").unwrap_or("hinge")) {
+            ("freejoint", _) | (_, "free") => {
+                return self.free(link, child);
+            }
+            (_, "hinge") => Kind::Hinge,
+            (_, "slide") => Kind::Slide,
+            (_, "ball") => Kind::Ball,
+            (_, other) => {
+                let message = format!("`{}` is no type of a joint", other.escape_debug());
+                let help = "there are: hinge, slide, ball, free";
+                return Err(Fault::at(element.place_of("type"), message, help));
+            }
+        };
+        let joint = self.coordinate(&element, kind, scope)?;
+        let link = &mut self.links[link];
+        if link.free {
+            let message = "a body that moves freely has no other joints";
+            return Err(Fault::at(&child.place, message, "remove the joint"));
+        }
+        link.joints.push(joint);
+        Ok(())
+    }
+
+    fn free(&mut self, link: usize, child: &Element) -> Result<()> {
+        let link = &mut self.links[link];
+        if !link.joints.is_empty() || link.parent.is_some() {
+            let message = "a free joint is the only joint of a body of <worldbody>";
+            return Err(Fault::at(
+                &child.place,
+                message,
+                "remove the other joint, or write another type",
+            ));
+        }
+        link.free = true;
+        Ok(())
+    }
+
+    fn coordinate(&mut self, element: &Element, kind: Kind, scope: &Scope) -> Result<Joint> {
+        let axis = Vector3::from(element.vector::<3>("axis")?.unwrap_or([0.0, 0.0, 1.0]));
+        let axis = Unit::try_new(scope.frame.rotation * axis, 1e-14).ok_or_else(|| {
+            Fault::at(element.place_of("axis"), "the axis has no direction", "write axis=\"0 0 1\"")
+        })?;
+        let point = Vector3::from(element.vector::<3>("pos")?.unwrap_or_default());
+        let number = |name: &str| Ok(element.number(name)?.unwrap_or(0.0));
+        let angle = |x: f64| if kind == Kind::Hinge { self.settings.angle(x) } else { x };
+        let (reference, rest) = (angle(number("ref")?), angle(number("springref")?));
+        let acts = |yes: bool, amount: f64| if yes { amount } else { 0.0 };
+        let stiffness = acts(self.settings.springs, self.linear(element, "stiffness")?);
+        let damping = acts(self.settings.dampers, self.linear(element, "damping")?);
+        self.beside(element)?;
+        Ok(Joint {
+            name: element.word("name").map_or_else(|| self.unnamed(scope), str::to_owned),
+            kind,
+            axis,
+            anchor: scope.frame.transform_point(&point.into()).coords,
+            reference,
+            value: 0.0,
+            damping,
+            stiffness,
+            rest,
+            place: element.place.clone(),
+        })
+    }
+
+    /// A name for a joint without one: that of its link, and its number.
+    fn unnamed(&self, scope: &Scope) -> String {
+        let link = scope.link.and_then(|k| self.links.get(k));
+        link.map_or_else(String::new, |l| format!("{}_joint{}", l.name, l.joints.len() + 1))
+    }
+
+    /// The first coefficient of a spring or damper.
+    fn linear(&mut self, element: &Element, name: &str) -> Result<f64> {
+        let values = element.numbers(name)?.unwrap_or_default();
+        if values.iter().skip(1).any(|x| *x != 0.0) {
+            self.remarks.add(format!("nonlinear {name}: its linear part only"), element);
+        }
+        let first = values.first().copied().unwrap_or(0.0);
+        if first < 0.0 {
+            let message = format!("`{name}` is {first}: it would feed energy in");
+            return Err(Fault::at(element.place_of(name), message, "write 0 or more"));
+        }
+        Ok(first)
+    }
+
+    /// Remarks on what acts in a joint beside spring and damper.
+    fn beside(&mut self, element: &Element) -> Result<()> {
+        let amounts = [
+            ("armature", "rotor inertia (armature): no counterpart, not translated"),
+            ("frictionloss", "friction: not translated"),
+        ];
+        for (name, message) in amounts {
+            if element.number(name)?.is_some_and(|x| x != 0.0) {
+                self.remarks.add(message, element);
+            }
+        }
+        if element.word("range").is_some() && element.word("limited") != Some("false") {
+            self.remarks.add("limits of joints: not translated", element);
+        }
+        if element.word("springdamper").is_some() {
+            self.remarks.add("`springdamper` of joints: not translated", element);
+        }
+        Ok(())
+    }
+}
+
+/// Whether a body has a joint, in a frame or not.
+fn has_joint(element: &Element) -> bool {
+    element.children.iter().any(|child| match child.name.as_str() {
+        "joint" | "freejoint" => true,
+        "frame" => has_joint(child),
+        _ => false,
+    })
+}
+
+fn moved(geom: &Geom, frame: &Isometry3<f64>) -> Geom {
+    let mut placed = geom.placed;
+    if let Some(placed) = &mut placed {
+        placed.pose = frame * placed.pose;
+    }
+    Geom { placed, mass: geom.mass.moved(frame) }
+}

@@ -1,0 +1,136 @@
+//! `<equality>`: loops and joints that follow others. In MuJoCo they yield; in the model they are rigid.
+
+use nalgebra::{Isometry3, Vector3};
+
+use super::body::Site;
+use super::settings::Defaults;
+use crate::element::Element;
+use crate::remark::Remarks;
+use crate::robot::{Closure, Gear, Link};
+use crate::source::{Fault, Result};
+
+/// What is read from `<equality>`.
+pub(crate) struct Equalities<'a> {
+    pub(crate) links: &'a [Link],
+    pub(crate) sites: &'a [Site],
+    pub(crate) mocaps: &'a [String],
+    pub(crate) defaults: &'a Defaults,
+    pub(crate) remarks: &'a mut Remarks,
+    pub(crate) loops: Vec<Closure>,
+    pub(crate) gears: Vec<Gear>,
+}
+
+impl Equalities<'_> {
+    /// Reads all equalities of a file.
+    pub(crate) fn read(&mut self, root: &Element) -> Result<()> {
+        for child in root.all("equality").flat_map(|e| &e.children) {
+            let element = self.defaults.apply(child, None)?;
+            if element.flag("active") == Some(false) {
+                self.remarks.add("equalities that are not active: left out", child);
+                continue;
+            }
+            let ends = ["body1", "body2"].map(|end| element.word(end));
+            if ends.into_iter().flatten().any(|name| self.mocaps.iter().any(|m| m == name)) {
+                self.remarks.add("welds to bodies that are moved from outside: left out", child);
+                continue;
+            }
+            match child.name.as_str() {
+                "connect" | "weld" => self.closure(&element)?,
+                "joint" => self.gear(&element)?,
+                other => {
+                    let message =
+                        format!("<{}> in <equality>: not translated", other.escape_debug());
+                    self.remarks.add(message, child);
+                    continue;
+                }
+            }
+            self.remarks.add("equalities: rigid in the model (solref, solimp are not used)", child);
+        }
+        Ok(())
+    }
+
+    fn closure(&mut self, element: &Element) -> Result<()> {
+        let weld = element.name == "weld";
+        let relpose = element.vector::<7>("relpose")?.unwrap_or_default();
+        if weld && relpose[3..].iter().any(|x| *x != 0.0) {
+            self.remarks.add("`relpose` of a weld: the initial pose is kept instead", element);
+        }
+        let (ends, points) = match (element.word("site1"), element.word("site2")) {
+            (Some(first), Some(second)) => {
+                let [a, b] = [self.site(element, first)?, self.site(element, second)?];
+                ([a.link, b.link], [a.point, b.point])
+            }
+            _ => {
+                let first = self.link(element, "body1")?;
+                let second = self.link(element, "body2")?;
+                let anchor = Vector3::from(element.vector::<3>("anchor")?.unwrap_or_default());
+                // the anchor belongs to body 1 of a connect and to body 2 of a weld
+                let (own, other) = if weld { (second, first) } else { (first, second) };
+                let space = self.pose(own).transform_point(&anchor.into());
+                let there = self.pose(other).inverse_transform_point(&space).coords;
+                let points = if weld { [there, anchor] } else { [anchor, there] };
+                ([first, second], points)
+            }
+        };
+        let name = element.word("name").map_or_else(|| element.name.clone(), str::to_owned);
+        self.loops.push(Closure { name, ends, points, weld, place: element.place.clone() });
+        Ok(())
+    }
+
+    /// The pose of a link in space as the description draws it.
+    fn pose(&self, link: Option<usize>) -> Isometry3<f64> {
+        let mut pose = Isometry3::identity();
+        let mut at = link;
+        while let Some(link) = at {
+            pose = self.links[link].frame * pose;
+            at = self.links[link].parent;
+        }
+        pose
+    }
+
+    /// The link that an attribute names; the ground without it.
+    fn link(&self, element: &Element, attribute: &str) -> Result<Option<usize>> {
+        let Some(name) = element.word(attribute).filter(|name| *name != "world") else {
+            return Ok(None);
+        };
+        let found = self.links.iter().position(|link| link.name == name);
+        found.map(Some).ok_or_else(|| missing(element, attribute, "body", name))
+    }
+
+    fn site(&self, element: &Element, name: &str) -> Result<&Site> {
+        let found = self.sites.iter().find(|site| site.name == name);
+        found.ok_or_else(|| missing(element, "site1", "site", name))
+    }
+
+    /// `y − y_0 = a_0 + a_1 (x − x_0) + …`: joint 1 follows joint 2.
+    fn gear(&mut self, element: &Element) -> Result<()> {
+        let joint = element.required("joint1")?;
+        let of = element.word("joint2");
+        for name in [Some(joint), of].into_iter().flatten() {
+            if !self.links.iter().flat_map(|l| &l.joints).any(|j| j.name == name) {
+                return Err(missing(element, "joint1", "joint", name));
+            }
+        }
+        let coefficients = element.numbers("polycoef")?.unwrap_or_else(|| vec![0.0, 1.0]);
+        let at = |k: usize| coefficients.get(k).copied().unwrap_or(0.0);
+        if (2..5).any(|k| at(k) != 0.0) && of.is_some() {
+            self.remarks.add("nonlinear relations of joints: not translated", element);
+            return Ok(());
+        }
+        let name = element.word("name").map_or_else(|| format!("{joint}_gear"), str::to_owned);
+        self.gears.push(Gear {
+            name,
+            joint: joint.to_owned(),
+            of: of.map(str::to_owned),
+            offset: at(0),
+            factor: at(1),
+            place: element.place.clone(),
+        });
+        Ok(())
+    }
+}
+
+fn missing(element: &Element, attribute: &str, kind: &str, name: &str) -> Fault {
+    let message = format!("there is no {kind} named `{}`", name.escape_debug());
+    Fault::at(element.place_of(attribute), message, format!("name a {kind} of the description"))
+}

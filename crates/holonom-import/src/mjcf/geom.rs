@@ -1,0 +1,187 @@
+//! `<geom>`: its solid, its pose, its mass.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Isometry3, Unit, Vector3};
+
+use super::pose::{orientation, pose, to_axis};
+use super::settings::Settings;
+use crate::element::Element;
+use crate::mass::Mass;
+use crate::mesh::Meshes;
+use crate::remark::Remarks;
+use crate::solid::{Placed, Solid};
+use crate::source::{Fault, Result};
+use crate::urdf::weighed;
+
+/// A geometry in the frame of its body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Geom {
+    /// `None` where there is no picture of it.
+    pub(crate) placed: Option<Placed>,
+    /// Mass properties; massless where it has no mass.
+    pub(crate) mass: Mass,
+}
+
+/// Density without one, kg/m³.
+const DENSITY: f64 = 1000.0;
+
+/// The file of a mesh.
+#[derive(Clone, Debug)]
+pub(crate) struct MeshFile {
+    pub(crate) file: String,
+    pub(crate) scale: [f64; 3],
+    /// Whether its frame is not that of the file.
+    pub(crate) moved: bool,
+    /// How its volume is taken.
+    pub(crate) inertia: String,
+}
+
+/// Reads geoms.
+#[derive(Debug)]
+pub(crate) struct Geoms<'a> {
+    pub(crate) settings: &'a Settings,
+    pub(crate) files: BTreeMap<String, MeshFile>,
+    pub(crate) meshes: &'a mut Meshes,
+}
+
+impl Geoms<'_> {
+    /// Reads a geom whose defaults are applied; where it does not weigh, it has no mass.
+    pub(crate) fn geom(
+        &mut self,
+        element: &Element,
+        weighs: bool,
+        remarks: &mut Remarks,
+    ) -> Result<Geom> {
+        let kind = element.word("type").unwrap_or("sphere");
+        let none = Geom { placed: None, mass: Mass::default() };
+        if element.word("mesh").is_some() && kind != "mesh" {
+            remarks.add("solids fitted to meshes: neither mass nor picture", element);
+            return Ok(none);
+        }
+        let weighs = weighs && self.counts(element)?;
+        if kind == "mesh" {
+            return self.mesh(element, weighs, remarks);
+        }
+        let Some(placed) = solid(element, kind, self.settings)? else {
+            let message = match kind {
+                "plane" | "hfield" => "ground surfaces: not translated",
+                "sdf" => "signed distance fields: neither mass nor picture",
+                other => {
+                    let message = format!("`{}` is no type of a geom", other.escape_debug());
+                    let help = "there are: sphere, capsule, ellipsoid, cylinder, box, plane, mesh";
+                    return Err(Fault::at(element.place_of("type"), message, help));
+                }
+            };
+            remarks.add(message, element);
+            return Ok(none);
+        };
+        if element.flag("shellinertia") == Some(true) {
+            remarks.add("shells: their mass is taken as that of solids", element);
+        }
+        let mass = if weighs { mass(element, placed.solid.volume())? } else { 0.0 };
+        let massless = Mass::default();
+        let mass =
+            if mass > 0.0 { placed.solid.with_mass(mass).moved(&placed.pose) } else { massless };
+        Ok(Geom { placed: Some(placed), mass })
+    }
+
+    /// Whether its group counts, and mass or density are not zero.
+    fn counts(&self, element: &Element) -> Result<bool> {
+        let group = element.number("group")?.unwrap_or(0.0);
+        let [least, largest] = self.settings.groups;
+        let zero = mass(element, 1.0)? == 0.0;
+        Ok(least <= group && group <= largest && !zero)
+    }
+
+    fn mesh(&mut self, element: &Element, weighs: bool, remarks: &mut Remarks) -> Result<Geom> {
+        let name = element.required("mesh")?;
+        let file = self.files.get(name).cloned();
+        let exact = file.as_ref().is_some_and(|mesh| mesh.inertia == "exact");
+        let legacy = file.as_ref().is_some_and(|mesh| mesh.inertia == "legacy");
+        let summary = match &file {
+            Some(mesh) if !mesh.moved => {
+                let file = std::path::Path::new(&self.settings.mesh_folder).join(&mesh.file);
+                self.meshes.summary(&file.to_string_lossy(), mesh.scale)
+            }
+            Some(_) => Err("with refpos or refquat"),
+            None => Err("not from a file"),
+        };
+        let summary = match summary {
+            Ok(summary) => summary,
+            Err(reason) => {
+                let lost = if weighs { "neither mass nor picture" } else { "no picture" };
+                remarks.add(format!("meshes, {reason}: {lost}"), element);
+                return Ok(Geom { placed: None, mass: Mass::default() });
+            }
+        };
+        let pose = pose(element, self.settings)?;
+        let placed = Some(summary.placed(&pose));
+        if !weighs {
+            return Ok(Geom { placed, mass: Mass::default() });
+        }
+        let unit = if legacy { summary.unsigned_mass() } else { weighed(&summary, element)? };
+        if unit.mass <= 0.0 {
+            let help = "state an <inertial> of the body";
+            return Err(Fault::at(&element.place, "the mesh has no volume", help));
+        }
+        if !exact && !legacy {
+            let message = "meshes with another `inertia` than exact and legacy: taken as solids";
+            remarks.add(message, element);
+        }
+        let mass = unit.scaled(mass(element, unit.mass)? / unit.mass);
+        Ok(Geom { placed, mass: mass.moved(&pose) })
+    }
+}
+
+/// The mass of a geom of some volume, kg.
+fn mass(element: &Element, volume: f64) -> Result<f64> {
+    let (name, mass) = match element.number("mass")? {
+        Some(mass) => ("mass", mass),
+        None => ("density", element.number("density")?.unwrap_or(DENSITY) * volume),
+    };
+    if mass < 0.0 {
+        let message = format!("the mass {mass} kg is negative");
+        return Err(Fault::at(element.place_of(name), message, "write 0 or a positive number"));
+    }
+    Ok(mass)
+}
+
+/// The solid of a geom; `None` where its type has none.
+fn solid(element: &Element, kind: &str, settings: &Settings) -> Result<Option<Placed>> {
+    let count = match kind {
+        "sphere" => 1,
+        "capsule" | "cylinder" => 2,
+        "box" | "ellipsoid" => 3,
+        _ => return Ok(None),
+    };
+    let mut size = element.numbers("size")?.unwrap_or_default();
+    let mut at = pose(element, settings)?;
+    if let Some(ends) = element.vector::<6>("fromto")?.filter(|_| kind != "sphere") {
+        let [a, b] =
+            [Vector3::from_column_slice(&ends[..3]), Vector3::from_column_slice(&ends[3..])];
+        let Some(axis) = Unit::try_new(b - a, 1e-14) else {
+            let message = "both ends of `fromto` are one point";
+            return Err(Fault::at(element.place_of("fromto"), message, "write two points"));
+        };
+        let radius = size.first().copied().unwrap_or(0.0);
+        let half = 0.5 * (b - a).norm();
+        size = if count == 3 { vec![radius, radius, half] } else { vec![radius, half] };
+        at = Isometry3::from_parts(((a + b) * 0.5).into(), to_axis(&axis));
+    } else {
+        at.rotation = orientation(element, settings)?;
+    }
+    let positive = size.len() >= count && size[..count].iter().all(|x| *x > 0.0);
+    if !positive {
+        let message = format!("a {kind} needs {count} positive number(s) in `size`");
+        return Err(Fault::at(element.place_of("size"), message, "write them in m"));
+    }
+    let solid = match kind {
+        "sphere" => Solid::Sphere(size[0]),
+        "capsule" => Solid::Capsule(size[0], size[1]),
+        "cylinder" => Solid::Cylinder(size[0], size[1]),
+        "box" => Solid::Box([size[0], size[1], size[2]]),
+        _ => Solid::Ellipsoid([size[0], size[1], size[2]]),
+    };
+    Ok(Some(Placed { solid, pose: at }))
+}

@@ -1,0 +1,138 @@
+//! MJCF: bodies in each other, with joints and geoms.
+//!
+//! Source: the XML reference of MuJoCo, mujoco.readthedocs.io.
+
+mod body;
+mod equality;
+mod geom;
+pub(crate) mod include;
+mod pose;
+mod settings;
+
+use std::collections::BTreeMap;
+
+use body::Bodies;
+use equality::Equalities;
+use geom::{Geoms, MeshFile};
+use settings::{Defaults, Settings};
+
+use crate::element::Element;
+use crate::mesh::Meshes;
+use crate::remark::Remarks;
+use crate::robot::{Link, Robot};
+use crate::source::{Fault, Place, Result};
+
+/// Reads a robot from the root element `<mujoco>`.
+pub(crate) fn robot(root: &Element, meshes: &mut Meshes, remarks: &mut Remarks) -> Result<Robot> {
+    let settings = Settings::read(root, remarks)?;
+    let defaults = Defaults::read(root)?;
+    let mut geoms = Geoms { settings: &settings, files: files(root, &defaults)?, meshes };
+    let mut bodies = Bodies {
+        geoms: &mut geoms,
+        settings: &settings,
+        defaults: &defaults,
+        remarks,
+        links: Vec::new(),
+        sites: Vec::new(),
+        mocaps: Vec::new(),
+    };
+    root.all("worldbody").try_for_each(|world| bodies.world(world))?;
+    let Bodies { mut links, sites, mocaps, .. } = bodies;
+    unique_names(&links)?;
+    if links.is_empty() {
+        let help = "a model of MuJoCo has <body> in <worldbody>";
+        return Err(Fault::at(&root.place, "the model has no body", help));
+    }
+    let (loops, gears) = (Vec::new(), Vec::new());
+    let mut equalities = Equalities {
+        links: &links,
+        sites: &sites,
+        mocaps: &mocaps,
+        defaults: &defaults,
+        remarks,
+        loops,
+        gears,
+    };
+    equalities.read(root)?;
+    let Equalities { loops, gears, .. } = equalities;
+    rest(root, remarks);
+    if let Some(total) = settings.total_mass {
+        scale(&mut links, total);
+    }
+    Ok(Robot {
+        name: root.word("model").unwrap_or("MuJoCo model").to_owned(),
+        format: "MJCF",
+        gravity: settings.gravity,
+        step: settings.step,
+        links,
+        loops,
+        gears,
+    })
+}
+
+/// The files of meshes, by the names of the meshes.
+fn files(root: &Element, defaults: &Defaults) -> Result<BTreeMap<String, MeshFile>> {
+    let mut files = BTreeMap::new();
+    for mesh in root.all("asset").flat_map(|asset| asset.all("mesh")) {
+        let element = defaults.apply(mesh, None)?;
+        let Some(file) = element.word("file") else { continue };
+        let stem = std::path::Path::new(file).file_stem().unwrap_or_default();
+        let name = element.word("name").map_or_else(|| stem.display().to_string(), str::to_owned);
+        let scale = element.vector::<3>("scale")?.unwrap_or([1.0; 3]);
+        let moved = element.word("refpos").is_some() || element.word("refquat").is_some();
+        let inertia = element.word("inertia").unwrap_or("legacy").to_owned();
+        files.insert(name, MeshFile { file: file.to_owned(), scale, moved, inertia });
+    }
+    Ok(files)
+}
+
+/// Scales all masses to a sum, kg.
+fn scale(links: &mut [Link], total: f64) {
+    let sum: f64 = links.iter().map(|l| l.mass.mass).sum();
+    if sum > 0.0 {
+        links.iter_mut().for_each(|link| link.mass = link.mass.scaled(total / sum));
+    }
+}
+
+/// Names of bodies, and of joints, are unique.
+fn unique_names(links: &[Link]) -> Result<()> {
+    let bodies = links.iter().map(|l| ("body", l.name.as_str(), &l.place));
+    let joints = links.iter().flat_map(|l| &l.joints);
+    let joints = joints.map(|j| ("joint", j.name.as_str(), &j.place));
+    let mut known: BTreeMap<(&str, &str), &Place> = BTreeMap::new();
+    for (kind, name, place) in bodies.chain(joints) {
+        if known.insert((kind, name), place).is_some() {
+            let message = format!("there is another {kind} named `{}`", name.escape_debug());
+            return Err(Fault::at(place, message, "choose another name"));
+        }
+    }
+    Ok(())
+}
+
+/// Remarks on the sections that have no counterpart.
+fn rest(root: &Element, remarks: &mut Remarks) {
+    for section in &root.children {
+        let message = match section.name.as_str() {
+            "compiler" | "option" | "default" | "worldbody" | "equality" | "size" | "statistic" => {
+                continue;
+            }
+            "asset" | "visual" => {
+                remarks.add("textures, materials and views: not translated", section);
+                continue;
+            }
+            "actuator" => "actuators: not translated",
+            "tendon" => "tendons: not translated",
+            "sensor" => "sensors: not translated",
+            "keyframe" => "keyframes: not translated; `--joint NAME=VALUE` states initial values",
+            "contact" => "pairs and exclusions of contact: not translated",
+            "custom" => "custom data: not translated",
+            "deformable" | "skin" => "deformable bodies: not translated",
+            other => {
+                let message = format!("<{}>: not translated", other.escape_debug());
+                remarks.add(message, section);
+                continue;
+            }
+        };
+        section.children.iter().for_each(|child| remarks.add(message, child));
+    }
+}

@@ -1,0 +1,234 @@
+//! `<compiler>`, `<option>` and `<default>`.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use crate::element::{Attribute, Element};
+use crate::remark::Remarks;
+use crate::source::{Fault, Result};
+
+/// Where mass properties of bodies come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum FromGeoms {
+    Never,
+    #[default]
+    WhereMissing,
+    Always,
+}
+
+/// Settings of the whole file.
+#[derive(Clone, Debug)]
+pub(crate) struct Settings {
+    /// Angles are in degrees.
+    pub(crate) degrees: bool,
+    /// Axes of Euler angles: small letters rotate with the body, capitals do not.
+    pub(crate) eulerseq: String,
+    pub(crate) from_geoms: FromGeoms,
+    pub(crate) balance: bool,
+    /// kg, kg·m²
+    pub(crate) least_mass: f64,
+    pub(crate) least_inertia: f64,
+    /// kg
+    pub(crate) total_mass: Option<f64>,
+    /// Groups of geoms that have mass.
+    pub(crate) groups: [f64; 2],
+    pub(crate) mesh_folder: String,
+    pub(crate) gravity: Vector3<f64>,
+    /// Whether springs and dampers of joints act.
+    pub(crate) springs: bool,
+    pub(crate) dampers: bool,
+    pub(crate) step: f64,
+}
+
+impl Settings {
+    /// An angle in rad.
+    pub(crate) fn angle(&self, value: f64) -> f64 {
+        if self.degrees { value.to_radians() } else { value }
+    }
+
+    /// Reads all `<compiler>` and `<option>` of a file; the last one counts.
+    pub(crate) fn read(root: &Element, remarks: &mut Remarks) -> Result<Self> {
+        let mut settings = Self {
+            degrees: true,
+            eulerseq: "xyz".to_owned(),
+            from_geoms: FromGeoms::default(),
+            balance: false,
+            least_mass: 0.0,
+            least_inertia: 0.0,
+            total_mass: None,
+            groups: [f64::NEG_INFINITY, f64::INFINITY],
+            mesh_folder: String::new(),
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            springs: true,
+            dampers: true,
+            step: 0.002,
+        };
+        for compiler in root.all("compiler") {
+            settings.compiler(compiler, remarks)?;
+        }
+        for option in root.all("option") {
+            settings.option(option, remarks)?;
+        }
+        for flag in root.all("option").flat_map(|option| option.all("flag")) {
+            settings.flags(flag);
+        }
+        Ok(settings)
+    }
+
+    fn compiler(&mut self, element: &Element, remarks: &mut Remarks) -> Result<()> {
+        for attribute in &element.attributes {
+            let Attribute { name, value, place } = attribute;
+            match name.as_str() {
+                "angle" => self.degrees = value != "radian",
+                "eulerseq" => {
+                    let letters = value.chars().all(|c| "xyzXYZ".contains(c));
+                    if value.len() != 3 || !letters {
+                        let message = format!("`{}` is no sequence of axes", value.escape_debug());
+                        let help = "write three of the letters x, y, z, X, Y, Z";
+                        return Err(Fault::at(place, message, help));
+                    }
+                    self.eulerseq.clone_from(value);
+                }
+                "inertiafromgeom" => {
+                    self.from_geoms = match value.as_str() {
+                        "true" => FromGeoms::Always,
+                        "false" => FromGeoms::Never,
+                        _ => FromGeoms::WhereMissing,
+                    }
+                }
+                "coordinate" if value == "global" => {
+                    let help = "save the model with a recent version of MuJoCo, which writes local coordinates";
+                    return Err(Fault::at(place, "global coordinates are not supported", help));
+                }
+                "balanceinertia" => self.balance = value == "true",
+                "boundmass" => self.least_mass = element.amount(name)?,
+                "boundinertia" => self.least_inertia = element.amount(name)?,
+                "settotalmass" => {
+                    self.total_mass = element.number(name)?.filter(|mass| *mass > 0.0);
+                }
+                "inertiagrouprange" => {
+                    self.groups = element.vector::<2>(name)?.unwrap_or(self.groups);
+                }
+                "meshdir" | "assetdir" => self.mesh_folder.clone_from(value),
+                "coordinate" | "autolimits" | "texturedir" | "discardvisual" | "usethread"
+                | "fusestatic" | "alignfree" | "saveinertial" | "convexhull" | "fitaabb" => {}
+                other => {
+                    let message =
+                        format!("attribute `{}` of <compiler>: not used", other.escape_debug());
+                    remarks.add(message, element);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What is switched off as a whole.
+    fn flags(&mut self, flag: &Element) {
+        let off = |name: &str| flag.word(name) == Some("disable");
+        if off("gravity") {
+            self.gravity = Vector3::zeros();
+        }
+        self.springs &= !off("spring") && !off("passive");
+        self.dampers &= !off("damper") && !off("passive");
+    }
+
+    fn option(&mut self, element: &Element, remarks: &mut Remarks) -> Result<()> {
+        if let Some(gravity) = element.vector::<3>("gravity")? {
+            self.gravity = gravity.into();
+        }
+        if let Some(step) = element.number("timestep")? {
+            if step <= 0.0 {
+                let message = format!("the time step {step} s is not positive");
+                return Err(Fault::at(element.place_of("timestep"), message, "write 0.002"));
+            }
+            self.step = step;
+        }
+        for name in ["density", "viscosity", "wind"] {
+            let values = element.numbers(name)?.unwrap_or_default();
+            if values.iter().any(|x| *x != 0.0) {
+                remarks.add(format!("forces of a fluid (`{name}`): not translated"), element);
+            }
+        }
+        let known = ["gravity", "timestep", "density", "viscosity", "wind"];
+        let mut others = element.attributes.iter().filter(|a| !known.contains(&a.name.as_str()));
+        if others.next().is_some() || !element.children.is_empty() {
+            remarks.add("integrator, solver and flags: not translated", element);
+        }
+        Ok(())
+    }
+}
+
+/// Default attributes by class and kind of element.
+#[derive(Debug, Default)]
+pub(crate) struct Defaults {
+    classes: BTreeMap<String, BTreeMap<String, Vec<Attribute>>>,
+}
+
+/// The class that holds without any.
+const MAIN: &str = "main";
+
+impl Defaults {
+    /// All `<default>` of a file.
+    pub(crate) fn read(root: &Element) -> Result<Self> {
+        let mut defaults = Self::default();
+        for element in root.all("default") {
+            let class = element.word("class").unwrap_or(MAIN);
+            let base = defaults.classes.get(MAIN).cloned().unwrap_or_default();
+            defaults.class(element, class, base)?;
+            if class != MAIN {
+                let own = defaults.classes.get(class).cloned().unwrap_or_default();
+                defaults.classes.entry(MAIN.to_owned()).or_insert(own);
+            }
+        }
+        Ok(defaults)
+    }
+
+    fn class(
+        &mut self,
+        element: &Element,
+        name: &str,
+        inherited: BTreeMap<String, Vec<Attribute>>,
+    ) -> Result<()> {
+        let mut kinds = inherited;
+        for child in element.children.iter().filter(|c| c.name != "default") {
+            let attributes = kinds.entry(child.name.clone()).or_default();
+            for attribute in &child.attributes {
+                attributes.retain(|a| !conflict(&a.name, &attribute.name));
+                attributes.push(attribute.clone());
+            }
+        }
+        self.classes.insert(name.to_owned(), kinds.clone());
+        for child in element.all("default") {
+            self.class(child, child.required("class")?, kinds.clone())?;
+        }
+        Ok(())
+    }
+
+    /// The element with the defaults of its class, or else of the class `of_parent`.
+    pub(crate) fn apply(&self, element: &Element, of_parent: Option<&str>) -> Result<Element> {
+        let stated = element.word("class");
+        let class = stated.or(of_parent).unwrap_or(MAIN);
+        let Some(kinds) = self.classes.get(class) else {
+            if class == MAIN {
+                return Ok(element.with_defaults(&[]));
+            }
+            let message = format!("there is no default class `{}`", class.escape_debug());
+            return Err(Fault::at(element.place_of("class"), message, "add <default class=\"…\">"));
+        };
+        let none = Vec::new();
+        let all = kinds.get(&element.name).unwrap_or(&none);
+        let left =
+            |a: &&Attribute| element.attributes.iter().all(|own| !conflict(&own.name, &a.name));
+        let defaults: Vec<Attribute> = all.iter().filter(left).cloned().collect();
+        Ok(element.with_defaults(&defaults))
+    }
+}
+
+/// Attributes that state an orientation.
+pub(crate) const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
+
+/// Whether one attribute replaces the other.
+fn conflict(a: &str, b: &str) -> bool {
+    a == b || (ORIENTATIONS.contains(&a) && ORIENTATIONS.contains(&b))
+}

@@ -1,0 +1,107 @@
+//! Homogeneous solids: mass properties and pictures of geometries.
+#![allow(non_snake_case)] // J: inertia tensor
+
+use std::f64::consts::PI;
+
+use holonom_model::{Shape, ShapeKind};
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use crate::mass::Mass;
+
+/// A solid about its centre; axes of revolution are the third axis. Lengths in m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Solid {
+    /// Half edges.
+    Box([f64; 3]),
+    /// Radius.
+    Sphere(f64),
+    /// Radius, half length.
+    Cylinder(f64, f64),
+    /// Radius, half length without the caps.
+    Capsule(f64, f64),
+    /// Half axes.
+    Ellipsoid([f64; 3]),
+}
+
+/// A solid at a place of a link.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed {
+    pub(crate) solid: Solid,
+    pub(crate) pose: Isometry3<f64>,
+}
+
+impl Solid {
+    /// Volume, m³.
+    pub(crate) fn volume(&self) -> f64 {
+        match *self {
+            Self::Box([a, b, c]) => 8.0 * a * b * c,
+            Self::Sphere(r) => 4.0 / 3.0 * PI * r * r * r,
+            Self::Cylinder(r, l) => 2.0 * PI * r * r * l,
+            Self::Capsule(r, l) => 2.0 * PI * r * r * l + 4.0 / 3.0 * PI * r * r * r,
+            Self::Ellipsoid([a, b, c]) => 4.0 / 3.0 * PI * a * b * c,
+        }
+    }
+
+    /// Euler moments over the mass, m²: mean squares of the three coordinates.
+    fn euler(&self) -> [f64; 3] {
+        match *self {
+            Self::Box(half) => half.map(|a| a * a / 3.0),
+            Self::Sphere(r) => [r * r / 5.0; 3],
+            Self::Cylinder(r, l) => [r * r / 4.0, r * r / 4.0, l * l / 3.0],
+            Self::Capsule(r, l) => capsule(r, l),
+            Self::Ellipsoid(half) => half.map(|a| a * a / 5.0),
+        }
+    }
+
+    /// Mass properties about the centre for a mass, kg.
+    pub(crate) fn with_mass(&self, mass: f64) -> Mass {
+        let [a, b, c] = self.euler();
+        let J = Matrix3::from_diagonal(&Vector3::new(b + c, c + a, a + b)) * mass;
+        Mass { mass, center: Vector3::zeros(), J }
+    }
+
+    /// The shape of the picture: edges of the capsule and the ellipsoid are those of the solid around it.
+    pub(crate) fn shape(&self) -> Shape {
+        let (kind, dimensions) = match *self {
+            Self::Box(half) => (ShapeKind::Box, half.map(|a| 2.0 * a).to_vec()),
+            Self::Sphere(r) => (ShapeKind::Sphere, vec![r]),
+            Self::Cylinder(r, l) => (ShapeKind::Cylinder, vec![r, 2.0 * l]),
+            Self::Capsule(r, l) => (ShapeKind::Cylinder, vec![r, 2.0 * (l + r)]),
+            Self::Ellipsoid(half) => (ShapeKind::Box, half.map(|a| 2.0 * a).to_vec()),
+        };
+        Shape { kind, dimensions, density: None }
+    }
+
+    /// Whether all dimensions are positive.
+    pub(crate) fn is_solid(&self) -> bool {
+        self.shape().dimensions.iter().all(|d| *d > 0.0) && self.volume() > 0.0
+    }
+}
+
+/// A cylinder of half length `l` with half balls of radius `r` at its ends.
+fn capsule(r: f64, l: f64) -> [f64; 3] {
+    let (cylinder, caps) = (2.0 * l, 4.0 / 3.0 * r); // volumes over π r²
+    let (a, b) = (cylinder / (cylinder + caps), caps / (cylinder + caps));
+    let across = a * r * r / 4.0 + b * r * r / 5.0;
+    // a half ball has its centre 3r/8 beyond the end, and the mean square r²/5 about the plane of the end
+    let along = a * l * l / 3.0 + b * (l * l + 2.0 * l * (3.0 * r / 8.0) + r * r / 5.0);
+    [across, across, along]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_capsule_without_length_is_a_sphere_and_a_long_one_a_cylinder() {
+        let difference = |a: Solid, b: Solid, scale: f64| {
+            (a.with_mass(1.0).J - b.with_mass(1.0).J).amax() / scale
+        };
+        let short = difference(Solid::Capsule(0.3, 0.0), Solid::Sphere(0.3), 1.0);
+        assert!(short < 1e-16, "{short:e}");
+        let long = difference(Solid::Capsule(1e-9, 1.0), Solid::Cylinder(1e-9, 1.0), 1.0);
+        assert!(long < 1e-8, "{long:e}");
+        let volume = Solid::Capsule(0.3, 0.0).volume() - Solid::Sphere(0.3).volume();
+        assert!(volume.abs() < 1e-16, "{volume:e}");
+    }
+}

@@ -1,0 +1,91 @@
+//! Files that are read, places in them, and what is wrong there.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use holonom_model::{Problem, line_column, read_text};
+
+use crate::ImportError;
+
+/// A place in one of the files.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    /// Which file, counted from 0.
+    pub(crate) file: usize,
+    /// Its bytes.
+    pub(crate) span: Range<usize>,
+}
+
+/// What makes a translation impossible: where, what, what instead.
+#[derive(Clone, Debug)]
+pub(crate) struct Fault {
+    place: Option<Place>,
+    message: String,
+    help: String,
+}
+
+/// Either a value or what is wrong.
+pub(crate) type Result<T> = std::result::Result<T, Fault>;
+
+impl Fault {
+    /// A fault at a place.
+    pub(crate) fn at(place: &Place, message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { place: Some(place.clone()), message: message.into(), help: help.into() }
+    }
+
+    /// A fault of the description as a whole.
+    pub(crate) fn of_all(message: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { place: None, message: message.into(), help: help.into() }
+    }
+}
+
+/// A file that was read.
+#[derive(Debug)]
+pub(crate) struct Source {
+    pub(crate) path: PathBuf,
+    pub(crate) text: String,
+}
+
+/// All files of a description; the first is the one that was named.
+#[derive(Debug, Default)]
+pub(crate) struct Sources {
+    pub(crate) files: Vec<Source>,
+}
+
+impl Sources {
+    /// Reads another file; its number.
+    pub(crate) fn read(&mut self, path: &Path) -> std::result::Result<usize, ImportError> {
+        let text = read_text(path)
+            .map_err(|source| ImportError::Read { path: path.to_owned(), source })?;
+        Ok(self.add(path, text))
+    }
+
+    /// Adds the text of a file; its number.
+    pub(crate) fn add(&mut self, path: &Path, text: String) -> usize {
+        self.files.push(Source { path: path.to_owned(), text });
+        self.files.len() - 1
+    }
+
+    /// File, line and column (from 1) of a place.
+    pub(crate) fn position(&self, place: &Place) -> (String, usize, usize) {
+        let source = &self.files[place.file];
+        let (line, column) = line_column(&source.text, place.span.start);
+        (source.path.display().to_string(), line, column)
+    }
+
+    /// These faults as an error: those of one file, with its text.
+    pub(crate) fn error(&self, faults: &[Fault]) -> ImportError {
+        let file = faults.iter().find_map(|f| f.place.as_ref()).map_or(0, |place| place.file);
+        let source = self.files.get(file);
+        let here = |fault: &&Fault| fault.place.as_ref().is_none_or(|place| place.file == file);
+        let problem = |fault: &Fault| {
+            let span = fault.place.as_ref().map(|place| place.span.clone());
+            Problem::new("", fault.message.clone()).help(fault.help.clone()).at(span)
+        };
+        ImportError::Invalid {
+            path: source.map(|s| s.path.clone()).unwrap_or_default(),
+            text: source.map(|s| s.text.clone()).unwrap_or_default(),
+            problems: faults.iter().filter(here).map(problem).collect(),
+        }
+    }
+}

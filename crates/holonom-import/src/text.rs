@@ -1,0 +1,174 @@
+//! A model as commented text.
+
+use std::fmt::Write;
+
+use holonom_model::{Body, Constraint, Inertia, Joint, Shape};
+
+use crate::model::Draft;
+use crate::remark::Remark;
+
+/// The text of a model file: its head says where it comes from and what it lacks.
+pub(crate) fn text(draft: &Draft, origin: &str, remarks: &[Remark]) -> String {
+    let model = &draft.model;
+    let mut out = String::new();
+    comment(&mut out, &format!("Imported from {origin}."));
+    if remarks.is_empty() {
+        comment(&mut out, "Everything was translated.");
+    } else {
+        comment(&mut out, "Not translated, or in another form:");
+        remarks.iter().for_each(|remark| comment(&mut out, &format!("- {remark}")));
+    }
+    let mut writer = Writer(out);
+    writer.section("[model]");
+    writer.pair("name", &quoted(&model.header.name));
+    writer.pair("gravity", &list(&model.header.gravity));
+    writer.section("[simulation]");
+    writer.pair("step", &number(model.settings.step));
+    writer.pair("end", &number(model.settings.end));
+    for (body, remark) in model.bodies.iter().zip(&draft.on_bodies) {
+        writer.commented("[[body]]", remark);
+        writer.body(body);
+    }
+    for (joint, remark) in model.joints.iter().zip(&draft.on_joints) {
+        writer.commented("[[joint]]", remark);
+        writer.joint(joint);
+    }
+    for constraint in &model.constraints {
+        writer.section("[[constraint]]");
+        writer.constraint(constraint);
+    }
+    writer.0
+}
+
+struct Writer(String);
+
+impl Writer {
+    fn section(&mut self, title: &str) {
+        self.0 += &format!("\n{title}\n");
+    }
+
+    fn commented(&mut self, title: &str, remark: &str) {
+        self.0.push('\n');
+        if !remark.trim().is_empty() {
+            comment(&mut self.0, remark.trim());
+        }
+        self.0 += &format!("{title}\n");
+    }
+
+    fn pair(&mut self, key: &str, value: &str) {
+        self.0 += &format!("{key} = {value}\n");
+    }
+
+    fn body(&mut self, body: &Body) {
+        self.pair("name", &quoted(&body.name));
+        if let Some(mass) = body.mass {
+            self.pair("mass", &number(mass));
+        }
+        match &body.inertia {
+            Some(Inertia::Principal(moments)) => self.pair("inertia", &list(moments)),
+            Some(Inertia::Tensor(rows)) => {
+                self.pair("inertia", &format!("[{}]", rows.map(|row| list(&row)).join(", ")));
+            }
+            None => {}
+        }
+        self.pair("position", &list(&body.position));
+        if let Some(quaternion) = &body.quaternion {
+            self.pair("quaternion", &list(quaternion));
+        }
+        if let Some(Shape { kind, dimensions, .. }) = &body.shape {
+            let kind = format!("{kind:?}").to_lowercase();
+            let dimensions = list(dimensions);
+            self.pair("shape", &format!("{{ type = \"{kind}\", dimensions = {dimensions} }}"));
+        }
+    }
+
+    fn joint(&mut self, joint: &Joint) {
+        self.pair("name", &quoted(&joint.name));
+        self.pair("type", &format!("\"{}\"", format!("{:?}", joint.kind).to_lowercase()));
+        self.pair("parent", &quoted(&joint.parent));
+        self.pair("child", &quoted(&joint.child));
+        if let Some(position) = &joint.position {
+            self.pair("position", &list(position));
+        }
+        if let Some(axis) = &joint.axis {
+            self.pair("axis", &list(axis));
+        }
+        if joint.cut {
+            self.pair("cut", "true");
+        }
+        if let Some(spring) = &joint.spring {
+            let (k, rest) = (number(spring.stiffness), number(spring.rest));
+            let freedom = freedom(spring.freedom);
+            self.pair("spring", &format!("{{ stiffness = {k}, rest = {rest}{freedom} }}"));
+        }
+        if let Some(damper) = &joint.damper {
+            let (c, freedom) = (number(damper.damping), freedom(damper.freedom));
+            self.pair("damper", &format!("{{ damping = {c}{freedom} }}"));
+        }
+    }
+
+    fn constraint(&mut self, constraint: &Constraint) {
+        self.pair("name", &quoted(constraint.name()));
+        match constraint {
+            Constraint::Gear { joints, ratio, .. } => {
+                self.pair("type", "\"gear\"");
+                let joints = joints.each_ref().map(|joint| quoted(joint)).join(", ");
+                self.pair("joints", &format!("[{joints}]"));
+                self.pair("ratio", &number(*ratio));
+            }
+            Constraint::Motion { joint, .. } => {
+                self.pair("type", "\"motion\"");
+                self.pair("joint", &quoted(joint));
+                self.pair("path", "{}");
+            }
+            _ => {} // an imported model has no others
+        }
+    }
+}
+
+fn freedom(index: usize) -> String {
+    if index == 0 { String::new() } else { format!(", freedom = {index}") }
+}
+
+/// Comment lines of at most about 110 characters; nothing in them ends a comment.
+fn comment(out: &mut String, words: &str) {
+    let shown: String = words.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+    let indent = if shown.starts_with("- ") { "  " } else { "" };
+    let mut line = String::from("#");
+    for word in shown.split(' ').filter(|word| !word.is_empty()) {
+        if line.chars().count() + word.chars().count() > 110 {
+            let _ = writeln!(out, "{line}");
+            line = format!("# {}", indent.trim_end_matches(' '));
+            line.truncate(1);
+            line += indent;
+        }
+        line.push(' ');
+        line += word;
+    }
+    let _ = writeln!(out, "{line}");
+}
+
+/// A name or a title in quotes.
+fn quoted(text: &str) -> String {
+    let mut out = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' => out += "\\\"",
+            '\\' => out += "\\\\",
+            c if c.is_control() => {
+                let _ = write!(out, "\\u{:04X}", u32::from(c));
+            }
+            c => out.push(c),
+        }
+    }
+    out + "\""
+}
+
+/// The shortest decimal that reads back as the same number.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn list(values: &[f64]) -> String {
+    format!("[{}]", values.iter().copied().map(number).collect::<Vec<_>>().join(", "))
+}
