@@ -3,5 +3,7 @@
 pub mod compare;
 pub mod figures;
 pub mod notation;
+pub mod reliability;
+pub mod soak;
 pub mod stability;
 pub mod verify;

@@ -1,7 +1,7 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
 use std::process::ExitCode;
-use xtask::{compare, figures, notation, stability, verify};
+use xtask::{compare, figures, notation, soak, stability, verify};
 
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE] [--from FILE] [--age]
@@ -52,6 +52,14 @@ fn main() -> ExitCode {
             Err(message) => {
                 eprintln!("stability: {message}");
                 ExitCode::FAILURE
+            }
+        },
+        ["soak", options @ ..] => match soak::run(options) {
+            Ok(true) => ExitCode::SUCCESS,
+            Ok(false) => ExitCode::FAILURE,
+            Err(message) => {
+                eprintln!("soak: {message}");
+                ExitCode::from(2)
             }
         },
         ["figures"] => match figures::run() {
