@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod figures;
+pub mod fuzz;
 pub mod notation;
 pub mod reliability;
 pub mod soak;

@@ -1,7 +1,12 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
 use std::process::ExitCode;
-use xtask::{compare, figures, notation, soak, stability, verify};
+use vi_testkit::CountingAllocator;
+use xtask::{compare, figures, fuzz, notation, soak, stability, verify};
+
+/// Measures the memory that an input of `fuzz` takes.
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE] [--from FILE] [--age]
@@ -52,6 +57,14 @@ fn main() -> ExitCode {
             Err(message) => {
                 eprintln!("stability: {message}");
                 ExitCode::FAILURE
+            }
+        },
+        ["fuzz", options @ ..] => match fuzz::run(options) {
+            Ok(true) => ExitCode::SUCCESS,
+            Ok(false) => ExitCode::FAILURE,
+            Err(message) => {
+                eprintln!("fuzz: {message}");
+                ExitCode::from(2)
             }
         },
         ["soak", options @ ..] => match soak::run(options) {

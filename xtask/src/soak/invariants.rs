@@ -16,13 +16,13 @@ use holonom::vi_core::linear::norm_inf;
 use holonom::{Model, Sample, Simulation};
 
 /// Largest residual of a constraint, relative to the size of its row.
-pub const RESIDUAL: f64 = 1e-11;
+pub(super) const RESIDUAL: f64 = 1e-11;
 /// Largest change of a momentum map, relative to its terms.
-pub const MOMENTUM: f64 = 1e-10;
+pub(super) const MOMENTUM: f64 = 1e-10;
 /// Largest residual of the energy balance, relative to its terms.
-pub const ENERGY: f64 = 1e-9;
+pub(super) const ENERGY: f64 = 1e-9;
 /// Largest difference of the motions of two equivalent schemes, relative to the coordinates.
-pub const AGREEMENT: f64 = 1e-7;
+pub(super) const AGREEMENT: f64 = 1e-7;
 
 /// The largest numbers found; `None` where a quantity does not apply.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,7 +75,7 @@ pub(super) fn within(kind: FaultKind, found: f64, bound: f64, what: &str) -> Res
     Err(Fault::new(kind, format!("{what} {found:.1e}, more than {bound:.0e}")))
 }
 
-fn finite(found: &Trace) -> Result<(), Fault> {
+pub(super) fn finite(found: &Trace) -> Result<(), Fault> {
     let bad = found.samples.iter().find(|sample| !is_finite(sample));
     match bad {
         Some(sample) => {

@@ -6,8 +6,9 @@ use super::invariants::{self, Measured};
 use super::repeat;
 use crate::reliability::guard::guarded;
 use crate::reliability::shape::shape;
+use holonom::run::prepare;
 use holonom::simulation::RunOutcome;
-use holonom::{Model, ModelError, RunFailure, Sample, Simulation};
+use holonom::{Model, ModelError, RunFailure, RunState, Sample, Simulation};
 use std::convert::Infallible;
 
 /// What is judged beside the run itself: more runs of the same mechanism.
@@ -131,4 +132,72 @@ fn run(model: &Model, checks: Checks, defect: Option<Defect>) -> Judged {
             false => Ok(()),
         });
     Judged { ending, measured, fault: fault.err() }
+}
+
+/// How a model of any kind ends: with finite numbers, or with words and a remedy. Statics, too.
+///
+/// # Errors
+/// [`Fault`]. `disturbed`: a number is made infinite on purpose.
+pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Fault> {
+    let text = model.to_toml();
+    let mut experiment = match prepare(model) {
+        Ok(experiment) => experiment,
+        Err(error) => {
+            fault::refusal(&error, &text)?;
+            return Ok(Ending::Refused(shape(&error.to_string())));
+        }
+    };
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    let ended = experiment.run_while(&mut observe, &mut |_, _| true);
+    let failure = match ended {
+        Ok(Some(RunOutcome::Failed(failure))) => Some(failure),
+        _ => None,
+    };
+    let mut found = Trace { samples, failure };
+    Defect::disturb(disturbed.then_some(Defect::NotFinite), &mut found);
+    invariants::finite(&found)?;
+    match &found.failure {
+        None => Ok(Ending::Done),
+        Some(failure) => {
+            fault::failure(failure)?;
+            Ok(Ending::Failed(shape(&failure.message)))
+        }
+    }
+}
+
+/// A run continued from a state, for at most five steps: why it is refused or fails, if it does.
+///
+/// # Errors
+/// [`Fault`].
+pub fn continued(model: &Model, state: RunState) -> Result<Result<(), String>, Fault> {
+    let mut simulation = match Simulation::new(model) {
+        Ok(simulation) => simulation,
+        Err(error) => return Ok(Err(error.to_string())),
+    };
+    if let Err(error) = simulation.resume(state) {
+        return Ok(Err(error.to_string()));
+    }
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| -> Result<(), Infallible> {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    let mut left = 5;
+    let mut proceed = |_, _| {
+        left -= 1;
+        left >= 0
+    };
+    let Ok(outcome) = simulation.run_while(&mut observe, &mut proceed);
+    invariants::finite(&Trace { samples, failure: None })?;
+    match outcome {
+        Some(RunOutcome::Failed(failure)) => {
+            fault::failure(&failure)?;
+            Ok(Err(failure.message))
+        }
+        _ => Ok(Ok(())),
+    }
 }

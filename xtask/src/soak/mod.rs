@@ -127,6 +127,9 @@ pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
 /// # Errors
 /// What cannot be understood or written, in words.
 pub fn run(options: &[&str]) -> Result<bool, String> {
+    if let ["--model", path] = options {
+        return single(Path::new(path));
+    }
     let request = Request::parse(options)?;
     let begin = std::time::Instant::now();
     let progress = |done: u64| {
@@ -146,6 +149,22 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
         std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))?;
     }
     Ok(tally.faults.is_empty())
+}
+
+/// Judges the model of a file with all checks, and prints its energies.
+fn single(path: &Path) -> Result<bool, String> {
+    let text = holonom::model::read_text(path).map_err(|error| error.to_string())?;
+    let checks = Checks { restart: true, agreement: true };
+    let (model, mut simulation) = judge::assembled(&text).map_err(|error| error.to_string())?;
+    println!("{}", simulation.energy_columns().join(" "));
+    for sample in judge::trace(&mut simulation).samples {
+        let energies: Vec<String> = sample.energies.iter().map(|x| format!("{x:.3e}")).collect();
+        let residuals = sample.residuals;
+        println!("{}: {}, g {:.1e}", sample.step, energies.join(" "), residuals.position);
+    }
+    let judged = judge(&model, checks, None);
+    println!("{judged:?}");
+    Ok(judged.fault.is_none())
 }
 
 /// Writes the smallest model with the fault of a case.
