@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 use vi_testkit::CountingAllocator;
-use xtask::{compare, figures, fuzz, notation, soak, stability, verify};
+use xtask::{compare, figures, fuzz, notation, reliability, soak, stability, verify};
 
 /// Measures the memory that an input of `fuzz` takes.
 #[global_allocator]
@@ -22,6 +22,14 @@ cargo xtask notation [--check]
 cargo xtask stability [TABLE]
                        which steps of a rotating blade are stable, into docs/stability.md; TABLE: linear, runs
                        or scaling alone
+cargo xtask soak [--count N] [--seed S] [--shard i/n] [--jobs J] [--quick] [-o DIR] [--json FILE] | --model FILE
+                       random valid mechanisms, assembled, stepped and judged; those with a fault are reduced and
+                       written into DIR (target/soak); --model: judges one model file
+cargo xtask fuzz [TARGET…] [--executions N] [--seed S] [--jobs J] [-o DIR] [--json FILE]
+                       mutated model files, checkpoints, tables, command lines; inputs with a fault into DIR
+                       (target/fuzz)
+cargo xtask reliability --soak FILE… --fuzz FILE…
+                       writes RELIABILITY.md from what soak and fuzz stored by --json
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
@@ -73,6 +81,13 @@ fn main() -> ExitCode {
             Err(message) => {
                 eprintln!("soak: {message}");
                 ExitCode::from(2)
+            }
+        },
+        ["reliability", options @ ..] => match reliability::run(options) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(message) => {
+                eprintln!("reliability: {message}");
+                ExitCode::FAILURE
             }
         },
         ["figures"] => match figures::run() {

@@ -21,6 +21,7 @@ pub mod structure;
 pub mod tally;
 pub mod targets;
 
+use crate::reliability::stored::Stored;
 use lane::{Lane, Watch};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -134,9 +135,9 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
         tally.write(target.name(), &request.output)?;
         found.insert(target.name().to_owned(), tally);
     }
+    let sound = found.values().all(|tally| tally.faults.is_empty());
     if let Some(path) = &request.json {
-        let text = serde_json::to_string_pretty(&found).map_err(|error| error.to_string())?;
-        std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+        Stored { seed: request.seed, found }.write(path)?;
     }
-    Ok(found.values().all(|tally| tally.faults.is_empty()))
+    Ok(sound)
 }

@@ -1,5 +1,6 @@
 //! The smallest mechanism with the same fault: parts are removed one by one as long as it remains.
 
+use super::defects::Defect;
 use super::fault::Fault;
 use super::judge::{Checks, judge};
 use holonom::Model;
@@ -10,7 +11,7 @@ const TRIES: usize = 600;
 
 /// Removes what the fault does not need.
 #[must_use]
-pub fn minimise(model: &Model, checks: Checks, fault: &Fault) -> Model {
+pub fn minimise(model: &Model, (checks, defect): (Checks, Option<Defect>), fault: &Fault) -> Model {
     let mut smallest = model.clone();
     let mut tries = 0;
     'again: loop {
@@ -20,7 +21,7 @@ pub fn minimise(model: &Model, checks: Checks, fault: &Fault) -> Model {
             if tries > TRIES {
                 return smallest;
             }
-            let found = judge(&candidate, checks, None).fault;
+            let found = judge(&candidate, checks, defect).fault;
             if candidate != smallest && found.is_some_and(|found| found.resembles(fault)) {
                 smallest = candidate;
                 continue 'again;

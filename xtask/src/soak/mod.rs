@@ -19,8 +19,9 @@ pub mod minimise;
 mod repeat;
 pub mod tally;
 
-pub use invariants::Measured;
+pub use invariants::{Measured, bounds};
 
+use crate::reliability::stored::Stored;
 use defects::Defect;
 use generate::mechanism;
 use holonom::output::atomically;
@@ -144,11 +145,11 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
         let path = reduced(&request, case)?;
         println!("{}-{}: {}: {}", request.seed, case.index, case.fault.words, path.display());
     }
+    let sound = tally.faults.is_empty();
     if let Some(path) = &request.json {
-        let text = serde_json::to_string_pretty(&tally).map_err(|error| error.to_string())?;
-        std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))?;
+        Stored { seed: request.seed, found: tally }.write(path)?;
     }
-    Ok(tally.faults.is_empty())
+    Ok(sound)
 }
 
 /// Judges the model of a file with all checks, and prints its energies.
@@ -170,7 +171,7 @@ fn single(path: &Path) -> Result<bool, String> {
 /// Writes the smallest model with the fault of a case.
 fn reduced(request: &Request, case: &Case) -> Result<PathBuf, String> {
     let model = mechanism(request.seed, case.index);
-    let smallest = minimise(&model, Checks::of(case.index), &case.fault);
+    let smallest = minimise(&model, (Checks::of(case.index), None), &case.fault);
     let name = format!("{:?}-{}-{}.toml", case.fault.kind, request.seed, case.index).to_lowercase();
     let path = request.output.join(name);
     let text = format!("# {}\n{}", case.fault.words.replace('\n', " "), smallest.to_toml());
@@ -183,7 +184,8 @@ fn reduced(request: &Request, case: &Case) -> Result<PathBuf, String> {
 }
 
 /// The result on a terminal.
-fn words(tally: &Tally) -> String {
+#[must_use]
+pub fn words(tally: &Tally) -> String {
     let (refused, failed) = (Tally::count(&tally.refused), Tally::count(&tally.failed));
     let mut out = format!(
         "{} mechanisms: {} done, {refused} refused, {failed} failed, {} with faults\n",

@@ -2,7 +2,8 @@
 
 use super::defects::Defect;
 use super::fault::{Fault, FaultKind};
-use super::invariants::{AGREEMENT, Measured, within};
+use super::invariants::bounds::AGREEMENT;
+use super::invariants::{Measured, within};
 use super::judge::{Trace, trace};
 use holonom::model::Scheme;
 use holonom::output::{Checkpoint, SummaryBuilder};
