@@ -64,7 +64,7 @@ pub(super) fn hold(
     }
     let driven = model.constraints.iter().any(|c| matches!(c, Constraint::Motion { .. }));
     if model.settings.scheme.is_energy_momentum() && !driven {
-        let change = energy(found);
+        let change = energy(model, found);
         measured.energy = Some(change);
         within(FaultKind::Energy, change, ENERGY, "residual of the energy balance")?;
     }
@@ -106,11 +106,15 @@ fn constraints(model: &Model, simulation: &Simulation, found: &Trace) -> Result<
     let mechanism = simulation.mechanism();
     let (mut g, mut sizes) = (vec![0.0; mechanism.len()], vec![0.0; mechanism.len()]);
     let (mut worst, mut misreported) = (0.0_f64, None);
+    if let Some(sample) = found.samples.last() {
+        let angles = mechanism.principal_angles(&sample.q);
+        let at = Configuration { t: sample.t, q: &sample.q, angles: &angles };
+        mechanism.row_sizes(at, &mut sizes); // changes little in so few steps
+    }
     for sample in &found.samples {
         let angles = mechanism.principal_angles(&sample.q);
         let at = Configuration { t: sample.t, q: &sample.q, angles: &angles };
         mechanism.value(at, &mut g);
-        mechanism.row_sizes(at, &mut sizes);
         let told = sample.residuals.position;
         if unwrapped(model) {
             worst = worst.max(told / norm_inf(&sizes));
@@ -154,8 +158,7 @@ fn is_free(model: &Model) -> bool {
 /// The largest relative change of a momentum map that is conserved.
 fn momentum(model: &Model, found: &Trace) -> f64 {
     let Some(first) = found.samples.first() else { return 0.0 };
-    let bodies = model.bodies.iter().map(|body| body.mass());
-    let mass: f64 = bodies.chain(model.particles.iter().map(|point| point.mass)).sum();
+    let mass = mass(model);
     let gravity = model.gravity();
     let weighs = gravity.iter().any(|g| *g != 0.0);
     let (linear, angular) = scales(model, found, mass);
@@ -194,9 +197,13 @@ fn scales(model: &Model, found: &Trace, mass: f64) -> (f64, f64) {
     (linear, (linear * size).max(turns))
 }
 
-/// The largest relative residual of the energy balance.
-fn energy(found: &Trace) -> f64 {
-    let mut scale = 1e-6_f64; // J  of 2 kg at 1 mm/s: a system at rest has rounding alone
+/// The largest relative residual of the energy balance. A system at rest has the kinetic energy of rounding alone: that of
+/// coordinates that change by 1e-11 of their size in a step is within the bound.
+fn energy(model: &Model, found: &Trace) -> f64 {
+    const NOISE: f64 = 1e-11;
+    let largest = |of: &dyn Fn(&Sample) -> f64| found.samples.iter().map(of).fold(0.0, f64::max);
+    let speed = NOISE * largest(&|sample| norm_inf(&sample.q)) / model.settings.step;
+    let mut scale = 1e-6 + mass(model) * speed * speed / ENERGY; // 1e-6 J: of 2 kg at 1 mm/s
     let mut worst = 0.0_f64;
     for sample in &found.samples {
         let Some((balance, parts)) = sample.energies.split_last() else { continue };
@@ -204,4 +211,10 @@ fn energy(found: &Trace) -> f64 {
         worst = worst.max(balance.abs());
     }
     worst / scale
+}
+
+/// The mass of the bodies and point masses, kg.
+fn mass(model: &Model) -> f64 {
+    let bodies = model.bodies.iter().map(holonom::model::Body::mass);
+    bodies.chain(model.particles.iter().map(|point| point.mass)).sum()
 }

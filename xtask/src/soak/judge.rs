@@ -128,7 +128,7 @@ fn run(model: &Model, checks: Checks, defect: Option<Defect>) -> Judged {
             false => Ok(()),
         })
         .and_then(|()| match checks.agreement && found.failure.is_none() {
-            true => repeat::agreement(&model, &found, &mut measured, defect),
+            true => repeat::agreement(&model, &mut measured, defect),
             false => Ok(()),
         });
     Judged { ending, measured, fault: fault.err() }

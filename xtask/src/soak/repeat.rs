@@ -113,25 +113,31 @@ fn equivalent(scheme: Scheme) -> Scheme {
     }
 }
 
-/// Whether an equivalent scheme gives the same motion; one that does not apply is not judged.
+/// Whether an equivalent scheme gives the same motion, in steps that resolve it: of a long step the equations may have
+/// several solutions. A scheme that does not apply is not judged.
 pub(super) fn agreement(
     model: &Model,
-    found: &Trace,
     measured: &mut Measured,
     defect: Option<Defect>,
 ) -> Result<(), Fault> {
-    let mut other = model.clone();
-    other.settings.scheme = equivalent(model.settings.scheme);
-    let Ok(mut simulation) = Simulation::new(&other) else { return Ok(()) };
-    let mut motion = trace(&mut simulation);
+    const RESOLVED: f64 = 2e-4; // s
+    let mut model = model.clone();
+    let settings = &mut model.settings;
+    let steps = settings.steps() as f64;
+    settings.step = settings.step.min(RESOLVED);
+    settings.end = steps * settings.step;
+    let run = |model: &Model| Some(trace(&mut Simulation::new(model).ok()?));
+    let Some(found) = run(&model) else { return Ok(()) };
+    model.settings.scheme = equivalent(model.settings.scheme);
+    let Some(mut motion) = run(&model) else { return Ok(()) };
     Defect::other(defect, &mut motion);
     let (Some(a), Some(b)) = (found.samples.last(), motion.samples.last()) else { return Ok(()) };
-    if motion.failure.is_some() {
+    if found.failure.is_some() || motion.failure.is_some() {
         return Ok(());
     }
     let apart = a.q.iter().zip(&b.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let apart = apart / norm_inf(&a.q).max(1.0);
     measured.agreement = Some(apart);
-    let scheme = other.settings.scheme.name();
+    let scheme = model.settings.scheme.name();
     within(FaultKind::Agreement, apart, AGREEMENT, &format!("distance to the motion of `{scheme}`"))
 }

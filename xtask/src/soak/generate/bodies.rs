@@ -87,7 +87,7 @@ pub(super) fn freedoms(kind: JointKind) -> usize {
 
 /// A tree of bodies, held by the ground or free.
 pub(super) fn tree(model: &mut Model, draw: &mut Draw) {
-    let count = draw.weighted(&[(30, 1), (30, 2), (20, 3), (10, 4), (6, 6), (4, 10)]);
+    let count = draw.weighted(&[(40, 1), (35, 2), (15, 3), (6, 4), (3, 6), (1, 10)]);
     grow(model, count, draw);
     match draw.index(5) {
         0 => {}
@@ -209,7 +209,7 @@ fn planar(model: &mut Model, draw: &mut Draw) {
         let (a, b) = (draw.between(-1.0, 1.0), draw.between(-1.0, 1.0));
         along(along([0.0; 3], a, side), b, up)
     };
-    let count = draw.count(3, 5);
+    let count = draw.weighted(&[(6, 3), (2, 4), (1, 5)]);
     ring(model, count, draw, flat);
     for k in 0..=count {
         let place = along(flat(draw), draw.between(-0.2, 0.2), axis);
@@ -277,7 +277,7 @@ fn hinges(model: &mut Model, draw: &mut Draw) {
 
 /// A tree with scalar constraints: rods, points on lines and planes.
 fn rods(model: &mut Model, draw: &mut Draw) {
-    let count = draw.count(2, 4);
+    let count = draw.weighted(&[(6, 2), (3, 3), (1, 4)]);
     grow(model, count, draw);
     for joint in &mut model.joints {
         if draw.chance(0.7) {
@@ -311,7 +311,7 @@ fn rods(model: &mut Model, draw: &mut Draw) {
 
 /// A chain that is closed by a joint, with pairs that leave it movable: `Σ f_i − 6 > 0`.
 fn spatial(model: &mut Model, draw: &mut Draw) {
-    let count = draw.count(2, 5);
+    let count = draw.weighted(&[(6, 2), (4, 3), (1, 4), (1, 5)]);
     ring(model, count, draw, |draw| draw.vector(1.2));
     let kinds = [
         (4, JointKind::Revolute),

@@ -22,14 +22,14 @@ pub(super) fn choose(model: &mut Model, kind: Kind, draw: &mut Draw) {
     let closed = kind == Kind::Loops || is_closed(model);
     let settings = &mut model.settings;
     settings.scheme = draw.weighted(&SCHEMES);
-    let galerkin = !driven && kind != Kind::Beams && draw.chance(0.15);
+    let galerkin = !driven && kind != Kind::Beams && draw.chance(0.06);
     if galerkin {
         settings.method = HighOrder::Galerkin;
-        settings.order = draw.weighted(&[(3, 4), (2, 6), (1, 8)]);
+        settings.order = draw.weighted(&[(6, 4), (2, 6), (1, 8)]);
         let nodal = !closed && draw.chance(0.7);
         settings.scheme = if nodal { Scheme::Nodal } else { Scheme::Constrained };
-    } else if !dissipative && draw.chance(0.25) {
-        settings.order = draw.weighted(&[(4, 4), (1, 6), (1, 8)]);
+    } else if !dissipative && draw.chance(0.12) {
+        settings.order = draw.weighted(&[(8, 4), (1, 6), (1, 8)]);
     }
     if !galerkin && !settings.scheme.is_energy_momentum() && draw.chance(0.2) {
         settings.quadrature = Quadrature::Trapezoidal;
