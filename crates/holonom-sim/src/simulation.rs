@@ -248,7 +248,7 @@ impl Simulation {
             while !done && failure.is_none() {
                 let n = self.method.place().0;
                 let paused = !proceed(n, steps);
-                if n == steps {
+                if n >= steps {
                     done = true;
                     let multipliers = self.sensors.need_multipliers();
                     return Some(self.read(|method| method.last(multipliers)));

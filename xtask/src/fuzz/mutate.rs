@@ -97,6 +97,16 @@ pub fn bytes(input: &[u8], other: &[u8], draw: &mut Draw) -> Vec<u8> {
     out
 }
 
+/// A copy with other numbers.
+#[must_use]
+pub fn numbers(input: &[u8], draw: &mut Draw) -> Vec<u8> {
+    let mut out = input.to_vec();
+    for _ in 0..draw.count(1, 3) {
+        replace_number(&mut out, draw);
+    }
+    out
+}
+
 fn once(out: &mut Vec<u8>, other: &[u8], draw: &mut Draw) {
     let at = draw.index(out.len() + 1).min(out.len());
     let reach = |draw: &mut Draw, length: usize| {

@@ -169,7 +169,7 @@ pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Fault> {
     }
 }
 
-/// A run continued from a state, for at most five steps: why it is refused or fails, if it does.
+/// A run continued from a state to its end: why it is refused or fails, if it does.
 ///
 /// # Errors
 /// [`Fault`].
@@ -186,14 +186,15 @@ pub fn continued(model: &Model, state: RunState) -> Result<Result<(), String>, F
         samples.push(sample.clone());
         Ok(())
     };
-    let mut left = 5;
+    let mut left = model.settings.steps() + 2;
     let mut proceed = |_, _| {
-        left -= 1;
-        left >= 0
+        left = left.saturating_sub(1);
+        left > 0
     };
     let Ok(outcome) = simulation.run_while(&mut observe, &mut proceed);
     invariants::finite(&Trace { samples, failure: None })?;
     match outcome {
+        None => Err(Fault::new(FaultKind::Restart, "a continued run does not end")),
         Some(RunOutcome::Failed(failure)) => {
             fault::failure(&failure)?;
             Ok(Err(failure.message))

@@ -2,6 +2,7 @@
 
 use super::model::{mixed, read, seeds};
 use super::{Answer, Target, Worker, files};
+use crate::fuzz::mutate;
 use crate::soak::draw::Draw;
 use crate::soak::judge::{Ending, outcome};
 use holonom::Model;
@@ -24,7 +25,10 @@ impl Target for Assembly {
     }
 
     fn mutate(&self, input: &[u8], other: &[u8], draw: &mut Draw) -> Vec<u8> {
-        mixed(input, other, draw)
+        match draw.chance(0.3) {
+            true => mutate::numbers(input, draw),
+            false => mixed(input, other, draw),
+        }
     }
 
     fn worker(&self) -> Box<dyn Worker> {

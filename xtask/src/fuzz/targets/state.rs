@@ -3,6 +3,8 @@
 
 use super::sample_run::{model, state};
 use super::{Answer, Target, Worker};
+use crate::fuzz::mutate;
+use crate::soak::draw::Draw;
 use crate::soak::judge::continued;
 use holonom::{Model, RunState};
 
@@ -28,6 +30,13 @@ impl Target for StoredState {
             [0, 1, 3].iter().map(text).collect()
         };
         all().unwrap_or_default()
+    }
+
+    fn mutate(&self, input: &[u8], other: &[u8], draw: &mut Draw) -> Vec<u8> {
+        match draw.chance(0.8) {
+            true => mutate::numbers(input, draw),
+            false => mutate::bytes(input, other, draw),
+        }
     }
 
     fn worker(&self) -> Box<dyn Worker> {
