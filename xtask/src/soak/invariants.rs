@@ -203,7 +203,9 @@ fn energy(model: &Model, found: &Trace) -> f64 {
     const NOISE: f64 = 1e-11;
     let largest = |of: &dyn Fn(&Sample) -> f64| found.samples.iter().map(of).fold(0.0, f64::max);
     let speed = NOISE * largest(&|sample| norm_inf(&sample.q)) / model.settings.step;
-    let mut scale = 1e-6 + mass(model) * speed * speed / ENERGY; // 1e-6 J: of 2 kg at 1 mm/s
+    let path = 1e-14 * largest(&|sample| norm_inf(&sample.q)).max(1.0); // of a coordinate at rest
+    let noise = mass(model) * speed * speed + forces(model) * path;
+    let mut scale = 1e-6 + noise / ENERGY; // 1e-6 J: of 2 kg at 1 mm/s
     let mut worst = 0.0_f64;
     for sample in &found.samples {
         let Some((balance, parts)) = sample.energies.split_last() else { continue };
@@ -211,6 +213,13 @@ fn energy(model: &Model, found: &Trace) -> f64 {
         worst = worst.max(balance.abs());
     }
     worst / scale
+}
+
+/// The sum of the efforts of motors and of the loads, N or N·m.
+fn forces(model: &Model) -> f64 {
+    let motors = model.joints.iter().filter_map(|joint| joint.motor.as_ref());
+    let loads = model.loads.iter().flat_map(|load| load.force.iter().chain(&load.torque));
+    motors.map(|motor| motor.effort.abs()).sum::<f64>() + loads.map(|f| f.abs()).sum::<f64>()
 }
 
 /// The mass of the bodies and point masses, kg.
