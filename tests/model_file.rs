@@ -226,6 +226,16 @@ fn shapes_whose_mass_or_inertia_rounds_to_nothing_are_refused_by_name() {
 }
 
 #[test]
+fn an_override_of_too_many_parts_is_refused() {
+    let text = with_shape("{ type = \"sphere\", dimensions = [0.1], density = 700.0 }", "");
+    let key = format!("model{}", ".a".repeat(65_000));
+    let error = Model::from_toml_with(&text, &[(key, "1".to_owned())]).unwrap_err();
+    let problems = error.problems(&text);
+    println!("{problems:?}");
+    assert!(problems[0].message.contains("65001 parts") && problems[0].key.len() < 200);
+}
+
+#[test]
 fn what_follows_from_valid_numbers_is_refused_with_a_remedy() {
     let steep = "\n[[load]]\nname = \"steep\"\nbody = \"other\"\nforce = [1.0, 0.0, 0.0]\n\
                  history = { type = \"linear\", end = 5e-324 }\n";

@@ -5,7 +5,7 @@ use super::targets::{Answer, Worker};
 /// One thing made wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Defect {
-    /// A byte of value 7 panics.
+    /// A zero byte panics.
     Panic,
     /// The text `nan` takes a minute.
     Hang,
@@ -25,7 +25,7 @@ impl Defect {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Panic => "a panic where the input has a byte of value 7",
+            Self::Panic => "a panic where the input has a zero byte",
             Self::Hang => "a minute of work where the input has the text `nan`",
             Self::Memory => "half a gigabyte where the input has the text `1e308`",
             Self::Words => "errors without words",
@@ -49,7 +49,7 @@ impl Defect {
     pub(super) fn execute(defect: Option<Self>, worker: &mut dyn Worker, input: &[u8]) -> Answer {
         let has = |text: &[u8]| input.windows(text.len()).any(|part| part == text);
         match defect {
-            Some(Self::Panic) => assert!(!input.contains(&7), "on purpose"),
+            Some(Self::Panic) => assert!(!input.contains(&0), "on purpose"),
             Some(Self::Memory) if has(b"1e308") => {
                 let block: Vec<u8> = Vec::with_capacity(512 << 20);
                 assert!(std::hint::black_box(&block).is_empty());

@@ -20,7 +20,7 @@ pub enum Defect {
     Momentum,
     /// Energy grows by 1e-7 of its value in a run.
     Energy,
-    /// The equivalent scheme has a time step that is wrong by 1e-6.
+    /// The equivalent scheme has a time step that is wrong by 1e-3.
     Agreement,
     /// A stored state keeps twelve digits.
     Restart,
@@ -63,7 +63,7 @@ impl Defect {
             Self::Report => "residuals are reported as zero",
             Self::Momentum => "momenta grow by 1e-9 of their value",
             Self::Energy => "the energy grows by 1e-7 of its value",
-            Self::Agreement => "one of two equivalent schemes has a step that is off by 1e-6",
+            Self::Agreement => "one of two equivalent schemes has a step that is off by 1e-3",
             Self::Restart => "a stored state keeps twelve digits",
             Self::State => "a refused step changes the state",
             Self::Remedy => "a failed run names no remedy",
@@ -118,7 +118,7 @@ impl Defect {
             let count = trace.samples.len();
             let before = trace.samples[count - 2].q.clone();
             let pairs = trace.samples[count - 1].q.iter_mut().zip(before);
-            pairs.for_each(|(q, before)| *q += 1e-6 * 20.0 * (*q - before));
+            pairs.for_each(|(q, before)| *q += 1e-3 * 20.0 * (*q - before));
         }
     }
 

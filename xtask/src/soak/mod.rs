@@ -116,8 +116,8 @@ pub fn soak(request: &Request, progress: &(dyn Fn(u64) + Sync)) -> Tally {
 #[must_use]
 pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
     (0..most).find(|index| {
-        // every check on every mechanism: what is sampled in long runs is found late there
-        let checks = Checks { restart: true, agreement: true };
+        let restart = matches!(defect, Defect::Restart | Defect::Text);
+        let checks = Checks { restart, agreement: defect == Defect::Agreement };
         let judged = judge(&mechanism(seed, *index), checks, Some(defect));
         judged.fault.is_some_and(|fault| fault.kind == defect.kind())
     })

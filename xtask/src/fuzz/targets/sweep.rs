@@ -61,7 +61,7 @@ fn planned(input: &[u8], more: usize) -> Answer {
     let sampling = Sampling::ALL[input.len() % 4];
     let plan = match Plan::samples(variations, sampling, 1 + input.len(), 7) {
         Ok(plan) => plan,
-        Err(error) => return Answer::Refused(format!("{error}: {}", error.help)),
+        Err(error) => return Answer::Refused(error.help),
     };
     let values = plan.values();
     let keys = plan.variations.len();
