@@ -121,10 +121,10 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
             return Err(format!("there is no target `{name}`: {}", names.join(", ")));
         }
     }
-    let chosen = |target: &&Box<dyn Target>| {
-        request.targets.is_empty() || request.targets.iter().any(|name| name == target.name())
+    let chosen = |name: &str| {
+        request.targets.is_empty() || request.targets.iter().any(|target| target == name)
     };
-    for target in all.iter().filter(chosen) {
+    for target in all.iter().filter(|target| chosen(target.name())) {
         target.ready()?;
         let begin = std::time::Instant::now();
         let executions = request.executions.unwrap_or_else(|| target.executions());

@@ -39,7 +39,10 @@ fn listen() {
 }
 
 fn words(info: &PanicHookInfo<'_>) -> String {
-    let text = info.payload_as_str().unwrap_or("a panic without words");
+    let payload = info.payload();
+    let text = payload.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+    let text = text.unwrap_or("a panic without words");
     let place = info.location().map_or_else(String::new, |at| format!(" ({at})"));
     format!("{text}{place}")
 }

@@ -18,8 +18,8 @@ pub struct Largest {
 
 impl Largest {
     fn add(&mut self, other: Self) {
-        let sooner = other.value == self.value && other.index < self.index;
-        if other.count > 0 && (self.count == 0 || other.value > self.value || sooner) {
+        let order = other.value.total_cmp(&self.value).then(self.index.cmp(&other.index));
+        if other.count > 0 && (self.count == 0 || order.is_gt()) {
             (self.value, self.index) = (other.value, other.index);
         }
         self.count += other.count;
