@@ -333,17 +333,3 @@ fn drives_that_disagree_are_refused_or_stopped_or_satisfy_every_constraint() {
     counts.print();
     assert!(counts.of(Answer::Refused) > 100 && counts.of(Answer::Satisfied) > 20);
 }
-
-/// Known: the Galerkin scheme in constrained form does not always see that its multipliers are at rounding. The step is
-/// refused although its residual is 1e-15; the compositions take it. See RELIABILITY.md.
-#[test]
-fn multipliers_of_a_galerkin_step_at_rounding_are_refused() {
-    let text = hostile("galerkin_multipliers");
-    let (outcome, largest) = run(&text);
-    println!("{outcome:?} {largest:e}");
-    let RunOutcome::Failed(failure) = outcome else { panic!("taken: remove this finding") };
-    assert!(failure.message.contains("multiplier") && !failure.remedy.is_empty());
-    assert!(largest < 1e-14, "{largest:e}");
-    let composed = text.replace("method = \"galerkin\"", "method = \"composition\"");
-    assert_eq!(run(&composed).0, RunOutcome::Done);
-}
