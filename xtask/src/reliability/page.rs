@@ -48,9 +48,9 @@ fn mechanisms(out: &mut String, Stored { seed, found }: &Stored<SoakTally>) {
     let of = found.mechanisms;
     let _ = write!(
         out,
-        "\n## Mechanisms\n\n{} random mechanisms, seed {seed}, 20 steps each: trees and closed loops of all kinematic pairs, \
-         redundant joints, point masses on bars, beams; springs, dampers, motors, loads, gear constraints, prescribed motions; all \
-         schemes, orders 2 to 8, steps from 1e-5 s to 0.04 s.\n\n\
+        "\n## Mechanisms\n\n{} random mechanisms, seed {seed}, 20 steps each: trees and closed loops of all kinematic pairs,\n\
+         redundant joints, point masses on bars, beams; springs, dampers, motors, loads, gear constraints, prescribed motions;\n\
+         all schemes, orders 2 to 8, steps from 1e-5 s to 0.04 s.\n\n\
          | | mechanisms | |\n|---|---|---|\n\
          | reached the last step | {} | {} |\n| refused as a model | {} | {} |\n| a step refused | {} | {} |\n\
          | with a fault | {} | |\n| continued from a stored state, bit for bit | {} | |\n",
