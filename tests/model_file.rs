@@ -1,8 +1,8 @@
 //! The model file: what is read is what is written, and everything has its place.
 #![allow(clippy::unwrap_used)] // a test
 
-use holonom::Model;
-use holonom::model::{Inertia, ModelError, line_column, locate};
+use holonom::model::{Inertia, ModelError, Problem, line_column, locate};
+use holonom::{Model, Simulation};
 use proptest::prelude::*;
 
 const MODELS: [&str; 6] = [
@@ -194,5 +194,59 @@ proptest! {
             prop_assert_eq!(again.particles[0].position[1].to_bits(), y.to_bits());
             prop_assert_eq!(model, again);
         }
+    }
+}
+
+/// A model with a body of this shape beside one that moves.
+fn with_shape(shape: &str, more: &str) -> String {
+    format!(
+        "[model]\nname = \"shape\"\n[simulation]\nstep = 0.01\nend = 0.1\n[[body]]\nname = \"part\"\n{more}\n\
+         shape = {shape}\n[[body]]\nname = \"other\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n"
+    )
+}
+
+#[test]
+fn a_fixed_shape_without_density_is_written_as_it_is_read() {
+    let text = with_shape("{ type = \"box\", dimensions = [1.0, 1.0, 0.1] }", "fixed = true");
+    let model = Model::from_toml(&text).unwrap();
+    assert_eq!((model.bodies[0].mass, &model.bodies[0].inertia), (None, &None));
+    assert_eq!(Model::from_toml(&model.to_toml()).as_ref(), Ok(&model));
+}
+
+#[test]
+fn shapes_whose_mass_or_inertia_rounds_to_nothing_are_refused_by_name() {
+    let cone = "{ type = \"cone\", dimensions = [0.05, 5e-324], density = 2700.0 }";
+    let ball = "{ type = \"sphere\", dimensions = [1e-90], density = 2700.0 }";
+    for (shape, key) in [(cone, "body.part.mass"), (ball, "body.part.inertia")] {
+        let text = with_shape(shape, "");
+        let problems = Model::from_toml(&text).unwrap_err().problems(&text);
+        println!("{problems:?}");
+        assert!(problems.iter().any(|p| p.key == key && p.help.is_some()), "{problems:?}");
+    }
+}
+
+#[test]
+fn an_override_of_too_many_parts_is_refused() {
+    let text = with_shape("{ type = \"sphere\", dimensions = [0.1], density = 700.0 }", "");
+    let key = format!("model{}", ".a".repeat(65_000));
+    let error = Model::from_toml_with(&text, &[(key, "1".to_owned())]).unwrap_err();
+    let problems = error.problems(&text);
+    println!("{problems:?}");
+    assert!(problems[0].message.contains("65001 parts") && problems[0].key.len() < 200);
+}
+
+#[test]
+fn what_follows_from_valid_numbers_is_refused_with_a_remedy() {
+    let steep = "\n[[load]]\nname = \"steep\"\nbody = \"other\"\nforce = [1.0, 0.0, 0.0]\n\
+                 history = { type = \"linear\", end = 5e-324 }\n";
+    let thin = "\n[[body]]\nname = \"needle\"\nmass = 1.0\ninertia = [1.0, 1.0, 0.0]\n";
+    let shape = with_shape("{ type = \"sphere\", dimensions = [0.1], density = 700.0 }", "");
+    for (more, name) in [(steep, "other"), (thin, "needle")] {
+        let text = shape.clone() + more;
+        let error = Simulation::new(&Model::from_toml(&text).unwrap()).err().expect("refused");
+        let problems = error.problems(&text);
+        println!("{problems:?}");
+        let helps = |p: &Problem| p.help.is_some() && p.to_string().contains(name);
+        assert!(problems.iter().all(helps), "{problems:?}");
     }
 }

@@ -18,6 +18,7 @@ mod chain_and_top;
 mod compare;
 mod contradictions;
 mod dissipative_strains;
+mod doubled_joints;
 mod driven_beams;
 mod efforts;
 mod energies;

@@ -2,7 +2,10 @@
 
 pub mod compare;
 pub mod figures;
+pub mod fuzz;
 pub mod notation;
+pub mod reliability;
 pub mod roundoff;
+pub mod soak;
 pub mod stability;
 pub mod verify;

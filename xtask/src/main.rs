@@ -1,7 +1,12 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
 use std::process::ExitCode;
-use xtask::{compare, figures, notation, roundoff, stability, verify};
+use vi_testkit::CountingAllocator;
+use xtask::{compare, figures, fuzz, notation, reliability, roundoff, soak, stability, verify};
+
+/// Measures the memory that an input of `fuzz` takes.
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 const USAGE: &str = "\
 cargo xtask verify [--quick] [--only NAME] [--json FILE] [--from FILE] [--age]
@@ -20,60 +25,43 @@ cargo xtask stability [TABLE]
 cargo xtask roundoff [--of MODEL] [--parts N]
                        how rounding errors add up over 10 and 100 million steps, into docs/round-off.md; MODEL: its
                        rows alone, N: an N-th of the steps, printed only
+cargo xtask soak [--count N] [--seed S] [--shard i/n] [--jobs J] [--quick] [-o DIR] [--json FILE] | --model FILE
+                       random valid mechanisms, assembled, stepped and judged; those with a fault are reduced and
+                       written into DIR (target/soak); --model: judges one model file
+cargo xtask fuzz [TARGET…] [--executions N] [--seed S] [--jobs J] [-o DIR] [--json FILE]
+                       mutated model files, checkpoints, tables, command lines; inputs with a fault into DIR
+                       (target/fuzz)
+cargo xtask reliability --soak FILE… --fuzz FILE…
+                       writes RELIABILITY.md from what soak and fuzz stored by --json
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    match arguments.as_slice() {
-        ["verify", options @ ..] => match verify::run(options) {
-            Ok(true) => ExitCode::SUCCESS,
-            Ok(false) => ExitCode::FAILURE,
-            Err(message) => {
-                eprintln!("verify: {message}");
-                ExitCode::from(2)
-            }
-        },
-        ["compare", options @ ..] => match compare::run(options) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(message) => {
-                eprintln!("compare: {message}");
-                ExitCode::FAILURE
-            }
-        },
-        ["notation", options @ ..] if options.iter().all(|o| *o == "--check") => {
-            match notation::run(!options.is_empty()) {
-                Ok(()) => ExitCode::SUCCESS,
-                Err(message) => {
-                    eprintln!("notation: {message}");
-                    ExitCode::FAILURE
-                }
-            }
-        }
-        ["stability", only @ ..] if only.len() < 2 => match stability::run(only.first().copied()) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(message) => {
-                eprintln!("stability: {message}");
-                ExitCode::FAILURE
-            }
-        },
-        ["roundoff", options @ ..] => match roundoff::run_with(options) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(message) => {
-                eprintln!("roundoff: {message}");
-                ExitCode::FAILURE
-            }
-        },
-        ["figures"] => match figures::run() {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(message) => {
-                eprintln!("figures: {message}");
-                ExitCode::FAILURE
-            }
-        },
-        _ => {
-            eprintln!("{USAGE}");
+    let [task, options @ ..] = arguments.as_slice() else { return usage() };
+    let done = match (*task, options) {
+        ("verify", _) => verify::run(options),
+        ("fuzz", _) => fuzz::run(options),
+        ("soak", _) => soak::run(options),
+        ("reliability", _) => reliability::run(options).map(|()| true),
+        ("compare", _) => compare::run(options).map(|()| true),
+        ("roundoff", _) => roundoff::run(options).map(|()| true),
+        ("notation", [] | ["--check"]) => notation::run(!options.is_empty()).map(|()| true),
+        ("stability", [] | [_]) => stability::run(options.first().copied()).map(|()| true),
+        ("figures", []) => figures::run().map(|()| true),
+        _ => return usage(),
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(message) => {
+            eprintln!("{task}: {message}");
             ExitCode::from(2)
         }
     }
+}
+
+fn usage() -> ExitCode {
+    eprintln!("{USAGE}");
+    ExitCode::from(2)
 }

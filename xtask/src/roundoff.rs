@@ -130,7 +130,7 @@ const CASES: [Case; 8] = [
 ///
 /// # Errors
 /// A message that names the option or the case.
-pub fn run_with(options: &[&str]) -> Result<(), String> {
+pub fn run(options: &[&str]) -> Result<(), String> {
     let (mut only, mut divisor) = (None, 1);
     for pair in options.chunks(2) {
         match pair {
@@ -141,7 +141,7 @@ pub fn run_with(options: &[&str]) -> Result<(), String> {
             _ => return Err(format!("{} is no option or model of this task", pair.join(" "))),
         }
     }
-    run(only, divisor)
+    measure(only, divisor)
 }
 
 /// Runs all cases, or those of one model, with so many steps divided by `divisor`; replaces the table of the page after
@@ -149,7 +149,7 @@ pub fn run_with(options: &[&str]) -> Result<(), String> {
 ///
 /// # Errors
 /// A message that names the case.
-fn run(only: Option<&str>, divisor: u64) -> Result<(), String> {
+fn measure(only: Option<&str>, divisor: u64) -> Result<(), String> {
     let mut table = String::from(
         "| system | scheme | conserved | steps | largest change | exponent | \\|g\\| | without compensation: steps | largest change | exponent |\n|---|---|---|---|---|---|---|---|---|---|\n",
     );

@@ -1,12 +1,29 @@
 //! Numbers that follow from those of a model file: masses of shapes, lengths, sections.
 
-use super::Model;
 use super::problem::{MAX_PROBLEMS, Problem};
 use super::source::HUGE;
+use super::{Inertia, Model};
 use toml::Value;
 
-/// Numbers of a resolved model that its own file could not state again.
-pub(super) fn too_large(model: &Model) -> Vec<Problem> {
+/// Numbers of a resolved model that its own file could not state again: too large, or rounded to nothing.
+pub(super) fn out_of_range(model: &Model) -> Vec<Problem> {
+    let mut problems = too_large(model);
+    for body in model.bodies.iter().filter(|b| b.shape.is_some() && b.inertia.is_some()) {
+        let inertia = body.inertia.as_ref().and_then(Inertia::fault);
+        let mass = (body.mass() <= 0.0).then(|| format!("its mass is {} kg", body.mass()));
+        for (what, fault) in [("mass", mass), ("inertia", inertia)] {
+            if let Some(fault) = fault.filter(|_| problems.len() < MAX_PROBLEMS) {
+                let message = format!("the shape is too small or too light: {fault}");
+                let key = format!("body.{}.{what}", body.name);
+                problems
+                    .push(Problem::new(key, message).help("write larger dimensions or density"));
+            }
+        }
+    }
+    problems
+}
+
+fn too_large(model: &Model) -> Vec<Problem> {
     let mut problems = Vec::new();
     let Ok(Value::Table(sections)) = Value::try_from(model) else { return problems };
     for (section, value) in &sections {

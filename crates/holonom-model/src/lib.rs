@@ -164,9 +164,9 @@ impl Model {
             return Err(ModelError::invalid(problems));
         }
         model.resolve();
-        let too_large = computed::too_large(&model);
-        if !too_large.is_empty() {
-            return Err(ModelError::Assembly(too_large));
+        let out_of_range = computed::out_of_range(&model);
+        if !out_of_range.is_empty() {
+            return Err(ModelError::Assembly(out_of_range));
         }
         let missed = start::inconsistencies(&model);
         if !missed.is_empty() && !model.settings.project_start {
@@ -289,7 +289,8 @@ impl Model {
         for particle in &mut self.particles {
             particle.velocity.resize(dimension, 0.0);
         }
-        for body in self.bodies.iter_mut().filter(|b| b.shape.is_some()) {
+        let weighs = |body: &Body| !body.fixed || body.mass() > 0.0; // a part of the ground need not
+        for body in self.bodies.iter_mut().filter(|b| b.shape.is_some() && weighs(b)) {
             let tensor = body.inertia_tensor();
             body.mass = Some(body.mass());
             body.inertia.get_or_insert(Inertia::Principal([tensor.m11, tensor.m22, tensor.m33]));

@@ -9,6 +9,11 @@ use super::parameters::SECTION;
 use super::problem::{Problem, nearest};
 use super::sections::TABLES;
 
+const HELP: &str =
+    "keys are like simulation.step, model.gravity, body.NAME.mass, particle.NAME.position.0";
+/// Parts of a key at most; no value of a model stands as deep.
+const DEEPEST: usize = 64;
+
 /// Sets one key path to a value given as text: TOML, or a bare word.
 pub(crate) fn set<'i>(
     table: &mut DeTable<'i>,
@@ -16,14 +21,17 @@ pub(crate) fn set<'i>(
     value: &'i str,
     base: usize,
 ) -> Result<(), Problem> {
+    let parts = key.split('.').count();
+    if parts > DEEPEST {
+        let begin: String = key.chars().take(DEEPEST).collect();
+        let message =
+            format!("a key of {parts} parts: no value of a model stands deeper than {DEEPEST}");
+        return Err(Problem::new(format!("{begin}…"), message).help(HELP));
+    }
     let mut parsed = DeValue::parse(value)
         .unwrap_or_else(|_| Spanned::new(0..value.len(), DeValue::String(value.into())));
     shift(&mut parsed, base);
-    let wrong = |message: String| {
-        Problem::new(key, message).help(
-            "keys are like simulation.step, model.gravity, body.NAME.mass, particle.NAME.position.0",
-        )
-    };
+    let wrong = |message: String| Problem::new(key, message).help(HELP);
     let (section, rest) =
         key.split_once('.').ok_or_else(|| wrong(format!("`{key}` is no key of a value")))?;
     if TABLES.contains(&section) || section == SECTION {

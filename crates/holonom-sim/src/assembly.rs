@@ -7,7 +7,7 @@ use crate::limits::Stiffness;
 use crate::measures::{self, Measures};
 use crate::method::Method;
 use crate::unstable_steps::UnstableSteps;
-use holonom_model::{Beam, Family, Inconsistency, Level, Model, ModelError, Scheme};
+use holonom_model::{Beam, Body, Family, Inconsistency, Level, Model, ModelError, Scheme};
 use serde::{Deserialize, Serialize};
 use vi_constraints::Constraints;
 use vi_constraints::initialization::StartError;
@@ -251,6 +251,24 @@ pub(crate) fn em_refusal(error: &EmSetupError, model: &Model) -> ModelError {
     }
 }
 
+/// The error for a motion that the constraints allow and that has no mass: a body without a moment of inertia about one of
+/// its axes by name, if there is one.
+pub(crate) fn without_mass(model: &Model) -> ModelError {
+    const THIN: f64 = 1e-12; // relative to the largest moment
+    let thin = |body: &&Body| {
+        let moments = body.inertia_tensor().symmetric_eigenvalues();
+        !body.fixed && moments.min() <= THIN * moments.max()
+    };
+    let (member, which) = match model.bodies.iter().find(thin) {
+        Some(Body { name, .. }) => {
+            (format!("body.{name}"), format!("; `{name}` has no inertia about one of its axes"))
+        }
+        None => ("model".to_owned(), String::new()),
+    };
+    let detail = format!("some motion that the constraints allow has no mass{which}");
+    ModelError::SingularMass { member, detail }
+}
+
 /// A refused set-up as an error of the model.
 pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
     let unsupported = |key: &str, help: &str| ModelError::Unsupported {
@@ -259,10 +277,7 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
         help: help.into(),
     };
     match error {
-        SetupError::Start(StartError::Singular) => ModelError::SingularMass {
-            member: String::new(),
-            detail: "some motion that the constraints allow has no mass".into(),
-        },
+        SetupError::Start(StartError::Singular) => without_mass(model),
         SetupError::Start(StartError::NoConfiguration { .. } | StartError::NotFinite) => {
             unsupported("simulation.project_start", "correct the initial positions")
         }

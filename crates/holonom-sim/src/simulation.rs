@@ -90,8 +90,7 @@ impl Simulation {
         let multipliers = sensors.need_multipliers();
         let mut method = method(mechanism, &dynamics, model, at, (solver, multipliers))?;
         let Ok(first) = method.here(false) else {
-            let detail = "some motion that the constraints allow has no mass".into();
-            return Err(ModelError::SingularMass { member: String::new(), detail });
+            return Err(assembly::without_mass(model));
         };
         agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
         let mut assembly = assembly::report(model, &*method, &beams, closure);
@@ -258,7 +257,7 @@ impl Simulation {
             while !done && failure.is_none() {
                 let n = self.method.place().0;
                 let paused = !proceed(n, steps);
-                if n == steps {
+                if n >= steps {
                     done = true;
                     let multipliers = self.sensors.need_multipliers();
                     return Some(self.read(|method| method.last(multipliers)));

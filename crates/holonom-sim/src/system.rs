@@ -110,23 +110,23 @@ fn strain_rule(settings: &Settings) -> StrainRule {
     }
 }
 
+/// The remedy where numbers that are valid one by one give one that is not.
+const CORRECT: &str =
+    "correct the numbers of this part: what follows from them must be of ordinary size";
+
 /// A refused part of the mechanism as an error of the model.
 fn refusal(error: BuildError) -> ModelError {
     let (key, message, help) = match &error {
         BuildError::Inertia { body, source } => {
             let help = "check the unit (kg·m²) and that the moments are about the centre of mass";
-            (format!("body.{body}.inertia"), source.to_string(), Some(help.to_owned()))
+            (format!("body.{body}.inertia"), source.to_string(), help.to_owned())
         }
         BuildError::Rate { joint, source } => {
-            (format!("joint.{joint}.rate"), source.to_string(), Some(source.help()))
+            (format!("joint.{joint}.rate"), source.to_string(), source.help())
         }
-        _ => (String::new(), error.to_string(), None),
+        _ => (String::new(), error.to_string(), CORRECT.to_owned()),
     };
-    let problem = Problem::new(key, message);
-    ModelError::Assembly(vec![match help {
-        Some(help) => problem.help(help),
-        None => problem,
-    }])
+    ModelError::Assembly(vec![Problem::new(key, message).help(help)])
 }
 
 fn members(model: &Model, parts: &BeamModel) -> Vec<Member> {
@@ -231,7 +231,7 @@ fn add_load(
     for leg in beam.flat_map(|b| &b.legs) {
         let along = parts.line_load(leg, kind, force, torque, &history).map_err(|error| {
             let key = format!("load.{}", load.name);
-            ModelError::Assembly(vec![Problem::new(key, error.to_string())])
+            ModelError::Assembly(vec![Problem::new(key, error.to_string()).help(CORRECT)])
         })?;
         count += along.len();
         along.into_iter().for_each(|load| builder.load_of_frame(load));

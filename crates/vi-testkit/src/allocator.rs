@@ -15,6 +15,8 @@ pub struct CountingAllocator;
 thread_local! {
     static COUNT: Cell<usize> = const { Cell::new(0) };
     static BYTES: Cell<isize> = const { Cell::new(0) };
+    static PEAK: Cell<isize> = const { Cell::new(0) };
+    static BEGIN: Cell<isize> = const { Cell::new(0) };
 }
 
 /// Allocations and reallocations of this thread so far.
@@ -29,9 +31,25 @@ pub fn bytes_in_use() -> isize {
     BYTES.get()
 }
 
+/// From now on [`peak`] is measured anew.
+pub fn begin_peak() {
+    BEGIN.set(BYTES.get());
+    PEAK.set(BYTES.get());
+}
+
+/// The largest memory in use by this thread since [`begin_peak`], beyond what was in use then, bytes.
+#[must_use]
+pub fn peak() -> isize {
+    PEAK.get() - BEGIN.get()
+}
+
 fn count(bytes: isize) {
     COUNT.set(COUNT.get() + 1);
-    BYTES.set(BYTES.get() + bytes);
+    let now = BYTES.get() + bytes;
+    BYTES.set(now);
+    if now > PEAK.get() {
+        PEAK.set(now);
+    }
 }
 
 // SAFETY: every call is passed on to the system allocator unchanged.

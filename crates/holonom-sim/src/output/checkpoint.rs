@@ -39,6 +39,8 @@ const MAGIC: [u8; 8] = *b"holonom\x1a";
 const VERSION: u32 = 2;
 const HEAD: usize = 36;
 const LEVEL: i32 = 3; // of the compression
+/// Most bytes of a payload that is not compressed: thirty times the state of 100,000 bodies.
+const MOST: u64 = 1 << 30;
 
 /// The state of a run and of its files.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -140,7 +142,7 @@ impl Checkpoint {
         if fnv(&[model.as_bytes()]) != number(12) {
             return Err(CheckpointError::Model);
         }
-        let payload = zstd::decode_all(payload).map_err(|error| damaged(&error.to_string()))?;
+        let payload = unpacked(payload, MOST)?;
         let unreadable = |error: postcard::Error| damaged(&error.to_string());
         let (version, _) = postcard::take_from_bytes::<String>(&payload).map_err(unreadable)?;
         if version != env!("CARGO_PKG_VERSION") {
@@ -162,6 +164,18 @@ impl Checkpoint {
         }
         Ok(read)
     }
+}
+
+/// The payload without its compression; a few bytes may stand for any number of them, so that there is a limit.
+fn unpacked(payload: &[u8], most: u64) -> Result<Vec<u8>, CheckpointError> {
+    let damaged = |error: io::Error| CheckpointError::Damaged(error.to_string());
+    let mut plain = Vec::new();
+    let reader = zstd::Decoder::new(payload).map_err(damaged)?;
+    reader.take(most + 1).read_to_end(&mut plain).map_err(damaged)?;
+    if plain.len() as u64 > most {
+        return Err(CheckpointError::Damaged(format!("it holds more than {most} bytes")));
+    }
+    Ok(plain)
 }
 
 /// The FNV-1a hash of several pieces, one after the other.
@@ -265,5 +279,31 @@ impl RunFolder {
             }
         }
         Err(OutputError::NoCheckpoint { folder: self.path().to_owned(), refused })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A zstd frame of `blocks` blocks of 128 KiB, each of one byte repeated (RFC 8878, 3.1.1).
+    fn repeated(blocks: u32) -> Vec<u8> {
+        const SIZE: u32 = 128 * 1024;
+        let mut frame = vec![0x28, 0xb5, 0x2f, 0xfd, 0x00, 7 << 3]; // magic, no options, window 2^17
+        for k in 1..=blocks {
+            let head = (SIZE << 3) | (1 << 1) | u32::from(k == blocks);
+            frame.extend(&head.to_le_bytes()[..3]);
+            frame.push(0);
+        }
+        frame
+    }
+
+    #[test]
+    fn a_payload_that_unpacks_to_too_much_is_refused() {
+        let frame = repeated(16);
+        assert_eq!(unpacked(&frame, 1 << 21).map(|plain| plain.len()), Ok(1 << 21));
+        let refused = unpacked(&frame, (1 << 21) - 1).unwrap_err().to_string();
+        println!("{} bytes: {refused}", frame.len());
+        assert!(refused.contains("more than 2097151 bytes"), "{refused}");
     }
 }

@@ -74,7 +74,7 @@ impl Cluster {
     pub(crate) fn new(paths: Paths, weights: &[f64]) -> Self {
         let own: Vec<f64> = paths.columns.iter().map(|&column| weights[column]).collect();
         let rows = paths.rows.len() + paths.rows.len().min(own.len()); // and those of the last node
-        let echelon = || Echelon::new(rows, own.clone(), 1);
+        let echelon = || Echelon::new(rows, own.clone(), 1).of_unit_rows(); // scaled so
         Self {
             rank: 0,
             basis: echelon(),

@@ -43,7 +43,8 @@ pub(crate) struct Echelon {
     work: Vec<f64>,      // column → entry of the row at hand
     support: Vec<usize>, // its columns
     marked: Vec<bool>,
-    top: f64, // largest entry of all rows
+    unit: f64, // size of a row that does not cancel, 0: not known
+    top: f64,  // largest entry of all rows, at least that
     smallest: f64,
 }
 
@@ -63,9 +64,17 @@ impl Echelon {
             work: vec![0.0; all],
             support: Vec::with_capacity(all),
             marked: vec![false; all],
+            unit: 0.0,
             top: 0.0,
             smallest: f64::INFINITY,
         }
+    }
+
+    /// For rows of size one where nothing cancels in them: tolerances are then relative to one or more. Rows that
+    /// all vanish leave rounding, of which the largest entry is no measure.
+    pub(crate) fn of_unit_rows(mut self) -> Self {
+        (self.unit, self.top) = (1.0, 1.0);
+        self
     }
 
     /// Forgets all rows.
@@ -73,7 +82,7 @@ impl Echelon {
         self.pivots.iter().for_each(|&k| self.order[self.rows[k].pivot] = NONE);
         self.pivots.clear();
         self.uses.fill(0);
-        (self.count, self.top, self.smallest) = (0, 0.0, f64::INFINITY);
+        (self.count, self.top, self.smallest) = (0, self.unit, f64::INFINITY);
     }
 
     /// Adds a row; entries of the same column must not repeat.
@@ -334,5 +343,19 @@ mod tests {
         assert_eq!(echelon.eliminate(4, 1e-11), 3);
         assert_eq!(echelon.pivots()[2], 0, "{:?}", echelon.pivots());
         assert!(echelon.smallest() > 1e-10, "{:e}", echelon.smallest());
+    }
+
+    #[test]
+    fn rows_that_all_vanish_but_for_rounding_have_no_rank() {
+        let rounding = DMatrix::from_row_slice(2, 2, &[1e-17, -3e-17, 2e-17, 0.0]);
+        for unit in [false, true] {
+            let echelon = Echelon::new(2, vec![1.0; 2], 0);
+            let mut echelon = if unit { echelon.of_unit_rows() } else { echelon };
+            for _ in 0..2 {
+                echelon.clear();
+                push(&mut echelon, &rounding, None);
+                assert_eq!(echelon.eliminate(2, 1e-11), if unit { 0 } else { 2 });
+            }
+        }
     }
 }

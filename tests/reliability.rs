@@ -1,0 +1,139 @@
+//! Short forms of the two harnesses of reliability, and the harnesses themselves: what is wrong on purpose is found.
+#![allow(clippy::unwrap_used)] // a test
+
+use std::path::PathBuf;
+use vi_testkit::CountingAllocator;
+use xtask::fuzz::lane::{Lane, Watch};
+use xtask::fuzz::targets::{Answer, Target, all};
+use xtask::fuzz::{self, limits};
+use xtask::reliability::mutants;
+use xtask::soak::defects::Defect;
+use xtask::soak::judge::{Checks, judge};
+use xtask::soak::minimise::minimise;
+use xtask::soak::tally::Tally;
+use xtask::soak::{self, draw::Draw, generate::mechanism};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// A run of the mechanisms `0..count` of a seed.
+fn soaked(seed: u64, count: u64) -> Tally {
+    let count = count.to_string();
+    let seed = seed.to_string();
+    let words = ["--count", &count, "--seed", &seed, "--jobs", "2"];
+    soak::soak(&soak::Request::parse(&words).unwrap(), &|_| {})
+}
+
+#[test]
+fn random_mechanisms_keep_what_their_schemes_promise() {
+    let tally = soaked(1, 400);
+    println!("{}", soak::words(&tally));
+    assert!(tally.faults.is_empty(), "{:?}", tally.faults);
+    let ended_early = Tally::count(&tally.refused) + Tally::count(&tally.failed);
+    assert!(ended_early * 20 < tally.mechanisms, "{ended_early} of {}", tally.mechanisms);
+    assert!(tally.restarted > 30 && tally.agreement.count > 20 && tally.momentum.count > 20);
+}
+
+#[test]
+fn the_result_does_not_depend_on_shards() {
+    let parts = ["1/3", "2/3", "3/3"].map(|shard| {
+        let words = ["--count", "60", "--seed", "5", "--jobs", "1", "--shard", shard];
+        soak::soak(&soak::Request::parse(&words).unwrap(), &|_| {})
+    });
+    let mut sum = Tally::default();
+    parts.into_iter().rev().for_each(|part| sum.add(part));
+    assert_eq!(sum, soaked(5, 60));
+}
+
+#[test]
+fn a_fault_is_found_in_a_smaller_mechanism() {
+    // the first mechanism of several bodies: of it remains what the fault needs
+    let (checks, defect) = (Checks::default(), Some(Defect::Constraint));
+    let large = (0..400).map(|index| mechanism(2, index)).filter(|model| model.bodies.len() > 3);
+    let found =
+        large.filter_map(|model| Some((judge(&model, checks, defect).fault?, model))).next();
+    let (fault, model) = found.unwrap();
+    let smallest = minimise(&model, (checks, defect), &fault);
+    let parts = (model.bodies.len(), smallest.bodies.len(), smallest.joints.len());
+    println!("of {} bodies {} with {} joints", parts.0, parts.1, parts.2);
+    assert_eq!((smallest.bodies.len(), smallest.joints.len()), (1, 0));
+    assert!(judge(&smallest, checks, defect).fault.unwrap().resembles(&fault));
+}
+
+/// A short lane of a target.
+fn executed(target: &dyn Target, length: u64) -> fuzz::tally::Tally {
+    let lane = Lane { seed: 1, number: 0, length };
+    let tally = lane.run(target, &Watch::new(target.name(), &PathBuf::from("target")), None);
+    println!("{}: {}", target.name(), tally.words());
+    assert!(tally.faults.is_empty(), "{:?}", tally.faults);
+    tally
+}
+
+#[test]
+fn mutated_inputs_are_accepted_or_refused_in_words() {
+    let lengths = [
+        ("model", 1500),
+        ("expression", 4000),
+        ("assembly", 400),
+        ("checkpoint", 1500),
+        ("state", 200),
+        ("tables", 200),
+        ("sweep", 2000),
+    ];
+    let targets = all();
+    for (name, length) in lengths {
+        let target = targets.iter().find(|target| target.name() == name).unwrap();
+        target.ready().unwrap();
+        let tally = executed(&**target, length);
+        assert!(tally.accepted > 0 && tally.shapes.len() > 3, "{name} reads nothing");
+    }
+    let arguments = targets.iter().find(|target| target.name() == "arguments").unwrap();
+    match arguments.ready() {
+        Ok(()) => drop(executed(&**arguments, 100)),
+        Err(help) => println!("not tried: {help}"), // the program is built with the whole workspace
+    }
+}
+
+#[test]
+fn inputs_that_are_large_or_no_files_are_answered_in_words() {
+    for (name, answer) in limits::all() {
+        println!("{name}: {answer:?}");
+        assert!(!matches!(answer, Answer::Wrong(_)), "{name}: {answer:?}");
+        let may_be_read = ["bodies", "expression", "parameters", "nested arrays"];
+        if !may_be_read.iter().any(|own| name.contains(own)) {
+            assert!(matches!(&answer, Answer::Refused(words) if !words.is_empty()), "{name}");
+        }
+    }
+}
+
+/// All defects of a harness are found.
+fn found(of: impl Fn(&mutants::Mutant) -> bool) {
+    for mutant in mutants::all().iter().filter(|mutant| of(mutant)) {
+        let found = mutant.found_after();
+        println!("{}, {}: {found:?}", mutant.harness, mutant.name);
+        assert!(found.is_some(), "{}: {} is not found", mutant.harness, mutant.name);
+    }
+}
+
+#[test]
+fn mechanisms_made_wrong_on_purpose_are_found() {
+    found(|mutant| mutant.harness == "soak");
+}
+
+#[test]
+fn readers_made_wrong_on_purpose_are_found() {
+    found(|mutant| mutant.harness != "soak");
+}
+
+#[test]
+fn mechanisms_are_the_same_on_every_machine() {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for index in 0..200 {
+        for byte in mechanism(1, index).to_toml().bytes() {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+    let number = Draw::new(1, 0).between(0.0, 1.0);
+    println!("{hash:#x} {number:?}");
+    assert_eq!(hash, 0x7090_3654_35bd_db11);
+}

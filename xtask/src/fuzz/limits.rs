@@ -1,0 +1,147 @@
+//! Inputs that are large, deep, or no files: each is answered in words.
+
+use super::targets::Answer;
+use crate::reliability::guard::guarded;
+use holonom::model::read_text;
+use holonom::{Model, ModelError};
+use std::path::Path;
+
+/// A pendulum whose parts can be replaced.
+const MODEL: &str = "\
+[model]
+name = \"limits\"
+[simulation]
+step = 0.01
+end = 0.1
+[[body]]
+name = \"body\"
+mass = 1.0
+inertia = [1.0, 1.0, 1.0]
+";
+
+/// An input with its name.
+type Limit = (&'static str, Box<dyn Fn() -> Result<Model, ModelError> + Send>);
+
+/// All inputs, each with the answer to it.
+#[must_use]
+pub fn all() -> Vec<(&'static str, Answer)> {
+    let limits = texts().into_iter().chain(overrides()).chain(files());
+    limits.map(|(name, read)| (name, answer(read))).collect()
+}
+
+/// The answer of a thread with the stack of a program.
+fn answer(read: Box<dyn Fn() -> Result<Model, ModelError> + Send>) -> Answer {
+    let run = move || guarded(|| read().map(|model| model.to_toml().len()));
+    let thread = std::thread::Builder::new().stack_size(8 << 20).spawn(run);
+    match thread.map(std::thread::JoinHandle::join) {
+        Ok(Ok(Ok(Ok(_)))) => Answer::Accepted,
+        Ok(Ok(Ok(Err(error)))) => Answer::Refused(error.to_string()),
+        Ok(Ok(Err(panic))) => Answer::Wrong(panic),
+        Ok(Err(_)) => Answer::Wrong("a panic outside".into()),
+        Err(error) => Answer::Wrong(error.to_string()),
+    }
+}
+
+/// A limit of a text.
+fn text(name: &'static str, text: String) -> Limit {
+    (name, Box::new(move || Model::from_toml(&text)))
+}
+
+fn texts() -> Vec<Limit> {
+    let bodies = |count: usize| {
+        let body = |k| format!("[[body]]\nname = \"b{k}\"\nmass = 1\ninertia = [1, 1, 1]\n");
+        let head = &MODEL[..MODEL.find("[[body]]").unwrap_or(0)];
+        head.to_owned() + &(0..count).map(body).collect::<String>()
+    };
+    vec![
+        text("100,000 nested arrays", format!("x = {}", "[".repeat(100_000))),
+        text("100,000 nested and closed arrays", {
+            format!("x = {}{}", "[".repeat(100_000), "]".repeat(100_000))
+        }),
+        text("30,000 nested tables", format!("x = {}", "{a=".repeat(30_000))),
+        text("a key of 100,000 parts", format!("{}a = 1", "a.".repeat(100_000))),
+        text("a header of 100,000 parts", format!("[{}a]", "a.".repeat(100_000))),
+        text("an array of a million numbers", {
+            MODEL.replace("[1.0, 1.0, 1.0]", &format!("[{}1.0]", "1.0, ".repeat(1_000_000)))
+        }),
+        text("an expression of 100,000 brackets", {
+            MODEL.replace("mass = 1.0", &format!("mass = \"= {}\"", "(".repeat(100_000)))
+        }),
+        text("an expression of 100,000 signs", {
+            MODEL.replace("mass = 1.0", &format!("mass = \"= {}1\"", "-".repeat(100_000)))
+        }),
+        text("an expression of 100,000 powers", {
+            MODEL.replace("mass = 1.0", &format!("mass = \"= 1{}\"", "^1".repeat(100_000)))
+        }),
+        text("2,000 parameters in a chain", {
+            let parameter = |k: usize| format!("p{k} = \"= p{}\"\n", k + 1);
+            let chain: String = (0..2000).map(parameter).collect();
+            format!("{MODEL}[parameters]\n{chain}p2000 = 1\n")
+        }),
+        text("10^18 steps", MODEL.replace("end = 0.1", "end = 1e16")),
+        text(
+            "an order of 10^18",
+            MODEL.replace("end = 0.1", "end = 0.1\norder = 1000000000000000000"),
+        ),
+        text("10^18 elements", beam("elements = 1000000000000000000")),
+        text("10^18 elements in a leg", beam("elements = [1000000000000000000]")),
+        text("100,000 bodies", bodies(100_000)),
+        text("16 MiB and a byte", "#".repeat(holonom::model::MAX_BYTES + 1)),
+        text("16 MiB of a name", format!("[model]\nname = \"{}\"", "n".repeat(15 << 20))),
+        text("16 MiB of quotation marks", "\"".repeat(16 << 20)),
+    ]
+}
+
+fn beam(elements: &str) -> String {
+    format!(
+        "[model]\nname = \"beam\"\n[simulation]\nstep = 0.01\nend = 0.1\n[[beam]]\nname = \"b\"\n\
+         points = [[0, 0, 0], [1, 0, 0]]\n{elements}\nsection = {{ EA = 1, GA1 = 1, GA2 = 1, EI1 = 1, \
+         EI2 = 1, GJ = 1, rhoA = 1, rhoI1 = 1, rhoI2 = 1 }}\n"
+    )
+}
+
+fn overrides() -> Vec<Limit> {
+    let set = |name, key: String, value: String| -> Limit {
+        (name, Box::new(move || Model::from_toml_with(MODEL, &[(key.clone(), value.clone())])))
+    };
+    let dots = |count: usize| format!("model{}", ".a".repeat(count));
+    vec![
+        set("--set with a key of 13,000 parts", dots(13_000), "1".into()),
+        set("--set with a key of 65,000 parts", dots(65_000), "1".into()),
+        set("--set below a number", format!("model.name{}", ".a".repeat(65_000)), "1".into()),
+        set("--set with 50,000 nested arrays", "model.name".into(), "[".repeat(50_000)),
+        set(
+            "--set of an index of 10^30",
+            "body.body.inertia.1000000000000000000000000000000".into(),
+            "1".into(),
+        ),
+        set("--set without a key", String::new(), "1".into()),
+        set("--set of dots", "....".into(), "1".into()),
+    ]
+}
+
+/// Things that are no files, or no text.
+fn files() -> Vec<Limit> {
+    let folder = std::env::temp_dir().join(format!("holonom-limits-{}", std::process::id()));
+    let _ = std::fs::create_dir_all(&folder); // where it cannot be made the answer is in words, too
+    let file = |name: &str, bytes: &[u8]| {
+        let path = folder.join(name);
+        let _ = std::fs::write(&path, bytes); // likewise
+        path
+    };
+    let latin = file("latin.toml", b"[model]\nname = \"\xe9\"\n");
+    let zeros = file("zeros.toml", &[0; 4096]);
+    let pipe = folder.join("pipe");
+    let _ = std::process::Command::new("mkfifo").arg(&pipe).status(); // where there are such
+    let read = |path: &Path| {
+        let path = path.to_owned();
+        Box::new(move || read_text(&path).and_then(|text| Model::from_toml(&text)))
+    };
+    vec![
+        ("a directory", read(&folder)),
+        ("a named pipe that nobody writes to", read(&pipe)),
+        ("text that is not UTF-8", read(&latin)),
+        ("4096 zeros", read(&zeros)),
+        ("a file that does not exist", read(&folder.join("absent"))),
+    ]
+}

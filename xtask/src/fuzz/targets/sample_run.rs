@@ -1,0 +1,80 @@
+//! The run of a small model that files, states and checkpoints to mutate come from.
+
+use holonom::output::{Checkpoint, SummaryBuilder};
+use holonom::{Model, RunFolder, RunState, Simulation, run};
+use std::convert::Infallible;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The model: bodies, a beam, a point mass, sensors, a prescribed motion.
+pub(super) const MODEL: &str = include_str!("../../../../tests/corpus/model/all_sections.toml");
+
+/// The model, resolved.
+pub(super) fn model() -> Result<Model, String> {
+    let mut model = Model::from_toml(MODEL).map_err(|error| error.to_string())?;
+    model.settings.end = 6.0 * model.settings.step;
+    Ok(model)
+}
+
+/// The state after a few steps.
+pub(super) fn state(model: &Model, steps: u64) -> Result<RunState, String> {
+    let mut simulation = Simulation::new(model).map_err(|error| error.to_string())?;
+    let mut observe = |_: &holonom::Sample| Ok::<(), Infallible>(());
+    let Ok(_) = simulation.run_while(&mut observe, &mut |step, _| step < steps);
+    Ok(simulation.state())
+}
+
+/// The bytes of a checkpoint.
+pub(super) fn checkpoint(model: &Model, run: RunState) -> Result<Vec<u8>, String> {
+    let checkpoint = Checkpoint {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        every: Some(2),
+        wall_seconds: 0.5,
+        run,
+        summary: SummaryBuilder::default(),
+        files: vec![("trajectory.csv".to_owned(), 10)],
+    };
+    checkpoint.encode(&model.to_toml()).map_err(|error| error.to_string())
+}
+
+/// A new folder for temporary files, removed at the end.
+#[derive(Debug)]
+pub(super) struct Scratch(PathBuf);
+
+impl Scratch {
+    pub(super) fn new(purpose: &str) -> Self {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let (process, count) = (std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let path = std::env::temp_dir().join(format!("holonom-{purpose}-{process}-{count}"));
+        let _ = fs::create_dir_all(&path); // what is written there fails with words
+        Self(path)
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0); // a temporary folder
+    }
+}
+
+/// Runs the model into a folder.
+pub(super) fn run_into(folder: &Path) -> Result<(), String> {
+    let model = model()?;
+    let words = |error: &dyn std::error::Error| error.to_string();
+    let mut experiment = run::prepare(&model).map_err(|error| words(&error))?;
+    let folder = RunFolder::create(folder, true).map_err(|error| words(&error))?;
+    let control = run::Control {
+        progress: &mut |_, _| {},
+        notice: &mut |_| {},
+        interrupted: &mut || false,
+        checkpoint_every: Some(3),
+        report: false,
+    };
+    let finished = run::run_with(&model, &mut *experiment, &folder, control);
+    finished.map(drop).map_err(|error| words(&error))
+}

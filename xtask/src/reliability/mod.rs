@@ -1,0 +1,42 @@
+//! What the two harnesses of reliability share, and `cargo xtask reliability`, which writes `RELIABILITY.md`.
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`stored`], `page` | the numbers of the harnesses, and the page from them |
+//! | [`mutants`] | defects made on purpose, which the harnesses must find |
+//! | [`guard`] | panics as data |
+//! | [`shape`] | kinds of messages |
+
+pub mod guard;
+pub mod mutants;
+mod page;
+pub mod shape;
+pub mod stored;
+
+pub use page::FuzzTallies;
+
+use crate::soak::tally::Tally;
+use std::path::Path;
+use stored::Stored;
+
+/// Writes the page: `--soak FILE… --fuzz FILE…`, the parts of one run each.
+///
+/// # Errors
+/// What cannot be understood, read or written, in words.
+pub fn run(options: &[&str]) -> Result<(), String> {
+    const HELP: &str = "write --soak FILE… --fuzz FILE…";
+    let (soak, fuzz) = match options {
+        ["--soak", rest @ ..] => {
+            let at = rest.iter().position(|word| *word == "--fuzz").ok_or(HELP)?;
+            (&rest[..at], &rest[at + 1..])
+        }
+        _ => return Err(HELP.to_owned()),
+    };
+    let soak = Stored::read(soak, &mut |all: &mut Tally, part| all.add(part))?;
+    let fuzz = Stored::read(fuzz, &mut |all: &mut FuzzTallies, part: FuzzTallies| {
+        part.into_iter().for_each(|(name, tally)| all.entry(name).or_default().add(tally));
+    })?;
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("no root")?;
+    let path = root.join("RELIABILITY.md");
+    std::fs::write(&path, page::page(&soak, &fuzz)).map_err(|error| error.to_string())
+}

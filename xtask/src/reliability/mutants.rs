@@ -1,0 +1,67 @@
+//! The defects made on purpose, of both harnesses, and how soon each is found.
+
+use crate::fuzz::defects::Defect as FuzzDefect;
+use crate::fuzz::lane::{Lane, Watch};
+use crate::fuzz::targets;
+use crate::soak::defects::Defect as SoakDefect;
+use crate::soak::found_after;
+
+/// Which harness, and what is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Soak(SoakDefect),
+    Fuzz(FuzzDefect, &'static str),
+}
+
+/// A defect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mutant {
+    /// The harness, with the target.
+    pub harness: &'static str,
+    /// What is wrong.
+    pub name: &'static str,
+    kind: Kind,
+}
+
+/// Mechanisms or executions in which a defect must be found.
+const MOST: u64 = 3000;
+
+/// All of them.
+#[must_use]
+pub fn all() -> Vec<Mutant> {
+    let soak = SoakDefect::ALL.map(|defect| Mutant {
+        harness: "soak",
+        name: defect.name(),
+        kind: Kind::Soak(defect),
+    });
+    let checked = ["model", "expression", "assembly", "checkpoint", "sweep"];
+    let skipped = checked.map(|target| (FuzzDefect::Accept, target));
+    let others = FuzzDefect::ALL.into_iter().filter(|defect| *defect != FuzzDefect::Accept);
+    let fuzz = others.map(|defect| (defect, "model")).chain(skipped);
+    let fuzz = fuzz.map(|(defect, target)| Mutant {
+        harness: target,
+        name: defect.name(),
+        kind: Kind::Fuzz(defect, target),
+    });
+    soak.into_iter().chain(fuzz).collect()
+}
+
+impl Mutant {
+    /// Mechanisms or executions after which it is found.
+    #[must_use]
+    pub fn found_after(&self) -> Option<u64> {
+        match self.kind {
+            Kind::Soak(defect) => found_after(defect, 1, MOST),
+            Kind::Fuzz(defect, name) => {
+                let all = targets::all();
+                let target = all.iter().find(|target| target.name() == name)?;
+                let lane = Lane { seed: 1, number: 0, length: MOST };
+                let watch = Watch::new(name, &std::env::temp_dir());
+                let tally = lane.run(&**target, &watch, Some(defect));
+                let own =
+                    tally.faults.values().filter(|(_, case)| case.words.contains(defect.words()));
+                own.map(|(_, case)| case.execution).min()
+            }
+        }
+    }
+}

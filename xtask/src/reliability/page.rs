@@ -1,0 +1,162 @@
+//! `RELIABILITY.md` from the stored numbers.
+
+use super::mutants;
+use super::stored::Stored;
+use crate::fuzz::limits;
+use crate::fuzz::tally::Tally as FuzzTally;
+use crate::fuzz::targets::{self, Answer};
+use crate::soak::bounds;
+use crate::soak::tally::{Largest, Reason, Tally as SoakTally};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+const HEAD: &str = include_str!("head.md");
+const FINDINGS: &str = include_str!("findings.md");
+
+/// Numbers of all targets.
+pub type FuzzTallies = BTreeMap<String, FuzzTally>;
+
+pub(super) fn page(soak: &Stored<SoakTally>, fuzz: &Stored<FuzzTallies>) -> String {
+    let mut out = format!("# Reliability\n\n{HEAD}");
+    mechanisms(&mut out, soak);
+    inputs(&mut out, fuzz);
+    large_inputs(&mut out);
+    defects(&mut out);
+    let _ = write!(out, "\n## Findings\n\n{FINDINGS}");
+    out
+}
+
+/// A number with its thousands apart.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut out = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            out.push(',');
+        }
+        out.push(digit);
+    }
+    out
+}
+
+fn percent(part: u64, of: u64) -> String {
+    format!("{:.2} %", 100.0 * part as f64 / of.max(1) as f64)
+}
+
+fn mechanisms(out: &mut String, Stored { seed, found }: &Stored<SoakTally>) {
+    let (refused, failed) = (SoakTally::count(&found.refused), SoakTally::count(&found.failed));
+    let of = found.mechanisms;
+    let _ = write!(
+        out,
+        "\n## Mechanisms\n\n{} random mechanisms, seed {seed}, 20 steps each: trees and closed loops of all kinematic pairs,\n\
+         redundant joints, point masses on bars, beams; springs, dampers, motors, loads, gear constraints, prescribed motions;\n\
+         all schemes, orders 2 to 8, steps from 1e-5 s to 0.04 s.\n\n\
+         | | mechanisms | |\n|---|---|---|\n\
+         | reached the last step | {} | {} |\n| refused as a model | {} | {} |\n| a step refused | {} | {} |\n\
+         | with a fault | {} | |\n| continued from a stored state, bit for bit | {} | |\n",
+        grouped(of),
+        grouped(found.done),
+        percent(found.done, of),
+        grouped(refused),
+        percent(refused, of),
+        grouped(failed),
+        percent(failed, of),
+        grouped(found.faults.len() as u64),
+        grouped(found.restarted),
+    );
+    out.push_str("\n| largest, relative to the terms that cancel | measured on | found | bound | mechanism |\n");
+    out.push_str("|---|---|---|---|---|\n");
+    let rows = [
+        ("constraint residual", found.residual, bounds::RESIDUAL),
+        ("change of a momentum map of a free system", found.momentum, bounds::MOMENTUM),
+        ("energy balance of an energy–momentum scheme", found.energy, bounds::ENERGY),
+        ("distance of two equivalent schemes", found.agreement, bounds::AGREEMENT),
+    ];
+    for (what, Largest { count, value, index }, bound) in rows {
+        let _ =
+            writeln!(out, "| {what} | {} | {value:.1e} | {bound:.0e} | {index} |", grouped(count));
+    }
+    reasons(out, "Refused models", &found.refused);
+    reasons(out, "Refused steps", &found.failed);
+}
+
+fn reasons(out: &mut String, title: &str, reasons: &BTreeMap<String, Reason>) {
+    if reasons.is_empty() {
+        return;
+    }
+    let _ = write!(out, "\n| {title}, by reason | number | first |\n|---|---|---|\n");
+    let mut sorted: Vec<_> = reasons.iter().collect();
+    sorted.sort_by_key(|(words, reason)| (std::cmp::Reverse(reason.count), (*words).clone()));
+    for (words, Reason { count, first }) in sorted {
+        let _ = writeln!(out, "| {} | {} | {first} |", words.replace('|', "/"), grouped(*count));
+    }
+}
+
+fn inputs(out: &mut String, Stored { seed, found }: &Stored<FuzzTallies>) {
+    let _ = write!(
+        out,
+        "\n## Inputs\n\nMutated inputs, seed {seed}. An answer is right if the input is accepted, or refused in words, in bounded time and \
+         memory; what an accepted input must fulfil stands in `xtask/src/fuzz/targets/mod.rs`.\n\n\
+         | target | executions | accepted | kinds of refusals | largest memory | faults |\n|---|---|---|---|---|---|\n"
+    );
+    let order: Vec<&str> = targets::all().iter().map(|target| target.name()).collect();
+    for name in order {
+        let Some(tally) = found.get(name) else {
+            let _ = writeln!(out, "| {name} | 0 | | | | |");
+            continue;
+        };
+        let _ = writeln!(
+            out,
+            "| {name} | {} | {} | {} | {:.0} MiB | {} |",
+            grouped(tally.executions),
+            grouped(tally.accepted),
+            tally.shapes.len(),
+            tally.memory as f64 / f64::from(1 << 20),
+            tally.faults.len()
+        );
+    }
+}
+
+fn large_inputs(out: &mut String) {
+    out.push_str("\n| input | answer |\n|---|---|\n");
+    for (name, answer) in limits::all() {
+        let words = match answer {
+            Answer::Accepted => "accepted".to_owned(),
+            Answer::Refused(words) => short(&words),
+            Answer::Wrong(words) => format!("**wrong**: {}", short(&words)),
+        };
+        let _ = writeln!(out, "| {name} | {words} |");
+    }
+}
+
+/// The first words of a message, on one line.
+fn short(words: &str) -> String {
+    let line = words.replace(['\n', '|'], " ");
+    let first: String = line.chars().take(120).collect();
+    if first.len() < line.len() { first + " …" } else { first }
+}
+
+fn defects(out: &mut String) {
+    out.push_str(
+        "\n## Defects made on purpose\n\nEach is made between the program and the judge, and must be found.\n\n\
+         | harness | defect | found after |\n|---|---|---|\n",
+    );
+    for mutant in mutants::all() {
+        let found = mutant.found_after();
+        let found =
+            found.map_or_else(|| "**not found**".to_owned(), |count| (count + 1).to_string());
+        let _ = writeln!(out, "| {} | {} | {found} |", mutant.harness, mutant.name);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_are_apart() {
+        assert_eq!(grouped(7), "7");
+        assert_eq!(grouped(1_234_567), "1,234,567");
+        assert_eq!(grouped(100_000), "100,000");
+    }
+}

@@ -1,0 +1,74 @@
+//! Random mechanisms that are valid by construction.
+//!
+//! | file | concept |
+//! |---|---|
+//! | `settings` | schemes, orders, steps |
+//! | `bodies` | rigid bodies and the joints between them: trees, closed loops, redundant joints |
+//! | `points` | point masses on bars |
+//! | `beams` | beams of a few elements |
+//! | `forces` | springs, dampers, motors, loads, gears, prescribed motions |
+
+mod beams;
+mod bodies;
+mod forces;
+mod points;
+mod settings;
+
+use super::draw::Draw;
+use holonom::Model;
+use holonom::model::{Header, Settings};
+
+/// Steps of a mechanism.
+pub const STEPS: u64 = 20;
+
+/// What a mechanism is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Rigid bodies without closed loops.
+    Tree,
+    /// Rigid bodies with closed loops.
+    Loops,
+    /// Point masses on bars.
+    Points,
+    /// Beams, perhaps with bodies.
+    Beams,
+}
+
+/// The mechanism with this seed and index.
+#[must_use]
+pub fn mechanism(seed: u64, index: u64) -> Model {
+    let mut draw = Draw::new(seed, index);
+    let draw = &mut draw;
+    let kind =
+        draw.weighted(&[(50, Kind::Tree), (26, Kind::Loops), (16, Kind::Points), (8, Kind::Beams)]);
+    let mut model = empty(format!("{seed}-{index}"));
+    if draw.chance(0.6) {
+        model.header.gravity = vec![0.0, 0.0, -9.81];
+    }
+    match kind {
+        Kind::Tree => bodies::tree(&mut model, draw),
+        Kind::Loops => bodies::loops(&mut model, draw),
+        Kind::Points => points::truss(&mut model, draw),
+        Kind::Beams => beams::beams(&mut model, draw),
+    }
+    forces::add(&mut model, kind, draw);
+    settings::choose(&mut model, kind, draw);
+    model
+}
+
+/// A model without parts.
+fn empty(name: String) -> Model {
+    Model {
+        header: Header { name, description: None, dimension: 3, gravity: Vec::new() },
+        settings: Settings::new(0.01, 0.2),
+        bodies: Vec::new(),
+        beams: Vec::new(),
+        particles: Vec::new(),
+        bars: Vec::new(),
+        joints: Vec::new(),
+        constraints: Vec::new(),
+        springs: Vec::new(),
+        loads: Vec::new(),
+        sensors: Vec::new(),
+    }
+}

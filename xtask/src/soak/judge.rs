@@ -1,0 +1,205 @@
+//! A mechanism assembled, stepped and judged.
+
+use super::defects::Defect;
+use super::fault::{self, Fault, FaultKind};
+use super::invariants::{self, Measured};
+use super::repeat;
+use crate::reliability::guard::guarded;
+use crate::reliability::shape::shape;
+use holonom::run::prepare;
+use holonom::simulation::RunOutcome;
+use holonom::{Model, ModelError, RunFailure, RunState, Sample, Simulation};
+use std::convert::Infallible;
+
+/// What is judged beside the run itself: more runs of the same mechanism.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Checks {
+    /// The run continued from a stored state; the text of the model.
+    pub restart: bool,
+    /// The same motion by another scheme of the family.
+    pub agreement: bool,
+}
+
+impl Checks {
+    /// Of the mechanism with this index: each on one of eight, in every shard.
+    #[must_use]
+    pub fn of(index: u64) -> Self {
+        let eighth = index.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61;
+        Self { restart: eighth == 3, agreement: eighth == 5 }
+    }
+}
+
+/// How a mechanism ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// After its last step.
+    Done,
+    /// The model was refused: the shape of the message.
+    Refused(String),
+    /// A step was refused: the shape of the message.
+    Failed(String),
+}
+
+/// What was found of a mechanism.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// How it ended.
+    pub ending: Ending,
+    /// The numbers found.
+    pub measured: Measured,
+    /// What is wrong, if anything is.
+    pub fault: Option<Fault>,
+}
+
+/// A run in memory.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trace {
+    /// All nodes.
+    pub samples: Vec<Sample>,
+    /// Why it ended early.
+    pub failure: Option<RunFailure>,
+}
+
+/// Assembles a model from its text.
+///
+/// # Errors
+/// [`ModelError`].
+pub fn assembled(text: &str) -> Result<(Model, Simulation), ModelError> {
+    let model = Model::from_toml(text)?;
+    let simulation = Simulation::new(&model)?;
+    Ok((model, simulation))
+}
+
+/// Runs on to the end.
+pub fn trace(simulation: &mut Simulation) -> Trace {
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| -> Result<(), Infallible> {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    let Ok(outcome) = simulation.run(&mut observe, &mut |_, _| {});
+    let failure = match outcome {
+        RunOutcome::Done => None,
+        RunOutcome::Failed(failure) => Some(failure),
+    };
+    Trace { samples, failure }
+}
+
+/// Judges a model; `defect`: what is made wrong on purpose.
+#[must_use]
+pub fn judge(model: &Model, checks: Checks, defect: Option<Defect>) -> Judged {
+    guarded(|| run(model, checks, defect)).unwrap_or_else(|said| Judged {
+        ending: Ending::Done,
+        measured: Measured::default(),
+        fault: Some(Fault::new(FaultKind::Panic, said)),
+    })
+}
+
+fn run(model: &Model, checks: Checks, defect: Option<Defect>) -> Judged {
+    let text = model.to_toml();
+    let mut measured = Measured::default();
+    let (model, mut simulation) = match assembled(&text) {
+        Ok(assembled) => assembled,
+        Err(mut error) => {
+            Defect::refuse(defect, &mut error);
+            let fault = fault::refusal(&error, &text).err();
+            return Judged { ending: Ending::Refused(shape(&error.to_string())), measured, fault };
+        }
+    };
+    let mut found = trace(&mut simulation);
+    Defect::disturb(defect, &mut found);
+    let ending = match &found.failure {
+        None => Ending::Done,
+        Some(failure) => Ending::Failed(shape(&failure.message)),
+    };
+    let fault = invariants::hold(&model, &simulation, &found, &mut measured)
+        .and_then(|()| match &found.failure {
+            Some(failure) => {
+                fault::failure(failure)?;
+                repeat::refused_step(&model, failure, defect)
+            }
+            None => Ok(()),
+        })
+        .and_then(|()| match checks.restart && found.failure.is_none() {
+            true => {
+                measured.restarted = true;
+                repeat::round_trip(&model, defect)?;
+                repeat::restart(&model, &found, defect)
+            }
+            false => Ok(()),
+        })
+        .and_then(|()| match checks.agreement && found.failure.is_none() {
+            true => repeat::agreement(&model, &mut measured, defect),
+            false => Ok(()),
+        });
+    Judged { ending, measured, fault: fault.err() }
+}
+
+/// How a model of any kind ends: with finite numbers, or with words and a remedy. Statics, too.
+///
+/// # Errors
+/// [`Fault`]. `disturbed`: a number is made infinite on purpose.
+pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Fault> {
+    let text = model.to_toml();
+    let mut experiment = match prepare(model) {
+        Ok(experiment) => experiment,
+        Err(error) => {
+            fault::refusal(&error, &text)?;
+            return Ok(Ending::Refused(shape(&error.to_string())));
+        }
+    };
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    let ended = experiment.run_while(&mut observe, &mut |_, _| true);
+    let failure = match ended {
+        Ok(Some(RunOutcome::Failed(failure))) => Some(failure),
+        _ => None,
+    };
+    let mut found = Trace { samples, failure };
+    Defect::disturb(disturbed.then_some(Defect::NotFinite), &mut found);
+    invariants::finite(&found)?;
+    match &found.failure {
+        None => Ok(Ending::Done),
+        Some(failure) => {
+            fault::failure(failure)?;
+            Ok(Ending::Failed(shape(&failure.message)))
+        }
+    }
+}
+
+/// A run continued from a state to its end: why it is refused or fails, if it does.
+///
+/// # Errors
+/// [`Fault`].
+pub fn continued(model: &Model, state: RunState) -> Result<Result<(), String>, Fault> {
+    let mut simulation = match Simulation::new(model) {
+        Ok(simulation) => simulation,
+        Err(error) => return Ok(Err(error.to_string())),
+    };
+    if let Err(error) = simulation.resume(state) {
+        return Ok(Err(error.to_string()));
+    }
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| -> Result<(), Infallible> {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    let mut left = model.settings.steps() + 2;
+    let mut proceed = |_, _| {
+        left = left.saturating_sub(1);
+        left > 0
+    };
+    let Ok(outcome) = simulation.run_while(&mut observe, &mut proceed);
+    invariants::finite(&Trace { samples, failure: None })?;
+    match outcome {
+        None => Err(Fault::new(FaultKind::Restart, "a continued run does not end")),
+        Some(RunOutcome::Failed(failure)) => {
+            fault::failure(&failure)?;
+            Ok(Err(failure.message))
+        }
+        _ => Ok(Ok(())),
+    }
+}

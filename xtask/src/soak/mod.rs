@@ -1,0 +1,212 @@
+//! `cargo xtask soak`: random valid mechanisms, assembled, stepped and judged.
+//!
+//! | file | concept |
+//! |---|---|
+//! | [`generate`], [`draw`] | mechanisms that are valid by construction, the same for a seed on every machine |
+//! | [`judge`](mod@judge), `invariants`, `repeat` | what holds for each of them |
+//! | [`fault`] | what is wrong |
+//! | [`minimise`](mod@minimise) | the smallest mechanism with the same fault |
+//! | [`tally`] | many mechanisms in numbers |
+//! | [`defects`] | the harness itself: defects that it must find |
+
+pub mod defects;
+pub mod draw;
+pub mod fault;
+pub mod generate;
+mod invariants;
+pub mod judge;
+pub mod minimise;
+mod repeat;
+pub mod tally;
+
+pub use invariants::{Measured, bounds};
+
+use crate::reliability::stored::Stored;
+use defects::Defect;
+use generate::mechanism;
+use holonom::output::atomically;
+use holonom::sweep::Shard;
+use judge::{Checks, judge};
+use minimise::minimise;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use tally::{Case, Tally};
+
+/// What is run.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Mechanisms.
+    pub count: u64,
+    /// Their seed.
+    pub seed: u64,
+    /// Which part of them.
+    pub shard: Shard,
+    /// Threads.
+    pub jobs: usize,
+    /// Where models with faults are written.
+    pub output: PathBuf,
+    /// Where the numbers are written.
+    pub json: Option<PathBuf>,
+}
+
+impl Request {
+    /// Of the words of the command line.
+    ///
+    /// # Errors
+    /// What cannot be understood, in words.
+    pub fn parse(options: &[&str]) -> Result<Self, String> {
+        let mut request = Self {
+            count: 1_000_000,
+            seed: 1,
+            shard: Shard::WHOLE,
+            jobs: std::thread::available_parallelism().map_or(1, usize::from),
+            output: PathBuf::from("target/soak"),
+            json: None,
+        };
+        let mut rest = options.iter();
+        while let Some(option) = rest.next() {
+            if *option == "--quick" {
+                request.count = 2000;
+                continue;
+            }
+            let value = rest.next().ok_or_else(|| format!("`{option}` needs a value"))?;
+            let number =
+                || value.parse::<u64>().map_err(|_| format!("{option} {value}: no number"));
+            match *option {
+                "--count" => request.count = number()?,
+                "--seed" => request.seed = number()?,
+                "--shard" => request.shard = value.parse()?,
+                "--jobs" => request.jobs = number()?.clamp(1, 1024) as usize,
+                "-o" => request.output = PathBuf::from(value),
+                "--json" => request.json = Some(PathBuf::from(value)),
+                _ => return Err(format!("unknown option `{option}`")),
+            }
+        }
+        Ok(request)
+    }
+}
+
+/// Judges mechanisms in several threads; `progress` gets the number of those that are done.
+pub fn soak(request: &Request, progress: &(dyn Fn(u64) + Sync)) -> Tally {
+    const CHUNK: u64 = 64;
+    let (next, total) = (AtomicU64::new(0), Mutex::new(Tally::default()));
+    let work = || {
+        let mut own = Tally::default();
+        loop {
+            let begin = next.fetch_add(CHUNK, Ordering::Relaxed);
+            if begin >= request.count {
+                break;
+            }
+            let chunk = begin..(begin + CHUNK).min(request.count);
+            for index in chunk.filter(|index| request.shard.has(*index as usize)) {
+                own.take(index, judge(&mechanism(request.seed, index), Checks::of(index), None));
+            }
+            progress(begin + CHUNK);
+        }
+        if let Ok(mut total) = total.lock() {
+            total.add(own);
+        }
+    };
+    std::thread::scope(|scope| (0..request.jobs).for_each(|_| drop(scope.spawn(work))));
+    total.into_inner().unwrap_or_default()
+}
+
+/// How many mechanisms it takes to find a defect, at most `most`.
+#[must_use]
+pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
+    (0..most).find(|index| {
+        let restart = matches!(defect, Defect::Restart | Defect::Text);
+        let checks = Checks { restart, agreement: defect == Defect::Agreement };
+        let judged = judge(&mechanism(seed, *index), checks, Some(defect));
+        judged.fault.is_some_and(|fault| fault.kind == defect.kind())
+    })
+}
+
+/// Runs, prints, and writes what was asked for; whether nothing is wrong.
+///
+/// # Errors
+/// What cannot be understood or written, in words.
+pub fn run(options: &[&str]) -> Result<bool, String> {
+    if let ["--model", path] = options {
+        return single(Path::new(path));
+    }
+    let request = Request::parse(options)?;
+    let begin = std::time::Instant::now();
+    let progress = |done: u64| {
+        if done % 32_768 < 64 {
+            eprintln!("{done} of {} ({:.0} s)", request.count, begin.elapsed().as_secs_f64());
+        }
+    };
+    let tally = soak(&request, &progress);
+    print!("{}", words(&tally));
+    println!("{:.0} s", begin.elapsed().as_secs_f64());
+    for case in tally.faults.iter().take(20) {
+        let path = reduced(&request, case)?;
+        println!("{}-{}: {}: {}", request.seed, case.index, case.fault.words, path.display());
+    }
+    let sound = tally.faults.is_empty();
+    if let Some(path) = &request.json {
+        Stored { seed: request.seed, found: tally }.write(path)?;
+    }
+    Ok(sound)
+}
+
+/// Judges the model of a file with all checks, and prints its energies.
+fn single(path: &Path) -> Result<bool, String> {
+    let text = holonom::model::read_text(path).map_err(|error| error.to_string())?;
+    let checks = Checks { restart: true, agreement: true };
+    let (model, mut simulation) = judge::assembled(&text).map_err(|error| error.to_string())?;
+    println!("{}", simulation.energy_columns().join(" "));
+    for sample in judge::trace(&mut simulation).samples {
+        let energies: Vec<String> = sample.energies.iter().map(|x| format!("{x:.3e}")).collect();
+        let residuals = sample.residuals;
+        println!("{}: {}, g {:.1e}", sample.step, energies.join(" "), residuals.position);
+    }
+    let judged = judge(&model, checks, None);
+    println!("{judged:?}");
+    Ok(judged.fault.is_none())
+}
+
+/// Writes the smallest model with the fault of a case.
+fn reduced(request: &Request, case: &Case) -> Result<PathBuf, String> {
+    let model = mechanism(request.seed, case.index);
+    let smallest = minimise(&model, (Checks::of(case.index), None), &case.fault);
+    let name = format!("{:?}-{}-{}.toml", case.fault.kind, request.seed, case.index).to_lowercase();
+    let path = request.output.join(name);
+    let text = format!("# {}\n{}", case.fault.words.replace('\n', " "), smallest.to_toml());
+    let write = |path: &Path| -> std::io::Result<()> {
+        std::fs::create_dir_all(&request.output)?;
+        atomically(path, |temporary| std::fs::write(temporary, &text))
+    };
+    write(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(path)
+}
+
+/// The result on a terminal.
+#[must_use]
+pub fn words(tally: &Tally) -> String {
+    let (refused, failed) = (Tally::count(&tally.refused), Tally::count(&tally.failed));
+    let mut out = format!(
+        "{} mechanisms: {} done, {refused} refused, {failed} failed, {} with faults\n",
+        tally.mechanisms,
+        tally.done,
+        tally.faults.len()
+    );
+    for (what, reasons) in [("refused", &tally.refused), ("failed", &tally.failed)] {
+        for (words, reason) in reasons {
+            out += &format!("  {what} {}, first {}: {words}\n", reason.count, reason.first);
+        }
+    }
+    let numbers = [
+        ("constraints", tally.residual),
+        ("momentum maps", tally.momentum),
+        ("energy", tally.energy),
+        ("agreement", tally.agreement),
+    ];
+    for (what, largest) in numbers {
+        let tally::Largest { count, value, index } = largest;
+        out += &format!("  {what}: {count} measured, largest {value:.1e} at {index}\n");
+    }
+    out + &format!("  restarted: {}\n", tally.restarted)
+}
