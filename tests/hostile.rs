@@ -579,32 +579,32 @@ fn vectors_have_exactly_the_entries_they_need() {
     }
 }
 
-/// Known: the Galerkin scheme in constrained form does not always see that its multipliers are at rounding. The step is
-/// refused although its residual is 1e-15; the compositions take it. See RELIABILITY.md.
+/// Multipliers at rounding may be corrected by 1e-8 of their value in each iteration; the step is taken where its residual
+/// is at the rounding of its terms.
 #[test]
-fn multipliers_of_a_galerkin_step_at_rounding_are_refused() {
-    let text = hostile("galerkin_multipliers");
-    let (outcome, largest) = run(&text);
-    println!("{outcome:?} {largest:e}");
-    let RunOutcome::Failed(failure) = outcome else { panic!("taken: remove this finding") };
-    assert!(failure.message.contains("multiplier") && !failure.remedy.is_empty());
+fn multipliers_of_a_galerkin_step_at_rounding_do_not_refuse_it() {
+    let (outcome, largest) = run(&hostile("galerkin_multipliers"));
+    println!("residual {largest:.1e}");
+    assert_eq!(outcome, RunOutcome::Done);
     assert!(largest < 1e-14, "{largest:e}");
-    let composed = text.replace("method = \"galerkin\"", "method = \"composition\"");
-    assert_eq!(run(&composed).0, RunOutcome::Done);
 }
 
-/// Known: `em-dalembert` takes a step of about half a turn, where the averaged directors all but vanish, and its energy is
-/// not conserved. See RELIABILITY.md.
+/// Where a body makes about half a turn in a step, averaged directors all but vanish, and with them the discrete null space.
+/// A step whose balance does not hold is refused; in parts it conserves the energy.
 #[test]
-fn a_half_turn_in_a_step_of_em_dalembert_loses_energy() {
-    let lost = |scheme: &str| {
-        let text = hostile("em_half_turn").replace("em-dalembert", scheme);
-        let mut simulation = Simulation::new(&Model::from_toml(&text).unwrap()).unwrap();
+fn a_half_turn_in_a_step_of_em_dalembert_is_refused() {
+    let text = hostile("em_half_turn");
+    let (outcome, _) = run(&text);
+    let RunOutcome::Failed(failure) = outcome else { panic!("taken") };
+    println!("step {}: {}; {}", failure.step, failure.message, failure.remedy);
+    assert!(failure.message.contains("half a turn") && failure.remedy.contains("time step"));
+    for (scheme, action) in [("em-nodal", "stop"), ("em-dalembert", "substep")] {
+        let set = [("scheme", scheme), ("on_failure", action)]
+            .map(|(key, value)| (format!("simulation.{key}"), format!("{value:?}")));
+        let mut simulation = Simulation::new(&Model::from_toml_with(&text, &set).unwrap()).unwrap();
         let last = simulation.samples().last().unwrap().unwrap();
-        last.energies.last().unwrap().abs()
-    };
-    let (known, sound) = (lost("em-dalembert"), lost("em-nodal"));
-    println!("balance of em-dalembert {known:.1e} J, of em-nodal {sound:.1e} J");
-    assert!(known > 1.0, "conserved: remove this finding");
-    assert!(sound < 1e-9, "{sound:e}");
+        let balance = last.energies.last().unwrap().abs();
+        println!("{scheme}, {action}: balance {balance:.1e} J");
+        assert!(balance < 1e-9, "{scheme}: {balance:e}");
+    }
 }

@@ -430,9 +430,7 @@ impl SaddlePoint {
         let mut sizes = vec![0.0; n];
         constraints.coordinate_sizes(q, &mut sizes);
         sizes.extend(x[n..].iter().map(|multiplier| multiplier.abs()));
-        let mut sums = vec![0.0; sizes.len()];
-        matrix.for_each(|i, j, value| sums[i] += value.abs() * sizes[j]);
-        Some(sums)
+        Some(term_sizes(matrix, &sizes))
     }
 
     /// The matrix of the last solve.
@@ -440,4 +438,11 @@ impl SaddlePoint {
     pub fn matrix(&self) -> Option<&SparseMatrix> {
         self.matrix.as_ref().map(|(matrix, _)| matrix)
     }
+}
+
+/// `Σ_j |K_ij| size_j` of each row.
+pub(crate) fn term_sizes(matrix: &SparseMatrix, sizes: &[f64]) -> Vec<f64> {
+    let mut sums = vec![0.0; sizes.len()];
+    matrix.for_each(|i, j, value| sums[i] += value.abs() * sizes[j]);
+    sums
 }

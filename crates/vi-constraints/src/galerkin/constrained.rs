@@ -13,7 +13,7 @@
 
 use crate::constraints::Constraints;
 use crate::galerkin::control_points::{ControlPoints, GaussPoint};
-use crate::saddle_point::{IndependentRows, JacobianPlace};
+use crate::saddle_point::{IndependentRows, JacobianPlace, term_sizes};
 use crate::scheme::{Scheme, StepError, SubStep};
 use crate::unknowns::{self, coordinates_and_multipliers};
 use vi_core::galerkin::Stages;
@@ -141,6 +141,16 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
 
     fn is_simplified(&self) -> bool {
         true
+    }
+
+    fn equation_sizes(&mut self, constraints: &C, x: &[f64]) -> Option<Vec<f64>> {
+        let (s, n) = (self.points.stages(), constraints.dim());
+        let mut sizes = vec![0.0; s * n];
+        for (j, sizes) in sizes.chunks_exact_mut(n).enumerate() {
+            constraints.coordinate_sizes(self.points.q(j + 1), sizes);
+        }
+        sizes.extend(x[s * n..].iter().map(|multiplier| multiplier.abs()));
+        Some(term_sizes(self.matrix.as_ref()?, &sizes))
     }
 
     fn end(
