@@ -589,22 +589,18 @@ fn multipliers_of_a_galerkin_step_at_rounding_do_not_refuse_it() {
     assert!(largest < 1e-14, "{largest:e}");
 }
 
-/// Where a body makes about half a turn in a step, averaged directors all but vanish, and with them the discrete null space.
-/// A step whose balance does not hold is refused; in parts it conserves the energy.
+/// A step of about half a turn, where averaged directors all but vanish, was found here by `em-dalembert` once. Its forms
+/// conserve the energy.
 #[test]
-fn a_half_turn_in_a_step_of_em_dalembert_is_refused() {
+fn a_spring_too_strong_for_the_step_leaves_the_energy_of_a_rod() {
     let text = hostile("em_half_turn");
-    let (outcome, _) = run(&text);
-    let RunOutcome::Failed(failure) = outcome else { panic!("taken") };
-    println!("step {}: {}; {}", failure.step, failure.message, failure.remedy);
-    assert!(failure.message.contains("half a turn") && failure.remedy.contains("time step"));
-    for (scheme, action) in [("em-nodal", "stop"), ("em-dalembert", "substep")] {
-        let set = [("scheme", scheme), ("on_failure", action)]
-            .map(|(key, value)| (format!("simulation.{key}"), format!("{value:?}")));
-        let mut simulation = Simulation::new(&Model::from_toml_with(&text, &set).unwrap()).unwrap();
+    for scheme in ["em-nodal", "em-constrained", "em-dalembert"] {
+        let mut simulation =
+            Simulation::new(&Model::from_toml(&text.replace("em-dalembert", scheme)).unwrap())
+                .unwrap();
         let last = simulation.samples().last().unwrap().unwrap();
         let balance = last.energies.last().unwrap().abs();
-        println!("{scheme}, {action}: balance {balance:.1e} J");
+        println!("{scheme}: balance {balance:.1e} J");
         assert!(balance < 1e-9, "{scheme}: {balance:e}");
     }
 }

@@ -66,7 +66,8 @@ fn every_file_of_the_folder_is_a_module() {
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let names = files.filter(|path| path.extension().is_some_and(|e| e == "rs"));
     for name in names.map(|path| path.file_stem().unwrap().to_string_lossy().into_owned()) {
-        let known = ["systems", "command_line", "broken_integrators"].contains(&name.as_str());
+        let binaries = ["systems", "command_line", "broken_integrators", "reliability"];
+        let known = binaries.contains(&name.as_str());
         assert!(known || listed.contains(&format!("mod {name};\n")), "tests/{name}.rs");
     }
 }

@@ -82,10 +82,11 @@ impl Mass {
         self.mass > 0.0 && moments[1] > 1e-12 * moments[2]
     }
 
-    /// The least Euler moment relative to their sum: negative where no body has this inertia.
+    /// The least Euler moment relative to the moments of inertia: negative where no body has these.
     pub(crate) fn least_euler_moment(&self) -> f64 {
-        let (moments, trace) = (self.moments(), self.J.trace());
-        if trace == 0.0 { 0.0 } else { (moments[0] + moments[1] - moments[2]) / trace }
+        let moments = self.moments();
+        let size: f64 = moments.iter().map(|moment| moment.abs()).sum();
+        if size == 0.0 { 0.0 } else { (moments[0] + moments[1] - moments[2]) / size }
     }
 
     /// With negative Euler moments raised to zero.
@@ -123,6 +124,16 @@ mod tests {
     fn block() -> Mass {
         let J = Matrix3::from_diagonal(&Vector3::new(0.3, 0.4, 0.5));
         Mass { mass: 2.0, center: Vector3::new(0.1, -0.2, 0.3), J }
+    }
+
+    #[test]
+    fn no_body_has_a_negative_moment_of_inertia() {
+        for moments in [[0.03, 0.02, -1.0], [-1.0, -1.0, -1.0], [0.1, 0.2, 0.4]] {
+            let J = Matrix3::from_diagonal(&Vector3::from(moments));
+            let least = Mass { J, ..block() }.least_euler_moment();
+            assert!(least < -0.1, "{moments:?}: {least}");
+        }
+        assert!(block().least_euler_moment() > 0.0);
     }
 
     #[test]

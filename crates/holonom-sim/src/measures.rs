@@ -52,7 +52,7 @@ impl Measures {
         };
         Self {
             mass: mass(model, mechanism, dynamics),
-            extent: extent(mechanism),
+            extent: extent(model, mechanism),
             masses: range(masses),
             inertias: range(moving(model).flat_map(moments)),
             stiffnesses: range(model.springs.iter().map(|spring| spring.stiffness)),
@@ -75,11 +75,12 @@ fn mass(model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) -> f64 {
 }
 
 /// Diagonal of the box around all places of the mechanism, m.
-fn extent(mechanism: &Mechanism) -> f64 {
+fn extent(model: &Model, mechanism: &Mechanism) -> f64 {
     let (description, q) = (mechanism.description(), mechanism.initial_configuration());
     let (frames, particles) = q.split_at(12 * description.bodies.len());
     let centers = frames.chunks_exact(12).map(|frame| Vector3::from_column_slice(&frame[..3]));
-    let points = particles.chunks_exact(description.dimension).map(|x| {
+    let supports = model.bars.iter().filter_map(|bar| bar.point.as_deref());
+    let points = particles.chunks_exact(description.dimension).chain(supports).map(|x| {
         let at = |i: usize| x.get(i).copied().unwrap_or_default();
         Vector3::new(at(0), at(1), at(2))
     });
@@ -93,7 +94,7 @@ fn extent(mechanism: &Mechanism) -> f64 {
 pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -> Vec<String> {
     let mut found = Vec::new();
     if let Some([least, most]) = measures.masses.filter(|[least, most]| *most > MASSES * least) {
-        found.push(format!("masses from {least:e} kg to {most:e} kg: check their units"));
+        found.push(format!("masses from {least:.1e} kg to {most:.1e} kg: check their units"));
     }
     for body in &model.bodies {
         let turn = body.rotation_vector.map_or(0.0, |vector| Vector3::from(vector).norm());

@@ -93,15 +93,6 @@ pub enum StepError {
     /// The constraints lost the rank that the scheme relies on.
     #[error("the step matrix is singular: the constraints have lost rank")]
     RankLost,
-    /// The balance of momentum does not hold in directions that the discrete null space has lost.
-    #[error(
-        "a part of {part:.1e} of the momentum is not balanced: a body makes about half a turn in the step, where the discrete \
-         null space loses rank"
-    )]
-    Unbalanced {
-        /// What is left of the balance, relative to its terms.
-        part: f64,
-    },
     /// The configuration reached does not satisfy all constraints ([`crate::closure`]).
     #[error(
         "the constraints cannot all be satisfied: residual {residual:.1e}, where rounding leaves \

@@ -362,9 +362,9 @@ impl Newton {
             let done = if problem.is_simplified() {
                 stagnates(size.relative, before)
             } else {
-                converged || closed || at_floor || stopped
+                converged || closed || at_floor
             };
-            if done {
+            if done || stopped {
                 return Ok(report);
             }
             growing =

@@ -15,7 +15,7 @@ use vi_constraints::reparametrization::pull_back;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::scheme::SubStep;
 use vi_core::interval::Interval;
-use vi_core::linear::{Singular, norm_inf};
+use vi_core::linear::Singular;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::{Memory, State};
 use vi_multibody::tree_multipliers::TreeMultipliers;
@@ -153,16 +153,6 @@ impl Balance {
         jacobian.tr_mul_add(1.0, &self.mu, &mut self.work);
         pull_back(&self.null_space, &self.work, out);
         Ok(())
-    }
-
-    /// `|h B + Ḡᵀμ|_∞` of the last residual relative to its terms; `p`: `M v_n`, shape `n`. Rounding, unless `P̄` has
-    /// lost directions: averaged directors vanish where a body turns by half a turn.
-    pub(crate) fn unbalanced(&mut self, p: &[f64]) -> f64 {
-        self.work.copy_from_slice(&self.bracket);
-        let jacobian = self.jacobian.as_ref().expect("written by `multipliers`");
-        jacobian.tr_mul_add(1.0, &self.mu, &mut self.work);
-        let size = norm_inf(&self.bracket) + self.s.h.abs() * norm_inf(p);
-        norm_inf(&self.work) / size.max(f64::MIN_POSITIVE)
     }
 
     /// `μ` from the bracket of the last residual.

@@ -58,9 +58,6 @@ impl<N> EmDalembert<N> {
     }
 }
 
-/// Part of a momentum balance above which it does not hold.
-const BALANCED: f64 = 1e-6;
-
 impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for EmDalembert<N> {
     fn blocks(&self) -> &[Block] {
         &self.blocks
@@ -131,10 +128,6 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
         newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        let unbalanced = self.balance.unbalanced(&state.p);
-        if unbalanced.is_nan() || unbalanced > BALANCED {
-            return Err(StepError::Unbalanced { part: unbalanced });
-        }
         let balance = &self.balance;
         balance.remember(&mut state.memory);
         let rounding = Some(newton.rounding_error());
