@@ -107,7 +107,7 @@ fn named(cell: &str) -> Vec<String> {
     code.map(|name| name.split(':').next().unwrap_or(name).to_owned()).collect()
 }
 
-/// The file with this name, of the crate of the section if there are several, and the line of the first anchor that it has.
+/// The first file with this name that has an anchor, those of the crate of the section first, and the line of the anchor.
 fn place(
     root: &Path,
     sources: &[PathBuf],
@@ -121,11 +121,12 @@ fn place(
     };
     let mut candidates: Vec<&PathBuf> = sources.iter().filter(|p| p.ends_with(file)).collect();
     candidates.sort_by_key(of_crate);
-    let path = candidates.first()?;
-    let text = std::fs::read_to_string(path).ok()?;
-    let line = anchors.iter().find_map(|anchor| line_of(&text, anchor))?;
-    let link = path.strip_prefix(root).ok()?.display().to_string();
-    Some(format!("[`{file}:{line}`]({link}#L{line})"))
+    candidates.into_iter().find_map(|path| {
+        let text = std::fs::read_to_string(path).ok()?;
+        let line = anchors.iter().find_map(|anchor| line_of(&text, anchor))?;
+        let link = path.strip_prefix(root).ok()?.display().to_string();
+        Some(format!("[`{file}:{line}`]({link}#L{line})"))
+    })
 }
 
 /// The line, from 1, that declares an identifier or has the label of an equation.
