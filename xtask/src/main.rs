@@ -23,7 +23,7 @@ cargo xtask stability [TABLE]
                        which steps of a rotating blade are stable, into docs/stability.md; TABLE: linear, runs
                        or scaling alone
 cargo xtask roundoff [--of MODEL] [--parts N]
-                       how rounding errors add up over 10 and 100 million steps, into docs/round-off.md; MODEL: its
+                       how rounding errors add up over up to 100 million steps, into docs/round-off.md; MODEL: its
                        rows alone, N: an N-th of the steps, printed only
 cargo xtask soak [--count N] [--seed S] [--shard i/n] [--jobs J] [--quick] [-o DIR] [--json FILE] | --model FILE
                        random valid mechanisms, assembled, stepped and judged; those with a fault are reduced and

@@ -60,7 +60,7 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         ("stiffnesses of springs", measures.stiffnesses, "N/m"),
     ];
     let ranges = ranges.into_iter().filter_map(|(subject, range, unit)| {
-        let [least, most] = range.filter(|[least, most]| least != most)?.map(|x| rounded(x, 4));
+        let [least, most] = range.filter(|[least, most]| least < most)?.map(|x| rounded(x, 4));
         Some((subject, format!("{least} to {most} {unit}")))
     });
     let place = rows.iter().position(|row| row.0 == "mass, extent").map_or(0, |k| k + 1);

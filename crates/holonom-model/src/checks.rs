@@ -409,7 +409,7 @@ impl<'a> Checker<'a> {
         let first = joint.axis.map(Vector3::from).filter(|first| first.amax() >= 1e-100);
         let cosine = first.map_or(0.0, |first| first.normalize().dot(&second.normalize()));
         if cosine.abs() > 1e-6 {
-            let angle = cosine.clamp(-1.0, 1.0).acos().to_degrees();
+            let angle = libm::acos(cosine.clamp(-1.0, 1.0)).to_degrees();
             let message = format!("the axes of the joint are at {angle:.4}° to each other");
             self.report(at, message, "choose `axis2` perpendicular to `axis`");
         }

@@ -171,7 +171,7 @@ impl TurningStep<'_> {
             A = there * A * back;
         }
         // [6.32]
-        let size = |z: &Complex<f64>| z.re.hypot(z.im) - 1.0;
+        let size = |z: &Complex<f64>| libm::hypot(z.re, z.im) - 1.0;
         Ok(A.complex_eigenvalues().iter().map(size).fold(f64::NEG_INFINITY, f64::max))
     }
 
