@@ -33,10 +33,46 @@ pub trait DiscreteConstraints: Constraints {
     fn discrete_hessian(&self, s: &Interval, weights: &[f64], out: &mut dyn Entries) {
         self.weighted_hessian(s.t_mid(), &s.q_mid, weights, 0.5, out);
     }
+
+    /// The first body that makes about half a turn over the interval. Its averaged directors all but vanish, and directions
+    /// of the discrete null space with them.
+    fn half_turn(&self, _s: &Interval) -> Option<HalfTurn> {
+        None
+    }
+}
+
+/// A body that makes about half a turn in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HalfTurn {
+    /// Its first coordinate.
+    pub coordinate: usize,
+    /// Its rotation, rad.
+    pub angle: f64,
+}
+
+/// `cos(θ/2)` below which a rotation by `θ` counts as about half a turn.
+const SHRUNK: f64 = 0.05;
+
+impl HalfTurn {
+    /// Of the first `bodies` frames. The averaged directors `D̄` have the singular values `1, c, c` with `c = cos(θ/2)`, so
+    /// `|D̄|² = 1 + 2 c²`.
+    fn find(bodies: usize, s: &Interval) -> Option<Self> {
+        let frames = s.q_mid[..12 * bodies].chunks_exact(12).enumerate();
+        let mut turns = frames.map(|(k, frame)| {
+            let size: f64 = frame[3..].iter().map(|x| x * x).sum();
+            let half = (0.5 * (size - 1.0)).max(0.0).sqrt();
+            Self { coordinate: 12 * k, angle: 2.0 * libm::acos(half.min(1.0)) }
+        });
+        turns.find(|turn| turn.angle > 2.0 * libm::acos(SHRUNK))
+    }
 }
 
 impl DiscreteConstraints for Unconstrained {}
-impl DiscreteConstraints for SingleBody {}
+impl DiscreteConstraints for SingleBody {
+    fn half_turn(&self, s: &Interval) -> Option<HalfTurn> {
+        HalfTurn::find(1, s)
+    }
+}
 impl<F, J> DiscreteConstraints for ConstraintFn<F, J>
 where
     F: Fn(&[f64], &mut [f64]) + Send + Sync,
@@ -45,6 +81,10 @@ where
 }
 
 impl DiscreteConstraints for Mechanism {
+    fn half_turn(&self, s: &Interval) -> Option<HalfTurn> {
+        HalfTurn::find(self.description().bodies.len(), s)
+    }
+
     fn discrete_jacobian(&self, s: &Interval, out: &mut dyn Entries) {
         let bodies = self.description().bodies.len();
         for k in 0..bodies {

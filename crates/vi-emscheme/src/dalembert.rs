@@ -11,7 +11,7 @@
 //! Letters and the derivative of `P̄`: [`crate::null_space`]. Source: Betsch & Leyendecker 2006.
 
 use crate::balance::Balance;
-use crate::constraint::DiscreteConstraints;
+use crate::constraint::{DiscreteConstraints, HalfTurn};
 use crate::em_system::EmSystem;
 use crate::null_space::DiscreteNullSpace;
 use crate::scheme::advance_state;
@@ -21,7 +21,7 @@ use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::position_floor;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, BlockKind, Fault, Newton};
+use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonError};
 use vi_core::state::State;
 use vi_multibody::tree_multipliers::TreeMultipliers;
 
@@ -124,10 +124,15 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
     fn end(
         &mut self,
         system: &EmSystem,
-        _constraints: &C,
+        constraints: &C,
         newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
+        if let Some(HalfTurn { coordinate, angle }) = constraints.half_turn(&self.balance.s) {
+            let kind = BlockKind::Rotation;
+            let fault = Fault::OutsideChart { kind, unknown: coordinate, size: angle };
+            return Err(NewtonError::Refused { fault, iteration: 0 }.into());
+        }
         let balance = &self.balance;
         balance.remember(&mut state.memory);
         let rounding = Some(newton.rounding_error());
