@@ -80,19 +80,7 @@ fn empty(robot: &Robot, options: &Options) -> Model {
         dimension: 3,
         gravity: robot.gravity.iter().copied().map(plain).collect(),
     };
-    Model {
-        header,
-        settings: Settings::new(options.step.unwrap_or(robot.step), options.end),
-        bodies: Vec::new(),
-        beams: Vec::new(),
-        particles: Vec::new(),
-        bars: Vec::new(),
-        joints: Vec::new(),
-        constraints: Vec::new(),
-        springs: Vec::new(),
-        loads: Vec::new(),
-        sensors: Vec::new(),
-    }
+    Model::without_parts(header, Settings::new(options.step.unwrap_or(robot.step), options.end))
 }
 
 /// The mass properties of a body, if there can be such a body.

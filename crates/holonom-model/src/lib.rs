@@ -107,6 +107,24 @@ pub struct Model {
 }
 
 impl Model {
+    /// A model without parts, which are added to its fields.
+    #[must_use]
+    pub fn without_parts(header: Header, settings: Settings) -> Self {
+        Self {
+            header,
+            settings,
+            bodies: Vec::new(),
+            beams: Vec::new(),
+            particles: Vec::new(),
+            bars: Vec::new(),
+            joints: Vec::new(),
+            constraints: Vec::new(),
+            springs: Vec::new(),
+            loads: Vec::new(),
+            sensors: Vec::new(),
+        }
+    }
+
     /// Reads, checks and resolves a model.
     ///
     /// # Errors

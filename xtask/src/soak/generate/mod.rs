@@ -58,17 +58,6 @@ pub fn mechanism(seed: u64, index: u64) -> Model {
 
 /// A model without parts.
 fn empty(name: String) -> Model {
-    Model {
-        header: Header { name, description: None, dimension: 3, gravity: Vec::new() },
-        settings: Settings::new(0.01, 0.2),
-        bodies: Vec::new(),
-        beams: Vec::new(),
-        particles: Vec::new(),
-        bars: Vec::new(),
-        joints: Vec::new(),
-        constraints: Vec::new(),
-        springs: Vec::new(),
-        loads: Vec::new(),
-        sensors: Vec::new(),
-    }
+    let header = Header { name, description: None, dimension: 3, gravity: Vec::new() };
+    Model::without_parts(header, Settings::new(0.01, 0.2))
 }
