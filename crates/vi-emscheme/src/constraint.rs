@@ -57,13 +57,12 @@ impl HalfTurn {
     /// Of the first `bodies` frames. The averaged directors `D̄` have the singular values `1, c, c` with `c = cos(θ/2)`, so
     /// `|D̄|² = 1 + 2 c²`.
     fn find(bodies: usize, s: &Interval) -> Option<Self> {
-        let frames = s.q_mid[..12 * bodies].chunks_exact(12).enumerate();
-        let mut turns = frames.map(|(k, frame)| {
+        let cosines = s.q_mid[..12 * bodies].chunks_exact(12).map(|frame| {
             let size: f64 = frame[3..].iter().map(|x| x * x).sum();
-            let half = (0.5 * (size - 1.0)).max(0.0).sqrt();
-            Self { coordinate: 12 * k, angle: 2.0 * libm::acos(half.min(1.0)) }
+            (0.5 * (size - 1.0)).max(0.0).sqrt()
         });
-        turns.find(|turn| turn.angle > 2.0 * libm::acos(SHRUNK))
+        let (body, cosine) = cosines.enumerate().find(|(_, cosine)| *cosine < SHRUNK)?;
+        Some(Self { coordinate: 12 * body, angle: 2.0 * libm::acos(cosine) })
     }
 }
 
