@@ -21,10 +21,7 @@ pub(crate) fn export(arguments: &Export) -> Result<(), Failure> {
         format.file_name(&stem.to_string_lossy()).into()
     });
     if to.exists() && !arguments.force {
-        return Err(Failure::Usage {
-            message: format!("{} already exists", to.display()),
-            help: "add --force to replace it, or choose another file with -o FILE".into(),
-        });
+        return Err(Failure::exists(&to));
     }
     let written = write(&folder, *format, &to, *frames);
     let Exported { frames, recorded, pace } = written.map_err(|error| match error {

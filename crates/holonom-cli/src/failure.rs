@@ -1,6 +1,6 @@
 //! How a verb fails: messages and exit codes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use holonom::RunFailure;
@@ -54,6 +54,14 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
+    /// A file that only `--force` may replace.
+    pub(crate) fn exists(file: &Path) -> Self {
+        Self::Usage {
+            message: format!("{} already exists", file.display()),
+            help: "add --force to replace it, or choose another file with -o FILE".into(),
+        }
+    }
+
     /// Tells the user, and gives the exit code.
     pub(crate) fn report(&self) -> ExitCode {
         let code = match self {

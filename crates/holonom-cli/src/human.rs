@@ -50,9 +50,6 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
             "mass, extent",
             format!("{} kg, {} m", rounded(measures.mass, 4), rounded(measures.extent, 4)),
         ),
-        ("initial position error", rounded(report.closure.position, 2)),
-        ("initial velocity error", rounded(report.closure.velocity, 2)),
-        ("simulation", plan(settings)),
     ];
     let ranges = [
         ("masses", measures.masses, "kg"),
@@ -63,8 +60,12 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         let [least, most] = range.filter(|[least, most]| least < most)?.map(|x| rounded(x, 4));
         Some((subject, format!("{least} to {most} {unit}")))
     });
-    let place = rows.iter().position(|row| row.0 == "mass, extent").map_or(0, |k| k + 1);
-    rows.splice(place..place, ranges);
+    rows.extend(ranges);
+    rows.extend([
+        ("initial position error", rounded(report.closure.position, 2)),
+        ("initial velocity error", rounded(report.closure.velocity, 2)),
+        ("simulation", plan(settings)),
+    ]);
     if let Some(stiffness) = &report.stiffness {
         let found = format!(
             "{:.3} (element {} of {})",

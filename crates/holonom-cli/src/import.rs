@@ -66,10 +66,7 @@ pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
         PathBuf::from(format!("{}.toml", stem.display()))
     });
     if file.exists() && !arguments.force {
-        return Err(Failure::Usage {
-            message: format!("{} already exists", file.display()),
-            help: "add --force to replace it, or choose another file with -o FILE".into(),
-        });
+        return Err(Failure::exists(&file));
     }
     let options = Options {
         base: if arguments.free_base { Base::Free } else { Base::Fixed },
