@@ -147,15 +147,10 @@ pub fn null_space_at(
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use vi_testkit::Sample;
 
     fn matrix(m: usize, n: usize, seed: u64) -> DMatrix<f64> {
-        let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-        DMatrix::from_fn(m, n, |_, _| {
-            x ^= x << 13;
-            x ^= x >> 7;
-            x ^= x << 17;
-            (x % 20_001) as f64 / 10_000.0 - 1.0
-        })
+        Sample::new(seed).matrix(m, n)
     }
 
     proptest! {

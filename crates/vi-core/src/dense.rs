@@ -211,15 +211,10 @@ pub fn add_product(
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use vi_testkit::Sample;
 
     fn matrix(n: usize, m: usize, seed: u64) -> DMatrix<f64> {
-        let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-        DMatrix::from_fn(n, m, |_, _| {
-            x ^= x << 13;
-            x ^= x >> 7;
-            x ^= x << 17;
-            (x % 20_001) as f64 / 10_000.0 - 1.0
-        })
+        Sample::new(seed).matrix(n, m)
     }
 
     proptest! {

@@ -1,6 +1,6 @@
 //! Random samples for tests, reproducible by their seed.
 
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{DMatrix, Rotation3, Vector3};
 
 /// A linear congruential generator (Knuth's MMIX constants).
 #[derive(Clone, Debug)]
@@ -47,6 +47,11 @@ impl Sample {
     /// Components uniform in [−1, 1).
     pub fn array<const N: usize>(&mut self) -> [f64; N] {
         std::array::from_fn(|_| self.number())
+    }
+
+    /// Entries uniform in [−1, 1).
+    pub fn matrix(&mut self, rows: usize, columns: usize) -> DMatrix<f64> {
+        DMatrix::from_fn(rows, columns, |_, _| self.number())
     }
 
     /// Centre and directors `(φ, d_1, d_2, d_3)` of a frame.
