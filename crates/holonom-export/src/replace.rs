@@ -2,7 +2,9 @@
 
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use holonom_sim::output::beside;
 
 use crate::ExportError;
 use crate::vtk::{COLLECTION, FRAMES};
@@ -36,12 +38,6 @@ pub(crate) fn folder<T>(
         let _ = fs::remove_dir_all(&temporary); // the first error is the one to report
     }
     written
-}
-
-fn beside(to: &Path, kind: &str) -> PathBuf {
-    let mut name = to.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.{kind}", std::process::id()));
-    to.with_file_name(name)
 }
 
 /// Whether a folder may be replaced: it is empty or holds nothing but what is written here.

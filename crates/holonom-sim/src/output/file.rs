@@ -70,14 +70,20 @@ pub(crate) fn at(path: &Path, source: io::Error) -> OutputError {
     OutputError::Io { path: path.to_owned(), source }
 }
 
+/// A name in the same folder that no other process uses, for a file or folder of some `kind` beside `path`.
+#[must_use]
+pub fn beside(path: &Path, kind: &str) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.{kind}", std::process::id()));
+    path.with_file_name(name)
+}
+
 /// Lets `write` fill a file beside `path` and renames it: a reader sees the old file or the new one, never a part.
 ///
 /// # Errors
 /// Those of `write`, and of the operating system.
 pub fn atomically(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> io::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
+    let temporary = beside(path, "tmp");
     let written = write(&temporary).and_then(|()| fs::rename(&temporary, path));
     if written.is_err() {
         let _ = fs::remove_file(&temporary); // the first error is the one to report

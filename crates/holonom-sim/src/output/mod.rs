@@ -33,7 +33,7 @@ mod time_series;
 pub use beams::BeamWriter;
 pub use checkpoint::{CHECKPOINTS, Checkpoint, CheckpointError, FoundCheckpoint};
 pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
-pub use file::{OutputError, atomically};
+pub use file::{OutputError, atomically, beside};
 pub use folder::RunFolder;
 pub use frames::{Frame, FrameReader, Frames, coordinates, members};
 pub use momenta::MomentaWriter;
