@@ -44,7 +44,7 @@ const ROWS: usize = 6;
 pub struct RunFolder {
     path: PathBuf,
     lengths: BTreeMap<String, u64>, // bytes of files of rows that count; all where none are stated
-    _lock: Option<Arc<File>>,       // held as long as a folder that is written to exists
+    _lock: Option<Arc<Lock>>,       // held as long as a folder that is written to exists
 }
 
 impl RunFolder {
@@ -360,12 +360,22 @@ impl RunFolder {
     }
 }
 
-/// Locks a folder for one program; the operating system releases it with the last handle, however the program ends.
-/// `None` where folders cannot be locked (Windows, some network file systems).
-fn lock(folder: &Path) -> Result<Option<Arc<File>>, OutputError> {
+/// The lock of a folder, which the operating system releases with the last handle, however the program ends.
+#[derive(Debug)]
+struct Lock(File);
+
+impl Drop for Lock {
+    /// Closing alone does not do: a process that another thread is about to start holds a copy of the handle for a moment.
+    fn drop(&mut self) {
+        let _ = self.0.unlock(); // nobody could mend it
+    }
+}
+
+/// Locks a folder for one program. `None` where folders cannot be locked (Windows, some network file systems).
+fn lock(folder: &Path) -> Result<Option<Arc<Lock>>, OutputError> {
     let Ok(handle) = File::open(folder) else { return Ok(None) };
     match handle.try_lock() {
-        Ok(()) => Ok(Some(Arc::new(handle))),
+        Ok(()) => Ok(Some(Arc::new(Lock(handle)))),
         Err(TryLockError::WouldBlock) => Err(OutputError::InUse { folder: folder.to_owned() }),
         Err(TryLockError::Error(_)) => Ok(None),
     }
@@ -379,5 +389,20 @@ mod tests {
     fn the_default_folder_has_the_name_of_the_model() {
         assert_eq!(RunFolder::default_for(Path::new("a/b.toml"), "out"), Path::new("b-out"));
         assert_eq!(RunFolder::default_for(Path::new("b.c.toml"), "out"), Path::new("b.c-out"));
+    }
+
+    /// What a process that another thread starts at this moment does: it holds a copy of every handle until it has become
+    /// another program.
+    #[test]
+    fn a_copy_of_the_handle_does_not_keep_the_folder() {
+        let path = std::env::temp_dir().join(format!("holonom-lock-{}", std::process::id()));
+        fs::create_dir_all(&path).unwrap();
+        let folder = RunFolder::reopen(&path).unwrap();
+        let copied = folder._lock.as_ref().map(|lock| lock.0.try_clone().unwrap());
+        assert!(copied.is_none() || RunFolder::reopen(&path).is_err(), "held");
+        drop(folder);
+        assert!(RunFolder::reopen(&path).is_ok(), "released");
+        drop(copied);
+        fs::remove_dir(&path).unwrap();
     }
 }

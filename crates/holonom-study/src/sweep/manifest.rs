@@ -115,6 +115,13 @@ impl Manifest {
     }
 }
 
+impl Drop for Manifest {
+    /// Gives the lock back, also where a process that another thread is about to start holds a copy of the handle.
+    fn drop(&mut self) {
+        let _ = self.file.unlock(); // nobody could mend it
+    }
+}
+
 /// The files of all shards in a folder, in the order of their names.
 pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, OutputError> {
     let io = |source| OutputError::Io { path: folder.to_owned(), source };
