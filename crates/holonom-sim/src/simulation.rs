@@ -366,21 +366,21 @@ impl Simulation {
         let at_start = recorded && !first && multipliers && self.method.place().0 == 0;
         let start = if at_start { self.method.here(true).ok() } else { None };
         let whole = self.method.step(1);
-        if whole.is_err() && recorded && !first {
-            sample = self.read(|method| method.here(multipliers)).ok();
-        }
+        // no whole step starts at this node: it is read by itself
+        let alone = whole.is_err() && recorded && !first;
+        let alone = alone.then(|| self.read(|method| method.here(multipliers)));
         match whole.or_else(|refused| self.step_in_parts(refused)) {
-            Err(error) => (sample, Err(self.failure(&error))),
+            Err(error) => (sample.or(alone.and_then(Result::ok)), Err(self.failure(&error))),
             Ok(report) => {
-                if recorded && sample.is_none() {
-                    let read = self.read(|method| {
+                if recorded && !first {
+                    let left = |method: &mut dyn Method| {
                         let mut found = method.left()?;
                         if let Some(start) = start {
                             found.lambda = start.lambda;
                         }
                         Ok(found)
-                    });
-                    match read {
+                    };
+                    match alone.unwrap_or_else(|| self.read(left)) {
                         Ok(found) => sample = Some(found),
                         Err(failure) => return (None, Err(failure)),
                     }
