@@ -190,17 +190,30 @@ impl<C: Constraints> TangentSpace<C> {
             let size = delta.iter().zip(&*shares).map(|(d, share)| (d * share).abs());
             let size = size.fold(0.0, f64::max);
             let contracts = size <= 0.5 * last;
-            if size <= round_off || (size <= noise && !contracts) {
+            let met = size <= noise && self.is_round_off(&s.q1);
+            if size <= round_off || met || (size <= noise && !contracts) {
                 s.close();
                 return Ok(());
             }
             if !contracts {
                 return Err(no_point(size));
             }
+            let Projection { delta, nu, .. } = &mut self.projection;
             nu.iter_mut().zip(delta.iter()).for_each(|(nu, d)| *nu -= d);
             last = size;
         }
         Err(no_point(last))
+    }
+
+    /// Whether each `g_i` is no larger than the rounding of `q` makes it, `|g_i| ≤ ε Σ_j |G_ij| |q_j|`: beside
+    /// constraints that all but depend on one another, a correction would be far larger than that rounding, and a
+    /// momentum of the step would change by it over the step.
+    fn is_round_off(&self, q: &[f64]) -> bool {
+        let Projection { g, G, .. } = &self.projection;
+        self.rows.iter().zip(G.row_iter()).all(|(&row, G)| {
+            let terms: f64 = G.iter().zip(q).map(|(G, q)| (G * q).abs()).sum();
+            g[row].abs() <= f64::EPSILON * terms
+        })
     }
 
     /// The share of each column of `N`: corrections are compared with the coordinates that they are connected to,
