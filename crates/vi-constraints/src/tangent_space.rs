@@ -183,7 +183,7 @@ impl<C: Constraints> TangentSpace<C> {
             self.place(s);
             let t = s.t_end();
             self.take_normals(t, &s.q1);
-            let Projection { g, GN, lu, delta, nu, shares, .. } = &mut self.projection;
+            let Projection { g, GN, lu, delta, shares, .. } = &mut self.projection;
             self.constraints.value(s.end(), g);
             delta.iter_mut().zip(&self.rows).for_each(|(d, &row)| *d = g[row]);
             lu.solve(GN, delta).map_err(|_| no_point(last))?;

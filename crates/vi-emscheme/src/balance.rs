@@ -139,6 +139,20 @@ impl Balance {
         (&self.bracket, &self.s)
     }
 
+    /// `h B + Ḡᵀμ` and `μ`, shape `n`: as `h B` in the null space, where rounding of `P̄` counts by the size of this.
+    pub(crate) fn remainder(
+        &mut self,
+        system: &EmSystem,
+        constraints: &impl DiscreteConstraints,
+    ) -> Result<&[f64], Singular> {
+        self.bracket(system);
+        self.multipliers(constraints)?;
+        self.work.copy_from_slice(&self.bracket);
+        let jacobian = self.jacobian.as_ref().expect("written by `multipliers`");
+        jacobian.tr_mul_add(1.0, &self.mu, &mut self.work);
+        Ok(&self.work)
+    }
+
     /// `out ← P̄ᵀ (h B + Ḡᵀμ)` and `μ`, for the interval and the `P̄` written before.
     pub(crate) fn projected_residual(
         &mut self,
@@ -146,11 +160,7 @@ impl Balance {
         constraints: &impl DiscreteConstraints,
         out: &mut [f64],
     ) -> Result<(), Singular> {
-        self.bracket(system);
-        self.multipliers(constraints)?;
-        self.work.copy_from_slice(&self.bracket);
-        let jacobian = self.jacobian.as_ref().expect("written by `multipliers`");
-        jacobian.tr_mul_add(1.0, &self.mu, &mut self.work);
+        self.remainder(system, constraints)?;
         pull_back(&self.null_space, &self.work, out);
         Ok(())
     }

@@ -29,6 +29,9 @@ pub struct DenseOperators<N, R> {
     matrix: DMatrix<f64>,          // d × d
     tangent: Option<SparseMatrix>, // n × n  K̃
     lu: DenseLu,
+    gram: DMatrix<f64>, // d × d  P̄ᵀ P̄
+    gram_lu: DenseLu,
+    shares: Vec<f64>, // d
 }
 
 impl<N, R: Reparametrization> DenseOperators<N, R> {
@@ -49,6 +52,9 @@ impl<N, R: Reparametrization> DenseOperators<N, R> {
             matrix: DMatrix::zeros(d, d),
             tangent: None,
             lu: DenseLu::new(d),
+            gram: DMatrix::zeros(d, d),
+            gram_lu: DenseLu::new(d),
+            shares: vec![0.0; d],
         }
     }
 
@@ -56,7 +62,10 @@ impl<N, R: Reparametrization> DenseOperators<N, R> {
     #[must_use]
     pub fn on_loops(mut self, loops: LoopClosure, blocks: Vec<Block>) -> Self {
         let n = self.null_space.nrows();
-        self.null_space = DMatrix::zeros(n, n - loops.rows().len());
+        let d = n - loops.rows().len();
+        self.null_space = DMatrix::zeros(n, d);
+        (self.gram, self.gram_lu, self.shares) =
+            (DMatrix::zeros(d, d), DenseLu::new(d), vec![0.0; d]);
         (self.loops, self.blocks) = (Some(loops), blocks);
         self
     }
@@ -106,6 +115,27 @@ where
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
         pull_back(&self.null_space, w, out);
+    }
+
+    /// `P̄ (P̄ᵀ P̄)⁻¹ r`: columns of `P̄` may be others in the next step.
+    fn carry_balance(&mut self, r: &[f64], carried: &mut Vec<f64>) {
+        let Self { null_space, gram, gram_lu, shares, .. } = self;
+        gram.gemm_tr(1.0, null_space, null_space, 0.0);
+        shares.copy_from_slice(&r[..null_space.ncols()]);
+        carried.clear();
+        carried.resize(null_space.nrows(), 0.0);
+        if gram_lu.solve(gram, shares).is_ok() {
+            for (column, share) in null_space.column_iter().zip(&*shares) {
+                carried.iter_mut().zip(column.iter()).for_each(|(sum, p)| *sum += share * p);
+            }
+        }
+    }
+
+    fn add_carried(&self, scale: f64, carried: &[f64], r: &mut [f64]) {
+        for (r, column) in r.iter_mut().zip(self.null_space.column_iter()) {
+            let along: f64 = column.iter().zip(carried).map(|(p, carried)| p * carried).sum();
+            *r += scale * along;
+        }
     }
 
     fn close(&mut self, constraints: &C, s: &Interval, r: &mut [f64]) {

@@ -4,6 +4,10 @@
 //! r(u) = P̄(q_n, q_{n+1})ᵀ h B = 0,    q_{n+1} = F_d(u, q_n)
 //! Dr   = P̄ᵀ (h K + Σ_i μ_i ∂Ḡ_iᵀ/∂q_{n+1}) ∂F_d/∂u
 //! ```
+//! What rounding leaves of `B` in a step is added to the next one ([`vi_core::compensation`]): increments in their format
+//! balance no momentum exactly, and on a closed loop in steady motion the remainders do
+//! not average out.
+//!
 //! The constraints hold by construction, whatever Newton's method leaves over. The condition number
 //! does not depend on `h`. Written against [`EmOperators`]: dense matrices for any system
 //! ([`crate::dense_operators`], on closed loops with [`crate::loop_nodal`]), sparse ones for trees
@@ -39,12 +43,23 @@ pub trait EmOperators<C>: Send {
     /// # Errors
     /// [`Fault`] when `u` is outside the domain of the map.
     fn reparametrize(&mut self, constraints: &C, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
-    /// The independent constraints of this step, where they are chosen in it.
+    /// The independent constraints of this step, where they are chosen in it. Then `P̄` comes from a factorization, and
+    /// what is pulled back is `h B + Ḡᵀμ`: of `h B` alone its rounding would leave a drift of the energy.
     fn rows(&self) -> Option<&IndependentRows> {
         None
     }
     /// `out ← P̄ᵀ w`, the first rows of the residual; all of them without closed loops.
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]);
+    /// Writes the covector that rounding has left of a step, shape `n` or `d`, from the residual `r` and the last `P̄`: the next
+    /// step adds it. By default the residual, for a `P̄` whose columns mean the same in each step.
+    fn carry_balance(&mut self, r: &[f64], carried: &mut Vec<f64>) {
+        carried.clear();
+        carried.extend_from_slice(r);
+    }
+    /// `r ← r + scale P̄ᵀ carried`.
+    fn add_carried(&self, scale: f64, carried: &[f64], r: &mut [f64]) {
+        r.iter_mut().zip(carried).for_each(|(r, carried)| *r += scale * carried);
+    }
     /// Writes the equations of closed loops into the last rows of the residual.
     fn close(&mut self, _constraints: &C, _s: &Interval, _r: &mut [f64]) {}
     /// Which terms the Newton matrix takes for the derivative of `P̄`.
@@ -77,13 +92,15 @@ pub trait EmOperators<C>: Send {
 pub struct EmNodal<O> {
     operators: O,
     balance: Balance,
+    carried: Vec<f64>, // n or d  rounding error of the last momentum balance
 }
 
 impl<O> EmNodal<O> {
     /// For `n` coordinates, an independent set of `m` constraints and operators.
     #[must_use]
     pub fn new(n: usize, m: usize, rows: IndependentRows, operators: O) -> Self {
-        Self { operators, balance: Balance::new(n, (rows, m)).without_matrix() }
+        let balance = Balance::new(n, (rows, m)).without_matrix();
+        Self { operators, balance, carried: Vec::new() }
     }
 
     /// With the multipliers of a tree found frame by frame, where there is one.
@@ -101,6 +118,7 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
 
     fn begin(&mut self, _system: &EmSystem, _constraints: &C, step: SubStep, state: &mut State) {
         self.balance.open(state, step);
+        self.carried.clone_from(&state.compensation.balance);
         self.operators.begin(step, state);
     }
 
@@ -111,12 +129,15 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         u: &[f64],
         r: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { operators, balance } = self;
+        let Self { operators, balance, carried } = self;
         operators.reparametrize(constraints, u, &mut balance.s)?;
         if let Some(rows) = operators.rows() {
             balance.take_rows(rows);
+            operators.pull_back(balance.remainder(system, constraints)?, r);
+        } else {
+            operators.pull_back(balance.bracket(system), r);
         }
-        operators.pull_back(balance.bracket(system), r);
+        operators.add_carried(balance.s.h, carried, r);
         operators.close(constraints, &balance.s, r);
         Ok(())
     }
@@ -129,7 +150,7 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         du: &mut [f64],
     ) -> Result<(), Fault> {
         let explicit = self.operators.linearization() == EmLinearization::NullSpaceDerivative;
-        if !explicit {
+        if !explicit && self.operators.rows().is_none() {
             self.balance.multipliers(constraints)?;
         }
         let (bracket, s) = self.balance.evaluated();
@@ -150,11 +171,15 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        _newton: &Newton,
+        newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        let Self { operators, balance } = self;
-        balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
+        let Self { operators, balance, .. } = self;
+        operators.carry_balance(newton.residual(), &mut state.compensation.balance);
+        state.compensation.balance.iter_mut().for_each(|r| *r /= balance.s.h);
+        if operators.rows().is_none() {
+            balance.multipliers(constraints).map_err(|_| StepError::RankLost)?;
+        }
         balance.remember(&mut state.memory);
         let clean = |t: f64, q: &mut [f64]| operators.clean(t, q);
         advance_state(state, system, (&balance.s, &balance.mu), None, clean);

@@ -62,6 +62,12 @@ impl<C> EmOperators<C> for SparseOperators {
         self.sparse.pull_back(w, out);
     }
 
+    fn carry_balance(&mut self, r: &[f64], carried: &mut Vec<f64>) {
+        carried.clear();
+        carried.extend_from_slice(r);
+        self.sparse.carry_balance(carried);
+    }
+
     fn linearization(&self) -> EmLinearization {
         EmLinearization::Multipliers
     }
