@@ -50,6 +50,7 @@ pub(super) fn page(
     text += &details(certified);
     if let Some(around) = around {
         push_around(&mut text, around, without_mutant(certified).len());
+        text += &crate::roundoff::section().unwrap_or_else(|lacks| format!("\n{lacks}\n"));
     }
     text += "\n## Systems\n\n\
              A plain entry passes; **FAIL** does not; *(known deviation)* does not, and the cause is known; – is inconclusive or not applicable. \
