@@ -511,6 +511,9 @@ impl Simulation {
         if let Some(row) = error.constraint() {
             return Some(self.disagreeing(row));
         }
+        if let Some(coordinate) = error.coordinate() {
+            return Some(format!("`{}`", mechanism.coordinate_name(coordinate)));
+        }
         let (_, unknown) = error.unknown()?;
         match self.settings.scheme {
             Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => {

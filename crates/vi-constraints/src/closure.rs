@@ -1,4 +1,4 @@
-//! The residual `g(q_n)` of every step against round-off.
+//! The residual `g(q_n)` of every step against round-off, and the orientation of bodies.
 //!
 //! ```text
 //! |g_i(q_n)| ≤ max(1e-9, 100 χ_0, 10 τ) Σ_j |G_ij| size_j           i = 1 … m, all constraints
@@ -12,6 +12,9 @@
 //! in this measure: the increments are found from `g(q_{n+1}) = 0`, so nothing accumulates, and the
 //! enlargement in a constraint that was left out is bounded by the choice of the others
 //! ([`crate::saddle_point`]). The bound is three orders above that.
+//!
+//! The constraints of rigidity hold for the mirror image of a body, too. Schemes whose unknown is `q_{n+1}` itself may find
+//! it in a long step; such a step is refused.
 
 use crate::constraints::Constraints;
 use crate::scheme::StepError;
@@ -57,18 +60,22 @@ impl ClosureWatch {
     ///
     /// # Errors
     /// [`StepError::ConstraintViolated`] with the constraint whose residual is largest relative to its
-    /// bound.
+    /// bound; [`StepError::Reflected`].
     pub fn check(
         &mut self,
         constraints: &impl Constraints,
         at: Configuration<'_>,
     ) -> Result<(), StepError> {
         constraints.value(at, &mut self.g);
-        if self.holds() {
-            return Ok(());
+        if !self.holds() {
+            constraints.row_sizes(at, &mut self.sizes); // the system may have moved away
+            if !self.holds() {
+                return Err(self.violation());
+            }
         }
-        constraints.row_sizes(at, &mut self.sizes); // the system may have moved away
-        if self.holds() { Ok(()) } else { Err(self.violation()) }
+        constraints
+            .reflected(at.q)
+            .map_or(Ok(()), |coordinate| Err(StepError::Reflected { coordinate }))
     }
 
     /// Whether all residuals are within their bounds; one that is not a number is not.

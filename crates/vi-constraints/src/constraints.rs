@@ -81,6 +81,11 @@ pub trait Constraints: Send + Sync {
         out.fill(0.0);
         self.jacobian(at.t, at.q, &mut RowSums { sizes: &sizes, out });
     }
+    /// The first coordinate of a body whose directors are left-handed at `q`, a solution of the constraints that no motion
+    /// reaches.
+    fn reflected(&self, _q: &[f64]) -> Option<usize> {
+        None
+    }
     /// Number of joint angles whose revolutions count: [`vi_core::Configuration::angles`].
     fn angle_count(&self) -> usize {
         0

@@ -67,6 +67,7 @@ impl<S: DiscreteLagrangian, C, O: NodalOperators> Scheme<S, C> for Nodal<O> {
         let last = state.memory.last.as_ref().zip(state.history.before(step.index));
         let last = last.filter(|_| self.reduced).map(|(s, u)| LastStep { u, s });
         self.operators.begin(&self.s, &state.memory, last); // P(q_n), or ∂F_d/∂u of the last step (30)
+        self.operators.take_balance(&mut self.compensation);
         step.depart(self.rates.as_deref(), state);
     }
 

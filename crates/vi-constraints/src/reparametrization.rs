@@ -79,6 +79,8 @@ pub trait NodalOperators: Send {
     /// Sets those entries of the residual of a step to zero that are no balance, or mean something else at
     /// the next node: the others are carried to it.
     fn carry_balance(&self, _r: &mut [f64]) {}
+    /// Writes a residual that the last step carried over in the basis of this node; after [`NodalOperators::begin`].
+    fn take_balance(&mut self, _r: &mut [f64]) {}
     /// `x ← (P(q_n)ᵀ K ∂F_d/∂u)⁻¹ x` at the last `reparametrize`d interval, with `K = D_2(D_1 L_d + f_d^-)`
     /// as emitted.
     ///

@@ -106,6 +106,12 @@ pub enum StepError {
         /// The largest residual of round-off.
         bound: f64,
     },
+    /// The step found the mirror image of a body ([`crate::closure`]).
+    #[error("the step ends at the mirror image of a body: its directors are left-handed")]
+    Reflected {
+        /// Its first coordinate.
+        coordinate: usize,
+    },
 }
 
 impl StepError {
@@ -134,6 +140,9 @@ impl StepError {
                 "constraints that depend on one another disagree along this motion: remove one of \
                  them, or correct lengths, axes and prescribed motions so that they agree"
             }
+            Self::Reflected { .. } => {
+                "the step has more than one solution: reduce the time step, or use the scheme `nodal`"
+            }
             _ => "reduce the time step",
         }
     }
@@ -143,6 +152,15 @@ impl StepError {
     pub fn constraint(&self) -> Option<usize> {
         match self {
             Self::ConstraintViolated { row, .. } => Some(*row),
+            _ => None,
+        }
+    }
+
+    /// The coordinate the failure is about, if one is.
+    #[must_use]
+    pub fn coordinate(&self) -> Option<usize> {
+        match self {
+            Self::Reflected { coordinate } => Some(*coordinate),
             _ => None,
         }
     }

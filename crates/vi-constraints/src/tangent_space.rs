@@ -52,7 +52,9 @@ pub struct TangentSpace<C> {
     P: DMatrix<f64>,        // n × d  of q_n
     N: DMatrix<f64>,        // n × r  of q_n
     last: DMatrix<f64>,     // n × d  scratch: P of the last node
-    overlap: DMatrix<f64>,  // d × d
+    overlap: DMatrix<f64>,  // d × d  P(q_n)ᵀ P(q_{n−1})
+    turns: bool,            // the last step handed on a balance in the basis of its node
+    carried: Vec<f64>,      // d
     refused: Option<Fault>, // at this node
     has_base: bool,         // ν is known nearby
     left: DMatrix<f64>,     // n × d  P(q_n), or the tangent of the last step
@@ -95,6 +97,8 @@ impl<C: Constraints> TangentSpace<C> {
             N: zeros(n, r),
             last: zeros(n, d),
             overlap: zeros(d, d),
+            turns: false,
+            carried: vec![0.0; d],
             refused: None,
             has_base: false,
             left: zeros(n, d),
@@ -320,6 +324,11 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
             tangent_known = self.take_tangent(last).is_ok();
         }
         self.split(s.t, &s.q0, basis);
+        self.turns = last.is_none() && known;
+        if let Some(basis) = basis {
+            self.last.as_mut_slice().copy_from_slice(basis);
+            self.overlap.gemm_tr(1.0, &self.P, &self.last, 0.0);
+        }
         self.has_base = false;
         // what Newton's method calls small of this is about 50 ε of the configuration
         self.blocks[0].floor = unknowns::position_floor(&s.q0);
@@ -358,9 +367,16 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
         pull_back(&self.left, w, out);
     }
 
-    /// The next node has another basis.
-    fn carry_balance(&self, r: &mut [f64]) {
+    /// `P(q_n)ᵀ P(q_{n−1}) r`: covectors on the old tangent space, extended by zero along its normals. Of the reduced scheme,
+    /// whose columns are not orthonormal, nothing is taken over.
+    fn take_balance(&mut self, r: &mut [f64]) {
+        self.carried.copy_from_slice(r);
         r.fill(0.0);
+        if self.turns {
+            for (column, carried) in self.overlap.column_iter().zip(&self.carried) {
+                r.iter_mut().zip(column.iter()).for_each(|(r, turned)| *r += turned * carried);
+            }
+        }
     }
 
     fn solve(

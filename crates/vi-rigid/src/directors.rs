@@ -44,6 +44,13 @@ pub fn triad(q: &[f64]) -> Matrix3<f64> {
     Matrix3::from_column_slice(&q[3..FRAME])
 }
 
+/// Whether the directors of a frame are left-handed, `(d_1 × d_2)·d_3 < 0`.
+#[must_use]
+pub fn is_reflected(q: &[f64]) -> bool {
+    let [d1, d2, d3] = [3, 6, 9].map(|i| Vector3::from_column_slice(&q[i..i + 3]));
+    d1.cross(&d2).dot(&d3) < 0.0
+}
+
 /// Writes a frame from its centre and the triad with columns `d_I`.
 pub fn set_frame(q: &mut [f64], center: &Vector3<f64>, triad: &Matrix3<f64>) {
     q[..3].copy_from_slice(center.as_slice());

@@ -147,6 +147,10 @@ impl Constraints for SingleBody {
         FRAME
     }
 
+    fn reflected(&self, q: &[f64]) -> Option<usize> {
+        directors::is_reflected(q).then_some(0)
+    }
+
     fn len(&self) -> usize {
         match self.support {
             Support::Free => INTERNAL,

@@ -6,12 +6,17 @@ use vi_constraints::Constraints;
 use vi_constraints::constraints::RowSums;
 use vi_core::Configuration;
 use vi_core::sparse::Entries;
-use vi_rigid::directors;
+use vi_rigid::directors::{self, FRAME};
 
 impl Constraints for Mechanism {
     fn dim(&self) -> usize {
         let d = &self.description;
         12 * d.bodies.len() + d.dimension * d.particles.len()
+    }
+
+    fn reflected(&self, q: &[f64]) -> Option<usize> {
+        let mut frames = q[..FRAME * self.description.bodies.len()].chunks_exact(FRAME);
+        frames.position(directors::is_reflected).map(|body| FRAME * body)
     }
 
     fn len(&self) -> usize {
