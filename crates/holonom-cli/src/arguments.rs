@@ -50,8 +50,8 @@ pub(crate) enum Verb {
     Plot(Plot),
     /// Translate a robot description (URDF, MJCF) into a model file
     Import(Import),
-    /// Print the JSON schema of model files
-    Schema,
+    /// Print the keys of a section of model files, or the JSON schema of all
+    Schema(Schema),
     /// List the shipped models, or write them
     Examples(Examples),
     /// Print a completion script for a shell
@@ -416,6 +416,12 @@ fn export_format(text: &str) -> Result<ExportFormat, String> {
 pub(crate) struct Plot {
     /// The folder of a run
     pub(crate) dir: PathBuf,
+}
+
+#[derive(Args)]
+pub(crate) struct Schema {
+    /// A section, such as joint: its keys, units, defaults and an example; without it, the JSON schema of all
+    pub(crate) section: Option<String>,
 }
 
 #[derive(Args)]
