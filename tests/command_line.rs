@@ -6,6 +6,7 @@ mod export;
 mod export_gltf;
 mod export_vtk;
 mod foreign_files;
+mod guide;
 mod hostile_files;
 mod import_files;
 mod interruption;
