@@ -30,7 +30,8 @@ pub(super) fn run(page: &mut Page) -> Outcome {
             "toml" | "xml" => write_model(page, &block, &folder),
             "sh" => printed = Some(run_block(page, &block, &folder, &mut outcome)),
             "text" => {
-                let found = printed.take().unwrap_or_default();
+                let none = || panic!("{}: an output without a command", page.path.display());
+                let found = printed.take().unwrap_or_else(none);
                 shift += compare(page, &block, &found, &mut outcome);
             }
             _ => printed = None,
