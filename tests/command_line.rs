@@ -4,6 +4,7 @@
 mod command;
 mod export;
 mod export_gltf;
+mod export_svg;
 mod export_vtk;
 mod foreign_files;
 mod guide;

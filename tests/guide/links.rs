@@ -15,9 +15,11 @@ pub(super) fn of(page: &Page) -> Vec<Link> {
     for (line, text) in page.lines.iter().enumerate().filter(|(line, _)| !in_block(*line)) {
         // every second part is code
         let words: String = text.split('`').step_by(2).collect::<Vec<_>>().join("`");
-        for rest in words.split("](").skip(1) {
-            let target = rest.split(')').next().unwrap_or_default().to_owned();
-            links.push(Link { target, line });
+        for (begin, end) in [("](", ')'), ("src=\"", '"')] {
+            for rest in words.split(begin).skip(1) {
+                let target = rest.split(end).next().unwrap_or_default().to_owned();
+                links.push(Link { target, line });
+            }
         }
     }
     links
