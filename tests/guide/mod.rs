@@ -1,11 +1,12 @@
 //! The guide: every page is listed, every link leads somewhere, every model is valid, every command runs and prints what
-//! the page shows; the pages of the reference are those of the program.
+//! the page shows; the pages of the reference and the pictures of pairs are those of the program.
 //!
-//! `HOLONOM_GUIDE=write` replaces outputs and pages of the reference that are out of date.
+//! `HOLONOM_GUIDE=write` replaces outputs, pages of the reference and pictures of pairs that are out of date.
 #![allow(clippy::unwrap_used)] // tests
 
 mod links;
 mod page;
+mod pairs;
 mod run;
 
 use std::fs;

@@ -5,6 +5,7 @@ use super::view::{Place, View};
 use crate::look::{Color, INK, Look, NamedBeam, NamedLine, point};
 use crate::tube::Pose;
 use holonom_report::scene::parts::End;
+use std::cmp::Ordering;
 
 /// How an item is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +24,7 @@ pub(super) struct Item {
     source: Vec<End>,
     pub(super) frames: Vec<Vec<Place>>,
     depth: f64, // sum over frames, of their mean depths
+    on_top: bool,
 }
 
 /// All items of a run.
@@ -50,11 +52,12 @@ pub(super) fn all(look: &Look) -> Vec<Item> {
         let dot = Item::new(Stroke::Line(1.6 * look.symbol), INK, dot);
         let axes =
             [(&named.joint.parent, named.joint.axis), (&named.joint.child, named.joint.axis2)];
-        let axes = axes.map(|(end, axis)| Some(pin(end, &axis?, 2.5 * look.symbol)));
+        let axes = axes.map(|(end, axis)| Some(pin(end, &axis?, 5.0 * look.symbol)));
         let lines = axes.into_iter().flatten();
         std::iter::once(dot)
             .chain(lines.map(|ends| Item::new(Stroke::Line(0.7 * look.symbol), INK, ends)))
     });
+    let joints = joints.map(|item| Item { on_top: true, ..item });
     solids.chain(beams).chain(lines).chain(joints).collect()
 }
 
@@ -71,7 +74,7 @@ fn pin(end: &End, axis: &[f64; 3], half: f64) -> Vec<End> {
 
 impl Item {
     fn new(stroke: Stroke, color: Color, source: Vec<End>) -> Self {
-        Self { stroke, color, source, frames: Vec::new(), depth: 0.0 }
+        Self { stroke, color, source, frames: Vec::new(), depth: 0.0, on_top: false }
     }
 
     /// Adds a frame.
@@ -89,8 +92,8 @@ impl Item {
         self.frames.iter().flatten()
     }
 
-    /// Mean depth, times the number of frames, which all items have in common.
-    pub(super) fn depth(&self) -> f64 {
-        self.depth
+    /// Which of two items lies below: bodies, beams and lines by their mean depth, joints above them.
+    pub(super) fn order(&self, other: &Self) -> Ordering {
+        self.on_top.cmp(&other.on_top).then(self.depth.total_cmp(&other.depth))
     }
 }

@@ -4,7 +4,7 @@
 //! frames ── poses ── items (points in space) ── view (points of the drawing, depth) ── polygons and lines
 //! ```
 //! A body is the convex hull of its shape in the plane of the drawing, a beam the line of its nodes. Items lie on one another
-//! in the order of their mean depth. The drawing is orthographic, against gravity upwards.
+//! in the order of their mean depth, joints on top. The drawing is orthographic, against gravity upwards.
 
 mod hull;
 mod item;
@@ -49,7 +49,7 @@ impl Drawing {
         let sheet = Sheet::around(items.iter().flat_map(Item::points), [WIDTH, HEIGHT], MARGIN);
         let sheet =
             sheet.ok_or_else(|| run.unreadable("it has numbers that are too large".into()))?;
-        items.sort_by(|a, b| a.depth().total_cmp(&b.depth()));
+        items.sort_by(Item::order);
         let pace = Pace::of(&times, run.is_static());
         let exported = Exported { frames: times.len(), recorded, pace: pace.reported() };
         Ok(Self { svg: svg(&run.model.header.name, &items, &sheet, pace.length(&times)), exported })
