@@ -94,6 +94,7 @@ fn every_command_prints_what_the_page_shows() {
         let result = run::run(&mut page);
         commands += result.commands;
         differences.extend(result.differences);
+        differences.extend(run::pictures(&page));
         if writes() {
             page.write();
         }

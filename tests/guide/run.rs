@@ -5,12 +5,13 @@
 //! - A line `holonom …` of a block `sh` is run; `# exit code 3` at its end states how it ends. Other lines are not run.
 //! - A block `text` below a block `sh` is what its commands print, without lines of measured times; a line `…` stands for
 //!   any lines.
+//! - Pictures below `pictures/` are files that the commands of their page write.
 
 use std::fs;
 use std::path::Path;
 
 use super::page::{Block, Page};
-use super::writes;
+use super::{links, writes};
 use crate::command::{folder, holonom};
 
 pub(super) struct Outcome {
@@ -19,8 +20,7 @@ pub(super) struct Outcome {
 }
 
 pub(super) fn run(page: &mut Page) -> Outcome {
-    let name = page.path.file_stem().unwrap().to_string_lossy().into_owned();
-    let folder = folder("guide", &name);
+    let folder = folder("guide", &name(page));
     let mut outcome = Outcome { commands: 0, differences: Vec::new() };
     let mut printed = None;
     let mut shift = 0; // of lines, where outputs were replaced
@@ -38,6 +38,29 @@ pub(super) fn run(page: &mut Page) -> Outcome {
         }
     }
     outcome
+}
+
+fn name(page: &Page) -> String {
+    page.path.file_stem().unwrap().to_string_lossy().into_owned()
+}
+
+/// Pictures of a page that its commands have not made as they are shown; replaced where that is asked for.
+pub(super) fn pictures(page: &Page) -> Vec<String> {
+    let made = Path::new(env!("CARGO_TARGET_TMPDIR")).join("guide").join(name(page));
+    let mut stale = Vec::new();
+    for link in links::of(page) {
+        let Some(file) = link.target.strip_prefix("pictures/") else { continue };
+        let shown = page.path.with_file_name("pictures").join(file);
+        let made = fs::read(made.join(file)).unwrap_or_default();
+        if writes() && !made.is_empty() {
+            fs::create_dir_all(shown.parent().unwrap()).unwrap();
+            fs::write(&shown, &made).unwrap();
+        }
+        if made.is_empty() || fs::read(&shown).unwrap_or_default() != made {
+            stale.push(format!("{}: its commands do not make this picture", shown.display()));
+        }
+    }
+    stale
 }
 
 fn shifted(line: usize, shift: isize) -> usize {

@@ -257,10 +257,11 @@ impl<'s> Reader<'s> {
     }
 }
 
-/// Several of a kind: `3 numbers` of which there are three become `3 rows of 3 numbers` in words.
+/// Several of a kind; lists of texts are lists of names.
 fn plural(kind: &str) -> String {
     match kind {
-        "number" | "whole number" | "text" | "table" | "word" => format!("{kind}s"),
+        "number" | "whole number" | "table" | "word" => format!("{kind}s"),
+        "text" => "names".to_owned(),
         several => format!("lists of {several}"),
     }
 }
