@@ -88,7 +88,7 @@ fn element(out: &mut String, item: &Item, sheet: &Sheet, length: f64) {
             format!("fill=\"{color}\" fill-opacity=\"0.85\" stroke=\"#404754\" stroke-width=\"8\""),
         ),
         Stroke::Line(metres) => {
-            let width = width(metres, 20.0);
+            let width = width(metres, 30.0);
             ("polyline", format!("fill=\"none\" stroke=\"{color}\" stroke-width=\"{width}\""))
         }
     };
