@@ -4,8 +4,10 @@
 mod command;
 mod export;
 mod export_gltf;
+mod export_svg;
 mod export_vtk;
 mod foreign_files;
+mod guide;
 mod hostile_files;
 mod import_files;
 mod interruption;

@@ -1,9 +1,9 @@
-"""Pictures of all shipped models and the page that shows them, examples/README.md.
+"""Pictures of all shipped models and the page that shows them, examples/README.md; moving drawings for README.md.
 
     python examples/pictures/make.py PROGRAM FOLDER [NAME ...]      with Pillow; Chromium draws
 
 Each model is run for at most 1500 steps into FOLDER; the picture is the scene of its page at 60 % of the run. With names, only
-these pictures are drawn; the page is written in any case.
+these pictures are drawn; the page is written in any case. Moving drawings are those of MOVING, by `holonom export --format svg`.
 """
 import io, pathlib, subprocess, sys, tomllib
 from PIL import Image
@@ -14,6 +14,7 @@ MOST = 1500  # steps
 ALONE = ("<style>main>*:not(#scene),.scene-bar,#scene>.note{display:none!important}main{max-width:none!important;padding:0!important;"
          "margin:0!important}#scene{margin:0!important;border:0!important;border-radius:0!important}.scene-view{max-height:none!important}</style></head>")
 SIZE = (640, 360)
+MOVING = {"bricard": 5.0, "heavy_top_steady": 0.628, "flying_beam": 6.0, "flexible_four_bar": 4.0}  # end, s
 
 program, folder = sys.argv[1], pathlib.Path(sys.argv[2])
 
@@ -40,12 +41,20 @@ def picture(name):
     return True
 
 
+def moving(name, end):
+    out = folder / f"{name}-moving"
+    run(program, "run", MODELS / f"{name}.toml", "-o", out, "--force", "--end", end, "-q")
+    run(program, "export", out, "--format", "svg", "--frames", 100, "-o", HERE / f"{name}.svg", "--force")
+
+
 def main():
     folder.mkdir(parents=True, exist_ok=True)
     listed = [line.split(maxsplit=1) for line in run(program, "examples").stdout.splitlines()]
     for name, _ in listed:
         if not sys.argv[3:] or name in sys.argv[3:]:
             print(name, "drawn" if picture(name) else "has no scene", flush=True)
+            if name in MOVING:
+                moving(name, MOVING[name])
     page = io.StringIO()
     page.write("# Models\n\n`holonom examples` lists these models, `holonom examples NAME -o FILE` writes one, `holonom run FILE` runs it. "
                "The pictures are from\nthe pages of the runs, at 60 % of the time (`examples/pictures/make.py`).\n\n| | |\n|---|---|\n")

@@ -50,8 +50,8 @@ pub(crate) enum Verb {
     Plot(Plot),
     /// Translate a robot description (URDF, MJCF) into a model file
     Import(Import),
-    /// Print the JSON schema of model files
-    Schema,
+    /// Print the keys of a section of model files, or the JSON schema of all
+    Schema(Schema),
     /// List the shipped models, or write them
     Examples(Examples),
     /// Print a completion script for a shell
@@ -385,13 +385,13 @@ pub(crate) struct View {
 pub(crate) struct Export {
     /// The folder of a run
     pub(crate) dir: PathBuf,
-    /// The format: npz (NumPy), vtk (ParaView), gltf (Blender)
+    /// The format: npz (NumPy), vtk (ParaView), gltf (Blender), svg (an animated drawing)
     #[arg(long, default_value = "npz", value_parser = export_format)]
     pub(crate) format: ExportFormat,
-    /// The file to write, for vtk a folder; by default DIR.npz, DIR-vtk or DIR.glb in the current folder
+    /// The file to write, for vtk a folder; by default DIR.npz, DIR-vtk, DIR.glb or DIR.svg in the current folder
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Frames at most, evenly spread over the recorded nodes; by default 200 for vtk, 600 for gltf
+    /// Frames at most, evenly spread over the recorded nodes; by default 200 for vtk and svg, 600 for gltf
     #[arg(long, value_name = "N", value_parser = frames)]
     pub(crate) frames: Option<usize>,
     /// Replace the file if it exists
@@ -416,6 +416,12 @@ fn export_format(text: &str) -> Result<ExportFormat, String> {
 pub(crate) struct Plot {
     /// The folder of a run
     pub(crate) dir: PathBuf,
+}
+
+#[derive(Args)]
+pub(crate) struct Schema {
+    /// A section, such as joint: its keys, units, defaults and an example; without it, the JSON schema of all
+    pub(crate) section: Option<String>,
 }
 
 #[derive(Args)]

@@ -12,7 +12,7 @@ pub(crate) fn export(arguments: &Export) -> Result<(), Failure> {
     if frames.is_some() && format.frames().is_none() {
         return Err(Failure::Usage {
             message: format!("{} holds all recorded nodes: --frames does not apply", format.name()),
-            help: "leave it out, or choose --format vtk or --format gltf".into(),
+            help: "leave it out, or choose --format vtk, gltf or svg".into(),
         });
     }
     let folder = folder(dir)?;

@@ -85,7 +85,8 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
     if let Some(distance) = report.projected {
         let _ = writeln!(
             text,
-            "  the initial configuration was projected onto the constraints: moved by {distance:.3e} m"
+            "  the initial configuration was projected onto the constraints: moved by {} m",
+            rounded(distance, 4)
         );
     }
     for warning in &report.warnings {

@@ -19,6 +19,7 @@ mod plot;
 mod progress;
 mod resume;
 mod run;
+mod schema;
 mod signals;
 mod stderr;
 mod stdout;
@@ -61,7 +62,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
         Verb::Export(arguments) => export::export(&arguments),
         Verb::Plot(arguments) => plot::plot(&arguments),
         Verb::Import(arguments) => import::import(&arguments),
-        Verb::Schema => stdout::json(&holonom::Model::schema()),
+        Verb::Schema(arguments) => schema::schema(&arguments),
         Verb::Examples(arguments) => examples::examples(&arguments),
         Verb::Completions { shell } => {
             let mut script = Vec::new();

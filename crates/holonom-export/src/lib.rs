@@ -5,6 +5,7 @@
 //! | [`Format::Npz`] | a file `.npz` | NumPy | of the folder, bit for bit; all recorded nodes |
 //! | [`Format::Vtk`] | a folder with `run.pvd` | ParaView, VTK, PyVista | of the folder, bit for bit; some frames |
 //! | [`Format::Gltf`] | a file `.glb` | Blender, viewers of glTF | single precision; some frames |
+//! | [`Format::Svg`] | a file `.svg` | browsers, pages, slides | a drawing; some frames |
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
@@ -13,9 +14,11 @@ mod gltf;
 mod look;
 mod mesh;
 mod npz;
+mod pace;
 mod replace;
 mod rows;
 mod run;
+mod svg;
 mod table;
 mod tube;
 mod vtk;
@@ -37,11 +40,13 @@ pub enum Format {
     Vtk,
     /// A binary glTF 2.0 file with an animation.
     Gltf,
+    /// An animated drawing.
+    Svg,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 3] = [Self::Npz, Self::Vtk, Self::Gltf];
+    pub const ALL: [Self; 4] = [Self::Npz, Self::Vtk, Self::Gltf, Self::Svg];
 
     /// The name.
     #[must_use]
@@ -50,6 +55,7 @@ impl Format {
             Self::Npz => "npz",
             Self::Vtk => "vtk",
             Self::Gltf => "gltf",
+            Self::Svg => "svg",
         }
     }
 
@@ -60,6 +66,7 @@ impl Format {
             Self::Npz => "arrays for NumPy: data = numpy.load(\"FILE.npz\")",
             Self::Vtk => "a folder for ParaView: open its run.pvd",
             Self::Gltf => "an animated scene for Blender: import the .glb file",
+            Self::Svg => "an animated drawing for pages and slides",
         }
     }
 
@@ -70,6 +77,7 @@ impl Format {
             Self::Npz => format!("{run}.npz"),
             Self::Vtk => format!("{run}-vtk"),
             Self::Gltf => format!("{run}.glb"),
+            Self::Svg => format!("{run}.svg"),
         }
     }
 
@@ -80,6 +88,7 @@ impl Format {
             Self::Npz => None,
             Self::Vtk => Some(200),
             Self::Gltf => Some(600),
+            Self::Svg => Some(200),
         }
     }
 }
@@ -164,6 +173,12 @@ pub fn export(
             };
             atomically(to, write).map_err(failed)?;
             Ok(scene.exported)
+        }
+        Format::Svg => {
+            let drawing = svg::Drawing::of(&Run::open(folder, frames)?)?;
+            let write = |file: &Path| drawing.write(&mut File::create(file)?);
+            atomically(to, write).map_err(failed)?;
+            Ok(drawing.exported)
         }
     }
 }

@@ -108,7 +108,7 @@ pub enum Curve {
     },
 }
 
-/// `[[beam]]`: a geometrically exact beam, stress-free at the start. Its nodes are named `NAME.start`,
+/// `[[beam]]`: a geometrically exact beam, free of stress in the initial configuration. Its nodes are named `NAME.start`,
 /// `NAME.end` and `NAME.0`, `NAME.1`, … wherever a body may be named.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -145,10 +145,10 @@ pub struct Beam {
     /// How the ground holds its end.
     #[serde(default)]
     pub end: End,
-    /// Start velocity of its first point, m/s; the whole beam moves as if it were rigid.
+    /// Initial velocity of its first point, m/s; the whole beam moves as if it were rigid.
     #[serde(default)]
     pub velocity: [f64; 3],
-    /// Start angular velocity of the whole beam, spatial components, rad/s.
+    /// Initial angular velocity of the whole beam, spatial components, rad/s.
     #[serde(default)]
     pub angular_velocity: [f64; 3],
 }

@@ -32,32 +32,33 @@ pub struct Body {
     /// full tensor (3 rows); from `shape` and the mass when not stated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertia: Option<Inertia>,
-    /// Start position of the centre of mass, m.
+    /// Initial position of the centre of mass, m.
     #[serde(default)]
     pub position: [f64; 3],
-    /// Start orientation as a unit quaternion `[w, x, y, z]`, body to space.
+    /// Initial orientation as a unit quaternion `[w, x, y, z]`, body to space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quaternion: Option<[f64; 4]>,
-    /// Start orientation as a rotation vector, rad.
+    /// Initial orientation as a rotation vector, rad.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation_vector: Option<[f64; 3]>,
-    /// Start orientation as a rotation matrix, rows; its columns are the body's axes in space.
+    /// Initial orientation as a rotation matrix, rows; its columns are the body's axes in space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix: Option<[[f64; 3]; 3]>,
-    /// Start orientation by Euler angles.
+    /// Initial orientation by Euler angles.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub euler: Option<Euler>,
-    /// Start velocity of the centre of mass, m/s.
+    /// Initial velocity of the centre of mass, m/s.
     #[serde(default)]
     pub velocity: [f64; 3],
-    /// Start angular velocity, spatial components, rad/s.
+    /// Initial angular velocity, spatial components, rad/s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub angular_velocity: Option<[f64; 3]>,
-    /// Start angular velocity, body components, rad/s; instead of `angular_velocity`.
+    /// Initial angular velocity, body components, rad/s; instead of `angular_velocity`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body_angular_velocity: Option<[f64; 3]>,
     /// The body does not move: a part of the ground with a name and a picture.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub fixed: bool,
     /// Its shape: gives mass and inertia when they are not stated, and the picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -35,7 +35,7 @@ pub enum JointKind {
     Spherical,
     /// Rotation about `axis`; 1 degree of freedom.
     Revolute,
-    /// Turns about and slides along `axis`; 2 degrees of freedom.
+    /// Rotation about `axis` and translation along it; 2 degrees of freedom.
     Cylindrical,
     /// Translation along `axis`; 1 degree of freedom.
     Prismatic,
@@ -139,6 +139,7 @@ pub struct Joint {
     /// Cut the loop that the joint closes here; by default the spanning tree is found breadth first
     /// from the ground and the joints left over are cut.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub cut: bool,
     /// Screw joints: advance along `axis` per right-handed revolution, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]

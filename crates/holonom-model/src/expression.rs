@@ -35,6 +35,17 @@ const FUNCTIONS: [(&str, fn(f64) -> f64); 11] = [
 const BINARY: [(&str, fn(f64, f64) -> f64); 4] =
     [("atan2", libm::atan2), ("hypot", libm::hypot), ("min", f64::min), ("max", f64::max)];
 
+/// What expressions may use, in words.
+pub(crate) fn vocabulary() -> String {
+    let list = |names: &[&str]| names.join(" ");
+    format!(
+        "operators + - * / ^ with brackets; constants {}; functions {} of one number, {} of two",
+        list(&CONSTANTS.map(|c| c.0)),
+        list(&FUNCTIONS.map(|f| f.0)),
+        list(&BINARY.map(|f| f.0))
+    )
+}
+
 /// Whether a name is that of a constant or function.
 pub(crate) fn is_reserved(name: &str) -> bool {
     let functions = FUNCTIONS.iter().map(|f| f.0).chain(BINARY.iter().map(|f| f.0));

@@ -27,6 +27,7 @@ mod overrides;
 mod parameters;
 mod places;
 mod problem;
+pub mod reference;
 mod section;
 mod sections;
 mod sensor;

@@ -26,37 +26,37 @@ pub enum History {
     Constant,
     /// `t/end`: 1 at `end`, and growing beyond.
     Linear {
-        /// s
+        /// When it reaches 1, s.
         end: f64,
     },
     /// 0 before `start`, growing to 1 at `end`, then 1.
     Ramp {
-        /// s
+        /// Until when it is 0, s.
         start: f64,
-        /// s
+        /// From when on it is 1, s.
         end: f64,
     },
     /// 1 from `start` to `end`, else 0.
     Pulse {
-        /// s
+        /// When it begins, s.
         start: f64,
-        /// s
+        /// When it ends, s.
         end: f64,
     },
     /// 0 at `start`, 1 at `peak`, 0 at `end` and outside, linear between.
     Triangle {
-        /// s
+        /// When it begins, s.
         start: f64,
-        /// s
+        /// When it is 1, s.
         peak: f64,
-        /// s
+        /// When it ends, s.
         end: f64,
     },
     /// `sin(2π frequency t + phase)`.
     Harmonic {
-        /// Hz
+        /// Frequency, Hz.
         frequency: f64,
-        /// rad
+        /// Phase at t = 0, rad.
         #[serde(default)]
         phase: f64,
     },

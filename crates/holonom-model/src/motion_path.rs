@@ -20,19 +20,19 @@ pub struct MotionPath {
     /// Value at t = 0, m or rad.
     #[serde(default)]
     pub offset: f64,
-    /// m/s or rad/s.
+    /// Rate at t = 0, without the sine, m/s or rad/s.
     #[serde(default)]
     pub rate: f64,
-    /// m/s² or rad/s².
+    /// Constant acceleration, m/s² or rad/s².
     #[serde(default)]
     pub acceleration: f64,
-    /// m or rad.
+    /// Amplitude of the sine, m or rad.
     #[serde(default)]
     pub amplitude: f64,
-    /// Hz.
+    /// Frequency of the sine, Hz.
     #[serde(default)]
     pub frequency: f64,
-    /// rad.
+    /// Phase of the sine at t = 0, rad.
     #[serde(default)]
     pub phase: f64,
     /// Moves from rest to rest.

@@ -14,7 +14,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::expression::{evaluate, is_reserved};
+use super::expression::{evaluate, is_reserved, vocabulary};
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 
 /// The section.
@@ -22,10 +22,17 @@ pub(crate) const SECTION: &str = "parameters";
 
 /// The section in the JSON schema.
 pub(crate) fn schema() -> serde_json::Value {
+    let words = vocabulary();
     serde_json::json!({
-        "description": "Numbers that expressions use: elsewhere a text \"= 2*length\" stands for its value",
+        "description": format!(
+            "Numbers that expressions use: elsewhere in the file a text such as `\"= 2*length\"` stands for its value. \
+             Expressions have {words}."
+        ),
         "type": "object",
-        "additionalProperties": { "type": ["number", "string"] },
+        "additionalProperties": {
+            "description": "A number, or an expression of other parameters. Its name has letters, digits and `_`.",
+            "type": ["number", "string"],
+        },
     })
 }
 

@@ -245,6 +245,7 @@ pub struct Settings {
     pub order: u32,
     /// How an order above 2 is reached.
     #[serde(default, skip_serializing_if = "is_composition")]
+    #[schemars(extend("default" = "composition"))]
     pub method: HighOrder,
     /// Quadrature rule of the discrete Lagrangian; energy–momentum schemes have none.
     #[serde(default)]
@@ -260,9 +261,11 @@ pub struct Settings {
     pub every: u64,
     /// Write multipliers, discrete Legendre transforms and the parts of the energies to `momenta.csv`.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub momenta: bool,
     /// Where the run begins.
     #[serde(default, skip_serializing_if = "is_stated")]
+    #[schemars(extend("default" = "stated"))]
     pub start: Start,
     /// Project inconsistent initial values onto the constraints instead of refusing them.
     #[serde(default)]
@@ -273,6 +276,7 @@ pub struct Settings {
     /// Statics: follow the path of equilibria by its arc length, through points where the load has to fall.
     /// Steps are then lengths of arc: `step/end` of all of the load, or of the size of the system.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = false))]
     pub arc_length: bool,
     /// Relative tolerance of Newton's method; 0 iterates to the round-off floor.
     #[serde(default)]
@@ -282,6 +286,7 @@ pub struct Settings {
     pub newton_max_iterations: usize,
     /// What happens where a step is refused.
     #[serde(default, skip_serializing_if = "is_stop")]
+    #[schemars(extend("default" = "stop"))]
     pub on_failure: OnFailure,
 }
 

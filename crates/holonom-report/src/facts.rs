@@ -1,5 +1,6 @@
 //! What was measured, in plain sentences.
 
+pub use holonom_sim::digits::rounded;
 use holonom_sim::output::{EnergySummary, Status, Summary};
 use holonom_sim::statics::StaticFacts;
 
@@ -164,17 +165,6 @@ fn conserved(components: &[f64; 3], unit: &str) -> String {
             let (moved, still) = (moved.join(and), still.join(and));
             format!("{moved} {verb} by up to {most} {unit}, {still} {constant}")
         }
-    }
-}
-
-/// A stated or computed quantity with up to `digits` significant digits and no superfluous ones: `2.26`, `5.65377`.
-#[must_use]
-pub fn rounded(value: f64, digits: usize) -> String {
-    let short: f64 = format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value);
-    match short.abs() {
-        0.0 => "0".to_owned(),
-        v if (1e-4..1e7).contains(&v) => format!("{short}"),
-        _ => format!("{short:e}"),
     }
 }
 

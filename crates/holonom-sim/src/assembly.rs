@@ -2,6 +2,7 @@
 
 use crate::agreement::{self, joint_key};
 use crate::beams::Beams;
+use crate::digits::rounded;
 use crate::dynamics::Dynamics;
 use crate::limits::Stiffness;
 use crate::measures::{self, Measures};
@@ -82,7 +83,8 @@ impl AssemblyReport {
             }
         };
         self.warnings.push(format!(
-            "the initial configuration was relaxed to the {place}: moved by {moved:.3e} m"
+            "the initial configuration was relaxed to the {place}: moved by {} m",
+            rounded(moved, 4)
         ));
     }
 
@@ -90,7 +92,8 @@ impl AssemblyReport {
     pub(crate) fn configuration_projected(&mut self, moved: f64) {
         if moved > 0.0 {
             self.warnings.push(format!(
-                "the initial configuration was projected onto the constraints: moved by {moved:.3e} m"
+                "the initial configuration was projected onto the constraints: moved by {} m",
+                rounded(moved, 4)
             ));
             self.projected = Some(moved);
         }

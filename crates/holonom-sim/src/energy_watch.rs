@@ -3,6 +3,7 @@
 //! ```text
 //! D_n = Ĥ_n − H(0) − Σ work          Ĥ: shadow energy; of energy–momentum schemes the energy
 //! left:  |D_n| > ½ (max T + max V − min V)        over the recorded nodes so far
+//!        |D_n| > 1e-12 max(T, |V|)               beyond rounding: a system at rest exchanges none
 //! ```
 //! `Ĥ` of a variational scheme is conserved to high order, and `D_n` is small beside the energy that is exchanged, as
 //! long as the vibrations are resolved or do not grow. A run that gains energy without bound passes half of that energy
@@ -17,6 +18,8 @@ use serde::{Deserialize, Serialize};
 const FIRST: u32 = 2;
 /// Part of the energy that is exchanged.
 const PART: f64 = 0.5;
+/// Rounding errors, relative to the largest energy.
+const ROUNDING: f64 = 1e-12;
 
 /// What was seen of the energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -47,7 +50,9 @@ impl EnergyWatch {
         self.nodes = self.nodes.saturating_add(1);
         let change = energies.balance(at.shadow?, &at.work);
         let exchanged = self.kinetic + largest - least;
-        let leaves = self.nodes > FIRST && change.abs() > PART * exchanged;
+        let size = self.kinetic.max(least.abs()).max(largest.abs());
+        let band = (PART * exchanged).max(ROUNDING * size);
+        let leaves = self.nodes > FIRST && change.abs() > band;
         if self.left.is_some() || !leaves {
             return None;
         }

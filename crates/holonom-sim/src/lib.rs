@@ -24,6 +24,7 @@
 mod agreement;
 mod assembly;
 mod beams;
+pub mod digits;
 mod divided_steps;
 mod drive;
 pub mod dynamics;

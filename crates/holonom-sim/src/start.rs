@@ -11,6 +11,7 @@
 //! refused with their names.
 
 use crate::assembly;
+use crate::digits::rounded;
 use crate::outcome::RunFailure;
 use crate::statics::Statics;
 use crate::system::{self, System};
@@ -168,6 +169,7 @@ pub(crate) fn change_of_velocities(
     }
     let parts = [(linear, "m/s"), (angular, "rad/s")];
     let parts = parts.iter().filter(|((_, change), _)| *change > 0.0);
-    let parts = parts.map(|((name, change), unit)| format!("`{name}` by {change:.3e} {unit}"));
+    let parts =
+        parts.map(|((name, change), unit)| format!("`{name}` by {} {unit}", rounded(*change, 4)));
     parts.collect::<Vec<_>>().join(", ")
 }

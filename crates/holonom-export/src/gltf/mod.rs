@@ -17,17 +17,11 @@ mod skin;
 use serde_json::Value;
 use std::io::{self, Write};
 
+use crate::pace::Pace;
 use crate::run::Run;
 use crate::tube::Pose;
 use crate::{ExportError, Exported};
 use document::Writer;
-
-/// Frames in a second of an animation of statics.
-const STATIC_RATE: f64 = 10.0;
-/// Shortest and longest animation, s.
-const LENGTHS: [f64; 2] = [1.0, 100.0];
-/// Rounding errors of a span of times, as a part of it.
-const ROUNDING: f64 = 1e-9;
 
 /// The file and what is said of it.
 #[derive(Debug)]
@@ -50,8 +44,8 @@ impl Scene {
             times.push(run.time(&frame, index));
             poses.push(run.poses(&frame));
         }
-        let pace = if run.is_static() { None } else { pace(&times) };
-        let scale = if run.is_static() { 1.0 / STATIC_RATE } else { pace.unwrap_or(1.0) };
+        let pace = Pace::of(&times, run.is_static());
+        let scale = pace.scale();
         let begin = times.first().copied().unwrap_or_default();
         // times that are one in single precision are one frame
         let mut kept: (Vec<f32>, Vec<&[Pose]>) = Default::default();
@@ -63,7 +57,7 @@ impl Scene {
             }
         }
         let (times, poses) = kept;
-        let exported = Exported { frames: times.len(), recorded, pace };
+        let exported = Exported { frames: times.len(), recorded, pace: pace.reported() };
         let mut writer = Writer::new(&run.model.header.name, &run.look.up, &times);
         writer.run(run, &poses);
         let (json, bytes) = writer.finish().ok_or_else(|| {
@@ -92,44 +86,5 @@ impl Scene {
             out.write_all(bytes)?;
         }
         Ok(())
-    }
-}
-
-/// The factor of the times of an animation, a power of ten; `None` for 1.
-fn pace(times: &[f64]) -> Option<f64> {
-    let span = times.last()? - times.first()?;
-    let [shortest, longest] = LENGTHS;
-    let exponent = match span {
-        _ if span <= 0.0 => return None,
-        _ if span < shortest => ((shortest / span).log10() - ROUNDING).ceil(),
-        _ if span > longest => ((longest / span).log10() + ROUNDING).floor(),
-        _ => return None,
-    };
-    Some(10f64.powf(exponent)).filter(|pace| pace.is_normal() && exponent.abs() >= 1.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_animation_lasts_from_one_second_to_a_hundred() {
-        for (span, expected) in [
-            (0.0, None),
-            (1.0, None),
-            (100.0, None),
-            (0.99, Some(10.0)),
-            (0.01, Some(100.0)),
-            (2e-7, Some(1e7)),
-            (101.0, Some(0.1)),
-            (86400.0, Some(1e-3)),
-        ] {
-            let found = pace(&[3.0, 3.5, 3.0 + span]);
-            let same = match (found, expected) {
-                (Some(found), Some(expected)) => (found / expected - 1.0_f64).abs() < 1e-12,
-                (found, expected) => found == expected,
-            };
-            assert!(same, "{span} s: {found:?}, expected {expected:?}");
-        }
     }
 }

@@ -15,6 +15,7 @@ pub use campbell::{Campbell, Speed};
 pub use report::{About, Kind, MemberShape, Mode, Report, Rotation};
 
 use crate::beams::Beams;
+use crate::digits::rounded;
 use crate::experiment::Experiment as _;
 use crate::outcome::RunFailure;
 use crate::sample::Member;
@@ -266,9 +267,9 @@ fn warnings(found: &Modes, unsymmetric: bool) -> Vec<String> {
     let mut warnings = Vec::new();
     if found.unbalanced > (BALANCED * found.applied).max(found.round_off) {
         warnings.push(format!(
-            "the configuration is no equilibrium, the residual force is {:.2e} N (N·m): these are \
+            "the configuration is no equilibrium, the residual force is {} N (N·m): these are \
              the modes of its stiffness alone; --at static computes the equilibrium",
-            found.unbalanced
+            rounded(found.unbalanced, 3)
         ));
     } else if unsymmetric {
         warnings.push(format!(

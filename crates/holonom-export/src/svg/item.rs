@@ -1,0 +1,99 @@
+//! What is drawn: points that move with members of the run.
+
+use super::hull::hull;
+use super::view::{Place, View};
+use crate::look::{Color, INK, Look, NamedBeam, NamedLine, point};
+use crate::tube::Pose;
+use holonom_report::scene::parts::End;
+use std::cmp::Ordering;
+
+/// How an item is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Stroke {
+    /// The hull of its points, filled.
+    Surface,
+    /// A line of this thickness, m.
+    Line(f64),
+}
+
+/// A body, a beam, a line or a joint at all frames.
+#[derive(Debug)]
+pub(super) struct Item {
+    pub(super) stroke: Stroke,
+    pub(super) color: Color,
+    source: Vec<End>,
+    pub(super) frames: Vec<Vec<Place>>,
+    depth: f64, // sum over frames, of their mean depths
+    on_top: bool,
+}
+
+/// All items of a run.
+pub(super) fn all(look: &Look) -> Vec<Item> {
+    let of = |member: usize, point: [f64; 3]| End { member: member as i64, point };
+    let solids = look.solids.iter().map(|solid| {
+        let points = solid.mesh.points.iter().map(|point| of(solid.member, *point));
+        Item::new(Stroke::Surface, solid.color, points.collect())
+    });
+    let beams = look.beams.iter().flat_map(|beam: &NamedBeam| {
+        let [a, b] = beam.beam.half;
+        let thickness = (2.0 * a.max(b)).min(2.0 * look.symbol);
+        beam.legs().into_iter().map(move |leg| {
+            let nodes = leg.map(|node| of(node, [0.0; 3])).collect();
+            Item::new(Stroke::Line(thickness), beam.color, nodes)
+        })
+    });
+    let lines = look.lines.iter().map(|NamedLine { line, spring, .. }| {
+        let thickness = if *spring { 0.4 } else { 0.8 } * look.symbol;
+        Item::new(Stroke::Line(thickness), INK, vec![line.from.clone(), line.to.clone()])
+    });
+    // a line of no length with round ends is a dot
+    let joints = look.joints.iter().flat_map(|named| {
+        let dot = vec![named.joint.child.clone(); 2];
+        let dot = Item::new(Stroke::Line(1.6 * look.symbol), INK, dot);
+        let axes =
+            [(&named.joint.parent, named.joint.axis), (&named.joint.child, named.joint.axis2)];
+        let axes = axes.map(|(end, axis)| Some(pin(end, &axis?, 5.0 * look.symbol)));
+        let lines = axes.into_iter().flatten();
+        std::iter::once(dot)
+            .chain(lines.map(|ends| Item::new(Stroke::Line(0.7 * look.symbol), INK, ends)))
+    });
+    let joints = joints.map(|item| Item { on_top: true, ..item });
+    solids.chain(beams).chain(lines).chain(joints).collect()
+}
+
+/// An axis through a point of a member, `half` of its length to either side, m.
+fn pin(end: &End, axis: &[f64; 3], half: f64) -> Vec<End> {
+    let norm = axis.iter().map(|a| a * a).sum::<f64>().sqrt();
+    let factor = if norm > 0.0 { half / norm } else { 0.0 };
+    let at = |sign: f64| End {
+        member: end.member,
+        point: std::array::from_fn(|i| end.point[i] + sign * factor * axis[i]),
+    };
+    vec![at(-1.0), at(1.0)]
+}
+
+impl Item {
+    fn new(stroke: Stroke, color: Color, source: Vec<End>) -> Self {
+        Self { stroke, color, source, frames: Vec::new(), depth: 0.0, on_top: false }
+    }
+
+    /// Adds a frame.
+    pub(super) fn follow(&mut self, poses: &[Pose], view: &View) {
+        let places = self.source.iter().map(|end| view.of(&point(end, poses)));
+        let (places, depths): (Vec<Place>, Vec<f64>) = places.unzip();
+        self.depth += depths.iter().sum::<f64>() / depths.len().max(1) as f64;
+        self.frames.push(match self.stroke {
+            Stroke::Surface => hull(places),
+            Stroke::Line(_) => places,
+        });
+    }
+
+    pub(super) fn points(&self) -> impl Iterator<Item = &Place> {
+        self.frames.iter().flatten()
+    }
+
+    /// Which of two items lies below: bodies, beams and lines by their mean depth, joints above them.
+    pub(super) fn order(&self, other: &Self) -> Ordering {
+        self.on_top.cmp(&other.on_top).then(self.depth.total_cmp(&other.depth))
+    }
+}

@@ -1,0 +1,310 @@
+//! The sections of the model file for people: keys, types, defaults, words, one example. All of it is taken from the JSON
+//! schema, so from the types themselves; `holonom schema joint` prints it, the reference of the guide is written from it.
+//!
+//! ```text
+//! schema ── Section { tables of rows } ──┬── text      the terminal
+//!                                        └── markdown  the guide
+//! ```
+
+mod markdown;
+mod text;
+
+use serde_json::{Map, Value};
+
+use super::Model;
+use super::parameters;
+use super::sections::{LISTS, TABLES};
+
+/// One section of the model file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Section {
+    /// Its name: `joint`.
+    pub name: &'static str,
+    /// Its keys first, then the tables and words that they refer to.
+    pub tables: Vec<Table>,
+    /// A part of one valid model, that of all examples together.
+    pub example: &'static str,
+}
+
+/// The keys of a table, or the words of a key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Table {
+    /// The keys it belongs to, `motor.history`; none for the section itself.
+    pub of: Vec<String>,
+    /// What it describes.
+    pub about: String,
+    /// Keys, words or forms of a value.
+    pub rows: Vec<Row>,
+}
+
+/// A key with its type and default, or a word with its meaning.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// The key, the word, or the form of a value.
+    pub name: String,
+    /// The type of a key; `None` for words and forms.
+    pub kind: Option<String>,
+    /// Whether a value has to be stated, or what stands for it.
+    pub presence: Presence,
+    /// Its meaning, with the unit.
+    pub about: String,
+}
+
+/// Whether a key has to be stated.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// It has to be.
+    Required,
+    /// It need not be; the meaning says what holds without it.
+    Optional,
+    /// This value holds without it, as TOML.
+    Default(String),
+}
+
+macro_rules! examples {
+    ($($name:literal),*) => { [$(($name, include_str!(concat!("examples/", $name, ".toml")))),*] };
+}
+
+const EXAMPLES: [(&str, &str); 12] = examples![
+    "model",
+    "simulation",
+    "parameters",
+    "body",
+    "beam",
+    "particle",
+    "bar",
+    "joint",
+    "constraint",
+    "spring",
+    "load",
+    "sensor"
+];
+
+impl Section {
+    /// The names of all sections, in the order of the guide.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        EXAMPLES.into_iter().map(|(name, _)| name)
+    }
+
+    /// The section of this name.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        let (name, example) = EXAMPLES.into_iter().find(|(known, _)| *known == name)?;
+        let schema = Model::schema();
+        let property = &schema["properties"][name];
+        let root = if LISTS.contains(&name) { &property["items"] } else { property };
+        let mut reader = Reader { schema: &schema, waiting: Vec::new() };
+        let mut tables = vec![reader.table(Vec::new(), reader.resolve(root))];
+        let mut read = 0;
+        while let Some((definition, keys)) = reader.waiting.get(read).cloned() {
+            tables.push(reader.table(keys, &schema["$defs"][definition]));
+            read += 1;
+        }
+        tables[0].about = without_heading(&tables[0].about);
+        // a definition may be named by further keys after it was read
+        for (table, (_, keys)) in tables.iter_mut().skip(1).zip(reader.waiting) {
+            table.of = keys;
+        }
+        Some(Self { name, tables, example })
+    }
+
+    /// Its heading in a model file: `[model]`, `[[joint]]`.
+    #[must_use]
+    pub fn heading(&self) -> String {
+        let single = TABLES.contains(&self.name) || self.name == parameters::SECTION;
+        if single { format!("[{}]", self.name) } else { format!("[[{}]]", self.name) }
+    }
+}
+
+/// Reads tables, and collects the definitions that their keys refer to.
+struct Reader<'s> {
+    schema: &'s Value,
+    waiting: Vec<(String, Vec<String>)>,
+}
+
+impl<'s> Reader<'s> {
+    fn resolve(&self, schema: &'s Value) -> &'s Value {
+        match definition(schema) {
+            Some(name) => &self.schema["$defs"][name],
+            None => schema,
+        }
+    }
+
+    fn table(&mut self, of: Vec<String>, schema: &'s Value) -> Table {
+        let path = of.first().cloned().unwrap_or_default();
+        let mut rows = Vec::new();
+        for member in list(schema, "oneOf").iter().chain(list(schema, "anyOf")) {
+            rows.extend(self.alternative(&path, member));
+        }
+        if rows.is_empty() {
+            rows = self.keys(&path, schema);
+        }
+        Table { of, about: about(schema), rows }
+    }
+
+    /// A word; a table of a certain `type` with its keys; or a form of a value.
+    fn alternative(&mut self, path: &str, member: &'s Value) -> Vec<Row> {
+        let row = |name: String| Row {
+            name,
+            kind: None,
+            presence: Presence::Optional,
+            about: about(member),
+        };
+        if let Some(word) = member["const"].as_str() {
+            return vec![row(format!("{word:?}"))];
+        }
+        if let Some(tag) = member["properties"]["type"]["const"].as_str() {
+            let mut rows = vec![row(format!("type = {tag:?}"))];
+            rows.extend(self.keys(path, member));
+            return rows;
+        }
+        self.refer(path, member);
+        vec![row(self.kind(member))]
+    }
+
+    /// The keys of an object: those that are required in their order, then the others by name.
+    fn keys(&mut self, path: &str, schema: &'s Value) -> Vec<Row> {
+        let none = Map::new();
+        let properties = schema["properties"].as_object().unwrap_or(&none);
+        let required: Vec<&str> =
+            list(schema, "required").iter().filter_map(Value::as_str).collect();
+        let others = properties.keys().map(String::as_str).filter(|key| !required.contains(key));
+        let ordered: Vec<&str> = required.iter().copied().chain(others).collect();
+        let mut rows = Vec::new();
+        for key in ordered {
+            let property = &properties[key];
+            if property["const"].is_null() {
+                let below = if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+                self.refer(&below, property);
+                rows.push(self.key(key, property, required.contains(&key)));
+            }
+        }
+        if schema["additionalProperties"].is_object() {
+            let values = &schema["additionalProperties"];
+            rows.push(Row { about: about(values), ..self.key("NAME", values, false) });
+        }
+        rows
+    }
+
+    fn key(&self, key: &str, property: &Value, required: bool) -> Row {
+        let presence = match property.get("default") {
+            _ if required => Presence::Required,
+            Some(value) if value.as_array().is_none_or(|values| !values.is_empty()) => {
+                Presence::Default(toml(value))
+            }
+            _ => Presence::Optional,
+        };
+        Row {
+            name: key.to_owned(),
+            kind: Some(self.kind(property)),
+            presence,
+            about: about(property),
+        }
+    }
+
+    /// Notes the definitions that a value may have.
+    fn refer(&mut self, path: &str, property: &Value) {
+        let members = list(property, "anyOf").iter().chain([property, &property["items"]]);
+        for name in members.filter_map(definition) {
+            match self.waiting.iter_mut().find(|(known, _)| known == name) {
+                Some((_, keys)) if keys.iter().any(|key| key == path) => {}
+                Some((_, keys)) => keys.push(path.to_owned()),
+                None => self.waiting.push((name.to_owned(), vec![path.to_owned()])),
+            }
+        }
+    }
+
+    /// The type of a value in words.
+    fn kind(&self, schema: &Value) -> String {
+        if let Some(name) = definition(schema) {
+            return self.kind(&self.schema["$defs"][name]);
+        }
+        if let [only] = list(schema, "anyOf") {
+            return self.kind(only);
+        }
+        let members = list(schema, "anyOf").iter().chain(list(schema, "oneOf"));
+        let mut kinds: Vec<String> = members.map(|member| self.kind(member)).collect();
+        kinds.dedup();
+        if !kinds.is_empty() {
+            return kinds.join(" or ");
+        }
+        if schema["const"].is_string() {
+            return "word".to_owned();
+        }
+        let names = match &schema["type"] {
+            Value::Array(types) => types.iter().filter_map(Value::as_str).collect(),
+            single => vec![single.as_str().unwrap_or_default()],
+        };
+        let kinds: Vec<String> = names.into_iter().map(|name| self.simple(name, schema)).collect();
+        kinds.join(" or ")
+    }
+
+    fn simple(&self, name: &str, schema: &Value) -> String {
+        match name {
+            "integer" => "whole number".to_owned(),
+            "string" => "text".to_owned(),
+            "boolean" => "true or false".to_owned(),
+            "object" => "table".to_owned(),
+            "array" => {
+                let of = plural(&self.kind(&schema["items"]));
+                match (schema["minItems"].as_u64(), schema["maxItems"].as_u64()) {
+                    (Some(least), Some(most)) if least == most => format!("{least} {of}"),
+                    _ => format!("list of {of}"),
+                }
+            }
+            other => other.to_owned(),
+        }
+    }
+}
+
+/// Several of a kind; lists of texts are lists of names.
+fn plural(kind: &str) -> String {
+    match kind {
+        "number" | "whole number" | "table" | "word" => format!("{kind}s"),
+        "text" => "names".to_owned(),
+        several => format!("lists of {several}"),
+    }
+}
+
+fn list<'s>(schema: &'s Value, key: &str) -> &'s [Value] {
+    schema[key].as_array().map_or(&[], Vec::as_slice)
+}
+
+fn definition(schema: &Value) -> Option<&str> {
+    schema["$ref"].as_str()?.strip_prefix("#/$defs/")
+}
+
+/// The description in one line.
+fn about(schema: &Value) -> String {
+    schema["description"].as_str().unwrap_or_default().replace('\n', " ")
+}
+
+/// `` `[[joint]]`: a kinematic pair `` without the heading, which stands above it.
+fn without_heading(about: &str) -> String {
+    let rest = match about.split_once("`: ") {
+        Some((heading, rest)) if heading.starts_with("`[") => rest,
+        _ => about,
+    };
+    let mut letters = rest.chars();
+    let first = letters.next().map(char::to_uppercase);
+    first.into_iter().flatten().chain(letters).collect()
+}
+
+/// A default as a model file writes it.
+fn toml(value: &Value) -> String {
+    match value {
+        Value::Array(items) => {
+            format!("[{}]", items.iter().map(toml).collect::<Vec<_>>().join(", "))
+        }
+        Value::Object(map) if map.is_empty() => "{}".to_owned(),
+        Value::Object(map) => {
+            let pairs: Vec<String> =
+                map.iter().map(|(k, v)| format!("{k} = {}", toml(v))).collect();
+            format!("{{ {} }}", pairs.join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

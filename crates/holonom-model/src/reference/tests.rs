@@ -1,0 +1,55 @@
+use super::*;
+
+/// The examples of all sections are one valid model.
+#[test]
+fn examples_form_a_valid_model() {
+    let text: String = Section::names().filter_map(Section::of).map(|s| s.example).collect();
+    let model = Model::from_toml(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    assert_eq!(Section::names().count(), LISTS.len() + TABLES.len() + 1, "a section without page");
+    for (name, example) in EXAMPLES {
+        assert!(example.contains(&format!("[{name}]")), "{name} is not in its own example");
+    }
+    assert!(!model.sensors.is_empty());
+}
+
+/// A value that the page states as default changes nothing when it is written into the file.
+#[test]
+fn defaults_are_those_of_the_model() {
+    let plain = "model = { name = \"m\", dimension = 2 }\n[[particle]]\nname = \"p\"\nmass = 1.0\n\
+                 position = [0.0, 0.0]\n[simulation]\nstep = 0.1\nend = 1.0\n";
+    let expected = Model::from_toml(plain).unwrap();
+    let simulation = Section::of("simulation").unwrap();
+    let mut tried = 0;
+    for row in &simulation.tables[0].rows {
+        if let Presence::Default(value) = &row.presence {
+            let found = Model::from_toml(&format!("{plain}{} = {value}\n", row.name));
+            assert_eq!(found.as_ref(), Ok(&expected), "{} = {value}", row.name);
+            tried += 1;
+        } else {
+            assert_eq!(row.presence, Presence::Required, "{} states no default", row.name);
+        }
+    }
+    assert_eq!(tried + 2, simulation.tables[0].rows.len(), "step and end have none");
+}
+
+/// Every key and every word of every section has a type and a meaning.
+#[test]
+fn nothing_is_left_without_a_meaning() {
+    for section in Section::names().filter_map(Section::of) {
+        for table in &section.tables {
+            assert!(!table.rows.is_empty(), "{}: {:?} is empty", section.name, table.of);
+            for row in &table.rows {
+                let place = format!("{} {:?} {}", section.name, table.of, row.name);
+                assert!(row.kind.as_deref() != Some(""), "{place} has no type");
+                assert!(row.kind.is_some() || !row.about.is_empty(), "{place} has no meaning");
+            }
+        }
+    }
+}
+
+#[test]
+fn page_of_loads() {
+    insta::assert_snapshot!("load_text", Section::of("load").unwrap().text());
+    insta::assert_snapshot!("load_markdown", Section::of("load").unwrap().markdown());
+    assert_eq!(Section::of("loads"), None);
+}
