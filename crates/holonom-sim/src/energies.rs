@@ -9,7 +9,7 @@
 
 use crate::drive::{ElementLaw, joint_elements};
 use crate::dynamics::Dynamics;
-use crate::method::Reading;
+use crate::method::reading::Reading;
 use holonom_model::Model;
 use std::sync::Arc;
 use vi_beam::damping::is_damped;

@@ -10,7 +10,7 @@
 //! long before Newton's method fails.
 
 use crate::energies::Energies;
-use crate::method::Reading;
+use crate::method::reading::Reading;
 use crate::outcome::twelve_digits;
 use serde::{Deserialize, Serialize};
 

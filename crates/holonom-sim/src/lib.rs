@@ -28,7 +28,6 @@ pub mod digits;
 mod divided_steps;
 mod drive;
 pub mod dynamics;
-mod effort;
 mod energies;
 mod energy_watch;
 pub mod experiment;

@@ -2,60 +2,28 @@
 //!
 //! | file | concept |
 //! |---|---|
+//! | [`reading`] | what is read at a node |
 //! | [`running`] | an integrator of either family in motion |
 //! | [`family`] | what differs between the families |
 //! | [`work`] | the work of loads, motors, dampers and prescribed motions |
 
 mod family;
+pub(crate) mod reading;
 mod running;
 mod work;
 
+pub(crate) use reading::Reading;
 pub(crate) use running::Running;
 
 use crate::run_state::MotionState;
-use crate::sample::{Momenta, Residuals};
 use vi_constraints::initialization::StartReport;
 use vi_constraints::integrator::{ResumeError, StepReport};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_core::linear::Singular;
-use vi_core::momentum_map::Momentum;
 use vi_emscheme::EmIntegrator;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
-
-/// A node as a method reads it.
-#[derive(Clone, Debug)]
-pub(crate) struct Reading {
-    /// Step index.
-    pub(crate) step: u64,
-    /// `t_n`, s.
-    pub(crate) t: f64,
-    /// `q_n`.
-    pub(crate) q: Vec<f64>,
-    /// Unwrapped angles.
-    pub(crate) angles: Vec<f64>,
-    /// Velocity: `v̂` of the projected momentum, `v_n` of energy–momentum schemes.
-    pub(crate) v: Vec<f64>,
-    /// `λ_n`; empty unless it was asked for.
-    pub(crate) lambda: Vec<f64>,
-    /// `E_d` of the step that starts here, where there is one; else as `hamiltonian`.
-    pub(crate) energy: f64,
-    /// Energy of the node.
-    pub(crate) hamiltonian: f64,
-    /// Shadow energy; `None` at the start of composed steps.
-    pub(crate) shadow: Option<f64>,
-    /// Kinetic part of it.
-    pub(crate) kinetic: f64,
-    /// Work since the start: of each force, then of all prescribed motions.
-    pub(crate) work: Vec<f64>,
-    /// Momentum maps.
-    pub(crate) momentum: Momentum,
-    /// Constraint residuals.
-    pub(crate) residuals: Residuals,
-    /// Multipliers and momenta, where the settings ask for them.
-    pub(crate) momenta: Option<Box<Momenta>>,
-}
 
 /// A running integration by a scheme of either family.
 pub(crate) trait Method {

@@ -13,14 +13,13 @@
 
 use std::fs::{self, File};
 use std::hash::Hasher;
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::Path;
 
 use fnv::FnvHasher;
 use serde::{Deserialize, Serialize};
 
 use super::file::{OutputError, at};
-use super::folder::RunFolder;
 use super::pictures::is_there;
 use super::row_file::check_length;
 use super::summary::SummaryBuilder;
@@ -29,9 +28,9 @@ use crate::run_state::RunState;
 /// Names of the newest checkpoint of a folder and of the one before.
 pub const CHECKPOINTS: [&str; 2] = ["checkpoint", "checkpoint.previous"];
 /// The name of a newest checkpoint that was refused.
-const REFUSED: &str = "checkpoint.refused";
+pub(super) const REFUSED: &str = "checkpoint.refused";
 /// The name of a checkpoint that is being written.
-const TEMPORARY: &str = "checkpoint.tmp";
+pub(super) const TEMPORARY: &str = "checkpoint.tmp";
 /// All files of this module.
 const FILES: [&str; 4] = [CHECKPOINTS[0], CHECKPOINTS[1], REFUSED, TEMPORARY];
 
@@ -152,7 +151,7 @@ impl Checkpoint {
     }
 
     /// Reads a file and compares the lengths of the files of rows in its folder.
-    fn read(folder: &Path, name: &str, model: &str) -> Result<Self, CheckpointError> {
+    pub(super) fn read(folder: &Path, name: &str, model: &str) -> Result<Self, CheckpointError> {
         let bytes = fs::read(folder.join(name));
         let bytes = bytes.map_err(|error| CheckpointError::Io(error.to_string()))?;
         let read = Self::decode(&bytes, model)?;
@@ -213,73 +212,6 @@ fn is_ours(path: &Path) -> io::Result<bool> {
         File::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut begin)?;
     }
     Ok(regular && MAGIC.starts_with(&begin)) // one that was killed while it was written may be shorter
-}
-
-/// A checkpoint that was found, with the remarks on one that was refused.
-#[derive(Clone, Debug)]
-pub struct FoundCheckpoint {
-    /// The checkpoint.
-    pub checkpoint: Checkpoint,
-    /// Why a newer one was refused.
-    pub refused: Option<String>,
-}
-
-impl RunFolder {
-    /// Writes a checkpoint beside the files of rows, which are on the disk before: the newest becomes the one before,
-    /// and that is dropped. `model`: the text of `model.toml`.
-    ///
-    /// # Errors
-    /// [`OutputError::Io`]; the earlier ones are then what they were.
-    pub fn write_checkpoint(
-        &self,
-        checkpoint: &Checkpoint,
-        model: &str,
-    ) -> Result<(), OutputError> {
-        let [newest, previous] = CHECKPOINTS.map(|name| self.path().join(name));
-        let temporary = self.path().join(TEMPORARY);
-        let write = || {
-            let bytes = checkpoint.encode(model)?;
-            for (file, _) in &checkpoint.files {
-                File::options().append(true).open(self.path().join(file))?.sync_data()?;
-            }
-            let mut file = File::create(&temporary)?;
-            file.write_all(&bytes).and_then(|()| file.sync_all()).inspect_err(|_| {
-                let _ = fs::remove_file(&temporary); // the first error is the one to report
-            })?;
-            if newest.is_file() {
-                fs::rename(&newest, &previous)?;
-            }
-            fs::rename(&temporary, &newest)
-        };
-        write().map_err(|e| at(&newest, e))
-    }
-
-    /// The newest checkpoint that is good; a refused one is set aside as `checkpoint.refused`, so that it does not
-    /// replace the good one. `model`: the text of `model.toml`.
-    ///
-    /// # Errors
-    /// [`OutputError::NoCheckpoint`], [`OutputError::Io`].
-    pub fn read_checkpoint(&self, model: &str) -> Result<FoundCheckpoint, OutputError> {
-        let mut refused: Vec<String> = Vec::new();
-        for name in CHECKPOINTS {
-            let path = self.path().join(name);
-            if !is_there(&path) {
-                continue;
-            }
-            match Checkpoint::read(self.path(), name, model) {
-                Ok(checkpoint) => {
-                    let newest = self.path().join(CHECKPOINTS[0]);
-                    if !refused.is_empty() {
-                        let aside = self.path().join(REFUSED);
-                        fs::rename(&newest, &aside).map_err(|e| at(&newest, e))?;
-                    }
-                    return Ok(FoundCheckpoint { checkpoint, refused: refused.pop() });
-                }
-                Err(error) => refused.push(format!("{}: {error}", path.display())),
-            }
-        }
-        Err(OutputError::NoCheckpoint { folder: self.path().to_owned(), refused })
-    }
 }
 
 #[cfg(test)]

@@ -10,9 +10,10 @@
 //! Rates are those of `v̂`. Positive efforts on a joint coordinate act on the child along it, and oppositely on the
 //! parent. `λ_n` is that of the node, see [`crate::sensor`].
 
+use super::columns::PARTS;
+use super::view::View;
 use crate::drive::{JointElement, joint_elements};
-use crate::sensor::{Part, View, joint_parts};
-use holonom_model::{Constraint, Model};
+use holonom_model::Model;
 use vi_multibody::builder::ForceElements;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
@@ -112,39 +113,5 @@ impl Effort {
                 out.push(f64::from(u8::from(unique)));
             }
         }
-    }
-}
-
-/// The parts of the effort of a joint, in the order of their columns.
-const PARTS: [&str; 3] = ["spring", "damper", "motor"];
-
-/// Names, quantities and units of the columns.
-pub(crate) fn effort_parts(model: &Model, of: &str) -> Vec<Part> {
-    let quantity = |unit| if unit == "N" { "force" } else { "torque" };
-    let along = |pair, freedom: usize| {
-        let parts = joint_parts(Some(pair), ["", "N·m"], ["", "N"]);
-        parts.get(freedom).map_or("N·m", |part| part.2)
-    };
-    let row = |unit| vec![("effort".to_owned(), quantity(unit), unit), ("unique".into(), "", "")];
-    let joint = |name: &str| model.joints.iter().find(|joint| joint.name == name);
-    if let Some(joint) = joint(of) {
-        let elements = joint_elements(joint);
-        let part = |part: &'static str| {
-            let element = elements.iter().find(|element| element.part == part)?;
-            let unit = along(joint.pair(), element.freedom);
-            Some((part.to_owned(), quantity(unit), unit))
-        };
-        return PARTS.into_iter().filter_map(part).collect();
-    }
-    let constraint = model.constraints.iter().find(|constraint| constraint.name() == of);
-    match constraint {
-        Some(Constraint::Motion { joint: name, freedom, .. }) => {
-            row(joint(name).map_or("N·m", |joint| along(joint.pair(), *freedom)))
-        }
-        Some(Constraint::Gear { joints: [name, _], freedoms, .. }) => {
-            row(joint(name).map_or("N·m", |joint| along(joint.pair(), freedoms[0])))
-        }
-        Some(_) => row("N"),
-        None => vec![(String::new(), "force", "N")],
     }
 }

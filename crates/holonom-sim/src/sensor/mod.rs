@@ -6,16 +6,30 @@
 //! angular velocity   ω = ½ Σ d_I × ḋ_I                    with v̂
 //! joint              coordinates counted on, rates        vi_multibody::coordinates
 //! reaction           −Gᵀ λ_n on the child                 vi_multibody::reaction
-//! effort             springs, motors, prescribed motions  crate::effort
+//! effort             springs, motors, prescribed motions  effort
 //! section force      N_I, M_I                             strain   Γ_I, K_I         vi_beam::section_force
 //! ```
 //! `λ_n` is that of the node (36) at order 2. It is that of the acceleration level with composed steps,
 //! at a node from which no step could be taken, and at the start, where (47) is of first order only (it
 //! is a one-sided difference). Unwrapped angles of joints and the sign of quaternions are followed at
 //! every step, whether it is recorded or not.
+//!
+//! | file | concept |
+//! |---|---|
+//! | `columns` | names, quantities and units of the numbers |
+//! | `view` | what sensors see of a node |
+//! | `effort` | springs, dampers, motors, prescribed motions |
+
+mod columns;
+mod effort;
+mod view;
+
+pub use columns::{Column, columns};
+pub(crate) use view::View;
+
+use effort::Effort;
 
 use crate::beams::Beams;
-use crate::effort::{Effort, effort_parts};
 use crate::run_state::same_length;
 use holonom_model::{Model, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
@@ -29,118 +43,8 @@ use vi_multibody::form::Form;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
 use vi_multibody::mechanism::{Attachment, Mechanism};
-use vi_multibody::pair::PairKind;
 use vi_multibody::reaction::{Reaction, Reactions};
 use vi_rigid::directors;
-
-/// A column of `sensors.csv`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
-    /// Name of the sensor.
-    pub sensor: String,
-    /// Which of its numbers; empty when there is only one.
-    pub part: String,
-    /// What it is: columns of one sensor with the same quantity belong in one chart; empty for flags.
-    pub quantity: &'static str,
-    /// Its unit; empty when it has none.
-    pub unit: &'static str,
-}
-
-impl Column {
-    /// Its name in the header: `NAME.part`, or `NAME`.
-    #[must_use]
-    pub fn name(&self) -> String {
-        if self.part.is_empty() {
-            return self.sensor.clone();
-        }
-        format!("{}.{}", self.sensor, self.part)
-    }
-
-    /// Whether it holds 0 or 1: no or yes.
-    #[must_use]
-    pub fn is_flag(&self) -> bool {
-        self.quantity.is_empty()
-    }
-}
-
-/// The columns of all sensors of a model, in order.
-#[must_use]
-pub fn columns(model: &Model) -> Vec<Column> {
-    let of = |sensor: &Sensor| {
-        let column =
-            |(part, quantity, unit)| Column { sensor: sensor.name.clone(), part, quantity, unit };
-        parts(model, sensor).into_iter().map(column).collect::<Vec<_>>()
-    };
-    model.sensors.iter().flat_map(of).collect()
-}
-
-pub(crate) type Part = (String, &'static str, &'static str);
-
-/// Part, quantity and unit of each number of a sensor.
-fn parts(model: &Model, sensor: &Sensor) -> Vec<Part> {
-    let named = |names: &[&str], quantity, unit| -> Vec<Part> {
-        names.iter().map(|name| ((*name).to_owned(), quantity, unit)).collect()
-    };
-    let axes = if model.particle(&sensor.of).is_some() { model.header.dimension } else { 3 };
-    let axes = &["x", "y", "z"][..axes];
-    let pair = model.joints.iter().find(|j| j.name == sensor.of).map(holonom_model::Joint::pair);
-    match sensor.kind {
-        SensorKind::Position => named(axes, "position", "m"),
-        SensorKind::Velocity => named(axes, "velocity", "m/s"),
-        SensorKind::Orientation => named(&["w", "x", "y", "z"], "quaternion", ""),
-        SensorKind::AngularVelocity => named(axes, "angular velocity", "rad/s"),
-        SensorKind::JointCoordinate => joint_parts(pair, ["angle", "rad"], ["displacement", "m"]),
-        SensorKind::JointRate => joint_parts(pair, ["angular rate", "rad/s"], ["speed", "m/s"]),
-        SensorKind::Reaction => {
-            let mut parts = if model.bars.iter().any(|bar| bar.name == sensor.of) {
-                named(&["tension"], "tension", "N")
-            } else {
-                let mut parts = named(&["fx", "fy", "fz"], "force", "N");
-                parts.extend(named(&["mx", "my", "mz"], "moment", "N·m"));
-                parts
-            };
-            parts.extend(named(&["unique"], "", ""));
-            parts
-        }
-        SensorKind::Effort => effort_parts(model, &sensor.of),
-        SensorKind::SectionForce => {
-            let mut parts = named(&["N1", "N2", "N3"], "section force", "N");
-            parts.extend(named(&["M1", "M2", "M3"], "section moment", "N·m"));
-            parts
-        }
-        SensorKind::Strain => {
-            let mut parts = named(&["Gamma1", "Gamma2", "Gamma3"], "strain", "");
-            parts.extend(named(&["K1", "K2", "K3"], "curvature", "1/m"));
-            parts
-        }
-    }
-}
-
-/// `x, y, z` for rotation vectors; `u…` for lengths and `theta…` for angles, numbered when there are
-/// several; nothing when there is only one degree of freedom.
-pub(crate) fn joint_parts(
-    pair: Option<PairKind>,
-    angle: [&'static str; 2],
-    length: [&'static str; 2],
-) -> Vec<Part> {
-    let Some(pair) = pair else { return Vec::new() };
-    let freedoms = pair.dof();
-    let of_kind = |angle: bool| (0..freedoms).filter(|&k| pair.is_angle(k) == angle).count();
-    let part = |k: usize| {
-        let is_angle = pair.is_angle(k);
-        let [quantity, unit] = if is_angle { angle } else { length };
-        let letter = if is_angle { "theta" } else { "u" };
-        let number = 1 + (0..k).filter(|&j| pair.is_angle(j) == is_angle).count();
-        let name = match (pair.rotation_vector(), of_kind(is_angle)) {
-            (Some(first), _) if k >= first => ["x", "y", "z"][k - first].to_owned(),
-            _ if freedoms == 1 => String::new(),
-            (_, 1) => letter.to_owned(),
-            _ => format!("{letter}{number}"),
-        };
-        (name, quantity, unit)
-    };
-    (0..freedoms).map(part).collect()
-}
 
 /// What a sensor needs to know of the mechanism.
 #[derive(Clone, Debug)]
@@ -192,19 +96,6 @@ impl Attitude {
         let next = UnitQuaternion::from_rotation_matrix(&rotation).into_inner();
         self.last = if next.dot(&self.last) < 0.0 { -next } else { next };
     }
-}
-
-/// A node as sensors see it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct View<'a> {
-    /// Time, s.
-    pub(crate) t: f64,
-    /// `q_n`.
-    pub(crate) q: &'a [f64],
-    /// `v̂`.
-    pub(crate) v: &'a [f64],
-    /// `λ_n`; read only by sensors of reactions.
-    pub(crate) lambda: &'a [f64],
 }
 
 /// The sensors of a model, ready to read.
@@ -455,24 +346,5 @@ impl Builder<'_> {
                 Gauge::Effort(Effort::of(of, (self.model, self.mechanism, self.forces))?)
             }
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use holonom_model::JointKind;
-
-    #[test]
-    fn joint_columns_have_names_by_their_freedoms() {
-        let names = |kind: JointKind| {
-            let parts = joint_parts(Some(kind.pair(None)), ["angle", "rad"], ["displacement", "m"]);
-            parts.into_iter().map(|p| format!("{} {}", p.0, p.2)).collect::<Vec<_>>().join(", ")
-        };
-        assert_eq!(names(JointKind::Revolute), " rad");
-        assert_eq!(names(JointKind::Prismatic), " m");
-        assert_eq!(names(JointKind::Cylindrical), "u m, theta rad");
-        assert_eq!(names(JointKind::Planar), "u1 m, u2 m, theta rad");
-        assert_eq!(names(JointKind::Spherical), "x rad, y rad, z rad");
     }
 }

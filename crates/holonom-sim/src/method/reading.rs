@@ -1,0 +1,37 @@
+//! What a method reads at a node.
+
+use crate::sample::{Momenta, Residuals};
+use vi_core::momentum_map::Momentum;
+
+/// A node as a method reads it.
+#[derive(Clone, Debug)]
+pub(crate) struct Reading {
+    /// Step index.
+    pub(crate) step: u64,
+    /// `t_n`, s.
+    pub(crate) t: f64,
+    /// `q_n`.
+    pub(crate) q: Vec<f64>,
+    /// Unwrapped angles.
+    pub(crate) angles: Vec<f64>,
+    /// Velocity: `v̂` of the projected momentum, `v_n` of energy–momentum schemes.
+    pub(crate) v: Vec<f64>,
+    /// `λ_n`; empty unless it was asked for.
+    pub(crate) lambda: Vec<f64>,
+    /// `E_d` of the step that starts here, where there is one; else as `hamiltonian`.
+    pub(crate) energy: f64,
+    /// Energy of the node.
+    pub(crate) hamiltonian: f64,
+    /// Shadow energy; `None` at the start of composed steps.
+    pub(crate) shadow: Option<f64>,
+    /// Kinetic part of it.
+    pub(crate) kinetic: f64,
+    /// Work since the start: of each force, then of all prescribed motions.
+    pub(crate) work: Vec<f64>,
+    /// Momentum maps.
+    pub(crate) momentum: Momentum,
+    /// Constraint residuals.
+    pub(crate) residuals: Residuals,
+    /// Multipliers and momenta, where the settings ask for them.
+    pub(crate) momenta: Option<Box<Momenta>>,
+}
