@@ -10,6 +10,7 @@ use crate::node::{Node, NodeObserver};
 use crate::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
+use vi_core::legendre;
 use vi_core::linear::Singular;
 use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::state::State;
@@ -31,7 +32,7 @@ impl Step<'_> {
     #[must_use]
     pub fn discrete_energy(&self, system: &impl DiscreteLagrangian) -> f64 {
         if self.gauss.is_empty() {
-            return system.discrete_energy(self.s);
+            return legendre::discrete_energy(system, self.s).total();
         }
         let energy = |node: &GaussPoint| {
             let at = Configuration { t: node.t, q: &node.q, angles: &self.s.angles };

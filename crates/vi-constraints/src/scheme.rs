@@ -78,7 +78,7 @@ impl SubStep {
 
     /// Opens the interval of this step at a state.
     pub fn open(self, s: &mut Interval, state: &State) {
-        s.open_at(state, self.h);
+        state.open(s, self.h);
         s.end_at(self.t_end);
     }
 }

@@ -58,17 +58,13 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     }
     /// `out ← z_{n+1}`, the internal variables at the end of a step; shape [`Self::internal_variables`].
     fn advance_internal(&self, _s: &Interval, _out: &mut [f64]) {}
-    /// `Σ U_d(q_n, q_{n+1})`, J: the potential part of `E_d`, see [`crate::legendre::discrete_energy`].
+    /// `Σ U_d(q_n, q_{n+1})`, J: the potential part of `E_d`, LMO08 (52).
     fn discrete_potential_energy(&self, s: &Interval) -> f64;
     /// `Σ K_d(q_n, q_{n+1})`, J: what added masses contribute to the kinetic part of `E_d`.
     fn added_kinetic_energy(&self, _s: &Interval) -> f64 {
         0.0
     }
 
-    /// `E_d(q_n, q_{n+1})`, J, LMO08 (52).
-    fn discrete_energy(&self, s: &Interval) -> f64 {
-        crate::legendre::discrete_energy(self, s).total()
-    }
     /// `out ← D_1 L_d + f_d^-`: what balances `p̄_n`.
     fn forced_d1(&self, s: &Interval, out: &mut [f64]) {
         self.d1(s, out);

@@ -18,7 +18,6 @@
 //! a joint by less than `π`.
 
 use crate::configuration::Configuration;
-use crate::state::State;
 use serde::{Deserialize, Serialize};
 
 /// One time step `t_n → t_n + h` with its two end configurations.
@@ -49,10 +48,10 @@ pub struct Interval {
     pub v_mid: Vec<f64>,
     /// Unwrapped joint angles at `q_n`, rad; see [`Configuration::angles`].
     pub angles: Vec<f64>,
-    /// Internal variables at `q_n` ([`State::internal`]); those that are not listed are zero.
+    /// Internal variables at `q_n` ([`crate::State::internal`]); those that are not listed are zero.
     pub internal: Vec<f64>,
-    compensation: Vec<f64>, // n  rounding error of q0
-    t_rounding: f64,        // s  rounding error of t + h
+    pub(crate) compensation: Vec<f64>, // n  rounding error of q0
+    t_rounding: f64,                   // s  rounding error of t + h
 }
 
 impl Interval {
@@ -100,14 +99,6 @@ impl Interval {
         self.angles.clear();
         self.internal.clear();
         self.compensation.fill(0.0);
-    }
-
-    /// Opens a step of length `h` (s) at a state, with its angles, internal variables and compensation.
-    pub fn open_at(&mut self, state: &State, h: f64) {
-        self.open(state.t, h, &state.q);
-        self.angles.extend_from_slice(&state.angles);
-        self.internal.extend_from_slice(&state.internal);
-        self.compensation.copy_from_slice(&state.compensation.q);
     }
 
     /// `out ←` the rounding error of `q_{n+1}`, shape `n`: less than a last bit; zero for coordinates that are
@@ -218,24 +209,6 @@ impl Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn increments_add_up_to_the_last_digit() {
-        let (mut s, mut state) = (Interval::new(1), State::new(0.0, vec![0.7], vec![0.0]));
-        for _ in 0..100_000 {
-            s.open_at(&state, 0.1);
-            s.dq[0] = 1e-7 / 3.0;
-            s.close_from_increment();
-            state.q.copy_from_slice(&s.q1);
-            s.rounding_error(&state.q, &mut state.compensation.q);
-        }
-        let off = (state.q[0] - (0.7 + 1e-2 / 3.0)).abs();
-        println!("after 100000 increments off by {off:.1e}");
-        assert!(off <= f64::EPSILON, "{off:e}");
-        s.open(0.0, 0.1, &[5.0]);
-        s.close_from_increment();
-        assert_eq!(s.q1, [5.0], "another motion starts without compensation");
-    }
 
     #[test]
     fn only_rounding_is_compensated() {

@@ -101,6 +101,14 @@ impl State {
         crate::Configuration { t: self.t, q: &self.q, angles: &self.angles }
     }
 
+    /// Opens a step of length `h` (s) here, with the angles, internal variables and compensation.
+    pub fn open(&self, s: &mut Interval, h: f64) {
+        s.open(self.t, h, &self.q);
+        s.angles.extend_from_slice(&self.angles);
+        s.internal.extend_from_slice(&self.internal);
+        s.compensation.copy_from_slice(&self.compensation.q);
+    }
+
     /// Moves to the end of an interval that the step equation holds on: `q_{n+1}`, and
     /// `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`.
     pub fn move_to_end(&mut self, system: &impl DiscreteLagrangian, s: &Interval) {
@@ -135,5 +143,28 @@ impl State {
         self.compensation.copy_from(&other.compensation);
         self.history.copy_from(&other.history);
         self.memory.copy_from(&other.memory);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn increments_add_up_to_the_last_digit() {
+        let (mut s, mut state) = (Interval::new(1), State::new(0.0, vec![0.7], vec![0.0]));
+        for _ in 0..100_000 {
+            state.open(&mut s, 0.1);
+            s.dq[0] = 1e-7 / 3.0;
+            s.close_from_increment();
+            state.q.copy_from_slice(&s.q1);
+            s.rounding_error(&state.q, &mut state.compensation.q);
+        }
+        let off = (state.q[0] - (0.7 + 1e-2 / 3.0)).abs();
+        println!("after 100000 increments off by {off:.1e}");
+        assert!(off <= f64::EPSILON, "{off:e}");
+        s.open(0.0, 0.1, &[5.0]);
+        s.close_from_increment();
+        assert_eq!(s.q1, [5.0], "another motion starts without compensation");
     }
 }

@@ -5,7 +5,8 @@ use holonom::vi_beam::averaged::AveragedStrains;
 use holonom::vi_beam::section::{Material, Profile, Stated};
 use holonom::vi_beam::{BeamModel, FrameRule, Mesh, StrainRule};
 use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
-use holonom::vi_core::{DiscreteLagrangian, Quadrature, SeparableSystem};
+use holonom::vi_core::legendre::discrete_energy;
+use holonom::vi_core::{Quadrature, SeparableSystem};
 use holonom::vi_emscheme::beam::BeamGradient;
 use holonom::vi_emscheme::scheme::EmForm;
 use holonom::vi_emscheme::{EmOptions, EmSystem, run as em};
@@ -170,7 +171,7 @@ fn variational(
     let mut run = integrator(mechanism, system, options, Solver::Auto, at).map_err(|_| 0_usize)?;
     largest_change(steps, || {
         run.step().ok()?;
-        let energy = run.system().discrete_energy(run.interval());
+        let energy = discrete_energy(run.system(), run.interval()).total();
         see(energy);
         Some(energy)
     })
