@@ -3,17 +3,21 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod axis;
 mod chart;
+mod drawing;
 mod energies;
 mod facts;
 mod mode_shapes;
 pub mod page;
+mod panels;
 mod picture;
 mod plots;
 pub mod scene;
 mod sensors;
 mod series;
 mod shapes;
+mod style;
 
 use std::path::PathBuf;
 
@@ -22,6 +26,7 @@ use holonom_sim::output::{OutputError, RunFolder};
 use scene::Scene;
 
 pub use chart::{Axis, Chart, Curve, Strokes};
+pub use drawing::{Drawing, Typeface};
 pub use energies::energy_plots;
 pub use facts::{Fact, counts, facts, rounded, time};
 pub use mode_shapes::{campbell_diagram, mode_picture};
@@ -30,6 +35,7 @@ pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
 pub use plots::{Plot, plots, static_plots};
 pub use sensors::sensor_plots;
 pub use shapes::{caption, shapes};
+pub use style::Style;
 
 /// Draws `plots/*.svg` and writes `report.html`; returns the files written.
 ///
@@ -68,7 +74,7 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
         draw(&picture.title, "beams", caption, picture.svg())?;
     }
     for plot in &plots {
-        draw(&plot.chart.title, &plot.name, plot.words(), plot.chart.svg())?;
+        draw(&plot.chart.title, &plot.name, plot.words(), Ok(plot.chart.svg()))?;
     }
     let scene = model.as_ref().and_then(|model| scene_of(folder, model));
     let page = page(&summary, &trajectory, &figures, (&text, scene.as_ref()));
