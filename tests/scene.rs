@@ -153,6 +153,62 @@ fn bodies_are_drawn_in_their_colours() {
     }
 }
 
+/// A body of 2 kg that hangs from a revolute joint at rest: the reaction of 19.62 N points upwards to the pin, in the colour
+/// of no body; `r` hides it.
+const HANGING: &str = r#"
+[model]
+name = "hanging"
+gravity = [0, 0, -9.81]
+[simulation]
+step = 0.01
+end = 0.1
+[[body]]
+name = "weight"
+mass = 2.0
+shape = { type = "sphere", dimensions = [0.1] }
+position = [0, 0, -1]
+[[joint]]
+name = "pin"
+type = "revolute"
+parent = "ground"
+child = "weight"
+position = [0, 0, 0]
+axis = [0, 1, 0]
+[[sensor]]
+name = "support"
+type = "reaction"
+of = "pin"
+frame = "space"
+"#;
+
+#[test]
+fn reactions_are_arrows_that_a_key_hides() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "reactions");
+    std::fs::write(folder.join("hanging.toml"), HANGING).unwrap();
+    assert!(
+        command(&folder, &["run", "hanging.toml", "-o", "."]).output().unwrap().status.success()
+    );
+    let html = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    let page = folder.join("hidden.html");
+    let key = "<script>document.querySelector('#scene canvas').dispatchEvent(new KeyboardEvent('keydown', \
+               { key: 'r', bubbles: true }));document.body.dataset.pressed = \
+               document.querySelector('[data-reactions]').getAttribute('aria-pressed');</script>";
+    std::fs::write(&page, html.replace("</body>", &format!("{key}</body>"))).unwrap();
+    let arrow = |page: &Path| {
+        let shown = show(browser, page, "t=0.05&view=front", [1100, 900]);
+        assert_eq!(shown.console, Vec::<String>::new());
+        // yellow-brown: much red and green, little blue
+        let own = |p: &&[u8]| p[0] > p[2].saturating_add(60) && p[1] > p[2].saturating_add(50);
+        let count = shown.pixels.chunks(3).filter(own).count();
+        (count, shown.document.contains("data-pressed=\"false\""))
+    };
+    let (shown, hidden) = (arrow(&folder.join("report.html")), arrow(&page));
+    println!("pixels of the arrow: {} shown, {} hidden", shown.0, hidden.0);
+    assert!(shown.0 > 100 && hidden.0 < shown.0 / 10, "{} and {} pixels", shown.0, hidden.0);
+    assert!(hidden.1 && !shown.1, "the button tells");
+}
+
 #[test]
 fn the_scene_obeys_keys_and_fits_a_phone() {
     let Some(browser) = browser() else { return };

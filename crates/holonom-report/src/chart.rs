@@ -164,8 +164,7 @@ mod tests {
 
     #[test]
     fn a_figure_of_a_journal() {
-        let points =
-            |phase: f64| (0..5).map(|k| f64::from(k)).map(move |t| (t, 1e-3 * (t + phase)));
+        let points = |phase: f64| (0..5).map(f64::from).map(move |t| (t, 1e-3 * (t + phase)));
         let curve =
             |name: &str, phase| Curve { name: name.into(), points: points(phase).collect() };
         let drawn = Chart {

@@ -23,7 +23,7 @@ mod style;
 use std::path::PathBuf;
 
 use holonom_model::Model;
-use holonom_sim::output::{OutputError, RunFolder};
+use holonom_sim::output::{OutputError, RunFolder, TimeSeries};
 use scene::Scene;
 use selected::Scales;
 
@@ -84,17 +84,17 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     for plot in &plots {
         draw(&plot.chart.title, &plot.name, plot.words(), Ok(plot.chart.svg()))?;
     }
-    let scene = model.as_ref().and_then(|model| scene_of(folder, model));
+    let scene = model.as_ref().and_then(|model| scene_of(folder, model, sensors.map(|s| s.0)));
     let page = page(&summary, &trajectory, &figures, (&text, scene.as_ref()));
     files.insert(0, folder.write("report.html", &page)?);
     Ok(files)
 }
 
 /// The animated scene; `None` where the files hold no motion that can be shown.
-fn scene_of(folder: &RunFolder, model: &Model) -> Option<Scene> {
+fn scene_of(folder: &RunFolder, model: &Model, sensors: Option<&TimeSeries>) -> Option<Scene> {
     let frames = folder.frames(scene::NUMBERS, scene::INSTANTS).ok()?;
     let moments = folder.bending_moments(&frames).unwrap_or_default();
-    Scene::new(model, &frames, &moments)
+    Scene::new(model, &frames, &moments, sensors)
 }
 
 /// The picture of the beams of a run, with its caption.
