@@ -51,7 +51,7 @@ fn list(arguments: &Plot) -> Result<(), Failure> {
             let _ = writeln!(text, "{a:name$}  {b:unit$}  {c:quantity$}  {d}");
         }
     }
-    stdout::bytes(text.as_bytes())
+    stdout::bytes(stderr::visible(&text).as_bytes())
 }
 
 /// The format of a drawing.

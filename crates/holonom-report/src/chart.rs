@@ -148,6 +148,17 @@ mod tests {
         }
     }
 
+    /// Two lengths of very different size are not drawn to one scale.
+    #[test]
+    fn a_length_over_a_tiny_one_is_drawn() {
+        for size in [1e-300, 1e-17, 1e17, 1e300] {
+            let svg = chart(vec![(0.0, 0.0), (1.0, size), (2.0, -size)], [false; 2]).svg();
+            let points = svg.split("points=\"").map(|p| p.split('"').next().unwrap_or_default());
+            assert!(points.clone().any(|p| p.split(' ').count() == 3), "{size:e}: {svg}");
+            assert!(!svg.contains("NaN") && !svg.contains("inf"), "{size:e}");
+        }
+    }
+
     #[test]
     fn changes_below_the_resolution_are_a_straight_line() {
         let wild = |t: i32| (f64::from(t), 19.4 + 1e-13 * f64::from(t % 7));

@@ -7,6 +7,8 @@ use super::style::Style;
 
 /// Points of a curve that are nearer to the last one are left out, px.
 const NEAR: f64 = 0.2;
+/// Largest ratio of the scales of two lengths that are drawn to one scale instead.
+const SLENDER: f64 = 20.0;
 /// A curve with more points is drawn by a thinner line.
 const DENSE: usize = 1200;
 
@@ -128,7 +130,7 @@ impl<'a> Panel<'a> {
         widest + self.style.tick_length() + 0.35 * tick + 1.5 * label
     }
 
-    /// Both axes to one scale where both show lengths.
+    /// Both axes to one scale where both show lengths, neither of them much shorter than the other.
     fn equalize(&mut self) {
         let length = |axis: &super::axis::Axis| axis.unit == "m" && !axis.logarithmic;
         if !(length(&self.chart.x) && length(&self.chart.y)) {
@@ -137,6 +139,9 @@ impl<'a> Panel<'a> {
         let Area { left, right, top, bottom } = self.area;
         let scales = [(right - left) / self.x.extent(), (bottom - top) / self.y.extent()];
         let scale = scales[0].min(scales[1]);
+        if scales[0].max(scales[1]) > SLENDER * scale {
+            return;
+        }
         self.x.widen((right - left) / scale);
         self.y.widen((bottom - top) / scale);
     }

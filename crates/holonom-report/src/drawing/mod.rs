@@ -118,7 +118,11 @@ impl Drawing {
         Self { width, height, typeface, attributes: String::new(), marks: Vec::new() }
     }
 
-    pub(crate) fn push(&mut self, mark: Mark) {
+    /// Adds a mark; control characters, which no format can hold, are left out of words.
+    pub(crate) fn push(&mut self, mut mark: Mark) {
+        if let Mark::Words(words) = &mut mark {
+            words.text.retain(|c| !c.is_control());
+        }
         self.marks.push(mark);
     }
 
@@ -262,7 +266,7 @@ mod tests {
     fn letters_without_a_glyph_are_named() {
         let mut drawing = sample();
         assert_eq!(drawing.missing_letters().unwrap(), "");
-        let text = "振り子 φ 振".to_owned();
+        let text = "振り子 φ\u{1b} 振".to_owned();
         let color = Color::new([0; 3]);
         let (at, size, anchor) = ((0.0, 0.0), 12.0, Anchor::Start);
         let words = Words { at, text, size, color, anchor, bold: false, upward: false };

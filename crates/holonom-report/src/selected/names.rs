@@ -191,7 +191,7 @@ fn several(name: &str, all: &[Column]) -> Result<Found, NameError> {
         exact,
         pick(&|c| c.qualified() == name),
         pick(&|c| owner(c) && (coordinate(c) || reading(c))),
-        pick(&|c| name.contains('*') && matches(name, &c.name)),
+        pick(&|c| name.contains('*') && (matches(name, &c.name) || matches(name, &c.qualified()))),
     ];
     match candidates.into_iter().find(|found| !found.is_empty()) {
         Some(found) => Ok((found, false)),
@@ -270,6 +270,7 @@ mod tests {
             ("pull", vec!["pull.fx"]),
             ("*.z", vec!["arm.z", "rod.0.z"]),
             ("residuals/position", vec!["position"]),
+            ("residuals/*", vec!["position"]),
             ("rate:1", vec!["rate:1"]),
             ("rate:1:angle", vec!["rate:1 over angle"]),
             ("arm.z:arm.x, angle", vec!["arm.z over arm.x", "angle"]),

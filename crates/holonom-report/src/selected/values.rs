@@ -46,6 +46,7 @@ impl Values {
                 if file == "trajectory" {
                     values.t.push(nodes.t);
                 }
+                nodes.numbers.resize(count, f64::NAN); // a beam may lack rows at a node
                 for (largest, number) in largest.iter_mut().zip(&nodes.numbers) {
                     *largest = largest.max(number.abs()); // of a number and NaN the number
                 }
