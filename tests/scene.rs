@@ -110,6 +110,22 @@ fn positions(folder: &Path, t: f64, members: [&str; 3]) -> [[f64; 2]; 3] {
     members.map(|m| [value(format!("{m}.x")), value(format!("{m}.y"))])
 }
 
+/// Every chart over time has a line at the time of the scene.
+fn assert_marked(shown: &Shown, t: f64) {
+    let charts: Vec<&str> = shown.document.split("data-plot=\"").skip(1).collect();
+    for chart in &charts {
+        let edges = chart.split('"').next().unwrap().split(' ').map(|edge| edge.parse().unwrap());
+        let edges: Vec<f64> = edges.collect();
+        let line = chart.split("class=\"cursor\"").nth(1).expect("a line on each chart");
+        let x: f64 =
+            line.split("x1=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+        let part = (t - edges[4]) / (edges[5] - edges[4]);
+        let off = x - (edges[0] + part * (edges[1] - edges[0]));
+        assert!(off.abs() < 0.5, "{off} px");
+    }
+    assert!(charts.len() > 5, "{} charts", charts.len());
+}
+
 #[test]
 fn a_plane_motion_is_shown_to_scale() {
     let Some(browser) = browser() else { return };
@@ -120,6 +136,7 @@ fn a_plane_motion_is_shown_to_scale() {
         let shown = show(browser, &page, &format!("t={t}&view=top"), [1100, 900]);
         assert_eq!(shown.console, Vec::<String>::new());
         let [a, b, c] = members.map(|name| shown.member(name));
+        assert_marked(&shown, t);
         let [x, y, z] = positions(&folder, t, members);
         let scale = (c[0] - a[0]).hypot(c[1] - a[1]) / (z[0] - x[0]).hypot(z[1] - x[1]);
         for (pixel, place) in [(b, y), (c, z)] {

@@ -618,27 +618,31 @@
   }, { passive: false });
 
   // ---- charts with the same time -----------------------------------------------------------------------------
-  for (const svg of document.querySelectorAll("svg[data-plot]")) {
-    const [left, right, top, bottom, first, final] = svg.dataset.plot.split(" ").map(Number);
-    const cursor = document.createElementNS("http://www.w3.org/2000/svg", "line");
-    cursor.setAttribute("class", "cursor");
-    cursor.setAttribute("y1", top);
-    cursor.setAttribute("y2", bottom);
-    svg.append(cursor);
-    watchers.push((t) => {
-      const x = left + ((t - first) / (final - first)) * (right - left);
-      cursor.setAttribute("x1", x);
-      cursor.setAttribute("x2", x);
-      cursor.style.display = x >= left - 1 && x <= right + 1 ? "" : "none";
-    });
-    svg.addEventListener("click", (event) => {
-      const at = svg.createSVGPoint();
-      [at.x, at.y] = [event.clientX, event.clientY];
-      const x = at.matrixTransform(svg.getScreenCTM().inverse()).x;
-      seek(first + ((x - left) / (right - left)) * (final - first));
-      remember();
-    });
-  }
+  // they stand below the scene, and are there when the page has been read
+  document.addEventListener("DOMContentLoaded", () => {
+    for (const svg of document.querySelectorAll("svg[data-plot]")) {
+      const [left, right, top, bottom, first, final] = svg.dataset.plot.split(" ").map(Number);
+      const cursor = document.createElementNS("http://www.w3.org/2000/svg", "line");
+      cursor.setAttribute("class", "cursor");
+      cursor.setAttribute("y1", top);
+      cursor.setAttribute("y2", bottom);
+      svg.append(cursor);
+      watchers.push((t) => {
+        const x = left + ((t - first) / (final - first)) * (right - left);
+        cursor.setAttribute("x1", x);
+        cursor.setAttribute("x2", x);
+        cursor.style.display = x >= left - 1 && x <= right + 1 ? "" : "none";
+      });
+      svg.addEventListener("click", (event) => {
+        const at = svg.createSVGPoint();
+        [at.x, at.y] = [event.clientX, event.clientY];
+        const x = at.matrixTransform(svg.getScreenCTM().inverse()).x;
+        seek(first + ((x - left) / (right - left)) * (final - first));
+        remember();
+      });
+    }
+    refresh();
+  });
 
   // ---- begin -------------------------------------------------------------------------------------------------
   const fragment = () => {
