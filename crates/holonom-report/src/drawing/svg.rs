@@ -85,13 +85,22 @@ fn paint(what: &str, color: Color) -> String {
 }
 
 fn places(points: &[Point]) -> String {
-    let place = |p: &Point| format!("{},{}", length(p.0), length(p.1));
+    let place = |p: &Point| format!("{},{}", tenths(p.0), tenths(p.1));
     points.iter().map(place).collect::<Vec<_>>().join(" ")
 }
 
-/// Hundredths of a px without trailing zeros.
+/// Hundredths of a px.
 fn length(value: f64) -> String {
-    let text = format!("{value:.2}");
+    short(&format!("{value:.2}"))
+}
+
+/// Tenths of a px: half of the distance that points of a curve keep.
+fn tenths(value: f64) -> String {
+    short(&format!("{value:.1}"))
+}
+
+/// Without trailing zeros.
+fn short(text: &str) -> String {
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
