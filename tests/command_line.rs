@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // tests
 
 mod command;
+mod drawings;
 mod export;
 mod export_gltf;
 mod export_svg;

@@ -101,7 +101,7 @@ fn conclusions_on_a_heavy_top(end: f64) {
             }
         }
     }
-    let html = page::page(&found).unwrap();
+    let html = page::page(&found);
     assert_eq!(html.matches("<svg").count(), 8);
     assert!(!html.contains("http://") || !html.contains("src="), "self-contained");
     let json = serde_json::to_string(&found).unwrap();
@@ -134,7 +134,7 @@ fn a_step_that_is_too_long_fails_for_one_scheme_and_is_reported() {
     println!("{text}");
     let failed = found.records.iter().filter(|r| matches!(r.outcome, Outcome::Failed { .. }));
     assert!(failed.count() > 0 && text.contains("failed in step"), "{text}");
-    assert!(page::page(&found).unwrap().contains("failed in step"));
+    assert!(page::page(&found).contains("failed in step"));
 }
 
 #[test]

@@ -110,6 +110,22 @@ fn positions(folder: &Path, t: f64, members: [&str; 3]) -> [[f64; 2]; 3] {
     members.map(|m| [value(format!("{m}.x")), value(format!("{m}.y"))])
 }
 
+/// Every chart over time has a line at the time of the scene.
+fn assert_marked(shown: &Shown, t: f64) {
+    let charts: Vec<&str> = shown.document.split("data-plot=\"").skip(1).collect();
+    for chart in &charts {
+        let edges = chart.split('"').next().unwrap().split(' ').map(|edge| edge.parse().unwrap());
+        let edges: Vec<f64> = edges.collect();
+        let line = chart.split("class=\"cursor\"").nth(1).expect("a line on each chart");
+        let x: f64 =
+            line.split("x1=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
+        let part = (t - edges[4]) / (edges[5] - edges[4]);
+        let off = x - (edges[0] + part * (edges[1] - edges[0]));
+        assert!(off.abs() < 0.5, "{off} px");
+    }
+    assert!(charts.len() > 5, "{} charts", charts.len());
+}
+
 #[test]
 fn a_plane_motion_is_shown_to_scale() {
     let Some(browser) = browser() else { return };
@@ -120,6 +136,7 @@ fn a_plane_motion_is_shown_to_scale() {
         let shown = show(browser, &page, &format!("t={t}&view=top"), [1100, 900]);
         assert_eq!(shown.console, Vec::<String>::new());
         let [a, b, c] = members.map(|name| shown.member(name));
+        assert_marked(&shown, t);
         let [x, y, z] = positions(&folder, t, members);
         let scale = (c[0] - a[0]).hypot(c[1] - a[1]) / (z[0] - x[0]).hypot(z[1] - x[1]);
         for (pixel, place) in [(b, y), (c, z)] {
@@ -151,6 +168,62 @@ fn bodies_are_drawn_in_their_colours() {
         assert!(rod[0] > rod[2] + 60, "the rod is vermilion: {rod:?}");
         assert!(slider[1] > slider[0] + 40, "the slider is green: {slider:?}");
     }
+}
+
+/// A body of 2 kg that hangs from a revolute joint at rest: the reaction of 19.62 N points upwards to the pin, in the colour
+/// of no body; `r` hides it.
+const HANGING: &str = r#"
+[model]
+name = "hanging"
+gravity = [0, 0, -9.81]
+[simulation]
+step = 0.01
+end = 0.1
+[[body]]
+name = "weight"
+mass = 2.0
+shape = { type = "sphere", dimensions = [0.1] }
+position = [0, 0, -1]
+[[joint]]
+name = "pin"
+type = "revolute"
+parent = "ground"
+child = "weight"
+position = [0, 0, 0]
+axis = [0, 1, 0]
+[[sensor]]
+name = "support"
+type = "reaction"
+of = "pin"
+frame = "space"
+"#;
+
+#[test]
+fn reactions_are_arrows_that_a_key_hides() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "reactions");
+    std::fs::write(folder.join("hanging.toml"), HANGING).unwrap();
+    assert!(
+        command(&folder, &["run", "hanging.toml", "-o", "."]).output().unwrap().status.success()
+    );
+    let html = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    let page = folder.join("hidden.html");
+    let key = "<script>document.querySelector('#scene canvas').dispatchEvent(new KeyboardEvent('keydown', \
+               { key: 'r', bubbles: true }));document.body.dataset.pressed = \
+               document.querySelector('[data-reactions]').getAttribute('aria-pressed');</script>";
+    std::fs::write(&page, html.replace("</body>", &format!("{key}</body>"))).unwrap();
+    let arrow = |page: &Path| {
+        let shown = show(browser, page, "t=0.05&view=front", [1100, 900]);
+        assert_eq!(shown.console, Vec::<String>::new());
+        // yellow-brown: much red and green, little blue
+        let own = |p: &&[u8]| p[0] > p[2].saturating_add(60) && p[1] > p[2].saturating_add(50);
+        let count = shown.pixels.chunks(3).filter(own).count();
+        (count, shown.document.contains("data-pressed=\"false\""))
+    };
+    let (shown, hidden) = (arrow(&folder.join("report.html")), arrow(&page));
+    println!("pixels of the arrow: {} shown, {} hidden", shown.0, hidden.0);
+    assert!(shown.0 > 100 && hidden.0 < shown.0 / 10, "{} and {} pixels", shown.0, hidden.0);
+    assert!(hidden.1 && !shown.1, "the button tells");
 }
 
 #[test]

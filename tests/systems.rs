@@ -48,6 +48,7 @@ mod rotating_models;
 mod scalar_constraints;
 mod sensors;
 mod shadow_energy;
+mod shipped_mechanisms;
 mod shipped_models;
 mod singular_start;
 mod six_hinge_linkages;

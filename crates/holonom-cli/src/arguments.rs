@@ -11,6 +11,7 @@ use holonom::model::Scheme;
 use holonom::sweep::{Sampling, Shard, Variation};
 
 use crate::import::Import;
+use crate::plot::Plot;
 
 /// Variational integrators for constrained mechanical systems.
 #[derive(Parser)]
@@ -46,7 +47,7 @@ pub(crate) enum Verb {
     View(View),
     /// Write the results of a finished run for other programs
     Export(Export),
-    /// Draw the plots and the report of a run again, finished or not
+    /// Draw plots and report of a run again, or chosen columns of runs as SVG, PDF or PNG
     Plot(Plot),
     /// Translate a robot description (URDF, MJCF) into a model file
     Import(Import),
@@ -410,12 +411,6 @@ fn export_format(text: &str) -> Result<ExportFormat, String> {
         let list = formats.map(|format| format!("{} ({})", format.name(), format.about()));
         format!("the formats are: {}", list.join("; "))
     })
-}
-
-#[derive(Args)]
-pub(crate) struct Plot {
-    /// The folder of a run
-    pub(crate) dir: PathBuf,
 }
 
 #[derive(Args)]

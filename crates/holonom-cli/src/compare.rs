@@ -3,7 +3,6 @@
 use holonom::RunFolder;
 use holonom::compare::{CompareError, Request, compare as compared, page, table};
 use holonom::model::Scheme;
-use holonom::output::OutputError;
 
 use crate::arguments::Compare;
 use crate::failure::Failure;
@@ -48,12 +47,9 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
     };
     let folder = RunFolder::create_for(folder, &FILES, arguments.force)?;
     let json = serde_json::to_value(&comparison).unwrap_or_default();
-    let name = "compare.html";
-    let html = page::page(&comparison)
-        .map_err(|reason| OutputError::Plot { name: name.to_owned(), reason })?;
     let files = [
         folder.write("compare.json", &format!("{json:#}\n"))?,
-        folder.write(name, &html)?,
+        folder.write("compare.html", &page::page(&comparison))?,
         folder.write("model.toml", &model.to_toml())?,
     ];
     if !arguments.quiet {

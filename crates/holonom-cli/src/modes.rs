@@ -82,9 +82,7 @@ fn campbell(arguments: &Modes, diagram: &Campbell) -> Result<(), Failure> {
         folder.write(names[0], &json)?;
         folder.write(names[1], &diagram.csv())?;
         let name = "campbell.svg".to_owned();
-        let svg = campbell_diagram(diagram).svg();
-        let svg = svg.map_err(|reason| OutputError::Plot { name: name.clone(), reason })?;
-        folder.write_picture(&name, &svg)?;
+        folder.write_picture(&name, &campbell_diagram(diagram).svg())?;
         let place = folder.path().display();
         stderr::line(&format!("written to {place}: {}, {}, {name}", names[0], names[1]));
     }

@@ -1,18 +1,211 @@
-//! `holonom plot`: plots and report of a run, finished or not.
+//! `holonom plot`: plots and report of a run, finished or not; drawings of chosen columns of several.
 
-use holonom::output::{LeftOut, RunFolder};
-use holonom::report;
-use std::path::Path;
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
 
-use crate::arguments::Plot;
+use clap::{Args, ValueEnum};
+use holonom::output::{LeftOut, OutputError, RunFolder, atomically};
+use holonom::report::selected::{Request, SelectionError, columns, groups, selected};
+use holonom::report::{self, Drawing, Style, Typeface};
+
 use crate::failure::Failure;
-use crate::stderr;
+use crate::{stderr, stdout};
+
+/// How a drawing looks.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum PlotStyle {
+    /// As on the page of a run
+    Report,
+    /// A figure of one column, 84 mm wide, legible without colours, type as Helvetica
+    Paper,
+    /// The same with type as Times
+    PaperSerif,
+}
+
+#[derive(Args)]
+#[command(
+    after_help = "Without --what and --list the plots and the report of each run are drawn again.\n\n  \
+                  holonom plot top-out --what energy_error -o energy.pdf --style paper\n  \
+                  holonom plot chain-out --what '*.z' -o heights.png\n  \
+                  holonom plot pendulum-out --what rate:angle -o phases.svg\n  \
+                  holonom plot coarse-out fine-out --what H --change -o comparison.svg"
+)]
+pub(crate) struct Plot {
+    /// Folders of runs; several are compared in one drawing
+    #[arg(required = true, value_name = "DIR")]
+    pub(crate) dirs: Vec<PathBuf>,
+    /// Draw these columns: names of columns, groups or components, patterns with *, Y:X for Y over X
+    #[arg(long, value_name = "Y[:X],…", requires = "output", conflicts_with = "list")]
+    pub(crate) what: Option<String>,
+    /// List the columns and groups that --what accepts, with units
+    #[arg(long)]
+    pub(crate) list: bool,
+    /// Draw over this column instead of time
+    #[arg(long, value_name = "X", requires = "what")]
+    pub(crate) against: Option<String>,
+    /// Draw changes since the first node
+    #[arg(long, requires = "what")]
+    pub(crate) change: bool,
+    /// Style of the drawing
+    #[arg(long, value_enum, default_value_t = PlotStyle::Report, requires = "what")]
+    pub(crate) style: PlotStyle,
+    /// Width and height of the drawing, mm
+    #[arg(long, value_name = "WxH", value_parser = millimetres, requires = "what")]
+    pub(crate) size: Option<(f64, f64)>,
+    /// The file to write; its extension is the format: svg, pdf or png
+    #[arg(short, long, value_name = "FILE", requires = "what")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace the file if it exists
+    #[arg(long, requires = "what")]
+    pub(crate) force: bool,
+}
+
+fn millimetres(text: &str) -> Result<(f64, f64), String> {
+    let help = || "write WIDTHxHEIGHT in mm, from 20 to 1000 each, such as 84x60".to_owned();
+    let (width, height) = text.split_once('x').ok_or_else(help)?;
+    let number = |text: &str| text.trim().parse().ok().filter(|v| (20.0..=1000.0).contains(v));
+    number(width).zip(number(height)).ok_or_else(help)
+}
+
+/// Pixels of a PNG for each px of 1/96 inch: on a page, and in print with 600 for each inch.
+const PIXELS: [f64; 2] = [2.0, 6.25];
 
 pub(crate) fn plot(arguments: &Plot) -> Result<(), Failure> {
-    for file in report::write(&folder(&arguments.dir)?)? {
-        stderr::line(&file.display().to_string());
+    if arguments.list {
+        return list(arguments);
+    }
+    if let (Some(what), Some(output)) = (&arguments.what, &arguments.output) {
+        return draw(arguments, what, output);
+    }
+    for dir in &arguments.dirs {
+        for file in report::write(&folder(dir)?)? {
+            stderr::line(&file.display().to_string());
+        }
     }
     Ok(())
+}
+
+/// The columns of each run, one in a line: name, unit, quantity, file.
+fn list(arguments: &Plot) -> Result<(), Failure> {
+    let mut text = String::new();
+    for dir in &arguments.dirs {
+        let all = columns(&folder(dir)?)?;
+        if arguments.dirs.len() > 1 {
+            let _ = writeln!(text, "{}", dir.display());
+        }
+        let present = groups().iter().filter(|group| all.iter().any(|c| group.contains(c)));
+        let groups = present.map(|group| [group.name, "", group.about, "group"].map(str::to_owned));
+        let own = all.iter().map(|c| {
+            let file = format!("{}.csv", c.file);
+            [c.name.clone(), c.unit.to_owned(), c.quantity.clone(), file]
+        });
+        let rows: Vec<[String; 4]> = groups.chain(own).collect();
+        let width = |k: usize| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
+        let [name, unit, quantity] = [0, 1, 2].map(width);
+        for [a, b, c, d] in &rows {
+            let _ = writeln!(text, "{a:name$}  {b:unit$}  {c:quantity$}  {d}");
+        }
+    }
+    stdout::bytes(stderr::visible(&text).as_bytes())
+}
+
+/// The format of a drawing.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Svg,
+    Pdf,
+    Png,
+}
+
+impl Format {
+    fn of(file: &Path) -> Result<Self, Failure> {
+        let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("svg") => Ok(Self::Svg),
+            Some("pdf") => Ok(Self::Pdf),
+            Some("png") => Ok(Self::Png),
+            _ => Err(Failure::Usage {
+                message: format!("{} states no format that can be drawn", file.display()),
+                help: "let the file end with .svg, .pdf or .png".into(),
+            }),
+        }
+    }
+}
+
+fn draw(arguments: &Plot, what: &str, output: &Path) -> Result<(), Failure> {
+    let format = Format::of(output)?;
+    if output.symlink_metadata().is_ok() && !arguments.force {
+        return Err(Failure::exists(output));
+    }
+    let labels = labels(&arguments.dirs);
+    let opened = arguments.dirs.iter().map(|dir| folder(dir));
+    let runs = labels.into_iter().zip(opened).map(|(label, folder)| Ok((label, folder?)));
+    let runs: Vec<(String, RunFolder)> = runs.collect::<Result<_, Failure>>()?;
+    let Plot { against, change, .. } = arguments;
+    let request = Request { what: what.to_owned(), against: against.clone(), change: *change };
+    let found = selected(&runs, &request).map_err(failure)?;
+    found.notes.iter().for_each(|note| stderr::line(&format!("note: {note}")));
+    let drawing = found.drawing(&style(arguments, found.charts.len()));
+    let bytes = written(&drawing, (format, arguments.style)).map_err(|reason| {
+        let name = output.display().to_string();
+        Failure::Output(OutputError::Plot { name, reason })
+    })?;
+    atomically(output, |file| fs::write(file, &bytes))
+        .map_err(|source| OutputError::Io { path: output.to_owned(), source })?;
+    stderr::line(&output.display().to_string());
+    Ok(())
+}
+
+/// Short names of folders; their paths where these are not different.
+fn labels(dirs: &[PathBuf]) -> Vec<String> {
+    let path = |dir: &PathBuf| dir.display().to_string();
+    let short = |dir: &PathBuf| {
+        dir.file_name().map_or_else(|| path(dir), |name| name.to_string_lossy().into_owned())
+    };
+    let mut different: Vec<String> = dirs.iter().map(short).collect();
+    different.sort();
+    different.dedup();
+    let all = different.len() == dirs.len();
+    dirs.iter().map(|dir| if all { short(dir) } else { path(dir) }).collect()
+}
+
+fn style(arguments: &Plot, charts: usize) -> Style {
+    let style = match arguments.style {
+        PlotStyle::Report => Style::report(),
+        PlotStyle::Paper => Style::paper(Typeface::Sans),
+        PlotStyle::PaperSerif => Style::paper(Typeface::Serif),
+    };
+    match arguments.size {
+        Some(size) => style.sized(size),
+        None => style.for_charts(charts),
+    }
+}
+
+fn written(drawing: &Drawing, (format, style): (Format, PlotStyle)) -> Result<Vec<u8>, String> {
+    if format != Format::Svg {
+        let missing = drawing.missing_letters()?;
+        if !missing.is_empty() {
+            stderr::line(&format!(
+                "note: the font lacks `{missing}`; SVG uses those of the reader"
+            ));
+        }
+    }
+    match format {
+        Format::Svg => Ok(drawing.svg().into_bytes()),
+        Format::Pdf => drawing.pdf(),
+        Format::Png => drawing.png(PIXELS[usize::from(style != PlotStyle::Report)]),
+    }
+}
+
+fn failure(error: SelectionError) -> Failure {
+    match error {
+        SelectionError::Output(error) => Failure::Output(error),
+        error => Failure::Usage {
+            message: error.to_string(),
+            help: "`holonom plot DIR --list` lists what can be drawn".into(),
+        },
+    }
 }
 
 /// The folder of a run as far as it can be read, with notes on what cannot.

@@ -3,7 +3,6 @@
 use holonom::RunFolder;
 use holonom::certificate::page::{page, sentence, verdict};
 use holonom::certificate::{ModelCertificate, certify_model};
-use holonom::output::OutputError;
 use holonom::verification::certificate::Verdict;
 use holonom::verification::table::{Cell, Table, remarks, tables};
 
@@ -27,13 +26,9 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
         .map_err(|message| Failure::Usage { message, help: String::new() })?;
     let folder = RunFolder::open(folder);
     let json = serde_json::to_value(&certificate).unwrap_or_default();
-    let drawn = page(&certificate).map_err(|reason| {
-        let name = "certificate.html".to_owned();
-        Failure::Output(OutputError::Plot { name, reason })
-    })?;
     let files = [
         folder.write("certificate.json", &format!("{json:#}\n"))?,
-        folder.write("certificate.html", &drawn)?,
+        folder.write("certificate.html", &page(&certificate))?,
     ];
     if !arguments.quiet {
         stderr::print(&words(&certificate));

@@ -1,7 +1,7 @@
 //! Charts of `energy.csv`: parts of the energy, work, balance.
 
 use super::chart::{Axis, Chart, Curve, Strokes};
-use super::plots::{Plot, ROUND_OFF};
+use super::plots::Plot;
 use super::series::subsample;
 use holonom_sim::output::TimeSeries;
 
@@ -21,24 +21,23 @@ pub fn energy_plots(table: &TimeSeries) -> Vec<Plot> {
     let curve = |name: &str, label: &str| {
         Some(Curve { name: label.to_owned(), points: subsample(&table.t, column(name)?) })
     };
-    let chart =
-        |name: &str, title: &str, caption: &str, curves: Vec<Curve>, resolution: f64| Plot {
-            name: name.to_owned(),
-            caption: caption.to_owned(),
-            chart: Chart {
-                title: title.to_owned(),
-                x: Axis::time(),
-                y: Axis::linear(if name == "work" { "work" } else { "energy" }, "J"),
-                strokes: Strokes::Line,
-                resolution,
-                curves,
-            },
-        };
+    let chart = |name: &str, title: &str, caption: &str, curves: Vec<Curve>| Plot {
+        name: name.to_owned(),
+        caption: caption.to_owned(),
+        chart: Chart {
+            title: title.to_owned(),
+            x: Axis::time(),
+            y: Axis::linear(if name == "work" { "work" } else { "energy" }, "J"),
+            strokes: Strokes::Line,
+            resolution: 0.0,
+            curves,
+        },
+    };
     let mut plots = Vec::new();
     let parts: Vec<Curve> = PARTS.iter().filter_map(|part| curve(part, part)).collect();
     if parts.len() > 1 {
         let all = parts.into_iter().chain(curve("total", "total")).collect();
-        plots.push(chart("energies", "Parts of the energy", "Values at the nodes.", all, 0.0));
+        plots.push(chart("energies", "Parts of the energy", "Values at the nodes.", all));
     }
     let works: Vec<&String> =
         table.columns.iter().filter(|c| c.starts_with("work") && column(c).is_some()).collect();
@@ -57,10 +56,9 @@ pub fn energy_plots(table: &TimeSeries) -> Vec<Plot> {
                 .into()
         }
     };
-    plots.push(chart("work", "Work", &caption, shown, 0.0));
-    let scale = column("total").map_or(0.0, size);
+    plots.push(chart("work", "Work", &caption, shown));
     let caption = "The total energy less its initial value and all work: the error of the balance.";
     let balance = curve("balance", "balance").into_iter().collect();
-    plots.push(chart("balance", "Energy balance", caption, balance, ROUND_OFF * scale));
+    plots.push(chart("balance", "Energy balance", caption, balance));
     plots
 }

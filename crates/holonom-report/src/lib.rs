@@ -3,33 +3,41 @@
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 
+mod axis;
 mod chart;
+mod drawing;
 mod energies;
 mod facts;
 mod mode_shapes;
 pub mod page;
+mod panels;
 mod picture;
 mod plots;
 pub mod scene;
+pub mod selected;
 mod sensors;
 mod series;
 mod shapes;
+mod style;
 
 use std::path::PathBuf;
 
 use holonom_model::Model;
-use holonom_sim::output::{OutputError, RunFolder};
+use holonom_sim::output::{OutputError, RunFolder, TimeSeries};
 use scene::Scene;
+use selected::Scales;
 
 pub use chart::{Axis, Chart, Curve, Strokes};
+pub use drawing::{Drawing, Typeface};
 pub use energies::energy_plots;
 pub use facts::{Fact, counts, facts, rounded, time};
 pub use mode_shapes::{campbell_diagram, mode_picture};
 pub use page::{Figure, page};
 pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
 pub use plots::{Plot, plots, static_plots};
-pub use sensors::sensor_plots;
+pub use sensors::{sensor_columns, sensor_plots};
 pub use shapes::{caption, shapes};
+pub use style::Style;
 
 /// Draws `plots/*.svg` and writes `report.html`; returns the files written.
 ///
@@ -45,17 +53,23 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
         Some(_) => static_plots(&trajectory),
         None => plots(&trajectory),
     };
-    if let Some(energies) = folder.read_energies()? {
+    let energies = folder.read_energies()?;
+    if let Some(energies) = &energies {
         let error = plots.iter().position(|plot| plot.name == "energy_error");
-        let own = energy_plots(&energies);
+        let own = energy_plots(energies);
         // where anything does work the balance tells the error
         let worked = own.iter().any(|plot| plot.name == "balance");
         let place = error.map_or(0..0, |error| error + usize::from(!worked)..error + 1);
         plots.splice(place, own);
     }
-    if let Some(sensors) = folder.read_sensors()? {
-        plots.extend(sensor_plots(&sensors, model.as_ref()));
+    let sensors = folder.read_sensors()?;
+    let sensors = sensors.as_ref().map(|table| (table, sensor_columns(table, model.as_ref())));
+    if let Some((table, columns)) = &sensors {
+        plots.extend(sensor_plots(table, columns));
     }
+    let sensors = sensors.as_ref().map(|(table, columns)| (*table, columns.as_slice()));
+    let scales = Scales::of_run(&trajectory, energies.as_ref(), sensors);
+    plots.iter_mut().for_each(|plot| plot.chart.resolution = scales.resolution(&plot.chart.y.unit));
     let mut files = Vec::new();
     let mut figures = Vec::new();
     let mut draw = |title: &str, name: &str, caption: String, svg: Result<String, String>| {
@@ -68,19 +82,19 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
         draw(&picture.title, "beams", caption, picture.svg())?;
     }
     for plot in &plots {
-        draw(&plot.chart.title, &plot.name, plot.words(), plot.chart.svg())?;
+        draw(&plot.chart.title, &plot.name, plot.words(), Ok(plot.chart.svg()))?;
     }
-    let scene = model.as_ref().and_then(|model| scene_of(folder, model));
+    let scene = model.as_ref().and_then(|model| scene_of(folder, model, sensors.map(|s| s.0)));
     let page = page(&summary, &trajectory, &figures, (&text, scene.as_ref()));
     files.insert(0, folder.write("report.html", &page)?);
     Ok(files)
 }
 
 /// The animated scene; `None` where the files hold no motion that can be shown.
-fn scene_of(folder: &RunFolder, model: &Model) -> Option<Scene> {
+fn scene_of(folder: &RunFolder, model: &Model, sensors: Option<&TimeSeries>) -> Option<Scene> {
     let frames = folder.frames(scene::NUMBERS, scene::INSTANTS).ok()?;
     let moments = folder.bending_moments(&frames).unwrap_or_default();
-    Scene::new(model, &frames, &moments)
+    Scene::new(model, &frames, &moments, sensors)
 }
 
 /// The picture of the beams of a run, with its caption.

@@ -2,12 +2,9 @@
 //!
 //! Configurations of space come to the plane by [`axonometric`].
 
-use plotters::coord::Shift;
-use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
-
-use super::chart::{INK, PX, color};
+use super::drawing::{self, Anchor, Color, Drawing, Mark, Stroke, Typeface};
 use super::series::range;
+use super::style::{INK, color};
 
 /// Room around the drawing, px.
 const MARGIN: f64 = 28.0;
@@ -33,13 +30,12 @@ pub enum Paint {
 }
 
 impl Paint {
-    fn color(self) -> RGBColor {
-        let (RGBColor(r, g, b), strength) = match self {
+    fn color(self) -> Color {
+        let (color, strength) = match self {
             Self::Ink(strength) => (INK, strength),
             Self::Curve(index, strength) => (color(index), strength),
         };
-        let fade = |c: u8| (255.0 - (255.0 - f64::from(c)) * strength.clamp(0.0, 1.0)) as u8;
-        RGBColor(fade(r), fade(g), fade(b))
+        Color::new(color.faded(strength.clamp(0.0, 1.0)).on_white())
     }
 }
 
@@ -110,65 +106,28 @@ impl Picture {
     /// The drawing as a stand-alone SVG on white.
     ///
     /// # Errors
-    /// Errors of the drawing library; points that are not finite.
+    /// Points that are not finite.
     pub fn svg(&self) -> Result<String, String> {
         let sheet = Sheet::of(self)?;
-        let (width, height) = (self.width.ceil() as u32, sheet.height.ceil() as u32);
-        let mut svg = String::new();
-        {
-            let size = (width * PX, height * PX);
-            let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
-            self.draw(&sheet, &root).map_err(|e| e.to_string())?;
-            root.present().map_err(|e| e.to_string())?;
-        }
-        let size = |unit: u32| format!("width=\"{}\" height=\"{}\"", width * unit, height * unit);
-        Ok(svg.replacen(&size(PX), &size(1), 1))
-    }
-
-    fn draw(
-        &self,
-        sheet: &Sheet,
-        root: &DrawingArea<SVGBackend<'_>, Shift>,
-    ) -> Result<(), Box<dyn std::error::Error>> {
-        root.fill(&WHITE)?;
-        let middle = Pos::new(HPos::Left, VPos::Center);
-        let title = ("sans-serif", 17 * PX, FontStyle::Bold).into_font().color(&INK).pos(middle);
-        root.draw(&Text::new(self.title.clone(), units((14.0, TITLE / 2.0)), title))?;
+        let size = (self.width.ceil(), sheet.height.ceil());
+        let mut drawing = Drawing::new(size, Typeface::Sans);
+        let at = (14.0, TITLE / 2.0);
+        drawing.push(words(at, (&self.title, 17.0), INK, (Anchor::Start, true)));
         for item in &self.items {
-            match item {
-                Item::Line(points, paint, width) => {
-                    let points: Vec<_> = points.iter().map(|p| units(sheet.place(p))).collect();
-                    let style = paint.color().stroke_width((width * f64::from(PX)) as u32);
-                    root.draw(&PathElement::new(points, style))?;
-                }
-                Item::Arrow([from, to], paint) => {
-                    let (from, to) = (sheet.place(from), sheet.place(to));
-                    let style = paint.color().stroke_width(2 * PX);
-                    root.draw(&PathElement::new(vec![units(from), units(to)], style))?;
-                    if let Some(head) = head(from, to) {
-                        root.draw(&Polygon::new(head.map(units), paint.color().filled()))?;
-                    }
-                }
-                Item::Dot(point, paint, radius) => {
-                    let radius = (radius * f64::from(PX)) as u32;
-                    let disc =
-                        Circle::new(units(sheet.place(point)), radius, paint.color().filled());
-                    root.draw(&disc)?;
-                }
-                Item::Words(point, paint, text, side) => {
-                    let (x, y) = sheet.place(point);
-                    let (x, across) = match side {
-                        Side::Left => (x - BESIDE, HPos::Right),
-                        Side::Right => (x + BESIDE, HPos::Left),
-                    };
-                    let font = ("sans-serif", 14 * PX).into_font().color(&paint.color());
-                    let style = font.pos(Pos::new(across, VPos::Center));
-                    root.draw(&Text::new(text.clone(), units((x, y)), style))?;
-                }
-            }
+            sheet.draw(item, &mut drawing);
         }
-        Ok(())
+        Ok(drawing.svg())
     }
+}
+
+fn words(
+    at: Point,
+    (text, size): (&str, f64),
+    color: Color,
+    (anchor, bold): (Anchor, bool),
+) -> Mark {
+    let text = text.to_owned();
+    Mark::Words(drawing::Words { at, text, size, color, anchor, bold, upward: false })
 }
 
 /// The head of an arrow, `None` for one that is shorter than that.
@@ -179,11 +138,6 @@ fn head(from: Point, to: Point) -> Option<[Point; 3]> {
     let back = (to.0 - x, to.1 - y);
     let side = |s: f64| (back.0 - s * y, back.1 + s * x);
     (length > HEAD).then(|| [to, side(0.4), side(-0.4)])
-}
-
-fn units(p: Point) -> (i32, i32) {
-    let unit = |v: f64| (v * f64::from(PX)).round() as i32;
-    (unit(p.0), unit(p.1))
 }
 
 /// From points of the drawing to pixels.
@@ -223,6 +177,33 @@ impl Sheet {
         let scale = scale.min(tallest);
         let height = TITLE + 2.0 * MARGIN + scale * (y.1 - y.0);
         Ok(Self { low: (x.0, y.0), high: (x.1, y.1), scale, height, left })
+    }
+
+    fn draw(&self, item: &Item, drawing: &mut Drawing) {
+        match item {
+            Item::Line(points, paint, width) => {
+                let points = points.iter().map(|p| self.place(p)).collect();
+                drawing.push(Mark::Line(points, Stroke::solid(paint.color(), *width)));
+            }
+            Item::Arrow([from, to], paint) => {
+                let (from, to) = (self.place(from), self.place(to));
+                drawing.push(Mark::Line(vec![from, to], Stroke::solid(paint.color(), 2.0)));
+                if let Some(head) = head(from, to) {
+                    drawing.push(Mark::Polygon(head.into(), paint.color()));
+                }
+            }
+            Item::Dot(point, paint, radius) => {
+                drawing.push(Mark::Disc(self.place(point), *radius, paint.color()));
+            }
+            Item::Words(point, paint, text, side) => {
+                let (x, y) = self.place(point);
+                let (x, anchor) = match side {
+                    Side::Left => (x - BESIDE, Anchor::End),
+                    Side::Right => (x + BESIDE, Anchor::Start),
+                };
+                drawing.push(words((x, y), (text, 14.0), paint.color(), (anchor, false)));
+            }
+        }
     }
 
     fn place(&self, p: &Point) -> Point {

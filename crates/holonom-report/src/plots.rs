@@ -66,8 +66,6 @@ pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
     plots
 }
 
-/// Changes below this part of a quantity are round-off of a long run.
-pub(super) const ROUND_OFF: f64 = 1e-10;
 /// Components whose load paths are drawn.
 const PATHS: usize = 4;
 
@@ -100,21 +98,8 @@ impl Curves<'_> {
             caption: "With a variational integrator the energy error of a conservative system is bounded, \
                       without secular drift."
                 .into(),
-            chart: self.change("Energy error", "deviation", "J", (curves, &["E", "H"])),
+            chart: linear("Energy error", "deviation", "J", curves),
         }
-    }
-
-    /// Changes of columns; what is small against their largest value is round-off.
-    fn change<const N: usize>(
-        &self,
-        title: &str,
-        quantity: &str,
-        unit: &str,
-        (curves, columns): ([Option<Curve>; N], &[&str]),
-    ) -> Chart {
-        let values = columns.iter().filter_map(|c| self.trajectory.column(c)).flatten();
-        let size = values.fold(0.0_f64, |size, v| size.max(v.abs()));
-        Chart { resolution: ROUND_OFF * size, ..linear(title, quantity, unit, curves) }
     }
 
     /// Displacements of the components that move most.
@@ -151,7 +136,7 @@ impl Curves<'_> {
                 x: Axis::linear("way", "m"),
                 y: Axis::linear("time of the loads", ""),
                 strokes: Strokes::Line,
-resolution: 0.0,
+                resolution: 0.0,
                 curves: ways.iter().map(curve).collect(),
             },
         }
@@ -176,7 +161,7 @@ resolution: 0.0,
             caption: "Components whose symmetry the system has change by round-off only; gravity, \
                       loads and supports change the others."
                 .into(),
-            chart: self.change(title, "change", unit, (curves, &columns)),
+            chart: linear(title, "change", unit, curves),
         }
     }
 

@@ -10,10 +10,9 @@ use holonom_sim::sensor::{self, Column};
 /// Sensors that are drawn.
 const SENSORS: usize = 24;
 
-/// All charts of the sensors of a run; `model` knows their quantities and units.
+/// All charts of the sensors of a run.
 #[must_use]
-pub fn sensor_plots(table: &TimeSeries, model: Option<&Model>) -> Vec<Plot> {
-    let columns = known(table, model);
+pub fn sensor_plots(table: &TimeSeries, columns: &[Column]) -> Vec<Plot> {
     let mut names: Vec<&str> = columns.iter().map(|c| c.sensor.as_str()).collect();
     names.dedup();
     let all = names.len();
@@ -54,7 +53,8 @@ pub fn sensor_plots(table: &TimeSeries, model: Option<&Model>) -> Vec<Plot> {
 
 /// The columns of the table as the model describes them; without quantities and units when it does
 /// not.
-fn known(table: &TimeSeries, model: Option<&Model>) -> Vec<Column> {
+#[must_use]
+pub fn sensor_columns(table: &TimeSeries, model: Option<&Model>) -> Vec<Column> {
     let columns = model.map(sensor::columns).unwrap_or_default();
     if columns.iter().map(Column::name).eq(table.columns.iter().cloned()) {
         return columns;

@@ -17,18 +17,14 @@ pub(super) fn drawable(value: f64) -> Option<f64> {
     (drawn.abs() <= LARGEST).then_some(drawn)
 }
 
-/// At most 2000 points, the smallest and the largest of every stretch among them; what is not finite
+/// At most 2002 points, the ends and the smallest and the largest of every stretch among them; of longer curves what is not finite
 /// is left out.
 pub(super) fn subsample(t: &[f64], y: &[f64]) -> Points {
-    let points: Points = t
-        .iter()
-        .copied()
-        .zip(y.iter().copied())
-        .filter(|(t, y)| t.is_finite() && y.is_finite())
-        .collect();
-    if points.len() <= 2 * BUCKETS {
-        return points;
+    let all = || t.iter().copied().zip(y.iter().copied());
+    if t.len() <= 2 * BUCKETS {
+        return all().collect();
     }
+    let points: Points = all().filter(|(t, y)| t.is_finite() && y.is_finite()).collect();
     let size = points.len().div_ceil(BUCKETS);
     let by_value = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
     let extremes = |bucket: &[(f64, f64)]| {
@@ -39,7 +35,11 @@ pub(super) fn subsample(t: &[f64], y: &[f64]) -> Points {
         pair.dedup();
         pair
     };
-    points.chunks(size).flat_map(extremes).collect()
+    let ends = [points.first().copied(), points.last().copied()];
+    let within = points.chunks(size).flat_map(extremes);
+    let mut kept: Points = ends[0].into_iter().chain(within).chain(ends[1]).collect();
+    kept.dedup();
+    kept
 }
 
 /// Smallest and largest of the values; `None` without any.
@@ -82,13 +82,24 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     format!("10{}", exponent.to_string().chars().map(superscript).collect::<String>())
 }
 
-/// A tick label: as many decimals as the distance of the ticks asks for, no trailing zeros.
-pub(super) fn tick(value: f64, span: f64) -> String {
-    let decimals = (2.0 - span.max(f64::MIN_POSITIVE).log10().floor()).clamp(0.0, 12.0) as usize;
+/// A tick label with the decimals that multiples of `step` have.
+pub(super) fn tick(value: f64, step: f64) -> String {
+    let decimals = (-(step.log10() + 1e-9).floor()).clamp(0.0, 12.0) as usize;
     let text = format!("{value:.decimals$}");
-    let text =
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".to_owned() } else { text.replace('-', "−") }
+    let zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    if zero { text.replace('-', "") } else { text.replace('-', "−") }
+}
+
+/// Multiples of 1, 2 or 5 times a power of ten in a range, at most `count + 1`, with their distance.
+pub(super) fn multiples((low, high): (f64, f64), count: usize) -> (Vec<f64>, f64) {
+    let least = (high - low) / count.max(1) as f64;
+    let power = 10f64.powf(least.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].map(|k| k * power);
+    let step = step.into_iter().find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(10.0 * power);
+    let tolerance = 1e-9 * (high - low) / step;
+    let (first, last) = ((low / step - tolerance).ceil(), (high / step + tolerance).floor());
+    let whole = (last - first).clamp(-1.0, 100.0) as i32;
+    ((0..=whole).map(|k| (first + f64::from(k)) * step).collect(), step)
 }
 
 #[cfg(test)]
@@ -101,9 +112,22 @@ mod tests {
         let mut y: Vec<f64> = t.iter().map(|t| (t * 0.01).sin()).collect();
         (y[77_777], y[12_345], y[500]) = (9.0, -9.0, f64::NAN);
         let points = subsample(&t, &y);
-        assert!(points.len() <= 2000, "{}", points.len());
+        assert!(points.len() <= 2002, "{}", points.len());
+        assert_eq!((points[0].0, points[points.len() - 1].0), (0.0, 99_999.0));
         assert!(points.contains(&(77_777.0, 9.0)) && points.contains(&(12_345.0, -9.0)));
         assert!(points.windows(2).all(|w| w[0].0 < w[1].0));
+    }
+
+    #[test]
+    fn ticks_are_few_and_round() {
+        let (ticks, step) = multiples((-0.013, 0.31), 7);
+        let labels: Vec<String> = ticks.iter().map(|t| tick(*t, step)).collect();
+        assert_eq!(labels, ["0.00", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
+        assert_eq!(multiples((0.0, 10.0), 10), ((0..=10).map(f64::from).collect(), 1.0));
+        for size in [1e-6, 0.3, 7.7, 5e4] {
+            let (ticks, _) = multiples((-0.4 * size, size), 6);
+            assert!((3..=7).contains(&ticks.len()), "{ticks:?}");
+        }
     }
 
     #[test]
@@ -111,8 +135,10 @@ mod tests {
         assert_eq!(power_of_ten(-16), "10⁻¹⁶");
         assert_eq!(power_of_ten(205), "10²⁰⁵");
         assert_eq!(tick(-0.0, 1.0), "0");
-        assert_eq!(tick(0.25, 1.0), "0.25");
-        assert_eq!(tick(-10.0, 40.0), "−10");
+        assert_eq!(tick(-1e-17, 0.5), "0.0");
+        assert_eq!(tick(0.25, 0.05), "0.25");
+        assert_eq!(tick(19.4, 0.05), "19.40");
+        assert_eq!(tick(-10.0, 20.0), "−10");
         assert_eq!((exponent(0.5), exponent(3e-12), exponent(0.0)), (0, -12, 0));
     }
 }

@@ -52,10 +52,8 @@ pub fn collect(folder: &std::path::Path) -> Result<(Table, [std::path::PathBuf; 
     let table = table(folder)?;
     let path = folder.join("sweep.csv");
     let csv = table.csv().map_err(|source| OutputError::Io { path, source })?;
-    let name = "sweep.html";
-    let html = page(&table, env!("CARGO_PKG_VERSION"))
-        .map_err(|reason| OutputError::Plot { name: name.to_owned(), reason })?;
+    let html = page(&table, env!("CARGO_PKG_VERSION"));
     let folder = RunFolder::open(folder);
-    let files = [folder.write("sweep.csv", &csv)?, folder.write(name, &html)?];
+    let files = [folder.write("sweep.csv", &csv)?, folder.write("sweep.html", &html)?];
     Ok((table, files))
 }

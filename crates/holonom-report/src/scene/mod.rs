@@ -7,14 +7,16 @@
 //! coordinates of the trajectory. Numbers that change in time are single precision, base64.
 
 pub mod parts;
+mod reactions;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use holonom_model::Model;
-use holonom_sim::output::Frames;
+use holonom_sim::output::{Frames, TimeSeries};
 use holonom_sim::sample::MemberKind;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use parts::{Beam, Body, Joint, Line, Load, Parts};
+use reactions::{Reaction, reactions};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -60,6 +62,7 @@ pub struct Scene {
     bars: Vec<Line>,
     springs: Vec<Line>,
     loads: Vec<Load>,
+    reactions: Vec<Reaction>,
     /// Points of the ground that something is held at.
     fixed: Vec<[f64; 3]>,
 }
@@ -71,13 +74,15 @@ struct Member {
 }
 
 impl Scene {
-    /// From the model and the frames of its run; `moments`: bending moments of beams at the same instants.
+    /// From the model and the frames of its run; `moments`: bending moments of beams at the same instants; `sensors`: those
+    /// of the run, at all its nodes.
     /// `None` without a motion to show.
     #[must_use]
     pub fn new(
         model: &Model,
         frames: &Frames,
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
+        sensors: Option<&TimeSeries>,
     ) -> Option<Self> {
         let parts = Parts::new(model, frames)?;
         let member = |member: &holonom_sim::sample::Member| Member {
@@ -103,6 +108,7 @@ impl Scene {
             bars,
             springs,
             loads: parts.loads(),
+            reactions: reactions(&parts, model, sensors),
             fixed,
         })
     }
@@ -126,9 +132,9 @@ const CONTROLS: &str = r#"<section id="scene" aria-label="animation">
 <output data-clock></output>
 <select data-speed aria-label="speed"></select>
 <span><button data-view="iso">3-D</button><button data-view="front">front</button><button data-view="side">side</button><button data-view="top">top</button></span>
-<span><button data-trails>trails</button><button data-labels>names</button><button data-loads>loads</button><button data-follow>follow</button><button data-grid>grid</button><button data-full>full screen</button></span>
+<span><button data-trails>trails</button><button data-labels>names</button><button data-loads>loads</button><button data-reactions>reactions</button><button data-follow>follow</button><button data-grid>grid</button><button data-full>full screen</button></span>
 </div>
-<p class="note">Drag to rotate, shift and drag to move, wheel or + − to zoom. Keys: space plays, ← → step (with shift ten at once), 1–4 views, T trails, N names, G grid, F follows. A click on a chart goes to its time.</p>
+<p class="note">Drag to rotate, shift and drag to move, wheel or + − to zoom. Keys: space plays, ← → step (with shift ten at once), 1–4 views, T trails, N names, L loads, R reactions, G grid, F follows. A click on a chart goes to its time.</p>
 </section>
 "#;
 

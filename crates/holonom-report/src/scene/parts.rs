@@ -245,6 +245,21 @@ impl<'a> Parts<'a> {
         self.model.joints.iter().map(joint).collect()
     }
 
+    /// Where a joint, or what fixes a body, acts on its child.
+    pub(super) fn child_end(&self, name: &str) -> Option<End> {
+        if let Some(joint) = self.model.joints.iter().find(|joint| joint.name == name) {
+            let [_, child] = self.start.joint(joint);
+            return Some(self.end(&joint.child, child));
+        }
+        let member = self.model.frame(name)?; // a fixed body, the end of a beam
+        Some(End { member: member as i64, point: [0.0; 3] })
+    }
+
+    /// Times of the frames, s.
+    pub(super) fn times(&self) -> &[f64] {
+        &self.frames.times
+    }
+
     fn line(&self, names: [&str; 2], [from, to]: [Vector3<f64>; 2]) -> Line {
         Line { from: self.end(names[0], from), to: self.end(names[1], to) }
     }

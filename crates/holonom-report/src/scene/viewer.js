@@ -247,7 +247,10 @@
   const beams = data.beams.map((beam, k) => ({ ...beam, mesh: {}, color: palette[(data.bodies.length + k) % palette.length], values: beam.values ? floats(beam.values) : null }));
   const loads = data.loads.map((load) => ({ ...load, factors: floats(load.factors) }));
   const strongest = Math.max(...loads.map((l) => norm(l.force) * Math.max(...l.factors.map(Math.abs))), 1e-300);
-  const options = { trails: false, grid: true, loads: true, labels: false, follow: travels };
+  const reactions = data.reactions.map((reaction) => ({ ...reaction, forces: floats(reaction.forces) }));
+  const reactionAt = (reaction, k) => [...reaction.forces.subarray(3 * k, 3 * k + 3)];
+  const largestReaction = Math.max(...reactions.flatMap((r) => times.reduce((all, _, k) => Math.max(all, norm(reactionAt(r, k)) || 0), 0)), 1e-300);
+  const options = { trails: false, grid: true, loads: true, reactions: true, labels: false, follow: travels };
   const draw = (mesh, model, color, { tinted = false, mode = gl.TRIANGLES } = {}) => {
     gl.bindVertexArray(mesh.array);
     gl.uniformMatrix4fv(uniform.model, false, model);
@@ -444,6 +447,11 @@
     data.points.forEach((member, i) => draw(meshes.sphere, along([0, 0, 1], now[member].c, [1.6 * symbol, 1.6 * symbol, 1.6 * symbol]), palette[(data.bodies.length + i) % palette.length]));
     data.bars.forEach((bar) => stick(point(bar.from), point(bar.to), 0.4 * symbol, theme().ink));
     data.joints.forEach(drawJoint);
+    // on the child, with the tip at the joint; one that is not unique is no number and not drawn
+    if (options.reactions) reactions.forEach((reaction) => {
+      const force = scale(reactionAt(reaction, k), (0.5 * size) / largestReaction);
+      if (force.every(Number.isFinite)) arrow(point(reaction.end), force, palette[7]);
+    });
     if (!options.loads) return;
     loads.forEach((load) => {
       const length = (0.5 * size * load.factors[k]) / strongest;
@@ -501,7 +509,7 @@
   };
 
   // ---- controls ----------------------------------------------------------------------------------------------
-  const ui = Object.fromEntries(["play", "slider", "clock", "speed", "trails", "grid", "labels", "loads", "follow", "full"].map((name) => [name, root.querySelector(`[data-${name}]`)]));
+  const ui = Object.fromEntries(["play", "slider", "clock", "speed", "trails", "grid", "labels", "loads", "reactions", "follow", "full"].map((name) => [name, root.querySelector(`[data-${name}]`)]));
   const [begin, end] = [times[0], times[last]];
   const decimals = clamp(2 - Math.floor(Math.log10(Math.max((end - begin) / 100, 1e-12))) - 1, 0, 9);
   const watchers = [];
@@ -557,8 +565,9 @@
   ui.play.onclick = () => play(!state.playing);
   ui.slider.oninput = () => { state.playing = false; seek(begin + (ui.slider.value / 1000) * (end - begin)); remember(); };
   ui.speed.onchange = () => { state.speed = Number(ui.speed.value); };
-  for (const name of ["trails", "grid", "labels", "loads", "follow"]) { ui[name].setAttribute("aria-pressed", options[name]); ui[name].onclick = () => toggle(name); }
+  for (const name of ["trails", "grid", "labels", "loads", "reactions", "follow"]) { ui[name].setAttribute("aria-pressed", options[name]); ui[name].onclick = () => toggle(name); }
   ui.loads.hidden = loads.length === 0;
+  ui.reactions.hidden = reactions.length === 0;
   ui.follow.hidden = !travels;
   ui.full.onclick = () => (document.fullscreenElement ? document.exitFullscreen() : root.requestFullscreen());
   for (const button of root.querySelectorAll("[data-view]")) button.onclick = () => { look(button.dataset.view); remember(); refresh(); };
@@ -569,7 +578,7 @@
     const many = event.shiftKey ? 10 : 1;
     const keys = {
       " ": () => play(!state.playing), ArrowRight: () => stepBy(many), ArrowLeft: () => stepBy(-many),
-      Home: () => seek(begin), End: () => seek(end), t: () => toggle("trails"), g: () => toggle("grid"), n: () => toggle("labels"), f: () => toggle("follow"),
+      Home: () => seek(begin), End: () => seek(end), t: () => toggle("trails"), g: () => toggle("grid"), n: () => toggle("labels"), f: () => toggle("follow"), l: () => toggle("loads"), r: () => toggle("reactions"),
       1: () => look("iso"), 2: () => look("front"), 3: () => look("side"), 4: () => look("top"),
       "+": () => { camera.distance *= 0.9; }, "-": () => { camera.distance /= 0.9; },
     };
@@ -609,27 +618,31 @@
   }, { passive: false });
 
   // ---- charts with the same time -----------------------------------------------------------------------------
-  for (const svg of document.querySelectorAll("svg[data-plot]")) {
-    const [left, right, top, bottom, first, final] = svg.dataset.plot.split(" ").map(Number);
-    const cursor = document.createElementNS("http://www.w3.org/2000/svg", "line");
-    cursor.setAttribute("class", "cursor");
-    cursor.setAttribute("y1", top);
-    cursor.setAttribute("y2", bottom);
-    svg.append(cursor);
-    watchers.push((t) => {
-      const x = left + ((t - first) / (final - first)) * (right - left);
-      cursor.setAttribute("x1", x);
-      cursor.setAttribute("x2", x);
-      cursor.style.display = x >= left - 1 && x <= right + 1 ? "" : "none";
-    });
-    svg.addEventListener("click", (event) => {
-      const at = svg.createSVGPoint();
-      [at.x, at.y] = [event.clientX, event.clientY];
-      const x = at.matrixTransform(svg.getScreenCTM().inverse()).x;
-      seek(first + ((x - left) / (right - left)) * (final - first));
-      remember();
-    });
-  }
+  // they stand below the scene, and are there when the page has been read
+  document.addEventListener("DOMContentLoaded", () => {
+    for (const svg of document.querySelectorAll("svg[data-plot]")) {
+      const [left, right, top, bottom, first, final] = svg.dataset.plot.split(" ").map(Number);
+      const cursor = document.createElementNS("http://www.w3.org/2000/svg", "line");
+      cursor.setAttribute("class", "cursor");
+      cursor.setAttribute("y1", top);
+      cursor.setAttribute("y2", bottom);
+      svg.append(cursor);
+      watchers.push((t) => {
+        const x = left + ((t - first) / (final - first)) * (right - left);
+        cursor.setAttribute("x1", x);
+        cursor.setAttribute("x2", x);
+        cursor.style.display = x >= left - 1 && x <= right + 1 ? "" : "none";
+      });
+      svg.addEventListener("click", (event) => {
+        const at = svg.createSVGPoint();
+        [at.x, at.y] = [event.clientX, event.clientY];
+        const x = at.matrixTransform(svg.getScreenCTM().inverse()).x;
+        seek(first + ((x - left) / (right - left)) * (final - first));
+        remember();
+      });
+    }
+    refresh();
+  });
 
   // ---- begin -------------------------------------------------------------------------------------------------
   const fragment = () => {

@@ -31,10 +31,7 @@ pub fn sentence(of: &Recommendation, accuracy: f64) -> String {
 }
 
 /// The page.
-///
-/// # Errors
-/// Errors of the drawing library.
-pub fn page(of: &ModelCertificate) -> Result<String, String> {
+pub fn page(of: &ModelCertificate) -> String {
     let title = format!("Certificate of {}", of.model);
     let mut html = head(&title);
     let _ = write!(
@@ -51,7 +48,7 @@ pub fn page(of: &ModelCertificate) -> Result<String, String> {
     }
     html.push_str("</ul>\n<h2>Plots</h2>\n");
     for chart in charts(of) {
-        let _ = writeln!(html, "<figure>\n{}</figure>", inline(&chart.svg()?, &chart.title));
+        let _ = writeln!(html, "<figure>\n{}</figure>", inline(&chart.svg(), &chart.title));
     }
     for table in tables(&of.certificate) {
         push_table(&mut html, &table);
@@ -65,7 +62,7 @@ pub fn page(of: &ModelCertificate) -> Result<String, String> {
         html.push_str("</ul>\n");
     }
     foot(&mut html, &of.version);
-    Ok(html)
+    html
 }
 
 fn push_table(html: &mut String, table: &Table) {

@@ -7,10 +7,7 @@ use holonom_report::page::{escape, foot, head, inline};
 use std::fmt::Write;
 
 /// The page of a comparison.
-///
-/// # Errors
-/// Errors of the drawing library.
-pub fn page(c: &Comparison) -> Result<String, String> {
+pub fn page(c: &Comparison) -> String {
     let mut html = head(&format!("{}: schemes compared", c.model));
     let summary = table::head(c);
     let _ = write!(
@@ -44,7 +41,7 @@ pub fn page(c: &Comparison) -> Result<String, String> {
     ];
     html += "<h2>Plots</h2>\n";
     for figure in figures(c) {
-        let svg = figure.chart.svg()?;
+        let svg = figure.chart.svg();
         let drawn = inline(&svg, &figure.chart.title);
         let _ = write!(
             html,
@@ -58,7 +55,7 @@ pub fn page(c: &Comparison) -> Result<String, String> {
         let _ = writeln!(html, "<p class=\"note\">{note}</p>");
     }
     foot(&mut html, &c.version);
-    Ok(html)
+    html
 }
 
 fn push(html: &mut String, rows: &Rows) {

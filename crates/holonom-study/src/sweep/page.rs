@@ -15,10 +15,7 @@ const CURVES: usize = 6;
 const ROUND_OFF: f64 = 1e-12;
 
 /// The page of a sweep.
-///
-/// # Errors
-/// Errors of the drawing library.
-pub fn page(table: &Table, version: &str) -> Result<String, String> {
+pub fn page(table: &Table, version: &str) -> String {
     let title = format!("{}: response to {}", table.model, table.keys.join(", "));
     let mut html = head(&title);
     let count = |status| table.rows.iter().filter(|row| row.entry.status == status).count();
@@ -37,12 +34,12 @@ pub fn page(table: &Table, version: &str) -> Result<String, String> {
         let _ = writeln!(html, "<p class=\"failed\">{}</p>", escape(&point));
     }
     for chart in charts(table) {
-        let drawn = inline(&chart.svg()?, &chart.title);
+        let drawn = inline(&chart.svg(), &chart.title);
         let _ = write!(html, "<figure>\n{drawn}</figure>\n");
     }
     html += "<p class=\"note\">All numbers: sweep.csv.</p>\n";
     foot(&mut html, version);
-    Ok(html)
+    html
 }
 
 /// Each result that changes over each key that is a number: a curve for each combination of the other keys while these are

@@ -6,6 +6,8 @@ use crate::fuzz::mutate;
 use crate::soak::draw::Draw;
 use holonom::RunFolder;
 use holonom::export::{Format, export};
+use holonom::report::selected::{Request, selected};
+use holonom::report::{Style, Typeface};
 use std::fs;
 
 /// Files of a run.
@@ -115,6 +117,7 @@ impl Reader {
         results.into_iter().collect::<Result<Vec<()>, String>>()?;
         if drawn {
             holonom::report::write(&folder).map_err(|error| say(&error))?;
+            draw(&folder)?;
             for format in Format::ALL {
                 let to = self.scratch.path().join("out").with_extension(format.name());
                 export(&folder, format, &to, Some(3)).map_err(|error| say(&error))?;
@@ -122,4 +125,22 @@ impl Reader {
         }
         Ok(())
     }
+}
+
+/// Draws chosen columns of the run in every format.
+fn draw(folder: &RunFolder) -> Result<(), String> {
+    for what in ["positions,energies", "*.x:E", "beams/*"] {
+        let request = Request { what: what.to_owned(), ..Request::default() };
+        let found = selected(&[("run".to_owned(), folder.clone())], &request);
+        let drawing = match found {
+            Ok(found) => found.drawing(&Style::paper(Typeface::Serif)),
+            Err(error) => return Err(error.to_string()),
+        };
+        drawing.pdf()?;
+        drawing.png(0.5)?;
+        if drawing.svg().contains("NaN") {
+            return Err("a place that is no number".into());
+        }
+    }
+    Ok(())
 }

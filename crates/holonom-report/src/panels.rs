@@ -1,0 +1,352 @@
+//! Charts below one another as a drawing: titles, legends, axes, curves.
+
+use super::axis::{Scale, Tick};
+use super::chart::{Chart, Curve, Strokes};
+use super::drawing::{Anchor, Drawing, Mark, Point, Stroke, Words, width};
+use super::style::Style;
+
+/// Points of a curve that are nearer to the last one are left out, px.
+const NEAR: f64 = 0.2;
+/// Largest ratio of the scales of two lengths that are drawn to one scale instead.
+const SLENDER: f64 = 20.0;
+/// A curve with more points is drawn by a thinner line.
+const DENSE: usize = 1200;
+
+/// The charts in a style; with one horizontal axis if all have the same.
+pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
+    let shared = charts.windows(2).all(|pair| pair[0].x == pair[1].x);
+    let mut drawing = Drawing::new(style.size, style.typeface);
+    let mut parts: Vec<Panel> = charts.iter().map(|chart| Panel::new(chart, style)).collect();
+    if shared {
+        let all =
+            || charts.iter().flat_map(|c| &c.curves).flat_map(|c| c.points.iter().map(|p| p.0));
+        parts.iter_mut().for_each(|part| part.x = Scale::across(&part.chart.x, all()));
+    }
+    let last = parts.len().saturating_sub(1);
+    let labelled = |k: usize| !shared || k == last;
+    let head = |part: &Panel| part.head;
+    let foot = |k: usize| if labelled(k) { style.foot() } else { 0.6 * style.tick };
+    let taken: f64 = parts.iter().map(head).sum::<f64>() + (0..parts.len()).map(foot).sum::<f64>();
+    let height = ((style.size.1 - taken) / parts.len().max(1) as f64).max(style.tick);
+    let right = style.size.0 - 1.5 * style.tick;
+    let mut top = 0.0;
+    for (k, part) in parts.iter_mut().enumerate() {
+        let area =
+            Area { left: 0.0, right, top: top + part.head, bottom: top + part.head + height };
+        part.set(area);
+        top = part.area.bottom + foot(k);
+    }
+    let left = parts.iter().map(Panel::left).fold(style.left, f64::max);
+    for (k, part) in parts.iter_mut().enumerate() {
+        part.area.left = left;
+        part.equalize();
+        part.draw(&mut drawing, labelled(k));
+    }
+    if let [part] = parts.as_slice()
+        && part.chart.x.quantity == "time"
+        && !part.chart.x.logarithmic
+    {
+        drawing.attribute("data-plot", &part.area_and_times());
+    }
+    drawing
+}
+
+impl Style {
+    /// Room below a chart for ticks, their labels and that of the axis.
+    fn foot(&self) -> f64 {
+        self.tick_length() + 1.45 * self.tick + 1.6 * self.label
+    }
+
+    fn tick_length(&self) -> f64 {
+        0.36 * self.tick
+    }
+
+    fn words(&self, at: Point, text: String, size: f64, anchor: Anchor) -> Words {
+        Words { at, text, size, color: self.ink, anchor, bold: false, upward: false }
+    }
+}
+
+/// Where curves are drawn, px.
+#[derive(Clone, Copy, Default)]
+struct Area {
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+}
+
+struct Panel<'a> {
+    chart: &'a Chart,
+    style: &'a Style,
+    curves: Vec<Curve>,
+    x: Scale,
+    y: Scale,
+    /// Rows of the legend: curves with their names.
+    legend: Vec<Vec<(usize, String)>>,
+    /// Whether the legend stands beside the title.
+    beside: bool,
+    head: f64,
+    area: Area,
+}
+
+impl<'a> Panel<'a> {
+    fn new(chart: &'a Chart, style: &'a Style) -> Self {
+        let curves = chart.drawn_curves();
+        let points = || curves.iter().flat_map(|c| &c.points);
+        let x = Scale::across(&chart.x, points().map(|p| p.0));
+        let y = Scale::up(&chart.y, points().map(|p| p.1), chart.resolution);
+        let names = chart.legend().into_iter().enumerate().filter(|(_, name)| !name.is_empty());
+        let names: Vec<(usize, String)> = names.collect();
+        let legend = Legend { style, names: &names };
+        let titled = style.titled && !chart.title.is_empty();
+        let title =
+            if titled { width(&chart.title, 1.08 * style.title, style.typeface) } else { 0.0 };
+        let beside = titled && legend.width(&names) + title + 3.0 * style.title <= style.size.0;
+        let rows =
+            legend.rows(if beside { f64::INFINITY } else { style.size.0 - style.left.max(30.0) });
+        let row = 1.35 * style.tick;
+        let head = if titled { 2.1 * style.title } else { 0.0 };
+        let head = if beside { head } else { head + row * rows.len() as f64 };
+        let head = head + if titled { 0.35 * style.title } else { 0.6 * style.tick };
+        Self { chart, style, curves, x, y, legend: rows, beside, head, area: Area::default() }
+    }
+
+    fn set(&mut self, area: Area) {
+        self.area = area;
+    }
+
+    fn ticks(&self) -> [Vec<Tick>; 2] {
+        let Area { left, right, top, bottom } = self.area;
+        let count = |length: f64, apart: f64| (length / apart).floor().max(2.0) as usize;
+        let [across, up] = self.style.ticks;
+        [self.x.ticks(count(right - left, across)), self.y.ticks(count(bottom - top, up))]
+    }
+
+    /// Room for the labels of the vertical axis.
+    fn left(&self) -> f64 {
+        let Style { tick, label, typeface, .. } = self.style;
+        let [_, ticks] = self.ticks();
+        let widest = ticks.iter().map(|t| width(&t.label, *tick, *typeface)).fold(0.0, f64::max);
+        widest + self.style.tick_length() + 0.35 * tick + 1.5 * label
+    }
+
+    /// Both axes to one scale where both show lengths, neither of them much shorter than the other.
+    fn equalize(&mut self) {
+        let length = |axis: &super::axis::Axis| axis.unit == "m" && !axis.logarithmic;
+        if !(length(&self.chart.x) && length(&self.chart.y)) {
+            return;
+        }
+        let Area { left, right, top, bottom } = self.area;
+        let scales = [(right - left) / self.x.extent(), (bottom - top) / self.y.extent()];
+        let scale = scales[0].min(scales[1]);
+        if scales[0].max(scales[1]) > SLENDER * scale {
+            return;
+        }
+        self.x.widen((right - left) / scale);
+        self.y.widen((bottom - top) / scale);
+    }
+
+    fn place(&self, p: &Point) -> Option<Point> {
+        let Area { left, right, top, bottom } = self.area;
+        let (x, y) = (self.x.place(p.0)?, self.y.place(p.1)?);
+        Some((left + x * (right - left), bottom - y * (bottom - top)))
+    }
+
+    fn draw(&self, drawing: &mut Drawing, labelled: bool) {
+        self.draw_axes(drawing, labelled);
+        // the first curve lies on top; where points crowd, thin lines let the others through
+        let dense = self.curves.iter().any(|c| c.points.len() > DENSE);
+        for (i, curve) in self.curves.iter().enumerate().rev() {
+            self.draw_curve(drawing, (i, curve), self.style.widths[usize::from(dense)]);
+        }
+        self.draw_head(drawing);
+    }
+
+    fn draw_curve(&self, drawing: &mut Drawing, (i, curve): (usize, &Curve), width: f64) {
+        let (color, dashes) = self.style.curve(i);
+        if self.chart.strokes != Strokes::Line {
+            let places = curve.points.iter().filter_map(|p| self.place(p));
+            places.for_each(|at| drawing.push(Mark::Disc(at, self.style.mark, color)));
+        }
+        if self.chart.strokes == Strokes::Marks {
+            return;
+        }
+        // values that are not numbers interrupt a curve
+        for part in curve.points.split(|p| p.0.is_nan() || p.1.is_nan()) {
+            let places = thinned(part.iter().filter_map(|p| self.place(p)));
+            if places.len() > 1 {
+                drawing.push(Mark::Line(places, Stroke { color, width, dashes }));
+            }
+        }
+    }
+
+    fn draw_axes(&self, drawing: &mut Drawing, labelled: bool) {
+        let (style, Area { left, right, top, bottom }) = (self.style, self.area);
+        let [across, up] = self.ticks();
+        let (ink, thin) = (style.ink, style.widths[2]);
+        let axis = Stroke::solid(if style.grid { ink.faded(0.55) } else { ink }, thin);
+        let grid = Stroke::solid(ink.faded(0.14), thin);
+        let mut line =
+            |points: Vec<Point>, stroke: Stroke| drawing.push(Mark::Line(points, stroke));
+        for tick in &across {
+            let x = left + tick.place * (right - left);
+            let size = style.tick_length() * if tick.label.is_empty() { 0.6 } else { 1.0 };
+            match style.grid {
+                true if tick.label.is_empty() => {}
+                true => line(vec![(x, top), (x, bottom)], grid),
+                false => line(vec![(x, bottom), (x, bottom - size)], axis),
+            }
+            if style.grid {
+                line(vec![(x, bottom), (x, bottom + size)], axis);
+            }
+        }
+        for tick in &up {
+            let y = bottom - tick.place * (bottom - top);
+            let size = style.tick_length() * if tick.label.is_empty() { 0.6 } else { 1.0 };
+            match style.grid {
+                true if tick.label.is_empty() => {}
+                true => line(vec![(left, y), (right, y)], grid),
+                false => line(vec![(left, y), (left + size, y)], axis),
+            }
+            if style.grid {
+                line(vec![(left, y), (left - size, y)], axis);
+            }
+        }
+        match style.grid {
+            true => line(vec![(left, top), (left, bottom), (right, bottom)], axis),
+            false => {
+                let frame = [(left, top), (left, bottom), (right, bottom), (right, top)];
+                line([&frame[..], &frame[..2]].concat(), axis);
+            }
+        }
+        self.draw_labels(drawing, (&across, &up), labelled);
+    }
+
+    fn draw_labels(&self, drawing: &mut Drawing, (across, up): (&[Tick], &[Tick]), labelled: bool) {
+        let (style, Area { left, right, top, bottom }) = (self.style, self.area);
+        let beyond = if style.grid { style.tick_length() } else { 0.0 } + 0.35 * style.tick;
+        for tick in up {
+            let at = (left - beyond, bottom - tick.place * (bottom - top));
+            let words = style.words(at, tick.label.clone(), style.tick, Anchor::End);
+            drawing.push(Mark::Words(words));
+        }
+        let middle = 0.5 * (top + bottom);
+        let at = (0.75 * style.label, middle);
+        let words = style.words(at, self.y.label.clone(), style.label, Anchor::Middle);
+        let size = fitting(&words, (style.typeface, bottom - top + self.head));
+        drawing.push(Mark::Words(Words { upward: true, size, ..words }));
+        if !labelled {
+            return;
+        }
+        let line = bottom + beyond + 0.45 * style.tick;
+        for tick in across {
+            let at = (left + tick.place * (right - left), line);
+            let words = style.words(at, tick.label.clone(), style.tick, Anchor::Middle);
+            drawing.push(Mark::Words(words));
+        }
+        let at = (0.5 * (left + right), line + 0.6 * style.tick + 0.85 * style.label);
+        let words = style.words(at, self.x.label.clone(), style.label, Anchor::Middle);
+        drawing.push(Mark::Words(words));
+    }
+
+    /// Title on the left, legend on the right or below.
+    fn draw_head(&self, drawing: &mut Drawing) {
+        let style = self.style;
+        let begin = self.area.top - self.head;
+        let mut y = begin + 0.7 * style.tick;
+        if style.titled && !self.chart.title.is_empty() {
+            let at = (0.82 * style.title, begin + 1.05 * style.title);
+            let words = style.words(at, self.chart.title.clone(), style.title, Anchor::Start);
+            drawing.push(Mark::Words(Words { bold: true, ..words }));
+            y = if self.beside { at.1 } else { begin + 2.1 * style.title + 0.6 * style.tick };
+        }
+        for row in &self.legend {
+            let legend = Legend { style, names: row };
+            let mut x =
+                if self.beside { self.area.right - legend.width(row) } else { self.area.left };
+            for (i, name) in row {
+                let (color, dashes) = style.curve(*i);
+                let line = vec![(x, y), (x + legend.sample(), y)];
+                let width = style.widths[0] * if style.patterns { 1.0 } else { 1.67 };
+                drawing.push(Mark::Line(line, Stroke { color, width, dashes }));
+                let at = (x + legend.sample() + legend.gap(), y);
+                let words = style.words(at, name.clone(), style.tick, Anchor::Start);
+                drawing.push(Mark::Words(words));
+                x += legend.entry(name);
+            }
+            y += 1.35 * style.tick;
+        }
+    }
+
+    /// Left, right, top and bottom of the area, and the values at its left and right: for a page that marks a value on
+    /// several charts.
+    fn area_and_times(&self) -> String {
+        let Area { left, right, top, bottom } = self.area;
+        let unit = 10f64.powi(self.x.exponent);
+        let (first, last) = (unit * self.x.range.0, unit * self.x.range.1);
+        format!("{left:.2} {right:.2} {top:.2} {bottom:.2} {first} {last}")
+    }
+}
+
+/// The size at which words are no longer than `room`.
+fn fitting(words: &Words, (typeface, room): (super::drawing::Typeface, f64)) -> f64 {
+    let long = width(&words.text, words.size, typeface);
+    words.size * (room / long.max(f64::MIN_POSITIVE)).min(1.0)
+}
+
+/// Without points that lie on the one before.
+fn thinned(places: impl Iterator<Item = Point>) -> Vec<Point> {
+    let mut kept: Vec<Point> = Vec::new();
+    let mut last = None;
+    for at in places {
+        let near = |p: &Point| (p.0 - at.0).abs() < NEAR && (p.1 - at.1).abs() < NEAR;
+        match kept.last().is_some_and(near) {
+            true => last = Some(at),
+            false => {
+                kept.push(at);
+                last = None;
+            }
+        }
+    }
+    kept.extend(last);
+    kept
+}
+
+/// Names of curves with samples of their lines.
+struct Legend<'a> {
+    style: &'a Style,
+    names: &'a [(usize, String)],
+}
+
+impl Legend<'_> {
+    /// Length of a sample.
+    fn sample(&self) -> f64 {
+        if self.style.patterns { 2.6 * self.style.tick } else { 1.6 * self.style.tick }
+    }
+
+    /// Between a sample and its name.
+    fn gap(&self) -> f64 {
+        0.5 * self.style.tick
+    }
+
+    fn entry(&self, name: &str) -> f64 {
+        let words = width(name, self.style.tick, self.style.typeface);
+        self.sample() + self.gap() + words + 1.2 * self.style.tick
+    }
+
+    fn width(&self, names: &[(usize, String)]) -> f64 {
+        names.iter().map(|(_, name)| self.entry(name)).sum::<f64>() - 1.2 * self.style.tick
+    }
+
+    /// Rows that are not longer than `room`.
+    fn rows(&self, room: f64) -> Vec<Vec<(usize, String)>> {
+        let mut rows: Vec<Vec<(usize, String)>> = Vec::new();
+        for entry in self.names {
+            match rows.last_mut().filter(|row| self.width(row) + self.entry(&entry.1) <= room) {
+                Some(row) => row.push(entry.clone()),
+                None => rows.push(vec![entry.clone()]),
+            }
+        }
+        rows
+    }
+}

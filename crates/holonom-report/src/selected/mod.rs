@@ -1,0 +1,229 @@
+//! Charts of chosen columns of one or several runs: `holonom plot DIR --what …`.
+//!
+//! ```text
+//! energy,bob.x,rate:angle  →  columns of each run  →  curves  →  a chart for each unit
+//! ```
+
+mod columns;
+mod names;
+mod scales;
+mod values;
+
+use std::collections::BTreeSet;
+
+use holonom_sim::output::{OutputError, RunFolder};
+
+use super::chart::{Axis, Chart, Curve, Strokes};
+use super::drawing::Drawing;
+use super::panels::panels;
+use super::series::subsample;
+use super::style::{CURVES, Style};
+pub use columns::{Column, columns};
+pub use names::{Group, NameError, groups};
+pub(crate) use scales::Scales;
+use values::Values;
+
+/// Charts of one drawing.
+const CHARTS: usize = 6;
+/// Equilibria up to this number are drawn as points, too.
+const MARKED: usize = 60;
+
+/// What is to be drawn.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Request {
+    /// Columns and groups, with commas between them; `y:x` draws one over another.
+    pub what: String,
+    /// The column of the horizontal axis; time by default.
+    pub against: Option<String>,
+    /// Changes since the first node in the place of values.
+    pub change: bool,
+}
+
+/// Why it cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SelectionError {
+    /// A file of a run cannot be read.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+    /// A name stands for nothing, or for several columns.
+    #[error("{run}: {error}")]
+    Name {
+        /// The run.
+        run: String,
+        /// What is wrong.
+        error: NameError,
+    },
+    /// The columns have too many units.
+    #[error("{0} charts in one drawing, one for each unit; at most {CHARTS}")]
+    TooMany(usize),
+}
+
+/// The charts of a request.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selected {
+    /// One for each unit.
+    pub charts: Vec<Chart>,
+    /// What is not drawn.
+    pub notes: Vec<String>,
+}
+
+impl Selected {
+    /// The charts below one another.
+    #[must_use]
+    pub fn drawing(&self, style: &Style) -> Drawing {
+        panels(&self.charts, style)
+    }
+}
+
+/// Reads the columns of a request from the runs and draws them; each run comes with its name in legends.
+///
+/// # Errors
+/// [`SelectionError`].
+pub fn selected(
+    runs: &[(String, RunFolder)],
+    request: &Request,
+) -> Result<Selected, SelectionError> {
+    let mut traces = Vec::new();
+    let mut scales = Scales::default();
+    let mut models = BTreeSet::new();
+    let mut marked = true;
+    for (name, folder) in runs {
+        let summary = folder.summary()?;
+        let statics = summary.statics.is_some();
+        let read = Run { name, folder, statics }.traces(request, &mut scales)?;
+        marked &= statics && read.iter().all(|trace| trace.points.len() <= MARKED);
+        models.insert(summary.model);
+        traces.extend(read);
+    }
+    let title = match (models.len(), models.into_iter().next()) {
+        (1, Some(model)) => model,
+        _ => String::new(),
+    };
+    let mut keys: Vec<(String, String)> = Vec::new();
+    for trace in &traces {
+        if !keys.contains(&trace.key()) {
+            keys.push(trace.key());
+        }
+    }
+    if keys.len() > CHARTS {
+        return Err(SelectionError::TooMany(keys.len()));
+    }
+    let mut notes = Vec::new();
+    let mut charts = Vec::new();
+    for key in keys {
+        let own: Vec<&Trace> = traces.iter().filter(|trace| trace.key() == key).collect();
+        if own.len() > CURVES {
+            let of = format!("{} of {} ({})", CURVES, own.len(), own[0].y.quantity);
+            notes.push(format!("the first {of} are drawn: choose by --what"));
+        }
+        let own = &own[..own.len().min(CURVES)];
+        let title = if charts.is_empty() { title.clone() } else { String::new() };
+        charts.push(chart(own, (title, runs.len() > 1), marked, &scales));
+    }
+    Ok(Selected { charts, notes })
+}
+
+/// The curve of a column of a run.
+struct Trace {
+    run: String,
+    x: Column,
+    y: Column,
+    change: bool,
+    points: Vec<(f64, f64)>,
+}
+
+impl Trace {
+    /// Curves with the same key share a chart.
+    fn key(&self) -> (String, String) {
+        let kind = |column: &Column| match column.unit {
+            "" => column.quantity.clone(),
+            unit => format!("{unit} {}", column.logarithmic),
+        };
+        (kind(&self.x), kind(&self.y))
+    }
+}
+
+struct Run<'a> {
+    name: &'a str,
+    folder: &'a RunFolder,
+    statics: bool,
+}
+
+impl Run<'_> {
+    fn traces(&self, request: &Request, scales: &mut Scales) -> Result<Vec<Trace>, SelectionError> {
+        let all = columns(self.folder)?;
+        let chosen = names::resolve(request, &all)
+            .map_err(|error| SelectionError::Name { run: self.name.to_owned(), error })?;
+        let wanted = chosen.iter().flat_map(|pair| [Some(pair.y), pair.x]).flatten().collect();
+        let values = Values::read(self.folder, &all, &wanted)?;
+        scales.merge(&values.scales);
+        let time = match self.statics {
+            true => Column::time("time of the loads", ""),
+            false => Column::time("time", "s"),
+        };
+        let trace = |pair: names::Pair| {
+            let (y, t) = (values.of(pair.y), values.t.as_slice());
+            let first = y.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
+            let y: Vec<f64> = match pair.change {
+                true => y.iter().map(|v| v - first).collect(),
+                false => y.to_vec(),
+            };
+            let points = match pair.x {
+                None => subsample(t, &y),
+                Some(x) => values.of(x).iter().copied().zip(y).collect(),
+            };
+            let x = pair.x.map_or_else(|| time.clone(), |x| all[x].clone());
+            let logarithmic = all[pair.y].logarithmic && !pair.change;
+            let y = Column { logarithmic, ..all[pair.y].clone() };
+            Trace { run: self.name.to_owned(), x, y, change: pair.change, points }
+        };
+        Ok(chosen.into_iter().map(trace).collect())
+    }
+}
+
+/// The chart of curves with the same units.
+fn chart(own: &[&Trace], (title, several): (String, bool), marked: bool, scales: &Scales) -> Chart {
+    let y = &own[0].y;
+    let columns: BTreeSet<&str> = own.iter().map(|trace| trace.y.name.as_str()).collect();
+    let one = columns.len() == 1;
+    let label = |of: fn(&Trace) -> &Column, alone: bool| {
+        let mut words: Vec<&str> = Vec::new();
+        for column in own.iter().map(|trace| of(trace)) {
+            let word = if alone { &column.name } else { &column.quantity };
+            if !words.contains(&word.as_str()) {
+                words.push(word);
+            }
+        }
+        words.join(", ")
+    };
+    let abscissas: BTreeSet<&str> = own.iter().map(|trace| trace.x.name.as_str()).collect();
+    let x = &own[0].x;
+    let across = label(|trace| &trace.x, abscissas.len() == 1 && !x.file.is_empty());
+    let up = label(|trace| &trace.y, one);
+    let up = if own.iter().all(|trace| trace.change) { format!("change of {up}") } else { up };
+    let name = |trace: &Trace| match (several, one) {
+        (true, true) => trace.run.clone(),
+        (true, false) => format!("{}, {}", trace.y.name, trace.run),
+        (false, _) if own.len() == 1 => String::new(),
+        (false, _) => trace.y.name.clone(),
+    };
+    let curve = |trace: &&Trace| Curve { name: name(trace), points: trace.points.clone() };
+    let chart = Chart {
+        title,
+        x: Axis { logarithmic: x.logarithmic, ..Axis::linear(&across, x.unit) },
+        y: Axis { logarithmic: y.logarithmic, ..Axis::linear(&up, y.unit) },
+        strokes: if marked { Strokes::MarkedLine } else { Strokes::Line },
+        resolution: scales.resolution(y.unit),
+        curves: own.iter().map(curve).collect(),
+    };
+    // one curve needs a name where something is to be said of it
+    match chart.curves.as_slice() {
+        [curve] if curve.name.is_empty() => {
+            let named = Curve { name: columns.into_iter().collect(), ..curve.clone() };
+            let noted = Chart { curves: vec![named.clone()], ..chart.clone() };
+            if noted.legend() == [named.name] { chart } else { noted }
+        }
+        _ => chart,
+    }
+}

@@ -1,0 +1,290 @@
+//! What the names of a request stand for.
+//!
+//! ```text
+//! request  = item { "," item }
+//! item     = names [ ":" name ]                 y, or y over x
+//! names    = group | column | file "/" column | owner | pattern with "*"
+//! ```
+//! A group comes before a column of the same name. An owner stands for the coordinates of a body or a point mass, or for
+//! all numbers of a sensor.
+
+use holonom_model::nearest;
+
+use super::Request;
+use super::columns::Column;
+
+/// Names that are offered for one that stands for nothing.
+const OFFERED: usize = 4;
+
+/// A word for several columns.
+#[derive(Clone, Copy, Debug)]
+pub struct Group {
+    /// The word.
+    pub name: &'static str,
+    /// What it stands for.
+    pub about: &'static str,
+    holds: fn(&Column) -> bool,
+    change: bool,
+}
+
+impl Group {
+    /// Whether it stands for a column, among others.
+    #[must_use]
+    pub fn contains(&self, column: &Column) -> bool {
+        (self.holds)(column)
+    }
+}
+
+/// The groups.
+#[must_use]
+pub fn groups() -> &'static [Group] {
+    const fn group(name: &'static str, about: &'static str, holds: fn(&Column) -> bool) -> Group {
+        Group { name, about, holds, change: false }
+    }
+    fn motion(c: &Column, names: &[&str]) -> bool {
+        c.file == "trajectory" && names.contains(&c.name.as_str())
+    }
+    fn energy(c: &Column) -> bool {
+        motion(c, &["E", "H"])
+    }
+    const GROUPS: &[Group] = &[
+        group("energy", "E and H", energy),
+        Group { change: true, ..group("energy_error", "changes of E and H", energy) },
+        group("energies", "parts of the energy", |c| {
+            c.file == "energy" && c.quantity == "energy" && c.name != "balance"
+        }),
+        group("work", "work of each source", |c| c.file == "energy" && c.quantity == "work"),
+        group("momentum", "linear and angular momentum", |c| {
+            motion(c, &["Px", "Py", "Pz", "Lx", "Ly", "Lz"])
+        }),
+        group("linear_momentum", "Px, Py, Pz", |c| motion(c, &["Px", "Py", "Pz"])),
+        group("angular_momentum", "Lx, Ly, Lz", |c| motion(c, &["Lx", "Ly", "Lz"])),
+        group("residuals", "constraint residuals", |c| c.file == "residuals" && c.logarithmic),
+        group("positions", "of all bodies, nodes and point masses", |c| {
+            c.file == "trajectory" && c.unit == "m"
+        }),
+        group("sensors", "all sensors", |c| c.file == "sensors" && c.part() != "unique"),
+    ];
+    GROUPS
+}
+
+/// A name that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NameError {
+    /// It stands for nothing.
+    #[error("there is no `{name}`{}", offer(near))]
+    Unknown {
+        /// The name.
+        name: String,
+        /// Names like it.
+        near: Vec<String>,
+    },
+    /// Several files have a column of this name.
+    #[error("`{name}` is a column of several files: {}", columns.join(", "))]
+    Ambiguous {
+        /// The name.
+        name: String,
+        /// With the names of the files.
+        columns: Vec<String>,
+    },
+    /// The horizontal axis shows one column.
+    #[error("`{name}` stands for {count} columns, the horizontal axis shows one")]
+    Several {
+        /// The name.
+        name: String,
+        /// How many.
+        count: usize,
+    },
+}
+
+fn offer(near: &[String]) -> String {
+    let near: Vec<String> = near.iter().map(|name| format!("`{name}`")).collect();
+    match near.is_empty() {
+        true => String::new(),
+        false => format!("; did you mean {}?", near.join(" or ")),
+    }
+}
+
+/// A column over another one, by their indices; without `x` over time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Pair {
+    pub(super) y: usize,
+    pub(super) x: Option<usize>,
+    pub(super) change: bool,
+}
+
+/// The columns of a request, each once.
+pub(super) fn resolve(request: &Request, all: &[Column]) -> Result<Vec<Pair>, NameError> {
+    let against = match request.against.as_deref() {
+        None => None,
+        Some("t") => None,
+        Some(name) => Some(single(name, all)?),
+    };
+    let mut pairs: Vec<Pair> = Vec::new();
+    for item in request.what.split(',').map(str::trim).filter(|item| !item.is_empty()) {
+        let ((found, change), x) = pair(item, all)?;
+        let change = change || request.change;
+        let own = found.into_iter().map(|y| Pair { y, x: x.or(against), change });
+        for pair in own {
+            if !pairs.contains(&pair) {
+                pairs.push(pair);
+            }
+        }
+    }
+    match pairs.is_empty() {
+        true => Err(unknown(&request.what, all)),
+        false => Ok(pairs),
+    }
+}
+
+/// Columns, and whether their changes are meant.
+type Found = (Vec<usize>, bool);
+
+/// An item: names, or names over a column. A name may hold a colon itself.
+fn pair(item: &str, all: &[Column]) -> Result<(Found, Option<usize>), NameError> {
+    let whole = several(item, all);
+    if whole.is_ok() || !item.contains(':') {
+        return Ok((whole?, None));
+    }
+    let mut first = None;
+    for (at, _) in item.match_indices(':') {
+        let (y, x) = (item[..at].trim(), item[at + 1..].trim());
+        match several(y, all).and_then(|y| Ok((y, Some(single(x, all)?)))) {
+            Ok(found) => return Ok(found),
+            Err(error) => first = first.or(Some(error)),
+        }
+    }
+    Err(first.unwrap_or_else(|| unknown(item, all)))
+}
+
+/// The one column of a name.
+fn single(name: &str, all: &[Column]) -> Result<usize, NameError> {
+    let (found, _) = several(name, all)?;
+    match found.as_slice() {
+        [column] => Ok(*column),
+        _ => Err(NameError::Several { name: name.to_owned(), count: found.len() }),
+    }
+}
+
+/// The columns of a name, at least one.
+fn several(name: &str, all: &[Column]) -> Result<Found, NameError> {
+    let pick = |holds: &dyn Fn(&Column) -> bool| -> Vec<usize> {
+        (0..all.len()).filter(|&k| holds(&all[k])).collect()
+    };
+    if let Some(group) = groups().iter().find(|group| group.name == name) {
+        let found = pick(&group.holds);
+        return match found.is_empty() {
+            true => Err(unknown(name, all)),
+            false => Ok((found, group.change)),
+        };
+    }
+    let exact = pick(&|c| c.name == name);
+    if exact.len() > 1 {
+        let columns = exact.iter().map(|&k| all[k].qualified()).collect();
+        return Err(NameError::Ambiguous { name: name.to_owned(), columns });
+    }
+    let owner = |c: &Column| c.name.rsplit_once('.').is_some_and(|(owner, _)| owner == name);
+    let coordinate = |c: &Column| c.file == "trajectory" && c.unit == "m";
+    let reading = |c: &Column| c.file == "sensors" && c.part() != "unique";
+    let candidates = [
+        exact,
+        pick(&|c| c.qualified() == name),
+        pick(&|c| owner(c) && (coordinate(c) || reading(c))),
+        pick(&|c| name.contains('*') && (matches(name, &c.name) || matches(name, &c.qualified()))),
+    ];
+    match candidates.into_iter().find(|found| !found.is_empty()) {
+        Some(found) => Ok((found, false)),
+        None => Err(unknown(name, all)),
+    }
+}
+
+/// Whether a name fits a pattern in which `*` stands for any letters.
+fn matches(pattern: &str, name: &str) -> bool {
+    let Some((head, tail)) = pattern.split_once('*') else { return pattern == name };
+    let Some(rest) = name.strip_prefix(head) else { return false };
+    let starts = rest.char_indices().map(|(k, _)| k).chain([rest.len()]);
+    starts.into_iter().any(|k| matches(tail, &rest[k..]))
+}
+
+fn unknown(name: &str, all: &[Column]) -> NameError {
+    let present = |group: &&Group| all.iter().any(group.holds);
+    let words = groups().iter().filter(present).map(|group| group.name);
+    let words: Vec<&str> = words.chain(all.iter().map(|c| c.name.as_str())).collect();
+    let mut near: Vec<String> = Vec::new();
+    let long = name.chars().count() > 2; // any letter is like any other
+    let best = long.then(|| nearest(name, words.iter().copied())).flatten();
+    let low = name.to_lowercase();
+    let within = words.iter().filter(|word| low.len() > 1 && word.to_lowercase().contains(&low));
+    for word in best.into_iter().chain(within.copied()) {
+        if near.len() < OFFERED && !near.iter().any(|other| other == word) {
+            near.push(word.to_owned());
+        }
+    }
+    NameError::Unknown { name: name.to_owned(), near }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(file: &'static str, name: &str, unit: &'static str) -> Column {
+        let logarithmic = file == "residuals";
+        Column { file, name: name.into(), quantity: String::new(), unit, logarithmic }
+    }
+
+    fn all() -> Vec<Column> {
+        vec![
+            column("trajectory", "arm.x", "m"),
+            column("trajectory", "arm.z", "m"),
+            column("trajectory", "arm.d1x", ""),
+            column("trajectory", "rod.0.z", "m"),
+            column("trajectory", "E", "J"),
+            column("trajectory", "H", "J"),
+            column("residuals", "position", "SI"),
+            column("sensors", "angle", "rad"),
+            column("sensors", "rate:1", "rad/s"),
+            column("sensors", "pull.fx", "N"),
+            column("sensors", "pull.unique", ""),
+            column("sensors", "position", "m"),
+        ]
+    }
+
+    fn found(what: &str) -> Result<Vec<String>, NameError> {
+        let all = all();
+        let pairs = resolve(&Request { what: what.into(), ..Request::default() }, &all)?;
+        let name = |pair: Pair| match pair.x {
+            Some(x) => format!("{} over {}", all[pair.y].name, all[x].name),
+            None => all[pair.y].name.clone() + if pair.change { " changes" } else { "" },
+        };
+        Ok(pairs.into_iter().map(name).collect())
+    }
+
+    #[test]
+    fn names_groups_owners_and_patterns() {
+        for (what, expected) in [
+            ("arm.x,E", vec!["arm.x", "E"]),
+            ("energy_error", vec!["E changes", "H changes"]),
+            ("energy,E", vec!["E", "H"]),
+            ("arm", vec!["arm.x", "arm.z"]),
+            ("pull", vec!["pull.fx"]),
+            ("*.z", vec!["arm.z", "rod.0.z"]),
+            ("residuals/position", vec!["position"]),
+            ("residuals/*", vec!["position"]),
+            ("rate:1", vec!["rate:1"]),
+            ("rate:1:angle", vec!["rate:1 over angle"]),
+            ("arm.z:arm.x, angle", vec!["arm.z over arm.x", "angle"]),
+        ] {
+            assert_eq!(found(what).unwrap(), expected, "{what}");
+        }
+    }
+
+    #[test]
+    fn what_stands_for_nothing_is_answered_with_names_like_it() {
+        let messages: Vec<String> = ["angel", "arm.q", "position", "E:arm", "work", "zebra", ","]
+            .iter()
+            .map(|what| found(what).unwrap_err().to_string())
+            .collect();
+        insta::assert_snapshot!(messages.join("\n"));
+    }
+}
