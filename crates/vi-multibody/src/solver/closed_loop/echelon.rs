@@ -18,6 +18,8 @@ const LEVEL: f64 = 0.25;
 const NEAR: f64 = 0.3;
 /// Entries for which a row has space from the beginning; longer ones grow.
 pub(crate) const CAPACITY: usize = 32;
+/// A row that is left with less than this part of the tolerance is rounding, and is not looked at again.
+const SPENT: f64 = 1e-3;
 const NONE: usize = usize::MAX;
 
 /// A column and its entry.
@@ -111,7 +113,9 @@ impl Echelon {
             for i in 0..self.count {
                 if self.rows[i].pivot == NONE && self.pivots.len() < rank {
                     self.visit(i);
-                    self.reduce(i);
+                    if self.rows[i].size > SPENT * floor {
+                        self.reduce(i);
+                    }
                     if self.rows[i].size > level {
                         self.take(i);
                     }
