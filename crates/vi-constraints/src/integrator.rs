@@ -22,6 +22,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod kernels;
+
 pub use crate::setup::{Method, Options, SetupError, SingularStart, check_dense};
 
 use crate::agreement::contradiction;
