@@ -249,7 +249,7 @@ impl Bench {
             let line = match cost {
                 None => format!("{name:<16}  {}", missing.as_deref().unwrap_or_default()),
                 Some(c) => {
-                    let matrix = c.matrix.map_or("in solve".to_owned(), |m| micro(m));
+                    let matrix = c.matrix.map_or("in solve".to_owned(), micro);
                     format!(
                         "{name:<16}{:>10}{:>12.2}{:>12}{:>10}{matrix:>10}{:>10}{:>11}",
                         micro(c.step),
