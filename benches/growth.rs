@@ -1,5 +1,5 @@
 //! Time of a step against the number of bodies, or of elements of a beam: chains, binary trees, chains with four-bar
-//! linkages (eight of them, or one on every link), windows of four-bar linkages side by side.
+//! linkages (eight of them, or one on every link), windows of four-bar linkages side by side, point masses on bars.
 //!
 //! The exponent is that of the least-squares line through `log(time)` over `log(bodies)` from 16 bodies
 //! on. Trees are solved in linear time; loops add the sparse complement of each cluster that they form.
@@ -133,6 +133,34 @@ fn windows(n: usize) -> MechanismIntegrator {
     run(&builder)
 }
 
+/// Point masses on a chain of bars, the first held by the ground.
+fn bars(n: usize) -> MechanismIntegrator {
+    let mut builder = MechanismBuilder::new().gravity(GRAVITY);
+    let mut last = None;
+    for i in 0..n {
+        let x = [i as f64 + 1.0, 0.0, 0.0];
+        let point = builder.particle("point", 1.0, x, [0.0; 3]);
+        match last {
+            Some(last) => builder.bar("bar", last, point),
+            None => builder.bar("bar", [0.0; 3], point),
+        }
+        last = Some(point);
+    }
+    run(&builder)
+}
+
+/// Point masses on bars to one of them.
+fn bars_to_a_hub(n: usize) -> MechanismIntegrator {
+    let mut builder = MechanismBuilder::new().gravity(GRAVITY);
+    let hub = builder.particle("hub", 1.0, [0.0; 3], [0.0; 3]);
+    for i in 1..n {
+        let (sin, cos) = (6.0 * i as f64 / n as f64).sin_cos();
+        let point = builder.particle("point", 1.0, [cos, sin, 0.0], [-0.1 * sin, 0.1 * cos, 0.0]);
+        builder.bar("bar", hub, point);
+    }
+    run(&builder)
+}
+
 /// A beam of elements 0.1 m long; returns its first node.
 fn beam_model(n: usize) -> (BeamModel, usize) {
     let mut model = BeamModel::new(GRAVITY.into());
@@ -204,15 +232,17 @@ fn exponent(points: &[(f64, f64)]) -> f64 {
 
 fn growth(criterion: &mut Criterion) {
     let quick = std::env::args().any(|a| a == "--test");
-    let families: [(&str, fn(usize) -> MechanismIntegrator, fn(usize) -> usize, &[usize]); 8] = [
+    let families: [(&str, fn(usize) -> MechanismIntegrator, fn(usize) -> usize, &[usize]); 10] = [
         ("chain", chain, |n| n, &[1, 4, 16, 64, 256, 1024, 4096]),
         ("binary_tree", binary_tree, |n| n, &[1, 3, 15, 63, 255, 1023, 4095]),
         ("eight_loops", eight_loops, |n| n + 24, &[8, 16, 64, 256, 1024]),
         ("looped_chain", looped_chain, |n| 4 * n, &[1, 2, 4, 16, 64, 256]),
+        ("bars", bars, |n| n, &[1, 4, 16, 64, 256, 1024, 4096]),
+        ("bars_to_a_hub", bars_to_a_hub, |n| n, &[2, 4, 16, 64, 256, 1024, 4096]),
         ("beam", beam, |n| n, &[1, 4, 16, 64, 256, 1000]),
         ("cantilever", cantilever, |n| n, &[1, 4, 16, 64, 256, 1000]),
         ("driven_beam", driven_beam, |n| n, &[1, 4, 16, 64, 256, 1000]),
-        ("windows", windows, |n| 2 * n + 1, &[1, 2, 8, 16, 32, 64, 128, 256]),
+        ("windows", windows, |n| 2 * n + 1, &[1, 2, 8, 16, 32, 64, 128, 256, 512, 1024, 2048]),
     ];
     for (name, start, bodies, sizes) in families {
         let mut group = criterion.benchmark_group(name);

@@ -1,17 +1,20 @@
-//! Cost of a step by scheme, on the heavy top and a chain of eight links, as ratios in one run.
+//! Cost of a step by scheme and by order, on the heavy top, a chain of eight links and a closed loop, as ratios in one run.
 //!
-//! All four schemes give the same motion; what differs is the size of the Newton systems.
+//! All four schemes give the same motion; what differs is the size of the Newton systems. Orders above 2 are compositions of
+//! steps.
 #![allow(clippy::unwrap_used, missing_docs)] // a bench; criterion's macro makes public items
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use holonom::{Model, Simulation};
 use std::time::{Duration, Instant};
 
-const MODELS: [(&str, &str); 2] = [
+const MODELS: [(&str, &str); 3] = [
     ("heavy_top", include_str!("../examples/models/heavy_top.toml")),
     ("chain8", include_str!("../examples/models/chain8.toml")),
+    ("bricard", include_str!("../examples/models/bricard.toml")),
 ];
 const SCHEMES: [&str; 4] = ["nodal", "reduced", "dalembert", "constrained"];
+const ORDERS: [u32; 4] = [2, 4, 6, 8];
 const REVERSAL: u64 = 256;
 
 fn steps(simulation: &mut Simulation, taken: &mut u64, count: u64) -> Duration {
@@ -59,5 +62,29 @@ fn step(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, step);
+/// The orders of the nodal scheme in turn: the least time of a step, and its ratio to order 2.
+fn order(_: &mut Criterion) {
+    let quick = std::env::args().any(|a| a == "--test");
+    for (name, text) in MODELS {
+        let mut runs: Vec<(Simulation, u64)> = Vec::new();
+        for order in ORDERS {
+            let set = [("simulation.order".into(), order.to_string())];
+            let model = Model::from_toml_with(text, &set).unwrap();
+            runs.push((Simulation::new(&model).unwrap(), 0));
+        }
+        let mut best = [f64::INFINITY; ORDERS.len()];
+        let count = if quick { 1 } else { REVERSAL };
+        for _ in 0..if quick { 1 } else { 10 } {
+            for (best, (simulation, taken)) in best.iter_mut().zip(&mut runs) {
+                *best = best.min(steps(simulation, taken, count).as_secs_f64());
+            }
+        }
+        for (order, time) in ORDERS.iter().zip(best) {
+            let one = 1e6 * time / count as f64;
+            println!("{name}, order {order}: {one:.2} µs a step, {:.2} of order 2", time / best[0]);
+        }
+    }
+}
+
+criterion_group!(benches, step, order);
 criterion_main!(benches);

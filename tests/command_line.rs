@@ -1,6 +1,7 @@
 //! Every test of the program, in one binary.
 #![allow(clippy::unwrap_used)] // tests
 
+mod bench_command;
 mod command;
 mod drawings;
 mod export;

@@ -31,6 +31,7 @@ mod galerkin;
 mod heavy_top;
 mod hostile;
 mod imports;
+mod large_systems;
 mod long_run;
 mod loops_of_bars;
 mod material_damping;

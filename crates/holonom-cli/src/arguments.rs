@@ -39,6 +39,8 @@ pub(crate) enum Verb {
     Check(Check),
     /// Run all schemes on a model: conservation, cost, error against time
     Compare(Compare),
+    /// What a step costs, and its parts: residual, matrix, solution, recording
+    Bench(Bench),
     /// Natural frequencies and mode shapes about the initial configuration or an equilibrium
     Modes(Modes),
     /// Measure orders, energy, momentum, constraints and symplecticity on a model; recommend a step
@@ -276,6 +278,28 @@ pub(crate) struct Compare {
     /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
+}
+
+#[derive(Args)]
+#[command(
+    after_help = "Every number is the least of five rounds over the same motion. Parts of a step are called one by one \
+                        at the solution of the last step; what is left of a step are initial guesses and momenta."
+)]
+pub(crate) struct Bench {
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
+    /// Steps in each round
+    #[arg(long, value_name = "N", value_parser = steps, default_value = "200")]
+    pub(crate) steps: u64,
+    /// Schemes to measure; by default that of the model
+    #[arg(long, value_name = "S,…", value_delimiter = ',', value_parser = scheme())]
+    pub(crate) schemes: Vec<Scheme>,
+    /// Order of accuracy; by default that of the model
+    #[arg(long, value_name = "K", value_parser = ["2", "4", "6", "8", "10", "12", "14", "16"])]
+    pub(crate) order: Option<String>,
+    /// Print the times as JSON on standard output, in s
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args)]

@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod arguments;
+mod bench;
 mod check;
 mod compare;
 mod diagnostic;
@@ -56,6 +57,7 @@ fn dispatch(verb: Verb) -> Result<(), Failure> {
         Verb::Collect(arguments) => sweep::collect(&arguments),
         Verb::Check(arguments) => check::check(&arguments),
         Verb::Compare(arguments) => compare::compare(&arguments),
+        Verb::Bench(arguments) => bench::bench(&arguments),
         Verb::Modes(arguments) => modes::modes(&arguments),
         Verb::Verify(arguments) => verify::verify(&arguments),
         Verb::View(arguments) => view::view(&arguments),

@@ -63,7 +63,7 @@ pub use start::StartPoints;
 use start::{coincide, distance};
 
 /// The greatest size of a model text, bytes.
-pub const MAX_BYTES: usize = 16 * 1024 * 1024;
+pub const MAX_BYTES: usize = 64 * 1024 * 1024;
 
 /// A model: what there is, how it is connected, how it is simulated.
 ///

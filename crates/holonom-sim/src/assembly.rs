@@ -10,6 +10,7 @@ use crate::method::Method;
 use crate::unstable_steps::UnstableSteps;
 use holonom_model::{Beam, Body, Family, Inconsistency, Level, Model, ModelError, Scheme};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use vi_constraints::Constraints;
 use vi_constraints::initialization::StartError;
 use vi_constraints::integrator::{SetupError, SingularStart};
@@ -220,13 +221,9 @@ pub(crate) fn counts(
     beams: &Beams,
     closure: Closure,
 ) -> AssemblyReport {
-    let mut redundant: Vec<String> = Vec::new();
-    for row in rows.redundant() {
-        let name = mechanism.constraint_name(row).to_owned();
-        if !redundant.contains(&name) {
-            redundant.push(name);
-        }
-    }
+    let mut known = BTreeSet::new();
+    let names = rows.redundant().map(|row| mechanism.constraint_name(row));
+    let redundant = names.filter(|name| known.insert(*name)).map(str::to_owned).collect();
     let (n, m) = (mechanism.dim(), mechanism.len());
     let counts = Counts {
         bodies: model.bodies.len() + model.particles.len(),
@@ -298,6 +295,7 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
         SetupError::RankAtStart { .. } => {
             unsupported("simulation.scheme", "displace a point mass or a body slightly")
         }
+        SetupError::TooLarge { instead, .. } => unsupported("simulation.scheme", instead),
         SetupError::SingularStart { joint, reason } => {
             let help = match reason {
                 SingularStart::Scheme => "write scheme = \"nodal\"",

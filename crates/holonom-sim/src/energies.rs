@@ -11,6 +11,7 @@ use crate::drive::{ElementLaw, joint_elements};
 use crate::dynamics::Dynamics;
 use crate::method::reading::Reading;
 use holonom_model::Model;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_beam::damping::is_damped;
 use vi_beam::{BeamModel, StrainRule};
@@ -48,10 +49,11 @@ impl Energies {
         let springs = !(forces.springs.is_empty() && forces.joint_springs.is_empty());
         let mut works: Vec<usize> = Vec::new();
         let mut names: Vec<String> = Vec::new();
+        let mut known: BTreeMap<String, usize> = BTreeMap::new();
         for source in sources(model, dynamics) {
-            let known = names.iter().position(|name| *name == source);
-            works.push(known.unwrap_or(names.len()));
-            if known.is_none() {
+            let place = *known.entry(source.clone()).or_insert(names.len());
+            works.push(place);
+            if place == names.len() {
                 names.push(source);
             }
         }

@@ -19,7 +19,8 @@ pub(crate) struct Names<'a> {
 impl Names<'_> {
     /// A body, or a node of a beam.
     pub(crate) fn index(&self, name: &str) -> Option<usize> {
-        self.bodies.get(name).copied().or_else(|| self.model.frame(name))
+        let node = || name.contains('.').then(|| self.model.frame(name)).flatten();
+        self.bodies.get(name).copied().or_else(node)
     }
 
     /// A body, a node of a beam, or the ground.

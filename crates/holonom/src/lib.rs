@@ -15,7 +15,7 @@
 //! | [`export`] | `holonom-export` | results for other programs |
 //! | [`import`](mod@import) | `holonom-import` | model files from URDF and MJCF |
 //! | [`verification`] | `vi-verify` | orders, invariants, growth of errors, measured and judged |
-//! | [`compare`](mod@compare), [`certificate`] | `holonom-study` | schemes side by side; verified properties on a model |
+//! | [`compare`](mod@compare), [`certificate`], [`bench`](mod@bench) | `holonom-study` | schemes side by side; verified properties on a model; what a step costs |
 //! | [`run`] | | all of it in one call |
 //!
 //! This crate reads and writes files; it knows no terminal. A run in memory:
@@ -132,7 +132,7 @@ pub use holonom_report as report;
 pub use holonom_sim::{
     dynamics, experiment, modes, output, sample, sensor, simulation, statics, system,
 };
-pub use holonom_study::{certificate, compare};
+pub use holonom_study::{bench, certificate, compare};
 pub use vi_verify as verification;
 
 pub use nalgebra;

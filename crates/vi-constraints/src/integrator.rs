@@ -22,7 +22,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub use crate::setup::{Method, Options, SetupError, SingularStart};
+pub mod kernels;
+
+pub use crate::setup::{Method, Options, SetupError, SingularStart, check_dense};
 
 use crate::agreement::contradiction;
 use crate::closure::ClosureWatch;
@@ -155,10 +157,12 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
             }
             (SchemeKind::Constrained, None) => Box::new(Constrained::new(n, m, rows.clone())),
             (SchemeKind::Dalembert, None) => {
+                check_dense(n, "this scheme", "write the scheme `constrained`")?;
                 let source = QrSource::new(n, m, rows.len());
                 Box::new(Dalembert::new(n, m, rows.clone(), source))
             }
             (SchemeKind::Nodal | SchemeKind::Reduced, None) => {
+                check_dense(n, "this scheme", "write the scheme `constrained`")?;
                 let operators = TangentSpace::new(constraints.clone(), &rows);
                 Box::new(Nodal::new(n, operators, options.scheme == SchemeKind::Reduced))
             }

@@ -33,11 +33,13 @@
 
 pub mod agreement;
 pub mod closure;
+pub mod connected;
 pub mod constrained;
 pub mod constraints;
 pub mod dalembert;
 pub mod discretization;
 pub mod galerkin;
+mod independent_rows;
 pub mod initialization;
 pub mod integrator;
 mod inverse_mass;

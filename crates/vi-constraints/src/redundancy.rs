@@ -72,6 +72,11 @@ fn sparse_null_vectors(jacobian: &SparseMatrix, rows: &IndependentRows) -> Optio
     Some(z)
 }
 
+/// Whether all rows are clearly independent: `1/σ_min` is estimated by the right-hand side `(0, b)`.
+pub(crate) fn are_independent(jacobian: &SparseMatrix) -> bool {
+    sparse_null_vectors(jacobian, &IndependentRows::all(jacobian.shape().0)).is_some()
+}
+
 /// The multipliers of the least norm with the same force `Gᵀλ`.
 pub fn minimum_norm(jacobian: &SparseMatrix, rows: &IndependentRows, lambda: &mut [f64]) {
     if rows.len() == lambda.len() {

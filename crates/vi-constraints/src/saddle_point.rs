@@ -20,198 +20,15 @@
 //! rows.
 
 use crate::constraints::Constraints;
-use crate::nearby::{self, Nearby};
-use crate::null_space::NullSpaceQr;
-use nalgebra::DMatrix;
+pub use crate::independent_rows::{IndependentRows, JacobianPlace, RankNearby};
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 
-const DROPPED: usize = usize::MAX;
 /// Largest coefficient of a dropped row in the chosen ones, relative to the smallest since they were
 /// chosen, from which on others are looked for.
 const WORN: f64 = 5.0;
-
-/// An independent subset of the rows of `G`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct IndependentRows {
-    position: Vec<usize>, // constraint → row among the chosen, or DROPPED
-    rows: Vec<usize>,     // chosen constraints, ascending
-}
-
-impl IndependentRows {
-    /// All of `m` constraints.
-    #[must_use]
-    pub fn all(m: usize) -> Self {
-        Self { position: (0..m).collect(), rows: (0..m).collect() }
-    }
-
-    /// The given constraints out of `m`.
-    #[must_use]
-    pub fn choose(m: usize, chosen: &[usize]) -> Self {
-        let mut rows = Self { position: vec![DROPPED; m], rows: Vec::new() };
-        rows.replace(chosen);
-        rows
-    }
-
-    /// Takes the given constraints instead; allocates nothing where they are no more than before.
-    pub fn replace(&mut self, chosen: &[usize]) {
-        self.rows.clear();
-        self.rows.extend_from_slice(chosen);
-        self.rows.sort_unstable();
-        self.position.fill(DROPPED);
-        for (k, &row) in self.rows.iter().enumerate() {
-            self.position[row] = k;
-        }
-    }
-
-    /// Finds an independent set at `(t, q)` by pivoted QR (dense, `O(n m²)`).
-    #[must_use]
-    pub fn find(constraints: &impl Constraints, t: f64, q: &[f64]) -> Self {
-        let (qr, rank) = factorized(constraints, t, q);
-        Self::choose(constraints.len(), &qr.pivots()[..rank])
-    }
-
-    /// The same, unless more are independent in configurations nearby ([`crate::nearby`]): then `(t, q)` is singular,
-    /// and the rank nearby is the error.
-    ///
-    /// # Errors
-    /// The rank nearby; no rank when no closed configuration was found there.
-    pub fn find_generic(
-        constraints: &impl Constraints,
-        t: f64,
-        q: &[f64],
-    ) -> Result<Self, RankNearby> {
-        const MOST: usize = 150;
-        let rows = Self::find(constraints, t, q);
-        let at_start = rows.len();
-        if at_start == constraints.len().min(q.len()) {
-            return Ok(rows);
-        }
-        let nearby = if q.len() > MOST { None } else { nearby::rank(constraints, t, q) };
-        let followers = || match nearby::followers(constraints, &rows, (t, q)) {
-            Nearby::Follow => Some(at_start),
-            Nearby::Singular { .. } => Some(at_start + 1),
-            Nearby::Unknown => None,
-        };
-        let nearby = nearby.or_else(followers);
-        match nearby {
-            Some(rank) if rank <= at_start => Ok(rows),
-            _ => Err(RankNearby { at_start, nearby }),
-        }
-    }
-
-    /// The chosen constraints, ascending.
-    #[must_use]
-    pub fn rows(&self) -> &[usize] {
-        &self.rows
-    }
-
-    /// How many there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.rows.len()
-    }
-
-    /// Whether there is none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
-    }
-
-    /// The constraints left out.
-    pub fn redundant(&self) -> impl Iterator<Item = usize> + '_ {
-        self.position.iter().enumerate().filter(|(_, p)| **p == DROPPED).map(|(i, _)| i)
-    }
-
-    /// Copies the chosen entries of a vector over all constraints.
-    pub fn gather(&self, all: &[f64], chosen: &mut [f64]) {
-        for (out, &row) in chosen.iter_mut().zip(&self.rows) {
-            *out = all[row];
-        }
-    }
-
-    /// Spreads chosen entries over all constraints, zero elsewhere.
-    pub fn scatter(&self, chosen: &[f64], all: &mut [f64]) {
-        all.fill(0.0);
-        for (value, &row) in chosen.iter().zip(&self.rows) {
-            all[row] = *value;
-        }
-    }
-
-    /// Emits `scale G` (chosen rows only), offset by `row` and `column`; transposed on demand.
-    pub fn emit_jacobian(
-        &self,
-        constraints: &impl Constraints,
-        (t, q): (f64, &[f64]),
-        place: JacobianPlace,
-        out: &mut dyn Entries,
-    ) {
-        self.emit_selected(&|out: &mut dyn Entries| constraints.jacobian(t, q, out), place, out);
-    }
-
-    /// Emits the chosen rows of what `emit` emits over all constraints, as
-    /// [`IndependentRows::emit_jacobian`] does.
-    pub fn emit_selected(
-        &self,
-        emit: &dyn Fn(&mut dyn Entries),
-        place: JacobianPlace,
-        out: &mut dyn Entries,
-    ) {
-        emit(&mut Selected { rows: self, place, out });
-    }
-}
-
-/// The pivoted QR of `Gᵀ` at a configuration, and the rank there.
-fn factorized(constraints: &impl Constraints, t: f64, q: &[f64]) -> (NullSpaceQr, usize) {
-    let (n, m) = (constraints.dim(), constraints.len());
-    let mut g = DMatrix::zeros(m, n);
-    constraints.jacobian(t, q, &mut g);
-    let mut qr = NullSpaceQr::new(n, m);
-    let rank = qr.factorize(&g);
-    (qr, rank)
-}
-
-/// A configuration in which fewer constraints are independent than next to it, as far as is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RankNearby {
-    /// Rank in the configuration.
-    pub at_start: usize,
-    /// Rank in configurations nearby, or a lower bound of it; `None`: no closed one was found.
-    pub nearby: Option<usize>,
-}
-
-/// Where a constraint Jacobian goes in a larger matrix.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JacobianPlace {
-    /// First row of the block.
-    pub row: usize,
-    /// First column of the block.
-    pub column: usize,
-    /// Factor.
-    pub scale: f64,
-    /// `Gᵀ` instead of `G`.
-    pub transposed: bool,
-}
-
-struct Selected<'a> {
-    rows: &'a IndependentRows,
-    place: JacobianPlace,
-    out: &'a mut dyn Entries,
-}
-
-impl Entries for Selected<'_> {
-    fn add(&mut self, row: usize, column: usize, value: f64) {
-        let row = self.rows.position[row];
-        if row == DROPPED {
-            return;
-        }
-        let JacobianPlace { row: r0, column: c0, scale, transposed } = self.place;
-        let (i, j) = if transposed { (column, row) } else { (row, column) };
-        self.out.add(r0 + i, c0 + j, scale * value);
-    }
-}
 
 /// A saddle-point matrix with its factorization.
 #[derive(Debug)]
@@ -239,7 +56,7 @@ struct Dropped<'a> {
 
 impl Entries for Dropped<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
-        if self.rows.position[row] == DROPPED {
+        if self.rows.is_dropped(row) {
             let sign = if libm::sin(13.7 * (row + 1) as f64) > 0.0 { 1.0 } else { -1.0 };
             self.sum[column] += sign * value;
         }
@@ -275,7 +92,7 @@ impl SaddlePoint {
         if self.rows.redundant().next().is_none() {
             return;
         }
-        let m = self.rows.position.len();
+        let m = self.rows.of();
         let known = memory.indices.len() == self.rows.len()
             && memory.values.len() == 1
             && memory.indices.iter().all(|&row| row < m);
@@ -321,11 +138,8 @@ impl SaddlePoint {
         if self.rows.redundant().next().is_none() {
             return false;
         }
-        let (qr, _) = factorized(constraints, t, q);
-        let before = self.rows.clone();
-        self.rows.replace(&qr.pivots()[..before.len()]);
+        let changed = self.rows.renew(constraints, t, q);
         (self.probe.now, self.probe.least) = (0.0, f64::INFINITY);
-        let changed = self.rows != before;
         if changed {
             self.matrix = None; // another pattern
         }

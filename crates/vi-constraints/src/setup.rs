@@ -1,6 +1,7 @@
 //! What an integration is set up with, and why it may be refused.
 
 use crate::agreement::Contradiction;
+use crate::connected::DENSE_COORDINATES;
 use crate::initialization::StartError;
 use crate::saddle_point::RankNearby;
 use crate::scheme::SchemeKind;
@@ -154,6 +155,20 @@ pub enum SetupError {
         /// A joint with a constraint that depends on others, where its name is known.
         joint: Option<String>,
     },
+    /// Dense matrices would be too large.
+    #[error(
+        "{what} would need dense matrices over {coordinates} coordinates; the limit is {limit}"
+    )]
+    TooLarge {
+        /// What needs them.
+        what: &'static str,
+        /// Over how many coordinates.
+        coordinates: usize,
+        /// The largest number.
+        limit: usize,
+        /// What to do.
+        instead: &'static str,
+    },
     /// Shapes do not match.
     #[error("{what} has {found} entries where {expected} are needed")]
     Shape {
@@ -171,11 +186,32 @@ fn loop_of(joint: Option<&str>) -> String {
 }
 
 impl From<RankNearby> for SetupError {
-    fn from(RankNearby { at_start, nearby }: RankNearby) -> Self {
-        nearby.map_or(Self::RankUnknown { joint: None }, |nearby| Self::RankAtStart {
-            at_start,
-            nearby,
-        })
+    fn from(found: RankNearby) -> Self {
+        match found {
+            RankNearby::Larger { at_start, nearby } => Self::RankAtStart { at_start, nearby },
+            RankNearby::Unknown => Self::RankUnknown { joint: None },
+            RankNearby::TooLarge { coordinates } => Self::TooLarge {
+                what: "the rank of constraints that may depend on one another",
+                coordinates,
+                limit: DENSE_COORDINATES,
+                instead: "remove the redundant bars, or replace some of them by springs",
+            },
+        }
+    }
+}
+
+/// Refuses dense matrices over more coordinates than [`DENSE_COORDINATES`].
+///
+/// # Errors
+/// [`SetupError::TooLarge`], of `what`, with what to do `instead`.
+pub fn check_dense(
+    coordinates: usize,
+    what: &'static str,
+    instead: &'static str,
+) -> Result<(), SetupError> {
+    match coordinates > DENSE_COORDINATES {
+        true => Err(SetupError::TooLarge { what, coordinates, limit: DENSE_COORDINATES, instead }),
+        false => Ok(()),
     }
 }
 

@@ -27,6 +27,7 @@
 //! as a discrete null space method after LMO08 §3.
 #![allow(non_snake_case)] // P, N, G
 
+use crate::connected::groups;
 use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
 use crate::reparametrization::{DenseNewton, Emission, LastStep, NodalOperators, pull_back};
@@ -237,31 +238,14 @@ impl<C: Constraints> TangentSpace<C> {
 
     /// Finds which coordinates the constraints connect, from the pattern of `G`.
     fn take_groups(&mut self, t: f64, q: &[f64]) {
-        /// The first coordinate of each row, and the groups as far as they are known.
-        struct Groups {
-            group: Vec<usize>,
-            first: Vec<Option<usize>>,
-        }
-        impl Groups {
-            fn of(&mut self, mut i: usize) -> usize {
-                while self.group[i] != i {
-                    self.group[i] = self.group[self.group[i]];
-                    i = self.group[i];
-                }
-                i
-            }
-        }
-        impl Entries for Groups {
+        struct Places<'a>(&'a mut dyn FnMut(usize, usize));
+        impl Entries for Places<'_> {
             fn add(&mut self, row: usize, column: usize, _value: f64) {
-                let other = *self.first[row].get_or_insert(column);
-                let (a, b) = (self.of(column), self.of(other));
-                self.group[a.max(b)] = a.min(b);
+                (self.0)(row, column);
             }
         }
-        let first = vec![None; self.constraints.len()];
-        let mut groups = Groups { group: (0..q.len()).collect(), first };
-        self.constraints.jacobian(t, q, &mut groups);
-        self.group = (0..q.len()).map(|i| groups.of(i)).collect();
+        let shape = (self.constraints.len(), q.len());
+        self.group = groups(shape, |visit| self.constraints.jacobian(t, q, &mut Places(visit)));
     }
 
     /// Writes `s.q1`, `s.dq` from `P u` and `ν`.

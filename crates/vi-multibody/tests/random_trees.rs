@@ -1,10 +1,11 @@
 //! Identities on random trees of all joint types: `G P = 0`, the pair maps stay on the constraints,
-//! tangents against differences, the articulated recursion against dense matrices.
+//! tangents against differences, the articulated recursion and the descriptor form against dense matrices.
 
 #![allow(clippy::unwrap_used)] // a test
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use proptest::prelude::*;
+use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::{Constraints, DenseNodal, NodalOperators, Reparametrization};
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
@@ -12,8 +13,9 @@ use vi_core::state::Memory;
 use vi_core::{Configuration, DiscreteLagrangian, Entries, Quadrature, SeparableSystem};
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::joint::{FrameId, Joint};
-use vi_multibody::mechanism::Mechanism;
+use vi_multibody::mechanism::{BarEnd, Mechanism};
 use vi_multibody::pair::PairKind;
+use vi_multibody::tree_descriptor::TreeDescriptor;
 use vi_multibody::tree_map::TreeMap;
 use vi_multibody::tree_nodal::TreeNodal;
 use vi_testkit::Sample;
@@ -21,6 +23,11 @@ use vi_testkit::Sample;
 /// A random tree; every body hangs on an earlier one or on the ground, half of the joints are written
 /// from child to parent.
 fn random_tree(bodies: usize, seed: u64) -> Mechanism {
+    random_tree_with(bodies, 0, seed)
+}
+
+/// The same with point masses, free, on a bar to the ground or on one to an earlier point mass.
+fn random_tree_with(bodies: usize, points: usize, seed: u64) -> Mechanism {
     let mut random = Sample::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
     let mut frames = vec![FrameId::Ground];
@@ -40,6 +47,21 @@ fn random_tree(bodies: usize, seed: u64) -> Mechanism {
         let reversed = random.number() <= 0.0;
         let [parent, child] = if reversed { [child, parent] } else { [parent, child] };
         builder.joint(&format!("joint {k}"), kind, parent, child).at(point).axis(axis);
+    }
+    let mut known = Vec::new();
+    for k in 0..points {
+        let at = 2.0 * random.vector();
+        let point =
+            builder.particle(&format!("point {k}"), 1.5 + random.number(), at, Vector3::zeros());
+        let carrier: Option<(BarEnd, Vector3<f64>)> = match random.index(k + 2) {
+            0 => Some((BarEnd::Ground(Vector3::zeros()), Vector3::zeros())),
+            j if j <= k => Some(known[j - 1]),
+            _ => None,
+        };
+        if let Some((carrier, from)) = carrier {
+            builder.bar_of_length(&format!("bar {k}"), carrier, point, (at - from).norm());
+        }
+        known.push((BarEnd::from(point), at));
     }
     builder.build().unwrap().mechanism
 }
@@ -167,6 +189,54 @@ proptest! {
         let off: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
         let relative = norm_inf(&off) / norm_inf(&b).max(1e-300);
         prop_assert!(d == 0 || relative <= 1e-11, "relative difference {relative:e}");
+    }
+
+    #[test]
+    fn the_descriptor_form_solves_the_dense_system(
+        bodies in 0_usize..9, points in 0_usize..7, seed in any::<u64>()
+    ) {
+        prop_assume!(bodies + points > 0);
+        let mechanism = random_tree_with(bodies, points, seed);
+        let system: SeparableSystem = mechanism.system(Quadrature::Midpoint);
+        let map = TreeMap::new(&mechanism);
+        let (n, d) = (mechanism.dim(), map.dof());
+        let q = mechanism.initial_configuration();
+        let u = increments(d, 0.4, seed ^ 51);
+        let mut s = moved(&map, &q, &u);
+        s.h = 0.1;
+        // members coupled at random
+        let strength = increments(n, 2.0, seed ^ 52);
+        let coupled = |out: &mut dyn Entries| {
+            system.forced_d2_d1(&s, out);
+            for (i, value) in strength.iter().enumerate() {
+                out.add(i, (5 * i + 7) % n, *value);
+                out.add((5 * i + 7) % n, i, 0.5 * value);
+            }
+        };
+        let mut descriptor = TreeDescriptor::new(&mechanism);
+        let mut dense = DenseNodal::new(n, map);
+        descriptor.begin(&s, &Memory::default(), None);
+        dense.begin(&s, &Memory::default(), None);
+
+        let w = increments(n, 1.0, seed ^ 53);
+        let (mut a, mut b) = (vec![0.0; d], vec![0.0; d]);
+        descriptor.pull_back(&w, &mut a);
+        dense.pull_back(&w, &mut b);
+        let off: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+        prop_assert!(norm_inf(&off) < 1e-13 * (1.0 + norm_inf(&b)), "Pᵀw off by {:e}", norm_inf(&off));
+
+        let (mut v, mut expected) = (vec![0.0; n], vec![0.0; n]);
+        let nu = increments(d, 1.0, seed ^ 54);
+        descriptor.push_forward(&nu, &mut v);
+        dense.push_forward(&nu, &mut expected);
+        let off: Vec<f64> = v.iter().zip(&expected).map(|(a, b)| a - b).collect();
+        prop_assert!(norm_inf(&off) < 1e-12, "P ν off by {:e}", norm_inf(&off));
+
+        descriptor.solve(&coupled, &u, &s, &mut a).unwrap();
+        dense.solve(&coupled, &u, &s, &mut b).unwrap();
+        let off: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - b).collect();
+        let relative = norm_inf(&off) / norm_inf(&b).max(1e-300);
+        prop_assert!(d == 0 || relative <= 1e-9, "relative difference {relative:e}");
     }
 
     #[test]

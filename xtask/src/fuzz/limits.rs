@@ -86,7 +86,7 @@ fn texts() -> Vec<Limit> {
         text("10^18 elements", beam("elements = 1000000000000000000")),
         text("10^18 elements in a leg", beam("elements = [1000000000000000000]")),
         text("100,000 bodies", bodies(100_000)),
-        text("16 MiB and a byte", "#".repeat(holonom::model::MAX_BYTES + 1)),
+        text("64 MiB and a byte", "#".repeat(holonom::model::MAX_BYTES + 1)),
         text("16 MiB of a name", format!("[model]\nname = \"{}\"", "n".repeat(15 << 20))),
         text("16 MiB of quotation marks", "\"".repeat(16 << 20)),
     ]

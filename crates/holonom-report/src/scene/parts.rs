@@ -105,6 +105,8 @@ pub struct Parts<'a> {
     model: &'a Model,
     frames: &'a Frames,
     start: StartPoints<'a>,
+    /// Bodies and point masses by their names.
+    members: BTreeMap<&'a str, usize>,
     /// Centre and directors of each member.
     poses: Vec<(Vector3<f64>, Matrix3<f64>)>,
 }
@@ -126,13 +128,15 @@ impl<'a> Parts<'a> {
             _ => Matrix3::identity(),
         });
         let poses = frames.points(0).map(Vector3::from).zip(directors).collect();
-        Some(Self { model, frames, start: StartPoints::new(model), poses })
+        let members = frames.members.iter().enumerate();
+        let members = members.rev().map(|(k, member)| (member.name.as_str(), k)).collect();
+        Some(Self { model, frames, start: StartPoints::new(model), members, poses })
     }
 
     /// The member of a name of the model, `rod.start` of beams included.
     fn member(&self, name: &str) -> Option<usize> {
-        let frame = self.model.frame(name);
-        frame.or_else(|| self.frames.members.iter().position(|member| member.name == name))
+        let node = || self.model.frame(name).filter(|_| name.contains('.'));
+        self.members.get(name).copied().or_else(node)
     }
 
     /// A point in space on a member.
@@ -155,16 +159,18 @@ impl<'a> Parts<'a> {
     /// The bodies.
     #[must_use]
     pub fn bodies(&self) -> Vec<Body> {
+        let mut held: BTreeMap<&str, Vec<Vector3<f64>>> = BTreeMap::new();
+        for joint in &self.model.joints {
+            let [a, b] = self.start.joint(joint);
+            held.entry(&joint.parent).or_default().push(a);
+            held.entry(&joint.child).or_default().push(b);
+        }
         let body = |(member, body): (usize, &holonom_model::Body)| {
             let directors = self.poses[member].1;
             let own = directors.tr_mul(&body.rotation());
             let anchors: Vec<[f64; 3]> = if body.shape.is_none() && !body.fixed {
-                let held = self.model.joints.iter().flat_map(|joint| {
-                    let [a, b] = self.start.joint(joint);
-                    [(&joint.parent, a), (&joint.child, b)]
-                });
-                let own = held.filter(|(name, _)| **name == body.name);
-                own.map(|(name, point)| self.end(name, point).point).collect()
+                let own = held.get(body.name.as_str()).into_iter().flatten();
+                own.map(|point| self.end(&body.name, *point).point).collect()
             } else {
                 Vec::new()
             };

@@ -6,10 +6,10 @@
 //! ```
 //! The roots are the same, and so is the matrix at the root.
 
-use super::clock::timed;
 use super::equal_error::Time;
 use super::measure::range;
 use super::{Plan, Request, distance};
+use crate::clock::timed;
 use holonom_model::Model;
 use holonom_sim::system::{self, System};
 use vi_constraints::InitialValues;

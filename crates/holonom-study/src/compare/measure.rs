@@ -1,8 +1,8 @@
 //! One scheme: a run, its cost, its matrices, its error against time.
 
-use super::clock::timed;
 use super::record::{ConditionAt, Measured, Outcome, Point, Record, Verdict, WorkPoint};
 use super::{Plan, distance, larger};
+use crate::clock::timed;
 use holonom_model::{Family, Model, Scheme};
 use holonom_sim::output::{ConstraintSummary, Maximum};
 use holonom_sim::sample::Sample;

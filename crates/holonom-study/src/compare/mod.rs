@@ -16,14 +16,12 @@
 //! | [`record`] | the findings as data |
 //! | `reference` | the trajectory that others are held against |
 //! | `measure` | one scheme: a run, its cost, its matrices |
-//! | `clock` | CPU time |
 //! | [`equal_error`] | both families at the same error |
 //! | [`linearization`] | the two Newton matrices of `em-nodal` |
 //! | [`table`] | the findings on a terminal |
 //! | [`page`] | the findings as one page |
 
 mod charts;
-mod clock;
 pub mod equal_error;
 pub mod linearization;
 mod measure;
@@ -32,7 +30,7 @@ pub mod record;
 mod reference;
 pub mod table;
 
-pub use clock::Clock;
+pub use crate::clock::Clock;
 pub use record::{Comparison, Measured, Outcome, Record, Verdict};
 
 use holonom_model::{Family, Model, ModelError, Scheme};

@@ -1,6 +1,6 @@
 //! What a comparison finds, as data: `compare.json`.
 
-use super::clock::Clock;
+use crate::clock::Clock;
 use holonom_sim::output::ConstraintSummary;
 use serde::{Deserialize, Serialize};
 use vi_constraints::scheme::Condition;

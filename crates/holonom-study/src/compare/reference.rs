@@ -4,9 +4,9 @@
 //! with the smallest step that the time allows; it is known to its distance from the same with twice
 //! the step.
 
-use super::clock::timed;
 use super::record::Reference;
 use super::{Plan, distance};
+use crate::clock::timed;
 use holonom_model::{Model, Scheme};
 use holonom_sim::simulation::Simulation;
 

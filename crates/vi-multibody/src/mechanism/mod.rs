@@ -22,6 +22,7 @@ use crate::tree::particle::ParticleTree;
 use components::Components;
 use nalgebra::Vector3;
 use spanning::{span_bodies, span_particles};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::momentum_map::Momentum;
@@ -52,7 +53,7 @@ pub struct Mechanism {
     description: Description,
     rows: Vec<ScalarRow>,         // joints, then bars, then scalar constraints
     angles: Vec<JointCoordinate>, // whose revolutions count
-    coordinates: Vec<((usize, usize), JointCoordinate)>, // asked for: joint, freedom
+    coordinates: BTreeMap<(usize, usize), JointCoordinate>, // asked for: joint, freedom
     joint_rows: Vec<Range<usize>>, // into the constraints, for each joint
     bar_rows: Vec<Range<usize>>,
     scalar_rows: Vec<Range<usize>>,
@@ -95,7 +96,7 @@ impl Mechanism {
             description,
             rows,
             angles,
-            coordinates: Vec::new(),
+            coordinates: BTreeMap::new(),
             joint_rows,
             bar_rows,
             scalar_rows,
@@ -117,13 +118,13 @@ impl Mechanism {
     /// `None` as [`JointCoordinate::principal`]. Before the integrator takes the mechanism.
     pub fn coordinate(&mut self, joint: usize, freedom: usize) -> Option<JointCoordinate> {
         let place = (joint, freedom);
-        if let Some((_, known)) = self.coordinates.iter().find(|(at, _)| *at == place) {
+        if let Some(known) = self.coordinates.get(&place) {
             return Some(known.clone());
         }
         let joint = self.description.joints.get(joint)?;
         let mut coordinate = JointCoordinate::principal(joint, freedom)?;
         coordinate.list(&mut self.angles);
-        self.coordinates.push((place, coordinate.clone()));
+        self.coordinates.insert(place, coordinate.clone());
         Some(coordinate)
     }
 
@@ -208,9 +209,9 @@ impl Mechanism {
         if row < 6 * bodies.len() {
             return &bodies[row / 6].name;
         }
-        let joint = self.joint_rows.iter().position(|r| r.contains(&row));
-        let bar = || self.bar_rows.iter().position(|r| r.contains(&row));
-        let scalar = || self.scalar_rows.iter().position(|r| r.contains(&row));
+        let joint = holder(&self.joint_rows, row);
+        let bar = || holder(&self.bar_rows, row);
+        let scalar = || holder(&self.scalar_rows, row);
         match (joint, bar()) {
             (Some(k), _) => &self.description.joints[k].name,
             (_, Some(k)) => &self.description.bars[k].name,
@@ -349,6 +350,12 @@ impl Mechanism {
             }
         }
     }
+}
+
+/// Which of these ranges, one after the other, holds a row.
+fn holder(ranges: &[Range<usize>], row: usize) -> Option<usize> {
+    let k = ranges.partition_point(|range| range.end <= row);
+    ranges.get(k).is_some_and(|range| range.contains(&row)).then_some(k)
 }
 
 fn joint_rows(joint: &Joint) -> Vec<ScalarRow> {

@@ -20,9 +20,16 @@ pub(crate) fn span_bodies(description: &Description) -> (Tree, Vec<usize>) {
     let mut links: Vec<Link> = Vec::new();
     let mut queue = VecDeque::from([FrameId::Ground]);
     let mut next_root = 0;
+    let at = |frame| match frame {
+        FrameId::Ground => bodies,
+        FrameId::Frame(k) => k,
+    };
+    let sides = description.joints.iter().map(|j| [at(j.parent.frame), at(j.child.frame)]);
+    let joints_of = Incidence::new(bodies + 1, sides);
     loop {
         while let Some(frame) = queue.pop_front() {
-            for (k, joint) in description.joints.iter().enumerate() {
+            for &k in joints_of.edges(at(frame)) {
+                let joint = &description.joints[k];
                 if used[k] {
                     continue;
                 }
@@ -59,6 +66,33 @@ pub(crate) fn span_bodies(description: &Description) -> (Tree, Vec<usize>) {
     (Tree::new(links), cut)
 }
 
+/// The edges of a graph at each of its nodes, ascending.
+struct Incidence {
+    start: Vec<usize>, // of each node, into `edges`; one more at the end
+    edges: Vec<usize>,
+}
+
+impl Incidence {
+    /// From the two nodes of each edge.
+    fn new(nodes: usize, ends: impl Iterator<Item = [usize; 2]> + Clone) -> Self {
+        let mut start = vec![0; nodes + 1];
+        ends.clone().flatten().for_each(|node| start[node + 1] += 1);
+        (0..nodes).for_each(|node| start[node + 1] += start[node]);
+        let (mut next, mut edges) = (start.clone(), vec![0; start[nodes]]);
+        for (edge, ends) in ends.enumerate() {
+            for node in ends {
+                edges[next[node]] = edge;
+                next[node] += 1;
+            }
+        }
+        Self { start, edges }
+    }
+
+    fn edges(&self, node: usize) -> &[usize] {
+        &self.edges[self.start[node]..self.start[node + 1]]
+    }
+}
+
 fn free_joint(name: &str, frame: usize) -> Joint {
     let side = |frame| Side { frame, anchor: Vector3::zeros(), axes: Matrix3::identity() };
     Joint {
@@ -93,9 +127,16 @@ pub(crate) fn span_particles(
             queue.push_back(bar.to);
         }
     }
+    let ends = description.bars.iter().map(|bar| match bar.from {
+        BarEnd::Particle(from) => [from, bar.to],
+        BarEnd::Ground(_) => [count, bar.to],
+    });
+    let bars_of = Incidence::new(count + 1, ends);
+    let mut next_root = 0;
     loop {
         while let Some(particle) = queue.pop_front() {
-            for (k, bar) in description.bars.iter().enumerate() {
+            for &k in bars_of.edges(particle) {
+                let bar = &description.bars[k];
                 let BarEnd::Particle(from) = bar.from else { continue };
                 let other = match (used[k], from == particle, bar.to == particle) {
                     (false, true, _) => bar.to,
@@ -110,7 +151,8 @@ pub(crate) fn span_particles(
                 }
             }
         }
-        let Some(root) = (0..count).find(|&p| bead_of[p].is_none()) else { break };
+        let Some(root) = (next_root..count).find(|&p| bead_of[p].is_none()) else { break };
+        next_root = root + 1;
         attach(root, Carrier::Free, 0.0, &mut bead_of);
         queue.push_back(root);
     }

@@ -3,8 +3,11 @@
 pub mod articulated;
 mod body_blocks;
 pub mod closed_loop;
+mod member_blocks;
 pub mod run;
+mod screws;
 pub mod sparse_nodal;
 pub mod tree_control_points;
+pub mod tree_descriptor;
 pub mod tree_map;
 pub mod tree_nodal;

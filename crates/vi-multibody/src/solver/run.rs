@@ -3,8 +3,8 @@
 //! | mechanism | nodal and reduced | d'Alembert | constrained |
 //! |---|---|---|---|
 //! | tree of bodies, uncoupled potential | articulated recursion, `O(N)` | dense | sparse |
-//! | tree with couplings or point masses | dense up to 60 degrees of freedom, then sparse | dense | sparse |
-//! | tree with nodes of elements | sparse | dense | sparse |
+//! | tree with couplings or point masses | dense up to 60 degrees of freedom, then sparse or descriptor form | dense | sparse |
+//! | tree with nodes of elements | sparse, descriptor form with point masses or many ancestors | dense | sparse |
 //! | closed loops of bodies | that of their tree + small complement | dense, QR | sparse |
 //! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |
 //!
@@ -22,6 +22,7 @@ use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_control_points::TreeControlPoints;
+use crate::solver::tree_descriptor::TreeDescriptor;
 use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_nodal::TreeNodal;
 use crate::tree::Link;
@@ -34,7 +35,7 @@ use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::discretization::Discretization;
 use vi_constraints::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal};
 use vi_constraints::initialization::{StartReport, start};
-use vi_constraints::integrator::{SetupError, SingularStart};
+use vi_constraints::integrator::{SetupError, SingularStart, check_dense};
 use vi_constraints::nodal::Nodal;
 use vi_constraints::node_solvers::{NodalVelocity, NodeSolvers};
 use vi_constraints::saddle_point::IndependentRows;
@@ -61,6 +62,8 @@ pub enum Solver {
     Sparse,
 }
 
+const LOOPS_BESIDE_POINTS: &str = "loops of bars, or loops beside point masses, in the nodal form";
+
 /// Degrees of freedom up to which a coupled tree is solved densely.
 const DENSE_UP_TO: usize = 60;
 
@@ -76,6 +79,18 @@ impl Solver {
             Self::Auto | Self::Articulated => has_nodes(mechanism) || d > DENSE_UP_TO,
         }
     }
+}
+
+/// Whether a sparse tree is solved in descriptor form: with point masses, and where its members have so many ancestors
+/// that the matrix over the unknowns is dense.
+fn takes_descriptor(mechanism: &Mechanism) -> bool {
+    const MOST: usize = 64; // mean of the unknowns that move a member: root of the mean square
+    let mut unknowns: Vec<usize> = Vec::new();
+    for link in mechanism.tree().links() {
+        unknowns.push(link.parent.map_or(0, |p| unknowns[p]) + link.dof());
+    }
+    let squares: usize = unknowns.iter().map(|count| count * count).sum();
+    mechanism.particle_tree().dof() > 0 || squares > MOST * MOST * unknowns.len()
 }
 
 type BoxedScheme = Box<dyn Scheme<SeparableSystem, Mechanism>>;
@@ -106,13 +121,9 @@ pub fn integrator(
             galerkin(&mechanism, &system, (kind, options.method), solver, &rows)?
         }
         SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
-        SchemeKind::Dalembert if mechanism.has_loops() => {
-            let source = QrSource::new(n, m, rows.len());
-            Box::new(Dalembert::new(n, m, rows.clone(), source))
-        }
         SchemeKind::Dalembert => {
-            let source = MapSource(TreeMap::new(&mechanism));
-            Box::new(Dalembert::new(n, m, rows.clone(), source))
+            check_dense(n, "the scheme `dalembert`", "write scheme = \"nodal\"")?;
+            dalembert(&mechanism, &rows)
         }
         SchemeKind::Nodal | SchemeKind::Reduced => {
             nodal(&mechanism, &system, &options, solver, (&loops, at))?
@@ -226,6 +237,15 @@ impl Loops {
     }
 }
 
+fn dalembert(mechanism: &Mechanism, rows: &IndependentRows) -> BoxedScheme {
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    if mechanism.has_loops() {
+        let source = QrSource::new(n, m, rows.len());
+        return Box::new(Dalembert::new(n, m, rows.clone(), source));
+    }
+    Box::new(Dalembert::new(n, m, rows.clone(), MapSource(TreeMap::new(mechanism))))
+}
+
 fn nodal(
     mechanism: &Arc<Mechanism>,
     system: &SeparableSystem,
@@ -236,6 +256,7 @@ fn nodal(
     let (n, reduced) = (mechanism.dim(), options.scheme == SchemeKind::Reduced);
     let particles = !mechanism.description().particles.is_empty();
     if mechanism.has_loops() && particles {
+        check_dense(n, LOOPS_BESIDE_POINTS, "write scheme = \"constrained\"")?;
         let operators = TangentSpace::new(mechanism.clone(), &loops.rows);
         return Ok(Box::new(Nodal::new(n, operators, reduced)));
     }
@@ -243,7 +264,15 @@ fn nodal(
     let uncoupled = !particles && recursion.applies(system, &probe(mechanism, system));
     let elements = has_nodes(mechanism);
     let sparse = solver.is_sparse(mechanism);
+    let dense = || check_dense(n, "the solver `dense`", "write solver = \"auto\"");
     if let Some(rank) = &loops.rank {
+        if !uncoupled {
+            let what = "springs between the bodies of so many closed loops";
+            check_dense(rank.generic, what, "write scheme = \"constrained\"")?;
+            if !sparse {
+                dense()?;
+            }
+        }
         let tree = match (uncoupled, sparse) {
             (true, _) => TreeSolver::Recursion,
             (_, false) => TreeSolver::Dense(Box::new(DenseNodal::new(n, TreeMap::new(mechanism)))),
@@ -266,12 +295,21 @@ fn nodal(
         return Ok(Box::new(Nodal::new(n, recursion, reduced)));
     }
     if !sparse {
+        dense()?;
         let operators = DenseNodal::new(n, TreeMap::new(mechanism));
         return Ok(Box::new(Nodal::new(n, operators, reduced)));
+    }
+    if takes_descriptor(mechanism) {
+        return Ok(Box::new(Nodal::new(n, descriptor(mechanism, elements, at.q), reduced)));
     }
     let operators = SparseNodal::new(mechanism);
     let operators = if elements { operators.for_elements(at.q) } else { operators };
     Ok(Box::new(Nodal::new(n, operators, reduced)))
+}
+
+fn descriptor(mechanism: &Mechanism, elements: bool, q: &[f64]) -> TreeDescriptor {
+    let operators = TreeDescriptor::new(mechanism);
+    if elements { operators.for_elements(q) } else { operators }
 }
 
 /// The Galerkin schemes: trees of bodies and point masses in nodal form, any mechanism of these in constrained form.
@@ -309,6 +347,11 @@ fn galerkin(
                 let operators = TreeControlPoints::new(mechanism.tree(), stages.count());
                 return Ok(Box::new(GalerkinNodal::new(n, stages, operators)));
             }
+            check_dense(
+                n,
+                "the Galerkin schemes of this system",
+                "write method = \"composition\"",
+            )?;
             let map = TreeMap::new(mechanism);
             let operators = DenseControlPoints::new(n, stages.count(), map);
             Ok(Box::new(GalerkinNodal::new(n, stages, operators)))
@@ -322,8 +365,8 @@ fn galerkin(
 /// | mechanism | `v̂` | `λ` |
 /// |---|---|---|
 /// | tree of bodies | articulated recursion, `O(N)` | sweep, `O(N)` |
-/// | tree with elements | sparse | sweep, `O(N)` |
-/// | tree with point masses | dense up to 60 degrees of freedom, then sparse | saddle point |
+/// | tree with elements | sparse or descriptor form | sweep, `O(N)` |
+/// | tree with point masses | dense up to 60 degrees of freedom, then descriptor form | saddle point |
 /// | closed loops of bodies | that of their tree + small complement | saddle point |
 /// | loops of bars, loops beside point masses | saddle point | saddle point |
 fn node_solvers(
@@ -360,6 +403,13 @@ fn node_solvers(
         }
         None if !mechanism.has_loops() && uncoupled => {
             Some(Box::new(NodalVelocity::new(n, recursion)))
+        }
+        None if !mechanism.has_loops()
+            && solver.is_sparse(mechanism)
+            && takes_descriptor(mechanism) =>
+        {
+            let operators = descriptor(mechanism, has_nodes(mechanism), at.q);
+            Some(Box::new(NodalVelocity::new(n, operators)))
         }
         None if !mechanism.has_loops() && solver.is_sparse(mechanism) => {
             Some(Box::new(NodalVelocity::new(n, sparse())))

@@ -9,6 +9,7 @@
 //! The bases `b_i` belong to `q_n`; the tangent at `q_{n+1}` is `(T(θ) b_i) × r_{n+1}`.
 
 use crate::pair::joint::complete_axis;
+use crate::pair::{Transfer, Twist, VelocityMap};
 use nalgebra::{DMatrix, Vector3};
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, BlockKind, Fault};
@@ -83,8 +84,20 @@ impl ParticleTree {
     /// Offset in `q` of the point mass that an unknown moves against its carrier.
     #[must_use]
     pub fn owner(&self, unknown: usize) -> Option<usize> {
-        let bead = self.beads.iter().rev().find(|bead| bead.unknown <= unknown)?;
-        Some(bead.offset)
+        let k = self.beads.partition_point(|bead| bead.unknown <= unknown);
+        Some(self.beads[..k].last()?.offset)
+    }
+
+    /// 2 or 3.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// The point masses, root first.
+    #[must_use]
+    pub fn beads(&self) -> &[Bead] {
+        &self.beads
     }
 
     fn vector(&self, q: &[f64], offset: usize) -> Vector3<f64> {
@@ -120,20 +133,72 @@ impl ParticleTree {
 
     /// Writes the rows of `P(q)` that belong to particles into a zeroed matrix.
     pub fn null_space(&self, q: &[f64], out: &mut DMatrix<f64>) {
-        self.columns(out, |bead, k| {
-            let arm = self.arm(bead, q);
-            self.axes(&arm)[k].cross(&arm)
-        });
+        self.columns(out, |bead, k| self.rate(bead, q, k));
     }
 
     /// Writes the rows of `∂F_d/∂u` that belong to particles into a zeroed matrix.
     pub fn tangent(&self, u: &[f64], s: &Interval, out: &mut DMatrix<f64>) {
-        self.columns(out, |bead, k| {
-            let arm = self.arm(bead, &s.q0);
-            let theta = self.rotation_vector(bead, u, &arm);
-            let axis = rotation::tangent(&theta) * self.axes(&arm)[k];
-            axis.cross(&self.arm(bead, &s.q1))
-        });
+        self.columns(out, |bead, k| self.tangent_rate(bead, (u, s), k));
+    }
+
+    /// `maps ← X, S` of each particle at `q`: `ẋ = ẋ_carrier + S ν`.
+    pub fn velocity_maps<'m>(
+        &self,
+        q: &[f64],
+        maps: impl IntoIterator<Item = &'m mut VelocityMap>,
+    ) {
+        self.write_maps(maps, |bead, k| self.rate(bead, q, k));
+    }
+
+    /// `maps ← X, S'` of each particle for a reparametrized interval.
+    pub fn tangents<'m>(
+        &self,
+        (u, s): (&[f64], &Interval),
+        maps: impl IntoIterator<Item = &'m mut VelocityMap>,
+    ) {
+        self.write_maps(maps, |bead, k| self.tangent_rate(bead, (u, s), k));
+    }
+
+    fn write_maps<'m>(
+        &self,
+        maps: impl IntoIterator<Item = &'m mut VelocityMap>,
+        rate: impl Fn(&Bead, usize) -> Vector3<f64>,
+    ) {
+        for (bead, map) in self.beads.iter().zip(maps) {
+            map.dof = self.dof_of(bead);
+            map.transfer = match bead.carrier {
+                Carrier::Particle(_) => Transfer::Point(Vector3::zeros()),
+                _ => Transfer::None,
+            };
+            for k in 0..map.dof {
+                let column = match bead.carrier {
+                    Carrier::Free => Vector3::ith(k, 1.0),
+                    _ => rate(bead, k),
+                };
+                map.s[k] = Twist::new(column, Vector3::zeros());
+            }
+        }
+    }
+
+    fn dof_of(&self, bead: &Bead) -> usize {
+        match bead.carrier {
+            Carrier::Free => self.dimension,
+            _ => self.dimension - 1,
+        }
+    }
+
+    /// Velocity of a particle against its carrier by the unit rate `k`.
+    fn rate(&self, bead: &Bead, q: &[f64], k: usize) -> Vector3<f64> {
+        let arm = self.arm(bead, q);
+        self.axes(&arm)[k].cross(&arm)
+    }
+
+    /// The same with the tangent of the increments.
+    fn tangent_rate(&self, bead: &Bead, (u, s): (&[f64], &Interval), k: usize) -> Vector3<f64> {
+        let arm = self.arm(bead, &s.q0);
+        let theta = self.rotation_vector(bead, u, &arm);
+        let axis = rotation::tangent(&theta) * self.axes(&arm)[k];
+        axis.cross(&self.arm(bead, &s.q1))
     }
 
     fn columns(&self, out: &mut DMatrix<f64>, arm_rate: impl Fn(&Bead, usize) -> Vector3<f64>) {

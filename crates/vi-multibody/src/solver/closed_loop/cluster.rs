@@ -21,7 +21,9 @@ use crate::solver::articulated::Articulated;
 use nalgebra::DMatrix;
 use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_core::Configuration;
+use vi_core::linear::SparseLu;
 use vi_core::newton::Fault;
+use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 
 /// Reads what [`Cluster::remember`] wrote, cluster by cluster.
@@ -148,24 +150,21 @@ impl Cluster {
             self.next.entries(k).for_each(|(column, value)| by_column[column].push((k, value)));
         }
         let square = |column: usize| weights[self.paths.columns[column]].powi(2);
-        let mut gram = Echelon::new(rank, vec![1.0; rank], 1);
-        let mut line = vec![0.0; rank + 1];
-        for i in 0..rank {
-            line.fill(0.0);
-            for (column, value) in self.next.entries(i) {
-                if column == width {
-                    line[rank] = value;
-                    continue;
-                }
-                for &(k, other) in &by_column[column] {
-                    line[k] += value * other * square(column);
+        let gram = SparseMatrix::assemble(rank, rank, |out: &mut dyn Entries| {
+            for i in 0..rank {
+                for (column, value) in self.next.entries(i).filter(|e| e.0 < width) {
+                    for &(k, other) in &by_column[column] {
+                        out.add(i, k, value * other * square(column));
+                    }
                 }
             }
-            gram.push(line.iter().copied().enumerate().filter(|e| e.1 != 0.0));
-        }
-        gram.eliminate(rank, 1e-30);
+        });
         let mut y = vec![0.0; rank];
-        gram.back_substitute(0, &mut y);
+        by_column[width].iter().for_each(|&(k, side)| y[k] = side);
+        let solved = SparseLu::new(&gram).and_then(|mut lu| lu.solve(&gram, &mut y));
+        if solved.is_err() {
+            return; // nothing is known of the step
+        }
         for (column, entries) in by_column[..width].iter().enumerate() {
             let sum: f64 = entries.iter().map(|&(k, value)| value * y[k]).sum();
             out[self.paths.columns[column]] += square(column) * sum;

@@ -5,7 +5,9 @@
 //! v̂_i, p'_i from J'_i     the transposed backward sweep:   J'_i δ = v̂_i·û + p'_i·δt_apex
 //! C_ik = v̂_i·û_k
 //! ```
-//! Both are stored for the links of the path up to the apex alone, so `C` is sparse where few loops meet.
+//! Both are stored for the links of the path up to the apex alone, so `C` is sparse where few loops meet. Small ones are
+//! eliminated row by row; large ones by a sparse LU, which orders their columns, and which is analysed anew when other
+//! entries vanish.
 #![allow(non_snake_case)] // C
 
 use super::echelon::{CAPACITY, Echelon, Entry};
@@ -13,20 +15,77 @@ use super::path::Paths;
 use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
 use nalgebra::Vector3;
+use vi_core::linear::{Singular, SparseLu};
 use vi_core::newton::Fault;
+use vi_core::sparse::{Entries, SparseMatrix};
 
 /// Right-hand sides: the unit twists of the apex, then the closure.
 const SIDES: usize = 7;
 
+/// Rank from which on `C` is solved by a sparse LU.
+const LARGE: usize = 128;
+
+/// A large `C` with its right-hand sides.
+#[derive(Default)]
+struct LargeMatrix {
+    places: Vec<(usize, usize)>,
+    values: Vec<f64>,
+    sides: Vec<f64>,            // rank × SIDES, column by column
+    known: Vec<(usize, usize)>, // places of the factors
+    factors: Option<(SparseMatrix, SparseLu)>,
+}
+
+impl LargeMatrix {
+    fn clear(&mut self, rank: usize) {
+        self.places.clear();
+        self.values.clear();
+        self.sides.clear();
+        self.sides.resize(SIDES * rank, 0.0);
+    }
+
+    /// Adds a row: entries from `rank` on are those of the right-hand sides.
+    fn push(&mut self, row: usize, rank: usize, entries: impl Iterator<Item = Entry>) {
+        for (k, value) in entries {
+            match k.checked_sub(rank) {
+                Some(side) => self.sides[side * rank + row] = value,
+                None => {
+                    self.places.push((row, k));
+                    self.values.push(value);
+                }
+            }
+        }
+    }
+
+    /// Solves for the right-hand sides from `first` on, in their place.
+    fn solve(&mut self, rank: usize, first: usize) -> Result<(), Singular> {
+        let Self { places, values, sides, known, factors } = self;
+        let emit = |out: &mut dyn Entries| {
+            places.iter().zip(&*values).for_each(|(&(i, j), value)| out.add(i, j, *value));
+        };
+        match factors {
+            Some((matrix, _)) if places == known => matrix.refill(emit),
+            _ => {
+                let matrix = SparseMatrix::assemble(rank, rank, emit);
+                let lu = SparseLu::new(&matrix)?;
+                *factors = Some((matrix, lu));
+                known.clone_from(places);
+            }
+        }
+        let (matrix, lu) = factors.as_mut().expect("just written");
+        lu.solve(matrix, &mut sides[first * rank..])
+    }
+}
+
 /// `C` with what it is made of.
 pub(crate) struct Complement {
     rank: usize,
-    left: Vec<Vec<Entry>>,  // column → (k, û_k)
-    wrenches: Vec<Twist>,   // p_k
-    right: Vec<Vec<Entry>>, // i → (column, v̂_i)
-    rows: usize,            // rows added
-    matrix: Echelon,
-    solved: [Vec<f64>; SIDES], // C⁻¹ of the right-hand sides
+    left: Vec<Vec<Entry>>,      // column → (k, û_k)
+    wrenches: Vec<Twist>,       // p_k
+    right: Vec<Vec<Entry>>,     // i → (column, v̂_i)
+    rows: usize,                // rows added
+    matrix: Echelon,            // a small one
+    large: Option<LargeMatrix>, // or a large one
+    solved: [Vec<f64>; SIDES],  // C⁻¹ of the right-hand sides
     sweep: Sweep,
     line: Vec<f64>,  // a row of C
     met: Vec<usize>, // its nonzero entries
@@ -92,6 +151,8 @@ impl Complement {
             marked: vec![false; links],
             touched: Vec::with_capacity(links),
         };
+        let large = (rank > LARGE).then(LargeMatrix::default);
+        let own = if large.is_some() { 0 } else { rank };
         let list = || Vec::with_capacity(CAPACITY.min(columns.max(rank)));
         let vec = |count| (0..count).map(|_| list()).collect();
         Self {
@@ -100,7 +161,8 @@ impl Complement {
             wrenches: vec![Twist::zero(); rank],
             right: vec(rank),
             rows: 0,
-            matrix: Echelon::new(rank, vec![1.0; rank], SIDES),
+            matrix: Echelon::new(own, vec![1.0; own], SIDES),
+            large,
             solved: std::array::from_fn(|_| vec![0.0; rank]),
             sweep,
             line: vec![0.0; rank],
@@ -111,6 +173,9 @@ impl Complement {
     pub(crate) fn clear(&mut self) {
         self.left.iter_mut().for_each(Vec::clear);
         self.matrix.clear();
+        if let Some(large) = &mut self.large {
+            large.clear(self.rank);
+        }
         self.rows = 0;
     }
 
@@ -130,7 +195,7 @@ impl Complement {
 
     /// `v̂_i`, `p'_i` from the row of `J'` last written, and its row of `C` with the right-hand sides.
     pub(crate) fn add_row(&mut self, g: f64, paths: &Paths, tree: &Articulated, x: &[f64]) {
-        let Self { sweep, left, right, rows, matrix, line, met, rank, .. } = self;
+        let Self { sweep, left, right, rows, matrix, large, line, met, rank, .. } = self;
         let own = &mut right[*rows];
         own.clear();
         sweep.take_up(paths.last_row().iter().copied(), paths);
@@ -156,7 +221,11 @@ impl Complement {
         let sides = sides.map(|v| if paths.apex.is_some() { v } else { 0.0 }).chain([closure]);
         let sides = sides.enumerate().map(|(side, v)| (*rank + side, v)).filter(|e| e.1 != 0.0);
         let entries = met.iter().map(|&k| (k, line[k])).chain(sides);
-        matrix.push(entries.map(|(k, v)| (k, scale * v)));
+        let entries = entries.map(|(k, v)| (k, scale * v));
+        match large {
+            Some(large) => large.push(*rows, *rank, entries),
+            None => matrix.push(entries),
+        }
         met.iter().for_each(|&k| line[k] = 0.0);
         *rows += 1;
     }
@@ -168,12 +237,18 @@ impl Complement {
         tree: &mut Articulated,
     ) -> Result<(), Fault> {
         const SMALLEST: f64 = 1e-30;
-        if self.matrix.eliminate(self.rank, SMALLEST) < self.rank {
+        let first = if apex.is_some() { 0 } else { SIDES - 1 };
+        if let Some(large) = &mut self.large {
+            large.solve(self.rank, first)?;
+            for (side, solved) in self.solved.iter_mut().enumerate().skip(first) {
+                solved.copy_from_slice(&large.sides[side * self.rank..(side + 1) * self.rank]);
+            }
+        } else if self.matrix.eliminate(self.rank, SMALLEST) < self.rank {
             return Err(Fault::SingularTangent);
-        }
-        let sides = if apex.is_some() { 0..SIDES } else { SIDES - 1..SIDES };
-        for side in sides {
-            self.matrix.back_substitute(side, &mut self.solved[side]);
+        } else {
+            for side in first..SIDES {
+                self.matrix.back_substitute(side, &mut self.solved[side]);
+            }
         }
         if let Some(apex) = apex {
             for (k, wrench) in self.wrenches.iter().enumerate() {

@@ -18,6 +18,11 @@ const LEVEL: f64 = 0.25;
 const NEAR: f64 = 0.3;
 /// Entries for which a row has space from the beginning; longer ones grow.
 pub(crate) const CAPACITY: usize = 32;
+/// A row that is left with less than this part of the tolerance is rounding, and is not looked at again.
+const SPENT: f64 = 1e-3;
+/// Rows up to which a row counts as visited once it was looked at. Among more it does when it becomes a pivot: rows that
+/// wait for a lower level count as later rows, and the others stay short.
+const SMALL: usize = 256;
 const NONE: usize = usize::MAX;
 
 /// A column and its entry.
@@ -110,9 +115,14 @@ impl Echelon {
             level = (LEVEL * level).max(floor);
             for i in 0..self.count {
                 if self.rows[i].pivot == NONE && self.pivots.len() < rank {
-                    self.visit(i);
-                    self.reduce(i);
+                    if self.count <= SMALL {
+                        self.visit(i);
+                    }
+                    if self.rows[i].size > SPENT * floor {
+                        self.reduce(i);
+                    }
                     if self.rows[i].size > level {
+                        self.visit(i);
                         self.take(i);
                     }
                 }

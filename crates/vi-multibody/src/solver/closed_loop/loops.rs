@@ -46,6 +46,7 @@ impl Loops {
         }
         let paths = paths(mechanism, &tree, &rows);
         let (clusters, home) = clusters(tree.tree(), &paths);
+        let mut links = cluster_links(tree.tree(), &home, clusters.len());
         let build = |(number, group): (usize, &Vec<usize>)| {
             let own = |&i: &usize| LoopRow {
                 number: i,
@@ -55,7 +56,7 @@ impl Loops {
                 apex: paths[i].apex,
             };
             let own = group.iter().map(own).collect();
-            let links = cluster_links(tree.tree(), &home, number);
+            let links = std::mem::take(&mut links[number]);
             let apex = group.iter().map(|&i| paths[i].apex).min().flatten();
             Cluster::new(Paths::new(own, links, apex), &weights)
         };
@@ -300,16 +301,16 @@ fn clusters(tree: &Tree, paths: &[Path]) -> (Vec<Vec<usize>>, Vec<(usize, usize)
     (clusters, home)
 }
 
-fn cluster_links(tree: &Tree, home: &[(usize, usize)], number: usize) -> Vec<ClusterLink> {
-    let own = tree.links().iter().enumerate().rev().filter(|(k, _)| home[*k].0 == number);
-    let mut first = 0;
-    let place = |(k, link): (usize, &crate::tree::Link)| {
+fn cluster_links(tree: &Tree, home: &[(usize, usize)], count: usize) -> Vec<Vec<ClusterLink>> {
+    let mut out: Vec<Vec<ClusterLink>> = vec![Vec::new(); count];
+    for (k, link) in tree.links().iter().enumerate().rev().filter(|(k, _)| home[*k] != NOWHERE) {
+        let number = home[k].0;
+        let own = &mut out[number];
         let parent = link.parent.map(|p| home[p]).filter(|h| h.0 == number).map(|h| h.1);
-        let (offset, dof) = (link.offset, link.dof());
-        first += dof;
-        ClusterLink { link: k, parent, first: first - dof, offset, dof }
-    };
-    own.map(place).collect()
+        let first = own.last().map_or(0, |last| last.first + last.dof);
+        own.push(ClusterLink { link: k, parent, first, offset: link.offset, dof: link.dof() });
+    }
+    out
 }
 
 /// The blocks of a spanning tree's unknowns with floors at which round-off of the loop constraints is no

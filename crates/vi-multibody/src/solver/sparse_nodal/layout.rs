@@ -5,42 +5,24 @@
 //! ```
 //! Letters: `J_αk` twist of member `α` by the unit rate of the unknown `k`. Source: theory §5.
 
-#![allow(non_snake_case)] // J, T, B, D
-
 use crate::mechanism::Mechanism;
 use crate::pair::{Motion, PairKind, Transfer, Twist, VelocityMap};
+use crate::solver::member_blocks::Span;
+use crate::solver::screws;
 use crate::tree::Tree;
 use crate::tree::particle::ParticleTree;
-use nalgebra::{DMatrix, Matrix3, Vector3, Vector6};
+use nalgebra::{DMatrix, Vector6};
 use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
-use vi_rigid::{directors, null_space, rotation};
+use vi_rigid::null_space;
 
 /// A frame or a particle: which coordinates it has and which unknowns move it.
 #[derive(Clone, Debug)]
 pub(super) struct Member {
-    pub(super) first: usize,
-    pub(super) size: usize,
+    pub(super) span: Span,
     pub(super) columns: Range<usize>,
-}
-
-impl Member {
-    /// `P_inᵀ w` of a frame (force and torque), `w` of a particle; `w(i)`: i-th component.
-    pub(super) fn shrink(&self, q: &[f64], w: impl Fn(usize) -> f64) -> Vector6<f64> {
-        let mut out = Vector6::zeros();
-        (0..self.size.min(3)).for_each(|i| out[i] = w(i));
-        for i in (3..self.size).step_by(3) {
-            let d = &q[self.first + i..self.first + i + 3];
-            let w = [w(i), w(i + 1), w(i + 2)];
-            for k in 0..3 {
-                let (l, m) = ((k + 1) % 3, (k + 2) % 3);
-                out[3 + k] += d[l] * w[m] - d[m] * w[l];
-            }
-        }
-        out
-    }
 }
 
 /// The velocity map of all members at one configuration, column by column.
@@ -85,7 +67,7 @@ impl VelocityLayout {
             }
             unknowns.extend(link.offset..link.offset + link.dof());
             let columns = start..unknowns.len();
-            members.push(Member { first: 12 * link.frame, size: 12, columns });
+            members.push(Member { span: Span { first: 12 * link.frame, size: 12 }, columns });
         }
         let description = mechanism.description();
         let count = description.particles.len();
@@ -100,7 +82,7 @@ impl VelocityLayout {
                 let start = unknowns.len();
                 unknowns.extend((0..d).filter(|&j| probe.view((first, j), (size, 1)).amax() > 0.0));
                 let columns = start..unknowns.len();
-                members.push(Member { first, size, columns });
+                members.push(Member { span: Span { first, size }, columns });
             }
             particle_rows = Some(probe);
         }
@@ -196,9 +178,9 @@ impl VelocityLayout {
         let Some(rows) = &self.particle_rows else { return };
         for member in &self.members[self.maps.len()..] {
             for c in member.columns.clone() {
-                let row = |i: usize| rows[(member.first + i, self.unknowns[c])];
+                let row = |i: usize| rows[(member.span.first + i, self.unknowns[c])];
                 out.twists[c] = Vector6::zeros();
-                (0..member.size).for_each(|i| out.twists[c][i] = row(i));
+                (0..member.span.size).for_each(|i| out.twists[c][i] = row(i));
             }
         }
     }
@@ -218,7 +200,7 @@ impl VelocityLayout {
     pub fn pull_back(&self, at: &Columns, w: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         for member in &self.members {
-            let wrench = member.shrink(&at.q, |i| w[member.first + i]);
+            let wrench = member.span.shrink(&at.q, |i| w[member.span.first + i]);
             for c in member.columns.clone() {
                 out[self.unknowns[c]] += at.twists[c].dot(&wrench);
             }
@@ -248,47 +230,28 @@ impl VelocityLayout {
             for c in member.columns.clone() {
                 twist += nu[self.unknowns[c]] * at.twists[c];
             }
-            let own = member.first..member.first + member.size;
-            if member.size == 12 {
+            let own = member.span.first..member.span.first + member.span.size;
+            if member.span.size == 12 {
                 null_space::push_forward(&at.q[own.clone()], &twist, &mut out[own]);
             } else {
-                out[own].copy_from_slice(&twist.as_slice()[..member.size]);
+                out[own].copy_from_slice(&twist.as_slice()[..member.span.size]);
             }
         }
     }
 
-    /// Free roots: `(u_φ, θ) ← (T(D y_θ) D y_φ, D y_θ)` with the triad `D` of the root at `q`.
+    /// Screws of free roots into increments, see [`screws::to_increments`].
     pub(super) fn screws_to_increments(&self, q: &[f64], y: &mut [f64]) {
-        for link in self.tree.links().iter().filter(|link| link.joint.kind == PairKind::Free) {
-            let own = &mut y[link.offset..link.offset + 6];
-            let (w, theta) = screw(&directors::triad(&q[12 * link.frame..]), own);
-            own[..3].copy_from_slice((rotation::tangent(&theta) * w).as_slice());
-            own[3..].copy_from_slice(theta.as_slice());
-        }
+        screws::to_increments(&self.tree, q, y);
     }
 
     /// `J ← J ∂(u_φ, θ)/∂(y_φ, y_θ)` in the columns of free roots, at the screws `y` and the triads of
-    /// `q`: `[T D, B D; 0, D]`, `B = ∂(T(θ)w)/∂θ`. Without `y`: at zero, without `B`.
+    /// `q`, see [`screws::chain`].
     pub(super) fn chain_screws(&self, q: &[f64], y: Option<&[f64]>, at: &mut Columns) {
         for (member, root) in self.members.iter().zip(&self.roots) {
             let Some(root) = root else { continue };
-            let link = &self.tree.links()[*root];
-            let triad = directors::triad(&q[12 * link.frame..]);
-            let (T, B) = match y {
-                None => (Matrix3::identity(), Matrix3::zeros()),
-                Some(y) => {
-                    let (w, theta) = screw(&triad, &y[link.offset..link.offset + 6]);
-                    (rotation::tangent(&theta), tangent_derivative(&theta, &w))
-                }
-            };
-            let (TD, BD) = (T * triad, B * triad);
             // the unknowns of the root come first
             let own = &mut at.twists[member.columns.start..member.columns.start + 6];
-            let J: [Vector6<f64>; 6] = std::array::from_fn(|k| own[k]);
-            for k in 0..3 {
-                own[k] = (0..3).map(|l| J[l] * TD[(l, k)]).sum();
-                own[3 + k] = (0..3).map(|l| J[l] * BD[(l, k)] + J[3 + l] * triad[(l, k)]).sum();
-            }
+            screws::chain(&self.tree.links()[*root], (q, y), own);
         }
     }
 
@@ -296,61 +259,5 @@ impl VelocityLayout {
     pub fn clean(&self, q: &mut [f64]) {
         self.tree.clean(q);
         self.particles.clean(q);
-    }
-}
-
-/// `(w, θ) = (D y_φ, D y_θ)`.
-fn screw(triad: &Matrix3<f64>, y: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
-    (triad * Vector3::new(y[0], y[1], y[2]), triad * Vector3::new(y[3], y[4], y[5]))
-}
-
-/// `B = ∂(T(θ)w)/∂θ` with `T = I + a θ̂ + b θ̂²`, `a = (1 − cos x)/x²`, `b = (x − sin x)/x³`, `x = |θ|`:
-/// `B dθ = (a'/x θ×w + b'/x θ×(θ×w)) (θ·dθ) + a dθ×w + b (dθ×(θ×w) + θ×(dθ×w))`.
-fn tangent_derivative(theta: &Vector3<f64>, w: &Vector3<f64>) -> Matrix3<f64> {
-    let square = theta.norm_squared();
-    let x = square.sqrt();
-    let (a, b) = (rotation::cosine_gap(x), rotation::sine_gap(x));
-    // a'/x = (b x² − a − … ) has no accurate closed form near zero: series up to x = 1
-    let (da, db) = if square < 1.0 {
-        let series = |first: f64, step: f64| {
-            // Σ (−1)^{k+1} (2k+2)/(2k+4)! x^{2k} and with (2k+5)!
-            let (mut term, mut sum) = (first, 0.0);
-            for k in 0..9 {
-                let k = f64::from(k);
-                sum -= (2.0 * k + 2.0) * term;
-                term *= -square / ((2.0 * k + 5.0 + step) * (2.0 * k + 6.0 + step));
-            }
-            sum
-        };
-        (series(1.0 / 24.0, 0.0), series(1.0 / 120.0, 1.0))
-    } else {
-        let (sin, cos) = libm::sincos(x);
-        ((sin / x - 2.0 * a) / square, ((1.0 - cos) / square - 3.0 * b) / square)
-    };
-    let hat = rotation::skew(theta);
-    let (once, twice) = (hat * w, hat * (hat * w));
-    let along = (da * once + db * twice) * theta.transpose();
-    along - a * rotation::skew(w) - b * (rotation::skew(&once) + hat * rotation::skew(w))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_derivative_of_the_tangent_map() {
-        let (direction, w) = (Vector3::new(0.6, -0.48, 0.64), Vector3::new(0.4, 1.1, -0.7));
-        let mut worst = 0.0_f64;
-        for angle in [0.0, 1e-3, 0.3, 0.999, 1.001, 2.0, 3.1] {
-            let theta = angle * direction;
-            let exact = tangent_derivative(&theta, &w);
-            for k in 0..3 {
-                let e = 1e-5 * Vector3::ith(k, 1.0);
-                let change = rotation::tangent(&(theta + e)) - rotation::tangent(&(theta - e));
-                worst = worst.max((change * w / 2e-5 - exact.column(k)).amax());
-            }
-        }
-        println!("∂(T(θ)w)/∂θ off by {worst:.1e}");
-        assert!(worst < 1e-9, "{worst:e}");
     }
 }

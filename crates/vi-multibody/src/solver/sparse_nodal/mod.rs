@@ -11,6 +11,7 @@
 //! `O(elements)` per iteration. Nothing is allocated after the first solve.
 //!
 //! Cut joints are not seen here: [`crate::solver::closed_loop`] puts them on top. Particles are served through dense rows.
+//! Where members have many ancestors the matrix is dense: [`crate::solver::tree_descriptor`].
 //!
 //! Letters: `J_αk` column of the velocity map of member `α` (a twist), `K` the mixed derivative.
 //!
@@ -45,6 +46,14 @@ pub fn extent(q: &[f64]) -> f64 {
         norm_inf(&frame[..3]).max(norm_inf(&shift))
     };
     q.chunks_exact(12).map(size).fold(0.0, f64::max)
+}
+
+/// Sets the sizes below which increments do not matter to Newton's method.
+pub(crate) fn with_floors(blocks: &mut [Block], length: f64, angle: f64) {
+    for block in blocks {
+        let floor = if block.kind == BlockKind::Rotation { angle } else { length };
+        block.floor = block.floor.max(floor);
+    }
 }
 
 /// [`NodalOperators`] of a tree with couplings between its members, by a sparse LU.
@@ -98,10 +107,7 @@ impl SparseNodal {
     /// resolved below `ε` times the extent of the system, however small they are.
     #[must_use]
     pub fn with_floors(mut self, length: f64, angle: f64) -> Self {
-        for block in &mut self.blocks {
-            let floor = if block.kind == BlockKind::Rotation { angle } else { length };
-            block.floor = block.floor.max(floor);
-        }
+        with_floors(&mut self.blocks, length, angle);
         self
     }
 

@@ -57,7 +57,7 @@ impl ReducedRows {
         let mut next = 0;
         for part in &self.parts {
             let member = &layout.members[part.member];
-            let wrench = member.shrink(&columns.q, |i| self.values[part.values + i]);
+            let wrench = member.span.shrink(&columns.q, |i| self.values[part.values + i]);
             for c in member.columns.clone() {
                 self.products[next] = columns.twists[c].dot(&wrench);
                 next += 1;
@@ -68,7 +68,7 @@ impl ReducedRows {
     fn analyse(&mut self, layout: &VelocityLayout, emit: &dyn Fn(&mut dyn Entries)) {
         let mut member_of = vec![usize::MAX; layout.dim()];
         for (k, member) in layout.members.iter().enumerate() {
-            member_of[member.first..member.first + member.size].fill(k);
+            member_of[member.span.first..member.span.first + member.span.size].fill(k);
         }
         let mut sink = Sink::Places(Vec::new());
         emit(&mut sink);
@@ -80,13 +80,13 @@ impl ReducedRows {
             *start = length;
             let member = &layout.members[k];
             self.parts.push(Part { member: k, values: length });
-            length += member.size;
+            length += member.span.size;
             let unknowns = member.columns.clone().map(|c| (row, layout.unknowns[c]));
             self.places.extend(unknowns);
         }
         let slot = |&(row, column): &(usize, usize)| {
             let k = member_of[column];
-            starts[&(row, k)] + column - layout.members[k].first
+            starts[&(row, k)] + column - layout.members[k].span.first
         };
         self.slots = emitted.iter().map(slot).collect();
         (self.values, self.products) = (vec![0.0; length], vec![0.0; self.places.len()]);

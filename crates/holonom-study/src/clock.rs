@@ -33,7 +33,7 @@ impl Clock {
 }
 
 /// Seconds that `run` takes, with what it returns.
-pub(super) fn timed<T>(run: impl FnOnce() -> T) -> (f64, T) {
+pub(crate) fn timed<T>(run: impl FnOnce() -> T) -> (f64, T) {
     let (begin, wall) = (thread_time(), Instant::now());
     let value = run();
     let seconds = match (begin, thread_time()) {

@@ -1,0 +1,35 @@
+//! `holonom bench`: what a step costs.
+
+use holonom::bench::{Request, bench as measured};
+use holonom::model::Scheme;
+
+use crate::arguments::Bench;
+use crate::failure::Failure;
+use crate::input::Input;
+use crate::{stderr, stdout};
+
+pub(crate) fn bench(arguments: &Bench) -> Result<(), Failure> {
+    let mut overrides = arguments.model.set.clone();
+    if let Some(order) = &arguments.order {
+        overrides.push(("simulation.order".to_owned(), order.clone()));
+    }
+    let input = || Input::new(&arguments.model, overrides.clone(), arguments.json);
+    let model = input().read()?;
+    let own = model.settings.scheme;
+    if arguments.schemes.contains(&Scheme::Static)
+        || (arguments.schemes.is_empty() && own == Scheme::Static)
+    {
+        let message = "`static` computes equilibria, no motion: it has no steps".into();
+        return Err(Failure::Usage { message, help: "write --schemes nodal".into() });
+    }
+    let request = Request { schemes: arguments.schemes.clone(), steps: arguments.steps };
+    let found = match measured(&model, &request) {
+        Ok(found) => found,
+        Err(error) => return Err(input().refused(error)?),
+    };
+    if arguments.json {
+        return stdout::json(&serde_json::to_value(&found).unwrap_or_default());
+    }
+    stderr::print(&found.table());
+    Ok(())
+}
