@@ -1,7 +1,7 @@
 //! The folder of a run.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,6 +12,7 @@ use super::csv::{Trajectory, TrajectoryWriter};
 use super::energy::EnergyWriter;
 use super::file::{OutputError, at, write_atomically};
 use super::frames::{FrameReader, Frames};
+use super::lock::Lock;
 use super::momenta::MomentaWriter;
 use super::pictures::{self, is_there};
 use super::readable::{self, LeftOut, RowReader};
@@ -360,25 +361,10 @@ impl RunFolder {
     }
 }
 
-/// The lock of a folder, which the operating system releases with the last handle, however the program ends.
-#[derive(Debug)]
-struct Lock(File);
-
-impl Drop for Lock {
-    /// Closing alone does not do: a process that another thread is about to start holds a copy of the handle for a moment.
-    fn drop(&mut self) {
-        let _ = self.0.unlock(); // nobody could mend it
-    }
-}
-
-/// Locks a folder for one program. `None` where folders cannot be locked (Windows, some network file systems).
+/// Locks a folder for one program. `None` where folders cannot be opened (Windows).
 fn lock(folder: &Path) -> Result<Option<Arc<Lock>>, OutputError> {
     let Ok(handle) = File::open(folder) else { return Ok(None) };
-    match handle.try_lock() {
-        Ok(()) => Ok(Some(Arc::new(Lock(handle)))),
-        Err(TryLockError::WouldBlock) => Err(OutputError::InUse { folder: folder.to_owned() }),
-        Err(TryLockError::Error(_)) => Ok(None),
-    }
+    Lock::take(handle, folder).map(|lock| Some(Arc::new(lock)))
 }
 
 #[cfg(test)]
@@ -398,7 +384,7 @@ mod tests {
         let path = std::env::temp_dir().join(format!("holonom-lock-{}", std::process::id()));
         fs::create_dir_all(&path).unwrap();
         let folder = RunFolder::reopen(&path).unwrap();
-        let copied = folder._lock.as_ref().map(|lock| lock.0.try_clone().unwrap());
+        let copied = folder._lock.as_ref().map(|lock| lock.file().try_clone().unwrap());
         assert!(copied.is_none() || RunFolder::reopen(&path).is_err(), "held");
         drop(folder);
         assert!(RunFolder::reopen(&path).is_ok(), "released");

@@ -2,9 +2,9 @@
 
 use super::FILES;
 use super::plan::{Plan, Shard};
-use holonom_sim::output::OutputError;
+use holonom_sim::output::{Lock, OutputError};
 use serde::{Deserialize, Serialize};
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -88,7 +88,7 @@ fn name(shard: Shard) -> String {
 #[derive(Debug)]
 pub(super) struct Manifest {
     path: PathBuf,
-    file: File,
+    file: Lock,
 }
 
 impl Manifest {
@@ -98,27 +98,19 @@ impl Manifest {
         let io = |source| OutputError::Io { path: path.clone(), source };
         let file =
             OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(io)?;
-        if let Err(fs::TryLockError::WouldBlock) = file.try_lock() {
-            return Err(OutputError::InUse { folder: folder.to_owned() });
-        }
+        let file = Lock::take(file, folder)?;
         let text = fs::read(&path).map_err(io)?;
         let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
-        file.set_len(whole as u64).map_err(io)?;
+        file.file().set_len(whole as u64).map_err(io)?;
         Ok(Self { path, file })
     }
 
     /// Adds a line.
     pub(super) fn push(&mut self, entry: &Entry) -> Result<(), OutputError> {
         let line = serde_json::to_string(entry).unwrap_or_default() + "\n";
-        let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data());
+        let mut file = self.file.file();
+        let written = file.write_all(line.as_bytes()).and_then(|()| file.sync_data());
         written.map_err(|source| OutputError::Io { path: self.path.clone(), source })
-    }
-}
-
-impl Drop for Manifest {
-    /// Gives the lock back, also where a process that another thread is about to start holds a copy of the handle.
-    fn drop(&mut self) {
-        let _ = self.file.unlock(); // nobody could mend it
     }
 }
 
