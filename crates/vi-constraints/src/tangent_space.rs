@@ -309,7 +309,7 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
         }
         self.split(s.t, &s.q0, basis);
         self.turns = last.is_none() && known;
-        if let Some(basis) = basis {
+        if let Some(basis) = basis.filter(|_| self.turns) {
             self.last.as_mut_slice().copy_from_slice(basis);
             self.overlap.gemm_tr(1.0, &self.P, &self.last, 0.0);
         }
