@@ -8,4 +8,5 @@ pub mod reliability;
 pub mod roundoff;
 pub mod soak;
 pub mod stability;
+mod text_file;
 pub mod verify;

@@ -4,7 +4,7 @@
 //! ([`holonom::verification::growth`]) is 1/2 for unbiased rounding and 1 for a drift. The same run with the rounding
 //! errors of each step thrown away ([`Compensation`]) stands beside it.
 
-use holonom::output::atomically;
+use crate::text_file;
 use holonom::verification::growth::{NoGrowth, growth};
 use holonom::vi_constraints::Integrator;
 use holonom::vi_constraints::discretization::Discretization;
@@ -193,23 +193,14 @@ fn measure(only: Option<&str>, divisor: u64) -> Result<(), String> {
         return Ok(());
     }
     let (head, _) = page()?;
-    write(PAGE, &format!("{head}{MARK}\n{table}"))?;
-    let verification = read(VERIFICATION)?;
-    write(VERIFICATION, &with_section(&verification, &section()?))
-}
-
-fn read(path: &str) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|e| format!("{path}: {e}"))
-}
-
-fn write(path: &str, text: &str) -> Result<(), String> {
-    let written = atomically(Path::new(path), |temporary| std::fs::write(temporary, text));
-    written.map_err(|e| format!("{path}: {e}"))
+    text_file::write(Path::new(PAGE), &format!("{head}{MARK}\n{table}"))?;
+    let verification = Path::new(VERIFICATION);
+    text_file::write(verification, &with_section(&text_file::read(verification)?, &section()?))
 }
 
 /// The page before its table, and the table.
 fn page() -> Result<(String, String), String> {
-    let text = read(PAGE)?;
+    let text = text_file::read(Path::new(PAGE))?;
     let (head, table) =
         text.split_once(MARK).ok_or(format!("{PAGE} lacks the mark of its table"))?;
     Ok((head.to_owned(), table.trim_start().to_owned()))

@@ -1,5 +1,6 @@
 //! Numbers of a run in a file, from which the page is written; parts of one run are added.
 
+use crate::text_file;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -20,9 +21,7 @@ impl<T: Serialize + DeserializeOwned> Stored<T> {
     /// What cannot be written, in words.
     pub fn write(&self, path: &Path) -> Result<(), String> {
         let text = serde_json::to_string_pretty(self).map_err(|error| error.to_string())?;
-        let written =
-            holonom::output::atomically(path, |temporary| std::fs::write(temporary, &text));
-        written.map_err(|error| format!("{}: {error}", path.display()))
+        text_file::write(path, &text)
     }
 
     /// Reads files of one seed.
@@ -32,7 +31,7 @@ impl<T: Serialize + DeserializeOwned> Stored<T> {
     pub fn read(paths: &[&str], add: &mut dyn FnMut(&mut T, T)) -> Result<Self, String> {
         let mut all: Option<Self> = None;
         for path in paths {
-            let text = std::fs::read_to_string(path).map_err(|error| format!("{path}: {error}"))?;
+            let text = text_file::read(Path::new(path))?;
             let part: Self = serde_json::from_str(&text).map_err(|e| format!("{path}: {e}"))?;
             match &mut all {
                 None => all = Some(part),

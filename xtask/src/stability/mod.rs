@@ -5,7 +5,9 @@
 
 mod blade;
 
+use crate::text_file;
 use blade::{Blade, Rule};
+use std::path::Path;
 
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/stability.md");
 /// Time steps, s.
@@ -27,11 +29,11 @@ pub fn run(only: Option<&str>) -> Result<(), String> {
     if !TABLES.iter().any(|table| wanted(&table)) {
         return Err("the tables are linear, runs, scaling, dissipative".to_owned());
     }
-    let mut page = std::fs::read_to_string(PAGE).map_err(|e| format!("{PAGE}: {e}"))?;
+    let mut page = text_file::read(Path::new(PAGE))?;
     for (name, measure) in TABLES.iter().filter(wanted) {
         page = replace(&page, name, &measure())?;
     }
-    std::fs::write(PAGE, page).map_err(|e| format!("{PAGE}: {e}"))
+    text_file::write(Path::new(PAGE), &page)
 }
 
 /// `page` with what stands between `<!-- NAME -->` and `<!-- end of NAME -->` replaced.

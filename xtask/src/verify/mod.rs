@@ -15,6 +15,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use crate::text_file;
 use cases::Case;
 use holonom::verification::certificate::{Certificate, Criterion, Finding, Verdict, counts};
 use holonom::verification::certify::certify;
@@ -118,7 +119,10 @@ pub fn run(arguments: &[&str]) -> Result<bool, String> {
         None => Readings::measure(&cases, &root),
     };
     if let Some(path) = &wanted.json {
-        write(path, &serde_json::to_string_pretty(&readings).map_err(|e| e.to_string())?)?;
+        text_file::write(
+            path,
+            &serde_json::to_string_pretty(&readings).map_err(|e| e.to_string())?,
+        )?;
     }
     let Readings { commit, seconds, systems } = readings;
     let certified: Vec<Certified> =
@@ -127,7 +131,7 @@ pub fn run(arguments: &[&str]) -> Result<bool, String> {
     let around = if full { Some(Around::measure(&root)?) } else { None };
     let text = markdown::page(&certified, around.as_ref(), (wanted.quick, seconds), &commit);
     if full {
-        write(&root.join("VERIFICATION.md"), &text)?;
+        text_file::write(&root.join("VERIFICATION.md"), &text)?;
     } else if wanted.only.is_some() {
         print!("{text}");
     }
@@ -182,10 +186,6 @@ fn without_mutant(certified: &[Certified]) -> Vec<(Criterion, String)> {
     missing.sort();
     missing.dedup();
     missing
-}
-
-fn write(path: &Path, text: &str) -> Result<(), String> {
-    std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// All cases, as many at a time as there are processors; results in the order of the cases.
