@@ -6,6 +6,7 @@ mod command;
 mod drawings;
 mod export;
 mod export_gltf;
+mod export_parquet;
 mod export_svg;
 mod export_vtk;
 mod foreign_files;

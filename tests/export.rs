@@ -53,7 +53,7 @@ for k, column in enumerate(head):
         assert all(data["directors/" + name][i, 2, 1] == float(r[k]) for i, r in enumerate(rows))
     if column.endswith(".y"):
         assert all(data["position/" + column[:-2]][i, 1] == float(r[k]) for i, r in enumerate(rows))
-for group in ["residuals", "momenta", "sensors"]:
+for group in ["residuals", "momenta", "sensors", "energy"]:
     if any(key.startswith(group + "/") for key in data):
         head, rows = table(group + ".csv")
         for k, column in enumerate(head[2:], 2):

@@ -410,10 +410,10 @@ pub(crate) struct View {
 pub(crate) struct Export {
     /// The folder of a run
     pub(crate) dir: PathBuf,
-    /// The format: npz (NumPy), vtk (ParaView), gltf (Blender), svg (an animated drawing)
+    /// The format: npz (NumPy), parquet (pandas), vtk (ParaView), gltf (Blender), svg (an animated drawing)
     #[arg(long, default_value = "npz", value_parser = export_format)]
     pub(crate) format: ExportFormat,
-    /// The file to write, for vtk a folder; by default DIR.npz, DIR-vtk, DIR.glb or DIR.svg in the current folder
+    /// The file to write, for parquet and vtk a folder; by default DIR.npz, DIR-parquet, DIR-vtk, DIR.glb or DIR.svg in the current folder
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Frames at most, evenly spread over the recorded nodes; by default 200 for vtk and svg, 600 for gltf

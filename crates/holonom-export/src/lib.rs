@@ -3,6 +3,7 @@
 //! | format | written | read by | numbers |
 //! |---|---|---|---|
 //! | [`Format::Npz`] | a file `.npz` | NumPy | of the folder, bit for bit; all recorded nodes |
+//! | [`Format::Parquet`] | a folder of `.parquet` files | pandas, Polars, DuckDB | of the folder, bit for bit; all recorded nodes |
 //! | [`Format::Vtk`] | a folder with `run.pvd` | ParaView, VTK, PyVista | of the folder, bit for bit; some frames |
 //! | [`Format::Gltf`] | a file `.glb` | Blender, viewers of glTF | single precision; some frames |
 //! | [`Format::Svg`] | a file `.svg` | browsers, pages, slides | a drawing; some frames |
@@ -15,6 +16,7 @@ mod look;
 mod mesh;
 mod npz;
 mod pace;
+mod parquet;
 mod replace;
 mod rows;
 mod run;
@@ -36,6 +38,8 @@ use table::Results;
 pub enum Format {
     /// Arrays for NumPy, not compressed.
     Npz,
+    /// A folder of tables, a Parquet file each, not compressed.
+    Parquet,
     /// A folder of VTK's XML files with a collection of all frames.
     Vtk,
     /// A binary glTF 2.0 file with an animation.
@@ -46,13 +50,14 @@ pub enum Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 4] = [Self::Npz, Self::Vtk, Self::Gltf, Self::Svg];
+    pub const ALL: [Self; 5] = [Self::Npz, Self::Parquet, Self::Vtk, Self::Gltf, Self::Svg];
 
     /// The name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Npz => "npz",
+            Self::Parquet => "parquet",
             Self::Vtk => "vtk",
             Self::Gltf => "gltf",
             Self::Svg => "svg",
@@ -64,6 +69,9 @@ impl Format {
     pub fn about(self) -> &'static str {
         match self {
             Self::Npz => "arrays for NumPy: data = numpy.load(\"FILE.npz\")",
+            Self::Parquet => {
+                "a folder of tables for pandas, Polars, DuckDB: pandas.read_parquet(\"FOLDER/trajectory.parquet\")"
+            }
             Self::Vtk => "a folder for ParaView: open its run.pvd",
             Self::Gltf => "an animated scene for Blender: import the .glb file",
             Self::Svg => "an animated drawing for pages and slides",
@@ -75,6 +83,7 @@ impl Format {
     pub fn file_name(self, run: &str) -> String {
         match self {
             Self::Npz => format!("{run}.npz"),
+            Self::Parquet => format!("{run}-parquet"),
             Self::Vtk => format!("{run}-vtk"),
             Self::Gltf => format!("{run}.glb"),
             Self::Svg => format!("{run}.svg"),
@@ -85,7 +94,7 @@ impl Format {
     #[must_use]
     pub fn frames(self) -> Option<usize> {
         match self {
-            Self::Npz => None,
+            Self::Npz | Self::Parquet => None,
             Self::Vtk => Some(200),
             Self::Gltf => Some(600),
             Self::Svg => Some(200),
@@ -102,6 +111,13 @@ pub struct Exported {
     pub recorded: usize,
     /// Seconds of an animation for one of the motion, where that would be too short or too long.
     pub pace: Option<f64>,
+}
+
+impl Exported {
+    /// All recorded nodes.
+    fn all(recorded: usize) -> Self {
+        Self { frames: recorded, recorded, pace: None }
+    }
 }
 
 /// Why nothing is exported.
@@ -157,12 +173,15 @@ pub fn export(
         Format::Npz => {
             let results = Results::read(folder)?;
             atomically(to, |file| npz::write(&results, file)).map_err(failed)?;
-            let rows = results.trajectory.columns.first().map_or(0, Vec::len);
-            Ok(Exported { frames: rows, recorded: rows, pace: None })
+            Ok(Exported::all(results.trajectory.rows()))
+        }
+        Format::Parquet => {
+            let write = |temporary: &Path| parquet::write(folder, temporary);
+            replace::folder(to, parquet::known, write).map(Exported::all)
         }
         Format::Vtk => {
             let run = Run::open(folder, frames)?;
-            replace::folder(to, |temporary| vtk::write(&run, temporary))
+            replace::folder(to, vtk::known, |temporary| vtk::write(&run, temporary))
         }
         Format::Gltf => {
             let scene = gltf::Scene::of(&Run::open(folder, frames)?)?;

@@ -8,7 +8,7 @@
 //! | `directors/NAME` | `rows × 3 × 3` | of a body or node: `[k, :, I]` is `d_I` in space |
 //! | `E`, `H` | `rows` | energies, J |
 //! | `L`, `P` | `rows × 3` | angular and linear momentum |
-//! | `residuals/…`, `sensors/…`, `momenta/…` | `rows` | a column of that file |
+//! | `residuals/…`, `sensors/…`, `momenta/…`, `energy/…` | `rows` | a column of that file |
 //! | `beams/NAME/s` | `elements` | arc length, m |
 //! | `beams/NAME/strain`, `beams/NAME/force` | `rows × elements × 6` | `Γ, K`; `N, M` |
 
@@ -57,7 +57,7 @@ pub(crate) fn write(results: &Results, to: &Path) -> io::Result<()> {
 }
 
 fn motion(writer: &mut Writer, table: &Table) -> io::Result<()> {
-    let rows = table.columns.first().map_or(0, Vec::len);
+    let rows = table.rows();
     let n = table.columns.len().saturating_sub(2 + TAIL);
     let value = |row: usize, column: usize| table.columns[column][row];
     writer.add("step", &Array1::from_shape_fn(rows, |k| value(k, 0) as i64))?;

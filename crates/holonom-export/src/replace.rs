@@ -7,14 +7,15 @@ use std::path::Path;
 use holonom_sim::output::beside;
 
 use crate::ExportError;
-use crate::vtk::{COLLECTION, FRAMES};
 
-/// Lets `write` fill a folder beside `to` and renames it. A folder that is there is replaced if it is an earlier result.
+/// Lets `write` fill a folder beside `to` and renames it. A folder that is there is replaced if it is an earlier result:
+/// `known` knows all its entries, `NAME` and `FOLDER/NAME`.
 pub(crate) fn folder<T>(
     to: &Path,
+    known: impl Fn(&str) -> bool,
     write: impl FnOnce(&Path) -> Result<T, ExportError>,
 ) -> Result<T, ExportError> {
-    ours(to)?;
+    ours(to, known)?;
     let [temporary, old] = ["tmp", "old"].map(|kind| beside(to, kind));
     let failed =
         |error: io::Error| ExportError::Write { path: to.to_owned(), message: error.to_string() };
@@ -41,9 +42,7 @@ pub(crate) fn folder<T>(
 }
 
 /// Whether a folder may be replaced: it is empty or holds nothing but what is written here.
-fn ours(to: &Path) -> Result<(), ExportError> {
-    let foreign =
-        |entry: &str| ExportError::Foreign { path: to.to_owned(), entry: entry.to_owned() };
+fn ours(to: &Path, known: impl Fn(&str) -> bool) -> Result<(), ExportError> {
     let unread =
         |error: io::Error| ExportError::Write { path: to.to_owned(), message: error.to_string() };
     let Ok(found) = to.symlink_metadata() else { return Ok(()) };
@@ -53,22 +52,22 @@ fn ours(to: &Path) -> Result<(), ExportError> {
             message: "it is not a folder".into(),
         });
     }
-    for entry in fs::read_dir(to).map_err(unread)? {
-        let name = entry.map_err(unread)?.file_name();
-        let name = name.to_string_lossy();
-        if name != COLLECTION && name != FRAMES {
-            return Err(foreign(&name));
+    let judge = |entry: String| {
+        if known(&entry) {
+            Ok(())
+        } else {
+            Err(ExportError::Foreign { path: to.to_owned(), entry })
         }
-    }
-    let frames = to.join(FRAMES);
-    if !frames.is_dir() {
-        return Ok(());
-    }
-    for entry in fs::read_dir(frames).map_err(unread)? {
-        let name = entry.map_err(unread)?.file_name();
-        let name = name.to_string_lossy();
-        if !name.trim_end_matches(".vtm").bytes().all(|byte| byte.is_ascii_digit()) {
-            return Err(foreign(&format!("{FRAMES}/{name}")));
+    };
+    for entry in fs::read_dir(to).map_err(unread)? {
+        let entry = entry.map_err(unread)?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        judge(name.clone())?;
+        if entry.file_type().map_err(unread)?.is_dir() {
+            for inner in fs::read_dir(entry.path()).map_err(unread)? {
+                let inner = inner.map_err(unread)?.file_name();
+                judge(format!("{name}/{}", inner.to_string_lossy()))?;
+            }
         }
     }
     Ok(())

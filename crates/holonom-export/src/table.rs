@@ -3,10 +3,13 @@
 use crate::ExportError;
 use holonom_sim::output::RunFolder;
 
+/// Files with one column for each quantity after `step, t`, by their names without extension.
+pub(crate) const GROUPS: [&str; 4] = ["residuals", "sensors", "momenta", "energy"];
+
 /// The files of a run.
 pub(crate) struct Results {
     pub(crate) trajectory: Table,
-    /// Those with one column for each quantity after `step, t`, by their names without extension.
+    /// Of [`GROUPS`], those that there are.
     pub(crate) groups: Vec<(&'static str, Table)>,
     pub(crate) beams: Option<Table>,
 }
@@ -15,12 +18,9 @@ impl Results {
     /// Reads all that stand in a folder; a trajectory is required.
     pub(crate) fn read(folder: &RunFolder) -> Result<Self, ExportError> {
         let read = |name: &str| Table::read(folder, &format!("{name}.csv"));
-        let trajectory = read("trajectory")?.ok_or_else(|| ExportError::Read {
-            path: folder.path().join("trajectory.csv"),
-            message: "there is no such file".into(),
-        })?;
+        let trajectory = read("trajectory")?.ok_or_else(|| Table::missing(folder))?;
         let mut groups = Vec::new();
-        for name in ["residuals", "sensors", "momenta"] {
+        for name in GROUPS {
             groups.extend(read(name)?.map(|table| (name, table)));
         }
         Ok(Self { trajectory, groups, beams: read("beams")? })
@@ -62,6 +62,17 @@ impl Table {
             }
         }
         Ok(Some(table))
+    }
+
+    /// What is wrong with a folder without a trajectory.
+    pub(crate) fn missing(folder: &RunFolder) -> ExportError {
+        let path = folder.path().join("trajectory.csv");
+        ExportError::Read { path, message: "there is no such file".into() }
+    }
+
+    /// How many rows there are.
+    pub(crate) fn rows(&self) -> usize {
+        self.columns.first().map_or(0, Vec::len)
     }
 
     /// The column of a name.

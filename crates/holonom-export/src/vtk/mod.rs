@@ -38,9 +38,16 @@ use reactions::Reactions;
 use sections::Sections;
 
 /// The file that ParaView opens.
-pub(crate) const COLLECTION: &str = "run.pvd";
+const COLLECTION: &str = "run.pvd";
 /// The folder of the frames.
-pub(crate) const FRAMES: &str = "frames";
+const FRAMES: &str = "frames";
+
+/// Whether an entry of a folder is one that [`write`] makes.
+pub(crate) fn known(entry: &str) -> bool {
+    let frame = |name: &str| name.trim_end_matches(".vtm").bytes().all(|b| b.is_ascii_digit());
+    let inner = entry.strip_prefix(FRAMES).and_then(|rest| rest.strip_prefix('/'));
+    entry == COLLECTION || entry == FRAMES || inner.is_some_and(frame)
+}
 
 /// Writes the files of a run to a folder, which is created.
 pub(crate) fn write(run: &Run<'_>, to: &Path) -> Result<Exported, ExportError> {
