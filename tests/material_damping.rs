@@ -40,6 +40,15 @@ fn extremes(t: &[f64], x: &[f64]) -> Vec<(f64, f64)> {
     turning.map(parabola).collect()
 }
 
+/// The summary states the slope of the energy of conservative models only.
+#[test]
+fn only_an_elastic_beam_is_conservative() {
+    for (damping, conservative) in [("2e-3", false), ("0", true)] {
+        let text = CANTILEVER.replace("damping = 2e-3", &format!("damping = {damping}"));
+        assert_eq!(model(&text, &[]).is_conservative(), conservative, "damping {damping}");
+    }
+}
+
 /// A vibration of the angular frequency `ω` has the damping ratio `ζ = ωτ/2`.
 #[test]
 fn a_vibration_decays_with_the_ratio_of_its_relaxation_time() {

@@ -272,8 +272,8 @@ impl Model {
         self.loads.iter().try_fold(0.0_f64, |end, load| Some(end.max(load.history.end()?)))
     }
 
-    /// Whether nothing but weight, springs and elastic beams does work: no load, motor, damper, algorithmic dissipation
-    /// or prescribed motion.
+    /// Whether nothing but weight, springs and elastic beams does work: no load, motor, damper, damping of a section, algorithmic
+    /// dissipation or prescribed motion.
     #[must_use]
     pub fn is_conservative(&self) -> bool {
         let passive = |joint: &Joint| {
@@ -284,6 +284,7 @@ impl Model {
         };
         self.loads.is_empty()
             && !self.dissipates_algorithmically()
+            && !self.beams.iter().any(|beam| beam.section.is_damped())
             && self.springs.iter().all(|spring| spring.damping == 0.0)
             && self.joints.iter().all(passive)
             && !self.constraints.iter().any(|c| matches!(c, Constraint::Motion { .. }))

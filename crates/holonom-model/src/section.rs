@@ -244,6 +244,13 @@ impl Material {
 }
 
 impl Section {
+    /// Whether a strain has a relaxation time.
+    #[must_use]
+    pub fn is_damped(&self) -> bool {
+        let times = self.damping.as_ref().and_then(|damping| damping.times().ok());
+        times.is_some_and(|times| times.iter().any(|time| *time > 0.0))
+    }
+
     /// The ten stated numbers with their keys: `EA, GA1, GA2, EI1, EI2, GJ, rhoA, rhoI1, rhoI2, rhoJ`.
     fn stated(&mut self) -> [(&'static str, &mut Option<f64>); 10] {
         [
