@@ -9,8 +9,8 @@ use holonom::output::{Interruption, OutputError};
 use holonom::report::time;
 use holonom::run::{ContinueError, resume_command};
 
-use crate::diagnostic::InvalidModel;
-use crate::{import, stderr};
+use crate::diagnostic::{self, InvalidModel};
+use crate::stderr;
 
 /// Why the program ends with a code other than 0.
 #[derive(Debug, thiserror::Error)]
@@ -148,7 +148,7 @@ impl Failure {
                 3
             }
             Self::Import(error) => {
-                import::print(error);
+                print_import(error);
                 3
             }
         };
@@ -172,5 +172,19 @@ fn say(message: &str, help: &str) {
     stderr::line(&format!("error: {message}"));
     if !help.is_empty() {
         stderr::line(&format!("  help: {help}"));
+    }
+}
+
+/// Prints why a description is not translated.
+fn print_import(error: &ImportError) {
+    match error {
+        ImportError::Invalid { path, text, problems } => {
+            diagnostic::print(path, text, problems, "cannot be imported");
+        }
+        ImportError::Refused { text, source } => {
+            let path = Path::new("the translation");
+            diagnostic::print(path, text, &source.problems(text), "is not a valid model");
+        }
+        other => stderr::line(&format!("error: {other}")),
     }
 }

@@ -132,17 +132,3 @@ fn refused(error: ImportError, json: bool) -> Result<Failure, Failure> {
     }
     Ok(Failure::Import(Box::new(error)))
 }
-
-/// Prints why a description is not translated.
-pub(crate) fn print(error: &ImportError) {
-    match error {
-        ImportError::Invalid { path, text, problems } => {
-            diagnostic::print(path, text, problems, "cannot be imported");
-        }
-        ImportError::Refused { text, source } => {
-            let path = PathBuf::from("the translation");
-            diagnostic::print(&path, text, &source.problems(text), "is not a valid model");
-        }
-        other => stderr::line(&format!("error: {other}")),
-    }
-}

@@ -6,9 +6,9 @@ use crate::digits::rounded;
 use crate::dynamics::Dynamics;
 use crate::limits::Stiffness;
 use crate::measures::{self, Measures};
-use crate::method::Method;
-use crate::unstable_steps::UnstableSteps;
-use holonom_model::{Beam, Body, Family, Inconsistency, Level, Model, ModelError, Scheme};
+use holonom_model::{
+    Beam, Body, Family, Inconsistency, Level, Model, ModelError, Scheme, Settings,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use vi_constraints::Constraints;
@@ -72,6 +72,12 @@ impl AssemblyReport {
     pub(crate) fn measure(&mut self, model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) {
         self.measures = Measures::of(model, mechanism, dynamics);
         self.warnings.extend(measures::slips(model, mechanism, &self.measures));
+    }
+
+    /// The step was judged by the stiffest element of the beams.
+    pub(crate) fn step_judged(&mut self, stiffness: Option<Stiffness>, settings: &Settings) {
+        self.warnings.extend(stiffness.as_ref().and_then(|stiffness| stiffness.warning(settings)));
+        self.stiffness = stiffness;
     }
 
     /// The initial configuration was relaxed: moved by `moved`, m; `speed`: of the steady rotation, rad/s.
@@ -195,23 +201,6 @@ pub(crate) fn velocity_inconsistencies(
         (distance > tolerance).then_some(Inconsistency { key, level, distance, detail })
     };
     joints.chain(bars).chain(scalars).filter_map(missed).collect()
-}
-
-/// The report of an assembled model.
-pub(crate) fn report(
-    model: &Model,
-    run: &dyn Method,
-    beams: &Beams,
-    closure: Closure,
-) -> AssemblyReport {
-    let mut report = counts(model, (run.mechanism(), run.rows()), beams, closure);
-    report.stiffness = Stiffness::new(beams, &model.settings);
-    if let Some(stiffness) = &mut report.stiffness {
-        stiffness.unstable = UnstableSteps::find(model, stiffness, report.counts.dof);
-    }
-    let warning = report.stiffness.as_ref().and_then(|s| s.warning(&model.settings));
-    report.warnings.extend(warning);
-    report
 }
 
 /// The report of constraints and those of them that are enforced.

@@ -5,11 +5,11 @@ use std::io;
 use crate::assembly::AssemblyReport;
 use crate::beams::Beams;
 use crate::divided_steps::DividedSteps;
-use crate::outcome::RunOutcome;
-use crate::outcome::StaticFacts;
+use crate::outcome::{RunOutcome, StaticFacts};
+use crate::run_state::RunState;
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
-use crate::simulation::Simulation;
+use vi_constraints::integrator::ResumeError;
 
 /// What can be run: a motion, or a continuation of equilibria.
 pub trait Experiment {
@@ -41,8 +41,13 @@ pub trait Experiment {
     }
     /// Steps taken, and the time that was reached, s.
     fn place(&self) -> (u64, f64);
-    /// The simulation of a motion, whose state can be stored; `None` for a continuation of equilibria.
-    fn motion(&mut self) -> Option<&mut Simulation> {
+    /// The state of a motion, from which it can be resumed; `None` for a continuation of equilibria.
+    fn state(&self) -> Option<RunState> {
+        None
+    }
+    /// Continues a motion from a state; `None` for a continuation of equilibria.
+    fn resume(&mut self, state: RunState) -> Option<Result<(), ResumeError>> {
+        let _ = state;
         None
     }
     /// Runs to the end; `observe` gets each recorded row and may stop the run by an error; `proceed(step, of)` is asked

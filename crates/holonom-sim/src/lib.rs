@@ -38,6 +38,7 @@ pub mod modes;
 mod names;
 mod outcome;
 pub mod output;
+mod rotation_stability;
 mod run_state;
 pub mod sample;
 pub mod sensor;

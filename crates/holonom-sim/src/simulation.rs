@@ -17,8 +17,9 @@ use crate::dynamics::Dynamics;
 use crate::energies::Energies;
 use crate::energy_watch::EnergyWatch;
 use crate::experiment::Experiment;
-use crate::limits::LimitWatch;
+use crate::limits::{LimitWatch, Stiffness};
 use crate::method::{Method, Reading, Running};
+use crate::rotation_stability::unstable_steps;
 use crate::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::{Sensors, View};
@@ -93,7 +94,13 @@ impl Simulation {
             return Err(assembly::without_mass(model));
         };
         agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
-        let mut assembly = assembly::report(model, &*method, &beams, closure);
+        let enforced = (method.mechanism(), method.rows());
+        let mut assembly = assembly::counts(model, enforced, &beams, closure);
+        let mut stiffness = Stiffness::new(&beams, &settings);
+        if let Some(stiffness) = &mut stiffness {
+            stiffness.unstable = unstable_steps(model, stiffness, assembly.counts.dof);
+        }
+        assembly.step_judged(stiffness, &settings);
         assembly.measure(model, method.mechanism(), &dynamics);
         if let How::Relaxed { speed } = start.how {
             let moved = q.iter().zip(&start.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -559,8 +566,11 @@ impl Experiment for Simulation {
         let (step, t, _) = self.method.place();
         (step, t)
     }
-    fn motion(&mut self) -> Option<&mut Simulation> {
-        Some(self)
+    fn state(&self) -> Option<RunState> {
+        Some(self.state())
+    }
+    fn resume(&mut self, state: RunState) -> Option<Result<(), ResumeError>> {
+        Some(self.resume(state))
     }
     fn run_while(
         &mut self,

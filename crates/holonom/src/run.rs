@@ -108,8 +108,7 @@ pub fn resume(
     (folder, checkpoint): (&RunFolder, Checkpoint),
     control: Control<'_>,
 ) -> Result<Finished, ContinueError> {
-    let motion = simulation.motion().ok_or(ContinueError::Statics)?;
-    motion.resume(checkpoint.run.clone())?;
+    simulation.resume(checkpoint.run.clone()).ok_or(ContinueError::Statics)??;
     let last = Some(checkpoint.run.step());
     let text = folder.model_text();
     let folder = &folder.clone().at(&checkpoint);
@@ -149,7 +148,7 @@ impl Run<'_> {
         control: Control<'_>,
     ) -> Result<Finished, OutputError> {
         let Control { progress, notice, interrupted, checkpoint_every, report } = control;
-        let every = checkpoint_every.filter(|_| simulation.motion().is_some());
+        let every = checkpoint_every.filter(|_| simulation.state().is_some());
         self.write_summary(simulation, Ended::Not(simulation.place()))?;
         loop {
             let (last, mut stopped) = (self.last, false);
@@ -185,8 +184,7 @@ impl Run<'_> {
         simulation: &mut dyn Experiment,
         every: Option<u64>,
     ) -> Result<(), OutputError> {
-        let Some(motion) = simulation.motion() else { return self.recorder.flush() };
-        let state = motion.state();
+        let Some(state) = simulation.state() else { return self.recorder.flush() };
         self.last = Some(state.step());
         let checkpoint = self.recorder.checkpoint(state, (every, self.clock.seconds()))?;
         self.folder.write_checkpoint(&checkpoint, &self.text)?;
