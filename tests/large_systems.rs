@@ -104,6 +104,10 @@ fn chain(n: usize) -> String {
     links(n, |i| i.checked_sub(1))
 }
 
+fn energy_momentum_chain(n: usize) -> String {
+    chain(n).replace("end", "scheme = \"em-constrained\", end")
+}
+
 fn tree(n: usize) -> String {
     links(n, |i| i.checked_sub(1).map(|k| k / 2))
 }
@@ -187,6 +191,15 @@ fn memory_grows_with_the_number_of_members() {
     }
 }
 
+/// The general sparse factorization has some fill.
+#[test]
+fn memory_of_an_energy_momentum_chain_grows_little_faster() {
+    let [one, four] = [250, 1000].map(|n| memory(&energy_momentum_chain(n)));
+    let exponent = (four / one).log(4.0);
+    println!("em-constrained, chain: {:.1} kB for 250, exponent {exponent:.2}", 1e-3 * one);
+    assert!(exponent < 1.2, "{exponent:.2}");
+}
+
 #[test]
 fn bars_of_many_triangles_are_independent_of_each_other() {
     let triangles = |n: usize| {
@@ -210,9 +223,10 @@ fn dense_matrices_that_are_too_large_are_refused() {
     let mut text = particles(900);
     particle(&mut text, "q", [0.0, 1.0, 0.0]);
     [["p0", "p1"], ["p1", "q"], ["q", "p0"]].iter().for_each(|[from, to]| bar(&mut text, from, to));
-    let dalembert = chain(210).replace("end", "scheme = \"dalembert\", end");
+    let [dalembert, em_dalembert, em_nodal] = ["dalembert", "em-dalembert", "em-nodal"]
+        .map(|scheme| chain(210).replace("end", &format!("scheme = \"{scheme}\", end")));
     let mut refused = String::new();
-    for text in [text, dalembert] {
+    for text in [text, dalembert, em_dalembert, em_nodal] {
         let error = Simulation::new(&Model::from_toml(&text).unwrap()).err().unwrap();
         for problem in error.problems("") {
             writeln!(

@@ -14,14 +14,14 @@ use crate::scheme::EmForm;
 use crate::setup::{EmAlgebra, EmOptions, EmSetupError};
 use crate::sparse_operators::SparseOperators;
 use vi_constraints::initialization::StartError;
-use vi_constraints::integrator::{SetupError, check_shapes};
+use vi_constraints::integrator::{SetupError, check_dense, check_shapes};
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::{Constraints, InitialValues, Integrator, Reparametrization};
 use vi_core::MechanicalSystem;
 use vi_core::sparse::Entries;
 use vi_multibody::closed_loop::with_floors;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::{Loops, begun, has_nodes};
+use vi_multibody::run::{Loops, begun, has_many_ancestors, has_nodes};
 use vi_multibody::tree_map::TreeMap;
 use vi_multibody::tree_multipliers::TreeMultipliers;
 
@@ -29,12 +29,12 @@ use vi_multibody::tree_multipliers::TreeMultipliers;
 ///
 /// | | `em-nodal` | `em-dalembert` | `em-constrained` |
 /// |---|---|---|---|
-/// | trees | averaged velocity maps; sparse with nodes of elements or more than 60 degrees of freedom | the same, dense | sparse |
+/// | trees | averaged velocity maps; sparse with nodes of elements or more than 60 degrees of freedom, but for many ancestors | the same, dense | sparse |
 /// | loops | the same and a small complement, `u` of the tree | QR of `Ḡᵀ` | sparse |
 /// | screws in the tree | QR of `Ḡᵀ` | the same | sparse |
 ///
 /// # Errors
-/// [`EmSetupError`]; `em-constrained` and `em-dalembert` refuse to start in a singular configuration.
+/// [`EmSetupError`]: dense matrices over more than [`vi_constraints::connected::DENSE_COORDINATES`] coordinates are refused; `em-constrained` and `em-dalembert` refuse to start in a singular configuration.
 pub fn integrator(
     system: EmSystem,
     mechanism: Mechanism,
@@ -63,6 +63,14 @@ pub fn integrator_at(
     let qr = || DiscreteQr::new(n, m, rows.len());
     let map = TreeMap::new(&mechanism);
     let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
+    let dense = |what| check_dense(n, what, "write scheme = \"em-constrained\"");
+    match options.scheme {
+        EmForm::Constrained => {}
+        EmForm::Dalembert => dense("the scheme em-dalembert")?,
+        EmForm::Nodal if mechanism.has_loops() => dense("the scheme em-nodal on closed loops")?,
+        EmForm::Nodal if is_sparse(&mechanism, algebra) => {}
+        EmForm::Nodal => dense("the scheme em-nodal on such a tree")?,
+    }
     let scheme: BoxedScheme<Mechanism> = match options.scheme {
         EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
         EmForm::Dalembert => match averaged() {
@@ -111,6 +119,16 @@ fn inertia(
     }
 }
 
+/// Whether `em-nodal` on a tree has sparse matrices.
+fn is_sparse(mechanism: &Mechanism, algebra: EmAlgebra) -> bool {
+    let explicit = algebra.linearization == EmLinearization::NullSpaceDerivative;
+    algebra.solver.is_sparse(mechanism)
+        && !explicit
+        && !has_many_ancestors(mechanism)
+        && AveragedTree::new(mechanism).is_some()
+        && TreeMultipliers::new(mechanism).is_some()
+}
+
 /// `em-nodal` on a tree.
 fn nodal_on_tree(
     mechanism: &Mechanism,
@@ -120,8 +138,7 @@ fn nodal_on_tree(
 ) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let (rows, tree) = (IndependentRows::all(m), TreeMultipliers::new(mechanism));
-    let explicit = algebra.linearization == EmLinearization::NullSpaceDerivative;
-    if algebra.solver.is_sparse(mechanism) && !explicit && tree.is_some() {
+    if is_sparse(mechanism, algebra) {
         let operators = SparseOperators::new(mechanism, averaged);
         let elements = has_nodes(mechanism);
         let operators = if elements { operators.for_elements(at.q) } else { operators };

@@ -81,16 +81,21 @@ impl Solver {
     }
 }
 
-/// Whether a sparse tree is solved in descriptor form: with point masses, and where its members have so many ancestors
-/// that the matrix over the unknowns is dense.
+/// Whether a sparse tree is solved in descriptor form: with point masses, and with many ancestors.
 fn takes_descriptor(mechanism: &Mechanism) -> bool {
+    mechanism.particle_tree().dof() > 0 || has_many_ancestors(mechanism)
+}
+
+/// Whether members have so many ancestors that the matrix over the unknowns is dense.
+#[must_use]
+pub fn has_many_ancestors(mechanism: &Mechanism) -> bool {
     const MOST: usize = 64; // mean of the unknowns that move a member: root of the mean square
     let mut unknowns: Vec<usize> = Vec::new();
     for link in mechanism.tree().links() {
         unknowns.push(link.parent.map_or(0, |p| unknowns[p]) + link.dof());
     }
     let squares: usize = unknowns.iter().map(|count| count * count).sum();
-    mechanism.particle_tree().dof() > 0 || squares > MOST * MOST * unknowns.len()
+    squares > MOST * MOST * unknowns.len()
 }
 
 type BoxedScheme = Box<dyn Scheme<SeparableSystem, Mechanism>>;
