@@ -548,7 +548,7 @@ fn modes_are_printed_and_written() {
     assert_eq!((report["zero"].as_u64(), report["unstable"].as_u64()), (Some(6), Some(0)));
     assert_eq!(report["modes"].as_array().unwrap().len(), 8);
     assert_eq!(report["modes"][7]["shape"].as_array().unwrap().len(), 9);
-    let expected = ["modes", "modes.csv", "modes.json"].map(str::to_owned).into();
+    let expected = ["modes", "modes.csv", "modes.html", "modes.json"].map(str::to_owned).into();
     assert_eq!(files(&folder.join("shapes")), expected);
     let csv = fs::read_to_string(folder.join("shapes/modes.csv")).unwrap();
     assert_eq!(csv.lines().count(), 1 + 8 * 9);

@@ -18,6 +18,7 @@ mod input;
 mod modes;
 mod plot;
 mod progress;
+mod reproduce;
 mod resume;
 mod run;
 mod schema;

@@ -8,6 +8,7 @@ mod chart;
 mod drawing;
 mod energies;
 mod facts;
+mod mode_page;
 mod mode_shapes;
 pub mod page;
 mod panels;
@@ -22,7 +23,7 @@ mod style;
 
 use std::path::PathBuf;
 
-use holonom_model::Model;
+use holonom_model::{Model, Scheme};
 use holonom_sim::output::{OutputError, RunFolder, TimeSeries};
 use scene::Scene;
 use selected::Scales;
@@ -31,6 +32,7 @@ pub use chart::{Axis, Chart, Curve, Strokes};
 pub use drawing::{Drawing, Typeface};
 pub use energies::energy_plots;
 pub use facts::{Fact, counts, facts, rounded, time};
+pub use mode_page::mode_page;
 pub use mode_shapes::{campbell_diagram, mode_picture};
 pub use page::{Figure, page};
 pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
@@ -66,6 +68,9 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     let sensors = sensors.as_ref().map(|table| (table, sensor_columns(table, model.as_ref())));
     if let Some((table, columns)) = &sensors {
         plots.extend(sensor_plots(table, columns));
+    }
+    if summary.statics.is_some() {
+        plots.iter_mut().for_each(plots::Plot::over_load);
     }
     let sensors = sensors.as_ref().map(|(table, columns)| (*table, columns.as_slice()));
     let scales = Scales::of_run(&trajectory, energies.as_ref(), sensors);
@@ -104,5 +109,6 @@ fn centre_lines(
 ) -> Result<Option<(Picture, String)>, OutputError> {
     let Some(model) = model.filter(|model| !model.beams.is_empty()) else { return Ok(None) };
     let frames = folder.frames(usize::MAX, shapes::INSTANTS)?;
-    Ok(shapes(model, &frames).map(|picture| (picture, caption(&frames.times))))
+    let statics = model.settings.scheme == Scheme::Static;
+    Ok(shapes(model, &frames).map(|picture| (picture, caption(&frames.times, statics))))
 }

@@ -1,6 +1,6 @@
 //! Charts below one another as a drawing: titles, legends, axes, curves.
 
-use super::axis::{Scale, Tick};
+use super::axis::{Axis, Scale, Tick};
 use super::chart::{Chart, Curve, Strokes};
 use super::drawing::{Anchor, Drawing, Mark, Point, Stroke, Words, width};
 use super::style::Style;
@@ -42,11 +42,12 @@ pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
         part.equalize();
         part.draw(&mut drawing, labelled(k));
     }
-    if let [part] = parts.as_slice()
-        && part.chart.x.quantity == "time"
-        && !part.chart.x.logarithmic
-    {
-        drawing.attribute("data-plot", &part.area_and_times());
+    if let [part] = parts.as_slice() {
+        match [&part.chart.x, &part.chart.y].map(Axis::is_of_the_scene) {
+            [true, _] => drawing.attribute("data-plot", &part.area_and_range(&part.x)),
+            [_, true] => drawing.attribute("data-rise", &part.area_and_range(&part.y)),
+            _ => {}
+        }
     }
     drawing
 }
@@ -278,12 +279,12 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// Left, right, top and bottom of the area, and the values at its left and right: for a page that marks a value on
+    /// Left, right, top and bottom of the area, and the values at the ends of a scale: for a page that marks a value on
     /// several charts.
-    fn area_and_times(&self) -> String {
+    fn area_and_range(&self, scale: &Scale) -> String {
         let Area { left, right, top, bottom } = self.area;
-        let unit = 10f64.powi(self.x.exponent);
-        let (first, last) = (unit * self.x.range.0, unit * self.x.range.1);
+        let unit = 10f64.powi(scale.exponent);
+        let (first, last) = (unit * scale.range.0, unit * scale.range.1);
         format!("{left:.2} {right:.2} {top:.2} {bottom:.2} {first} {last}")
     }
 }
