@@ -384,3 +384,31 @@ fn equilibria_are_shown_over_the_load_factor() {
     assert!((factor - 0.95).abs() < 1e-6 && shown.attribute("view") == "top");
     assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "too wide");
 }
+
+#[test]
+fn a_checked_model_stands_in_its_initial_configuration() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "check");
+    let mut command = command(&folder, &["check"]);
+    command.arg(shipped("slider_crank.toml")).args(["--page", "crank.html"]);
+    assert!(command.output().unwrap().status.success());
+    let page = with_keys(&folder.join("crank.html"), &[" ", "2"]);
+    for size in [[390, 800], [1100, 900], [3840, 2160]] {
+        let shown = show(browser, &page, "", size);
+        assert_eq!(shown.console, Vec::<String>::new());
+        let [crank, slider] =
+            ["crank", "slider"].map(|name| shown.color(shown.member(name)).map(i32::from));
+        println!("{size:?}: crank {crank:?}, slider {slider:?}");
+        if size[0] > 500 {
+            // the document of a narrower window is not laid out as its picture
+            assert!(crank[2] > crank[0] + 40, "the crank is blue: {crank:?}");
+            assert!(slider[1] > slider[0] + 40, "the slider is green: {slider:?}");
+        }
+        assert!(
+            shown.document.contains("data-play=\"\" aria-label=\"play\" hidden"),
+            "nothing plays"
+        );
+        assert_eq!(shown.attribute("view"), "front");
+        assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "{size:?}: too wide");
+    }
+}

@@ -16,6 +16,7 @@ mod human;
 mod import;
 mod input;
 mod modes;
+mod picture;
 mod plot;
 mod progress;
 mod reproduce;

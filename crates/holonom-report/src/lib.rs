@@ -5,6 +5,7 @@
 
 mod axis;
 mod chart;
+mod configuration_page;
 mod drawing;
 mod energies;
 mod facts;
@@ -29,6 +30,7 @@ use scene::Scene;
 use selected::Scales;
 
 pub use chart::{Axis, Chart, Curve, Strokes};
+pub use configuration_page::{Assembled, configuration_page};
 pub use drawing::{Drawing, Typeface};
 pub use energies::energy_plots;
 pub use facts::{Fact, counts, facts, rounded, time};
