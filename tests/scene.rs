@@ -412,3 +412,45 @@ fn a_checked_model_stands_in_its_initial_configuration() {
         assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "{size:?}: too wide");
     }
 }
+
+/// Two schemes from the same initial values: at the start the body shows the colours of both, and that of the one that is left
+/// when the other is hidden.
+#[test]
+fn schemes_that_coincide_show_both_colours() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "compare");
+    let mut command = command(&folder, &["compare"]);
+    command.arg(shipped("heavy_top.toml"));
+    command.args(["--schemes", "nodal,em-nodal", "--step", "0.01,0.005", "--end", "1"]);
+    command.args(["--order", "2", "-o", ".", "--quiet"]);
+    assert!(command.output().unwrap().status.success());
+    let page = folder.join("compare.html");
+    let html = std::fs::read_to_string(&page).unwrap();
+    let click =
+        "<script>document.querySelectorAll('.scene-legend button')[1].click();</script></body>";
+    let alone = folder.join("alone.html");
+    std::fs::write(&alone, html.replace("</body>", click)).unwrap();
+    let colors = |page: &Path| {
+        let shown = show(browser, page, "t=0&view=front", [1100, 900]);
+        assert_eq!(shown.console, Vec::<String>::new());
+        let [x, y] = shown.member("top");
+        let near = (-12..=12).flat_map(|i| (-12..=12).map(move |j| (f64::from(i), f64::from(j))));
+        let near: Vec<[u8; 3]> = near.map(|(i, j)| shown.color([x + i, y + j])).collect();
+        let blue = near.iter().filter(|c| c[2] > c[0].saturating_add(40)).count();
+        let vermilion = near.iter().filter(|c| c[0] > c[2].saturating_add(60)).count();
+        (blue, vermilion)
+    };
+    let (both, one) = (colors(&page), colors(&alone));
+    println!("pixels, blue and vermilion: {both:?}, the second one hidden: {one:?}");
+    assert!(both.0 > 150 && both.1 > 150, "{both:?}");
+    assert!(one.0 > 450 && one.1 == 0, "{one:?}");
+    let shown = show(browser, &page, "t=0.5", [1100, 900]);
+    assert_marked(&shown, 0.5, 2);
+    let keys = with_keys(&page, &["4"]);
+    for size in [[390, 800], [3840, 2160]] {
+        let shown = show(browser, &keys, "t=0.5", size);
+        assert_eq!(shown.console, Vec::<String>::new());
+        assert_eq!(shown.attribute("view"), "top");
+        assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "{size:?}: too wide");
+    }
+}

@@ -5,6 +5,7 @@
 
 mod axis;
 mod chart;
+mod coincidence;
 mod configuration_page;
 mod drawing;
 mod energies;
