@@ -640,6 +640,17 @@ fn verify_writes_a_certificate() {
     let page = fs::read_to_string(out.join("certificate.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("Observed orders") && !page.contains("src="));
     assert!(words(&output).contains("no property fails"));
+    // of which model and by which program
+    let made = &printed["provenance"];
+    let text = |key: &str| made[key].as_str().unwrap_or_default().to_owned();
+    assert_eq!(text("command"), "holonom verify pendulum.toml");
+    assert_eq!((text("model_sha256").len(), made["overrides"].as_array().unwrap().len()), (64, 0));
+    let date = text("date");
+    assert!(date.len() == 20 && date.starts_with("20") && date.ends_with('Z'), "{date}");
+    for stated in ["model_sha256", "date", "command"] {
+        assert!(page.contains(&text(stated)), "{stated} on the page");
+    }
+    assert!(page.contains("ZAMM 88 (2008)") && page.contains("<dt>(45)</dt>"), "cited equations");
     // nothing is replaced unasked
     let again = holonom(&folder, &["verify", "pendulum.toml"]);
     assert_eq!(again.status.code(), Some(2), "{}", words(&again));

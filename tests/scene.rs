@@ -413,6 +413,27 @@ fn a_checked_model_stands_in_its_initial_configuration() {
     }
 }
 
+#[test]
+fn a_certificate_shows_the_motion_of_its_model() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "certificate");
+    let mut command = command(&folder, &["verify"]);
+    command.arg(shipped("pendulum.toml")).args(["-o", ".", "--quiet"]);
+    assert!(command.output().unwrap().status.success());
+    let page = with_keys(&folder.join("certificate.html"), &["2"]);
+    let shown = show(browser, &page, "t=0", [1100, 1000]);
+    assert_eq!(shown.console, Vec::<String>::new());
+    assert_marked(&shown, 0.0, 1);
+    let bob = shown.color(shown.member("bob")).map(i32::from);
+    println!("the point mass: {bob:?}");
+    assert!(bob[2] > bob[0] + 40, "it is blue: {bob:?}");
+    for size in [[390, 800], [3840, 2160]] {
+        let shown = show(browser, &page, "t=0.5", size);
+        assert_eq!(shown.console, Vec::<String>::new());
+        assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "{size:?}: too wide");
+    }
+}
+
 /// Two schemes from the same initial values: at the start the body shows the colours of both, and that of the one that is left
 /// when the other is hidden.
 #[test]

@@ -8,6 +8,7 @@ mod arguments;
 mod bench;
 mod check;
 mod compare;
+mod date;
 mod diagnostic;
 mod examples;
 mod export;

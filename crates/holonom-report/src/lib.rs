@@ -6,6 +6,7 @@
 mod axis;
 mod chart;
 mod coincidence;
+mod command_line;
 mod configuration_page;
 mod drawing;
 mod energies;
@@ -31,6 +32,7 @@ use scene::Scene;
 use selected::Scales;
 
 pub use chart::{Axis, Chart, Curve, Strokes};
+pub use command_line::command_line;
 pub use configuration_page::{Assembled, configuration_page};
 pub use drawing::{Drawing, Typeface};
 pub use energies::energy_plots;

@@ -53,15 +53,18 @@ pub fn head(title: &str) -> String {
     )
 }
 
-/// Title, what was computed, and the command that computes it again.
+/// Title, what was computed, and the command that computes it again, where it is known.
 #[must_use]
 pub fn heading(title: &str, about: &[String], command: &str) -> String {
     let about: Vec<String> = about.iter().map(|line| escape(line)).collect();
+    let command = match command {
+        "" => String::new(),
+        known => format!("<p class=\"command\"><code>{}</code></p>\n", escape(known)),
+    };
     format!(
-        "<h1>{}</h1>\n<p class=\"counts\">{}</p>\n<p class=\"command\"><code>{}</code></p>\n",
+        "<h1>{}</h1>\n<p class=\"counts\">{}</p>\n{command}",
         escape(title),
-        about.join("<br>\n"),
-        escape(command)
+        about.join("<br>\n")
     )
 }
 
