@@ -376,6 +376,18 @@ fn equilibria_are_shown_over_the_load_factor() {
                 .unwrap()
         };
         assert!((number("y1") - number("y2")).abs() < 1e-9, "a horizontal line on the load path");
+        // on the curve of the end, which was 10 m from the clamp
+        let across = rise.split("data-across=\"").nth(1).unwrap().split('"').next().unwrap();
+        let across: Vec<f64> = across.split(' ').map(|edge| edge.parse().unwrap()).collect();
+        let circle = rise.split("class=\"cursor-mark\"").nth(1).unwrap();
+        let mark = circle.split(" cx=\"").nth(1).unwrap().split('"').next().unwrap();
+        let mark: f64 = mark.parse().unwrap();
+        let way =
+            across[4] + (mark - across[0]) / (across[1] - across[0]) * (across[5] - across[4]);
+        // end of a circular arc of 10 m, of half a turn and of a full one
+        let expected = if factor < 0.3 { 10.0 * 1.0_f64.hypot(expected) } else { 10.0 };
+        println!("mark on the load path at a displacement of {way:.3} m, {expected:.3} m expected");
+        assert!((way - expected).abs() < 0.1, "{way}");
     }
     let keys = with_keys(&page, &["End", "ArrowLeft", "4"]);
     let shown = show(browser, &keys, "t=0.5", [390, 800]);
@@ -473,5 +485,30 @@ fn schemes_that_coincide_show_both_colours() {
         assert_eq!(shown.console, Vec::<String>::new());
         assert_eq!(shown.attribute("view"), "top");
         assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "{size:?}: too wide");
+    }
+}
+
+/// A mode that dies out without a vibration: of its displacement `e⁻¹` is left a quarter of the way, and it never changes sides.
+#[test]
+fn a_decay_is_not_shown_as_a_vibration() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "decay");
+    let mut command = command(&folder, &["modes"]);
+    command.arg(shipped("flyball_governor.toml")).args(["-n", "6", "-o", "."]);
+    assert!(command.output().unwrap().status.success());
+    let page = folder.join("modes.html");
+    let heights = [0.0, 0.25, 0.5, 1.0].map(|phase| {
+        let shown = show(browser, &page, &format!("mode=6&phase={phase}&view=front"), [1100, 900]);
+        assert_eq!(shown.console, Vec::<String>::new());
+        assert!(shown.document.contains("without a vibration"));
+        assert!(shown.document.contains(&format!("t = {:.2}/δ", 4.0 * phase)));
+        shown.member("slider")[1]
+    });
+    let left = |k: usize| (heights[k] - heights[3]) / (heights[0] - heights[3]);
+    let end = (-4.0_f64).exp();
+    for (k, decayed) in [(1, (-1.0_f64).exp()), (2, (-2.0_f64).exp())] {
+        let expected = (decayed - end) / (1.0 - end);
+        println!("{:.4} of the displacement, {expected:.4} expected", left(k));
+        assert!((left(k) - expected).abs() < 0.02, "{}", left(k));
     }
 }

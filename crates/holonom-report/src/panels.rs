@@ -4,6 +4,7 @@ use super::axis::{Axis, Scale, Tick};
 use super::chart::{Chart, Curve, Strokes};
 use super::coincidence;
 use super::drawing::{Anchor, Color, Drawing, Mark, Point, Stroke, Words, width};
+use super::page::escape;
 use super::style::Style;
 
 /// Points of a curve that are nearer to the last one are left out, px.
@@ -46,7 +47,7 @@ pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
     if let [part] = parts.as_slice() {
         match [&part.chart.x, &part.chart.y].map(Axis::is_of_the_scene) {
             [true, _] => drawing.attribute("data-plot", &part.area_and_range(&part.x)),
-            [_, true] => drawing.attribute("data-rise", &part.area_and_range(&part.y)),
+            [_, true] => part.mark_rise(&mut drawing),
             _ => {}
         }
     }
@@ -298,6 +299,14 @@ impl<'a> Panel<'a> {
             }
             y += 1.35 * style.tick;
         }
+    }
+
+    /// For a page that marks a value of the vertical axis, and the points of the curves there.
+    fn mark_rise(&self, drawing: &mut Drawing) {
+        drawing.attribute("data-rise", &self.area_and_range(&self.y));
+        drawing.attribute("data-across", &self.area_and_range(&self.x));
+        let names: Vec<String> = self.curves.iter().map(|curve| escape(&curve.name)).collect();
+        drawing.attribute("data-curves", &names.join("&#10;"));
     }
 
     /// Left, right, top and bottom of the area, and the values at the ends of a scale: for a page that marks a value on
