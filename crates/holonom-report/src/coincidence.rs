@@ -7,7 +7,7 @@ const NEAR: f64 = 1.5;
 /// Part of a curve that hides another one.
 const MUCH: f64 = 0.5;
 /// Dashes and gaps, px, over one, two, … curves: in the gaps of each the next ones show.
-const DASHES: [&[f64]; 4] = [&[9.0, 9.0], &[9.0, 18.0], &[9.0, 27.0], &[9.0, 36.0]];
+const DASHES: [&[f64]; 4] = [&[7.0, 7.0], &[7.0, 14.0], &[7.0, 21.0], &[7.0, 28.0]];
 
 /// Dashes of a curve that lies on so many others; `None` where it lies on none.
 pub(super) fn dashes(below: usize) -> Option<&'static [f64]> {
@@ -59,7 +59,7 @@ mod tests {
         let curves = [line(10.0, 0.2), line(80.0, 0.0), line(10.5, 0.2), line(9.8, 0.2)];
         assert_eq!(covered(curves.to_vec()), [2, 0, 1, 0]);
         let gaps = [0, 1, 2, 9].map(|below| dashes(below).map_or(0, |d| d[1] as u32));
-        assert_eq!(gaps, [0, 9, 18, 36]);
+        assert_eq!(gaps, [0, 7, 14, 28]);
         let backwards = |curve: &Vec<Point>| curve.iter().rev().copied().collect();
         assert_eq!(covered(curves.iter().map(backwards).collect()), [2, 0, 1, 0]);
     }

@@ -288,7 +288,7 @@ impl<'a> Panel<'a> {
             let mut x =
                 if self.beside { self.area.right - legend.width(row) } else { self.area.left };
             for (i, name) in row {
-                let (color, dashes) = self.look(*i);
+                let (color, dashes) = style.curve(*i); // solid, also where it lies on others
                 let line = vec![(x, y), (x + legend.sample(), y)];
                 let width = style.widths[0] * if style.patterns { 1.0 } else { 1.67 };
                 drawing.push(Mark::Line(line, Stroke { color, width, dashes }));
