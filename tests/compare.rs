@@ -101,7 +101,7 @@ fn conclusions_on_a_heavy_top(end: f64) {
             }
         }
     }
-    let html = page::page(&found);
+    let html = page::page(&found, &model("heavy_top"), "holonom compare heavy_top.toml");
     assert_eq!(html.matches("<svg").count(), 8);
     assert!(!html.contains("http://") || !html.contains("src="), "self-contained");
     let json = serde_json::to_string(&found).unwrap();
@@ -134,7 +134,8 @@ fn a_step_that_is_too_long_fails_for_one_scheme_and_is_reported() {
     println!("{text}");
     let failed = found.records.iter().filter(|r| matches!(r.outcome, Outcome::Failed { .. }));
     assert!(failed.count() > 0 && text.contains("failed in step"), "{text}");
-    assert!(page::page(&found).contains("failed in step"));
+    let html = page::page(&found, &model("heavy_top_fast"), "holonom compare heavy_top_fast.toml");
+    assert!(html.contains("failed in step"));
 }
 
 #[test]

@@ -548,7 +548,7 @@ fn modes_are_printed_and_written() {
     assert_eq!((report["zero"].as_u64(), report["unstable"].as_u64()), (Some(6), Some(0)));
     assert_eq!(report["modes"].as_array().unwrap().len(), 8);
     assert_eq!(report["modes"][7]["shape"].as_array().unwrap().len(), 9);
-    let expected = ["modes", "modes.csv", "modes.json"].map(str::to_owned).into();
+    let expected = ["modes", "modes.csv", "modes.html", "modes.json"].map(str::to_owned).into();
     assert_eq!(files(&folder.join("shapes")), expected);
     let csv = fs::read_to_string(folder.join("shapes/modes.csv")).unwrap();
     assert_eq!(csv.lines().count(), 1 + 8 * 9);
@@ -580,6 +580,42 @@ fn modes_that_cannot_be_say_why() {
 }
 
 #[test]
+fn check_shows_the_initial_configuration_and_replaces_no_file() {
+    let folder = folder("check-pictures");
+    let check = |file: &str, more: &[&str]| {
+        let option = if file.ends_with("html") { "--page" } else { "--picture" };
+        holonom(&folder, &[&["check", "pendulum.toml", option, file][..], more].concat())
+    };
+    for (file, begin) in [
+        ("a.svg", &b"<svg"[..]),
+        ("a.pdf", b"%PDF"),
+        ("a.png", b"\x89PNG"),
+        ("a.html", b"<!DOCTYPE html>"),
+    ] {
+        let output = check(file, &[]);
+        assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+        assert!(words(&output).contains(&format!("written: {file}")), "{}", words(&output));
+        let written = fs::read(folder.join(file)).unwrap();
+        assert!(written.starts_with(begin), "{file}");
+        let again = check(file, &[]);
+        assert_eq!(again.status.code(), Some(2), "{}", words(&again));
+        assert!(words(&again).contains("--force"), "{}", words(&again));
+        assert_eq!(check(file, &["--force"]).status.code(), Some(0));
+    }
+    let page = fs::read_to_string(folder.join("a.html")).unwrap();
+    assert!(page.contains("holonom check pendulum.toml --page a.html") && !page.contains("src="));
+    let json = |output: &[u8]| serde_json::from_slice::<Value>(output).unwrap();
+    let mut with = json(&check("b.svg", &["--json"]).stdout);
+    assert_eq!(with.as_object_mut().unwrap().remove("picture"), Some("b.svg".into()));
+    assert_eq!(with, json(&holonom(&folder, &["check", "pendulum.toml", "--json"]).stdout));
+    // an invalid model and an unknown format leave nothing behind
+    assert_eq!(check("c.gif", &[]).status.code(), Some(2));
+    let invalid = check("c.svg", &["--set", "particle.bob.mass=-1"]);
+    assert_eq!(invalid.status.code(), Some(3), "{}", words(&invalid));
+    assert!(!folder.join("c.svg").exists() && !folder.join("c.gif").exists());
+}
+
+#[test]
 fn verify_writes_a_certificate() {
     let folder = folder("verify");
     let output = holonom(&folder, &["verify", "pendulum.toml", "--json"]);
@@ -604,6 +640,17 @@ fn verify_writes_a_certificate() {
     let page = fs::read_to_string(out.join("certificate.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("Observed orders") && !page.contains("src="));
     assert!(words(&output).contains("no property fails"));
+    // of which model and by which program
+    let made = &printed["provenance"];
+    let text = |key: &str| made[key].as_str().unwrap_or_default().to_owned();
+    assert_eq!(text("command"), "holonom verify pendulum.toml");
+    assert_eq!((text("model_sha256").len(), made["overrides"].as_array().unwrap().len()), (64, 0));
+    let date = text("date");
+    assert!(date.len() == 20 && date.starts_with("20") && date.ends_with('Z'), "{date}");
+    for stated in ["model_sha256", "date", "command"] {
+        assert!(page.contains(&text(stated)), "{stated} on the page");
+    }
+    assert!(page.contains("ZAMM 88 (2008)") && page.contains("<dt>(45)</dt>"), "cited equations");
     // nothing is replaced unasked
     let again = holonom(&folder, &["verify", "pendulum.toml"]);
     assert_eq!(again.status.code(), Some(2), "{}", words(&again));

@@ -1,4 +1,4 @@
-//! The animated scene of a run in a real browser: it draws the bodies where they are, and obeys keys.
+//! The animated scenes of pages in a real browser: they draw the bodies where they are, and obey keys.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::command::{command, folder};
@@ -17,17 +17,34 @@ fn browser() -> Option<&'static str> {
     found
 }
 
+/// A shipped model.
+fn shipped(model: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/models").join(model)
+}
+
 /// The folder of a run of a shipped model.
 fn run(case: &str, model: &str, set: &[&str]) -> PathBuf {
     let folder = folder("scene", case);
-    let model = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/models").join(model);
     let mut command = command(&folder, &["run"]);
-    command.arg(model).arg("--force").arg("-o").arg(&folder);
+    command.arg(shipped(model)).arg("--force").arg("-o").arg(&folder);
     set.iter().for_each(|set| {
         command.args(["--set", set]);
     });
     assert!(command.output().unwrap().status.success());
     folder
+}
+
+/// A copy of a page whose scene receives keys when it has been read; whether it is too wide is in `data-overflow`.
+fn with_keys(page: &Path, keys: &[&str]) -> PathBuf {
+    let html = std::fs::read_to_string(page).unwrap();
+    let script = format!(
+        "<script>for (const key of {keys:?}) document.querySelector('#scene canvas').dispatchEvent(new \
+         KeyboardEvent('keydown', {{ key, bubbles: true }}));document.body.dataset.overflow = \
+         document.documentElement.scrollWidth - innerWidth;</script>"
+    );
+    let pressed = page.with_file_name("keys.html");
+    std::fs::write(&pressed, html.replace("</body>", &format!("{script}</body>"))).unwrap();
+    pressed
 }
 
 /// A page as a browser shows it: the document after its scripts, the console, and the pixels.
@@ -110,8 +127,8 @@ fn positions(folder: &Path, t: f64, members: [&str; 3]) -> [[f64; 2]; 3] {
     members.map(|m| [value(format!("{m}.x")), value(format!("{m}.y"))])
 }
 
-/// Every chart over time has a line at the time of the scene.
-fn assert_marked(shown: &Shown, t: f64) {
+/// Every chart over time or load factor has a line at that of the scene.
+fn assert_marked(shown: &Shown, t: f64, least: usize) {
     let charts: Vec<&str> = shown.document.split("data-plot=\"").skip(1).collect();
     for chart in &charts {
         let edges = chart.split('"').next().unwrap().split(' ').map(|edge| edge.parse().unwrap());
@@ -123,7 +140,7 @@ fn assert_marked(shown: &Shown, t: f64) {
         let off = x - (edges[0] + part * (edges[1] - edges[0]));
         assert!(off.abs() < 0.5, "{off} px");
     }
-    assert!(charts.len() > 5, "{} charts", charts.len());
+    assert!(charts.len() >= least, "{} charts", charts.len());
 }
 
 #[test]
@@ -136,7 +153,7 @@ fn a_plane_motion_is_shown_to_scale() {
         let shown = show(browser, &page, &format!("t={t}&view=top"), [1100, 900]);
         assert_eq!(shown.console, Vec::<String>::new());
         let [a, b, c] = members.map(|name| shown.member(name));
-        assert_marked(&shown, t);
+        assert_marked(&shown, t, 6);
         let [x, y, z] = positions(&folder, t, members);
         let scale = (c[0] - a[0]).hypot(c[1] - a[1]) / (z[0] - x[0]).hypot(z[1] - x[1]);
         for (pixel, place) in [(b, y), (c, z)] {
@@ -230,12 +247,7 @@ fn reactions_are_arrows_that_a_key_hides() {
 fn the_scene_obeys_keys_and_fits_a_phone() {
     let Some(browser) = browser() else { return };
     let folder = run("pendulum", "pendulum.toml", &["simulation.end=2.0"]);
-    let page = folder.join("keys.html");
-    let html = std::fs::read_to_string(folder.join("report.html")).unwrap();
-    let keys = "<script>for (const key of ['End', 'ArrowLeft', 'ArrowLeft', '4']) \
-                document.querySelector('#scene canvas').dispatchEvent(new KeyboardEvent('keydown', { key, bubbles: true }));\
-                document.body.dataset.overflow = document.documentElement.scrollWidth - innerWidth;</script>";
-    std::fs::write(&page, html.replace("</body>", &format!("{keys}</body>"))).unwrap();
+    let page = with_keys(&folder.join("report.html"), &["End", "ArrowLeft", "ArrowLeft", "4"]);
     for size in [[360, 740], [3840, 2160]] {
         let shown = show(browser, &page, "t=0.5", size);
         assert_eq!(shown.console, Vec::<String>::new());
@@ -247,5 +259,256 @@ fn the_scene_obeys_keys_and_fits_a_phone() {
         assert!(t > 1.9 && t < 2.0, "{t}");
         assert_eq!(shown.attribute("view"), "top");
         assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "{size:?}: too wide");
+    }
+}
+
+/// A cantilever of 1 m, softer in bending along `z`: mode 1.
+const CANTILEVER: &str = r#"
+[model]
+name = "cantilever"
+[[beam]]
+name = "beam"
+points = [[0, 0, 0], [1, 0, 0]]
+elements = 16
+normal = [0, 0, 1]
+section = { EA = 1e6, GA1 = 1e6, GA2 = 1e6, EI1 = 4, EI2 = 1, GJ = 1, rhoA = 1, rhoI1 = 1e-6, rhoI2 = 1e-6 }
+start = "clamped"
+[simulation]
+step = 0.01
+end = 1.0
+"#;
+
+/// Mode 1 of Euler and Bernoulli's cantilever, 1 at the end.
+fn first_mode(x: f64) -> f64 {
+    let k = 1.875_104_068_711_961_f64;
+    let sigma = (k.sinh() - k.sin()) / (k.cosh() + k.cos());
+    let shape = |x: f64| (k * x).cosh() - (k * x).cos() - sigma * ((k * x).sinh() - (k * x).sin());
+    shape(x) / shape(1.0)
+}
+
+#[test]
+fn a_mode_is_shown_as_the_shape_of_the_beam() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "modes");
+    std::fs::write(folder.join("cantilever.toml"), CANTILEVER).unwrap();
+    let output = command(&folder, &["modes", "cantilever.toml", "-n", "4", "-o", "."]).output();
+    assert!(output.unwrap().status.success());
+    let page = folder.join("modes.html");
+    let mut side = 0.0; // to which the shape points
+    for (phase, part) in [(0.0, 1.0), (0.25, 0.0), (0.5, -1.0)] {
+        let fragment = format!("mode=1&phase={phase}&view=front");
+        let shown = show(browser, &page, &fragment, [1100, 900]);
+        assert_eq!(shown.console, Vec::<String>::new());
+        let [root, tip] = ["beam.0", "beam.16"].map(|name| shown.member(name));
+        let length = tip[0] - root[0];
+        if side == 0.0 {
+            side = (root[1] - tip[1]).signum();
+        }
+        let mut largest = 0.0_f64;
+        for k in 0..=16 {
+            let x = f64::from(k) / 16.0;
+            let node = shown.member(&format!("beam.{k}"));
+            let found = (root[1] - node[1]) / length; // of the length, upwards
+            let expected = side * part * 0.15 * first_mode(x);
+            largest = largest.max((found - expected).abs());
+        }
+        let end = (root[1] - tip[1]) / length;
+        println!("phase {phase}: end at {end:.4} of the length, largest difference {largest:.1e}");
+        assert!((end.abs() - 0.15 * part.abs()).abs() < 1e-3 && largest < 2e-3, "{end} {largest}");
+    }
+    // the tube is where its nodes are, in the colour of the first beam
+    let shown = show(browser, &page, "mode=1&phase=0&view=front", [1100, 900]);
+    let [middle, rest] = ["beam.8", "beam.0"].map(|name| shown.member(name));
+    let [r, _, b] = shown.color(middle).map(i32::from);
+    let [r0, _, b0] = shown.color([middle[0], rest[1]]).map(i32::from);
+    println!("tube: red {r}, blue {b}; at rest: red {r0}, blue {b0}");
+    assert!(b > r + 40 && b0 < r0 + 40, "the tube is displaced");
+
+    let keys = with_keys(&page, &["ArrowDown", "ArrowDown", "ArrowUp", "4"]);
+    for size in [[390, 800], [3840, 2160]] {
+        let shown = show(browser, &keys, "phase=0", size);
+        assert_eq!(shown.console, Vec::<String>::new());
+        assert_eq!((shown.attribute("mode"), shown.attribute("view")), ("2", "top"));
+        assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "{size:?}: too wide");
+    }
+}
+
+#[test]
+fn twenty_modes_of_a_beam_are_a_small_page() {
+    let folder = folder("scene", "many-modes");
+    let mut command = command(&folder, &["modes"]);
+    command.arg(shipped("bend_45.toml")).args(["-n", "20", "-o", "."]);
+    assert!(command.output().unwrap().status.success());
+    let page = std::fs::read_to_string(folder.join("modes.html")).unwrap();
+    println!("{} bytes", page.len());
+    assert!(page.len() < 3_000_000 && page.matches("<tr data-mode=").count() == 20);
+}
+
+/// A cantilever under an end moment is a circle of `4π EI/L · t` for `2 t` revolutions: at the load factor 0.5 its end is
+/// back at the clamp, at 0.25 it is a half circle.
+#[test]
+fn equilibria_are_shown_over_the_load_factor() {
+    let Some(browser) = browser() else { return };
+    let folder = run("statics", "roll_up.toml", &[]);
+    let page = folder.join("report.html");
+    for (factor, expected) in [(0.25, 2.0 / std::f64::consts::PI), (0.5, 0.0)] {
+        let shown = show(browser, &page, &format!("t={factor}&view=top"), [1100, 900]);
+        assert_eq!(shown.console, Vec::<String>::new());
+        assert_marked(&shown, factor, 3);
+        let [root, next, end] = ["beam.0", "beam.1", "beam.80"].map(|name| shown.member(name));
+        let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+        let gap = distance(root, end) / (80.0 * distance(root, next));
+        println!(
+            "load factor {factor}: end at {gap:.3} of the length from the clamp, {expected:.3} expected"
+        );
+        assert!((gap - expected).abs() < 0.02, "{gap}");
+        assert!(shown.document.contains(&format!("load factor {factor:.3}")));
+        let rise = shown.document.split("data-rise=\"").nth(1).expect("the load path").to_owned();
+        let line = rise.split("class=\"cursor\"").nth(1).unwrap();
+        let number = |name: &str| -> f64 {
+            line.split(&format!(" {name}=\""))
+                .nth(1)
+                .unwrap()
+                .split('"')
+                .next()
+                .unwrap()
+                .parse()
+                .unwrap()
+        };
+        assert!((number("y1") - number("y2")).abs() < 1e-9, "a horizontal line on the load path");
+        // on the curve of the end, which was 10 m from the clamp
+        let across = rise.split("data-across=\"").nth(1).unwrap().split('"').next().unwrap();
+        let across: Vec<f64> = across.split(' ').map(|edge| edge.parse().unwrap()).collect();
+        let circle = rise.split("class=\"cursor-mark\"").nth(1).unwrap();
+        let mark = circle.split(" cx=\"").nth(1).unwrap().split('"').next().unwrap();
+        let mark: f64 = mark.parse().unwrap();
+        let way =
+            across[4] + (mark - across[0]) / (across[1] - across[0]) * (across[5] - across[4]);
+        // end of a circular arc of 10 m, of half a turn and of a full one
+        let expected = if factor < 0.3 { 10.0 * 1.0_f64.hypot(expected) } else { 10.0 };
+        println!("mark on the load path at a displacement of {way:.3} m, {expected:.3} m expected");
+        assert!((way - expected).abs() < 0.1, "{way}");
+    }
+    let keys = with_keys(&page, &["End", "ArrowLeft", "4"]);
+    let shown = show(browser, &keys, "t=0.5", [390, 800]);
+    let factor: f64 = shown.attribute("time").parse().unwrap();
+    println!("load factor {factor} after End and one equilibrium back");
+    assert!((factor - 0.95).abs() < 1e-6 && shown.attribute("view") == "top");
+    assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "too wide");
+}
+
+#[test]
+fn a_checked_model_stands_in_its_initial_configuration() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "check");
+    let mut command = command(&folder, &["check"]);
+    command.arg(shipped("slider_crank.toml")).args(["--page", "crank.html"]);
+    assert!(command.output().unwrap().status.success());
+    let page = with_keys(&folder.join("crank.html"), &[" ", "2"]);
+    for size in [[390, 800], [1100, 900], [3840, 2160]] {
+        let shown = show(browser, &page, "", size);
+        assert_eq!(shown.console, Vec::<String>::new());
+        let [crank, slider] =
+            ["crank", "slider"].map(|name| shown.color(shown.member(name)).map(i32::from));
+        println!("{size:?}: crank {crank:?}, slider {slider:?}");
+        if size[0] > 500 {
+            // the document of a narrower window is not laid out as its picture
+            assert!(crank[2] > crank[0] + 40, "the crank is blue: {crank:?}");
+            assert!(slider[1] > slider[0] + 40, "the slider is green: {slider:?}");
+        }
+        assert!(
+            shown.document.contains("data-play=\"\" aria-label=\"play\" hidden"),
+            "nothing plays"
+        );
+        assert_eq!(shown.attribute("view"), "front");
+        assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "{size:?}: too wide");
+    }
+}
+
+#[test]
+fn a_certificate_shows_the_motion_of_its_model() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "certificate");
+    let mut command = command(&folder, &["verify"]);
+    command.arg(shipped("pendulum.toml")).args(["-o", ".", "--quiet"]);
+    assert!(command.output().unwrap().status.success());
+    let page = with_keys(&folder.join("certificate.html"), &["2"]);
+    let shown = show(browser, &page, "t=0", [1100, 1000]);
+    assert_eq!(shown.console, Vec::<String>::new());
+    assert_marked(&shown, 0.0, 1);
+    let bob = shown.color(shown.member("bob")).map(i32::from);
+    println!("the point mass: {bob:?}");
+    assert!(bob[2] > bob[0] + 40, "it is blue: {bob:?}");
+    for size in [[390, 800], [3840, 2160]] {
+        let shown = show(browser, &page, "t=0.5", size);
+        assert_eq!(shown.console, Vec::<String>::new());
+        assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "{size:?}: too wide");
+    }
+}
+
+/// Two schemes from the same initial values: at the start the body shows the colours of both, and that of the one that is left
+/// when the other is hidden.
+#[test]
+fn schemes_that_coincide_show_both_colours() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "compare");
+    let mut command = command(&folder, &["compare"]);
+    command.arg(shipped("heavy_top.toml"));
+    command.args(["--schemes", "nodal,em-nodal", "--step", "0.01,0.005", "--end", "1"]);
+    command.args(["--order", "2", "-o", ".", "--quiet"]);
+    assert!(command.output().unwrap().status.success());
+    let page = folder.join("compare.html");
+    let html = std::fs::read_to_string(&page).unwrap();
+    let click =
+        "<script>document.querySelectorAll('.scene-legend button')[1].click();</script></body>";
+    let alone = folder.join("alone.html");
+    std::fs::write(&alone, html.replace("</body>", click)).unwrap();
+    let colors = |page: &Path| {
+        let shown = show(browser, page, "t=0&view=front", [1100, 900]);
+        assert_eq!(shown.console, Vec::<String>::new());
+        let [x, y] = shown.member("top");
+        let near = (-12..=12).flat_map(|i| (-12..=12).map(move |j| (f64::from(i), f64::from(j))));
+        let near: Vec<[u8; 3]> = near.map(|(i, j)| shown.color([x + i, y + j])).collect();
+        let blue = near.iter().filter(|c| c[2] > c[0].saturating_add(40)).count();
+        let vermilion = near.iter().filter(|c| c[0] > c[2].saturating_add(60)).count();
+        (blue, vermilion)
+    };
+    let (both, one) = (colors(&page), colors(&alone));
+    println!("pixels, blue and vermilion: {both:?}, the second one hidden: {one:?}");
+    assert!(both.0 > 150 && both.1 > 150, "{both:?}");
+    assert!(one.0 > 450 && one.1 == 0, "{one:?}");
+    let shown = show(browser, &page, "t=0.5", [1100, 900]);
+    assert_marked(&shown, 0.5, 2);
+    let keys = with_keys(&page, &["4"]);
+    for size in [[390, 800], [3840, 2160]] {
+        let shown = show(browser, &keys, "t=0.5", size);
+        assert_eq!(shown.console, Vec::<String>::new());
+        assert_eq!(shown.attribute("view"), "top");
+        assert!(shown.attribute("overflow").parse::<f64>().unwrap() <= 0.0, "{size:?}: too wide");
+    }
+}
+
+/// A mode that dies out without a vibration: of its displacement `e⁻¹` is left a quarter of the way, and it never changes sides.
+#[test]
+fn a_decay_is_not_shown_as_a_vibration() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "decay");
+    let mut command = command(&folder, &["modes"]);
+    command.arg(shipped("flyball_governor.toml")).args(["-n", "6", "-o", "."]);
+    assert!(command.output().unwrap().status.success());
+    let page = folder.join("modes.html");
+    let heights = [0.0, 0.25, 0.5, 1.0].map(|phase| {
+        let shown = show(browser, &page, &format!("mode=6&phase={phase}&view=front"), [1100, 900]);
+        assert_eq!(shown.console, Vec::<String>::new());
+        assert!(shown.document.contains("without a vibration"));
+        assert!(shown.document.contains(&format!("t = {:.2}/δ", 4.0 * phase)));
+        shown.member("slider")[1]
+    });
+    let left = |k: usize| (heights[k] - heights[3]) / (heights[0] - heights[3]);
+    let end = (-4.0_f64).exp();
+    for (k, decayed) in [(1, (-1.0_f64).exp()), (2, (-2.0_f64).exp())] {
+        let expected = (decayed - end) / (1.0 - end);
+        println!("{:.4} of the displacement, {expected:.4} expected", left(k));
+        assert!((left(k) - expected).abs() < 0.02, "{}", left(k));
     }
 }

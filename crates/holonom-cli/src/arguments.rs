@@ -306,6 +306,15 @@ pub(crate) struct Bench {
 pub(crate) struct Check {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
+    /// Write a page that shows the initial configuration in 3-D
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) page: Option<PathBuf>,
+    /// Write a drawing of the initial configuration; its extension is the format: svg, pdf or png
+    #[arg(long, value_name = "FILE")]
+    pub(crate) picture: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Print the report as JSON on standard output
     #[arg(long)]
     pub(crate) json: bool,
@@ -335,8 +344,8 @@ pub(crate) struct Modes {
     /// Follow the modes over speeds of rotation from A to B in N steps, rad/s: the Campbell diagram
     #[arg(long, value_name = "A:B:N", value_parser = speeds, conflicts_with = "at")]
     pub(crate) speeds: Option<Speeds>,
-    /// Write modes.json, modes.csv and pictures of the shapes into this folder; with --speeds campbell.json,
-    /// campbell.csv and campbell.svg
+    /// Write modes.json, modes.csv, modes.html with the moving shapes, and pictures of them into this folder; with --speeds
+    /// campbell.json, campbell.csv and campbell.svg
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Replace files of an earlier call

@@ -1,25 +1,80 @@
-//! `holonom check`: validate and assemble, simulate nothing.
+//! `holonom check`: validate and assemble, simulate nothing; show the initial configuration.
 
+use std::path::Path;
+
+use holonom::experiment::Experiment;
+use holonom::export::configuration;
+use holonom::model::{Model, ModelError};
+use holonom::report::{Assembled, configuration_page};
 use serde_json::json;
 
 use crate::arguments::Check;
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::picture::{self, Format};
+use crate::reproduce::command;
 use crate::{human, stderr, stdout};
 
+/// Pixels of a PNG for each px of 1/96 inch.
+const PIXELS: f64 = 2.0;
+
 pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
-    let overrides = arguments.model.set.clone();
-    let (model, simulation) = Input::new(&arguments.model, overrides, arguments.json).assemble()?;
-    let report = simulation.assembly();
+    let format = arguments.picture.as_deref().map(Format::of).transpose()?;
+    for file in [&arguments.page, &arguments.picture].into_iter().flatten() {
+        vacant(file, arguments.force)?;
+    }
+    let input = || Input::new(&arguments.model, arguments.model.set.clone(), arguments.json);
+    let (model, simulation) = input().assemble()?;
+    if let Some(file) = &arguments.page {
+        match page(&model, simulation.as_ref()) {
+            Ok(page) => picture::whole(file, page.as_bytes())?,
+            Err(error) => return Err(input().refused(error)?),
+        }
+    }
+    if let (Some(file), Some(format)) = (&arguments.picture, format) {
+        match configuration(&model) {
+            Ok(Some(drawing)) => picture::write(file, (&drawing, format), PIXELS)?,
+            Ok(None) => return Err(nothing_to_draw()),
+            Err(error) => return Err(input().refused(error)?),
+        }
+    }
+    let written = [("page", &arguments.page), ("picture", &arguments.picture)];
+    let written = written.iter().filter_map(|(key, file)| Some((*key, file.as_ref()?)));
     if arguments.json {
-        return stdout::json(&json!({
+        let mut found = json!({
             "valid": true,
             "file": arguments.model.model.display().to_string(),
             "model": model.header.name,
             "steps": model.settings.steps(),
-            "assembly": report,
-        }));
+            "assembly": simulation.assembly(),
+        });
+        written.for_each(|(key, file)| found[key] = file.display().to_string().into());
+        return stdout::json(&found);
     }
-    stderr::print(&human::assembly(&model, report));
+    stderr::print(&human::assembly(&model, simulation.assembly()));
+    written.for_each(|(_, file)| stderr::line(&format!("  written: {}", file.display())));
     Ok(())
+}
+
+/// That a file may be written.
+fn vacant(file: &Path, force: bool) -> Result<(), Failure> {
+    if file.symlink_metadata().is_err() || force {
+        return Ok(());
+    }
+    Err(Failure::Usage {
+        message: format!("{} already exists", file.display()),
+        help: "add --force to replace it, or choose another file".into(),
+    })
+}
+
+fn nothing_to_draw() -> Failure {
+    let message = "the initial configuration has no finite size: it cannot be drawn".into();
+    Failure::Usage { message, help: "leave --picture out".into() }
+}
+
+fn page(model: &Model, simulation: &dyn Experiment) -> Result<String, ModelError> {
+    let report = simulation.assembly();
+    let warnings = human::projection(report).into_iter().chain(report.warnings.iter().cloned());
+    let found = Assembled { facts: human::findings(model, report), warnings: warnings.collect() };
+    configuration_page(model, &found, &command())
 }

@@ -7,6 +7,7 @@ use holonom::model::Scheme;
 use crate::arguments::Compare;
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::reproduce::command;
 use crate::run::keep_the_model;
 use crate::{stderr, stdout};
 
@@ -49,7 +50,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
     let json = serde_json::to_value(&comparison).unwrap_or_default();
     let files = [
         folder.write("compare.json", &format!("{json:#}\n"))?,
-        folder.write("compare.html", &page::page(&comparison))?,
+        folder.write("compare.html", &page::page(&comparison, &model, &command()))?,
         folder.write("model.toml", &model.to_toml())?,
     ];
     if !arguments.quiet {

@@ -31,8 +31,8 @@ pub(crate) fn summary(finished: &Finished) -> String {
     text
 }
 
-/// What the assembly of a model found.
-pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
+/// What the assembly of a model found: subjects and findings.
+pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static str, String)> {
     let (settings, measures) = (&model.settings, &report.measures);
     let redundant = match report.redundant.as_slice() {
         [] => "none".to_owned(),
@@ -78,16 +78,25 @@ pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
         rows.push(("h ω_max of beams", found));
     }
     rows.extend(report.strains.map(|variant| ("strains of beams", variant.name().to_owned())));
+    rows
+}
+
+/// By how much the initial configuration was moved onto the constraints, where it was.
+pub(crate) fn projection(report: &AssemblyReport) -> Option<String> {
+    let moved = rounded(report.projected?, 4);
+    Some(format!(
+        "the initial configuration was projected onto the constraints: moved by {moved} m"
+    ))
+}
+
+/// The same as lines for a terminal.
+pub(crate) fn assembly(model: &Model, report: &AssemblyReport) -> String {
     let mut text = format!("{}: valid\n", model.header.name);
-    for (subject, finding) in rows {
+    for (subject, finding) in findings(model, report) {
         let _ = writeln!(text, "  {subject:26}  {finding}");
     }
-    if let Some(distance) = report.projected {
-        let _ = writeln!(
-            text,
-            "  the initial configuration was projected onto the constraints: moved by {} m",
-            rounded(distance, 4)
-        );
+    if let Some(words) = projection(report) {
+        let _ = writeln!(text, "  {words}");
     }
     for warning in &report.warnings {
         let _ = writeln!(text, "  warning: {warning}");

@@ -40,6 +40,14 @@ impl<'a> Input<'a> {
         self,
         make: impl FnOnce(&Model) -> Result<T, ModelError>,
     ) -> Result<(Model, T), Failure> {
+        self.with_text(make).map(|(_, model, made)| (model, made))
+    }
+
+    /// The same with the text of the file.
+    pub(crate) fn with_text<T>(
+        self,
+        make: impl FnOnce(&Model) -> Result<T, ModelError>,
+    ) -> Result<(String, Model, T), Failure> {
         let mut text = String::new();
         let assembled = model::read_text(&self.arguments.model).and_then(|read| {
             text = read;
@@ -47,7 +55,10 @@ impl<'a> Input<'a> {
             let made = make(&model)?;
             Ok((model, made))
         });
-        assembled.or_else(|error| Err(self.invalid(text, error)?))
+        match assembled {
+            Ok((model, made)) => Ok((text, model, made)),
+            Err(error) => Err(self.invalid(text, error)?),
+        }
     }
 
     /// A model that could be read and cannot be assembled.

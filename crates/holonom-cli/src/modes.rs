@@ -3,22 +3,26 @@
 
 use std::fmt::Write;
 
-use holonom::RunFolder;
 use holonom::modes::{About, Campbell, Kind, ModalAnalysis, Mode, ModesError, Report};
 use holonom::output::OutputError;
-use holonom::report::{campbell_diagram, mode_picture, rounded};
+use holonom::report::{campbell_diagram, mode_page, mode_picture, rounded};
+use holonom::{Model, RunFolder};
 
 use crate::arguments::{At, Modes, Speeds};
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::reproduce::command;
 use crate::{stderr, stdout};
 
+/// Files of an analysis, beside its pictures.
+const FILES: [&str; 3] = ["modes.json", "modes.csv", "modes.html"];
 /// Modes that have a picture.
 const PICTURES: usize = 20;
 
 pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
     if let Some(Speeds(speeds)) = &arguments.speeds {
-        let diagram = analysed(arguments, |model| Campbell::new(model, speeds, arguments.number))?;
+        let analyse = |model: &Model| Campbell::new(model, speeds, arguments.number);
+        let (_, diagram) = analysed(arguments, analyse)?;
         return campbell(arguments, &diagram);
     }
     let about = match arguments.at {
@@ -26,14 +30,22 @@ pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
         At::Static => About::Static,
         At::Rotation => About::Rotation,
     };
-    let (analysis, report) = analysed(arguments, |model| {
+    let (model, (analysis, report)) = analysed(arguments, |model| {
         let mut analysis = ModalAnalysis::new(model, about)?;
         let report = analysis.modes(arguments.number)?;
         Ok((analysis, report))
     })?;
     report.warnings.iter().for_each(|warning| stderr::line(&format!("warning: {warning}")));
     if let Some(folder) = &arguments.output {
-        write(&RunFolder::open(folder), &analysis, &report, arguments.force)?;
+        RunFolder::vacant(folder, &FILES, arguments.force)?;
+        let page = match mode_page(&model, &report, &command()) {
+            Ok(page) => page,
+            Err(error) => {
+                let overrides = arguments.model.set.clone();
+                return Err(Input::new(&arguments.model, overrides, arguments.json).refused(error)?);
+            }
+        };
+        write(&RunFolder::open(folder), &analysis, &report, &page)?;
     }
     if arguments.json {
         return stdout::json(&serde_json::to_value(&report).unwrap_or_default());
@@ -44,10 +56,10 @@ pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
 /// What an analysis of the model finds; errors of the model with their lines.
 fn analysed<T>(
     arguments: &Modes,
-    analyse: impl Fn(&holonom::Model) -> Result<T, ModesError>,
-) -> Result<T, Failure> {
+    analyse: impl Fn(&Model) -> Result<T, ModesError>,
+) -> Result<(Model, T), Failure> {
     let mut failed = None;
-    let make = |model: &holonom::Model| match analyse(model) {
+    let make = |model: &Model| match analyse(model) {
         Ok(found) => Ok(Some(found)),
         Err(ModesError::Model(error)) => Err(error),
         Err(error) => {
@@ -56,9 +68,10 @@ fn analysed<T>(
         }
     };
     let overrides = arguments.model.set.clone();
-    let (_, found) = Input::new(&arguments.model, overrides, arguments.json).assemble_as(make)?;
+    let (model, found) =
+        Input::new(&arguments.model, overrides, arguments.json).assemble_as(make)?;
     match (found, failed) {
-        (Some(found), _) => Ok(found),
+        (Some(found), _) => Ok((model, found)),
         (None, Some(ModesError::Statics(failure))) => {
             Err(Failure::Run { failure, files: Vec::new() })
         }
@@ -105,29 +118,27 @@ fn campbell(arguments: &Modes, diagram: &Campbell) -> Result<(), Failure> {
     stdout::bytes(stderr::visible(&text).as_bytes())
 }
 
-/// Writes `modes.json`, `modes.csv` and the pictures of the first modes.
+/// Writes `modes.json`, `modes.csv`, the page and the pictures of the first modes.
 fn write(
     folder: &RunFolder,
     analysis: &ModalAnalysis,
     report: &Report,
-    force: bool,
+    page: &str,
 ) -> Result<(), Failure> {
-    RunFolder::vacant(folder.path(), &["modes.json", "modes.csv"], force)?;
     let json = format!("{:#}\n", serde_json::to_value(report).unwrap_or_default());
-    let mut files = vec![folder.write("modes.json", &json)?];
-    files.push(folder.write("modes.csv", &report.csv())?);
-    for k in 0..report.modes.len().min(PICTURES) {
+    for (name, text) in FILES.into_iter().zip([&json, &report.csv(), page]) {
+        folder.write(name, text)?;
+    }
+    let pictures = report.modes.len().min(PICTURES);
+    for k in 0..pictures {
         let name = format!("modes/mode_{:02}.svg", k + 1);
         let picture = mode_picture(report, k, analysis.members(), analysis.beams());
         let svg =
             picture.svg().map_err(|reason| OutputError::Plot { name: name.clone(), reason })?;
-        files.push(folder.write_picture(&name, &svg)?);
+        folder.write_picture(&name, &svg)?;
     }
     let place = folder.path().display();
-    stderr::line(&format!(
-        "written to {place}: modes.json, modes.csv, {} pictures",
-        files.len() - 2
-    ));
+    stderr::line(&format!("written to {place}: {}, {pictures} pictures", FILES.join(", ")));
     Ok(())
 }
 

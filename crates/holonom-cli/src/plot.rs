@@ -1,15 +1,15 @@
 //! `holonom plot`: plots and report of a run, finished or not; drawings of chosen columns of several.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use holonom::output::{LeftOut, OutputError, RunFolder, atomically};
+use holonom::output::{LeftOut, RunFolder};
 use holonom::report::selected::{Request, SelectionError, columns, groups, selected};
-use holonom::report::{self, Drawing, Style, Typeface};
+use holonom::report::{self, Style, Typeface};
 
 use crate::failure::Failure;
+use crate::picture::{self, Format};
 use crate::{stderr, stdout};
 
 /// How a drawing looks.
@@ -110,29 +110,6 @@ fn list(arguments: &Plot) -> Result<(), Failure> {
     stdout::bytes(stderr::visible(&text).as_bytes())
 }
 
-/// The format of a drawing.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Format {
-    Svg,
-    Pdf,
-    Png,
-}
-
-impl Format {
-    fn of(file: &Path) -> Result<Self, Failure> {
-        let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase());
-        match extension.as_deref() {
-            Some("svg") => Ok(Self::Svg),
-            Some("pdf") => Ok(Self::Pdf),
-            Some("png") => Ok(Self::Png),
-            _ => Err(Failure::Usage {
-                message: format!("{} states no format that can be drawn", file.display()),
-                help: "let the file end with .svg, .pdf or .png".into(),
-            }),
-        }
-    }
-}
-
 fn draw(arguments: &Plot, what: &str, output: &Path) -> Result<(), Failure> {
     let format = Format::of(output)?;
     if output.symlink_metadata().is_ok() && !arguments.force {
@@ -147,12 +124,8 @@ fn draw(arguments: &Plot, what: &str, output: &Path) -> Result<(), Failure> {
     let found = selected(&runs, &request).map_err(failure)?;
     found.notes.iter().for_each(|note| stderr::line(&format!("note: {note}")));
     let drawing = found.drawing(&style(arguments, found.charts.len()));
-    let bytes = written(&drawing, (format, arguments.style)).map_err(|reason| {
-        let name = output.display().to_string();
-        Failure::Output(OutputError::Plot { name, reason })
-    })?;
-    atomically(output, |file| fs::write(file, &bytes))
-        .map_err(|source| OutputError::Io { path: output.to_owned(), source })?;
+    let pixels = PIXELS[usize::from(arguments.style != PlotStyle::Report)];
+    picture::write(output, (&drawing, format), pixels)?;
     stderr::line(&output.display().to_string());
     Ok(())
 }
@@ -179,22 +152,6 @@ fn style(arguments: &Plot, charts: usize) -> Style {
     match arguments.size {
         Some(size) => style.sized(size),
         None => style.for_charts(charts),
-    }
-}
-
-fn written(drawing: &Drawing, (format, style): (Format, PlotStyle)) -> Result<Vec<u8>, String> {
-    if format != Format::Svg {
-        let missing = drawing.missing_letters()?;
-        if !missing.is_empty() {
-            stderr::line(&format!(
-                "note: the font lacks `{missing}`; SVG uses those of the reader"
-            ));
-        }
-    }
-    match format {
-        Format::Svg => Ok(drawing.svg().into_bytes()),
-        Format::Pdf => drawing.pdf(),
-        Format::Png => drawing.png(PIXELS[usize::from(style != PlotStyle::Report)]),
     }
 }
 

@@ -2,18 +2,22 @@
 
 use holonom::RunFolder;
 use holonom::certificate::page::{page, sentence, verdict};
-use holonom::certificate::{ModelCertificate, certify_model};
+use holonom::certificate::{ModelCertificate, Provenance, certify_model};
+use holonom::run::prepare;
 use holonom::verification::certificate::Verdict;
 use holonom::verification::table::{Cell, Table, remarks, tables};
 
 use crate::arguments::Verify;
+use crate::date::now;
 use crate::failure::Failure;
 use crate::input::Input;
+use crate::reproduce::command;
 use crate::{stderr, stdout};
 
 pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
     let overrides = arguments.model.set.clone();
-    let (model, _) = Input::new(&arguments.model, overrides, arguments.json).assemble()?;
+    let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
+    let (text, model, _) = input.with_text(prepare)?;
     let path = &arguments.model.model;
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "verify"));
     RunFolder::vacant(&folder, &["certificate.json", "certificate.html"], arguments.force)?;
@@ -22,13 +26,14 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
             stderr::line(&format!("  {what}"));
         }
     };
-    let certificate = certify_model(&model, arguments.accuracy, &mut progress)
+    let mut certificate = certify_model(&model, arguments.accuracy, &mut progress)
         .map_err(|message| Failure::Usage { message, help: String::new() })?;
+    certificate.provenance = Some(Provenance::new((command(), now()), &text, &overrides));
     let folder = RunFolder::open(folder);
     let json = serde_json::to_value(&certificate).unwrap_or_default();
     let files = [
         folder.write("certificate.json", &format!("{json:#}\n"))?,
-        folder.write("certificate.html", &page(&certificate))?,
+        folder.write("certificate.html", &page(&certificate, &model))?,
     ];
     if !arguments.quiet {
         stderr::print(&words(&certificate));

@@ -33,6 +33,8 @@ use std::path::{Path, PathBuf};
 use run::Run;
 use table::Results;
 
+pub use svg::still::configuration;
+
 /// A format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {

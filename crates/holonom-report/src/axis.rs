@@ -32,6 +32,17 @@ impl Axis {
         Self::linear("time", "s")
     }
 
+    /// The load factor of equilibria.
+    #[must_use]
+    pub fn load_factor() -> Self {
+        Self::linear("load factor", "")
+    }
+
+    /// Whether the scene of a page marks its value on this axis.
+    pub(super) fn is_of_the_scene(&self) -> bool {
+        !self.logarithmic && (*self == Self::time() || *self == Self::load_factor())
+    }
+
     /// Its label, `factor` a power of ten or empty.
     fn label(&self, factor: &str) -> String {
         match (factor, self.unit.as_str()) {

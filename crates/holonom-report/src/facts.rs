@@ -29,9 +29,9 @@ pub fn counts(summary: &Summary) -> String {
         Status::Interrupted => " (interrupted)",
         Status::Running => " (not finished)",
     };
-    let dof_text = plural(counts.dof as u64, "degree of freedom", "degrees of freedom");
+    let dof_text = counted(counts.dof as u64, "degree of freedom", "degrees of freedom");
     if let Some(statics) = &summary.statics {
-        let found = plural(statics.equilibria, "equilibrium", "equilibria");
+        let found = counted(statics.equilibria, "equilibrium", "equilibria");
         let end = time(*end_time);
         return format!("{dof_text}; {found} to t = {end}{ended}; {scheme}");
     }
@@ -42,11 +42,12 @@ pub fn counts(summary: &Summary) -> String {
             "{dof_text}; the first step of {step} s failed; {scheme}, order {order}{by}"
         );
     }
-    let steps = plural(*steps, "step", "steps");
+    let steps = counted(*steps, "step", "steps");
     format!("{dof_text}; {steps} of {step} s to t = {end} s{ended}; {scheme}, order {order}{by}")
 }
 
-fn plural(count: u64, one: &str, many: &str) -> String {
+/// A number of things.
+pub(crate) fn counted(count: u64, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
@@ -116,7 +117,7 @@ fn energy_words(energy: &EnergySummary) -> String {
 }
 
 fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
-    let halvings = plural(statics.halvings, "step was halved", "steps were halved");
+    let halvings = counted(statics.halvings, "step was halved", "steps were halved");
     let path = if statics.arc_length { "by arc length" } else { "by steps of the load" };
     let position = summary.constraint_residual.position.max;
     let mut facts = vec![

@@ -5,9 +5,13 @@
 
 mod axis;
 mod chart;
+mod coincidence;
+mod command_line;
+mod configuration_page;
 mod drawing;
 mod energies;
 mod facts;
+mod mode_page;
 mod mode_shapes;
 pub mod page;
 mod panels;
@@ -22,15 +26,18 @@ mod style;
 
 use std::path::PathBuf;
 
-use holonom_model::Model;
+use holonom_model::{Model, Scheme};
 use holonom_sim::output::{OutputError, RunFolder, TimeSeries};
 use scene::Scene;
 use selected::Scales;
 
 pub use chart::{Axis, Chart, Curve, Strokes};
+pub use command_line::command_line;
+pub use configuration_page::{Assembled, configuration_page};
 pub use drawing::{Drawing, Typeface};
 pub use energies::energy_plots;
 pub use facts::{Fact, counts, facts, rounded, time};
+pub use mode_page::mode_page;
 pub use mode_shapes::{campbell_diagram, mode_picture};
 pub use page::{Figure, page};
 pub use picture::{Item, Paint, Picture, Point, Side, axonometric};
@@ -66,6 +73,9 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     let sensors = sensors.as_ref().map(|table| (table, sensor_columns(table, model.as_ref())));
     if let Some((table, columns)) = &sensors {
         plots.extend(sensor_plots(table, columns));
+    }
+    if summary.statics.is_some() {
+        plots.iter_mut().for_each(plots::Plot::over_load);
     }
     let sensors = sensors.as_ref().map(|(table, columns)| (*table, columns.as_slice()));
     let scales = Scales::of_run(&trajectory, energies.as_ref(), sensors);
@@ -104,5 +114,6 @@ fn centre_lines(
 ) -> Result<Option<(Picture, String)>, OutputError> {
     let Some(model) = model.filter(|model| !model.beams.is_empty()) else { return Ok(None) };
     let frames = folder.frames(usize::MAX, shapes::INSTANTS)?;
-    Ok(shapes(model, &frames).map(|picture| (picture, caption(&frames.times))))
+    let statics = model.settings.scheme == Scheme::Static;
+    Ok(shapes(model, &frames).map(|picture| (picture, caption(&frames.times, statics))))
 }

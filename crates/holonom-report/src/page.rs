@@ -30,21 +30,14 @@ pub fn page(
     (model, scene): (&str, Option<&Scene>),
 ) -> String {
     let mut html = head(&summary.model);
-    let _ = write!(
-        html,
-        "<h1>{}</h1>\n<p class=\"counts\">{}</p>\n",
-        escape(&summary.model),
-        escape(&counts(summary))
-    );
+    html += &heading(&summary.model, &[counts(summary)], "holonom run model.toml");
     push_failure(&mut html, summary);
     html += &scene.map_or_else(String::new, Scene::html);
-    push_facts(&mut html, summary);
+    push_list(&mut html, facts(summary).into_iter().map(|fact| (fact.subject, fact.finding)));
     push_plots(&mut html, trajectory, figures);
     html += "<h2>Numbers</h2>\n";
     push_table(&mut html, summary);
-    if !model.is_empty() {
-        let _ = write!(html, "<h2>Model</h2>\n<pre><code>{}</code></pre>\n", escape(model));
-    }
+    push_model(&mut html, model);
     foot(&mut html, &summary.version);
     html
 }
@@ -58,6 +51,38 @@ pub fn head(title: &str) -> String {
          <meta name=\"color-scheme\" content=\"light dark\">\n\
          <title>{title} – holonom</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n"
     )
+}
+
+/// Title, what was computed, and the command that computes it again, where it is known.
+#[must_use]
+pub fn heading(title: &str, about: &[String], command: &str) -> String {
+    let about: Vec<String> = about.iter().map(|line| escape(line)).collect();
+    let command = match command {
+        "" => String::new(),
+        known => format!("<p class=\"command\"><code>{}</code></p>\n", escape(known)),
+    };
+    format!(
+        "<h1>{}</h1>\n<p class=\"counts\">{}</p>\n{command}",
+        escape(title),
+        about.join("<br>\n")
+    )
+}
+
+/// A list of facts: subject and finding.
+pub fn push_list<'a>(html: &mut String, facts: impl IntoIterator<Item = (&'a str, String)>) {
+    html.push_str("<dl class=\"facts\">\n");
+    for (subject, finding) in facts {
+        let (subject, finding) = (escape(subject), escape(&finding));
+        let _ = writeln!(html, "<div><dt>{subject}</dt><dd>{finding}</dd></div>");
+    }
+    html.push_str("</dl>\n");
+}
+
+/// The text of a model.
+pub fn push_model(html: &mut String, text: &str) {
+    if !text.is_empty() {
+        let _ = write!(html, "<h2>Model</h2>\n<pre><code>{}</code></pre>\n", escape(text));
+    }
 }
 
 /// Everything after the last section of a page.
@@ -103,19 +128,6 @@ fn push_failure(html: &mut String, summary: &Summary) {
     for warning in &summary.warnings {
         let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(warning));
     }
-}
-
-fn push_facts(html: &mut String, summary: &Summary) {
-    html.push_str("<dl class=\"facts\">\n");
-    for fact in facts(summary) {
-        let _ = writeln!(
-            html,
-            "<div><dt>{}</dt><dd>{}</dd></div>",
-            escape(fact.subject),
-            escape(&fact.finding)
-        );
-    }
-    html.push_str("</dl>\n");
 }
 
 fn push_plots(html: &mut String, trajectory: &Trajectory, figures: &[Figure]) {

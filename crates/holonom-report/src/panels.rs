@@ -1,8 +1,10 @@
 //! Charts below one another as a drawing: titles, legends, axes, curves.
 
-use super::axis::{Scale, Tick};
+use super::axis::{Axis, Scale, Tick};
 use super::chart::{Chart, Curve, Strokes};
-use super::drawing::{Anchor, Drawing, Mark, Point, Stroke, Words, width};
+use super::coincidence;
+use super::drawing::{Anchor, Color, Drawing, Mark, Point, Stroke, Words, width};
+use super::page::escape;
 use super::style::Style;
 
 /// Points of a curve that are nearer to the last one are left out, px.
@@ -42,11 +44,12 @@ pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
         part.equalize();
         part.draw(&mut drawing, labelled(k));
     }
-    if let [part] = parts.as_slice()
-        && part.chart.x.quantity == "time"
-        && !part.chart.x.logarithmic
-    {
-        drawing.attribute("data-plot", &part.area_and_times());
+    if let [part] = parts.as_slice() {
+        match [&part.chart.x, &part.chart.y].map(Axis::is_of_the_scene) {
+            [true, _] => drawing.attribute("data-plot", &part.area_and_range(&part.x)),
+            [_, true] => part.mark_rise(&mut drawing),
+            _ => {}
+        }
     }
     drawing
 }
@@ -87,6 +90,8 @@ struct Panel<'a> {
     beside: bool,
     head: f64,
     area: Area,
+    /// How many others each curve lies on.
+    covered: Vec<usize>,
 }
 
 impl<'a> Panel<'a> {
@@ -108,7 +113,8 @@ impl<'a> Panel<'a> {
         let head = if titled { 2.1 * style.title } else { 0.0 };
         let head = if beside { head } else { head + row * rows.len() as f64 };
         let head = head + if titled { 0.35 * style.title } else { 0.6 * style.tick };
-        Self { chart, style, curves, x, y, legend: rows, beside, head, area: Area::default() }
+        let (area, covered) = (Area::default(), Vec::new());
+        Self { chart, style, curves, x, y, legend: rows, beside, head, area, covered }
     }
 
     fn set(&mut self, area: Area) {
@@ -152,8 +158,24 @@ impl<'a> Panel<'a> {
         Some((left + x * (right - left), bottom - y * (bottom - top)))
     }
 
-    fn draw(&self, drawing: &mut Drawing, labelled: bool) {
+    /// Colour and dashes of a curve.
+    fn look(&self, curve: usize) -> (Color, &'static [f64]) {
+        let (color, dashes) = self.style.curve(curve);
+        (color, coincidence::dashes(self.covers(curve)).unwrap_or(dashes))
+    }
+
+    /// How many others a curve lies on.
+    fn covers(&self, curve: usize) -> usize {
+        self.covered.get(curve).copied().unwrap_or_default()
+    }
+
+    fn draw(&mut self, drawing: &mut Drawing, labelled: bool) {
         self.draw_axes(drawing, labelled);
+        if !self.style.patterns && self.chart.strokes != Strokes::Marks {
+            let places =
+                |curve: &Curve| curve.points.iter().filter_map(|p| self.place(p)).collect();
+            self.covered = coincidence::covered(self.curves.iter().map(places).collect());
+        }
         // the first curve lies on top; where points crowd, thin lines let the others through
         let dense = self.curves.iter().any(|c| c.points.len() > DENSE);
         for (i, curve) in self.curves.iter().enumerate().rev() {
@@ -163,10 +185,11 @@ impl<'a> Panel<'a> {
     }
 
     fn draw_curve(&self, drawing: &mut Drawing, (i, curve): (usize, &Curve), width: f64) {
-        let (color, dashes) = self.style.curve(i);
+        let (color, dashes) = self.look(i);
         if self.chart.strokes != Strokes::Line {
             let places = curve.points.iter().filter_map(|p| self.place(p));
-            places.for_each(|at| drawing.push(Mark::Disc(at, self.style.mark, color)));
+            let radius = coincidence::radius(self.style.mark, self.covers(i));
+            places.for_each(|at| drawing.push(Mark::Disc(at, radius, color)));
         }
         if self.chart.strokes == Strokes::Marks {
             return;
@@ -265,7 +288,7 @@ impl<'a> Panel<'a> {
             let mut x =
                 if self.beside { self.area.right - legend.width(row) } else { self.area.left };
             for (i, name) in row {
-                let (color, dashes) = style.curve(*i);
+                let (color, dashes) = style.curve(*i); // solid, also where it lies on others
                 let line = vec![(x, y), (x + legend.sample(), y)];
                 let width = style.widths[0] * if style.patterns { 1.0 } else { 1.67 };
                 drawing.push(Mark::Line(line, Stroke { color, width, dashes }));
@@ -278,12 +301,20 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// Left, right, top and bottom of the area, and the values at its left and right: for a page that marks a value on
+    /// For a page that marks a value of the vertical axis, and the points of the curves there.
+    fn mark_rise(&self, drawing: &mut Drawing) {
+        drawing.attribute("data-rise", &self.area_and_range(&self.y));
+        drawing.attribute("data-across", &self.area_and_range(&self.x));
+        let names: Vec<String> = self.curves.iter().map(|curve| escape(&curve.name)).collect();
+        drawing.attribute("data-curves", &names.join("&#10;"));
+    }
+
+    /// Left, right, top and bottom of the area, and the values at the ends of a scale: for a page that marks a value on
     /// several charts.
-    fn area_and_times(&self) -> String {
+    fn area_and_range(&self, scale: &Scale) -> String {
         let Area { left, right, top, bottom } = self.area;
-        let unit = 10f64.powi(self.x.exponent);
-        let (first, last) = (unit * self.x.range.0, unit * self.x.range.1);
+        let unit = 10f64.powi(scale.exponent);
+        let (first, last) = (unit * scale.range.0, unit * scale.range.1);
         format!("{left:.2} {right:.2} {top:.2} {bottom:.2} {first} {last}")
     }
 }

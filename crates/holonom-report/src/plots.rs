@@ -19,6 +19,13 @@ pub struct Plot {
 }
 
 impl Plot {
+    /// In statics `t` is the load factor.
+    pub(super) fn over_load(&mut self) {
+        if self.chart.x == Axis::time() {
+            self.chart.x = Axis::load_factor();
+        }
+    }
+
     /// The caption, with the curves that are zero throughout.
     #[must_use]
     pub fn words(&self) -> String {
@@ -55,10 +62,8 @@ pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
     let mut plots = vec![curves.load_path(&ways), curves.potential()];
     let shown = ways.iter().enumerate();
     plots.extend(shown.map(|(i, (name, _))| curves.position(i, name, ways.len() > 1)));
+    plots.iter_mut().for_each(Plot::over_load);
     for plot in &mut plots {
-        if plot.chart.x == Axis::time() {
-            plot.chart.x = Axis::linear("time of the loads", "");
-        }
         if curves.t.len() <= 60 {
             plot.chart.strokes = Strokes::MarkedLine;
         }
@@ -68,6 +73,8 @@ pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
 
 /// Components whose load paths are drawn.
 const PATHS: usize = 4;
+/// A displacement, as a part of the largest one, that is none.
+const AT_REST: f64 = 1e-12;
 
 struct Curves<'a> {
     trajectory: &'a Trajectory,
@@ -112,14 +119,16 @@ impl Curves<'_> {
             (0..self.t.len()).map(|k| axes.iter().map(|x| from(k, x)).sum::<f64>().sqrt()).collect()
         };
         let mut ways: Vec<(&str, Vec<f64>)> =
-            self.trajectory.members().into_iter().map(|name| (name, way(name))).collect();
+            self.trajectory.charted().into_iter().map(|name| (name, way(name))).collect();
         let farthest = |way: &[f64]| way.iter().copied().fold(0.0, f64::max);
         ways.sort_by(|a, b| farthest(&b.1).total_cmp(&farthest(&a.1)));
+        let largest = ways.first().map_or(0.0, |way| farthest(&way.1));
+        ways.retain(|way| farthest(&way.1) > AT_REST * largest);
         ways.truncate(PATHS);
         ways
     }
 
-    /// The time of the loads over these ways.
+    /// The load factor over these ways.
     fn load_path(&self, ways: &[(&str, Vec<f64>)]) -> Plot {
         let curve = |(name, way): &(&str, Vec<f64>)| Curve {
             name: (*name).to_owned(),
@@ -128,13 +137,13 @@ impl Curves<'_> {
         Plot {
             name: "load_path".into(),
             caption:
-                "Displacement from the first equilibrium of the components that move most, against the time \
-                      of the loads. Beyond a limit point the load decreases."
+                "Displacement from the first equilibrium of the components that move most, against the load \
+                      factor t: loads without a history are t/end of what is stated. Beyond a limit point it decreases."
                     .into(),
             chart: Chart {
                 title: "Load path".into(),
-                x: Axis::linear("way", "m"),
-                y: Axis::linear("time of the loads", ""),
+                x: Axis::linear("displacement", "m"),
+                y: Axis::load_factor(),
                 strokes: Strokes::Line,
                 resolution: 0.0,
                 curves: ways.iter().map(curve).collect(),

@@ -46,13 +46,17 @@ pub fn shapes(model: &Model, frames: &Frames) -> Option<Picture> {
     Some(Picture { title: "Centre lines".into(), width: 880.0, items })
 }
 
-/// What the picture of instants shows, in words.
+/// What the picture of instants shows, in words; in statics they are load factors.
 #[must_use]
-pub fn caption(times: &[f64]) -> String {
+pub fn caption(times: &[f64], statics: bool) -> String {
     let times: Vec<String> = times.iter().map(|t| format!("{t:.4}")).collect();
     let times = times.iter().map(|t| t.trim_end_matches('0').trim_end_matches('.'));
     let times: Vec<&str> = times.collect();
-    format!("At t = {} s, the last in full colour.", times.join(", "))
+    let times = times.join(", ");
+    match statics {
+        true => format!("At the load factors {times}, the last in full colour."),
+        false => format!("At t = {times} s, the last in full colour."),
+    }
 }
 
 /// One smooth line for each leg; `nodes`: those of the beam come first.

@@ -13,4 +13,5 @@ pub mod bench;
 pub mod certificate;
 mod clock;
 pub mod compare;
+mod equations;
 pub mod sweep;

@@ -8,6 +8,7 @@
 
 mod hull;
 mod item;
+pub(crate) mod still;
 mod view;
 
 use std::fmt::Write as _;
@@ -24,6 +25,8 @@ const WIDTH: f64 = 6400.0;
 /// Its greatest height.
 const HEIGHT: f64 = 4800.0;
 const MARGIN: f64 = 150.0;
+/// Of bodies.
+const OPACITY: f64 = 0.85;
 
 /// A drawing and what is said of it.
 #[derive(Debug)]
@@ -85,7 +88,9 @@ fn element(out: &mut String, item: &Item, sheet: &Sheet, length: f64) {
     let (tag, style) = match item.stroke {
         Stroke::Surface => (
             "polygon",
-            format!("fill=\"{color}\" fill-opacity=\"0.85\" stroke=\"#404754\" stroke-width=\"8\""),
+            format!(
+                "fill=\"{color}\" fill-opacity=\"{OPACITY}\" stroke=\"#404754\" stroke-width=\"8\""
+            ),
         ),
         Stroke::Line(metres) => {
             let width = width(metres, 30.0);

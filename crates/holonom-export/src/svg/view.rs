@@ -71,11 +71,17 @@ impl Sheet {
         numbers.iter().all(|number| number.is_finite()).then_some(sheet)
     }
 
-    /// Points as an attribute of SVG, downwards positive.
+    /// Where a place is on the sheet, downwards positive.
+    pub(super) fn placed(&self, point: &Place) -> (f64, f64) {
+        let x = (point[0] - self.origin[0]) * self.scale + self.inset[0];
+        let y = (self.origin[1] - point[1]) * self.scale + self.inset[1];
+        (x, y)
+    }
+
+    /// Points as an attribute of SVG.
     pub(super) fn written(&self, points: &[Place]) -> String {
         let place = |point: &Place| {
-            let x = (point[0] - self.origin[0]) * self.scale + self.inset[0];
-            let y = (self.origin[1] - point[1]) * self.scale + self.inset[1];
+            let (x, y) = self.placed(point);
             format!("{x:.0},{y:.0}")
         };
         points.iter().map(place).collect::<Vec<_>>().join(" ")

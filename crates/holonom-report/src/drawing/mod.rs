@@ -118,6 +118,36 @@ impl Drawing {
         Self { width, height, typeface, attributes: String::new(), marks: Vec::new() }
     }
 
+    /// An empty sheet, px.
+    #[must_use]
+    pub fn sheet(width: f64, height: f64) -> Self {
+        Self::new((width, height), Typeface::Sans)
+    }
+
+    /// Adds a filled polygon, of an opacity in `[0, 1]`, with an outline of 1 px in another colour.
+    pub fn area(
+        &mut self,
+        points: Vec<(f64, f64)>,
+        (fill, opacity): ([u8; 3], f64),
+        edge: [u8; 3],
+    ) {
+        let mut outline = points.clone();
+        outline.extend(points.first());
+        self.push(Mark::Polygon(points, Color::new(fill).faded(opacity)));
+        self.push(Mark::Line(outline, Stroke::solid(Color::new(edge), 0.8)));
+    }
+
+    /// Adds a polyline; a point of no length is a disc.
+    pub fn line(&mut self, points: Vec<(f64, f64)>, color: [u8; 3], width: f64) {
+        let color = Color::new(color);
+        match points.as_slice() {
+            [a, b] if (b.0 - a.0).hypot(b.1 - a.1) < 0.05 => {
+                self.push(Mark::Disc(*a, 0.5 * width, color));
+            }
+            _ => self.push(Mark::Line(points, Stroke::solid(color, width))),
+        }
+    }
+
     /// Adds a mark; control characters, which no format can hold, are left out of words.
     pub(crate) fn push(&mut self, mut mark: Mark) {
         if let Mark::Words(words) = &mut mark {

@@ -1,19 +1,25 @@
-//! The animated scene of a run: what the model looks like, and where everything is at some instants.
+//! The animated scene of a page: what the model looks like, and where everything is.
 //!
 //! ```text
-//! model.toml, trajectory.csv, beams.csv → Scene → JSON in the page → viewer.js (WebGL 2)
+//! model.toml, trajectory.csv, beams.csv → Scene → JSON in the page → viewer/*.js (WebGL 2)
 //! ```
+//! What a reader goes through is the time of a motion, the load factor of equilibria, or the period of a mode. Several
+//! motions of one model are drawn over one another, each in a colour of its own.
+//!
 //! Points and directions on a body are components along its directors, so that they move with the
 //! coordinates of the trajectory. Numbers that change in time are single precision, base64.
 
+mod controls;
+mod modes;
 pub mod parts;
 mod reactions;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use holonom_model::Model;
+use holonom_model::{Model, ModelError, Scheme};
 use holonom_sim::output::{Frames, TimeSeries};
 use holonom_sim::sample::MemberKind;
+use modes::Shape;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use parts::{Beam, Body, Joint, Line, Load, Parts};
 use reactions::{Reaction, reactions};
@@ -37,11 +43,43 @@ pub const PALETTE: [[u8; 3]; 8] = [
     [184, 161, 0],
 ];
 
-const VIEWER: &str = include_str!("viewer.js");
+/// The viewer: WebGL 2, no library. One function in parts, in the order of their use.
+const VIEWER: [&str; 11] = [
+    "\"use strict\";\n(() => {\n",
+    include_str!("viewer/data.js"),
+    include_str!("viewer/numbers.js"),
+    include_str!("viewer/motion.js"),
+    include_str!("viewer/webgl.js"),
+    include_str!("viewer/parts.js"),
+    include_str!("viewer/camera.js"),
+    include_str!("viewer/picture.js"),
+    include_str!("viewer/controls.js"),
+    concat!(
+        include_str!("viewer/choices.js"),
+        include_str!("viewer/charts.js"),
+        include_str!("viewer/begin.js")
+    ),
+    "})();\n",
+];
 
-/// What `viewer.js` draws.
+/// What a reader goes through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Parameter {
+    /// The time of a motion.
+    Time,
+    /// The load factor of equilibria.
+    Load,
+    /// A period of the chosen mode, or its growth or decay.
+    Mode,
+    /// Nothing: one configuration.
+    None,
+}
+
+/// What the viewer draws.
 #[derive(Serialize)]
 pub struct Scene {
+    parameter: Parameter,
     /// Whether the system moves in a plane.
     planar: bool,
     /// Whether there is gravity, and so a ground with shadows.
@@ -50,9 +88,9 @@ pub struct Scene {
     up: [f64; 3],
     /// Colours of bodies, then of beams or point masses, one after the other.
     palette: [[u8; 3]; 8],
-    times: String,
-    /// Of each instant and member: centre, and for frames the quaternion `x, y, z, w` of the directors.
-    poses: String,
+    /// Motions of the same members; more than one are drawn over one another.
+    motions: Vec<Motion>,
+    modes: Vec<Shape>,
     members: Vec<Member>,
     bodies: Vec<Body>,
     beams: Vec<Beam>,
@@ -65,6 +103,29 @@ pub struct Scene {
     reactions: Vec<Reaction>,
     /// Points of the ground that something is held at.
     fixed: Vec<[f64; 3]>,
+}
+
+/// Where the members are at some instants.
+#[derive(Serialize)]
+struct Motion {
+    /// In the legend.
+    name: String,
+    /// Whether it is drawn from the beginning.
+    shown: bool,
+    times: String,
+    /// Of each instant and member: centre, and for frames the quaternion `x, y, z, w` of the directors.
+    poses: String,
+}
+
+impl Motion {
+    fn new(name: &str, shown: bool, frames: &Frames) -> Self {
+        Self {
+            name: name.to_owned(),
+            shown,
+            times: encoded(frames.times.iter().copied()),
+            poses: encoded((0..frames.q.len()).flat_map(|i| poses(frames, i))),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -93,13 +154,19 @@ impl Scene {
         let ends = joints.iter().flat_map(|joint| [&joint.parent, &joint.child]);
         let ends = ends.chain(bars.iter().chain(&springs).flat_map(|line| [&line.from, &line.to]));
         let fixed = ends.filter_map(parts::End::on_ground).collect();
+        let parameter = match model.settings.scheme {
+            _ if frames.q.len() < 2 => Parameter::None,
+            Scheme::Static => Parameter::Load,
+            _ => Parameter::Time,
+        };
         Some(Self {
+            parameter,
             planar: model.header.dimension == 2,
             grounded: Vector3::from(model.gravity()).norm() > 0.0,
             up: up(model),
             palette: PALETTE,
-            times: encoded(frames.times.iter().copied()),
-            poses: encoded((0..frames.q.len()).flat_map(|i| poses(frames, i))),
+            motions: vec![Motion::new("", true, frames)],
+            modes: Vec::new(),
             members: frames.members.iter().map(member).collect(),
             bodies: parts.bodies(),
             beams: parts.beams(moments),
@@ -113,30 +180,38 @@ impl Scene {
         })
     }
 
+    /// The initial configuration of a model. `None` where nothing can be shown.
+    ///
+    /// # Errors
+    /// [`ModelError`] when the model cannot be assembled.
+    pub fn initial(model: &Model) -> Result<Option<Self>, ModelError> {
+        Ok(Self::new(model, &Frames::initial(model)?, &BTreeMap::new(), None))
+    }
+
+    /// Motions of one model over one another, each with its name and whether it is drawn from the beginning; all are of
+    /// the same members. `None` without a motion to show.
+    #[must_use]
+    pub fn overlaid(model: &Model, motions: &[(&str, bool, &Frames)]) -> Option<Self> {
+        let (_, _, first) = motions.first()?;
+        let scene = Self::new(model, first, &BTreeMap::new(), None)?;
+        let same = |frames: &Frames| frames.members == first.members && !frames.q.is_empty();
+        let shown = motions.iter().filter(|(_, _, frames)| same(frames));
+        let motions = shown.map(|(name, shown, frames)| Motion::new(name, *shown, frames));
+        Some(Self { motions: motions.collect(), ..scene })
+    }
+
     /// The scene as a part of a page.
     #[must_use]
     pub fn html(&self) -> String {
         // no name is markup, and none ends the data
         let data = serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c");
         format!(
-            "{CONTROLS}<script id=\"scene-data\" type=\"application/json\">{data}</script>\n<script>\n{VIEWER}</script>\n"
+            "{}<script id=\"scene-data\" type=\"application/json\">{data}</script>\n<script>\n{}</script>\n",
+            controls::html(self.parameter, self.motions.len() > 1),
+            VIEWER.concat()
         )
     }
 }
-
-const CONTROLS: &str = r#"<section id="scene" aria-label="animation">
-<div class="scene-view"><canvas tabindex="0" aria-label="animated view of the mechanism: drag to rotate, shift and drag to move, keys + and − to zoom"></canvas><div class="scene-labels" aria-hidden="true"></div><p class="scene-note" role="status"></p></div>
-<div class="scene-bar">
-<button data-play aria-label="play">▶</button>
-<input data-slider type="range" min="0" max="1000" step="any" value="0" aria-label="time">
-<output data-clock></output>
-<select data-speed aria-label="speed"></select>
-<span><button data-view="iso">3-D</button><button data-view="front">front</button><button data-view="side">side</button><button data-view="top">top</button></span>
-<span><button data-trails>trails</button><button data-labels>names</button><button data-loads>loads</button><button data-reactions>reactions</button><button data-follow>follow</button><button data-grid>grid</button><button data-full>full screen</button></span>
-</div>
-<p class="note">Drag to rotate, shift and drag to move, wheel or + − to zoom. Keys: space plays, ← → step (with shift ten at once), 1–4 views, T trails, N names, L loads, R reactions, G grid, F follows. A click on a chart goes to its time.</p>
-</section>
-"#;
 
 /// Unit vector against gravity; without gravity the second axis in the plane, the third in space.
 #[must_use]

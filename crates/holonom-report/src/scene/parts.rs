@@ -1,7 +1,9 @@
 //! The parts of a scene, from the model and the first instant of its run.
 
 use super::{directors, encoded, quaternion};
-use holonom_model::{Frame, GROUND, JointKind, Model, OutlineKind, Shape, ShapeKind, StartPoints};
+use holonom_model::{
+    Frame, GROUND, History, JointKind, Model, OutlineKind, Scheme, Shape, ShapeKind, StartPoints,
+};
 use holonom_sim::output::Frames;
 use holonom_sim::sample::{Member, MemberKind};
 use nalgebra::{Matrix3, Vector3};
@@ -312,7 +314,13 @@ impl<'a> Parts<'a> {
             let shown = (0..nodes).step_by(nodes.div_ceil(24));
             ends.extend(shown.map(|node| at(first + node, Vector3::zeros())));
         }
-        let history = load.history.time_history();
+        let history = match (self.model.settings.scheme, load.history.clone()) {
+            (Scheme::Static, History::Constant) => {
+                History::Linear { end: self.model.settings.end } // as equilibria take it
+            }
+            (_, history) => history,
+        };
+        let history = history.time_history();
         let follower = load.frame == Frame::Body;
         let force = Vector3::from(load.force);
         Some(Load {

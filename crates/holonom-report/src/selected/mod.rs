@@ -159,7 +159,7 @@ impl Run<'_> {
         let values = Values::read(self.folder, &all, &wanted)?;
         scales.merge(&values.scales);
         let time = match self.statics {
-            true => Column::time("time of the loads", ""),
+            true => Column::time("load factor", ""),
             false => Column::time("time", "s"),
         };
         let trace = |pair: names::Pair| {

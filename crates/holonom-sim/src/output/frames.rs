@@ -6,6 +6,8 @@ use std::io;
 use super::csv::invalid;
 use super::readable::RowReader;
 use crate::sample::{Member, MemberKind};
+use crate::system::{self, System};
+use holonom_model::{Model, ModelError};
 
 /// All coordinates of a run at some instants.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -153,6 +155,16 @@ pub fn coordinates<'a>(
 }
 
 impl Frames {
+    /// The initial configuration of a model.
+    ///
+    /// # Errors
+    /// [`ModelError`] when the model cannot be assembled.
+    pub fn initial(model: &Model) -> Result<Self, ModelError> {
+        let System { mechanism, members, .. } = system::build(model)?;
+        let q = vec![mechanism.initial_configuration()];
+        Ok(Self { members, steps: vec![0], times: vec![0.0], q })
+    }
+
     /// The rows of a [`FrameReader`].
     ///
     /// # Errors

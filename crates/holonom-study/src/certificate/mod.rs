@@ -1,11 +1,19 @@
 //! The certificate of a user's model: the same properties, and a recommended step for a given accuracy.
 
 pub mod page;
+mod provenance;
+mod sha256;
 pub mod subject;
 
+pub use self::provenance::Provenance;
 use self::subject::ModelSubject;
 use holonom_model::{Family, Model};
+use holonom_report::scene::NUMBERS;
+use holonom_sim::output::Frames;
+use holonom_sim::sample::Sample;
+use holonom_sim::simulation::Simulation;
 use serde::{Deserialize, Serialize};
+use std::convert::Infallible;
 use vi_constraints::{Method as Order, SchemeKind};
 use vi_core::Composition;
 use vi_verify::certificate::{Certificate, Criterion};
@@ -22,6 +30,8 @@ const BUDGET: u64 = 20_000_000;
 const ROUND_OFF: f64 = 1e-11;
 /// Displacements up to this, relative to the largest coordinate, are round-off.
 const AT_REST: f64 = 1e-12;
+/// Steps of the motion that the page shows, at most.
+const SHOWN: usize = 1000;
 /// How far the quotient of two errors may be from its nominal value, in binary digits.
 const QUOTIENT: f64 = 0.5;
 
@@ -41,6 +51,12 @@ pub struct ModelCertificate {
     pub certificate: Certificate,
     /// Version of this library.
     pub version: String,
+    /// What it was made of; `None` where it was not stated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Provenance>,
+    /// The first steps of the motion, for the page alone; `None` where no step can be taken.
+    #[serde(skip)]
+    pub motion: Option<Frames>,
 }
 
 /// A step for an accuracy.
@@ -97,7 +113,28 @@ pub fn certify_model(
         steps,
         certificate,
         version: env!("CARGO_PKG_VERSION").into(),
+        provenance: None,
+        motion: motion(model),
     })
+}
+
+/// The first steps of a model, as many as a page of usual size holds.
+fn motion(model: &Model) -> Option<Frames> {
+    let mut model = model.clone();
+    model.settings.every = 1;
+    let mut run = Simulation::new(&model).ok()?;
+    let mut frames = Frames { members: run.members().to_vec(), ..Frames::default() };
+    let width: usize = frames.members.iter().map(|member| member.kind.columns().len()).sum();
+    let most = (NUMBERS / width.max(1)).min(SHOWN) as u64;
+    let mut observe = |sample: &Sample| -> Result<(), Infallible> {
+        frames.steps.push(sample.step);
+        frames.times.push(sample.t);
+        frames.q.push(sample.q.clone());
+        Ok(())
+    };
+    // a run that fails shows what there is
+    let Ok(_) = run.run_while(&mut observe, &mut |step, _| step < most);
+    (frames.q.len() > 1).then_some(frames)
 }
 
 /// Whether the configuration stays what it is, to round-off, for up to 512 steps.

@@ -1,8 +1,12 @@
 //! `certificate.html`: one file, nothing loaded from elsewhere.
 
 use super::{ModelCertificate, Recommendation};
-use holonom_report::page::{escape, foot, head, inline};
+use crate::equations;
+use holonom_model::Model;
+use holonom_report::page::{escape, foot, head, heading, inline, push_list, push_model};
+use holonom_report::scene::Scene;
 use holonom_report::{Axis, Chart, Curve, Strokes};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use vi_verify::certificate::{Study, Verdict, counts};
 use vi_verify::convergence::Quantity;
@@ -30,18 +34,24 @@ pub fn sentence(of: &Recommendation, accuracy: f64) -> String {
     }
 }
 
-/// The page.
-pub fn page(of: &ModelCertificate) -> String {
+/// The page of the certificate of a model.
+#[must_use]
+pub fn page(of: &ModelCertificate, model: &Model) -> String {
     let title = format!("Certificate of {}", of.model);
     let mut html = head(&title);
-    let _ = write!(
-        html,
-        "<h1>{}</h1>\n<p class=\"counts\">Numbers in parentheses are equations of Leyendecker, Marsden \
-         &amp; Ortiz 2008. A dash: inconclusive or not applicable; the remarks say why.</p>\n",
-        escape(&title)
-    );
-    let class = if of.holds { "counts" } else { "failed" };
+    let about = [
+        "Numbers in parentheses are equations, explained at the end. A dash: inconclusive or not applicable; the remarks \
+         say why."
+            .to_owned(),
+    ];
+    html += &heading(&title, &about, of.provenance.as_ref().map_or("", |made| &made.command));
+    let class = if of.holds { "passed" } else { "failed" };
     let _ = writeln!(html, "<p class=\"{class}\">{}</p>", escape(&verdict(of)));
+    push_list(&mut html, provenance(of));
+    if let Some(frames) = &of.motion {
+        let scene = Scene::new(model, frames, &BTreeMap::new(), None);
+        html += &scene.map_or_else(String::new, |scene| scene.html());
+    }
     html.push_str("<h2>Recommended steps</h2>\n<ul>\n");
     for step in &of.steps {
         let _ = writeln!(html, "<li>{}</li>", escape(&sentence(step, of.accuracy)));
@@ -61,8 +71,24 @@ pub fn page(of: &ModelCertificate) -> String {
         }
         html.push_str("</ul>\n");
     }
+    html += &equations::legend(&html);
+    push_model(&mut html, &model.to_toml());
     foot(&mut html, &of.version);
     html
+}
+
+/// Program, date and model.
+fn provenance(of: &ModelCertificate) -> Vec<(&'static str, String)> {
+    let mut facts = vec![("program", format!("holonom {}", of.version))];
+    let Some(made) = &of.provenance else { return facts };
+    let commit = made.commit.clone().unwrap_or_else(|| "not stated by the build".to_owned());
+    facts.push(("commit", commit));
+    facts.push(("date", made.date.clone()));
+    facts.push(("SHA-256 of the model file", made.model_sha256.clone()));
+    if !made.overrides.is_empty() {
+        facts.push(("replaced values", made.overrides.join(", ")));
+    }
+    facts
 }
 
 fn push_table(html: &mut String, table: &Table) {

@@ -10,7 +10,7 @@ pub(super) struct Figure {
 }
 
 /// The schemes that stand for their families: the last of each that was measured, the nodal ones first.
-fn representatives(c: &Comparison) -> Vec<(&Record, &Measured)> {
+pub(super) fn representatives(c: &Comparison) -> Vec<(&Record, &Measured)> {
     let of = |energy_momentum: bool| {
         let family = || {
             c.records.iter().filter_map(move |r| {
@@ -75,7 +75,10 @@ fn energy(c: &Comparison) -> Figure {
             resolution: 0.0,
             curves: curves.collect(),
         },
-        caption: format!("H of the node: with the projected momentum, and with v_n.{}", others(c)),
+        caption: format!(
+            "H of the node: with the projected momentum (39), and with v_n of energy–momentum schemes.{}",
+            others(c)
+        ),
     }
 }
 
@@ -111,8 +114,8 @@ fn constraints(c: &Comparison) -> Figure {
 resolution: 0.0,
             curves: curves.collect(),
         },
-        caption: "At positions, velocities and momenta (velocities v_n of the energy–momentum schemes). Values \
-                  of zero are not drawn."
+        caption: "VI: the variational scheme, EM: the energy–momentum scheme. g at positions, Ḡ Δq/h at velocities (45), \
+                  G M⁻¹p at momenta (46), of energy–momentum schemes with the velocities v_n. Values of zero are not drawn."
             .into(),
     }
 }

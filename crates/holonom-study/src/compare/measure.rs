@@ -1,11 +1,11 @@
 //! One scheme: a run, its cost, its matrices, its error against time.
 
-use super::record::{ConditionAt, Measured, Outcome, Point, Record, Verdict, WorkPoint};
+use super::record::{ConditionAt, Measured, Motion, Outcome, Point, Record, Verdict, WorkPoint};
 use super::{Plan, distance, larger};
 use crate::clock::timed;
 use holonom_model::{Family, Model, Scheme};
-use holonom_sim::output::{ConstraintSummary, Maximum};
-use holonom_sim::sample::Sample;
+use holonom_sim::output::{ConstraintSummary, Frames, Maximum};
+use holonom_sim::sample::{Member, Sample};
 use holonom_sim::simulation::{RunOutcome, Simulation};
 use std::convert::Infallible;
 use vi_core::shadow_energy;
@@ -89,6 +89,22 @@ impl Run {
     /// The configurations at all nodes.
     pub(super) fn nodes(&self) -> Vec<Vec<f64>> {
         self.samples.iter().map(|sample| sample.q.clone()).collect()
+    }
+
+    /// Its scheme, and up to `most` of its nodes, evenly spread from the first to the last; `None` without a step.
+    pub(super) fn motion(&self, members: &[Member], most: usize) -> Option<Motion> {
+        let (all, count) = (self.samples.len(), self.samples.len().min(most.max(2)));
+        if all < 2 {
+            return None;
+        }
+        let chosen = (0..count).map(|k| &self.samples[k * (all - 1) / (count - 1)]);
+        let mut frames = Frames { members: members.to_vec(), ..Frames::default() };
+        for sample in chosen {
+            frames.steps.push(sample.step);
+            frames.times.push(sample.t);
+            frames.q.push(sample.q.clone());
+        }
+        Some(Motion { scheme: self.scheme.name().to_owned(), frames })
     }
 
     /// The nodes on which no load acts; all of them where the run ends before that.

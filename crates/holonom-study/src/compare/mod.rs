@@ -34,7 +34,8 @@ pub use crate::clock::Clock;
 pub use record::{Comparison, Measured, Outcome, Record, Verdict};
 
 use holonom_model::{Family, Model, ModelError, Scheme};
-use holonom_sim::output::larger;
+use holonom_report::scene::{INSTANTS, NUMBERS};
+use holonom_sim::output::{Frames, larger};
 use holonom_sim::simulation::Simulation;
 
 /// Steps of the table unless an end is given.
@@ -195,6 +196,10 @@ pub fn compare(
         runs.push(measure::run(model, &plan, scheme, nodes.as_deref()));
     }
     let conserved = measure::conserved(&runs);
+    let members = Frames::initial(model)?.members;
+    let width: usize = members.iter().map(|member| member.kind.columns().len()).sum();
+    let most = (NUMBERS / (width * runs.len()).max(1)).min(INSTANTS);
+    let motions = runs.iter().filter_map(|run| run.motion(&members, most)).collect();
     let mut firsts: [Option<Vec<Vec<f64>>>; 2] = [None, None];
     let mut records = Vec::new();
     for (run, &scheme) in runs.into_iter().zip(&plan.schemes) {
@@ -225,6 +230,7 @@ pub fn compare(
         clock: Clock::available(),
         records,
         version: env!("CARGO_PKG_VERSION").to_owned(),
+        motions,
     })
 }
 

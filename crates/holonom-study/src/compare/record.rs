@@ -1,7 +1,7 @@
 //! What a comparison finds, as data: `compare.json`.
 
 use crate::clock::Clock;
-use holonom_sim::output::ConstraintSummary;
+use holonom_sim::output::{ConstraintSummary, Frames};
 use serde::{Deserialize, Serialize};
 use vi_constraints::scheme::Condition;
 
@@ -35,6 +35,18 @@ pub struct Comparison {
     pub records: Vec<Record>,
     /// Version of the program.
     pub version: String,
+    /// The motions of the table, for the page alone.
+    #[serde(skip)]
+    pub motions: Vec<Motion>,
+}
+
+/// The motion of a scheme.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Name of the scheme in model files.
+    pub scheme: String,
+    /// Some of its nodes.
+    pub frames: Frames,
 }
 
 /// The trajectory that others are held against.

@@ -104,7 +104,7 @@ fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
 }
 
 /// A mark for schemes that did not reach the end.
-fn name(r: &Record) -> String {
+pub(super) fn name(r: &Record) -> String {
     match r.outcome {
         Outcome::Failed { .. } => format!("{} (failed)", r.scheme),
         _ => r.scheme.clone(),

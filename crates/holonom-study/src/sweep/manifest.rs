@@ -1,7 +1,8 @@
 //! `sweep.json`, what a sweep is, and `manifest.jsonl`, the points that have ended: one line of JSON for each.
 
 use super::FILES;
-use super::plan::{Plan, Shard};
+use super::plan::{Plan, Sampling, Shard, Values, Variation};
+use holonom_report::command_line;
 use holonom_sim::output::{Lock, OutputError};
 use serde::{Deserialize, Serialize};
 use std::fs::{self, OpenOptions};
@@ -20,6 +21,29 @@ pub struct Description {
 }
 
 impl Description {
+    /// The command that makes it of the model in `model.toml`.
+    #[must_use]
+    pub fn command(&self) -> String {
+        let Plan { variations, sampling, points, seed } = &self.plan;
+        let mut arguments = vec!["sweep".to_owned(), "model.toml".to_owned()];
+        for (key, value) in &self.set {
+            arguments.extend(["--set".to_owned(), format!("{key}={value}")]);
+        }
+        for Variation { key, values } in variations {
+            let values = match values {
+                Values::List(values) => values.join(","),
+                Values::Range { from, to } => format!("{from}:{to}"),
+            };
+            arguments.extend(["--vary".to_owned(), format!("{key}={values}")]);
+        }
+        if *sampling != Sampling::Grid {
+            let (name, points, seed) = (sampling.name(), points.to_string(), seed.to_string());
+            let chosen = ["--sample", name, "-n", &points, "--seed", &seed];
+            arguments.extend(chosen.map(str::to_owned));
+        }
+        command_line(arguments)
+    }
+
     /// That of the sweep in a folder; `None` where there is none.
     pub(super) fn of(folder: &Path) -> Result<Option<Self>, OutputError> {
         let path = folder.join(FILES[0]);

@@ -2,7 +2,7 @@
 
 use super::manifest::PointStatus;
 use super::table::{ENERGY_ERROR, Row, Table};
-use holonom_report::page::{escape, foot, head, inline};
+use holonom_report::page::{escape, foot, head, heading, inline};
 use holonom_report::{Axis, Chart, Curve, Strokes};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -19,15 +19,14 @@ pub fn page(table: &Table, version: &str) -> String {
     let title = format!("{}: response to {}", table.model, table.keys.join(", "));
     let mut html = head(&title);
     let count = |status| table.rows.iter().filter(|row| row.entry.status == status).count();
-    let _ = write!(
-        html,
-        "<h1>{}</h1>\n<p class=\"counts\">{} points: {} done, {} failed, {} invalid</p>\n",
-        escape(&title),
+    let points = format!(
+        "{} points: {} done, {} failed, {} invalid",
         table.rows.len(),
         count(PointStatus::Done),
         count(PointStatus::Failed),
         count(PointStatus::Invalid)
     );
+    html += &heading(&title, &[points], &table.command);
     for row in table.rows.iter().filter(|row| row.entry.message.is_some()).take(20) {
         let why = row.entry.message.as_deref().unwrap_or_default();
         let point = format!("point {}: {why}", row.entry.point);

@@ -11,6 +11,8 @@ use std::path::Path;
 pub struct Table {
     /// Name of the model.
     pub model: String,
+    /// The command of the sweep, of the model in `model.toml`.
+    pub command: String,
     /// The varied keys.
     pub keys: Vec<String>,
     /// Names of the results.
@@ -60,8 +62,9 @@ pub fn table(folder: &Path) -> Result<Table, SweepError> {
         results: names.iter().map(|name| results.get(name).copied()).collect(),
     };
     let rows = found.into_iter().map(row).collect();
+    let command = description.command();
     let keys = description.plan.variations.into_iter().map(|variation| variation.key).collect();
-    Ok(Table { model, keys, results: names, rows })
+    Ok(Table { model, command, keys, results: names, rows })
 }
 
 /// Results from the summary of a run; those of sensors follow them.

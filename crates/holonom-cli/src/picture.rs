@@ -1,0 +1,69 @@
+//! Drawings as files: SVG, PDF or PNG.
+
+use std::fs;
+use std::path::Path;
+
+use holonom::output::{OutputError, atomically};
+use holonom::report::Drawing;
+
+use crate::failure::Failure;
+use crate::stderr;
+
+/// The format of a drawing.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Format {
+    Svg,
+    Pdf,
+    Png,
+}
+
+impl Format {
+    /// By the extension of a file.
+    pub(crate) fn of(file: &Path) -> Result<Self, Failure> {
+        let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("svg") => Ok(Self::Svg),
+            Some("pdf") => Ok(Self::Pdf),
+            Some("png") => Ok(Self::Png),
+            _ => Err(Failure::Usage {
+                message: format!("{} states no format that can be drawn", file.display()),
+                help: "let the file end with .svg, .pdf or .png".into(),
+            }),
+        }
+    }
+}
+
+/// Writes a drawing; a PNG with `pixels` for each px of 1/96 inch.
+pub(crate) fn write(
+    file: &Path,
+    (drawing, format): (&Drawing, Format),
+    pixels: f64,
+) -> Result<(), Failure> {
+    let bytes = bytes(drawing, format, pixels).map_err(|reason| {
+        let name = file.display().to_string();
+        Failure::Output(OutputError::Plot { name, reason })
+    })?;
+    whole(file, &bytes)
+}
+
+/// Writes a file as a whole or not at all.
+pub(crate) fn whole(file: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    atomically(file, |temporary| fs::write(temporary, bytes))
+        .map_err(|source| Failure::Output(OutputError::Io { path: file.to_owned(), source }))
+}
+
+fn bytes(drawing: &Drawing, format: Format, pixels: f64) -> Result<Vec<u8>, String> {
+    if format != Format::Svg {
+        let missing = drawing.missing_letters()?;
+        if !missing.is_empty() {
+            stderr::line(&format!(
+                "note: the font lacks `{missing}`; SVG uses those of the reader"
+            ));
+        }
+    }
+    match format {
+        Format::Svg => Ok(drawing.svg().into_bytes()),
+        Format::Pdf => drawing.pdf(),
+        Format::Png => drawing.png(pixels),
+    }
+}

@@ -1,0 +1,107 @@
+//! `modes.html`: the modes of a model, moving, with their frequencies.
+
+use std::fmt::Write;
+
+use holonom_model::{Model, ModelError};
+use holonom_sim::modes::{About, Kind, Mode, Report};
+
+use super::facts::{counted, rounded};
+use super::page::{escape, foot, head, heading, push_list, push_model};
+use super::scene::Scene;
+
+/// The page of a report of modes; `command` makes it again.
+///
+/// # Errors
+/// [`ModelError`] when the model cannot be assembled.
+pub fn mode_page(model: &Model, report: &Report, command: &str) -> Result<String, ModelError> {
+    let title = format!("{}: modes", report.model);
+    let mut html = head(&title);
+    let about = format!(
+        "{}; about {}",
+        counted(report.dof as u64, "degree of freedom", "degrees of freedom"),
+        about(report)
+    );
+    html += &heading(&title, &[about], command);
+    for warning in &report.warnings {
+        let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(warning));
+    }
+    html += &Scene::of_modes(model, report)?.map_or_else(String::new, |scene| scene.html());
+    push_list(&mut html, facts(report));
+    html += "<h2>Modes</h2>\n";
+    push_table(&mut html, report);
+    push_model(&mut html, &model.to_toml());
+    foot(&mut html, env!("CARGO_PKG_VERSION"));
+    Ok(html)
+}
+
+/// About which configuration.
+fn about(report: &Report) -> String {
+    match (report.about, &report.rotation) {
+        (About::Static, _) => format!("the equilibrium at t = {}", report.t),
+        (About::Rotation, Some(rotation)) => {
+            let [x, y, z] = rotation.axis.map(|x| rounded(x, 6));
+            let speed = rounded(rotation.speed, 7);
+            format!("the steady rotation of {speed} rad/s about [{x}, {y}, {z}], in its frame")
+        }
+        _ => "the initial configuration".to_owned(),
+    }
+}
+
+fn facts(report: &Report) -> Vec<(&'static str, String)> {
+    let of = |kind: Kind| report.modes.iter().filter(|mode| mode.kind == kind).count();
+    vec![
+        ("unstable", counted(report.unstable as u64, "mode", "modes")),
+        ("without stiffness", counted(report.zero as u64, "mode", "modes")),
+        (
+            "listed",
+            format!(
+                "{} vibrations, {} decays without a vibration",
+                of(Kind::Vibration),
+                of(Kind::Decay)
+            ),
+        ),
+        (
+            "residual",
+            format!("{:.1e}, relative to the terms of the eigenvalue problem", report.residual),
+        ),
+        (
+            "orthogonality",
+            format!("{:.1e}, of all undamped modes with respect to the mass", report.orthogonality),
+        ),
+    ]
+}
+
+fn push_table(html: &mut String, report: &Report) {
+    *html += "<div class=\"scroll\"><table class=\"grid modes\">\n<tr><th>mode</th><th>f (Hz)</th><th>ω (rad/s)</th>\
+              <th>damping ratio</th><th>δ (1/s)</th><th>kind</th><th>moves most</th></tr>\n";
+    for (k, mode) in report.modes.iter().enumerate() {
+        let cells: String =
+            cells(mode).iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+        let number = k + 1;
+        let _ = writeln!(
+            html,
+            "<tr data-mode=\"{number}\"><td><button>{number}</button></td>{cells}</tr>"
+        );
+    }
+    *html +=
+        "</table></div>\n<p class=\"note\">δ: rate of e^(−δt), of unstable modes of e^(δt).</p>\n";
+}
+
+fn cells(mode: &Mode) -> [String; 6] {
+    let number = |value: f64, known: bool| if known { rounded(value, 7) } else { String::new() };
+    let vibrates = mode.omega > 0.0;
+    let kind = match mode.kind {
+        Kind::Unstable => "unstable",
+        Kind::Zero => "without stiffness",
+        Kind::Vibration => "vibration",
+        Kind::Decay => "dies out",
+    };
+    [
+        number(mode.frequency, vibrates || mode.kind == Kind::Zero),
+        number(mode.omega, vibrates || mode.kind == Kind::Zero),
+        number(mode.damping_ratio, mode.kind == Kind::Vibration),
+        number(mode.growth.max(mode.decay), mode.kind != Kind::Zero),
+        kind.to_owned(),
+        mode.moves_most(),
+    ]
+}

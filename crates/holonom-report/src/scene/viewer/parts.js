@@ -1,0 +1,178 @@
+  // ---- colours -----------------------------------------------------------------------------------------------
+  const palette = data.palette.map((color) => color.map((c) => c / 255));
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const theme = () => (dark.matches
+    ? { back: [0.075, 0.09, 0.11], grid: [0.32, 0.36, 0.42], ink: [0.8, 0.83, 0.87], shadow: 0.45 }
+    : { back: [0.965, 0.97, 0.98], grid: [0.78, 0.8, 0.84], ink: [0.25, 0.28, 0.33], shadow: 0.16 });
+  // blue, white, red over 0 … 1, for strains and moments
+  const heat = (s) => {
+    const [cold, warm, hot] = [[0.23, 0.42, 0.75], [0.95, 0.85, 0.35], [0.8, 0.15, 0.12]];
+    return s < 0.5 ? lerp(cold, warm, 2 * s) : lerp(warm, hot, 2 * s - 1);
+  };
+
+  // ---- what is drawn -----------------------------------------------------------------------------------------
+  const size = travels ? half(momentary) : radius, symbol = 0.014 * size;
+  const beams = data.beams.map((beam, k) => ({ ...beam, mesh: {}, color: palette[(data.bodies.length + k) % palette.length], values: beam.values ? floats(beam.values) : null }));
+  const loads = data.loads.map((load) => ({ ...load, factors: floats(load.factors) }));
+  const strongest = Math.max(...loads.map((l) => norm(l.force) * Math.max(...l.factors.map(Math.abs))), 1e-300);
+  const reactions = data.reactions.map((reaction) => ({ ...reaction, forces: floats(reaction.forces) }));
+  const reactionAt = (reaction, k) => [...reaction.forces.subarray(3 * k, 3 * k + 3)];
+  const largestReaction = Math.max(...reactions.flatMap((r) => motions[0].times.reduce((all, _, k) => Math.max(all, norm(reactionAt(r, k)) || 0), 0)), 1e-300);
+  const options = { trails: path || modes.length > 0, grid: true, loads: true, reactions: true, labels: false, follow: travels };
+  let tone = null; // the colour of everything that moves, where several motions are shown
+  const paintOf = (k) => tone ?? palette[k % palette.length];
+  const draw = (mesh, model, color, { tinted = false, mode = gl.TRIANGLES } = {}) => {
+    gl.bindVertexArray(mesh.array);
+    gl.uniformMatrix4fv(uniform.model, false, model);
+    gl.uniform4f(uniform.color, ...color, 1);
+    gl.uniform1i(uniform.tinted, tinted ? 1 : 0);
+    if (mode === gl.TRIANGLES) gl.drawElements(mode, mesh.count, gl.UNSIGNED_INT, 0);
+    else gl.drawArrays(mode, 0, mesh.length);
+  };
+  const axes = ({ c, q }, [x, y, z], offset = [0, 0, 0]) => frame(
+    scale(rotate(q, [1, 0, 0]), x), scale(rotate(q, [0, 1, 0]), y), scale(rotate(q, [0, 0, 1]), z), add(c, rotate(q, offset)));
+  const stick = (a, b, thickness, color) => {
+    const d = sub(b, a), length = norm(d);
+    if (length > 0) draw(meshes.cylinder, along(d, lerp(a, b, 0.5), [thickness, thickness, length]), color);
+  };
+  const arrow = (tip, d, color) => {
+    const length = norm(d), head = Math.min(0.35 * length, 5 * symbol);
+    if (length < 1e-3 * size) return;
+    const neck = sub(tip, scale(unit(d), head));
+    stick(sub(tip, d), neck, 0.35 * symbol, color);
+    draw(meshes.cone, along(scale(d, -1), neck, [symbol, symbol, head]), color);
+  };
+  const drawBody = (body, k) => {
+    const at = now[body.member];
+    const own = { c: at.c, q: product(at.q, body.rotation) };
+    const color = body.fixed ? theme().grid : paintOf(k);
+    const [a, b, c] = body.dimensions;
+    switch (body.shape) {
+      case "box": draw(meshes.box, axes(own, [a, b, c]), color); break;
+      case "cylinder": draw(meshes.cylinder, axes(own, [a, a, b]), color); break;
+      case "rod": draw(meshes.cylinder, axes(own, [b, b, a]), color); break;
+      case "sphere": draw(meshes.sphere, axes(own, [a, a, a]), color); break;
+      case "cone": draw(meshes.cone, axes(own, [a, a, b], [0, 0, b / 4]), color); break;
+      default: // the links to its joints; else the ellipsoid of inertia
+        if (body.link) draw(meshes.sphere, axes(at, [1.6 * symbol, 1.6 * symbol, 1.6 * symbol]), color);
+        else draw(meshes.sphere, axes(at, body.dimensions), color);
+    }
+    for (const anchor of body.anchors) stick(at.c, add(at.c, rotate(at.q, anchor)), (body.link ? 0.8 : 0.35) * symbol, color);
+  };
+  const drawJoint = (joint) => {
+    const [a, b] = [point(joint.parent), point(joint.child)];
+    const axis = joint.axis ? direction(joint.parent, joint.axis) : up;
+    const color = tone ?? theme().ink, s = symbol;
+    const pin = (x, length, thick = s) => draw(meshes.cylinder, along(axis, x, [thick, thick, length]), color);
+    if (norm(sub(b, a)) > 0.5 * s) stick(a, b, 0.3 * s, color);
+    switch (joint.type) {
+      case "revolute": pin(b, 4 * s); break;
+      case "screw": pin(b, 5 * s); pin(b, 1.2 * s, 1.5 * s); break;
+      case "cylindrical": pin(a, 6 * s, 0.8 * s); pin(b, 2.5 * s, 1.3 * s); break;
+      case "prismatic": draw(meshes.box, along(axis, b, [2.2 * s, 2.2 * s, 4 * s]), color); break;
+      case "planar": pin(b, 0.4 * s, 3 * s); break;
+      case "fixed": draw(meshes.box, along(axis, b, [2 * s, 2 * s, 2 * s]), color); break;
+      case "universal": {
+        pin(b, 4 * s, 0.6 * s);
+        draw(meshes.cylinder, along(direction(joint.child, joint.axis2 || [1, 0, 0]), b, [0.6 * s, 0.6 * s, 4 * s]), color);
+        break;
+      }
+      default: draw(meshes.sphere, along([0, 0, 1], b, [1.3 * s, 1.3 * s, 1.3 * s]), color);
+    }
+  };
+  // a helix between two points
+  const coil = { array: null };
+  const drawSpring = (spring) => {
+    const [a, b] = [point(spring.from), point(spring.to)];
+    const d = sub(b, a), length = norm(d);
+    if (length === 0) return;
+    const m = along(d, a, [1, 1, 1]), r = 1.2 * symbol, v = [], turns = 10, steps = 16 * turns;
+    for (let i = 0; i <= steps; i++) {
+      const s = i / steps, eased = clamp((s - 0.1) / 0.8, 0, 1), w = s > 0.1 && s < 0.9 ? r : 0, angle = 2 * Math.PI * turns * eased;
+      const x = add(scale([m[0], m[1], m[2]], w * Math.cos(angle)), scale([m[4], m[5], m[6]], w * Math.sin(angle)));
+      v.push(...add(add(a, scale(d, s)), x), 0, 0, 0, 1, 1, 1);
+    }
+    upload(coil, v, null, gl.DYNAMIC_DRAW);
+    coil.length = steps + 1;
+    draw(coil, identity, tone ?? theme().ink, { mode: gl.LINE_STRIP });
+  };
+  // a beam as a tube: a cubic between nodes along d_3, sections along d_1 and d_2
+  const drawBeam = (beam, k) => {
+    const v = [], f = [], sides = beam.round ? 14 : 4, parts = 3;
+    let node = beam.first, rings = 0;
+    for (const count of beam.legs) {
+      for (let i = 0; i + 1 < count; i++) {
+        const [p, q] = [now[node + i], now[node + i + 1]], chord = norm(sub(q.c, p.c));
+        const [tp, tq] = [p, q].map((n) => scale(rotate(n.q, [0, 0, 1]), chord));
+        for (let part = i === 0 ? 0 : 1; part <= parts; part++) {
+          const s = part / parts, h = [(1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2, s * s * (3 - 2 * s), s * s * (s - 1)];
+          const c = add(add(scale(p.c, h[0]), scale(tp, h[1])), add(scale(q.c, h[2]), scale(tq, h[3])));
+          const turn = nlerp(p.q, q.q, s), [x, y] = [[1, 0, 0], [0, 1, 0]].map((e) => rotate(turn, e));
+          const tint = tone ? tone : beam.values ? heat(clamp(lerpValue(beam, k, node - beam.first + i, s), 0, 1)) : beam.color;
+          for (let j = 0; j <= sides; j++) {
+            const a = (2 * Math.PI * (j + (beam.round ? 0 : 0.5))) / sides, wide = beam.round ? 1 : Math.SQRT2;
+            const e = [Math.cos(a), Math.sin(a)];
+            const at = add(c, add(scale(x, wide * beam.half[0] * e[0]), scale(y, wide * beam.half[1] * e[1])));
+            v.push(...at, ...add(scale(x, e[0] / beam.half[0]), scale(y, e[1] / beam.half[1])), ...tint);
+          }
+          if (part > 0 || i > 0) for (let j = 0; j < sides; j++) {
+            const b = rings * (sides + 1) + j, a = b - sides - 1;
+            f.push(a, a + 1, b, b, a + 1, b + 1);
+          }
+          rings++;
+        }
+      }
+      node += count;
+    }
+    upload(beam.mesh, v, f, gl.DYNAMIC_DRAW);
+    draw(beam.mesh, identity, beam.color, { tinted: true });
+  };
+  // the measure of a beam at an instant and an interval between nodes, over its largest value
+  const lerpValue = (beam, k, interval, s) => {
+    const per = beam.intervals, at = k * per;
+    const here = beam.values[at + clamp(interval, 0, per - 1)], next = beam.values[at + clamp(interval + 1, 0, per - 1)];
+    return (here * (1 - s) + next * s) / (beam.largest || 1);
+  };
+  const line = {}, identity = frame([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]);
+  const polyline = (places, color) => {
+    upload(line, places.flatMap((x) => [...x, 0, 0, 0, 1, 1, 1]), null, gl.DYNAMIC_DRAW);
+    line.length = places.length;
+    draw(line, identity, color, { mode: gl.LINE_STRIP });
+  };
+  // the ways of bodies and point masses up to now
+  const drawTrails = (motion, k) => {
+    const moving = data.bodies.filter((b) => !b.fixed).map((b) => b.member).concat(data.points);
+    moving.slice(0, 40).forEach((member, i) => {
+      const way = Array.from({ length: k + 1 }, (_, n) => centre(motion, member, n));
+      polyline([...way, now[member].c], paintOf(i));
+    });
+  };
+  // centre lines of beams at some equilibria of a path; the configuration that modes are about
+  const SHAPES = 9;
+  const drawShapes = (motion) => {
+    const count = Math.min(SHAPES, final(motion) + 1), color = lerp(theme().ink, theme().back, 0.4);
+    for (let i = 0; i < count; i++) for (const beam of beams) {
+      const k = Math.round((i * final(motion)) / Math.max(1, count - 1));
+      let node = beam.first;
+      for (const nodes of beam.legs) {
+        polyline(Array.from({ length: nodes }, (_, n) => centre(motion, node + n, k)), color);
+        node += nodes;
+      }
+    }
+    if (modes.length) for (const member of data.bodies.map((b) => b.member).concat(data.points)) polyline([centre(motion, member, 0), now[member].c], color);
+  };
+  const grid = (() => {
+    const spacing = 10 ** Math.floor(Math.log10(radius)), count = Math.ceil((2.2 * radius) / spacing);
+    const e1 = unit(cross(Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], up)), e2 = cross(up, e1);
+    const foot = add(middle, scale(up, level - dot(middle, up) - 1e-3 * radius)), v = [];
+    const corner = (i, j) => v.push(...add(foot, add(scale(e1, i * spacing), scale(e2, j * spacing))), 0, 0, 0, 1, 1, 1);
+    for (let i = -count; i <= count; i++) { corner(i, -count); corner(i, count); corner(-count, i); corner(count, i); }
+    const mesh = upload({}, v, null);
+    mesh.length = v.length / 9;
+    return mesh;
+  })();
+  // the projection along `up` onto the ground
+  const squash = new Float32Array(16);
+  for (let c = 0; c < 4; c++) for (let r = 0; r < 4; r++) {
+    squash[4 * c + r] = (r === c ? 1 : 0) - (c < 3 && r < 3 ? up[r] * up[c] : 0) + (c === 3 && r < 3 ? up[r] * (level - 5e-4 * radius) : 0);
+  }
