@@ -46,11 +46,12 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
         }
     };
     let folder = RunFolder::create_for(folder, &FILES, arguments.force)?;
+    folder.write_model(&model)?;
     let json = serde_json::to_value(&comparison).unwrap_or_default();
     let files = [
         folder.write("compare.json", &format!("{json:#}\n"))?,
         folder.write("compare.html", &page::page(&comparison))?,
-        folder.write("model.toml", &model.to_toml())?,
+        folder.path().join("model.toml"),
     ];
     if !arguments.quiet {
         stderr::print(&format!("\n{}\nwritten\n", table::text(&comparison)));

@@ -1,5 +1,8 @@
 //! Surfaces of triangles.
 
+use std::collections::HashMap;
+
+use holonom_model::BodySurface;
 use nalgebra::{Matrix3, Vector3};
 
 /// Sides of a surface of revolution.
@@ -7,7 +10,12 @@ const SIDES: usize = 24;
 /// Parts of the meridian of a sphere.
 const PARTS: usize = 12;
 
-/// A closed surface.
+/// Cosine of the largest angle between neighbours across which a surface of triangles is smooth: 40°.
+const SMOOTH: f64 = 0.77;
+/// A corner of more triangles has the normal of each of them.
+const CROWDED: usize = 64;
+
+/// A surface; closed but for those of meshes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Mesh {
     /// Corners, m.
@@ -106,6 +114,50 @@ impl Mesh {
             }
         }
         mesh
+    }
+
+    /// The surface of a mesh; a corner with an edge has a point for each of its sides.
+    pub(crate) fn of_surface(surface: &BodySurface) -> Self {
+        let corner = |k: u32| surface.corners[k as usize];
+        let normal = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(corner);
+            (b - a).cross(&(c - a))
+        };
+        let normals: Vec<Vector3<f64>> = surface.triangles.iter().map(normal).collect();
+        let unit = |n: &Vector3<f64>| n.try_normalize(0.0).filter(|n| n.norm() > 0.5);
+        let units: Vec<Option<Vector3<f64>>> = normals.iter().map(unit).collect();
+        let mut around = vec![Vec::new(); surface.corners.len()];
+        for (face, triangle) in surface.triangles.iter().enumerate() {
+            triangle.iter().for_each(|k| around[*k as usize].push(face));
+        }
+        let mut mesh = Self::default();
+        let mut known: HashMap<(u32, [u64; 3]), u32> = HashMap::new();
+        for (triangle, own) in surface.triangles.iter().zip(&units) {
+            let Some(own) = own else { continue };
+            mesh.triangles.push(triangle.map(|k| {
+                let smooth = |face: &&usize| units[**face].is_some_and(|n| n.dot(own) > SMOOTH);
+                let near =
+                    around[k as usize].iter().filter(|_| around[k as usize].len() <= CROWDED);
+                let sum: Vector3<f64> = near.filter(smooth).map(|face| normals[*face]).sum();
+                let normal: [f64; 3] = unit(&sum).unwrap_or(*own).into();
+                let next = mesh.points.len() as u32;
+                let at = *known.entry((k, normal.map(f64::to_bits))).or_insert(next);
+                if at == next {
+                    mesh.points.push(corner(k).into());
+                    mesh.normals.push(normal);
+                }
+                at
+            }));
+        }
+        mesh
+    }
+
+    /// Turned by a rotation.
+    pub(crate) fn turned(mut self, rotation: &Matrix3<f64>) -> Self {
+        for vector in self.points.iter_mut().chain(&mut self.normals) {
+            *vector = (rotation * Vector3::from(*vector)).into();
+        }
+        self
     }
 
     /// The image under `x ↦ A x + origin`; `None` where `A` is singular or reflects.

@@ -8,6 +8,7 @@
 
 pub mod parts;
 mod reactions;
+mod surfaces;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -19,6 +20,7 @@ use parts::{Beam, Body, Joint, Line, Load, Parts};
 use reactions::{Reaction, reactions};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use surfaces::{Surface, Surfaces};
 
 /// Coordinates that are shown at most; a usual page then stays under 3 MB.
 pub const NUMBERS: usize = 400_000;
@@ -55,6 +57,7 @@ pub struct Scene {
     poses: String,
     members: Vec<Member>,
     bodies: Vec<Body>,
+    meshes: Vec<Surface>,
     beams: Vec<Beam>,
     /// Members that are point masses.
     points: Vec<usize>,
@@ -65,6 +68,9 @@ pub struct Scene {
     reactions: Vec<Reaction>,
     /// Points of the ground that something is held at.
     fixed: Vec<[f64; 3]>,
+    /// What is said below the picture.
+    #[serde(skip)]
+    note: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -93,6 +99,8 @@ impl Scene {
         let ends = joints.iter().flat_map(|joint| [&joint.parent, &joint.child]);
         let ends = ends.chain(bars.iter().chain(&springs).flat_map(|line| [&line.from, &line.to]));
         let fixed = ends.filter_map(parts::End::on_ground).collect();
+        let mut bodies = parts.bodies();
+        let Surfaces { list: meshes, note } = Surfaces::new(model, &mut bodies);
         Some(Self {
             planar: model.header.dimension == 2,
             grounded: Vector3::from(model.gravity()).norm() > 0.0,
@@ -101,7 +109,8 @@ impl Scene {
             times: encoded(frames.times.iter().copied()),
             poses: encoded((0..frames.q.len()).flat_map(|i| poses(frames, i))),
             members: frames.members.iter().map(member).collect(),
-            bodies: parts.bodies(),
+            bodies,
+            meshes,
             beams: parts.beams(moments),
             points: parts.points(),
             joints,
@@ -110,6 +119,7 @@ impl Scene {
             loads: parts.loads(),
             reactions: reactions(&parts, model, sensors),
             fixed,
+            note,
         })
     }
 
@@ -118,8 +128,10 @@ impl Scene {
     pub fn html(&self) -> String {
         // no name is markup, and none ends the data
         let data = serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c");
+        let note = self.note.as_deref().map(|note| format!("<p class=\"note\">{note}</p>\n"));
+        let note = note.unwrap_or_default();
         format!(
-            "{CONTROLS}<script id=\"scene-data\" type=\"application/json\">{data}</script>\n<script>\n{VIEWER}</script>\n"
+            "{CONTROLS}{note}<script id=\"scene-data\" type=\"application/json\">{data}</script>\n<script>\n{VIEWER}</script>\n"
         )
     }
 }
