@@ -130,7 +130,14 @@ fn a_folder_of_meshes_that_is_a_link_is_not_written_to() {
     let folder = folder("link");
     fs::create_dir_all(folder.join("out")).unwrap();
     std::os::unix::fs::symlink(folder.join("parts"), folder.join("out/meshes")).unwrap();
-    assert_eq!(code(&folder, &["run", "model.toml", "-q", "-o", "out"]), 2);
+    fs::write(folder.join("out/trajectory.csv"), "earlier").unwrap();
+    for verb in ["run", "compare", "sweep"] {
+        let more: &[&str] = if verb == "sweep" { &["--vary", "simulation.step=0.01"] } else { &[] };
+        let command = [&[verb, "model.toml", "-q", "-o", "out", "--force"], more].concat();
+        assert_eq!(code(&folder, &command), 2, "{verb}");
+    }
+    let earlier = fs::read_to_string(folder.join("out/trajectory.csv")).unwrap();
+    assert_eq!(earlier, "earlier", "nothing is removed before");
     let parts: Vec<_> = fs::read_dir(folder.join("parts")).unwrap().collect();
     assert_eq!(parts.len(), 1, "{parts:?}");
 }

@@ -22,6 +22,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
         arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "compare"));
     keep_the_model(path, &folder.join("model.toml"))?;
     RunFolder::vacant(&folder, &FILES, arguments.force)?;
+    RunFolder::takes_meshes(&folder, &model.meshes)?;
     let request = Request {
         schemes: arguments.schemes.clone(),
         steps: arguments.step.clone(),

@@ -29,6 +29,7 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
     let set = arguments.model.set.clone();
     let names = meshes.iter().map(holonom::model::Mesh::stored_name).collect();
     let description = Description { model: text.clone(), meshes: names, set, plan };
+    RunFolder::takes_meshes(&folder, &meshes)?;
     let sweep = Sweep::new(description, &folder, arguments.shard, arguments.force)?;
     RunFolder::open(&folder).write_meshes(&meshes)?;
     let jobs = arguments.jobs.or_else(|| std::thread::available_parallelism().ok());

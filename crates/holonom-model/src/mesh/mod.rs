@@ -10,7 +10,7 @@ mod file;
 mod placed;
 mod resolve;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hasher;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -119,6 +119,8 @@ pub struct Meshes {
     /// Where relative paths start; `None` for a model that comes from a text.
     folder: Option<PathBuf>,
     known: BTreeMap<String, Arc<Mesh>>,
+    /// Of all that are known.
+    bytes: usize,
     /// Whether a picture that cannot be read is left out.
     lenient: bool,
 }
@@ -175,13 +177,19 @@ impl Meshes {
         if in_run && is_stored_name(&name, &mesh.bytes) == Some(false) {
             return Err(MeshError::Changed);
         }
-        if self.iter().map(|mesh| mesh.bytes.len()).sum::<usize>() + mesh.bytes.len()
-            > MAX_MESHES_BYTES
-        {
+        let bytes = self.bytes + mesh.bytes.len();
+        if bytes > MAX_MESHES_BYTES {
             return Err(MeshError::TooLargeTogether);
         }
+        self.bytes = bytes;
         self.known.insert(file.to_owned(), mesh.clone());
         Ok(mesh)
+    }
+
+    /// Forgets all but these files.
+    fn retain(&mut self, files: &BTreeSet<&str>) {
+        self.known.retain(|file, _| files.contains(file.as_str()));
+        self.bytes = self.iter().map(|mesh| mesh.bytes.len()).sum();
     }
 }
 

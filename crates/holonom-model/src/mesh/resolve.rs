@@ -26,8 +26,7 @@ pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
             }
         }
     }
-    let used = |file: &String| bodies.iter().any(|body| body.mesh_file() == Some(file));
-    meshes.known.retain(|file, _| used(file));
+    meshes.retain(&bodies.iter().filter_map(Body::mesh_file).collect());
     problems
 }
 

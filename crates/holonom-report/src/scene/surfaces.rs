@@ -4,7 +4,7 @@ use super::encoded;
 use super::parts::Body;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use holonom_model::{BodySurface, Model, Shape};
+use holonom_model::{BodySurface, Model};
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -36,7 +36,7 @@ pub(super) struct Surfaces {
 impl Surfaces {
     /// The meshes of a model, whose bodies then know theirs.
     pub(super) fn new(model: &Model, bodies: &mut [Body]) -> Self {
-        let mut shapes: Vec<&Shape> = Vec::new();
+        let mut known: BTreeMap<String, usize> = BTreeMap::new();
         let (mut owners, mut counts) = (Vec::new(), Vec::new());
         let mut missing = 0;
         for (body, shown) in model.bodies.iter().zip(bodies) {
@@ -48,10 +48,10 @@ impl Surfaces {
                 missing += 1;
                 continue;
             };
-            let known = shapes.iter().position(|other| *other == shape);
-            shown.mesh = Some(known.unwrap_or(shapes.len()));
-            if known.is_none() {
-                shapes.push(shape);
+            let next = known.len();
+            let at = *known.entry(format!("{shape:?}")).or_insert(next);
+            shown.mesh = Some(at);
+            if at == next {
                 owners.push(body);
                 counts.push(mesh.triangles().len());
             }

@@ -1,6 +1,7 @@
 //! The model of a run in its folder, with its meshes.
 
 use std::fs;
+use std::path::Path;
 
 use holonom_model::{Meshes, Model, ModelError};
 
@@ -21,6 +22,14 @@ impl RunFolder {
     /// [`ModelError`].
     pub fn model(&self) -> Result<Model, ModelError> {
         Model::from_toml_in(&self.model_text(), &[], Meshes::pictures_in_folder(self.path()))
+    }
+
+    /// Whether copies of meshes can be written to a folder. Changes nothing.
+    ///
+    /// # Errors
+    /// [`OutputError::Foreign`].
+    pub fn takes_meshes(path: &Path, meshes: &Meshes) -> Result<(), OutputError> {
+        meshes::check_before(path, meshes)
     }
 
     /// Writes `model.toml` and copies of its meshes; the text of the file.

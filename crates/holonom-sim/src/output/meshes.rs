@@ -32,12 +32,20 @@ pub(super) fn remove(run: &Path) -> Result<(), OutputError> {
     Ok(())
 }
 
+/// Refuses a folder of copies that is a symbolic link, or anything else but a folder, where there are meshes.
+pub(super) fn check_before(run: &Path, meshes: &Meshes) -> Result<(), OutputError> {
+    let path = run.join(MESH_FOLDER);
+    let foreign = is_there(&path) && (is_link(&path) || !path.is_dir());
+    if foreign && meshes.iter().next().is_some() {
+        return Err(OutputError::Foreign { path });
+    }
+    Ok(())
+}
+
 /// Copies meshes to the folder of a run.
 pub(super) fn write(run: &Path, meshes: &Meshes) -> Result<(), OutputError> {
+    check_before(run, meshes)?;
     let folder = run.join(MESH_FOLDER);
-    if is_link(&folder) && meshes.iter().next().is_some() {
-        return Err(OutputError::Foreign { path: folder });
-    }
     meshes.iter().try_for_each(|mesh| write_one(run, &folder, mesh))
 }
 
