@@ -238,6 +238,35 @@ pub(crate) mod tests {
         }
     }
 
+    /// The corners of a block have three sides each; those of a fine ball have one, and normals along the radius.
+    #[test]
+    fn the_surface_of_a_mesh_has_its_edges_and_its_smooth_parts() {
+        let corner = |k: u32| Vector3::new((k & 1).into(), (k & 2).into(), (k & 4).into());
+        let faces =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+        let block =
+            BodySurface { corners: (0..8).map(corner).collect(), triangles: triangles.collect() };
+        let block = Mesh::of_surface(&block);
+        assert_eq!((block.points.len(), block.triangles.len()), (24, 12));
+        assert!((volume(&block) - 8.0).abs() < 1e-14, "volume {}", volume(&block));
+        faces_outwards(&block);
+
+        let ball = Mesh::sphere();
+        let inner = |p: &&[f64; 3]| p[2].abs() < 0.9; // all points of a pole are one place
+        let surface = BodySurface {
+            corners: ball.points.iter().copied().map(Vector3::from).collect(),
+            triangles: ball.triangles.clone(),
+        };
+        let found = Mesh::of_surface(&surface);
+        for (point, normal) in found.points.iter().zip(&found.normals).filter(|(p, _)| inner(p)) {
+            let cos = Vector3::from(*point).dot(&Vector3::from(*normal));
+            assert!(cos > 0.99, "{point:?}: {cos}");
+        }
+        let count = |mesh: &Mesh| mesh.points.iter().filter(inner).count();
+        assert_eq!(count(&found), count(&ball), "one point for each corner");
+    }
+
     #[test]
     fn an_image_has_the_volume_of_the_map() {
         let axes = Matrix3::new(2.0, 0.0, 0.3, 0.1, 0.5, 0.0, 0.0, 0.0, 3.0);
