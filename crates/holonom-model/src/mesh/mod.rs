@@ -113,8 +113,8 @@ pub fn is_stored_name(name: &str, content: &[u8]) -> Option<bool> {
     stored.then(|| name == stored_name(content_hash(content), extension))
 }
 
-/// The meshes that a model names; each file is read once.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// The meshes that a model names; each file is read once. They are equal where files and contents are, wherever they were found.
+#[derive(Clone, Debug, Default)]
 pub struct Meshes {
     /// Where relative paths start; `None` for a model that comes from a text.
     folder: Option<PathBuf>,
@@ -123,6 +123,12 @@ pub struct Meshes {
     bytes: usize,
     /// Whether a picture that cannot be read is left out.
     lenient: bool,
+}
+
+impl PartialEq for Meshes {
+    fn eq(&self, other: &Self) -> bool {
+        self.known == other.known
+    }
 }
 
 impl Meshes {
