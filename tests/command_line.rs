@@ -15,6 +15,7 @@ mod hostile_files;
 mod import_files;
 mod interruption;
 mod invalid_models;
+mod meshes;
 mod program;
 mod scene;
 mod sweeps;

@@ -244,17 +244,61 @@ fn a_mesh_gives_the_picture_and_the_mass_by_its_density() {
     let folder = file("mesh", "robot.urdf", robot);
     fs::write(folder.join("t.stl"), tetrahedron(0)).unwrap();
     assert_eq!(code(&folder, &["import", "robot.urdf", "--density", "600"]), 0);
-    let model = holonom::Model::from_toml(&fs::read_to_string(folder.join("robot.toml")).unwrap());
-    let body = model.unwrap().bodies.remove(0);
+    let text = fs::read_to_string(folder.join("robot.toml")).unwrap();
+    let meshes = holonom::model::Meshes::in_folder(&folder);
+    let model = holonom::Model::from_toml_in(&text, &[], meshes).unwrap();
+    let body = &model.bodies[0];
     let (mass, inertia) = (body.mass(), body.inertia_tensor());
     assert!((mass - 100.0).abs() < 1e-13, "{mass}"); // V = 1/6
     assert!((inertia[(0, 0)] - 7.5).abs() < 1e-13, "{inertia}"); // 3/40 m for the tetrahedron at a corner of a cube
     assert!((inertia[(0, 1)] - 1.25).abs() < 1e-13, "{inertia}"); // 1/80 m
-    assert_eq!(body.shape.unwrap().dimensions, [1.0; 3]);
+    assert_eq!(body.mesh_file(), Some("t.stl"));
+    let [low, high] = model.surface(body).unwrap().ends();
+    let placed = (low.add_scalar(0.25)).amax().max(high.add_scalar(-0.75).amax());
+    assert!(placed < 1e-15, "the centre of mass is in the origin of the body: {placed:e}");
 
     fs::write(folder.join("t.stl"), tetrahedron(1)).unwrap();
     let output = holonom(&folder, &["import", "robot.urdf", "--density", "600", "--force"]);
     assert_eq!(output.status.code(), Some(3));
     let words = words(&output);
     assert!(words.contains("it is not closed: 3 edges have no partner"), "{words}");
+}
+
+/// The frame of the link stays that of the body: the mesh is where the description has it, and its file is named from the folder of the
+/// model file.
+#[test]
+fn a_mesh_stays_where_the_description_has_it() {
+    let robot = r#"<robot name="r">
+<link name="base"/>
+<link name="link">
+  <inertial><origin xyz="0.1 0.2 0"/><mass value="2"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.2"/></inertial>
+  <visual>
+    <origin xyz="0 0 0.3" rpy="0 0 1.5707963267948966"/>
+    <geometry><mesh filename="../parts/bar.obj" scale="0.1 0.1 0.1"/></geometry>
+  </visual>
+</link>
+<joint name="j" type="continuous"><parent link="base"/><child link="link"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/></joint>
+</robot>
+"#;
+    let folder = file("placed_mesh", "robot.urdf", robot);
+    for name in ["robots", "models", "parts"] {
+        fs::create_dir_all(folder.join(name)).unwrap();
+    }
+    fs::rename(folder.join("robot.urdf"), folder.join("robots/robot.urdf")).unwrap();
+    fs::write(folder.join("parts/bar.obj"), crate::meshes::angle_bar()).unwrap();
+    assert_eq!(code(&folder, &["import", "robots/robot.urdf", "-o", "models/robot.toml"]), 0);
+    let text = fs::read_to_string(folder.join("models/robot.toml")).unwrap();
+    insta::assert_snapshot!("placed_mesh", text);
+    assert_eq!(code(&folder, &["run", "models/robot.toml", "-q", "--end", "0.1", "-o", "out"]), 0);
+    let meshes = holonom::model::Meshes::in_folder(folder.join("models"));
+    let model = holonom::Model::from_toml_in(&text, &[], meshes).unwrap();
+    let [low, high] = model.surface(&model.bodies[0]).unwrap().ends();
+    // a quarter turn takes x to y and y to −x: x from −0.05 to 0, y from 0 to 0.3, z from 0.3 to 0.6 in the frame of the link
+    let expected = ([-0.05, 0.0, 0.3], [0.0, 0.3, 0.6]);
+    let center = [0.1, 0.2, 0.0];
+    for i in 0..3 {
+        let missed = (low[i] + center[i] - expected.0[i]).abs();
+        let missed = missed.max((high[i] + center[i] - expected.1[i]).abs());
+        assert!(missed < 1e-15, "axis {i}: {missed:e} m");
+    }
 }

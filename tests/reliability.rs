@@ -79,6 +79,7 @@ fn mutated_inputs_are_accepted_or_refused_in_words() {
         ("state", 200),
         ("tables", 200),
         ("sweep", 2000),
+        ("mesh", 3000),
     ];
     let targets = all();
     for (name, length) in lengths {

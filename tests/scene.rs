@@ -215,6 +215,51 @@ of = "pin"
 frame = "space"
 "#;
 
+/// An angle bar, turned by a quarter about `-y`, between two marks.
+const ANGLE_BAR: &str = r#"
+model = { name = "angle bar" }
+simulation = { step = 0.01, end = 0.1 }
+[[body]]
+name = "bar"
+shape = { type = "mesh", file = "bar.obj", density = 1.0 }
+rotation_vector = [0, "= -pi/2", 0]
+[[body]]
+name = "left"
+position = [-4, 0, 0]
+shape = { type = "sphere", dimensions = [0.1], density = 1.0 }
+[[body]]
+name = "right"
+position = [4, 0, 0]
+shape = { type = "sphere", dimensions = [0.1], density = 1.0 }
+"#;
+
+#[test]
+fn a_mesh_is_drawn_where_its_triangles_are() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "mesh");
+    std::fs::write(folder.join("bar.obj"), crate::meshes::angle_bar()).unwrap();
+    std::fs::write(folder.join("bar.toml"), ANGLE_BAR).unwrap();
+    assert!(command(&folder, &["run", "bar.toml", "-o", "."]).output().unwrap().status.success());
+    let page = folder.join("report.html");
+    let shown = show(browser, &page, "t=0.05&view=front", [1100, 900]);
+    assert_eq!(shown.console, Vec::<String>::new());
+    let [bar, left, right] = ["bar", "left", "right"].map(|name| shown.member(name));
+    let scale = (right[0] - left[0]) / 8.0;
+    assert!(scale > 20.0, "{scale} px/m");
+    // in the axes of the file, whose centre of mass is (1.1, 0.25, 1.1): x points upwards now, z to the left
+    let color = |x: f64, z: f64| {
+        let place = [bar[0] - (z - 1.1) * scale, bar[1] - (x - 1.1) * scale];
+        shown.color(place).map(i32::from)
+    };
+    let blue = |[red, _, blue]: [i32; 3]| blue > red + 40;
+    for (x, z) in [(2.7, 0.5), (0.5, 2.7), (0.5, 0.5), (0.1, 1.5), (1.5, 0.9)] {
+        assert!(blue(color(x, z)), "({x}, {z}) lies in the bar: {:?}", color(x, z));
+    }
+    for (x, z) in [(2.0, 2.0), (1.3, 1.3), (-0.3, 1.0), (3.3, 0.5), (0.5, 3.3)] {
+        assert!(!blue(color(x, z)), "({x}, {z}) lies beside the bar: {:?}", color(x, z));
+    }
+}
+
 #[test]
 fn reactions_are_arrows_that_a_key_hides() {
     let Some(browser) = browser() else { return };

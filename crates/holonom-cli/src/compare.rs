@@ -23,6 +23,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
         arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "compare"));
     keep_the_model(path, &folder.join("model.toml"))?;
     RunFolder::vacant(&folder, &FILES, arguments.force)?;
+    RunFolder::takes_meshes(&folder, &model.meshes)?;
     let request = Request {
         schemes: arguments.schemes.clone(),
         steps: arguments.step.clone(),
@@ -47,11 +48,12 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
         }
     };
     let folder = RunFolder::create_for(folder, &FILES, arguments.force)?;
+    folder.write_model(&model)?;
     let json = serde_json::to_value(&comparison).unwrap_or_default();
     let files = [
         folder.write("compare.json", &format!("{json:#}\n"))?,
         folder.write("compare.html", &page::page(&comparison, &model, &command()))?,
-        folder.write("model.toml", &model.to_toml())?,
+        folder.path().join("model.toml"),
     ];
     if !arguments.quiet {
         stderr::print(&format!("\n{}\nwritten\n", table::text(&comparison)));

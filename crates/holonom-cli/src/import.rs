@@ -74,6 +74,7 @@ pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
         density: arguments.density,
         step: arguments.step,
         end: arguments.end,
+        folder: file.parent().map(PathBuf::from),
     };
     let imported = match translate(&arguments.robot, &options) {
         Ok(imported) => imported,

@@ -1,6 +1,7 @@
 //! Reading a model that the command line names.
 
 use holonom::experiment::Experiment;
+use holonom::model::Meshes;
 use holonom::run::prepare;
 use holonom::{Model, ModelError, model};
 
@@ -51,7 +52,8 @@ impl<'a> Input<'a> {
         let mut text = String::new();
         let assembled = model::read_text(&self.arguments.model).and_then(|read| {
             text = read;
-            let model = Model::from_toml_with(&text, &self.overrides)?;
+            let meshes = Meshes::beside(&self.arguments.model);
+            let model = Model::from_toml_in(&text, &self.overrides, meshes)?;
             let made = make(&model)?;
             Ok((model, made))
         });

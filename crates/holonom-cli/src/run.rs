@@ -26,6 +26,7 @@ pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
             help: "leave --checkpoint-every out, or choose another scheme than static".into(),
         });
     }
+    RunFolder::takes_meshes(&folder, &model.meshes)?;
     let folder = RunFolder::create(folder, arguments.force)?;
     warn_of_assembly(&*simulation, talk);
     let every = arguments.checkpoint_every;

@@ -3,6 +3,7 @@
 use std::num::NonZero;
 
 use holonom::RunFolder;
+use holonom::model::Meshes;
 use holonom::sweep::{
     Description, Plan, PlanError, Progress, Sampling, Sweep, SweepError, collect as collected,
     run_point, table,
@@ -18,7 +19,7 @@ use crate::{progress, stderr, stdout};
 pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
     let plan = plan(arguments)?;
     let path = &arguments.model.model;
-    check(arguments, &plan)?;
+    let meshes = check(arguments, &plan)?;
     let text = match holonom::model::read_text(path) {
         Ok(text) => text,
         Err(error) => return Err(Input::new(&arguments.model, vec![], false).refused(error)?),
@@ -26,8 +27,11 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "sweep"));
     keep_the_model(path, &folder.join("model.toml"))?;
     let set = arguments.model.set.clone();
-    let description = Description { model: text.clone(), set, plan };
+    let names = meshes.iter().map(holonom::model::Mesh::stored_name).collect();
+    let description = Description { model: text.clone(), meshes: names, set, plan };
+    RunFolder::takes_meshes(&folder, &meshes)?;
     let sweep = Sweep::new(description, &folder, arguments.shard, arguments.force)?;
+    RunFolder::open(&folder).write_meshes(&meshes)?;
     let jobs = arguments.jobs.or_else(|| std::thread::available_parallelism().ok());
     let sweep = sweep.jobs(jobs.unwrap_or(NonZero::<usize>::MIN));
     let signals = Signals::watch();
@@ -43,7 +47,7 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
         if interrupted() {
             return None;
         }
-        run_point(&text, point, &mut || interrupted())
+        run_point((&text, &meshes), point, &mut || interrupted())
     };
     let state = sweep.run(&work, &mut progress);
     bar.finish_and_clear();
@@ -101,8 +105,8 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
 }
 
 /// A model that is invalid at the first, the middle and the last point is refused before anything is written: so are keys that
-/// do not exist.
-fn check(arguments: &Arguments, plan: &Plan) -> Result<(), Failure> {
+/// do not exist. The meshes of the model.
+fn check(arguments: &Arguments, plan: &Plan) -> Result<Meshes, Failure> {
     let values = plan.values();
     let read = |values: &Vec<String>| {
         let keys = plan.variations.iter().map(|variation| variation.key.clone());
@@ -113,11 +117,11 @@ fn check(arguments: &Arguments, plan: &Plan) -> Result<(), Failure> {
     let mut refused = None;
     for place in [0, values.len() / 2, values.len() - 1] {
         match read(&values[place]) {
-            Ok(_) => return Ok(()),
+            Ok(model) => return Ok(model.meshes),
             Err(failure) => refused = refused.or(Some(failure)),
         }
     }
-    refused.map_or(Ok(()), Err)
+    refused.map_or_else(|| Ok(Meshes::beside(&arguments.model.model)), Err)
 }
 
 impl From<SweepError> for Failure {

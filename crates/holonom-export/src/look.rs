@@ -92,6 +92,11 @@ impl Look {
         let symbol = SYMBOL * size(frames, &bodies, &fixed);
         let mut solids: Vec<Solid> =
             bodies.iter().enumerate().map(|(k, body)| solid(body, color(k), symbol)).collect();
+        for (solid, (shown, stated)) in solids.iter_mut().zip(bodies.iter().zip(&model.bodies)) {
+            if let Some(surface) = model.surface(stated) {
+                solid.mesh = Mesh::of_surface(&surface).turned(&axes(shown));
+            }
+        }
         for (k, member) in parts.points().into_iter().enumerate() {
             solids.push(Solid {
                 name: frames.members[member].name.clone(),
@@ -154,12 +159,18 @@ fn ball(radius: f64) -> Mesh {
     Mesh::sphere().placed(&axes, &Vector3::zeros()).unwrap_or_default()
 }
 
-/// The shape of a body; without one its links to joints, or the ellipsoid of its inertia.
-fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
+/// The axes of a body along its directors.
+fn axes(body: &Body) -> Matrix3<f64> {
     let [x, y, z, w] = body.rotation;
-    let own = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z)).to_rotation_matrix();
+    let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    *turn.to_rotation_matrix().matrix()
+}
+
+/// The shape of a body but for meshes; without one its links to joints, or the ellipsoid of its inertia.
+fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
+    let own = axes(body);
     let at = |k: usize| body.dimensions.get(k).copied().unwrap_or_default();
-    let scaled = |x, y, z| own.matrix() * Matrix3::from_diagonal(&Vector3::new(x, y, z));
+    let scaled = |x, y, z| own * Matrix3::from_diagonal(&Vector3::new(x, y, z));
     let none = Vector3::zeros();
     let (a, b, c) = (at(0), at(1), at(2));
     let shape = match body.shape {
@@ -171,6 +182,7 @@ fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
             let base = own * Vector3::new(0.0, 0.0, 0.25 * b);
             Mesh::cone().placed(&scaled(a, a, b), &base)
         }
+        Some(ShapeKind::Mesh) => None,
         None if body.link => None,
         None => Mesh::sphere().placed(&Matrix3::from_diagonal(&Vector3::new(a, b, c)), &none),
     };

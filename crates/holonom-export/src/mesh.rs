@@ -1,5 +1,8 @@
 //! Surfaces of triangles.
 
+use std::collections::HashMap;
+
+use holonom_model::BodySurface;
 use nalgebra::{Matrix3, Vector3};
 
 /// Sides of a surface of revolution.
@@ -7,7 +10,12 @@ const SIDES: usize = 24;
 /// Parts of the meridian of a sphere.
 const PARTS: usize = 12;
 
-/// A closed surface.
+/// Cosine of the largest angle between neighbours across which a surface of triangles is smooth: 40°.
+const SMOOTH: f64 = 0.77;
+/// A corner of more triangles has the normal of each of them.
+const CROWDED: usize = 64;
+
+/// A surface; closed but for those of meshes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Mesh {
     /// Corners, m.
@@ -108,6 +116,50 @@ impl Mesh {
         mesh
     }
 
+    /// The surface of a mesh; a corner with an edge has a point for each of its sides.
+    pub(crate) fn of_surface(surface: &BodySurface) -> Self {
+        let corner = |k: u32| surface.corners[k as usize];
+        let normal = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(corner);
+            (b - a).cross(&(c - a))
+        };
+        let normals: Vec<Vector3<f64>> = surface.triangles.iter().map(normal).collect();
+        let unit = |n: &Vector3<f64>| n.try_normalize(0.0).filter(|n| n.norm() > 0.5);
+        let units: Vec<Option<Vector3<f64>>> = normals.iter().map(unit).collect();
+        let mut around = vec![Vec::new(); surface.corners.len()];
+        for (face, triangle) in surface.triangles.iter().enumerate() {
+            triangle.iter().for_each(|k| around[*k as usize].push(face));
+        }
+        let mut mesh = Self::default();
+        let mut known: HashMap<(u32, [u64; 3]), u32> = HashMap::new();
+        for (triangle, own) in surface.triangles.iter().zip(&units) {
+            let Some(own) = own else { continue };
+            mesh.triangles.push(triangle.map(|k| {
+                let smooth = |face: &&usize| units[**face].is_some_and(|n| n.dot(own) > SMOOTH);
+                let near =
+                    around[k as usize].iter().filter(|_| around[k as usize].len() <= CROWDED);
+                let sum: Vector3<f64> = near.filter(smooth).map(|face| normals[*face]).sum();
+                let normal: [f64; 3] = unit(&sum).unwrap_or(*own).into();
+                let next = mesh.points.len() as u32;
+                let at = *known.entry((k, normal.map(f64::to_bits))).or_insert(next);
+                if at == next {
+                    mesh.points.push(corner(k).into());
+                    mesh.normals.push(normal);
+                }
+                at
+            }));
+        }
+        mesh
+    }
+
+    /// Turned by a rotation.
+    pub(crate) fn turned(mut self, rotation: &Matrix3<f64>) -> Self {
+        for vector in self.points.iter_mut().chain(&mut self.normals) {
+            *vector = (rotation * Vector3::from(*vector)).into();
+        }
+        self
+    }
+
     /// The image under `x ↦ A x + origin`; `None` where `A` is singular or reflects.
     pub(crate) fn placed(mut self, axes: &Matrix3<f64>, origin: &Vector3<f64>) -> Option<Self> {
         let inverse = axes.try_inverse().filter(|_| axes.determinant() > 0.0)?;
@@ -184,6 +236,35 @@ pub(crate) mod tests {
             assert!((found - expected).abs() < tolerance, "volume {found}, expected {expected}");
             faces_outwards(&mesh);
         }
+    }
+
+    /// The corners of a block have three sides each; those of a fine ball have one, and normals along the radius.
+    #[test]
+    fn the_surface_of_a_mesh_has_its_edges_and_its_smooth_parts() {
+        let corner = |k: u32| Vector3::new((k & 1).into(), (k & 2).into(), (k & 4).into());
+        let faces =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+        let block =
+            BodySurface { corners: (0..8).map(corner).collect(), triangles: triangles.collect() };
+        let block = Mesh::of_surface(&block);
+        assert_eq!((block.points.len(), block.triangles.len()), (24, 12));
+        assert!((volume(&block) - 8.0).abs() < 1e-14, "volume {}", volume(&block));
+        faces_outwards(&block);
+
+        let ball = Mesh::sphere();
+        let inner = |p: &&[f64; 3]| p[2].abs() < 0.9; // all points of a pole are one place
+        let surface = BodySurface {
+            corners: ball.points.iter().copied().map(Vector3::from).collect(),
+            triangles: ball.triangles.clone(),
+        };
+        let found = Mesh::of_surface(&surface);
+        for (point, normal) in found.points.iter().zip(&found.normals).filter(|(p, _)| inner(p)) {
+            let cos = Vector3::from(*point).dot(&Vector3::from(*normal));
+            assert!(cos > 0.99, "{point:?}: {cos}");
+        }
+        let count = |mesh: &Mesh| mesh.points.iter().filter(inner).count();
+        assert_eq!(count(&found), count(&ball), "one point for each corner");
     }
 
     #[test]

@@ -27,8 +27,7 @@ impl<'a> Run<'a> {
             path: folder.path().join(name),
             message,
         };
-        let model = Model::from_toml(&folder.model_text());
-        let model = model.map_err(|_| {
+        let model = folder.model().map_err(|_| {
             read(
                 "model.toml",
                 "it is missing or no valid model: shapes and joints are read from it".into(),

@@ -70,11 +70,21 @@ pub struct Options {
     pub step: Option<f64>,
     /// End time, s.
     pub end: f64,
+    /// The folder of the model file, which names meshes relative to it; the current directory by default.
+    pub folder: Option<PathBuf>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { base: Base::default(), values: Vec::new(), density: None, step: None, end: 1.0 }
+        let base = Base::default();
+        Self { base, values: Vec::new(), density: None, step: None, end: 1.0, folder: None }
+    }
+}
+
+impl Options {
+    fn folder(&self) -> &Path {
+        let stated = self.folder.as_deref().filter(|folder| !folder.as_os_str().is_empty());
+        stated.unwrap_or_else(|| Path::new("."))
     }
 }
 
@@ -154,7 +164,7 @@ fn translate(mut sources: Sources, options: &Options) -> Result<Imported, Import
     let remarks = remarks.located(&sources);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let text = text::text(&draft, &format!("{name} ({})", robot.format), &remarks);
-    match Model::from_toml(&text) {
+    match Model::from_toml_in(&text, &[], holonom_model::Meshes::in_folder(options.folder())) {
         Ok(model) => Ok(Imported { text, model, remarks }),
         Err(source) => Err(ImportError::Refused { text, source }),
     }
@@ -166,7 +176,7 @@ fn read(
     options: &Options,
     remarks: &mut Remarks,
 ) -> source::Result<Robot> {
-    let mut meshes = Meshes::beside(path);
+    let mut meshes = Meshes::beside(path, options.folder());
     match root.name.as_str() {
         "robot" => urdf::robot(root, options, &mut meshes, remarks),
         "mujoco" => mjcf::robot(root, &mut meshes, remarks),

@@ -2,7 +2,7 @@
 
 use holonom_model::{
     Body, Constraint, Header, Inertia, Joint, JointDamper, JointKind, JointSpring, Model,
-    MotionPath, Settings,
+    MotionPath, Scale, Settings, Shape, ShapeKind,
 };
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
@@ -106,9 +106,10 @@ fn possible(node: &Node, remarks: &mut Remarks) -> Result<Mass> {
 impl Drafter<'_> {
     fn body(&mut self, k: usize, mass: &Mass, remarks: &mut Remarks) {
         let node = &self.tree.nodes[k];
-        let shown = node.solids.iter().filter(|p| p.solid.is_solid());
+        let shown = node.solids.iter().filter(|p| p.is_shown());
         let shown = shown.max_by(|a, b| a.solid.volume().total_cmp(&b.solid.volume()));
-        let axes = shown.map_or(UnitQuaternion::identity(), |p| p.pose.rotation);
+        let axes = shown.filter(|p| p.mesh.is_none());
+        let axes = axes.map_or(UnitQuaternion::identity(), |p| p.pose.rotation);
         let to_axes = Isometry3::from_parts(Vector3::zeros().into(), axes.inverse());
         let pose = node.pose;
         let position = pose.transform_point(&mass.center.into()).coords;
@@ -119,7 +120,7 @@ impl Drafter<'_> {
             inertia: Some(inertia(&mass.moved(&to_axes).inertia())),
             position: vector(&position),
             quaternion: quaternion[1..].iter().any(|c| *c != 0.0).then_some(quaternion),
-            shape: shown.map(|p| p.solid.shape()),
+            shape: shown.map(|placed| shape(placed, &mass.center)),
             ..Body::default()
         });
         if let Some(shown) = shown {
@@ -255,6 +256,26 @@ impl Drafter<'_> {
     }
 }
 
+/// The shape of a body; a mesh by its place in the link, whose centre of mass is given.
+fn shape(placed: &Placed, center: &Vector3<f64>) -> Shape {
+    let Some(mesh) = &placed.mesh else { return placed.solid.shape() };
+    let scale = match <[f64; 3]>::from(mesh.scale) {
+        [1.0, 1.0, 1.0] => None,
+        [x, y, z] if [y, z].iter().all(|s| s.to_bits() == x.to_bits()) => Some(Scale::Uniform(x)),
+        factors => Some(Scale::Axes(factors)),
+    };
+    let position = vector(&(mesh.pose.translation.vector - center));
+    let quaternion = quaternion(&mesh.pose.rotation);
+    Shape {
+        kind: ShapeKind::Mesh,
+        file: Some(mesh.file.clone()),
+        scale,
+        position: position.iter().any(|x| *x != 0.0).then_some(position),
+        quaternion: quaternion[1..].iter().any(|c| *c != 0.0).then_some(quaternion),
+        ..Shape::default()
+    }
+}
+
 /// Remarks on what the picture of a body does not show.
 fn picture(node: &Node, mass: &Mass, shown: &Placed, remarks: &mut Remarks) {
     let label = || format!("link \"{}\"", node.name);
@@ -263,7 +284,7 @@ fn picture(node: &Node, mass: &Mass, shown: &Placed, remarks: &mut Remarks) {
         remarks.mention(message, label(), &node.place);
     }
     let size = shown.solid.volume().cbrt();
-    if (shown.pose.translation.vector - mass.center).norm() > 0.1 * size {
+    if shown.mesh.is_none() && (shown.pose.translation.vector - mass.center).norm() > 0.1 * size {
         let message =
             "a geometry beside the centre of mass: the picture shows it at the centre of mass";
         remarks.mention(message, label(), &node.place);

@@ -24,10 +24,35 @@ pub(crate) enum Solid {
 }
 
 /// A solid at a place of a link.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Placed {
     pub(crate) solid: Solid,
     pub(crate) pose: Isometry3<f64>,
+    /// The mesh in the box that is the solid.
+    pub(crate) mesh: Option<Triangles>,
+}
+
+/// The file of a mesh at a place of a link.
+#[derive(Clone, Debug)]
+pub(crate) struct Triangles {
+    /// As the model file names it.
+    pub(crate) file: String,
+    pub(crate) scale: Vector3<f64>,
+    /// Of the axes of the file.
+    pub(crate) pose: Isometry3<f64>,
+}
+
+impl Placed {
+    /// The same in another frame, in which this frame has the given pose.
+    pub(crate) fn moved(&self, pose: &Isometry3<f64>) -> Self {
+        let mesh = self.mesh.clone().map(|mesh| Triangles { pose: pose * mesh.pose, ..mesh });
+        Self { solid: self.solid, pose: pose * self.pose, mesh }
+    }
+
+    /// Whether there is something to be seen.
+    pub(crate) fn is_shown(&self) -> bool {
+        self.solid.is_solid() || self.mesh.is_some()
+    }
 }
 
 impl Solid {
@@ -69,7 +94,7 @@ impl Solid {
             Self::Capsule(r, l) => (ShapeKind::Cylinder, vec![r, 2.0 * (l + r)]),
             Self::Ellipsoid(half) => (ShapeKind::Box, half.map(|a| 2.0 * a).to_vec()),
         };
-        Shape { kind, dimensions, density: None }
+        Shape::new(kind, dimensions)
     }
 
     /// Whether all dimensions are positive.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use holonom_model::{Body, Constraint, Inertia, Joint, Shape};
+use holonom_model::{Body, Constraint, Inertia, Joint, Scale, Shape};
 
 use crate::model::Draft;
 use crate::remark::Remark;
@@ -17,6 +17,12 @@ pub(crate) fn text(draft: &Draft, origin: &str, remarks: &[Remark]) -> String {
     } else {
         comment(&mut out, "Not translated, or in another form:");
         remarks.iter().for_each(|remark| comment(&mut out, &format!("- {remark}")));
+    }
+    if model.bodies.iter().any(|body| body.mesh_file().is_some()) {
+        comment(
+            &mut out,
+            "The files of meshes are named relative to the folder of this file; they are not copied.",
+        );
     }
     let mut writer = Writer(out);
     writer.section("[model]");
@@ -75,10 +81,8 @@ impl Writer {
         if let Some(quaternion) = &body.quaternion {
             self.pair("quaternion", &list(quaternion));
         }
-        if let Some(Shape { kind, dimensions, .. }) = &body.shape {
-            let kind = format!("{kind:?}").to_lowercase();
-            let dimensions = list(dimensions);
-            self.pair("shape", &format!("{{ type = \"{kind}\", dimensions = {dimensions} }}"));
+        if let Some(shape) = &body.shape {
+            self.pair("shape", &format!("{{ {} }}", written(shape)));
         }
     }
 
@@ -124,6 +128,29 @@ impl Writer {
             _ => {} // an imported model has no others
         }
     }
+}
+
+/// The keys of a shape.
+fn written(shape: &Shape) -> String {
+    let mut out = format!("type = \"{}\"", format!("{:?}", shape.kind).to_lowercase());
+    if let Some(file) = &shape.file {
+        out += &format!(", file = {}", quoted(file));
+    }
+    if !shape.dimensions.is_empty() {
+        out += &format!(", dimensions = {}", list(&shape.dimensions));
+    }
+    match &shape.scale {
+        Some(Scale::Uniform(factor)) => out += &format!(", scale = {}", number(*factor)),
+        Some(Scale::Axes(factors)) => out += &format!(", scale = {}", list(factors)),
+        None => {}
+    }
+    if let Some(position) = &shape.position {
+        out += &format!(", position = {}", list(position));
+    }
+    if let Some(quaternion) = &shape.quaternion {
+        out += &format!(", quaternion = {}", list(quaternion));
+    }
+    out
 }
 
 fn freedom(index: usize) -> String {

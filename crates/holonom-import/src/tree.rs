@@ -138,8 +138,7 @@ impl Tree {
             Some(body) => {
                 let node = &mut self.nodes[body];
                 node.mass = node.mass.plus(&link.mass.moved(&pose));
-                let placed = |p: &Placed| Placed { solid: p.solid, pose: pose * p.pose };
-                node.solids.extend(link.solids.iter().map(placed));
+                node.solids.extend(link.solids.iter().map(|placed| placed.moved(&pose)));
                 node.welded.push(link.name.clone());
             }
             None => {

@@ -306,7 +306,7 @@ impl<'a> Reader<'a> {
             }
         };
         let mass = if weighs && solid.is_solid() { solid.volume() } else { 0.0 };
-        Ok(Some((Placed { solid, pose }, solid.with_mass(mass).moved(&pose))))
+        Ok(Some((Placed { solid, pose, mesh: None }, solid.with_mass(mass).moved(&pose))))
     }
 
     /// What stands beside links and joints.

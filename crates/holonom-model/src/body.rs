@@ -91,9 +91,8 @@ impl Body {
     /// Start orientation: columns are the body's axes in space.
     #[must_use]
     pub fn rotation(&self) -> Matrix3<f64> {
-        if let Some([w, x, y, z]) = self.quaternion {
-            let unit = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
-            return *unit.to_rotation_matrix().matrix();
+        if let Some(quaternion) = self.quaternion {
+            return rotation_of(quaternion);
         }
         if let Some(vector) = self.rotation_vector {
             return rotation::exp(&Vector3::from(vector));
@@ -129,10 +128,7 @@ impl Body {
             return Some(fault(second, message, "keep one of them"));
         }
         if let Some(quaternion) = self.quaternion {
-            let norm = quaternion.iter().map(|c| c * c).sum::<f64>().sqrt();
-            let help = "write [w, x, y, z] with w² + x² + y² + z² = 1";
-            let message = || format!("the quaternion has norm {norm}, not 1");
-            return ((norm - 1.0).abs() > 1e-6).then(|| fault("quaternion", message(), help));
+            return quaternion_fault(quaternion);
         }
         if let Some(rows) = self.matrix {
             let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
@@ -176,6 +172,20 @@ impl Euler {
         };
         rotation(0) * rotation(1) * rotation(2)
     }
+}
+
+/// The rotation of a quaternion `[w, x, y, z]`.
+pub(crate) fn rotation_of([w, x, y, z]: [f64; 4]) -> Matrix3<f64> {
+    let unit = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    *unit.to_rotation_matrix().matrix()
+}
+
+/// A quaternion must have norm 1.
+pub(crate) fn quaternion_fault(quaternion: [f64; 4]) -> Option<Problem> {
+    let norm = quaternion.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let help = "write [w, x, y, z] with w² + x² + y² + z² = 1";
+    let message = || format!("the quaternion has norm {norm}, not 1");
+    ((norm - 1.0).abs() > 1e-6).then(|| fault("quaternion", message(), help))
 }
 
 /// The orthonormal matrix next to a nearly orthonormal one (Newton–Schulz).

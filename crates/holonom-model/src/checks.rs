@@ -10,7 +10,7 @@ use super::source::Document;
 use super::start::{StartPoints, coincide, is_ground};
 use super::{
     Bar, Body, Constraint, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Scheme, Shape,
-    Spring, SpringLaw,
+    ShapeKind, Spring, SpringLaw,
 };
 
 /// All problems of a model that could be read.
@@ -261,6 +261,14 @@ impl<'a> Checker<'a> {
     }
 
     fn shape(&mut self, key: &str, shape: &Shape) {
+        if let Some(density) = shape.density.filter(|d| *d <= 0.0) {
+            let message = format!("the density {density} kg/m³ is not positive");
+            self.report(format!("{key}.density"), message, "write a positive density");
+        }
+        if shape.kind == ShapeKind::Mesh {
+            return self.mesh(key, shape);
+        }
+        self.no_mesh(key, shape);
         let names = shape.kind.dimensions();
         if shape.dimensions.len() != names.len() {
             let message = format!("{} dimension(s) for this shape", shape.dimensions.len());
@@ -269,10 +277,6 @@ impl<'a> Checker<'a> {
         } else if let Some(bad) = shape.dimensions.iter().find(|d| **d <= 0.0) {
             let message = format!("the dimension {bad} m is not positive");
             self.report(format!("{key}.dimensions"), message, "write positive lengths in m");
-        }
-        if let Some(density) = shape.density.filter(|d| *d <= 0.0) {
-            let message = format!("the density {density} kg/m³ is not positive");
-            self.report(format!("{key}.density"), message, "write a positive density");
         }
     }
 

@@ -21,12 +21,14 @@ mod drive;
 mod drive_checks;
 mod expression;
 mod load;
+pub mod mesh;
 mod motion_path;
 mod order_checks;
 mod overrides;
 mod parameters;
 mod places;
 mod problem;
+mod read;
 pub mod reference;
 mod section;
 mod sections;
@@ -37,9 +39,6 @@ mod source;
 mod start;
 mod strict;
 
-use std::io::Read;
-use std::path::Path;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -48,16 +47,18 @@ pub use body::{Body, Euler, Particle};
 pub use connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use drive::{Constraint, JointDamper, JointMotor, JointSpring};
 pub use load::{Frame, History, Load};
+pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
 pub use motion_path::{MotionPath, Move, PathTable};
 pub use places::{line_column, locate};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
+pub use read::read_text;
 pub use section::{Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section};
 pub use sensor::{ReactionFrame, Sensor, SensorKind};
 pub use settings::{
     Family, Header, HighOrder, LinearSolver, MAX_STEPS, OnFailure, Quadrature, Scheme, Settings,
     Start, Strain,
 };
-pub use shape::{Inertia, Shape, ShapeKind};
+pub use shape::{Inertia, Scale, Shape, ShapeKind};
 
 pub use start::StartPoints;
 use start::{coincide, distance};
@@ -105,6 +106,9 @@ pub struct Model {
     /// `[[sensor]]`: what is written to `sensors.csv`.
     #[serde(default, rename = "sensor", skip_serializing_if = "Vec::is_empty")]
     pub sensors: Vec<Sensor>,
+    /// The meshes of its bodies.
+    #[serde(skip)]
+    pub meshes: Meshes,
 }
 
 impl Model {
@@ -123,6 +127,7 @@ impl Model {
             springs: Vec::new(),
             loads: Vec::new(),
             sensors: Vec::new(),
+            meshes: Meshes::default(),
         }
     }
 
@@ -140,6 +145,19 @@ impl Model {
     /// # Errors
     /// [`ModelError`]; problems of replaced values have no place in the text.
     pub fn from_toml_with(text: &str, overrides: &[(String, String)]) -> Result<Self, ModelError> {
+        Self::from_toml_in(text, overrides, Meshes::default())
+    }
+
+    /// The same with the files that the model names: `meshes` says in which folder relative paths start; files that it knows are
+    /// not read again.
+    ///
+    /// # Errors
+    /// [`ModelError`], as [`Model::from_toml_with`].
+    pub fn from_toml_in(
+        text: &str,
+        overrides: &[(String, String)],
+        meshes: Meshes,
+    ) -> Result<Self, ModelError> {
         if text.len() > MAX_BYTES {
             return Err(ModelError::TooLarge { limit: MAX_BYTES });
         }
@@ -177,8 +195,18 @@ impl Model {
             springs,
             loads,
             sensors,
+            meshes,
         };
         let problems = checks::problems(&model, &document);
+        if !problems.is_empty() {
+            return Err(ModelError::invalid(problems));
+        }
+        let place = |(i, problem): (usize, Problem)| {
+            let problem = problem.below(document.label("body", i));
+            let span = document.span(&problem.key);
+            problem.at(span)
+        };
+        let problems: Vec<_> = mesh::resolve(&mut model).into_iter().map(place).collect();
         if !problems.is_empty() {
             return Err(ModelError::invalid(problems));
         }
@@ -199,7 +227,7 @@ impl Model {
     /// # Errors
     /// [`ModelError`], as [`Model::from_toml_with`].
     pub fn with_overrides(&self, overrides: &[(String, String)]) -> Result<Self, ModelError> {
-        Self::from_toml_with(&self.to_toml(), overrides)
+        Self::from_toml_in(&self.to_toml(), overrides, self.meshes.clone())
     }
 
     /// The text of this model, everything resolved; reading it again gives the same model.
@@ -362,28 +390,4 @@ fn without_null(schema: &mut serde_json::Value) {
 #[must_use]
 pub fn spatial(vector: &[f64]) -> [f64; 3] {
     std::array::from_fn(|i| vector.get(i).copied().unwrap_or(0.0))
-}
-
-/// Reads a model text; never more than [`MAX_BYTES`] and a little.
-///
-/// # Errors
-/// [`ModelError::Unreadable`], [`ModelError::TooLarge`], [`ModelError::NotUtf8`].
-pub fn read_text(path: &Path) -> Result<String, ModelError> {
-    let unreadable = |e: std::io::Error| ModelError::Unreadable { reason: e.to_string() };
-    if path.is_dir() {
-        return Err(ModelError::Unreadable { reason: "this is a directory, not a file".into() });
-    }
-    // a named pipe that nobody writes to would block; those of a shell stand under /dev or /proc
-    let device = path.starts_with("/dev") || path.starts_with("/proc");
-    if !path.metadata().map_err(unreadable)?.is_file() && !device {
-        return Err(ModelError::Unreadable { reason: "this is not a regular file".into() });
-    }
-    let file = std::fs::File::open(path).map_err(unreadable)?;
-    let mut bytes = Vec::new();
-    file.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if bytes.len() > MAX_BYTES {
-        return Err(ModelError::TooLarge { limit: MAX_BYTES });
-    }
-    String::from_utf8(bytes)
-        .map_err(|e| ModelError::NotUtf8 { offset: e.utf8_error().valid_up_to() })
 }

@@ -5,10 +5,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Kind of a shape; the origin is the centre of mass, axes of revolution are the body's third axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ShapeKind {
     /// `dimensions = [x, y, z]`: edge lengths, m.
+    #[default]
     Box,
     /// `dimensions = [radius, height]`, m.
     Cylinder,
@@ -18,6 +19,8 @@ pub enum ShapeKind {
     Rod,
     /// `dimensions = [radius, height]`, m: base radius; the tip points along minus the third axis.
     Cone,
+    /// `file`: the triangles of a file.
+    Mesh,
 }
 
 impl ShapeKind {
@@ -29,50 +32,95 @@ impl ShapeKind {
             Self::Cylinder | Self::Cone => &["radius", "height"],
             Self::Sphere => &["radius"],
             Self::Rod => &["length", "radius"],
+            Self::Mesh => &[],
+        }
+    }
+}
+
+/// `scale` of a mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "scale is a number or a list of three, [x, y, z]")]
+pub enum Scale {
+    /// The same factor along all axes.
+    Uniform(f64),
+    /// Factors along the axes of the file.
+    Axes([f64; 3]),
+}
+
+impl Scale {
+    /// The factors along the axes of the file.
+    #[must_use]
+    pub fn vector(&self) -> Vector3<f64> {
+        match self {
+            Self::Uniform(factor) => Vector3::repeat(*factor),
+            Self::Axes(factors) => Vector3::from(*factors),
         }
     }
 }
 
 /// `shape`: a homogeneous solid.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Shape {
     /// Kind of the shape.
     #[serde(rename = "type")]
     pub kind: ShapeKind,
     /// Its dimensions, m: box `[x, y, z]`, cylinder and cone `[radius, height]`, sphere `[radius]`,
-    /// rod `[length, radius]`.
+    /// rod `[length, radius]`; none for a mesh.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub dimensions: Vec<f64>,
     /// Density, kg/m³; needed when the body states no mass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
+    /// Of a mesh, its file: STL or OBJ, relative to the folder of the model file. It must be closed where mass or inertia follow
+    /// from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Of a mesh, a factor for the coordinates of the file, or one for each axis: 0.001 for millimetres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scale: Option<Scale>,
+    /// Of a mesh, the origin of the file in the body's frame, m; by default such that the mesh has its centre of mass in the
+    /// origin of the body where mass or inertia follow from it, else `[0, 0, 0]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// Of a mesh, from the axes of the file to those of the body: a unit quaternion `[w, x, y, z]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quaternion: Option<[f64; 4]>,
 }
 
 impl Shape {
-    /// The solid of the rigid-body crate. Premise: as many dimensions as the kind has.
-    fn solid(&self) -> vi_rigid::shape::Shape {
+    /// A shape with dimensions, m.
+    #[must_use]
+    pub fn new(kind: ShapeKind, dimensions: Vec<f64>) -> Self {
+        Self { kind, dimensions, ..Self::default() }
+    }
+
+    /// The solid of the rigid-body crate; `None` for a mesh. Premise: as many dimensions as the kind has.
+    fn solid(&self) -> Option<vi_rigid::shape::Shape> {
         use vi_rigid::shape::Shape as Solid;
         let at = |i: usize| self.dimensions.get(i).copied().unwrap_or_default();
-        match self.kind {
+        Some(match self.kind {
             ShapeKind::Box => Solid::Box { lengths: [at(0), at(1), at(2)] },
             ShapeKind::Cylinder => Solid::Cylinder { radius: at(0), length: at(1) },
             ShapeKind::Sphere => Solid::Sphere { radius: at(0) },
             ShapeKind::Rod => Solid::Cylinder { radius: at(1), length: at(0) },
             ShapeKind::Cone => Solid::Cone { radius: at(0), length: at(1) },
-        }
+            ShapeKind::Mesh => return None,
+        })
     }
 
-    /// Volume, m³.
+    /// Volume, m³; zero for a mesh, whose mass a resolved model states.
     #[must_use]
     pub fn volume(&self) -> f64 {
-        self.solid().volume()
+        self.solid().map_or(0.0, |solid| solid.volume())
     }
 
-    /// Principal moments of inertia about the centre of mass per mass, m²; zero when the dimensions
-    /// are not those of a solid.
+    /// Principal moments of inertia about the centre of mass per mass, m²; zero for a mesh, and when the dimensions are not
+    /// those of a solid.
     #[must_use]
     pub fn inertia_per_mass(&self) -> [f64; 3] {
-        self.solid().mass_properties_of(1.0).map_or([0.0; 3], |p| p.inertia.moments())
+        let properties = self.solid().and_then(|solid| solid.mass_properties_of(1.0).ok());
+        properties.map_or([0.0; 3], |p| p.inertia.moments())
     }
 }
 
@@ -137,9 +185,8 @@ mod tests {
     #[test]
     fn every_shape_is_physical_and_the_cone_is_the_heavy_top_of_the_literature() {
         let shape = |kind, dimensions: &[f64]| Shape {
-            kind,
-            dimensions: dimensions.to_vec(),
             density: Some(2700.0),
+            ..Shape::new(kind, dimensions.to_vec())
         };
         let shapes = [
             shape(ShapeKind::Box, &[0.1, 0.2, 0.3]),

@@ -55,7 +55,7 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     let members = if summary.statics.is_some() { usize::MAX } else { plots::MEMBERS };
     let trajectory = folder.read_trajectory(members)?;
     let text = folder.model_text();
-    let model = Model::from_toml(&text).ok();
+    let model = folder.model().ok();
     let mut plots = match summary.statics {
         Some(_) => static_plots(&trajectory),
         None => plots(&trajectory),

@@ -4,7 +4,6 @@ use crate::dynamics::Dynamics;
 use holonom_model::{Body, Model};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use vi_core::linear::norm_inf;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::pair::joint::FrameId;
 
@@ -104,7 +103,7 @@ pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -
                 "`rotation_vector` of body `{name}` is {turn:.1} rad: more than a turn; degrees?"
             ));
         }
-        let size = body.shape.as_ref().map_or(0.0, |shape| norm_inf(&shape.dimensions));
+        let size = model.shape_size(body).unwrap_or_default();
         if size >= HUGE {
             let name = &body.name;
             found.push(format!(
@@ -123,15 +122,14 @@ pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -
 /// Joints far from the shape of a body.
 fn far_joints(model: &Model, mechanism: &Mechanism) -> Vec<String> {
     let mut found = Vec::new();
+    let sizes: Vec<_> = model.bodies.iter().map(|body| model.shape_size(body)).collect();
     for joint in &mechanism.description().joints {
         for side in [&joint.parent, &joint.child] {
             let FrameId::Frame(k) = side.frame else { continue };
-            let Some((body, shape)) =
-                model.bodies.get(k).and_then(|body| Some((body, body.shape.as_ref()?)))
-            else {
-                continue;
-            };
-            let (far, size) = (side.anchor.norm(), norm_inf(&shape.dimensions));
+            let measured =
+                model.bodies.get(k).and_then(|body| Some((body, *sizes.get(k)?.as_ref()?)));
+            let Some((body, size)) = measured else { continue };
+            let far = side.anchor.norm();
             if far > FAR * size {
                 found.push(format!(
                     "joint `{}` is {far:.3} m from the centre of mass of body `{}`, whose shape measures {size} m",

@@ -75,8 +75,7 @@ pub fn run_with(
     folder: &RunFolder,
     control: Control<'_>,
 ) -> Result<Finished, OutputError> {
-    let text = model.to_toml();
-    folder.write("model.toml", &text)?;
+    let text = folder.write_model(model)?;
     let recorder = Recorder::new(folder, simulation, SummaryBuilder::default())?;
     let clock = Clock { begin: Instant::now(), before: 0.0 };
     Run { model, text, folder, recorder, clock, last: None }.go(simulation, control)

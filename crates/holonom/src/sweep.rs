@@ -1,20 +1,21 @@
 //! A model at many points: see [`holonom_study::sweep`].
 
 use crate::run::{Control, prepare, run_with};
-use holonom_model::{Model, ModelError};
+use holonom_model::{Meshes, Model, ModelError};
 use holonom_sim::output::{OutputError, RunFolder, Status};
 
 pub use holonom_study::sweep::*;
 
-/// Runs a point of a sweep of the model `text` into its folder, without plots; `None` when it was interrupted.
+/// Runs a point of a sweep of the model `text` into its folder, without plots; `None` when it was interrupted. `meshes`: those
+/// of the model, or the folder where they are.
 pub fn run_point(
-    text: &str,
+    (text, meshes): (&str, &Meshes),
     point: &Point<'_>,
     interrupted: &mut dyn FnMut() -> bool,
 ) -> Option<Ended> {
     let ended = |status, message: String| Some(Ended { status, message: Some(message) });
     let prepared = |overrides| -> Result<_, ModelError> {
-        let model = Model::from_toml_with(text, overrides)?;
+        let model = Model::from_toml_in(text, overrides, meshes.clone())?;
         let simulation = prepare(&model)?;
         Ok((model, simulation))
     };

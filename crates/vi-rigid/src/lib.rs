@@ -12,6 +12,7 @@
 //! | [`null_space`] | `P_in` | (59) |
 //! | [`reparametrization`] | `F_d` of one body and its tangent | (61) |
 //! | [`inertia`], [`shape`], [`composite`] | Euler tensor, homogeneous shapes, several parts | (57) |
+//! | [`polyhedron`] | homogeneous solids bounded by triangles | |
 //! | [`body`] | mass matrix of one body | (58) |
 //! | [`load`], [`time_history`] | wrenches on a frame | |
 //! | [`single_body`] | a body that is free or held at one point | §4 |
@@ -32,6 +33,7 @@ pub mod directors;
 pub mod inertia;
 pub mod load;
 pub mod null_space;
+pub mod polyhedron;
 pub mod reparametrization;
 pub mod rotation;
 pub mod shape;
@@ -47,6 +49,7 @@ pub use body::RigidBody;
 pub use composite::{Part, compose};
 pub use inertia::{EulerMoments, InertiaError, PrincipalInertia};
 pub use load::{Load, LoadError, LoadKind};
+pub use polyhedron::{Polyhedron, SurfaceError};
 pub use reparametrization::RotationTooLarge;
 pub use shape::{MassProperties, Shape};
 pub use single_body::{SingleBody, Support};

@@ -2,7 +2,7 @@
 
 use super::targets::Answer;
 use crate::reliability::guard::guarded;
-use holonom::model::read_text;
+use holonom::model::{Meshes, read_text};
 use holonom::{Model, ModelError};
 use std::path::Path;
 
@@ -25,7 +25,7 @@ type Limit = (&'static str, Box<dyn Fn() -> Result<Model, ModelError> + Send>);
 /// All inputs, each with the answer to it.
 #[must_use]
 pub fn all() -> Vec<(&'static str, Answer)> {
-    let limits = texts().into_iter().chain(overrides()).chain(files());
+    let limits = texts().into_iter().chain(overrides()).chain(files()).chain(meshes());
     limits.map(|(name, read)| (name, answer(read))).collect()
 }
 
@@ -143,5 +143,36 @@ fn files() -> Vec<Limit> {
         ("text that is not UTF-8", read(&latin)),
         ("4096 zeros", read(&zeros)),
         ("a file that does not exist", read(&folder.join("absent"))),
+    ]
+}
+
+/// Files of meshes that are large, or no files.
+fn meshes() -> Vec<Limit> {
+    let folder = std::env::temp_dir().join(format!("holonom-limits-{}", std::process::id()));
+    let read = |name: &'static str, file: &str, bytes: Vec<u8>| -> Limit {
+        let _ = std::fs::create_dir_all(&folder); // where it cannot be made the answer is in words, too
+        if !bytes.is_empty() {
+            let _ = std::fs::write(folder.join(file), bytes); // likewise
+        }
+        let shape = format!("shape = {{ type = \"mesh\", file = \"{file}\", density = 1.0 }}\n");
+        let text = MODEL.replace("mass = 1.0\ninertia = [1.0, 1.0, 1.0]\n", &shape);
+        let meshes = Meshes::in_folder(&folder);
+        (name, Box::new(move || Model::from_toml_in(&text, &[], meshes.clone())))
+    };
+    let pipe = folder.join("pipe.stl");
+    let _ = std::process::Command::new("mkfifo").arg(&pipe).status(); // where there are such
+    let fan = |count: usize| {
+        let corner = |k: usize| format!("v {k} {} 1\nf 1 {} {}\n", k * k, k + 1, k + 2);
+        "v 0 0 0\nv 0 1 0\n".to_owned() + &(1..count).map(corner).collect::<String>()
+    };
+    vec![
+        read("a named pipe as a mesh", "pipe.stl", Vec::new()),
+        read("a mesh of 64 MiB and a byte", "large.stl", vec![0; (64 << 20) + 1]),
+        read("a mesh of 64 MiB of zeros", "zeros.obj", vec![0; 64 << 20]),
+        read("a polygon of 4 million corners", "polygon.obj", {
+            format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1{}", " 2 3".repeat(2_000_000)).into_bytes()
+        }),
+        read("4 million corners of no triangle", "corners.obj", "v 0 0 1\n".repeat(4 << 20).into()),
+        read("500,000 triangles with one corner", "fan.obj", fan(500_000).into_bytes()),
     ]
 }

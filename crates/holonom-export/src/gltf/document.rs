@@ -156,7 +156,8 @@ impl Writer {
         }
         let [r, g, b] = color.map(linear);
         let metal = json!({ "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6 });
-        self.materials.push((color, json!({ "pbrMetallicRoughness": metal })));
+        // meshes may be open
+        self.materials.push((color, json!({ "pbrMetallicRoughness": metal, "doubleSided": true })));
         self.materials.len() - 1
     }
 

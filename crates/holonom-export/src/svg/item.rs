@@ -1,6 +1,6 @@
 //! What is drawn: points that move with members of the run.
 
-use super::hull::hull;
+use super::hull::{extreme, hull};
 use super::view::{Place, View};
 use crate::look::{Color, INK, Look, NamedBeam, NamedLine, point};
 use crate::tube::Pose;
@@ -31,8 +31,9 @@ pub(super) struct Item {
 pub(super) fn all(look: &Look) -> Vec<Item> {
     let of = |member: usize, point: [f64; 3]| End { member: member as i64, point };
     let solids = look.solids.iter().map(|solid| {
-        let points = solid.mesh.points.iter().map(|point| of(solid.member, *point));
-        Item::new(Stroke::Surface, solid.color, points.collect())
+        let points = extreme(&solid.mesh.points);
+        let points = points.into_iter().map(|point| of(solid.member, point)).collect();
+        Item::new(Stroke::Surface, solid.color, points)
     });
     let beams = look.beams.iter().flat_map(|beam: &NamedBeam| {
         let [a, b] = beam.beam.half;

@@ -134,7 +134,7 @@ impl Bodies<'_, '_> {
         self.children(element, &inner, &mut geoms)?;
         let mass = self.mass(element, &geoms)?;
         let link = &mut self.links[number];
-        link.solids = geoms.iter().filter_map(|geom| geom.placed).collect();
+        link.solids = geoms.into_iter().filter_map(|geom| geom.placed).collect();
         link.mass = mass;
         Ok(())
     }
@@ -306,9 +306,6 @@ fn has_joint(element: &Element) -> bool {
 }
 
 fn moved(geom: &Geom, frame: &Isometry3<f64>) -> Geom {
-    let mut placed = geom.placed;
-    if let Some(placed) = &mut placed {
-        placed.pose = frame * placed.pose;
-    }
+    let placed = geom.placed.as_ref().map(|placed| placed.moved(frame));
     Geom { placed, mass: geom.mass.moved(frame) }
 }

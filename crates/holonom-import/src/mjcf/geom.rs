@@ -15,7 +15,7 @@ use crate::source::{Fault, Result};
 use crate::urdf::weighed;
 
 /// A geometry in the frame of its body.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Geom {
     /// `None` where there is no picture of it.
     pub(crate) placed: Option<Placed>,
@@ -102,10 +102,11 @@ impl Geoms<'_> {
         let summary = match &file {
             Some(mesh) if !mesh.moved => {
                 let file = std::path::Path::new(&self.settings.mesh_folder).join(&mesh.file);
-                self.meshes.summary(&file.to_string_lossy(), mesh.scale)
+                let summary = self.meshes.summary(&file.to_string_lossy(), mesh.scale);
+                summary.map_err(|reason| reason.to_string())
             }
-            Some(_) => Err("with refpos or refquat"),
-            None => Err("not from a file"),
+            Some(_) => Err("with refpos or refquat".to_owned()),
+            None => Err("not from a file".to_owned()),
         };
         let summary = match summary {
             Ok(summary) => summary,
@@ -183,5 +184,5 @@ fn solid(element: &Element, kind: &str, settings: &Settings) -> Result<Option<Pl
         "box" => Solid::Box([size[0], size[1], size[2]]),
         _ => Solid::Ellipsoid([size[0], size[1], size[2]]),
     };
-    Ok(Some(Placed { solid, pose: at }))
+    Ok(Some(Placed { solid, pose: at, mesh: None }))
 }

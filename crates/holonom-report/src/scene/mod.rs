@@ -13,6 +13,7 @@ mod controls;
 mod modes;
 pub mod parts;
 mod reactions;
+mod surfaces;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -25,6 +26,7 @@ use parts::{Beam, Body, Joint, Line, Load, Parts};
 use reactions::{Reaction, reactions};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use surfaces::{Surface, Surfaces};
 
 /// Coordinates that are shown at most; a usual page then stays under 3 MB.
 pub const NUMBERS: usize = 400_000;
@@ -93,6 +95,7 @@ pub struct Scene {
     modes: Vec<Shape>,
     members: Vec<Member>,
     bodies: Vec<Body>,
+    meshes: Vec<Surface>,
     beams: Vec<Beam>,
     /// Members that are point masses.
     points: Vec<usize>,
@@ -103,6 +106,9 @@ pub struct Scene {
     reactions: Vec<Reaction>,
     /// Points of the ground that something is held at.
     fixed: Vec<[f64; 3]>,
+    /// What is said below the picture.
+    #[serde(skip)]
+    note: Option<String>,
 }
 
 /// Where the members are at some instants.
@@ -159,6 +165,8 @@ impl Scene {
             Scheme::Static => Parameter::Load,
             _ => Parameter::Time,
         };
+        let mut bodies = parts.bodies();
+        let Surfaces { list: meshes, note } = Surfaces::new(model, &mut bodies);
         Some(Self {
             parameter,
             planar: model.header.dimension == 2,
@@ -168,7 +176,8 @@ impl Scene {
             motions: vec![Motion::new("", true, frames)],
             modes: Vec::new(),
             members: frames.members.iter().map(member).collect(),
-            bodies: parts.bodies(),
+            bodies,
+            meshes,
             beams: parts.beams(moments),
             points: parts.points(),
             joints,
@@ -177,6 +186,7 @@ impl Scene {
             loads: parts.loads(),
             reactions: reactions(&parts, model, sensors),
             fixed,
+            note,
         })
     }
 
@@ -205,8 +215,10 @@ impl Scene {
     pub fn html(&self) -> String {
         // no name is markup, and none ends the data
         let data = serde_json::to_string(self).unwrap_or_default().replace('<', "\\u003c");
+        let note = self.note.as_deref().map(|note| format!("<p class=\"note\">{note}</p>\n"));
+        let note = note.unwrap_or_default();
         format!(
-            "{}<script id=\"scene-data\" type=\"application/json\">{data}</script>\n<script>\n{}</script>\n",
+            "{}{note}<script id=\"scene-data\" type=\"application/json\">{data}</script>\n<script>\n{}</script>\n",
             controls::html(self.parameter, self.motions.len() > 1),
             VIEWER.concat()
         )

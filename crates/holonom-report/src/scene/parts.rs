@@ -36,10 +36,13 @@ pub struct Body {
     pub member: usize,
     /// Whether it does not move.
     pub fixed: bool,
-    /// `None`: the ellipsoid of its inertia, with the semi-axes as `dimensions`.
+    /// `None`, also of a mesh that cannot be read: the ellipsoid of its inertia, with the semi-axes as `dimensions`.
     pub shape: Option<ShapeKind>,
     /// Of the shape, m.
     pub dimensions: Vec<f64>,
+    /// Of a mesh, its index among those of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<usize>,
     /// From the body's own axes to its directors: quaternion `x, y, z, w`.
     pub rotation: [f64; 4],
     /// Where joints hold a body without a shape: components along the directors from the centre, m.
@@ -170,26 +173,34 @@ impl<'a> Parts<'a> {
         let body = |(member, body): (usize, &holonom_model::Body)| {
             let directors = self.poses[member].1;
             let own = directors.tr_mul(&body.rotation());
-            let anchors: Vec<[f64; 3]> = if body.shape.is_none() && !body.fixed {
+            let surface = self.model.surface(body);
+            let drawn = |shape: &&Shape| shape.kind != ShapeKind::Mesh || surface.is_some();
+            let shape = body.shape.as_ref().filter(drawn);
+            let anchors: Vec<[f64; 3]> = if shape.is_none() && !body.fixed {
                 let own = held.get(body.name.as_str()).into_iter().flatten();
                 own.map(|point| self.end(&body.name, *point).point).collect()
             } else {
                 Vec::new()
             };
-            let dimensions = match &body.shape {
+            let dimensions = match shape {
                 Some(shape) => shape.dimensions.clone(),
                 None => semi_axes(body.mass(), &(own * body.inertia_tensor() * own.transpose())),
             };
             let apart = |a: &[f64; 3]| (Vector3::from(*a) - Vector3::from(anchors[0])).norm();
             let link = anchors.iter().any(|a| apart(a) > 0.0);
-            let extent = if link { 0.0 } else { extent(body.shape.as_ref(), &dimensions) };
+            let extent = match &surface {
+                Some(surface) => surface.reach(),
+                None if link => 0.0,
+                None => extent(shape, &dimensions),
+            };
             let reach = anchors.iter().map(|a| Vector3::from(*a).norm()).fold(extent, f64::max);
             Body {
                 name: body.name.clone(),
                 member,
                 fixed: body.fixed,
-                shape: body.shape.as_ref().map(|shape| shape.kind),
+                shape: shape.map(|shape| shape.kind),
                 dimensions,
+                mesh: None,
                 rotation: quaternion(&own),
                 anchors,
                 link,
@@ -349,7 +360,9 @@ fn extent(shape: Option<&Shape>, dimensions: &[f64]) -> f64 {
         Some(ShapeKind::Cylinder) => at(0).hypot(0.5 * at(1)),
         Some(ShapeKind::Rod) => at(1).hypot(0.5 * at(0)),
         Some(ShapeKind::Cone) => at(0).hypot(0.25 * at(1)).max(0.75 * at(1)),
-        Some(ShapeKind::Sphere) | None => dimensions.iter().copied().fold(0.0, f64::max),
+        Some(ShapeKind::Sphere | ShapeKind::Mesh) | None => {
+            dimensions.iter().copied().fold(0.0, f64::max)
+        }
     }
 }
 

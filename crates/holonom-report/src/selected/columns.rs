@@ -1,6 +1,5 @@
 //! The columns of the files of a run, with quantities and units.
 
-use holonom_model::Model;
 use holonom_sim::output::{OutputError, RunFolder};
 use holonom_sim::sensor;
 
@@ -48,7 +47,7 @@ impl Column {
 /// # Errors
 /// [`OutputError::Io`].
 pub fn columns(folder: &RunFolder) -> Result<Vec<Column>, OutputError> {
-    let model = Model::from_toml(&folder.model_text()).ok();
+    let model = folder.model().ok();
     let sensors = model.as_ref().map(sensor::columns).unwrap_or_default();
     let mut all = Vec::new();
     for file in FILES {

@@ -13,6 +13,7 @@ use super::energy::EnergyWriter;
 use super::file::{OutputError, at, write_atomically};
 use super::frames::{FrameReader, Frames};
 use super::lock::Lock;
+use super::meshes;
 use super::momenta::MomentaWriter;
 use super::pictures::{self, is_there};
 use super::readable::{self, LeftOut, RowReader};
@@ -33,9 +34,12 @@ const FILES: [&str; 9] = [
     "momenta.csv",
     "energy.csv",
     "summary.json",
-    "model.toml",
+    MODEL,
     "report.html",
 ];
+
+/// The file of the model.
+pub(super) const MODEL: &str = "model.toml";
 
 /// So many of them, the first, hold rows.
 const ROWS: usize = 6;
@@ -92,7 +96,7 @@ impl RunFolder {
         for file in files.iter().map(|f| self.path.join(f)).filter(|f| is_there(f)) {
             fs::remove_file(&file).map_err(|e| at(&file, e))?;
         }
-        Ok(())
+        if files.contains(&MODEL) { meshes::remove(&self.path) } else { Ok(()) }
     }
 
     /// Whether the given files may be written to a folder: none is there, or `force` is set. Changes
@@ -352,12 +356,6 @@ impl RunFolder {
     ) -> Result<BTreeMap<String, Vec<Vec<f64>>>, OutputError> {
         let read = self.reader("beams.csv").and_then(|reader| frames.bending_moments(reader));
         read.map_err(|e| at(&self.path.join("beams.csv"), e))
-    }
-
-    /// The text of `model.toml`; empty when there is none.
-    #[must_use]
-    pub fn model_text(&self) -> String {
-        fs::read_to_string(self.path.join("model.toml")).unwrap_or_default()
     }
 }
 

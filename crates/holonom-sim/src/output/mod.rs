@@ -10,6 +10,7 @@
 //! | `momenta.csv` | multipliers, momenta, parts of the energies at the same nodes; only when the model asks for it |
 //! | `summary.json` | [`Summary`] |
 //! | `model.toml` | the model, resolved |
+//! | `meshes/*` | copies of the meshes of its bodies, named by the hash of their content |
 //! | `checkpoint`, `checkpoint.previous` | [`Checkpoint`]: the newest and the one before; only when asked for, or interrupted |
 //! | `report.html`, `plots/*.svg` | drawn by `holonom-report` |
 
@@ -20,8 +21,10 @@ mod energy;
 mod file;
 mod folder;
 mod folder_checkpoints;
+mod folder_model;
 mod frames;
 mod lock;
+mod meshes;
 mod momenta;
 mod pictures;
 mod readable;

@@ -14,6 +14,9 @@ use std::path::{Path, PathBuf};
 pub struct Description {
     /// Text of the model file.
     pub model: String,
+    /// Its meshes, as the folders of runs name them: by the hash of their content.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub meshes: Vec<String>,
     /// Values of the model that are replaced at all points.
     pub set: Vec<(String, String)>,
     /// The points.

@@ -10,6 +10,7 @@
 //! | [`tables`] | the files of a run, as `plot`, `view`, `export`, `resume` read them | errors have words |
 //! | [`sweep`] | `--vary`, `--shard` | every point has a value for every key |
 //! | [`import`] | robots in URDF and MJCF | the text of an accepted model gives it again |
+//! | [`mesh`] | meshes in STL and OBJ | a copy gives the same mesh, a solid has a positive volume |
 //! | [`arguments`] | the command line of the program | it ends with one of its codes |
 //!
 //! Everywhere: no panic, an end, bounded memory, an error with words.
@@ -19,6 +20,7 @@ pub mod assembly;
 pub mod checkpoint;
 pub mod expression;
 pub mod import;
+pub mod mesh;
 pub mod model;
 mod sample_run;
 pub mod state;
@@ -87,6 +89,7 @@ pub fn all() -> Vec<Box<dyn Target>> {
         Box::new(sweep::Sweep),
         Box::new(arguments::Arguments),
         Box::new(import::Import),
+        Box::new(mesh::MeshFile),
     ]
 }
 

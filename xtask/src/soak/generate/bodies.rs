@@ -32,7 +32,7 @@ pub(super) fn body(name: String, position: [f64; 3], draw: &mut Draw) -> Body {
             };
             let density = Some(draw.magnitude(&[100.0, 1000.0]));
             let dimensions = dimensions.iter().map(|d| d * draw.between(0.5, 1.5)).collect();
-            body.shape = Some(Shape { kind, dimensions, density });
+            body.shape = Some(Shape { density, ..Shape::new(kind, dimensions) });
         }
         _ => {
             let mass = draw.magnitude(&[0.1, 1.0]);

@@ -48,6 +48,7 @@
     const color = body.fixed ? theme().grid : paintOf(k);
     const [a, b, c] = body.dimensions;
     switch (body.shape) {
+      case "mesh": draw(surfaces[body.mesh], axes(own, [1, 1, 1]), color); break;
       case "box": draw(meshes.box, axes(own, [a, b, c]), color); break;
       case "cylinder": draw(meshes.cylinder, axes(own, [a, a, b]), color); break;
       case "rod": draw(meshes.cylinder, axes(own, [b, b, a]), color); break;

@@ -99,6 +99,27 @@
     }
     return upload({}, v, f);
   };
+  // a surface of triangles: smooth where neighbours meet at less than 40°
+  const surface = ({ corners, triangles }) => {
+    const x = floats(corners), t = new Uint32Array(floats(triangles).buffer), v = [], f = [];
+    const corner = (k) => [x[3 * k], x[3 * k + 1], x[3 * k + 2]];
+    const normals = [], around = Array.from({ length: x.length / 3 }, () => []);
+    for (let i = 0; i < t.length; i += 3) {
+      const [a, b, c] = [0, 1, 2].map((k) => corner(t[i + k]));
+      normals.push(cross(sub(b, a), sub(c, a)));
+      for (let k = 0; k < 3; k++) around[t[i + k]].push(i / 3);
+    }
+    const units = normals.map(unit);
+    t.forEach((k, i) => {
+      const own = units[Math.floor(i / 3)];
+      const sum = (around[k].length > 64 ? [] : around[k]).reduce((n, j) => (dot(units[j], own) > 0.77 ? add(n, normals[j]) : n), [0, 0, 0]);
+      const n = unit(sum);
+      v.push(...corner(k), ...(norm(n) > 0 ? n : own), 1, 1, 1);
+      f.push(i);
+    });
+    return upload({}, v, f);
+  };
+  const surfaces = data.meshes.map(surface);
   const meridian = Array.from({ length: 19 }, (_, i) => -Math.PI / 2 + (Math.PI * i) / 18);
   const meshes = {
     box: cube(),                                                                    // edges of length 1

@@ -7,23 +7,16 @@
 //! Letters: `a, b, c` corners of a triangle, counterclockwise from outside; `E = ∫ x xᵀ dV`.
 #![allow(non_snake_case)] // V, E: the letters above
 
-mod file;
-
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
+use holonom_model::mesh::MAX_MESHES_BYTES;
+use holonom_model::{Mesh, MeshError};
 use nalgebra::{Isometry3, Matrix3, Vector3};
+use vi_rigid::Polyhedron;
 
 use crate::mass::Mass;
-use crate::solid::{Placed, Solid};
-
-/// Triangles with shared corners.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Mesh {
-    /// m
-    pub(crate) corners: Vec<Vector3<f64>>,
-    pub(crate) triangles: Vec<[usize; 3]>,
-}
+use crate::solid::{Placed, Solid, Triangles};
 
 /// A mesh in numbers, in the frame of its file.
 #[derive(Clone, Debug)]
@@ -34,29 +27,47 @@ pub(crate) struct Summary {
     mass: Result<Mass, String>,
     /// The same where the volumes of all tetrahedra count as positive.
     unsigned: Mass,
+    /// Its file as the model file names it; `None` where it cannot.
+    file: Option<String>,
+    scale: Vector3<f64>,
 }
 
 /// The meshes of a description; each file is read once.
 #[derive(Debug)]
 pub(crate) struct Meshes {
     folder: PathBuf,
-    known: BTreeMap<PathBuf, Result<Summary, &'static str>>,
+    output: PathBuf,
+    known: BTreeMap<PathBuf, Result<Summary, MeshError>>,
+    bytes: usize,
 }
 
 impl Meshes {
-    /// Meshes of the description in this file.
-    pub(crate) fn beside(path: &Path) -> Self {
+    /// Meshes of the description in this file; the model file is in the folder `output`.
+    pub(crate) fn beside(path: &Path, output: &Path) -> Self {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or_else(|| Path::new(".")).to_owned();
-        Self { folder, known: BTreeMap::new() }
+        Self { folder, output: output.to_owned(), known: BTreeMap::new(), bytes: 0 }
     }
 
     /// The mesh in a file, or why there is none. `package://NAME/…` is looked for in the folders above the description.
-    pub(crate) fn summary(&mut self, file: &str, scale: [f64; 3]) -> Result<Summary, &'static str> {
-        let path = self.path(file).ok_or("not found")?;
-        let read = || file::read(&path).map(|mesh| Summary::of(&mesh));
-        let summary = self.known.entry(path.clone()).or_insert_with(read);
-        summary.clone().map(|summary| summary.scaled(&Vector3::from(scale)))
+    pub(crate) fn summary(&mut self, file: &str, scale: [f64; 3]) -> Result<Summary, MeshError> {
+        let path = self.path(file).ok_or(MeshError::NotFound)?;
+        if !self.known.contains_key(&path) {
+            let summary = self.read(&path);
+            self.known.insert(path.clone(), summary);
+        }
+        let summary = self.known.get(&path).cloned().unwrap_or(Err(MeshError::NotFound));
+        summary.map(|summary| summary.scaled(&Vector3::from(scale)))
+    }
+
+    fn read(&mut self, path: &Path) -> Result<Summary, MeshError> {
+        let mesh = Mesh::read(path)?;
+        let mut summary = Summary::of(&mesh);
+        self.bytes += mesh.bytes().len();
+        if self.bytes <= MAX_MESHES_BYTES {
+            summary.file = named_from(&self.output, path);
+        }
+        Ok(summary)
     }
 
     fn path(&self, file: &str) -> Option<PathBuf> {
@@ -72,17 +83,34 @@ impl Meshes {
     }
 }
 
+/// A path as a file in `folder` names it: from there, with `/`; absolute where there is no way. `None` for one that is no text.
+fn named_from(folder: &Path, path: &Path) -> Option<String> {
+    let (folder, path) = (folder.canonicalize().ok()?, path.canonicalize().ok()?);
+    let common = folder.components().zip(path.components()).take_while(|(a, b)| a == b).count();
+    if common == 0 {
+        return path.to_str().map(str::to_owned);
+    }
+    let up = folder.components().skip(common).map(|_| Some(".."));
+    let down = path.components().skip(common).map(|part| match part {
+        Component::Normal(name) => name.to_str(),
+        _ => None,
+    });
+    Some(up.chain(down).collect::<Option<Vec<&str>>>()?.join("/"))
+}
+
 impl Summary {
     fn of(mesh: &Mesh) -> Self {
-        let first = mesh.corners.first().copied().unwrap_or_default();
+        let first = mesh.corners().first().copied().unwrap_or_default();
         let extreme = |pick: fn(f64, f64) -> f64| {
-            mesh.corners.iter().fold(first, |sum, corner| sum.zip_map(corner, pick))
+            mesh.corners().iter().fold(first, |sum, corner| sum.zip_map(corner, pick))
         };
         Self {
             least: extreme(f64::min),
             largest: extreme(f64::max),
             mass: solid(mesh),
             unsigned: unsigned(mesh),
+            file: None,
+            scale: Vector3::repeat(1.0),
         }
     }
 
@@ -96,16 +124,20 @@ impl Summary {
             Mass { mass: mass.mass * volume, center, J }
         };
         let (mass, unsigned) = (self.mass.clone().map(scaled), scaled(self.unsigned));
-        Self { least: ends[0].inf(&ends[1]), largest: ends[0].sup(&ends[1]), mass, unsigned }
+        let file = self.file.clone();
+        let scale = self.scale.component_mul(scale);
+        let (least, largest) = (ends[0].inf(&ends[1]), ends[0].sup(&ends[1]));
+        Self { least, largest, mass, unsigned, file, scale }
     }
 
-    /// The box around it, in a link in which the mesh has a pose.
+    /// The mesh and the box around it, in a link in which the mesh has a pose.
     pub(crate) fn placed(&self, pose: &Isometry3<f64>) -> Placed {
         let half = (self.largest - self.least) * 0.5;
         let center = (self.largest + self.least) * 0.5;
         Placed {
             solid: Solid::Box([half.x, half.y, half.z]),
             pose: pose * Isometry3::translation(center.x, center.y, center.z),
+            mesh: self.file.clone().map(|file| Triangles { file, scale: self.scale, pose: *pose }),
         }
     }
 
@@ -124,16 +156,16 @@ impl Summary {
 /// surface, which gives the centre of mass, then with the tip there. Closed meshes need not be; a star-shaped one has its own
 /// mass properties. So does MuJoCo by default (`inertia="legacy"`).
 fn unsigned(mesh: &Mesh) -> Mass {
-    let corners = |triangle: &[usize; 3]| triangle.map(|k| mesh.corners[k]);
+    let corners = |triangle: &[u32; 3]| triangle.map(|k| mesh.corners()[k as usize]);
     let (mut area, mut moment) = (0.0, Vector3::zeros());
-    for [a, b, c] in mesh.triangles.iter().map(corners) {
+    for [a, b, c] in mesh.triangles().iter().map(corners) {
         let size = (b - a).cross(&(c - a)).norm();
         area += size;
         moment += (a + b + c) * (size / 3.0);
     }
     let tip = moment / area;
     let (mut volume, mut first) = (0.0, Vector3::zeros());
-    for triangle in mesh.triangles.iter().map(corners) {
+    for triangle in mesh.triangles().iter().map(corners) {
         let [a, b, c] = triangle.map(|corner| corner - tip);
         let det = a.cross(&b).dot(&c).abs();
         volume += det / 6.0;
@@ -141,7 +173,7 @@ fn unsigned(mesh: &Mesh) -> Mass {
     }
     let center = if volume > 0.0 { tip + first / volume } else { tip };
     let (mut mass, mut E) = (0.0, Matrix3::zeros());
-    for triangle in mesh.triangles.iter().map(corners) {
+    for triangle in mesh.triangles().iter().map(corners) {
         let [a, b, c] = triangle.map(|corner| corner - center);
         let (det, s) = (a.cross(&b).dot(&c).abs(), a + b + c);
         mass += det / 6.0;
@@ -153,42 +185,8 @@ fn unsigned(mesh: &Mesh) -> Mass {
 
 /// Mass properties at 1 kg/m³ of a closed mesh.
 fn solid(mesh: &Mesh) -> Result<Mass, String> {
-    let open = open_edges(mesh);
-    if open > 0 {
-        return Err(format!("it is not closed: {open} edges have no partner"));
-    }
-    let count = mesh.corners.len().max(1) as f64;
-    let tip = mesh.corners.iter().sum::<Vector3<f64>>() / count;
-    let (mut volume, mut first, mut E) = (0.0, Vector3::zeros(), Matrix3::zeros());
-    for triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|k| mesh.corners[k] - tip);
-        let det = a.cross(&b).dot(&c);
-        let s = a + b + c;
-        volume += det / 6.0;
-        first += s * (det / 24.0);
-        E += (a * a.transpose() + b * b.transpose() + c * c.transpose() + s * s.transpose())
-            * (det / 120.0);
-    }
-    if volume <= 0.0 {
-        let volume = volume.abs();
-        return Err(format!("it is inside out, or flat: its volume is {:e} m³", -volume));
-    }
-    let center = first / volume;
-    let E = E - center * center.transpose() * volume;
-    let J = Matrix3::identity() * E.trace() - E;
-    Ok(Mass { mass: volume, center: tip + center, J })
-}
-
-/// Edges that are not passed once in each direction.
-fn open_edges(mesh: &Mesh) -> usize {
-    let mut edges: BTreeMap<[usize; 2], i64> = BTreeMap::new();
-    for [a, b, c] in &mesh.triangles {
-        for (from, to) in [(a, b), (b, c), (c, a)].map(|(from, to)| (*from, *to)) {
-            let (key, sign) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
-            *edges.entry(key).or_default() += sign;
-        }
-    }
-    edges.values().filter(|sum| **sum != 0).count()
+    let solid = Polyhedron::new(mesh.corners(), mesh.triangles()).map_err(|e| e.to_string())?;
+    Ok(Mass { mass: solid.volume, center: solid.center, J: solid.inertia(1.0) })
 }
 
 #[cfg(test)]
@@ -196,19 +194,16 @@ mod tests {
     use super::*;
 
     /// A box with edges 1, 2, 3 from the corner (1, 1, 1).
-    fn block() -> Mesh {
-        let corner = |k: usize| {
-            Vector3::new(1.0 + (k & 1) as f64, 1.0 + (k & 2) as f64, 1.0 + 0.75 * (k & 4) as f64)
-        };
-        let faces =
-            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
-        Mesh { corners: (0..8).map(corner).collect(), triangles: triangles.collect() }
+    const BLOCK: &str = "v 1 1 1\nv 2 1 1\nv 1 3 1\nv 2 3 1\nv 1 1 4\nv 2 1 4\nv 1 3 4\nv 2 3 4\n\
+                         f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+
+    fn mesh(text: &str) -> Mesh {
+        Mesh::from_bytes(Path::new("a.obj"), text.into()).unwrap()
     }
 
     #[test]
     fn a_box_of_triangles_has_the_mass_properties_of_a_box() {
-        let found = Summary::of(&block()).scaled(&Vector3::new(2.0, -1.0, 1.0));
+        let found = Summary::of(&mesh(BLOCK)).scaled(&Vector3::new(2.0, -1.0, 1.0));
         let exact = Solid::Box([1.0, 1.0, 1.5]).with_mass(12.0);
         let mass = found.mass().unwrap();
         let error = (mass.J - exact.J).amax().max((mass.mass - 12.0).abs());
@@ -223,12 +218,25 @@ mod tests {
 
     #[test]
     fn meshes_that_are_no_solids_are_refused() {
-        let mut open = block();
-        open.triangles.pop();
-        assert_eq!(solid(&open).unwrap_err(), "it is not closed: 3 edges have no partner");
-        let mut inside_out = block();
-        inside_out.triangles.iter_mut().for_each(|t| t.swap(0, 1));
-        let message = solid(&inside_out).unwrap_err();
-        assert!(message.contains("inside out") && message.contains("-6e0"), "{message}");
+        let open = mesh(&BLOCK.replace("f 1 3 4 2\n", ""));
+        assert_eq!(solid(&open).unwrap_err(), "it is not closed: 4 edges have no partner");
+        let inside_out = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n";
+        let message = solid(&mesh(inside_out)).unwrap_err();
+        assert!(message.contains("inside out") && message.contains("-1.6"), "{message}");
+    }
+
+    #[test]
+    fn a_file_is_named_from_the_folder_of_the_model() {
+        let folder = std::env::temp_dir().join(format!("holonom-named-{}", std::process::id()));
+        std::fs::create_dir_all(folder.join("models/deep")).unwrap();
+        std::fs::create_dir_all(folder.join("meshes")).unwrap();
+        let file = folder.join("meshes/a.obj");
+        std::fs::write(&file, BLOCK).unwrap();
+        let named = |from: &str| named_from(&folder.join(from), &file);
+        assert_eq!(named("models/deep").as_deref(), Some("../../meshes/a.obj"));
+        assert_eq!(named("meshes").as_deref(), Some("a.obj"));
+        assert_eq!(named("models/../.").as_deref(), Some("meshes/a.obj"));
+        assert_eq!(named("nowhere"), None);
+        std::fs::remove_dir_all(folder).unwrap();
     }
 }

@@ -1,0 +1,76 @@
+//! A mesh in the frame of its body.
+
+use nalgebra::Vector3;
+
+use super::Mesh;
+use crate::body::rotation_of;
+use crate::shape::{Scale, Shape};
+use crate::{Body, Model};
+
+/// The surface of a body: corners by components along the axes of the body from its origin.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BodySurface {
+    /// Corners, m.
+    pub corners: Vec<Vector3<f64>>,
+    /// Indices of corners, counterclockwise as seen from outside if the file keeps to the rule.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl BodySurface {
+    /// A mesh where a shape places it.
+    pub(super) fn new(mesh: &Mesh, shape: &Shape) -> Self {
+        let scale = shape.scale.as_ref().map_or(Vector3::repeat(1.0), Scale::vector);
+        let rotation = shape.quaternion.map(rotation_of);
+        let origin = Vector3::from(shape.position.unwrap_or_default());
+        let place = |x: &Vector3<f64>| {
+            let x = x.component_mul(&scale);
+            rotation.map_or(x, |rotation| rotation * x) + origin
+        };
+        let flip = |t: &[u32; 3]| [t[0], t[2], t[1]];
+        let reflects = scale.product() < 0.0;
+        let triangles = mesh.triangles();
+        Self {
+            corners: mesh.corners().iter().map(place).collect(),
+            triangles: if reflects {
+                triangles.iter().map(flip).collect()
+            } else {
+                triangles.into()
+            },
+        }
+    }
+
+    /// Least and largest coordinates, m.
+    #[must_use]
+    pub fn ends(&self) -> [Vector3<f64>; 2] {
+        let first = self.corners.first().copied().unwrap_or_default();
+        self.corners.iter().fold([first; 2], |[low, high], x| [low.inf(x), high.sup(x)])
+    }
+
+    /// Largest distance of a corner from the origin of the body, m.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.corners.iter().map(Vector3::norm).fold(0.0, f64::max)
+    }
+}
+
+impl Model {
+    /// The surface of a body whose shape is a mesh.
+    #[must_use]
+    pub fn surface(&self, body: &Body) -> Option<BodySurface> {
+        let shape = body.shape.as_ref()?;
+        let mesh = self.meshes.get(shape.file.as_deref()?)?;
+        Some(BodySurface::new(mesh, shape))
+    }
+
+    /// The size of the shape of a body, m: its largest dimension, or the largest edge of the box around its mesh.
+    #[must_use]
+    pub fn shape_size(&self, body: &Body) -> Option<f64> {
+        let dimensions = &body.shape.as_ref()?.dimensions;
+        let largest = || dimensions.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
+        let size = |surface: BodySurface| {
+            let [low, high] = surface.ends();
+            (high - low).amax()
+        };
+        Some(self.surface(body).map_or_else(largest, size))
+    }
+}
