@@ -43,6 +43,7 @@ mod parameters;
 mod reactions;
 mod recording;
 mod reference;
+mod relative_frames;
 mod report;
 mod restart;
 mod rotating_models;

@@ -145,6 +145,9 @@ pub struct Beam {
     /// How the ground holds its end.
     #[serde(default)]
     pub end: End,
+    /// The frame of its points, directions and velocities: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
     /// Initial velocity of its first point, m/s; the whole beam moves as if it were rigid.
     #[serde(default)]
     pub velocity: [f64; 3],

@@ -23,11 +23,15 @@ mod expression;
 mod load;
 mod motion_path;
 mod order_checks;
+mod orientation;
 mod overrides;
 mod parameters;
 mod places;
+mod posed;
 mod problem;
 pub mod reference;
+mod reference_frame;
+mod relative;
 mod section;
 mod sections;
 mod sensor;
@@ -44,13 +48,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use beam::{Beam, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist};
-pub use body::{Body, Euler, Particle};
+pub use body::{Body, Particle};
 pub use connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use drive::{Constraint, JointDamper, JointMotor, JointSpring};
 pub use load::{Frame, History, Load};
 pub use motion_path::{MotionPath, Move, PathTable};
+pub use orientation::Euler;
 pub use places::{line_column, locate};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
+pub use reference_frame::ReferenceFrame;
 pub use section::{Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section};
 pub use sensor::{ReactionFrame, Sensor, SensorKind};
 pub use settings::{
@@ -78,6 +84,9 @@ pub struct Model {
     /// `[simulation]`.
     #[serde(rename = "simulation")]
     pub settings: Settings,
+    /// `[[frame]]`: reference frames for `relative_to`.
+    #[serde(default, rename = "frame", skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<ReferenceFrame>,
     /// `[[body]]`: rigid bodies.
     #[serde(default, rename = "body", skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
@@ -114,6 +123,7 @@ impl Model {
         Self {
             header,
             settings,
+            frames: Vec::new(),
             bodies: Vec::new(),
             beams: Vec::new(),
             particles: Vec::new(),
@@ -150,6 +160,7 @@ impl Model {
         problems.extend(document.unknown_sections());
         let header = document.table("model", &mut problems);
         let settings = document.table("simulation", &mut problems);
+        let frames = document.list("frame", &mut problems);
         let lists = (
             document.list("body", &mut problems),
             document.list("beam", &mut problems),
@@ -168,6 +179,7 @@ impl Model {
         let mut model = Self {
             header,
             settings,
+            frames,
             bodies,
             beams,
             particles,
@@ -178,10 +190,15 @@ impl Model {
             loads,
             sensors,
         };
+        let problems = relative::resolve(&mut model, &document);
+        if !problems.is_empty() {
+            return Err(ModelError::invalid(problems));
+        }
         let problems = checks::problems(&model, &document);
         if !problems.is_empty() {
             return Err(ModelError::invalid(problems));
         }
+        model.frames.clear(); // nothing refers to them any more
         model.resolve();
         let out_of_range = computed::out_of_range(&model);
         if !out_of_range.is_empty() {

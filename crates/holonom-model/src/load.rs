@@ -161,6 +161,10 @@ pub struct Load {
     /// The frame of the components.
     #[serde(default)]
     pub frame: Frame,
+    /// The frame in whose initial axes `force` and `torque` are stated, in the place of the inertial ones: a body, a node
+    /// of a beam, a joint or a `[[frame]]`. They remain fixed in space; only with `frame = "space"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
     /// Factor in time, constant by default.
     #[serde(default)]
     pub history: History,
