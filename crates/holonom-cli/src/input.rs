@@ -1,8 +1,9 @@
 //! Reading a model that the command line names.
 
 use holonom::experiment::Experiment;
+use holonom::model::ModelText;
 use holonom::run::prepare;
-use holonom::{Model, ModelError, model};
+use holonom::{Model, ModelError};
 
 use crate::arguments::ModelArguments;
 use crate::diagnostic::InvalidModel;
@@ -40,10 +41,8 @@ impl<'a> Input<'a> {
         self,
         make: impl FnOnce(&Model) -> Result<T, ModelError>,
     ) -> Result<(Model, T), Failure> {
-        let mut text = String::new();
-        let assembled = model::read_text(&self.arguments.model).and_then(|read| {
-            text = read;
-            let model = Model::from_toml_with(&text, &self.overrides)?;
+        let text = ModelText::read(&self.arguments.model);
+        let assembled = text.model(&self.overrides).and_then(|model| {
             let made = make(&model)?;
             Ok((model, made))
         });
@@ -52,11 +51,11 @@ impl<'a> Input<'a> {
 
     /// A model that could be read and cannot be assembled.
     pub(crate) fn refused(self, error: ModelError) -> Result<Failure, Failure> {
-        let text = model::read_text(&self.arguments.model).unwrap_or_default();
+        let text = ModelText::read(&self.arguments.model);
         self.invalid(text, error)
     }
 
-    fn invalid(self, text: String, error: ModelError) -> Result<Failure, Failure> {
+    fn invalid(self, text: ModelText, error: ModelError) -> Result<Failure, Failure> {
         let (path, overrides) = (self.arguments.model.clone(), self.overrides);
         let invalid = InvalidModel { path, text, overrides, error };
         if self.json {

@@ -20,6 +20,7 @@ mod connection;
 mod drive;
 mod drive_checks;
 mod expression;
+mod include;
 mod load;
 mod motion_path;
 mod order_checks;
@@ -51,6 +52,7 @@ pub use beam::{Beam, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist};
 pub use body::{Body, Particle};
 pub use connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use drive::{Constraint, JointDamper, JointMotor, JointSpring};
+pub use include::{ModelText, SourceFile};
 pub use load::{Frame, History, Load};
 pub use motion_path::{MotionPath, Move, PathTable};
 pub use orientation::Euler;
@@ -232,6 +234,7 @@ impl Model {
         without_null(&mut schema);
         schema["title"] = "holonom model".into();
         schema["properties"][parameters::SECTION] = parameters::schema();
+        schema["properties"][include::KEY] = include::schema();
         schema
     }
 

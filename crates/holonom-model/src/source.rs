@@ -9,6 +9,7 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
+use super::include;
 use super::overrides::set;
 use super::parameters;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
@@ -95,6 +96,12 @@ impl<'i> Document<'i> {
         let unknown = self.table.keys().filter(|key| known().all(|k| k != key.get_ref().as_ref()));
         let problem = |key: &Spanned<std::borrow::Cow<'_, str>>| {
             let name = key.get_ref();
+            if name.as_ref() == include::KEY {
+                let message =
+                    "a text alone includes no files: they are relative to that of the model";
+                let problem = Problem::new(name.as_ref(), message).at(self.inside(key.span()));
+                return problem.help("read the model from its file");
+            }
             let help = nearest(name, known()).map_or_else(
                 || format!("sections are {}", known().collect::<Vec<_>>().join(", ")),
                 |best| format!("did you mean `{best}`?"),
