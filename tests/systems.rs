@@ -55,6 +55,7 @@ mod shipped_models;
 mod singular_start;
 mod six_hinge_linkages;
 mod slider_crank;
+mod slips;
 mod start_rates;
 mod static_models;
 mod stiff_beams;
