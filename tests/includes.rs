@@ -151,6 +151,13 @@ fn prefixes_add_up_and_values_of_the_including_file_count() {
     let changed = read.model(&set).unwrap();
     assert_eq!(changed.body("a_l_thigh").unwrap().position[2].to_bits(), (-0.1_f64).to_bits());
     assert_eq!(changed.body("a_l_thigh").unwrap().mass.map(f64::to_bits), Some(5.0_f64.to_bits()));
+    let text = format!(
+        "include = [{{ file = \"parts/pair.toml\", prefix = \"a_\", parameters = {{ l_length = 0.9 }} }}]\n{head}"
+    );
+    fs::write(folder.join("model.toml"), text).unwrap();
+    let model = ModelText::read(&folder.join("model.toml")).model(&[]).unwrap();
+    let outermost = model.body("a_l_thigh").unwrap().shape.clone().unwrap().dimensions[0];
+    assert_eq!(outermost.to_bits(), 0.9_f64.to_bits(), "the outermost file counts");
 }
 
 /// Runs and sweeps need the included files only when they begin.

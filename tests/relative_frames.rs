@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::harness::models::{all_shipped, shipped};
-use holonom::model::{Constraint, ReferenceFrame, Scheme};
+use holonom::model::{Constraint, Frame, ReferenceFrame, Scheme};
 use holonom::{Model, Simulation};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -267,7 +267,8 @@ fn elsewhere(model: &Model, turned: &Matrix3<f64>, place: Vector) -> Model {
     other.bars.iter_mut().for_each(|part| part.relative_to = relative());
     other.joints.iter_mut().for_each(|part| part.relative_to = relative());
     other.springs.iter_mut().for_each(|part| part.relative_to = relative());
-    other.loads.iter_mut().for_each(|part| part.relative_to = relative());
+    let dead = other.loads.iter_mut().filter(|load| load.frame == Frame::Space);
+    dead.for_each(|part| part.relative_to = relative());
     for constraint in &mut other.constraints {
         if let Constraint::Distance { relative_to, .. }
         | Constraint::PointOnLine { relative_to, .. }

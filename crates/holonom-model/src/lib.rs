@@ -33,6 +33,8 @@ mod problem;
 pub mod reference;
 mod reference_frame;
 mod relative;
+mod reworded;
+mod schema;
 mod section;
 mod sections;
 mod sensor;
@@ -230,12 +232,7 @@ impl Model {
     /// The JSON schema of model files.
     #[must_use]
     pub fn schema() -> serde_json::Value {
-        let mut schema = schemars::schema_for!(Self).to_value();
-        without_null(&mut schema);
-        schema["title"] = "holonom model".into();
-        schema["properties"][parameters::SECTION] = parameters::schema();
-        schema["properties"][include::KEY] = include::schema();
-        schema
+        schema::of_models()
     }
 
     /// The body of this name.
@@ -349,31 +346,6 @@ impl Model {
         for (spring, start) in self.springs.iter_mut().zip(springs) {
             spring.natural_length.get_or_insert(start);
         }
-    }
-}
-
-/// TOML has no null: what may be absent is not required, that is all.
-fn without_null(schema: &mut serde_json::Value) {
-    use serde_json::Value;
-    match schema {
-        Value::Object(map) => {
-            if let Some(Value::Array(types)) = map.get_mut("type") {
-                types.retain(|t| t != "null");
-                if let [only] = types.as_slice() {
-                    let only = only.clone();
-                    map.insert("type".into(), only);
-                }
-            }
-            if map.get("default").is_some_and(Value::is_null) {
-                map.remove("default");
-            }
-            if let Some(Value::Array(options)) = map.get_mut("anyOf") {
-                options.retain(|o| o["type"] != "null");
-            }
-            map.values_mut().for_each(without_null);
-        }
-        Value::Array(items) => items.iter_mut().for_each(without_null),
-        _ => {}
     }
 }
 

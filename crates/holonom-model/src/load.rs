@@ -188,6 +188,11 @@ impl Checker<'_> {
             let message = "a load along a beam has no point".to_owned();
             self.report(format!("{key}.point"), message, "remove `point`");
         }
+        if load.relative_to.is_some() {
+            let message = "the force and the torque have the axes of the body".to_owned();
+            let help = "remove `relative_to`, or write frame = \"space\"";
+            self.report(format!("{key}.relative_to"), message, help);
+        }
         if let Some(fault) = load.history.fault() {
             self.report(format!("{key}.history"), fault, "correct the history");
         }

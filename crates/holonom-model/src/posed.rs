@@ -14,7 +14,7 @@ pub(super) fn body(body: &mut Body, frame: &MovingFrame, by_joints: bool) {
         return; // reported by the checks
     }
     let omega = body.spatial_angular_velocity(); // components in the frame
-    let states = omega != Vector3::zeros() || body.velocity != [0.0; 3];
+    let states = omega.iter().chain(&body.velocity).any(|v| *v != 0.0);
     point(&mut body.position, frame);
     let twice = body.angular_velocity.is_some() && body.body_angular_velocity.is_some();
     if !twice && (states || !by_joints) {
@@ -49,7 +49,7 @@ pub(super) fn beam(beam: &mut Beam, frame: &MovingFrame, by_joints: bool) {
         Some(Normal::Legs(normals)) => normals.iter_mut().for_each(|n| direction(n, frame)),
         None => {}
     }
-    let states = beam.velocity != [0.0; 3] || beam.angular_velocity != [0.0; 3];
+    let states = beam.velocity.iter().chain(&beam.angular_velocity).any(|v| *v != 0.0);
     if let Some(first) = first_point(beam).filter(|_| states || !by_joints) {
         velocity(&mut beam.velocity, &first, frame);
         direction(&mut beam.angular_velocity, frame);
@@ -129,10 +129,10 @@ pub(super) fn spring(spring: &mut Spring, frame: &MovingFrame) {
     }
 }
 
-/// A load: directions that are fixed in space.
+/// A load: directions that are fixed in space. One whose directions are those of its body is left to the checks.
 pub(super) fn load(load: &mut Load, frame: &MovingFrame) {
-    load.relative_to = None;
     if load.frame == Frame::Space {
+        load.relative_to = None;
         direction(&mut load.force, frame);
         direction(&mut load.torque, frame);
     }

@@ -82,6 +82,11 @@ impl MovingFrame {
         Self { origin, rotation: self.rotation * rotation, velocity, omega: self.omega }
     }
 
+    /// Whether it moves.
+    pub(super) fn moves(&self) -> bool {
+        self.velocity.iter().chain(&self.omega).any(|v| *v != 0.0)
+    }
+
     /// A point in space.
     pub(super) fn point(&self, x: Vector3<f64>) -> Vector3<f64> {
         self.origin + self.rotation * x

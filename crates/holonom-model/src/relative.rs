@@ -295,6 +295,12 @@ impl Resolver<'_> {
         match section {
             "body" => {
                 let body = &mut self.model.bodies[index];
+                if body.fixed && frame.moves() {
+                    let name = body.relative_to.take().unwrap_or_default();
+                    let message = format!("the body is fixed, and the frame of `{name}` moves");
+                    let help = "state it relative to a frame at rest, or remove `fixed = true`";
+                    return self.report(part, message, help.to_owned());
+                }
                 posed::body(body, frame, by_joints(&body.name));
             }
             "beam" => {
@@ -347,7 +353,10 @@ impl Resolver<'_> {
             [name, _] => format!("`{name}` is stated relative to itself"),
             names => format!("parts are stated relative to each other: {}", names.join(" → ")),
         };
-        let help = "state one of them relative to something else, or in the inertial frame";
+        let help = match names.len() {
+            2 => "name another frame, or leave `relative_to` out",
+            _ => "state one of them relative to something else, or in the inertial frame",
+        };
         self.report(again, message, help.to_owned());
     }
 

@@ -174,7 +174,9 @@ impl<'a, 'i> Merge<'a, 'i> {
                 continue;
             }
             let name = format!("{}{}", self.tree.branches[index].prefix, key.get_ref());
-            self.parameter(parent, &name, (key, value));
+            if !self.is_stated_above(parent, &name) {
+                self.parameter(parent, &name, (key, value));
+            }
         }
     }
 
@@ -188,15 +190,20 @@ impl<'a, 'i> Merge<'a, 'i> {
         };
         for (key, value) in own {
             let name = format!("{}{}", self.tree.branches[index].prefix, key.get_ref());
-            let mut above = self.tree.branches[index].parent;
-            let by = self.stated.get(&name).copied();
-            while above.is_some() && above != by {
-                above = above.and_then(|branch| self.tree.branches[branch].parent);
-            }
-            if above.is_none() {
+            if !self.is_stated_above(index, &name) {
                 self.parameter(index, &name, (key, value));
             }
         }
+    }
+
+    /// Whether a file that includes the one of a branch states a parameter.
+    fn is_stated_above(&self, index: usize, name: &str) -> bool {
+        let Some(&by) = self.stated.get(name) else { return false };
+        let mut above = self.tree.branches[index].parent;
+        while above.is_some_and(|branch| branch != by) {
+            above = above.and_then(|branch| self.tree.branches[branch].parent);
+        }
+        above.is_some()
     }
 
     /// Adds a parameter under its merged name.
@@ -276,6 +283,7 @@ impl<'a, 'i> Merge<'a, 'i> {
         let kind = table.get("type").and_then(|kind| kind.get_ref().as_str());
         let posed = match section {
             "sensor" => false,
+            "load" => table.get("frame").is_none_or(|f| f.get_ref().as_str() != Some("body")),
             "constraint" => kind.is_some_and(|kind| {
                 ["distance", "point_on_line", "point_on_plane"].contains(&kind)
             }),
