@@ -179,19 +179,19 @@ impl Beam {
     /// Elements of the whole beam.
     #[must_use]
     pub fn element_count(&self) -> usize {
-        (0..self.legs()).map(|leg| self.elements_of(leg)).sum()
+        (0..self.legs()).fold(0, |sum, leg| sum.saturating_add(self.elements_of(leg)))
     }
 
     /// Nodes of a leg.
     #[must_use]
     pub fn nodes_of(&self, leg: usize) -> usize {
-        self.elements_of(leg).saturating_mul(self.order) + 1
+        self.elements_of(leg).saturating_mul(self.order).saturating_add(1)
     }
 
     /// Nodes of the whole beam.
     #[must_use]
     pub fn node_count(&self) -> usize {
-        (0..self.legs()).map(|leg| self.nodes_of(leg)).sum()
+        (0..self.legs()).fold(0, |sum, leg| sum.saturating_add(self.nodes_of(leg)))
     }
 
     /// The node called `place`: `start`, `end`, or a number.

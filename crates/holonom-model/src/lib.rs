@@ -259,7 +259,7 @@ impl Model {
             if beam.name == name {
                 return beam.node(place).map(|node| first + node);
             }
-            first += beam.node_count();
+            first = first.saturating_add(beam.node_count());
         }
         None
     }
