@@ -13,6 +13,7 @@ mod foreign_files;
 mod guide;
 mod hostile_files;
 mod import_files;
+mod includes;
 mod interruption;
 mod invalid_models;
 mod meshes;

@@ -47,6 +47,33 @@ fn columns_with_one_unit_share_a_chart() {
     assert_eq!(texts.iter().filter(|text| *text == "time (s)").count(), 1, "a common axis");
 }
 
+/// A table has the numbers of the files, to the last digit.
+#[test]
+fn chosen_columns_are_a_table() {
+    let folder = runs("table");
+    let table =
+        ["plot", "run", "--what", "crank.x,H:rod.y,position,energy_error", "-o", "table.csv"];
+    assert_eq!(code(&folder, &table), 0);
+    let read = |file: &str| -> Vec<Vec<String>> {
+        let text = fs::read_to_string(folder.join(file)).unwrap();
+        text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+    };
+    let (table, trajectory) = (read("table.csv"), read("run/trajectory.csv"));
+    let names = ["t", "crank.x", "rod.y", "H", "position", "change of E", "change of H"];
+    assert_eq!(table[0], names);
+    assert_eq!(table.len(), trajectory.len());
+    let of = |name: &str| trajectory[0].iter().position(|column| column == name).unwrap();
+    for (own, full) in table.iter().zip(&trajectory).skip(1) {
+        for (k, name) in ["t", "crank.x", "rod.y", "H"].iter().enumerate() {
+            let [own, full] = [&own[k], &full[of(name)]].map(|text| text.parse::<f64>().unwrap());
+            assert_eq!(own.to_bits(), full.to_bits(), "{name}");
+        }
+        let change = own[3].parse::<f64>().unwrap() - table[1][3].parse::<f64>().unwrap();
+        assert_eq!(own[6].parse::<f64>().unwrap().to_bits(), change.to_bits());
+    }
+    assert_eq!(code(&folder, &["plot", "run", "--what", "H", "-o", "table.csv"]), 2, "it exists");
+}
+
 #[test]
 fn several_runs_are_compared_by_the_names_of_their_folders() {
     let folder = runs("several");
@@ -126,6 +153,7 @@ fn words_about_what_can_be_drawn_and_what_cannot() {
         &["--what", "kinetc,E", "-o", "a.svg"],
         &["--what", "E", "--against", "nothing", "-o", "a.svg"],
         &["--what", "E", "-o", "a.jpg"],
+        &["run", "--what", "E", "-o", "a.csv"],
         &["--what", "E", "-o", "no/such/folder/a.svg"],
         &["--what", "E", "-o", "taken.svg"],
         &["--what", "E", "-o", "a.svg", "--size", "5x5"],

@@ -101,6 +101,26 @@ cases! {
     two_unknown_keys: PENDULUM, "mass = 1.0" => "mas = 1.0\nvelocty = [0, 1]";
     unknown_key_of_a_history: TOP,
         "[simulation]" => "[[load]]\nname = \"l\"\nbody = \"top\"\nhistory = { type = \"ramp\", start = 0, stop = 1 }\n[simulation]";
+    gravity_as_a_number: TOP, "gravity = [0.0, 0.0, -9.81]" => "gravity = 9.81";
+    joint_by_another_name: TOP, "\"spherical\"" => "\"hinge\"";
+    key_of_a_picture: TOP, "mass = 15.0" => "mass = 15.0\nmesh = \"top.stl\"";
+    euler_without_angles: TOP, "mass = 15.0" => "mass = 15.0\neuler = { sequence = \"zxz\" }";
+    euler_with_angles_twice: TOP,
+        "mass = 15.0" => "mass = 15.0\neuler = { sequence = \"zxz\", angles = [0, 0, 1], degrees = [0, 0, 90] }";
+    relative_to_itself: TOP, "mass = 15.0" => "mass = 15.0\nrelative_to = \"top\"";
+    relative_in_a_circle: TOP, "mass = 15.0" => "mass = 15.0\nrelative_to = \"tip\"",
+        "[[joint]]" => "[[frame]]\nname = \"f\"\nrelative_to = \"top\"\n[[joint]]", "\"spherical\"" => "\"spherical\"\nrelative_to = \"f\"";
+    relative_to_nothing: TOP, "mass = 15.0" => "mass = 15.0\nrelative_to = \"tipp\"";
+    relative_to_a_whole_beam: BEAM, "[[load]]" =>
+        "[[frame]]\nname = \"f\"\nrelative_to = \"beam\"\n[[frame]]\nname = \"g\"\nrelative_to = \"beam.99\"\n[[load]]";
+    relative_to_a_point_mass: PENDULUM, "dimension = 2" => "dimension = 3", "gravity = [0.0, -9.81]" => "",
+        "position = [1.0, 0.0]" => "position = [1.0, 0.0, 0.0]\n[[particle]]\nname = \"b\"\nmass = 1.0\nposition = [0, 0, 0]\nrelative_to = \"bob\"",
+        "point = [0.0, 0.0]" => "";
+    relative_in_the_plane: PENDULUM, "mass = 1.0" => "mass = 1.0\nrelative_to = \"ground\"";
+    frame_that_is_no_rotation: TOP, "[[body]]" => "[[frame]]\nname = \"f\"\nquaternion = [1, 1, 0, 0]\n[[body]]";
+    fixed_in_a_frame_that_moves: TOP, "[[joint]]" => "[[body]]\nname = \"b\"\nfixed = true\nrelative_to = \"top\"\n[[joint]]";
+    follower_with_the_axes_of_a_frame: BEAM, "[[load]]" => "[[load]]\nrelative_to = \"ground\"\nframe = \"body\"";
+    files_of_a_text: TOP, "[model]" => "include = [\"leg.toml\", { file = \"leg.toml\", prefx = \"a_\" }]\n[model]";
     beam_without_a_line: BEAM, "points = [[6.0, 0.0, 0.0], [0.0, 8.0, 0.0]]" => "";
     beam_of_one_point: BEAM, "[6.0, 0.0, 0.0], [0.0, 8.0, 0.0]" => "[6.0, 0.0, 0.0]";
     beam_without_length: BEAM, "[0.0, 8.0, 0.0]" => "[6.0, 0.0, 0.0]";

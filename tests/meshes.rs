@@ -243,3 +243,23 @@ fn a_large_mesh_leaves_the_page_small() {
     let note = page.split("Meshes are simplified here: ").nth(1).expect("a note");
     assert!(note.contains("of 125000 triangles are drawn"), "{}", &note[..80]);
 }
+
+/// The mesh of an included file stands beside that file, also in a folder of its own.
+#[test]
+fn an_included_file_names_its_mesh_from_its_own_folder() {
+    let folder = folder("included");
+    let body = MODEL.split("[[body]]").nth(1).unwrap().split("[[joint]]").next().unwrap();
+    let body = format!("[[body]]{}", body.replace("parts/bar.obj", "bar.obj"));
+    fs::write(folder.join("parts/bar.toml"), body).unwrap();
+    let twice = r#"
+include = ["parts/bar.toml", { file = "parts/bar.toml", prefix = "other_", position = [1.0, 0.0, 0.0] }]
+model = { name = "bars" }
+simulation = { step = 0.01, end = 0.1 }
+"#;
+    fs::write(folder.join("model.toml"), twice).unwrap();
+    let output = holonom(&folder, &["run", "model.toml", "-o", "run", "-q"]);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    assert_eq!(copies(&folder.join("run")).len(), 1, "both bodies share one mesh");
+    let text = fs::read_to_string(folder.join("run/model.toml")).unwrap();
+    assert_eq!(text.matches("file = \"meshes/").count(), 2, "{text}");
+}

@@ -19,7 +19,7 @@ use crate::{human, stderr, stdout};
 const PIXELS: f64 = 2.0;
 
 pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
-    let format = arguments.picture.as_deref().map(Format::of).transpose()?;
+    let format = arguments.picture.as_deref().map(|file| Format::of(file, &[])).transpose()?;
     for file in [&arguments.page, &arguments.picture].into_iter().flatten() {
         vacant(file, arguments.force)?;
     }

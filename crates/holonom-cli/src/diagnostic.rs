@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use holonom::ModelError;
-use holonom::model::{MAX_PROBLEMS, Problem, line_column};
+use holonom::model::{MAX_PROBLEMS, ModelText, Problem, SourceFile, line_column};
 use miette::{
     Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode,
 };
@@ -44,16 +44,16 @@ impl Diagnostic for Shown {
 #[derive(Debug)]
 pub(crate) struct InvalidModel {
     pub(crate) path: PathBuf,
-    pub(crate) text: String,
+    pub(crate) text: ModelText,
     pub(crate) overrides: Vec<(String, String)>,
     pub(crate) error: ModelError,
 }
 
 impl InvalidModel {
-    /// All problems; those of replaced values do not point into the file.
-    fn problems(&self) -> Vec<Problem> {
-        let mut problems = self.error.problems(&self.text);
-        for problem in &mut problems {
+    /// All problems with their files; those of replaced values do not point into a file.
+    fn problems(&self) -> Vec<(Problem, &SourceFile)> {
+        let mut problems = self.text.problems(&self.error);
+        for (problem, _) in &mut problems {
             let rest = |key: &str| problem.key.strip_prefix(key).map(str::to_owned);
             let at =
                 |key: &str| rest(key).is_some_and(|r| r.is_empty() || r.starts_with(['.', '[']));
@@ -67,46 +67,69 @@ impl InvalidModel {
 
     /// Prints the problems on standard error.
     pub(crate) fn print(&self) {
-        print(&self.path, &self.text, &self.problems(), "is not a valid model");
+        let problems = self.problems();
+        let each =
+            problems.iter().map(|(problem, file)| (file.path.as_path(), &*file.text, problem));
+        print_each(&self.path, each, "is not a valid model");
     }
 
-    /// The problems for machines.
+    /// The problems for machines; one of an included file names it.
     pub(crate) fn to_json(&self) -> Value {
-        to_json(&self.path, &self.text, &self.problems())
+        let problem = |(problem, file): &(Problem, &SourceFile)| {
+            let mut entry = entry(&file.text, problem);
+            if file.path != self.path {
+                entry["file"] = file.path.display().to_string().into();
+            }
+            entry
+        };
+        invalid(&self.path, self.problems().iter().map(problem).collect())
     }
 }
 
 /// Prints problems of a text on standard error, and a line that ends with a verdict.
 pub(crate) fn print(path: &Path, text: &str, problems: &[Problem], verdict: &str) {
-    let name = path.display().to_string();
+    print_each(path, problems.iter().map(|problem| (path, text, problem)), verdict);
+}
+
+/// Prints problems, each with the path and the text of its file.
+fn print_each<'a>(
+    path: &Path,
+    problems: impl ExactSizeIterator<Item = (&'a Path, &'a str, &'a Problem)>,
+    verdict: &str,
+) {
     let handler = GraphicalReportHandler::new_themed(theme()).with_width(width());
-    let mut out = String::new();
-    for problem in problems {
+    let (mut out, count) = (String::new(), problems.len());
+    for (file, text, problem) in problems {
+        let name = file.display().to_string();
         if handler.render_report(&mut out, &shown(&name, text, problem)).is_err() {
             out += &visible(&format!("{name}: {problem}\n"));
         }
         out.push('\n');
     }
-    let count = problems.len();
     let plural = match count {
         1 => "",
         MAX_PROBLEMS => "s or more",
         _ => "s",
     };
     stderr::styled(&out);
+    let name = path.display();
     stderr::line(&format!("error: {name} {verdict}: {count} problem{plural}, nothing written"));
 }
 
 /// Problems of a text for machines.
 pub(crate) fn to_json(path: &Path, text: &str, problems: &[Problem]) -> Value {
-    let problem = |p: &Problem| {
-        let place = p.span.as_ref().map(|s| line_column(text, s.start));
-        json!({
-            "message": p.message, "key": p.key, "help": p.help,
-            "line": place.map(|p| p.0), "column": place.map(|p| p.1),
-        })
-    };
-    let problems: Vec<Value> = problems.iter().map(problem).collect();
+    invalid(path, problems.iter().map(|problem| entry(text, problem)).collect())
+}
+
+fn entry(text: &str, problem: &Problem) -> Value {
+    let place = problem.span.as_ref().map(|s| line_column(text, s.start));
+    json!({
+        "message": problem.message, "key": problem.key, "help": problem.help,
+        "line": place.map(|p| p.0), "column": place.map(|p| p.1),
+    })
+}
+
+fn invalid(path: &Path, problems: Vec<Value>) -> Value {
     json!({ "valid": false, "file": path.display().to_string(), "problems": problems })
 }
 

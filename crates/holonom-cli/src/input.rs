@@ -1,9 +1,9 @@
 //! Reading a model that the command line names.
 
 use holonom::experiment::Experiment;
-use holonom::model::Meshes;
+use holonom::model::ModelText;
 use holonom::run::prepare;
-use holonom::{Model, ModelError, model};
+use holonom::{Model, ModelError};
 
 use crate::arguments::ModelArguments;
 use crate::diagnostic::InvalidModel;
@@ -44,16 +44,13 @@ impl<'a> Input<'a> {
         self.with_text(make).map(|(_, model, made)| (model, made))
     }
 
-    /// The same with the text of the file.
+    /// The same with the text of the model.
     pub(crate) fn with_text<T>(
         self,
         make: impl FnOnce(&Model) -> Result<T, ModelError>,
-    ) -> Result<(String, Model, T), Failure> {
-        let mut text = String::new();
-        let assembled = model::read_text(&self.arguments.model).and_then(|read| {
-            text = read;
-            let meshes = Meshes::beside(&self.arguments.model);
-            let model = Model::from_toml_in(&text, &self.overrides, meshes)?;
+    ) -> Result<(ModelText, Model, T), Failure> {
+        let text = ModelText::read(&self.arguments.model);
+        let assembled = text.model(&self.overrides).and_then(|model| {
             let made = make(&model)?;
             Ok((model, made))
         });
@@ -65,11 +62,11 @@ impl<'a> Input<'a> {
 
     /// A model that could be read and cannot be assembled.
     pub(crate) fn refused(self, error: ModelError) -> Result<Failure, Failure> {
-        let text = model::read_text(&self.arguments.model).unwrap_or_default();
+        let text = ModelText::read(&self.arguments.model);
         self.invalid(text, error)
     }
 
-    fn invalid(self, text: String, error: ModelError) -> Result<Failure, Failure> {
+    fn invalid(self, text: ModelText, error: ModelError) -> Result<Failure, Failure> {
         let (path, overrides) = (self.arguments.model.clone(), self.overrides);
         let invalid = InvalidModel { path, text, overrides, error };
         if self.json {

@@ -18,8 +18,8 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// By the extension of a file.
-    pub(crate) fn of(file: &Path) -> Result<Self, Failure> {
+    /// By the extension of a file; `others`: those that the command knows beside them.
+    pub(crate) fn of(file: &Path, others: &[&str]) -> Result<Self, Failure> {
         let extension = file.extension().map(|e| e.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("svg") => Ok(Self::Svg),
@@ -27,7 +27,12 @@ impl Format {
             Some("png") => Ok(Self::Png),
             _ => Err(Failure::Usage {
                 message: format!("{} states no format that can be drawn", file.display()),
-                help: "let the file end with .svg, .pdf or .png".into(),
+                help: match others {
+                    [] => "let the file end with .svg, .pdf or .png".into(),
+                    others => {
+                        format!("let the file end with .svg, .pdf, .png or {}", others.join(", "))
+                    }
+                },
             }),
         }
     }

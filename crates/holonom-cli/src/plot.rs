@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use holonom::output::{LeftOut, RunFolder};
-use holonom::report::selected::{Request, SelectionError, columns, groups, selected};
+use holonom::report::selected::{Request, SelectionError, columns, groups, selected, table};
 use holonom::report::{self, Style, Typeface};
 
 use crate::failure::Failure;
@@ -29,7 +29,8 @@ pub(crate) enum PlotStyle {
                   holonom plot top-out --what energy_error -o energy.pdf --style paper\n  \
                   holonom plot chain-out --what '*.z' -o heights.png\n  \
                   holonom plot pendulum-out --what rate:angle -o phases.svg\n  \
-                  holonom plot coarse-out fine-out --what H --change -o comparison.svg"
+                  holonom plot coarse-out fine-out --what H --change -o comparison.svg\n  \
+                  holonom plot chain-out --what '*.z,H' -o heights.csv"
 )]
 pub(crate) struct Plot {
     /// Folders of runs; several are compared in one drawing
@@ -53,7 +54,7 @@ pub(crate) struct Plot {
     /// Width and height of the drawing, mm
     #[arg(long, value_name = "WxH", value_parser = millimetres, requires = "what")]
     pub(crate) size: Option<(f64, f64)>,
-    /// The file to write; its extension is the format: svg, pdf or png
+    /// The file to write; its extension is the format: svg, pdf or png, or csv for a table of one run
     #[arg(short, long, value_name = "FILE", requires = "what")]
     pub(crate) output: Option<PathBuf>,
     /// Replace the file if it exists
@@ -110,17 +111,34 @@ fn list(arguments: &Plot) -> Result<(), Failure> {
     stdout::bytes(stderr::visible(&text).as_bytes())
 }
 
+/// Writes the columns as a table.
+fn tabulate(arguments: &Plot, request: &Request, output: &Path) -> Result<(), Failure> {
+    let [dir] = arguments.dirs.as_slice() else {
+        return Err(Failure::Usage {
+            message: "a table has the columns of one run".into(),
+            help: "name one folder, or let the file end with .svg, .pdf or .png".into(),
+        });
+    };
+    let name = dir.display().to_string();
+    let text = table((&name, &folder(dir)?), request).map_err(failure)?;
+    picture::whole(output, text.as_bytes())?;
+    stderr::line(&output.display().to_string());
+    Ok(())
+}
+
 fn draw(arguments: &Plot, what: &str, output: &Path) -> Result<(), Failure> {
-    let format = Format::of(output)?;
+    let Plot { against, change, .. } = arguments;
+    let request = Request { what: what.to_owned(), against: against.clone(), change: *change };
+    let is_table = output.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    let format = if is_table { None } else { Some(Format::of(output, &[".csv"])?) };
     if output.symlink_metadata().is_ok() && !arguments.force {
         return Err(Failure::exists(output));
     }
+    let Some(format) = format else { return tabulate(arguments, &request, output) };
     let labels = labels(&arguments.dirs);
     let opened = arguments.dirs.iter().map(|dir| folder(dir));
     let runs = labels.into_iter().zip(opened).map(|(label, folder)| Ok((label, folder?)));
     let runs: Vec<(String, RunFolder)> = runs.collect::<Result<_, Failure>>()?;
-    let Plot { against, change, .. } = arguments;
-    let request = Request { what: what.to_owned(), against: against.clone(), change: *change };
     let found = selected(&runs, &request).map_err(failure)?;
     found.notes.iter().for_each(|note| stderr::line(&format!("note: {note}")));
     let drawing = found.drawing(&style(arguments, found.charts.len()));

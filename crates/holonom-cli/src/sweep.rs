@@ -3,7 +3,7 @@
 use std::num::NonZero;
 
 use holonom::RunFolder;
-use holonom::model::Meshes;
+use holonom::model::{Meshes, ModelText};
 use holonom::sweep::{
     Description, Plan, PlanError, Progress, Sampling, Sweep, SweepError, collect as collected,
     run_point, table,
@@ -20,8 +20,8 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
     let plan = plan(arguments)?;
     let path = &arguments.model.model;
     let meshes = check(arguments, &plan)?;
-    let text = match holonom::model::read_text(path) {
-        Ok(text) => text,
+    let text = match ModelText::read(path).text() {
+        Ok(text) => text.to_owned(),
         Err(error) => return Err(Input::new(&arguments.model, vec![], false).refused(error)?),
     };
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "sweep"));

@@ -145,6 +145,9 @@ pub struct Beam {
     /// How the ground holds its end.
     #[serde(default)]
     pub end: End,
+    /// The frame of its points, directions and velocities: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
     /// Initial velocity of its first point, m/s; the whole beam moves as if it were rigid.
     #[serde(default)]
     pub velocity: [f64; 3],
@@ -176,19 +179,19 @@ impl Beam {
     /// Elements of the whole beam.
     #[must_use]
     pub fn element_count(&self) -> usize {
-        (0..self.legs()).map(|leg| self.elements_of(leg)).sum()
+        (0..self.legs()).fold(0, |sum, leg| sum.saturating_add(self.elements_of(leg)))
     }
 
     /// Nodes of a leg.
     #[must_use]
     pub fn nodes_of(&self, leg: usize) -> usize {
-        self.elements_of(leg).saturating_mul(self.order) + 1
+        self.elements_of(leg).saturating_mul(self.order).saturating_add(1)
     }
 
     /// Nodes of the whole beam.
     #[must_use]
     pub fn node_count(&self) -> usize {
-        (0..self.legs()).map(|leg| self.nodes_of(leg)).sum()
+        (0..self.legs()).fold(0, |sum, leg| sum.saturating_add(self.nodes_of(leg)))
     }
 
     /// The node called `place`: `start`, `end`, or a number.

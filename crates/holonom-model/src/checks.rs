@@ -71,7 +71,8 @@ impl<'a> Checker<'a> {
 
     fn names(&mut self) {
         let model = self.model;
-        let sections: [(&'static str, Vec<&'a str>); 9] = [
+        let sections: [(&'static str, Vec<&'a str>); 10] = [
+            ("frame", model.frames.iter().map(|m| m.name.as_str()).collect()),
             ("body", model.bodies.iter().map(|m| m.name.as_str()).collect()),
             ("beam", model.beams.iter().map(|m| m.name.as_str()).collect()),
             ("particle", model.particles.iter().map(|m| m.name.as_str()).collect()),
@@ -236,7 +237,7 @@ impl<'a> Checker<'a> {
             let help = "add `inertia = [I1, I2, I3]`, or a shape";
             self.report(key, "the body has no inertia".into(), help);
         }
-        if let Some(problem) = body.orientation_fault() {
+        if let Some(problem) = body.orientation().fault() {
             self.add(problem.below(key));
         }
         if body.angular_velocity.is_some() && body.body_angular_velocity.is_some() {

@@ -22,6 +22,9 @@ pub struct Bar {
     /// origin by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point: Option<Vec<f64>>,
+    /// The frame of `point`: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
     /// Its length, m; the initial distance by default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
@@ -132,6 +135,10 @@ pub struct Joint {
     /// perpendicular to `axis`, which is fixed in the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axis2: Option<[f64; 3]>,
+    /// The frame of its position and axes (and of anchors on the ground): a body, a node of a beam, a joint or a
+    /// `[[frame]]`; the inertial frame by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
     /// Rates of its degrees of freedom initially (displacements first, then angles; m/s, rad/s): a number, or a list
     /// for several. The velocity of the child then follows from that of the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -191,6 +198,9 @@ pub struct Spring {
     /// Where it is held at `to`, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub point_to: Option<Vec<f64>>,
+    /// The frame of points of the ground: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
     /// Stiffness `k`: N/m (`linear`), N/m³ (`quadratic_stretch`).
     pub stiffness: f64,
     /// Natural length `l0`, m; the initial distance by default.

@@ -73,6 +73,9 @@ pub enum Constraint {
         /// The point at `to`, m.
         #[serde(default)]
         point_to: [f64; 3],
+        /// The frame of a point of the ground: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        relative_to: Option<String>,
         /// The distance, m; the initial one by default.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         length: Option<f64>,
@@ -89,6 +92,9 @@ pub enum Constraint {
         position: [f64; 3],
         /// The direction of the line in space, initially.
         axis: [f64; 3],
+        /// The frame of position and axis: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        relative_to: Option<String>,
     },
     /// A point of the child stays on a plane of the parent.
     PointOnPlane {
@@ -102,6 +108,9 @@ pub enum Constraint {
         position: [f64; 3],
         /// The normal of the plane in space, initially.
         axis: [f64; 3],
+        /// The frame of position and axis: a body, a node of a beam, a joint or a `[[frame]]`; the inertial frame by default.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        relative_to: Option<String>,
     },
     /// `θ_a + ratio θ_b` is constant: gears, racks.
     Gear {

@@ -61,6 +61,26 @@ pub(crate) struct ExpressionError {
     pub(crate) unknown: Option<String>,
 }
 
+/// An expression with other names for its parameters.
+pub(crate) fn renamed(text: &str, name: &mut dyn FnMut(&str) -> String) -> String {
+    let (mut out, mut rest) = (String::new(), text);
+    while let Some(first) = rest.chars().next() {
+        let word = |c: char| c.is_alphanumeric() || c == '_' || c == '.';
+        let end = match first {
+            c if word(c) => rest.find(|c: char| !word(c)).unwrap_or(rest.len()),
+            c => c.len_utf8(),
+        };
+        let (token, after) = rest.split_at(end);
+        let own = (first.is_alphabetic() || first == '_') && !token.contains('.');
+        match own && !is_reserved(token) && !after.trim_start().starts_with('(') {
+            true => out += &name(token),
+            false => out += token,
+        }
+        rest = after;
+    }
+    out
+}
+
 /// The value of an expression; `value` knows the parameters.
 pub(crate) fn evaluate(
     text: &str,
@@ -295,6 +315,13 @@ mod tests {
         for deep in ["(".repeat(100_000), "2^".repeat(100_000) + "2", "-".repeat(100_000)] {
             assert!(of(&deep).is_err());
         }
+    }
+
+    #[test]
+    fn names_of_parameters_are_replaced() {
+        let new = |text: &str| renamed(text, &mut |name| format!("a_{name}"));
+        assert_eq!(new("= x/2 + 1e3*sin(x1) - pi*e"), "= a_x/2 + 1e3*sin(a_x1) - pi*a_e");
+        assert_eq!(new("=2E-5*x^min(y, 3)"), "=2E-5*a_x^min(a_y, 3)");
     }
 
     proptest! {

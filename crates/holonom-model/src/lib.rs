@@ -20,16 +20,23 @@ mod connection;
 mod drive;
 mod drive_checks;
 mod expression;
+mod include;
 mod load;
 pub mod mesh;
 mod motion_path;
 mod order_checks;
+mod orientation;
 mod overrides;
 mod parameters;
 mod places;
+mod posed;
 mod problem;
 mod read;
 pub mod reference;
+mod reference_frame;
+mod relative;
+mod reworded;
+mod schema;
 mod section;
 mod sections;
 mod sensor;
@@ -43,15 +50,18 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use beam::{Beam, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist};
-pub use body::{Body, Euler, Particle};
+pub use body::{Body, Particle};
 pub use connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use drive::{Constraint, JointDamper, JointMotor, JointSpring};
+pub use include::{ModelText, SourceFile};
 pub use load::{Frame, History, Load};
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
 pub use motion_path::{MotionPath, Move, PathTable};
+pub use orientation::Euler;
 pub use places::{line_column, locate};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
 pub use read::read_text;
+pub use reference_frame::ReferenceFrame;
 pub use section::{Damping, LossFactor, Material, Outline, OutlineKind, RelaxationTimes, Section};
 pub use sensor::{ReactionFrame, Sensor, SensorKind};
 pub use settings::{
@@ -79,6 +89,9 @@ pub struct Model {
     /// `[simulation]`.
     #[serde(rename = "simulation")]
     pub settings: Settings,
+    /// `[[frame]]`: reference frames for `relative_to`.
+    #[serde(default, rename = "frame", skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<ReferenceFrame>,
     /// `[[body]]`: rigid bodies.
     #[serde(default, rename = "body", skip_serializing_if = "Vec::is_empty")]
     pub bodies: Vec<Body>,
@@ -118,6 +131,7 @@ impl Model {
         Self {
             header,
             settings,
+            frames: Vec::new(),
             bodies: Vec::new(),
             beams: Vec::new(),
             particles: Vec::new(),
@@ -168,6 +182,7 @@ impl Model {
         problems.extend(document.unknown_sections());
         let header = document.table("model", &mut problems);
         let settings = document.table("simulation", &mut problems);
+        let frames = document.list("frame", &mut problems);
         let lists = (
             document.list("body", &mut problems),
             document.list("beam", &mut problems),
@@ -186,6 +201,7 @@ impl Model {
         let mut model = Self {
             header,
             settings,
+            frames,
             bodies,
             beams,
             particles,
@@ -197,6 +213,10 @@ impl Model {
             sensors,
             meshes,
         };
+        let problems = relative::resolve(&mut model, &document);
+        if !problems.is_empty() {
+            return Err(ModelError::invalid(problems));
+        }
         let problems = checks::problems(&model, &document);
         if !problems.is_empty() {
             return Err(ModelError::invalid(problems));
@@ -210,6 +230,7 @@ impl Model {
         if !problems.is_empty() {
             return Err(ModelError::invalid(problems));
         }
+        model.frames.clear(); // nothing refers to them any more
         model.resolve();
         let out_of_range = computed::out_of_range(&model);
         if !out_of_range.is_empty() {
@@ -239,11 +260,7 @@ impl Model {
     /// The JSON schema of model files.
     #[must_use]
     pub fn schema() -> serde_json::Value {
-        let mut schema = schemars::schema_for!(Self).to_value();
-        without_null(&mut schema);
-        schema["title"] = "holonom model".into();
-        schema["properties"][parameters::SECTION] = parameters::schema();
-        schema
+        schema::of_models()
     }
 
     /// The body of this name.
@@ -270,7 +287,7 @@ impl Model {
             if beam.name == name {
                 return beam.node(place).map(|node| first + node);
             }
-            first += beam.node_count();
+            first = first.saturating_add(beam.node_count());
         }
         None
     }
@@ -358,31 +375,6 @@ impl Model {
         for (spring, start) in self.springs.iter_mut().zip(springs) {
             spring.natural_length.get_or_insert(start);
         }
-    }
-}
-
-/// TOML has no null: what may be absent is not required, that is all.
-fn without_null(schema: &mut serde_json::Value) {
-    use serde_json::Value;
-    match schema {
-        Value::Object(map) => {
-            if let Some(Value::Array(types)) = map.get_mut("type") {
-                types.retain(|t| t != "null");
-                if let [only] = types.as_slice() {
-                    let only = only.clone();
-                    map.insert("type".into(), only);
-                }
-            }
-            if map.get("default").is_some_and(Value::is_null) {
-                map.remove("default");
-            }
-            if let Some(Value::Array(options)) = map.get_mut("anyOf") {
-                options.retain(|o| o["type"] != "null");
-            }
-            map.values_mut().for_each(without_null);
-        }
-        Value::Array(items) => items.iter_mut().for_each(without_null),
-        _ => {}
     }
 }
 

@@ -161,6 +161,10 @@ pub struct Load {
     /// The frame of the components.
     #[serde(default)]
     pub frame: Frame,
+    /// The frame in whose initial axes `force` and `torque` are stated, in the place of the inertial ones: a body, a node
+    /// of a beam, a joint or a `[[frame]]`. They remain fixed in space; only with `frame = "space"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub relative_to: Option<String>,
     /// Factor in time, constant by default.
     #[serde(default)]
     pub history: History,
@@ -183,6 +187,11 @@ impl Checker<'_> {
         if load.beam.is_some() && load.point.is_some() {
             let message = "a load along a beam has no point".to_owned();
             self.report(format!("{key}.point"), message, "remove `point`");
+        }
+        if load.relative_to.is_some() {
+            let message = "the force and the torque have the axes of the body".to_owned();
+            let help = "remove `relative_to`, or write frame = \"space\"";
+            self.report(format!("{key}.relative_to"), message, help);
         }
         if let Some(fault) = load.history.fault() {
             self.report(format!("{key}.history"), fault, "correct the history");

@@ -9,11 +9,13 @@ use serde::de::DeserializeOwned;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
+use super::include;
 use super::overrides::set;
 use super::parameters;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
+use super::reworded::{buffered_length, quoted, reworded, suggestion};
 use super::sections::{LISTS, TABLES};
-use super::strict::{Strict, list_of, wrong_length};
+use super::strict::{Strict, list_of};
 
 /// Numbers beyond this are refused.
 pub(crate) const HUGE: f64 = 1e100;
@@ -95,6 +97,12 @@ impl<'i> Document<'i> {
         let unknown = self.table.keys().filter(|key| known().all(|k| k != key.get_ref().as_ref()));
         let problem = |key: &Spanned<std::borrow::Cow<'_, str>>| {
             let name = key.get_ref();
+            if name.as_ref() == include::KEY {
+                let message =
+                    "a text alone includes no files: they are relative to that of the model";
+                let problem = Problem::new(name.as_ref(), message).at(self.inside(key.span()));
+                return problem.help("read the model from its file");
+            }
             let help = nearest(name, known()).map_or_else(
                 || format!("sections are {}", known().collect::<Vec<_>>().join(", ")),
                 |best| format!("did you mean `{best}`?"),
@@ -319,84 +327,5 @@ fn table_with_key<'a, 'i>(
         DeValue::Table(table) => table.values().find_map(|v| table_with_key(v, span)),
         DeValue::Array(array) => array.iter().find_map(|v| table_with_key(v, span)),
         _ => None,
-    }
-}
-
-/// The quoted words of a message of serde.
-fn quoted(message: &str) -> impl Iterator<Item = &str> {
-    message.split('`').skip(1).step_by(2)
-}
-
-/// Words that others use for ours.
-const SYNONYMS: [(&str, &str); 18] = [
-    ("hinge", "revolute"),
-    ("pin", "revolute"),
-    ("pivot", "revolute"),
-    ("continuous", "revolute"),
-    ("ball", "spherical"),
-    ("slider", "prismatic"),
-    ("slide", "prismatic"),
-    ("weld", "fixed"),
-    ("rigid", "fixed"),
-    ("hooke", "universal"),
-    ("cardan", "universal"),
-    ("helical", "screw"),
-    ("cuboid", "box"),
-    ("cube", "box"),
-    ("capsule", "rod"),
-    ("dt", "step"),
-    ("rho", "density"),
-    ("pos", "position"),
-];
-
-fn suggestion(word: &str, known: &[&str]) -> Option<String> {
-    let meant = SYNONYMS.iter().find(|(other, _)| other.eq_ignore_ascii_case(word));
-    let meant = meant.map(|(_, ours)| *ours).filter(|ours| known.contains(ours));
-    match meant.or_else(|| nearest(word, known.iter().copied())) {
-        Some(best) => Some(format!("did you mean `{best}`? (known: {})", known.join(", "))),
-        None if known.is_empty() => None,
-        None => Some(format!("known: {}", known.join(", "))),
-    }
-}
-
-/// The lengths in serde's "invalid length 4, expected …3…".
-fn buffered_length(message: &str) -> Option<(usize, usize)> {
-    let (found, expected) = message.strip_prefix("invalid length ")?.split_once(", expected ")?;
-    let digits = expected.split(|c: char| !c.is_ascii_digit()).find(|word| !word.is_empty())?;
-    Some((found.parse().ok()?, digits.parse().ok()?))
-}
-
-/// serde's words in ours, with the nearest of the expected ones.
-fn reworded(message: &str) -> (String, Option<String>) {
-    let words: Vec<&str> = quoted(message).collect();
-    match (words.first(), message) {
-        (Some(word), m) if m.starts_with("unknown field") => {
-            (format!("unknown key `{word}`"), suggestion(word, &words[1..]))
-        }
-        (Some(word), m) if m.starts_with("unknown variant") => {
-            (format!("unknown value `{word}`"), suggestion(word, &words[1..]))
-        }
-        (Some(word), m) if m.starts_with("missing field") => {
-            (format!("the key `{word}` is missing"), Some(format!("add `{word} = …`")))
-        }
-        (_, m) if buffered_length(m).is_some() || m.ends_with("are needed") => {
-            let message = buffered_length(m).map(|(found, expected)| wrong_length(found, expected));
-            let message = message.unwrap_or_else(|| m.to_owned());
-            let help = "write exactly as many entries as are needed".to_owned();
-            (message, Some(help))
-        }
-        _ => {
-            if message.ends_with("expected a sequence") {
-                let help = "write a list such as [0.0, 0.0, -9.81]".to_owned();
-                return (
-                    message.replace("expected a sequence", "expected a list of numbers"),
-                    Some(help),
-                );
-            }
-            let message = message.replace("expected f64", "expected a number");
-            let whole = "expected a whole number, 0 or more";
-            let whole = |m: String, kind: &str| m.replace(&format!("expected {kind}"), whole);
-            (["u64", "u32", "usize"].into_iter().fold(message, whole), None)
-        }
     }
 }

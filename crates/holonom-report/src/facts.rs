@@ -109,8 +109,8 @@ fn energy_words(energy: &EnergySummary) -> String {
         None => format!(
             "{start} J initially, {} J at the end; work of forces and prescribed motions {} J, \
              difference {} J",
-            number(energy.last),
-            number(energy.work),
+            rounded(energy.last, 6),
+            rounded(energy.work, 6),
             number(energy.balance_error)
         ),
     }

@@ -126,18 +126,18 @@ pub(crate) fn add_constraint(
         found.map(|(joint, id)| coordinate(joint, id, freedom, key)).transpose()
     };
     match constraint {
-        Constraint::Distance { name, from, to, point_from, point_to, length } => {
+        Constraint::Distance { name, from, to, point_from, point_to, length, .. } => {
             let (from, to) = (names.point(from, *point_from), names.point(to, *point_to));
             match length {
                 Some(length) => builder.distance_of_length(name, from, to, *length),
                 None => builder.distance(name, from, to),
             }
         }
-        Constraint::PointOnLine { name, parent, child, position, axis } => {
+        Constraint::PointOnLine { name, parent, child, position, axis, .. } => {
             let (parent, child) = (names.frame(parent), names.frame(child));
             builder.point_on_line(name, parent, child, *position, *axis);
         }
-        Constraint::PointOnPlane { name, parent, child, position, axis } => {
+        Constraint::PointOnPlane { name, parent, child, position, axis, .. } => {
             let (parent, child) = (names.frame(parent), names.frame(child));
             builder.point_on_plane(name, parent, child, *position, *axis);
         }

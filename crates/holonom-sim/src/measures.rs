@@ -1,7 +1,7 @@
 //! Size, masses and stiffnesses of a model at a glance, and what in them looks like a slip of units.
 
 use crate::dynamics::Dynamics;
-use holonom_model::{Body, Model};
+use holonom_model::{Body, Constraint, Model, spatial};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use vi_multibody::mechanism::Mechanism;
@@ -112,6 +112,7 @@ pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -
         }
     }
     found.extend(far_joints(model, mechanism));
+    found.extend(far_points(model));
     let weight = model.gravity().iter().any(|g| *g != 0.0);
     if weight && !is_held(model, mechanism) {
         found.push("nothing is joined to the ground: the whole system falls".to_owned());
@@ -122,23 +123,57 @@ pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -
 /// Joints far from the shape of a body.
 fn far_joints(model: &Model, mechanism: &Mechanism) -> Vec<String> {
     let mut found = Vec::new();
-    let sizes: Vec<_> = model.bodies.iter().map(|body| model.shape_size(body)).collect();
     for joint in &mechanism.description().joints {
         for side in [&joint.parent, &joint.child] {
             let FrameId::Frame(k) = side.frame else { continue };
-            let measured =
-                model.bodies.get(k).and_then(|body| Some((body, *sizes.get(k)?.as_ref()?)));
-            let Some((body, size)) = measured else { continue };
-            let far = side.anchor.norm();
-            if far > FAR * size {
-                found.push(format!(
-                    "joint `{}` is {far:.3} m from the centre of mass of body `{}`, whose shape measures {size} m",
-                    joint.name, body.name
-                ));
-            }
+            let what = || format!("joint `{}`", joint.name);
+            let body = model.bodies.get(k);
+            found.extend(body.and_then(|body| far((model, body), side.anchor.norm(), what)));
         }
     }
     found
+}
+
+/// Points of springs, distances, loads and sensors far from the shape of their body.
+fn far_points(model: &Model) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut check = |section: &str, name: &str, of: &str, point: Option<&[f64]>| {
+        let size = |x: &[f64]| Vector3::from(spatial(x)).norm();
+        let what = || format!("a point of {section} `{name}`");
+        let (Some(body), Some(point)) = (model.body(of), point) else { return };
+        found.extend(far((model, body), size(point), what));
+    };
+    for spring in &model.springs {
+        check("spring", &spring.name, &spring.from, spring.point_from.as_deref());
+        check("spring", &spring.name, &spring.to, spring.point_to.as_deref());
+    }
+    for constraint in &model.constraints {
+        if let Constraint::Distance { name, from, to, point_from, point_to, .. } = constraint {
+            check("constraint", name, from, Some(point_from));
+            check("constraint", name, to, Some(point_to));
+        }
+    }
+    for load in &model.loads {
+        let body = load.body.as_deref().unwrap_or_default();
+        check("load", &load.name, body, load.point.as_ref().map(<[f64; 3]>::as_slice));
+    }
+    for sensor in &model.sensors {
+        let point = sensor.point.as_ref().map(<[f64; 3]>::as_slice);
+        check("sensor", &sensor.name, &sensor.of, point);
+    }
+    found
+}
+
+/// What is said about a point at some distance from the centre of mass of a body.
+fn far((model, body): (&Model, &Body), distance: f64, what: impl Fn() -> String) -> Option<String> {
+    let size = model.shape_size(body)?;
+    let name = &body.name;
+    (distance > FAR * size).then(|| {
+        format!(
+            "{} is {distance:.3} m from the centre of mass of body `{name}`, whose shape measures {size} m",
+            what()
+        )
+    })
 }
 
 /// Whether something ties the system to the ground.

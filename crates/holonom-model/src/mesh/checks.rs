@@ -1,7 +1,7 @@
 //! What a shape that is a mesh may get wrong, before its file is read.
 
-use crate::body::quaternion_fault;
 use crate::checks::Checker;
+use crate::orientation::quaternion_fault;
 use crate::shape::{Scale, Shape};
 
 impl Checker<'_> {

@@ -147,7 +147,8 @@ impl Meshes {
     /// Relative paths start in the folder of this model file.
     #[must_use]
     pub fn beside(model: &Path) -> Self {
-        let folder = model.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let device = model.starts_with("/dev") || model.starts_with("/proc"); // from the current folder
+        let folder = model.parent().filter(|folder| !device && !folder.as_os_str().is_empty());
         Self::in_folder(folder.unwrap_or_else(|| Path::new(".")))
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::Mesh;
-use crate::body::rotation_of;
+use crate::orientation::rotation_of;
 use crate::shape::{Scale, Shape};
 use crate::{Body, Model};
 

@@ -65,10 +65,11 @@ macro_rules! examples {
     ($($name:literal),*) => { [$(($name, include_str!(concat!("examples/", $name, ".toml")))),*] };
 }
 
-const EXAMPLES: [(&str, &str); 12] = examples![
+const EXAMPLES: [(&str, &str); 13] = examples![
     "model",
     "simulation",
     "parameters",
+    "frame",
     "body",
     "beam",
     "particle",

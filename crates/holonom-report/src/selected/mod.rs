@@ -7,6 +7,7 @@
 mod columns;
 mod names;
 mod scales;
+mod table;
 mod values;
 
 use std::collections::BTreeSet;
@@ -21,6 +22,7 @@ use super::style::{CURVES, Style};
 pub use columns::{Column, columns};
 pub use names::{Group, NameError, groups};
 pub(crate) use scales::Scales;
+pub use table::table;
 use values::Values;
 
 /// Charts of one drawing.

@@ -79,6 +79,7 @@ fn beam(name: &str, from: [f64; 3], start: End, draw: &mut Draw) -> Beam {
         mass,
         start,
         end: End::Free,
+        relative_to: None,
         velocity: [0.0; 3],
         angular_velocity: [0.0; 3],
     }

@@ -66,6 +66,7 @@ pub(super) fn joint(
         anchor_child: None,
         axis: kind.has_axis().then_some(axis),
         axis2: None,
+        relative_to: None,
         rate: None,
         cut: false,
         pitch: (kind == JointKind::Screw).then_some(0.1),
@@ -295,14 +296,17 @@ fn rods(model: &mut Model, draw: &mut Draw) {
             (along(model.bodies[b].position, 0.3, draw.direction()), draw.direction());
         let parent = GROUND.to_owned();
         model.constraints.push(match draw.index(3) {
-            0 => Constraint::PointOnLine { name, parent, child, position, axis },
-            1 => Constraint::PointOnPlane { name, parent, child, position, axis },
+            0 => Constraint::PointOnLine { name, parent, child, position, axis, relative_to: None },
+            1 => {
+                Constraint::PointOnPlane { name, parent, child, position, axis, relative_to: None }
+            }
             _ => Constraint::Distance {
                 name,
                 from: parent,
                 to: child,
                 point_from: draw.vector(2.0),
                 point_to: draw.vector(0.3),
+                relative_to: None,
                 length: None,
             },
         });

@@ -72,6 +72,7 @@ fn spring(model: &mut Model, draw: &mut Draw) {
         to,
         point_from,
         point_to,
+        relative_to: None,
         stiffness,
         natural_length,
         law,
@@ -144,6 +145,7 @@ fn load(model: &mut Model, draw: &mut Draw) {
         point: (!along && draw.chance(0.5)).then(|| draw.vector(0.3)),
         torque: if draw.chance(0.5) { draw.vector(0.05) } else { [0.0; 3] },
         frame: draw.pick(&[Frame::Space, Frame::Body]),
+        relative_to: None,
         history: history(draw),
     });
 }

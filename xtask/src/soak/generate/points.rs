@@ -21,7 +21,7 @@ pub(super) fn truss(model: &mut Model, draw: &mut Draw) {
         let position = (0..dimension).map(|i| cell[i] - 1.0 + draw.between(-0.3, 0.3)).collect();
         let velocity = (0..dimension).map(|_| draw.between(-1.0, 1.0)).collect();
         let (name, mass) = (format!("point{k}"), draw.magnitude(&[0.1, 1.0]));
-        model.particles.push(Particle { name, mass, position, velocity });
+        model.particles.push(Particle { name, mass, position, velocity, relative_to: None });
     }
     for k in 0..count {
         if k > 0 || grounded {
@@ -54,5 +54,5 @@ fn bar(model: &mut Model, from: String, to: String, draw: &mut Draw) {
     } else {
         None
     };
-    model.bars.push(Bar { name, from, to, point, length: None });
+    model.bars.push(Bar { name, from, to, point, relative_to: None, length: None });
 }

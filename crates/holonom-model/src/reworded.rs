@@ -1,0 +1,83 @@
+//! Messages of serde in the words of model files, with the nearest of the expected keys.
+
+use super::problem::nearest;
+use super::strict::wrong_length;
+
+/// The quoted words of a message of serde.
+pub(super) fn quoted(message: &str) -> impl Iterator<Item = &str> {
+    message.split('`').skip(1).step_by(2)
+}
+
+/// Words that others use for ours.
+const SYNONYMS: [(&str, &str); 18] = [
+    ("hinge", "revolute"),
+    ("pin", "revolute"),
+    ("pivot", "revolute"),
+    ("continuous", "revolute"),
+    ("ball", "spherical"),
+    ("slider", "prismatic"),
+    ("slide", "prismatic"),
+    ("weld", "fixed"),
+    ("rigid", "fixed"),
+    ("hooke", "universal"),
+    ("cardan", "universal"),
+    ("helical", "screw"),
+    ("cuboid", "box"),
+    ("cube", "box"),
+    ("capsule", "rod"),
+    ("dt", "step"),
+    ("rho", "density"),
+    ("pos", "position"),
+];
+
+pub(super) fn suggestion(word: &str, known: &[&str]) -> Option<String> {
+    let meant = SYNONYMS.iter().find(|(other, _)| other.eq_ignore_ascii_case(word));
+    let meant = meant.map(|(_, ours)| *ours).filter(|ours| known.contains(ours));
+    match meant.or_else(|| nearest(word, known.iter().copied())) {
+        Some(best) => Some(format!("did you mean `{best}`? (known: {})", known.join(", "))),
+        None if known.is_empty() => None,
+        None => Some(format!("known: {}", known.join(", "))),
+    }
+}
+
+/// The lengths in serde's "invalid length 4, expected …3…".
+pub(super) fn buffered_length(message: &str) -> Option<(usize, usize)> {
+    let (found, expected) = message.strip_prefix("invalid length ")?.split_once(", expected ")?;
+    let digits = expected.split(|c: char| !c.is_ascii_digit()).find(|word| !word.is_empty())?;
+    Some((found.parse().ok()?, digits.parse().ok()?))
+}
+
+/// serde's words in ours, with the nearest of the expected ones.
+pub(super) fn reworded(message: &str) -> (String, Option<String>) {
+    let words: Vec<&str> = quoted(message).collect();
+    match (words.first(), message) {
+        (Some(word), m) if m.starts_with("unknown field") => {
+            (format!("unknown key `{word}`"), suggestion(word, &words[1..]))
+        }
+        (Some(word), m) if m.starts_with("unknown variant") => {
+            (format!("unknown value `{word}`"), suggestion(word, &words[1..]))
+        }
+        (Some(word), m) if m.starts_with("missing field") => {
+            (format!("the key `{word}` is missing"), Some(format!("add `{word} = …`")))
+        }
+        (_, m) if buffered_length(m).is_some() || m.ends_with("are needed") => {
+            let message = buffered_length(m).map(|(found, expected)| wrong_length(found, expected));
+            let message = message.unwrap_or_else(|| m.to_owned());
+            let help = "write exactly as many entries as are needed".to_owned();
+            (message, Some(help))
+        }
+        _ => {
+            if message.ends_with("expected a sequence") {
+                let help = "write a list such as [0.0, 0.0, -9.81]".to_owned();
+                return (
+                    message.replace("expected a sequence", "expected a list of numbers"),
+                    Some(help),
+                );
+            }
+            let message = message.replace("expected f64", "expected a number");
+            let whole = "expected a whole number, 0 or more";
+            let whole = |m: String, kind: &str| m.replace(&format!("expected {kind}"), whole);
+            (["u64", "u32", "usize"].into_iter().fold(message, whole), None)
+        }
+    }
+}
