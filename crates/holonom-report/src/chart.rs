@@ -1,10 +1,7 @@
 //! Charts of curves over time or any other quantity, linear or logarithmic.
 
 pub use super::axis::Axis;
-use super::drawing::Drawing;
-use super::panels::panels;
 use super::series::range;
-use super::style::Style;
 
 /// A curve with its name in the legend.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,18 +49,6 @@ impl Chart {
         self.curves.iter().filter(zero).map(|c| c.name.as_str()).collect()
     }
 
-    /// The chart as a stand-alone SVG on white.
-    #[must_use]
-    pub fn svg(&self) -> String {
-        self.drawing(&Style::report()).svg()
-    }
-
-    /// The chart in a style.
-    #[must_use]
-    pub fn drawing(&self, style: &Style) -> Drawing {
-        panels(std::slice::from_ref(self), style)
-    }
-
     /// The constant that a curve is within the resolution.
     fn constant(&self, curve: &Curve) -> Option<f64> {
         let finite = curve.points.iter().map(|p| p.1).filter(|y| y.is_finite());
@@ -101,6 +86,7 @@ impl Chart {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::style::Style;
 
     /// A chart of one curve.
     fn chart(points: Vec<(f64, f64)>, logarithmic: [bool; 2]) -> Chart {

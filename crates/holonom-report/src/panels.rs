@@ -14,6 +14,20 @@ const SLENDER: f64 = 20.0;
 /// A curve with more points is drawn by a thinner line.
 const DENSE: usize = 1200;
 
+impl Chart {
+    /// The chart as a stand-alone SVG on white.
+    #[must_use]
+    pub fn svg(&self) -> String {
+        self.drawing(&Style::report()).svg()
+    }
+
+    /// The chart in a style.
+    #[must_use]
+    pub fn drawing(&self, style: &Style) -> Drawing {
+        panels(std::slice::from_ref(self), style)
+    }
+}
+
 /// The charts in a style; with one horizontal axis if all have the same.
 pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
     let shared = charts.windows(2).all(|pair| pair[0].x == pair[1].x);

@@ -6,7 +6,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::KEY;
-use super::scope::{Scope, meant, scopes};
+use super::scope::{FRAME, Scope, meant, scopes};
 use super::tree::{POSE, Tree, parse};
 use super::writer::{Writer, key_as_toml, quoted};
 use crate::expression::renamed;
@@ -15,8 +15,6 @@ use crate::problem::{MAX_PROBLEMS, Problem, nearest};
 use crate::sections::{LISTS, TABLES};
 use crate::start::is_ground;
 
-/// The name of the frame of an included file, after its prefix.
-pub(super) const FRAME: &str = "frame";
 /// Keys of a part that name other parts.
 const REFERENCES: [&str; 10] =
     ["from", "to", "parent", "child", "joint", "joints", "body", "beam", "of", "relative_to"];

@@ -8,6 +8,9 @@ use super::tree::{Branch, Tree};
 use crate::parameters::SECTION;
 use crate::sections::LISTS;
 
+/// The name of the frame of an included file, after its prefix.
+pub(super) const FRAME: &str = "frame";
+
 /// Names and parameters that a file defines, with those of the files that it includes.
 #[derive(Default)]
 pub(super) struct Scope {
@@ -25,7 +28,7 @@ pub(super) fn scopes(tree: &Tree, tables: &[DeTable<'_>], framed: &[bool]) -> Ve
         let prefix = &prefix[tree.branches[parent].prefix.len()..];
         let mut scope = std::mem::take(&mut scopes[index]);
         if framed[index] {
-            scope.names.insert(super::merge::FRAME.to_owned());
+            scope.names.insert(FRAME.to_owned());
         }
         let outer = &mut scopes[parent];
         outer.names.extend(scope.names.iter().map(|name| format!("{prefix}{name}")));

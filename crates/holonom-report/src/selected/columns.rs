@@ -3,7 +3,7 @@
 use holonom_sim::output::{OutputError, RunFolder};
 use holonom_sim::sensor;
 
-use super::values::names_of;
+use super::nodes::names_of;
 
 /// Files with one column for each quantity, and `beams.csv`.
 pub(super) const FILES: [&str; 6] =

@@ -6,6 +6,7 @@
 
 mod columns;
 mod names;
+mod nodes;
 mod scales;
 mod table;
 mod values;

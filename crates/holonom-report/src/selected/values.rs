@@ -1,17 +1,12 @@
 //! Numbers of chosen columns, read in one pass over each file.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io;
 
-use holonom_sim::output::{OutputError, RowReader, RunFolder};
+use holonom_sim::output::{OutputError, RunFolder};
 
 use super::columns::{Column, FILES};
+use super::nodes::{Nodes, failed};
 use super::scales::Scales;
-
-/// Fields before the numbers of a row.
-const HEAD: usize = 2;
-/// Fields before the strains and forces of a row of `beams.csv`: step, t, beam, element, s.
-const BEAM_HEAD: usize = 5;
 
 /// The numbers of some columns, and how large those of all columns of the same files are.
 pub(super) struct Values {
@@ -70,95 +65,4 @@ impl Values {
     pub(super) fn of(&self, column: usize) -> &[f64] {
         self.columns.get(&column).map(Vec::as_slice).unwrap_or_default()
     }
-}
-
-fn failed(folder: &RunFolder, file: &str, source: io::Error) -> OutputError {
-    OutputError::Io { path: folder.path().join(format!("{file}.csv")), source }
-}
-
-/// Names of the numbers that a file has at a node; none where there is no such file.
-pub(super) fn names_of(folder: &RunFolder, file: &str) -> Result<Vec<String>, OutputError> {
-    if !folder.path().join(format!("{file}.csv")).is_file() {
-        return Ok(Vec::new());
-    }
-    let mut nodes = Nodes::open(folder, file)?;
-    nodes.names().map_err(|source| failed(folder, file, source))
-}
-
-/// The numbers of a file, node after node: of one row, of `beams.csv` of as many as there are elements.
-struct Nodes {
-    reader: RowReader,
-    beams: bool,
-    row: csv::StringRecord,
-    /// Whether `row` holds the first row of the next node.
-    ahead: bool,
-    t: f64,
-    numbers: Vec<f64>,
-}
-
-impl Nodes {
-    fn open(folder: &RunFolder, file: &str) -> Result<Self, OutputError> {
-        let reader = folder.reader(&format!("{file}.csv"));
-        let reader = reader.map_err(|source| failed(folder, file, source))?;
-        let (row, numbers) = (csv::StringRecord::new(), Vec::new());
-        Ok(Self { reader, beams: file == "beams", row, ahead: false, t: 0.0, numbers })
-    }
-
-    fn names(&mut self) -> io::Result<Vec<String>> {
-        let head = if self.beams { BEAM_HEAD } else { HEAD };
-        let header: Vec<String> =
-            self.reader.headers()?.iter().skip(head).map(str::to_owned).collect();
-        if !self.beams {
-            return Ok(header);
-        }
-        let mut places: Vec<(String, usize)> = Vec::new();
-        let mut step = None;
-        while self.reader.read_record(&mut self.row)? {
-            let field = |k: usize| self.row.get(k).unwrap_or_default().to_owned();
-            if step.get_or_insert_with(|| field(0)) != &field(0) {
-                break;
-            }
-            let beam = field(HEAD);
-            let k = places.iter().filter(|place| place.0 == beam).count();
-            places.push((beam, k));
-        }
-        let of = |(beam, k): &(String, usize)| -> Vec<String> {
-            header.iter().map(|part| format!("{beam}.{k}.{part}")).collect()
-        };
-        Ok(places.iter().flat_map(of).collect())
-    }
-
-    /// Goes to the next node; `false`: there is none.
-    fn next(&mut self) -> io::Result<bool> {
-        self.numbers.clear();
-        if !self.ahead && !self.reader.read_record(&mut self.row)? {
-            return Ok(false);
-        }
-        self.ahead = false;
-        self.t = number(self.row.get(1))?;
-        let step = self.row.get(0).unwrap_or_default().to_owned();
-        loop {
-            let head = if self.beams { BEAM_HEAD } else { HEAD };
-            for field in self.row.iter().skip(head) {
-                self.numbers.push(number(Some(field))?);
-            }
-            if !self.beams || !self.reader.read_record(&mut self.row)? {
-                return Ok(true);
-            }
-            if self.row.get(0) != Some(&step) {
-                self.ahead = true;
-                return Ok(true);
-            }
-        }
-    }
-}
-
-/// An empty field is no number.
-fn number(field: Option<&str>) -> io::Result<f64> {
-    let number = match field {
-        Some("") => Some(f64::NAN),
-        field => field.and_then(|field| field.parse().ok()),
-    };
-    let message = || format!("`{}` is no number", field.unwrap_or_default());
-    number.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, message()))
 }
