@@ -95,7 +95,9 @@ pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -
     if let Some([least, most]) = measures.masses.filter(|[least, most]| *most > MASSES * least) {
         found.push(format!("masses from {least:.1e} kg to {most:.1e} kg: check their units"));
     }
-    for body in &model.bodies {
+    // of a mesh the whole surface is measured: once
+    let sizes: Vec<Option<f64>> = model.bodies.iter().map(|body| model.shape_size(body)).collect();
+    for (body, size) in model.bodies.iter().zip(&sizes) {
         let turn = body.rotation_vector.map_or(0.0, |vector| Vector3::from(vector).norm());
         if turn > std::f64::consts::TAU {
             let name = &body.name;
@@ -103,16 +105,23 @@ pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -
                 "`rotation_vector` of body `{name}` is {turn:.1} rad: more than a turn; degrees?"
             ));
         }
-        let size = model.shape_size(body).unwrap_or_default();
-        if size >= HUGE {
+        if let Some(size) = size.filter(|size| *size >= HUGE) {
             let name = &body.name;
             found.push(format!(
                 "the shape of body `{name}` measures {size} m: dimensions are in metres"
             ));
         }
     }
-    found.extend(far_joints(model, mechanism));
-    found.extend(far_points(model));
+    let far = |body: usize, distance: f64, what: &str| {
+        let (size, name) = (sizes[body]?, &model.bodies[body].name);
+        (distance > FAR * size).then(|| {
+            format!(
+                "{what} is {distance:.3} m from the centre of mass of body `{name}`, whose shape measures {size} m"
+            )
+        })
+    };
+    found.extend(far_joints(model, mechanism, &far));
+    found.extend(far_points(model, &far));
     let weight = model.gravity().iter().any(|g| *g != 0.0);
     if weight && !is_held(model, mechanism) {
         found.push("nothing is joined to the ground: the whole system falls".to_owned());
@@ -120,28 +129,31 @@ pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -
     found
 }
 
+/// What is said about a point at some distance from the centre of mass of a body, if it is far.
+type Far<'a> = dyn Fn(usize, f64, &str) -> Option<String> + 'a;
+
 /// Joints far from the shape of a body.
-fn far_joints(model: &Model, mechanism: &Mechanism) -> Vec<String> {
+fn far_joints(model: &Model, mechanism: &Mechanism, far: &Far<'_>) -> Vec<String> {
     let mut found = Vec::new();
     for joint in &mechanism.description().joints {
         for side in [&joint.parent, &joint.child] {
             let FrameId::Frame(k) = side.frame else { continue };
-            let what = || format!("joint `{}`", joint.name);
-            let body = model.bodies.get(k);
-            found.extend(body.and_then(|body| far((model, body), side.anchor.norm(), what)));
+            if k < model.bodies.len() {
+                found.extend(far(k, side.anchor.norm(), &format!("joint `{}`", joint.name)));
+            }
         }
     }
     found
 }
 
 /// Points of springs, distances, loads and sensors far from the shape of their body.
-fn far_points(model: &Model) -> Vec<String> {
+fn far_points(model: &Model, far: &Far<'_>) -> Vec<String> {
     let mut found = Vec::new();
     let mut check = |section: &str, name: &str, of: &str, point: Option<&[f64]>| {
         let size = |x: &[f64]| Vector3::from(spatial(x)).norm();
-        let what = || format!("a point of {section} `{name}`");
-        let (Some(body), Some(point)) = (model.body(of), point) else { return };
-        found.extend(far((model, body), size(point), what));
+        let body = model.bodies.iter().position(|body| body.name == of);
+        let (Some(body), Some(point)) = (body, point) else { return };
+        found.extend(far(body, size(point), &format!("a point of {section} `{name}`")));
     };
     for spring in &model.springs {
         check("spring", &spring.name, &spring.from, spring.point_from.as_deref());
@@ -162,18 +174,6 @@ fn far_points(model: &Model) -> Vec<String> {
         check("sensor", &sensor.name, &sensor.of, point);
     }
     found
-}
-
-/// What is said about a point at some distance from the centre of mass of a body.
-fn far((model, body): (&Model, &Body), distance: f64, what: impl Fn() -> String) -> Option<String> {
-    let size = model.shape_size(body)?;
-    let name = &body.name;
-    (distance > FAR * size).then(|| {
-        format!(
-            "{} is {distance:.3} m from the centre of mass of body `{name}`, whose shape measures {size} m",
-            what()
-        )
-    })
 }
 
 /// Whether something ties the system to the ground.
