@@ -8,7 +8,6 @@ mod arguments;
 mod bench;
 mod check;
 mod compare;
-mod date;
 mod diagnostic;
 mod examples;
 mod export;

@@ -2,13 +2,12 @@
 
 use holonom::RunFolder;
 use holonom::certificate::page::{page, sentence, verdict};
-use holonom::certificate::{ModelCertificate, Provenance, certify_model};
+use holonom::certificate::{ModelCertificate, Provenance, certify_model, now};
 use holonom::run::prepare;
 use holonom::verification::certificate::Verdict;
 use holonom::verification::table::{Cell, Table, remarks, tables};
 
 use crate::arguments::Verify;
-use crate::date::now;
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::reproduce::command;

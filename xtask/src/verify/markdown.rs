@@ -3,12 +3,12 @@
 use super::mutants::table::table as table_of_mutants;
 use super::summary::{details, summary};
 use super::{Around, Certified, criteria, without_mutant};
+use holonom::certificate::now;
 use holonom::verification::certificate::{Finding, Verdict, counts};
 use holonom::verification::table::{Cell, Table, remarks, tables};
 use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The page of all certificates; `quick`: of a short run.
 pub(super) fn page(
@@ -31,7 +31,7 @@ pub(super) fn page(
          are equations of Leyendecker, Marsden & Ortiz, ZAMM 88 (2008) 677–708. Measured: smallest … largest judged number \
          (number of findings); the criteria below define it. Verdicts: numbers of findings that pass, are known deviations, are \
          inconclusive, are not applicable, fail.\n\n{}",
-        today(),
+        &now()[..10],
         (seconds / 60.0).ceil(),
         certified.len(),
         counts(&findings),
@@ -142,17 +142,4 @@ pub(super) fn commit(root: &Path) -> String {
         }
         _ => "unknown".into(),
     }
-}
-
-/// The day in UTC, as `2000-01-31` (days to civil date, after H. Hinnant).
-fn today() -> String {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
-    let days = seconds / 86_400 + 719_468;
-    let (era, of_era) = (days / 146_097, days % 146_097);
-    let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year + year / 4 - year / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    format!("{:04}-{month:02}-{day:02}", era * 400 + year + u64::from(month <= 2))
 }

@@ -1,10 +1,11 @@
 //! The certificate of a user's model: the same properties, and a recommended step for a given accuracy.
 
+mod date;
 pub mod page;
 mod provenance;
-mod sha256;
 pub mod subject;
 
+pub use self::date::now;
 pub use self::provenance::Provenance;
 use self::subject::ModelSubject;
 use holonom_model::{Family, Model};

@@ -1,11 +1,12 @@
-//! The date, as certificates state it.
+//! The date, as documents state it.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
 const DAY: u64 = 86_400; // s
 
-/// Now, in universal time: `2008-09-30T12:34:56Z`.
-pub(crate) fn now() -> String {
+/// Now, in universal time: `2008-09-30T12:34:56Z`; the first ten characters are the day.
+#[must_use]
+pub fn now() -> String {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     written(since.as_secs())
 }
