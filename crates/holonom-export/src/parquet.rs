@@ -56,6 +56,8 @@ pub(crate) fn write(run: &RunFolder, to: &Path) -> std::result::Result<usize, Ex
 enum Column<'a> {
     Integers(&'a [f64]),
     Numbers(&'a [f64]),
+    /// Some are missing: NaN.
+    Optional(&'a [f64]),
     Words(&'a [String]),
 }
 
@@ -64,22 +66,21 @@ impl<'a> Column<'a> {
         match table.names[k].as_str() {
             "step" | "element" => Self::Integers(&table.columns[k]),
             "beam" => Self::Words(&table.words),
+            _ if table.columns[k].iter().any(|x| x.is_nan()) => Self::Optional(&table.columns[k]),
             _ => Self::Numbers(&table.columns[k]),
         }
-    }
-
-    fn is_optional(&self) -> bool {
-        matches!(self, Self::Numbers(values) if values.iter().any(|x| x.is_nan()))
     }
 
     fn field(&self, name: &str) -> Result<Type> {
         let (physical, converted) = match self {
             Self::Integers(_) => (Physical::INT64, ConvertedType::NONE),
-            Self::Numbers(_) => (Physical::DOUBLE, ConvertedType::NONE),
+            Self::Numbers(_) | Self::Optional(_) => (Physical::DOUBLE, ConvertedType::NONE),
             Self::Words(_) => (Physical::BYTE_ARRAY, ConvertedType::UTF8),
         };
-        let repetition =
-            if self.is_optional() { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+        let repetition = match self {
+            Self::Optional(_) => Repetition::OPTIONAL,
+            _ => Repetition::REQUIRED,
+        };
         Type::primitive_type_builder(name, physical)
             .with_repetition(repetition)
             .with_converted_type(converted)
@@ -98,7 +99,7 @@ impl<'a> Column<'a> {
                 let values: Vec<i64> = values[rows].iter().map(|&x| x as i64).collect();
                 column.typed::<Int64Type>().write_batch(&values, None, None)?;
             }
-            Self::Numbers(values) if self.is_optional() => {
+            Self::Optional(values) => {
                 let there: Vec<i16> =
                     values[rows.clone()].iter().map(|x| i16::from(!x.is_nan())).collect();
                 let values: Vec<f64> =
