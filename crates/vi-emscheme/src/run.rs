@@ -60,37 +60,11 @@ pub fn integrator_at(
     let start = loops.singular_start(&system, &mechanism, at, options.scheme == EmForm::Nodal)?;
     let at = start.as_ref().map_or(at, |start| InitialValues::new(at.t, &start.q, &start.v));
     let (n, m, rows) = (mechanism.dim(), mechanism.len(), loops.rows.clone());
-    let qr = || DiscreteQr::new(n, m, rows.len());
-    let map = TreeMap::new(&mechanism);
-    let averaged = || AveragedTree::new(&mechanism).filter(|_| !mechanism.has_loops());
-    let dense = |what| check_dense(n, what, "write scheme = \"em-constrained\"");
-    match options.scheme {
-        EmForm::Constrained => {}
-        EmForm::Dalembert => dense("the scheme em-dalembert")?,
-        EmForm::Nodal if mechanism.has_loops() => dense("the scheme em-nodal on closed loops")?,
-        EmForm::Nodal if is_sparse(&mechanism, algebra) => {}
-        EmForm::Nodal => dense("the scheme em-nodal on such a tree")?,
-    }
-    let scheme: BoxedScheme<Mechanism> = match options.scheme {
+    let scheme = match options.scheme {
         EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
-        EmForm::Dalembert => match averaged() {
-            Some(source) => {
-                let scheme = EmDalembert::new(n, m, rows.clone(), source);
-                Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
-            }
-            None => Box::new(EmDalembert::new(n, m, rows.clone(), qr())),
-        },
+        EmForm::Dalembert => dalembert(&mechanism, rows.clone())?,
         EmForm::Nodal if mechanism.has_loops() => nodal_on_loops(&mechanism, &loops, algebra, at)?,
-        EmForm::Nodal => match averaged() {
-            Some(averaged) => nodal_on_tree(&mechanism, averaged, algebra, at)?,
-            None if algebra.linearization == EmLinearization::NullSpaceDerivative => {
-                return Err(EmSetupError::Linearization);
-            }
-            None => {
-                let scheme = EmNodal::new(n, m, rows.clone(), DenseOperators::new(n, (qr(), map)));
-                Box::new(scheme.on_tree(TreeMultipliers::new(&mechanism)))
-            }
-        },
+        EmForm::Nodal => nodal_on_tree(&mechanism, rows.clone(), algebra, at)?,
     };
     let at_start = start.as_ref().map_or(&rows, |start| &start.rows);
     inertia(&system, &mechanism, at_start, (at.t, at.q))?;
@@ -119,37 +93,70 @@ fn inertia(
     }
 }
 
-/// Whether `em-nodal` on a tree has sparse matrices.
-fn is_sparse(mechanism: &Mechanism, algebra: EmAlgebra) -> bool {
-    let explicit = algebra.linearization == EmLinearization::NullSpaceDerivative;
-    algebra.solver.is_sparse(mechanism)
-        && !explicit
-        && !has_many_ancestors(mechanism)
-        && AveragedTree::new(mechanism).is_some()
-        && TreeMultipliers::new(mechanism).is_some()
+/// That a scheme with dense matrices may have them.
+fn dense(mechanism: &Mechanism, what: &'static str) -> Result<(), SetupError> {
+    check_dense(mechanism.dim(), what, "write scheme = \"em-constrained\"")
 }
 
-/// `em-nodal` on a tree.
+/// `em-dalembert`.
+fn dalembert(
+    mechanism: &Mechanism,
+    rows: IndependentRows,
+) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
+    dense(mechanism, "the scheme em-dalembert")?;
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    let averaged = AveragedTree::new(mechanism).filter(|_| !mechanism.has_loops());
+    Ok(match averaged {
+        Some(source) => {
+            let scheme = EmDalembert::new(n, m, rows, source);
+            Box::new(scheme.on_tree(TreeMultipliers::new(mechanism)))
+        }
+        None => {
+            let source = DiscreteQr::new(n, m, rows.len());
+            Box::new(EmDalembert::new(n, m, rows, source))
+        }
+    })
+}
+
+/// `em-nodal` on a tree; of these rows where its velocity maps have no average.
 fn nodal_on_tree(
     mechanism: &Mechanism,
-    averaged: AveragedTree,
+    rows: IndependentRows,
     algebra: EmAlgebra,
     at: InitialValues<'_>,
 ) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
-    let (rows, tree) = (IndependentRows::all(m), TreeMultipliers::new(mechanism));
-    if is_sparse(mechanism, algebra) {
-        let operators = SparseOperators::new(mechanism, averaged);
-        let elements = has_nodes(mechanism);
-        let operators = if elements { operators.for_elements(at.q) } else { operators };
-        let scheme = EmNodal::new(n, m, rows, operators);
-        return Ok(Box::new(scheme.on_tree(tree)));
+    let (averaged, tree) = (AveragedTree::new(mechanism), TreeMultipliers::new(mechanism));
+    let explicit = algebra.linearization == EmLinearization::NullSpaceDerivative;
+    let sparse = algebra.solver.is_sparse(mechanism)
+        && !explicit
+        && !has_many_ancestors(mechanism)
+        && averaged.is_some()
+        && tree.is_some();
+    if !sparse {
+        dense(mechanism, "the scheme em-nodal on such a tree")?;
     }
-    let operators = DenseOperators::new(n, (averaged, map));
-    let operators = operators.linearized::<Mechanism>(algebra.linearization);
-    let operators = operators.ok_or(EmSetupError::Linearization)?;
-    let scheme = EmNodal::new(n, m, rows, operators);
-    Ok(Box::new(scheme.on_tree(tree)))
+    let scheme: BoxedScheme<Mechanism> = match averaged {
+        Some(averaged) if sparse => {
+            let operators = SparseOperators::new(mechanism, averaged);
+            let elements = has_nodes(mechanism);
+            let operators = if elements { operators.for_elements(at.q) } else { operators };
+            Box::new(EmNodal::new(n, m, IndependentRows::all(m), operators).on_tree(tree))
+        }
+        Some(averaged) => {
+            let operators = DenseOperators::new(n, (averaged, map));
+            let operators = operators.linearized::<Mechanism>(algebra.linearization);
+            let operators = operators.ok_or(EmSetupError::Linearization)?;
+            Box::new(EmNodal::new(n, m, IndependentRows::all(m), operators).on_tree(tree))
+        }
+        None if explicit => return Err(EmSetupError::Linearization),
+        None => {
+            let source = DiscreteQr::new(n, m, rows.len());
+            let operators = DenseOperators::new(n, (source, map));
+            Box::new(EmNodal::new(n, m, rows, operators).on_tree(tree))
+        }
+    };
+    Ok(scheme)
 }
 
 /// `em-nodal` with the unknowns of the spanning tree.
@@ -162,6 +169,7 @@ fn nodal_on_loops(
     if algebra.linearization == EmLinearization::NullSpaceDerivative {
         return Err(EmSetupError::Linearization);
     }
+    dense(mechanism, "the scheme em-nodal on closed loops")?;
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let blocks = with_floors(mechanism, map.blocks());
     let rows = loop_rows(mechanism, &loops.rows, at);
