@@ -1,7 +1,5 @@
 //! `holonom check`: validate and assemble, simulate nothing; show the initial configuration.
 
-use std::path::Path;
-
 use holonom::experiment::Experiment;
 use holonom::export::configuration;
 use holonom::model::{Model, ModelError};
@@ -21,7 +19,7 @@ const PIXELS: f64 = 2.0;
 pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
     let format = arguments.picture.as_deref().map(|file| Format::of(file, &[])).transpose()?;
     for file in [&arguments.page, &arguments.picture].into_iter().flatten() {
-        vacant(file, arguments.force)?;
+        Failure::unless_vacant(file, arguments.force)?;
     }
     let input = || Input::new(&arguments.model, arguments.model.set.clone(), arguments.json);
     let (model, simulation) = input().assemble()?;
@@ -54,17 +52,6 @@ pub(crate) fn check(arguments: &Check) -> Result<(), Failure> {
     stderr::print(&human::assembly(&model, simulation.assembly()));
     written.for_each(|(_, file)| stderr::line(&format!("  written: {}", file.display())));
     Ok(())
-}
-
-/// That a file may be written.
-fn vacant(file: &Path, force: bool) -> Result<(), Failure> {
-    if file.symlink_metadata().is_err() || force {
-        return Ok(());
-    }
-    Err(Failure::Usage {
-        message: format!("{} already exists", file.display()),
-        help: "add --force to replace it, or choose another file".into(),
-    })
 }
 
 fn nothing_to_draw() -> Failure {

@@ -20,9 +20,7 @@ pub(crate) fn export(arguments: &Export) -> Result<(), Failure> {
         let stem = dir.file_name().unwrap_or_else(|| "run".as_ref());
         format.file_name(&stem.to_string_lossy()).into()
     });
-    if to.exists() && !arguments.force {
-        return Err(Failure::exists(&to));
-    }
+    Failure::unless_vacant(&to, arguments.force)?;
     let written = write(&folder, *format, &to, *frames);
     let Exported { frames, recorded, pace } = written.map_err(|error| match error {
         ExportError::Foreign { .. } => Failure::Usage {

@@ -54,12 +54,15 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
-    /// A file that only `--force` may replace.
-    pub(crate) fn exists(file: &Path) -> Self {
-        Self::Usage {
-            message: format!("{} already exists", file.display()),
-            help: "add --force to replace it, or choose another file with -o FILE".into(),
+    /// That a file may be written: only `--force` replaces one.
+    pub(crate) fn unless_vacant(file: &Path, force: bool) -> Result<(), Self> {
+        if force || file.symlink_metadata().is_err() {
+            return Ok(());
         }
+        Err(Self::Usage {
+            message: format!("{} already exists", file.display()),
+            help: "add --force to replace it, or choose another file".into(),
+        })
     }
 
     /// Tells the user, and gives the exit code.

@@ -65,9 +65,7 @@ pub(crate) fn import(arguments: &Import) -> Result<(), Failure> {
         let stem = arguments.robot.file_stem().unwrap_or_else(|| "robot".as_ref());
         PathBuf::from(format!("{}.toml", stem.display()))
     });
-    if file.exists() && !arguments.force {
-        return Err(Failure::exists(&file));
-    }
+    Failure::unless_vacant(&file, arguments.force)?;
     let options = Options {
         base: if arguments.free_base { Base::Free } else { Base::Fixed },
         values: arguments.joint.clone(),

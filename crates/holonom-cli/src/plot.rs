@@ -131,9 +131,7 @@ fn draw(arguments: &Plot, what: &str, output: &Path) -> Result<(), Failure> {
     let request = Request { what: what.to_owned(), against: against.clone(), change: *change };
     let is_table = output.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
     let format = if is_table { None } else { Some(Format::of(output, &[".csv"])?) };
-    if output.symlink_metadata().is_ok() && !arguments.force {
-        return Err(Failure::exists(output));
-    }
+    Failure::unless_vacant(output, arguments.force)?;
     let Some(format) = format else { return tabulate(arguments, &request, output) };
     let labels = labels(&arguments.dirs);
     let opened = arguments.dirs.iter().map(|dir| folder(dir));
