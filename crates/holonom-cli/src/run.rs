@@ -20,7 +20,7 @@ pub(crate) fn run(arguments: &Run) -> Result<(), Failure> {
     let path = &arguments.model.model;
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "out"));
     keep_the_model(path, &folder.join("model.toml"))?;
-    if arguments.checkpoint_every.is_some() && simulation.state().is_none() {
+    if arguments.checkpoint_every.is_some() && simulation.statics().is_some() {
         return Err(Failure::Usage {
             message: "a continuation of equilibria has no checkpoints".into(),
             help: "leave --checkpoint-every out, or choose another scheme than static".into(),

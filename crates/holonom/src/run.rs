@@ -147,7 +147,7 @@ impl Run<'_> {
         control: Control<'_>,
     ) -> Result<Finished, OutputError> {
         let Control { progress, notice, interrupted, checkpoint_every, report } = control;
-        let every = checkpoint_every.filter(|_| simulation.state().is_some());
+        let every = checkpoint_every.filter(|_| simulation.statics().is_none());
         self.write_summary(simulation, Ended::Not(simulation.place()))?;
         loop {
             let (last, mut stopped) = (self.last, false);
