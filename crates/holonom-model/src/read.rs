@@ -14,9 +14,8 @@ pub fn read_text(path: &Path) -> Result<String, ModelError> {
     if path.is_dir() {
         return Err(ModelError::Unreadable { reason: "this is a directory, not a file".into() });
     }
-    // a named pipe that nobody writes to would block; those of a shell stand under /dev or /proc
-    let device = path.starts_with("/dev") || path.starts_with("/proc");
-    if !path.metadata().map_err(unreadable)?.is_file() && !device {
+    // a named pipe that nobody writes to would block
+    if !path.metadata().map_err(unreadable)?.is_file() && !is_device(path) {
         return Err(ModelError::Unreadable { reason: "this is not a regular file".into() });
     }
     let file = std::fs::File::open(path).map_err(unreadable)?;
@@ -27,4 +26,14 @@ pub fn read_text(path: &Path) -> Result<String, ModelError> {
     }
     String::from_utf8(bytes)
         .map_err(|e| ModelError::NotUtf8 { offset: e.utf8_error().valid_up_to() })
+}
+
+/// The folder in which the files are that a file names: its own, the current one for a device.
+pub(crate) fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|_| !is_device(file)).unwrap_or(Path::new(""))
+}
+
+/// Whether a path is a device or a pipe of a shell.
+fn is_device(path: &Path) -> bool {
+    path.starts_with("/dev") || path.starts_with("/proc")
 }

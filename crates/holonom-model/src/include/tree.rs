@@ -10,6 +10,7 @@ use toml::de::{DeTable, DeValue};
 use super::{KEY, SourceFile};
 use crate::MAX_BYTES;
 use crate::problem::{MAX_PROBLEMS, Problem, nearest};
+use crate::read::folder_of;
 use crate::read_text;
 
 /// Files that may include one another in a row.
@@ -101,7 +102,7 @@ impl Tree {
                 "include fewer files",
             ));
         }
-        let path = beside(&including.path, &entry.file);
+        let path = folder_of(&including.path).join(&entry.file);
         let identity = identity(&path);
         let file = match known.get(&identity) {
             Some(&file) => file,
@@ -143,8 +144,8 @@ impl Tree {
 impl Tree {
     /// A file that the file of a branch names, as the first file would name it.
     pub(super) fn as_seen_from_root(&self, branch: usize, file: &str) -> String {
-        let folder = |k: usize| self.files[k].path.parent().unwrap_or(Path::new(""));
-        let path = beside(&self.files[self.branches[branch].file].path, file);
+        let folder = |k: usize| folder_of(&self.files[k].path);
+        let path = folder(self.branches[branch].file).join(file);
         let relative = path.strip_prefix(folder(0)).unwrap_or(&path);
         relative.to_string_lossy().into_owned()
     }
@@ -171,13 +172,6 @@ fn included_text(path: &Path) -> Result<String, String> {
         other => other.to_string(),
     };
     read_text(path).map_err(reason)
-}
-
-/// A file named in another one: relative to its directory; to the current one when the model comes from a device.
-fn beside(including: &Path, file: &str) -> PathBuf {
-    let device = including.starts_with("/dev") || including.starts_with("/proc");
-    let folder = including.parent().filter(|_| !device).unwrap_or(Path::new(""));
-    folder.join(file)
 }
 
 /// The file itself, however it is named.

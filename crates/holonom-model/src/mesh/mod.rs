@@ -19,6 +19,7 @@ use fnv::FnvHasher;
 use nalgebra::Vector3;
 
 use crate::Model;
+use crate::read::folder_of;
 
 pub use file::{MAX_MESH_BYTES, MAX_TRIANGLES, MeshError};
 pub use placed::BodySurface;
@@ -147,9 +148,7 @@ impl Meshes {
     /// Relative paths start in the folder of this model file.
     #[must_use]
     pub fn beside(model: &Path) -> Self {
-        let device = model.starts_with("/dev") || model.starts_with("/proc"); // from the current folder
-        let folder = model.parent().filter(|folder| !device && !folder.as_os_str().is_empty());
-        Self::in_folder(folder.unwrap_or_else(|| Path::new(".")))
+        Self::in_folder(folder_of(model))
     }
 
     /// The mesh of this file, as the model states it.
