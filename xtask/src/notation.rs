@@ -4,6 +4,7 @@
 //! with the column "in the code" the line is that which declares the first identifier of that column; in the table of
 //! equations it is the first line of code with the label of the equation in a comment, such as `// (28)` or `// [6.4]`.
 
+use crate::text_file;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -20,13 +21,13 @@ struct Renewed {
 pub fn run(check: bool) -> Result<(), String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let path = root.join("NOTATION.md");
-    let old = std::fs::read_to_string(&path).map_err(|e| format!("NOTATION.md: {e}"))?;
+    let old = text_file::read(&path)?;
     let Renewed { page, missing } = renew(&root, &old)?;
     if !missing.is_empty() {
         return Err(format!("NOTATION.md names what is not there:\n{}", missing.join("\n")));
     }
     if !check {
-        return std::fs::write(&path, page).map_err(|e| format!("NOTATION.md: {e}"));
+        return text_file::write(&path, &page);
     }
     let moved: Vec<&str> =
         old.lines().zip(page.lines()).filter(|(a, b)| a != b).map(|(a, _)| a).collect();

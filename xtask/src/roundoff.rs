@@ -260,7 +260,7 @@ impl Case {
     fn read(&self, steps: u64, compensated: bool) -> Result<Readings, String> {
         let failed = |error: &dyn std::fmt::Display| format!("{}: {error}", self.model);
         let path = format!("{MODELS}{}.toml", self.model);
-        let text = std::fs::read_to_string(path).map_err(|e| failed(&e))?;
+        let text = text_file::read(Path::new(&path))?;
         let scheme = [("simulation.scheme".to_owned(), format!("{:?}", self.scheme))];
         let replaced = self.replaced.iter().map(|(key, value)| ((*key).into(), (*value).into()));
         let replaced: Vec<(String, String)> = replaced.chain(scheme).collect();

@@ -10,6 +10,7 @@ mod claims;
 mod markdown;
 mod tables;
 
+use crate::text_file;
 use holonom::compare::linearization::{Linearizations, linearizations};
 use holonom::compare::{Comparison, Record, Request, compare};
 use holonom::model::{LinearSolver, Scheme};
@@ -59,7 +60,7 @@ pub fn run(options: &[&str]) -> Result<(), String> {
     for (name, steps, step) in MODELS.into_iter().filter(|model| only.is_none_or(|o| o == model.0))
     {
         let path = root.join(format!("examples/models/{name}.toml"));
-        let text = std::fs::read_to_string(&path).map_err(|e| format!("{name}: {e}"))?;
+        let text = text_file::read(&path)?;
         let model = Model::from_toml(&text).map_err(|e| format!("{name}: {e}"))?;
         let (steps, effort) = if quick { (steps / 10, 0.2) } else { (steps, 2.0) };
         all.push(compared(name, &model, (steps, step.unwrap_or(model.settings.step)), effort)?);
@@ -69,7 +70,7 @@ pub fn run(options: &[&str]) -> Result<(), String> {
         print!("{page}");
         return Ok(());
     }
-    std::fs::write(root.join("COMPARISON.md"), page).map_err(|e| e.to_string())
+    text_file::write(&root.join("COMPARISON.md"), &page)
 }
 
 /// The commit and the date of the numbers.

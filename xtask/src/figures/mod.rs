@@ -10,6 +10,7 @@ mod orbit;
 mod page;
 mod pendulum;
 
+use crate::text_file;
 use std::path::Path;
 
 use holonom::Model;
@@ -70,10 +71,7 @@ pub fn run() -> std::result::Result<(), String> {
         flexible::section(&shipped(&root, "flexible_multibody")?)?,
     ];
     let folder = root.join("examples/leyendecker_2008");
-    let write = |file: &str, text: &str| {
-        let path = folder.join(file);
-        std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
-    };
+    let write = |file: &str, text: &str| text_file::write(&folder.join(file), text);
     std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     for figure in sections.iter().flat_map(|section| &section.figures) {
         write(figure.file, &figure.svg)?;
@@ -86,7 +84,7 @@ pub fn run() -> std::result::Result<(), String> {
 
 fn shipped(root: &Path, name: &str) -> Result<Model> {
     let path = root.join(format!("examples/models/{name}.toml"));
-    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let text = text_file::read(&path)?;
     Model::from_toml(&text).map_err(|e| format!("{}: {e}", path.display()))
 }
 

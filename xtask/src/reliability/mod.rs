@@ -16,6 +16,7 @@ pub mod stored;
 pub use page::FuzzTallies;
 
 use crate::soak::tally::Tally;
+use crate::text_file;
 use std::path::Path;
 use stored::Stored;
 
@@ -38,5 +39,5 @@ pub fn run(options: &[&str]) -> Result<(), String> {
     })?;
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().ok_or("no root")?;
     let path = root.join("RELIABILITY.md");
-    std::fs::write(&path, page::page(&soak, &fuzz)).map_err(|error| error.to_string())
+    text_file::write(&path, &page::page(&soak, &fuzz))
 }

@@ -1,5 +1,6 @@
 //! Whether `VERIFICATION.md` is of the integrators as they are.
 
+use crate::text_file;
 use std::path::Path;
 use std::process::Command;
 
@@ -22,7 +23,7 @@ const INTEGRATORS: [&str; 9] = [
 /// When there is no page, or it names no commit.
 pub(super) fn age(root: &Path) -> Result<String, String> {
     let path = root.join("VERIFICATION.md");
-    let page = std::fs::read_to_string(&path).map_err(|e| format!("VERIFICATION.md: {e}"))?;
+    let page = text_file::read(&path)?;
     let commit = named(&page).ok_or("VERIFICATION.md names no commit: run `cargo xtask verify`")?;
     let mut diff = Command::new("git");
     diff.current_dir(root).args(["diff", "--name-only", commit, "HEAD", "--"]).args(INTEGRATORS);

@@ -72,7 +72,7 @@ impl Readings {
     /// Reads them, for the same cases.
     fn read(path: &Path, cases: &[Case]) -> Result<Self, String> {
         let place = |e: &dyn std::fmt::Display| format!("{}: {e}", path.display());
-        let text = std::fs::read_to_string(path).map_err(|e| place(&e))?;
+        let text = text_file::read(path)?;
         let readings: Self = serde_json::from_str(&text).map_err(|e| place(&e))?;
         let names = readings.systems.iter().map(|reading| reading.certificate.system.as_str());
         if !names.eq(cases.iter().map(|case| case.name)) {
