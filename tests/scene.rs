@@ -288,6 +288,40 @@ fn reactions_are_arrows_that_a_key_hides() {
     assert!(hidden.1 && !shown.1, "the button tells");
 }
 
+/// A point mass of 2 kg at rest, 1 m below a bar, 1 m below a spring that is stretched by 0.5 m.
+const SUSPENDED: &str = r#"
+model = { name = "suspended", gravity = [0, 0, -9.81] }
+simulation = { step = 0.01, end = 0.1 }
+particle = [{ name = "left", mass = 2.0, position = [0, 0, -1] }, { name = "right", mass = 2.0, position = [1, 0, -1] }]
+bar = [{ name = "rod", from = "ground", point = [0, 0, 0], to = "left" }]
+spring = [{ name = "coil", from = "ground", point_from = [1, 0, 0], to = "right", stiffness = 39.24, natural_length = 0.5 }]
+sensor = [{ name = "pull", type = "reaction", of = "rod" }, { name = "stretch", type = "effort", of = "coil" }]
+"#;
+
+#[test]
+fn tensions_of_bars_and_springs_are_arrows_at_their_ends() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "tensions");
+    std::fs::write(folder.join("suspended.toml"), SUSPENDED).unwrap();
+    let run = command(&folder, &["run", "suspended.toml", "-o", "."]).output().unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let shown = show(browser, &folder.join("report.html"), "t=0.05&view=front", [1100, 900]);
+    assert_eq!(shown.console, Vec::<String>::new());
+    for name in ["left", "right"] {
+        // both pull upwards with 19.62 N
+        let [x, y] = shown.member(name);
+        let arrow = |dy: f64| {
+            (-3..=3).any(|dx| {
+                let [red, green, blue] = shown.color([x + f64::from(dx), y - dy]);
+                red > blue.saturating_add(60) && green > blue.saturating_add(50)
+            })
+        };
+        let above = (15..105).filter(|dy| arrow(f64::from(*dy))).count();
+        println!("{name}: {above} of 90 pixels above the point mass show the arrow");
+        assert!(above > 80, "{name}: {above} pixels of the arrow");
+    }
+}
+
 #[test]
 fn the_scene_obeys_keys_and_fits_a_phone() {
     let Some(browser) = browser() else { return };

@@ -23,7 +23,7 @@ use holonom_sim::sample::MemberKind;
 use modes::Shape;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use parts::{Beam, Body, Joint, Line, Load, Parts};
-use reactions::{Reaction, reactions};
+use reactions::{Measured, Reaction, Tension};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use surfaces::{Surface, Surfaces};
@@ -104,6 +104,7 @@ pub struct Scene {
     springs: Vec<Line>,
     loads: Vec<Load>,
     reactions: Vec<Reaction>,
+    tensions: Vec<Tension>,
     /// Points of the ground that something is held at.
     fixed: Vec<[f64; 3]>,
     /// What is said below the picture.
@@ -166,6 +167,8 @@ impl Scene {
             _ => Parameter::Time,
         };
         let mut bodies = parts.bodies();
+        let sensors = sensors.map(|table| Measured::new(&frames.times, table));
+        let sensors = sensors.as_ref();
         let Surfaces { list: meshes, note } = Surfaces::new(model, &mut bodies);
         Some(Self {
             parameter,
@@ -184,7 +187,8 @@ impl Scene {
             bars,
             springs,
             loads: parts.loads(),
-            reactions: reactions(&parts, model, sensors),
+            reactions: sensors.map_or_else(Vec::new, |s| s.reactions(&parts, model)),
+            tensions: sensors.map_or_else(Vec::new, |s| s.tensions(&parts, model)),
             fixed,
             note,
         })

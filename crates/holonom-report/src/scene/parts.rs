@@ -2,7 +2,8 @@
 
 use super::{directors, encoded, quaternion};
 use holonom_model::{
-    Frame, GROUND, History, JointKind, Model, OutlineKind, Scheme, Shape, ShapeKind, StartPoints,
+    Bar, Frame, GROUND, History, JointKind, Model, OutlineKind, Scheme, Shape, ShapeKind, Spring,
+    StartPoints,
 };
 use holonom_sim::output::Frames;
 use holonom_sim::sample::{Member, MemberKind};
@@ -274,11 +275,6 @@ impl<'a> Parts<'a> {
         Some(End { member: member as i64, point: [0.0; 3] })
     }
 
-    /// Times of the frames, s.
-    pub(super) fn times(&self) -> &[f64] {
-        &self.frames.times
-    }
-
     fn line(&self, names: [&str; 2], [from, to]: [Vector3<f64>; 2]) -> Line {
         Line { from: self.end(names[0], from), to: self.end(names[1], to) }
     }
@@ -286,15 +282,32 @@ impl<'a> Parts<'a> {
     /// The bars.
     #[must_use]
     pub fn bars(&self) -> Vec<Line> {
-        let bars = self.model.bars.iter();
-        bars.map(|bar| self.line([&bar.from, &bar.to], self.start.bar(bar))).collect()
+        self.model.bars.iter().map(|bar| self.bar_line(bar)).collect()
+    }
+
+    /// The bar of a name.
+    pub(super) fn bar(&self, name: &str) -> Option<Line> {
+        self.model.bars.iter().find(|bar| bar.name == name).map(|bar| self.bar_line(bar))
+    }
+
+    fn bar_line(&self, bar: &Bar) -> Line {
+        self.line([&bar.from, &bar.to], self.start.bar(bar))
     }
 
     /// The springs.
     #[must_use]
     pub fn springs(&self) -> Vec<Line> {
-        let springs = self.model.springs.iter();
-        springs.map(|s| self.line([&s.from, &s.to], self.start.spring(s))).collect()
+        self.model.springs.iter().map(|spring| self.spring_line(spring)).collect()
+    }
+
+    /// The spring of a name.
+    pub(super) fn spring(&self, name: &str) -> Option<Line> {
+        let found = self.model.springs.iter().find(|spring| spring.name == name);
+        found.map(|spring| self.spring_line(spring))
+    }
+
+    fn spring_line(&self, spring: &Spring) -> Line {
+        self.line([&spring.from, &spring.to], self.start.spring(spring))
     }
 
     /// Forces on bodies and nodes, and those along beams at each node.

@@ -1,4 +1,4 @@
-//! Reactions of joints, as far as sensors measure them along the axes of space.
+//! Reactions of joints, as far as sensors measure them along the axes of space; tensions of bars and springs.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use holonom_sim::output::TimeSeries;
 use serde::Serialize;
 
 use super::encoded;
-use super::parts::{End, Parts};
+use super::parts::{End, Line, Parts};
 
 /// The force of a joint on its child.
 #[derive(Serialize)]
@@ -17,29 +17,61 @@ pub(super) struct Reaction {
     forces: String,
 }
 
-/// Those of the sensors of a run, at the instants of the scene.
-pub(super) fn reactions(
-    parts: &Parts<'_>,
-    model: &Model,
-    sensors: Option<&TimeSeries>,
-) -> Vec<Reaction> {
-    let Some(table) = sensors else { return Vec::new() };
-    let rows: HashMap<u64, usize> = table.t.iter().map(|t| t.to_bits()).zip(0..).collect();
-    let times = parts.times();
-    let rows: Vec<Option<usize>> = times.iter().map(|t| rows.get(&t.to_bits()).copied()).collect();
-    let kind = |sensor: &&Sensor| {
-        sensor.kind == SensorKind::Reaction && sensor.frame == Some(ReactionFrame::Space)
-    };
-    let reaction = |sensor: &Sensor| {
-        let column = |part: &str| -> Option<&Vec<f64>> {
-            let name = format!("{}.{part}", sensor.name);
-            let k = table.columns.iter().position(|column| *column == name)?;
-            Some(&table.values[k])
+/// The tension of a bar or a spring.
+#[derive(Serialize)]
+pub(super) struct Tension {
+    line: Line,
+    /// At each instant, N; no number where it is not unique.
+    tensions: String,
+}
+
+/// The sensors of a run at the instants of the scene.
+pub(super) struct Measured<'a> {
+    table: &'a TimeSeries,
+    rows: Vec<Option<usize>>,
+}
+
+impl<'a> Measured<'a> {
+    pub(super) fn new(times: &[f64], table: &'a TimeSeries) -> Self {
+        let rows: HashMap<u64, usize> = table.t.iter().map(|t| t.to_bits()).zip(0..).collect();
+        let rows = times.iter().map(|t| rows.get(&t.to_bits()).copied()).collect();
+        Self { table, rows }
+    }
+
+    /// Columns at all instants, side by side.
+    fn columns<const N: usize>(&self, names: [String; N]) -> Option<String> {
+        let column = |name: &String| self.table.columns.iter().position(|column| column == name);
+        let columns: Vec<usize> = names.iter().map(column).collect::<Option<_>>()?;
+        let number =
+            |row: Option<usize>, k: usize| row.map_or(f64::NAN, |n| self.table.values[k][n]);
+        Some(encoded(self.rows.iter().flat_map(|row| columns.iter().map(|k| number(*row, *k)))))
+    }
+
+    /// Reactions of joints.
+    pub(super) fn reactions(&self, parts: &Parts<'_>, model: &Model) -> Vec<Reaction> {
+        let kind = |sensor: &&Sensor| {
+            sensor.kind == SensorKind::Reaction && sensor.frame == Some(ReactionFrame::Space)
         };
-        let [x, y, z] = [column("fx")?, column("fy")?, column("fz")?];
-        let at = |row: &Option<usize>| row.map_or([f64::NAN; 3], |k| [x[k], y[k], z[k]]);
-        let forces = encoded(rows.iter().flat_map(at));
-        Some(Reaction { end: parts.child_end(&sensor.of)?, forces })
-    };
-    model.sensors.iter().filter(kind).filter_map(reaction).collect()
+        let reaction = |sensor: &Sensor| {
+            let forces =
+                self.columns(["fx", "fy", "fz"].map(|f| format!("{}.{f}", sensor.name)))?;
+            Some(Reaction { end: parts.child_end(&sensor.of)?, forces })
+        };
+        model.sensors.iter().filter(kind).filter_map(reaction).collect()
+    }
+
+    /// Tensions of bars and springs.
+    pub(super) fn tensions(&self, parts: &Parts<'_>, model: &Model) -> Vec<Tension> {
+        let tension = |sensor: &Sensor| {
+            let (line, column) = match sensor.kind {
+                SensorKind::Reaction => {
+                    (parts.bar(&sensor.of)?, format!("{}.tension", sensor.name))
+                }
+                SensorKind::Effort => (parts.spring(&sensor.of)?, sensor.name.clone()),
+                _ => return None,
+            };
+            Some(Tension { line, tensions: self.columns([column])? })
+        };
+        model.sensors.iter().filter_map(tension).collect()
+    }
 }

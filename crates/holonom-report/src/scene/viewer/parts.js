@@ -17,7 +17,9 @@
   const strongest = Math.max(...loads.map((l) => norm(l.force) * Math.max(...l.factors.map(Math.abs))), 1e-300);
   const reactions = data.reactions.map((reaction) => ({ ...reaction, forces: floats(reaction.forces) }));
   const reactionAt = (reaction, k) => [...reaction.forces.subarray(3 * k, 3 * k + 3)];
-  const largestReaction = Math.max(...reactions.flatMap((r) => motions[0].times.reduce((all, _, k) => Math.max(all, norm(reactionAt(r, k)) || 0), 0)), 1e-300);
+  const tensions = data.tensions.map((tension) => ({ ...tension, tensions: floats(tension.tensions) }));
+  const largest = (size) => motions[0].times.reduce((all, _, k) => Math.max(all, size(k) || 0), 0);
+  const largestReaction = Math.max(...reactions.map((r) => largest((k) => norm(reactionAt(r, k)))), ...tensions.map((t) => largest((k) => Math.abs(t.tensions[k]))), 1e-300);
   const options = { trails: path || modes.length > 0, grid: true, loads: true, reactions: true, labels: false, follow: travels };
   let tone = null; // the colour of everything that moves, where several motions are shown
   const paintOf = (k) => tone ?? palette[k % palette.length];
@@ -35,11 +37,11 @@
     const d = sub(b, a), length = norm(d);
     if (length > 0) draw(meshes.cylinder, along(d, lerp(a, b, 0.5), [thickness, thickness, length]), color);
   };
-  const arrow = (tip, d, color) => {
+  const arrow = (tip, d, color, thick = 0.35) => {
     const length = norm(d), head = Math.min(0.35 * length, 5 * symbol);
     if (length < 1e-3 * size) return;
     const neck = sub(tip, scale(unit(d), head));
-    stick(sub(tip, d), neck, 0.35 * symbol, color);
+    stick(sub(tip, d), neck, thick * symbol, color);
     draw(meshes.cone, along(scale(d, -1), neck, [symbol, symbol, head]), color);
   };
   const drawBody = (body, k) => {

@@ -13,6 +13,14 @@
       const force = scale(reactionAt(reaction, k), (0.5 * size) / largestReaction);
       if (force.every(Number.isFinite)) arrow(point(reaction.end), force, palette[7]);
     });
+    // on what is held at either end, from there towards the other end under tension
+    if (options.reactions) tensions.forEach(({ line, tensions: values }) => {
+      const [a, b] = [point(line.from), point(line.to)], length = (0.5 * size * values[k]) / largestReaction;
+      if (!Number.isFinite(length) || norm(sub(b, a)) === 0) return;
+      const force = scale(unit(sub(b, a)), length);
+      if (line.from.member >= 0) arrow(add(a, force), force, palette[7], 0.55);
+      if (line.to.member >= 0) arrow(sub(b, force), scale(force, -1), palette[7], 0.55);
+    });
     if (!options.loads) return;
     loads.forEach((load) => {
       const length = (0.5 * size * (load.factors[k] ?? 0)) / strongest;
