@@ -1,5 +1,5 @@
 //! Shipped mechanisms of which a part of the motion is known: precession of a gyroscope, geometry of a scissor mast and of
-//! Jansen's linkage, energy of a hanging chain.
+//! Jansen's linkage, energy of a hanging chain, whirl of a shaft.
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::harness::models::{model, simulation};
@@ -7,8 +7,12 @@ use holonom::{RunOutcome, Sample};
 
 /// Columns of sensors at every recorded node.
 fn readings(name: &str, end: f64, columns: &[&str]) -> Vec<Vec<f64>> {
-    let overrides = [("simulation.end", end.to_string())];
-    let all = holonom::sensor::columns(&model(name, &overrides));
+    readings_with(name, &[("simulation.end", end.to_string())], columns)
+}
+
+/// The same of a model with other values.
+fn readings_with(name: &str, overrides: &[(&str, String)], columns: &[&str]) -> Vec<Vec<f64>> {
+    let all = holonom::sensor::columns(&model(name, overrides));
     let place = |column: &&str| all.iter().position(|c| c.name() == **column).unwrap();
     let places: Vec<usize> = columns.iter().map(place).collect();
     let mut rows = Vec::new();
@@ -16,7 +20,7 @@ fn readings(name: &str, end: f64, columns: &[&str]) -> Vec<Vec<f64>> {
         rows.push(places.iter().map(|k| sample.sensors[*k]).chain([sample.hamiltonian]).collect());
         Ok(())
     };
-    let outcome = simulation(name, &overrides).run(&mut observe, &mut |_, _| {}).unwrap();
+    let outcome = simulation(name, overrides).run(&mut observe, &mut |_, _| {}).unwrap();
     assert!(matches!(outcome, RunOutcome::Done), "{name}: {outcome:?}");
     rows
 }
@@ -82,4 +86,52 @@ fn the_legs_of_the_stewart_platform_follow_their_paths() {
     let path = |k: usize| 0.04 * (std::f64::consts::PI * 0.008 * k as f64).sin();
     let off = largest(rows.iter().enumerate().map(|(k, row)| row[0] - path(k)));
     assert!(rows.len() > 200 && off < 2e-3, "{off:.1e} m of 0.04 m");
+}
+
+/// `r = e Ω²/|ω² − Ω²|`, `ω² = 192 EI/(L³ M)`, `M = m + 13/35 ρAL`, `e = m/M` times that of the disk; a chain of `n` elements
+/// is stiffer by `1/(1 − 4/n²)`.
+#[test]
+fn the_shaft_whirls_as_a_jeffcott_rotor() {
+    let (radius, length, modulus, density) = (0.006_f64, 1.0, 2.1e11, 7850.0);
+    let area = std::f64::consts::PI * radius * radius;
+    let (disk, own) =
+        (std::f64::consts::PI * 0.12 * 0.12 * 0.01 * density, area * length * density);
+    let stiffness = 192.0 * modulus * area * radius * radius / 4.0 / (1.0 - 4.0 / 256.0);
+    let mass = disk + 13.0 / 35.0 * own;
+    let (square, offset) = (stiffness / mass, 5e-4 * disk / mass);
+    for speed in [60.0_f64, 150.0] {
+        let overrides = [
+            ("constraint.run_up.path", format!("{{ rate = {speed:?} }}")),
+            ("joint.motor.rate", format!("{speed:?}")),
+            ("simulation.start", "\"relaxed\"".to_owned()),
+            ("simulation.end", "0.1".to_owned()),
+        ];
+        let rows = readings_with("whirling_shaft", &overrides, &["middle.x", "middle.y"]);
+        let found = rows.iter().map(|row| row[0].hypot(row[1]));
+        let [least, most] = [f64::min, f64::max]
+            .map(|bound: fn(f64, f64) -> f64| found.clone().reduce(bound).unwrap());
+        let expected = offset * speed * speed / (square - speed * speed).abs();
+        println!("{speed} rad/s: {least:.3e} … {most:.3e} m, expected {expected:.3e} m");
+        assert!((least / expected - 1.0).abs() < 0.01 && (most / expected - 1.0).abs() < 0.015);
+    }
+}
+
+/// With strains that are averaged alone, differences of the path at halved steps fall by four; the damping of unresolved elements
+/// is of first order with selective mass scaling.
+#[test]
+fn the_end_of_the_soft_arm_moves_on_its_path_to_second_order() {
+    let ends = [0.01, 0.005, 0.0025].map(|step: f64| {
+        let overrides = [
+            ("simulation.strain", "\"averaged\"".to_owned()),
+            ("simulation.step", step.to_string()),
+            ("simulation.end", "0.5".to_owned()),
+        ];
+        let rows = readings_with("soft_arm", &overrides, &["tip.x", "tip.y", "tip.z"]);
+        rows.last().unwrap()[..3].to_vec()
+    });
+    let apart = |a: &[f64], b: &[f64]| largest(a.iter().zip(b).map(|(a, b)| a - b));
+    let [coarse, fine] = [apart(&ends[0], &ends[1]), apart(&ends[1], &ends[2])];
+    let order = (coarse / fine).log2();
+    println!("{coarse:.2e} m, {fine:.2e} m: order {order:.2}");
+    assert!((order - 2.0).abs() < 0.2, "order {order}");
 }

@@ -57,6 +57,8 @@ pub(crate) const MODELS: &[(&str, &str)] = models![
     "flexible_slider_crank",
     "four_bar_steel",
     "satellite",
+    "whirling_shaft",
+    "soft_arm",
     "quadruped",
     "panda",
 ];
