@@ -85,6 +85,12 @@ fn slips_of_units_are_warned_of() {
             ARM.replace("[1.0, 0.1, 0.1]", "[0.02, 0.02, 0.02]"),
             "joint `shoulder` is 0.500 m from the centre of mass of body `arm`",
         ),
+        (
+            with(
+                "[[beam]]\nname = \"rod\"\npoints = [[0, 1, 0], [1, 1, 0]]\nelements = 2\nsection = { shape = { type = \"circle\", dimensions = [0.01] }, material = { E = 1e9, nu = 0.3, density = 1e3 } }\n[[load]]\nname = \"l\"\nbody = \"rod.end\"\ntorque = [1, 0, 0]\nframe = \"body\"\n",
+            ),
+            "load `l` follows d_1 and d_2 of beam `rod`, which are not stated",
+        ),
         (ARM.split("[[joint]]").next().unwrap().to_owned(), "nothing is joined to the ground"),
     ];
     for (text, expected) in &cases {

@@ -1,7 +1,7 @@
 //! Size, masses and stiffnesses of a model at a glance, and what in them looks like a slip of units.
 
 use crate::dynamics::Dynamics;
-use holonom_model::{Body, Constraint, Model, spatial};
+use holonom_model::{Body, Constraint, Frame, Model, spatial};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use vi_multibody::mechanism::Mechanism;
@@ -122,6 +122,7 @@ pub(crate) fn slips(model: &Model, mechanism: &Mechanism, measures: &Measures) -
     };
     found.extend(far_joints(model, mechanism, &far));
     found.extend(far_points(model, &far));
+    found.extend(undirected(model));
     let weight = model.gravity().iter().any(|g| *g != 0.0);
     if weight && !is_held(model, mechanism) {
         found.push("nothing is joined to the ground: the whole system falls".to_owned());
@@ -174,6 +175,19 @@ fn far_points(model: &Model, far: &Far<'_>) -> Vec<String> {
         check("sensor", &sensor.name, &sensor.of, point);
     }
     found
+}
+
+/// Loads that follow axes of a beam across its centre line which the model does not state.
+fn undirected(model: &Model) -> impl Iterator<Item = String> {
+    model.loads.iter().filter_map(|load| {
+        let node = load.body.as_deref().and_then(|name| name.split_once('.'));
+        let beam = model.beam(load.beam.as_deref().or(node.map(|(beam, _)| beam))?)?;
+        let across = [load.force, load.torque].iter().any(|c| c[0] != 0.0 || c[1] != 0.0);
+        (load.frame == Frame::Body && across && beam.normal.is_none()).then(|| {
+            let (load, beam) = (&load.name, &beam.name);
+            format!("load `{load}` follows d_1 and d_2 of beam `{beam}`, which are not stated: write its `normal`")
+        })
+    })
 }
 
 /// Whether something ties the system to the ground.
