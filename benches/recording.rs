@@ -8,6 +8,7 @@
 //! Each number is the least of fifteen runs over the same motion, less one, relative to the step.
 #![allow(clippy::unwrap_used)] // a bench
 
+use holonom::model::Columns;
 use holonom::output::TrajectoryWriter;
 use holonom::{Model, Sample, Simulation};
 use std::fmt::Write as _;
@@ -71,7 +72,8 @@ fn time_steps(model: &Model, steps: u64) -> f64 {
 fn time_run(model: &Model, files: bool) -> f64 {
     let mut simulation = Simulation::new(model).unwrap();
     let sink = || std::io::BufWriter::new(std::fs::File::create("/dev/null").unwrap());
-    let mut writer = TrajectoryWriter::new(sink(), sink(), simulation.members()).unwrap();
+    let mut writer =
+        TrajectoryWriter::new((sink(), sink()), simulation.members(), &Columns::usual()).unwrap();
     let begin = Instant::now();
     let mut observe = |sample: &Sample| if files { writer.record(sample) } else { Ok(()) };
     simulation.run(&mut observe, &mut |_, _| {}).unwrap();

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // tests
 
 mod bench_command;
+mod columns;
 mod command;
 mod drawings;
 mod export;

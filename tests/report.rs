@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use holonom::model::Columns;
 use holonom::output::{Status, SummaryBuilder};
 use holonom::report;
 use holonom::{
@@ -46,7 +47,7 @@ fn run(case: &str, samples: u64, outcome: &RunOutcome) -> RunFolder {
     let folder = RunFolder::create(folder(case), false).unwrap();
     folder.write("model.toml", &model.to_toml()).unwrap();
     let members = [Member { name: NAME.into(), kind: MemberKind::Particle2 }];
-    let mut writer = folder.trajectory(&members).unwrap();
+    let mut writer = folder.trajectory(&members, &Columns::usual()).unwrap();
     let mut builder = SummaryBuilder::default();
     for step in 0..samples {
         writer.record(&sample(step)).unwrap();

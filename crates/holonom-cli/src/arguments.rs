@@ -123,6 +123,9 @@ pub(crate) struct Run {
     /// Record every K-th step
     #[arg(long, value_name = "K")]
     pub(crate) every: Option<u64>,
+    /// What is recorded: coordinates, or positions alone, in trajectory.csv; joints: their coordinates in sensors.csv
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', value_parser = ["coordinates", "positions", "joints", "none"])]
+    pub(crate) columns: Option<Vec<String>>,
     /// Where a step is refused: end the run, or take that step in smaller parts
     #[arg(long, value_name = "A", value_parser = ["stop", "substep"])]
     pub(crate) on_failure: Option<String>,
@@ -175,6 +178,12 @@ pub(crate) struct Resume {
     pub(crate) talk: Talk,
 }
 
+/// The list of a model file; `none` adds nothing to it.
+fn listed(columns: &[String]) -> String {
+    let columns = columns.iter().filter(|what| *what != "none");
+    format!("{:?}", columns.collect::<Vec<_>>())
+}
+
 impl Run {
     /// All replacements, the options before the keys, so that `--set` takes precedence.
     pub(crate) fn overrides(&self) -> Vec<(String, String)> {
@@ -185,6 +194,7 @@ impl Run {
             ("step", self.step.map(number)),
             ("end", self.end.map(number)),
             ("every", self.every.map(|k| k.to_string())),
+            ("columns", self.columns.as_ref().map(|what| listed(what))),
             ("on_failure", self.on_failure.as_ref().map(|action| format!("{action:?}"))),
         ];
         let given = options.into_iter().filter_map(|(k, v)| Some((format!("simulation.{k}"), v?)));

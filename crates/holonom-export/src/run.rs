@@ -1,6 +1,6 @@
 //! A run as it is shown: its model, its look and its frames.
 
-use holonom_model::Model;
+use holonom_model::{Columns, Model};
 use holonom_sim::output::{Frame, FrameReader, Frames, RunFolder};
 use holonom_sim::sample::Member;
 
@@ -10,6 +10,8 @@ use crate::tube::Pose;
 
 /// Frames from which the size of the motion is read.
 const PROBES: usize = 64;
+const NO_COORDINATES: &str =
+    "it has not the coordinates of all members: run the model again without `columns`";
 
 /// A run that can be shown.
 pub(crate) struct Run<'a> {
@@ -33,14 +35,18 @@ impl<'a> Run<'a> {
                 "it is missing or no valid model: shapes and joints are read from it".into(),
             )
         })?;
+        let whole = model.settings.columns.contains(&Columns::Coordinates);
         let probes: Frames = folder.frames(usize::MAX, PROBES)?;
-        if probes.q.is_empty() || probes.members.is_empty() {
+        if whole && (probes.q.is_empty() || probes.members.is_empty()) {
             return Err(read(
                 "trajectory.csv",
                 "it has no node with bodies, beams or particles".into(),
             ));
         }
-        let other = || read("trajectory.csv", "its columns are not those of model.toml".into());
+        let other = || match whole {
+            true => read("trajectory.csv", "its columns are not those of model.toml".into()),
+            false => read("trajectory.csv", NO_COORDINATES.into()),
+        };
         if !names(&model).eq(probes.members.iter().map(|member| member.name.clone())) {
             return Err(other());
         }

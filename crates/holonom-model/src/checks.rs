@@ -9,7 +9,7 @@ use super::settings::Strain;
 use super::source::Document;
 use super::start::{StartPoints, coincide, is_ground};
 use super::{
-    Bar, Body, Constraint, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Scheme, Shape,
+    Bar, Body, Columns, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Scheme, Shape,
     ShapeKind, Spring, SpringLaw,
 };
 
@@ -70,20 +70,7 @@ impl<'a> Checker<'a> {
     }
 
     fn names(&mut self) {
-        let model = self.model;
-        let sections: [(&'static str, Vec<&'a str>); 10] = [
-            ("frame", model.frames.iter().map(|m| m.name.as_str()).collect()),
-            ("body", model.bodies.iter().map(|m| m.name.as_str()).collect()),
-            ("beam", model.beams.iter().map(|m| m.name.as_str()).collect()),
-            ("particle", model.particles.iter().map(|m| m.name.as_str()).collect()),
-            ("bar", model.bars.iter().map(|m| m.name.as_str()).collect()),
-            ("joint", model.joints.iter().map(|m| m.name.as_str()).collect()),
-            ("constraint", model.constraints.iter().map(Constraint::name).collect()),
-            ("spring", model.springs.iter().map(|m| m.name.as_str()).collect()),
-            ("load", model.loads.iter().map(|m| m.name.as_str()).collect()),
-            ("sensor", model.sensors.iter().map(|m| m.name.as_str()).collect()),
-        ];
-        for (section, names) in sections {
+        for (section, names) in self.model.names() {
             for (i, name) in names.into_iter().enumerate() {
                 let key = format!("{}.name", self.document.label(section, i));
                 self.name(section, &key, name);
@@ -173,6 +160,11 @@ impl<'a> Checker<'a> {
         if statics && settings.momenta {
             let message = "equilibria have no momenta".to_owned();
             self.report("simulation.momenta", message, "remove `momenta`, or take another scheme");
+        }
+        let both = |a, b| settings.columns.contains(&a) && settings.columns.contains(&b);
+        if both(Columns::Coordinates, Columns::Positions) {
+            let message = "`coordinates` contain the positions".to_owned();
+            self.report("simulation.columns", message, "write one of the two");
         }
         if settings.every == 0 {
             let help = "write 1 to record every step, 10 for every tenth";

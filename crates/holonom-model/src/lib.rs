@@ -15,6 +15,7 @@ mod beam;
 mod beam_checks;
 mod body;
 mod checks;
+mod columns;
 mod computed;
 mod connection;
 mod drive;
@@ -51,6 +52,7 @@ use serde::{Deserialize, Serialize};
 
 pub use beam::{Beam, BeamMass, Count, Curve, End, MAX_INTERVALS, Normal, Twist};
 pub use body::{Body, Particle};
+pub use columns::Columns;
 pub use connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use drive::{Constraint, JointDamper, JointMotor, JointSpring};
 pub use include::{ModelText, SourceFile};
@@ -347,8 +349,25 @@ impl Model {
         spatial(&self.header.gravity)
     }
 
+    /// The names of all parts, by section.
+    fn names(&self) -> [(&'static str, Vec<&str>); 10] {
+        [
+            ("frame", self.frames.iter().map(|m| m.name.as_str()).collect()),
+            ("body", self.bodies.iter().map(|m| m.name.as_str()).collect()),
+            ("beam", self.beams.iter().map(|m| m.name.as_str()).collect()),
+            ("particle", self.particles.iter().map(|m| m.name.as_str()).collect()),
+            ("bar", self.bars.iter().map(|m| m.name.as_str()).collect()),
+            ("joint", self.joints.iter().map(|m| m.name.as_str()).collect()),
+            ("constraint", self.constraints.iter().map(Constraint::name).collect()),
+            ("spring", self.springs.iter().map(|m| m.name.as_str()).collect()),
+            ("load", self.loads.iter().map(|m| m.name.as_str()).collect()),
+            ("sensor", self.sensors.iter().map(|m| m.name.as_str()).collect()),
+        ]
+    }
+
     /// Fills in what the text leaves open.
     fn resolve(&mut self) {
+        columns::resolve(self);
         let dimension = self.header.dimension;
         self.header.gravity.resize(dimension, 0.0);
         for particle in &mut self.particles {

@@ -1,5 +1,6 @@
 //! `[model]` and `[simulation]`: what is simulated, and how.
 
+use crate::Columns;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vi_constraints::{Method, SchemeKind};
@@ -199,6 +200,10 @@ fn is_composition(method: &HighOrder) -> bool {
     *method == HighOrder::Composition
 }
 
+fn is_usual(columns: &[Columns]) -> bool {
+    columns == [Columns::Coordinates]
+}
+
 fn is_stated(start: &Start) -> bool {
     *start == Start::Stated
 }
@@ -263,6 +268,10 @@ pub struct Settings {
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = false))]
     pub momenta: bool,
+    /// What `trajectory.csv` contains beside the energies and the momentum maps.
+    #[serde(default = "Columns::usual", skip_serializing_if = "is_usual")]
+    #[schemars(extend("default" = ["coordinates"]))]
+    pub columns: Vec<Columns>,
     /// Where the run begins.
     #[serde(default, skip_serializing_if = "is_stated")]
     #[schemars(extend("default" = "stated"))]
@@ -318,6 +327,7 @@ impl Settings {
             solver: LinearSolver::default(),
             every: one(),
             momenta: false,
+            columns: Columns::usual(),
             start: Start::default(),
             project_start: false,
             start_tolerance: start_tolerance(),

@@ -26,7 +26,7 @@ mod style;
 
 use std::path::PathBuf;
 
-use holonom_model::{Model, Scheme};
+use holonom_model::{Columns, Model, Scheme};
 use holonom_sim::output::{OutputError, RunFolder, TimeSeries};
 use scene::Scene;
 use selected::Scales;
@@ -94,17 +94,23 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     for plot in &plots {
         draw(&plot.chart.title, &plot.name, plot.words(), Ok(plot.chart.svg()))?;
     }
-    let scene = model.as_ref().and_then(|model| scene_of(folder, model, sensors.map(|s| s.0)));
-    let page = page(&summary, &trajectory, &figures, (&text, scene.as_ref()));
+    let scene = model.as_ref().map(|model| scene_of(folder, model, sensors.map(|s| s.0)));
+    let page = page(&summary, &trajectory, &figures, (&text, &scene.unwrap_or_default()));
     files.insert(0, folder.write("report.html", &page)?);
     Ok(files)
 }
 
-/// The animated scene; `None` where the files hold no motion that can be shown.
-fn scene_of(folder: &RunFolder, model: &Model, sensors: Option<&TimeSeries>) -> Option<Scene> {
-    let frames = folder.frames(scene::NUMBERS, scene::INSTANTS).ok()?;
-    let moments = folder.bending_moments(&frames).unwrap_or_default();
-    Scene::new(model, &frames, &moments, sensors)
+/// The animated scene as a part of a page; empty where the files hold no motion that can be shown.
+fn scene_of(folder: &RunFolder, model: &Model, sensors: Option<&TimeSeries>) -> String {
+    let scene = folder.frames(scene::NUMBERS, scene::INSTANTS).ok().and_then(|frames| {
+        let moments = folder.bending_moments(&frames).unwrap_or_default();
+        Scene::new(model, &frames, &moments, sensors)
+    });
+    match scene {
+        Some(scene) => scene.html(),
+        None if model.settings.columns.contains(&Columns::Coordinates) => String::new(),
+        None => "<p class=\"note\">No scene: the run has recorded no coordinates (<code>columns</code>).</p>\n".to_owned(),
+    }
 }
 
 /// The picture of the beams of a run, with its caption.

@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use super::facts::{counts, facts, rounded, time};
-use super::scene::Scene;
 use holonom_sim::output::{Status, Summary, Trajectory};
 
 const STYLE: &str = include_str!("page.css");
@@ -21,18 +20,18 @@ pub struct Figure {
     pub svg: String,
 }
 
-/// The page of a run, from its summary, its figures and the text of its model.
+/// The page of a run, from its summary, its figures, the text of its model and its scene.
 #[must_use]
 pub fn page(
     summary: &Summary,
     trajectory: &Trajectory,
     figures: &[Figure],
-    (model, scene): (&str, Option<&Scene>),
+    (model, scene): (&str, &str),
 ) -> String {
     let mut html = head(&summary.model);
     html += &heading(&summary.model, &[counts(summary)], "holonom run model.toml");
     push_failure(&mut html, summary);
-    html += &scene.map_or_else(String::new, Scene::html);
+    html += scene;
     push_list(&mut html, facts(summary).into_iter().map(|fact| (fact.subject, fact.finding)));
     push_plots(&mut html, trajectory, figures);
     html += "<h2>Numbers</h2>\n";

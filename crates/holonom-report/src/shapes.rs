@@ -12,12 +12,14 @@ pub(super) const INSTANTS: usize = 9;
 const POINTS: usize = 200;
 
 /// The beams of `model` at the instants of `frames`, pale first; bodies and point masses as dots. `None`
-/// without beams. A motion in a plane of two axes of space is seen from in front, others from aside.
+/// without beams, and where the frames are of another model. A motion in a plane of two axes of space is seen from in front, others from aside.
 #[must_use]
 pub fn shapes(model: &Model, frames: &Frames) -> Option<Picture> {
     let snapshots: Vec<Vec<[f64; 3]>> =
         (0..frames.q.len()).map(|i| frames.points(i).collect()).collect();
-    let last = snapshots.last().filter(|_| !model.beams.is_empty())?;
+    let nodes: usize = model.beams.iter().map(Beam::node_count).sum();
+    let fits = frames.members.len() == model.bodies.len() + nodes + model.particles.len();
+    let last = snapshots.last().filter(|_| nodes > 0 && fits)?;
     let place = projection(&snapshots);
     let mut items = Vec::new();
     for (i, points) in snapshots.iter().enumerate() {

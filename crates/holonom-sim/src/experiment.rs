@@ -9,6 +9,7 @@ use crate::outcome::{RunOutcome, StaticFacts};
 use crate::run_state::RunState;
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
+use holonom_model::Columns;
 use vi_constraints::integrator::ResumeError;
 
 /// What can be run: a motion, or a continuation of equilibria.
@@ -17,6 +18,8 @@ pub trait Experiment {
     fn assembly(&self) -> &AssemblyReport;
     /// The members, in the order of their coordinates.
     fn members(&self) -> &[Member];
+    /// What is recorded of the members.
+    fn columns(&self) -> &[Columns];
     /// The sensors.
     fn sensors(&self) -> &Sensors;
     /// The beams.

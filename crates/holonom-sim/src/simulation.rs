@@ -25,7 +25,7 @@ use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::{Sensors, View};
 use crate::start::{self, How, Start};
 use crate::system::{self, System};
-use holonom_model::{Family, Model, ModelError, OnFailure, Problem, Scheme, Settings};
+use holonom_model::{Columns, Family, Model, ModelError, OnFailure, Problem, Scheme, Settings};
 use std::io;
 use vi_constraints::agreement::Dependence;
 pub use vi_constraints::integrator::ResumeError;
@@ -537,6 +537,9 @@ impl Simulation {
 }
 
 impl Experiment for Simulation {
+    fn columns(&self) -> &[Columns] {
+        &self.settings.columns
+    }
     fn assembly(&self) -> &AssemblyReport {
         self.assembly()
     }

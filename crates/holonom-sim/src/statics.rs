@@ -20,7 +20,7 @@ use crate::outcome::{RunFailure, RunOutcome};
 use crate::sample::{Member, Residuals, Sample};
 use crate::sensor::{Sensors, View};
 use crate::system::{self, System};
-use holonom_model::{History, Model, ModelError, Scheme, Settings};
+use holonom_model::{Columns, History, Model, ModelError, Scheme, Settings};
 use std::io;
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
@@ -367,6 +367,10 @@ enum Reached {
 type Observe<'a> = dyn FnMut(&Sample) -> io::Result<()> + 'a;
 
 impl Experiment for Statics {
+    fn columns(&self) -> &[Columns] {
+        &self.settings.columns
+    }
+
     fn assembly(&self) -> &AssemblyReport {
         &self.assembly
     }

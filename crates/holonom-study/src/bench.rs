@@ -13,7 +13,7 @@
 //! schemes: it counts among the solution.
 
 use crate::clock::{Clock, timed};
-use holonom_model::{Family, Model, ModelError, Problem, Scheme};
+use holonom_model::{Columns, Family, Model, ModelError, Problem, Scheme};
 use holonom_sim::output::TrajectoryWriter;
 use holonom_sim::sample::Sample;
 use holonom_sim::simulation::Simulation;
@@ -187,7 +187,8 @@ fn iterations_of(run: &mut Simulation, count: u64) -> Result<usize, String> {
 
 /// Takes `count` steps, and writes every node to where nothing is stored.
 fn record(run: &mut Simulation, count: u64) -> io::Result<()> {
-    let mut writer = TrajectoryWriter::new(io::sink(), io::sink(), run.members())?;
+    let mut writer =
+        TrajectoryWriter::new((io::sink(), io::sink()), run.members(), &Columns::usual())?;
     let last = WARM_UP + count;
     let mut observe = |sample: &Sample| writer.record(black_box(sample));
     run.run_while(&mut observe, &mut |step, _| step < last).map(|_| ())

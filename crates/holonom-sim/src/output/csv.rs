@@ -2,12 +2,14 @@
 
 use std::collections::BTreeSet;
 use std::io::{self, Write};
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
 use super::readable::RowReader;
-use super::rows::Rows;
+use super::rows::{Field, Rows};
 use crate::sample::{Member, Sample};
+use holonom_model::Columns;
 
 /// Columns after those of the members: energies (J), angular (kg·m²/s) and linear momentum (kg·m/s).
 const TAIL: [&str; 8] = ["E", "H", "Lx", "Ly", "Lz", "Px", "Py", "Pz"];
@@ -38,6 +40,8 @@ pub struct ResidualRow {
 pub struct TrajectoryWriter<W: Write> {
     trajectory: Rows<W>,
     residuals: Rows<W>,
+    /// Where the recorded coordinates are in `q`.
+    recorded: Vec<Range<usize>>,
 }
 
 impl<W: Write> TrajectoryWriter<W> {
@@ -45,13 +49,31 @@ impl<W: Write> TrajectoryWriter<W> {
     ///
     /// # Errors
     /// What the files say.
-    pub fn new(trajectory: W, residuals: W, members: &[Member]) -> io::Result<Self> {
-        let of = |m: &Member| m.kind.columns().iter().map(|c| format!("{}.{c}", m.name)).collect();
+    pub fn new(
+        (trajectory, residuals): (W, W),
+        members: &[Member],
+        columns: &[Columns],
+    ) -> io::Result<Self> {
+        let all = columns.contains(&Columns::Coordinates);
+        let positions = columns.contains(&Columns::Positions);
+        let own = |member: &Member| match member.kind {
+            kind if all => kind.columns(),
+            kind if positions => &kind.columns()[..kind.columns().len().min(3)],
+            _ => &[],
+        };
+        let of = |m: &Member| own(m).iter().map(|c| format!("{}.{c}", m.name)).collect();
         let columns: Vec<Vec<String>> = members.iter().map(of).collect();
+        let mut first = 0;
+        let place = |member: &Member| {
+            let place = first..first + own(member).len();
+            first += member.kind.columns().len();
+            place
+        };
+        let recorded = members.iter().map(place).collect();
         let owned = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
         let header = [owned(&HEAD), columns.concat(), owned(&TAIL)].concat();
         let mut writer =
-            Self { trajectory: Rows::new(trajectory), residuals: Rows::new(residuals) };
+            Self { trajectory: Rows::new(trajectory), residuals: Rows::new(residuals), recorded };
         writer.trajectory.push(|row| row.write_record(&header))?;
         let residuals = ["step", "t", "position", "velocity", "momentum", "newton_iterations"];
         writer.residuals.push(|row| row.write_record(residuals))?;
@@ -66,10 +88,12 @@ impl<W: Write> TrajectoryWriter<W> {
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
         let Sample { step, t, q, energy, hamiltonian, momentum, residuals, .. } = sample;
         let energies = [*energy, *hamiltonian];
-        let parts = [&[*t][..], q, &energies, &momentum.angular, &momentum.linear];
-        self.trajectory.numbers(*step, &parts)?;
+        let (own, t) = (self.recorded.iter().flat_map(|place| &q[place.clone()]), [*t]);
+        let rest = energies.iter().chain(&momentum.angular).chain(&momentum.linear);
+        let numbers = t.iter().chain(own).chain(rest);
+        self.trajectory.fields(*step, numbers.map(|x| Field::Number(*x)))?;
         let levels = [residuals.position, residuals.velocity, residuals.momentum];
-        self.residuals.numbers(*step, &[&[*t], &levels, &[sample.newton_iterations]])
+        self.residuals.numbers(*step, &[&t, &levels, &[sample.newton_iterations]])
     }
 
     /// Hands everything to the files.
@@ -203,7 +227,9 @@ mod tests {
     fn header_and_rows_are_those_of_the_contract() {
         let members = [Member { name: "bob".into(), kind: MemberKind::Particle2 }];
         let (mut trajectory, mut residuals) = (Vec::new(), Vec::new());
-        let mut writer = TrajectoryWriter::new(&mut trajectory, &mut residuals, &members).unwrap();
+        let mut writer =
+            TrajectoryWriter::new((&mut trajectory, &mut residuals), &members, &Columns::usual())
+                .unwrap();
         writer.record(&sample(0)).unwrap();
         writer.record(&sample(3)).unwrap();
         writer.finish().unwrap();
@@ -240,9 +266,12 @@ mod tests {
         let members = [Member { name: "bob".into(), kind: MemberKind::Particle2 }];
         let disk = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
         let other = std::rc::Rc::default();
-        let mut writer =
-            TrajectoryWriter::new(Full(disk.clone(), 200_000), Full(other, usize::MAX), &members)
-                .unwrap();
+        let mut writer = TrajectoryWriter::new(
+            (Full(disk.clone(), 200_000), Full(other, usize::MAX)),
+            &members,
+            &Columns::usual(),
+        )
+        .unwrap();
         let failed = (0..10_000).find_map(|step| writer.record(&sample(step)).err());
         assert!(failed.is_some());
         drop(writer);

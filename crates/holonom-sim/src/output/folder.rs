@@ -24,6 +24,7 @@ use super::time_series::TimeSeries;
 use crate::beams::Beams;
 use crate::sample::{Member, MomentaNames};
 use crate::sensor::Column;
+use holonom_model::Columns;
 
 /// Files that make a folder one of ours.
 const FILES: [&str; 9] = [
@@ -187,10 +188,14 @@ impl RunFolder {
     ///
     /// # Errors
     /// [`OutputError::Io`].
-    pub fn trajectory(&self, members: &[Member]) -> Result<TrajectoryWriter<RowFile>, OutputError> {
+    pub fn trajectory(
+        &self,
+        members: &[Member],
+        columns: &[Columns],
+    ) -> Result<TrajectoryWriter<RowFile>, OutputError> {
         let open = |name: &str| self.rows(name).map_err(|e| at(&self.path.join(name), e));
         let files = (open("trajectory.csv")?, open("residuals.csv")?);
-        TrajectoryWriter::new(files.0, files.1, members).map_err(|e| at(&self.path, e))
+        TrajectoryWriter::new(files, members, columns).map_err(|e| at(&self.path, e))
     }
 
     /// Begins `sensors.csv`; `None` without sensors.

@@ -39,7 +39,7 @@ impl Recorder {
         experiment: &dyn Experiment,
         summary: SummaryBuilder,
     ) -> Result<Self, OutputError> {
-        let trajectory = folder.trajectory(experiment.members())?;
+        let trajectory = folder.trajectory(experiment.members(), experiment.columns())?;
         let sensors = folder.sensors(experiment.sensors().columns())?;
         let beams = folder.beams(experiment.beams())?;
         let momenta = folder.momenta(experiment.momenta_names().as_ref())?;
