@@ -51,16 +51,20 @@ pub(crate) fn findings(model: &Model, report: &AssemblyReport) -> Vec<(&'static 
             format!("{} kg, {} m", rounded(measures.mass, 4), rounded(measures.extent, 4)),
         ),
     ];
-    let ranges = [
-        ("masses", measures.masses, "kg"),
-        ("moments of inertia", measures.inertias, "kg m²"),
-        ("stiffnesses of springs", measures.stiffnesses, "N/m"),
+    let ranges =
+        [("masses", measures.masses, "kg"), ("moments of inertia", measures.inertias, "kg m²")];
+    let stiffnesses = [
+        ("stiffness of springs", measures.stiffnesses, "N/m"),
+        ("stiffness about joints", measures.angular_stiffnesses, "N m/rad"),
+        ("bending stiffness", measures.bending_stiffnesses, "N m²"),
+        ("extensional stiffness", measures.extensional_stiffnesses, "N"),
     ];
-    let ranges = ranges.into_iter().filter_map(|(subject, range, unit)| {
-        let [least, most] = range.filter(|[least, most]| least < most)?.map(|x| rounded(x, 4));
-        Some((subject, format!("{least} to {most} {unit}")))
-    });
-    rows.extend(ranges);
+    let ranges = ranges.into_iter().filter(|(_, range, _)| range.is_some_and(|[a, b]| a < b));
+    rows.extend(ranges.chain(stiffnesses).filter_map(|(subject, range, unit)| {
+        let [least, most] = range?.map(|x| rounded(x, 4));
+        let numbers = if least == most { least } else { format!("{least} to {most}") };
+        Some((subject, format!("{numbers} {unit}")))
+    }));
     rows.extend([
         ("initial position error", rounded(report.closure.position, 2)),
         ("initial velocity error", rounded(report.closure.velocity, 2)),

@@ -27,9 +27,18 @@ pub struct Measures {
     /// Principal moments of inertia of these bodies, kg·m².
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inertias: Option<[f64; 2]>,
-    /// Stiffnesses of springs between points, N/m.
+    /// Stiffnesses of springs between points and along joints, N/m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stiffnesses: Option<[f64; 2]>,
+    /// Stiffnesses of springs about joints, N·m/rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub angular_stiffnesses: Option<[f64; 2]>,
+    /// Bending stiffnesses of beams, N·m².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bending_stiffnesses: Option<[f64; 2]>,
+    /// Extensional stiffnesses of beams, N.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extensional_stiffnesses: Option<[f64; 2]>,
 }
 
 /// The smallest and the largest of numbers; `None` of none.
@@ -49,12 +58,26 @@ impl Measures {
             let moments: [f64; 3] = body.inertia_tensor().symmetric_eigenvalues().into();
             moments
         };
+        let springs = model.springs.iter().map(|spring| spring.stiffness);
+        let of_joints = |angular: bool| {
+            let joints = model
+                .joints
+                .iter()
+                .filter_map(|joint| Some((joint.pair(), joint.spring.as_ref()?)));
+            let own = joints.filter(move |(pair, spring)| pair.is_angle(spring.freedom) == angular);
+            own.map(|(_, spring)| spring.stiffness)
+        };
+        let sections = || model.beams.iter().map(|beam| &beam.section);
+        let bending = sections().flat_map(|section| [section.ei1, section.ei2]).flatten();
         Self {
             mass: mass(model, mechanism, dynamics),
             extent: extent(model, mechanism),
             masses: range(masses),
             inertias: range(moving(model).flat_map(moments)),
-            stiffnesses: range(model.springs.iter().map(|spring| spring.stiffness)),
+            stiffnesses: range(springs.chain(of_joints(false))),
+            angular_stiffnesses: range(of_joints(true)),
+            bending_stiffnesses: range(bending),
+            extensional_stiffnesses: range(sections().filter_map(|section| section.ea)),
         }
     }
 }
