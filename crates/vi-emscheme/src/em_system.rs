@@ -13,20 +13,15 @@
 //! Letters: `M` mass matrix (constant, may be singular), `v_n` velocity, `D̄V`, `f̄` as in
 //! [`crate::discrete_gradient`], [`crate::load`].
 
-use crate::constraint::DiscreteConstraints;
 use crate::discrete_gradient::DiscreteGradient;
 use crate::gonzalez::Gonzalez;
 use crate::invariant::InvariantPotential;
 use crate::load::MidpointLoad;
-use crate::node::EmObserver;
-use crate::scheme::{lag, sub_steps};
-use vi_constraints::discretization::Discretization;
-use vi_constraints::saddle_point::IndependentRows;
 use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::potential::{LinearPotential, Potential};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
-use vi_core::{Composition, Configuration, Quadrature, SeparableSystem, State};
+use vi_core::{Configuration, Quadrature, SeparableSystem, State};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::spring::Spring;
 
@@ -215,19 +210,7 @@ impl MechanicalSystem for EmSystem {
     }
 }
 
-impl<C: DiscreteConstraints> Discretization<C> for EmSystem {
-    type Observer = EmObserver;
-
-    fn observer(&self, m: usize, rows: &IndependentRows) -> EmObserver {
-        EmObserver::new(self.dim(), m, rows)
-    }
-
-    fn begin(&self, state: &mut State, v: &[f64]) {
-        state.v = v.to_vec();
-        state.compensation.v = vec![0.0; v.len()];
-    }
-
-    fn sub_steps(&self, composition: Composition) -> Vec<f64> {
-        sub_steps(composition)
-    }
+/// `Δq − h v_n` with the rounding error of `v_n`.
+pub(crate) fn lag(dq: f64, h: f64, (v, error): (f64, f64)) -> f64 {
+    (dq - h * v) - h * error
 }

@@ -44,6 +44,7 @@ pub mod coordinate;
 pub mod dalembert;
 pub mod dense_operators;
 pub mod discrete_gradient;
+mod discretization;
 pub mod em_system;
 pub mod gonzalez;
 pub mod integrator;

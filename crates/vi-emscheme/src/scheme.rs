@@ -4,7 +4,7 @@
 //! `v_{n+1} = (2/h) Δq − v_n`, and differ only in how `q_{n+1}` is found. Their trajectories agree to
 //! solver tolerance.
 
-use crate::em_system::EmSystem;
+use crate::em_system::{EmSystem, lag};
 use serde::{Deserialize, Serialize};
 use vi_core::interval::Interval;
 use vi_core::state::State;
@@ -81,9 +81,4 @@ pub(crate) fn advance_state(
     state.memory.keep(s);
     state.memory.multipliers.clear();
     state.memory.multipliers.extend_from_slice(mu);
-}
-
-/// `Δq − h v_n` with the rounding error of `v_n`.
-pub(crate) fn lag(dq: f64, h: f64, (v, error): (f64, f64)) -> f64 {
-    (dq - h * v) - h * error
 }

@@ -13,14 +13,14 @@
 //! (2005) 640–659, subspaces of second order.
 #![allow(non_snake_case)] // K, C, M, B, X, Y
 
-use crate::modes::{Balance, Linearization, ModeError, Subspace};
+use crate::equations::FrameMatrices;
+use crate::modes::{Balance, Linearization, ModeError, Subspace, entry_noise};
 use crate::problem::StaticProblem;
 use nalgebra::{Complex, DMatrix, DVector};
 use vi_core::eigen::{Eigen, generalized_eigen};
 use vi_core::linear::SparseLu;
 use vi_core::quadratic_eigen::{QuadraticEigen, QuadraticPair};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
-use vi_multibody::sparse_nodal::{Columns, VelocityLayout};
 
 /// Most iterations with one shift, and most shifts.
 const ITERATIONS: usize = 60;
@@ -33,20 +33,6 @@ const SPARE: usize = 14;
 const SETTLED: f64 = 1e-12;
 /// The shift in units of the diagonal of the stiffness over that of the mass, at first.
 const HIGH: f64 = 1e-4;
-
-/// Matrices in the velocities of all frames and point masses, sparse.
-pub(crate) struct FrameMatrices {
-    /// `∇²V − ∂f/∂q + M W² + …`, as for the tree.
-    pub(crate) K: SparseMatrix,
-    /// `2 M W − ∂f/∂v`.
-    pub(crate) C: SparseMatrix,
-    /// `M`.
-    pub(crate) M: SparseMatrix,
-    /// Independent rows of joints, bars and scalar constraints.
-    pub(crate) B: SparseMatrix,
-    pub(crate) layout: VelocityLayout,
-    pub(crate) columns: Columns,
-}
 
 /// The pencil with a factorization at a shift.
 struct Pencil {
@@ -259,13 +245,6 @@ impl Pencil {
         }
         DMatrix::from_columns(&basis)
     }
-}
-
-/// `4ε |x|ᵀ|K||x|`: what the rounding of the entries of `K` may change `xᵀKx` by.
-pub(crate) fn entry_noise(K: &SparseMatrix, x: &[f64]) -> f64 {
-    let mut sum = 0.0;
-    K.for_each(|i, j, value| sum += (x[i] * value * x[j]).abs());
-    4.0 * f64::EPSILON * sum
 }
 
 /// `A X`.

@@ -11,7 +11,6 @@
 #![allow(non_snake_case)] // K, M, J, Z
 
 use crate::equations::{Equations, TreeMatrices};
-use crate::lowest::entry_noise;
 use crate::problem::StaticProblem;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
@@ -302,4 +301,11 @@ impl Entries for Chosen {
             self.rows[(column, k)] += value;
         }
     }
+}
+
+/// `4ε |x|ᵀ|K||x|`: what the rounding of the entries of `K` may change `xᵀKx` by.
+pub(crate) fn entry_noise(K: &SparseMatrix, x: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    K.for_each(|i, j, value| sum += (x[i] * value * x[j]).abs());
+    4.0 * f64::EPSILON * sum
 }

@@ -1,7 +1,7 @@
 //! What Leyendecker, Marsden & Ortiz 2008 (LMO08) claim of both families, judged from the numbers.
 
-use super::markdown::{drift, number};
 use super::tables::{Ratio, equal, exponents, pairs, ratio_of};
+use super::values::{drift, number};
 use super::{Compared, ENERGY_STEPS};
 use holonom::compare::{Measured, Record, Verdict};
 use std::fmt::Write;

@@ -1,8 +1,8 @@
 //! `COMPARISON.md` from the findings.
 
+use super::values::{drift, number};
 use super::{Compared, claims, tables};
-use holonom::compare::{Measured, Outcome, Record, Verdict, table};
-use holonom::vi_core::linear::norm_inf;
+use holonom::compare::{Outcome, Record, Verdict, table};
 use std::fmt::Write;
 
 const HEAD: &str = include_str!("head.md");
@@ -21,22 +21,6 @@ pub(super) fn page(all: &[Compared], provenance: &str) -> String {
         model(&mut out, one);
     }
     out
-}
-
-pub(super) fn number(value: f64) -> String {
-    if value == 0.0 { "0".into() } else { format!("{value:.1e}") }
-}
-
-pub(super) fn record<'a>(one: &'a Compared, scheme: &str) -> Option<&'a Record> {
-    one.found.records.iter().find(|r| r.scheme == scheme)
-}
-
-/// Largest drift of the momentum maps that the system conserves.
-pub(super) fn drift(one: &Compared, m: &Measured) -> f64 {
-    let names = ["Px", "Py", "Pz", "Lx", "Ly", "Lz"];
-    let conserved =
-        names.iter().zip(m.momentum_drift).filter(|d| one.found.conserved.iter().any(|k| k == d.0));
-    norm_inf(&conserved.map(|d| d.1).collect::<Vec<_>>())
 }
 
 fn model(out: &mut String, one: &Compared) {

@@ -5,10 +5,12 @@
 //! | `markdown` | the page and the findings of each model |
 //! | `tables` | ratios, equal errors, condition numbers, linearizations |
 //! | `claims` | what was claimed of both families, judged from the numbers |
+//! | `values` | numbers as the page writes them |
 
 mod claims;
 mod markdown;
 mod tables;
+mod values;
 
 use crate::text_file;
 use holonom::compare::linearization::{Linearizations, linearizations};

@@ -1,7 +1,7 @@
 //! The tables over all models, with sentences that are made from their numbers.
 
 use super::Compared;
-use super::markdown::{number, record};
+use super::values::{number, record};
 use holonom::compare::equal_error::{EqualError, equal_error};
 use holonom::compare::{Measured, Record};
 use std::fmt::Write;

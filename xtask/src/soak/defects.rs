@@ -1,7 +1,7 @@
 //! Defects made on purpose, between the program and the judge: the harness must find each.
 
 use super::fault::FaultKind;
-use super::judge::Trace;
+use super::trace::Trace;
 use holonom::{ModelError, RunState};
 use serde_json::Value;
 

@@ -8,7 +8,7 @@
 //! All are relative to the terms that cancel in them.
 
 use super::fault::{Fault, FaultKind};
-use super::judge::Trace;
+use super::trace::Trace;
 use bounds::{ENERGY, MOMENTUM, RESIDUAL};
 use holonom::model::{Constraint, End, GROUND, JointKind};
 use holonom::vi_constraints::Constraints;

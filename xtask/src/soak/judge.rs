@@ -4,11 +4,12 @@ use super::defects::Defect;
 use super::fault::{self, Fault, FaultKind};
 use super::invariants::{self, Measured};
 use super::repeat;
+use super::trace::{Trace, assembled, trace};
 use crate::reliability::guard::guarded;
 use crate::reliability::shape::shape;
 use holonom::run::prepare;
 use holonom::simulation::RunOutcome;
-use holonom::{Model, ModelError, RunFailure, RunState, Sample, Simulation};
+use holonom::{Model, RunState, Sample, Simulation};
 use std::convert::Infallible;
 
 /// What is judged beside the run itself: more runs of the same mechanism.
@@ -49,40 +50,6 @@ pub struct Judged {
     pub measured: Measured,
     /// What is wrong, if anything is.
     pub fault: Option<Fault>,
-}
-
-/// A run in memory.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Trace {
-    /// All nodes.
-    pub samples: Vec<Sample>,
-    /// Why it ended early.
-    pub failure: Option<RunFailure>,
-}
-
-/// Assembles a model from its text.
-///
-/// # Errors
-/// [`ModelError`].
-pub fn assembled(text: &str) -> Result<(Model, Simulation), ModelError> {
-    let model = Model::from_toml(text)?;
-    let simulation = Simulation::new(&model)?;
-    Ok((model, simulation))
-}
-
-/// Runs on to the end.
-pub fn trace(simulation: &mut Simulation) -> Trace {
-    let mut samples = Vec::new();
-    let mut observe = |sample: &Sample| -> Result<(), Infallible> {
-        samples.push(sample.clone());
-        Ok(())
-    };
-    let Ok(outcome) = simulation.run(&mut observe, &mut |_, _| {});
-    let failure = match outcome {
-        RunOutcome::Done => None,
-        RunOutcome::Failed(failure) => Some(failure),
-    };
-    Trace { samples, failure }
 }
 
 /// Judges a model; `defect`: what is made wrong on purpose.

@@ -18,6 +18,7 @@ pub mod judge;
 pub mod minimise;
 mod repeat;
 pub mod tally;
+pub mod trace;
 
 pub use invariants::{Measured, bounds};
 
@@ -156,9 +157,9 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
 fn single(path: &Path) -> Result<bool, String> {
     let text = holonom::model::read_text(path).map_err(|error| error.to_string())?;
     let checks = Checks { restart: true, agreement: true };
-    let (model, mut simulation) = judge::assembled(&text).map_err(|error| error.to_string())?;
+    let (model, mut simulation) = trace::assembled(&text).map_err(|error| error.to_string())?;
     println!("{}", simulation.energy_columns().join(" "));
-    for sample in judge::trace(&mut simulation).samples {
+    for sample in trace::trace(&mut simulation).samples {
         let energies: Vec<String> = sample.energies.iter().map(|x| format!("{x:.3e}")).collect();
         let residuals = sample.residuals;
         println!("{}: {}, g {:.1e}", sample.step, energies.join(" "), residuals.position);

@@ -4,7 +4,7 @@ use super::defects::Defect;
 use super::fault::{Fault, FaultKind};
 use super::invariants::bounds::AGREEMENT;
 use super::invariants::{Measured, within};
-use super::judge::{Trace, trace};
+use super::trace::{Trace, trace};
 use holonom::model::Scheme;
 use holonom::output::{Checkpoint, SummaryBuilder};
 use holonom::vi_core::linear::norm_inf;

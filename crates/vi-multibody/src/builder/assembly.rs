@@ -1,5 +1,6 @@
 //! From the parts of a builder to a description, a mechanism, and its force elements.
 
+use super::error::{finite, positive};
 use super::force::{JointElementKind, LoadPart};
 use super::joint::direction;
 use super::{
@@ -17,31 +18,6 @@ use crate::mechanism::initial_rates;
 use crate::pair::PairKind;
 use crate::pair::joint::{FrameId, Joint, complete_axis};
 use nalgebra::{Matrix3, Vector3};
-
-/// Refuses numbers that are NaN or infinite.
-pub(super) fn finite(
-    element: impl Fn() -> String,
-    what: &'static str,
-    numbers: &[f64],
-) -> Result<(), BuildError> {
-    match numbers.iter().find(|number| !number.is_finite()) {
-        Some(&value) => Err(BuildError::NotFinite { element: element(), what, value }),
-        None => Ok(()),
-    }
-}
-
-/// Refuses numbers that are not positive, and those that are not finite.
-fn positive(
-    element: impl Fn() -> String,
-    what: &'static str,
-    value: f64,
-) -> Result<(), BuildError> {
-    finite(&element, what, &[value])?;
-    if value > 0.0 {
-        return Ok(());
-    }
-    Err(BuildError::NotPositive { element: element(), what, value })
-}
 
 /// The length of a bar, by default the initial distance of its ends; `sizes`: how far they are from the
 /// origin.

@@ -1,6 +1,6 @@
 //! Rigid bodies of a builder: mass, attitude, initial velocity.
 
-use super::assembly::finite;
+use super::error::finite;
 use super::{BodyId, BuildError};
 use crate::mechanism::description::BodySpec;
 use nalgebra::{Matrix3, Vector3};

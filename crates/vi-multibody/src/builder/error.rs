@@ -152,3 +152,28 @@ fn coordinates(count: usize) -> String {
         _ => format!("its coordinates are 0 to {}", count - 1),
     }
 }
+
+/// Refuses numbers that are NaN or infinite.
+pub(super) fn finite(
+    element: impl Fn() -> String,
+    what: &'static str,
+    numbers: &[f64],
+) -> Result<(), BuildError> {
+    match numbers.iter().find(|number| !number.is_finite()) {
+        Some(&value) => Err(BuildError::NotFinite { element: element(), what, value }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses numbers that are not positive, and those that are not finite.
+pub(super) fn positive(
+    element: impl Fn() -> String,
+    what: &'static str,
+    value: f64,
+) -> Result<(), BuildError> {
+    finite(&element, what, &[value])?;
+    if value > 0.0 {
+        return Ok(());
+    }
+    Err(BuildError::NotPositive { element: element(), what, value })
+}

@@ -1,6 +1,6 @@
 //! Force elements: springs, dampers, motors, loads, as parts of a builder and as numbers.
 
-use super::assembly::finite;
+use super::error::finite;
 use super::{BodyId, BuildError, CoordinateId, Place, PointOn};
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};

@@ -1,6 +1,6 @@
 //! Joints of a builder: position and axes in space in the initial configuration.
 
-use super::assembly::finite;
+use super::error::finite;
 use super::{BuildError, JointId};
 use crate::mechanism::description::{BodySpec, joint_at};
 use crate::pair::PairKind;

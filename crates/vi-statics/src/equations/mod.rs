@@ -18,7 +18,6 @@
 //! Source: theory §6, "Statics".
 #![allow(non_snake_case)] // K, G
 
-use crate::lowest::FrameMatrices;
 use crate::rotation::{Field, SteadyRotation};
 use nalgebra::{DMatrix, Matrix3, Matrix6};
 use vi_constraints::Constraints;
@@ -37,6 +36,20 @@ use vi_rigid::rotation::skew;
 mod rows;
 mod scale;
 mod solve;
+
+/// Matrices in the velocities of all frames and point masses, sparse.
+pub(crate) struct FrameMatrices {
+    /// `∇²V − ∂f/∂q + M W² + …`, as for the tree.
+    pub(crate) K: SparseMatrix,
+    /// `2 M W − ∂f/∂v`.
+    pub(crate) C: SparseMatrix,
+    /// `M`.
+    pub(crate) M: SparseMatrix,
+    /// Independent rows of joints, bars and scalar constraints.
+    pub(crate) B: SparseMatrix,
+    pub(crate) layout: VelocityLayout,
+    pub(crate) columns: Columns,
+}
 
 /// The equations at the last equilibrium, with the workspace of an evaluation.
 pub(crate) struct Equations {

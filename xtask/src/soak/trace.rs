@@ -1,0 +1,39 @@
+//! A run in memory.
+
+use holonom::simulation::RunOutcome;
+use holonom::{Model, ModelError, RunFailure, Sample, Simulation};
+use std::convert::Infallible;
+
+/// A run in memory.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trace {
+    /// All nodes.
+    pub samples: Vec<Sample>,
+    /// Why it ended early.
+    pub failure: Option<RunFailure>,
+}
+
+/// Assembles a model from its text.
+///
+/// # Errors
+/// [`ModelError`].
+pub fn assembled(text: &str) -> Result<(Model, Simulation), ModelError> {
+    let model = Model::from_toml(text)?;
+    let simulation = Simulation::new(&model)?;
+    Ok((model, simulation))
+}
+
+/// Runs on to the end.
+pub fn trace(simulation: &mut Simulation) -> Trace {
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| -> Result<(), Infallible> {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    let Ok(outcome) = simulation.run(&mut observe, &mut |_, _| {});
+    let failure = match outcome {
+        RunOutcome::Done => None,
+        RunOutcome::Failed(failure) => Some(failure),
+    };
+    Trace { samples, failure }
+}
