@@ -1,5 +1,6 @@
 //! Twists, spatial matrices, and points and vectors as linear forms in the coordinates.
 
 pub mod form;
+pub(crate) mod lanes;
 pub mod spatial;
 pub(crate) mod twist;

@@ -25,6 +25,7 @@ use crate::solver::tree_control_points::TreeControlPoints;
 use crate::solver::tree_descriptor::TreeDescriptor;
 use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_nodal::TreeNodal;
+use crate::solver::tree_step::TreeStep;
 use crate::tree::Link;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -297,6 +298,9 @@ fn nodal(
         return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
     if uncoupled && !matches!(solver, Solver::Dense | Solver::Sparse) {
+        if let Some(step) = TreeStep::new(mechanism, system).filter(|_| !reduced) {
+            return Ok(Box::new(step));
+        }
         return Ok(Box::new(Nodal::new(n, recursion, reduced)));
     }
     if !sparse {
