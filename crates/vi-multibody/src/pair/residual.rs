@@ -4,7 +4,8 @@
 //! own; here the rows of a joint share its gap and its axes.
 
 use super::PairKind;
-use crate::geometry::lanes::{Columns, Lanes, Width, sweep, three};
+use crate::geometry::lane_matrices::Columns;
+use crate::geometry::lanes::{Lanes, Width, sweep, three};
 use crate::pair::joint::Joint;
 use std::ops::Range;
 use vi_rigid::directors::FRAME;

@@ -1,6 +1,7 @@
 //! What a link of a tree is during a step: constants in body components, vectors at `q_n`, unknowns of the sweeps.
 
-use crate::geometry::lanes::{Columns, Held, Pair, Spatial};
+use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
+use crate::geometry::lanes::Held;
 use crate::mechanism::Mechanism;
 use crate::pair::PairKind;
 use crate::pair::joint::FrameId;

@@ -19,10 +19,12 @@
 //! [`crate::tree_nodal`].
 #![allow(non_snake_case)] // A, D, E, K, S
 
+mod end;
 mod link;
 mod sweeps;
 
-use crate::geometry::lanes::{Columns, Held, Lanes, Narrow, Pair, Spatial};
+use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
+use crate::geometry::lanes::{Held, Lanes, Narrow};
 use crate::geometry::spatial::SpatialMatrix;
 use crate::mechanism::Mechanism;
 use crate::pair::Transfer;
@@ -96,7 +98,7 @@ impl TreeStep {
     fn close(&mut self) {
         let Self { links, works, s, .. } = self;
         let (h, (start, end)) = (s.h, s.parts_mut());
-        sweeps::close(links, works, start, end, h);
+        end::close(links, works, start, end, h);
     }
 }
 
@@ -237,11 +239,11 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
             self.close();
         }
         let Self { tree, links, works, impulse, variable, s, .. } = self;
-        state.move_to_configuration(s, |_, q| sweeps::clean(links, works, tree, q));
+        state.move_to_configuration(s, |_, q| end::clean(links, works, tree, q));
         match variable {
             Some(_) => state.move_momentum(system, s),
             None => {
-                sweeps::momenta(links, [&s.dq, impulse], s.h, &mut state.p);
+                end::momenta(links, [&s.dq, impulse], s.h, &mut state.p);
             }
         }
         Ok(())
