@@ -66,16 +66,29 @@ impl ClosureWatch {
         constraints: &impl Constraints,
         at: Configuration<'_>,
     ) -> Result<(), StepError> {
-        constraints.value(at, &mut self.g);
+        self.check_residuals(constraints, at)?;
+        constraints
+            .reflected(at.q)
+            .map_or(Ok(()), |coordinate| Err(StepError::Reflected { coordinate }))
+    }
+
+    /// The same of a node at which no body can be reflected.
+    ///
+    /// # Errors
+    /// [`StepError::ConstraintViolated`].
+    pub fn check_residuals(
+        &mut self,
+        constraints: &impl Constraints,
+        at: Configuration<'_>,
+    ) -> Result<(), StepError> {
+        constraints.residual(at, &mut self.g);
         if !self.holds() {
             constraints.row_sizes(at, &mut self.sizes); // the system may have moved away
             if !self.holds() {
                 return Err(self.violation());
             }
         }
-        constraints
-            .reflected(at.q)
-            .map_or(Ok(()), |coordinate| Err(StepError::Reflected { coordinate }))
+        Ok(())
     }
 
     /// Whether all residuals are within their bounds; one that is not a number is not.

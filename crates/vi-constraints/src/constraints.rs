@@ -21,6 +21,10 @@ pub trait Constraints: Send + Sync {
     }
     /// `out ← g(q, t)`, shape `m`.
     fn value(&self, at: Configuration<'_>, out: &mut [f64]);
+    /// [`Constraints::value`] up to rounding: what is compared with bounds, not solved.
+    fn residual(&self, at: Configuration<'_>, out: &mut [f64]) {
+        self.value(at, out);
+    }
     /// Emits `G(q, t)`, shape `m × n`; always the same places in the same order.
     fn jacobian(&self, t: f64, q: &[f64], out: &mut dyn Entries);
     /// `out_i ← vᵀ D²g_i(q, t) w`, shape `m`.

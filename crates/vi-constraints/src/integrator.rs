@@ -374,7 +374,11 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             total.restarts += report.restarts;
             total.residual = total.residual.max(report.residual);
         }
-        self.watch.check(&**constraints, state.configuration())?;
+        let at = state.configuration();
+        match scheme.keeps_orientation() {
+            true => self.watch.check_residuals(&**constraints, at)?,
+            false => self.watch.check(&**constraints, at)?,
+        }
         state.step = step;
         Ok(total)
     }

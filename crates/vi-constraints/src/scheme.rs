@@ -275,6 +275,10 @@ pub trait Scheme<S, C>: Send {
     fn closing_size(&self) -> f64 {
         0.0
     }
+    /// Whether a step never finds the mirror image of a body ([`crate::closure`]).
+    fn keeps_orientation(&self) -> bool {
+        false
+    }
     /// Of which degree initial guesses are extrapolated.
     fn degree(&self) -> Degree {
         Degree::Cubic

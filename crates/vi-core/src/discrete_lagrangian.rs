@@ -159,6 +159,47 @@ impl SeparableSystem {
         self
     }
 
+    /// The mass matrix as multiples of `I_3` and single entries.
+    #[must_use]
+    pub fn inertia(&self) -> &IsotropicBlocks {
+        &self.inertia
+    }
+
+    /// The sum `w` of the constant forces of linear potentials, shape `n`.
+    #[must_use]
+    pub fn constant_force(&self) -> Vec<f64> {
+        let mut sum = vec![0.0; self.dim()];
+        for force in self.potentials.iter().filter_map(|potential| potential.constant_force()) {
+            sum.iter_mut().zip(force).for_each(|(sum, w)| *sum += w);
+        }
+        sum
+    }
+
+    /// Whether anything acts beside constant forces.
+    #[must_use]
+    pub fn has_variable_forces(&self) -> bool {
+        !self.forces.is_empty() || self.variable().next().is_some()
+    }
+
+    /// The potentials that are not linear.
+    fn variable(&self) -> impl Iterator<Item = &dyn DiscretePotential> {
+        let all = self.potentials.iter().map(|potential| &**potential);
+        all.filter(|potential| potential.constant_force().is_none())
+    }
+
+    /// `out ←` what [`DiscreteLagrangian::forced_d1`] has beside inertia and constant forces.
+    pub fn variable_d1(&self, s: &Interval, out: &mut [f64]) {
+        out.fill(0.0);
+        self.variable().for_each(|potential| potential.add_d1(s, -s.h, out));
+        self.add_force_minus(s, out);
+    }
+
+    /// Emits what [`DiscreteLagrangian::forced_d2_d1`] has beside inertia.
+    pub fn variable_d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
+        self.variable().for_each(|potential| potential.add_d2_d1(s, -s.h, out));
+        self.force_minus_d2(s, out);
+    }
+
     /// How many discrete forces there are.
     #[must_use]
     pub fn force_count(&self) -> usize {

@@ -101,15 +101,34 @@ impl Interval {
         self.compensation.fill(0.0);
     }
 
+    /// As [`Interval::open`], for who writes the end, the increment and the midpoint before they are read.
+    pub fn open_start(&mut self, t: f64, h: f64, q_n: &[f64]) {
+        (self.t, self.h, self.t_rounding) = (t, h, 0.0);
+        self.q0.copy_from_slice(q_n);
+        self.angles.clear();
+        self.internal.clear();
+        self.compensation.fill(0.0);
+    }
+
+    /// `q_n` and its compensation, to be read; `q_{n+1}`, `Δq`, `q_{n+1/2}` and `Δq/h`, to be written.
+    pub fn parts_mut(&mut self) -> ([&[f64]; 2], [&mut [f64]; 4]) {
+        let Self { q0, compensation, q1, dq, q_mid, v_mid, .. } = self;
+        ([q0, compensation], [q1, dq, q_mid, v_mid])
+    }
+
     /// `out ←` the rounding error of `q_{n+1}`, shape `n`: less than a last bit; zero for coordinates that are
     /// not at `q_next` as the step computed it.
+    #[allow(clippy::float_cmp)] // unchanged or not
     pub fn rounding_error(&self, q_next: &[f64], out: &mut [f64]) {
-        for (i, (out, q)) in out.iter_mut().zip(q_next).enumerate() {
-            let (from, to) = (self.q0[i], self.q1[i]);
-            let error = (from - to) + (self.dq[i] + self.compensation[i]);
-            let last_bits = 2.0 * f64::EPSILON * from.abs().max(to.abs());
-            let is_rounding = to.to_bits() == q.to_bits() && error.abs() <= last_bits;
-            *out = if is_rounding { error } else { 0.0 };
+        let n = out.len();
+        let (q_next, from, to) = (&q_next[..n], &self.q0[..n], &self.q1[..n]);
+        let (dq, compensation) = (&self.dq[..n], &self.compensation[..n]);
+        for i in 0..n {
+            let (from, to) = (from[i], to[i]);
+            let error = (from - to) + (dq[i] + compensation[i]);
+            let last_bits = 2.0 * f64::EPSILON * larger(from.abs(), to.abs());
+            let is_rounding = (to == q_next[i]) & (error.abs() <= last_bits);
+            out[i] = if is_rounding { error } else { 0.0 };
         }
     }
 
@@ -134,9 +153,12 @@ impl Interval {
 
     /// Completes the interval after `q1` and `dq` have been written.
     pub fn close(&mut self) {
-        for (i, dq) in self.dq.iter().enumerate() {
-            self.q_mid[i] = self.q0[i] + 0.5 * dq;
-            self.v_mid[i] = dq / self.h;
+        let h = self.h;
+        for ((mid, q0), dq) in self.q_mid.iter_mut().zip(&self.q0).zip(&self.dq) {
+            *mid = q0 + 0.5 * dq;
+        }
+        for (v, dq) in self.v_mid.iter_mut().zip(&self.dq) {
+            *v = dq / h;
         }
     }
 
@@ -204,6 +226,11 @@ impl Interval {
     pub fn t_end(&self) -> f64 {
         (self.t + self.h) + self.t_rounding
     }
+}
+
+#[inline(always)]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 #[cfg(test)]

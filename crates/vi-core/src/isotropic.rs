@@ -64,6 +64,11 @@ impl IsotropicBlocks {
         self.entries.len()
     }
 
+    /// The multiples of `I_3`: row and column of the upper left corner, value.
+    pub fn for_each_multiple(&self, mut visit: impl FnMut(usize, usize, f64)) {
+        self.multiples.iter().for_each(|part| visit(part.row, part.column, part.value));
+    }
+
     /// Emits `scale` times the matrix; always the same places in the same order.
     pub fn emit(&self, scale: f64, out: &mut dyn Entries) {
         for part in &self.multiples {

@@ -192,10 +192,8 @@ pub fn condition_number(a: &DMatrix<f64>) -> f64 {
 /// The largest absolute value; NaN if any entry is NaN (unlike a fold with `f64::max`).
 #[must_use]
 pub fn norm_inf(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |norm: f64, v| {
-        let v = v.abs();
-        if norm.is_nan() || v <= norm { norm } else { v }
-    })
+    // absolute values are ordered as their bits are, and NaN is above infinity
+    f64::from_bits(x.iter().map(|v| v.abs().to_bits()).max().unwrap_or(0))
 }
 
 #[cfg(test)]

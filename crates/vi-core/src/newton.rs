@@ -292,12 +292,13 @@ fn size(blocks: &[Block], x: &[f64], dx: &[f64]) -> Size {
 fn largest<'a>(blocks: impl Iterator<Item = &'a Block>, x: &[f64], dx: &[f64]) -> Size {
     let mut worst = Size { relative: 0.0, kind: BlockKind::Position, unknown: 0 };
     for block in blocks.filter(|block| !block.range.is_empty()) {
-        let scale = norm_inf(&x[block.range.clone()]).max(block.floor);
-        for i in block.range.clone() {
-            let relative = dx[i].abs() / scale;
-            if relative.is_nan() || relative > worst.relative {
-                worst = Size { relative, kind: block.kind, unknown: i };
-            }
+        let own = &dx[block.range.clone()];
+        let largest = norm_inf(own);
+        let relative = largest / norm_inf(&x[block.range.clone()]).max(block.floor);
+        if relative.is_nan() || relative > worst.relative {
+            let at = own.iter().position(|d| d.abs().to_bits() == largest.to_bits());
+            let unknown = block.range.start + at.unwrap_or(0);
+            worst = Size { relative, kind: block.kind, unknown };
         }
     }
     worst

@@ -23,6 +23,10 @@ pub trait Potential: Send + Sync {
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
     /// Emits `scale ∇²V(q)`; always the same places in the same order.
     fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries);
+    /// `w` where `V(q) = −w·q` is linear, shape `n`.
+    fn constant_force(&self) -> Option<&[f64]> {
+        None
+    }
 }
 
 /// A discrete potential `U_d(q_n, q_{n+1})`, J, symmetric in its arguments and consistent with `V`.
@@ -62,6 +66,10 @@ pub trait DiscretePotential: Send + Sync {
     fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
     /// Emits `scale ∇²V(q)`; always the same places in the same order.
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
+    /// `w` where `V(q) = −w·q` is linear, and `D_1 U_d = D_2 U_d = −w/2`; shape `n`.
+    fn constant_force(&self) -> Option<&[f64]> {
+        None
+    }
 }
 
 /// The quadrature rule of a discrete Lagrangian.
@@ -114,6 +122,9 @@ impl<V: Potential> DiscretePotential for Midpoint<V> {
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.0.add_hessian(at.q, scale, out);
     }
+    fn constant_force(&self) -> Option<&[f64]> {
+        self.0.constant_force()
+    }
 }
 
 /// `U_d = ½ V(q_n) + ½ V(q_{n+1})`.
@@ -145,6 +156,9 @@ impl<V: Potential> DiscretePotential for Trapezoidal<V> {
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.0.add_hessian(at.q, scale, out);
     }
+    fn constant_force(&self) -> Option<&[f64]> {
+        self.0.constant_force()
+    }
 }
 
 /// `V(q) = −w·q` with a constant generalized force `w` (gravity: `w = M γ`).
@@ -164,6 +178,9 @@ impl Potential for LinearPotential {
         }
     }
     fn add_hessian(&self, _q: &[f64], _scale: f64, _out: &mut dyn Entries) {}
+    fn constant_force(&self) -> Option<&[f64]> {
+        Some(&self.force)
+    }
 }
 
 /// A potential of `N` coordinates written once for any number type; gradient and Hessian follow

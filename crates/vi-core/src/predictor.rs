@@ -134,32 +134,20 @@ impl History {
 
     /// By as many of the differences of `count` increments as fit.
     fn fit_increments(&self, k: usize, count: usize, out: &mut [f64]) {
-        let terms = self.terms(k, count);
-        for (i, out) in out.iter_mut().enumerate() {
-            *out = differences(self.last(k, i, count), count)[..terms].iter().rev().sum();
+        match count {
+            7 => fit(self.last::<7>(k), out),
+            6 => fit(self.last::<6>(k), out),
+            5 => fit(self.last::<5>(k), out),
+            4 => fit(self.last::<4>(k), out),
+            3 => fit(self.last::<3>(k), out),
+            2 => fit(self.last::<2>(k), out),
+            _ => fit(self.last::<1>(k), out),
         }
     }
 
-    /// The last `count` increments of unknown `i`, the newest first.
-    fn last(&self, k: usize, i: usize, count: usize) -> [f64; DEPTH] {
-        let mut known = [0.0; DEPTH];
-        for (age, known) in known.iter_mut().enumerate().take(count) {
-            *known = self.increment(k, age)[i];
-        }
-        known
-    }
-
-    /// How many differences to add up: the first that is left out is the smallest one; all where they only fall.
-    fn terms(&self, k: usize, count: usize) -> usize {
-        let mut sizes = [0.0_f64; DEPTH];
-        for i in 0..self.unknowns {
-            let differences = differences(self.last(k, i, count), count);
-            for (size, difference) in sizes.iter_mut().zip(differences) {
-                *size = size.max(difference.abs()); // increments of steps that were taken are finite
-            }
-        }
-        let smallest = (1..count).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
-        smallest.map_or(1, |terms| if terms + 1 == count { count } else { terms })
+    /// The last `N` increments, the newest first.
+    fn last<const N: usize>(&self, k: usize) -> [&[f64]; N] {
+        std::array::from_fn(|age| self.increment(k, age))
     }
 
     /// Remembers the increment of sub-step `k`; a change of `h` starts its history anew. After a failure
@@ -183,11 +171,47 @@ impl History {
     }
 }
 
-/// `∇^j u_n`, `j < count`, from the last increments, the newest first.
-fn differences(mut u: [f64; DEPTH], count: usize) -> [f64; DEPTH] {
-    for j in 1..count {
-        for age in (j..count).rev() {
-            u[age] = u[age - 1] - u[age];
+/// Unknowns whose differences are formed side by side.
+const SIDE_BY_SIDE: usize = 4;
+
+/// By as many of the differences of all increments as fit: the first that is left out is the smallest one; all
+/// where they only fall.
+fn fit<const N: usize>(increments: [&[f64]; N], out: &mut [f64]) {
+    let mut sizes = [[0.0_f64; SIDE_BY_SIDE]; N];
+    for first in (0..out.len()).step_by(SIDE_BY_SIDE) {
+        for (size, difference) in sizes.iter_mut().zip(differences(&increments, first)) {
+            for (size, d) in size.iter_mut().zip(difference) {
+                *size = if d.abs() > *size { d.abs() } else { *size }; // increments of steps that were taken are finite
+            }
+        }
+    }
+    let sizes = sizes.map(|size| size.into_iter().fold(0.0, f64::max));
+    let smallest = (1..N).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
+    let terms = smallest.map_or(1, |terms| if terms + 1 == N { N } else { terms });
+    for first in (0..out.len()).step_by(SIDE_BY_SIDE) {
+        let differences = differences(&increments, first);
+        let mut sum = differences[terms - 1];
+        for difference in differences[..terms - 1].iter().rev() {
+            sum.iter_mut().zip(difference).for_each(|(sum, d)| *sum += d);
+        }
+        let count = SIDE_BY_SIDE.min(out.len() - first);
+        out[first..first + count].copy_from_slice(&sum[..count]);
+    }
+}
+
+/// `∇^j u_n` of the unknowns from `first` on, from the last increments, the newest first; zero beyond the last unknown.
+#[inline(always)]
+fn differences<const N: usize>(increments: &[&[f64]; N], first: usize) -> [[f64; SIDE_BY_SIDE]; N] {
+    let mut u = [[0.0; SIDE_BY_SIDE]; N];
+    for (u, increment) in u.iter_mut().zip(increments) {
+        match increment.get(first..first + SIDE_BY_SIDE) {
+            Some(full) => u.copy_from_slice(full),
+            None => u.iter_mut().zip(&increment[first..]).for_each(|(u, x)| *u = *x),
+        }
+    }
+    for j in 1..N {
+        for age in (j..N).rev() {
+            u[age] = std::array::from_fn(|i| u[age - 1][i] - u[age][i]);
         }
     }
     u

@@ -109,6 +109,14 @@ impl State {
         s.compensation.copy_from_slice(&self.compensation.q);
     }
 
+    /// As [`State::open`], with [`Interval::open_start`].
+    pub fn open_start(&self, s: &mut Interval, h: f64) {
+        s.open_start(self.t, h, &self.q);
+        s.angles.extend_from_slice(&self.angles);
+        s.internal.extend_from_slice(&self.internal);
+        s.compensation.copy_from_slice(&self.compensation.q);
+    }
+
     /// Moves to the end of an interval that the step equation holds on: `q_{n+1}`, and
     /// `p̄_{n+1} = D_2 L_d(q_n, q_{n+1}) + f_d^+`.
     pub fn move_to_end(&mut self, system: &impl DiscreteLagrangian, s: &Interval) {

@@ -4,3 +4,4 @@
 mod builder;
 mod joint_coordinates;
 mod random_trees;
+mod tree_step;

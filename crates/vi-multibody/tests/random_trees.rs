@@ -138,6 +138,20 @@ proptest! {
     }
 
     #[test]
+    fn residuals_from_the_vectors_of_joints_are_those_of_the_rows(
+        bodies in 1_usize..7, seed in any::<u64>()
+    ) {
+        let mechanism = random_tree(bodies, seed);
+        let q = increments(mechanism.dim(), 1.5, seed ^ 17); // off the constraints
+        let at = Configuration::new(0.0, &q);
+        let (mut rows, mut joints) = (vec![0.0; mechanism.len()], vec![0.0; mechanism.len()]);
+        mechanism.value(at, &mut rows);
+        mechanism.residual(at, &mut joints);
+        let off: Vec<f64> = rows.iter().zip(&joints).map(|(a, b)| a - b).collect();
+        prop_assert!(norm_inf(&off) < 1e-13, "g off by {:e}", norm_inf(&off));
+    }
+
+    #[test]
     fn quadratic_constraints_satisfy_the_midpoint_identity(bodies in 1_usize..7, seed in any::<u64>()) {
         let mechanism = random_tree(bodies, seed);
         let screw = |joint: &Joint| matches!(joint.kind, PairKind::Screw(_)); // a thread is not quadratic

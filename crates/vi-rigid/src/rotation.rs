@@ -66,8 +66,9 @@ fn small_coefficients(square: f64) -> (f64, f64) {
 }
 
 /// `(sin x / x, (1 − cos x)/x²)` of `x² = square`.
+#[must_use]
 #[inline]
-fn coefficients(square: f64) -> (f64, f64) {
+pub fn coefficients(square: f64) -> (f64, f64) {
     if square <= SMALL {
         return small_coefficients(square);
     }

@@ -21,6 +21,11 @@ impl SpatialMatrix {
         Self { ll: z, la: z, al: z, aa: z }
     }
 
+    /// Its blocks: linear–linear, linear–angular, angular–linear, angular–angular.
+    pub(crate) fn blocks(&self) -> [&Matrix3<f64>; 4] {
+        [&self.ll, &self.la, &self.al, &self.aa]
+    }
+
     #[inline]
     pub(crate) fn mul(&self, t: &Twist) -> Twist {
         Twist::new(

@@ -2,6 +2,7 @@
 
 use super::Mechanism;
 use crate::constraint::scalar_constraint::ScalarRow;
+use crate::pair::residual::residuals;
 use vi_constraints::Constraints;
 use vi_constraints::constraints::RowSums;
 use vi_core::Configuration;
@@ -30,6 +31,15 @@ impl Constraints for Mechanism {
         }
         for (row, g) in self.rows.iter().zip(&mut out[6 * bodies..]) {
             *g = row.value(at);
+        }
+    }
+
+    /// From the vectors of each joint, not row by row.
+    fn residual(&self, at: Configuration<'_>, out: &mut [f64]) {
+        let first = 6 * self.description.bodies.len();
+        residuals(&self.description.joints, &self.joint_rows, &at.q[..2 * first], out);
+        for &row in &self.other_rows {
+            out[first + row] = self.rows[row].value(at);
         }
     }
 

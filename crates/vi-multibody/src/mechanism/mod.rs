@@ -52,6 +52,7 @@ use vi_rigid::directors;
 pub struct Mechanism {
     description: Description,
     rows: Vec<ScalarRow>,         // joints, then bars, then scalar constraints
+    other_rows: Vec<usize>,       // those of `rows` that are no products of a joint
     angles: Vec<JointCoordinate>, // whose revolutions count
     coordinates: BTreeMap<(usize, usize), JointCoordinate>, // asked for: joint, freedom
     joint_rows: Vec<Range<usize>>, // into the constraints, for each joint
@@ -87,6 +88,11 @@ impl Mechanism {
             .map(|bar| place(products(vec![Row::distance(&description.bar_form(bar), bar.length)])))
             .collect();
         let scalar_rows = description.scalars.iter().map(|c| place(c.rows.clone())).collect();
+        let other = |&row: &usize| {
+            let of_joint = holder(&joint_rows, 6 * bodies + row).is_some();
+            !(of_joint && matches!(rows[row], ScalarRow::Product(_)))
+        };
+        let other_rows = (0..rows.len()).filter(other).collect();
         let mut angles = Vec::new();
         rows.iter_mut().for_each(|row| row.list_angles(&mut angles));
         let components = Components::find(&description, &rows, &description.configuration());
@@ -95,6 +101,7 @@ impl Mechanism {
         Self {
             description,
             rows,
+            other_rows,
             angles,
             coordinates: BTreeMap::new(),
             joint_rows,

@@ -78,6 +78,7 @@ pub mod joint;
 pub mod motion;
 pub mod planar;
 pub mod prismatic;
+pub(crate) mod residual;
 pub mod revolute;
 pub mod screw;
 pub mod spherical;

@@ -2,7 +2,7 @@
 //!
 //! | mechanism | nodal and reduced | d'Alembert | constrained |
 //! |---|---|---|---|
-//! | tree of bodies, uncoupled potential | articulated recursion, `O(N)` | dense | sparse |
+//! | tree of bodies, uncoupled potential | articulated recursion, `O(N)`; nodal on R, P, fixed: sweeps of their own | dense | sparse |
 //! | tree with couplings or point masses | dense up to 60 degrees of freedom, then sparse or descriptor form | dense | sparse |
 //! | tree with nodes of elements | sparse, descriptor form with point masses or many ancestors | dense | sparse |
 //! | closed loops of bodies | that of their tree + small complement | dense, QR | sparse |
@@ -25,6 +25,7 @@ use crate::solver::tree_control_points::TreeControlPoints;
 use crate::solver::tree_descriptor::TreeDescriptor;
 use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_nodal::TreeNodal;
+use crate::solver::tree_step::TreeStep;
 use crate::tree::Link;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -297,6 +298,9 @@ fn nodal(
         return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
     if uncoupled && !matches!(solver, Solver::Dense | Solver::Sparse) {
+        if let Some(step) = TreeStep::new(mechanism, system).filter(|_| !reduced) {
+            return Ok(Box::new(step));
+        }
         return Ok(Box::new(Nodal::new(n, recursion, reduced)));
     }
     if !sparse {

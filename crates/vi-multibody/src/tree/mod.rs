@@ -18,6 +18,9 @@ use vi_core::interval::Interval;
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_rigid::{directors, null_space, reparametrization, rotation};
 
+/// Round-off that is left in relative attitudes, and in gaps relative to their size.
+pub(crate) const SLACK: f64 = 8.0 * f64::EPSILON;
+
 /// A frame of the tree with its inboard joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
@@ -218,25 +221,32 @@ impl Tree {
     /// Removes accumulated round-off from directors and of what C, P, E and the axes transport,
     /// root first, where it has passed a few ulp.
     pub fn clean(&self, q: &mut [f64]) {
-        const SLACK: f64 = 8.0 * f64::EPSILON;
-        for link in &self.links {
-            let own = 12 * link.frame..12 * link.frame + 12;
+        self.links.iter().for_each(|link| {
+            self.clean_link(link, q);
+        });
+    }
+
+    /// [`Tree::clean`] of one link; whether anything has changed.
+    pub(crate) fn clean_link(&self, link: &Link, q: &mut [f64]) -> bool {
+        let own = 12 * link.frame..12 * link.frame + 12;
+        let mut changed = reparametrization::clean_directors(&mut q[own.clone()]);
+        let at = self.configuration(link, q);
+        let turn = link.joint.kind.attitude_correction(&at);
+        if turn.amax() > SLACK {
+            let triad = directors::triad(&q[own.clone()]);
+            directors::set_triad(&mut q[own.clone()], &(rotation::exp(&turn) * triad));
             reparametrization::clean_directors(&mut q[own.clone()]);
-            let at = self.configuration(link, q);
-            let turn = link.joint.kind.attitude_correction(&at);
-            if turn.amax() > SLACK {
-                let triad = directors::triad(&q[own.clone()]);
-                directors::set_triad(&mut q[own.clone()], &(rotation::exp(&turn) * triad));
-                reparametrization::clean_directors(&mut q[own.clone()]);
-            }
-            let at = self.configuration(link, q);
-            let shift = link.joint.kind.gap_correction(&at);
-            if shift.amax() > SLACK * (1.0 + at.c().amax()) {
-                for i in 0..3 {
-                    q[own.start + i] += shift[i];
-                }
-            }
+            changed = true;
         }
+        let at = self.configuration(link, q);
+        let shift = link.joint.kind.gap_correction(&at);
+        if shift.amax() > SLACK * (1.0 + at.c().amax()) {
+            for i in 0..3 {
+                q[own.start + i] += shift[i];
+            }
+            changed = true;
+        }
+        changed
     }
 
     /// The link that owns an unknown, and which of its degrees of freedom it is.

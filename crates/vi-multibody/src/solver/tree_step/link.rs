@@ -1,0 +1,169 @@
+//! What a link of a tree is during a step: constants in body components, vectors at `q_n`, unknowns of the sweeps.
+
+use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
+use crate::geometry::lanes::Held;
+use crate::mechanism::Mechanism;
+use crate::pair::PairKind;
+use crate::pair::joint::FrameId;
+use crate::tree::{Link, Tree};
+use nalgebra::{Matrix4, Vector3};
+use vi_core::MechanicalSystem;
+use vi_core::SeparableSystem;
+
+/// How a link moves relative to its parent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Motion {
+    /// A rotation about the axis through the anchor.
+    Revolute,
+    /// A translation along the axis.
+    Prismatic,
+    /// None.
+    Fixed,
+}
+
+impl Motion {
+    fn of(kind: PairKind) -> Option<Self> {
+        match kind {
+            PairKind::Revolute => Some(Self::Revolute),
+            PairKind::Prismatic => Some(Self::Prismatic),
+            PairKind::Fixed => Some(Self::Fixed),
+            _ => None,
+        }
+    }
+}
+
+/// Constants of a link; vectors in the directors of its parent or in its own.
+#[derive(Clone, Debug)]
+pub(super) struct Constants {
+    pub(super) motion: Motion,
+    pub(super) parent: Option<usize>,
+    /// Whether the parent stands just before it in the order of the links.
+    pub(super) follows_parent: bool,
+    /// Where the sums of those children stand that do not follow it, if there are any.
+    pub(super) slot: Option<usize>,
+    /// Whether it is the first to write to the slot of its parent, leaf to root.
+    pub(super) writes_first: bool,
+    /// Its first coordinate, `12 frame`.
+    pub(super) frame: usize,
+    /// Its parent's first coordinate.
+    pub(super) parent_frame: usize,
+    /// Its first unknown.
+    pub(super) unknown: usize,
+    /// From the parent's reference point to its own, directors of the parent.
+    pub(super) lever: [f64; 3],
+    /// `m_1, m_2, n`, directors of the parent.
+    pub(super) axes: [[f64; 3]; 3],
+    /// `m_1', m_2', n'`, its own directors.
+    pub(super) axes_child: [[f64; 3]; 3],
+    /// `ϱ¹`, directors of the parent.
+    pub(super) anchor_parent: [f64; 3],
+    /// `ϱ²`, its own directors: from the centre to its reference point.
+    pub(super) anchor: [f64; 3],
+    /// `M` between the vectors `φ, d_1, d_2, d_3`: multiples of `I_3`.
+    pub(super) mass: [[f64; 4]; 4],
+    /// Whether that matrix is diagonal: centre of mass and principal axes.
+    pub(super) is_diagonal: bool,
+    /// First moment of mass about the reference point, its own directors, kg·m.
+    pub(super) moment: [f64; 3],
+    /// Euler tensor about the reference point, its own directors, kg·m².
+    pub(super) euler: [[f64; 3]; 3],
+}
+
+/// Vectors of a link at `q_n`, and what the sweeps leave.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Work {
+    pub(super) axis: Held,           // n
+    pub(super) lever: Held,          // ℓ
+    pub(super) moment: Held,         // s
+    pub(super) euler: Columns<Held>, // E
+    pub(super) start: Pair<Held>,    // what balances inertia at u = 0
+    pub(super) turn: Columns<Held>,  // A − 1
+    pub(super) shift: Held,          // Δx of the reference point
+    pub(super) axis_next: Held,      // n'
+    pub(super) lever_next: Held,     // ℓ'
+    pub(super) wrench: Pair<Held>,   // balance of the link and all that it carries
+    pub(super) SA: Pair<Held>,       // Sᵀ Ã
+    pub(super) inverse: f64,         // D⁻¹
+    pub(super) twist: Pair<Held>,    // δt'
+    pub(super) cleaned: bool,        // whether round-off was taken out of q_{n+1}
+}
+
+/// Sums over the children of a branched link.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sums {
+    pub(super) matrix: Spatial<Held>,
+    pub(super) wrench: Pair<Held>,
+}
+
+/// The constants of all links and the number of slots; `None` where a pair, or the mass of a body, is of another kind.
+pub(super) fn constants(
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+) -> Option<(Vec<Constants>, usize)> {
+    let tree = mechanism.tree();
+    let masses = masses(tree.links().len(), system)?;
+    let (mut links, mut slots) = (Vec::new(), 0);
+    for (k, link) in tree.links().iter().enumerate() {
+        links.push(constants_of(tree, (k, link), &masses[link.frame])?);
+    }
+    for k in (0..links.len()).rev() {
+        let Some(parent) = links[k].parent.filter(|_| !links[k].follows_parent) else { continue };
+        links[k].writes_first = links[parent].slot.is_none();
+        if links[k].writes_first {
+            links[parent].slot = Some(slots);
+            slots += 1;
+        }
+    }
+    Some((links, slots))
+}
+
+/// The mass matrices of the frames between their vectors; `None` where `M` is anything else, or couples two frames.
+fn masses(frames: usize, system: &SeparableSystem) -> Option<Vec<Matrix4<f64>>> {
+    if system.inertia().entries() > 0 || system.dim() != 12 * frames || system.adds_mass() {
+        return None;
+    }
+    let (mut masses, mut apart) = (vec![Matrix4::zeros(); frames], true);
+    system.inertia().for_each_multiple(|row, column, value| {
+        apart &= row / 12 == column / 12 && row % 3 == 0 && column % 3 == 0;
+        if apart {
+            masses[row / 12][(row % 12 / 3, column % 12 / 3)] += value;
+        }
+    });
+    let symmetric = masses.iter().all(|mass| *mass == mass.transpose());
+    (apart && symmetric).then_some(masses)
+}
+
+fn constants_of(tree: &Tree, (k, link): (usize, &Link), mass: &Matrix4<f64>) -> Option<Constants> {
+    let motion = Motion::of(link.joint.kind)?;
+    let (near, far) = (&link.joint.parent, &link.joint.child);
+    let carrier = link.parent.map(|p| &tree.links()[p]);
+    let expected = carrier.map_or(FrameId::Ground, |carrier| FrameId::Frame(carrier.frame));
+    if near.frame != expected || far.frame != FrameId::Frame(link.frame) {
+        return None;
+    }
+    let start = carrier.map_or(Vector3::zeros(), |carrier| carrier.joint.child.anchor);
+    // about the reference point, at −a from which the centre is
+    let (m, a) = (mass[(0, 0)], far.anchor);
+    let first = Vector3::new(mass[(0, 1)], mass[(0, 2)], mass[(0, 3)]);
+    let euler = mass.fixed_view::<3, 3>(1, 1) - first * a.transpose() - a * first.transpose()
+        + m * a * a.transpose();
+    Some(Constants {
+        motion,
+        parent: link.parent,
+        follows_parent: link.parent.is_some_and(|p| p + 1 == k),
+        slot: None,
+        writes_first: false,
+        frame: 12 * link.frame,
+        parent_frame: 12 * carrier.map_or(0, |carrier| carrier.frame),
+        unknown: link.offset,
+        lever: (near.anchor - start).into(),
+        axes: near.axes.into(),
+        axes_child: far.axes.into(),
+        anchor_parent: near.anchor.into(),
+        anchor: a.into(),
+        mass: (*mass).into(),
+        is_diagonal: *mass == Matrix4::from_diagonal(&mass.diagonal()),
+        moment: (first - m * a).into(),
+        euler: euler.into(),
+    })
+}

@@ -1,0 +1,274 @@
+//! The nodal scheme (28) on trees of bodies, a few sweeps for each iteration.
+//!
+//! Twists and wrenches of a link refer to its reference point, the child's anchor of its joint, in spatial components.
+//! With the balance of a link `b = (f, τ)`, its mass `m`, first moment `s` and Euler tensor `E` about that point at
+//! `q_n`, the motion `(Δx, A)` of the step and the impulses `b_0` of `p̄_n` and of constant forces:
+//! ```text
+//! A² = A¹ exp(ϑ n̂),  Δx² = Δx¹ + (A¹ − 1) ℓ + A¹ u n                                   root → leaf    F_d
+//! f  = f_0 − (m Δx + (A − 1) s)/h,   τ = τ_0 − (Σ x × (A − 1) x + s × Δx)/h
+//! r  = Sᵀ b,   b_parent += Xᵀ b                                                          leaf → root    Pᵀ[…]
+//! −h A_α = [m I, −ŝ'; ŝ, tr(K) I − K],   K = A E,   s' = A s
+//! ```
+//! where `Σ x × (A − 1) x` is read off `(A − 1) E = Σ ((A − 1) x) xᵀ`. The elimination is that of
+//! [`crate::articulated`]; here `S = (0, n)` or `(n, 0)`, `S'` the same with `n' = A¹ n`, and `X, X'` the levers
+//! `ℓ` and `ℓ' = ℓ + Δx² − Δx¹` from one reference point to the next.
+//!
+//! What depends on coordinates otherwise (springs, loads) is added to balances and blocks as it is emitted.
+//!
+//! Trees of revolute, prismatic and fixed joints whose potentials couple no two bodies; all others are solved by
+//! [`crate::tree_nodal`].
+#![allow(non_snake_case)] // A, D, E, K, S
+
+mod end;
+mod link;
+mod sweeps;
+
+use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
+use crate::geometry::lanes::{Held, Lanes, Narrow};
+use crate::geometry::spatial::SpatialMatrix;
+use crate::mechanism::Mechanism;
+use crate::pair::Transfer;
+use crate::solver::body_blocks::BodyBlocks;
+use crate::tree::Tree;
+use link::{Constants, Sums, Work};
+use nalgebra::{DMatrix, Matrix3, Vector3};
+use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_core::SeparableSystem;
+use vi_core::interval::Interval;
+use vi_core::linear::condition_number;
+use vi_core::newton::{Block, CLOSING_SIZE, Fault, Newton};
+use vi_core::predictor::Degree;
+use vi_core::state::State;
+use vi_rigid::{directors, null_space};
+
+/// The nodal scheme on a tree of revolute, prismatic and fixed joints.
+#[derive(Debug)]
+pub struct TreeStep {
+    tree: Tree,
+    blocks: Vec<Block>,
+    links: Vec<Constants>,
+    works: Vec<Work>,
+    sums: Vec<Sums>,
+    weight: Vec<f64>,  // n  constant forces
+    impulse: Vec<f64>, // n  of them in half a step
+    variable: Option<Variable>,
+    s: Interval,
+    compensation: Vec<f64>, // d  rounding error of the last momentum balance
+}
+
+/// What acts beside constant forces.
+#[derive(Debug)]
+struct Variable {
+    link_of: Vec<usize>,          // frame → link
+    balance: Vec<f64>,            // n  its part of D_1 L_d + f_d^-
+    matrices: Vec<SpatialMatrix>, // its part of A_α, about the centres
+    blocks: Vec<Spatial<Held>>,   // −h times the same, about the reference points
+}
+
+impl TreeStep {
+    /// For a mechanism whose potentials couple no two bodies; `None` where it does not apply.
+    #[must_use]
+    pub fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
+        let (links, slots) = link::constants(mechanism, system)?;
+        let (tree, weight) = (mechanism.tree().clone(), system.constant_force());
+        let (n, count) = (weight.len(), links.len());
+        let mut link_of = vec![0; count];
+        tree.links().iter().enumerate().for_each(|(k, link)| link_of[link.frame] = k);
+        let variable = system.has_variable_forces().then(|| Variable {
+            link_of,
+            balance: vec![0.0; n],
+            matrices: vec![SpatialMatrix::zero(); count],
+            blocks: vec![Spatial::default(); count],
+        });
+        Some(Self {
+            blocks: tree.blocks(),
+            works: vec![Work::default(); count],
+            sums: vec![Sums::default(); slots],
+            impulse: vec![0.0; n],
+            s: Interval::new(n),
+            compensation: vec![0.0; tree.dof()],
+            tree,
+            links,
+            weight,
+            variable,
+        })
+    }
+
+    /// Writes `q_{n+1}` and `Δq` of the motion at hand, and closes the interval.
+    fn close(&mut self) {
+        let Self { links, works, s, .. } = self;
+        let (h, (start, end)) = (s.h, s.parts_mut());
+        end::close(links, works, start, end, h);
+    }
+}
+
+impl Variable {
+    /// Adds its part to the balances of the links.
+    fn add_balance(
+        &mut self,
+        system: &SeparableSystem,
+        s: &Interval,
+        works: &mut [Work],
+        links: &[Constants],
+    ) {
+        let of = |x: &[f64]| Lanes::of(Narrow, x);
+        system.variable_d1(s, &mut self.balance);
+        for (link, work) in links.iter().zip(works) {
+            let own = link.frame..link.frame + 12;
+            let d = &s.q0[own.clone()];
+            let b = null_space::pull_back(d, &self.balance[own]);
+            let (force, spin) = (of(&b.as_slice()[..3]), of(&b.as_slice()[3..]));
+            let anchor = directors::triad(d) * Vector3::from(link.anchor);
+            let angular = spin - of(anchor.as_slice()).cross(force);
+            work.wrench = work.wrench.take(Narrow).plus(Pair { linear: force, angular }).held();
+        }
+    }
+
+    /// `−h A_α` of its part of `D_2(D_1 L_d + f_d^-)`.
+    fn assemble(&mut self, system: &SeparableSystem, s: &Interval, links: &[Constants]) {
+        self.matrices.fill(SpatialMatrix::zero());
+        let (A, link_of) = (&mut self.matrices[..], &self.link_of[..]);
+        let mut emitted = BodyBlocks { A, link_of, q0: &s.q0, q1: &s.q1, coupled: false };
+        system.variable_d2_d1(s, &mut emitted);
+        debug_assert!(
+            !emitted.coupled,
+            "the recursion needs a potential that couples no two bodies"
+        );
+        for ((link, A), block) in links.iter().zip(&self.matrices).zip(&mut self.blocks) {
+            let lever = |q: &[f64]| {
+                let own = &q[link.frame..link.frame + 12];
+                Transfer::Rigid(-(directors::triad(own) * Vector3::from(link.anchor)))
+            };
+            let moved = A.congruence(&lever(&s.q0), &lever(&s.q1));
+            let columns = |m: &Matrix3<f64>| {
+                Columns([0, 1, 2].map(|j| Lanes::of(Narrow, m.column(j).as_slice()) * -s.h))
+            };
+            let [ll, la, al, aa] = moved.blocks().map(columns);
+            *block = Spatial { ll, la, al, aa }.held();
+        }
+    }
+}
+
+impl Scheme<SeparableSystem, Mechanism> for TreeStep {
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    fn begin(
+        &mut self,
+        _system: &SeparableSystem,
+        _constraints: &Mechanism,
+        step: SubStep,
+        state: &mut State,
+    ) {
+        let Self { links, works, weight, impulse, s, compensation, .. } = self;
+        state.open_start(s, step.h);
+        s.end_at(step.t_end);
+        state.compensation.open_balance(compensation);
+        let half = 0.5 * step.h;
+        impulse.iter_mut().zip(weight).for_each(|(impulse, w)| *impulse = half * *w);
+        sweeps::open(links, works, [&state.q, &state.p, impulse]);
+    }
+
+    fn residual(
+        &mut self,
+        system: &SeparableSystem,
+        _: &Mechanism,
+        u: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        let h = self.s.h;
+        let Self { links, works, .. } = self;
+        sweeps::advance(links, works, u, h)?; // q_{n+1} = F_d(u, q_n)
+        if self.variable.is_some() {
+            self.close();
+        }
+        let Self { links, works, variable, s, compensation, .. } = self;
+        if let Some(variable) = variable {
+            variable.add_balance(system, s, works, links);
+        }
+        sweeps::pull_back(links, works, r); // (28)
+        r.iter_mut().zip(compensation).for_each(|(r, error)| *r += *error);
+        Ok(())
+    }
+
+    fn correction(
+        &mut self,
+        system: &SeparableSystem,
+        _: &Mechanism,
+        _u: &[f64],
+        du: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { links, works, sums, variable, s, .. } = self;
+        let extra = match variable {
+            Some(variable) => {
+                variable.assemble(system, s, links);
+                &variable.blocks[..]
+            }
+            None => &[],
+        };
+        du.iter_mut().for_each(|x| *x *= -s.h);
+        sweeps::eliminate(links, works, (sums, extra), du)?;
+        sweeps::substitute(links, works, du);
+        if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
+    }
+
+    /// Bodies are rotated, not solved for.
+    fn keeps_orientation(&self) -> bool {
+        true
+    }
+
+    fn degree(&self) -> Degree {
+        Degree::Fitting
+    }
+
+    /// The residual is a balance that the next step takes over, in full.
+    fn closing_size(&self) -> f64 {
+        CLOSING_SIZE
+    }
+
+    fn end(
+        &mut self,
+        system: &SeparableSystem,
+        _constraints: &Mechanism,
+        newton: &Newton,
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        state.compensation.balance.copy_from_slice(newton.residual());
+        if self.variable.is_none() {
+            self.close();
+        }
+        let Self { tree, links, works, impulse, variable, s, .. } = self;
+        state.move_to_configuration(s, |_, q| end::clean(links, works, tree, q));
+        match variable {
+            Some(_) => state.move_momentum(system, s),
+            None => {
+                end::momenta(links, [&s.dq, impulse], s.h, &mut state.p);
+            }
+        }
+        Ok(())
+    }
+
+    fn interval(&self) -> &Interval {
+        &self.s
+    }
+
+    fn interval_mut(&mut self) -> &mut Interval {
+        &mut self.s
+    }
+
+    /// From the inverse, column by column.
+    fn condition(
+        &mut self,
+        system: &SeparableSystem,
+        constraints: &Mechanism,
+        u: &[f64],
+    ) -> Option<Condition> {
+        let d = u.len();
+        let mut inverse = DMatrix::identity(d, d);
+        for column in inverse.as_mut_slice().chunks_exact_mut(d.max(1)) {
+            self.correction(system, constraints, u, column).ok()?;
+        }
+        Some(Condition::unscaled(condition_number(&inverse)))
+    }
+}

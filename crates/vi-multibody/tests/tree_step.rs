@@ -1,0 +1,117 @@
+//! The sweeps of trees of revolute, prismatic and fixed joints against dense matrices: chains and branched trees, with
+//! and without loads and springs, a body whose frame is not in its centre of mass.
+
+use nalgebra::Vector3;
+use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_core::linear::norm_inf;
+use vi_core::{Composition, MechanicalSystem, Quadrature, SeparableSystem, SparseMatrix};
+use vi_multibody::builder::{Inertia, MechanismBuilder};
+use vi_multibody::run::{Solver, integrator};
+use vi_multibody::tree_step::TreeStep;
+use vi_multibody::{BuiltMechanism, FrameId, PairKind};
+use vi_testkit::Sample;
+
+/// A random tree; with `loaded` bodies a following load, springs to the ground and a motor at the root.
+fn tree(bodies: usize, loaded: bool, seed: u64) -> BuiltMechanism {
+    let mut random = Sample::new(seed);
+    let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
+    let mut frames = vec![FrameId::Ground];
+    for k in 0..bodies {
+        let j = Vector3::new(1.0, 1.2, 1.5) + 0.15 * random.vector();
+        let inertia = Inertia::principal(2.0 + random.number(), j.into());
+        let at = 2.0 * random.vector();
+        let body = builder.body(&format!("body {k}"), inertia).at(at);
+        let body = body.rotation_vector(random.vector()).id();
+        let kinds = [PairKind::Revolute, PairKind::Revolute, PairKind::Prismatic, PairKind::Fixed];
+        let kind = if k == 0 { PairKind::Revolute } else { kinds[random.index(kinds.len())] };
+        let parent = if random.index(2) == 0 { frames[k] } else { frames[random.index(k + 1)] };
+        let (point, axis) = (random.vector(), random.vector());
+        let joint = builder.joint(&format!("joint {k}"), kind, parent, body).at(point).axis(axis);
+        let joint = if kind == PairKind::Fixed { joint } else { joint.rate(random.number()) };
+        let joint = joint.id();
+        if loaded {
+            builder.spring([1.0, 0.5, -0.2], body.point([0.1, 0.2, 0.3]), 20.0);
+            builder.load(body).force([1.0, -2.0, 0.5]).torque([0.2, 0.1, -0.3]).follower();
+            if k == 0 {
+                builder.motor(joint.coordinate(0), |t| 2.0 * t);
+            }
+        }
+        frames.push(body.into());
+    }
+    builder.build().unwrap()
+}
+
+/// By how much the states of twenty steps differ from those by dense matrices.
+fn off_dense(built: &BuiltMechanism, options: Options) -> f64 {
+    let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
+    let run = |solver| {
+        let system = built.system(Quadrature::Midpoint);
+        let applies = TreeStep::new(&built.mechanism, &system).is_some();
+        assert!(applies, "the sweeps apply");
+        let at = InitialValues::new(0.0, &q, &v);
+        let mut run = integrator(built.mechanism.clone(), system, options, solver, at).unwrap();
+        (0..20).for_each(|_| {
+            run.step().unwrap();
+        });
+        [&run.state().q[..], &run.state().p].concat()
+    };
+    let (sweeps, dense) = (run(Solver::Auto), run(Solver::Dense));
+    let off: Vec<f64> = sweeps.iter().zip(&dense).map(|(a, b)| a - b).collect();
+    norm_inf(&off) / norm_inf(&dense)
+}
+
+#[test]
+fn the_sweeps_take_the_steps_of_dense_matrices() {
+    let mut worst = 0.0_f64;
+    for seed in 0..24 {
+        for loaded in [false, true] {
+            let built = tree(1 + seed as usize % 7, loaded, 7 + seed);
+            let options = Options::new(SchemeKind::Nodal, 0.01);
+            let off = off_dense(&built, options);
+            assert!(off < 1e-11, "tree {seed}, loaded {loaded}: off by {off:e}");
+            let composed = options.composition(Composition::Suzuki5);
+            let off_composed = if loaded { 0.0 } else { off_dense(&built, composed) };
+            assert!(off_composed < 1e-11, "tree {seed}, composed: off by {off_composed:e}");
+            worst = worst.max(off).max(off_composed);
+        }
+    }
+    println!("states off by {worst:.1e}");
+}
+
+/// Masses between the vectors of a frame that is not in the centre of mass, along axes that are not principal.
+#[test]
+fn a_frame_may_be_anywhere_in_its_body() {
+    let built = tree(4, false, 3);
+    let (first, second) =
+        ([0.3, -0.2, 0.5], [[0.5, 0.1, 0.05], [0.1, 0.6, -0.1], [0.05, -0.1, 0.4]]);
+    let n = built.mechanism.system(Quadrature::Midpoint).dim();
+    let mass = SparseMatrix::assemble(n, n, |out| {
+        for frame in (0..n).step_by(12) {
+            out.add_multiple(frame, frame, 2.0);
+            for i in 0..3 {
+                out.add_multiple(frame, frame + 3 + 3 * i, first[i]);
+                out.add_multiple(frame + 3 + 3 * i, frame, first[i]);
+                for j in 0..3 {
+                    out.add_multiple(frame + 3 + 3 * i, frame + 3 + 3 * j, second[i][j]);
+                }
+            }
+        }
+    });
+    let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
+    let run = |solver| {
+        let system: SeparableSystem =
+            built.mechanism.system_with_mass(mass.clone(), Quadrature::Midpoint);
+        assert!(TreeStep::new(&built.mechanism, &system).is_some(), "the sweeps apply");
+        let options = Options::new(SchemeKind::Nodal, 0.01);
+        let at = InitialValues::new(0.0, &q, &v);
+        let mut run = integrator(built.mechanism.clone(), system, options, solver, at).unwrap();
+        (0..20).for_each(|_| {
+            run.step().unwrap();
+        });
+        run.state().q.clone()
+    };
+    let (sweeps, dense) = (run(Solver::Auto), run(Solver::Dense));
+    let off: Vec<f64> = sweeps.iter().zip(&dense).map(|(a, b)| a - b).collect();
+    println!("off by {:.1e}", norm_inf(&off));
+    assert!(norm_inf(&off) < 1e-11, "off by {:e}", norm_inf(&off));
+}
