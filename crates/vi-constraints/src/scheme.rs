@@ -335,7 +335,9 @@ pub trait Scheme<S, C>: Send {
         newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError>;
-    /// The Gauss nodes of the last step, of Galerkin schemes; the others have none.
+    /// Computes the Gauss nodes of the step that was taken, where the scheme has them.
+    fn interpolate(&mut self) {}
+    /// The Gauss nodes of the last [`Scheme::interpolate`], of Galerkin schemes; the others have none.
     fn gauss(&self) -> &[GaussPoint] {
         &[]
     }

@@ -244,6 +244,10 @@ impl MechanicalSystem for SeparableSystem {
         }
     }
 
+    fn has_constant_force(&self) -> bool {
+        self.forces.is_empty() && self.potentials.iter().all(|potential| potential.is_linear())
+    }
+
     fn is_dissipative(&self) -> bool {
         self.forces.iter().any(|force| force.is_dissipative())
     }

@@ -23,6 +23,10 @@ pub trait Potential: Send + Sync {
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
     /// Emits `scale ∇²V(q)`; always the same places in the same order.
     fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries);
+    /// Whether `∇V` is constant.
+    fn is_linear(&self) -> bool {
+        false
+    }
 }
 
 /// A discrete potential `U_d(q_n, q_{n+1})`, J, symmetric in its arguments and consistent with `V`.
@@ -62,6 +66,10 @@ pub trait DiscretePotential: Send + Sync {
     fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
     /// Emits `scale ∇²V(q)`; always the same places in the same order.
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
+    /// Whether `∇V` is constant.
+    fn is_linear(&self) -> bool {
+        false
+    }
 }
 
 /// The quadrature rule of a discrete Lagrangian.
@@ -114,6 +122,9 @@ impl<V: Potential> DiscretePotential for Midpoint<V> {
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.0.add_hessian(at.q, scale, out);
     }
+    fn is_linear(&self) -> bool {
+        self.0.is_linear()
+    }
 }
 
 /// `U_d = ½ V(q_n) + ½ V(q_{n+1})`.
@@ -145,6 +156,9 @@ impl<V: Potential> DiscretePotential for Trapezoidal<V> {
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.0.add_hessian(at.q, scale, out);
     }
+    fn is_linear(&self) -> bool {
+        self.0.is_linear()
+    }
 }
 
 /// `V(q) = −w·q` with a constant generalized force `w` (gravity: `w = M γ`).
@@ -164,6 +178,9 @@ impl Potential for LinearPotential {
         }
     }
     fn add_hessian(&self, _q: &[f64], _scale: f64, _out: &mut dyn Entries) {}
+    fn is_linear(&self) -> bool {
+        true
+    }
 }
 
 /// A potential of `N` coordinates written once for any number type; gradient and Hessian follow

@@ -2,5 +2,6 @@
 #![allow(clippy::unwrap_used)] // tests
 
 mod builder;
+mod control_points;
 mod joint_coordinates;
 mod random_trees;

@@ -11,3 +11,4 @@ pub mod tree_control_points;
 pub mod tree_descriptor;
 pub mod tree_map;
 pub mod tree_nodal;
+pub mod tree_sweeps;

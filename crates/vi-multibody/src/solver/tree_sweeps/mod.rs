@@ -1,0 +1,498 @@
+//! The sweeps of the Galerkin scheme on a tree, at all control points at once.
+//!
+//! Numbers of control points stand side by side ([`vi_core::lanes`]): place 0 holds control point `s`, places `1 … s−1`
+//! the points between. The rows `i = 0 … s−1` of [2.28] have the same places; only at place 0 they belong to another
+//! configuration, `q_n`.
+//! ```text
+//! root → leaf   q_j = F_d(u_j, q_n)                                                     [`motion`]
+//! leaf → root   w_i [2.26] of each body, b = P_inᵀ w_i + Σ Xᵀ b,  r_i = Sᵀ b,  ρ_j = h Σ_i (K̂⁻¹)_ji r_i,
+//!               e_j of ρ_j with the factors of A_j                                      [`factor`]
+//! root → leaf   ν_j of e_j,  δu_j = T_j⁻¹ ν_j
+//! ```
+//! `X, S` of the rows are those of the present configurations, the factors keep their own.
+#![allow(non_snake_case)] // A, K
+
+mod factor;
+mod link;
+mod motion;
+mod vector;
+
+use crate::pair::MAX_DOF;
+use crate::tree::Tree;
+use factor::{Column, Inertia};
+use link::{Link, Start};
+use motion::Pose;
+use vector::{Screw, Vector, three};
+use vi_constraints::galerkin::Sweeps;
+use vi_constraints::galerkin::control_points::ControlPoints;
+use vi_constraints::scheme::SubStep;
+use vi_core::galerkin::{GaussLobatto, Stages};
+use vi_core::lanes::{Lanes, Register};
+use vi_core::mechanical_system::MechanicalSystem;
+use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::sparse::SparseMatrix;
+use vi_core::state::State;
+use vi_rigid::rotation::MAX_ROTATION;
+use vi_rigid::rotation_lanes;
+
+/// A link at the configurations of the rows.
+#[derive(Clone, Copy, Debug)]
+struct Row<L> {
+    d: [Vector<L>; 3],
+    arm: Vector<L>,
+}
+
+/// Constants of the scheme by places.
+#[derive(Debug)]
+struct Weights<L> {
+    K: Vec<L>,         // row i at place i, by places of the increments
+    inverse: Vec<L>,   // h K̂⁻¹: control points by places, for each row
+    force: Vec<L>,     // h b_k E_ki, row i at place i, for each Gauss node
+    total: L,          // h b̃_i, row i at place i
+    last: Vec<f64>,    // K_sj by places
+    of_last: Vec<f64>, // h b_k E_ks
+    h: f64,
+}
+
+/// [`Sweeps`] of a tree of bodies, `O(N)`.
+#[derive(Debug)]
+pub struct TreeSweeps<T: Register> {
+    lanes: T,
+    stages: usize,
+    tree: Tree,
+    blocks: Vec<Block>,
+    links: Vec<Link>,
+    weights: Weights<T::Lanes>,
+    constant: bool,                   // the force
+    force: Vec<f64>,                  // n  the constant one
+    starts: Vec<Start>,               // links and ground, as all that follows
+    poses: Vec<Pose<T::Lanes>>,       //
+    rows: Vec<Row<T::Lanes>>,         //
+    base: Vec<[Vector<T::Lanes>; 4]>, // w_i without the momenta of the increments
+    wrenches: Vec<Screw<T::Lanes>>,   // b
+    solution: Vec<Screw<T::Lanes>>,   // p, then t
+    inertias: Vec<Inertia<T::Lanes>>, // Â
+    arms: Vec<Vector<T::Lanes>>,      // of the factors
+    columns: Vec<Screw<T::Lanes>>,    // d  S of the rows
+    factors: Vec<Column<T::Lanes>>,   // d
+    inverses: Vec<T::Lanes>,          // D⁻¹ of all links
+    u: Vec<T::Lanes>,                 // d
+    r: Vec<T::Lanes>,                 // d
+    x: Vec<T::Lanes>,                 // d
+}
+
+/// The control point at a place.
+fn control_point(place: usize, s: usize) -> usize {
+    if place == 0 { s } else { place }
+}
+
+impl<T: Register> TreeSweeps<T> {
+    /// For a tree of frames; `None` where its mass matrix is not one of bodies, or `lanes` are too few.
+    #[must_use]
+    pub fn new(lanes: T, tree: &Tree, mass: &SparseMatrix, stages: Stages) -> Option<Self> {
+        let (s, d, count) = (stages.count(), tree.dof(), tree.links().len());
+        if s > T::Lanes::COUNT {
+            return None;
+        }
+        let links = link::links(tree, mass)?;
+        let inverses = links.iter().map(|link| link.dof * link.dof).sum();
+        let (zero, screw) = (lanes.splat(0.0), Screw::zero(lanes));
+        let (vector, rest) = (Vector([zero; 3]), Pose::rest(lanes));
+        let frame = [0, 1, 2].map(|k| {
+            Vector::splat(lanes, &[f64::from(k == 0), f64::from(k == 1), f64::from(k == 2)])
+        });
+        Some(Self {
+            lanes,
+            stages: s,
+            tree: tree.clone(),
+            blocks: tree.blocks(),
+            links,
+            weights: Weights::new(lanes, &GaussLobatto::new(stages), 0.0),
+            constant: false,
+            force: vec![0.0; 12 * count],
+            starts: vec![Start::ground(); count + 1],
+            poses: vec![rest; count + 1],
+            rows: vec![Row { d: frame, arm: vector }; count + 1],
+            base: vec![[vector; 4]; count + 1],
+            wrenches: vec![screw; count + 1],
+            solution: vec![screw; count + 1],
+            inertias: vec![Inertia::zero(lanes); count + 1],
+            arms: vec![vector; count + 1],
+            columns: vec![screw; d],
+            factors: vec![Column { s: screw, u: screw }; d],
+            inverses: vec![zero; inverses],
+            u: vec![zero; d],
+            r: vec![zero; d],
+            x: vec![zero; d],
+        })
+    }
+
+    /// Reads the unknowns of all control points.
+    fn read(&mut self, u: &[f64]) -> Result<(), Fault> {
+        let (d, s) = (self.u.len(), self.stages);
+        if u.iter().any(|u| !u.is_finite()) {
+            return Err(Fault::NotFinite);
+        }
+        for (k, own) in self.u.iter_mut().enumerate() {
+            *own = self.lanes.gather(|place| {
+                let j = control_point(place, s);
+                if place < s { u[(j - 1) * d + k] } else { 0.0 }
+            });
+        }
+        Ok(())
+    }
+
+    /// Refuses rotations of more than half a revolution.
+    fn check(&self) -> Result<(), Fault> {
+        for link in &self.links {
+            let u = &self.u[link.offset..link.offset + link.dof];
+            for place in 0..self.stages {
+                let angle = |k: usize| u[k].at(place);
+                let refused = |k: usize, size: f64| {
+                    let (kind, unknown) = (BlockKind::Rotation, link.offset + k);
+                    Err(Fault::OutsideChart { kind, unknown, size })
+                };
+                if let Some(k) = link.rotation_vector {
+                    let square = (k..k + 3).map(|k| angle(k) * angle(k)).sum::<f64>();
+                    if square.sqrt() > MAX_ROTATION {
+                        return refused(k, square.sqrt());
+                    }
+                    continue;
+                }
+                for k in (0..link.dof).filter(|&k| link.kind.is_angle(k)) {
+                    if angle(k).abs() > MAX_ROTATION {
+                        return refused(k, angle(k));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Root → leaf: configurations of the control points and of the rows.
+    #[inline(always)]
+    fn place(&mut self) {
+        let Self { lanes, links, starts, poses, rows, columns, u, .. } = self;
+        for (k, link) in links.iter().enumerate() {
+            let own = link.offset..link.offset + link.dof;
+            let (start, parent) = (&starts[k], link.parent);
+            let at = (start, &starts[parent]);
+            let pose = motion::move_link(*lanes, link, at, &poses[parent], &u[own.clone()]);
+            let zero = [0.0; 3];
+            // increments of the rows
+            let of_rows = Pose {
+                x: (pose.x - poses[parent].x).with_first(&zero),
+                d: three(
+                    #[inline(always)]
+                    |i| pose.d[i].with_first(&zero),
+                ),
+            };
+            let d = of_rows.directors(*lanes, start);
+            let rest = Pose::rest(*lanes);
+            let arm = motion::arm(*lanes, link, start, (&of_rows, &rest), &rows[parent].d);
+            motion::write_columns(*lanes, link, &d, &rows[parent].d, &mut columns[own]);
+            rows[k] = Row { d, arm };
+            poses[k] = pose;
+        }
+    }
+
+    /// Factors at the control points.
+    #[inline(always)]
+    fn factorize(&mut self) -> Result<(), Fault> {
+        let Self { lanes, links, starts, poses, inertias, arms, factors, inverses, .. } = self;
+        inertias.fill(Inertia::zero(*lanes));
+        let mut found = Ok(());
+        for (k, link) in links.iter().enumerate().rev() {
+            let (own, parent) = (link.offset..link.offset + link.dof, link.parent);
+            let d = poses[k].directors(*lanes, &starts[k]);
+            let carrier = poses[parent].directors(*lanes, &starts[parent]);
+            let between = (&poses[k], &poses[parent]);
+            arms[k] = motion::arm(*lanes, link, &starts[k], between, &carrier);
+            let mut s = [Screw::zero(*lanes); MAX_DOF];
+            motion::write_columns(*lanes, link, &d, &carrier, &mut s);
+            let columns = &mut factors[own];
+            for i in 0..columns.len() {
+                columns[i].s = s[i];
+            }
+            let mut A = inertias[k];
+            A.add_body(*lanes, &link.mass, &d);
+            let inverse = &mut inverses[link.inverse..link.inverse + link.dof * link.dof];
+            let (columns, above) = ((columns, inverse), &mut inertias[parent]);
+            found = found.and(factor::eliminate(*lanes, link, &A, &arms[k], columns, above));
+        }
+        found
+    }
+
+    /// Leaf → root: residuals, and the right-hand sides of the corrections up to the root.
+    #[inline(always)]
+    fn balance(&mut self) {
+        let Self { lanes, links, weights, poses, rows, base, wrenches, solution, .. } = self;
+        let Self { columns, factors, inverses, arms, r, x, .. } = self;
+        let zero = Screw::zero(*lanes);
+        wrenches.fill(zero);
+        solution.fill(zero);
+        for (k, link) in links.iter().enumerate().rev() {
+            let (row, pose) = (&rows[k], &poses[k]);
+            let (base, m, h) = (&base[k], &link.mass, weights.h);
+            let w = three(
+                #[inline(always)]
+                |v| base[1 + v] + weights.mix(&pose.d[v]) * (m[1 + v] / h), // w_i  [2.26]
+            );
+            let mut b = wrenches[k];
+            b.linear = b.linear + base[0] + weights.mix(&pose.x) * (m[0] / h);
+            b.angular =
+                b.angular + row.d[0].cross(w[0]) + row.d[1].cross(w[1]) + row.d[2].cross(w[2]); // P_inᵀ w_i
+            let own = link.offset..link.offset + link.dof;
+            for i in own.clone() {
+                r[i] = columns[i].dot(b);
+                x[i] = weights.solve(r[i]);
+            }
+            link.transfer.add_transposed(&row.arm, &b, &mut wrenches[link.parent]);
+            let inverse = &inverses[link.inverse..link.inverse + link.dof * link.dof];
+            let p = factor::transmit::<T>(&factors[own.clone()], inverse, solution[k], &mut x[own]);
+            link.transfer.add_transposed(&arms[k], &p, &mut solution[link.parent]);
+        }
+    }
+
+    /// Root → leaf: corrections.
+    #[inline(always)]
+    fn correct(&mut self) {
+        let Self { lanes, links, factors, arms, solution, u, x, .. } = self;
+        solution[links.len()] = Screw::zero(*lanes);
+        for (k, link) in links.iter().enumerate() {
+            let own = link.offset..link.offset + link.dof;
+            let inherited = link.transfer.apply(*lanes, &arms[k], &solution[link.parent]);
+            let x = &mut x[own.clone()];
+            solution[k] = factor::receive::<T>(&factors[own], inherited, x);
+            if let Some(first) = link.rotation_vector {
+                let at = link.offset + first;
+                let theta = Vector([u[at], u[at + 1], u[at + 2]]);
+                let nu = Vector([x[first], x[first + 1], x[first + 2]]);
+                let across = theta.cross(nu); // T⁻¹ = I − ½ θ̂ + κ θ̂²
+                let kappa = rotation_lanes::kappa(*lanes, theta.dot(theta));
+                let du = nu - across * 0.5 + theta.cross(across).scaled(kappa);
+                x[first..first + 3].copy_from_slice(&du.0);
+            }
+        }
+    }
+
+    /// `w_i` without momenta of increments: `δ_i0 p̄_n` and the impulses of forces, for each vector of each frame.
+    #[inline(always)]
+    fn add_impulses(&mut self, points: &ControlPoints) {
+        let Self { lanes, links, weights, base, force, constant, .. } = self;
+        let p = points.momentum();
+        for (link, base) in links.iter().zip(base) {
+            for v in 0..4 {
+                for i in 0..3 {
+                    let at = 12 * link.frame + 3 * v + i;
+                    let mut sum = lanes.splat(0.0).with_first(p[at]);
+                    if *constant {
+                        sum = sum + weights.total * force[at];
+                    } else {
+                        for k in 0..weights.force.len() {
+                            sum = sum + weights.force[k] * points.force(k)[at];
+                        }
+                    }
+                    base[v].0[i] = sum;
+                }
+            }
+        }
+    }
+}
+
+impl<L: Lanes> Weights<L> {
+    fn new(lanes: impl Register<Lanes = L>, constants: &GaussLobatto, h: f64) -> Self {
+        let s = constants.stages();
+        let place = |row: &dyn Fn(usize) -> f64| {
+            lanes.gather(|place| if place < s { row(place) } else { 0.0 })
+        };
+        let impulse = |k: usize, i: usize| h * constants.gauss_weights[k] * constants.E[(k, i)];
+        let point = |l: usize| control_point(l, s);
+        let mut K: Vec<L> = (0..s).map(|l| place(&|i| constants.K[(i, point(l))])).collect();
+        let solve = |i: usize| place(&|l| h * constants.K_hat_inverse[(point(l) - 1, i)]);
+        let mut inverse: Vec<L> = (0..s).map(solve).collect();
+        K.resize(L::COUNT, lanes.splat(0.0));
+        inverse.resize(L::COUNT, lanes.splat(0.0));
+        Self {
+            K,
+            inverse,
+            force: (0..s).map(|k| place(&|i| impulse(k, i))).collect(),
+            total: place(&|i| (0..s).map(|k| impulse(k, i)).sum()),
+            last: (0..s).map(|l| constants.K[(s, point(l))]).collect(),
+            of_last: (0..s).map(|k| impulse(k, s)).collect(),
+            h,
+        }
+    }
+
+    /// `Σ_j K_ij Δ_j`.
+    #[inline(always)]
+    fn mix(&self, delta: &Vector<L>) -> Vector<L> {
+        let [x, y, z] = delta.0;
+        let K = &self.K[..L::COUNT];
+        let mut sum = Vector([K[0] * x.at(0), K[0] * y.at(0), K[0] * z.at(0)]);
+        for l in 1..L::COUNT {
+            sum = sum + Vector([K[l] * x.at(l), K[l] * y.at(l), K[l] * z.at(l)]);
+        }
+        sum
+    }
+
+    /// `h Σ_i (K̂⁻¹)_ji r_i`.
+    #[inline(always)]
+    fn solve(&self, r: L) -> L {
+        let inverse = &self.inverse[..L::COUNT];
+        let mut sum = inverse[0] * r.at(0);
+        for i in 1..L::COUNT {
+            sum = sum + inverse[i] * r.at(i);
+        }
+        sum
+    }
+}
+
+impl<T: Register> Sweeps for TreeSweeps<T> {
+    fn dof(&self) -> usize {
+        self.u.len()
+    }
+
+    fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    fn open(
+        &mut self,
+        system: &impl MechanicalSystem,
+        points: &mut ControlPoints,
+        step: SubStep,
+        state: &State,
+    ) {
+        points.open_ends(step, state);
+        if self.weights.h.to_bits() != step.h.to_bits() {
+            self.weights = Weights::new(self.lanes, points.constants(), step.h);
+        }
+        for (k, link) in self.links.iter().enumerate() {
+            self.starts[k] = Start::of(link, &self.starts[link.parent], &state.q);
+        }
+        self.constant = system.has_constant_force();
+        if self.constant {
+            self.force.fill(0.0);
+            system.add_potential_gradient(state.configuration(), -1.0, &mut self.force);
+            self.lanes.run(
+                #[inline(always)]
+                || self.add_impulses(points),
+            );
+        }
+    }
+
+    fn residual(
+        &mut self,
+        system: &impl MechanicalSystem,
+        points: &mut ControlPoints,
+        u: &[f64],
+        r: &mut [f64],
+        anew: bool,
+    ) -> Result<(), Fault> {
+        self.read(u)?;
+        self.check()?;
+        let lanes = self.lanes;
+        lanes.run(
+            #[inline(always)]
+            || self.place(),
+        );
+        if !self.constant {
+            self.write_increments(points);
+            points.evaluate(system);
+            lanes.run(
+                #[inline(always)]
+                || self.add_impulses(points),
+            );
+        }
+        if anew {
+            lanes.run(
+                #[inline(always)]
+                || self.factorize(),
+            )?;
+        }
+        lanes.run(
+            #[inline(always)]
+            || self.balance(),
+        );
+        for (i, r) in r.chunks_exact_mut(self.r.len()).enumerate() {
+            for (r, lanes) in r.iter_mut().zip(&self.r) {
+                *r = lanes.at(i);
+            }
+        }
+        Ok(())
+    }
+
+    fn correction(&mut self, _points: &ControlPoints, du: &mut [f64]) -> Result<(), Fault> {
+        let (lanes, s) = (self.lanes, self.stages);
+        lanes.run(
+            #[inline(always)]
+            || self.correct(),
+        );
+        for place in 0..s {
+            let j = control_point(place, s);
+            let d = self.x.len();
+            for (du, x) in du[(j - 1) * d..j * d].iter_mut().zip(&self.x) {
+                *du = x.at(place);
+            }
+        }
+        match du.iter().all(|x| x.is_finite()) {
+            true => Ok(()),
+            false => Err(Fault::SingularTangent),
+        }
+    }
+
+    fn close(
+        &mut self,
+        _system: &impl MechanicalSystem,
+        points: &mut ControlPoints,
+        p: &mut [f64],
+    ) {
+        let Self { links, weights, poses, force, constant, tree, .. } = self;
+        for (k, link) in links.iter().enumerate() {
+            let pose = &poses[k];
+            for (v, delta) in [&pose.x, &pose.d[0], &pose.d[1], &pose.d[2]].into_iter().enumerate()
+            {
+                for i in 0..3 {
+                    let (at, delta) = (12 * link.frame + 3 * v + i, delta.0[i]);
+                    let mixed: f64 =
+                        weights.last.iter().enumerate().map(|(l, K)| K * delta.at(l)).sum();
+                    let force = |k: usize| if *constant { force[at] } else { points.force(k)[at] };
+                    let impulse: f64 = weights
+                        .of_last
+                        .iter()
+                        .enumerate()
+                        .map(|(k, weight)| weight * force(k))
+                        .sum();
+                    p[at] = impulse + link.mass[v] / weights.h * mixed; // [2.29]
+                }
+            }
+            let at = |x: &Vector<T::Lanes>| [x.0[0].at(0), x.0[1].at(0), x.0[2].at(0)];
+            let d = [at(&pose.d[0]), at(&pose.d[1]), at(&pose.d[2])];
+            tree.move_link(k, &at(&pose.x), &d, points.step_mut());
+        }
+        points.step_mut().close();
+    }
+
+    fn write_increments(&self, points: &mut ControlPoints) {
+        for place in 0..self.stages {
+            let out = points.increments_mut(control_point(place, self.stages));
+            for (link, pose) in self.links.iter().zip(&self.poses) {
+                let out = &mut out[12 * link.frame..12 * link.frame + 12];
+                for (v, delta) in [&pose.x, &pose.d[0], &pose.d[1], &pose.d[2]].iter().enumerate() {
+                    for i in 0..3 {
+                        out[3 * v + i] = delta.0[i].at(place);
+                    }
+                }
+            }
+        }
+    }
+
+    fn compose(&self, first: &[f64], u: &mut [f64]) {
+        self.tree.compose(first, u);
+    }
+
+    fn clean(&mut self, _t: f64, q: &mut [f64]) {
+        self.tree.clean(q);
+    }
+}
