@@ -192,10 +192,17 @@ pub fn condition_number(a: &DMatrix<f64>) -> f64 {
 /// The largest absolute value; NaN if any entry is NaN (unlike a fold with `f64::max`).
 #[must_use]
 pub fn norm_inf(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |norm: f64, v| {
-        let v = v.abs();
-        if norm.is_nan() || v <= norm { norm } else { v }
-    })
+    // bits of positive numbers are ordered as the numbers are, those of NaN come after all
+    let bits = |v: f64| v.abs().to_bits();
+    let mut parts = [0; 4];
+    let (fours, rest) = x.as_chunks::<4>();
+    for four in fours {
+        for k in 0..4 {
+            parts[k] = bits(four[k]).max(parts[k]);
+        }
+    }
+    let largest = rest.iter().fold(parts[0].max(parts[1]), |largest, v| largest.max(bits(*v)));
+    f64::from_bits(largest.max(parts[2]).max(parts[3]))
 }
 
 #[cfg(test)]

@@ -82,6 +82,14 @@ impl<O: Sweeps> GalerkinNodal<O> {
         self.sweeps.residual(system, &mut self.points, u, r, self.outdated)
     }
 
+    /// Moves the control points to `u`.
+    fn settle_at(&mut self, system: &impl MechanicalSystem, u: &[f64]) -> Result<(), Fault> {
+        if self.sweeps.dof() == 0 {
+            return Ok(());
+        }
+        self.sweeps.settle(system, &mut self.points, u)
+    }
+
     /// `du_j ← h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i` [2.30].
     fn correct(&mut self, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
         let Self { sweeps, points, first, corrections, outdated, blocks, .. } = self;
@@ -190,6 +198,10 @@ impl<O: Sweeps, S: MechanicalSystem> NewtonProblem for SmallerStep<'_, O, S> {
         self.scheme.correct(x, dx)
     }
 
+    fn settle(&mut self, x: &[f64], _: &mut [f64]) -> Result<(), Fault> {
+        self.scheme.settle_at(self.system, x)
+    }
+
     fn is_simplified(&self) -> bool {
         true
     }
@@ -228,6 +240,10 @@ impl<S: MechanicalSystem, C, O: Sweeps> Scheme<S, C> for GalerkinNodal<O> {
 
     fn correction(&mut self, _: &S, _: &C, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
         self.correct(u, du)
+    }
+
+    fn settle(&mut self, system: &S, _: &C, u: &[f64], _: &mut [f64]) -> Result<(), Fault> {
+        self.settle_at(system, u)
     }
 
     fn is_simplified(&self) -> bool {

@@ -37,13 +37,23 @@ pub trait Sweeps: Send {
         r: &mut [f64],
         anew: bool,
     ) -> Result<(), Fault>;
+    /// Moves the control points to `u`, with what [`Sweeps::close`] needs there.
+    ///
+    /// # Errors
+    /// [`Fault`] when `u` is outside the domain of the map.
+    fn settle(
+        &mut self,
+        system: &impl MechanicalSystem,
+        points: &mut ControlPoints,
+        u: &[f64],
+    ) -> Result<(), Fault>;
     /// `du_j ← h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i` [2.30] of the last residual, which is in `du`.
     ///
     /// # Errors
     /// [`Fault::SingularTangent`].
     fn correction(&mut self, points: &ControlPoints, du: &mut [f64]) -> Result<(), Fault>;
     /// Writes `q_{n+1}` with its increment into the interval of the step and `p ← p̄_{n+1} = w_s` [2.29], at the
-    /// control points of the last residual.
+    /// control points of the last residual, or where they were moved since.
     fn close(&mut self, system: &impl MechanicalSystem, points: &mut ControlPoints, p: &mut [f64]);
     /// Writes the increments `Δ_j` of all control points of the last residual.
     fn write_increments(&self, points: &mut ControlPoints);
@@ -96,12 +106,9 @@ impl<O: ControlPointOperators> Sweeps for Pointwise<O> {
         r: &mut [f64],
         anew: bool,
     ) -> Result<(), Fault> {
+        self.settle(system, points, u)?;
         let Self { operators, w, .. } = self;
         let d = operators.dof();
-        for (j, u) in u.chunks_exact(d).enumerate() {
-            operators.reparametrize(u, points.point_mut(j + 1))?; // q_j = F_d(u_j, q_n)
-        }
-        points.evaluate(system);
         for (i, r) in r.chunks_exact_mut(d).enumerate() {
             points.balance(system, i, w);
             operators.pull_back(points.q(i), w, r);
@@ -112,6 +119,19 @@ impl<O: ControlPointOperators> Sweeps for Pointwise<O> {
                 operators.factorize(j, &mass, u, points.point(j + 1))?;
             }
         }
+        Ok(())
+    }
+
+    fn settle(
+        &mut self,
+        system: &impl MechanicalSystem,
+        points: &mut ControlPoints,
+        u: &[f64],
+    ) -> Result<(), Fault> {
+        for (j, u) in u.chunks_exact(self.operators.dof()).enumerate() {
+            self.operators.reparametrize(u, points.point_mut(j + 1))?; // q_j = F_d(u_j, q_n)
+        }
+        points.evaluate(system);
         Ok(())
     }
 

@@ -12,7 +12,7 @@
 //!
 //! | mechanism | nodal | constrained |
 //! |---|---|---|
-//! | tree of bodies | articulated recursion, `O(N)` | sparse |
+//! | tree of bodies | articulated recursion at all control points at once, `O(N)` | sparse |
 //! | tree with point masses | dense | sparse |
 //! | closed loops | none yet | sparse |
 
@@ -61,7 +61,7 @@ pub enum Solver {
     Auto,
     /// Dense matrices, for comparison.
     Dense,
-    /// The articulated recursion; where it does not apply, as `Auto`.
+    /// The articulated recursion, in Galerkin schemes one control point after the other; where it does not apply, as `Auto`.
     Articulated,
     /// Sparse factorizations; closed loops of bodies without couplings use the recursion.
     Sparse,

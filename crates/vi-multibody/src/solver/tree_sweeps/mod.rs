@@ -16,6 +16,7 @@ mod factor;
 mod link;
 mod motion;
 mod vector;
+mod weights;
 
 use crate::pair::MAX_DOF;
 use crate::tree::Tree;
@@ -34,24 +35,13 @@ use vi_core::sparse::SparseMatrix;
 use vi_core::state::State;
 use vi_rigid::rotation::MAX_ROTATION;
 use vi_rigid::rotation_lanes;
+use weights::{Weights, control_point};
 
 /// A link at the configurations of the rows.
 #[derive(Clone, Copy, Debug)]
 struct Row<L> {
     d: [Vector<L>; 3],
     arm: Vector<L>,
-}
-
-/// Constants of the scheme by places.
-#[derive(Debug)]
-struct Weights<L> {
-    K: Vec<L>,         // row i at place i, by places of the increments
-    inverse: Vec<L>,   // h K̂⁻¹: control points by places, for each row
-    force: Vec<L>,     // h b_k E_ki, row i at place i, for each Gauss node
-    total: L,          // h b̃_i, row i at place i
-    last: Vec<f64>,    // K_sj by places
-    of_last: Vec<f64>, // h b_k E_ks
-    h: f64,
 }
 
 /// [`Sweeps`] of a tree of bodies, `O(N)`.
@@ -81,11 +71,6 @@ pub struct TreeSweeps<T: Register> {
     x: Vec<T::Lanes>,                 // d
 }
 
-/// The control point at a place.
-fn control_point(place: usize, s: usize) -> usize {
-    if place == 0 { s } else { place }
-}
-
 impl<T: Register> TreeSweeps<T> {
     /// For a tree of frames; `None` where its mass matrix is not one of bodies, or `lanes` are too few.
     #[must_use]
@@ -107,7 +92,7 @@ impl<T: Register> TreeSweeps<T> {
             tree: tree.clone(),
             blocks: tree.blocks(),
             links,
-            weights: Weights::new(lanes, &GaussLobatto::new(stages), 0.0),
+            weights: Weights::new(lanes, &GaussLobatto::new(stages), &[], 0.0),
             constant: false,
             force: vec![0.0; 12 * count],
             starts: vec![Start::ground(); count + 1],
@@ -128,18 +113,24 @@ impl<T: Register> TreeSweeps<T> {
     }
 
     /// Reads the unknowns of all control points.
+    ///
+    /// # Errors
+    /// [`Fault::NotFinite`], [`Fault::OutsideChart`].
     fn read(&mut self, u: &[f64]) -> Result<(), Fault> {
+        const SMALL: f64 = 1.8; // a rotation vector of such components is shorter than π
         let (d, s) = (self.u.len(), self.stages);
+        for (k, own) in self.u.iter_mut().enumerate() {
+            *own = self.lanes.gather(|place| {
+                if place < s { u[(control_point(place, s) - 1) * d + k] } else { 0.0 }
+            });
+        }
+        if u.iter().all(|u| u.abs() <= SMALL) {
+            return Ok(());
+        }
         if u.iter().any(|u| !u.is_finite()) {
             return Err(Fault::NotFinite);
         }
-        for (k, own) in self.u.iter_mut().enumerate() {
-            *own = self.lanes.gather(|place| {
-                let j = control_point(place, s);
-                if place < s { u[(j - 1) * d + k] } else { 0.0 }
-            });
-        }
-        Ok(())
+        self.check()
     }
 
     /// Refuses rotations of more than half a revolution.
@@ -233,13 +224,13 @@ impl<T: Register> TreeSweeps<T> {
         solution.fill(zero);
         for (k, link) in links.iter().enumerate().rev() {
             let (row, pose) = (&rows[k], &poses[k]);
-            let (base, m, h) = (&base[k], &link.mass, weights.h);
+            let (base, m) = (&base[k], &weights.masses[k]);
             let w = three(
                 #[inline(always)]
-                |v| base[1 + v] + weights.mix(&pose.d[v]) * (m[1 + v] / h), // w_i  [2.26]
+                |v| base[1 + v] + weights.mix(&pose.d[v]) * m[1 + v], // w_i  [2.26]
             );
             let mut b = wrenches[k];
-            b.linear = b.linear + base[0] + weights.mix(&pose.x) * (m[0] / h);
+            b.linear = b.linear + base[0] + weights.mix(&pose.x) * m[0];
             b.angular =
                 b.angular + row.d[0].cross(w[0]) + row.d[1].cross(w[1]) + row.d[2].cross(w[2]); // P_inᵀ w_i
             let own = link.offset..link.offset + link.dof;
@@ -300,54 +291,6 @@ impl<T: Register> TreeSweeps<T> {
     }
 }
 
-impl<L: Lanes> Weights<L> {
-    fn new(lanes: impl Register<Lanes = L>, constants: &GaussLobatto, h: f64) -> Self {
-        let s = constants.stages();
-        let place = |row: &dyn Fn(usize) -> f64| {
-            lanes.gather(|place| if place < s { row(place) } else { 0.0 })
-        };
-        let impulse = |k: usize, i: usize| h * constants.gauss_weights[k] * constants.E[(k, i)];
-        let point = |l: usize| control_point(l, s);
-        let mut K: Vec<L> = (0..s).map(|l| place(&|i| constants.K[(i, point(l))])).collect();
-        let solve = |i: usize| place(&|l| h * constants.K_hat_inverse[(point(l) - 1, i)]);
-        let mut inverse: Vec<L> = (0..s).map(solve).collect();
-        K.resize(L::COUNT, lanes.splat(0.0));
-        inverse.resize(L::COUNT, lanes.splat(0.0));
-        Self {
-            K,
-            inverse,
-            force: (0..s).map(|k| place(&|i| impulse(k, i))).collect(),
-            total: place(&|i| (0..s).map(|k| impulse(k, i)).sum()),
-            last: (0..s).map(|l| constants.K[(s, point(l))]).collect(),
-            of_last: (0..s).map(|k| impulse(k, s)).collect(),
-            h,
-        }
-    }
-
-    /// `Σ_j K_ij Δ_j`.
-    #[inline(always)]
-    fn mix(&self, delta: &Vector<L>) -> Vector<L> {
-        let [x, y, z] = delta.0;
-        let K = &self.K[..L::COUNT];
-        let mut sum = Vector([K[0] * x.at(0), K[0] * y.at(0), K[0] * z.at(0)]);
-        for l in 1..L::COUNT {
-            sum = sum + Vector([K[l] * x.at(l), K[l] * y.at(l), K[l] * z.at(l)]);
-        }
-        sum
-    }
-
-    /// `h Σ_i (K̂⁻¹)_ji r_i`.
-    #[inline(always)]
-    fn solve(&self, r: L) -> L {
-        let inverse = &self.inverse[..L::COUNT];
-        let mut sum = inverse[0] * r.at(0);
-        for i in 1..L::COUNT {
-            sum = sum + inverse[i] * r.at(i);
-        }
-        sum
-    }
-}
-
 impl<T: Register> Sweeps for TreeSweeps<T> {
     fn dof(&self) -> usize {
         self.u.len()
@@ -366,7 +309,7 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
     ) {
         points.open_ends(step, state);
         if self.weights.h.to_bits() != step.h.to_bits() {
-            self.weights = Weights::new(self.lanes, points.constants(), step.h);
+            self.weights = Weights::new(self.lanes, points.constants(), &self.links, step.h);
         }
         for (k, link) in self.links.iter().enumerate() {
             self.starts[k] = Start::of(link, &self.starts[link.parent], &state.q);
@@ -390,21 +333,8 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
         r: &mut [f64],
         anew: bool,
     ) -> Result<(), Fault> {
-        self.read(u)?;
-        self.check()?;
+        self.settle(system, points, u)?;
         let lanes = self.lanes;
-        lanes.run(
-            #[inline(always)]
-            || self.place(),
-        );
-        if !self.constant {
-            self.write_increments(points);
-            points.evaluate(system);
-            lanes.run(
-                #[inline(always)]
-                || self.add_impulses(points),
-            );
-        }
         if anew {
             lanes.run(
                 #[inline(always)]
@@ -419,6 +349,29 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
             for (r, lanes) in r.iter_mut().zip(&self.r) {
                 *r = lanes.at(i);
             }
+        }
+        Ok(())
+    }
+
+    fn settle(
+        &mut self,
+        system: &impl MechanicalSystem,
+        points: &mut ControlPoints,
+        u: &[f64],
+    ) -> Result<(), Fault> {
+        self.read(u)?;
+        let lanes = self.lanes;
+        lanes.run(
+            #[inline(always)]
+            || self.place(),
+        );
+        if !self.constant {
+            self.write_increments(points);
+            points.evaluate(system);
+            lanes.run(
+                #[inline(always)]
+                || self.add_impulses(points),
+            );
         }
         Ok(())
     }
@@ -464,7 +417,7 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
                         .enumerate()
                         .map(|(k, weight)| weight * force(k))
                         .sum();
-                    p[at] = impulse + link.mass[v] / weights.h * mixed; // [2.29]
+                    p[at] = impulse + weights.masses[k][v] * mixed; // [2.29]
                 }
             }
             let at = |x: &Vector<T::Lanes>| [x.0[0].at(0), x.0[1].at(0), x.0[2].at(0)];
