@@ -192,17 +192,23 @@ pub fn condition_number(a: &DMatrix<f64>) -> f64 {
 /// The largest absolute value; NaN if any entry is NaN (unlike a fold with `f64::max`).
 #[must_use]
 pub fn norm_inf(x: &[f64]) -> f64 {
-    // bits of positive numbers are ordered as the numbers are, those of NaN come after all
-    let bits = |v: f64| v.abs().to_bits();
-    let mut parts = [0; 4];
+    let (mut parts, mut sums) = ([0.0_f64; 4], [0.0_f64; 4]); // a sum of sizes is NaN where one is
     let (fours, rest) = x.as_chunks::<4>();
     for four in fours {
         for k in 0..4 {
-            parts[k] = bits(four[k]).max(parts[k]);
+            let size = four[k].abs();
+            parts[k] = if size > parts[k] { size } else { parts[k] };
+            sums[k] += size;
         }
     }
-    let largest = rest.iter().fold(parts[0].max(parts[1]), |largest, v| largest.max(bits(*v)));
-    f64::from_bits(largest.max(parts[2]).max(parts[3]))
+    for v in rest {
+        parts[0] = if v.abs() > parts[0] { v.abs() } else { parts[0] };
+        sums[0] += v.abs();
+    }
+    if ((sums[0] + sums[1]) + (sums[2] + sums[3])).is_nan() {
+        return f64::NAN;
+    }
+    parts[0].max(parts[1]).max(parts[2].max(parts[3]))
 }
 
 #[cfg(test)]

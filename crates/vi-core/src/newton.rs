@@ -302,18 +302,21 @@ fn size(blocks: &[Block], x: &[f64], dx: &[f64]) -> Size {
 }
 
 fn largest<'a>(blocks: impl Iterator<Item = &'a Block>, x: &[f64], dx: &[f64]) -> Size {
-    let mut worst = Size { relative: 0.0, kind: BlockKind::Position, unknown: 0 };
+    let (mut worst, mut relative) = (None, 0.0);
     for block in blocks.filter(|block| !block.range.is_empty()) {
         let scale = norm_inf(&x[block.range.clone()]).max(block.floor);
-        let size = norm_inf(&dx[block.range.clone()]);
-        let relative = size / scale;
-        if relative.is_nan() || relative > worst.relative {
-            let largest = block.range.clone().find(|&i| dx[i].is_nan() || dx[i].abs() >= size);
-            let unknown = largest.unwrap_or(block.range.start);
-            worst = Size { relative, kind: block.kind, unknown };
+        let own = norm_inf(&dx[block.range.clone()]) / scale;
+        if own.is_nan() || own > relative {
+            (worst, relative) = (Some(block), own);
         }
     }
-    worst
+    let Some(block) = worst else {
+        return Size { relative, kind: BlockKind::Position, unknown: 0 };
+    };
+    let size = norm_inf(&dx[block.range.clone()]);
+    let is_largest = |i: &usize| dx[*i].is_nan() || dx[*i].abs() >= size;
+    let largest = block.range.clone().find(is_largest);
+    Size { relative, kind: block.kind, unknown: largest.unwrap_or(block.range.start) }
 }
 
 impl Newton {
