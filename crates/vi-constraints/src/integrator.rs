@@ -32,7 +32,7 @@ use crate::constrained::Constrained;
 use crate::constraints::Constraints;
 use crate::dalembert::{Dalembert, MapSource, QrSource};
 use crate::discretization::{Discretization, ObserveNode, Step};
-use crate::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal};
+use crate::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal, Pointwise};
 use crate::initialization::{ConsistentStart, InitialValues, StartReport, start};
 use crate::nodal::Nodal;
 use crate::node::{Node, NodeObserver};
@@ -194,7 +194,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
             }
             (SchemeKind::Nodal, Some(stages)) => {
                 let operators = DenseControlPoints::new(n, stages.count(), map);
-                Box::new(GalerkinNodal::new(n, stages, operators))
+                let sweeps = Pointwise::new(n, stages.count(), operators);
+                Box::new(GalerkinNodal::new(n, stages, sweeps))
             }
             (SchemeKind::Dalembert | SchemeKind::Reduced, Some(_)) => {
                 return Err(SetupError::NoGalerkin { what: "in this form" });
@@ -313,7 +314,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// # Errors
     /// [`StepError`]; the state is then what it was before the macro step.
     pub fn step(&mut self) -> Result<StepReport, StepError> {
-        self.step_with(&mut |_, _, _| {})
+        self.take(1, None)
     }
 
     /// One macro step; `each` sees every sub-step.
@@ -338,6 +339,14 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         parts: u32,
         each: &mut dyn FnMut(&S, &C, Step<'_>),
     ) -> Result<StepReport, StepError> {
+        self.take(parts, Some(each))
+    }
+
+    fn take(
+        &mut self,
+        parts: u32,
+        each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
+    ) -> Result<StepReport, StepError> {
         self.before.copy_from(&self.state);
         let taken = self.take_sub_steps(parts, each);
         if taken.is_err() {
@@ -349,7 +358,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     fn take_sub_steps(
         &mut self,
         parts: u32,
-        each: &mut dyn FnMut(&S, &C, Step<'_>),
+        mut each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
     ) -> Result<StepReport, StepError> {
         let step = self.state.step + 1;
         let next = self.origin.time(step, self.step);
@@ -364,12 +373,11 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             let (step, of) = (SubStep { index, count, h, t_end }, (&*system, &**constraints));
             let report = solver.advance(&mut **scheme, of, step, state)?;
             constraints.unwrap_angles(&state.q, &mut state.angles);
-            let multipliers = &state.memory.multipliers;
-            each(
-                system,
-                constraints,
-                Step { s: scheme.interval(), multipliers, gauss: scheme.gauss() },
-            );
+            if let Some(each) = &mut each {
+                scheme.interpolate();
+                let (multipliers, gauss) = (&state.memory.multipliers, scheme.gauss());
+                each(system, constraints, Step { s: scheme.interval(), multipliers, gauss });
+            }
             total.iterations += report.iterations;
             total.restarts += report.restarts;
             total.residual = total.residual.max(report.residual);

@@ -257,6 +257,19 @@ pub trait Scheme<S, C>: Send {
         x: &[f64],
         dx: &mut [f64],
     ) -> Result<(), Fault>;
+    /// See [`NewtonProblem::settle`].
+    ///
+    /// # Errors
+    /// [`Fault`] when `x` is outside the domain of the equations.
+    fn settle(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        x: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.residual(system, constraints, x, r)
+    }
     /// See [`NewtonProblem::noise`].
     fn noise(&self) -> f64 {
         1e-9
@@ -339,7 +352,9 @@ pub trait Scheme<S, C>: Send {
         newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError>;
-    /// The Gauss nodes of the last step, of Galerkin schemes; the others have none.
+    /// Computes the Gauss nodes of the step that was taken, where the scheme has them.
+    fn interpolate(&mut self) {}
+    /// The Gauss nodes of the last [`Scheme::interpolate`], of Galerkin schemes; the others have none.
     fn gauss(&self) -> &[GaussPoint] {
         &[]
     }
@@ -419,6 +434,10 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
 
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
         self.scheme.correction(self.system, self.constraints, x, dx)
+    }
+
+    fn settle(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+        self.scheme.settle(self.system, self.constraints, x, r)
     }
 
     fn noise(&self) -> f64 {

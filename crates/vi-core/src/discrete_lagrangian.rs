@@ -285,6 +285,10 @@ impl MechanicalSystem for SeparableSystem {
         }
     }
 
+    fn has_constant_force(&self) -> bool {
+        self.forces.is_empty() && self.potentials.iter().all(|v| v.constant_force().is_some())
+    }
+
     fn is_dissipative(&self) -> bool {
         self.forces.iter().any(|force| force.is_dissipative())
     }

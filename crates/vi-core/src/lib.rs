@@ -14,6 +14,7 @@
 //! | [`newton`], [`predictor`] | the nonlinear solver and its initial guesses |
 //! | [`linear`], [`sparse`] | linear solvers; matrices refilled in place |
 //! | [`dense`] | dense factorizations with equal bits on every processor |
+//! | [`lanes`] | four or eight numbers in a register, with equal bits on every processor |
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
 //! | [`quadratic_eigen`] | `(λ² M + λ C + K) x = 0`: damped and gyroscopic vibrations |
 //! | [`composition`] | orders 4, 6, 8 |
@@ -39,6 +40,7 @@ pub mod force;
 pub mod galerkin;
 pub mod interval;
 pub mod isotropic;
+pub mod lanes;
 pub mod legendre;
 pub mod linear;
 pub mod mechanical_system;

@@ -26,6 +26,10 @@ pub trait MechanicalSystem: Send + Sync {
     fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
     /// `out ← out + f(t, q, v)`: the generalized force, N.
     fn add_force(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut [f64]) {}
+    /// Whether `f − ∇V` is the same always and everywhere.
+    fn has_constant_force(&self) -> bool {
+        false
+    }
     /// Whether any force dissipates: backward sub-steps of a composition are then refused.
     fn is_dissipative(&self) -> bool {
         false

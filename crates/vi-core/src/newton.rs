@@ -14,8 +14,10 @@
 //! made until they no longer fall: a bound of `1e-15` would leave a part of each correction that has the same sign in
 //! every step, and the momentum maps would drift.
 //! ```text
-//! stagnation size_k ≥ size_{k-1}/2 and size_k ≤ 64ε, or size_k ≥ size_{k-1} and size_k ≤ 1e-9
+//! stagnation size_k ≥ size_{k-1}/2 and size_k ≤ 64ε, or size_k ≥ size_{k-1}, size_{k-2}/2 and size_k ≤ 1e-9
 //! ```
+//! The residual after the last correction has no part in it and is not evaluated ([`NewtonProblem::settle`]).
+//!
 //! `scale_block` is the largest entry of the unknowns of that block, at least its floor: increments
 //! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual after
 //! the last correction is evaluated anyway (it closes the interval), so the test costs no extra
@@ -141,6 +143,14 @@ pub trait NewtonProblem {
     /// # Errors
     /// [`Fault::SingularTangent`].
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault>;
+    /// Takes `x` as the solution: evaluates there what later calls need. By default the residual; `r` may be left as it
+    /// was before the last correction. Only for approximate tangents.
+    ///
+    /// # Errors
+    /// [`Fault`] when `x` is outside the domain of the equations.
+    fn settle(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+        self.residual(x, r)
+    }
     /// Relative size of the corrections that round-off alone may cause: more than 1e-9 where the
     /// problem is ill-conditioned.
     fn noise(&self) -> f64 {
@@ -273,10 +283,12 @@ const LEVEL: usize = 3;
 /// Simplified iterations in the place of one.
 const SWEEPS: usize = 4;
 
-/// Whether a correction by an approximate tangent has reached round-off, from the size of the one `before`.
-fn stagnates(size: f64, before: f64) -> bool {
+/// Whether a correction by an approximate tangent has reached round-off, from the sizes of the one `before` and of that
+/// `earlier` still. Corrections may fall in pairs, so one that does not fall says nothing.
+fn stagnates(size: f64, before: f64, earlier: f64) -> bool {
     const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
-    (size >= 0.5 * before && size <= ROUND_OFF) || (size >= before && size <= 1e-9)
+    (size >= 0.5 * before && size <= ROUND_OFF)
+        || (size >= before && size >= 0.5 * earlier && size <= 1e-9)
 }
 
 struct Size {
@@ -290,18 +302,21 @@ fn size(blocks: &[Block], x: &[f64], dx: &[f64]) -> Size {
 }
 
 fn largest<'a>(blocks: impl Iterator<Item = &'a Block>, x: &[f64], dx: &[f64]) -> Size {
-    let mut worst = Size { relative: 0.0, kind: BlockKind::Position, unknown: 0 };
+    let (mut worst, mut relative) = (None, 0.0);
     for block in blocks.filter(|block| !block.range.is_empty()) {
-        let own = &dx[block.range.clone()];
-        let largest = norm_inf(own);
-        let relative = largest / norm_inf(&x[block.range.clone()]).max(block.floor);
-        if relative.is_nan() || relative > worst.relative {
-            let at = own.iter().position(|d| d.abs().to_bits() == largest.to_bits());
-            let unknown = block.range.start + at.unwrap_or(0);
-            worst = Size { relative, kind: block.kind, unknown };
+        let scale = norm_inf(&x[block.range.clone()]).max(block.floor);
+        let own = norm_inf(&dx[block.range.clone()]) / scale;
+        if own.is_nan() || own > relative {
+            (worst, relative) = (Some(block), own);
         }
     }
-    worst
+    let Some(block) = worst else {
+        return Size { relative, kind: BlockKind::Position, unknown: 0 };
+    };
+    let size = norm_inf(&dx[block.range.clone()]);
+    let is_largest = |i: &usize| dx[*i].is_nan() || dx[*i].abs() >= size;
+    let largest = block.range.clone().find(is_largest);
+    Size { relative, kind: block.kind, unknown: largest.unwrap_or(block.range.start) }
 }
 
 impl Newton {
@@ -326,7 +341,8 @@ impl Newton {
         let mut report = NewtonReport::default();
         let mut residual = self.evaluate(problem, x).map_err(refused(0))?;
         report.evaluations = 1;
-        let (mut stalled, mut level, mut growing, mut before) = (0, 0, 0, f64::INFINITY);
+        let (mut stalled, mut level, mut growing) = (0, 0, 0);
+        let (mut before, mut earlier) = (f64::INFINITY, f64::INFINITY);
         let limit = self.settings.max_iterations * if problem.is_simplified() { SWEEPS } else { 1 };
         loop {
             let iteration = report.iterations + 1;
@@ -340,6 +356,19 @@ impl Newton {
                 let before = *x;
                 *x -= dx;
                 *rounding = (before - *x) - dx; // exact where |dx| ≤ |x|
+            }
+            if problem.is_simplified()
+                && !self.settings.line_search
+                && stagnates(size.relative, before, earlier)
+            {
+                problem.settle(x, &mut self.r).map_err(refused(iteration))?;
+                (report.iterations, report.last_correction) = (iteration, size.relative);
+                report.residual = norm_inf(&self.r);
+                return if report.residual.is_finite() {
+                    Ok(report)
+                } else {
+                    Err(refused(iteration)(Fault::NotFinite))
+                };
             }
             let next = self.evaluate_with_search(problem, x, residual, &mut report);
             let next = next.map_err(refused(iteration))?;
@@ -361,7 +390,7 @@ impl Newton {
             };
             let closed = size.relative <= problem.closing_size() && ratio < 0.5;
             let done = if problem.is_simplified() {
-                stagnates(size.relative, before)
+                stagnates(size.relative, before, earlier)
             } else {
                 converged || closed || at_floor
             };
@@ -370,7 +399,7 @@ impl Newton {
             }
             growing =
                 if size.relative > before && problem.is_simplified() { growing + 1 } else { 0 };
-            before = size.relative;
+            (earlier, before) = (before, size.relative);
             if iteration >= limit || growing >= LEVEL {
                 return Err(NewtonError::NotConverged {
                     iterations: iteration,
@@ -493,6 +522,38 @@ mod tests {
         let mut x = [3.0];
         newton.solve(&mut Problem::new(Scalar::Arctan), &mut x).unwrap();
         assert!(x[0].abs() < 1e-15);
+    }
+
+    /// `x = (1, 1)` with corrections that leave the error `(e_2, e_1/1000)`: their sizes fall in pairs.
+    struct Pairs([Block; 1]);
+    impl NewtonProblem for Pairs {
+        fn blocks(&self) -> &[Block] {
+            &self.0
+        }
+        fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
+            (r[0], r[1]) = (x[0] - 1.0, x[1] - 1.0);
+            Ok(())
+        }
+        fn correction(&mut self, _x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
+            (dx[0], dx[1]) = (dx[0] - dx[1], dx[1] - 1e-3 * dx[0]);
+            Ok(())
+        }
+        fn is_simplified(&self) -> bool {
+            true
+        }
+    }
+
+    #[test]
+    fn corrections_that_fall_in_pairs_are_made_to_the_end() {
+        let block = Block { kind: BlockKind::Position, range: 0..2, floor: 1e-8 };
+        for start in [1e-3, 1e-8, 1e-10, 1e-11] {
+            let mut x = [1.0 + start, 1.0 - 1.1 * start];
+            let mut newton = Newton::new(2, NewtonSettings::default());
+            let report = newton.solve(&mut Pairs([block.clone()]), &mut x).unwrap();
+            let error = (x[0] - 1.0).abs().max((x[1] - 1.0).abs());
+            println!("from {start:e} to {error:e} in {} corrections", report.iterations);
+            assert!(error <= 2.0 * f64::EPSILON, "from {start:e} to {error:e}");
+        }
     }
 
     #[test]

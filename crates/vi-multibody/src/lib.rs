@@ -74,7 +74,7 @@ pub use pair::joint;
 pub use solver::closed_loop::loop_rank;
 pub use solver::{
     articulated, closed_loop, run, sparse_nodal, tree_control_points, tree_descriptor, tree_map,
-    tree_nodal, tree_step,
+    tree_nodal, tree_step, tree_sweeps,
 };
 pub use tree::particle;
 

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // tests
 
 mod builder;
+mod control_points;
 mod joint_coordinates;
 mod random_trees;
 mod tree_step;

@@ -22,7 +22,7 @@ use vi_testkit::Sample;
 
 /// A random tree; every body hangs on an earlier one or on the ground, half of the joints are written
 /// from child to parent.
-fn random_tree(bodies: usize, seed: u64) -> Mechanism {
+pub(crate) fn random_tree(bodies: usize, seed: u64) -> Mechanism {
     random_tree_with(bodies, 0, seed)
 }
 
@@ -66,7 +66,7 @@ fn random_tree_with(bodies: usize, points: usize, seed: u64) -> Mechanism {
     builder.build().unwrap().mechanism
 }
 
-fn increments(d: usize, size: f64, seed: u64) -> Vec<f64> {
+pub(crate) fn increments(d: usize, size: f64, seed: u64) -> Vec<f64> {
     let mut random = Sample::new(seed);
     (0..d).map(|_| size * random.number()).collect()
 }

@@ -59,13 +59,21 @@ impl ControlPoints {
 
     /// Opens a step at a state: all control points on `q_n`.
     pub fn open(&mut self, step: SubStep, state: &State) {
+        self.open_ends(step, state);
+        let Self { constants, points, .. } = self;
+        let last = points.len() - 1;
+        for (j, point) in points[..last].iter_mut().enumerate() {
+            let h = constants.nodes[j + 1] * step.h;
+            SubStep { h, t_end: state.t + h, ..step }.open(point, state);
+        }
+    }
+
+    /// Opens the interval of the step alone. Of the control points between its ends only increments are then used
+    /// ([`ControlPoints::increments_mut`]).
+    pub fn open_ends(&mut self, step: SubStep, state: &State) {
         let Self { constants, points, p, gauss, .. } = self;
         let last = points.len() - 1;
-        for (j, point) in points.iter_mut().enumerate() {
-            let h = constants.nodes[j + 1] * step.h;
-            let t_end = if j == last { step.t_end } else { state.t + h };
-            SubStep { h, t_end, ..step }.open(point, state);
-        }
+        step.open(&mut points[last], state);
         for (node, c) in gauss.iter_mut().zip(&constants.gauss_nodes) {
             node.t = state.t + c * step.h;
         }
@@ -107,6 +115,23 @@ impl ControlPoints {
         &mut self.points[j - 1]
     }
 
+    /// `p̄_n`, shape `n`.
+    #[must_use]
+    pub fn momentum(&self) -> &[f64] {
+        &self.p
+    }
+
+    /// `Δ_j`, `j = 1 … s`, shape `n`.
+    pub fn increments_mut(&mut self, j: usize) -> &mut [f64] {
+        &mut self.points[j - 1].dq
+    }
+
+    /// `f − ∇V` at Gauss node `k` of the last [`ControlPoints::evaluate`], shape `n`.
+    #[must_use]
+    pub fn force(&self, k: usize) -> &[f64] {
+        &self.forces[k]
+    }
+
     /// `(q_n, q_{n+1})`.
     #[must_use]
     pub fn step(&self) -> &Interval {
@@ -125,21 +150,30 @@ impl ControlPoints {
         &self.gauss
     }
 
-    /// Computes positions, velocities and forces at the Gauss nodes from the control points.
-    pub fn evaluate(&mut self, system: &impl MechanicalSystem) {
-        let Self { constants, points, gauss, forces, .. } = self;
-        let (q_n, h) = (&points[0].q0, points[points.len() - 1].h);
-        for (k, (node, force)) in gauss.iter_mut().zip(forces).enumerate() {
-            node.q.copy_from_slice(q_n);
+    /// Computes positions and velocities at the Gauss nodes from the control points.
+    pub fn interpolate(&mut self) {
+        let Self { constants, points, gauss, .. } = self;
+        let step = &points[points.len() - 1];
+        for (k, node) in gauss.iter_mut().enumerate() {
+            node.q.copy_from_slice(&step.q0);
             node.v.fill(0.0);
             for (j, point) in points.iter().enumerate() {
-                let (E, D) = (constants.E[(k, j + 1)], constants.D[(k, j + 1)] / h);
+                let (E, D) = (constants.E[(k, j + 1)], constants.D[(k, j + 1)] / step.h);
                 for ((q, v), dq) in node.q.iter_mut().zip(&mut node.v).zip(&point.dq) {
                     *q += E * dq; // Q_k, V_k  [2.25]
                     *v += D * dq;
                 }
             }
-            let at = Configuration { t: node.t, q: &node.q, angles: &points[0].angles };
+        }
+    }
+
+    /// Computes positions, velocities and forces at the Gauss nodes from the control points.
+    pub fn evaluate(&mut self, system: &impl MechanicalSystem) {
+        self.interpolate();
+        let Self { points, gauss, forces, .. } = self;
+        let angles = &points[points.len() - 1].angles;
+        for (node, force) in gauss.iter().zip(forces) {
+            let at = Configuration { t: node.t, q: &node.q, angles };
             force.fill(0.0);
             system.add_potential_gradient(at, -1.0, force);
             system.add_force(at, &node.v, force);

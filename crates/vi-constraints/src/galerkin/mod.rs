@@ -17,7 +17,8 @@
 //! |---|---|
 //! | [`control_points`] | `w_i` from the configurations of the control points |
 //! | [`nodal`], [`constrained`] | the two schemes |
-//! | [`operators`] | what the nodal one asks of a mechanism |
+//! | [`sweeps`] | what the nodal one asks for: all control points at once |
+//! | [`operators`] | the same from operators of single control points |
 //! | [`tangent`] | the exact tangent of a step |
 //!
 //! Sources: Jay, SIAM J. Numer. Anal. 45 (2007) 1814 and 33 (1996) 368; Wenger, Ober-Blöbaum & Leyendecker, Adv.
@@ -27,10 +28,12 @@ pub mod constrained;
 pub mod control_points;
 pub mod nodal;
 pub mod operators;
+pub mod sweeps;
 pub mod tangent;
 
 pub use constrained::GalerkinConstrained;
 pub use control_points::GaussPoint;
 pub use nodal::GalerkinNodal;
 pub use operators::{ControlPointOperators, DenseControlPoints};
+pub use sweeps::{Pointwise, Sweeps};
 pub use tangent::GalerkinTangent;

@@ -17,14 +17,13 @@
 //! farther than 0.5 rad from what the first correction led to.
 
 use crate::galerkin::control_points::{ControlPoints, GaussPoint};
-use crate::galerkin::operators::ControlPointOperators;
+use crate::galerkin::sweeps::Sweeps;
 use crate::scheme::{Guess, Scheme, StepError, SubStep};
 use vi_core::galerkin::Stages;
 use vi_core::interval::Interval;
 use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
 use vi_core::predictor::Degree;
-use vi_core::sparse::Entries;
 use vi_core::state::State;
 
 /// Corrections larger than this, in rad or relative to the increments, are followed by new factors.
@@ -37,37 +36,34 @@ const SMALLER: usize = 4;
 /// The nodal scheme of order `2s`.
 #[derive(Debug)]
 pub struct GalerkinNodal<O> {
-    operators: O,
+    sweeps: O,
     points: ControlPoints,
     blocks: Vec<Block>,
-    w: Vec<f64>,        // n  balance of a control point
-    r: Vec<f64>,        // s d  residual, while corrections are made of it
     first: Vec<f64>,    // s d  unknowns after the first correction
+    last: Vec<f64>,     // s d  those of the last step, while they are continued
     corrections: usize, // since the initial guess
     outdated: bool,     // the factors
 }
 
-impl<O: ControlPointOperators> GalerkinNodal<O> {
+impl<O: Sweeps> GalerkinNodal<O> {
     /// For `n` coordinates.
     #[must_use]
-    pub fn new(n: usize, stages: Stages, operators: O) -> Self {
-        let (s, d) = (stages.count(), operators.dof());
+    pub fn new(n: usize, stages: Stages, sweeps: O) -> Self {
+        let (s, d) = (stages.count(), sweeps.dof());
         let shifted = |j: usize| {
             let block = move |block: &Block| {
                 let range = block.range.start + j * d..block.range.end + j * d;
                 Block { range, ..block.clone() }
             };
-            operators.blocks().iter().map(block).collect::<Vec<_>>()
+            sweeps.blocks().iter().map(block).collect::<Vec<_>>()
         };
         let blocks = (0..s).flat_map(shifted).collect();
-        let (points, zeros) = (ControlPoints::new(n, stages), |k: usize| vec![0.0; k]);
         Self {
-            operators,
-            points,
+            sweeps,
+            points: ControlPoints::new(n, stages),
             blocks,
-            w: zeros(n),
-            r: zeros(s * d),
-            first: zeros(s * d),
+            first: vec![0.0; s * d],
+            last: vec![0.0; s * d],
             corrections: 0,
             outdated: true,
         }
@@ -80,49 +76,27 @@ impl<O: ControlPointOperators> GalerkinNodal<O> {
         u: &[f64],
         r: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { operators, points, w, .. } = self;
-        let d = operators.dof();
-        if d == 0 {
+        if self.sweeps.dof() == 0 {
             return Ok(());
         }
-        for (j, u) in u.chunks_exact(d).enumerate() {
-            operators.reparametrize(u, points.point_mut(j + 1))?; // q_j = F_d(u_j, q_n)
+        self.sweeps.residual(system, &mut self.points, u, r, self.outdated)
+    }
+
+    /// Moves the control points to `u`.
+    fn settle_at(&mut self, system: &impl MechanicalSystem, u: &[f64]) -> Result<(), Fault> {
+        if self.sweeps.dof() == 0 {
+            return Ok(());
         }
-        points.evaluate(system);
-        for (i, r) in r.chunks_exact_mut(d).enumerate() {
-            points.balance(system, i, w);
-            operators.pull_back(points.q(i), w, r);
-        }
-        Ok(())
+        self.sweeps.settle(system, &mut self.points, u)
     }
 
     /// `du_j ← h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i` [2.30].
-    fn correct(
-        &mut self,
-        system: &impl MechanicalSystem,
-        u: &[f64],
-        du: &mut [f64],
-    ) -> Result<(), Fault> {
-        let Self { operators, points, r, first, corrections, outdated, blocks, .. } = self;
-        let (d, h) = (operators.dof(), points.h());
-        if d == 0 {
+    fn correct(&mut self, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
+        let Self { sweeps, points, first, corrections, outdated, blocks, .. } = self;
+        if sweeps.dof() == 0 {
             return Ok(());
         }
-        if *outdated {
-            let mass = |out: &mut dyn Entries| system.mass().emit(out);
-            for (j, u) in u.chunks_exact(d).enumerate() {
-                operators.factorize(j, &mass, u, points.point(j + 1))?;
-            }
-        }
-        r.copy_from_slice(du);
-        for (j, du) in du.chunks_exact_mut(d).enumerate() {
-            du.fill(0.0);
-            for (i, r) in r.chunks_exact(d).enumerate() {
-                let weight = h * points.constants().K_hat_inverse[(j, i)];
-                du.iter_mut().zip(r).for_each(|(x, r)| *x += weight * r);
-            }
-            operators.solve(j, du)?;
-        }
+        sweeps.correction(points, du)?;
         if *corrections == 0 {
             for ((first, u), du) in first.iter_mut().zip(u).zip(&*du) {
                 *first = u - du;
@@ -146,8 +120,8 @@ impl<O: ControlPointOperators> GalerkinNodal<O> {
 
     /// Continues the polynomial of the last step, whose increments are in `x`.
     fn extrapolate(&mut self, x: &mut [f64]) {
-        let Self { operators, points, r: last, .. } = self;
-        let (d, constants) = (operators.dof(), points.constants());
+        let Self { sweeps, points, last, .. } = self;
+        let (d, constants) = (sweeps.dof(), points.constants());
         last.copy_from_slice(x);
         let end = last.len() - d;
         for (j, u) in x.chunks_exact_mut(d).enumerate() {
@@ -158,7 +132,7 @@ impl<O: ControlPointOperators> GalerkinNodal<O> {
             }
         }
         last[end..].iter_mut().for_each(|u| *u = -*u);
-        x.chunks_exact_mut(d).for_each(|u| operators.compose(&last[end..], u));
+        x.chunks_exact_mut(d).for_each(|u| sweeps.compose(&last[end..], u));
     }
 
     /// Increments of the control points from smaller steps; whether these could be taken. Allocates.
@@ -169,16 +143,16 @@ impl<O: ControlPointOperators> GalerkinNodal<O> {
         from: &State,
         x: &mut [f64],
     ) -> Result<(), Fault> {
-        let (d, s) = (self.operators.dof(), self.points.stages());
+        let (d, s) = (self.sweeps.dof(), self.points.stages());
         let (mut state, h) = (from.clone(), step.h / SMALLER as f64);
         let mut newton = Newton::new(x.len(), NewtonSettings::default());
         let (mut local, mut reached) = (vec![0.0; x.len()], vec![0.0; d]);
         let mut solved = Ok(());
         for k in 0..SMALLER {
-            self.points.open(SubStep::single(state.t, h), &state);
+            self.sweeps.open(system, &mut self.points, SubStep::single(state.t, h), &state);
             self.restart();
             local.fill(0.0);
-            let mut problem = Sweeps { scheme: self, system };
+            let mut problem = SmallerStep { scheme: self, system };
             if newton.solve(&mut problem, &mut local).is_err() {
                 solved = Err(Fault::NotFinite);
                 break;
@@ -191,27 +165,27 @@ impl<O: ControlPointOperators> GalerkinNodal<O> {
                         let weight = self.points.constants().lagrange(i + 1, tau.min(1.0));
                         u.iter_mut().zip(local).for_each(|(u, local)| *u += weight * local);
                     }
-                    self.operators.compose(&reached, u);
+                    self.sweeps.compose(&reached, u);
                 }
             }
             reached.copy_from_slice(&x[(s - 1) * d..]);
-            self.points.balance(system, s, &mut state.p);
+            self.sweeps.close(system, &mut self.points, &mut state.p);
             state.t += h;
             state.q.copy_from_slice(self.points.q(s));
         }
-        self.points.open(step, from);
+        self.sweeps.open(system, &mut self.points, step, from);
         self.restart();
         solved
     }
 }
 
 /// The equations of a smaller step.
-struct Sweeps<'a, O, S> {
+struct SmallerStep<'a, O, S> {
     scheme: &'a mut GalerkinNodal<O>,
     system: &'a S,
 }
 
-impl<O: ControlPointOperators, S: MechanicalSystem> NewtonProblem for Sweeps<'_, O, S> {
+impl<O: Sweeps, S: MechanicalSystem> NewtonProblem for SmallerStep<'_, O, S> {
     fn blocks(&self) -> &[Block] {
         &self.scheme.blocks
     }
@@ -221,7 +195,11 @@ impl<O: ControlPointOperators, S: MechanicalSystem> NewtonProblem for Sweeps<'_,
     }
 
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
-        self.scheme.correct(self.system, x, dx)
+        self.scheme.correct(x, dx)
+    }
+
+    fn settle(&mut self, x: &[f64], _: &mut [f64]) -> Result<(), Fault> {
+        self.scheme.settle_at(self.system, x)
     }
 
     fn is_simplified(&self) -> bool {
@@ -229,13 +207,13 @@ impl<O: ControlPointOperators, S: MechanicalSystem> NewtonProblem for Sweeps<'_,
     }
 }
 
-impl<S: MechanicalSystem, C, O: ControlPointOperators> Scheme<S, C> for GalerkinNodal<O> {
+impl<S: MechanicalSystem, C, O: Sweeps> Scheme<S, C> for GalerkinNodal<O> {
     fn blocks(&self) -> &[Block] {
         &self.blocks
     }
 
-    fn begin(&mut self, _system: &S, _constraints: &C, step: SubStep, state: &mut State) {
-        self.points.open(step, state);
+    fn begin(&mut self, system: &S, _constraints: &C, step: SubStep, state: &mut State) {
+        self.sweeps.open(system, &mut self.points, step, state);
     }
 
     fn guess(
@@ -260,8 +238,12 @@ impl<S: MechanicalSystem, C, O: ControlPointOperators> Scheme<S, C> for Galerkin
         self.evaluate(system, u, r)
     }
 
-    fn correction(&mut self, system: &S, _: &C, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
-        self.correct(system, u, du)
+    fn correction(&mut self, _: &S, _: &C, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
+        self.correct(u, du)
+    }
+
+    fn settle(&mut self, system: &S, _: &C, u: &[f64], _: &mut [f64]) -> Result<(), Fault> {
+        self.settle_at(system, u)
     }
 
     fn is_simplified(&self) -> bool {
@@ -273,7 +255,7 @@ impl<S: MechanicalSystem, C, O: ControlPointOperators> Scheme<S, C> for Galerkin
         for unknown in rotations.flat_map(|block| block.range.clone()) {
             let distance = (u[unknown] - self.first[unknown]).abs();
             if self.corrections > 0 && distance > FAR {
-                let unknown = unknown % self.operators.dof();
+                let unknown = unknown % self.sweeps.dof();
                 return Err(Fault::FarFromGuess { unknown, distance });
             }
         }
@@ -287,10 +269,15 @@ impl<S: MechanicalSystem, C, O: ControlPointOperators> Scheme<S, C> for Galerkin
         _newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        let Self { operators, points, .. } = self;
-        points.balance(system, points.stages(), &mut state.p); // p̄_{n+1}  [2.29]
-        state.move_to_configuration(points.step(), |t, q| operators.clean(t, q));
+        let Self { sweeps, points, .. } = self;
+        sweeps.close(system, points, &mut state.p); // p̄_{n+1}  [2.29]
+        state.move_to_configuration(points.step(), |t, q| sweeps.clean(t, q));
         Ok(())
+    }
+
+    fn interpolate(&mut self) {
+        self.sweeps.write_increments(&mut self.points);
+        self.points.interpolate();
     }
 
     fn gauss(&self) -> &[GaussPoint] {

@@ -12,3 +12,4 @@ pub mod tree_descriptor;
 pub mod tree_map;
 pub mod tree_nodal;
 pub mod tree_step;
+pub mod tree_sweeps;

@@ -12,7 +12,7 @@
 //!
 //! | mechanism | nodal | constrained |
 //! |---|---|---|
-//! | tree of bodies | articulated recursion, `O(N)` | sparse |
+//! | tree of bodies | articulated recursion at all control points at once, `O(N)` | sparse |
 //! | tree with point masses | dense | sparse |
 //! | closed loops | none yet | sparse |
 
@@ -26,6 +26,7 @@ use crate::solver::tree_descriptor::TreeDescriptor;
 use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_nodal::TreeNodal;
 use crate::solver::tree_step::TreeStep;
+use crate::solver::tree_sweeps::TreeSweeps;
 use crate::tree::Link;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
@@ -34,7 +35,7 @@ use vi_constraints::agreement::contradiction;
 use vi_constraints::constrained::Constrained;
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::discretization::Discretization;
-use vi_constraints::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal};
+use vi_constraints::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal, Pointwise};
 use vi_constraints::initialization::{StartReport, start};
 use vi_constraints::integrator::{SetupError, SingularStart, check_dense};
 use vi_constraints::nodal::Nodal;
@@ -44,7 +45,11 @@ use vi_constraints::scheme::Scheme;
 use vi_constraints::{
     Constraints, DenseNodal, Integrator, Method, Options, SchemeKind, TangentSpace,
 };
+use vi_core::galerkin::Stages;
 use vi_core::interval::Interval;
+#[cfg(target_arch = "x86_64")]
+use vi_core::lanes::Wide;
+use vi_core::lanes::{Lanes, Plain, Register, Twice};
 use vi_core::sparse::Entries;
 use vi_core::{MechanicalSystem, SeparableSystem};
 
@@ -57,7 +62,7 @@ pub enum Solver {
     Auto,
     /// Dense matrices, for comparison.
     Dense,
-    /// The articulated recursion; where it does not apply, as `Auto`.
+    /// The articulated recursion, in Galerkin schemes one control point after the other; where it does not apply, as `Auto`.
     Articulated,
     /// Sparse factorizations; closed loops of bodies without couplings use the recursion.
     Sparse,
@@ -353,8 +358,7 @@ fn galerkin(
             let bodies = mechanism.description().particles.is_empty()
                 && TreeNodal::new(mechanism.tree().clone()).is_uncoupled(&mass, &s);
             if bodies && solver != Solver::Dense {
-                let operators = TreeControlPoints::new(mechanism.tree(), stages.count());
-                return Ok(Box::new(GalerkinNodal::new(n, stages, operators)));
+                return Ok(tree_sweeps(mechanism, system, solver, stages));
             }
             check_dense(
                 n,
@@ -363,9 +367,49 @@ fn galerkin(
             )?;
             let map = TreeMap::new(mechanism);
             let operators = DenseControlPoints::new(n, stages.count(), map);
-            Ok(Box::new(GalerkinNodal::new(n, stages, operators)))
+            let sweeps = Pointwise::new(n, stages.count(), operators);
+            Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
         }
     }
+}
+
+/// The sweeps of a tree of bodies: all control points at once, in the widest registers there are; one after the other
+/// when the recursion is asked for.
+fn tree_sweeps(
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+    solver: Solver,
+    stages: Stages,
+) -> BoxedScheme {
+    let in_lanes = || {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(wide) = Wide::detect() {
+            return sweeps_in(wide, mechanism, system, stages);
+        }
+        sweeps_in(Plain, mechanism, system, stages)
+    };
+    let all = if solver == Solver::Articulated { None } else { in_lanes() };
+    all.unwrap_or_else(|| {
+        let (n, s) = (mechanism.dim(), stages.count());
+        let operators = TreeControlPoints::new(mechanism.tree(), s);
+        Box::new(GalerkinNodal::new(n, stages, Pointwise::new(n, s, operators)))
+    })
+}
+
+/// The same in four or eight lanes.
+fn sweeps_in<T: Register>(
+    lanes: T,
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+    stages: Stages,
+) -> Option<BoxedScheme> {
+    let (n, tree, mass) = (mechanism.dim(), mechanism.tree(), system.mass());
+    if stages.count() <= T::Lanes::COUNT {
+        let sweeps = TreeSweeps::new(lanes, tree, mass, stages)?;
+        return Some(Box::new(GalerkinNodal::new(n, stages, sweeps)));
+    }
+    let sweeps = TreeSweeps::new(Twice(lanes), tree, mass, stages)?;
+    Some(Box::new(GalerkinNodal::new(n, stages, sweeps)))
 }
 
 /// How the nodes of a mechanism are read. The potential has no part in it; loops need the `memory` of the nodal

@@ -6,12 +6,10 @@
 use crate::pair::{Transfer, Twist, VelocityMap};
 use crate::solver::articulated::Articulated;
 use crate::tree::Tree;
-use nalgebra::Vector3;
 use vi_constraints::galerkin::ControlPointOperators;
 use vi_constraints::reparametrization::Emission;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
-use vi_rigid::rotation;
 
 /// [`ControlPointOperators`] of a tree of bodies.
 #[derive(Debug)]
@@ -19,7 +17,6 @@ pub struct TreeControlPoints {
     factors: Vec<Articulated>, // s
     maps: Vec<VelocityMap>,    // scratch
     wrenches: Vec<Twist>,      // scratch
-    rotations: Vec<usize>,     // first unknowns of rotation vectors
 }
 
 impl TreeControlPoints {
@@ -31,14 +28,10 @@ impl TreeControlPoints {
     pub fn new(tree: &Tree, stages: usize) -> Self {
         assert!(stages > 0, "a step has control points");
         let links = tree.links();
-        let rotation = |link: &crate::tree::Link| {
-            link.joint.kind.rotation_vector().map(|first| link.offset + first)
-        };
         Self {
             factors: (0..stages).map(|_| Articulated::new(tree.clone())).collect(),
             maps: vec![VelocityMap::new(Transfer::None, &[]); links.len()],
             wrenches: vec![Twist::zero(); links.len()],
-            rotations: links.iter().filter_map(rotation).collect(),
         }
     }
 
@@ -83,20 +76,7 @@ impl ControlPointOperators for TreeControlPoints {
     }
 
     fn compose(&self, first: &[f64], u: &mut [f64]) {
-        let vector = |u: &[f64], at: usize| Vector3::new(u[at], u[at + 1], u[at + 2]);
-        let mut rotations = self.rotations.iter().peekable();
-        let mut at = 0;
-        while at < u.len() {
-            if rotations.next_if(|first| **first == at).is_some() {
-                let turn = rotation::exp(&vector(u, at)) * rotation::exp(&vector(first, at));
-                let theta = rotation::vector(&turn);
-                u[at..at + 3].copy_from_slice(theta.as_slice());
-                at += 3;
-            } else {
-                u[at] += first[at];
-                at += 1;
-            }
-        }
+        self.tree().compose(first, u);
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {

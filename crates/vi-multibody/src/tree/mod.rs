@@ -206,16 +206,53 @@ impl Tree {
                 Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size: too_large.angle }
             })?;
             motions[k] = motion; // (76)
-            move_frame(&motion, link, s);
-            // where the pair has no gap, round-off of it is removed in every step
-            if link.joint.kind.closes_gap() {
-                let closure = link.joint.kind.gap_correction(&self.configuration(link, &s.q1));
-                for i in 0..3 {
-                    s.q1[12 * link.frame + i] += closure[i];
-                }
-            }
+            let turn = |i: usize| -> [f64; 3] {
+                let own = &s.q0[12 * link.frame..12 * link.frame + 12];
+                (motion.rotation_minus_identity * directors::director(own, i)).into()
+            };
+            let turns = [turn(0), turn(1), turn(2)];
+            self.move_link(k, &motion.translation.into(), &turns, s);
         }
         Ok(())
+    }
+
+    /// Moves the frame of link `k` by `Δφ` and `Δd_I`, after its parent, in `s.q1` and `s.dq`.
+    pub(crate) fn move_link(&self, k: usize, x: &[f64; 3], d: &[[f64; 3]; 3], s: &mut Interval) {
+        let link = &self.links[k];
+        let (at, closes_gap) = (12 * link.frame, link.joint.kind.closes_gap());
+        for i in 0..3 {
+            if closes_gap {
+                s.dq[at + i] = x[i];
+                s.q1[at + i] = s.q0[at + i] + x[i]; // nothing adds up there
+            } else {
+                s.increment(at + i, x[i]);
+            }
+        }
+        for (j, d) in d.iter().enumerate() {
+            (0..3).for_each(|i| s.increment(at + 3 + 3 * j + i, d[i]));
+        }
+        // where the pair has no gap, round-off of it is removed in every step
+        if closes_gap {
+            let closure = link.joint.kind.gap_correction(&self.configuration(link, &s.q1));
+            for i in 0..3 {
+                s.q1[at + i] += closure[i];
+            }
+        }
+    }
+
+    /// `u ←` the increment of `first` and then `u`: rotation vectors are composed, the rest is added.
+    pub(crate) fn compose(&self, first: &[f64], u: &mut [f64]) {
+        let vector = |u: &[f64], at: usize| Vector3::new(u[at], u[at + 1], u[at + 2]);
+        for link in &self.links {
+            let turning = link.joint.kind.rotation_vector().map(|k| link.offset + k);
+            for at in link.offset..turning.unwrap_or(link.offset + link.dof()) {
+                u[at] += first[at];
+            }
+            if let Some(at) = turning {
+                let turn = rotation::exp(&vector(u, at)) * rotation::exp(&vector(first, at));
+                u[at..at + 3].copy_from_slice(rotation::vector(&turn).as_slice());
+            }
+        }
     }
 
     /// Removes accumulated round-off from directors and of what C, P, E and the axes transport,
@@ -255,25 +292,5 @@ impl Tree {
         let k = self.links.partition_point(|link| link.offset <= unknown);
         let link = self.links[..k].iter().rev().find(|link| link.dof() > 0)?;
         (unknown < link.offset + link.dof()).then(|| (link, unknown - link.offset))
-    }
-}
-
-fn move_frame(motion: &Motion, link: &Link, s: &mut Interval) {
-    let at = 12 * link.frame;
-    let closes_gap = link.joint.kind.closes_gap();
-    for i in 0..3 {
-        if closes_gap {
-            s.dq[at + i] = motion.translation[i];
-            s.q1[at + i] = s.q0[at + i] + motion.translation[i]; // nothing adds up there
-        } else {
-            s.increment(at + i, motion.translation[i]);
-        }
-    }
-    for j in 0..3 {
-        let d: Vector3<f64> = directors::director(&s.q0[at..at + 12], j);
-        let dd = motion.rotation_minus_identity * d;
-        for i in 0..3 {
-            s.increment(at + 3 + 3 * j + i, dd[i]);
-        }
     }
 }

@@ -1,0 +1,328 @@
+//! Four or eight numbers side by side, with the same bits on every processor.
+//!
+//! Sums and products act number by number and are rounded one by one (no fused multiplication and addition), so the bits
+//! do not depend on the registers in use. [`Plain`] leaves the choice of instructions to the compiler, [`Wide`] uses
+//! registers of 256 bits where [`Wide::detect`] finds them.
+//!
+//! A [`Register`] is the proof that its instructions exist; [`Register::run`] is where they may be used, and what it calls
+//! must be inlined there.
+
+use std::fmt::Debug;
+use std::ops::{Add, Mul, Sub};
+
+/// `COUNT` numbers.
+pub trait Lanes:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Mul<f64, Output = Self>
+    + 'static
+{
+    /// How many numbers.
+    const COUNT: usize;
+    /// Number `k`.
+    fn at(self, k: usize) -> f64;
+    /// The same but for the first number.
+    #[must_use]
+    fn with_first(self, x: f64) -> Self;
+    /// The quotients.
+    #[must_use]
+    fn over(self, divisor: Self) -> Self;
+}
+
+/// A kind of registers.
+pub trait Register: Copy + Debug + Send + Sync + 'static {
+    /// What one of them holds.
+    type Lanes: Lanes;
+    /// The same number `COUNT` times.
+    fn splat(self, x: f64) -> Self::Lanes;
+    /// Number `k` is `number(k)`.
+    fn gather(self, number: impl Fn(usize) -> f64) -> Self::Lanes;
+    /// Calls `f`, compiled for these registers.
+    fn run<R>(self, f: impl FnOnce() -> R) -> R;
+}
+
+/// Four numbers in an array.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct Four([f64; 4]);
+
+macro_rules! each {
+    ($a:ident $op:tt $b:expr) => {
+        Four([$a.0[0] $op $b[0], $a.0[1] $op $b[1], $a.0[2] $op $b[2], $a.0[3] $op $b[3]])
+    };
+}
+
+impl Add for Four {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        each!(self + other.0)
+    }
+}
+
+impl Sub for Four {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        each!(self - other.0)
+    }
+}
+
+impl Mul for Four {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        each!(self * other.0)
+    }
+}
+
+impl Mul<f64> for Four {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, x: f64) -> Self {
+        each!(self * [x; 4])
+    }
+}
+
+impl Lanes for Four {
+    const COUNT: usize = 4;
+    #[inline(always)]
+    fn at(self, k: usize) -> f64 {
+        self.0[k]
+    }
+    #[inline(always)]
+    fn with_first(self, x: f64) -> Self {
+        Self([x, self.0[1], self.0[2], self.0[3]])
+    }
+    #[inline(always)]
+    fn over(self, divisor: Self) -> Self {
+        each!(self / divisor.0)
+    }
+}
+
+/// Registers that the compiler chooses.
+#[derive(Clone, Copy, Debug)]
+pub struct Plain;
+
+impl Register for Plain {
+    type Lanes = Four;
+    #[inline(always)]
+    fn splat(self, x: f64) -> Four {
+        Four([x; 4])
+    }
+    #[inline(always)]
+    fn gather(self, number: impl Fn(usize) -> f64) -> Four {
+        Four([number(0), number(1), number(2), number(3)])
+    }
+    #[inline(always)]
+    fn run<R>(self, f: impl FnOnce() -> R) -> R {
+        f()
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+pub use wide::{Wide, WideFour};
+
+#[cfg(target_arch = "x86_64")]
+mod wide {
+    use super::{Lanes, Register};
+    use pulp::x86::V3;
+    use pulp::{Simd, f64x4};
+    use std::ops::{Add, Mul, Sub};
+
+    /// Registers of 256 bits.
+    #[derive(Clone, Copy, Debug)]
+    pub struct Wide(V3);
+
+    impl Wide {
+        /// Whether the processor has them.
+        #[must_use]
+        pub fn detect() -> Option<Self> {
+            V3::try_new().map(Self)
+        }
+    }
+
+    /// Four numbers in a register.
+    #[derive(Clone, Copy, Debug)]
+    #[repr(align(32))]
+    pub struct WideFour {
+        simd: V3,
+        x: f64x4,
+    }
+
+    impl Add for WideFour {
+        type Output = Self;
+        #[inline(always)]
+        fn add(self, other: Self) -> Self {
+            Self { x: self.simd.add_f64s(self.x, other.x), ..self }
+        }
+    }
+
+    impl Sub for WideFour {
+        type Output = Self;
+        #[inline(always)]
+        fn sub(self, other: Self) -> Self {
+            Self { x: self.simd.sub_f64s(self.x, other.x), ..self }
+        }
+    }
+
+    impl Mul for WideFour {
+        type Output = Self;
+        #[inline(always)]
+        fn mul(self, other: Self) -> Self {
+            Self { x: self.simd.mul_f64s(self.x, other.x), ..self }
+        }
+    }
+
+    impl Mul<f64> for WideFour {
+        type Output = Self;
+        #[inline(always)]
+        fn mul(self, x: f64) -> Self {
+            Self { x: self.simd.mul_f64s(self.x, self.simd.splat_f64s(x)), ..self }
+        }
+    }
+
+    impl Lanes for WideFour {
+        const COUNT: usize = 4;
+        #[inline(always)]
+        fn at(self, k: usize) -> f64 {
+            [self.x.0, self.x.1, self.x.2, self.x.3][k]
+        }
+        #[inline(always)]
+        fn with_first(self, x: f64) -> Self {
+            Self { x: f64x4(x, self.x.1, self.x.2, self.x.3), ..self }
+        }
+        #[inline(always)]
+        fn over(self, divisor: Self) -> Self {
+            Self { x: self.simd.div_f64s(self.x, divisor.x), ..self }
+        }
+    }
+
+    impl Register for Wide {
+        type Lanes = WideFour;
+        #[inline(always)]
+        fn splat(self, x: f64) -> WideFour {
+            WideFour { simd: self.0, x: self.0.splat_f64s(x) }
+        }
+        #[inline(always)]
+        fn gather(self, number: impl Fn(usize) -> f64) -> WideFour {
+            WideFour { simd: self.0, x: f64x4(number(0), number(1), number(2), number(3)) }
+        }
+        #[inline(always)]
+        fn run<R>(self, f: impl FnOnce() -> R) -> R {
+            self.0.vectorize(f)
+        }
+    }
+}
+
+/// Twice as many numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair<L>(L, L);
+
+impl<L: Lanes> Add for Pair<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0, self.1 + other.1)
+    }
+}
+
+impl<L: Lanes> Sub for Pair<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0, self.1 - other.1)
+    }
+}
+
+impl<L: Lanes> Mul for Pair<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Self(self.0 * other.0, self.1 * other.1)
+    }
+}
+
+impl<L: Lanes> Mul<f64> for Pair<L> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, x: f64) -> Self {
+        Self(self.0 * x, self.1 * x)
+    }
+}
+
+impl<L: Lanes> Lanes for Pair<L> {
+    const COUNT: usize = 2 * L::COUNT;
+    #[inline(always)]
+    fn at(self, k: usize) -> f64 {
+        if k < L::COUNT { self.0.at(k) } else { self.1.at(k - L::COUNT) }
+    }
+    #[inline(always)]
+    fn with_first(self, x: f64) -> Self {
+        Self(self.0.with_first(x), self.1)
+    }
+    #[inline(always)]
+    fn over(self, divisor: Self) -> Self {
+        Self(self.0.over(divisor.0), self.1.over(divisor.1))
+    }
+}
+
+/// Two registers for one.
+#[derive(Clone, Copy, Debug)]
+pub struct Twice<T>(
+    /// The kind of both.
+    pub T,
+);
+
+impl<T: Register> Register for Twice<T> {
+    type Lanes = Pair<T::Lanes>;
+    #[inline(always)]
+    fn splat(self, x: f64) -> Self::Lanes {
+        Pair(self.0.splat(x), self.0.splat(x))
+    }
+    #[inline(always)]
+    fn gather(self, number: impl Fn(usize) -> f64) -> Self::Lanes {
+        Pair(self.0.gather(&number), self.0.gather(|k| number(k + T::Lanes::COUNT)))
+    }
+    #[inline(always)]
+    fn run<R>(self, f: impl FnOnce() -> R) -> R {
+        self.0.run(f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers after each operation.
+    fn results<T: Register>(register: T) -> Vec<u64> {
+        let count = T::Lanes::COUNT;
+        register.run(|| {
+            let a = register.gather(|k| 1.0 / (k + 3) as f64);
+            let b = register.gather(|k| (k as f64 - 1.7).exp2()) + register.splat(0.1);
+            let c = (a * b - b.over(a) * 0.3 + a).with_first(0.7 / 3.0);
+            (0..count).map(|k| c.at(k).to_bits()).collect()
+        })
+    }
+
+    #[test]
+    fn all_registers_give_the_same_bits() {
+        let plain = results(Twice(Plain));
+        assert_eq!(results(Plain), plain[..4]);
+        #[cfg(target_arch = "x86_64")]
+        if let Some(wide) = Wide::detect() {
+            assert_eq!(results(wide), plain[..4]);
+            assert_eq!(results(Twice(wide)), plain);
+        }
+        let at = |k: usize| {
+            let (a, b) = (1.0 / (k + 3) as f64, (k as f64 - 1.7).exp2() + 0.1);
+            if k == 0 { 0.7 / 3.0 } else { a * b - b / a * 0.3 + a }
+        };
+        assert_eq!(plain, (0..8).map(|k| at(k).to_bits()).collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,143 @@
+//! The sweeps over all control points at once against those over one after the other, on random trees of all joint types.
+
+#![allow(clippy::unwrap_used)] // a test
+
+use crate::random_trees::{increments, random_tree};
+use nalgebra::Vector3;
+use proptest::prelude::*;
+use vi_constraints::Constraints;
+use vi_constraints::galerkin::control_points::ControlPoints;
+use vi_constraints::galerkin::{Pointwise, Sweeps};
+use vi_constraints::scheme::SubStep;
+use vi_core::galerkin::Stages;
+use vi_core::lanes::{Plain, Register, Twice};
+use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, State};
+use vi_multibody::form::Form;
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::spring::{Spring, SpringLaw};
+use vi_multibody::tree_control_points::TreeControlPoints;
+use vi_multibody::tree_sweeps::TreeSweeps;
+
+/// What sweeps and the end of a step give: `r`, `du`, `p̄_{n+1}`, `q_{n+1}`, the increments of all control points.
+type Results = [Vec<f64>; 5];
+
+fn results(
+    sweeps: &mut impl Sweeps,
+    system: &SeparableSystem,
+    (stages, state, u): (Stages, &State, &[f64]),
+) -> Results {
+    let mut points = ControlPoints::new(state.q.len(), stages);
+    let step = SubStep::single(0.0, 0.1);
+    sweeps.open(system, &mut points, step, state);
+    let zeros = || vec![0.0; u.len()];
+    let (mut r, mut du, mut u, mut p) = (zeros(), zeros(), u.to_vec(), state.p.clone());
+    sweeps.residual(system, &mut points, &u, &mut r, true).unwrap();
+    du.copy_from_slice(&r);
+    sweeps.correction(&points, &mut du).unwrap();
+    u.iter_mut().for_each(|u| *u *= 1.01); // the factors are then of another configuration
+    sweeps.residual(system, &mut points, &u, &mut r, false).unwrap();
+    sweeps.close(system, &mut points, &mut p);
+    sweeps.write_increments(&mut points);
+    let increments = (1..=stages.count()).flat_map(|j| points.point(j).dq.clone()).collect();
+    [r, du, p, points.step().q1.clone(), increments]
+}
+
+fn in_lanes<T: Register>(
+    lanes: T,
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+    at: (Stages, &State, &[f64]),
+) -> Results {
+    let sweeps = TreeSweeps::new(lanes, mechanism.tree(), system.mass(), at.0);
+    results(&mut sweeps.unwrap(), system, at)
+}
+
+/// The largest difference, relative to the largest number.
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    let size = b.iter().fold(1e-300_f64, |size, b| size.max(b.abs()));
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size
+}
+
+/// Gravity, and a spring between the first body and a point of space.
+fn system(mechanism: &Mechanism, spring: bool) -> SeparableSystem {
+    let system = mechanism.system(Quadrature::Midpoint);
+    if !spring {
+        return system;
+    }
+    let end = Form::constant(Vector3::new(3.0, 2.0, 4.0));
+    let between = Form::point(0, &Vector3::new(0.3, -0.2, 0.1)).minus(&end);
+    system.potential(Spring {
+        between,
+        stiffness: 40.0,
+        natural_length: 1.0,
+        law: SpringLaw::Linear,
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
+
+    #[test]
+    fn all_control_points_at_once_are_one_after_the_other(
+        bodies in 1_usize..7, s in 1_usize..=8, spring in any::<bool>(), seed in any::<u64>()
+    ) {
+        let mechanism = random_tree(bodies, seed);
+        let (n, d) = (mechanism.dim(), mechanism.tree().dof());
+        prop_assume!(d > 0);
+        let (system, stages) = (system(&mechanism, spring), Stages::new(s).unwrap());
+        let state = State::new(0.0, mechanism.initial_configuration(), increments(n, 3.0, seed ^ 1));
+        let u = increments(s * d, 0.5, seed ^ 2);
+        let at = (stages, &state, &u[..]);
+        let operators = TreeControlPoints::new(mechanism.tree(), s);
+        let expected = results(&mut Pointwise::new(n, s, operators), &system, at);
+        let found = if s <= 4 {
+            in_lanes(Plain, &mechanism, &system, at)
+        } else {
+            in_lanes(Twice(Plain), &mechanism, &system, at)
+        };
+        let apart: Vec<f64> = found.iter().zip(&expected).map(|(a, b)| apart(a, b)).collect();
+        println!("s = {s}, {d} degrees of freedom: r, du, p, q, Δ apart by {apart:?}");
+        prop_assert!(apart[1] < 1e-11, "corrections: {apart:?}");
+        for k in [0, 2, 3, 4] {
+            prop_assert!(apart[k] < 1e-13, "{apart:?}");
+        }
+        #[cfg(target_arch = "x86_64")]
+        if let Some(wide) = vi_core::lanes::Wide::detect() {
+            let same = if s <= 4 {
+                in_lanes(wide, &mechanism, &system, at)
+            } else {
+                in_lanes(Twice(wide), &mechanism, &system, at)
+            };
+            let bits = |x: &Results| x.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
+            prop_assert_eq!(bits(&same), bits(&found), "other bits in wide registers");
+        }
+    }
+}
+
+#[test]
+fn rotations_beyond_half_a_revolution_are_refused() {
+    let mechanism = (0..100).map(|seed| random_tree(3, seed));
+    for mechanism in mechanism.filter(|mechanism| mechanism.tree().dof() > 0) {
+        let (system, stages) = (system(&mechanism, false), Stages::new(3).unwrap());
+        let (n, d) = (mechanism.dim(), mechanism.tree().dof());
+        let state = State::new(0.0, mechanism.initial_configuration(), vec![0.0; n]);
+        let blocks = mechanism.tree().blocks();
+        let rotations = blocks.iter().filter(|b| b.kind == vi_core::newton::BlockKind::Rotation);
+        for unknown in rotations.flat_map(|block| block.range.clone()) {
+            let mut u = vec![0.0; 3 * d];
+            u[2 * d + unknown] = 3.2;
+            let mut refusals = Vec::new();
+            let mut points = ControlPoints::new(n, stages);
+            let mut r = vec![0.0; 3 * d];
+            let operators = TreeControlPoints::new(mechanism.tree(), 3);
+            let mut plain = Pointwise::new(n, 3, operators);
+            plain.open(&system, &mut points, SubStep::single(0.0, 0.1), &state);
+            refusals.push(plain.residual(&system, &mut points, &u, &mut r, true).unwrap_err());
+            let mut lanes =
+                TreeSweeps::new(Plain, mechanism.tree(), system.mass(), stages).unwrap();
+            lanes.open(&system, &mut points, SubStep::single(0.0, 0.1), &state);
+            refusals.push(lanes.residual(&system, &mut points, &u, &mut r, true).unwrap_err());
+            assert_eq!(refusals[0], refusals[1]);
+        }
+    }
+}
