@@ -123,7 +123,7 @@ impl DiscretePotential for AveragedStrains {
             for (element, C, mu) in self.scaled(h) {
                 let mass = mu * h * h * element.length * C;
                 let x = element.coordinates(at.q);
-                element.emit(&element.tangent(&x, &mass, &Strain::zeros()), out);
+                element.emit_outer((&x, &x), &mass, out);
             }
         }
     }
@@ -138,13 +138,9 @@ impl DiscretePotential for AveragedStrains {
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         for (element, C, mu) in self.scaled(s.h) {
-            let mut rows = element.gradients(&element.coordinates(&s.q0));
-            let columns = element.gradients(&element.coordinates(&s.q1));
-            let weight = (0.25 + mu) * scale * element.length;
-            for i in 0..6 {
-                rows.column_mut(i).scale_mut(weight * C[i]);
-            }
-            element.emit(&(rows * columns.transpose()), out);
+            let ends = [&s.q0, &s.q1].map(|q| element.coordinates(q));
+            let c = (0.25 + mu) * scale * element.length * C;
+            element.emit_outer((&ends[0], &ends[1]), &c, out);
         }
     }
 

@@ -18,7 +18,7 @@ use crate::strain::{self, Coordinates, Gradients, SIZE, Strain};
 use nalgebra::SMatrix;
 use std::ops::Range;
 use vi_core::potential::Potential;
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Entries, OuterProduct};
 
 /// An element that cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -142,6 +142,22 @@ impl Element {
                 *o += x;
             }
         }
+    }
+
+    /// Emits `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ`.
+    pub fn emit_outer(
+        &self,
+        (x, y): (&Coordinates, &Coordinates),
+        c: &Strain,
+        out: &mut dyn Entries,
+    ) {
+        let (mut left, right) = (self.gradients(x), self.gradients(y));
+        for i in 0..6 {
+            left.column_mut(i).scale_mut(c[i]);
+        }
+        let (starts, length) = (&self.nodes.map(|node| 12 * node), 12);
+        let (left, right) = (left.as_slice(), right.as_slice());
+        out.add_outer(&OuterProduct { starts, length, left, right });
     }
 
     /// Emits a dense 24×24 matrix at the places of the element.

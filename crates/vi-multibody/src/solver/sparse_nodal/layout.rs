@@ -122,6 +122,13 @@ impl VelocityLayout {
         blocks
     }
 
+    /// The unknowns of each joint, then of the point masses one by one.
+    pub(super) fn groups(&self) -> Vec<Range<usize>> {
+        let joints = self.tree.links().iter().map(|link| link.offset..link.offset + link.dof());
+        let points = (self.tree.dof()..self.dof).map(|unknown| unknown..unknown + 1);
+        joints.filter(|group| !group.is_empty()).chain(points).collect()
+    }
+
     /// Storage for the columns at one configuration.
     #[must_use]
     pub fn columns(&self) -> Columns {

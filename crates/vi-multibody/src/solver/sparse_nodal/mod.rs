@@ -4,11 +4,12 @@
 //! Dr = P_exᵀ [ P_in(q_n)ᵀ K P_in(q_{n+1}) ] P'_ex,     K = D_2(D_1 L_d + f_d^-) ∈ R^{n×n} sparse
 //! t_α = Σ_k J_αk ν_k,  k ∈ unknowns of α and its ancestors;     J_c = (X_c J_parent, S_c)
 //! ```
-//! `K` is emitted into dense blocks, one for each pair of coupled members (replayed, no search); a block
-//! shrinks to 6×6 by two pull-backs and spreads over the unknowns of both chains of ancestors. The sum
-//! is a sparse `d × d` matrix with a fixed pattern: one symbolic LU for ever, rows and columns scaled by
-//! powers of two near `|Dr_kk|^{−1/2}` (lengths against angles). Beams whose nodes are free roots cost
-//! `O(elements)` per iteration. Nothing is allocated after the first solve.
+//! `K` is emitted into 6×6 blocks, one for each pair of coupled members (replayed, no search), reduced by two pull-backs; a
+//! block spreads over the unknowns of both chains of ancestors. The sum is a sparse `d × d` matrix with a fixed pattern of
+//! blocks between joints: one symbolic LU for ever, by these blocks or by entries ([`reduced_matrix`]), rows and columns
+//! scaled by powers of two near `|Dr_kk|^{−1/2}` (lengths against angles). Beams whose nodes are free roots cost
+//! `O(elements)` per iteration. Nothing is allocated after the first solve, except when pivot blocks become too small for
+//! the first time.
 //!
 //! Cut joints are not seen here: [`crate::solver::closed_loop`] puts them on top. Particles are served through dense rows.
 //! Where members have many ancestors the matrix is dense: [`crate::solver::tree_descriptor`].
