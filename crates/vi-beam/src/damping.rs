@@ -84,7 +84,7 @@ impl Strained for TwoNode<'_> {
 
     fn add(&self, q: &[f64], n: &Strain, out: &mut [f64]) {
         let element = self.element;
-        element.scatter(&(element.gradients(&element.coordinates(q)) * n), out);
+        element.scatter(&element.force(&element.coordinates(q), n), out);
     }
 
     fn emit(&self, (a, b): (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries) {

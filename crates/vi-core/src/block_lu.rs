@@ -15,10 +15,13 @@
 //! treated as a whole: the sums have the same order whatever the width of the processor.
 //!
 //! Source: I. S. Duff, A. M. Erisman, J. K. Reid, Direct Methods for Sparse Matrices, 2nd ed., Oxford (2017), §7, §12.
-#![allow(non_snake_case)] // D, U
+#![allow(non_snake_case)] // A, B, C, D, U
 
 use crate::linear::Singular;
+use pulp::Arch;
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
+use std::ops::Range;
 
 /// Rows of a block.
 pub const SIZE: usize = 6;
@@ -31,34 +34,26 @@ pub type Block = [Row; SIZE];
 
 const ZERO: Block = [[0.0; SIZE]; SIZE];
 
-/// The elimination of a group of unknowns.
+/// The elimination of a group of unknowns: its blocks are `D`, then `A_ig` and `A_gi` (later `U_gi`) of each neighbour.
 #[derive(Clone, Debug)]
 struct Pivot {
     group: usize,
-    diagonal: usize,   // its block
-    neighbours: usize, // first of its neighbours
+    blocks: Range<usize>,
+    neighbours: Range<usize>,
     updates: usize,    // first of its updates
-    count: usize,      // neighbours
     order: [u8; SIZE], // row exchanges of the block
-}
-
-/// A group that is eliminated after a neighbour, with the blocks between them.
-#[derive(Clone, Copy, Debug)]
-struct Neighbour {
-    group: usize,
-    lower: usize, // A_ig
-    upper: usize, // A_gi, then U_gi
 }
 
 /// The factorization.
 #[derive(Clone, Debug)]
 pub struct BlockLu {
-    sizes: Vec<usize>,          // of the groups
-    first: Vec<usize>,          // unknown of each group
-    pivots: Vec<Pivot>,         // in the order of elimination
-    neighbours: Vec<Neighbour>, // of each pivot
-    updates: Vec<usize>,        // blocks A_ij of each pivot, by rows
-    places: Vec<usize>,         // block of each place of the matrix
+    sizes: Vec<usize>,      // of the groups
+    first: Vec<usize>,      // unknown of each group
+    pivots: Vec<Pivot>,     // in the order of elimination
+    neighbours: Vec<usize>, // groups next to each pivot
+    updates: Vec<usize>,    // blocks A_ij of each pivot, by rows
+    places: Vec<usize>,     // block of each place of the matrix
+    fill: Vec<usize>,       // blocks that are no place
     blocks: Vec<Block>,
     scales: Vec<Row>, // of each group, powers of two
     x: Vec<Row>,
@@ -82,7 +77,6 @@ fn elimination_order(mut adjacent: Vec<BTreeSet<usize>>) -> Option<Vec<(usize, V
     const FEW: usize = 4096; // updates that are never too many
     let most = FEW.max(MOST * adjacent.len());
     let mut updates = 0;
-    use std::cmp::Reverse;
     let key = |adjacent: &[BTreeSet<usize>], g: usize| Reverse((adjacent[g].len(), g));
     let mut waiting: BinaryHeap<_> = (0..adjacent.len()).map(|g| key(&adjacent, g)).collect();
     let mut done = vec![false; adjacent.len()];
@@ -121,26 +115,28 @@ impl BlockLu {
             adjacent[row].insert(column);
             adjacent[column].insert(row);
         }
-        let (mut pivots, mut neighbours, mut updates) = (Vec::new(), Vec::new(), Vec::new());
+        let order = elimination_order(adjacent)?;
         let mut known = BTreeMap::new();
-        for (group, own) in elimination_order(adjacent)? {
-            let mut block = |row: usize, column: usize| {
-                let next = known.len();
-                *known.entry((row, column)).or_insert(next)
-            };
-            let (first, count) = (neighbours.len(), own.len());
-            let diagonal = block(group, group);
-            neighbours.extend(own.iter().map(|&i| Neighbour {
-                group: i,
-                lower: block(i, group),
-                upper: block(group, i),
-            }));
-            let (order, start) = ([0; SIZE], updates.len());
-            for &i in &own {
-                updates.extend(own.iter().map(|&j| block(i, j)));
-            }
-            pivots.push(Pivot { group, diagonal, neighbours: first, updates: start, count, order });
+        let mut block = |row: usize, column: usize| {
+            let next = known.len();
+            *known.entry((row, column)).or_insert(next)
+        };
+        let (mut pivots, mut neighbours, mut updates) = (Vec::new(), Vec::new(), Vec::new());
+        for (group, own) in &order {
+            let (start, first) = (block(*group, *group), neighbours.len());
+            own.iter().for_each(|&i| _ = (block(i, *group), block(*group, i)));
+            neighbours.extend_from_slice(own);
+            let blocks = start..start + 1 + 2 * own.len();
+            let neighbours = first..neighbours.len();
+            pivots.push(Pivot { group: *group, blocks, neighbours, updates: 0, order: [0; SIZE] });
         }
+        for (pivot, (_, own)) in pivots.iter_mut().zip(&order) {
+            pivot.updates = updates.len();
+            own.iter().for_each(|&i| updates.extend(own.iter().map(|&j| known[&(i, j)])));
+        }
+        let places: Vec<usize> = places.iter().map(|place| known[place]).collect();
+        let mut is_fill = vec![true; known.len()];
+        places.iter().for_each(|&place| is_fill[place] = false);
         let mut next = 0;
         let first = sizes.iter().map(|size| {
             next += size;
@@ -152,7 +148,8 @@ impl BlockLu {
             pivots,
             neighbours,
             updates,
-            places: places.iter().map(|place| known[place]).collect(),
+            places,
+            fill: (0..known.len()).filter(|&k| is_fill[k]).collect(),
             blocks: vec![ZERO; known.len()],
             scales: vec![[1.0; SIZE]; sizes.len()],
             x: vec![[0.0; SIZE]; sizes.len()],
@@ -176,24 +173,23 @@ impl BlockLu {
         blocks: impl Iterator<Item = ((usize, usize), &'a [f64])>,
     ) -> Result<(), Singular> {
         self.take_scales(diagonal);
-        self.blocks.fill(ZERO);
-        for (&place, ((row, column), block)) in self.places.iter().zip(blocks) {
-            let (left, right) = (&self.scales[row], &self.scales[column]);
-            let rows = block.chunks_exact(self.sizes[column].max(1));
-            for ((own, row), left) in self.blocks[place].iter_mut().zip(rows).zip(left) {
-                for ((own, value), right) in own.iter_mut().zip(row).zip(right) {
-                    *own = left * value * right;
-                }
+        let Self { sizes, pivots, updates, places, fill, scales, blocks: all, .. } = self;
+        Arch::new().dispatch(|| {
+            fill.iter().for_each(|&k| all[k] = ZERO);
+            for (&place, ((row, column), block)) in places.iter().zip(blocks) {
+                let (left, right) = (&scales[row], &scales[column]);
+                take(block, sizes[column], (left, right), &mut all[place]);
             }
-        }
-        for pivot in &mut self.pivots {
-            let own = &mut self.blocks[pivot.diagonal];
-            complete(own, self.sizes[pivot.group]);
-            factorize(own, &mut pivot.order)?;
-            let neighbours = &self.neighbours[pivot.neighbours..][..pivot.count];
-            eliminate(pivot, neighbours, &self.updates, &mut self.blocks)?;
-        }
-        Ok(())
+            for pivot in pivots {
+                let (own, later) = all.split_at_mut(pivot.blocks.end);
+                let own = &mut own[pivot.blocks.start..];
+                complete(&mut own[0], sizes[pivot.group]);
+                factorize(&mut own[0], &mut pivot.order)?;
+                let targets = &updates[pivot.updates..];
+                eliminate(own, &pivot.order, targets, (later, pivot.blocks.end))?;
+            }
+            Ok(())
+        })
     }
 
     fn take_scales(&mut self, diagonal: &[f64]) {
@@ -214,21 +210,21 @@ impl BlockLu {
             let own = &b[first[k]..first[k] + sizes[k]];
             own.iter().zip(&scales[k]).zip(x).for_each(|((b, scale), x)| *x = scale * b);
         }
-        for pivot in &*pivots {
-            let mut own = x[pivot.group];
-            solve_row(&blocks[pivot.diagonal], &pivot.order, &mut own);
-            x[pivot.group] = own;
-            for neighbour in &neighbours[pivot.neighbours..][..pivot.count] {
-                subtract(&blocks[neighbour.lower], &own, &mut x[neighbour.group]);
+        Arch::new().dispatch(|| {
+            for pivot in &*pivots {
+                let (mut own, parts) = (x[pivot.group], &blocks[pivot.blocks.clone()]);
+                solve_row(&parts[0], &pivot.order, &mut own);
+                x[pivot.group] = own;
+                let pairs = parts[1..].chunks_exact(2).zip(&neighbours[pivot.neighbours.clone()]);
+                pairs.for_each(|(pair, group)| subtract(&pair[0], &own, &mut x[*group]));
             }
-        }
-        for pivot in pivots.iter().rev() {
-            let mut own = x[pivot.group];
-            for neighbour in &neighbours[pivot.neighbours..][..pivot.count] {
-                subtract(&blocks[neighbour.upper], &x[neighbour.group], &mut own);
+            for pivot in pivots.iter().rev() {
+                let (mut own, parts) = (x[pivot.group], &blocks[pivot.blocks.clone()]);
+                let pairs = parts[1..].chunks_exact(2).zip(&neighbours[pivot.neighbours.clone()]);
+                pairs.for_each(|(pair, group)| subtract(&pair[1], &x[*group], &mut own));
+                x[pivot.group] = own;
             }
-            x[pivot.group] = own;
-        }
+        });
         let mut finite = true;
         for (k, x) in x.iter().enumerate() {
             let own = &mut b[first[k]..first[k] + sizes[k]];
@@ -241,49 +237,74 @@ impl BlockLu {
     }
 }
 
-/// `U_gj = D_g⁻¹ A_gj` and the blocks `A_ij` of the neighbours of a pivot.
-#[inline]
-fn eliminate(
-    pivot: &Pivot,
-    neighbours: &[Neighbour],
-    updates: &[usize],
-    blocks: &mut [Block],
-) -> Result<(), Singular> {
-    let D = blocks[pivot.diagonal];
-    let mut largest = 0.0_f64;
-    for neighbour in neighbours {
-        let U = &mut blocks[neighbour.upper];
-        solve_rows(&D, &pivot.order, U);
-        largest = U.iter().flatten().fold(largest, |largest, u| largest.max(u.abs()));
+/// Writes a block by rows of the given number of columns, scaled.
+#[inline(always)]
+fn take(block: &[f64], columns: usize, (left, right): (&Row, &Row), out: &mut Block) {
+    if let Ok(block) = <&[f64; SIZE * SIZE]>::try_from(block) {
+        for i in 0..SIZE {
+            for j in 0..SIZE {
+                out[i][j] = left[i] * block[SIZE * i + j] * right[j];
+            }
+        }
+        return;
     }
-    if largest > LARGEST {
+    *out = ZERO; // a failed factorization may have left anything beyond the unknowns
+    for ((own, row), left) in out.iter_mut().zip(block.chunks_exact(columns.max(1))).zip(left) {
+        for ((own, value), right) in own.iter_mut().zip(row).zip(right) {
+            *own = left * value * right;
+        }
+    }
+}
+
+/// `U_gj = D_g⁻¹ A_gj` of a pivot with its blocks, and the blocks `A_ij` of its neighbours, which are `later` from the
+/// block `first` on.
+#[inline(always)]
+fn eliminate(
+    own: &mut [Block],
+    order: &[u8; SIZE],
+    targets: &[usize],
+    (later, first): (&mut [Block], usize),
+) -> Result<(), Singular> {
+    let (D, pairs) = own.split_at_mut(1);
+    let mut is_large = false;
+    for pair in pairs.chunks_exact_mut(2) {
+        solve_rows(&D[0], order, &mut pair[1]);
+        is_large |= pair[1].iter().flatten().fold(false, |large, u| large | (u.abs() > LARGEST));
+    }
+    if is_large {
         return Err(Singular);
     }
-    let mut updates = updates[pivot.updates..].iter();
-    for row in neighbours {
-        let lower = blocks[row.lower];
-        for (column, place) in neighbours.iter().zip(&mut updates) {
-            let (upper, mut own) = (blocks[column.upper], blocks[*place]);
-            for i in 0..SIZE {
-                for k in 0..SIZE {
-                    for j in 0..SIZE {
-                        own[i][j] -= lower[i][k] * upper[k][j];
-                    }
-                }
-            }
-            blocks[*place] = own;
+    let mut targets = targets.iter();
+    for row in pairs.chunks_exact(2) {
+        for (column, target) in pairs.chunks_exact(2).zip(&mut targets) {
+            subtract_product(&row[0], &column[1], &mut later[target - first]);
         }
     }
     Ok(())
 }
 
+/// `C ← C − A B`.
+#[inline(always)]
+fn subtract_product(A: &Block, B: &Block, C: &mut Block) {
+    for i in 0..SIZE {
+        let mut row = C[i];
+        for k in 0..SIZE {
+            for j in 0..SIZE {
+                row[j] -= A[i][k] * B[k][j];
+            }
+        }
+        C[i] = row;
+    }
+}
+
 /// Ones on the diagonal beyond the unknowns of a group.
+#[inline(always)]
 fn complete(block: &mut Block, size: usize) {
     (size..SIZE).for_each(|i| block[i][i] = 1.0);
 }
 
 /// LU of a block with row exchanges; reciprocals on the diagonal.
-#[inline]
+#[inline(always)]
 fn factorize(a: &mut Block, order: &mut [u8; SIZE]) -> Result<(), Singular> {
     for k in 0..SIZE {
         let mut largest = k;
@@ -312,7 +333,7 @@ fn factorize(a: &mut Block, order: &mut [u8; SIZE]) -> Result<(), Singular> {
 }
 
 /// `b ← D⁻¹ b` for all columns of a block at once.
-#[inline]
+#[inline(always)]
 fn solve_rows(lu: &Block, order: &[u8; SIZE], b: &mut Block) {
     for k in 0..SIZE {
         b.swap(k, usize::from(order[k]));
@@ -339,7 +360,7 @@ fn solve_rows(lu: &Block, order: &[u8; SIZE], b: &mut Block) {
 }
 
 /// `b ← D⁻¹ b`.
-#[inline]
+#[inline(always)]
 fn solve_row(lu: &Block, order: &[u8; SIZE], b: &mut Row) {
     for k in 0..SIZE {
         b.swap(k, usize::from(order[k]));
@@ -358,7 +379,7 @@ fn solve_row(lu: &Block, order: &[u8; SIZE], b: &mut Row) {
 }
 
 /// `y ← y − A x`.
-#[inline]
+#[inline(always)]
 fn subtract(a: &Block, x: &Row, y: &mut Row) {
     for i in 0..SIZE {
         for j in 0..SIZE {
@@ -368,115 +389,4 @@ fn subtract(a: &Block, x: &Row, y: &mut Row) {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::{DMatrix, DVector};
-    use vi_testkit::Sample;
-
-    /// Groups of several sizes with their blocks, and the same matrix dense; `weight` of the diagonal.
-    fn random(
-        sample: &mut Sample,
-        (sizes, places): (&[usize], &[(usize, usize)]),
-        weight: f64,
-    ) -> (Vec<Vec<f64>>, DMatrix<f64>) {
-        let first = |group: usize| sizes[..group].iter().sum::<usize>();
-        let d = first(sizes.len());
-        let mut dense = DMatrix::zeros(d, d);
-        let mut blocks = Vec::new();
-        for &(row, column) in places {
-            let mut block = Vec::new();
-            for i in 0..sizes[row] {
-                for j in 0..sizes[column] {
-                    let own = if (row, i) == (column, j) { weight } else { 0.0 };
-                    // two of three unknowns of another unit
-                    let unit = |k: usize| if k % 3 == 0 { 1.0 } else { 1e4 };
-                    let value = (sample.number() + own) * unit(i) * unit(j);
-                    dense[(first(row) + i, first(column) + j)] = value;
-                    block.push(value);
-                }
-            }
-            blocks.push(block);
-        }
-        (blocks, dense)
-    }
-
-    fn both_ways(pairs: &[(usize, usize)], groups: usize) -> Vec<(usize, usize)> {
-        let own = (0..groups).map(|g| (g, g));
-        own.chain(pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)])).collect()
-    }
-
-    fn relative_error(
-        lu: &mut BlockLu,
-        blocks: &[Vec<f64>],
-        places: &[(usize, usize)],
-        a: &DMatrix<f64>,
-    ) -> f64 {
-        let d = a.nrows();
-        let diagonal: Vec<f64> = a.diagonal().iter().copied().collect();
-        lu.factorize(&diagonal, places.iter().copied().zip(blocks.iter().map(|b| &b[..]))).unwrap();
-        let b = DVector::from_fn(d, |i, _| (1.0 + i as f64).sin());
-        let mut x = b.clone();
-        lu.solve(x.as_mut_slice()).unwrap();
-        let size = a.abs() * x.abs() + b.abs();
-        (a * x - b).component_div(&size).amax()
-    }
-
-    #[test]
-    fn it_solves_chains_trees_rings_and_what_fills_in() {
-        let mut sample = Sample::new(71);
-        let chain: Vec<_> = (1..9).map(|k| (k - 1, k)).collect();
-        let star: Vec<_> = (1..9).map(|k| (0, k)).collect();
-        let ring: Vec<_> = chain.iter().copied().chain([(8, 0)]).collect();
-        let grid: Vec<_> =
-            (0..9).flat_map(|k| [(k, k + 1), (k, k + 3)]).filter(|p| p.1 < 9).collect();
-        let sizes = [6, 6, 1, 3, 6, 2, 6, 0, 5];
-        for (name, pairs, count) in
-            [("chain", chain, 25), ("star", star, 25), ("ring", ring, 39), ("grid", grid, 0)]
-        {
-            let places = both_ways(&pairs, 9);
-            let mut lu = BlockLu::new(&sizes, &places).unwrap();
-            assert!(lu.blocks() == count || count == 0, "{name}: {} blocks", lu.blocks());
-            for _ in 0..3 {
-                let (blocks, dense) = random(&mut sample, (&sizes, &places), 8.0);
-                let error = relative_error(&mut lu, &blocks, &places, &dense);
-                println!("{name}: {} blocks, backward error {error:.1e}", lu.blocks());
-                assert!(error < 1e-14, "{name}: {error:e}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_pivot_block_that_is_too_small_is_refused() {
-        let places = both_ways(&[(0, 1)], 2);
-        let mut lu = BlockLu::new(&[6, 6], &places).unwrap();
-        let (mut blocks, _) = random(&mut Sample::new(72), (&[6, 6], &places), 0.0);
-        let mut factorize = |size: f64| {
-            blocks[0].fill(0.0);
-            (0..SIZE).for_each(|i| blocks[0][7 * i] = size);
-            let blocks = blocks.iter().map(|block| &block[..]);
-            lu.factorize(&[1.0; 12], places.iter().copied().zip(blocks))
-        };
-        assert_eq!(factorize(0.0), Err(Singular));
-        assert_eq!(factorize(1e-9), Err(Singular));
-        assert_eq!(factorize(1e5), Ok(()));
-    }
-
-    #[test]
-    fn a_dense_matrix_is_left_to_others() {
-        let pairs: Vec<_> = (0..60).flat_map(|a| (0..a).map(move |b| (b, a))).collect();
-        assert!(BlockLu::new(&[6; 60], &both_ways(&pairs, 60)).is_none());
-    }
-
-    #[test]
-    fn scales_are_powers_of_two_near_the_inverse_root() {
-        for k in -600..600 {
-            let x = 1.37_f64.powi(k);
-            let unit = inverse_root(-x) * inverse_root(x) * x;
-            assert!((0.5..2.0).contains(&unit), "{x:e}: {unit}");
-            assert!(inverse_root(x).log2().fract() == 0.0);
-        }
-        for x in [0.0, f64::NAN, f64::INFINITY, 1e-310] {
-            assert!(inverse_root(x) == 1.0);
-        }
-    }
-}
+mod tests;

@@ -191,22 +191,27 @@ impl Entries for Replay<'_> {
         let blocks = self.outer[first..].chunks_exact(runs).take(runs);
         for (a, blocks) in blocks.enumerate() {
             for (b, block) in blocks.iter().enumerate() {
-                let own = &mut self.reduced[*block];
-                for k in 0..rank {
-                    add_product(&left[runs * k + a], &right[runs * k + b], own);
-                }
+                let pairs = left[a..].iter().step_by(runs).zip(right[b..].iter().step_by(runs));
+                add_products(pairs.take(rank), &mut self.reduced[*block]);
             }
         }
     }
 }
 
-/// `B ← B + a bᵀ`.
+/// `B ← B + Σ a bᵀ`.
 #[inline]
-fn add_product(a: &Vector6<f64>, b: &Vector6<f64>, B: &mut Matrix6<f64>) {
-    for j in 0..6 {
-        for i in 0..6 {
-            B[(i, j)] += a[i] * b[j];
+fn add_products<'a>(
+    pairs: impl Iterator<Item = (&'a Vector6<f64>, &'a Vector6<f64>)> + Clone,
+    B: &mut Matrix6<f64>,
+) {
+    for (j, mut column) in B.column_iter_mut().enumerate() {
+        let mut sum: Vector6<f64> = column.clone_owned();
+        for (a, b) in pairs.clone() {
+            for i in 0..6 {
+                sum[i] += a[i] * b[j];
+            }
         }
+        column.copy_from(&sum);
     }
 }
 

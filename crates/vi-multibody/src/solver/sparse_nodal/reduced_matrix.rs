@@ -21,6 +21,7 @@ crate::opaque_debug!(ReducedMatrix);
 struct Run {
     group: usize,
     columns: Range<usize>,
+    is_root: bool, // of a free root by its own unknowns
 }
 
 /// The matrix between the unknowns of two groups, by rows.
@@ -44,6 +45,7 @@ pub struct ReducedMatrix {
     diagonal: Vec<f64>,         // d
     scale: Vec<f64>,            // d  powers of two
     elimination: OnceCell<Option<BlockLu>>,
+    is_eliminated: bool,
     factors: Option<(SparseMatrix, SparseLu)>,
 }
 
@@ -63,6 +65,7 @@ impl ReducedMatrix {
         }
         self.blocks.fill(emit, (&left.q, &right.q));
         self.values.fill(0.0);
+        let separated = !left.roots.is_empty();
         let mut targets = self.targets.iter();
         for (coupling, B) in self.blocks.reduced() {
             let (mut B, span) = (*B, &layout.members[coupling.row].span);
@@ -70,15 +73,20 @@ impl ReducedMatrix {
                 B += spin[span.first / 12];
             }
             for b in &self.runs[self.members[coupling.column].clone()] {
-                let mut images = [Vector6::zeros(); 6]; // B J'
-                for (image, J) in images.iter_mut().zip(&right.twists[b.columns.clone()]) {
-                    *image = B * J;
+                let mut images: [Vector6<f64>; 6] = std::array::from_fn(|k| B.column(k).into()); // B J'
+                if !(separated && b.is_root) {
+                    for (image, J) in images.iter_mut().zip(&right.twists[b.columns.clone()]) {
+                        *image = B * J;
+                    }
                 }
                 let images = &images[..b.columns.len()];
                 let rows = &self.runs[self.members[coupling.row].clone()];
                 for (a, tile) in rows.iter().zip(&mut targets) {
                     let out = &mut self.values[self.tiles[*tile].values.clone()];
-                    add_products(&left.twists[a.columns.clone()], images, out);
+                    match separated && a.is_root {
+                        true => add_rows(images, out),
+                        false => add_products(&left.twists[a.columns.clone()], images, out),
+                    }
                 }
             }
         }
@@ -98,13 +106,16 @@ impl ReducedMatrix {
         for (k, group) in self.groups.iter().enumerate() {
             group_of[group.clone()].fill(k);
         }
-        for member in &layout.members {
+        for (k, member) in layout.members.iter().enumerate() {
             let first = self.runs.len();
             for column in member.columns.clone() {
                 let group = group_of[layout.unknowns[column]];
                 match self.runs[first..].last_mut() {
                     Some(run) if run.group == group => run.columns.end += 1,
-                    _ => self.runs.push(Run { group, columns: column..column + 1 }),
+                    _ => {
+                        let (columns, is_root) = (column..column + 1, layout.is_root(k));
+                        self.runs.push(Run { group, columns, is_root });
+                    }
                 }
             }
             self.members.push(first..self.runs.len());
@@ -140,13 +151,27 @@ impl ReducedMatrix {
     pub fn solve(&mut self, x: &mut [f64]) -> Result<(), Singular> {
         let Self { groups, tiles, values, diagonal, elimination, .. } = self;
         elimination.get_or_init(|| elimination_of(groups, tiles));
+        self.is_eliminated = false;
         if let Some(Some(lu)) = elimination.get_mut() {
             let blocks = tiles.iter().map(|t| ((t.row, t.column), &values[t.values.clone()]));
-            if lu.factorize(diagonal, blocks).is_ok() {
-                return x.chunks_exact_mut(diagonal.len()).try_for_each(|x| lu.solve(x));
-            }
+            self.is_eliminated = lu.factorize(diagonal, blocks).is_ok();
         }
-        self.solve_by_entries(x)
+        if self.is_eliminated { self.solve_again(x) } else { self.solve_by_entries(x) }
+    }
+
+    /// Whether [`ReducedMatrix::solve_again`] has factors.
+    #[must_use]
+    pub fn is_eliminated(&self) -> bool {
+        self.is_eliminated
+    }
+
+    /// `x ← A⁻¹ x` with the factors of the last [`ReducedMatrix::solve`], where its blocks were eliminated.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub fn solve_again(&mut self, x: &mut [f64]) -> Result<(), Singular> {
+        let Some(Some(lu)) = self.elimination.get_mut() else { return Err(Singular) };
+        x.chunks_exact_mut(self.diagonal.len().max(1)).try_for_each(|x| lu.solve(x))
     }
 
     /// The same by a general sparse LU.
@@ -219,6 +244,14 @@ fn elimination_of(groups: &[Range<usize>], tiles: &[Tile]) -> Option<BlockLu> {
     let sizes: Vec<usize> = groups.iter().map(ExactSizeIterator::len).collect();
     let places: Vec<(usize, usize)> = tiles.iter().map(|tile| (tile.row, tile.column)).collect();
     BlockLu::new(&sizes, &places)
+}
+
+/// Adds `B J'_j` by rows.
+#[inline]
+fn add_rows(images: &[Vector6<f64>], out: &mut [f64]) {
+    for (i, row) in out.chunks_exact_mut(images.len()).enumerate() {
+        row.iter_mut().zip(images).for_each(|(value, image)| *value += image[i]);
+    }
 }
 
 /// Adds `J_i · (B J'_j)` by rows.
