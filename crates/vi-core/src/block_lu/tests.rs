@@ -20,7 +20,7 @@ fn random(
             for j in 0..sizes[column] {
                 let own = if (row, i) == (column, j) { weight } else { 0.0 };
                 // two of three unknowns of another unit
-                let unit = |k: usize| if k % 3 == 0 { 1.0 } else { 1e4 };
+                let unit = |k: usize| if k.is_multiple_of(3) { 1.0 } else { 1e4 };
                 let value = (sample.number() + own) * unit(i) * unit(j);
                 dense[(first(row) + i, first(column) + j)] = value;
                 block.push(value);
