@@ -34,7 +34,7 @@
 #![allow(non_snake_case)] // U_d, C
 
 use crate::element::{Element, Elements};
-use crate::strain::Strain;
+use crate::strain::{Coordinates, Strain};
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
@@ -57,9 +57,14 @@ pub struct AveragedStrains {
     slowness: Vec<f64>, // elements  1/ω², s²
 }
 
+/// `x` at both ends of a step.
+fn ends(element: &Element, s: &Interval) -> [Coordinates; 2] {
+    [element.coordinates(&s.q0), element.coordinates(&s.q1)]
+}
+
 /// `ε̄` and `Δε`.
-fn mean_and_change(element: &Element, s: &Interval) -> (Strain, Strain) {
-    let [start, end] = [&s.q0, &s.q1].map(|q| element.strain(&element.coordinates(q)));
+fn mean_and_change(element: &Element, ends: &[Coordinates; 2]) -> (Strain, Strain) {
+    let (start, end) = (element.strain(&ends[0]), element.strain(&ends[1]));
     (0.5 * (start + end), end - start) // [6.11]
 }
 
@@ -88,11 +93,12 @@ impl AveragedStrains {
         self.elements.iter().enumerate().map(move |(k, (element, C))| (element, C, mu(k)))
     }
 
-    fn add_slot(&self, s: &Interval, (q, sign): (&[f64], f64), scale: f64, out: &mut [f64]) {
+    fn add_slot(&self, s: &Interval, (slot, sign): (usize, f64), scale: f64, out: &mut [f64]) {
         for (element, C, mu) in self.scaled(s.h) {
-            let (mean, change) = mean_and_change(element, s);
+            let ends = ends(element, s);
+            let (mean, change) = mean_and_change(element, &ends);
             let n = scale * element.length * C.component_mul(&(0.5 * mean + sign * mu * change));
-            element.scatter(&(element.gradients(&element.coordinates(q)) * n), out); // [6.12]
+            element.scatter(&element.force(&ends[slot], &n), out); // [6.12]
         }
     }
 }
@@ -100,7 +106,7 @@ impl AveragedStrains {
 impl DiscretePotential for AveragedStrains {
     fn value(&self, s: &Interval) -> f64 {
         let energy = |(element, C): (&Element, Strain)| {
-            let (mean, _) = mean_and_change(element, s);
+            let (mean, _) = mean_and_change(element, &ends(element, s));
             0.5 * element.length * C.component_mul(&mean).dot(&mean) // [6.11]
         };
         self.elements.iter().map(energy).sum()
@@ -108,7 +114,7 @@ impl DiscretePotential for AveragedStrains {
 
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
         let energy = |(element, C, mu): (&Element, Strain, f64)| {
-            let (_, change) = mean_and_change(element, s);
+            let (_, change) = mean_and_change(element, &ends(element, s));
             0.5 * element.length * mu * C.component_mul(&change).dot(&change) // [6.22]
         };
         self.scaled(s.h).map(energy).sum()
@@ -123,28 +129,24 @@ impl DiscretePotential for AveragedStrains {
             for (element, C, mu) in self.scaled(h) {
                 let mass = mu * h * h * element.length * C;
                 let x = element.coordinates(at.q);
-                element.emit(&element.tangent(&x, &mass, &Strain::zeros()), out);
+                element.emit_outer((&x, &x), &mass, out);
             }
         }
     }
 
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, (&s.q0, 1.0), scale, out);
+        self.add_slot(s, (0, 1.0), scale, out);
     }
 
     fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.add_slot(s, (&s.q1, -1.0), scale, out);
+        self.add_slot(s, (1, -1.0), scale, out);
     }
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         for (element, C, mu) in self.scaled(s.h) {
-            let mut rows = element.gradients(&element.coordinates(&s.q0));
-            let columns = element.gradients(&element.coordinates(&s.q1));
-            let weight = (0.25 + mu) * scale * element.length;
-            for i in 0..6 {
-                rows.column_mut(i).scale_mut(weight * C[i]);
-            }
-            element.emit(&(rows * columns.transpose()), out);
+            let ends = ends(element, s);
+            let c = (0.25 + mu) * scale * element.length * C;
+            element.emit_outer((&ends[0], &ends[1]), &c, out);
         }
     }
 
@@ -152,7 +154,7 @@ impl DiscretePotential for AveragedStrains {
         for (element, C, mu) in self.scaled(s.h) {
             let x = element.coordinates(&s.q0);
             let weight = scale * element.length * C;
-            let (mean, change) = mean_and_change(element, s);
+            let (mean, change) = mean_and_change(element, &ends(element, s));
             let n = weight.component_mul(&(0.5 * mean + mu * change));
             element.emit(&element.tangent(&x, &((0.25 - mu) * weight), &n), out);
         }

@@ -50,6 +50,8 @@ pub(crate) trait Strained {
     fn add(&self, q: &[f64], n: &Strain, out: &mut [f64]);
     /// Emits `Σ c_i (𝔹_i a)(𝔹_i b)ᵀ + Σ n_i 𝔹_i`.
     fn emit(&self, ab: (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries);
+    /// Emits `Σ c_i (𝔹_i a)(𝔹_i b)ᵀ`.
+    fn emit_outer(&self, ab: (&[f64], &[f64]), c: &Strain, out: &mut dyn Entries);
 }
 
 /// A two-node element with its section.
@@ -82,13 +84,18 @@ impl Strained for TwoNode<'_> {
 
     fn add(&self, q: &[f64], n: &Strain, out: &mut [f64]) {
         let element = self.element;
-        element.scatter(&(element.gradients(&element.coordinates(q)) * n), out);
+        element.scatter(&element.force(&element.coordinates(q), n), out);
     }
 
     fn emit(&self, (a, b): (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries) {
         let element = self.element;
         let K = element.product((&element.coordinates(a), &element.coordinates(b)), c, n);
         element.emit(&K, out);
+    }
+
+    fn emit_outer(&self, (a, b): (&[f64], &[f64]), c: &Strain, out: &mut dyn Entries) {
+        let element = self.element;
+        element.emit_outer((&element.coordinates(a), &element.coordinates(b)), c, out);
     }
 }
 
@@ -163,7 +170,7 @@ impl DiscreteForce for StrainDamping {
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         self.each(s.h, &mut |own, theta| {
             let c = -(0.5 + theta) * own.viscosity();
-            own.emit((&s.q0, &s.q1), &c, &Strain::zeros(), out);
+            own.emit_outer((&s.q0, &s.q1), &c, out);
         });
     }
 
@@ -233,7 +240,7 @@ impl Force for StrainDamping {
         out: &mut dyn Entries,
     ) {
         self.each(f64::INFINITY, &mut |own, _| {
-            own.emit((q, q), &(-scale * own.viscosity()), &Strain::zeros(), out);
+            own.emit_outer((q, q), &(-scale * own.viscosity()), out);
         });
     }
 

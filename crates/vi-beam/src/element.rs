@@ -18,7 +18,7 @@ use crate::strain::{self, Coordinates, Gradients, SIZE, Strain};
 use nalgebra::SMatrix;
 use std::ops::Range;
 use vi_core::potential::Potential;
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Entries, OuterProduct};
 
 /// An element that cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -81,13 +81,11 @@ pub struct Element {
 impl Element {
     /// `x`, from the coordinates of all frames.
     #[must_use]
+    #[inline]
     pub fn coordinates(&self, q: &[f64]) -> Coordinates {
-        let mut x = Coordinates::zeros();
-        for (k, node) in self.nodes.into_iter().enumerate() {
-            let own = &q[12 * node..12 * node + 12];
-            x.as_mut_slice()[12 * k..12 * k + 12].copy_from_slice(own);
-        }
-        x
+        let [a, b] = self.nodes.map(|node| 12 * node);
+        let (a, b) = (&q[a..a + 12], &q[b..b + 12]);
+        Coordinates::from_fn(|i, _| if i < 12 { a[i] } else { b[i - 12] })
     }
 
     /// `ε(x)`.
@@ -100,6 +98,12 @@ impl Element {
     #[must_use]
     pub fn gradients(&self, x: &Coordinates) -> Gradients {
         strain::gradients(x, self.length)
+    }
+
+    /// `Σ n_i 𝔹_i x`.
+    #[must_use]
+    pub fn force(&self, x: &Coordinates, n: &Strain) -> Coordinates {
+        strain::force(x, self.length, n)
     }
 
     /// `Σ c_i (𝔹_i x)(𝔹_i x)ᵀ + Σ n_i 𝔹_i`: material and geometric part of a tangent.
@@ -142,6 +146,22 @@ impl Element {
                 *o += x;
             }
         }
+    }
+
+    /// Emits `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ`.
+    pub fn emit_outer(
+        &self,
+        (x, y): (&Coordinates, &Coordinates),
+        c: &Strain,
+        out: &mut dyn Entries,
+    ) {
+        let (mut left, right) = (self.gradients(x), self.gradients(y));
+        for i in 0..6 {
+            left.column_mut(i).scale_mut(c[i]);
+        }
+        let (starts, length) = (&self.nodes.map(|node| 12 * node), 12);
+        let (left, right) = (left.as_slice(), right.as_slice());
+        out.add_outer(&OuterProduct { starts, length, left, right });
     }
 
     /// Emits a dense 24×24 matrix at the places of the element.
@@ -287,7 +307,7 @@ impl Potential for Elements {
         for (element, C) in self.iter() {
             let x = element.coordinates(q);
             let n = scale * element.length * C.component_mul(&element.strain(&x));
-            element.scatter(&(element.gradients(&x) * n), out);
+            element.scatter(&element.force(&x, &n), out);
         }
     }
 

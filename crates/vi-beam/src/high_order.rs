@@ -25,7 +25,7 @@ use crate::strain::Strain;
 use nalgebra::Vector3;
 use std::ops::Range;
 use vi_core::potential::Potential;
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Entries, OuterProduct};
 
 const MOST: usize = 4; // nodes of an element
 /// Gauss points and weights on `[−1, 1]`.
@@ -157,6 +157,28 @@ impl Station {
         }
     }
 
+    /// Emits `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ`.
+    fn emit_outer(
+        &self,
+        (left, right): (&Gradients, &Gradients),
+        c: &Strain,
+        out: &mut dyn Entries,
+    ) {
+        let (mut a, mut b) = ([0.0; 12 * 6 * MOST], [0.0; 12 * 6 * MOST]);
+        let size = 12 * self.count;
+        for i in 0..6 {
+            for (j, slot) in (0..self.count).flat_map(|j| (0..4).map(move |slot| (j, slot))) {
+                let at = size * i + 12 * j + 3 * slot;
+                a[at..at + 3].copy_from_slice((c[i] * left[i][j][slot]).as_slice());
+                b[at..at + 3].copy_from_slice(right[i][j][slot].as_slice());
+            }
+        }
+        let starts = self.nodes.map(|node| 12 * node);
+        let (starts, length) = (&starts[..self.count], 12);
+        let (left, right) = (&a[..6 * size], &b[..6 * size]);
+        out.add_outer(&OuterProduct { starts, length, left, right });
+    }
+
     /// Entry of `Σ n_i B_i` between the vectors `(node, slot)`.
     fn geometric(&self, (j, r): (usize, usize), (k, s): (usize, usize), n: &Strain) -> f64 {
         match (r, s) {
@@ -206,6 +228,10 @@ impl Strained for Station {
 
     fn emit(&self, (a, b): (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries) {
         Station::emit(self, (&self.gradients(a), &self.gradients(b)), c, n, out);
+    }
+
+    fn emit_outer(&self, (a, b): (&[f64], &[f64]), c: &Strain, out: &mut dyn Entries) {
+        Station::emit_outer(self, (&self.gradients(a), &self.gradients(b)), c, out);
     }
 }
 

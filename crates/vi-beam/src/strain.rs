@@ -74,6 +74,30 @@ pub fn gradients(x: &Coordinates, length: f64) -> Gradients {
     out
 }
 
+/// `Σ_i n_i 𝔹_i x`, the product of the gradients with `n`.
+#[must_use]
+pub fn force(x: &Coordinates, length: f64, n: &Strain) -> Coordinates {
+    let half = 0.5 / length;
+    let half_slope = half * (vector(x, 4) - vector(x, 0));
+    let (mut end, mut out) = (Vector3::zeros(), [Vector3::zeros(); 8]);
+    for i in 0..3 {
+        end += (half * n[i]) * (vector(x, 1 + i) + vector(x, 5 + i)); // [6.5]
+        out[1 + i] += n[i] * half_slope;
+        out[5 + i] += n[i] * half_slope;
+        let ([p, q, r, s], moment) = (CURVATURE[i], half * n[3 + i]);
+        out[p] += moment * vector(x, q);
+        out[q] += moment * vector(x, p);
+        out[r] -= moment * vector(x, s);
+        out[s] -= moment * vector(x, r);
+    }
+    (out[0], out[4]) = (-end, end);
+    let mut force = Coordinates::zeros();
+    for (own, vector) in force.as_mut_slice().chunks_exact_mut(3).zip(&out) {
+        own.copy_from_slice(vector.as_slice());
+    }
+    force
+}
+
 /// `Σ_i n_i B_i`, the 8×8 scalar matrix of the geometric stiffness `Σ n_i 𝔹_i`.
 #[must_use]
 pub fn weighted_matrix(n: &Strain, length: f64) -> SMatrix<f64, 8, 8> {
@@ -147,6 +171,8 @@ mod tests {
             }
             let error = (product - columns * n).amax();
             assert!(error < 1e-13, "Σ n 𝔹 x off by {error:e}");
+            let error = (force(&x, 0.4, &n) - columns * n).amax();
+            assert!(error < 1e-13, "force off by {error:e}");
         }
     }
 

@@ -4,6 +4,7 @@
 mod common;
 
 mod allocation;
+mod block_elimination;
 mod elbow;
 mod free_flight;
 mod order;

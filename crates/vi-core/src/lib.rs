@@ -13,6 +13,7 @@
 //! | [`force`] | discrete Lagrange–d'Alembert forces |
 //! | [`newton`], [`predictor`] | the nonlinear solver and its initial guesses |
 //! | [`linear`], [`sparse`] | linear solvers; matrices refilled in place |
+//! | [`block_lu`] | sparse LU of small dense blocks |
 //! | [`dense`] | dense factorizations with equal bits on every processor |
 //! | [`lanes`] | four or eight numbers in a register, with equal bits on every processor |
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
@@ -30,6 +31,7 @@
 #![deny(missing_debug_implementations, missing_docs)]
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
+pub mod block_lu;
 pub mod compensation;
 pub mod composition;
 pub mod configuration;

@@ -15,6 +15,39 @@ pub trait Entries {
     fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
         (0..3).for_each(|k| self.add(row + k, column + k, value));
     }
+    /// Adds `A Bᵀ`.
+    fn add_outer(&mut self, product: &OuterProduct<'_>) {
+        product.for_each_entry(|row, column, value| self.add(row, column, value));
+    }
+}
+
+/// `A Bᵀ` between coordinates that stand in runs of equal length, as those of frames do: the rows `run · length + i` of `A`
+/// and of `B` belong to the coordinate `starts[run] + i`.
+#[derive(Clone, Copy, Debug)]
+pub struct OuterProduct<'a> {
+    /// First coordinate of each run.
+    pub starts: &'a [usize],
+    /// Coordinates of a run.
+    pub length: usize,
+    /// `A`, column by column.
+    pub left: &'a [f64],
+    /// `B`, column by column; shape of `A`.
+    pub right: &'a [f64],
+}
+
+impl OuterProduct<'_> {
+    /// Visits the entries, by rows: row, column, value.
+    pub fn for_each_entry(&self, mut visit: impl FnMut(usize, usize, f64)) {
+        let Self { starts, length, left, right } = self;
+        let rows = starts.len() * length;
+        let place = |i: usize| starts[i / length] + i % length;
+        for i in 0..rows {
+            for j in 0..rows {
+                let pairs = left[i..].iter().step_by(rows).zip(right[j..].iter().step_by(rows));
+                visit(place(i), place(j), pairs.map(|(a, b)| a * b).sum());
+            }
+        }
+    }
 }
 
 /// Receives entries shifted, scaled and possibly transposed: one block of a larger matrix.
@@ -269,6 +302,18 @@ mod tests {
             let mut block = Block { into: out, row: 1, column: 1, scale: 10.0, transposed: true };
             block.add(0, 1, scale); // lands at (2, 1)
         }
+    }
+
+    #[test]
+    fn an_outer_product_is_that_of_its_factors() {
+        let (left, right) = ([1.0, 2.0, 3.0, 4.0, -1.0, 0.5, 0.0, 2.0], [0.5; 8]);
+        let product = OuterProduct { starts: &[4, 0], length: 2, left: &left, right: &right };
+        let found = SparseMatrix::assemble(6, 6, |out| out.add_outer(&product)).to_dense();
+        let place = |i: usize| [4, 5, 0, 1][i];
+        for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
+            assert_eq!(found[(place(i), place(j))], 0.5 * (left[i] + left[4 + i]), "({i}, {j})");
+        }
+        assert_eq!(found.row(2).amax() + found.column(3).amax(), 0.0);
     }
 
     #[test]

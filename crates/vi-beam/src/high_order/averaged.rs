@@ -104,7 +104,7 @@ impl DiscretePotential for AveragedHighOrder {
             for (station, mu) in self.scaled(h) {
                 let c = mu * h * h * station.weight * station.stiffness();
                 let gradients = station.gradients(at.q);
-                station.emit((&gradients, &gradients), &c, &Strain::zeros(), out);
+                station.emit_outer((&gradients, &gradients), &c, out);
             }
         }
     }
@@ -121,7 +121,7 @@ impl DiscretePotential for AveragedHighOrder {
         for (station, mu) in self.scaled(s.h) {
             let c = (0.25 + mu) * scale * station.weight * station.stiffness();
             let pair = (&station.gradients(&s.q0), &station.gradients(&s.q1));
-            station.emit(pair, &c, &Strain::zeros(), out);
+            station.emit_outer(pair, &c, out);
         }
     }
 

@@ -1,10 +1,17 @@
-//! A matrix `K` over the coordinates of frames and point masses as dense blocks, one for each pair of coupled members.
+//! A matrix `K` over the coordinates of frames and point masses as blocks `P_inᵀ K P_in'`, one for each pair of coupled
+//! members.
 //!
-//! The first emission finds the blocks; every later one is replayed into them, without a search.
-#![allow(non_snake_case)] // K, B
+//! ```text
+//! m I_3 between d_I and d_J':    d̂_I (−d̂_J') = (d_I·d_J') I − d_J' d_Iᵀ
+//! A Bᵀ:                          (P_inᵀ A) (P_in'ᵀ B)ᵀ
+//! ```
+//! Masses are multiples of `I_3`, stiffnesses of elements outer products of strain gradients; both are reduced before they
+//! are added. What comes entry by entry is first collected in a dense block. The first emission finds the blocks; every
+//! later one is replayed into them, without a search.
+#![allow(non_snake_case)] // A, B, K, P
 
-use nalgebra::{Matrix6, Vector6};
-use vi_core::sparse::Entries;
+use nalgebra::{Matrix6, Vector3, Vector6};
+use vi_core::sparse::{Entries, OuterProduct};
 
 /// The coordinates of a member in `q`: 12 of a frame, 2 or 3 of a point mass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,8 +22,12 @@ pub(crate) struct Span {
     pub(crate) size: usize,
 }
 
+/// Coordinates of a frame.
+const FRAME: usize = 12;
+
 impl Span {
     /// `P_inᵀ w` of a frame (force and torque), `w` of a point mass; `w(i)`: i-th component.
+    #[inline]
     pub(crate) fn shrink(&self, q: &[f64], w: impl Fn(usize) -> f64) -> Vector6<f64> {
         let mut out = Vector6::zeros();
         (0..self.size.min(3)).for_each(|i| out[i] = w(i));
@@ -32,42 +43,208 @@ impl Span {
     }
 }
 
-/// A dense block of `K`: rows of one member, columns of another.
+/// A block of `K`: rows of one member, columns of another.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Coupling {
     /// The member of its rows.
     pub(crate) row: usize,
     /// The member of its columns.
     pub(crate) column: usize,
-    values: usize, // where its values start, column by column
+    values: Option<usize>, // where its entries start, column by column, if there are any
 }
 
-/// `K` as dense blocks; every member has one of its own.
+/// What an emission was found to be.
+#[derive(Clone, Copy, Debug)]
+enum Slot {
+    /// An entry, at this place in `values`.
+    Entry(usize),
+    /// A multiple of `I_3` between two vectors of frames, in this block.
+    Multiple(usize),
+    /// An outer product of rows of frames, in the blocks listed from this place on.
+    Outer(usize),
+}
+
+/// `P_inᵀ K P_in'` as blocks; every member has one of its own.
 #[derive(Debug, Default)]
 pub(crate) struct MemberBlocks {
+    spans: Vec<Span>,
     couplings: Vec<Coupling>,
-    slots: Vec<usize>, // k-th emitted entry → place in `values`
-    values: Vec<f64>,
+    slots: Vec<Slot>,  // of each emission
+    outer: Vec<usize>, // blocks of outer products, by rows
+    values: Vec<f64>,  // entries of K
+    reduced: Vec<Matrix6<f64>>,
+    factors: [Vec<Vector6<f64>>; 2], // scratch  P_inᵀ A, P_in'ᵀ B
+}
+
+/// A place of the first emission.
+enum Place {
+    Entry(usize, usize),
+    Multiple(usize, usize),
+    Outer(Vec<usize>),
 }
 
 /// Collects the places of the first emission.
-struct Places(Vec<(usize, usize)>);
+struct Places<'a> {
+    member_of: &'a [usize],
+    spans: &'a [Span],
+    places: Vec<Place>,
+    widest: usize, // rows of factors
+}
 
-impl Entries for Places {
+impl Places<'_> {
+    fn is_frame(&self, coordinate: usize) -> bool {
+        self.spans[self.member_of[coordinate]].size == FRAME
+    }
+}
+
+impl Entries for Places<'_> {
     fn add(&mut self, row: usize, column: usize, _value: f64) {
-        self.0.push((row, column));
+        self.places.push(Place::Entry(row, column));
+    }
+
+    fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
+        let is_vector = |at: usize| {
+            self.is_frame(at) && (at - self.spans[self.member_of[at]].first).is_multiple_of(3)
+        };
+        if is_vector(row) && is_vector(column) {
+            self.places.push(Place::Multiple(row, column));
+        } else {
+            (0..3).for_each(|k| self.add(row + k, column + k, value));
+        }
+    }
+
+    fn add_outer(&mut self, product: &OuterProduct<'_>) {
+        let starts_frame =
+            |at: &usize| self.is_frame(*at) && self.spans[self.member_of[*at]].first == *at;
+        if product.length == FRAME && product.starts.iter().all(starts_frame) {
+            self.widest = self.widest.max(product.left.len() / FRAME);
+            self.places.push(Place::Outer(product.starts.to_vec()));
+        } else {
+            product.for_each_entry(|row, column, value| self.add(row, column, value));
+        }
     }
 }
 
 struct Replay<'a> {
     values: &'a mut [f64],
-    slots: std::slice::Iter<'a, usize>,
+    reduced: &'a mut [Matrix6<f64>],
+    outer: &'a [usize],
+    factors: &'a mut [Vec<Vector6<f64>>; 2],
+    slots: &'a [Slot],
+    next: usize,
+    q: [&'a [f64]; 2], // where P_in, P_in' are taken
+}
+
+impl Replay<'_> {
+    fn next(&mut self) -> Slot {
+        self.next += 1;
+        self.slots[self.next - 1]
+    }
+
+    fn peek(&self) -> Slot {
+        self.slots[self.next]
+    }
+}
+
+/// The director that starts at coordinate `at` of a frame; `None` for the centre.
+fn director(q: &[f64], at: usize) -> Option<Vector3<f64>> {
+    (!at.is_multiple_of(FRAME)).then(|| Vector3::new(q[at], q[at + 1], q[at + 2]))
 }
 
 impl Entries for Replay<'_> {
     fn add(&mut self, _row: usize, _column: usize, value: f64) {
-        let slot = self.slots.next().expect("as many entries as at the first emission");
-        self.values[*slot] += value;
+        if let Slot::Entry(place) = self.next() {
+            self.values[place] += value;
+        }
+    }
+
+    fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
+        let Slot::Multiple(block) = self.peek() else {
+            (0..3).for_each(|k| self.add(row + k, column + k, value));
+            return;
+        };
+        self.next += 1;
+        let [left, right] = self.q;
+        add_multiple(value, director(left, row), director(right, column), &mut self.reduced[block]);
+    }
+
+    fn add_outer(&mut self, product: &OuterProduct<'_>) {
+        let Slot::Outer(first) = self.peek() else {
+            product.for_each_entry(|row, column, value| self.add(row, column, value));
+            return;
+        };
+        self.next += 1;
+        let runs = product.starts.len();
+        let rank = product.left.len() / (FRAME * runs);
+        let [left, right] = &mut *self.factors;
+        let sides =
+            [(product.left, self.q[0], &mut *left), (product.right, self.q[1], &mut *right)];
+        for (columns, q, out) in sides {
+            for (column, out) in columns.chunks_exact(FRAME * runs).zip(out.chunks_exact_mut(runs))
+            {
+                for ((own, &first), out) in column.chunks_exact(FRAME).zip(product.starts).zip(out)
+                {
+                    *out = Span { first, size: FRAME }.shrink(q, |i| own[i]);
+                }
+            }
+        }
+        let blocks = self.outer[first..].chunks_exact(runs).take(runs);
+        for (a, blocks) in blocks.enumerate() {
+            for (b, block) in blocks.iter().enumerate() {
+                let pairs = left[a..].iter().step_by(runs).zip(right[b..].iter().step_by(runs));
+                add_products(pairs.take(rank), &mut self.reduced[*block]);
+            }
+        }
+    }
+}
+
+/// `B ← B + Σ a bᵀ`.
+#[inline]
+fn add_products<'a>(
+    pairs: impl Iterator<Item = (&'a Vector6<f64>, &'a Vector6<f64>)> + Clone,
+    B: &mut Matrix6<f64>,
+) {
+    for (j, mut column) in B.column_iter_mut().enumerate() {
+        let mut sum: Vector6<f64> = column.clone_owned();
+        for (a, b) in pairs.clone() {
+            for i in 0..6 {
+                sum[i] += a[i] * b[j];
+            }
+        }
+        column.copy_from(&sum);
+    }
+}
+
+/// Adds what `value I_3` is between the vectors `a` and `b` of two frames; `None`: the centre.
+#[inline]
+fn add_multiple(
+    value: f64,
+    a: Option<Vector3<f64>>,
+    b: Option<Vector3<f64>>,
+    B: &mut Matrix6<f64>,
+) {
+    match (a, b) {
+        (None, None) => (0..3).for_each(|k| B[(k, k)] += value),
+        (None, Some(b)) => add_skew(-value, &b, (0, 3), B),
+        (Some(a), None) => add_skew(value, &a, (3, 0), B),
+        (Some(a), Some(b)) => {
+            let (a, dot) = (value * a, value * a.dot(&b));
+            for j in 0..3 {
+                for i in 0..3 {
+                    B[(3 + i, 3 + j)] -= b[i] * a[j];
+                }
+                B[(3 + j, 3 + j)] += dot;
+            }
+        }
+    }
+}
+
+/// `B ← B + value v̂` with its upper left corner at `(row, column)`.
+fn add_skew(value: f64, v: &Vector3<f64>, (row, column): (usize, usize), B: &mut Matrix6<f64>) {
+    for k in 0..3 {
+        let (l, m) = ((k + 1) % 3, (k + 2) % 3);
+        B[(row + m, column + l)] += value * v[k];
+        B[(row + l, column + m)] -= value * v[k];
     }
 }
 
@@ -83,41 +260,82 @@ impl MemberBlocks {
         for (k, span) in spans.iter().enumerate() {
             member_of[span.first..span.first + span.size].fill(k);
         }
-        let mut places = Places(Vec::new());
-        emit(&mut places);
-        let pair = |&(row, column): &(usize, usize)| (member_of[row], member_of[column]);
+        let mut found = Places { member_of: &member_of, spans, places: Vec::new(), widest: 0 };
+        emit(&mut found);
+        let (places, widest) = (found.places, found.widest);
         let mut pairs: Vec<(usize, usize)> = (0..spans.len()).map(|k| (k, k)).collect();
-        let mut last = None;
-        for pair in places.0.iter().map(pair).filter(|(row, column)| row != column) {
-            if last != Some(pair) {
+        let mut note = |row: usize, column: usize| {
+            let pair = (member_of[row], member_of[column]);
+            if pair.0 != pair.1 && pairs.last() != Some(&pair) {
                 pairs.push(pair);
-                last = Some(pair);
+            }
+        };
+        for place in &places {
+            match place {
+                Place::Entry(row, column) | Place::Multiple(row, column) => note(*row, *column),
+                Place::Outer(starts) => {
+                    starts.iter().for_each(|row| starts.iter().for_each(|c| note(*row, *c)));
+                }
             }
         }
         pairs.sort_unstable();
         pairs.dedup();
-        let mut length = 0;
-        for (row, column) in pairs {
-            self.couplings.push(Coupling { row, column, values: length });
-            length += spans[row].size * spans[column].size;
-        }
-        let mut first = vec![0; spans.len()]; // block of each row
-        (0..self.couplings.len()).rev().for_each(|k| first[self.couplings[k].row] = k);
-        first.push(self.couplings.len());
-        let slot = |place: &(usize, usize)| {
-            let (a, b) = pair(place);
-            let own = &self.couplings[first[a]..first[a + 1]];
-            let block = &own[own.partition_point(|coupling| coupling.column < b)];
-            block.values + place.0 - spans[a].first + (place.1 - spans[b].first) * spans[a].size
-        };
-        self.slots = places.0.iter().map(slot).collect();
-        self.values = vec![0.0; length];
+        let coupling = |(row, column)| Coupling { row, column, values: None };
+        self.couplings = pairs.into_iter().map(coupling).collect();
+        self.spans = spans.to_vec();
+        self.find_slots(&member_of, &places);
+        self.reduced = vec![Matrix6::zeros(); self.couplings.len()];
+        self.factors = [0, 1].map(|_| vec![Vector6::zeros(); widest]);
     }
 
-    /// Takes `K` as emitted: always the same places in the same order.
-    pub(crate) fn fill(&mut self, emit: &dyn Fn(&mut dyn Entries)) {
-        self.values.fill(0.0);
-        emit(&mut Replay { values: &mut self.values, slots: self.slots.iter() });
+    fn find_slots(&mut self, member_of: &[usize], places: &[Place]) {
+        let Self { spans, couplings, slots, outer, values, .. } = self;
+        let mut first = vec![0; spans.len()]; // block of each row
+        (0..couplings.len()).rev().for_each(|k| first[couplings[k].row] = k);
+        first.push(couplings.len());
+        let block = |couplings: &[Coupling], row: usize, column: usize| {
+            let (a, b) = (member_of[row], member_of[column]);
+            let own = &couplings[first[a]..first[a + 1]];
+            first[a] + own.partition_point(|coupling| coupling.column < b)
+        };
+        let mut length = 0;
+        for place in places {
+            slots.push(match place {
+                Place::Multiple(row, column) => Slot::Multiple(block(couplings, *row, *column)),
+                Place::Outer(starts) => {
+                    let at = outer.len();
+                    for row in starts {
+                        outer.extend(starts.iter().map(|column| block(couplings, *row, *column)));
+                    }
+                    Slot::Outer(at)
+                }
+                Place::Entry(row, column) => {
+                    let k = block(couplings, *row, *column);
+                    let (a, b) = (&spans[couplings[k].row], &spans[couplings[k].column]);
+                    let start = *couplings[k].values.get_or_insert_with(|| {
+                        length += a.size * b.size;
+                        length - a.size * b.size
+                    });
+                    Slot::Entry(start + row - a.first + (column - b.first) * a.size)
+                }
+            });
+        }
+        *values = vec![0.0; length];
+    }
+
+    /// Takes `K` as emitted, always the same places in the same order, between `P_in(q)` and `P_in(q')`.
+    pub(crate) fn fill(&mut self, emit: &dyn Fn(&mut dyn Entries), q: (&[f64], &[f64])) {
+        let Self { values, reduced, outer, factors, slots, .. } = self;
+        values.fill(0.0);
+        reduced.fill(Matrix6::zeros());
+        let q = [q.0, q.1];
+        emit(&mut Replay { values, reduced, outer, factors, slots, next: 0, q });
+        for (coupling, own) in self.couplings.iter().zip(&mut self.reduced) {
+            if let Some(first) = coupling.values {
+                let spans = [coupling.row, coupling.column].map(|k| &self.spans[k]);
+                *own += reduced_entries(&self.values[first..], spans, q);
+            }
+        }
     }
 
     /// The blocks, by rows, then by columns.
@@ -125,29 +343,21 @@ impl MemberBlocks {
         &self.couplings
     }
 
-    /// `P_in(q)ᵀ K_ab P_in(q')`, 6×6 (fewer rows and columns count for point masses).
-    pub(crate) fn reduced(
-        &self,
-        coupling: &Coupling,
-        spans: (&Span, &Span),
-        (q, q_right): (&[f64], &[f64]),
-    ) -> Matrix6<f64> {
-        let ((a, b), K) = (spans, &self.values[coupling.values..]);
-        let mut rows = [Vector6::zeros(); 12]; // K_ab P_in(q')
-        for (i, row) in rows.iter_mut().enumerate().take(a.size) {
-            *row = b.shrink(q_right, |j| K[i + j * a.size]);
-        }
-        let mut B = Matrix6::zeros();
-        for j in 0..6 {
-            B.set_column(j, &a.shrink(q, |i| rows[i][j]));
-        }
-        B
+    /// The blocks `P_in(q)ᵀ K_ab P_in(q')` last filled, 6×6 (fewer rows and columns count for point masses).
+    pub(crate) fn reduced(&self) -> impl Iterator<Item = (&Coupling, &Matrix6<f64>)> {
+        self.couplings.iter().zip(&self.reduced)
     }
 }
 
-/// A power of two near `|x|^{−1/2}`; 1 where there is none.
-pub(crate) fn inverse_root(x: f64) -> f64 {
-    let size = x.abs();
-    let usable = size.is_finite() && size > f64::MIN_POSITIVE;
-    if usable { libm::exp2((-0.5 * libm::log2(size)).round()) } else { 1.0 }
+/// `P_in(q)ᵀ K_ab P_in(q')` of a dense block, column by column.
+fn reduced_entries(K: &[f64], [a, b]: [&Span; 2], [q, q_right]: [&[f64]; 2]) -> Matrix6<f64> {
+    let mut rows = [Vector6::zeros(); FRAME]; // K_ab P_in(q')
+    for (i, row) in rows.iter_mut().enumerate().take(a.size) {
+        *row = b.shrink(q_right, |j| K[i + j * a.size]);
+    }
+    let mut B = Matrix6::zeros();
+    for j in 0..6 {
+        B.set_column(j, &a.shrink(q, |i| rows[i][j]));
+    }
+    B
 }

@@ -4,9 +4,12 @@
 //! |---|---|---|---|
 //! | tree of bodies, uncoupled potential | articulated recursion, `O(N)`; nodal on R, P, fixed: sweeps of their own | dense | sparse |
 //! | tree with couplings or point masses | dense up to 60 degrees of freedom, then sparse or descriptor form | dense | sparse |
-//! | tree with nodes of elements | sparse, descriptor form with point masses or many ancestors | dense | sparse |
+//! | tree with nodes of elements | sparse by blocks, descriptor form with point masses or many ancestors | dense | sparse |
 //! | closed loops of bodies | that of their tree + small complement | dense, QR | sparse |
 //! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |
+//!
+//! By blocks: sparse LU with the blocks of joints as pivots where they have three unknowns in the mean, see
+//! [`crate::solver::sparse_nodal::reduced_matrix`].
 //!
 //! Galerkin schemes:
 //!

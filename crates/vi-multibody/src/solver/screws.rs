@@ -4,45 +4,186 @@
 //! θ = D y_θ,  u_φ = T(θ) D y_φ        with the directors D of q_n
 //! J ← J ∂(u_φ, θ)/∂(y_φ, y_θ),        ∂(u_φ, θ)/∂(y_φ, y_θ) = [T D, B D; 0, D],  B = ∂(T(θ)w)/∂θ,  w = D y_φ
 //! ```
-#![allow(non_snake_case)] // J, T, B, D
+#![allow(non_snake_case)] // J, T, B, D, R
 
-use crate::pair::PairKind;
+use crate::pair::{PairKind, Twist};
 use crate::tree::{Link, Tree};
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use vi_core::linear::Singular;
 use vi_rigid::{directors, rotation};
+
+/// The increment of a free root by a screw.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Screw {
+    triad: Matrix3<f64>, // D
+    theta: Vector3<f64>, // θ
+    w: Vector3<f64>,     // D y_φ
+    T: Matrix3<f64>,     // T(θ)
+}
+
+impl Screw {
+    /// Of the unknowns `y` of a root with the directors of `frame`.
+    pub(super) fn new(frame: &[f64], y: &[f64]) -> Self {
+        let triad = directors::triad(frame);
+        let w = triad * Vector3::new(y[0], y[1], y[2]);
+        let theta = triad * Vector3::new(y[3], y[4], y[5]);
+        Self { triad, theta, w, T: rotation::tangent(&theta) }
+    }
+
+    /// No increment.
+    pub(super) fn zero(frame: &[f64]) -> Self {
+        let (theta, w) = (Vector3::zeros(), Vector3::zeros());
+        Self { triad: directors::triad(frame), theta, w, T: Matrix3::identity() }
+    }
+
+    /// `y ← (u_φ, θ)`.
+    pub(super) fn write_increment(&self, y: &mut [f64]) {
+        y[..3].copy_from_slice((self.T * self.w).as_slice());
+        y[3..].copy_from_slice(self.theta.as_slice());
+    }
+
+    /// `∂(u_φ, θ)/∂(y_φ, y_θ)` as `[T D, B D; 0, D]`: the three blocks that are not zero.
+    fn derivative(&self) -> [Matrix3<f64>; 3] {
+        let B = tangent_derivative(&self.theta, &self.w);
+        [self.T * self.triad, B * self.triad, self.triad]
+    }
+
+    /// Twist of the root by the unit rates of its unknowns: `diag(I, T)` times the derivative.
+    pub(super) fn root_map(&self) -> RootMap {
+        let [linear, coupling, _] = self.derivative();
+        RootMap { linear, coupling, angular: linear }
+    }
+}
+
+/// `(φ̇, ω) = [A, C; 0, A'] ν`: the twist of a free root by the rates of its unknowns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RootMap {
+    linear: Matrix3<f64>,   // A
+    coupling: Matrix3<f64>, // C
+    angular: Matrix3<f64>,  // A'
+}
+
+impl RootMap {
+    /// Twists as the unknowns themselves.
+    pub(super) fn identity() -> Self {
+        let (linear, coupling) = (Matrix3::identity(), Matrix3::zeros());
+        Self { linear, coupling, angular: linear }
+    }
+
+    /// Of no increment: `diag(D, D)` with the directors of `frame`.
+    pub(super) fn at_rest(frame: &[f64]) -> Self {
+        let linear = directors::triad(frame);
+        Self { linear, coupling: Matrix3::zeros(), angular: linear }
+    }
+
+    /// With the velocity map of the root.
+    pub(super) fn of(columns: &[Twist]) -> Self {
+        let of = |first: usize, part: fn(&Twist) -> Vector3<f64>| {
+            Matrix3::from_columns(&[0, 1, 2].map(|k| part(&columns[first + k])))
+        };
+        let (linear, coupling) = (of(0, |t| t.linear), of(3, |t| t.linear));
+        Self { linear, coupling, angular: of(3, |t| t.angular) }
+    }
+
+    /// `R ν`.
+    pub(super) fn apply(&self, nu: &[f64]) -> Vector6<f64> {
+        let (a, b) = halves(nu);
+        join(&(self.linear * a + self.coupling * b), &(self.angular * b))
+    }
+
+    /// `x ← Rᵀ x`.
+    pub(super) fn apply_transposed(&self, x: &mut [f64]) {
+        let (a, b) = halves(x);
+        write(&self.linear.tr_mul(&a), &(self.coupling.tr_mul(&a) + self.angular.tr_mul(&b)), x);
+    }
+
+    /// `x ← R⁻¹ x`.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub(super) fn solve(&self, x: &mut [f64]) -> Result<(), Singular> {
+        let (a, b) = halves(x);
+        let b = self.angular.try_inverse().ok_or(Singular)? * b;
+        write(&(self.linear.try_inverse().ok_or(Singular)? * (a - self.coupling * b)), &b, x);
+        Ok(())
+    }
+
+    /// `x ← R⁻ᵀ x`.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub(super) fn solve_transposed(&self, x: &mut [f64]) -> Result<(), Singular> {
+        let (a, b) = halves(x);
+        let a = self.linear.try_inverse().ok_or(Singular)?.tr_mul(&a);
+        let b = b - self.coupling.tr_mul(&a);
+        write(&a, &self.angular.try_inverse().ok_or(Singular)?.tr_mul(&b), x);
+        Ok(())
+    }
+
+    /// `R`.
+    pub(super) fn matrix(&self) -> Matrix6<f64> {
+        let mut out = Matrix6::zeros();
+        out.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.linear);
+        out.fixed_view_mut::<3, 3>(0, 3).copy_from(&self.coupling);
+        out.fixed_view_mut::<3, 3>(3, 3).copy_from(&self.angular);
+        out
+    }
+}
+
+fn halves(x: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+    (Vector3::new(x[0], x[1], x[2]), Vector3::new(x[3], x[4], x[5]))
+}
+
+fn join(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+}
+
+fn write(a: &Vector3<f64>, b: &Vector3<f64>, x: &mut [f64]) {
+    x[..3].copy_from_slice(a.as_slice());
+    x[3..6].copy_from_slice(b.as_slice());
+}
 
 /// Free roots: `(u_φ, θ) ← (T(D y_θ) D y_φ, D y_θ)` with the triad `D` of the root at `q`.
 pub(super) fn to_increments(tree: &Tree, q: &[f64], y: &mut [f64]) {
     for link in tree.links().iter().filter(|link| link.joint.kind == PairKind::Free) {
         let own = &mut y[link.offset..link.offset + 6];
-        let (w, theta) = screw(&directors::triad(&q[12 * link.frame..]), own);
-        own[..3].copy_from_slice((rotation::tangent(&theta) * w).as_slice());
-        own[3..].copy_from_slice(theta.as_slice());
+        Screw::new(&q[12 * link.frame..], own).write_increment(own);
     }
 }
 
 /// `J ← J ∂(u_φ, θ)/∂(y_φ, y_θ)` in the six columns of a free root, at the screws `y` of all and the triads of `q`;
 /// without `y`: at zero, without `B`.
 pub(super) fn chain(root: &Link, (q, y): (&[f64], Option<&[f64]>), columns: &mut [Vector6<f64>]) {
-    let triad = directors::triad(&q[12 * root.frame..]);
-    let (T, B) = match y {
-        None => (Matrix3::identity(), Matrix3::zeros()),
-        Some(y) => {
-            let (w, theta) = screw(&triad, &y[root.offset..root.offset + 6]);
-            (rotation::tangent(&theta), tangent_derivative(&theta, &w))
-        }
+    let frame = &q[12 * root.frame..];
+    let screw = match y {
+        None => Screw::zero(frame),
+        Some(y) => Screw::new(frame, &y[root.offset..root.offset + 6]),
     };
-    let (TD, BD) = (T * triad, B * triad);
+    let [TD, BD, D] = screw.derivative();
     let J: [Vector6<f64>; 6] = std::array::from_fn(|k| columns[k]);
     for k in 0..3 {
         columns[k] = (0..3).map(|l| J[l] * TD[(l, k)]).sum();
-        columns[3 + k] = (0..3).map(|l| J[l] * BD[(l, k)] + J[3 + l] * triad[(l, k)]).sum();
+        columns[3 + k] = (0..3).map(|l| J[l] * BD[(l, k)] + J[3 + l] * D[(l, k)]).sum();
     }
 }
 
-/// `(w, θ) = (D y_φ, D y_θ)`.
-fn screw(triad: &Matrix3<f64>, y: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
-    (triad * Vector3::new(y[0], y[1], y[2]), triad * Vector3::new(y[3], y[4], y[5]))
+/// `a'/x` and `b'/x` as power series in `x²`, see [`tangent_derivative`].
+const COSINE_GAP: [f64; 9] = slopes(4);
+const SINE_GAP: [f64; 9] = slopes(5);
+
+/// `(−1)^{k+1} (2k + 2)/(2k + first)!`, `k = 0 … 8`.
+const fn slopes(first: usize) -> [f64; 9] {
+    let (mut out, mut k, mut factorial, mut known) = ([0.0; 9], 0, 1.0, 1);
+    while k < 9 {
+        while known < 2 * k + first {
+            known += 1;
+            factorial *= known as f64;
+        }
+        let sign = if k % 2 == 0 { -1.0 } else { 1.0 };
+        out[k] = sign * (2 * k + 2) as f64 / factorial;
+        k += 1;
+    }
+    out
 }
 
 /// `B = ∂(T(θ)w)/∂θ` with `T = I + a θ̂ + b θ̂²`, `a = (1 − cos x)/x²`, `b = (x − sin x)/x³`, `x = |θ|`:
@@ -53,17 +194,8 @@ fn tangent_derivative(theta: &Vector3<f64>, w: &Vector3<f64>) -> Matrix3<f64> {
     let (a, b) = (rotation::cosine_gap(x), rotation::sine_gap(x));
     // a'/x = (b x² − a − … ) has no accurate closed form near zero: series up to x = 1
     let (da, db) = if square < 1.0 {
-        let series = |first: f64, step: f64| {
-            // Σ (−1)^{k+1} (2k+2)/(2k+4)! x^{2k} and with (2k+5)!
-            let (mut term, mut sum) = (first, 0.0);
-            for k in 0..9 {
-                let k = f64::from(k);
-                sum -= (2.0 * k + 2.0) * term;
-                term *= -square / ((2.0 * k + 5.0 + step) * (2.0 * k + 6.0 + step));
-            }
-            sum
-        };
-        (series(1.0 / 24.0, 0.0), series(1.0 / 120.0, 1.0))
+        let sum = |c: [f64; 9]| c.iter().rev().fold(0.0, |sum, c| sum * square + c);
+        (sum(COSINE_GAP), sum(SINE_GAP))
     } else {
         let (sin, cos) = libm::sincos(x);
         ((sin / x - 2.0 * a) / square, ((1.0 - cos) / square - 3.0 * b) / square)

@@ -20,7 +20,7 @@
 
 use crate::mechanism::Mechanism;
 use crate::pair::{Motion, PairKind, Transfer, Twist, VelocityMap};
-use crate::solver::member_blocks::{MemberBlocks, Span, inverse_root};
+use crate::solver::member_blocks::{MemberBlocks, Span};
 use crate::solver::screws;
 use crate::solver::sparse_nodal::{extent, with_floors};
 use crate::tree::Tree;
@@ -29,6 +29,7 @@ use nalgebra::Vector6;
 use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{Constraints, NodalOperators};
+use vi_core::block_lu::inverse_root;
 use vi_core::interval::Interval;
 use vi_core::linear::SparseLu;
 use vi_core::newton::{Block, Fault};
@@ -197,10 +198,8 @@ impl TreeDescriptor {
             *scale = vec![Vector6::repeat(1.0); self.members.len()];
             *unit = vec![1.0; self.dof];
         }
-        couplings.fill(emit);
-        for coupling in couplings.couplings().iter().filter(|c| c.row == c.column) {
-            let span = &self.spans[coupling.row];
-            let own = couplings.reduced(coupling, (span, span), (&self.q, q_next));
+        couplings.fill(emit, (&self.q, q_next));
+        for (coupling, own) in couplings.reduced().filter(|(c, _)| c.row == c.column) {
             scale[coupling.row] = own.diagonal().map(inverse_root);
         }
         for ((member, map), scale) in self.members.iter().zip(&self.right).zip(&*scale) {
@@ -212,7 +211,7 @@ impl TreeDescriptor {
     }
 
     /// Emits the matrix: always the same places in the same order.
-    fn emit(&self, q_next: &[f64], out: &mut dyn Entries) {
+    fn emit(&self, out: &mut dyn Entries) {
         let Descriptor { couplings, scale, unit, .. } = &self.matrix;
         let first = self.size - self.dof; // of x
         for (k, member) in self.members.iter().enumerate() {
@@ -238,10 +237,8 @@ impl TreeDescriptor {
                 (0..member.width).for_each(|i| out.add(member.wrench(i), child.sum(i), -1.0));
             }
         }
-        for coupling in couplings.couplings() {
+        for (coupling, B) in couplings.reduced() {
             let (row, column) = (coupling.row, coupling.column);
-            let spans = (&self.spans[row], &self.spans[column]);
-            let B = couplings.reduced(coupling, spans, (&self.q, q_next));
             let (a, b) = (&self.members[row], &self.members[column]);
             for j in 0..b.width {
                 for i in 0..a.width {
@@ -366,7 +363,7 @@ impl NodalOperators for TreeDescriptor {
         self.take_couplings(mixed, &s.q1);
         let (first, size) = (self.size - self.dof, self.size);
         let mut factors = self.matrix.factors.take();
-        let emit = |out: &mut dyn Entries| self.emit(&s.q1, out);
+        let emit = |out: &mut dyn Entries| self.emit(out);
         match &mut factors {
             Some((matrix, _)) => matrix.refill(emit),
             None => {

@@ -3,14 +3,18 @@
 //! ```text
 //! t_α = Σ_k J_αk ν_k,     J_child = (X J_parent, S)
 //! ```
-//! Letters: `J_αk` twist of member `α` by the unit rate of the unknown `k`. Source: theory §5.
+//! Where the twists of free roots are separated, they stand in the place of the unknowns of the roots, `t = R ν`: the columns
+//! of a root are then those of the identity, and those of its descendants do not depend on the unknowns chosen.
+//!
+//! Letters: `J_αk` twist of member `α` by the unit rate of the unknown `k`; `R` map of a free root. Source: theory §5.
+#![allow(non_snake_case)] // J, R
 
 use crate::mechanism::Mechanism;
 use crate::pair::{Motion, PairKind, Transfer, Twist, VelocityMap};
 use crate::solver::member_blocks::Span;
-use crate::solver::screws;
-use crate::tree::Tree;
+use crate::solver::screws::{RootMap, Screw};
 use crate::tree::particle::ParticleTree;
+use crate::tree::{Link, Tree};
 use nalgebra::{DMatrix, Vector6};
 use std::ops::Range;
 use vi_constraints::Constraints;
@@ -30,6 +34,7 @@ pub(super) struct Member {
 pub struct Columns {
     pub(super) q: Vec<f64>,               // n  where P_in is taken
     pub(super) twists: Vec<Vector6<f64>>, // one for each member and each unknown that moves it
+    pub(super) roots: Vec<RootMap>,       // of free roots, where their twists are separated
 }
 
 /// A tree of frames and particles as a sparse velocity map.
@@ -39,13 +44,18 @@ pub struct VelocityLayout {
     particles: ParticleTree,
     pub(super) members: Vec<Member>, // links in the order of the tree, then particles
     parents: Vec<Option<usize>>,     // of links
-    roots: Vec<Option<usize>>,       // of links: their free root
+    free: Vec<usize>,                // links that are free roots
+    roots: Vec<Option<usize>>,       // of links: their place among these
     pub(super) unknowns: Vec<usize>, // unknown of each column
     dim: usize,                      // n
     dof: usize,                      // d
     maps: Vec<VelocityMap>,          // scratch, one for each link
     motions: Vec<Motion>,            // scratch
     particle_rows: Option<DMatrix<f64>>, // n × d scratch, where there are particles
+}
+
+fn is_free_root(link: &Link) -> bool {
+    link.parent.is_none() && link.joint.kind == PairKind::Free
 }
 
 impl VelocityLayout {
@@ -55,12 +65,11 @@ impl VelocityLayout {
         let (tree, particles) = (mechanism.tree().clone(), mechanism.particle_tree().clone());
         let (n, d) = (Constraints::dim(mechanism), tree.dof() + particles.dof());
         let (mut members, mut unknowns) = (Vec::<Member>::new(), Vec::new());
-        let mut roots: Vec<Option<usize>> = Vec::new();
-        for link in tree.links() {
-            roots.push(match link.parent {
-                Some(parent) => roots[parent],
-                None => (link.joint.kind == PairKind::Free).then_some(roots.len()),
-            });
+        let (mut free, mut roots) = (Vec::new(), Vec::<Option<usize>>::new());
+        for (k, link) in tree.links().iter().enumerate() {
+            let is_free = is_free_root(link);
+            roots.push(link.parent.map_or(is_free.then_some(free.len()), |parent| roots[parent]));
+            free.extend(is_free.then_some(k));
             let start = unknowns.len();
             if let Some(parent) = link.parent {
                 unknowns.extend_from_within(members[parent].columns.clone());
@@ -88,6 +97,7 @@ impl VelocityLayout {
         }
         let links = tree.links().len();
         Self {
+            free,
             roots,
             parents: tree.links().iter().map(|link| link.parent).collect(),
             maps: vec![VelocityMap::new(Transfer::None, &[]); links],
@@ -122,10 +132,33 @@ impl VelocityLayout {
         blocks
     }
 
+    /// The unknowns of each joint, then of the point masses one by one.
+    pub(super) fn groups(&self) -> Vec<Range<usize>> {
+        let joints = self.tree.links().iter().map(|link| link.offset..link.offset + link.dof());
+        let points = (self.tree.dof()..self.dof).map(|unknown| unknown..unknown + 1);
+        joints.filter(|group| !group.is_empty()).chain(points).collect()
+    }
+
     /// Storage for the columns at one configuration.
     #[must_use]
     pub fn columns(&self) -> Columns {
-        Columns { q: vec![0.0; self.dim], twists: vec![Vector6::zeros(); self.unknowns.len()] }
+        let (q, twists) = (vec![0.0; self.dim], vec![Vector6::zeros(); self.unknowns.len()]);
+        Columns { q, twists, roots: Vec::new() }
+    }
+
+    /// The same, with the twists of free roots separated.
+    pub(super) fn separated_columns(&self) -> Columns {
+        Columns { roots: vec![RootMap::identity(); self.free.len()], ..self.columns() }
+    }
+
+    /// Whether a member is a free root.
+    pub(super) fn is_root(&self, member: usize) -> bool {
+        self.free.binary_search(&member).is_ok()
+    }
+
+    /// The free roots, each with its first unknown.
+    pub(super) fn free_roots(&self) -> impl Iterator<Item = &Link> {
+        self.free.iter().map(|&k| &self.tree.links()[k])
     }
 
     /// `out ← P(q)`.
@@ -135,7 +168,7 @@ impl VelocityLayout {
             rows.fill(0.0);
             self.particles.null_space(q, rows);
         }
-        self.write(q, out);
+        self.write_with_roots(q, out);
     }
 
     /// `out ← P_in(q) P_ex` with `P_ex` of the given velocity maps, one for each link: discrete null spaces
@@ -146,7 +179,7 @@ impl VelocityLayout {
             rows.fill(0.0);
             self.particles.null_space(q, rows);
         }
-        self.write(q, out);
+        self.write_with_roots(q, out);
     }
 
     /// `out ← ∂F_d/∂u (u, q_n)` for a reparametrized interval.
@@ -156,7 +189,50 @@ impl VelocityLayout {
             rows.fill(0.0);
             self.particles.tangent(u, s, rows);
         }
+        self.write_with_roots(&s.q1, out);
+    }
+
+    /// `out ← P(q)` with screws as the unknowns of free roots.
+    pub(super) fn null_space_by_screws(&mut self, q: &[f64], out: &mut Columns) {
+        self.tree.velocity_maps(q, &mut self.maps);
+        if let Some(rows) = &mut self.particle_rows {
+            rows.fill(0.0);
+            self.particles.null_space(q, rows);
+        }
+        self.write(q, out);
+        for (root, &k) in out.roots.iter_mut().zip(&self.free) {
+            *root = RootMap::at_rest(&q[12 * self.tree.links()[k].frame..]);
+        }
+    }
+
+    /// `out ← ∂F_d/∂y` with the `screws` of free roots, which belong to the increments `u`.
+    pub(super) fn tangent_by_screws(
+        &mut self,
+        (u, screws): (&[f64], &[Screw]),
+        s: &Interval,
+        out: &mut Columns,
+    ) {
+        let links = self.tree.links().iter().zip(&mut self.maps);
+        for (link, map) in links.filter(|(link, _)| !is_free_root(link)) {
+            let own = &u[link.offset..link.offset + link.dof()];
+            let at = self.tree.configuration(link, &s.q1);
+            link.joint.kind.write_tangent(own, &at, map);
+        }
+        if let Some(rows) = &mut self.particle_rows {
+            rows.fill(0.0);
+            self.particles.tangent(u, s, rows);
+        }
         self.write(&s.q1, out);
+        let maps = screws.iter().map(Screw::root_map);
+        out.roots.iter_mut().zip(maps).for_each(|(root, map)| *root = map);
+    }
+
+    /// The columns of all members, and the maps of the roots that are separated.
+    fn write_with_roots(&self, q: &[f64], out: &mut Columns) {
+        self.write(q, out);
+        for (root, &k) in out.roots.iter_mut().zip(&self.free) {
+            *root = RootMap::of(self.maps[k].columns());
+        }
     }
 
     fn write(&self, q: &[f64], out: &mut Columns) {
@@ -169,6 +245,10 @@ impl VelocityLayout {
                         map.transfer.apply(&Twist::from_vector(&out.twists[c])).to_vector();
                     at += 1;
                 }
+            }
+            if !out.roots.is_empty() && self.is_root(k) {
+                (0..6).for_each(|i| out.twists[at + i] = Vector6::ith(i, 1.0));
+                continue;
             }
             for column in map.columns() {
                 out.twists[at] = column.to_vector();
@@ -205,6 +285,16 @@ impl VelocityLayout {
                 out[self.unknowns[c]] += at.twists[c].dot(&wrench);
             }
         }
+        for (root, map) in self.free_roots().zip(&at.roots) {
+            map.apply_transposed(&mut out[root.offset..root.offset + 6]);
+        }
+    }
+
+    /// The map of the free root that carries a member, with the first unknown of the root.
+    fn root_of(&self, at: &Columns, member: usize) -> Option<(RootMap, usize)> {
+        let root = self.roots.get(member).copied().flatten()?;
+        let map = at.roots.get(root)?;
+        Some((*map, self.tree.links()[self.free[root]].offset))
     }
 
     /// The unknowns that move a link, and the twists they give it; without those that move the link `apex`,
@@ -215,9 +305,18 @@ impl VelocityLayout {
         (link, apex): (usize, Option<usize>),
         mut visit: impl FnMut(usize, Twist),
     ) {
-        // what moves the carrier comes first
-        let shared = apex.map_or(0, |apex| self.members[apex].columns.len());
-        for c in self.members[link].columns.clone().skip(shared) {
+        // what moves the carrier comes first, and what moves the root before all
+        let mut shared = apex.map_or(0, |apex| self.members[apex].columns.len());
+        let columns = self.members[link].columns.clone();
+        if let Some((map, unknown)) = self.root_of(at, link).filter(|_| shared == 0) {
+            let (R, J) = (map.matrix(), &at.twists[columns.start..]);
+            for k in 0..6 {
+                let twist: Vector6<f64> = (0..6).map(|l| J[l] * R[(l, k)]).sum();
+                visit(unknown + k, Twist::from_vector(&twist));
+            }
+            shared = 6;
+        }
+        for c in columns.skip(shared) {
             visit(self.unknowns[c], Twist::from_vector(&at.twists[c]));
         }
     }
@@ -225,9 +324,14 @@ impl VelocityLayout {
     /// `out ← P ν`, shape `n`.
     pub fn velocity(&self, at: &Columns, nu: &[f64], out: &mut [f64]) {
         out.fill(0.0);
-        for member in &self.members {
-            let mut twist = Vector6::zeros();
-            for c in member.columns.clone() {
+        for (k, member) in self.members.iter().enumerate() {
+            let (mut twist, mut columns) = (Vector6::zeros(), member.columns.clone());
+            if let Some((map, unknown)) = self.root_of(at, k) {
+                let rates = map.apply(&nu[unknown..unknown + 6]);
+                let of_root = columns.by_ref().take(6).zip(rates.iter());
+                of_root.for_each(|(c, rate)| twist += *rate * at.twists[c]);
+            }
+            for c in columns {
                 twist += nu[self.unknowns[c]] * at.twists[c];
             }
             let own = member.span.first..member.span.first + member.span.size;
@@ -239,19 +343,12 @@ impl VelocityLayout {
         }
     }
 
-    /// Screws of free roots into increments, see [`screws::to_increments`].
-    pub(super) fn screws_to_increments(&self, q: &[f64], y: &mut [f64]) {
-        screws::to_increments(&self.tree, q, y);
-    }
-
-    /// `J ← J ∂(u_φ, θ)/∂(y_φ, y_θ)` in the columns of free roots, at the screws `y` and the triads of
-    /// `q`, see [`screws::chain`].
-    pub(super) fn chain_screws(&self, q: &[f64], y: Option<&[f64]>, at: &mut Columns) {
-        for (member, root) in self.members.iter().zip(&self.roots) {
-            let Some(root) = root else { continue };
-            // the unknowns of the root come first
-            let own = &mut at.twists[member.columns.start..member.columns.start + 6];
-            screws::chain(&self.tree.links()[*root], (q, y), own);
+    /// The screws `y` of free roots at `q`, and the increments in their place.
+    pub(super) fn screws_to_increments(&self, q: &[f64], y: &mut [f64], screws: &mut [Screw]) {
+        for (root, screw) in self.free_roots().zip(screws) {
+            let own = &mut y[root.offset..root.offset + 6];
+            *screw = Screw::new(&q[12 * root.frame..], own);
+            screw.write_increment(own);
         }
     }
 

@@ -4,11 +4,15 @@
 //! Dr = P_exᵀ [ P_in(q_n)ᵀ K P_in(q_{n+1}) ] P'_ex,     K = D_2(D_1 L_d + f_d^-) ∈ R^{n×n} sparse
 //! t_α = Σ_k J_αk ν_k,  k ∈ unknowns of α and its ancestors;     J_c = (X_c J_parent, S_c)
 //! ```
-//! `K` is emitted into dense blocks, one for each pair of coupled members (replayed, no search); a block
-//! shrinks to 6×6 by two pull-backs and spreads over the unknowns of both chains of ancestors. The sum
-//! is a sparse `d × d` matrix with a fixed pattern: one symbolic LU for ever, rows and columns scaled by
-//! powers of two near `|Dr_kk|^{−1/2}` (lengths against angles). Beams whose nodes are free roots cost
-//! `O(elements)` per iteration. Nothing is allocated after the first solve.
+//! `K` is emitted into 6×6 blocks, one for each pair of coupled members (replayed, no search), reduced by two pull-backs; a
+//! block spreads over the unknowns of both chains of ancestors. The sum is a sparse `d × d` matrix with a fixed pattern of
+//! blocks between joints: one symbolic LU for ever, by these blocks or by entries ([`reduced_matrix`]), rows and columns
+//! scaled by powers of two near `|Dr_kk|^{−1/2}` (lengths against angles). Beams whose nodes are free roots cost
+//! `O(elements)` per iteration. Nothing is allocated after the first solve, except when pivot blocks become too small for
+//! the first time.
+//!
+//! The correction after one of relative size `s ≤ 1e-6` uses the same factors: its error is `O(s³)`, below the rounding of
+//! the unknowns as the `O(s⁴)` of Newton's method is.
 //!
 //! Cut joints are not seen here: [`crate::solver::closed_loop`] puts them on top. Particles are served through dense rows.
 //! Where members have many ancestors the matrix is dense: [`crate::solver::tree_descriptor`].
@@ -23,6 +27,7 @@ pub mod reduced_rows;
 
 use crate::mechanism::Mechanism;
 use crate::pair::{Twist, VelocityMap};
+use crate::solver::screws::{RootMap, Screw};
 pub use layout::{Columns, VelocityLayout};
 use nalgebra::DMatrix;
 pub use reduced_matrix::ReducedMatrix;
@@ -31,7 +36,7 @@ use vi_constraints::NodalOperators;
 use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::interval::Interval;
-use vi_core::linear::norm_inf;
+use vi_core::linear::{Singular, norm_inf};
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_core::state::Memory;
 
@@ -63,8 +68,11 @@ pub struct SparseNodal {
     left: Columns,  // P(q_n)
     right: Columns, // ∂F_d/∂u
     matrix: ReducedMatrix,
-    screws: bool,
-    u: Vec<f64>, // d  increments u of the unknowns
+    by_screws: bool,
+    screws: Vec<Screw>, // of free roots
+    u: Vec<f64>,        // d  increments u of the unknowns
+    current: bool,      // `u` and `screws` are those of the last trial
+    reusable: bool,     // the factors serve for the next correction
 }
 
 impl SparseNodal {
@@ -72,9 +80,22 @@ impl SparseNodal {
     #[must_use]
     pub fn new(mechanism: &Mechanism) -> Self {
         let layout = VelocityLayout::new(mechanism);
-        let (left, right, blocks) = (layout.columns(), layout.columns(), layout.blocks());
-        let (matrix, u) = (ReducedMatrix::default(), vec![0.0; layout.dof()]);
-        Self { layout, blocks, left, right, matrix, screws: false, u }
+        let [left, right] = [0, 1].map(|_| layout.separated_columns());
+        let (blocks, matrix) = (layout.blocks(), ReducedMatrix::default());
+        let screws = vec![Screw::zero(&[0.0; 12]); layout.free_roots().count()];
+        let u = vec![0.0; layout.dof()];
+        Self {
+            layout,
+            blocks,
+            left,
+            right,
+            matrix,
+            by_screws: false,
+            screws,
+            u,
+            current: false,
+            reusable: false,
+        }
     }
 
     /// Takes screws as the unknowns of free roots: `θ = D y_θ`, `u_φ = T(θ) D y_φ` with the directors
@@ -83,15 +104,15 @@ impl SparseNodal {
     /// then free of strain. Stiff beams in fast rotation need it; the root `q_{n+1}` is the same.
     #[must_use]
     pub fn by_screws(mut self) -> Self {
-        self.screws = true;
+        self.by_screws = true;
         self
     }
 
     /// `self.u ←` the increments that belong to the unknowns.
     fn increments(&mut self, unknowns: &[f64], q_n: &[f64]) {
         self.u.copy_from_slice(unknowns);
-        if self.screws {
-            self.layout.screws_to_increments(q_n, &mut self.u);
+        if self.by_screws {
+            self.layout.screws_to_increments(q_n, &mut self.u, &mut self.screws);
         }
     }
 
@@ -135,29 +156,76 @@ impl SparseNodal {
     /// Takes `P_in(q) P_ex` with the given velocity maps of the links in the place of `P(q_n)`: a discrete
     /// null space.
     pub fn take_maps(&mut self, q: &[f64], maps: &[VelocityMap]) {
+        self.reusable = false;
         self.layout.with_maps(q, maps, &mut self.left);
     }
 
     /// Solves with the matrix last formed; several right-hand sides may follow one another.
     pub(crate) fn solve_assembled(&mut self, x: &mut [f64]) -> Result<(), Fault> {
-        Ok(self.matrix.solve(x)?)
+        Ok(self.solve_with(x, ReducedMatrix::solve)?)
+    }
+
+    /// Solves with the matrix, which is one between the twists of free roots.
+    fn solve_with(
+        &mut self,
+        x: &mut [f64],
+        solve: fn(&mut ReducedMatrix, &mut [f64]) -> Solved,
+    ) -> Solved {
+        let Self { layout, left, right, matrix, .. } = self;
+        let each = |columns: &Columns, x: &mut [f64], solve: fn(&RootMap, &mut [f64]) -> Solved| {
+            let mut roots = layout.free_roots().zip(&columns.roots);
+            roots.try_for_each(|(root, map)| solve(map, &mut x[root.offset..root.offset + 6]))
+        };
+        let d = layout.dof().max(1);
+        x.chunks_exact_mut(d).try_for_each(|x| each(left, x, RootMap::solve_transposed))?;
+        solve(matrix, x)?;
+        x.chunks_exact_mut(d).try_for_each(|x| each(right, x, RootMap::solve))
+    }
+
+    /// Whether a correction is so small that the matrix changes by it in no digit that the next one needs.
+    fn is_small(&self, u: &[f64], x: &[f64]) -> bool {
+        const SMALL: f64 = 1e-6;
+        self.blocks.iter().all(|block| {
+            let own = block.range.clone();
+            norm_inf(&x[own.clone()]) <= SMALL * norm_inf(&u[own]).max(block.floor)
+        })
     }
 
     /// `∂F_d/∂u` at the unknowns `u`.
     pub(crate) fn take_tangent(&mut self, u: &[f64], s: &Interval) {
-        self.increments(u, &s.q0);
-        self.layout.tangent(&self.u, s, &mut self.right);
-        if self.screws {
-            self.layout.chain_screws(&s.q0, Some(u), &mut self.right);
+        if !self.current {
+            self.increments(u, &s.q0);
         }
+        let Self { layout, screws, right, .. } = self;
+        match self.by_screws {
+            true => layout.tangent_by_screws((&self.u, screws), s, right),
+            false => layout.tangent(&self.u, s, right),
+        }
+    }
+
+    /// Whether the matrix last solved with was eliminated by its blocks.
+    #[must_use]
+    pub fn is_by_blocks(&self) -> bool {
+        self.matrix.is_eliminated()
     }
 
     /// The reduced Newton matrix last filled, dense and unscaled.
     #[must_use]
     pub fn matrix(&self) -> DMatrix<f64> {
-        self.matrix.to_dense()
+        let mut dense = self.matrix.to_dense();
+        for ((root, left), right) in
+            self.layout.free_roots().zip(&self.left.roots).zip(&self.right.roots)
+        {
+            let rows = dense.rows(root.offset, 6).into_owned();
+            dense.rows_mut(root.offset, 6).copy_from(&left.matrix().tr_mul(&rows));
+            let columns = dense.columns(root.offset, 6).into_owned();
+            dense.columns_mut(root.offset, 6).copy_from(&(columns * right.matrix()));
+        }
+        dense
     }
 }
+
+type Solved = Result<(), Singular>;
 
 impl NodalOperators for SparseNodal {
     fn dof(&self) -> usize {
@@ -169,19 +237,20 @@ impl NodalOperators for SparseNodal {
     }
 
     fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {
+        (self.current, self.reusable) = (false, false);
         if let Some(last) = last {
             self.take_tangent(last.u, last.s);
             std::mem::swap(&mut self.left, &mut self.right);
+        } else if self.by_screws {
+            self.layout.null_space_by_screws(&s.q0, &mut self.left);
         } else {
             self.layout.null_space(&s.q0, &mut self.left);
-            if self.screws {
-                self.layout.chain_screws(&s.q0, None, &mut self.left);
-            }
         }
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
         self.increments(u, &s.q0);
+        self.current = true;
         self.layout.reparametrize(&self.u, s)
     }
 
@@ -192,7 +261,7 @@ impl NodalOperators for SparseNodal {
     /// Screws are components along the directors of `q_n`, which rotate: their residual means something else at
     /// the next node.
     fn carry_balance(&self, r: &mut [f64]) {
-        if self.screws {
+        if self.by_screws {
             r.fill(0.0);
         }
     }
@@ -204,8 +273,13 @@ impl NodalOperators for SparseNodal {
         s: &Interval,
         x: &mut [f64],
     ) -> Result<(), Fault> {
+        if std::mem::take(&mut self.reusable) {
+            return Ok(self.solve_with(x, ReducedMatrix::solve_again)?);
+        }
         self.assemble(mixed, u, s);
-        self.solve_assembled(x)
+        self.solve_assembled(x)?;
+        self.reusable = self.matrix.is_eliminated() && self.is_small(u, x);
+        Ok(())
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
