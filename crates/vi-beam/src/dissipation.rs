@@ -31,11 +31,11 @@
 //! M. C. Smith, IEEE Trans. Autom. Control 47 (2002) 1648–1662 (inertance).
 #![allow(non_snake_case)] // C, A, B
 
-use crate::damping::{Strained, TwoNode};
 use crate::element::Elements;
 use crate::high_order::HighOrderElements;
 use crate::model::BeamModel;
 use crate::strain::{STRAINS, Strain};
+use crate::strained::{Strained, TwoNode};
 use nalgebra::{Matrix3, RowVector3, Vector3};
 use vi_core::Configuration;
 use vi_core::force::DiscreteForce;

@@ -18,10 +18,10 @@ mod averaged;
 
 pub use averaged::AveragedHighOrder;
 
-use crate::damping::Strained;
 use crate::section::Section;
 use crate::section_state::Station as SectionStation;
 use crate::strain::Strain;
+use crate::strained::Strained;
 use nalgebra::Vector3;
 use std::ops::Range;
 use vi_core::potential::Potential;

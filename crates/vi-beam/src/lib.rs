@@ -38,6 +38,8 @@ pub mod section;
 pub mod section_force;
 mod section_state;
 pub mod strain;
+mod strained;
+mod system;
 
 // What the interface of this crate speaks of, for those who depend on it alone.
 pub use nalgebra;

@@ -1,0 +1,122 @@
+//! The system of a beam model: mass, elastic energy by its rule, material damping, dissipation.
+
+use crate::averaged::{AveragedStrains, MASS_SCALING};
+use crate::damping::StrainDamping;
+use crate::dissipation::{MASS, StrainDissipation};
+use crate::frequency::slowness;
+use crate::high_order::AveragedHighOrder;
+use crate::model::{BeamModel, StrainRule};
+use vi_core::force::{Force, MidpointForce};
+use vi_core::{Entries, Quadrature, SeparableSystem};
+use vi_multibody::mechanism::Mechanism;
+use vi_rigid::load::Load;
+use vi_rigid::time_history::TimeHistory;
+
+impl BeamModel {
+    /// The system: mass of bodies and elements, gravity (midpoint), elastic energy, material damping.
+    #[must_use]
+    pub fn system(&self, mechanism: &Mechanism, rule: StrainRule) -> SeparableSystem {
+        self.system_by(mechanism, rule, Quadrature::Midpoint)
+    }
+
+    /// The same with a quadrature rule for gravity, for what is added to the system, and for
+    /// [`StrainRule::Midpoint`] in the place of the midpoint.
+    #[must_use]
+    pub fn system_by(
+        &self,
+        mechanism: &Mechanism,
+        rule: StrainRule,
+        quadrature: Quadrature,
+    ) -> SeparableSystem {
+        let mut system = mechanism.system_with_mass(self.mass_matrix(mechanism), quadrature);
+        let slowness = match rule {
+            StrainRule::MassScaled | StrainRule::Dissipative => Some(slowness(self)),
+            StrainRule::Averaged | StrainRule::Midpoint => None,
+        };
+        if let Some(damping) = StrainDamping::new(&self.elements, &self.high_order) {
+            system = system.force(Box::new(match slowness.clone() {
+                Some(slowness) => damping.with_slowness(slowness),
+                None => damping,
+            }));
+        }
+        let (elements, high_order) = (self.elements.clone(), self.high_order.clone());
+        let beams = !(elements.list().is_empty() && high_order.is_empty());
+        if rule == StrainRule::Dissipative && beams {
+            system = system.force(Box::new(StrainDissipation::new(self)));
+        }
+        let constant = || [vec![0.0; elements.list().len()], vec![0.0; high_order.count()]];
+        let (mu, [two, high]) = match (rule, slowness) {
+            (StrainRule::MassScaled, Some(slowness)) => (MASS_SCALING, slowness),
+            (StrainRule::Dissipative, _) => (MASS, constant()),
+            _ => (0.0, constant()),
+        };
+        let midpoint = rule == StrainRule::Midpoint;
+        if !high_order.is_empty() {
+            system = match midpoint {
+                true => system.potential(high_order),
+                false => system.discrete_potential(Box::new(AveragedHighOrder::mass_scaled(
+                    high_order, mu, &high,
+                ))),
+            };
+        }
+        match midpoint {
+            _ if elements.list().is_empty() => system,
+            true => system.potential(elements),
+            false => {
+                system.discrete_potential(Box::new(AveragedStrains::mass_scaled(elements, mu, two)))
+            }
+        }
+    }
+
+    /// The system at rest: elastic energy, and loads and weight that grow in proportion to the time of
+    /// statics, whatever the histories of the loads.
+    #[must_use]
+    pub fn static_system(&self, mechanism: &Mechanism, loads: Vec<Load>) -> SeparableSystem {
+        let mass = self.mass_matrix(mechanism);
+        let weight = mechanism.weight(&mass);
+        let mut system = SeparableSystem::new(mass)
+            .potential(self.elements.clone())
+            .potential(self.high_order.clone())
+            .force(Box::new(MidpointForce(GrowingForce { direction: weight })));
+        for load in loads {
+            let history = TimeHistory::Linear { slope: 1.0 };
+            let grown = load.with_history(history).expect("a slope of 1 is finite");
+            system = system.force(Box::new(grown));
+        }
+        system
+    }
+}
+
+/// `f = t w` with a constant generalized force `w`.
+struct GrowingForce {
+    direction: Vec<f64>, // n  w
+}
+
+impl Force for GrowingForce {
+    fn add(&self, t: f64, _q: &[f64], _v: &[f64], scale: f64, out: &mut [f64]) {
+        for (out, w) in out.iter_mut().zip(&self.direction) {
+            *out += scale * t * w;
+        }
+    }
+    fn add_position_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut dyn Entries,
+    ) {
+    }
+    fn add_velocity_derivative(
+        &self,
+        _t: f64,
+        _q: &[f64],
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut dyn Entries,
+    ) {
+    }
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+}
