@@ -2,7 +2,7 @@
 
 use super::link::{Constants, Motion, Work};
 use super::sweeps::{carrier, carrier_center, frame};
-use crate::geometry::lane_matrices::Columns;
+use crate::geometry::lane_matrices::{Columns, Pair};
 use crate::geometry::lanes::{Lanes, Width, sweep, three};
 use crate::tree::{SLACK, Tree};
 use vi_rigid::reparametrization::CLEAN_THRESHOLD;
@@ -57,9 +57,10 @@ fn sweep_close<W: Width>(
 }
 
 sweep! {
-    /// `p̄_{n+1} = M Δq/h` and the impulse of constant forces in half a step; `of`: `Δq` and that impulse.
+    /// `p̄_{n+1} = M Δq/h` and the impulse of constant forces in half a step, and the balance of each link with these very
+    /// momenta; `of`: `q_n`, `Δq` and that impulse.
     momenta = sweep_momenta(
-        links: &'a [Constants], of: [&'a [f64]; 2], h: f64, p: &'a mut [f64]
+        links: &'a [Constants], works: &'a mut [Work], of: [&'a [f64]; 3], h: f64, p: &'a mut [f64]
     ) -> ()
 }
 
@@ -67,25 +68,33 @@ sweep! {
 fn sweep_momenta<W: Width>(
     w: W,
     links: &[Constants],
-    [dq, impulse]: [&[f64]; 2],
+    works: &mut [Work],
+    [q0, dq, impulse]: [&[f64]; 3],
     h: f64,
     p: &mut [f64],
 ) {
     let rate = 1.0 / h;
-    for link in links {
+    for (link, work) in links.iter().zip(works) {
         let (dq, impulse) = (frame(dq, link.frame), frame(impulse, link.frame));
         let p = &mut p[link.frame..link.frame + 12];
+        let mut momenta = [Lanes::zero(w); 4]; // M Δq/h
         for (i, row) in link.mass.iter().enumerate() {
-            let mut sum = Lanes::of(w, &impulse[3 * i..]);
             if link.is_diagonal {
-                sum += Lanes::of(w, &dq[3 * i..]) * (rate * row[i]);
+                momenta[i] = Lanes::of(w, &dq[3 * i..]) * (rate * row[i]);
             } else {
                 for (j, m) in row.iter().enumerate() {
-                    sum += Lanes::of(w, &dq[3 * j..]) * (rate * m);
+                    momenta[i] += Lanes::of(w, &dq[3 * j..]) * (rate * m);
                 }
             }
-            sum.write(&mut p[3 * i..]);
+            (momenta[i] + Lanes::of(w, &impulse[3 * i..])).write(&mut p[3 * i..]);
         }
+        let [force, first, second, third] = momenta;
+        let d = Columns::directors(w, frame(q0, link.frame));
+        let spin = (d.0[0].cross(first) + d.0[1].cross(second)) + d.0[2].cross(third);
+        let anchor = d.mul(Lanes::new(w, link.anchor));
+        let start = work.start.take(w);
+        let angular = (start.angular - spin) + anchor.cross(force);
+        work.wrench = Pair { linear: start.linear - force, angular }.held();
     }
 }
 

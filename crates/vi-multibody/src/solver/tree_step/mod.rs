@@ -33,12 +33,12 @@ use crate::tree::Tree;
 use link::{Constants, Sums, Work};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
-use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
 use vi_core::newton::{Block, CLOSING_SIZE, Fault, Newton};
 use vi_core::predictor::Degree;
 use vi_core::state::State;
+use vi_core::{DiscreteLagrangian, SeparableSystem};
 use vi_rigid::{directors, null_space};
 
 /// The nodal scheme on a tree of revolute, prismatic and fixed joints.
@@ -111,16 +111,25 @@ impl Variable {
         works: &mut [Work],
         links: &[Constants],
     ) {
-        let of = |x: &[f64]| Lanes::of(Narrow, x);
         system.variable_d1(s, &mut self.balance);
         for (link, work) in links.iter().zip(works) {
-            let own = link.frame..link.frame + 12;
-            let d = &s.q0[own.clone()];
-            let b = null_space::pull_back(d, &self.balance[own]);
-            let (force, spin) = (of(&b.as_slice()[..3]), of(&b.as_slice()[3..]));
-            let anchor = directors::triad(d) * Vector3::from(link.anchor);
-            let angular = spin - of(anchor.as_slice()).cross(force);
-            work.wrench = work.wrench.take(Narrow).plus(Pair { linear: force, angular }).held();
+            let own = wrench(link, &s.q0, &self.balance);
+            work.wrench = work.wrench.take(Narrow).plus(own).held();
+        }
+    }
+
+    /// Writes `p̄_n + D_1 L_d + f_d^-`, as momenta have it, to the balances of the links.
+    fn write_balance(
+        &mut self,
+        (system, p): (&SeparableSystem, &[f64]),
+        s: &Interval,
+        works: &mut [Work],
+        links: &[Constants],
+    ) {
+        system.forced_d1(s, &mut self.balance);
+        self.balance.iter_mut().zip(p).for_each(|(balance, p)| *balance += p);
+        for (link, work) in links.iter().zip(works) {
+            work.wrench = wrench(link, &s.q0, &self.balance).held();
         }
     }
 
@@ -147,6 +156,16 @@ impl Variable {
             *block = Spatial { ll, la, al, aa }.held();
         }
     }
+}
+
+/// `P_inᵀ w` of a link about its reference point.
+fn wrench(link: &Constants, q: &[f64], w: &[f64]) -> Pair<Lanes<Narrow>> {
+    let (own, of) = (link.frame..link.frame + 12, |x: &[f64]| Lanes::of(Narrow, x));
+    let d = &q[own.clone()];
+    let b = null_space::pull_back(d, &w[own]);
+    let (linear, spin) = (of(&b.as_slice()[..3]), of(&b.as_slice()[3..]));
+    let anchor = directors::triad(d) * Vector3::from(link.anchor);
+    Pair { linear, angular: spin - of(anchor.as_slice()).cross(linear) }
 }
 
 impl Scheme<SeparableSystem, Mechanism> for TreeStep {
@@ -231,21 +250,25 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         &mut self,
         system: &SeparableSystem,
         _constraints: &Mechanism,
-        newton: &Newton,
+        _newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        state.compensation.balance.copy_from_slice(newton.residual());
         if self.variable.is_none() {
             self.close();
         }
-        let Self { tree, links, works, impulse, variable, s, .. } = self;
+        let Self { tree, links, works, impulse, variable, s, compensation, .. } = self;
         state.move_to_configuration(s, |_, q| end::clean(links, works, tree, q));
         match variable {
-            Some(_) => state.move_momentum(system, s),
-            None => {
-                end::momenta(links, [&s.dq, impulse], s.h, &mut state.p);
+            Some(variable) => {
+                variable.write_balance((system, &state.p), s, works, links);
+                state.move_momentum(system, s);
             }
+            None => end::momenta(links, works, [&s.q0, &s.dq, impulse], s.h, &mut state.p),
         }
+        // Sweeps and momenta round constants of a body differently: their own balance is what the next step takes over.
+        sweeps::pull_back(links, works, &mut state.compensation.balance);
+        let rest = state.compensation.balance.iter_mut().zip(compensation);
+        rest.for_each(|(rest, error)| *rest += *error);
         Ok(())
     }
 
