@@ -286,7 +286,7 @@ impl MechanicalSystem for SeparableSystem {
     }
 
     fn has_constant_force(&self) -> bool {
-        self.forces.is_empty() && self.potentials.iter().all(|v| v.constant_force().is_some())
+        !self.has_variable_forces()
     }
 
     fn is_dissipative(&self) -> bool {
