@@ -23,9 +23,9 @@ pub mod trace;
 pub use invariants::{Measured, bounds};
 
 use crate::reliability::stored::Stored;
+use crate::text_file;
 use defects::Defect;
 use generate::mechanism;
-use holonom::output::atomically;
 use holonom::sweep::Shard;
 use judge::{Checks, judge};
 use minimise::minimise;
@@ -176,11 +176,9 @@ fn reduced(request: &Request, case: &Case) -> Result<PathBuf, String> {
     let name = format!("{:?}-{}-{}.toml", case.fault.kind, request.seed, case.index).to_lowercase();
     let path = request.output.join(name);
     let text = format!("# {}\n{}", case.fault.words.replace('\n', " "), smallest.to_toml());
-    let write = |path: &Path| -> std::io::Result<()> {
-        std::fs::create_dir_all(&request.output)?;
-        atomically(path, |temporary| std::fs::write(temporary, &text))
-    };
-    write(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    std::fs::create_dir_all(&request.output)
+        .map_err(|error| format!("{}: {error}", path.display()))?;
+    text_file::write(&path, &text)?;
     Ok(path)
 }
 
