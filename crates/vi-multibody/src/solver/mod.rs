@@ -2,6 +2,7 @@
 
 pub mod articulated;
 mod body_blocks;
+mod body_masses;
 pub mod closed_loop;
 mod member_blocks;
 pub mod run;

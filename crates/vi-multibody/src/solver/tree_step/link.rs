@@ -5,6 +5,7 @@ use crate::geometry::lanes::Held;
 use crate::mechanism::Mechanism;
 use crate::pair::PairKind;
 use crate::pair::joint::FrameId;
+use crate::solver::body_masses::body_masses;
 use crate::tree::{Link, Tree};
 use nalgebra::{Matrix4, Vector3};
 use vi_core::MechanicalSystem;
@@ -101,7 +102,10 @@ pub(super) fn constants(
     system: &SeparableSystem,
 ) -> Option<(Vec<Constants>, usize)> {
     let tree = mechanism.tree();
-    let masses = masses(tree.links().len(), system)?;
+    if system.adds_mass() {
+        return None;
+    }
+    let masses = body_masses(tree.links().len(), system.inertia(), system.dim())?;
     let (mut links, mut slots) = (Vec::new(), 0);
     for (k, link) in tree.links().iter().enumerate() {
         links.push(constants_of(tree, (k, link), &masses[link.frame])?);
@@ -115,22 +119,6 @@ pub(super) fn constants(
         }
     }
     Some((links, slots))
-}
-
-/// The mass matrices of the frames between their vectors; `None` where `M` is anything else, or couples two frames.
-fn masses(frames: usize, system: &SeparableSystem) -> Option<Vec<Matrix4<f64>>> {
-    if system.inertia().entries() > 0 || system.dim() != 12 * frames || system.adds_mass() {
-        return None;
-    }
-    let (mut masses, mut apart) = (vec![Matrix4::zeros(); frames], true);
-    system.inertia().for_each_multiple(|row, column, value| {
-        apart &= row / 12 == column / 12 && row % 3 == 0 && column % 3 == 0;
-        if apart {
-            masses[row / 12][(row % 12 / 3, column % 12 / 3)] += value;
-        }
-    });
-    let symmetric = masses.iter().all(|mass| *mass == mass.transpose());
-    (apart && symmetric).then_some(masses)
 }
 
 fn constants_of(tree: &Tree, (k, link): (usize, &Link), mass: &Matrix4<f64>) -> Option<Constants> {

@@ -2,10 +2,10 @@
 
 use super::vector::Transfer;
 use crate::pair::PairKind;
-use crate::pair::joint::GROUND;
+use crate::solver::body_masses::body_masses;
 use crate::tree::Tree;
+use nalgebra::Matrix4;
 use vi_core::isotropic::IsotropicBlocks;
-use vi_core::sparse::Entries;
 use vi_core::sparse::SparseMatrix;
 
 /// Three vectors or a 3×3 matrix by columns.
@@ -142,26 +142,8 @@ fn director(axis: &[f64; 3]) -> Option<(usize, f64)> {
 
 /// The masses of centres and directors, for each frame.
 fn masses(frames: usize, mass: &SparseMatrix) -> Option<Vec<[f64; 4]>> {
-    let blocks = IsotropicBlocks::of(mass);
-    let mut found = Masses { masses: vec![[0.0; 4]; frames], others: blocks.entries() > 0 };
-    blocks.emit(1.0, &mut found);
-    (!found.others && mass.shape().0 == GROUND.len() * frames).then_some(found.masses)
-}
-
-struct Masses {
-    masses: Vec<[f64; 4]>,
-    others: bool,
-}
-
-impl Entries for Masses {
-    fn add(&mut self, _row: usize, _column: usize, _value: f64) {
-        self.others = true;
-    }
-
-    fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
-        match self.masses.get_mut(row / 12) {
-            Some(masses) if row == column => masses[row % 12 / 3] += value,
-            _ => self.others = true,
-        }
-    }
+    let all = body_masses(frames, &IsotropicBlocks::of(mass), mass.shape().0)?;
+    let diagonals: Vec<[f64; 4]> = all.iter().map(|mass| mass.diagonal().into()).collect();
+    let is_diagonal = |mass: &Matrix4<f64>| *mass == Matrix4::from_diagonal(&mass.diagonal());
+    all.iter().all(is_diagonal).then_some(diagonals)
 }
