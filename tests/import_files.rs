@@ -252,7 +252,7 @@ fn a_mesh_gives_the_picture_and_the_mass_by_its_density() {
     assert!((mass - 100.0).abs() < 1e-13, "{mass}"); // V = 1/6
     assert!((inertia[(0, 0)] - 7.5).abs() < 1e-13, "{inertia}"); // 3/40 m for the tetrahedron at a corner of a cube
     assert!((inertia[(0, 1)] - 1.25).abs() < 1e-13, "{inertia}"); // 1/80 m
-    assert_eq!(body.mesh_file(), Some("t.stl"));
+    assert_eq!(body.mesh_files().collect::<Vec<_>>(), ["t.stl"]);
     let [low, high] = model.surface(body).unwrap().ends();
     let placed = (low.add_scalar(0.25)).amax().max(high.add_scalar(-0.75).amax());
     assert!(placed < 1e-15, "the centre of mass is in the origin of the body: {placed:e}");
@@ -300,5 +300,37 @@ fn a_mesh_stays_where_the_description_has_it() {
         let missed = (low[i] + center[i] - expected.0[i]).abs();
         let missed = missed.max((high[i] + center[i] - expected.1[i]).abs());
         assert!(missed < 1e-15, "axis {i}: {missed:e} m");
+    }
+}
+
+/// Several visuals of a link: all of them are seen, each where the description has it.
+#[test]
+fn all_geometries_of_a_link_are_in_the_picture() {
+    let robot = r#"<robot name="r">
+<link name="base"/>
+<link name="link">
+  <inertial><origin xyz="0 0 0.5"/><mass value="2"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.2"/></inertial>
+  <visual><origin xyz="0 0 0.3" rpy="0 0 1.5707963267948966"/><geometry><mesh filename="bar.obj" scale="0.1 0.1 0.1"/></geometry></visual>
+  <visual><origin xyz="0 1 0.5" rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1" length="0.6"/></geometry></visual>
+  <visual><origin xyz="-2 0 0.5"/><geometry><sphere radius="0.25"/></geometry></visual>
+</link>
+<joint name="j" type="continuous"><parent link="base"/><child link="link"/><axis xyz="0 1 0"/></joint>
+</robot>
+"#;
+    let folder = file("geometries", "robot.urdf", robot);
+    fs::write(folder.join("bar.obj"), crate::meshes::angle_bar()).unwrap();
+    assert_eq!(code(&folder, &["import", "robot.urdf"]), 0);
+    let text = fs::read_to_string(folder.join("robot.toml")).unwrap();
+    insta::assert_snapshot!("geometries", text);
+    let meshes = holonom::model::Meshes::in_folder(&folder);
+    let model = holonom::Model::from_toml_in(&text, &[], meshes).unwrap();
+    let surface = model.surface(&model.bodies[0]).unwrap();
+    let [low, high] = surface.ends();
+    println!("{} triangles from {low:?} to {high:?}", surface.triangles.len());
+    // the sphere ends the picture along -x and -y, the cylinder along y, the mesh along z
+    let expected = ([-2.25, -0.25, -0.25], [0.1, 1.3, 0.25]);
+    for i in 0..3 {
+        let missed = (low[i] - expected.0[i]).abs().max((high[i] - expected.1[i]).abs());
+        assert!(missed < 1e-14, "axis {i}: {missed:e} m");
     }
 }

@@ -83,6 +83,37 @@ fn a_run_needs_no_file_but_its_own() {
     assert_eq!(copies(&folder.join("again")), copies(&folder.join("moved")));
 }
 
+/// A picture of three shapes, one of them a mesh, of a body that states its mass.
+#[test]
+fn a_picture_of_several_shapes_is_in_every_output() {
+    let folder = folder("picture");
+    let shape =
+        "shape = { type = \"mesh\", file = \"parts/bar.obj\", scale = 0.1, density = 1000.0 }";
+    let picture = "mass = 1.0\ninertia = [1, 1, 1]\npicture = [\n\
+                   { type = \"mesh\", file = \"parts/bar.obj\", scale = 0.1, position = [1, 0, 0] },\n\
+                   { type = \"box\", dimensions = [0.2, 0.4, 0.6], position = [0, 1, 0] },\n\
+                   { type = \"sphere\", dimensions = [0.3], position = [0, 0, -1] } ]";
+    fs::write(folder.join("model.toml"), MODEL.replace(shape, picture)).unwrap();
+    assert_eq!(code(&folder, &["run", "model.toml", "-q", "-o", "out"]), 0);
+    assert_eq!(copies(&folder.join("out")).len(), 1);
+    fs::remove_dir_all(folder.join("parts")).unwrap();
+    let page = fs::read_to_string(folder.join("out/report.html")).unwrap();
+    assert!(page.contains("\"shape\":\"mesh\""), "the page shows the picture");
+    for format in ["vtk", "gltf", "svg"] {
+        assert_eq!(code(&folder, &["export", "out", "--format", format, "--frames", "3"]), 0);
+    }
+    assert_eq!(code(&folder, &["run", "out/model.toml", "-q", "-o", "again"]), 0);
+    let text = fs::read_to_string(folder.join("again/model.toml")).unwrap();
+    assert_eq!(text, fs::read_to_string(folder.join("out/model.toml")).unwrap());
+    let meshes = holonom::model::Meshes::in_folder(folder.join("out"));
+    let model = holonom::Model::from_toml_in(&text, &[], meshes).unwrap();
+    let [low, high] = model.surface(&model.bodies[0]).unwrap().ends();
+    let expected = [[-0.3, -0.3, -1.3], [1.3, 1.2, 0.3]];
+    let missed = |i: usize| (low[i] - expected[0][i]).abs().max((high[i] - expected[1][i]).abs());
+    println!("{low:?} {high:?}");
+    assert!((0..3).all(|i| missed(i) < 1e-15), "{low} {high}");
+}
+
 #[test]
 fn a_run_continues_with_the_mesh_that_it_had() {
     let folder = folder("resume");

@@ -260,6 +260,53 @@ fn a_mesh_is_drawn_where_its_triangles_are() {
     }
 }
 
+/// A ball with a box on a long arm beside it, between two marks.
+const PICTURE: &str = r#"
+model = { name = "picture" }
+simulation = { step = 0.01, end = 0.1 }
+[[body]]
+name = "arm"
+mass = 1
+inertia = [1, 1, 1]
+rotation_vector = [0, "= -pi/2", 0]
+picture = [
+    { type = "sphere", dimensions = [0.5] },
+    { type = "box", dimensions = [2.0, 0.4, 0.4], position = [0, 0, 2] },
+]
+[[body]]
+name = "left"
+position = [-4, 0, 0]
+shape = { type = "sphere", dimensions = [0.1], density = 1.0 }
+[[body]]
+name = "right"
+position = [4, 0, 0]
+shape = { type = "sphere", dimensions = [0.1], density = 1.0 }
+"#;
+
+#[test]
+fn all_shapes_of_a_picture_are_drawn_at_their_places() {
+    let Some(browser) = browser() else { return };
+    let folder = folder("scene", "picture");
+    std::fs::write(folder.join("arm.toml"), PICTURE).unwrap();
+    assert!(command(&folder, &["run", "arm.toml", "-o", "."]).output().unwrap().status.success());
+    let shown = show(browser, &folder.join("report.html"), "t=0.05&view=front", [1100, 900]);
+    assert_eq!(shown.console, Vec::<String>::new());
+    let [arm, left, right] = ["arm", "left", "right"].map(|name| shown.member(name));
+    let scale = (right[0] - left[0]) / 8.0;
+    // in the axes of the body: x points upwards, z to the left
+    let blue = |x: f64, z: f64| {
+        let place = [arm[0] - z * scale, arm[1] - x * scale];
+        let [red, _, blue] = shown.color(place).map(i32::from);
+        blue > red + 40
+    };
+    for (x, z) in [(0.0, 0.0), (0.4, 0.0), (0.8, 2.0), (-0.8, 2.0), (0.0, 1.9)] {
+        assert!(blue(x, z), "({x}, {z}) lies in the picture");
+    }
+    for (x, z) in [(0.7, 0.0), (0.0, 1.2), (1.3, 2.0), (0.0, -2.0), (0.8, 1.5)] {
+        assert!(!blue(x, z), "({x}, {z}) lies beside it");
+    }
+}
+
 #[test]
 fn reactions_are_arrows_that_a_key_hides() {
     let Some(browser) = browser() else { return };

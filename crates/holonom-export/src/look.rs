@@ -28,6 +28,18 @@ pub(crate) struct Solid {
     pub(crate) color: Color,
     /// Along the directors from the centre.
     pub(crate) mesh: Mesh,
+    /// Where the points of its parts end; the mesh is one part where there are none.
+    pub(crate) ends: Vec<usize>,
+}
+
+impl Solid {
+    /// The points of its parts.
+    pub(crate) fn parts(&self) -> impl Iterator<Item = &[[f64; 3]]> {
+        let points = &self.mesh.points;
+        let ends = self.ends.iter().copied().chain([points.len()]);
+        let parts = ends.scan(0, |start, end| points.get(std::mem::replace(start, end)..end));
+        parts.filter(|part| !part.is_empty())
+    }
 }
 
 /// A joint with its name.
@@ -93,8 +105,13 @@ impl Look {
         let mut solids: Vec<Solid> =
             bodies.iter().enumerate().map(|(k, body)| solid(body, color(k), symbol)).collect();
         for (solid, (shown, stated)) in solids.iter_mut().zip(bodies.iter().zip(&model.bodies)) {
-            if let Some(surface) = model.surface(stated) {
-                solid.mesh = Mesh::of_surface(&surface).turned(&axes(shown));
+            let surfaces = model.surfaces(stated);
+            if !surfaces.is_empty() {
+                solid.mesh = Mesh::default();
+            }
+            for surface in surfaces {
+                solid.mesh.append(Mesh::of_surface(&surface).turned(&axes(shown)));
+                solid.ends.push(solid.mesh.points.len());
             }
         }
         for (k, member) in parts.points().into_iter().enumerate() {
@@ -103,6 +120,7 @@ impl Look {
                 member,
                 color: color(bodies.len() + k),
                 mesh: ball(1.6 * symbol),
+                ends: Vec::new(),
             });
         }
         let beams = model.beams.iter().zip(parts.beams(&Default::default())).enumerate();
@@ -194,7 +212,7 @@ fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
         }
     }
     let color = if body.fixed { FIXED } else { color };
-    Solid { name: body.name.clone(), member: body.member, color, mesh }
+    Solid { name: body.name.clone(), member: body.member, color, mesh, ends: Vec::new() }
 }
 
 /// The symbol of a joint in the axes of space about its point, with the directions of its axes in space.

@@ -11,7 +11,7 @@ use crate::mass::Mass;
 use crate::names::Names;
 use crate::remark::Remarks;
 use crate::robot::{Closure, Gear, Kind, Robot};
-use crate::solid::Placed;
+use crate::solid::{Placed, Solid};
 use crate::source::{Fault, Result};
 use crate::tree::{Connection, Node, Tree};
 
@@ -27,6 +27,9 @@ pub(crate) struct Draft {
 
 /// Euler moments may be negative by this part of their sum, and are then raised to zero.
 const ROUNDED: f64 = 0.01;
+
+/// A solid is about the centre of mass where their distance is below this part of its size.
+const CENTRED: f64 = 1e-9;
 
 /// Largest distance of the ends of a loop initially, m or rad.
 const CLOSED: f64 = 1e-8;
@@ -60,7 +63,7 @@ pub(crate) fn draft(
     }
     let masses: Vec<Mass> = masses.into_iter().filter_map(Result::ok).collect();
     for (k, mass) in masses.iter().enumerate().filter(|(k, _)| !tree.nodes[*k].absent) {
-        drafter.body(k, mass, remarks);
+        drafter.body(k, mass);
     }
     if drafter.draft.model.bodies.is_empty() {
         let message = "nothing with mass moves";
@@ -104,13 +107,19 @@ fn possible(node: &Node, remarks: &mut Remarks) -> Result<Mass> {
 }
 
 impl Drafter<'_> {
-    fn body(&mut self, k: usize, mass: &Mass, remarks: &mut Remarks) {
+    fn body(&mut self, k: usize, mass: &Mass) {
         let node = &self.tree.nodes[k];
-        let shown = node.solids.iter().filter(|p| p.is_shown());
-        let shown = shown.max_by(|a, b| a.solid.volume().total_cmp(&b.solid.volume()));
-        let axes = shown.filter(|p| p.mesh.is_none());
+        let shown: Vec<&Placed> = node.solids.iter().filter(|p| p.is_shown()).collect();
+        let largest = shown.iter().max_by(|a, b| a.solid.volume().total_cmp(&b.solid.volume()));
+        let axes = largest.filter(|p| p.mesh.is_none());
         let axes = axes.map_or(UnitQuaternion::identity(), |p| p.pose.rotation);
         let to_axes = Isometry3::from_parts(Vector3::zeros().into(), axes.inverse());
+        let to_body =
+            to_axes * Isometry3::translation(-mass.center.x, -mass.center.y, -mass.center.z);
+        let alone = match shown[..] {
+            [placed] if placed.mesh.is_some() || is_about(placed, &mass.center) => Some(placed),
+            _ => None,
+        };
         let pose = node.pose;
         let position = pose.transform_point(&mass.center.into()).coords;
         let quaternion = quaternion(&(pose.rotation * axes));
@@ -120,12 +129,13 @@ impl Drafter<'_> {
             inertia: Some(inertia(&mass.moved(&to_axes).inertia())),
             position: vector(&position),
             quaternion: quaternion[1..].iter().any(|c| *c != 0.0).then_some(quaternion),
-            shape: shown.map(|placed| shape(placed, &mass.center)),
+            shape: alone.map(|placed| shape(placed, &to_body)),
+            picture: match alone {
+                Some(_) => Vec::new(),
+                None => shown.iter().map(|placed| part(placed, &to_body)).collect(),
+            },
             ..Body::default()
         });
-        if let Some(shown) = shown {
-            picture(node, mass, shown, remarks);
-        }
         self.draft.on_bodies.push(comment(node, &self.bodies[k]));
     }
 
@@ -258,38 +268,50 @@ impl Drafter<'_> {
     }
 }
 
-/// The shape of a body; a mesh by its place in the link, whose centre of mass is given.
-fn shape(placed: &Placed, center: &Vector3<f64>) -> Shape {
-    let Some(mesh) = &placed.mesh else { return placed.solid.shape() };
-    let scale = match <[f64; 3]>::from(mesh.scale) {
-        [1.0, 1.0, 1.0] => None,
-        [x, y, z] if [y, z].iter().all(|s| s.to_bits() == x.to_bits()) => Some(Scale::Uniform(x)),
-        factors => Some(Scale::Axes(factors)),
-    };
-    let position = vector(&(mesh.pose.translation.vector - center));
-    let quaternion = quaternion(&mesh.pose.rotation);
-    Shape {
-        kind: ShapeKind::Mesh,
-        file: Some(mesh.file.clone()),
-        scale,
-        position: position.iter().any(|x| *x != 0.0).then_some(position),
-        quaternion: quaternion[1..].iter().any(|c| *c != 0.0).then_some(quaternion),
-        ..Shape::default()
+/// Whether a solid has its centre where that of the mass is.
+fn is_about(placed: &Placed, center: &Vector3<f64>) -> bool {
+    let apart = (placed.pose.translation.vector - center).norm();
+    apart <= CENTRED * placed.solid.volume().cbrt()
+}
+
+/// The shape of a body; `to_body`: from the axes of the link to those of the body.
+fn shape(placed: &Placed, to_body: &Isometry3<f64>) -> Shape {
+    match &placed.mesh {
+        None => placed.solid.shape(),
+        Some(_) => part(placed, to_body),
     }
 }
 
-/// Remarks on what the picture of a body does not show.
-fn picture(node: &Node, mass: &Mass, shown: &Placed, remarks: &mut Remarks) {
-    let label = || format!("link \"{}\"", node.name);
-    if node.solids.len() > 1 {
-        let message = "several geometries: the picture shows the largest one";
-        remarks.mention(message, label(), &node.place);
+/// A shape of the picture of a body, at its place.
+fn part(placed: &Placed, to_body: &Isometry3<f64>) -> Shape {
+    let pose = to_body * placed.mesh.as_ref().map_or(&placed.pose, |mesh| &mesh.pose);
+    let rounded = NOISE * placed.solid.volume().cbrt();
+    let position = pose.translation.vector.map(|x| if x.abs() <= rounded { 0.0 } else { x });
+    let position = vector(&position);
+    let quaternion = quaternion(&pose.rotation);
+    let is_ball = placed.mesh.is_none() && matches!(placed.solid, Solid::Sphere(_));
+    let turned = !is_ball && quaternion[1..].iter().any(|c| *c != 0.0);
+    let own = match &placed.mesh {
+        None => placed.solid.shape(),
+        Some(mesh) => Shape {
+            kind: ShapeKind::Mesh,
+            file: Some(mesh.file.clone()),
+            scale: scale(&mesh.scale),
+            ..Shape::default()
+        },
+    };
+    Shape {
+        position: position.iter().any(|x| *x != 0.0).then_some(position),
+        quaternion: turned.then_some(quaternion),
+        ..own
     }
-    let size = shown.solid.volume().cbrt();
-    if shown.mesh.is_none() && (shown.pose.translation.vector - mass.center).norm() > 0.1 * size {
-        let message =
-            "a geometry beside the centre of mass: the picture shows it at the centre of mass";
-        remarks.mention(message, label(), &node.place);
+}
+
+fn scale(factors: &Vector3<f64>) -> Option<Scale> {
+    match <[f64; 3]>::from(*factors) {
+        [1.0, 1.0, 1.0] => None,
+        [x, y, z] if [y, z].iter().all(|s| s.to_bits() == x.to_bits()) => Some(Scale::Uniform(x)),
+        factors => Some(Scale::Axes(factors)),
     }
 }
 

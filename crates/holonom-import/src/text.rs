@@ -18,7 +18,7 @@ pub(crate) fn text(draft: &Draft, origin: &str, remarks: &[Remark]) -> String {
         comment(&mut out, "Not translated, or in another form:");
         remarks.iter().for_each(|remark| comment(&mut out, &format!("- {remark}")));
     }
-    if model.bodies.iter().any(|body| body.mesh_file().is_some()) {
+    if model.bodies.iter().any(|body| body.mesh_files().next().is_some()) {
         comment(
             &mut out,
             "The files of meshes are named relative to the folder of this file; they are not copied.",
@@ -83,6 +83,11 @@ impl Writer {
         }
         if let Some(shape) = &body.shape {
             self.pair("shape", &format!("{{ {} }}", written(shape)));
+        }
+        if !body.picture.is_empty() {
+            let part = |shape: &Shape| format!("    {{ {} }},\n", written(shape));
+            let parts: String = body.picture.iter().map(part).collect();
+            self.pair("picture", &format!("[\n{parts}]"));
         }
     }
 

@@ -55,6 +55,10 @@ pub struct Body {
     /// Its shape: gives mass and inertia when they are not stated, and the picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<Shape>,
+    /// Shapes of its picture in the place of `shape`, each with a `position` and a `quaternion` in the body's frame; they weigh
+    /// nothing.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub picture: Vec<Shape>,
 }
 
 impl Body {
@@ -93,6 +97,16 @@ impl Body {
             Some(omega) => self.rotation() * Vector3::from(omega),
             None => Vector3::from(self.angular_velocity.unwrap_or_default()),
         }
+    }
+
+    /// Its shape and those of its picture.
+    pub(super) fn shapes(&self) -> impl Iterator<Item = &Shape> {
+        self.shape.iter().chain(&self.picture)
+    }
+
+    /// The same, to change them.
+    pub(super) fn shapes_mut(&mut self) -> impl Iterator<Item = &mut Shape> {
+        self.shape.iter_mut().chain(&mut self.picture)
     }
 
     /// How the orientation is stated.
@@ -147,8 +161,16 @@ mod tests {
             Body {
                 euler: Some(Euler {
                     sequence: "xyz".into(),
-                    angles: Some([0.0, angle, 0.0]),
+                    angles: Some(vec![0.0, angle, 0.0]),
                     degrees: None,
+                }),
+                ..Body::default()
+            },
+            Body {
+                euler: Some(Euler {
+                    sequence: "y".into(),
+                    angles: None,
+                    degrees: Some(vec![angle.to_degrees()]),
                 }),
                 ..Body::default()
             },

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use super::orientation::quaternion_fault;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::settings::Strain;
 use super::source::Document;
@@ -215,7 +216,16 @@ impl<'a> Checker<'a> {
 
     fn body(&mut self, key: &str, body: &Body) {
         if let Some(shape) = &body.shape {
-            self.shape(&format!("{key}.shape"), shape);
+            let key = format!("{key}.shape");
+            if shape.kind != ShapeKind::Mesh {
+                self.no_place(&key, shape);
+            }
+            self.shape(&key, shape);
+        }
+        for (k, shape) in body.picture.iter().enumerate() {
+            let key = format!("{key}.picture[{k}]");
+            self.weighs_nothing(&key, shape);
+            self.shape(&key, shape);
         }
         if let Some(mass) = body.mass {
             self.mass(&format!("{key}.mass"), mass);
@@ -257,6 +267,9 @@ impl<'a> Checker<'a> {
         if let Some(density) = shape.density.filter(|d| *d <= 0.0) {
             let message = format!("the density {density} kg/m³ is not positive");
             self.report(format!("{key}.density"), message, "write a positive density");
+        }
+        if let Some(problem) = shape.quaternion.and_then(quaternion_fault) {
+            self.add(problem.below(key));
         }
         if shape.kind == ShapeKind::Mesh {
             return self.mesh(key, shape);

@@ -30,10 +30,11 @@ pub(super) struct Item {
 /// All items of a run.
 pub(super) fn all(look: &Look) -> Vec<Item> {
     let of = |member: usize, point: [f64; 3]| End { member: member as i64, point };
-    let solids = look.solids.iter().map(|solid| {
-        let points = extreme(&solid.mesh.points);
-        let points = points.into_iter().map(|point| of(solid.member, point)).collect();
-        Item::new(Stroke::Surface, solid.color, points)
+    let solids = look.solids.iter().flat_map(|solid| {
+        solid.parts().map(move |points| {
+            let points = extreme(points).into_iter().map(|point| of(solid.member, point));
+            Item::new(Stroke::Surface, solid.color, points.collect())
+        })
     });
     let beams = look.beams.iter().flat_map(|beam: &NamedBeam| {
         let [a, b] = beam.beam.half;

@@ -304,7 +304,7 @@ impl<'a, 'i> Merge<'a, 'i> {
             let role = match key.get_ref().as_ref() {
                 "name" => Role::Name,
                 "description" => Role::Text,
-                "shape" => Role::Shape,
+                "shape" | "picture" => Role::Shape,
                 key if REFERENCES.contains(&key) => Role::Reference,
                 _ => Role::Plain,
             };

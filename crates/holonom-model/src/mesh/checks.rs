@@ -1,7 +1,6 @@
 //! What a shape that is a mesh may get wrong, before its file is read.
 
 use crate::checks::Checker;
-use crate::orientation::quaternion_fault;
 use crate::shape::{Scale, Shape};
 
 impl Checker<'_> {
@@ -20,23 +19,39 @@ impl Checker<'_> {
             let help = "write a factor such as 0.001 for millimetres, or three of them";
             self.report(format!("{key}.scale"), "a scale of 0 leaves no mesh".into(), help);
         }
-        if let Some(problem) = shape.quaternion.and_then(quaternion_fault) {
-            self.add(problem.below(key));
-        }
     }
 
     /// A shape that is no mesh has none of its keys.
     pub(crate) fn no_mesh(&mut self, key: &str, shape: &Shape) {
-        let stated = [
-            ("file", shape.file.is_some()),
-            ("scale", shape.scale.is_some()),
-            ("position", shape.position.is_some()),
-            ("quaternion", shape.quaternion.is_some()),
-        ];
+        let help = "remove it, or write type = \"mesh\"";
+        self.of_meshes(
+            key,
+            [("file", shape.file.is_some()), ("scale", shape.scale.is_some())],
+            help,
+        );
+    }
+
+    /// A shape with the centre of mass of its body has no place of its own.
+    pub(crate) fn no_place(&mut self, key: &str, shape: &Shape) {
+        let stated =
+            [("position", shape.position.is_some()), ("quaternion", shape.quaternion.is_some())];
+        let help = "remove it; a shape that is only seen, at any place, is one of `picture`";
+        self.of_meshes(key, stated, help);
+    }
+
+    fn of_meshes(&mut self, key: &str, stated: [(&str, bool); 2], help: &str) {
         for (name, _) in stated.into_iter().filter(|stated| stated.1) {
             let message = format!("`{name}` is of shapes with type = \"mesh\" alone");
-            let help = "remove it, or write type = \"mesh\"";
             self.report(format!("{key}.{name}"), message, help);
+        }
+    }
+
+    /// A shape of a picture has no density.
+    pub(crate) fn weighs_nothing(&mut self, key: &str, shape: &Shape) {
+        if shape.density.is_some() {
+            let help = "remove it; the `shape` of the body gives mass and inertia";
+            let message = "a shape of a picture weighs nothing".to_owned();
+            self.report(format!("{key}.density"), message, help);
         }
     }
 }

@@ -8,6 +8,7 @@
 mod checks;
 mod file;
 mod placed;
+mod primitive;
 mod resolve;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,8 +19,8 @@ use std::sync::Arc;
 use fnv::FnvHasher;
 use nalgebra::Vector3;
 
-use crate::Model;
 use crate::read::folder_of;
+use crate::{Body, Model};
 
 pub use file::{MAX_MESH_BYTES, MAX_TRIANGLES, MeshError};
 pub use placed::BodySurface;
@@ -204,7 +205,7 @@ impl Model {
     #[must_use]
     pub fn to_stored_toml(&self) -> String {
         let mut model = self.clone();
-        for shape in model.bodies.iter_mut().filter_map(|body| body.shape.as_mut()) {
+        for shape in model.bodies.iter_mut().flat_map(Body::shapes_mut) {
             let stored = shape.file.as_deref().and_then(|file| self.meshes.get(file));
             if let Some(mesh) = stored {
                 shape.file = Some(format!("{MESH_FOLDER}/{}", mesh.stored_name()));

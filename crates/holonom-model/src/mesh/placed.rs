@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::Mesh;
+use super::primitive::triangulated;
 use crate::orientation::rotation_of;
 use crate::shape::{Scale, Shape};
 use crate::{Body, Model};
@@ -19,6 +20,16 @@ pub struct BodySurface {
 impl BodySurface {
     /// A mesh where a shape places it.
     pub(super) fn new(mesh: &Mesh, shape: &Shape) -> Self {
+        Self::placed(mesh.corners(), mesh.triangles(), shape)
+    }
+
+    /// A shape that is no mesh, where it is placed.
+    fn of_solid(shape: &Shape) -> Option<Self> {
+        let own = triangulated(shape)?;
+        Some(Self::placed(&own.corners, &own.triangles, shape))
+    }
+
+    fn placed(corners: &[Vector3<f64>], triangles: &[[u32; 3]], shape: &Shape) -> Self {
         let scale = shape.scale.as_ref().map_or(Vector3::repeat(1.0), Scale::vector);
         let rotation = shape.quaternion.map(rotation_of);
         let origin = Vector3::from(shape.position.unwrap_or_default());
@@ -28,15 +39,21 @@ impl BodySurface {
         };
         let flip = |t: &[u32; 3]| [t[0], t[2], t[1]];
         let reflects = scale.product() < 0.0;
-        let triangles = mesh.triangles();
         Self {
-            corners: mesh.corners().iter().map(place).collect(),
+            corners: corners.iter().map(place).collect(),
             triangles: if reflects {
                 triangles.iter().map(flip).collect()
             } else {
                 triangles.into()
             },
         }
+    }
+
+    /// Both in one.
+    fn append(&mut self, other: &Self) {
+        let first = self.corners.len() as u32;
+        self.corners.extend(&other.corners);
+        self.triangles.extend(other.triangles.iter().map(|t| t.map(|k| first + k)));
     }
 
     /// Least and largest coordinates, m.
@@ -54,23 +71,38 @@ impl BodySurface {
 }
 
 impl Model {
-    /// The surface of a body whose shape is a mesh.
+    /// The surface of a body whose shape is a mesh, or that has a picture: all its shapes.
     #[must_use]
     pub fn surface(&self, body: &Body) -> Option<BodySurface> {
-        let shape = body.shape.as_ref()?;
+        let mut parts = self.surfaces(body).into_iter();
+        let mut whole = parts.next()?;
+        parts.for_each(|part| whole.append(&part));
+        Some(whole)
+    }
+
+    /// The same, shape by shape.
+    #[must_use]
+    pub fn surfaces(&self, body: &Body) -> Vec<BodySurface> {
+        if body.picture.is_empty() {
+            return body.shape.iter().filter_map(|shape| self.mesh_surface(shape)).collect();
+        }
+        let part = |shape| BodySurface::of_solid(shape).or_else(|| self.mesh_surface(shape));
+        body.picture.iter().filter_map(part).collect()
+    }
+
+    fn mesh_surface(&self, shape: &Shape) -> Option<BodySurface> {
         let mesh = self.meshes.get(shape.file.as_deref()?)?;
         Some(BodySurface::new(mesh, shape))
     }
 
-    /// The size of the shape of a body, m: its largest dimension, or the largest edge of the box around its mesh.
+    /// The size of the shape of a body, m: its largest dimension, or the largest edge of the box around its mesh or picture.
     #[must_use]
     pub fn shape_size(&self, body: &Body) -> Option<f64> {
-        let dimensions = &body.shape.as_ref()?.dimensions;
-        let largest = || dimensions.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
-        let size = |surface: BodySurface| {
+        if let Some(surface) = self.surface(body) {
             let [low, high] = surface.ends();
-            (high - low).amax()
-        };
-        Some(self.surface(body).map_or_else(largest, size))
+            return Some((high - low).amax());
+        }
+        let dimensions = &body.shape.as_ref()?.dimensions;
+        Some(dimensions.iter().fold(0.0, |most: f64, d| most.max(d.abs())))
     }
 }

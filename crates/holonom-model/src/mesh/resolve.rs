@@ -1,5 +1,7 @@
 //! What follows from the mesh of a body: mass, inertia, and where it is.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::{Polyhedron, SurfaceError};
 
@@ -19,22 +21,23 @@ pub(crate) fn resolve(model: &mut Model) -> Vec<(usize, Problem)> {
     let Model { bodies, meshes, .. } = model;
     let (mut problems, mut left) = (Vec::new(), MAX_MODEL_TRIANGLES);
     for (i, body) in bodies.iter_mut().enumerate() {
-        if let Err(problem) = resolve_body(body, meshes, &mut left) {
+        let resolved = resolve_body(body, meshes, &mut left);
+        let resolved = resolved.and_then(|()| load_picture(body, meshes, &mut left));
+        if let Err(problem) = resolved {
             problems.push((i, problem));
             if problems.len() >= MAX_PROBLEMS {
                 break;
             }
         }
     }
-    meshes.retain(&bodies.iter().filter_map(Body::mesh_file).collect());
+    meshes.retain(&bodies.iter().flat_map(Body::mesh_files).collect());
     problems
 }
 
 impl Body {
-    /// The file of its mesh.
-    #[must_use]
-    pub fn mesh_file(&self) -> Option<&str> {
-        self.shape.as_ref()?.file.as_deref()
+    /// The files of its meshes: of its shape and of its picture.
+    pub fn mesh_files(&self) -> impl Iterator<Item = &str> {
+        self.shapes().filter_map(|shape| shape.file.as_deref())
     }
 
     /// Whether mass or inertia follow from the shape.
@@ -49,16 +52,11 @@ impl Body {
 
 /// `left`: how many triangles there may be.
 fn resolve_body(body: &mut Body, meshes: &mut Meshes, left: &mut usize) -> Result<(), Problem> {
-    let Some(file) = body.mesh_file() else { return Ok(()) };
     let weighed = body.is_weighed();
-    let mesh = match meshes.load(file) {
-        Err(_) if meshes.lenient && !weighed => return Ok(()),
-        read => read.map_err(|error| unreadable(file, &error))?,
+    let file = body.shape.as_ref().and_then(|shape| shape.file.as_deref());
+    let Some(mesh) = load(file, weighed, meshes, left).map_err(|p| p.below("shape"))? else {
+        return Ok(());
     };
-    let Some(rest) = left.checked_sub(mesh.triangles().len()) else {
-        return Err(unreadable(file, &MeshError::TooManyTogether));
-    };
-    *left = rest;
     let Some(shape) = body.shape.as_mut().filter(|_| weighed) else { return Ok(()) };
     let solid = solid(&mesh, shape)?;
     center(shape, &solid, &mesh)?;
@@ -67,6 +65,34 @@ fn resolve_body(body: &mut Body, meshes: &mut Meshes, left: &mut usize) -> Resul
     let tensor = solid.inertia(mass / solid.volume);
     body.inertia.get_or_insert_with(|| inertia(&tensor));
     Ok(())
+}
+
+/// Reads the meshes of the picture of a body.
+fn load_picture(body: &Body, meshes: &mut Meshes, left: &mut usize) -> Result<(), Problem> {
+    for (k, shape) in body.picture.iter().enumerate() {
+        load(shape.file.as_deref(), false, meshes, left)
+            .map_err(|problem| problem.below(&format!("picture[{k}]")))?;
+    }
+    Ok(())
+}
+
+/// Reads the mesh of a shape; `None` where it has none, or where the picture may lack it.
+fn load(
+    file: Option<&str>,
+    weighed: bool,
+    meshes: &mut Meshes,
+    left: &mut usize,
+) -> Result<Option<Arc<Mesh>>, Problem> {
+    let Some(file) = file else { return Ok(None) };
+    let mesh = match meshes.load(file) {
+        Err(_) if meshes.lenient && !weighed => return Ok(None),
+        read => read.map_err(|error| unreadable(file, &error))?,
+    };
+    let Some(rest) = left.checked_sub(mesh.triangles().len()) else {
+        return Err(unreadable(file, &MeshError::TooManyTogether));
+    };
+    *left = rest;
+    Ok(Some(mesh))
 }
 
 /// The mesh as a solid, turned and scaled, with its own origin at that of the body.
@@ -136,5 +162,5 @@ fn unreadable(file: &str, error: &MeshError) -> Problem {
             "export the mesh again, as triangles"
         }
     };
-    fault("shape.file", format!("the mesh `{}` is {error}", file.escape_debug()), help)
+    fault("file", format!("the mesh `{}` is {error}", file.escape_debug()), help)
 }

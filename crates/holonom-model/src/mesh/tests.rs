@@ -213,3 +213,30 @@ fn a_stored_file_with_another_content_is_refused() {
     assert_eq!(read(), Err(MeshError::Changed));
     fs::remove_dir_all(folder).unwrap();
 }
+
+#[test]
+fn a_shape_of_a_picture_has_a_place_and_no_density() {
+    let read = |picture: &str| {
+        let keys = format!("mass = 1\ninertia = [1, 1, 1]\npicture = [{picture}]");
+        let shape = "file = \"part.obj\"";
+        let wanted =
+            text(&keys, shape).replace(&format!("shape = {{ type = \"mesh\", {shape} }}\n"), "");
+        Model::from_toml(&wanted)
+    };
+    let placed = "{ type = \"rod\", dimensions = [2, 0.1], position = [0, 0, 3] }";
+    let model = read(placed).unwrap();
+    let [low, high] = model.surface(&model.bodies[0]).unwrap().ends();
+    assert!((low.z - 2.0).abs().max((high.z - 4.0).abs()) < 1e-15, "{low} {high}");
+    assert!((model.shape_size(&model.bodies[0]).unwrap() - 2.0).abs() < 1e-15);
+    let faults = [
+        ("{ type = \"sphere\", dimensions = [1], density = 2 }", "weighs nothing"),
+        ("{ type = \"sphere\", dimensions = [1, 2] }", "dimension(s)"),
+        ("{ type = \"sphere\", dimensions = [1], scale = 2 }", "type = \"mesh\" alone"),
+        ("{ type = \"mesh\" }", "no file"),
+        ("{ type = \"mesh\", file = \"/nowhere.stl\" }", "not found"),
+    ];
+    for (picture, expected) in faults {
+        let error = read(&format!("{placed}, {picture}")).unwrap_err().to_string();
+        assert!(error.contains(expected) && error.contains("picture[1]"), "{picture}: {error}");
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::{directors, encoded, quaternion};
 use holonom_model::{
-    Bar, Frame, GROUND, History, JointKind, Model, OutlineKind, Scheme, Shape, ShapeKind, Spring,
+    Bar, Frame, GROUND, History, JointKind, Model, OutlineKind, Scheme, ShapeKind, Spring,
     StartPoints,
 };
 use holonom_sim::output::Frames;
@@ -175,31 +175,37 @@ impl<'a> Parts<'a> {
             let directors = self.poses[member].1;
             let own = directors.tr_mul(&body.rotation());
             let surface = self.model.surface(body);
-            let drawn = |shape: &&Shape| shape.kind != ShapeKind::Mesh || surface.is_some();
-            let shape = body.shape.as_ref().filter(drawn);
-            let anchors: Vec<[f64; 3]> = if shape.is_none() && !body.fixed {
+            let solid = body.shape.as_ref().filter(|shape| shape.kind != ShapeKind::Mesh);
+            let kind = match &surface {
+                Some(_) => Some(ShapeKind::Mesh),
+                None => solid.map(|shape| shape.kind),
+            };
+            let anchors: Vec<[f64; 3]> = if kind.is_none() && !body.fixed {
                 let own = held.get(body.name.as_str()).into_iter().flatten();
                 own.map(|point| self.end(&body.name, *point).point).collect()
             } else {
                 Vec::new()
             };
-            let dimensions = match shape {
-                Some(shape) => shape.dimensions.clone(),
-                None => semi_axes(body.mass(), &(own * body.inertia_tensor() * own.transpose())),
+            let dimensions = match (&surface, solid) {
+                (Some(_), _) => Vec::new(),
+                (None, Some(shape)) => shape.dimensions.clone(),
+                (None, None) => {
+                    semi_axes(body.mass(), &(own * body.inertia_tensor() * own.transpose()))
+                }
             };
             let apart = |a: &[f64; 3]| (Vector3::from(*a) - Vector3::from(anchors[0])).norm();
             let link = anchors.iter().any(|a| apart(a) > 0.0);
             let extent = match &surface {
                 Some(surface) => surface.reach(),
                 None if link => 0.0,
-                None => extent(shape, &dimensions),
+                None => extent(kind, &dimensions),
             };
             let reach = anchors.iter().map(|a| Vector3::from(*a).norm()).fold(extent, f64::max);
             Body {
                 name: body.name.clone(),
                 member,
                 fixed: body.fixed,
-                shape: shape.map(|shape| shape.kind),
+                shape: kind,
                 dimensions,
                 mesh: None,
                 rotation: quaternion(&own),
@@ -366,9 +372,9 @@ fn semi_axes(mass: f64, inertia: &Matrix3<f64>) -> Vec<f64> {
 }
 
 /// Largest distance of a point of a shape from its centre of mass, m; without a shape that of an ellipsoid.
-fn extent(shape: Option<&Shape>, dimensions: &[f64]) -> f64 {
+fn extent(kind: Option<ShapeKind>, dimensions: &[f64]) -> f64 {
     let at = |i: usize| dimensions.get(i).copied().unwrap_or_default();
-    match shape.map(|shape| shape.kind) {
+    match kind {
         Some(ShapeKind::Box) => 0.5 * Vector3::new(at(0), at(1), at(2)).norm(),
         Some(ShapeKind::Cylinder) => at(0).hypot(0.5 * at(1)),
         Some(ShapeKind::Rod) => at(1).hypot(0.5 * at(0)),

@@ -37,32 +37,27 @@ impl Surfaces {
     /// The meshes of a model, whose bodies then know theirs.
     pub(super) fn new(model: &Model, bodies: &mut [Body]) -> Self {
         let mut known: BTreeMap<String, usize> = BTreeMap::new();
-        let (mut owners, mut counts) = (Vec::new(), Vec::new());
+        let (mut surfaces, mut counts) = (Vec::new(), Vec::new());
         let mut missing = 0;
         for (body, shown) in model.bodies.iter().zip(bodies) {
-            let Some(shape) = body.shape.as_ref().filter(|shape| shape.file.is_some()) else {
-                continue;
-            };
-            let mesh = shape.file.as_deref().and_then(|file| model.meshes.get(file));
-            let Some(mesh) = mesh else {
-                missing += 1;
-                continue;
-            };
+            missing += body.mesh_files().filter(|file| model.meshes.get(file).is_none()).count();
+            let Some(surface) = model.surface(body) else { continue };
             let next = known.len();
-            let at = *known.entry(format!("{shape:?}")).or_insert(next);
+            let key = match body.picture.is_empty() {
+                true => format!("{:?}", body.shape),
+                false => format!("{:?}", body.picture),
+            };
+            let at = *known.entry(key).or_insert(next);
             shown.mesh = Some(at);
             if at == next {
-                owners.push(body);
-                counts.push(mesh.triangles().len());
+                counts.push(surface.triangles.len());
+                surfaces.push(surface);
             }
         }
         let most = shares(&counts, TRIANGLES);
-        let shown = owners.iter().zip(most).filter_map(|(body, most)| {
-            let surface = model.surface(body)?;
-            Some(simplified(&surface, most))
-        });
         let (mut list, mut drawn) = (Vec::new(), 0);
-        for surface in shown {
+        for (surface, most) in surfaces.iter().zip(most) {
+            let surface = simplified(surface, most);
             drawn += surface.triangles.len();
             list.push(Surface::of(&surface));
         }
@@ -78,7 +73,7 @@ fn note(drawn: usize, of: usize, missing: usize) -> Option<String> {
     }
     if missing > 0 {
         note += &format!(
-            "Meshes that cannot be read in the folder of the run: {missing}; ellipsoids of inertia are drawn instead."
+            "Meshes that cannot be read in the folder of the run: {missing}; bodies without any are drawn as ellipsoids of inertia."
         );
     }
     (!note.is_empty()).then_some(note)
