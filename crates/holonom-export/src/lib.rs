@@ -14,6 +14,7 @@ mod coil;
 mod gltf;
 mod look;
 mod mesh;
+mod npy;
 mod npz;
 mod pace;
 mod parquet;

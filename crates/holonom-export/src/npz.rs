@@ -12,80 +12,74 @@
 //! | `beams/NAME/s` | `elements` | arc length, m |
 //! | `beams/NAME/strain`, `beams/NAME/force` | `rows × elements × 6` | `Γ, K`; `N, M` |
 
+use crate::npy::Archive;
 use crate::table::{Results, Table};
 use holonom_sim::output::members;
 use holonom_sim::sample::MemberKind;
-use ndarray::{Array1, Array2, Array3, ArrayBase, Data, Dimension};
-use ndarray_npy::{NpzWriter, WritableElement};
-use std::fs::File;
 use std::io;
 use std::path::Path;
 
 /// Columns of `trajectory.csv` after those of the members.
 const TAIL: usize = 8;
 
-struct Writer(NpzWriter<File>);
-
-impl Writer {
-    fn add<S, D>(&mut self, name: &str, array: &ArrayBase<S, D>) -> io::Result<()>
-    where
-        S: Data,
-        S::Elem: WritableElement,
-        D: Dimension,
-    {
-        self.0.add_array(name, array).map_err(io::Error::other)
-    }
-
-    fn column(&mut self, name: &str, values: &[f64]) -> io::Result<()> {
-        self.add(name, &ndarray::aview1(values))
-    }
-}
-
 /// Writes all results.
 pub(crate) fn write(results: &Results, to: &Path) -> io::Result<()> {
-    let mut writer = Writer(NpzWriter::new(File::create(to)?));
-    motion(&mut writer, &results.trajectory)?;
+    let mut archive = Archive::create(to)?;
+    motion(&mut archive, &results.trajectory)?;
     for (group, table) in &results.groups {
         for (name, column) in table.names.iter().zip(&table.columns).skip(2) {
-            writer.column(&format!("{group}/{name}"), column)?;
+            list(&mut archive, &format!("{group}/{name}"), column)?;
         }
     }
     if let Some(table) = &results.beams {
-        beams(&mut writer, table)?;
+        beams(&mut archive, table)?;
     }
-    writer.0.finish().map(drop).map_err(io::Error::other)
+    archive.finish()
 }
 
-fn motion(writer: &mut Writer, table: &Table) -> io::Result<()> {
+fn list(archive: &mut Archive, name: &str, values: &[f64]) -> io::Result<()> {
+    archive.reals(name, &[values.len()], values.iter().copied())
+}
+
+fn motion(archive: &mut Archive, table: &Table) -> io::Result<()> {
     let rows = table.rows();
     let n = table.columns.len().saturating_sub(2 + TAIL);
-    let value = |row: usize, column: usize| table.columns[column][row];
-    writer.add("step", &Array1::from_shape_fn(rows, |k| value(k, 0) as i64))?;
-    writer.column("t", table.column("t").unwrap_or_default())?;
-    writer.add("q", &Array2::from_shape_fn((rows, n), |(k, i)| value(k, 2 + i)))?;
+    let steps: Vec<i64> = table.columns[0].iter().map(|step| *step as i64).collect();
+    archive.wholes("step", &steps)?;
+    list(archive, "t", table.column("t").unwrap_or_default())?;
+    let columns = |first: usize, count: usize| {
+        let row = move |row: usize| (first..first + count).map(move |k| table.columns[k][row]);
+        (0..rows).flat_map(row)
+    };
+    archive.reals("q", &[rows, n], columns(2, n))?;
     for name in ["E", "H"] {
-        writer.column(name, table.column(name).unwrap_or_default())?;
+        list(archive, name, table.column(name).unwrap_or_default())?;
     }
     let after = 2 + n + 2; // E, H before the momentum maps
     for (name, first) in [("L", after), ("P", after + 3)] {
-        writer.add(name, &Array2::from_shape_fn((rows, 3), |(k, i)| value(k, first + i)))?;
+        archive.reals(name, &[rows, 3], columns(first, 3))?;
     }
     for (k, member) in members(&table.names) {
         let name = member.name;
         let axes = if member.kind == MemberKind::Particle2 { 2 } else { 3 };
-        let position = Array2::from_shape_fn((rows, axes), |(row, i)| value(row, k + i));
-        writer.add(&format!("position/{name}"), &position)?;
+        archive.reals(&format!("position/{name}"), &[rows, axes], columns(k, axes))?;
         if member.kind == MemberKind::Frame {
-            let director = |(row, i, j): (usize, usize, usize)| value(row, k + 3 + 3 * j + i);
-            let directors = Array3::from_shape_fn((rows, 3, 3), director);
-            writer.add(&format!("directors/{name}"), &directors)?;
+            let directors = (0..rows).flat_map(|row| {
+                let entry = move |(i, j): (usize, usize)| table.columns[k + 3 + 3 * j + i][row];
+                PLACES.into_iter().map(entry)
+            });
+            archive.reals(&format!("directors/{name}"), &[rows, 3, 3], directors)?;
         }
     }
     Ok(())
 }
 
+/// Rows and columns of a 3×3 matrix, row by row.
+const PLACES: [(usize, usize); 9] =
+    [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)];
+
 /// One row of the file is one element of one beam at one step.
-fn beams(writer: &mut Writer, table: &Table) -> io::Result<()> {
+fn beams(archive: &mut Archive, table: &Table) -> io::Result<()> {
     let mut names: Vec<&String> = table.words.iter().collect();
     names.sort();
     names.dedup();
@@ -96,15 +90,14 @@ fn beams(writer: &mut Writer, table: &Table) -> io::Result<()> {
         let elements = own.iter().take_while(|&&row| step[row] <= step[own[0]]).count();
         let rows = own.len() / elements.max(1);
         let arc = table.column("s").unwrap_or_default();
-        let arc = Array1::from_shape_fn(elements, |i| arc[own[i]]);
-        writer.add(&format!("beams/{name}/s"), &arc)?;
+        let arc = own[..elements].iter().map(|&row| arc[row]);
+        archive.reals(&format!("beams/{name}/s"), &[elements], arc)?;
         for (group, first) in [("strain", "Gamma1"), ("force", "N1")] {
             let Some(first) = table.names.iter().position(|n| n == first) else { continue };
-            let value = |(row, element, i): (usize, usize, usize)| {
-                table.columns[first + i][own[row * elements + element]]
-            };
-            let array = Array3::from_shape_fn((rows, elements, 6), value);
-            writer.add(&format!("beams/{name}/{group}"), &array)?;
+            let at_elements = own[..rows * elements].iter();
+            let values =
+                at_elements.flat_map(|&row| (first..first + 6).map(move |k| table.columns[k][row]));
+            archive.reals(&format!("beams/{name}/{group}"), &[rows, elements, 6], values)?;
         }
     }
     Ok(())
