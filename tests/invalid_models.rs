@@ -101,10 +101,16 @@ cases! {
     two_unknown_keys: PENDULUM, "mass = 1.0" => "mas = 1.0\nvelocty = [0, 1]";
     unknown_key_of_a_history: TOP,
         "[simulation]" => "[[load]]\nname = \"l\"\nbody = \"top\"\nhistory = { type = \"ramp\", start = 0, stop = 1 }\n[simulation]";
+    key_of_a_path_beside_it: TOP, "[[joint]]" =>
+        "[[constraint]]\nname = \"speed\"\ntype = \"motion\"\njoint = \"tip\"\nrate = 1.0\n[[joint]]";
+    parameter_without_its_sign: TOP, "[[joint]]" =>
+        "[[constraint]]\nname = \"speed\"\ntype = \"motion\"\njoint = \"tip\"\npath = { rate = \"omega\" }\n[[joint]]";
     gravity_as_a_number: TOP, "gravity = [0.0, 0.0, -9.81]" => "gravity = 9.81";
     joint_by_another_name: TOP, "\"spherical\"" => "\"hinge\"";
     key_of_a_picture: TOP, "mass = 15.0" => "mass = 15.0\nmesh = \"top.stl\"";
     euler_without_angles: TOP, "mass = 15.0" => "mass = 15.0\neuler = { sequence = \"zxz\" }";
+    euler_with_an_angle_too_many: TOP,
+        "mass = 15.0" => "mass = 15.0\neuler = { sequence = \"y\", degrees = [0, 90] }";
     euler_with_angles_twice: TOP,
         "mass = 15.0" => "mass = 15.0\neuler = { sequence = \"zxz\", angles = [0, 0, 1], degrees = [0, 0, 90] }";
     relative_to_itself: TOP, "mass = 15.0" => "mass = 15.0\nrelative_to = \"top\"";

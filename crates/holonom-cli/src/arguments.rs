@@ -452,7 +452,8 @@ fn export_format(text: &str) -> Result<ExportFormat, String> {
     let formats = ExportFormat::ALL;
     formats.into_iter().find(|format| format.name() == text).ok_or_else(|| {
         let list = formats.map(|format| format!("{} ({})", format.name(), format.about()));
-        format!("the formats are: {}", list.join("; "))
+        let list = list.join("; ");
+        format!("the formats are: {list}; the folder of a run holds its tables as CSV already")
     })
 }
 

@@ -7,59 +7,73 @@ use vi_rigid::rotation;
 
 use super::problem::{Problem, fault};
 
-/// `euler`: three rotations about the axes of the rotated body (intrinsic).
+/// `euler`: up to three rotations about the axes of the rotated body (intrinsic).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Euler {
-    /// Three of the letters x, y, z: `"zxz"` is `R = R_z(a) R_x(b) R_z(c)`.
+    /// One to three of the letters x, y, z: `"zxz"` is `R = R_z(a) R_x(b) R_z(c)`.
     pub sequence: String,
-    /// The three angles `[a, b, c]`, rad.
+    /// An angle for each letter, `[a, b, c]`, rad.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub angles: Option<[f64; 3]>,
-    /// The three angles in degrees, instead of `angles`; multiples of 90 are exact.
+    pub angles: Option<Vec<f64>>,
+    /// The angles in degrees, instead of `angles`; multiples of 90 are exact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub degrees: Option<[f64; 3]>,
+    pub degrees: Option<Vec<f64>>,
 }
 
 impl Euler {
-    /// The three axes, 0 to 2; `None` when the sequence is not three of the letters x, y, z.
+    /// The axes, 0 to 2; `None` when the sequence is not one to three of the letters x, y, z.
     #[must_use]
-    pub fn axes(&self) -> Option<[usize; 3]> {
+    pub fn axes(&self) -> Option<Vec<usize>> {
         let axis = |c: char| "xyz".find(c.to_ascii_lowercase());
         let axes: Option<Vec<usize>> = self.sequence.chars().map(axis).collect();
-        <[usize; 3]>::try_from(axes?).ok()
+        axes.filter(|axes| (1..=3).contains(&axes.len()))
     }
 
     fn rotation(&self) -> Matrix3<f64> {
-        let axes = self.axes().unwrap_or_default();
-        let rotation = |k: usize| match (self.degrees, self.angles) {
-            (Some(degrees), _) => about(axes[k], degrees[k]),
+        let rotation = |(k, axis): (usize, usize)| match (&self.degrees, &self.angles) {
+            (Some(degrees), _) => about(axis, degrees[k]),
             (None, angles) => {
                 let mut vector = Vector3::zeros();
-                vector[axes[k]] = angles.unwrap_or_default()[k];
+                vector[axis] = angles.as_ref().map_or(0.0, |angles| angles[k]);
                 rotation::exp(&vector)
             }
         };
-        rotation(0) * rotation(1) * rotation(2)
+        let rotations = self.axes().unwrap_or_default().into_iter().enumerate().map(rotation);
+        rotations.reduce(|before, next| before * next).unwrap_or_else(Matrix3::identity)
     }
 
     fn fault(&self) -> Option<Problem> {
-        if self.axes().is_none() {
+        let Some(axes) = self.axes() else {
             let message = format!("`{}` is no sequence of axes", self.sequence.escape_debug());
-            let help = "write three of the letters x, y, z, such as \"zxz\"";
+            let help = "write one to three of the letters x, y, z, such as \"zxz\"";
             return Some(fault("euler.sequence", message, help));
-        }
-        match (self.angles, self.degrees) {
+        };
+        let (key, angles) = match (&self.angles, &self.degrees) {
             (Some(_), Some(_)) => {
                 let message = "the angles are stated twice: `angles` and `degrees`";
-                Some(fault("euler.degrees", message, "keep `angles`, in rad, or `degrees`"))
+                return Some(fault(
+                    "euler.degrees",
+                    message,
+                    "keep `angles`, in rad, or `degrees`",
+                ));
             }
             (None, None) => {
                 let help = "add `angles = [a, b, c]`, in rad, or `degrees = [a, b, c]`";
-                Some(fault("euler", "the Euler angles are missing", help))
+                return Some(fault("euler", "the Euler angles are missing", help));
             }
-            _ => None,
-        }
+            (Some(angles), None) => ("euler.angles", angles),
+            (None, Some(degrees)) => ("euler.degrees", degrees),
+        };
+        (angles.len() != axes.len()).then(|| {
+            let message = format!(
+                "{} angle(s) for the {} axes of `{}`",
+                angles.len(),
+                axes.len(),
+                self.sequence
+            );
+            fault(key, message, "write an angle for each letter of the sequence")
+        })
     }
 }
 
@@ -172,7 +186,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn euler(sequence: &str, degrees: [f64; 3]) -> Matrix3<f64> {
-        Euler { sequence: sequence.into(), angles: None, degrees: Some(degrees) }.rotation()
+        Euler { sequence: sequence.into(), angles: None, degrees: Some(degrees.into()) }.rotation()
     }
 
     #[test]
@@ -190,7 +204,7 @@ mod tests {
     proptest! {
         #[test]
         fn degrees_and_radians_give_the_same_rotation(a in -720.0..720.0, b in -720.0..720.0, c in -720.0..720.0) {
-            let angles = Some([a, b, c].map(f64::to_radians));
+            let angles = Some([a, b, c].map(f64::to_radians).into());
             let radians = Euler { sequence: "zxy".into(), angles, degrees: None }.rotation();
             let error = (euler("zxy", [a, b, c]) - radians).amax();
             prop_assert!(error < 1e-14, "{error:e}");

@@ -32,8 +32,15 @@ pub(crate) fn set<'i>(
         .unwrap_or_else(|_| Spanned::new(0..value.len(), DeValue::String(value.into())));
     shift(&mut parsed, base);
     let wrong = |message: String| Problem::new(key, message).help(HELP);
-    let (section, rest) =
-        key.split_once('.').ok_or_else(|| wrong(format!("`{key}` is no key of a value")))?;
+    let no_key = || {
+        let problem = wrong(format!("`{key}` is no key of a value"));
+        let parameters = table.get(SECTION).and_then(|section| section.get_ref().as_table());
+        match parameters.is_some_and(|parameters| parameters.contains_key(key)) {
+            true => problem.help(format!("did you mean `{SECTION}.{key}`?")),
+            false => problem,
+        }
+    };
+    let (section, rest) = key.split_once('.').ok_or_else(no_key)?;
     if TABLES.contains(&section) || section == SECTION {
         let entry = table.entry(Spanned::new(base..base, DeString::from(section)));
         let entry =

@@ -47,6 +47,13 @@ pub(super) fn buffered_length(message: &str) -> Option<(usize, usize)> {
     Some((found.parse().ok()?, digits.parse().ok()?))
 }
 
+/// The text that stands where serde expects a number.
+pub(super) fn text_for_number(message: &str) -> Option<&str> {
+    let (text, expected) =
+        message.strip_prefix("invalid type: string \"")?.rsplit_once("\", expected ")?;
+    ["f64", "u64", "u32", "usize", "a number"].contains(&expected).then_some(text)
+}
+
 /// serde's words in ours, with the nearest of the expected ones.
 pub(super) fn reworded(message: &str) -> (String, Option<String>) {
     let words: Vec<&str> = quoted(message).collect();
@@ -74,10 +81,13 @@ pub(super) fn reworded(message: &str) -> (String, Option<String>) {
                     Some(help),
                 );
             }
+            let help = text_for_number(message).map(|text| {
+                format!("write a number without quotes, or an expression that begins with `=`, such as \"= {text}\"")
+            });
             let message = message.replace("expected f64", "expected a number");
             let whole = "expected a whole number, 0 or more";
             let whole = |m: String, kind: &str| m.replace(&format!("expected {kind}"), whole);
-            (["u64", "u32", "usize"].into_iter().fold(message, whole), None)
+            (["u64", "u32", "usize"].into_iter().fold(message, whole), help)
         }
     }
 }

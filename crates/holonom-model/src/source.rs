@@ -13,7 +13,7 @@ use super::include;
 use super::overrides::set;
 use super::parameters;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
-use super::reworded::{buffered_length, quoted, reworded, suggestion};
+use super::reworded::{buffered_length, quoted, reworded, suggestion, text_for_number};
 use super::sections::{LISTS, TABLES};
 use super::strict::{Strict, list_of};
 
@@ -166,6 +166,9 @@ impl<'i> Document<'i> {
             Ok(entry) => Some(entry),
             Err(error) => {
                 let mut span = error.span.unwrap_or_else(|| value.span());
+                if span == value.span() {
+                    span = meant(value, &error.message).unwrap_or(span);
+                }
                 if let Some(table) = table_with_key(value, &span) {
                     problems.extend(self.unknown_keys(path, table, &error.message));
                     return None;
@@ -185,8 +188,11 @@ impl<'i> Document<'i> {
 
     /// All keys of a table that serde's message does not list.
     fn unknown_keys(&self, path: &str, table: &DeTable<'_>, message: &str) -> Vec<Problem> {
-        let known: Vec<&str> = quoted(message).skip(1).collect();
-        let unknown = table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        let mut words = quoted(message);
+        let tag = words.next().filter(|word| *word != TAG).and(Some(TAG));
+        let known: Vec<&str> = words.collect();
+        let is_known = |key: &str| known.contains(&key) || tag == Some(key);
+        let unknown = table.keys().filter(|key| !is_known(key.get_ref().as_ref()));
         let problem = |key: &Spanned<DeString<'_>>| {
             let name = key.get_ref();
             let place = self.path_at(path, &key.span());
@@ -318,6 +324,35 @@ fn places(table: &DeTable<'_>, labels: &Labels) -> BTreeMap<String, Place> {
 }
 
 /// The table at or below `value` that has a key at exactly this place.
+/// The key of the kind of a part, which serde does not list among those of the kind.
+const TAG: &str = "type";
+
+/// The place of what a message without a place is about: tables with a `type` are read from a buffer.
+fn meant(value: &Spanned<DeValue<'_>>, message: &str) -> Option<Range<usize>> {
+    let unknown = message.starts_with("unknown field").then(|| quoted(message).next()).flatten();
+    let text = text_for_number(message);
+    let place = |value: &Spanned<DeValue<'_>>| match value.get_ref() {
+        DeValue::Table(table) => {
+            table.keys().find(|key| unknown == Some(key.get_ref())).map(Spanned::span)
+        }
+        DeValue::String(found) => (text == Some(found)).then(|| value.span()),
+        _ => None,
+    };
+    first_place(value, &place)
+}
+
+/// The first place that a search finds in a value, or else in what it holds.
+fn first_place<'a, 'i>(
+    value: &'a Spanned<DeValue<'i>>,
+    place: &dyn Fn(&'a Spanned<DeValue<'i>>) -> Option<Range<usize>>,
+) -> Option<Range<usize>> {
+    place(value).or_else(|| match value.get_ref() {
+        DeValue::Table(table) => table.values().find_map(|v| first_place(v, place)),
+        DeValue::Array(array) => array.iter().find_map(|v| first_place(v, place)),
+        _ => None,
+    })
+}
+
 fn table_with_key<'a, 'i>(
     value: &'a Spanned<DeValue<'i>>,
     span: &Range<usize>,
