@@ -6,7 +6,7 @@
 //! ```
 //! `A` is the rotation of the parent and of the columns before. A joint of several columns is eliminated column by column, the
 //! last one first, as if bodies without mass were between them. The columns of a rotation vector are `S = (0, I)`,
-//! `S' = (0, T(θ))`, those of a free body `S = I`, `S' = diag(I, T(θ))`: their pivot is the whole block.
+//! `S' = (0, T(θ))`, eliminated as a block with row pivoting; the translation of a free body, `S = S' = (I, 0)`, is another.
 
 use crate::geometry::lane_matrices::Pair;
 use crate::geometry::lanes::Held;

@@ -78,26 +78,38 @@ fn sweep_momenta<W: Width>(
     for (link, work) in links.iter().zip(works) {
         let (dq, impulse) = (frame(dq, link.frame), frame(impulse, link.frame));
         let p = &mut p[link.frame..link.frame + 12];
-        let mut rest = [Lanes::zero(w); 4]; // large parts cancel here, without an error
-        for (i, row) in link.mass.iter().enumerate() {
-            let mut momentum = Lanes::zero(w); // M Δq/h
-            if link.is_diagonal {
-                momentum = Lanes::of(w, &dq[3 * i..]) * (rate * row[i]);
-            } else {
-                for (j, m) in row.iter().enumerate() {
-                    momentum += Lanes::of(w, &dq[3 * j..]) * (rate * m);
-                }
-            }
-            let (impulse, own) = (Lanes::of(w, &impulse[3 * i..]), &mut p[3 * i..3 * i + 3]);
-            rest[i] = (Lanes::of(w, own) + impulse) - momentum;
-            (momentum + impulse).write(own);
-        }
-        let [linear, first, second, third] = rest;
+        let linear = move_momentum((w, link, 0), dq, impulse, rate, p);
+        let [first, second, third] =
+            three!(i => move_momentum((w, link, i + 1), dq, impulse, rate, p));
         let d = Columns::directors(w, frame(q0, link.frame));
         let spin = (d.0[0].cross(first) + d.0[1].cross(second)) + d.0[2].cross(third);
         let anchor = d.mul(Lanes::new(w, link.anchor));
         work.wrench = Pair { linear, angular: spin - anchor.cross(linear) }.held();
     }
+}
+
+/// `p̄_{n+1}` of a vector of a link; returns its part of the balance, a difference of nearly equal numbers: it is exact.
+#[inline(always)]
+fn move_momentum<W: Width>(
+    (w, link, i): (W, &Constants, usize),
+    dq: &[f64; 12],
+    impulse: &[f64; 12],
+    rate: f64,
+    p: &mut [f64],
+) -> Lanes<W> {
+    let row = &link.mass[i];
+    let mut momentum = Lanes::zero(w); // M Δq/h
+    if link.is_diagonal {
+        momentum = Lanes::of(w, &dq[3 * i..]) * (rate * row[i]);
+    } else {
+        for (j, m) in row.iter().enumerate() {
+            momentum += Lanes::of(w, &dq[3 * j..]) * (rate * m);
+        }
+    }
+    let (impulse, own) = (Lanes::of(w, &impulse[3 * i..]), &mut p[3 * i..3 * i + 3]);
+    let rest = (Lanes::of(w, own) + impulse) - momentum;
+    (momentum + impulse).write(own);
+    rest
 }
 
 sweep! {

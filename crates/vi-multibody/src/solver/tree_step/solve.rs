@@ -71,8 +71,15 @@ fn sweep_eliminate<W: Width>(
                     eliminate_along((link, column.act), work, u, &mut A, &mut p)?;
                 }
             }
-            Motion::Spherical => (A, p) = eliminate_rotation((A, p), &mut gains[k], own(link, x))?,
-            Motion::Free => solve_free(&A, p, own(link, x))?,
+            Motion::Spherical => {
+                let own = &mut x[link.unknown..];
+                (A, p) = eliminate_rotation((A, p), &mut gains[k], own)?;
+            }
+            Motion::Free => {
+                let (velocity, spin) = x[link.unknown..].split_at_mut(3);
+                (A, p) = eliminate_rotation((A, p), &mut gains[k], spin)?;
+                solve_translation(&A.ll, p.linear, velocity)?;
+            }
         }
         let Some(parent) = link.parent else { continue };
         let (lever, next) = (Lanes::take(w, &work.lever), Lanes::take(w, &work.lever_next));
@@ -90,13 +97,6 @@ fn sweep_eliminate<W: Width>(
         }
     }
     Ok(())
-}
-
-/// The unknowns of a rotation vector, or of a free body.
-#[inline(always)]
-fn own<'a, const N: usize>(link: &Constants, x: &'a mut [f64]) -> &'a mut [f64; N] {
-    let own = &mut x[link.unknown..link.unknown + N];
-    own.try_into().expect("as many as there are")
 }
 
 /// `A ← Ã − Ã S' D⁻¹ Sᵀ Ã` and `p ← p + Ã S' D⁻¹ u`, `u ← u − Sᵀ p`, of one column.
@@ -157,37 +157,35 @@ fn sliding<W: Width>(
 fn eliminate_rotation<W: Width>(
     (A, p): (Spatial<Lanes<W>>, Pair<Lanes<W>>),
     gain: &mut Gain,
-    x: &mut [f64; 3],
+    x: &mut [f64],
 ) -> Result<(Spatial<Lanes<W>>, Pair<Lanes<W>>), Fault> {
     let w = p.linear.width();
     let (aa, al) = (rows(&A.aa), rows(&A.al));
-    let u = (Lanes::new(w, *x) - p.angular).xyz();
+    let u = (Lanes::of(w, x) - p.angular).xyz();
     let mut sides = three!(i => [al[i][0], al[i][1], al[i][2], u[i]]);
     solve_block(aa, &mut sides)?;
     let G = Columns(three!(j => Lanes::new(w, three!(i => sides[i][j]))));
-    (*gain, *x) = (G.held(), three!(i => sides[i][3]));
+    let omega = Lanes::new(w, three!(i => sides[i][3]));
+    omega.write(x);
+    *gain = G.held();
     let ll = A.ll.minus(&A.la.times(&G));
-    let linear = p.linear + A.la.mul(Lanes::new(w, *x));
+    let linear = p.linear + A.la.mul(omega);
     let (zero, none) = (Columns::zero(w), Lanes::zero(w));
     Ok((Spatial { ll, la: zero, al: zero, aa: zero }, Pair { linear, angular: none }))
 }
 
-/// `x ← Ã⁻¹ (x − p)`, the twist of a free body.
+/// `x ← Ã_ll⁻¹ (x − p)`, the velocity of a free body whose rotation is eliminated.
 #[inline(always)]
-fn solve_free<W: Width>(
-    A: &Spatial<Lanes<W>>,
-    p: Pair<Lanes<W>>,
-    x: &mut [f64; 6],
+fn solve_translation<W: Width>(
+    ll: &Columns<Lanes<W>>,
+    p: Lanes<W>,
+    x: &mut [f64],
 ) -> Result<(), Fault> {
-    let (ll, la, al, aa) = (rows(&A.ll), rows(&A.la), rows(&A.al), rows(&A.aa));
-    let row = |[a, b, c]: [f64; 3], [d, e, f]: [f64; 3]| [a, b, c, d, e, f];
-    let [first, second, third] = three!(i => row(ll[i], la[i]));
-    let [fourth, fifth, sixth] = three!(i => row(al[i], aa[i]));
-    let ([a, b, c], [d, e, f]) = (p.linear.xyz(), p.angular.xyz());
-    let carried = [a, b, c, d, e, f];
-    let mut side: [[f64; 1]; 6] = std::array::from_fn(|i| [x[i] - carried[i]]);
-    solve_block([first, second, third, fourth, fifth, sixth], &mut side)?;
-    *x = side.map(|[x]| x);
+    let w = p.width();
+    let force = (Lanes::of(w, x) - p).xyz();
+    let mut sides = three!(i => [force[i]]);
+    solve_block(rows(ll), &mut sides)?;
+    x[..3].copy_from_slice(sides.as_flattened());
     Ok(())
 }
 
@@ -198,27 +196,40 @@ fn rows<W: Width>(m: &Columns<Lanes<W>>) -> [[f64; 3]; 3] {
     three!(i => [a[i], b[i], c[i]])
 }
 
-/// `sides ← D⁻¹ sides` by Gauss–Jordan elimination with row pivoting.
-#[inline]
-fn solve_block<const K: usize, const R: usize>(
-    mut D: [[f64; K]; K],
-    sides: &mut [[f64; R]; K],
+/// `sides ← D⁻¹ sides` by Gaussian elimination with row pivoting.
+#[inline(always)]
+fn solve_block<const R: usize>(
+    mut D: [[f64; 3]; 3],
+    sides: &mut [[f64; R]; 3],
 ) -> Result<(), Fault> {
-    for k in 0..K {
-        let size = |i: usize| D[i][k].abs();
-        let pivot = (k + 1..K).fold(k, |best, i| if size(i) > size(best) { i } else { best });
+    let mut inverse = [0.0; 3];
+    for k in 0..3 {
+        let mut pivot = k;
+        for i in k + 1..3 {
+            pivot = if D[i][k].abs() > D[pivot][k].abs() { i } else { pivot };
+        }
         D.swap(k, pivot);
         sides.swap(k, pivot);
-        let scale = 1.0 / D[k][k];
-        if !scale.is_finite() {
+        inverse[k] = 1.0 / D[k][k];
+        if !inverse[k].is_finite() {
             return Err(Fault::SingularTangent);
         }
-        let (row, side) = (D[k].map(|x| x * scale), sides[k].map(|x| x * scale));
-        (D[k], sides[k]) = (row, side);
-        for i in (0..K).filter(|&i| i != k) {
-            let factor = D[i][k];
-            (k + 1..K).for_each(|j| D[i][j] -= factor * row[j]);
-            (0..R).for_each(|j| sides[i][j] -= factor * side[j]);
+        for i in k + 1..3 {
+            let factor = D[i][k] * inverse[k];
+            for j in k + 1..3 {
+                D[i][j] -= factor * D[k][j];
+            }
+            for r in 0..R {
+                sides[i][r] -= factor * sides[k][r];
+            }
+        }
+    }
+    for k in (0..3).rev() {
+        for r in 0..R {
+            for i in k + 1..3 {
+                sides[k][r] -= D[k][i] * sides[i][r];
+            }
+            sides[k][r] *= inverse[k];
         }
     }
     Ok(())
@@ -265,7 +276,8 @@ fn sweep_substitute<W: Width>(
                 rate_of(w, &u[first..], twist.angular).write(&mut x[first..]);
             }
             Motion::Free => {
-                let (linear, angular) = (Lanes::of(w, &x[first..]), Lanes::of(w, &x[first + 3..]));
+                let linear = Lanes::of(w, &x[first..]);
+                let angular = Lanes::of(w, &x[first + 3..]) - gains[k].take(w).mul(linear);
                 twist = Pair { linear, angular };
                 rate_of(w, &u[first + 3..], angular).write(&mut x[first + 3..]);
             }
