@@ -38,7 +38,7 @@ use crate::mechanism::Mechanism;
 use crate::pair::Transfer;
 use crate::solver::body_blocks::BodyBlocks;
 use crate::tree::Tree;
-use columns::ColumnWork;
+use columns::{ColumnWork, Motion};
 use link::{Constants, Sums, Work};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use solve::Gain;
@@ -58,7 +58,7 @@ pub struct TreeStep {
     blocks: Vec<Block>,
     links: Vec<Constants>,
     works: Vec<Work>,
-    columns: Vec<ColumnWork>, // d  of joints of several columns; the others are idle
+    columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
     gains: Vec<Gain>,
     sums: Vec<Sums>,
     weight: Vec<f64>,  // n  constant forces
@@ -84,6 +84,7 @@ impl TreeStep {
         let (links, slots) = link::constants(mechanism, system)?;
         let (tree, weight) = (mechanism.tree().clone(), system.constant_force());
         let (n, count) = (weight.len(), links.len());
+        let several = links.iter().any(|link| matches!(link.motion, Motion::Several(_)));
         let mut link_of = vec![0; count];
         tree.links().iter().enumerate().for_each(|(k, link)| link_of[link.frame] = k);
         let variable = system.has_variable_forces().then(|| Variable {
@@ -95,7 +96,7 @@ impl TreeStep {
         Some(Self {
             blocks: tree.blocks(),
             works: vec![Work::default(); count],
-            columns: vec![ColumnWork::default(); tree.dof()],
+            columns: vec![ColumnWork::default(); if several { tree.dof() } else { 0 }],
             gains: vec![Gain::default(); count],
             sums: vec![Sums::default(); slots],
             impulse: vec![0.0; n],

@@ -1,6 +1,6 @@
 //! The sweeps of a residual of [`super::TreeStep`], written for the lanes of wide registers.
 
-use super::columns::{Act, Axis, Column, ColumnWork, Motion};
+use super::columns::{Act, Axis, ColumnWork, Motion};
 use super::link::{Constants, Work};
 use crate::geometry::lane_matrices::{Columns, Pair};
 use crate::geometry::lanes::{Lanes, Width, sweep, three};
@@ -68,11 +68,6 @@ fn sweep_open<W: Width>(
         if !link.closes_gap {
             lever += gap(link, &d, &parent, q); // the slide
         }
-        if let Motion::Several(several) = link.motion {
-            for (column, work) in several.iter().zip(&mut columns[link.unknown..]) {
-                work.axis = axis_of(link, *column, &d, &parent).held();
-            }
-        }
         let euler = Columns(three!(j => Lanes::new(w, link.euler[j])));
         work.column.axis = parent.mul(Lanes::new(w, link.axes[2])).held();
         work.lever = lever.held();
@@ -86,20 +81,26 @@ fn sweep_open<W: Width>(
         let spin = (spin + second) + third;
         work.start = Pair { linear: force, angular: spin - anchor.cross(force) }.held();
     }
+    if !columns.is_empty() {
+        open_columns(w, links, columns, q);
+    }
 }
 
-/// `n` of a column at `q_n`.
+/// The axes of joints of several columns.
 #[inline(always)]
-fn axis_of<W: Width>(
-    link: &Constants,
-    column: Column,
-    d: &Columns<Lanes<W>>,
-    parent: &Columns<Lanes<W>>,
-) -> Lanes<W> {
-    let w = d.0[0].width();
-    match column.axis {
-        Axis::Parent(i) => parent.mul(Lanes::new(w, link.axes[i])),
-        Axis::Child(i) => d.mul(Lanes::new(w, link.axes_child[i])),
+fn open_columns<W: Width>(w: W, links: &[Constants], columns: &mut [ColumnWork], q: &[f64]) {
+    for link in links {
+        let Motion::Several(several) = link.motion else {
+            continue;
+        };
+        let (d, parent) = (Columns::directors(w, frame(q, link.frame)), carrier(w, link, q));
+        for (column, work) in several.iter().zip(&mut columns[link.unknown..]) {
+            let axis = match column.axis {
+                Axis::Parent(i) => parent.mul(Lanes::new(w, link.axes[i])),
+                Axis::Child(i) => d.mul(Lanes::new(w, link.axes_child[i])),
+            };
+            work.axis = axis.held();
+        }
     }
 }
 
