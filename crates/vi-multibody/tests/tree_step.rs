@@ -1,17 +1,23 @@
-//! The sweeps of trees of revolute, prismatic and fixed joints against dense matrices: chains and branched trees, with
-//! and without loads and springs, a body whose frame is not in its centre of mass.
+//! The sweeps of trees against dense matrices: chains and branched trees of all pairs, with and without loads and springs,
+//! a body whose frame is not in its centre of mass; what they refuse.
 
 use nalgebra::Vector3;
+use vi_constraints::nodal::Nodal;
+use vi_constraints::scheme::{Scheme, SubStep};
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::linear::norm_inf;
+use vi_core::newton::Fault;
+use vi_core::state::State;
 use vi_core::{Composition, MechanicalSystem, Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::run::{Solver, integrator};
+use vi_multibody::tree_nodal::TreeNodal;
 use vi_multibody::tree_step::TreeStep;
-use vi_multibody::{BuiltMechanism, FrameId, PairKind};
+use vi_multibody::{BuiltMechanism, FrameId, Mechanism, PairKind};
 use vi_testkit::Sample;
 
-/// A random tree; with `loaded` bodies a following load, springs to the ground and a motor at the root.
+/// A random tree of all pairs, its root on a hinge, free or on any of them; with `loaded` bodies a following load,
+/// springs to the ground and a motor at a hinge of the root.
 fn tree(bodies: usize, loaded: bool, seed: u64) -> BuiltMechanism {
     let mut random = Sample::new(seed);
     let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
@@ -20,19 +26,26 @@ fn tree(bodies: usize, loaded: bool, seed: u64) -> BuiltMechanism {
         let j = Vector3::new(1.0, 1.2, 1.5) + 0.15 * random.vector();
         let inertia = Inertia::principal(2.0 + random.number(), j.into());
         let at = 2.0 * random.vector();
-        let body = builder.body(&format!("body {k}"), inertia).at(at);
-        let body = body.rotation_vector(random.vector()).id();
-        let kinds = [PairKind::Revolute, PairKind::Revolute, PairKind::Prismatic, PairKind::Fixed];
-        let kind = if k == 0 { PairKind::Revolute } else { kinds[random.index(kinds.len())] };
+        let kind = match (k, seed % 3) {
+            (0, 0) => PairKind::Revolute,
+            (0, 1) => PairKind::Free,
+            _ => PairKind::ALL[random.index(PairKind::ALL.len() - 1)],
+        };
         let parent = if random.index(2) == 0 { frames[k] } else { frames[random.index(k + 1)] };
-        let (point, axis) = (random.vector(), random.vector());
-        let joint = builder.joint(&format!("joint {k}"), kind, parent, body).at(point).axis(axis);
-        let joint = if kind == PairKind::Fixed { joint } else { joint.rate(random.number()) };
+        let body = builder.body(&format!("body {k}"), inertia).at(at);
+        let body = body.rotation_vector(random.vector());
+        let free = kind == PairKind::Free;
+        let body = if free { body.angular_velocity(random.vector()) } else { body }.id();
+        let joint = builder.joint(&format!("joint {k}"), kind, parent, body).at(random.vector());
+        let joint = if kind.has_axis() { joint.axis(random.vector()) } else { joint };
+        let rates: [f64; 6] = random.array();
+        let count = kind.coordinate_count();
+        let joint = if count > 0 { joint.rates(&rates[..count]) } else { joint };
         let joint = joint.id();
         if loaded {
             builder.spring([1.0, 0.5, -0.2], body.point([0.1, 0.2, 0.3]), 20.0);
             builder.load(body).force([1.0, -2.0, 0.5]).torque([0.2, 0.1, -0.3]).follower();
-            if k == 0 {
+            if kind == PairKind::Revolute && k == 0 {
                 builder.motor(joint.coordinate(0), |t| 2.0 * t);
             }
         }
@@ -63,7 +76,7 @@ fn off_dense(built: &BuiltMechanism, options: Options) -> f64 {
 #[test]
 fn the_sweeps_take_the_steps_of_dense_matrices() {
     let mut worst = 0.0_f64;
-    for seed in 0..24 {
+    for seed in 0..48 {
         for loaded in [false, true] {
             let built = tree(1 + seed as usize % 7, loaded, 7 + seed);
             let options = Options::new(SchemeKind::Nodal, 0.01);
@@ -114,4 +127,77 @@ fn a_frame_may_be_anywhere_in_its_body() {
     let off: Vec<f64> = sweeps.iter().zip(&dense).map(|(a, b)| a - b).collect();
     println!("off by {:.1e}", norm_inf(&off));
     assert!(norm_inf(&off) < 1e-11, "off by {:e}", norm_inf(&off));
+}
+
+/// Residual and Newton correction of a scheme at the increments `u` of a step of 0.1 s.
+fn evaluate(
+    scheme: &mut dyn Scheme<SeparableSystem, Mechanism>,
+    (built, system): (&BuiltMechanism, &SeparableSystem),
+    (state, u): (&State, &[f64]),
+) -> Result<[Vec<f64>; 2], Fault> {
+    let (mechanism, mut state) = (&built.mechanism, state.clone());
+    let mut r = vec![0.0; u.len()];
+    state.history.fit(u.len(), 1, 0..0);
+    scheme.begin(system, mechanism, SubStep::single(0.0, 0.1), &mut state);
+    scheme.residual(system, mechanism, u, &mut r)?;
+    let mut du = r.clone();
+    scheme.correction(system, mechanism, u, &mut du)?;
+    Ok([r, du])
+}
+
+/// Both schemes at the same increments.
+fn both(built: &BuiltMechanism, u: &[f64]) -> [Result<[Vec<f64>; 2], Fault>; 2] {
+    let system = built.system(Quadrature::Midpoint);
+    let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
+    let at = InitialValues::new(0.0, &q, &v);
+    let options = Options::new(SchemeKind::Nodal, 0.1);
+    let started = built.system(Quadrature::Midpoint);
+    let run = integrator(built.mechanism.clone(), started, options, Solver::Auto, at).unwrap();
+    let state = run.state();
+    let mut sweeps = TreeStep::new(&built.mechanism, &system).unwrap();
+    let recursion = TreeNodal::new(built.mechanism.tree().clone());
+    let mut general = Nodal::new(state.q.len(), recursion, false);
+    let at = ((built, &system), (state, u));
+    [evaluate(&mut sweeps, at.0, at.1), evaluate(&mut general, at.0, at.1)]
+}
+
+#[test]
+fn residual_and_correction_are_those_of_the_recursion_far_from_the_solution() {
+    let mut worst = 0.0_f64;
+    for seed in 0..60 {
+        for loaded in [false, true] {
+            let built = tree(1 + seed as usize % 9, loaded, 100 + seed);
+            let mut random = Sample::new(seed);
+            let u: Vec<f64> =
+                (0..built.mechanism.tree().dof()).map(|_| 0.5 * random.number()).collect();
+            let [sweeps, general] = both(&built, &u).map(Result::unwrap);
+            for (a, b) in sweeps.iter().zip(&general) {
+                let off: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+                let off = norm_inf(&off) / norm_inf(b).max(1e-300);
+                assert!(u.is_empty() || off < 1e-11, "tree {seed}, loaded {loaded}: {off:e}");
+                worst = if u.is_empty() { worst } else { worst.max(off) };
+            }
+        }
+    }
+    println!("residuals and corrections off by {worst:.1e}");
+}
+
+#[test]
+fn the_sweeps_refuse_what_the_recursion_refuses() {
+    let mut refused = 0;
+    for seed in 0..30 {
+        let built = tree(1 + seed as usize % 5, false, 300 + seed);
+        let d = built.mechanism.tree().dof();
+        for (k, value) in (0..d).flat_map(|k| [3.1, -3.2, f64::NAN, f64::INFINITY].map(|x| (k, x)))
+        {
+            let mut u = vec![0.0; d];
+            u[k] = value;
+            let [sweeps, general] = both(&built, &u).map(Result::err);
+            let same = format!("{sweeps:?}") == format!("{general:?}"); // NaN as itself
+            assert!(same, "tree {seed}, u[{k}] = {value}: {sweeps:?} and {general:?}");
+            refused += usize::from(sweeps.is_some());
+        }
+    }
+    println!("{refused} refusals");
+    assert!(refused > 400, "{refused} refusals");
 }

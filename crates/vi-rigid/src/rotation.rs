@@ -105,6 +105,18 @@ pub fn sine_gap(x: f64) -> f64 {
     }
 }
 
+/// `(1 − (x/2) cot(x/2))/x²` of `x² = square`, on `[0, π]`: `T(θ)⁻¹ = I − ½ θ̂ + κ θ̂²` with this `κ`. The product
+/// `κ x²` is good to round-off relative to 1.
+#[must_use]
+#[inline]
+pub fn kappa(square: f64) -> f64 {
+    if square <= 1e-4 {
+        return 1.0 / 12.0 + square / 720.0; // next term: x⁴/30240
+    }
+    let (sinc, gap) = coefficients(square);
+    (1.0 - 0.5 * sinc / gap) / square
+}
+
 /// The skew matrix `v̂` with `v̂ b = v × b`.
 #[must_use]
 #[inline]
@@ -280,6 +292,20 @@ mod tests {
             worst = worst.max((both - exp(&theta).tr_mul(&tangent(&theta))).abs().max());
         }
         assert!(worst < 1e-9, "{worst:e}");
+    }
+
+    #[test]
+    fn the_inverse_of_the_tangent_undoes_it() {
+        let mut sample = Sample::new(8);
+        let angles = (0..=200).map(|k| MAX_ROTATION * f64::from(k) / 200.0);
+        let mut worst = 0.0_f64;
+        for angle in angles.chain([1e-9, 1e-3, 0.0099, 0.0101, 0.249, 0.251]) {
+            let theta = sample.of_length(angle);
+            let inverse = Matrix3::identity() - skew(&theta) * 0.5
+                + skew_square(&theta) * kappa(theta.norm_squared());
+            worst = worst.max((tangent(&theta) * inverse - Matrix3::identity()).abs().max());
+        }
+        assert!(worst < 2e-15, "T T⁻¹ off by {worst:e}");
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! The sweeps at the end of a step of [`super::TreeStep`]: coordinates, momenta, round-off.
 
-use super::link::{Constants, Motion, Work};
-use super::sweeps::{carrier, carrier_center, frame};
+use super::link::{Constants, Work};
+use super::sweeps::{carrier, carrier_center, frame, gap};
 use crate::geometry::lane_matrices::{Columns, Pair};
 use crate::geometry::lanes::{Lanes, Width, sweep, three};
+use crate::pair::PairKind;
 use crate::tree::{SLACK, Tree};
 use vi_rigid::reparametrization::CLEAN_THRESHOLD;
 
@@ -40,9 +41,9 @@ fn sweep_close<W: Width>(
             d.0[i] + (turned.0[i] + Lanes::of(w, &error[3 + 3 * i..]))
         }));
         let start = Lanes::of(w, from);
-        center = match link.motion {
-            Motion::Prismatic => start + (moved + Lanes::of(w, error)),
-            _ => center + (arm - d_next.mul(anchor)), // no gap: φ² = φ¹ + ϱ¹ − ϱ²
+        center = match link.closes_gap {
+            true => center + (arm - d_next.mul(anchor)), // no gap: φ² = φ¹ + ϱ¹ − ϱ²
+            false => start + (moved + Lanes::of(w, error)),
         };
         let [a, b, c] = three!(i => (d.0[i], turned.0[i], d_next.0[i]));
         let mut at = link.frame;
@@ -77,25 +78,38 @@ fn sweep_momenta<W: Width>(
     for (link, work) in links.iter().zip(works) {
         let (dq, impulse) = (frame(dq, link.frame), frame(impulse, link.frame));
         let p = &mut p[link.frame..link.frame + 12];
-        let mut momenta = [Lanes::zero(w); 4]; // M Δq/h
-        for (i, row) in link.mass.iter().enumerate() {
-            if link.is_diagonal {
-                momenta[i] = Lanes::of(w, &dq[3 * i..]) * (rate * row[i]);
-            } else {
-                for (j, m) in row.iter().enumerate() {
-                    momenta[i] += Lanes::of(w, &dq[3 * j..]) * (rate * m);
-                }
-            }
-            (momenta[i] + Lanes::of(w, &impulse[3 * i..])).write(&mut p[3 * i..]);
-        }
-        let [force, first, second, third] = momenta;
+        let linear = move_momentum((w, link, 0), dq, impulse, rate, p);
+        let [first, second, third] =
+            three!(i => move_momentum((w, link, i + 1), dq, impulse, rate, p));
         let d = Columns::directors(w, frame(q0, link.frame));
         let spin = (d.0[0].cross(first) + d.0[1].cross(second)) + d.0[2].cross(third);
         let anchor = d.mul(Lanes::new(w, link.anchor));
-        let start = work.start.take(w);
-        let angular = (start.angular - spin) + anchor.cross(force);
-        work.wrench = Pair { linear: start.linear - force, angular }.held();
+        work.wrench = Pair { linear, angular: spin - anchor.cross(linear) }.held();
     }
+}
+
+/// `p̄_{n+1}` of a vector of a link; returns its part of the balance, a difference of nearly equal numbers: it is exact.
+#[inline(always)]
+fn move_momentum<W: Width>(
+    (w, link, i): (W, &Constants, usize),
+    dq: &[f64; 12],
+    impulse: &[f64; 12],
+    rate: f64,
+    p: &mut [f64],
+) -> Lanes<W> {
+    let row = &link.mass[i];
+    let mut momentum = Lanes::zero(w); // M Δq/h
+    if link.is_diagonal {
+        momentum = Lanes::of(w, &dq[3 * i..]) * (rate * row[i]);
+    } else {
+        for (j, m) in row.iter().enumerate() {
+            momentum += Lanes::of(w, &dq[3 * j..]) * (rate * m);
+        }
+    }
+    let (impulse, own) = (Lanes::of(w, &impulse[3 * i..]), &mut p[3 * i..3 * i + 3]);
+    let rest = (Lanes::of(w, own) + impulse) - momentum;
+    (momentum + impulse).write(own);
+    rest
 }
 
 sweep! {
@@ -121,7 +135,7 @@ fn sweep_clean<W: Width>(
 }
 
 /// Whether the directors of a link, its axes and its gap show no more round-off than is left anyway; the gap of a
-/// pair that closes it was removed with the parent where that is.
+/// pair that closes it was removed with the parent where that is. The thread of a screw is not seen at a glance.
 #[inline(always)]
 fn is_clean<W: Width>(w: W, link: &Constants, q: &[f64]) -> bool {
     let own = frame(q, link.frame);
@@ -130,19 +144,29 @@ fn is_clean<W: Width>(w: W, link: &Constants, q: &[f64]) -> bool {
     let lengths = Lanes::dots([(d1, d1), (d2, d2), (d3, d3)]) - Lanes::new(w, [1.0; 3]);
     let angles = Lanes::dots([(d1, d2), (d1, d3), (d2, d3)]);
     let rigid = lengths.within(CLEAN_THRESHOLD) & angles.within(CLEAN_THRESHOLD);
-    if link.motion == Motion::Revolute {
-        return rigid & off_axis(link, &d, &parent, 2).within(SLACK);
+    match link.kind {
+        PairKind::Spherical | PairKind::Free => rigid,
+        PairKind::Revolute => rigid & off_axis(link, &d, &parent, 2).within(SLACK),
+        PairKind::Universal => rigid & (across(link, &d, &parent).abs() <= SLACK),
+        PairKind::Fixed => rigid & attitude(link, &d, &parent).within(SLACK),
+        PairKind::Prismatic => {
+            let gap = gap(link, &d, &parent, q);
+            let across = gap - along_axis(link, &parent, gap);
+            rigid & attitude(link, &d, &parent).within(SLACK) & across.within(SLACK)
+        }
+        PairKind::Cylindrical => {
+            let gap = gap(link, &d, &parent, q);
+            let across = gap - along_axis(link, &parent, gap);
+            rigid & off_axis(link, &d, &parent, 2).within(SLACK) & across.within(SLACK)
+        }
+        PairKind::Planar => {
+            let gap = gap(link, &d, &parent, q);
+            rigid
+                & off_axis(link, &d, &parent, 2).within(SLACK)
+                & along_axis(link, &parent, gap).within(SLACK)
+        }
+        PairKind::Screw(_) => false,
     }
-    let [first, second, third] = three!(i => off_axis(link, &d, &parent, i));
-    let attitude = ((first + second) + third) * 0.5;
-    let mut gap = Lanes::zero(w);
-    if link.motion == Motion::Prismatic {
-        let n = parent.mul(Lanes::new(w, link.axes[2]));
-        let start = carrier_center(w, link, q) + parent.mul(Lanes::new(w, link.anchor_parent));
-        gap = (Lanes::of(w, own) + d.mul(Lanes::new(w, link.anchor))) - start;
-        gap -= n * n.dot(gap);
-    }
-    rigid & attitude.within(SLACK) & gap.within(SLACK)
 }
 
 /// Small rotation that brings axis `i` of a link onto that of its parent.
@@ -156,4 +180,29 @@ fn off_axis<W: Width>(
     let w = d.0[0].width();
     let axis = parent.mul(Lanes::new(w, link.axes[i]));
     d.mul(Lanes::new(w, link.axes_child[i])).cross(axis)
+}
+
+/// Small rotation that brings all axes of a link onto those of its parent.
+#[inline(always)]
+fn attitude<W: Width>(
+    link: &Constants,
+    d: &Columns<Lanes<W>>,
+    parent: &Columns<Lanes<W>>,
+) -> Lanes<W> {
+    let [first, second, third] = three!(i => off_axis(link, d, parent, i));
+    ((first + second) + third) * 0.5
+}
+
+/// `n·m_1'`.
+#[inline(always)]
+fn across<W: Width>(link: &Constants, d: &Columns<Lanes<W>>, parent: &Columns<Lanes<W>>) -> f64 {
+    let w = d.0[0].width();
+    parent.mul(Lanes::new(w, link.axes[2])).dot(d.mul(Lanes::new(w, link.axes_child[0])))
+}
+
+/// The part of a vector along the axis.
+#[inline(always)]
+fn along_axis<W: Width>(link: &Constants, parent: &Columns<Lanes<W>>, v: Lanes<W>) -> Lanes<W> {
+    let n = parent.mul(Lanes::new(parent.0[0].width(), link.axes[2]));
+    n * n.dot(v)
 }

@@ -6,37 +6,21 @@ use crate::mechanism::Mechanism;
 use crate::pair::PairKind;
 use crate::pair::joint::FrameId;
 use crate::solver::body_masses::body_masses;
+use crate::solver::tree_step::columns::{ColumnWork, Motion};
 use crate::tree::{Link, Tree};
 use nalgebra::{Matrix4, Vector3};
 use vi_core::MechanicalSystem;
 use vi_core::SeparableSystem;
 
-/// How a link moves relative to its parent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Motion {
-    /// A rotation about the axis through the anchor.
-    Revolute,
-    /// A translation along the axis.
-    Prismatic,
-    /// None.
-    Fixed,
-}
-
-impl Motion {
-    fn of(kind: PairKind) -> Option<Self> {
-        match kind {
-            PairKind::Revolute => Some(Self::Revolute),
-            PairKind::Prismatic => Some(Self::Prismatic),
-            PairKind::Fixed => Some(Self::Fixed),
-            _ => None,
-        }
-    }
-}
-
 /// Constants of a link; vectors in the directors of its parent or in its own.
 #[derive(Clone, Debug)]
 pub(super) struct Constants {
+    pub(super) kind: PairKind,
     pub(super) motion: Motion,
+    /// Advance of a screw, m per radian.
+    pub(super) pitch: f64,
+    /// Whether the pair leaves no gap.
+    pub(super) closes_gap: bool,
     pub(super) parent: Option<usize>,
     /// Whether the parent stands just before it in the order of the links.
     pub(super) follows_parent: bool,
@@ -58,7 +42,7 @@ pub(super) struct Constants {
     pub(super) axes_child: [[f64; 3]; 3],
     /// `ϱ¹`, directors of the parent.
     pub(super) anchor_parent: [f64; 3],
-    /// `ϱ²`, its own directors: from the centre to its reference point.
+    /// From the centre to its reference point, its own directors: `ϱ²`, of a free body 0.
     pub(super) anchor: [f64; 3],
     /// `M` between the vectors `φ, d_1, d_2, d_3`: multiples of `I_3`.
     pub(super) mass: [[f64; 4]; 4],
@@ -73,18 +57,15 @@ pub(super) struct Constants {
 /// Vectors of a link at `q_n`, and what the sweeps leave.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Work {
-    pub(super) axis: Held,           // n
+    pub(super) column: ColumnWork,   // of a joint of one column
     pub(super) lever: Held,          // ℓ
     pub(super) moment: Held,         // s
     pub(super) euler: Columns<Held>, // E
     pub(super) start: Pair<Held>,    // what balances inertia at u = 0
     pub(super) turn: Columns<Held>,  // A − 1
     pub(super) shift: Held,          // Δx of the reference point
-    pub(super) axis_next: Held,      // n'
     pub(super) lever_next: Held,     // ℓ'
     pub(super) wrench: Pair<Held>,   // balance of the link and all that it carries
-    pub(super) SA: Pair<Held>,       // Sᵀ Ã
-    pub(super) inverse: f64,         // D⁻¹
     pub(super) twist: Pair<Held>,    // δt'
     pub(super) cleaned: bool,        // whether round-off was taken out of q_{n+1}
 }
@@ -122,21 +103,24 @@ pub(super) fn constants(
 }
 
 fn constants_of(tree: &Tree, (k, link): (usize, &Link), mass: &Matrix4<f64>) -> Option<Constants> {
-    let motion = Motion::of(link.joint.kind)?;
+    let kind = link.joint.kind;
     let (near, far) = (&link.joint.parent, &link.joint.child);
     let carrier = link.parent.map(|p| &tree.links()[p]);
     let expected = carrier.map_or(FrameId::Ground, |carrier| FrameId::Frame(carrier.frame));
     if near.frame != expected || far.frame != FrameId::Frame(link.frame) {
         return None;
     }
-    let start = carrier.map_or(Vector3::zeros(), |carrier| carrier.joint.child.anchor);
+    let start = carrier.map_or(Vector3::zeros(), reference);
     // about the reference point, at −a from which the centre is
-    let (m, a) = (mass[(0, 0)], far.anchor);
+    let (m, a) = (mass[(0, 0)], reference(link));
     let first = Vector3::new(mass[(0, 1)], mass[(0, 2)], mass[(0, 3)]);
     let euler = mass.fixed_view::<3, 3>(1, 1) - first * a.transpose() - a * first.transpose()
         + m * a * a.transpose();
     Some(Constants {
-        motion,
+        kind,
+        motion: Motion::of(kind),
+        pitch: kind.pitch().unwrap_or(0.0),
+        closes_gap: kind.closes_gap(),
         parent: link.parent,
         follows_parent: link.parent.is_some_and(|p| p + 1 == k),
         slot: None,
@@ -154,4 +138,9 @@ fn constants_of(tree: &Tree, (k, link): (usize, &Link), mass: &Matrix4<f64>) -> 
         moment: (first - m * a).into(),
         euler: euler.into(),
     })
+}
+
+/// From the centre of a link to its reference point, its own directors.
+fn reference(link: &Link) -> Vector3<f64> {
+    if link.joint.kind == PairKind::Free { Vector3::zeros() } else { link.joint.child.anchor }
 }

@@ -1,8 +1,8 @@
 //! The nodal scheme (28) on trees of bodies, a few sweeps for each iteration.
 //!
-//! Twists and wrenches of a link refer to its reference point, the child's anchor of its joint, in spatial components.
-//! With the balance of a link `b = (f, τ)`, its mass `m`, first moment `s` and Euler tensor `E` about that point at
-//! `q_n`, the motion `(Δx, A)` of the step and the impulses `b_0` of `p̄_n` and of constant forces:
+//! Twists and wrenches of a link refer to its reference point, the child's anchor of its joint (the centre of a free body), in spatial
+//! components. With the balance of a link `b = (f, τ)`, its mass `m`, first moment `s` and Euler tensor `E` about that point
+//! at `q_n`, the motion `(Δx, A)` of the step and the impulses `b_0` of `p̄_n` and of constant forces:
 //! ```text
 //! A² = A¹ exp(ϑ n̂),  Δx² = Δx¹ + (A¹ − 1) ℓ + A¹ u n                                   root → leaf    F_d
 //! f  = f_0 − (m Δx + (A − 1) s)/h,   τ = τ_0 − (Σ x × (A − 1) x + s × Δx)/h
@@ -10,17 +10,25 @@
 //! −h A_α = [m I, −ŝ'; ŝ, tr(K) I − K],   K = A E,   s' = A s
 //! ```
 //! where `Σ x × (A − 1) x` is read off `(A − 1) E = Σ ((A − 1) x) xᵀ`. The elimination is that of
-//! [`crate::articulated`]; here `S = (0, n)` or `(n, 0)`, `S'` the same with `n' = A¹ n`, and `X, X'` the levers
-//! `ℓ` and `ℓ' = ℓ + Δx² − Δx¹` from one reference point to the next.
+//! [`crate::articulated`]; here the columns of `S` are `(0, n)`, `(n, 0)` or `(p n, n)`, those of `S'` the same with `n' = A n`,
+//! and `X, X'` the levers `ℓ` and `ℓ' = ℓ + Δx² − Δx¹` from one reference point to the next. With a rotation vector `θ`,
+//! ```text
+//! spherical  A² = exp(θ̂),  Δx² = Δx¹ + (A¹ − 1) ℓ     S = (0, I),  S' = (0, T(θ)),   X = [I −ℓ̂; 0 0]
+//! free       A² = exp(θ̂),  Δx² = u                    S = I,  S' = diag(I, T(θ)),    X = 0
+//! ```
+//! `Â − Â S' D⁻¹ Sᵀ Â = diag(Â_ll − Â_la Â_aa⁻¹ Â_al, 0)` of a spherical joint is without `T`: that enters last,
+//! `δθ = T⁻¹ δω`.
 //!
 //! What depends on coordinates otherwise (springs, loads) is added to balances and blocks as it is emitted.
 //!
-//! Trees of revolute, prismatic and fixed joints whose potentials couple no two bodies; all others are solved by
-//! [`crate::tree_nodal`].
+//! Trees whose potentials couple no two bodies, each of which has a mass matrix of multiples of `I_3`; all others, and the
+//! reduced scheme, are solved by [`crate::tree_nodal`] and the operators of [`crate::run`].
 #![allow(non_snake_case)] // A, D, E, K, S
 
+mod columns;
 mod end;
 mod link;
+mod solve;
 mod sweeps;
 
 use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
@@ -30,8 +38,10 @@ use crate::mechanism::Mechanism;
 use crate::pair::Transfer;
 use crate::solver::body_blocks::BodyBlocks;
 use crate::tree::Tree;
+use columns::{ColumnWork, Motion};
 use link::{Constants, Sums, Work};
 use nalgebra::{DMatrix, Matrix3, Vector3};
+use solve::Gain;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
@@ -41,13 +51,15 @@ use vi_core::state::State;
 use vi_core::{DiscreteLagrangian, SeparableSystem};
 use vi_rigid::{directors, null_space};
 
-/// The nodal scheme on a tree of revolute, prismatic and fixed joints.
+/// The nodal scheme on a tree of bodies.
 #[derive(Debug)]
 pub struct TreeStep {
     tree: Tree,
     blocks: Vec<Block>,
     links: Vec<Constants>,
     works: Vec<Work>,
+    columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
+    gains: Vec<Gain>,
     sums: Vec<Sums>,
     weight: Vec<f64>,  // n  constant forces
     impulse: Vec<f64>, // n  of them in half a step
@@ -72,6 +84,7 @@ impl TreeStep {
         let (links, slots) = link::constants(mechanism, system)?;
         let (tree, weight) = (mechanism.tree().clone(), system.constant_force());
         let (n, count) = (weight.len(), links.len());
+        let several = links.iter().any(|link| matches!(link.motion, Motion::Several(_)));
         let mut link_of = vec![0; count];
         tree.links().iter().enumerate().for_each(|(k, link)| link_of[link.frame] = k);
         let variable = system.has_variable_forces().then(|| Variable {
@@ -83,6 +96,8 @@ impl TreeStep {
         Some(Self {
             blocks: tree.blocks(),
             works: vec![Work::default(); count],
+            columns: vec![ColumnWork::default(); if several { tree.dof() } else { 0 }],
+            gains: vec![Gain::default(); count],
             sums: vec![Sums::default(); slots],
             impulse: vec![0.0; n],
             s: Interval::new(n),
@@ -180,13 +195,13 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         step: SubStep,
         state: &mut State,
     ) {
-        let Self { links, works, weight, impulse, s, compensation, .. } = self;
+        let Self { links, works, columns, weight, impulse, s, compensation, .. } = self;
         state.open_start(s, step.h);
         s.end_at(step.t_end);
         state.compensation.open_balance(compensation);
         let half = 0.5 * step.h;
         impulse.iter_mut().zip(weight).for_each(|(impulse, w)| *impulse = half * *w);
-        sweeps::open(links, works, [&state.q, &state.p, impulse]);
+        sweeps::open(links, works, columns, [&state.q, &state.p, impulse]);
     }
 
     fn residual(
@@ -197,16 +212,16 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         r: &mut [f64],
     ) -> Result<(), Fault> {
         let h = self.s.h;
-        let Self { links, works, .. } = self;
-        sweeps::advance(links, works, u, h)?; // q_{n+1} = F_d(u, q_n)
+        let Self { links, works, columns, .. } = self;
+        sweeps::advance(links, works, columns, u, h)?; // q_{n+1} = F_d(u, q_n)
         if self.variable.is_some() {
             self.close();
         }
-        let Self { links, works, variable, s, compensation, .. } = self;
+        let Self { links, works, columns, variable, s, compensation, .. } = self;
         if let Some(variable) = variable {
             variable.add_balance(system, s, works, links);
         }
-        sweeps::pull_back(links, works, r); // (28)
+        sweeps::pull_back(links, works, columns, r); // (28)
         r.iter_mut().zip(compensation).for_each(|(r, error)| *r += *error);
         Ok(())
     }
@@ -215,10 +230,10 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         &mut self,
         system: &SeparableSystem,
         _: &Mechanism,
-        _u: &[f64],
+        u: &[f64],
         du: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { links, works, sums, variable, s, .. } = self;
+        let Self { links, works, columns, gains, sums, variable, s, .. } = self;
         let extra = match variable {
             Some(variable) => {
                 variable.assemble(system, s, links);
@@ -227,8 +242,8 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
             None => &[],
         };
         du.iter_mut().for_each(|x| *x *= -s.h);
-        sweeps::eliminate(links, works, (sums, extra), du)?;
-        sweeps::substitute(links, works, du);
+        solve::eliminate(links, works, (columns, gains), (sums, extra), du)?;
+        solve::substitute(links, works, (columns, gains), u, du);
         if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
@@ -256,7 +271,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         if self.variable.is_none() {
             self.close();
         }
-        let Self { tree, links, works, impulse, variable, s, compensation, .. } = self;
+        let Self { tree, links, works, columns, impulse, variable, s, compensation, .. } = self;
         state.move_to_configuration(s, |_, q| end::clean(links, works, tree, q));
         match variable {
             Some(variable) => {
@@ -266,7 +281,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
             None => end::momenta(links, works, [&s.q0, &s.dq, impulse], s.h, &mut state.p),
         }
         // Sweeps and momenta round constants of a body differently: their own balance is what the next step takes over.
-        sweeps::pull_back(links, works, &mut state.compensation.balance);
+        sweeps::pull_back(links, works, columns, &mut state.compensation.balance);
         let rest = state.compensation.balance.iter_mut().zip(compensation);
         rest.for_each(|(rest, error)| *rest += *error);
         Ok(())

@@ -1,9 +1,9 @@
-//! The sweeps of an iteration of [`super::TreeStep`], written for the lanes of wide registers.
-#![allow(non_snake_case)] // A, D, E, K, S
+//! The sweeps of a residual of [`super::TreeStep`], written for the lanes of wide registers.
 
-use super::link::{Constants, Motion, Sums, Work};
-use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
-use crate::geometry::lanes::{Held, Lanes, Width, sweep, three};
+use super::columns::{Act, Axis, ColumnWork, Motion};
+use super::link::{Constants, Work};
+use crate::geometry::lane_matrices::{Columns, Pair};
+use crate::geometry::lanes::{Lanes, Width, sweep, three};
 use vi_core::newton::{BlockKind, Fault};
 use vi_rigid::rotation;
 
@@ -31,9 +31,25 @@ pub(super) fn carrier_center<W: Width>(w: W, link: &Constants, q: &[f64]) -> Lan
     }
 }
 
+/// The gap of a joint.
+#[inline(always)]
+pub(super) fn gap<W: Width>(
+    link: &Constants,
+    d: &Columns<Lanes<W>>,
+    parent: &Columns<Lanes<W>>,
+    q: &[f64],
+) -> Lanes<W> {
+    let w = d.0[0].width();
+    let start = carrier_center(w, link, q) + parent.mul(Lanes::new(w, link.anchor_parent));
+    (Lanes::of(w, frame(q, link.frame)) + d.mul(Lanes::new(w, link.anchor))) - start
+}
+
 sweep! {
     /// Everything at `q_n`; `at`: `q_n`, `p̄_n`, impulse of constant forces in half a step.
-    open = sweep_open(links: &'a [Constants], works: &'a mut [Work], at: [&'a [f64]; 3]) -> ()
+    open = sweep_open(
+        links: &'a [Constants], works: &'a mut [Work], columns: &'a mut [ColumnWork],
+        at: [&'a [f64]; 3]
+    ) -> ()
 }
 
 #[inline(always)]
@@ -41,6 +57,7 @@ fn sweep_open<W: Width>(
     w: W,
     links: &[Constants],
     works: &mut [Work],
+    columns: &mut [ColumnWork],
     [q, p, impulse]: [&[f64]; 3],
 ) {
     for (link, work) in links.iter().zip(works) {
@@ -48,12 +65,11 @@ fn sweep_open<W: Width>(
         let d = Columns::directors(w, own);
         let anchor = d.mul(Lanes::new(w, link.anchor));
         let mut lever = parent.mul(Lanes::new(w, link.lever));
-        if link.motion == Motion::Prismatic {
-            let start = carrier_center(w, link, q) + parent.mul(Lanes::new(w, link.anchor_parent));
-            lever += (Lanes::of(w, own) + anchor) - start; // the slide
+        if !link.closes_gap {
+            lever += gap(link, &d, &parent, q); // the slide
         }
         let euler = Columns(three!(j => Lanes::new(w, link.euler[j])));
-        work.axis = parent.mul(Lanes::new(w, link.axes[2])).held();
+        work.column.axis = parent.mul(Lanes::new(w, link.axes[2])).held();
         work.lever = lever.held();
         work.moment = d.mul(Lanes::new(w, link.moment)).held();
         work.euler = d.times(&euler).times_transposed(&d).held(); // E = D E_b Dᵀ
@@ -65,13 +81,35 @@ fn sweep_open<W: Width>(
         let spin = (spin + second) + third;
         work.start = Pair { linear: force, angular: spin - anchor.cross(force) }.held();
     }
+    if !columns.is_empty() {
+        open_columns(w, links, columns, q);
+    }
+}
+
+/// The axes of joints of several columns.
+#[inline(always)]
+fn open_columns<W: Width>(w: W, links: &[Constants], columns: &mut [ColumnWork], q: &[f64]) {
+    for link in links {
+        let Motion::Several(several) = link.motion else {
+            continue;
+        };
+        let (d, parent) = (Columns::directors(w, frame(q, link.frame)), carrier(w, link, q));
+        for (column, work) in several.iter().zip(&mut columns[link.unknown..]) {
+            let axis = match column.axis {
+                Axis::Parent(i) => parent.mul(Lanes::new(w, link.axes[i])),
+                Axis::Child(i) => d.mul(Lanes::new(w, link.axes_child[i])),
+            };
+            work.axis = axis.held();
+        }
+    }
 }
 
 sweep! {
     /// Root → leaf: the motion of every link for the increments `u` of a step `h`, and the balance of momenta of each
     /// link alone.
     advance = sweep_advance(
-        links: &'a [Constants], works: &'a mut [Work], u: &'a [f64], h: f64
+        links: &'a [Constants], works: &'a mut [Work], columns: &'a mut [ColumnWork],
+        u: &'a [f64], h: f64
     ) -> Result<(), Fault>
 }
 
@@ -80,6 +118,7 @@ fn sweep_advance<W: Width>(
     w: W,
     links: &[Constants],
     works: &mut [Work],
+    columns: &mut [ColumnWork],
     u: &[f64],
     h: f64,
 ) -> Result<(), Fault> {
@@ -95,25 +134,27 @@ fn sweep_advance<W: Width>(
             }
         }
         let work = &mut works[k];
-        let (axis, lever) = (Lanes::take(w, &work.axis), Lanes::take(w, &work.lever));
+        let lever = Lanes::take(w, &work.lever);
         let mut moved = turn.mul(lever); // (A¹ − 1) ℓ
-        let axis_next = axis + turn.mul(axis); // A¹ n
         match link.motion {
-            Motion::Revolute => {
-                let relative = rotation_about(axis, u[link.unknown], link.unknown)?;
-                turn = turn.plus(&relative).plus(&turn.times(&relative)); // A¹B − 1
-            }
-            Motion::Prismatic => {
-                let u = u[link.unknown];
-                if !u.is_finite() {
-                    return Err(Fault::NotFinite);
-                }
-                moved += axis_next * u; // A¹ u n
-            }
             Motion::Fixed => {}
+            Motion::Along(act) => {
+                let at = (u[link.unknown], link.unknown);
+                move_along((link, act), at, &mut work.column, &mut turn, &mut moved)?;
+            }
+            Motion::Several(several) => {
+                for (unknown, column) in (link.unknown..).zip(several) {
+                    let (at, work) = ((u[unknown], unknown), &mut columns[unknown]);
+                    move_along((link, column.act), at, work, &mut turn, &mut moved)?;
+                }
+            }
+            Motion::Spherical => turn = rotation_by(w, u, link.unknown)?,
+            Motion::Free => {
+                turn = rotation_by(w, u, link.unknown + 3)?;
+                moved = increment(w, u, link.unknown)?;
+            }
         }
         shift += moved;
-        work.axis_next = axis_next.held();
         work.lever_next = (lever + moved).held();
         (work.turn, work.shift) = (turn.held(), shift.held());
         let (moment, start) = (Lanes::take(w, &work.moment), work.start.take(w));
@@ -125,6 +166,34 @@ fn sweep_advance<W: Width>(
     Ok(())
 }
 
+/// Moves by the increment `u` of one column: `turn` is `A − 1`, `moved` the shift of the reference point against the
+/// parent's.
+#[inline(always)]
+fn move_along<W: Width>(
+    (link, act): (&Constants, Act),
+    (u, unknown): (f64, usize),
+    work: &mut ColumnWork,
+    turn: &mut Columns<Lanes<W>>,
+    moved: &mut Lanes<W>,
+) -> Result<(), Fault> {
+    if !u.is_finite() {
+        return Err(Fault::NotFinite);
+    }
+    let axis = Lanes::take(moved.width(), &work.axis);
+    let axis_next = axis + turn.mul(axis); // A n
+    work.axis_next = axis_next.held();
+    match act {
+        Act::Slide => *moved += axis_next * u, // A¹ u n
+        Act::Screw => *moved += axis_next * (link.pitch * u),
+        Act::Turn => {}
+    }
+    if act != Act::Slide {
+        let relative = rotation_about(axis, u, unknown)?;
+        *turn = turn.plus(&relative).plus(&turn.times(&relative)); // A B − 1
+    }
+    Ok(())
+}
+
 /// `exp(ϑ n̂) − 1`.
 #[inline(always)]
 fn rotation_about<W: Width>(
@@ -132,9 +201,6 @@ fn rotation_about<W: Width>(
     angle: f64,
     unknown: usize,
 ) -> Result<Columns<Lanes<W>>, Fault> {
-    if !angle.is_finite() {
-        return Err(Fault::NotFinite);
-    }
     if angle.abs() > rotation::MAX_ROTATION {
         return Err(Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size: angle });
     }
@@ -143,26 +209,65 @@ fn rotation_about<W: Width>(
     Ok(Columns::turn_about(n, angle * sinc, square * gap))
 }
 
+/// Three finite increments.
+#[inline(always)]
+fn increment<W: Width>(w: W, u: &[f64], first: usize) -> Result<Lanes<W>, Fault> {
+    let own = &u[first..first + 3];
+    if own.iter().all(|u| u.is_finite()) { Ok(Lanes::of(w, own)) } else { Err(Fault::NotFinite) }
+}
+
+/// `exp(θ̂) − 1` of the rotation vector that begins there.
+#[inline(always)]
+fn rotation_by<W: Width>(w: W, u: &[f64], unknown: usize) -> Result<Columns<Lanes<W>>, Fault> {
+    let theta = increment(w, u, unknown)?;
+    let square = theta.dot(theta);
+    let size = square.sqrt();
+    if size > rotation::MAX_ROTATION {
+        return Err(Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size });
+    }
+    let (sinc, gap) = rotation::coefficients(square);
+    Ok(Columns::turn_about(theta, sinc, gap))
+}
+
 sweep! {
     /// Leaf → root: `r ← P(q_n)ᵀ` of the balances of all links.
     pull_back = sweep_pull_back(
-        links: &'a [Constants], works: &'a mut [Work], r: &'a mut [f64]
+        links: &'a [Constants], works: &'a mut [Work], columns: &'a [ColumnWork], r: &'a mut [f64]
     ) -> ()
 }
 
 #[inline(always)]
-fn sweep_pull_back<W: Width>(w: W, links: &[Constants], works: &mut [Work], r: &mut [f64]) {
+fn sweep_pull_back<W: Width>(
+    w: W,
+    links: &[Constants],
+    works: &mut [Work],
+    columns: &[ColumnWork],
+    r: &mut [f64],
+) {
     let mut carried = Pair::zero(w); // by the link before
     for (k, link) in links.iter().enumerate().rev() {
         let work = &works[k];
-        let wrench = work.wrench.take(w).plus(carried);
-        let axis = Lanes::take(w, &work.axis);
-        match link.motion {
-            Motion::Revolute => r[link.unknown] = axis.dot(wrench.angular),
-            Motion::Prismatic => r[link.unknown] = axis.dot(wrench.linear),
-            Motion::Fixed => {}
-        }
+        let mut wrench = work.wrench.take(w).plus(carried);
         carried = Pair::zero(w);
+        match link.motion {
+            Motion::Fixed => {}
+            Motion::Along(act) => {
+                r[link.unknown] = component((link, act), &work.column, wrench);
+            }
+            Motion::Several(several) => {
+                for (unknown, column) in (link.unknown..).zip(several) {
+                    r[unknown] = component((link, column.act), &columns[unknown], wrench);
+                }
+            }
+            Motion::Spherical => {
+                wrench.angular.write(&mut r[link.unknown..]);
+                wrench.angular = Lanes::zero(w); // no torque passes
+            }
+            Motion::Free => {
+                wrench.linear.write(&mut r[link.unknown..]);
+                wrench.angular.write(&mut r[link.unknown + 3..]);
+            }
+        }
         let Some(parent) = link.parent else { continue };
         let transmitted = wrench.at_start_of(Lanes::take(w, &work.lever));
         if link.follows_parent {
@@ -173,127 +278,17 @@ fn sweep_pull_back<W: Width>(w: W, links: &[Constants], works: &mut [Work], r: &
     }
 }
 
-/// `−h A_α` of a link alone, about its reference point.
+/// `S_jᵀ b`.
 #[inline(always)]
-fn block<W: Width>(w: W, link: &Constants, work: &Work) -> Spatial<Lanes<W>> {
-    let (turn, moment, euler) =
-        (work.turn.take(w), Lanes::take(w, &work.moment), work.euler.take(w));
-    let moment_next = moment + turn.mul(moment); // s'
-    let K = euler.plus(&turn.times(&euler)); // Σ x' xᵀ
-    Spatial {
-        ll: Columns::multiple(w, link.mass[0][0]),
-        la: Columns::skew(moment_next * -1.0),
-        al: Columns::skew(moment),
-        aa: K.trace_less(),
-    }
-}
-
-sweep! {
-    /// Leaf → root: factorizes, and `x ← u_k`; on entry `x` is `−h` times the right-hand side. `more`: for the sums over
-    /// children, and what is added to the blocks.
-    eliminate = sweep_eliminate(
-        links: &'a [Constants], works: &'a mut [Work], more: (&'a mut [Sums], &'a [Spatial<Held>]),
-        x: &'a mut [f64]
-    ) -> Result<(), Fault>
-}
-
-#[inline(always)]
-fn sweep_eliminate<W: Width>(
-    w: W,
-    links: &[Constants],
-    works: &mut [Work],
-    (sums, added): (&mut [Sums], &[Spatial<Held>]),
-    x: &mut [f64],
-) -> Result<(), Fault> {
-    let mut last: Option<(Spatial<Lanes<W>>, Pair<Lanes<W>>)> = None; // of the child just after
-    for (k, link) in links.iter().enumerate().rev() {
-        let work = &mut works[k];
-        let (mut A, mut p) = (block(w, link, work), Pair::zero(w));
-        if let Some(added) = added.get(k) {
-            A = A.plus(&added.take(w));
-        }
-        if let Some(slot) = link.slot {
-            (A, p) = (A.plus(&sums[slot].matrix.take(w)), sums[slot].wrench.take(w));
-        }
-        if let Some((matrix, wrench)) = last.take() {
-            (A, p) = (A.plus(&matrix), p.plus(wrench));
-        }
-        if link.motion != Motion::Fixed {
-            let (axis, next) = (Lanes::take(w, &work.axis), Lanes::take(w, &work.axis_next));
-            let (AS, SA, D) = columns(link.motion, &A, axis, next);
-            let inverse = 1.0 / D;
-            if !inverse.is_finite() {
-                return Err(Fault::SingularTangent);
-            }
-            let own = if link.motion == Motion::Revolute { p.angular } else { p.linear };
-            x[link.unknown] -= axis.dot(own);
-            (work.SA, work.inverse) = (SA.held(), inverse);
-            p = p.plus_scaled(inverse * x[link.unknown], AS);
-            A = A.minus_outer(AS, inverse, SA); // Â − Â S' D⁻¹ Sᵀ Â
-        }
-        let Some(parent) = link.parent else { continue };
-        let (lever, next) = (Lanes::take(w, &work.lever), Lanes::take(w, &work.lever_next));
-        let (matrix, wrench) = (A.between(lever, next), p.at_start_of(lever));
-        match links[parent].slot {
-            _ if link.follows_parent => last = Some((matrix, wrench)),
-            Some(slot) if link.writes_first => {
-                sums[slot] = Sums { matrix: matrix.held(), wrench: wrench.held() };
-            }
-            Some(slot) => {
-                sums[slot].matrix = sums[slot].matrix.take(w).plus(&matrix).held();
-                sums[slot].wrench = sums[slot].wrench.take(w).plus(wrench).held();
-            }
-            None => {}
-        }
-    }
-    Ok(())
-}
-
-/// `Ã S'`, `Sᵀ Ã` and `D = Sᵀ Ã S'` with `S = (0, n)` or `(n, 0)`.
-#[inline(always)]
-fn columns<W: Width>(
-    motion: Motion,
-    A: &Spatial<Lanes<W>>,
-    axis: Lanes<W>,
-    next: Lanes<W>,
-) -> (Pair<Lanes<W>>, Pair<Lanes<W>>, f64) {
-    if motion == Motion::Revolute {
-        let AS = Pair { linear: A.la.mul(next), angular: A.aa.mul(next) };
-        let SA = Pair { linear: A.al.tr_mul(axis), angular: A.aa.tr_mul(axis) };
-        return (AS, SA, axis.dot(AS.angular));
-    }
-    let AS = Pair { linear: A.ll.mul(next), angular: A.al.mul(next) };
-    let SA = Pair { linear: A.ll.tr_mul(axis), angular: A.la.tr_mul(axis) };
-    (AS, SA, axis.dot(AS.linear))
-}
-
-sweep! {
-    /// Root → leaf: `x ← δτ` from `u_k`.
-    substitute = sweep_substitute(
-        links: &'a [Constants], works: &'a mut [Work], x: &'a mut [f64]
-    ) -> ()
-}
-
-#[inline(always)]
-fn sweep_substitute<W: Width>(w: W, links: &[Constants], works: &mut [Work], x: &mut [f64]) {
-    let mut twist = Pair::zero(w); // of the link before
-    for (k, link) in links.iter().enumerate() {
-        match link.parent {
-            None => twist = Pair::zero(w),
-            Some(_) if link.follows_parent => {}
-            Some(parent) => twist = works[parent].twist.take(w),
-        }
-        let work = &mut works[k];
-        twist = twist.at_end_of(Lanes::take(w, &work.lever_next)); // X' δt'
-        if link.motion != Motion::Fixed {
-            let rate = (x[link.unknown] - work.SA.take(w).dot(twist)) * work.inverse;
-            x[link.unknown] = rate;
-            let moved = Lanes::take(w, &work.axis_next) * rate;
-            match link.motion {
-                Motion::Prismatic => twist.linear += moved,
-                _ => twist.angular += moved,
-            }
-        }
-        work.twist = twist.held();
+pub(super) fn component<W: Width>(
+    (link, act): (&Constants, Act),
+    work: &ColumnWork,
+    b: Pair<Lanes<W>>,
+) -> f64 {
+    let axis = Lanes::take(b.linear.width(), &work.axis);
+    match act {
+        Act::Turn => axis.dot(b.angular),
+        Act::Slide => axis.dot(b.linear),
+        Act::Screw => axis.dot(b.angular) + link.pitch * axis.dot(b.linear),
     }
 }
