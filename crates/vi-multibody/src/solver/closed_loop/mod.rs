@@ -59,11 +59,15 @@ use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{Constraints, DenseNodal, NodalOperators};
 use vi_core::interval::Interval;
-use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, Fault};
+use vi_core::linear::{DenseLu, norm_inf};
+use vi_core::newton::{Block, CLOSING_SIZE, Fault};
+use vi_core::predictor::Degree;
 use vi_core::state::Memory;
 
 crate::opaque_debug!(TreeSolver, LoopNodal);
+
+/// Increments below which round-off is no correction ([`with_floors`]).
+const SMALLEST_REACH: f64 = 1e-5;
 
 /// The operators of the tree: its velocity map and `A`.
 pub enum TreeSolver {
@@ -84,6 +88,7 @@ pub struct LoopNodal {
     q_n: Vec<f64>,
     h: f64,
     sigma: f64,    // smallest pivot at q_{n+1}
+    reach: f64,    // largest increment of the first trial
     fresh: bool,   // rows not chosen yet in this step
     current: bool, // the tangent maps are those of the last trial
 }
@@ -113,7 +118,8 @@ impl LoopNodal {
         };
         let (initial, q_n) = (initial(&loops), vec![0.0; mechanism.dim()]);
         let (fresh, current) = (true, false);
-        Self { loops, solver, coupled, initial, q_n, h: 1.0, sigma: 1.0, fresh, current }
+        let (h, sigma, reach) = (1.0, 1.0, 1.0);
+        Self { loops, solver, coupled, initial, q_n, h, sigma, reach, fresh, current }
     }
 
     /// The first node is a singular configuration: its null space is that of the branch, `Z_0`.
@@ -291,6 +297,7 @@ impl NodalOperators for LoopNodal {
             };
             let smallest = clusters.iter_mut().map(|cluster| cluster.choose_rows(at));
             self.sigma = smallest.fold(1.0, f64::min);
+            self.reach = norm_inf(u).max(SMALLEST_REACH);
             self.fresh = false;
         }
         self.loops.clusters.iter_mut().for_each(|cluster| cluster.close(s.end()));
@@ -340,6 +347,24 @@ impl NodalOperators for LoopNodal {
     fn noise(&self) -> f64 {
         1e-9 / self.sigma.clamp(1e-8, 1.0)
     }
+
+    fn degree(&self) -> Degree {
+        if let TreeSolver::Recursion = self.solver { Degree::Fitting } else { Degree::Cubic }
+    }
+
+    fn closing_size(&self) -> f64 {
+        match self.solver {
+            TreeSolver::Recursion => closing_size(self.sigma, self.reach).min(self.noise()),
+            _ => 0.0,
+        }
+    }
+}
+
+/// The balance is handed on. A correction of the relative size `s` of increments `u` leaves `s² |u|/σ` in them, and the
+/// rounding of `g_c` is a correction of `ε/σ`.
+fn closing_size(sigma: f64, reach: f64) -> f64 {
+    let resolved = CLOSING_SIZE * (sigma / reach).min(1.0).sqrt();
+    resolved.max(f64::EPSILON / (sigma * reach))
 }
 
 impl RateOperators for LoopNodal {
