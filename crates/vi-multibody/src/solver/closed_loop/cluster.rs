@@ -9,12 +9,13 @@
 //! C   = v̂ᵀ û,   C μ = g − v̂ᵀ û(x) − p'ᵀ δt_apex
 //! Â_apex ← Â_apex − p C⁻¹ p'ᵀ,   p_apex ← p_apex + p C⁻¹ (g − v̂ᵀ û(x))
 //! ```
-//! `C` is sparse where few loops meet; it is solved by the same elimination that finds the rank.
+//! `C` is sparse where few loops meet; a cluster on few links is solved with dense matrices.
 //!
 //! Letters: `U_k` basis of `range J_nᵀ`, `J'_i` the rows enforced, `û` unknowns of the forward sweep.
 #![allow(non_snake_case)] // U, J, C
 
 use super::complement::Complement;
+use super::dense_complement::DenseComplement;
 use super::echelon::{Echelon, Entry};
 use super::path::{Paths, Placed};
 use crate::solver::articulated::Articulated;
@@ -25,6 +26,9 @@ use vi_core::linear::SparseLu;
 use vi_core::newton::Fault;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
+
+/// By how much a pivot may change with the increments of a step, relative to these.
+const CHANGE: f64 = 4.0;
 
 /// Reads what [`Cluster::remember`] wrote, cluster by cluster.
 pub(crate) struct Recall<'a> {
@@ -60,6 +64,19 @@ impl<'a> Recall<'a> {
     }
 }
 
+/// How a cluster is eliminated: by its size.
+enum Elimination {
+    Dense(DenseComplement),
+    Sparse(Complement),
+}
+
+impl Elimination {
+    fn new(paths: &Paths, rank: usize) -> Self {
+        let sparse = || Self::Sparse(Complement::new(paths, rank));
+        DenseComplement::new(paths, rank).map_or_else(sparse, Self::Dense)
+    }
+}
+
 /// Loops that share links.
 pub(crate) struct Cluster {
     pub(crate) paths: Paths,
@@ -68,7 +85,7 @@ pub(crate) struct Cluster {
     next: Echelon,      // rows of J' at q_{n+1}, or of J wherever it is asked for
     chosen: Vec<usize>, // rows enforced at q_{n+1}
     g: Vec<f64>,        // of the chosen rows
-    complement: Complement,
+    elimination: Elimination,
 }
 
 impl Cluster {
@@ -83,7 +100,7 @@ impl Cluster {
             next: echelon(),
             chosen: Vec::new(),
             g: Vec::new(),
-            complement: Complement::new(&paths, 0),
+            elimination: Elimination::new(&paths, 0),
             paths,
         }
     }
@@ -94,7 +111,13 @@ impl Cluster {
         self.chosen = pivots.to_vec();
         self.chosen.sort_unstable();
         self.g = vec![0.0; self.rank];
-        self.complement = Complement::new(&self.paths, self.rank);
+        self.elimination = Elimination::new(&self.paths, self.rank);
+    }
+
+    /// As if it were large.
+    #[cfg(test)]
+    pub(super) fn eliminate_as_large(&mut self) {
+        self.elimination = Elimination::Sparse(Complement::new(&self.paths, self.rank));
     }
 
     /// The generic rank.
@@ -215,9 +238,14 @@ impl Cluster {
         self.basis.eliminate(self.rank, RANK_TOLERANCE);
     }
 
-    /// Chooses the rows to enforce from the first trial of `q_{n+1}`: where they lose rank there, the last
-    /// ones stay. Returns the smallest pivot.
-    pub(crate) fn choose_rows(&mut self, at: Placed<'_>) -> f64 {
+    /// Chooses the rows to enforce: those of `U` where no increment, at most of the size `reach`, can make them
+    /// dependent; else from the first trial of `q_{n+1}`. Where they lose rank there, the last ones stay. Returns the
+    /// smallest pivot, or a bound of it.
+    pub(crate) fn choose_rows(&mut self, at: Placed<'_>, reach: f64) -> f64 {
+        let (smallest, change) = (self.basis.smallest(), CHANGE * reach);
+        if change <= 0.5 * smallest && self.take_rows_of_basis() {
+            return smallest - change;
+        }
         self.paths.fill(&mut self.next, at, &[]);
         if self.next.eliminate(self.rank, RANK_TOLERANCE) < self.rank {
             return RANK_TOLERANCE;
@@ -255,6 +283,15 @@ impl Cluster {
     /// Takes the part along `range J_nᵀ` out of `b`, and puts `g/h` into the places of the pivots: rows
     /// of both kinds then grow like `1/h`, and the condition number does not depend on `h`.
     pub(crate) fn project(&self, h: f64, b: &mut [f64]) {
+        self.project_balance(b);
+        let columns = &self.paths.columns;
+        for (k, g) in self.g.iter().enumerate().take(self.basis.pivots().len()) {
+            b[columns[self.basis.row(k).0]] = *g / h;
+        }
+    }
+
+    /// Takes the part along `range J_nᵀ` out of `b`: nothing is left in the places of the pivots.
+    pub(crate) fn project_balance(&self, b: &mut [f64]) {
         let columns = &self.paths.columns;
         for k in 0..self.rank.min(self.basis.pivots().len()) {
             let (pivot, rest) = self.basis.row(k);
@@ -262,9 +299,6 @@ impl Cluster {
             for &(column, value) in rest {
                 b[columns[column]] -= along * value;
             }
-        }
-        for (k, g) in self.g.iter().enumerate().take(self.basis.pivots().len()) {
-            b[columns[self.basis.row(k).0]] = *g / h;
         }
     }
 
@@ -296,21 +330,40 @@ impl Cluster {
         x: &[f64],
     ) -> Result<(), Fault> {
         let (home, column_of, q) = places;
-        let Self { paths, basis, chosen, g, complement, .. } = self;
-        complement.clear();
-        for k in 0..chosen.len() {
-            complement.add_column(k, basis.entries(k), paths, tree);
+        let Self { paths, basis, chosen, g, elimination, .. } = self;
+        let rows = chosen.iter().zip(g.iter()).enumerate();
+        let at = |tree| Placed { tree, sparse: None, home, column_of, q, next: true };
+        match elimination {
+            Elimination::Dense(complement) => {
+                for k in 0..chosen.len() {
+                    complement.add_column(k, basis.entries(k), paths, tree);
+                }
+                for (k, (&i, g)) in rows {
+                    paths.write_row(i, at(tree));
+                    complement.add_row((k, *g), paths, tree, x);
+                }
+                complement.solve(paths.apex, tree)
+            }
+            Elimination::Sparse(complement) => {
+                complement.clear();
+                for k in 0..chosen.len() {
+                    complement.add_column(k, basis.entries(k), paths, tree);
+                }
+                for (_, (&i, g)) in rows {
+                    paths.write_row(i, at(tree));
+                    complement.add_row(*g, paths, tree, x);
+                }
+                complement.solve(paths.apex, tree)
+            }
         }
-        for (&i, g) in chosen.iter().zip(g.iter()) {
-            paths.write_row(i, Placed { tree, sparse: None, home, column_of, q, next: true });
-            complement.add_row(*g, paths, tree, x);
-        }
-        complement.solve(paths.apex, tree)
     }
 
     /// The multipliers are known with the motion of the apex: their part of `x`.
     pub(crate) fn release(&mut self, tree: &mut Articulated, x: &mut [f64]) {
-        self.complement.release(&self.paths, tree, x);
+        match &mut self.elimination {
+            Elimination::Dense(complement) => complement.release(&self.paths, tree, x),
+            Elimination::Sparse(complement) => complement.release(&self.paths, tree, x),
+        }
     }
 
     /// Visits the entries of `U` over the unknowns of the tree: `(k, column, value)`.

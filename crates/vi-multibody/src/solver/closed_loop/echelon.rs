@@ -226,24 +226,6 @@ impl Echelon {
     pub(crate) fn smallest(&self) -> f64 {
         self.smallest
     }
-
-    /// Solves for the unknowns in the pivot columns with the right-hand side `side`; the others are as
-    /// `x` has them.
-    pub(crate) fn back_substitute(&self, side: usize, x: &mut [f64]) {
-        let width = self.weights.len();
-        for k in (0..self.pivots.len()).rev() {
-            let (pivot, rest) = self.row(k);
-            let mut value = 0.0;
-            for &(column, entry) in rest {
-                if column < width {
-                    value -= entry * x[column];
-                } else if column == width + side {
-                    value += entry;
-                }
-            }
-            x[pivot] = value;
-        }
-    }
 }
 
 fn size(entries: &[Entry], weights: &[f64]) -> f64 {
@@ -284,6 +266,26 @@ mod tests {
             a.row_mut(m + k).copy_from(&mix);
         }
         a
+    }
+
+    impl Echelon {
+        /// Solves for the unknowns in the pivot columns with the right-hand side `side`; the others are as
+        /// `x` has them.
+        fn back_substitute(&self, side: usize, x: &mut [f64]) {
+            let width = self.weights.len();
+            for k in (0..self.pivots.len()).rev() {
+                let (pivot, rest) = self.row(k);
+                let mut value = 0.0;
+                for &(column, entry) in rest {
+                    if column < width {
+                        value -= entry * x[column];
+                    } else if column == width + side {
+                        value += entry;
+                    }
+                }
+                x[pivot] = value;
+            }
+        }
     }
 
     fn push(echelon: &mut Echelon, a: &DMatrix<f64>, sides: Option<&DVector<f64>>) {

@@ -95,6 +95,7 @@ impl Paths {
         row.row.for_each_wrench(q, |frame, wrench| {
             let link = tree.link_of(frame);
             if Some(link) != row.apex {
+                let wrench = tree.about_reference(link, next, &wrench);
                 wrenches[home[link].1].add_scaled(1.0, &wrench);
             }
         });

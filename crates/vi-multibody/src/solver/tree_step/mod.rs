@@ -21,6 +21,7 @@
 
 mod end;
 mod link;
+mod maps;
 mod sweeps;
 
 use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
