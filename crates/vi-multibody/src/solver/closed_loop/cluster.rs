@@ -14,9 +14,8 @@
 //! Letters: `U_k` basis of `range J_nᵀ`, `J'_i` the rows enforced, `û` unknowns of the forward sweep.
 #![allow(non_snake_case)] // U, J, C
 
-use super::complement::Complement;
-use super::dense_complement::DenseComplement;
-use super::echelon::{Echelon, Entry};
+use super::echelon::{Echelon, Entry, SMALL};
+use super::elimination::Elimination;
 use super::path::{Paths, Placed};
 use crate::solver::articulated::Articulated;
 use nalgebra::DMatrix;
@@ -27,7 +26,10 @@ use vi_core::newton::Fault;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 
-/// By how much a pivot may change with the increments of a step, relative to these.
+/// Smallest pivot of rows that are clearly independent, relative to their largest entry.
+const CLEAR: f64 = 1.0 / 16.0;
+
+/// By how much a pivot may change with the increments of a step, relative to these and to the largest entry.
 const CHANGE: f64 = 4.0;
 
 /// Reads what [`Cluster::remember`] wrote, cluster by cluster.
@@ -64,24 +66,12 @@ impl<'a> Recall<'a> {
     }
 }
 
-/// How a cluster is eliminated: by its size.
-enum Elimination {
-    Dense(DenseComplement),
-    Sparse(Complement),
-}
-
-impl Elimination {
-    fn new(paths: &Paths, rank: usize) -> Self {
-        let sparse = || Self::Sparse(Complement::new(paths, rank));
-        DenseComplement::new(paths, rank).map_or_else(sparse, Self::Dense)
-    }
-}
-
 /// Loops that share links.
 pub(crate) struct Cluster {
     pub(crate) paths: Paths,
     rank: usize,        // generic
     basis: Echelon,     // U: rows of J at q_n
+    is_of_chosen: bool, // whether they are the chosen ones
     next: Echelon,      // rows of J' at q_{n+1}, or of J wherever it is asked for
     chosen: Vec<usize>, // rows enforced at q_{n+1}
     g: Vec<f64>,        // of the chosen rows
@@ -97,6 +87,7 @@ impl Cluster {
         Self {
             rank: 0,
             basis: echelon(),
+            is_of_chosen: false,
             next: echelon(),
             chosen: Vec::new(),
             g: Vec::new(),
@@ -117,7 +108,7 @@ impl Cluster {
     /// As if it were large.
     #[cfg(test)]
     pub(super) fn eliminate_as_large(&mut self) {
-        self.elimination = Elimination::Sparse(Complement::new(&self.paths, self.rank));
+        self.elimination = Elimination::of_many(&self.paths, self.rank);
     }
 
     /// The generic rank.
@@ -148,12 +139,7 @@ impl Cluster {
 
     /// The rank of some of its rows alone.
     pub(crate) fn rank_of(&mut self, rows: &[usize], at: Placed<'_>) -> usize {
-        self.next.clear();
-        for &i in rows {
-            let scale = self.paths.rows[i].scale;
-            let entries = self.paths.write_row(i, at).iter();
-            self.next.push(entries.map(|&(column, value)| (column, scale * value)));
-        }
+        self.paths.fill_with(&mut self.next, rows.iter().copied(), at, &[]);
         self.next.eliminate(usize::MAX, RANK_TOLERANCE)
     }
 
@@ -217,14 +203,28 @@ impl Cluster {
         }
     }
 
-    /// `U` at `q_n`. At a configuration that loses rank the rows that are missing are those of the last `U`
-    /// that do not depend on the new ones.
+    /// `U` at `q_n`: from the rows that were enforced last as long as they are clearly independent, else from all. At a
+    /// configuration that loses rank the rows that are missing are those of the last `U` that do not depend on the new
+    /// ones.
     pub(crate) fn begin(&mut self, at: Placed<'_>, memory: &mut Recall<'_>) {
+        let (rows, width) = (self.paths.rows.len(), self.paths.columns.len());
+        let last = memory.next(self.rank, rows, width);
+        if let Some(last) = &last {
+            self.chosen.copy_from_slice(last.chosen);
+        }
+        // of many rows those that wait keep the others short
+        if let Some(last) = last.as_ref().filter(|_| rows <= SMALL) {
+            self.paths.fill_with(&mut self.basis, last.chosen.iter().copied(), at, &[]);
+            self.is_of_chosen = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank
+                && self.basis.smallest() >= CLEAR * self.basis.largest();
+            if self.is_of_chosen {
+                return;
+            }
+        }
+        self.is_of_chosen = false;
         self.paths.fill(&mut self.basis, at, &[]);
         let complete = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank;
-        let (rows, width) = (self.paths.rows.len(), self.paths.columns.len());
-        let Some(last) = memory.next(self.rank, rows, width) else { return };
-        self.chosen.copy_from_slice(last.chosen);
+        let Some(last) = last else { return };
         if complete || last.lengths.is_empty() {
             return;
         }
@@ -242,7 +242,8 @@ impl Cluster {
     /// dependent; else from the first trial of `q_{n+1}`. Where they lose rank there, the last ones stay. Returns the
     /// smallest pivot, or a bound of it.
     pub(crate) fn choose_rows(&mut self, at: Placed<'_>, reach: f64) -> f64 {
-        let (smallest, change) = (self.basis.smallest(), CHANGE * reach);
+        let smallest = self.basis.smallest();
+        let change = CHANGE * reach * self.basis.largest();
         if change <= 0.5 * smallest && self.take_rows_of_basis() {
             return smallest - change;
         }
@@ -257,6 +258,9 @@ impl Cluster {
 
     /// Enforces the rows that `U` was found from; `false` where the node has lost rank.
     pub(crate) fn take_rows_of_basis(&mut self) -> bool {
+        if self.is_of_chosen {
+            return true;
+        }
         let (pivots, rows) = (self.basis.pivots(), self.paths.rows.len());
         let complete = pivots.len() == self.rank && pivots.iter().all(|&i| i < rows);
         if complete {
@@ -331,39 +335,20 @@ impl Cluster {
     ) -> Result<(), Fault> {
         let (home, column_of, q) = places;
         let Self { paths, basis, chosen, g, elimination, .. } = self;
-        let rows = chosen.iter().zip(g.iter()).enumerate();
-        let at = |tree| Placed { tree, sparse: None, home, column_of, q, next: true };
-        match elimination {
-            Elimination::Dense(complement) => {
-                for k in 0..chosen.len() {
-                    complement.add_column(k, basis.entries(k), paths, tree);
-                }
-                for (k, (&i, g)) in rows {
-                    paths.write_row(i, at(tree));
-                    complement.add_row((k, *g), paths, tree, x);
-                }
-                complement.solve(paths.apex, tree)
-            }
-            Elimination::Sparse(complement) => {
-                complement.clear();
-                for k in 0..chosen.len() {
-                    complement.add_column(k, basis.entries(k), paths, tree);
-                }
-                for (_, (&i, g)) in rows {
-                    paths.write_row(i, at(tree));
-                    complement.add_row(*g, paths, tree, x);
-                }
-                complement.solve(paths.apex, tree)
-            }
+        elimination.clear();
+        for k in 0..chosen.len() {
+            elimination.add_column(k, basis.entries(k), paths, tree);
         }
+        for (k, (&i, g)) in chosen.iter().zip(g.iter()).enumerate() {
+            paths.write_row(i, Placed { tree, sparse: None, home, column_of, q, next: true });
+            elimination.add_row((k, *g), paths, tree, x);
+        }
+        elimination.solve(paths.apex, tree)
     }
 
     /// The multipliers are known with the motion of the apex: their part of `x`.
     pub(crate) fn release(&mut self, tree: &mut Articulated, x: &mut [f64]) {
-        match &mut self.elimination {
-            Elimination::Dense(complement) => complement.release(&self.paths, tree, x),
-            Elimination::Sparse(complement) => complement.release(&self.paths, tree, x),
-        }
+        self.elimination.release(&self.paths, tree, x);
     }
 
     /// Visits the entries of `U` over the unknowns of the tree: `(k, column, value)`.

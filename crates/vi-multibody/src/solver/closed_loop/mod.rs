@@ -23,7 +23,8 @@
 //! rows without a pivot follow from the others. The *generic* rank, the largest met, is retained when a
 //! configuration loses rank momentarily (a flat four-bar): the rows of `U` that are missing are then those of
 //! the last node that do not depend on the new ones, so the branch of the motion is the one its velocity
-//! points along, and the rows enforced are chosen at `q_{n+1}`; far from such configurations they are those of `q_n`. An initial configuration in such a configuration is compared
+//! points along, and the rows enforced are chosen at `q_{n+1}`; far from such configurations they are those of
+//! `q_n`. An initial configuration in such a configuration is compared
 //! with configurations nearby ([`crate::solver::closed_loop::loop_rank`]): with a velocity, `Z` initially is the limit of the
 //! generic null space along it; at rest it is refused, since nothing says which branch the motion takes.
 //!
@@ -42,6 +43,7 @@ pub(crate) mod cluster;
 mod complement;
 mod dense_complement;
 mod echelon;
+mod elimination;
 pub mod loop_rank;
 pub(crate) mod loops;
 mod path;
