@@ -288,10 +288,12 @@ fn nodal(
                 dense()?;
             }
         }
-        if uncoupled && !reduced && !matches!(solver, Solver::Dense | Solver::Sparse) {
-            if let Some(step) = LoopStep::new(mechanism, system, rank) {
-                return Ok(Box::new(step));
-            }
+        if uncoupled
+            && !reduced
+            && !matches!(solver, Solver::Dense | Solver::Sparse)
+            && let Some(step) = LoopStep::new(mechanism, system, rank)
+        {
+            return Ok(Box::new(step));
         }
         let tree = match (uncoupled, sparse) {
             (true, _) => TreeSolver::Recursion,

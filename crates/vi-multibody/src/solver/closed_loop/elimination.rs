@@ -12,7 +12,7 @@ pub(super) enum Elimination {
     /// Few links.
     Few(DenseComplement),
     /// Many.
-    Many(Complement),
+    Many(Box<Complement>),
 }
 
 impl Elimination {
@@ -24,7 +24,7 @@ impl Elimination {
 
     /// As if the links were many.
     pub(super) fn of_many(paths: &Paths, rank: usize) -> Self {
-        Self::Many(Complement::new(paths, rank))
+        Self::Many(Box::new(Complement::new(paths, rank)))
     }
 
     pub(super) fn clear(&mut self) {
