@@ -101,7 +101,9 @@ fn every_scheme_and_solver_gives_the_same_motion() {
                      {iterations} iterations"
                 );
                 assert!(apart < 1e-12 && closed < 1e-14, "{apart:e} {closed:e}");
-                assert!(scheme == "constrained" || iterations <= *most, "{iterations} > {most}");
+                // matrices that couple bodies verify each solution by one more iteration
+                let most = *most + if solver == "auto" { 0 } else { 40 };
+                assert!(scheme == "constrained" || iterations <= most, "{iterations} > {most}");
             }
         }
     }

@@ -187,8 +187,11 @@ impl Row {
     /// The row of `G` as wrenches on the frames it touches (coordinates in twelves): force at `φ` and
     /// torque, `P_inᵀ` of the gradient, term by term.
     pub fn for_each_wrench(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
-        let (a, b) = (self.scale * self.a.at(q), self.scale * self.b.at(q));
-        for (form, f) in [(&self.a, b), (&self.b, a)] {
+        for (form, other) in [(&self.a, &self.b), (&self.b, &self.a)] {
+            if form.terms().is_empty() {
+                continue; // constant: nothing moves with it
+            }
+            let f = self.scale * other.at(q);
             for term in form.terms() {
                 let f = term.coefficient * f;
                 let (frame, local) = (term.offset / 12, term.offset % 12);

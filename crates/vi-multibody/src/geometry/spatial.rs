@@ -21,6 +21,11 @@ impl SpatialMatrix {
         Self { ll: z, la: z, al: z, aa: z }
     }
 
+    /// From its blocks, in the order of [`SpatialMatrix::blocks`].
+    pub(crate) fn of([ll, la, al, aa]: [Matrix3<f64>; 4]) -> Self {
+        Self { ll, la, al, aa }
+    }
+
     /// Its blocks: linear–linear, linear–angular, angular–linear, angular–angular.
     pub(crate) fn blocks(&self) -> [&Matrix3<f64>; 4] {
         [&self.ll, &self.la, &self.al, &self.aa]

@@ -5,7 +5,7 @@
 //! | tree of bodies, uncoupled potential | articulated recursion, `O(N)`; nodal: sweeps of their own | dense | sparse |
 //! | tree with couplings or point masses | dense up to 60 degrees of freedom, then sparse or descriptor form | dense | sparse |
 //! | tree with nodes of elements | sparse by blocks, descriptor form with point masses or many ancestors | dense | sparse |
-//! | closed loops of bodies | that of their tree + small complement | dense, QR | sparse |
+//! | closed loops of bodies | that of their tree + small complement; nodal on R, P, fixed: its sweeps, too | dense, QR | sparse |
 //! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |
 //!
 //! By blocks: sparse LU with the blocks of joints as pivots where they have three unknowns in the mean, see
@@ -22,6 +22,7 @@
 use crate::mechanism::Mechanism;
 use crate::output::tree_multipliers::TreeMultipliers;
 use crate::solver::closed_loop::loop_rank::LoopRank;
+use crate::solver::closed_loop::step::LoopStep;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_control_points::TreeControlPoints;
@@ -286,6 +287,13 @@ fn nodal(
             if !sparse {
                 dense()?;
             }
+        }
+        if uncoupled
+            && !reduced
+            && !matches!(solver, Solver::Dense | Solver::Sparse)
+            && let Some(step) = LoopStep::new(mechanism, system, rank)
+        {
+            return Ok(Box::new(step));
         }
         let tree = match (uncoupled, sparse) {
             (true, _) => TreeSolver::Recursion,

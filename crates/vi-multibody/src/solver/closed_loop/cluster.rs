@@ -9,13 +9,13 @@
 //! C   = v̂ᵀ û,   C μ = g − v̂ᵀ û(x) − p'ᵀ δt_apex
 //! Â_apex ← Â_apex − p C⁻¹ p'ᵀ,   p_apex ← p_apex + p C⁻¹ (g − v̂ᵀ û(x))
 //! ```
-//! `C` is sparse where few loops meet; it is solved by the same elimination that finds the rank.
+//! `C` is sparse where few loops meet; a cluster on few links is solved with dense matrices.
 //!
 //! Letters: `U_k` basis of `range J_nᵀ`, `J'_i` the rows enforced, `û` unknowns of the forward sweep.
 #![allow(non_snake_case)] // U, J, C
 
-use super::complement::Complement;
-use super::echelon::{Echelon, Entry};
+use super::echelon::{Echelon, Entry, SMALL};
+use super::elimination::Elimination;
 use super::path::{Paths, Placed};
 use crate::solver::articulated::Articulated;
 use nalgebra::DMatrix;
@@ -25,6 +25,12 @@ use vi_core::linear::SparseLu;
 use vi_core::newton::Fault;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
+
+/// Smallest pivot of rows that are clearly independent, relative to their largest entry.
+const CLEAR: f64 = 1.0 / 16.0;
+
+/// By how much a pivot may change with the increments of a step, relative to these and to the largest entry.
+const CHANGE: f64 = 4.0;
 
 /// Reads what [`Cluster::remember`] wrote, cluster by cluster.
 pub(crate) struct Recall<'a> {
@@ -65,10 +71,11 @@ pub(crate) struct Cluster {
     pub(crate) paths: Paths,
     rank: usize,        // generic
     basis: Echelon,     // U: rows of J at q_n
+    is_of_chosen: bool, // whether they are the chosen ones
     next: Echelon,      // rows of J' at q_{n+1}, or of J wherever it is asked for
     chosen: Vec<usize>, // rows enforced at q_{n+1}
     g: Vec<f64>,        // of the chosen rows
-    complement: Complement,
+    elimination: Elimination,
 }
 
 impl Cluster {
@@ -80,10 +87,11 @@ impl Cluster {
         Self {
             rank: 0,
             basis: echelon(),
+            is_of_chosen: false,
             next: echelon(),
             chosen: Vec::new(),
             g: Vec::new(),
-            complement: Complement::new(&paths, 0),
+            elimination: Elimination::new(&paths, 0),
             paths,
         }
     }
@@ -94,7 +102,13 @@ impl Cluster {
         self.chosen = pivots.to_vec();
         self.chosen.sort_unstable();
         self.g = vec![0.0; self.rank];
-        self.complement = Complement::new(&self.paths, self.rank);
+        self.elimination = Elimination::new(&self.paths, self.rank);
+    }
+
+    /// As if it were large.
+    #[cfg(test)]
+    pub(super) fn eliminate_as_large(&mut self) {
+        self.elimination = Elimination::of_many(&self.paths, self.rank);
     }
 
     /// The generic rank.
@@ -125,12 +139,7 @@ impl Cluster {
 
     /// The rank of some of its rows alone.
     pub(crate) fn rank_of(&mut self, rows: &[usize], at: Placed<'_>) -> usize {
-        self.next.clear();
-        for &i in rows {
-            let scale = self.paths.rows[i].scale;
-            let entries = self.paths.write_row(i, at).iter();
-            self.next.push(entries.map(|&(column, value)| (column, scale * value)));
-        }
+        self.paths.fill_with(&mut self.next, rows.iter().copied(), at, &[]);
         self.next.eliminate(usize::MAX, RANK_TOLERANCE)
     }
 
@@ -194,14 +203,28 @@ impl Cluster {
         }
     }
 
-    /// `U` at `q_n`. At a configuration that loses rank the rows that are missing are those of the last `U`
-    /// that do not depend on the new ones.
+    /// `U` at `q_n`: from the rows that were enforced last as long as they are clearly independent, else from all. At a
+    /// configuration that loses rank the rows that are missing are those of the last `U` that do not depend on the new
+    /// ones.
     pub(crate) fn begin(&mut self, at: Placed<'_>, memory: &mut Recall<'_>) {
+        let (rows, width) = (self.paths.rows.len(), self.paths.columns.len());
+        let last = memory.next(self.rank, rows, width);
+        if let Some(last) = &last {
+            self.chosen.copy_from_slice(last.chosen);
+        }
+        // of many rows those that wait keep the others short
+        if let Some(last) = last.as_ref().filter(|_| rows <= SMALL) {
+            self.paths.fill_with(&mut self.basis, last.chosen.iter().copied(), at, &[]);
+            self.is_of_chosen = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank
+                && self.basis.smallest() >= CLEAR * self.basis.largest();
+            if self.is_of_chosen {
+                return;
+            }
+        }
+        self.is_of_chosen = false;
         self.paths.fill(&mut self.basis, at, &[]);
         let complete = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank;
-        let (rows, width) = (self.paths.rows.len(), self.paths.columns.len());
-        let Some(last) = memory.next(self.rank, rows, width) else { return };
-        self.chosen.copy_from_slice(last.chosen);
+        let Some(last) = last else { return };
         if complete || last.lengths.is_empty() {
             return;
         }
@@ -215,9 +238,15 @@ impl Cluster {
         self.basis.eliminate(self.rank, RANK_TOLERANCE);
     }
 
-    /// Chooses the rows to enforce from the first trial of `q_{n+1}`: where they lose rank there, the last
-    /// ones stay. Returns the smallest pivot.
-    pub(crate) fn choose_rows(&mut self, at: Placed<'_>) -> f64 {
+    /// Chooses the rows to enforce: those of `U` where no increment, at most of the size `reach`, can make them
+    /// dependent; else from the first trial of `q_{n+1}`. Where they lose rank there, the last ones stay. Returns the
+    /// smallest pivot, or a bound of it.
+    pub(crate) fn choose_rows(&mut self, at: Placed<'_>, reach: f64) -> f64 {
+        let smallest = self.basis.smallest();
+        let change = CHANGE * reach * self.basis.largest();
+        if change <= 0.5 * smallest && self.take_rows_of_basis() {
+            return smallest - change;
+        }
         self.paths.fill(&mut self.next, at, &[]);
         if self.next.eliminate(self.rank, RANK_TOLERANCE) < self.rank {
             return RANK_TOLERANCE;
@@ -229,6 +258,9 @@ impl Cluster {
 
     /// Enforces the rows that `U` was found from; `false` where the node has lost rank.
     pub(crate) fn take_rows_of_basis(&mut self) -> bool {
+        if self.is_of_chosen {
+            return true;
+        }
         let (pivots, rows) = (self.basis.pivots(), self.paths.rows.len());
         let complete = pivots.len() == self.rank && pivots.iter().all(|&i| i < rows);
         if complete {
@@ -255,6 +287,15 @@ impl Cluster {
     /// Takes the part along `range J_nᵀ` out of `b`, and puts `g/h` into the places of the pivots: rows
     /// of both kinds then grow like `1/h`, and the condition number does not depend on `h`.
     pub(crate) fn project(&self, h: f64, b: &mut [f64]) {
+        self.project_balance(b);
+        let columns = &self.paths.columns;
+        for (k, g) in self.g.iter().enumerate().take(self.basis.pivots().len()) {
+            b[columns[self.basis.row(k).0]] = *g / h;
+        }
+    }
+
+    /// Takes the part along `range J_nᵀ` out of `b`: nothing is left in the places of the pivots.
+    pub(crate) fn project_balance(&self, b: &mut [f64]) {
         let columns = &self.paths.columns;
         for k in 0..self.rank.min(self.basis.pivots().len()) {
             let (pivot, rest) = self.basis.row(k);
@@ -262,9 +303,6 @@ impl Cluster {
             for &(column, value) in rest {
                 b[columns[column]] -= along * value;
             }
-        }
-        for (k, g) in self.g.iter().enumerate().take(self.basis.pivots().len()) {
-            b[columns[self.basis.row(k).0]] = *g / h;
         }
     }
 
@@ -296,21 +334,21 @@ impl Cluster {
         x: &[f64],
     ) -> Result<(), Fault> {
         let (home, column_of, q) = places;
-        let Self { paths, basis, chosen, g, complement, .. } = self;
-        complement.clear();
+        let Self { paths, basis, chosen, g, elimination, .. } = self;
+        elimination.clear();
         for k in 0..chosen.len() {
-            complement.add_column(k, basis.entries(k), paths, tree);
+            elimination.add_column(k, basis.entries(k), paths, tree);
         }
-        for (&i, g) in chosen.iter().zip(g.iter()) {
+        for (k, (&i, g)) in chosen.iter().zip(g.iter()).enumerate() {
             paths.write_row(i, Placed { tree, sparse: None, home, column_of, q, next: true });
-            complement.add_row(*g, paths, tree, x);
+            elimination.add_row((k, *g), paths, tree, x);
         }
-        complement.solve(paths.apex, tree)
+        elimination.solve(paths.apex, tree)
     }
 
     /// The multipliers are known with the motion of the apex: their part of `x`.
     pub(crate) fn release(&mut self, tree: &mut Articulated, x: &mut [f64]) {
-        self.complement.release(&self.paths, tree, x);
+        self.elimination.release(&self.paths, tree, x);
     }
 
     /// Visits the entries of `U` over the unknowns of the tree: `(k, column, value)`.

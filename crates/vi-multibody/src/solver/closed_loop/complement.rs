@@ -6,12 +6,13 @@
 //! C_ik = v̂_i·û_k
 //! ```
 //! Both are stored for the links of the path up to the apex alone, so `C` is sparse where few loops meet. Small ones are
-//! eliminated row by row; large ones by a sparse LU, which orders their columns, and which is analysed anew when other
+//! eliminated as dense matrices; large ones by a sparse LU, which orders their columns, and which is analysed anew when other
 //! entries vanish.
 #![allow(non_snake_case)] // C
 
-use super::echelon::{CAPACITY, Echelon, Entry};
+use super::echelon::{CAPACITY, Entry};
 use super::path::Paths;
+use super::square_system::SquareSystem;
 use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
 use nalgebra::Vector3;
@@ -20,7 +21,7 @@ use vi_core::newton::Fault;
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// Right-hand sides: the unit twists of the apex, then the closure.
-const SIDES: usize = 7;
+pub(super) const SIDES: usize = 7;
 
 /// Rank from which on `C` is solved by a sparse LU.
 const LARGE: usize = 128;
@@ -83,7 +84,7 @@ pub(crate) struct Complement {
     wrenches: Vec<Twist>,       // p_k
     right: Vec<Vec<Entry>>,     // i → (column, v̂_i)
     rows: usize,                // rows added
-    matrix: Echelon,            // a small one
+    matrix: SquareSystem,       // a small one
     large: Option<LargeMatrix>, // or a large one
     solved: [Vec<f64>; SIDES],  // C⁻¹ of the right-hand sides
     sweep: Sweep,
@@ -161,7 +162,7 @@ impl Complement {
             wrenches: vec![Twist::zero(); rank],
             right: vec(rank),
             rows: 0,
-            matrix: Echelon::new(own, vec![1.0; own], SIDES),
+            matrix: SquareSystem::new(own, SIDES),
             large,
             solved: std::array::from_fn(|_| vec![0.0; rank]),
             sweep,
@@ -172,7 +173,6 @@ impl Complement {
 
     pub(crate) fn clear(&mut self) {
         self.left.iter_mut().for_each(Vec::clear);
-        self.matrix.clear();
         if let Some(large) = &mut self.large {
             large.clear(self.rank);
         }
@@ -213,18 +213,24 @@ impl Complement {
                 line[k] += value * other;
             }
         }
-        met.sort_unstable();
-        met.dedup(); // a sum may have passed through zero
-        let largest = met.iter().map(|&k| line[k].abs()).fold(0.0, f64::max);
-        let scale = if largest > 0.0 { 1.0 / largest } else { 1.0 };
         let sides = twist.linear.iter().chain(twist.angular.iter()).copied();
         let sides = sides.map(|v| if paths.apex.is_some() { v } else { 0.0 }).chain([closure]);
-        let sides = sides.enumerate().map(|(side, v)| (*rank + side, v)).filter(|e| e.1 != 0.0);
-        let entries = met.iter().map(|&k| (k, line[k])).chain(sides);
-        let entries = entries.map(|(k, v)| (k, scale * v));
         match large {
-            Some(large) => large.push(*rows, *rank, entries),
-            None => matrix.push(entries),
+            Some(large) => {
+                met.sort_unstable();
+                met.dedup(); // a sum may have passed through zero
+                let largest = met.iter().map(|&k| line[k].abs()).fold(0.0, f64::max);
+                let scale = if largest > 0.0 { 1.0 / largest } else { 1.0 };
+                let sides = sides.enumerate().map(|(side, v)| (*rank + side, v));
+                let sides = sides.filter(|e| e.1 != 0.0);
+                let entries = met.iter().map(|&k| (k, line[k])).chain(sides);
+                large.push(*rows, *rank, entries.map(|(k, v)| (k, scale * v)));
+            }
+            None => {
+                let (row, right) = matrix.row_mut(*rows);
+                row.copy_from_slice(line);
+                right.iter_mut().zip(sides).for_each(|(right, v)| *right = v);
+            }
         }
         met.iter().for_each(|&k| line[k] = 0.0);
         *rows += 1;
@@ -236,18 +242,17 @@ impl Complement {
         apex: Option<usize>,
         tree: &mut Articulated,
     ) -> Result<(), Fault> {
-        const SMALLEST: f64 = 1e-30;
         let first = if apex.is_some() { 0 } else { SIDES - 1 };
         if let Some(large) = &mut self.large {
             large.solve(self.rank, first)?;
             for (side, solved) in self.solved.iter_mut().enumerate().skip(first) {
                 solved.copy_from_slice(&large.sides[side * self.rank..(side + 1) * self.rank]);
             }
-        } else if self.matrix.eliminate(self.rank, SMALLEST) < self.rank {
-            return Err(Fault::SingularTangent);
         } else {
-            for side in first..SIDES {
-                self.matrix.back_substitute(side, &mut self.solved[side]);
+            self.matrix.solve(first)?;
+            for (side, solved) in self.solved.iter_mut().enumerate().skip(first) {
+                let solution = |(k, x): (usize, &mut f64)| *x = self.matrix.solution(k, side);
+                solved.iter_mut().enumerate().for_each(solution);
             }
         }
         if let Some(apex) = apex {

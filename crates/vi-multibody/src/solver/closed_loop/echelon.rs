@@ -22,7 +22,7 @@ pub(crate) const CAPACITY: usize = 32;
 const SPENT: f64 = 1e-3;
 /// Rows up to which a row counts as visited once it was looked at. Among more it does when it becomes a pivot: rows that
 /// wait for a lower level count as later rows, and the others stay short.
-const SMALL: usize = 256;
+pub(super) const SMALL: usize = 256;
 const NONE: usize = usize::MAX;
 
 /// A column and its entry.
@@ -48,8 +48,9 @@ pub(crate) struct Echelon {
     work: Vec<f64>,      // column → entry of the row at hand
     support: Vec<usize>, // its columns
     marked: Vec<bool>,
-    unit: f64, // size of a row that does not cancel, 0: not known
-    top: f64,  // largest entry of all rows, at least that
+    unit: f64,    // size of a row that does not cancel, 0: not known
+    top: f64,     // largest entry of all rows, at least that
+    largest: f64, // entry of all rows
     smallest: f64,
 }
 
@@ -71,6 +72,7 @@ impl Echelon {
             marked: vec![false; all],
             unit: 0.0,
             top: 0.0,
+            largest: 0.0,
             smallest: f64::INFINITY,
         }
     }
@@ -87,7 +89,8 @@ impl Echelon {
         self.pivots.iter().for_each(|&k| self.order[self.rows[k].pivot] = NONE);
         self.pivots.clear();
         self.uses.fill(0);
-        (self.count, self.top, self.smallest) = (0, self.unit, f64::INFINITY);
+        (self.count, self.top) = (0, self.unit);
+        (self.largest, self.smallest) = (0.0, f64::INFINITY);
     }
 
     /// Adds a row; entries of the same column must not repeat.
@@ -101,6 +104,7 @@ impl Echelon {
         (row.seen, row.pivot, row.visited) = (0, NONE, false);
         row.size = size(&row.entries, &self.weights);
         self.top = self.top.max(row.size);
+        self.largest = self.largest.max(row.size);
         for &(column, _) in row.entries.iter().filter(|e| e.0 < self.weights.len()) {
             self.uses[column] += 1;
         }
@@ -222,27 +226,14 @@ impl Echelon {
         std::iter::once((pivot, 1.0)).chain(rest.iter().copied())
     }
 
+    /// The largest entry of all rows, weighted.
+    pub(crate) fn largest(&self) -> f64 {
+        self.largest
+    }
+
     /// The smallest pivot, weighted.
     pub(crate) fn smallest(&self) -> f64 {
         self.smallest
-    }
-
-    /// Solves for the unknowns in the pivot columns with the right-hand side `side`; the others are as
-    /// `x` has them.
-    pub(crate) fn back_substitute(&self, side: usize, x: &mut [f64]) {
-        let width = self.weights.len();
-        for k in (0..self.pivots.len()).rev() {
-            let (pivot, rest) = self.row(k);
-            let mut value = 0.0;
-            for &(column, entry) in rest {
-                if column < width {
-                    value -= entry * x[column];
-                } else if column == width + side {
-                    value += entry;
-                }
-            }
-            x[pivot] = value;
-        }
     }
 }
 
@@ -284,6 +275,26 @@ mod tests {
             a.row_mut(m + k).copy_from(&mix);
         }
         a
+    }
+
+    impl Echelon {
+        /// Solves for the unknowns in the pivot columns with the right-hand side `side`; the others are as
+        /// `x` has them.
+        fn back_substitute(&self, side: usize, x: &mut [f64]) {
+            let width = self.weights.len();
+            for k in (0..self.pivots.len()).rev() {
+                let (pivot, rest) = self.row(k);
+                let mut value = 0.0;
+                for &(column, entry) in rest {
+                    if column < width {
+                        value -= entry * x[column];
+                    } else if column == width + side {
+                        value += entry;
+                    }
+                }
+                x[pivot] = value;
+            }
+        }
     }
 
     fn push(echelon: &mut Echelon, a: &DMatrix<f64>, sides: Option<&DVector<f64>>) {

@@ -23,7 +23,8 @@
 //! rows without a pivot follow from the others. The *generic* rank, the largest met, is retained when a
 //! configuration loses rank momentarily (a flat four-bar): the rows of `U` that are missing are then those of
 //! the last node that do not depend on the new ones, so the branch of the motion is the one its velocity
-//! points along, and the rows enforced are chosen at `q_{n+1}`. An initial configuration in such a configuration is compared
+//! points along, and the rows enforced are chosen at `q_{n+1}`; far from such configurations they are those of
+//! `q_n`. An initial configuration in such a configuration is compared
 //! with configurations nearby ([`crate::solver::closed_loop::loop_rank`]): with a velocity, `Z` initially is the limit of the
 //! generic null space along it; at rest it is refused, since nothing says which branch the motion takes.
 //!
@@ -40,20 +41,26 @@
 
 pub(crate) mod cluster;
 mod complement;
+mod dense_complement;
 mod echelon;
+mod elimination;
 pub mod loop_rank;
 pub(crate) mod loops;
 mod path;
+mod square_system;
+pub mod step;
+mod sweep;
 
 use crate::mechanism::Mechanism;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_map::TreeMap;
-use cluster::{Cluster, Recall};
+use cluster::Cluster;
 use loops::Loops;
 pub use loops::with_floors;
 use nalgebra::DMatrix;
 use path::Placed;
+use sweep::Resolution;
 use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::reparametrization::{Emission, LastStep};
@@ -61,6 +68,7 @@ use vi_constraints::{Constraints, DenseNodal, NodalOperators};
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault};
+use vi_core::predictor::Degree;
 use vi_core::state::Memory;
 
 crate::opaque_debug!(TreeSolver, LoopNodal);
@@ -83,7 +91,7 @@ pub struct LoopNodal {
     initial: Memory,  // before the first step
     q_n: Vec<f64>,
     h: f64,
-    sigma: f64,    // smallest pivot at q_{n+1}
+    resolution: Resolution,
     fresh: bool,   // rows not chosen yet in this step
     current: bool, // the tangent maps are those of the last trial
 }
@@ -100,10 +108,7 @@ impl LoopNodal {
     /// For a mechanism with cut joints, and the generic rank of its loop constraints.
     #[must_use]
     pub fn new(mechanism: &Mechanism, rank: &LoopRank, solver: TreeSolver) -> Self {
-        let mut loops = Loops::new(mechanism);
-        for (cluster, pivots) in loops.clusters.iter_mut().zip(rank.pivots()) {
-            cluster.set_rank(pivots);
-        }
+        let loops = Loops::of_rank(mechanism, rank);
         let size = if matches!(solver, TreeSolver::Recursion) { 0 } else { rank.generic };
         let coupled = Coupled {
             solutions: DMatrix::zeros(loops.dof(), size + 1),
@@ -111,9 +116,11 @@ impl LoopNodal {
             lu: DenseLu::new(size),
             mu: vec![0.0; size],
         };
-        let (initial, q_n) = (initial(&loops), vec![0.0; mechanism.dim()]);
+        let (mut initial, q_n) = (Memory::default(), vec![0.0; mechanism.dim()]);
+        loops.remember(&mut initial);
+        let (h, resolution) = (1.0, Resolution::full());
         let (fresh, current) = (true, false);
-        Self { loops, solver, coupled, initial, q_n, h: 1.0, sigma: 1.0, fresh, current }
+        Self { loops, solver, coupled, initial, q_n, h, resolution, fresh, current }
     }
 
     /// The first node is a singular configuration: its null space is that of the branch, `Z_0`.
@@ -125,7 +132,7 @@ impl LoopNodal {
         let mut range = DMatrix::zeros(d, d - f);
         qr.null_space(f, &mut range);
         self.loops.clusters.iter_mut().for_each(|cluster| cluster.leave_along(&range));
-        self.initial = initial(&self.loops);
+        self.loops.remember(&mut self.initial);
         self
     }
 
@@ -192,44 +199,10 @@ impl LoopNodal {
     }
 }
 
-/// What the clusters say before the first step.
-fn initial(loops: &Loops) -> Memory {
-    let mut memory = Memory::default();
-    loops.clusters.iter().for_each(|cluster| cluster.remember(&mut memory));
-    memory
-}
-
 impl TreeSolver {
     fn sparse(&self) -> Option<&SparseNodal> {
         if let Self::Sparse(sparse) = self { Some(sparse) } else { None }
     }
-}
-
-/// One sweep to the root and one back, clusters at their apexes.
-fn solve_by_sweeps(loops: &mut Loops, q1: &[f64], x: &mut [f64]) -> Result<(), Fault> {
-    let Loops { tree, clusters, home, column_of, .. } = loops;
-    let links = home.len();
-    tree.rest();
-    let mut waiting = clusters.iter_mut().peekable();
-    for k in (0..links).rev() {
-        while let Some(cluster) = waiting.next_if(|cluster| cluster.apex() == Some(k)) {
-            cluster.eliminate(tree, (home, column_of, q1), x)?;
-        }
-        tree.eliminate(k)?;
-        tree.forward(k, x);
-    }
-    waiting.try_for_each(|cluster| cluster.eliminate(tree, (home, column_of, q1), x))?;
-    let mut waiting = clusters.iter_mut().rev().peekable();
-    while let Some(cluster) = waiting.next_if(|cluster| cluster.apex().is_none()) {
-        cluster.release(tree, x);
-    }
-    for k in 0..links {
-        tree.backward(k, x);
-        while let Some(cluster) = waiting.next_if(|cluster| cluster.apex() == Some(k)) {
-            cluster.release(tree, x);
-        }
-    }
-    Ok(())
 }
 
 impl NodalOperators for LoopNodal {
@@ -253,23 +226,12 @@ impl NodalOperators for LoopNodal {
             TreeSolver::Sparse(sparse) => sparse.begin(s, memory, last),
         }
         let memory = if memory.indices.is_empty() { &self.initial } else { memory };
-        let mut recall = Recall::new(memory);
-        let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let at =
-            Placed { tree, sparse: self.solver.sparse(), home, column_of, q: &s.q0, next: false };
-        for cluster in clusters {
-            cluster.begin(at, &mut recall);
-        }
+        self.loops.begin(self.solver.sparse(), &s.q0, memory);
         (self.fresh, self.current) = (true, false);
     }
 
     fn remember(&self, memory: &mut Memory) {
-        memory.indices.clear();
-        memory.values.clear();
-        self.loops.clusters.iter().for_each(|cluster| cluster.remember(memory));
-        // which entries are zero changes along the motion
-        memory.indices.reserve(memory.indices.len());
-        memory.values.reserve(memory.values.len());
+        self.loops.remember(memory);
     }
 
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
@@ -280,17 +242,8 @@ impl NodalOperators for LoopNodal {
         }
         if self.fresh {
             self.take_tangent(u, s);
-            let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-            let at = Placed {
-                tree,
-                sparse: self.solver.sparse(),
-                home,
-                column_of,
-                q: &s.q1,
-                next: true,
-            };
-            let smallest = clusters.iter_mut().map(|cluster| cluster.choose_rows(at));
-            self.sigma = smallest.fold(1.0, f64::min);
+            let Self { loops, solver, .. } = self;
+            self.resolution = loops.choose_rows(solver.sparse(), &s.q1, u);
             self.fresh = false;
         }
         self.loops.clusters.iter_mut().for_each(|cluster| cluster.close(s.end()));
@@ -326,7 +279,7 @@ impl NodalOperators for LoopNodal {
         self.take_tangent(u, s);
         if let TreeSolver::Recursion = self.solver {
             self.loops.tree.assemble(mixed, s);
-            solve_by_sweeps(&mut self.loops, &s.q1, x)?;
+            self.loops.solve_by_sweeps(&s.q1, x)?;
         } else {
             self.solve_coupled((mixed, u, s), x)?;
         }
@@ -338,7 +291,18 @@ impl NodalOperators for LoopNodal {
     }
 
     fn noise(&self) -> f64 {
-        1e-9 / self.sigma.clamp(1e-8, 1.0)
+        self.resolution.noise()
+    }
+
+    fn degree(&self) -> Degree {
+        if let TreeSolver::Recursion = self.solver { Degree::Fitting } else { Degree::Cubic }
+    }
+
+    fn closing_size(&self) -> f64 {
+        match self.solver {
+            TreeSolver::Recursion => self.resolution.closing_size(),
+            _ => 0.0,
+        }
     }
 }
 

@@ -95,6 +95,7 @@ impl Paths {
         row.row.for_each_wrench(q, |frame, wrench| {
             let link = tree.link_of(frame);
             if Some(link) != row.apex {
+                let wrench = tree.about_reference(link, next, &wrench);
                 wrenches[home[link].1].add_scaled(1.0, &wrench);
             }
         });
@@ -131,9 +132,20 @@ impl Paths {
 
     /// All rows, scaled, with the right-hand sides of `side` where there are any.
     pub(super) fn fill(&mut self, echelon: &mut Echelon, at: Placed<'_>, side: &[f64]) {
+        self.fill_with(echelon, 0..self.rows.len(), at, side);
+    }
+
+    /// The same with some rows.
+    pub(super) fn fill_with(
+        &mut self,
+        echelon: &mut Echelon,
+        rows: impl Iterator<Item = usize>,
+        at: Placed<'_>,
+        side: &[f64],
+    ) {
         echelon.clear();
         let width = self.columns.len();
-        for i in 0..self.rows.len() {
+        for i in rows {
             let (scale, number) = (self.rows[i].scale, self.rows[i].number);
             let right = side.get(number).map(|g| (width, *g));
             let entries = self.write_row(i, at).iter().copied().chain(right);

@@ -28,6 +28,7 @@
 mod columns;
 mod end;
 mod link;
+mod maps;
 mod solve;
 mod sweeps;
 

@@ -14,7 +14,7 @@ pub(super) type Gain = Columns<Held>;
 
 /// `−h A_α` of a link alone, about its reference point.
 #[inline(always)]
-fn block<W: Width>(w: W, link: &Constants, work: &Work) -> Spatial<Lanes<W>> {
+pub(super) fn block<W: Width>(w: W, link: &Constants, work: &Work) -> Spatial<Lanes<W>> {
     let (turn, moment, euler) =
         (work.turn.take(w), Lanes::take(w, &work.moment), work.euler.take(w));
     let moment_next = moment + turn.mul(moment); // s'

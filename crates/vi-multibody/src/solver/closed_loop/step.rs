@@ -1,0 +1,184 @@
+//! The nodal scheme on closed loops of revolute and prismatic joints: the sweeps of the spanning tree, loops on top.
+//!
+//! ```text
+//! b = P_treeᵀ [p̄_n + D_1 L_d + f_d^-],   −h A_α                 by the sweeps of the tree
+//! r = (b − Uᵀλ, g/h),   [A  −Uᵀ; J'  0] [δ; μ] = (b − Uᵀλ, g)   as on all closed loops
+//! ```
+//! The sweeps are those of [`crate::solver::tree_step`], and twists and wrenches refer to their reference points; letters
+//! and loops are those of [`super`]. The balance is handed on with the momenta of these sweeps, along the null space of
+//! `J_n`.
+//!
+//! [`super::LoopNodal`] solves loops that start in a singular configuration or have other pairs, and potentials that
+//! couple bodies.
+
+use super::loop_rank::LoopRank;
+use super::loops::Loops;
+use super::sweep::Resolution;
+use crate::mechanism::Mechanism;
+use crate::pair::PairKind;
+use crate::solver::tree_step::TreeStep;
+use nalgebra::DMatrix;
+use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_core::SeparableSystem;
+use vi_core::interval::Interval;
+use vi_core::linear::condition_number;
+use vi_core::newton::{Block, Fault, Newton};
+use vi_core::predictor::Degree;
+use vi_core::state::{Memory, State};
+
+crate::opaque_debug!(LoopStep);
+
+/// The nodal scheme on a mechanism with closed loops whose tree has revolute, prismatic and fixed joints.
+pub struct LoopStep {
+    tree: TreeStep,
+    loops: Loops,
+    initial: Memory, // before the first step
+    resolution: Resolution,
+    fresh: bool,   // rows not chosen yet in this step
+    current: bool, // the tangent maps are those of the last trial
+}
+
+impl LoopStep {
+    /// For a mechanism whose potentials couple no two bodies and that does not start in a singular configuration; `None`
+    /// where it does not apply.
+    #[must_use]
+    pub fn new(mechanism: &Mechanism, system: &SeparableSystem, rank: &LoopRank) -> Option<Self> {
+        let plain = [PairKind::Revolute, PairKind::Prismatic, PairKind::Fixed];
+        let links = mechanism.tree().links();
+        if rank.is_singular() || !links.iter().all(|link| plain.contains(&link.joint.kind)) {
+            return None;
+        }
+        let tree = TreeStep::new(mechanism, system)?;
+        let loops = Loops::of_rank(mechanism, rank);
+        let mut initial = Memory::default();
+        loops.remember(&mut initial);
+        let (resolution, fresh, current) = (Resolution::full(), true, false);
+        Some(Self { tree, loops, initial, resolution, fresh, current })
+    }
+
+    /// `X', S'` of the last trial.
+    fn take_tangent(&mut self) {
+        if !self.current {
+            let Self { tree, loops, .. } = self;
+            tree.write_tangents(loops.tree.maps_next());
+            tree.write_centers(&tree.interval().q1, loops.tree.centers_next());
+            self.current = true;
+        }
+    }
+}
+
+impl Scheme<SeparableSystem, Mechanism> for LoopStep {
+    fn blocks(&self) -> &[Block] {
+        &self.loops.blocks
+    }
+
+    fn begin(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        step: SubStep,
+        state: &mut State,
+    ) {
+        let Self { tree, loops, initial, .. } = self;
+        tree.begin(system, mechanism, step, state);
+        tree.write_maps(loops.tree.maps_at());
+        tree.write_centers(&state.q, loops.tree.centers_at());
+        let memory = if state.memory.indices.is_empty() { initial } else { &state.memory };
+        loops.begin(None, &state.q, memory);
+        (self.fresh, self.current) = (true, false);
+    }
+
+    fn residual(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        u: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        self.current = false;
+        self.tree.residual(system, mechanism, u, r)?;
+        self.tree.close_interval();
+        if self.fresh {
+            self.take_tangent();
+            let Self { tree, loops, .. } = self;
+            self.resolution = loops.choose_rows(None, &tree.interval().q1, u);
+            self.fresh = false;
+        }
+        let s = self.tree.interval();
+        for cluster in &mut self.loops.clusters {
+            cluster.close(s.end());
+            cluster.project(s.h, r);
+        }
+        Ok(())
+    }
+
+    fn correction(
+        &mut self,
+        system: &SeparableSystem,
+        _: &Mechanism,
+        _u: &[f64],
+        du: &mut [f64],
+    ) -> Result<(), Fault> {
+        let h = self.tree.interval().h;
+        self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(h, du))?;
+        self.take_tangent();
+        self.tree.write_blocks(system, self.loops.tree.blocks_mut());
+        du.iter_mut().for_each(|x| *x *= -h); // −h A δ − Uᵀμ = −h (b − Uᵀλ)
+        self.loops.solve_by_sweeps(&self.tree.interval().q1, du)?;
+        if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
+    }
+
+    fn noise(&self) -> f64 {
+        self.resolution.noise()
+    }
+
+    /// Bodies are rotated, not solved for.
+    fn keeps_orientation(&self) -> bool {
+        true
+    }
+
+    fn degree(&self) -> Degree {
+        Degree::Fitting
+    }
+
+    fn closing_size(&self) -> f64 {
+        self.resolution.closing_size()
+    }
+
+    fn end(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        newton: &Newton,
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        self.loops.remember(&mut state.memory);
+        self.tree.end(system, mechanism, newton, state)?;
+        let balance = &mut state.compensation.balance;
+        self.loops.clusters.iter().for_each(|cluster| cluster.project_balance(balance));
+        Ok(())
+    }
+
+    fn interval(&self) -> &Interval {
+        self.tree.interval()
+    }
+
+    fn interval_mut(&mut self) -> &mut Interval {
+        self.tree.interval_mut()
+    }
+
+    /// From the inverse, column by column; the rows of the loop constraints count among those of the matrix.
+    fn condition(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        u: &[f64],
+    ) -> Option<Condition> {
+        let d = u.len();
+        let mut inverse = DMatrix::identity(d, d);
+        for column in inverse.as_mut_slice().chunks_exact_mut(d.max(1)) {
+            self.correction(system, mechanism, u, column).ok()?;
+        }
+        Some(Condition::unscaled(condition_number(&inverse)))
+    }
+}
