@@ -116,9 +116,13 @@ impl Worker for Caller {
             return Answer::Wrong("no program".into());
         };
         let words = arguments(input);
-        match if sampled { None } else { called(&words, scratch.path()) } {
+        let answer = match if sampled { None } else { called(&words, scratch.path()) } {
             Some(called) => answer(called),
             None => process(program, &words, scratch.path()),
+        };
+        match answer {
+            Answer::Refused(message) => Answer::Refused(without(message, &words)),
+            other => other,
         }
     }
 }
@@ -215,6 +219,17 @@ fn code(child: Child) -> Answer {
         Some(Ok(code)) => answer(Called { code, error: output.stderr, output: output.stdout }),
         _ => Answer::Wrong(format!("the program ends with {}", output.status)),
     }
+}
+
+/// A message without the words of its command line, so that messages of one kind have one shape.
+fn without(message: String, words: &[String]) -> String {
+    let parts = words.iter().flat_map(|word| word.split(['=', ',', ':']).chain([word.as_str()]));
+    let mut parts: Vec<&str> = parts.filter(|part| !part.is_empty()).collect();
+    parts.sort_by_key(|part| std::cmp::Reverse(part.len()));
+    parts.iter().fold(message, |message, part| match part.chars().count() {
+        1 => message.replace(&format!("'{part}'"), "'…'"),
+        _ => message.replace(part, "…"),
+    })
 }
 
 /// An exit code is one of the program, with words.
