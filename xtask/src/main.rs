@@ -28,7 +28,7 @@ cargo xtask roundoff [--of MODEL] [--parts N]
 cargo xtask soak [--count N] [--seed S] [--shard i/n] [--jobs J] [--quick] [-o DIR] [--json FILE] | --model FILE
                        random valid mechanisms, assembled, stepped and judged; those with a fault are reduced and
                        written into DIR (target/soak); --model: judges one model file
-cargo xtask fuzz [TARGET…] [--executions N] [--seed S] [--jobs J] [-o DIR] [--json FILE]
+cargo xtask fuzz [TARGET…] [--executions N] [--seed S] [--shard i/n] [--jobs J] [-o DIR] [--json FILE]
                        mutated model files, checkpoints, tables, command lines; inputs with a fault into DIR
                        (target/fuzz)
 cargo xtask reliability --soak FILE… --fuzz FILE…

@@ -1,7 +1,6 @@
 //! How a verb fails: messages and exit codes.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 use holonom::RunFailure;
 use holonom::import::ImportError;
@@ -66,8 +65,8 @@ impl Failure {
     }
 
     /// Tells the user, and gives the exit code.
-    pub(crate) fn report(&self) -> ExitCode {
-        let code = match self {
+    pub(crate) fn report(&self) -> u8 {
+        match self {
             Self::Closed => 0,
             Self::Run { failure, files } => {
                 let RunFailure { step, t, message, remedy } = failure;
@@ -154,8 +153,7 @@ impl Failure {
                 print_import(error);
                 3
             }
-        };
-        ExitCode::from(code)
+        }
     }
 }
 

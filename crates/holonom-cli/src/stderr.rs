@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::io::Write;
 
+use crate::captured::{self, Stream};
+
 /// Writes words; control characters in them are written as escapes.
 pub(crate) fn print(words: &str) {
     styled(&visible(words));
@@ -15,6 +17,9 @@ pub(crate) fn line(words: &str) {
 
 /// Writes words as they are, with the colours that the program chose.
 pub(crate) fn styled(words: &str) {
+    if captured::take(Stream::Error, words.as_bytes()) {
+        return;
+    }
     let mut stderr = std::io::stderr().lock();
     let _ = stderr.write_all(words.as_bytes()).and_then(|()| stderr.flush());
 }

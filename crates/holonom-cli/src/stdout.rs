@@ -4,10 +4,14 @@ use std::io::{ErrorKind, Write};
 
 use holonom::output::OutputError;
 
+use crate::captured::{self, Stream};
 use crate::failure::Failure;
 
 /// Writes all bytes.
 pub(crate) fn bytes(bytes: &[u8]) -> Result<(), Failure> {
+    if captured::take(Stream::Output, bytes) {
+        return Ok(());
+    }
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(bytes).and_then(|()| stdout.flush()) {
         Ok(()) => Ok(()),

@@ -11,7 +11,8 @@
 //! and (28) ask for. The rows of `g` are the independent ones of `q_n`; the columns of `P` are those of the
 //! last node turned into the new tangent space, so that increments of successive steps resemble one
 //! another. Within a step `ν` starts from its linear prediction and is corrected only above round-off: a
-//! correction by round-off alone would stand in the way of the balance, which is met more closely than `g`.
+//! correction by round-off alone would stand in the way of the balance, which is met more closely than `g`. A prediction whose
+//! error of second order is below `ε ν` is as good as its base, so that the last iterations see a smooth map.
 //!
 //! **Domain.** The map is one-to-one up to the fold at which `G(q_{n+1}) N` loses rank (a quarter turn of a
 //! bar). Each correction must be at most half of the one before: then the point found is the one next to
@@ -38,7 +39,7 @@ use std::sync::Arc;
 use vi_core::dense::{add_product, set_product};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
-use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Fault};
 use vi_core::sparse::Entries;
 use vi_core::state::Memory;
 
@@ -176,8 +177,8 @@ impl<C: Constraints> TangentSpace<C> {
         Ok(())
     }
 
-    /// Newton's method along the normals from the `ν` there is; closes the interval.
-    fn project(&mut self, s: &mut Interval) -> Result<(), Fault> {
+    /// Newton's method along the normals from the `ν` there is, `predicted` from a point next to this one; closes the interval.
+    fn project(&mut self, predicted: bool, s: &mut Interval) -> Result<(), Fault> {
         const MAX_ITERATIONS: usize = 50;
         let scale = norm_inf(&s.q0).max(norm_inf(&self.projection.along));
         let round_off = 8.0 * f64::EPSILON * scale;
@@ -195,7 +196,7 @@ impl<C: Constraints> TangentSpace<C> {
             let size = delta.iter().zip(&*shares).map(|(d, share)| (d * share).abs());
             let size = size.fold(0.0, f64::max);
             let contracts = size <= 0.5 * last;
-            let met = size <= noise && self.is_round_off(&s.q1);
+            let met = size <= noise && (predicted || self.is_round_off(&s.q1));
             if size <= round_off || met || (size <= noise && !contracts) {
                 s.close();
                 return Ok(());
@@ -335,16 +336,18 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
         }
         nu.fill(0.0);
         if self.has_base {
+            let moved = u.iter().zip(&base.0).map(|(u, base)| (u - base).abs()).fold(0.0, f64::max);
+            let predicted = moved <= CLOSING_SIZE * norm_inf(u); // the square is below ε/4
             nu.copy_from_slice(&base.1);
             for (column, (u, base)) in tangent.column_iter().zip(u.iter().zip(&base.0)) {
                 nu.iter_mut().zip(column.iter()).for_each(|(nu, t)| *nu -= t * (u - base));
             }
-            if self.project(s).is_ok() {
+            if self.project(predicted, s).is_ok() {
                 return Ok(());
             }
             self.projection.nu.fill(0.0);
         }
-        self.project(s)
+        self.project(false, s)
     }
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {

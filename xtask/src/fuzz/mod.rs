@@ -22,9 +22,10 @@ pub mod tally;
 pub mod targets;
 
 use crate::reliability::stored::Stored;
+use holonom::sweep::Shard;
 use lane::{Lane, Watch};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use tally::Tally;
@@ -37,6 +38,8 @@ pub struct Request {
     pub executions: Option<u64>,
     /// Seed.
     pub seed: u64,
+    /// Which part of the executions: of every target some lanes.
+    pub shard: Shard,
     /// Threads.
     pub jobs: usize,
     /// Names of the targets; all by default.
@@ -56,6 +59,7 @@ impl Request {
         let mut request = Self {
             executions: None,
             seed: 1,
+            shard: Shard::WHOLE,
             jobs: std::thread::available_parallelism().map_or(1, usize::from),
             targets: Vec::new(),
             output: PathBuf::from("target/fuzz"),
@@ -73,6 +77,7 @@ impl Request {
             match *option {
                 "--executions" => request.executions = Some(number()?),
                 "--seed" => request.seed = number()?,
+                "--shard" => request.shard = value.parse()?,
                 "--jobs" => request.jobs = number()?.clamp(1, 1024) as usize,
                 "-o" => request.output = PathBuf::from(value),
                 "--json" => request.json = Some(PathBuf::from(value)),
@@ -86,7 +91,8 @@ impl Request {
 /// Executes a target in lanes, several at a time. The result depends on the seed and the number of executions alone, but
 /// for times.
 pub fn fuzz(target: &dyn Target, executions: u64, request: &Request) -> Tally {
-    let lanes = Lane::all(request.seed, executions);
+    let mut lanes = Lane::all(request.seed, executions);
+    lanes.retain(|lane| request.shard.has(lane.number as usize));
     let (next, total) = (AtomicUsize::new(0), Mutex::new(Tally::default()));
     let work = || {
         let mut own = Tally::default();
@@ -107,12 +113,19 @@ pub fn fuzz(target: &dyn Target, executions: u64, request: &Request) -> Tally {
     total.into_inner().unwrap_or_default()
 }
 
+/// A path that does not depend on the current folder.
+fn absolute(path: &Path) -> Result<PathBuf, String> {
+    std::path::absolute(path).map_err(|error| format!("{}: {error}", path.display()))
+}
+
 /// Runs, prints, and writes what was asked for; whether nothing is wrong.
 ///
 /// # Errors
 /// What cannot be understood or written, in words.
 pub fn run(options: &[&str]) -> Result<bool, String> {
-    let request = Request::parse(options)?;
+    let mut request = Request::parse(options)?;
+    request.output = absolute(&request.output)?; // a target may change the current folder
+    request.json = request.json.as_deref().map(absolute).transpose()?;
     let mut found: BTreeMap<String, Tally> = BTreeMap::new();
     let all = targets::all();
     for name in &request.targets {
@@ -131,7 +144,8 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
         let tally = fuzz(&**target, executions, &request);
         let seconds = begin.elapsed().as_secs_f64();
         println!("{}: {}", target.name(), tally.words());
-        println!("  {seconds:.0} s, {:.0} executions per second", executions as f64 / seconds);
+        let rate = tally.executions as f64 / seconds;
+        println!("  {seconds:.0} s, {rate:.0} executions per second");
         tally.write(target.name(), &request.output)?;
         found.insert(target.name().to_owned(), tally);
     }

@@ -2,18 +2,20 @@
 
 use super::mutate::{NUMBERS, WORDS};
 use crate::soak::draw::Draw;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::rc::Rc;
 use toml::{Table, Value};
 
 /// A mutated copy of a TOML text, `None` where it is none; `other`: another text, for crossings.
 #[must_use]
 pub fn toml(input: &[u8], other: &[u8], draw: &mut Draw) -> Option<Vec<u8>> {
-    let read = |bytes: &[u8]| std::str::from_utf8(bytes).ok()?.parse::<Table>().ok();
-    let mut table = Value::Table(read(input)?);
-    let donor = read(other).map(Value::Table);
+    let mut table = Value::clone(&*document(input)?);
+    let donor = document(other);
     for _ in 0..draw.weighted(&[(6, 1), (3, 2), (1, 5)]) {
         let count = places(&table);
         let mut place = draw.index(count);
-        let piece = donor.as_ref().map(|donor| {
+        let piece = donor.as_deref().map(|donor| {
             let mut place = draw.index(places(donor));
             pick(donor, &mut place).cloned().unwrap_or(Value::Boolean(true))
         });
@@ -21,6 +23,29 @@ pub fn toml(input: &[u8], other: &[u8], draw: &mut Draw) -> Option<Vec<u8>> {
     }
     let Value::Table(table) = table else { return None };
     toml::to_string(&table).ok().map(String::into_bytes)
+}
+
+/// Documents that are remembered: those that a lane mutates.
+const REMEMBERED: usize = 1024;
+
+thread_local! {
+    static DOCUMENTS: RefCell<HashMap<Vec<u8>, Option<Rc<Value>>>> = RefCell::default();
+}
+
+/// The document of a text, `None` where it is none. Each is read once.
+fn document(text: &[u8]) -> Option<Rc<Value>> {
+    let read = || std::str::from_utf8(text).ok()?.parse::<Table>().ok();
+    DOCUMENTS.with_borrow_mut(|known| {
+        if let Some(document) = known.get(text) {
+            return document.clone();
+        }
+        if known.len() >= REMEMBERED {
+            known.clear();
+        }
+        let document = read().map(|table| Rc::new(Value::Table(table)));
+        known.insert(text.to_vec(), document.clone());
+        document
+    })
 }
 
 /// Values of a document, all levels.

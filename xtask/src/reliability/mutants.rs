@@ -34,7 +34,7 @@ pub fn all() -> Vec<Mutant> {
         name: defect.name(),
         kind: Kind::Soak(defect),
     });
-    let checked = ["model", "expression", "assembly", "checkpoint", "sweep"];
+    let checked = ["model", "expression", "assembly", "checkpoint", "state", "sweep"];
     let skipped = checked.map(|target| (FuzzDefect::Accept, target));
     let others = FuzzDefect::ALL.into_iter().filter(|defect| *defect != FuzzDefect::Accept);
     let fuzz = others.map(|defect| (defect, "model")).chain(skipped);

@@ -107,11 +107,10 @@ fn run(model: &Model, checks: Checks, defect: Option<Defect>) -> Judged {
 /// # Errors
 /// [`Fault`]. `disturbed`: a number is made infinite on purpose.
 pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Fault> {
-    let text = model.to_toml();
     let mut experiment = match prepare(model) {
         Ok(experiment) => experiment,
         Err(error) => {
-            fault::refusal(&error, &text)?;
+            fault::refusal(&error, &model.to_toml())?;
             return Ok(Ending::Refused(shape(&error.to_string())));
         }
     };
@@ -137,15 +136,15 @@ pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Fault> {
     }
 }
 
-/// A run continued from a state to its end: why it is refused or fails, if it does.
+/// A run of `steps` steps continued from a state to its end: why it is refused or fails, if it does.
 ///
 /// # Errors
 /// [`Fault`].
-pub fn continued(model: &Model, state: RunState) -> Result<Result<(), String>, Fault> {
-    let mut simulation = match Simulation::new(model) {
-        Ok(simulation) => simulation,
-        Err(error) => return Ok(Err(error.to_string())),
-    };
+pub fn continued(
+    simulation: &mut Simulation,
+    state: RunState,
+    steps: u64,
+) -> Result<Result<(), String>, Fault> {
     if let Err(error) = simulation.resume(state) {
         return Ok(Err(error.to_string()));
     }
@@ -154,7 +153,7 @@ pub fn continued(model: &Model, state: RunState) -> Result<Result<(), String>, F
         samples.push(sample.clone());
         Ok(())
     };
-    let mut left = model.settings.steps() + 2;
+    let mut left = steps + 2;
     let mut proceed = |_, _| {
         left = left.saturating_sub(1);
         left > 0

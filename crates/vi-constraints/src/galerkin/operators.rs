@@ -1,6 +1,6 @@
 //! What the nodal Galerkin scheme asks of a system, without matrices.
 
-use crate::reparametrization::{DenseNewton, Emission, Reparametrization, pull_back};
+use crate::reparametrization::{DenseNewton, Emission, LastStep, Reparametrization, pull_back};
 use nalgebra::DMatrix;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
@@ -16,9 +16,10 @@ pub trait ControlPointOperators: Send {
     /// # Errors
     /// [`Fault`] when `u` is outside the domain of the map.
     fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault>;
-    /// `out ← P(q)ᵀ w`, shape `d`.
-    fn pull_back(&mut self, q: &[f64], w: &[f64], out: &mut [f64]);
-    /// Factorizes `P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)` of control point `j`, where `s = (q_n, q_j)`; `mass` emits `M`.
+    /// `out ← P(q)ᵀ w`, shape `d`. Any basis of the null space will do that changes little along the step: `reached` is the
+    /// increment that leads from `q_n` to `q`, none at `q_n`.
+    fn pull_back(&mut self, q: &[f64], reached: Option<LastStep<'_>>, w: &[f64], out: &mut [f64]);
+    /// Factorizes `P(q_j)ᵀ M ∂F_d/∂u (u_j, q_n)` of control point `j`, with the basis of `pull_back`, where `s = (q_n, q_j)`; `mass` emits `M`.
     ///
     /// # Errors
     /// [`Fault::SingularTangent`].
@@ -43,12 +44,14 @@ pub trait ControlPointOperators: Send {
 }
 
 /// [`ControlPointOperators`] from a [`Reparametrization`], by dense matrices.
+///
+/// `∂F_d/∂u` takes the place of `P(q_j)`, whose range it has: it is smooth along the step, and the basis of a map need not be
+/// (the axes of a bar are those farthest from it).
 #[derive(Debug)]
 pub struct DenseControlPoints<R> {
     map: R,
     blocks: Vec<Block>,
-    null_space: DMatrix<f64>, // n × d
-    tangent: DMatrix<f64>,    // n × d
+    basis: DMatrix<f64>,      // n × d  P(q_n) or ∂F_d/∂u
     newton: Vec<DenseNewton>, // s
 }
 
@@ -56,15 +59,14 @@ impl<R: Reparametrization> DenseControlPoints<R> {
     /// Operators of `stages` control points for a map on `R^n`.
     pub fn new(n: usize, stages: usize, map: R) -> Self {
         let (d, blocks) = (map.dof(), map.blocks());
-        let nd = || DMatrix::zeros(n, d);
         let newton = (0..stages).map(|_| DenseNewton::new(n, d)).collect();
-        Self { map, blocks, null_space: nd(), tangent: nd(), newton }
+        Self { map, blocks, basis: DMatrix::zeros(n, d), newton }
     }
 }
 
 impl<R: Reparametrization> ControlPointOperators for DenseControlPoints<R> {
     fn dof(&self) -> usize {
-        self.null_space.ncols()
+        self.basis.ncols()
     }
 
     fn blocks(&self) -> &[Block] {
@@ -77,9 +79,12 @@ impl<R: Reparametrization> ControlPointOperators for DenseControlPoints<R> {
         Ok(())
     }
 
-    fn pull_back(&mut self, q: &[f64], w: &[f64], out: &mut [f64]) {
-        self.map.null_space(q, &mut self.null_space);
-        pull_back(&self.null_space, w, out);
+    fn pull_back(&mut self, q: &[f64], reached: Option<LastStep<'_>>, w: &[f64], out: &mut [f64]) {
+        match reached {
+            Some(LastStep { u, s }) => self.map.tangent(u, s, &mut self.basis),
+            None => self.map.null_space(q, &mut self.basis),
+        }
+        pull_back(&self.basis, w, out);
     }
 
     fn factorize(
@@ -89,9 +94,8 @@ impl<R: Reparametrization> ControlPointOperators for DenseControlPoints<R> {
         u: &[f64],
         s: &Interval,
     ) -> Result<(), Fault> {
-        self.map.null_space(&s.q1, &mut self.null_space);
-        self.map.tangent(u, s, &mut self.tangent);
-        self.newton[j].factorize(mass, &self.null_space, &self.tangent);
+        self.map.tangent(u, s, &mut self.basis);
+        self.newton[j].factorize(mass, &self.basis, &self.basis);
         Ok(())
     }
 

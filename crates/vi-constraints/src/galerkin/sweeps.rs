@@ -5,6 +5,7 @@
 
 use crate::galerkin::control_points::ControlPoints;
 use crate::galerkin::operators::ControlPointOperators;
+use crate::reparametrization::LastStep;
 use crate::scheme::SubStep;
 use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::newton::{Block, Fault};
@@ -111,7 +112,11 @@ impl<O: ControlPointOperators> Sweeps for Pointwise<O> {
         let d = operators.dof();
         for (i, r) in r.chunks_exact_mut(d).enumerate() {
             points.balance(system, i, w);
-            operators.pull_back(points.q(i), w, r);
+            let reached = i.checked_sub(1).map(|j| {
+                let (u, s) = (&u[j * d..i * d], points.point(i));
+                LastStep { u, s }
+            });
+            operators.pull_back(points.q(i), reached, w, r);
         }
         if anew {
             let mass = |out: &mut dyn Entries| system.mass().emit(out);

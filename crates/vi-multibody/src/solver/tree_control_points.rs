@@ -7,7 +7,7 @@ use crate::pair::{Transfer, Twist, VelocityMap};
 use crate::solver::articulated::Articulated;
 use crate::tree::Tree;
 use vi_constraints::galerkin::ControlPointOperators;
-use vi_constraints::reparametrization::Emission;
+use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
 
@@ -53,7 +53,7 @@ impl ControlPointOperators for TreeControlPoints {
         self.factors[0].move_to(u, s)
     }
 
-    fn pull_back(&mut self, q: &[f64], w: &[f64], out: &mut [f64]) {
+    fn pull_back(&mut self, q: &[f64], _: Option<LastStep<'_>>, w: &[f64], out: &mut [f64]) {
         let Self { factors, maps, wrenches, .. } = self;
         let tree = factors[0].tree();
         tree.velocity_maps(q, maps.iter_mut());

@@ -1,4 +1,4 @@
-//! Models that are read: set-up and three steps.
+//! Models that are read: set-up and up to three steps.
 
 use super::model::{mixed, read, seeds};
 use super::{Answer, Target, Worker, files};
@@ -44,6 +44,13 @@ fn is_small(model: &Model) -> bool {
     elements <= 12 && parts <= 24 && more <= 24
 }
 
+/// Steps that are taken: one where there are many coordinates, since each costs the cube of their number.
+fn steps(model: &Model) -> f64 {
+    let nodes = |beam: &holonom::model::Beam| beam.order * beam.element_count() + 1;
+    let frames = model.bodies.len() + model.beams.iter().map(nodes).sum::<usize>();
+    if 12 * frames + 3 * model.particles.len() > 60 { 1.0 } else { 3.0 }
+}
+
 struct Stepper;
 
 impl Worker for Stepper {
@@ -65,9 +72,10 @@ fn stepped(input: &[u8], unchecked: bool) -> Answer {
     if !is_small(&model) {
         return Answer::Refused("too large for many executions".into());
     }
+    let steps = steps(&model);
     let settings = &mut model.settings;
-    settings.end = settings.end.min(3.0 * settings.step);
-    settings.newton_max_iterations = settings.newton_max_iterations.min(100);
+    settings.end = settings.end.min(steps * settings.step);
+    settings.newton_max_iterations = settings.newton_max_iterations.min(30);
     match outcome(&model, unchecked) {
         Err(fault) => Answer::Wrong(format!("accepted: {}", fault.words)),
         Ok(Ending::Done) => Answer::Accepted,

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | [`model`] | model files with `--set` | an accepted model has a text that gives it again |
 //! | [`expression`] | expressions of `[parameters]` | a value is finite |
-//! | [`assembly`] | models that are read: set-up and three steps | numbers are finite, errors name a remedy |
+//! | [`assembly`] | models that are read: set-up and up to three steps | numbers are finite, errors name a remedy |
 //! | [`checkpoint`] | checkpoints | one that was changed is refused |
 //! | [`state`] | the state in a checkpoint | it is refused, or the run goes on with finite numbers |
 //! | [`tables`] | the files of a run, as `plot`, `view`, `export`, `resume` read them | errors have words |

@@ -10,11 +10,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// The model: bodies, a beam, a point mass, sensors, a prescribed motion.
 pub(super) const MODEL: &str = include_str!("../../../../tests/corpus/model/all_sections.toml");
 
+/// The model of states: as many kinds of parts in fewer coordinates.
+const SMALL: &str = include_str!("../../../../tests/corpus/state/small.toml");
+
 /// The model, resolved.
 pub(super) fn model() -> Result<Model, String> {
     let mut model = Model::from_toml(MODEL).map_err(|error| error.to_string())?;
     model.settings.end = 6.0 * model.settings.step;
     Ok(model)
+}
+
+/// The small one, resolved.
+pub(super) fn small_model() -> Result<Model, String> {
+    Model::from_toml(SMALL).map_err(|error| error.to_string())
 }
 
 /// The state after a few steps.
@@ -38,7 +46,7 @@ pub(super) fn checkpoint(model: &Model, run: RunState) -> Result<Vec<u8>, String
     checkpoint.encode(&model.to_toml()).map_err(|error| error.to_string())
 }
 
-/// A new folder for temporary files, removed at the end.
+/// A new folder for temporary files, in memory where the machine has such; removed at the end.
 #[derive(Debug)]
 pub(super) struct Scratch(PathBuf);
 
@@ -46,7 +54,12 @@ impl Scratch {
     pub(super) fn new(purpose: &str) -> Self {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let (process, count) = (std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
-        let path = std::env::temp_dir().join(format!("holonom-{purpose}-{process}-{count}"));
+        let name = format!("holonom-{purpose}-{process}-{count}");
+        let memory = Path::new("/dev/shm").join(&name);
+        if fs::create_dir(&memory).is_ok() {
+            return Self(memory);
+        }
+        let path = std::env::temp_dir().join(name);
         let _ = fs::create_dir_all(&path); // what is written there fails with words
         Self(path)
     }
@@ -62,11 +75,10 @@ impl Drop for Scratch {
     }
 }
 
-/// Runs the model into a folder.
-pub(super) fn run_into(folder: &Path) -> Result<(), String> {
-    let model = model()?;
+/// Runs a model into a folder.
+pub(super) fn run_into(folder: &Path, model: &Model) -> Result<(), String> {
     let words = |error: &dyn std::error::Error| error.to_string();
-    let mut experiment = run::prepare(&model).map_err(|error| words(&error))?;
+    let mut experiment = run::prepare(model).map_err(|error| words(&error))?;
     let folder = RunFolder::create(folder, true).map_err(|error| words(&error))?;
     let control = run::Control {
         progress: &mut |_, _| {},
@@ -75,6 +87,6 @@ pub(super) fn run_into(folder: &Path) -> Result<(), String> {
         checkpoint_every: Some(3),
         report: false,
     };
-    let finished = run::run_with(&model, &mut *experiment, &folder, control);
+    let finished = run::run_with(model, &mut *experiment, &folder, control);
     finished.map(drop).map_err(|error| words(&error))
 }

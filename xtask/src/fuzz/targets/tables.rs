@@ -1,11 +1,13 @@
-//! The files of a run, one of them changed, as the verbs read them. The first line of an input is the name of the file.
+//! The files of a run, one of them changed, as the verbs read them. The first line of an input is the name of the file. What
+//! reads other files alone is called for some inputs only.
 
-use super::sample_run::{Scratch, run_into};
+use super::sample_run::{Scratch, model, run_into};
 use super::{Answer, Target, Worker};
 use crate::fuzz::mutate;
 use crate::soak::draw::Draw;
 use holonom::RunFolder;
 use holonom::export::{Format, export};
+use holonom::output::OutputError;
 use holonom::report::selected::{Request, selected};
 use holonom::report::{Style, Typeface};
 use std::fs;
@@ -24,8 +26,29 @@ const FILES: [&str; 8] = [
     "model.toml",
     "checkpoint",
 ];
-/// One of so many inputs is drawn and exported.
-const DRAWN: usize = 64;
+/// One of so many inputs that are accepted is drawn and exported.
+const DRAWN: u64 = 64;
+/// For one of so many inputs everything is read.
+const WHOLE: u64 = 64;
+
+/// Reads something of a run; the error in words.
+type Read = fn(&RunFolder) -> Result<(), String>;
+
+/// What reads tables, with the files that it reads beside those that all read.
+const READERS: [(&[&str], Read); 4] = [
+    (&["trajectory.csv", "residuals.csv"], |folder| said(folder.read_trajectory(4))),
+    (&["sensors.csv"], |folder| said(folder.read_sensors())),
+    (&["energy.csv"], |folder| said(folder.read_energies())),
+    (&["trajectory.csv", "beams.csv"], |folder| {
+        let frames = folder.frames(1000, 10);
+        said(frames.and_then(|frames| folder.bending_moments(&frames)))
+    }),
+];
+
+/// The error of a result in words.
+fn said<T>(result: Result<T, OutputError>) -> Result<(), String> {
+    result.map(drop).map_err(|error| error.to_string())
+}
 
 impl Target for Tables {
     fn name(&self) -> &'static str {
@@ -38,7 +61,7 @@ impl Target for Tables {
 
     fn seeds(&self) -> Vec<Vec<u8>> {
         let scratch = Scratch::new("seeds");
-        if run_into(scratch.path()).is_err() {
+        if ran(&scratch).is_err() {
             return Vec::new();
         }
         let named = |name: &&str| {
@@ -56,9 +79,16 @@ impl Target for Tables {
 
     fn worker(&self) -> Box<dyn Worker> {
         let scratch = Scratch::new("tables");
-        let ready = run_into(scratch.path());
-        Box::new(Reader { scratch, ready })
+        let ready = ran(&scratch);
+        let content = |name: &str| fs::read(scratch.path().join(name)).unwrap_or_default();
+        let files = FILES.map(content);
+        Box::new(Reader { scratch, ready, files, calls: 0, accepted: 0 })
     }
+}
+
+/// Runs the model of all sections into a folder.
+fn ran(scratch: &Scratch) -> Result<(), String> {
+    run_into(scratch.path(), &model()?)
 }
 
 /// The name and the content.
@@ -70,6 +100,10 @@ fn parts(input: &[u8]) -> (&[u8], &[u8]) {
 struct Reader {
     scratch: Scratch,
     ready: Result<(), String>,
+    /// The files of the run as they were written.
+    files: [Vec<u8>; FILES.len()],
+    calls: u64,
+    accepted: u64,
 }
 
 impl Worker for Reader {
@@ -78,16 +112,15 @@ impl Worker for Reader {
             return Answer::Wrong(format!("no run to read: {words}"));
         }
         let (name, content) = parts(input);
-        let name = FILES.iter().find(|own| own.as_bytes() == name).unwrap_or(&FILES[0]);
-        let path = self.scratch.path().join(name);
-        let Ok(before) = fs::read(&path) else { return Answer::Wrong("no file".into()) };
-        if fs::write(&path, content).is_err() {
-            return Answer::Wrong("the file cannot be written".into());
+        let k = FILES.iter().position(|own| own.as_bytes() == name).unwrap_or(0);
+        let path = self.scratch.path().join(FILES[k]);
+        if let Err(error) = fs::write(&path, content) {
+            return Answer::Wrong(format!("the file cannot be written: {error}"));
         }
-        let answer = self.read(input.len().is_multiple_of(DRAWN));
-        let restored = fs::write(&path, before);
-        match (answer, restored) {
-            (_, Err(error)) => Answer::Wrong(error.to_string()),
+        self.calls += 1;
+        let answer = self.read(FILES[k]);
+        match (answer, self.restored(k)) {
+            (_, Err(words)) => Answer::Wrong(words),
             (Ok(()), _) => Answer::Accepted,
             (Err(words), _) => Answer::Refused(words),
         }
@@ -95,35 +128,47 @@ impl Worker for Reader {
 }
 
 impl Reader {
-    /// Reads everything that the verbs read; the first error in words.
-    fn read(&self, drawn: bool) -> Result<(), String> {
+    /// Reads what the verbs read of the changed file, or everything; the first error in words.
+    fn read(&mut self, changed: &str) -> Result<(), String> {
+        let whole = self.calls.is_multiple_of(WHOLE) || changed == "model.toml";
         let opened = RunFolder::open(self.scratch.path());
-        let checkpoint = opened.read_checkpoint(&opened.model_text());
-        let (folder, _) = opened.readable().map_err(|error| error.to_string())?;
-        let say = |error: &dyn std::error::Error| error.to_string();
-        let results = [
-            checkpoint.map(drop).map_err(|error| say(&error)),
-            folder.read_trajectory(4).map(drop).map_err(|error| say(&error)),
-            folder.read_sensors().map(drop).map_err(|error| say(&error)),
-            folder.read_energies().map(drop).map_err(|error| say(&error)),
-            folder.frames(1000, 10).map_err(|error| say(&error)).and_then(|frames| {
-                folder.bending_moments(&frames).map(drop).map_err(|error| say(&error))
-            }),
-        ];
-        let refused = self.scratch.path().join("checkpoint.refused");
-        if refused.exists() {
-            let _ = fs::rename(&refused, self.scratch.path().join("checkpoint")); // as before
+        let checkpoint = match whole || changed == "checkpoint" {
+            true => opened.read_checkpoint(&opened.model_text()).map(drop),
+            false => Ok(()),
+        };
+        let checkpoint = checkpoint.map_err(|error| error.to_string());
+        if !whole && changed == "checkpoint" {
+            return checkpoint;
         }
-        results.into_iter().collect::<Result<Vec<()>, String>>()?;
-        if drawn {
-            holonom::report::write(&folder).map_err(|error| say(&error))?;
+        let (folder, _) = opened.readable().map_err(|error| error.to_string())?;
+        let concerned = READERS.iter().filter(|(files, _)| whole || files.contains(&changed));
+        let results: Vec<_> = concerned.map(|(_, read)| read(&folder)).collect();
+        std::iter::once(checkpoint).chain(results).collect::<Result<(), String>>()?;
+        self.accepted += 1;
+        if self.accepted.is_multiple_of(DRAWN) {
+            holonom::report::write(&folder).map_err(|error| error.to_string())?;
             draw(&folder)?;
             for format in Format::ALL {
                 let to = self.scratch.path().join("out").with_extension(format.name());
-                export(&folder, format, &to, Some(3)).map_err(|error| say(&error))?;
+                export(&folder, format, &to, Some(3)).map_err(|error| error.to_string())?;
             }
         }
         Ok(())
+    }
+
+    /// Writes the changed file as it was, and a checkpoint that was set aside.
+    fn restored(&self, changed: usize) -> Result<(), String> {
+        let write = |k: usize| fs::write(self.scratch.path().join(FILES[k]), &self.files[k]);
+        let again = || -> std::io::Result<()> {
+            let refused = self.scratch.path().join("checkpoint.refused");
+            if refused.exists() {
+                fs::remove_file(refused)?;
+                let checkpoint = FILES.iter().position(|name| *name == "checkpoint");
+                checkpoint.map_or(Ok(()), write)?;
+            }
+            write(changed)
+        };
+        again().map_err(|error| error.to_string())
     }
 }
 
