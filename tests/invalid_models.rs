@@ -93,6 +93,7 @@ cases! {
     two_orientations: TOP,
         "mass = 15.0" => "mass = 15.0\nquaternion = [1, 0, 0, 0]\nrotation_vector = [0, 0, 1]";
     wrong_dimension: PENDULUM, "position = [1.0, 0.0]" => "position = [1.0, 0.0, 0.0]";
+    bar_too_short_to_compute_with: PENDULUM, "length = 1.0" => "length = 1e-100";
     inconsistent_bar: PENDULUM, "length = 1.0" => "length = 1.25";
     inconsistent_joint: TOP,
         "position = [0.0, 0.0, 0.0]" => "anchor_parent = [0, 0, 0]\nanchor_child = [0, -1.5, 0]";

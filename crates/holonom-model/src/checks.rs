@@ -8,7 +8,7 @@ use super::orientation::quaternion_fault;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::settings::Strain;
 use super::source::Document;
-use super::start::{StartPoints, coincide, is_ground};
+use super::start::{SHORTEST, StartPoints, coincide, is_ground};
 use super::{
     Bar, Body, Columns, GROUND, Inertia, Joint, MAX_STEPS, Model, Particle, Scheme, Shape,
     ShapeKind, Spring, SpringLaw,
@@ -348,14 +348,28 @@ impl<'a> Checker<'a> {
                 self.report(format!("{key}.point"), message, "remove `point`");
             }
         }
-        if let Some(length) = bar.length.filter(|l| *l <= 0.0) {
-            let message = format!("the length {length} m is not positive");
-            self.report(format!("{key}.length"), message, "write a positive length in m");
-        } else if from && to && bar.from != bar.to && coincide(&self.points.bar(bar)) {
+        let stated = self.stated_length(&format!("{key}.length"), bar.length);
+        if stated && from && to && bar.from != bar.to && coincide(&self.points.bar(bar)) {
             let message = "both ends start at the same point: the bar has no direction".to_owned();
             let help = "move one of them, or write one particle with the mass of both";
             self.report(key, message, help);
         }
+    }
+
+    /// A length that is stated must be one that can be squared twice; returns whether it is.
+    pub(super) fn stated_length(&mut self, key: &str, length: Option<f64>) -> bool {
+        let Some(length) = length.filter(|length| *length < SHORTEST) else { return true };
+        let (message, help) = if length <= 0.0 {
+            (format!("the length {length} m is not positive"), "write a positive length in m")
+        } else {
+            let message = format!("the length {length:e} m is too short for computations");
+            (
+                message,
+                "write a length of 1e-50 m or more, or one particle in the place of both ends",
+            )
+        };
+        self.report(key.to_owned(), message, help);
+        false
     }
 
     fn joint(&mut self, key: &str, joint: &Joint) {

@@ -45,10 +45,7 @@ impl Checker<'_> {
                     self.refers(format!("{key}.{end}"), name, &["body", GROUND])
                 });
                 self.two_ends(&format!("{key}.to"), from, to);
-                if let Some(length) = length.filter(|l| *l <= 0.0) {
-                    let message = format!("the length {length} m is not positive");
-                    self.report(format!("{key}.length"), message, "write a positive length in m");
-                }
+                self.stated_length(&format!("{key}.length"), *length);
                 let ends = [(from, point_from), (to, point_to)]
                     .map(|(member, point)| self.points.point(member, Some(&point[..])));
                 if known == [true; 2] && from != to && coincide(&ends) {

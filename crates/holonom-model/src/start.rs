@@ -86,9 +86,12 @@ impl<'a> StartPoints<'a> {
     }
 }
 
-/// Whether two points are one to rounding.
+/// Lengths at least, m: the fourth power of a shorter one is nearly rounded to zero.
+pub(super) const SHORTEST: f64 = 1e-50;
+
+/// Whether two points are one to rounding, or too near for computations.
 pub(super) fn coincide([a, b]: &[Vector3<f64>; 2]) -> bool {
-    (b - a).norm() <= 1e-14 * a.amax().max(b.amax())
+    (b - a).norm() <= (1e-14 * a.amax().max(b.amax())).max(SHORTEST)
 }
 
 /// Distance of two points, m.

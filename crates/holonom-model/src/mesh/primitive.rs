@@ -29,8 +29,8 @@ pub(super) fn triangulated(shape: &Shape) -> Option<BodySurface> {
         }
         ShapeKind::Sphere => {
             let ring = |k: u32| {
-                let (sin, cos) = (PI * (f64::from(k) / f64::from(RINGS) - 0.5)).sin_cos();
-                (if k % RINGS == 0 { 0.0 } else { at(0) * cos }, at(0) * sin)
+                let (sin, cos) = libm::sincos(PI * (f64::from(k) / f64::from(RINGS) - 0.5));
+                (if k.is_multiple_of(RINGS) { 0.0 } else { at(0) * cos }, at(0) * sin)
             };
             revolution(&(0..=RINGS).map(ring).collect::<Vec<_>>())
         }
@@ -57,7 +57,7 @@ fn revolution(profile: &[(f64, f64)]) -> BodySurface {
         rings.push(surface.corners.len() as u32);
         let sides = if *radius > 0.0 { SIDES } else { 1 };
         for side in 0..sides {
-            let (sin, cos) = (TAU * f64::from(side) / f64::from(SIDES)).sin_cos();
+            let (sin, cos) = libm::sincos(TAU * f64::from(side) / f64::from(SIDES));
             surface.corners.push(Vector3::new(radius * cos, radius * sin, *height));
         }
     }
