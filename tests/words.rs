@@ -32,6 +32,19 @@ fn help() {
     }
 }
 
+/// Their mean over the parts of a composition is a fraction: two decimals are enough.
+#[test]
+fn iterations_of_a_composition_are_rounded() {
+    let folder = folder("words", "iterations");
+    said(&folder, &["examples", "pendulum", "-o", "pendulum.toml"]);
+    let report = said(&folder, &["run", "pendulum.toml", "--order", "8", "--end", "1"]);
+    let line = report.lines().find(|line| line.contains("Newton iterations")).unwrap();
+    println!("{line}");
+    let most = line.split(", ").nth(1).unwrap().split(' ').next().unwrap();
+    assert!(most.parse::<f64>().is_ok_and(|most| most.fract() != 0.0), "{line}");
+    assert!(most.split('.').nth(1).is_some_and(|decimals| decimals.len() <= 2), "{line}");
+}
+
 /// Everything a run of a model says and writes in words, measured times and round-off removed.
 #[test]
 fn reports_of_a_run() {

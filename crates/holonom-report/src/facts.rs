@@ -80,7 +80,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
         ("energy", energy_words(energy)),
         (
             "Newton iterations",
-            format!("{:.2} per step on average, {} at most", newton.mean, newton.max),
+            format!("{:.2} per step on average, {} at most", newton.mean, iterations(newton.max)),
         ),
         (
             "time",
@@ -98,6 +98,11 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
 }
 
 /// Conservation, or energy against work.
+/// Iterations of a step: a whole number, or the mean over the parts of a composition.
+pub(super) fn iterations(count: f64) -> String {
+    if count.fract() == 0.0 { format!("{count}") } else { format!("{count:.2}") }
+}
+
 fn energy_words(energy: &EnergySummary) -> String {
     let start = rounded(energy.initial, 6);
     match energy.drift_per_step {
@@ -128,7 +133,8 @@ fn static_facts(summary: &Summary, statics: &StaticFacts) -> Vec<Fact> {
             "Newton iterations",
             format!(
                 "{:.2} per equilibrium on average, {} at most",
-                summary.newton_iterations.mean, summary.newton_iterations.max
+                summary.newton_iterations.mean,
+                iterations(summary.newton_iterations.max)
             ),
         ),
         ("time", format!("{} in all", duration(summary.wall_seconds))),

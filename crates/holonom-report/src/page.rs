@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::facts::{counts, facts, rounded, time};
+use super::facts::{counts, facts, iterations, rounded, time};
 use holonom_sim::output::{Status, Summary, Trajectory};
 
 const STYLE: &str = include_str!("page.css");
@@ -198,7 +198,7 @@ fn push_table(html: &mut String, summary: &Summary) {
         ("largest residual at momenta", format!("{:.3e}", residual.momentum.max)),
         (
             "Newton iterations, mean and largest",
-            format!("{:.3}, {}", newton_iterations.mean, newton_iterations.max),
+            format!("{:.3}, {}", newton_iterations.mean, iterations(newton_iterations.max)),
         ),
         ("time of the run", format!("{:.3e} s", summary.wall_seconds)),
         ("time per step", format!("{:.3e} s", summary.seconds_per_step)),
