@@ -124,6 +124,8 @@ cases! {
         "position = [1.0, 0.0]" => "position = [1.0, 0.0, 0.0]\n[[particle]]\nname = \"b\"\nmass = 1.0\nposition = [0, 0, 0]\nrelative_to = \"bob\"",
         "point = [0.0, 0.0]" => "";
     relative_in_the_plane: PENDULUM, "mass = 1.0" => "mass = 1.0\nrelative_to = \"ground\"";
+    frame_with_an_euler_angle_too_few: TOP,
+        "[[body]]" => "[[frame]]\nname = \"f\"\neuler = { sequence = \"zxz\", degrees = [90, 0] }\n[[body]]";
     frame_that_is_no_rotation: TOP, "[[body]]" => "[[frame]]\nname = \"f\"\nquaternion = [1, 1, 0, 0]\n[[body]]";
     fixed_in_a_frame_that_moves: TOP, "[[joint]]" => "[[body]]\nname = \"b\"\nfixed = true\nrelative_to = \"top\"\n[[joint]]";
     follower_with_the_axes_of_a_frame: BEAM, "[[load]]" => "[[load]]\nrelative_to = \"ground\"\nframe = \"body\"";

@@ -30,16 +30,20 @@ impl Euler {
         axes.filter(|axes| (1..=3).contains(&axes.len()))
     }
 
+    /// The product of the rotations that have an axis and an angle: all of them where there is no [fault](Self::fault).
     fn rotation(&self) -> Matrix3<f64> {
-        let rotation = |(k, axis): (usize, usize)| match (&self.degrees, &self.angles) {
-            (Some(degrees), _) => about(axis, degrees[k]),
-            (None, angles) => {
+        let about_axis = |axis: usize, angle: f64| match &self.degrees {
+            Some(_) => about(axis, angle),
+            None => {
                 let mut vector = Vector3::zeros();
-                vector[axis] = angles.as_ref().map_or(0.0, |angles| angles[k]);
+                vector[axis] = angle;
                 rotation::exp(&vector)
             }
         };
-        let rotations = self.axes().unwrap_or_default().into_iter().enumerate().map(rotation);
+        let axes = self.axes().unwrap_or_default();
+        let angles = self.degrees.as_ref().or(self.angles.as_ref());
+        let rotations = axes.into_iter().zip(angles.into_iter().flatten());
+        let rotations = rotations.map(|(axis, &angle)| about_axis(axis, angle));
         rotations.reduce(|before, next| before * next).unwrap_or_else(Matrix3::identity)
     }
 
