@@ -16,10 +16,8 @@
 
 use crate::reparametrization::{LastStep, NodalOperators};
 use crate::scheme::{Condition, Scheme, StepError, SubStep};
-use nalgebra::DMatrix;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
-use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton};
 use vi_core::predictor::Degree;
 use vi_core::sparse::Entries;
@@ -129,12 +127,8 @@ impl<S: DiscreteLagrangian, C, O: NodalOperators> Scheme<S, C> for Nodal<O> {
     /// From the inverse, column by column: the operators may have no matrix. On closed loops the rows of
     /// their constraints count among those of the matrix.
     fn condition(&mut self, system: &S, _constraints: &C, u: &[f64]) -> Option<Condition> {
-        let (d, s) = (u.len(), &self.s);
+        let Self { operators, s, .. } = self;
         let mixed = |out: &mut dyn Entries| system.forced_d2_d1(s, out);
-        let mut inverse = DMatrix::identity(d, d);
-        for column in inverse.as_mut_slice().chunks_exact_mut(d.max(1)) {
-            self.operators.solve(&mixed, u, s, column).ok()?;
-        }
-        Some(Condition::unscaled(condition_number(&inverse)))
+        Condition::of_inverse(u.len(), |column| operators.solve(&mixed, u, s, column))
     }
 }

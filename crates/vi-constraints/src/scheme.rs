@@ -210,6 +210,19 @@ impl Condition {
         Self { as_written: condition_number(&written), scaled: condition_number(scaled) }
     }
 
+    /// Of the inverse of a `d × d` matrix that is known by its solutions alone: `solve` turns a right-hand side into one. `None`
+    /// where it cannot.
+    pub fn of_inverse(
+        d: usize,
+        mut solve: impl FnMut(&mut [f64]) -> Result<(), Fault>,
+    ) -> Option<Self> {
+        let mut inverse = DMatrix::identity(d, d);
+        for column in inverse.as_mut_slice().chunks_exact_mut(d.max(1)) {
+            solve(column).ok()?;
+        }
+        Some(Self::unscaled(condition_number(&inverse)))
+    }
+
     /// Of a matrix that is factorized as it is written.
     #[must_use]
     pub fn unscaled(number: f64) -> Self {

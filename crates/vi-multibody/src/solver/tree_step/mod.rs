@@ -41,11 +41,10 @@ use crate::solver::body_blocks::BodyBlocks;
 use crate::tree::Tree;
 use columns::{ColumnWork, Motion};
 use link::{Constants, Sums, Work};
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use solve::Gain;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_core::interval::Interval;
-use vi_core::linear::condition_number;
 use vi_core::newton::{Block, CLOSING_SIZE, Fault, Newton};
 use vi_core::predictor::Degree;
 use vi_core::state::State;
@@ -303,11 +302,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         constraints: &Mechanism,
         u: &[f64],
     ) -> Option<Condition> {
-        let d = u.len();
-        let mut inverse = DMatrix::identity(d, d);
-        for column in inverse.as_mut_slice().chunks_exact_mut(d.max(1)) {
-            self.correction(system, constraints, u, column).ok()?;
-        }
-        Some(Condition::unscaled(condition_number(&inverse)))
+        let solve = |column: &mut [f64]| self.correction(system, constraints, u, column);
+        Condition::of_inverse(u.len(), solve)
     }
 }
