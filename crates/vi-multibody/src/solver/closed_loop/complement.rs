@@ -12,16 +12,13 @@
 
 use super::echelon::{CAPACITY, Entry};
 use super::path::Paths;
+use super::relief::{Relief, SIDES, first_side};
 use super::square_system::SquareSystem;
 use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
-use nalgebra::Vector3;
 use vi_core::linear::{Singular, SparseLu};
 use vi_core::newton::Fault;
 use vi_core::sparse::{Entries, SparseMatrix};
-
-/// Right-hand sides: the unit twists of the apex, then the closure.
-pub(super) const SIDES: usize = 7;
 
 /// Rank from which on `C` is solved by a sparse LU.
 const LARGE: usize = 128;
@@ -81,12 +78,11 @@ impl LargeMatrix {
 pub(crate) struct Complement {
     rank: usize,
     left: Vec<Vec<Entry>>,      // column → (k, û_k)
-    wrenches: Vec<Twist>,       // p_k
     right: Vec<Vec<Entry>>,     // i → (column, v̂_i)
     rows: usize,                // rows added
     matrix: SquareSystem,       // a small one
     large: Option<LargeMatrix>, // or a large one
-    solved: [Vec<f64>; SIDES],  // C⁻¹ of the right-hand sides
+    relief: Relief,
     sweep: Sweep,
     line: Vec<f64>,  // a row of C
     met: Vec<usize>, // its nonzero entries
@@ -159,12 +155,11 @@ impl Complement {
         Self {
             rank,
             left: vec(columns),
-            wrenches: vec![Twist::zero(); rank],
             right: vec(rank),
             rows: 0,
             matrix: SquareSystem::new(own, SIDES),
             large,
-            solved: std::array::from_fn(|_| vec![0.0; rank]),
+            relief: Relief::new(rank),
             sweep,
             line: vec![0.0; rank],
             met: Vec::with_capacity(2 * rank),
@@ -187,10 +182,11 @@ impl Complement {
         paths: &Paths,
         tree: &Articulated,
     ) {
-        let Self { sweep, left, wrenches, .. } = self;
+        let Self { sweep, left, relief, .. } = self;
         sweep.take_up(basis, paths);
         let transmit = |link: usize, p: &Twist, own: &mut [f64]| tree.transmit(link, p, own);
-        wrenches[k] = sweep.run(paths, transmit, |column, value| left[column].push((k, value)));
+        relief.wrenches[k] =
+            sweep.run(paths, transmit, |column, value| left[column].push((k, value)));
     }
 
     /// `v̂_i`, `p'_i` from the row of `J'` last written, and its row of `C` with the right-hand sides.
@@ -242,43 +238,24 @@ impl Complement {
         apex: Option<usize>,
         tree: &mut Articulated,
     ) -> Result<(), Fault> {
-        let first = if apex.is_some() { 0 } else { SIDES - 1 };
-        if let Some(large) = &mut self.large {
-            large.solve(self.rank, first)?;
-            for (side, solved) in self.solved.iter_mut().enumerate().skip(first) {
-                solved.copy_from_slice(&large.sides[side * self.rank..(side + 1) * self.rank]);
+        let Self { rank, matrix, large, relief, .. } = self;
+        let first = first_side(apex);
+        match large {
+            Some(large) => {
+                large.solve(*rank, first)?;
+                relief.relieve(|k, side| large.sides[side * *rank + k], apex, tree);
             }
-        } else {
-            self.matrix.solve(first)?;
-            for (side, solved) in self.solved.iter_mut().enumerate().skip(first) {
-                let solution = |(k, x): (usize, &mut f64)| *x = self.matrix.solution(k, side);
-                solved.iter_mut().enumerate().for_each(solution);
-            }
-        }
-        if let Some(apex) = apex {
-            for (k, wrench) in self.wrenches.iter().enumerate() {
-                tree.relieve(apex, wrench, &self.per_twist(k));
-                tree.wrench(apex).add_scaled(self.solved[SIDES - 1][k], wrench);
+            None => {
+                matrix.solve(first)?;
+                relief.relieve(|k, side| matrix.solution(k, side), apex, tree);
             }
         }
         Ok(())
     }
 
-    /// By how much multiplier `k` falls for each unit of the twist of the apex.
-    fn per_twist(&self, k: usize) -> Twist {
-        let part = |first: usize| Vector3::from_fn(|i, _| self.solved[first + i][k]);
-        Twist::new(part(0), part(3))
-    }
-
     /// Adds what the multipliers do to `x`, now that the motion of the apex is known.
     pub(crate) fn release(&mut self, paths: &Paths, tree: &mut Articulated, x: &mut [f64]) {
-        if let Some(apex) = paths.apex {
-            let twist = *tree.wrench(apex);
-            for k in 0..self.rank {
-                self.solved[SIDES - 1][k] -= self.per_twist(k).dot(&twist);
-            }
-        }
-        let multipliers = &self.solved[SIDES - 1];
+        let multipliers = self.relief.multipliers(paths.apex, tree);
         for (&column, entries) in paths.columns.iter().zip(&self.left) {
             x[column] += entries.iter().map(|&(k, value)| multipliers[k] * value).sum::<f64>();
         }

@@ -5,13 +5,12 @@
 //! ```
 #![allow(non_snake_case)] // C
 
-use super::complement::SIDES;
 use super::echelon::Entry;
 use super::path::Paths;
+use super::relief::{Relief, SIDES, first_side};
 use super::square_system::SquareSystem;
 use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
-use nalgebra::Vector3;
 use vi_core::newton::Fault;
 
 /// Columns up to which a cluster is solved by dense matrices.
@@ -19,14 +18,12 @@ const COLUMNS: usize = 16;
 
 /// `C` with what it is made of.
 pub(crate) struct DenseComplement {
-    rank: usize,
     width: usize,         // columns of the cluster
     left: Vec<f64>,       // rank × width  û_k
-    wrenches: Vec<Twist>, // p_k
     right: Vec<f64>,      // width  v̂_i of the row at hand
     matrix: SquareSystem, // C
-    carried: Vec<Twist>,  // scratch, of each link
-    multipliers: Vec<f64>,
+    relief: Relief,
+    carried: Vec<Twist>, // scratch, of each link
 }
 
 impl DenseComplement {
@@ -34,14 +31,12 @@ impl DenseComplement {
     pub(crate) fn new(paths: &Paths, rank: usize) -> Option<Self> {
         let (width, links) = (paths.columns.len(), paths.links.len());
         (1..=COLUMNS).contains(&width).then(|| Self {
-            rank,
             width,
             left: vec![0.0; rank * width],
-            wrenches: vec![Twist::zero(); rank],
             right: vec![0.0; width],
             matrix: SquareSystem::new(rank, SIDES),
+            relief: Relief::new(rank),
             carried: vec![Twist::zero(); links],
-            multipliers: vec![0.0; rank],
         })
     }
 
@@ -57,7 +52,7 @@ impl DenseComplement {
         values.fill(0.0);
         basis.for_each(|(column, value)| values[column] = value);
         let transmit = |link: usize, p: &Twist, own: &mut [f64]| tree.transmit(link, p, own);
-        self.wrenches[k] = sweep(paths, &mut self.carried, values, transmit);
+        self.relief.wrenches[k] = sweep(paths, &mut self.carried, values, transmit);
     }
 
     /// Row `i` of `C` with the right-hand sides, from the row of `J'` last written.
@@ -91,35 +86,16 @@ impl DenseComplement {
         apex: Option<usize>,
         tree: &mut Articulated,
     ) -> Result<(), Fault> {
-        let first = if apex.is_some() { 0 } else { SIDES - 1 };
-        self.matrix.solve(first)?;
-        for (k, multiplier) in self.multipliers.iter_mut().enumerate() {
-            *multiplier = self.matrix.solution(k, SIDES - 1);
-        }
-        if let Some(apex) = apex {
-            for (k, wrench) in self.wrenches.iter().enumerate() {
-                tree.relieve(apex, wrench, &self.per_twist(k));
-                tree.wrench(apex).add_scaled(self.multipliers[k], wrench);
-            }
-        }
+        let Self { matrix, relief, .. } = self;
+        matrix.solve(first_side(apex))?;
+        relief.relieve(|k, side| matrix.solution(k, side), apex, tree);
         Ok(())
-    }
-
-    /// By how much multiplier `k` falls for each unit of the twist of the apex.
-    fn per_twist(&self, k: usize) -> Twist {
-        let part = |first: usize| Vector3::from_fn(|i, _| self.matrix.solution(k, first + i));
-        Twist::new(part(0), part(3))
     }
 
     /// Adds what the multipliers do to `x`, now that the motion of the apex is known.
     pub(crate) fn release(&mut self, paths: &Paths, tree: &mut Articulated, x: &mut [f64]) {
-        if let Some(apex) = paths.apex {
-            let twist = *tree.wrench(apex);
-            for k in 0..self.rank {
-                self.multipliers[k] -= self.per_twist(k).dot(&twist);
-            }
-        }
-        for (multiplier, u) in self.multipliers.iter().zip(self.left.chunks_exact(self.width)) {
+        let multipliers = self.relief.multipliers(paths.apex, tree);
+        for (multiplier, u) in multipliers.iter().zip(self.left.chunks_exact(self.width)) {
             for (&column, u) in paths.columns.iter().zip(u) {
                 x[column] += u * multiplier;
             }

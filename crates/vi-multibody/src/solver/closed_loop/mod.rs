@@ -47,6 +47,7 @@ mod elimination;
 pub mod loop_rank;
 pub(crate) mod loops;
 mod path;
+mod relief;
 mod square_system;
 pub mod step;
 mod sweep;

@@ -17,11 +17,9 @@ use super::sweep::Resolution;
 use crate::mechanism::Mechanism;
 use crate::pair::PairKind;
 use crate::solver::tree_step::TreeStep;
-use nalgebra::DMatrix;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
-use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton};
 use vi_core::predictor::Degree;
 use vi_core::state::{Memory, State};
@@ -174,11 +172,7 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         mechanism: &Mechanism,
         u: &[f64],
     ) -> Option<Condition> {
-        let d = u.len();
-        let mut inverse = DMatrix::identity(d, d);
-        for column in inverse.as_mut_slice().chunks_exact_mut(d.max(1)) {
-            self.correction(system, mechanism, u, column).ok()?;
-        }
-        Some(Condition::unscaled(condition_number(&inverse)))
+        let solve = |column: &mut [f64]| self.correction(system, mechanism, u, column);
+        Condition::of_inverse(u.len(), solve)
     }
 }
