@@ -56,6 +56,18 @@ impl BodySurface {
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|k| first + k)));
     }
 
+    /// A box along the axes between two corners, the least and the largest.
+    #[must_use]
+    pub fn cuboid(ends: [Vector3<f64>; 2]) -> Self {
+        let corner = |k: usize| Vector3::from_fn(|i, _| ends[k >> i & 1][i]);
+        let faces =
+            [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        Self {
+            corners: (0..8).map(corner).collect(),
+            triangles: faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
+        }
+    }
+
     /// Least and largest coordinates, m.
     #[must_use]
     pub fn ends(&self) -> [Vector3<f64>; 2] {

@@ -20,7 +20,10 @@ pub(super) fn triangulated(shape: &Shape) -> Option<BodySurface> {
         revolution(&[(0.0, -half), (radius, -half), (radius, half), (0.0, half)])
     };
     Some(match shape.kind {
-        ShapeKind::Box => cuboid([at(0), at(1), at(2)].map(|edge| 0.5 * edge)),
+        ShapeKind::Box => {
+            let half = Vector3::new(at(0), at(1), at(2)) * 0.5;
+            BodySurface::cuboid([-half, half])
+        }
         ShapeKind::Cylinder => cylinder(at(0), at(1)),
         ShapeKind::Rod => cylinder(at(1), at(0)),
         ShapeKind::Cone => {
@@ -36,17 +39,6 @@ pub(super) fn triangulated(shape: &Shape) -> Option<BodySurface> {
         }
         ShapeKind::Mesh => return None,
     })
-}
-
-/// A box with half edges.
-fn cuboid(half: [f64; 3]) -> BodySurface {
-    let side = |k: u32, i: usize| if k >> i & 1 == 0 { -half[i] } else { half[i] };
-    let faces =
-        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    BodySurface {
-        corners: (0..8).map(|k| Vector3::new(side(k, 0), side(k, 1), side(k, 2))).collect(),
-        triangles: faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
-    }
 }
 
 /// About the third axis; the profile of radii and heights goes upwards, from the axis to the axis.

@@ -36,27 +36,19 @@ pub(super) struct Surfaces {
 impl Surfaces {
     /// The meshes of a model, whose bodies then know theirs.
     pub(super) fn new(model: &Model, bodies: &mut [Body]) -> Self {
-        let mut known: BTreeMap<String, usize> = BTreeMap::new();
-        let (mut surfaces, mut counts) = (Vec::new(), Vec::new());
-        let mut missing = 0;
+        let mut known: BTreeMap<String, Option<usize>> = BTreeMap::new();
+        let (mut surfaces, mut missing) = (Vec::new(), 0);
         for (body, shown) in model.bodies.iter().zip(bodies) {
             missing += body.mesh_files().filter(|file| model.meshes.get(file).is_none()).count();
-            let Some(surface) = model.surface(body) else { continue };
-            let next = known.len();
-            let key = match body.picture.is_empty() {
-                true => format!("{:?}", body.shape),
-                false => format!("{:?}", body.picture),
-            };
-            let at = *known.entry(key).or_insert(next);
-            shown.mesh = Some(at);
-            if at == next {
-                counts.push(surface.triangles.len());
-                surfaces.push(surface);
-            }
+            let key = format!("{:?} {:?}", body.shape, body.picture);
+            shown.mesh = *known.entry(key).or_insert_with(|| {
+                surfaces.push(model.surface(body)?);
+                Some(surfaces.len() - 1)
+            });
         }
-        let most = shares(&counts, TRIANGLES);
+        let counts: Vec<usize> = surfaces.iter().map(|surface| surface.triangles.len()).collect();
         let (mut list, mut drawn) = (Vec::new(), 0);
-        for (surface, most) in surfaces.iter().zip(most) {
+        for (surface, most) in surfaces.iter().zip(shares(&counts, TRIANGLES)) {
             let surface = simplified(surface, most);
             drawn += surface.triangles.len();
             list.push(Surface::of(&surface));
@@ -122,7 +114,7 @@ fn simplified(surface: &BodySurface, most: usize) -> BodySurface {
         let factor = (wanted / count.max(1) as f64).sqrt().clamp(0.25, 4.0);
         cells = (cells * factor).clamp(1.0, FINEST);
     }
-    best.unwrap_or_else(|| enclosing_box(surface))
+    best.unwrap_or_else(|| BodySurface::cuboid(surface.ends()))
 }
 
 /// With corners merged in a grid of so many cells along the longest edge.
@@ -158,17 +150,6 @@ fn merged(surface: &BodySurface, cells: f64) -> BodySurface {
     BodySurface {
         corners: sums.into_iter().map(|(sum, count)| sum / count).collect(),
         triangles: triangles.into_iter().collect(),
-    }
-}
-
-fn enclosing_box(surface: &BodySurface) -> BodySurface {
-    let [low, high] = surface.ends();
-    let at = |k: u32, bit: u32, i: usize| if k & bit == 0 { low[i] } else { high[i] };
-    let faces =
-        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    BodySurface {
-        corners: (0..8).map(|k| Vector3::new(at(k, 1, 0), at(k, 2, 1), at(k, 4, 2))).collect(),
-        triangles: faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
     }
 }
 
