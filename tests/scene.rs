@@ -215,14 +215,8 @@ of = "pin"
 frame = "space"
 "#;
 
-/// An angle bar, turned by a quarter about `-y`, between two marks.
-const ANGLE_BAR: &str = r#"
-model = { name = "angle bar" }
-simulation = { step = 0.01, end = 0.1 }
-[[body]]
-name = "bar"
-shape = { type = "mesh", file = "bar.obj", density = 1.0 }
-rotation_vector = [0, "= -pi/2", 0]
+/// Two marks, eight metres apart.
+const MARKS: &str = r#"
 [[body]]
 name = "left"
 position = [-4, 0, 0]
@@ -233,18 +227,34 @@ position = [4, 0, 0]
 shape = { type = "sphere", dimensions = [0.1], density = 1.0 }
 "#;
 
+/// An angle bar, turned by a quarter about `-y`, between the marks.
+const ANGLE_BAR: &str = r#"
+model = { name = "angle bar" }
+simulation = { step = 0.01, end = 0.1 }
+[[body]]
+name = "bar"
+shape = { type = "mesh", file = "bar.obj", density = 1.0 }
+rotation_vector = [0, "= -pi/2", 0]
+"#;
+
+/// A model between the marks, seen from the front, and the scale of the picture, px/m.
+fn between_marks(browser: &str, folder: &Path, model: &str) -> (Shown, f64) {
+    std::fs::write(folder.join("marked.toml"), format!("{model}{MARKS}")).unwrap();
+    assert!(command(folder, &["run", "marked.toml", "-o", "."]).output().unwrap().status.success());
+    let shown = show(browser, &folder.join("report.html"), "t=0.05&view=front", [1100, 900]);
+    assert_eq!(shown.console, Vec::<String>::new());
+    let [left, right] = ["left", "right"].map(|name| shown.member(name));
+    let scale = (right[0] - left[0]) / 8.0;
+    (shown, scale)
+}
+
 #[test]
 fn a_mesh_is_drawn_where_its_triangles_are() {
     let Some(browser) = browser() else { return };
     let folder = folder("scene", "mesh");
     std::fs::write(folder.join("bar.obj"), crate::meshes::angle_bar()).unwrap();
-    std::fs::write(folder.join("bar.toml"), ANGLE_BAR).unwrap();
-    assert!(command(&folder, &["run", "bar.toml", "-o", "."]).output().unwrap().status.success());
-    let page = folder.join("report.html");
-    let shown = show(browser, &page, "t=0.05&view=front", [1100, 900]);
-    assert_eq!(shown.console, Vec::<String>::new());
-    let [bar, left, right] = ["bar", "left", "right"].map(|name| shown.member(name));
-    let scale = (right[0] - left[0]) / 8.0;
+    let (shown, scale) = between_marks(browser, &folder, ANGLE_BAR);
+    let bar = shown.member("bar");
     assert!(scale > 20.0, "{scale} px/m");
     // in the axes of the file, whose centre of mass is (1.1, 0.25, 1.1): x points upwards now, z to the left
     let color = |x: f64, z: f64| {
@@ -260,7 +270,7 @@ fn a_mesh_is_drawn_where_its_triangles_are() {
     }
 }
 
-/// A ball with a box on a long arm beside it, between two marks.
+/// A ball with a box on a long arm beside it, between the marks.
 const PICTURE: &str = r#"
 model = { name = "picture" }
 simulation = { step = 0.01, end = 0.1 }
@@ -273,26 +283,14 @@ picture = [
     { type = "sphere", dimensions = [0.5] },
     { type = "box", dimensions = [2.0, 0.4, 0.4], position = [0, 0, 2] },
 ]
-[[body]]
-name = "left"
-position = [-4, 0, 0]
-shape = { type = "sphere", dimensions = [0.1], density = 1.0 }
-[[body]]
-name = "right"
-position = [4, 0, 0]
-shape = { type = "sphere", dimensions = [0.1], density = 1.0 }
 "#;
 
 #[test]
 fn all_shapes_of_a_picture_are_drawn_at_their_places() {
     let Some(browser) = browser() else { return };
     let folder = folder("scene", "picture");
-    std::fs::write(folder.join("arm.toml"), PICTURE).unwrap();
-    assert!(command(&folder, &["run", "arm.toml", "-o", "."]).output().unwrap().status.success());
-    let shown = show(browser, &folder.join("report.html"), "t=0.05&view=front", [1100, 900]);
-    assert_eq!(shown.console, Vec::<String>::new());
-    let [arm, left, right] = ["arm", "left", "right"].map(|name| shown.member(name));
-    let scale = (right[0] - left[0]) / 8.0;
+    let (shown, scale) = between_marks(browser, &folder, PICTURE);
+    let arm = shown.member("arm");
     // in the axes of the body: x points upwards, z to the left
     let blue = |x: f64, z: f64| {
         let place = [arm[0] - z * scale, arm[1] - x * scale];

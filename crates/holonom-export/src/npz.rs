@@ -64,19 +64,13 @@ fn motion(archive: &mut Archive, table: &Table) -> io::Result<()> {
         let axes = if member.kind == MemberKind::Particle2 { 2 } else { 3 };
         archive.reals(&format!("position/{name}"), &[rows, axes], columns(k, axes))?;
         if member.kind == MemberKind::Frame {
-            let directors = (0..rows).flat_map(|row| {
-                let entry = move |(i, j): (usize, usize)| table.columns[k + 3 + 3 * j + i][row];
-                PLACES.into_iter().map(entry)
-            });
+            let entry = |row: usize, n: usize| table.columns[k + 3 + 3 * (n % 3) + n / 3][row];
+            let directors = (0..rows).flat_map(|row| (0..9).map(move |n| entry(row, n)));
             archive.reals(&format!("directors/{name}"), &[rows, 3, 3], directors)?;
         }
     }
     Ok(())
 }
-
-/// Rows and columns of a 3×3 matrix, row by row.
-const PLACES: [(usize, usize); 9] =
-    [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)];
 
 /// One row of the file is one element of one beam at one step.
 fn beams(archive: &mut Archive, table: &Table) -> io::Result<()> {
