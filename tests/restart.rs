@@ -256,3 +256,52 @@ fn a_state_of_another_model_is_refused() {
     assert!(gears.resume(torsion.state()).is_err());
     assert_eq!(gears.state(), before, "a refused state changes nothing");
 }
+
+/// States of the models with what a prescribed motion hands to the next step, as values that can be changed.
+fn states_with_impulse() -> impl Iterator<Item = (Simulation, serde_json::Value)> {
+    models().into_iter().filter_map(|(_, text)| {
+        let simulation = Simulation::new(&measured(&text, ("nodal", 2))).ok()?;
+        let state = serde_json::to_value(simulation.state()).unwrap();
+        state.pointer("/motion/impulse/p").is_some().then_some((simulation, state))
+    })
+}
+
+/// An impulse with an entry too few and a velocity with one too many have the right number of entries in all.
+#[test]
+fn an_impulse_of_another_length_is_refused() {
+    let mut tried = 0;
+    for (mut simulation, mut state) in states_with_impulse() {
+        state.pointer_mut("/motion/impulse/p").unwrap().as_array_mut().unwrap().pop();
+        let v = state.pointer_mut("/motion/impulse/v").unwrap().as_array_mut().unwrap();
+        v.push(0.0.into());
+        let state: RunState = serde_json::from_value(state).unwrap();
+        let refused = simulation.resume(state).unwrap_err();
+        assert!(refused.to_string().contains("impulse"), "{refused}");
+        tried += 1;
+    }
+    assert!(tried > 0);
+}
+
+/// Momenta of 1e308 overflow in energies, momentum maps and residuals: the run ends in words, without such numbers.
+#[test]
+fn a_state_that_overflows_gives_no_number_that_is_not_finite() {
+    let mut refused = 0;
+    for (name, text) in models() {
+        let Ok(mut simulation) = Simulation::new(&measured(&text, ("nodal", 2))) else { continue };
+        let mut state = serde_json::to_value(simulation.state()).unwrap();
+        let Some(p) = state.pointer_mut("/motion/state/p").and_then(|p| p.as_array_mut()) else {
+            continue;
+        };
+        p.iter_mut().for_each(|p| *p = 1e308.into());
+        if simulation.resume(serde_json::from_value(state).unwrap()).is_err() {
+            continue;
+        }
+        let mut observe = |sample: &Sample| -> Result<(), std::convert::Infallible> {
+            assert!(sample.is_finite(), "{name}: {sample:?}");
+            Ok(())
+        };
+        let Ok(outcome) = simulation.run_while(&mut observe, &mut |step, _| step < 3);
+        refused += u32::from(format!("{outcome:?}").contains("not finite"));
+    }
+    assert!(refused > 0);
+}

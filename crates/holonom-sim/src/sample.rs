@@ -147,3 +147,18 @@ pub struct Sample {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub notice: Option<String>,
 }
+
+impl Sample {
+    /// Whether no number is NaN or infinite; a sensor that has no value at a node reads NaN.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let Residuals { position, velocity, momentum } = self.residuals;
+        let energies = [self.energy, self.hamiltonian, self.work];
+        let numbers = [self.t, position, velocity, momentum].into_iter().chain(energies);
+        let Momentum { linear, angular } = self.momentum;
+        let lists = [&self.q, &self.energies].into_iter().flatten().copied();
+        let all = numbers.chain(self.shadow).chain(linear).chain(angular).chain(lists);
+        let momenta = self.momenta.as_ref().is_none_or(|momenta| momenta.is_finite());
+        momenta && { all }.all(f64::is_finite)
+    }
+}

@@ -33,7 +33,7 @@ use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, InitialValues, Options};
 use vi_core::Configuration;
-use vi_core::linear::{Singular, norm_inf};
+use vi_core::linear::Singular;
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
@@ -447,9 +447,7 @@ impl Simulation {
             momenta: at.momenta,
             notice,
         };
-        let momenta = sample.momenta.as_ref().is_none_or(|momenta| momenta.is_finite());
-        let energies = sample.energy.is_finite() && sample.hamiltonian.is_finite();
-        if momenta && energies && norm_inf(&sample.q).is_finite() {
+        if sample.is_finite() {
             return Ok(sample);
         }
         Err(self.lost("a value that is not finite"))

@@ -64,8 +64,11 @@ impl Work {
         parts: Vec<f64>,
         impulse: Option<Impulse>,
     ) -> Result<(), ResumeError> {
-        let size = |node: Option<&Impulse>| node.map_or(0, |node| node.p.len() + node.v.len());
-        same_length("the impulse", size(impulse.as_ref()), size(self.impulse()))?;
+        let size =
+            |node: Option<&Impulse>| node.map_or([0, 0], |node| [node.p.len(), node.v.len()]);
+        let [given, own] = [size(impulse.as_ref()), size(self.impulse())];
+        same_length("the impulse", given[0], own[0])?;
+        same_length("the velocity of the impulse", given[1], own[1])?;
         same_length("the list of works", parts.len(), self.parts.len())?;
         (self.before, self.parts) = (parts.clone(), parts);
         self.node = impulse.map(|now| [now.clone(), now]);
