@@ -114,7 +114,7 @@ fn equivalent(scheme: Scheme) -> Scheme {
 }
 
 /// Whether an equivalent scheme gives the same motion, in steps that resolve it: of a long step the equations may have
-/// several solutions. A scheme that does not apply is not judged.
+/// several solutions. A scheme that does not apply is not judged, nor what follows a warning of the program about the energy.
 pub(super) fn agreement(
     model: &Model,
     measured: &mut Measured,
@@ -131,11 +131,12 @@ pub(super) fn agreement(
     model.settings.scheme = equivalent(model.settings.scheme);
     let Some(mut motion) = run(&model) else { return Ok(()) };
     Defect::other(defect, &mut motion);
-    let (Some(a), Some(b)) = (found.samples.last(), motion.samples.last()) else { return Ok(()) };
     if found.failure.is_some() || motion.failure.is_some() {
         return Ok(());
     }
-    let apart = distance(a, b);
+    let last = believed(&found.samples).min(believed(&motion.samples)).checked_sub(1);
+    let Some(last) = last else { return Ok(()) };
+    let apart = distance(&found.samples[last], &motion.samples[last]);
     let scheme = model.settings.scheme.name();
     let amplified = if apart > AGREEMENT { amplification(&model) } else { None };
     let bound = amplified.map_or(AGREEMENT, |by| AGREEMENT.max(f64::EPSILON * by));
@@ -143,6 +144,12 @@ pub(super) fn agreement(
         measured.agreement = Some(apart);
     }
     within(FaultKind::Agreement, apart, bound, &format!("distance to the motion of `{scheme}`"))
+}
+
+/// How many nodes there are before the program warns that the energy left its band: an unstable motion of which steps have
+/// several solutions.
+fn believed(samples: &[Sample]) -> usize {
+    samples.iter().position(|sample| sample.notice.is_some()).unwrap_or(samples.len())
 }
 
 /// The distance of two nodes, relative to the coordinates.
