@@ -92,9 +92,13 @@ impl Inconsistency {
     /// The same as a [`Problem`] with its remedy.
     #[must_use]
     pub fn problem(&self) -> Problem {
-        let (what, unit) = match self.level {
-            Level::Position => ("the initial configuration violates this constraint", "m"),
-            Level::Velocity => ("the initial velocities violate this constraint", "m/s or rad/s"),
+        let (what, unit, more) = match self.level {
+            Level::Position => ("the initial configuration violates this constraint", "m", ""),
+            Level::Velocity => (
+                "the initial velocities violate this constraint",
+                "m/s or rad/s",
+                "; stated rates of joints are then kept",
+            ),
         };
         let distance = match self.distance {
             d if (1e-3..1e6).contains(&d) => format!("{}", (d * 1e6).round() / 1e6),
@@ -103,8 +107,10 @@ impl Inconsistency {
         let detail =
             if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };
         Problem::new(self.key.clone(), format!("{what} by {distance} {unit}{detail}")).help(
-            "correct the initial values, or set `project_start = true` under [simulation] to \
-                 project them onto the constraints",
+            format!(
+                "correct the initial values, or set `project_start = true` under [simulation] to \
+                 project them onto the constraints{more}",
+            ),
         )
     }
 }
