@@ -143,7 +143,7 @@ const CASES: [Case; 10] = [
             ("load.push.force", "[0.0, 0.0, 0.0]"),
             ("load.push.torque", "[0.0, 0.0, -8.0]"), // more would fold the elements
         ],
-        steps: 2_000_000,
+        steps: 10_000_000,
         conserved: &[Linear(0), Angular(2)],
     },
     Case {

@@ -218,7 +218,7 @@ impl Reference {
             let fine = run(steps)?;
             let change = uncertainty(&coarse, &fine);
             let worst = norm_inf(&change);
-            if worst < 1e-13 || worst > 0.25 * last || 2 * steps > horizon.finest {
+            if worst < 1e-14 || worst > 0.25 * last || 2 * steps > horizon.finest {
                 let origin = format!("{}, order 8, {steps} steps", method.name());
                 return Ok(Self { nodes: fine, uncertainty: change, origin });
             }

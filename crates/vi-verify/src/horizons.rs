@@ -9,6 +9,9 @@ use super::judge::ORDER_TOLERANCE;
 use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, longest_observed_order};
 use super::subject::{Method, Subject};
 
+/// From this order on little lies between the coarse end and round-off.
+const HIGH: u32 = 8;
+
 /// Horizons are doubled this often where errors reach round-off too early.
 const EXTENSIONS: usize = 3;
 
@@ -52,7 +55,7 @@ impl<'a> Horizons<'a> {
                 Err(error) if extension == 0 => return Err(error),
                 Err(_) => break,
             };
-            if order == 8 {
+            if order >= HIGH {
                 curves.iter_mut().for_each(fewer_halvings);
             }
             found.push(Study { method, order, end: horizon.end, reference, curves });
@@ -113,15 +116,15 @@ fn a_longer_horizon_helps(found: &[Study]) -> bool {
     found.last().is_some_and(|s| s.curves.iter().any(|c| short(s, c) && !read(c.quantity)))
 }
 
-/// Whether an order was read over as many halvings as it takes: three at order 8.
+/// Whether an order was read over as many halvings as it takes: three where it is high.
 fn long_enough(observed: &ObservedOrder, curve: &Convergence, order: u32) -> bool {
-    let wanted = if order == 8 { HALVINGS - 1 } else { HALVINGS };
+    let wanted = if order >= HIGH { HALVINGS - 1 } else { HALVINGS };
     let points = &curve.errors[observed.points.clone()];
     let halvings = (points[0].step / points[points.len() - 1].step).log2();
     halvings >= f64::from(wanted) - 0.1
 }
 
-/// Order 8 is read over the longest straight stretch of four, three or two halvings.
+/// High orders are read over the longest straight stretch of four, three or two halvings.
 fn fewer_halvings(curve: &mut Convergence) {
     let scale = Scale { size: 1.0, floor: curve.floor };
     if let Ok(observed) = longest_observed_order(&curve.errors, scale) {

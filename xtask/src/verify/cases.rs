@@ -7,7 +7,7 @@ use holonom::certificate::subject::ModelSubject;
 use holonom::verification::certificate::{Criterion, Finding};
 use holonom::verification::certify::Plan;
 use holonom::verification::convergence::Horizon;
-use holonom::verification::subject::{Method, Subject};
+use holonom::verification::subject::{GalerkinForm, Method, Setting, Subject};
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 
@@ -187,7 +187,8 @@ fn case(
         (true, _) => vec![2],
     };
     let comparator = forms.iter().map(|form| (Method::EnergyMomentum(*form), composed(form)));
-    let methods = variational.chain(comparator).collect();
+    let galerkin = galerkin(subject.as_ref(), step, quick, weight);
+    let methods = variational.chain(galerkin).chain(comparator).collect();
     let (long, short) = if quick { (long * 10, 2048) } else { (long * 1000, short * 1000) };
     let finest = if quick { finest / 4 } else { finest };
     let horizon = Horizon { end, coarsest, finest };
@@ -202,4 +203,21 @@ fn case(
         criteria: Criterion::ALL.to_vec(),
     };
     Case { name, about, subject, plan, weight, closed_forms: Vec::new }
+}
+
+/// The Galerkin scheme on the discrete null space, where a system can be integrated by it, with its orders. Of order 16 invariants are
+/// measured; errors are at round-off from coarse steps on, so that its order is rarely read.
+fn galerkin(
+    subject: &dyn Subject,
+    step: f64,
+    quick: bool,
+    weight: u32,
+) -> Option<(Method, Vec<u32>)> {
+    let method = Method::Galerkin(GalerkinForm::Nodal);
+    let orders = match quick {
+        false => vec![4, 6, 8, 16],
+        true if weight <= 10 => vec![4],
+        true => return None,
+    };
+    subject.start(Setting::new(method, orders[0], step)).is_ok().then_some((method, orders))
 }
