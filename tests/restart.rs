@@ -257,12 +257,12 @@ fn a_state_of_another_model_is_refused() {
     assert_eq!(gears.state(), before, "a refused state changes nothing");
 }
 
-/// States of the models with what a prescribed motion hands to the next step, as values that can be changed.
-fn states_with_impulse() -> impl Iterator<Item = (Simulation, serde_json::Value)> {
-    models().into_iter().filter_map(|(_, text)| {
+/// The models at their start, with their states as values that can be changed.
+fn stored_states() -> impl Iterator<Item = (&'static str, Simulation, serde_json::Value)> {
+    models().into_iter().filter_map(|(name, text)| {
         let simulation = Simulation::new(&measured(&text, ("nodal", 2))).ok()?;
         let state = serde_json::to_value(simulation.state()).unwrap();
-        state.pointer("/motion/impulse/p").is_some().then_some((simulation, state))
+        Some((name, simulation, state))
     })
 }
 
@@ -270,8 +270,9 @@ fn states_with_impulse() -> impl Iterator<Item = (Simulation, serde_json::Value)
 #[test]
 fn an_impulse_of_another_length_is_refused() {
     let mut tried = 0;
-    for (mut simulation, mut state) in states_with_impulse() {
-        state.pointer_mut("/motion/impulse/p").unwrap().as_array_mut().unwrap().pop();
+    for (_, mut simulation, mut state) in stored_states() {
+        let Some(p) = state.pointer_mut("/motion/impulse/p") else { continue };
+        p.as_array_mut().unwrap().pop();
         let v = state.pointer_mut("/motion/impulse/v").unwrap().as_array_mut().unwrap();
         v.push(0.0.into());
         let state: RunState = serde_json::from_value(state).unwrap();
@@ -286,12 +287,9 @@ fn an_impulse_of_another_length_is_refused() {
 #[test]
 fn a_state_that_overflows_gives_no_number_that_is_not_finite() {
     let mut refused = 0;
-    for (name, text) in models() {
-        let Ok(mut simulation) = Simulation::new(&measured(&text, ("nodal", 2))) else { continue };
-        let mut state = serde_json::to_value(simulation.state()).unwrap();
-        let Some(p) = state.pointer_mut("/motion/state/p").and_then(|p| p.as_array_mut()) else {
-            continue;
-        };
+    for (name, mut simulation, mut state) in stored_states() {
+        let p = state.pointer_mut("/motion/state/p").and_then(|p| p.as_array_mut());
+        let Some(p) = p else { continue };
         p.iter_mut().for_each(|p| *p = 1e308.into());
         if simulation.resume(serde_json::from_value(state).unwrap()).is_err() {
             continue;

@@ -97,12 +97,12 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
     facts.into_iter().map(|(subject, finding)| Fact { subject, finding }).collect()
 }
 
-/// Conservation, or energy against work.
 /// Iterations of a step: a whole number, or the mean over the parts of a composition.
 pub(super) fn iterations(count: f64) -> String {
     if count.fract() == 0.0 { format!("{count}") } else { format!("{count:.2}") }
 }
 
+/// Conservation, or energy against work.
 fn energy_words(energy: &EnergySummary) -> String {
     let start = rounded(energy.initial, 6);
     match energy.drift_per_step {

@@ -157,8 +157,8 @@ impl Sample {
         let numbers = [self.t, position, velocity, momentum].into_iter().chain(energies);
         let Momentum { linear, angular } = self.momentum;
         let lists = [&self.q, &self.energies].into_iter().flatten().copied();
-        let all = numbers.chain(self.shadow).chain(linear).chain(angular).chain(lists);
+        let mut numbers = numbers.chain(self.shadow).chain(linear).chain(angular).chain(lists);
         let momenta = self.momenta.as_ref().is_none_or(|momenta| momenta.is_finite());
-        momenta && { all }.all(f64::is_finite)
+        momenta && numbers.all(f64::is_finite)
     }
 }

@@ -173,6 +173,9 @@ pub fn relative_difference(run: &[Values], other: &[Values]) -> f64 {
     relative_error(Quantity::Position, run, other).unwrap_or(0.0)
 }
 
+/// No change of a reference below this is told from rounding.
+const ROUND_OFF: f64 = 1e-14;
+
 /// The schemes that a reference may be computed by, the best first.
 const BY: [Method; 2] = [Method::NODAL, Method::Variational(SchemeKind::Constrained)];
 
@@ -218,7 +221,7 @@ impl Reference {
             let fine = run(steps)?;
             let change = uncertainty(&coarse, &fine);
             let worst = norm_inf(&change);
-            if worst < 1e-14 || worst > 0.25 * last || 2 * steps > horizon.finest {
+            if worst < ROUND_OFF || worst > 0.25 * last || 2 * steps > horizon.finest {
                 let origin = format!("{}, order 8, {steps} steps", method.name());
                 return Ok(Self { nodes: fine, uncertainty: change, origin });
             }
@@ -264,7 +267,7 @@ impl Reference {
             Quantity::Momentum | Quantity::ConstrainedMomentum => p,
             _ => lambda,
         };
-        uncertainty.max(1e-14)
+        uncertainty.max(ROUND_OFF)
     }
 }
 

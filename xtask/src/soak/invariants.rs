@@ -90,6 +90,7 @@ pub(super) fn finite(found: &Trace) -> Result<(), Fault> {
     }
 }
 
+/// Without [`Sample::is_finite`], by which the program itself refuses nodes: that may be wrong.
 fn is_finite(sample: &Sample) -> bool {
     let Sample { residuals: r, momentum, .. } = sample;
     let own = [sample.t, sample.energy, sample.hamiltonian, sample.work, sample.newton_iterations];
