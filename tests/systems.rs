@@ -23,6 +23,7 @@ mod driven_beams;
 mod efforts;
 mod energies;
 mod energy_momentum;
+mod far_from_origin;
 mod flexible_multibody;
 mod four_bar_loop;
 mod four_particles;

@@ -150,7 +150,8 @@ const CASES: [Case; 10] = [
         what: "flying beam after its loads",
         model: "flying_beam",
         scheme: "nodal",
-        replaced: &[("simulation.step", "0.01")],
+        // an element of 0.5 m is bent by more than 90° after 10.5 s
+        replaced: &[("simulation.step", "0.01"), ("beam.beam.elements", "40")],
         steps: 200_000,
         conserved: &[Linear(0), Angular(2)],
     },

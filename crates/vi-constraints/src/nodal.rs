@@ -14,8 +14,10 @@
 //! The constraints hold by construction; no derivative of `P` appears; the condition number does not
 //! depend on `h`. Written against [`NodalOperators`], so trees solve it in linear time.
 
+use crate::constraints::Constraints;
 use crate::reparametrization::{LastStep, NodalOperators};
 use crate::scheme::{Condition, Scheme, StepError, SubStep};
+use crate::unknowns::Increments;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault, Newton};
@@ -27,6 +29,7 @@ use vi_core::state::State;
 #[derive(Debug)]
 pub struct Nodal<O> {
     operators: O,
+    increments: Increments,
     reduced: bool,
     rates: Option<Vec<f64>>, // d  ν(0), where the first step cannot start from u = 0
     s: Interval,
@@ -40,8 +43,16 @@ impl<O: NodalOperators> Nodal<O> {
     #[must_use]
     pub fn new(n: usize, operators: O, reduced: bool) -> Self {
         let (s, zeros) = (Interval::new(n), |k: usize| vec![0.0; k]);
-        let compensation = zeros(operators.dof());
-        Self { operators, reduced, rates: None, s, p: zeros(n), residual: zeros(n), compensation }
+        Self {
+            increments: Increments::new(operators.blocks().to_vec()),
+            reduced,
+            rates: None,
+            s,
+            p: zeros(n),
+            residual: zeros(n),
+            compensation: zeros(operators.dof()),
+            operators,
+        }
     }
 
     /// Newton's method of the first step starts from `h ν`: at a singular configuration `u = 0` is no
@@ -53,13 +64,14 @@ impl<O: NodalOperators> Nodal<O> {
     }
 }
 
-impl<S: DiscreteLagrangian, C, O: NodalOperators> Scheme<S, C> for Nodal<O> {
+impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for Nodal<O> {
     fn blocks(&self) -> &[Block] {
-        self.operators.blocks()
+        self.increments.blocks()
     }
 
-    fn begin(&mut self, _system: &S, _constraints: &C, step: SubStep, state: &mut State) {
+    fn begin(&mut self, _system: &S, constraints: &C, step: SubStep, state: &mut State) {
         step.open(&mut self.s, state);
+        self.increments.scale(constraints, &state.q);
         self.p.copy_from_slice(&state.p);
         state.compensation.open_balance(&mut self.compensation);
         let last = state.memory.last.as_ref().zip(state.history.before(step.index));

@@ -1,5 +1,6 @@
-//! Kinds and scales of the unknowns of the schemes whose unknowns are coordinates.
+//! Kinds and scales of unknowns: coordinates and multipliers, or increments of a reparametrization.
 
+use crate::constraints::Constraints;
 use vi_core::linear::norm_inf;
 use vi_core::newton::{Block, BlockKind};
 use vi_core::sparse::SparseMatrix;
@@ -24,5 +25,33 @@ pub fn scale(blocks: &mut [Block], q: &[f64], mass: &SparseMatrix) {
             BlockKind::Multiplier => position_floor(q) * norm_inf(mass.as_sprs().data()),
             _ => position_floor(q),
         };
+    }
+}
+
+/// Blocks of increments, with the floors of a configuration.
+#[derive(Clone, Debug)]
+pub struct Increments {
+    blocks: Vec<Block>,
+    least: Vec<f64>, // floor of each block in any configuration
+}
+
+impl Increments {
+    /// With floors that hold in any configuration.
+    #[must_use]
+    pub fn new(blocks: Vec<Block>) -> Self {
+        let least = blocks.iter().map(|block| block.floor).collect();
+        Self { blocks, least }
+    }
+
+    /// Sets the floors for a step from `q`, by [`Constraints::raise_floors`].
+    pub fn scale(&mut self, constraints: &impl Constraints, q: &[f64]) {
+        self.blocks.iter_mut().zip(&self.least).for_each(|(block, least)| block.floor = *least);
+        constraints.raise_floors(q, &mut self.blocks);
+    }
+
+    /// The blocks.
+    #[must_use]
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
     }
 }

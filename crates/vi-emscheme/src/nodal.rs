@@ -23,6 +23,7 @@ use crate::scheme::advance_state;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_constraints::unknowns::Increments;
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
 use vi_core::newton::{Block, Fault, Newton};
@@ -91,6 +92,7 @@ pub trait EmOperators<C>: Send {
 #[derive(Debug)]
 pub struct EmNodal<O> {
     operators: O,
+    increments: Increments,
     balance: Balance,
     carried: Vec<f64>, // n or d  rounding error of the last momentum balance
 }
@@ -98,9 +100,13 @@ pub struct EmNodal<O> {
 impl<O> EmNodal<O> {
     /// For `n` coordinates, an independent set of `m` constraints and operators.
     #[must_use]
-    pub fn new(n: usize, m: usize, rows: IndependentRows, operators: O) -> Self {
+    pub fn new<C>(n: usize, m: usize, rows: IndependentRows, operators: O) -> Self
+    where
+        O: EmOperators<C>,
+    {
         let balance = Balance::new(n, (rows, m)).without_matrix();
-        Self { operators, balance, carried: Vec::new() }
+        let increments = Increments::new(operators.blocks().to_vec());
+        Self { operators, increments, balance, carried: Vec::new() }
     }
 
     /// With the multipliers of a tree found frame by frame, where there is one.
@@ -113,10 +119,11 @@ impl<O> EmNodal<O> {
 
 impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<O> {
     fn blocks(&self) -> &[Block] {
-        self.operators.blocks()
+        self.increments.blocks()
     }
 
-    fn begin(&mut self, _system: &EmSystem, _constraints: &C, step: SubStep, state: &mut State) {
+    fn begin(&mut self, _system: &EmSystem, constraints: &C, step: SubStep, state: &mut State) {
+        self.increments.scale(constraints, &state.q);
         self.balance.open(state, step);
         self.carried.clone_from(&state.compensation.balance);
         self.operators.begin(step, state);
@@ -129,7 +136,7 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         u: &[f64],
         r: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { operators, balance, carried } = self;
+        let Self { operators, balance, carried, .. } = self;
         operators.reparametrize(constraints, u, &mut balance.s)?;
         if let Some(rows) = operators.rows() {
             balance.take_rows(rows);
@@ -263,7 +270,8 @@ mod tests {
                 operators.linearized::<Mechanism>(linearization)
             };
             let at = (&system, mechanism);
-            let of = |operators| EmNodal::new(n, m, IndependentRows::all(m), operators);
+            let of =
+                |operators| EmNodal::new::<Mechanism>(n, m, IndependentRows::all(m), operators);
             let tree = TreeMultipliers::new(mechanism);
             let multipliers = dense(EmLinearization::Multipliers).unwrap();
             let mut found = vec![mismatch(at, of(multipliers).on_tree(tree))];
@@ -272,7 +280,7 @@ mod tests {
                 None => assert!(!bodies, "only bars have no such derivative"),
             }
             let sparse = SparseOperators::new(mechanism, averaged());
-            let sparse = EmNodal::new(n, m, IndependentRows::all(m), sparse);
+            let sparse = EmNodal::new::<Mechanism>(n, m, IndependentRows::all(m), sparse);
             found.push(mismatch(at, sparse));
             let name = mechanism.description().joints.first().map_or("particles", |j| &j.name);
             println!("{name:<12} Newton matrices off by {found:?}");

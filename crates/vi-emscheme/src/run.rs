@@ -141,19 +141,23 @@ fn nodal_on_tree(
             let operators = SparseOperators::new(mechanism, averaged);
             let elements = has_nodes(mechanism);
             let operators = if elements { operators.for_elements(at.q) } else { operators };
-            Box::new(EmNodal::new(n, m, IndependentRows::all(m), operators).on_tree(tree))
+            Box::new(
+                EmNodal::new::<Mechanism>(n, m, IndependentRows::all(m), operators).on_tree(tree),
+            )
         }
         Some(averaged) => {
             let operators = DenseOperators::new(n, (averaged, map));
             let operators = operators.linearized::<Mechanism>(algebra.linearization);
             let operators = operators.ok_or(EmSetupError::Linearization)?;
-            Box::new(EmNodal::new(n, m, IndependentRows::all(m), operators).on_tree(tree))
+            Box::new(
+                EmNodal::new::<Mechanism>(n, m, IndependentRows::all(m), operators).on_tree(tree),
+            )
         }
         None if explicit => return Err(EmSetupError::Linearization),
         None => {
             let source = DiscreteQr::new(n, m, rows.len());
             let operators = DenseOperators::new(n, (source, map));
-            Box::new(EmNodal::new(n, m, rows, operators).on_tree(tree))
+            Box::new(EmNodal::new::<Mechanism>(n, m, rows, operators).on_tree(tree))
         }
     };
     Ok(scheme)
@@ -184,7 +188,7 @@ fn nodal_on_loops(
     };
     let rows = closure.rows().clone();
     let operators = DenseOperators::new(n, (source, map)).on_loops(closure, blocks);
-    Ok(Box::new(EmNodal::new(n, m, rows, operators)))
+    Ok(Box::new(EmNodal::new::<Mechanism>(n, m, rows, operators)))
 }
 
 /// The constraints that the spanning tree leaves out; lengths weighed by the longest lever arm.

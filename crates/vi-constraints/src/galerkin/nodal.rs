@@ -16,9 +16,11 @@
 //! With large steps there are mirrored solutions, on other branches of the motion. A solution is refused that is
 //! farther than 0.5 rad from what the first correction led to.
 
+use crate::constraints::Constraints;
 use crate::galerkin::control_points::{ControlPoints, GaussPoint};
 use crate::galerkin::sweeps::Sweeps;
 use crate::scheme::{Guess, Scheme, StepError, SubStep};
+use crate::unknowns::Increments;
 use vi_core::galerkin::Stages;
 use vi_core::interval::Interval;
 use vi_core::mechanical_system::MechanicalSystem;
@@ -38,7 +40,7 @@ const SMALLER: usize = 4;
 pub struct GalerkinNodal<O> {
     sweeps: O,
     points: ControlPoints,
-    blocks: Vec<Block>,
+    increments: Increments,
     first: Vec<f64>,    // s d  unknowns after the first correction
     last: Vec<f64>,     // s d  those of the last step, while they are continued
     corrections: usize, // since the initial guess
@@ -61,7 +63,7 @@ impl<O: Sweeps> GalerkinNodal<O> {
         Self {
             sweeps,
             points: ControlPoints::new(n, stages),
-            blocks,
+            increments: Increments::new(blocks),
             first: vec![0.0; s * d],
             last: vec![0.0; s * d],
             corrections: 0,
@@ -92,7 +94,7 @@ impl<O: Sweeps> GalerkinNodal<O> {
 
     /// `du_j ← h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i` [2.30].
     fn correct(&mut self, u: &[f64], du: &mut [f64]) -> Result<(), Fault> {
-        let Self { sweeps, points, first, corrections, outdated, blocks, .. } = self;
+        let Self { sweeps, points, first, corrections, outdated, increments, .. } = self;
         if sweeps.dof() == 0 {
             return Ok(());
         }
@@ -103,7 +105,7 @@ impl<O: Sweeps> GalerkinNodal<O> {
             }
         }
         *corrections += 1;
-        *outdated = blocks.iter().any(|block| {
+        *outdated = increments.blocks().iter().any(|block| {
             let size = match block.kind {
                 BlockKind::Rotation => 1.0,
                 _ => u[block.range.clone()].iter().fold(block.floor, |size, u| size.max(u.abs())),
@@ -187,7 +189,7 @@ struct SmallerStep<'a, O, S> {
 
 impl<O: Sweeps, S: MechanicalSystem> NewtonProblem for SmallerStep<'_, O, S> {
     fn blocks(&self) -> &[Block] {
-        &self.scheme.blocks
+        self.scheme.increments.blocks()
     }
 
     fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
@@ -207,12 +209,13 @@ impl<O: Sweeps, S: MechanicalSystem> NewtonProblem for SmallerStep<'_, O, S> {
     }
 }
 
-impl<S: MechanicalSystem, C, O: Sweeps> Scheme<S, C> for GalerkinNodal<O> {
+impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNodal<O> {
     fn blocks(&self) -> &[Block] {
-        &self.blocks
+        self.increments.blocks()
     }
 
-    fn begin(&mut self, system: &S, _constraints: &C, step: SubStep, state: &mut State) {
+    fn begin(&mut self, system: &S, constraints: &C, step: SubStep, state: &mut State) {
+        self.increments.scale(constraints, &state.q);
         self.sweeps.open(system, &mut self.points, step, state);
     }
 
@@ -251,7 +254,8 @@ impl<S: MechanicalSystem, C, O: Sweeps> Scheme<S, C> for GalerkinNodal<O> {
     }
 
     fn accept(&self, u: &[f64]) -> Result<(), Fault> {
-        let rotations = self.blocks.iter().filter(|block| block.kind == BlockKind::Rotation);
+        let rotations =
+            self.increments.blocks().iter().filter(|block| block.kind == BlockKind::Rotation);
         for unknown in rotations.flat_map(|block| block.range.clone()) {
             let distance = (u[unknown] - self.first[unknown]).abs();
             if self.corrections > 0 && distance > FAR {

@@ -6,6 +6,7 @@ use crate::pair::residual::residuals;
 use vi_constraints::Constraints;
 use vi_constraints::constraints::RowSums;
 use vi_core::Configuration;
+use vi_core::newton::Block;
 use vi_core::sparse::Entries;
 use vi_rigid::directors::{self, FRAME};
 
@@ -41,6 +42,10 @@ impl Constraints for Mechanism {
         for &row in &self.other_rows {
             out[first + row] = self.rows[row].value(at);
         }
+    }
+
+    fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
+        self.round_off.raise_floors(q, blocks);
     }
 
     fn jacobian(&self, _t: f64, q: &[f64], out: &mut dyn Entries) {

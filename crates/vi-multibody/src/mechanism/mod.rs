@@ -9,6 +9,7 @@ mod constraints;
 pub mod description;
 pub mod initial_rates;
 pub mod prescribed;
+mod round_off;
 pub(crate) mod spanning;
 
 pub use description::{Attachment, Bar, BarEnd, BodySpec, Description, ParticleSpec};
@@ -21,6 +22,7 @@ use crate::tree::Tree;
 use crate::tree::particle::ParticleTree;
 use components::Components;
 use nalgebra::Vector3;
+use round_off::RoundOff;
 use spanning::{span_bodies, span_particles};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -63,6 +65,7 @@ pub struct Mechanism {
     cut_joints: Vec<usize>,
     cut_bars: Vec<usize>,
     components: Components,
+    round_off: RoundOff,
 }
 
 impl Mechanism {
@@ -98,6 +101,7 @@ impl Mechanism {
         let components = Components::find(&description, &rows, &description.configuration());
         let (tree, cut_joints) = span_bodies(&description);
         let (particle_tree, cut_bars) = span_particles(&description, tree.dof());
+        let round_off = RoundOff::new(&description, &tree, &particle_tree);
         Self {
             description,
             rows,
@@ -112,6 +116,7 @@ impl Mechanism {
             cut_joints,
             cut_bars,
             components,
+            round_off,
         }
     }
 

@@ -18,6 +18,7 @@ use crate::mechanism::Mechanism;
 use crate::pair::PairKind;
 use crate::solver::tree_step::TreeStep;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_constraints::unknowns::Increments;
 use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault, Newton};
@@ -30,6 +31,7 @@ crate::opaque_debug!(LoopStep);
 pub struct LoopStep {
     tree: TreeStep,
     loops: Loops,
+    increments: Increments,
     initial: Memory, // before the first step
     resolution: Resolution,
     fresh: bool,   // rows not chosen yet in this step
@@ -51,7 +53,8 @@ impl LoopStep {
         let mut initial = Memory::default();
         loops.remember(&mut initial);
         let (resolution, fresh, current) = (Resolution::full(), true, false);
-        Some(Self { tree, loops, initial, resolution, fresh, current })
+        let increments = Increments::new(loops.blocks.clone());
+        Some(Self { tree, loops, increments, initial, resolution, fresh, current })
     }
 
     /// `X', S'` of the last trial.
@@ -67,7 +70,7 @@ impl LoopStep {
 
 impl Scheme<SeparableSystem, Mechanism> for LoopStep {
     fn blocks(&self) -> &[Block] {
-        &self.loops.blocks
+        self.increments.blocks()
     }
 
     fn begin(
@@ -77,6 +80,7 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         step: SubStep,
         state: &mut State,
     ) {
+        self.increments.scale(mechanism, &state.q);
         let Self { tree, loops, initial, .. } = self;
         tree.begin(system, mechanism, step, state);
         tree.write_maps(loops.tree.maps_at());

@@ -44,6 +44,7 @@ use link::{Constants, Sums, Work};
 use nalgebra::{Matrix3, Vector3};
 use solve::Gain;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_constraints::unknowns::Increments;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, CLOSING_SIZE, Fault, Newton};
 use vi_core::predictor::Degree;
@@ -55,7 +56,7 @@ use vi_rigid::{directors, null_space};
 #[derive(Debug)]
 pub struct TreeStep {
     tree: Tree,
-    blocks: Vec<Block>,
+    increments: Increments,
     links: Vec<Constants>,
     works: Vec<Work>,
     columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
@@ -94,7 +95,7 @@ impl TreeStep {
             blocks: vec![Spatial::default(); count],
         });
         Some(Self {
-            blocks: tree.blocks(),
+            increments: Increments::new(tree.blocks()),
             works: vec![Work::default(); count],
             columns: vec![ColumnWork::default(); if several { tree.dof() } else { 0 }],
             gains: vec![Gain::default(); count],
@@ -185,16 +186,19 @@ fn wrench(link: &Constants, q: &[f64], w: &[f64]) -> Pair<Lanes<Narrow>> {
 
 impl Scheme<SeparableSystem, Mechanism> for TreeStep {
     fn blocks(&self) -> &[Block] {
-        &self.blocks
+        self.increments.blocks()
     }
 
     fn begin(
         &mut self,
         _system: &SeparableSystem,
-        _constraints: &Mechanism,
+        mechanism: &Mechanism,
         step: SubStep,
         state: &mut State,
     ) {
+        if self.variable.is_some() {
+            self.increments.scale(mechanism, &state.q);
+        }
         let Self { links, works, columns, weight, impulse, s, compensation, .. } = self;
         state.open_start(s, step.h);
         s.end_at(step.t_end);

@@ -1,0 +1,76 @@
+//! How precisely increments of the spanning trees are determined far from the origin.
+//!
+//! Forces see positions, which are rounded to `ε |φ|`. An increment that is a length is not resolved any further, an angle
+//! to `ε |φ|/a` with the lever arm `a`: the radius of gyration of a body, half the distance to the next node of a beam,
+//! the length of a bar.
+
+use super::description::{BodySpec, Description};
+use crate::tree::Tree;
+use crate::tree::particle::{Carrier, ParticleTree};
+use std::ops::Range;
+use vi_core::linear::norm_inf;
+use vi_core::newton::Block;
+
+/// Increments below this part of the coordinates are small: Newton's method calls `1e-9` of it round-off, some 50 ε.
+const RELATIVE: f64 = 1e-5;
+
+/// What rounding of a point does to an increment.
+#[derive(Clone, Debug)]
+struct Effect {
+    point: Range<usize>, // in q
+    share: f64,          // change of the increment with the point: 1, or 1/a in 1/m
+}
+
+/// What rounding does to each increment.
+#[derive(Clone, Debug)]
+pub(super) struct RoundOff(Vec<Effect>);
+
+impl RoundOff {
+    /// Of the increments of bodies, then of point masses.
+    pub(super) fn new(description: &Description, tree: &Tree, points: &ParticleTree) -> Self {
+        let mut increments = Vec::with_capacity(tree.dof() + points.dof());
+        for link in tree.links() {
+            let point = 12 * link.frame..12 * link.frame + 3;
+            let turn = 1.0 / arm(&description.bodies, link.frame);
+            for k in 0..link.dof() {
+                let share = if link.joint.kind.is_angle(k) { turn } else { 1.0 };
+                increments.push(Effect { point: point.clone(), share });
+            }
+        }
+        let dimension = description.dimension;
+        for bead in points.beads() {
+            let (count, share) = match bead.carrier {
+                Carrier::Free => (dimension, 1.0),
+                _ => (dimension - 1, 1.0 / bead.length),
+            };
+            let point = bead.offset..bead.offset + dimension;
+            increments.extend((0..count).map(|_| Effect { point: point.clone(), share }));
+        }
+        Self(increments)
+    }
+
+    /// Raises the floors of the blocks at `q`.
+    pub(super) fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
+        let Self(increments) = self;
+        for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {
+            for unknown in block.range.clone() {
+                let Effect { point, share } = &increments[unknown % increments.len()];
+                block.floor = block.floor.max(RELATIVE * share * norm_inf(&q[point.clone()]));
+            }
+        }
+    }
+}
+
+/// The lever arm of the forces on a frame, m: 1 m where there is none.
+fn arm(bodies: &[BodySpec], frame: usize) -> f64 {
+    let arm = match &bodies[frame].body {
+        Some(body) => (body.euler().iter().sum::<f64>() / body.mass()).sqrt(),
+        None => {
+            let nodes = |k: &usize| bodies.get(*k).is_some_and(|other| other.body.is_none());
+            let neighbours = [frame.wrapping_sub(1), frame + 1].into_iter().filter(nodes);
+            let distances = neighbours.map(|k| (bodies[k].center - bodies[frame].center).norm());
+            0.5 * distances.filter(|distance| *distance > 0.0).fold(f64::INFINITY, f64::min)
+        }
+    };
+    if arm.is_finite() && arm > 0.0 { arm } else { 1.0 }
+}
