@@ -138,3 +138,26 @@ fn a_beam_flies_far_away_from_the_origin() {
     println!("beam: relative motion off by {off:.1e} at {reached:.2e} m");
     assert!(reached > 5e6 && off < 1e-4, "{off:e} at {reached:e}");
 }
+
+/// A satellite with flexible panels at the velocity of an orbit: screws relative to its own motion.
+#[test]
+fn a_satellite_vibrates_at_any_velocity() {
+    let run = |scheme: &str, velocity: &str| {
+        let changes = [
+            ("simulation.scheme", scheme.to_owned()),
+            ("simulation.start", "stated".to_owned()),
+            ("body.hub.velocity", velocity.to_owned()),
+        ];
+        let mut simulation = simulation("satellite", &changes);
+        let most = (0..400).map(|_| simulation.step().unwrap().iterations).max().unwrap();
+        (simulation.configuration().to_vec(), most)
+    };
+    for scheme in ["nodal", "reduced", "em-nodal"] {
+        let (near, _) = run(scheme, "[0.0, 0.0, 0.0]");
+        let (far, iterations) = run(scheme, "[7500.0, 0.0, 0.0]");
+        let off = difference(&near, &far);
+        println!("{scheme}: off by {off:.1e} at {:.2e} m, {iterations} iterations at most", far[0]);
+        assert!(off < 1e-5 && far[0] > 29e3, "{scheme}: {off:e}");
+        assert!(iterations < 6, "{scheme}: {iterations} iterations");
+    }
+}

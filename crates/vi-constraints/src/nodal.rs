@@ -71,11 +71,12 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for 
 
     fn begin(&mut self, _system: &S, constraints: &C, step: SubStep, state: &mut State) {
         step.open(&mut self.s, state);
-        self.increments.scale(constraints, &state.q);
         self.p.copy_from_slice(&state.p);
         state.compensation.open_balance(&mut self.compensation);
         let last = state.memory.last.as_ref().zip(state.history.before(step.index));
         let last = last.filter(|_| self.reduced).map(|(s, u)| LastStep { u, s });
+        let shift = self.operators.take_momentum(&state.p, step.h);
+        self.increments.scale(constraints, &state.q, shift);
         self.operators.begin(&self.s, &state.memory, last); // P(q_n), or ∂F_d/∂u of the last step (30)
         self.operators.take_balance(&mut self.compensation);
         step.depart(self.rates.as_deref(), state);

@@ -92,10 +92,11 @@ where
         &self.blocks
     }
 
-    fn begin(&mut self, step: SubStep, state: &mut State) {
+    fn begin(&mut self, step: SubStep, state: &mut State) -> f64 {
         if let Some(loops) = &mut self.loops {
             loops.begin(step, state);
         }
+        0.0
     }
 
     fn reparametrize(&mut self, constraints: &C, u: &[f64], s: &mut Interval) -> Result<(), Fault> {

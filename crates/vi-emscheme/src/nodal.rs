@@ -37,8 +37,10 @@ use vi_multibody::tree_multipliers::TreeMultipliers;
 pub trait EmOperators<C>: Send {
     /// Units and scales of the increments `u`.
     fn blocks(&self) -> &[Block];
-    /// Opens a step at a state.
-    fn begin(&mut self, _step: SubStep, _state: &mut State) {}
+    /// Opens a step at a state; returns what [`vi_constraints::NodalOperators::take_momentum`] does.
+    fn begin(&mut self, _step: SubStep, _state: &mut State) -> f64 {
+        0.0
+    }
     /// Writes `s.q1 = F_d(u, s.q0)` and `s.dq`, closes the interval and takes its `P̄`.
     ///
     /// # Errors
@@ -123,10 +125,10 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
     }
 
     fn begin(&mut self, _system: &EmSystem, constraints: &C, step: SubStep, state: &mut State) {
-        self.increments.scale(constraints, &state.q);
         self.balance.open(state, step);
         self.carried.clone_from(&state.compensation.balance);
-        self.operators.begin(step, state);
+        let shift = self.operators.begin(step, state);
+        self.increments.scale(constraints, &state.q, shift);
     }
 
     fn residual(

@@ -64,7 +64,7 @@ pub fn integrator_at(
         EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
         EmForm::Dalembert => dalembert(&mechanism, rows.clone())?,
         EmForm::Nodal if mechanism.has_loops() => nodal_on_loops(&mechanism, &loops, algebra, at)?,
-        EmForm::Nodal => nodal_on_tree(&mechanism, rows.clone(), algebra, at)?,
+        EmForm::Nodal => nodal_on_tree(&mechanism, &system, rows.clone(), (algebra, at))?,
     };
     let at_start = start.as_ref().map_or(&rows, |start| &start.rows);
     inertia(&system, &mechanism, at_start, (at.t, at.q))?;
@@ -121,9 +121,9 @@ fn dalembert(
 /// `em-nodal` on a tree; of these rows where its velocity maps have no average.
 fn nodal_on_tree(
     mechanism: &Mechanism,
+    system: &EmSystem,
     rows: IndependentRows,
-    algebra: EmAlgebra,
-    at: InitialValues<'_>,
+    (algebra, at): (EmAlgebra, InitialValues<'_>),
 ) -> Result<BoxedScheme<Mechanism>, EmSetupError> {
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let (averaged, tree) = (AveragedTree::new(mechanism), TreeMultipliers::new(mechanism));
@@ -141,6 +141,7 @@ fn nodal_on_tree(
             let operators = SparseOperators::new(mechanism, averaged);
             let elements = has_nodes(mechanism);
             let operators = if elements { operators.for_elements(at.q) } else { operators };
+            let operators = operators.in_flight(mechanism, system.mass());
             Box::new(
                 EmNodal::new::<Mechanism>(n, m, IndependentRows::all(m), operators).on_tree(tree),
             )

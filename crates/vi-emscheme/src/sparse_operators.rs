@@ -9,9 +9,11 @@ use crate::nodal::EmOperators;
 use crate::null_space::{AveragedTree, EmLinearization};
 use nalgebra::DMatrix;
 use vi_constraints::NodalOperators;
+use vi_constraints::scheme::SubStep;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::state::State;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::sparse_nodal::SparseNodal;
 
@@ -40,11 +42,22 @@ impl SparseOperators {
         self.sparse = self.sparse.for_elements(q);
         self
     }
+
+    /// As [`SparseNodal::in_flight`].
+    #[must_use]
+    pub fn in_flight(mut self, mechanism: &Mechanism, mass: &SparseMatrix) -> Self {
+        self.sparse = self.sparse.in_flight(mechanism, mass);
+        self
+    }
 }
 
 impl<C> EmOperators<C> for SparseOperators {
     fn blocks(&self) -> &[Block] {
         self.sparse.blocks()
+    }
+
+    fn begin(&mut self, step: SubStep, state: &mut State) -> f64 {
+        self.sparse.take_momentum(&state.p, step.h)
     }
 
     fn reparametrize(

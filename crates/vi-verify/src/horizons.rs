@@ -9,8 +9,12 @@ use super::judge::ORDER_TOLERANCE;
 use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, longest_observed_order};
 use super::subject::{Method, Subject};
 
-/// From this order on little lies between the coarse end and round-off.
-const HIGH: u32 = 8;
+/// Whether little lies between the coarse end and round-off. The errors of a Galerkin scheme are smaller than those of a
+/// composition.
+fn is_high(method: Method, order: u32) -> bool {
+    let from = if matches!(method, Method::Galerkin(_)) { 6 } else { 8 };
+    order >= from
+}
 
 /// Horizons are doubled this often where errors reach round-off too early.
 const EXTENSIONS: usize = 3;
@@ -55,7 +59,7 @@ impl<'a> Horizons<'a> {
                 Err(error) if extension == 0 => return Err(error),
                 Err(_) => break,
             };
-            if order >= HIGH {
+            if is_high(method, order) {
                 curves.iter_mut().for_each(fewer_halvings);
             }
             found.push(Study { method, order, end: horizon.end, reference, curves });
@@ -73,7 +77,7 @@ pub(super) fn clearest(found: &[Study], quantity: Quantity) -> Option<(&Study, &
     let with_curve = |s| -> Option<(&Study, &Convergence)> { Some((s, curve_of(s, quantity)?)) };
     let rank = |(study, curve): &(&Study, &Convergence)| {
         let observed = curve.observed.as_ref().ok()?;
-        let clear = long_enough(observed, curve, study.order) && observed.is_straight();
+        let clear = long_enough(observed, curve, study) && observed.is_straight();
         Some((!clear, observed.spread))
     };
     let readable = found.iter().filter_map(with_curve).filter_map(|c| Some((rank(&c)?, c)));
@@ -99,7 +103,7 @@ fn curve_of(study: &Study, quantity: Quantity) -> Option<&Convergence> {
 /// Whether a quantity was read in no study so far, and larger errors would help in the last one.
 fn a_longer_horizon_helps(found: &[Study]) -> bool {
     let short = |study: &Study, curve: &Convergence| match &curve.observed {
-        Ok(observed) => !long_enough(observed, curve, study.order),
+        Ok(observed) => !long_enough(observed, curve, study),
         Err(refused) => !matches!(
             refused,
             NoOrder::Saturated { .. }
@@ -117,8 +121,8 @@ fn a_longer_horizon_helps(found: &[Study]) -> bool {
 }
 
 /// Whether an order was read over as many halvings as it takes: three where it is high.
-fn long_enough(observed: &ObservedOrder, curve: &Convergence, order: u32) -> bool {
-    let wanted = if order >= HIGH { HALVINGS - 1 } else { HALVINGS };
+fn long_enough(observed: &ObservedOrder, curve: &Convergence, study: &Study) -> bool {
+    let wanted = if is_high(study.method, study.order) { HALVINGS - 1 } else { HALVINGS };
     let points = &curve.errors[observed.points.clone()];
     let halvings = (points[0].step / points[points.len() - 1].step).log2();
     halvings >= f64::from(wanted) - 0.1

@@ -17,7 +17,7 @@ pub use description::{Attachment, Bar, BarEnd, BodySpec, Description, ParticleSp
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::geometry::form::{Form, Row};
-use crate::pair::joint::Joint;
+use crate::pair::joint::{FrameId, Joint};
 use crate::tree::Tree;
 use crate::tree::particle::ParticleTree;
 use components::Components;
@@ -138,6 +138,17 @@ impl Mechanism {
         coordinate.list(&mut self.angles);
         self.coordinates.insert(place, coordinate.clone());
         Some(coordinate)
+    }
+
+    /// Whether nothing connects it to the ground.
+    #[must_use]
+    pub fn is_unsupported(&self) -> bool {
+        let Description { joints, bars, scalars, .. } = &self.description;
+        let ends = |joint: &Joint| [joint.parent.frame, joint.child.frame];
+        let to_ground = |bar: &Bar| matches!(bar.from, BarEnd::Ground(_));
+        !joints.iter().flat_map(ends).any(|frame| frame == FrameId::Ground)
+            && !bars.iter().any(to_ground)
+            && scalars.is_empty()
     }
 
     /// The spanning tree of the bodies.

@@ -300,7 +300,8 @@ fn nodal(
             (_, false) => TreeSolver::Dense(Box::new(DenseNodal::new(n, TreeMap::new(mechanism)))),
             // the rates of a departure are those of increments, not of screws
             _ if elements && !rank.is_singular() => {
-                TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism).for_elements(at.q)))
+                let operators = SparseNodal::new(mechanism).for_elements(at.q);
+                TreeSolver::Sparse(Box::new(operators.in_flight(mechanism, system.mass())))
             }
             _ => TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism))),
         };
@@ -325,10 +326,13 @@ fn nodal(
         return Ok(Box::new(Nodal::new(n, operators, reduced)));
     }
     if takes_descriptor(mechanism) {
-        return Ok(Box::new(Nodal::new(n, descriptor(mechanism, elements, at.q), reduced)));
+        let operators = descriptor(mechanism, elements, at.q);
+        let operators = operators.in_flight(mechanism, system.mass());
+        return Ok(Box::new(Nodal::new(n, operators, reduced)));
     }
     let operators = SparseNodal::new(mechanism);
     let operators = if elements { operators.for_elements(at.q) } else { operators };
+    let operators = operators.in_flight(mechanism, system.mass());
     Ok(Box::new(Nodal::new(n, operators, reduced)))
 }
 

@@ -1,16 +1,54 @@
 //! Screws as the unknowns of free roots.
 //!
 //! ```text
-//! θ = D y_θ,  u_φ = T(θ) D y_φ        with the directors D of q_n
+//! θ = D y_θ,  u_φ = T(θ) D y_φ + h v̄        with the directors D of q_n
 //! J ← J ∂(u_φ, θ)/∂(y_φ, y_θ),        ∂(u_φ, θ)/∂(y_φ, y_θ) = [T D, B D; 0, D],  B = ∂(T(θ)w)/∂θ,  w = D y_φ
 //! ```
-#![allow(non_snake_case)] // J, T, B, D, R
+//! `v̄` is the velocity of the centre of mass of a mechanism that nothing holds, else zero: relative to it the screws of a
+//! uniform flight are those of the rotation alone.
+#![allow(non_snake_case)] // J, T, B, D, M, R
 
+use crate::mechanism::Mechanism;
 use crate::pair::{PairKind, Twist};
 use crate::tree::{Link, Tree};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use vi_core::linear::Singular;
+use vi_core::sparse::SparseMatrix;
 use vi_rigid::{directors, rotation};
+
+/// The uniform motion to which the screws of a step are relative.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Flight {
+    mass: f64,           // of the frames of a mechanism that nothing holds, else 0
+    shift: Vector3<f64>, // h v̄
+}
+
+impl Flight {
+    /// Of a mechanism with the mass matrix `M`.
+    pub(super) fn new(mechanism: &Mechanism, M: &SparseMatrix) -> Self {
+        let mut mass = 0.0;
+        if mechanism.is_unsupported() {
+            let frames = 12 * mechanism.tree().links().len();
+            let along_x = |i: usize| i < frames && i.is_multiple_of(12);
+            for (m, (row, column)) in M.as_sprs() {
+                if along_x(row) && along_x(column) {
+                    mass += m;
+                }
+            }
+        }
+        Self { mass, shift: Vector3::zeros() }
+    }
+
+    /// `h v̄` of a step from the momentum `p`, shape `n`, of so many frames; returns its size, m.
+    pub(super) fn open(&mut self, frames: usize, p: &[f64], h: f64) -> f64 {
+        if self.mass > 0.0 {
+            let linear = |frame: &[f64]| Vector3::new(frame[0], frame[1], frame[2]);
+            let sum: Vector3<f64> = p[..12 * frames].chunks_exact(12).map(linear).sum();
+            self.shift = sum * (h / self.mass);
+        }
+        self.shift.amax()
+    }
+}
 
 /// The increment of a free root by a screw.
 #[derive(Clone, Copy, Debug)]
@@ -37,8 +75,8 @@ impl Screw {
     }
 
     /// `y ← (u_φ, θ)`.
-    pub(super) fn write_increment(&self, y: &mut [f64]) {
-        y[..3].copy_from_slice((self.T * self.w).as_slice());
+    pub(super) fn write_increment(&self, flight: &Flight, y: &mut [f64]) {
+        y[..3].copy_from_slice((self.T * self.w + flight.shift).as_slice());
         y[3..].copy_from_slice(self.theta.as_slice());
     }
 
@@ -143,11 +181,11 @@ fn write(a: &Vector3<f64>, b: &Vector3<f64>, x: &mut [f64]) {
     x[3..6].copy_from_slice(b.as_slice());
 }
 
-/// Free roots: `(u_φ, θ) ← (T(D y_θ) D y_φ, D y_θ)` with the triad `D` of the root at `q`.
-pub(super) fn to_increments(tree: &Tree, q: &[f64], y: &mut [f64]) {
+/// Free roots: `(u_φ, θ) ← (T(D y_θ) D y_φ + h v̄, D y_θ)` with the triad `D` of the root at `q`.
+pub(super) fn to_increments(tree: &Tree, flight: &Flight, q: &[f64], y: &mut [f64]) {
     for link in tree.links().iter().filter(|link| link.joint.kind == PairKind::Free) {
         let own = &mut y[link.offset..link.offset + 6];
-        Screw::new(&q[12 * link.frame..], own).write_increment(own);
+        Screw::new(&q[12 * link.frame..], own).write_increment(flight, own);
     }
 }
 

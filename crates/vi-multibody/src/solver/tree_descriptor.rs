@@ -21,7 +21,7 @@
 use crate::mechanism::Mechanism;
 use crate::pair::{Motion, PairKind, Transfer, Twist, VelocityMap};
 use crate::solver::member_blocks::{MemberBlocks, Span};
-use crate::solver::screws;
+use crate::solver::screws::{self, Flight};
 use crate::solver::sparse_nodal::{extent, with_floors};
 use crate::tree::Tree;
 use crate::tree::particle::{Carrier, ParticleTree};
@@ -89,7 +89,8 @@ pub struct TreeDescriptor {
     twists: Vec<Twist>,      // scratch, one for each member
     motions: Vec<Motion>,    // scratch, one for each link
     screws: bool,            // the unknowns of free roots
-    u: Vec<f64>,             // d  increments of the unknowns
+    flight: Flight,
+    u: Vec<f64>, // d  increments of the unknowns
     matrix: Descriptor,
 }
 
@@ -157,6 +158,7 @@ impl TreeDescriptor {
             q: vec![0.0; mechanism.dim()],
             twists: vec![Twist::zero(); count],
             screws: false,
+            flight: Flight::default(),
             u: vec![0.0; dof],
             matrix: Descriptor::default(),
         }
@@ -171,11 +173,18 @@ impl TreeDescriptor {
         self
     }
 
+    /// See [`in_flight`](crate::sparse_nodal::SparseNodal::in_flight).
+    #[must_use]
+    pub fn in_flight(mut self, mechanism: &Mechanism, mass: &SparseMatrix) -> Self {
+        self.flight = Flight::new(mechanism, mass);
+        self
+    }
+
     /// `self.u ←` the increments that belong to the unknowns.
     fn increments(&mut self, unknowns: &[f64], q_n: &[f64]) {
         self.u.copy_from_slice(unknowns);
         if self.screws {
-            screws::to_increments(&self.tree, q_n, &mut self.u);
+            screws::to_increments(&self.tree, &self.flight, q_n, &mut self.u);
         }
     }
 
@@ -310,6 +319,10 @@ impl NodalOperators for TreeDescriptor {
 
     fn blocks(&self) -> &[Block] {
         &self.blocks
+    }
+
+    fn take_momentum(&mut self, p: &[f64], h: f64) -> f64 {
+        self.flight.open(self.tree.links().len(), p, h)
     }
 
     fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {

@@ -215,6 +215,13 @@ impl NodalOperators for LoopNodal {
         &self.loops.blocks
     }
 
+    fn take_momentum(&mut self, p: &[f64], h: f64) -> f64 {
+        match &mut self.solver {
+            TreeSolver::Sparse(sparse) => sparse.take_momentum(p, h),
+            _ => 0.0,
+        }
+    }
+
     fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>) {
         self.q_n.copy_from_slice(&s.q0);
         self.h = s.h;

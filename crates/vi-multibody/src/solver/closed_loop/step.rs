@@ -80,7 +80,7 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         step: SubStep,
         state: &mut State,
     ) {
-        self.increments.scale(mechanism, &state.q);
+        self.increments.scale(mechanism, &state.q, 0.0);
         let Self { tree, loops, initial, .. } = self;
         tree.begin(system, mechanism, step, state);
         tree.write_maps(loops.tree.maps_at());

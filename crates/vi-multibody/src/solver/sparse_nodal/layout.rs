@@ -12,7 +12,7 @@
 use crate::mechanism::Mechanism;
 use crate::pair::{Motion, PairKind, Transfer, Twist, VelocityMap};
 use crate::solver::member_blocks::Span;
-use crate::solver::screws::{RootMap, Screw};
+use crate::solver::screws::{Flight, RootMap, Screw};
 use crate::tree::particle::ParticleTree;
 use crate::tree::{Link, Tree};
 use nalgebra::{DMatrix, Vector6};
@@ -343,12 +343,22 @@ impl VelocityLayout {
         }
     }
 
+    /// Number of frames.
+    pub(super) fn frames(&self) -> usize {
+        self.tree.links().len()
+    }
+
     /// The screws `y` of free roots at `q`, and the increments in their place.
-    pub(super) fn screws_to_increments(&self, q: &[f64], y: &mut [f64], screws: &mut [Screw]) {
+    pub(super) fn screws_to_increments(
+        &self,
+        (flight, q): (&Flight, &[f64]),
+        y: &mut [f64],
+        screws: &mut [Screw],
+    ) {
         for (root, screw) in self.free_roots().zip(screws) {
             let own = &mut y[root.offset..root.offset + 6];
             *screw = Screw::new(&q[12 * root.frame..], own);
-            screw.write_increment(own);
+            screw.write_increment(flight, own);
         }
     }
 

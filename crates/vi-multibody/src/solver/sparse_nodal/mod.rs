@@ -27,7 +27,7 @@ pub mod reduced_rows;
 
 use crate::mechanism::Mechanism;
 use crate::pair::{Twist, VelocityMap};
-use crate::solver::screws::{RootMap, Screw};
+use crate::solver::screws::{Flight, RootMap, Screw};
 pub use layout::{Columns, VelocityLayout};
 use nalgebra::DMatrix;
 pub use reduced_matrix::ReducedMatrix;
@@ -38,6 +38,7 @@ use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, norm_inf};
 use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::sparse::SparseMatrix;
 use vi_core::state::Memory;
 
 crate::opaque_debug!(SparseNodal);
@@ -70,9 +71,10 @@ pub struct SparseNodal {
     matrix: ReducedMatrix,
     by_screws: bool,
     screws: Vec<Screw>, // of free roots
-    u: Vec<f64>,        // d  increments u of the unknowns
-    current: bool,      // `u` and `screws` are those of the last trial
-    reusable: bool,     // the factors serve for the next correction
+    flight: Flight,
+    u: Vec<f64>,    // d  increments u of the unknowns
+    current: bool,  // `u` and `screws` are those of the last trial
+    reusable: bool, // the factors serve for the next correction
 }
 
 impl SparseNodal {
@@ -92,6 +94,7 @@ impl SparseNodal {
             matrix,
             by_screws: false,
             screws,
+            flight: Flight::default(),
             u,
             current: false,
             reusable: false,
@@ -108,11 +111,20 @@ impl SparseNodal {
         self
     }
 
+    /// Takes screws relative to the velocity of the centre of mass, where nothing holds the mechanism: of a body that flies
+    /// `h v̄` in a step and turns by `θ`, a correction `δθ` would move the end by `h v̄ δθ`. `mass`: the matrix `M`.
+    #[must_use]
+    pub fn in_flight(mut self, mechanism: &Mechanism, mass: &SparseMatrix) -> Self {
+        self.flight = Flight::new(mechanism, mass);
+        self
+    }
+
     /// `self.u ←` the increments that belong to the unknowns.
     fn increments(&mut self, unknowns: &[f64], q_n: &[f64]) {
         self.u.copy_from_slice(unknowns);
         if self.by_screws {
-            self.layout.screws_to_increments(q_n, &mut self.u, &mut self.screws);
+            let Self { layout, flight, u, screws, .. } = self;
+            layout.screws_to_increments((flight, q_n), u, screws);
         }
     }
 
@@ -234,6 +246,10 @@ impl NodalOperators for SparseNodal {
 
     fn blocks(&self) -> &[Block] {
         &self.blocks
+    }
+
+    fn take_momentum(&mut self, p: &[f64], h: f64) -> f64 {
+        self.flight.open(self.layout.frames(), p, h)
     }
 
     fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {

@@ -197,7 +197,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         state: &mut State,
     ) {
         if self.variable.is_some() {
-            self.increments.scale(mechanism, &state.q);
+            self.increments.scale(mechanism, &state.q, 0.0);
         }
         let Self { links, works, columns, weight, impulse, s, compensation, .. } = self;
         state.open_start(s, step.h);
