@@ -105,6 +105,15 @@ fn a_failed_run_says_so() {
 }
 
 #[test]
+fn a_run_with_the_start_alone_states_nothing_of_its_steps() {
+    let (message, remedy) = ("Newton's method did not converge".into(), "Reduce the step".into());
+    let failure = RunFailure { step: 312, t: 3.12, message, remedy };
+    let summary = run("early", 1, &RunOutcome::Failed(failure)).summary().unwrap();
+    let subjects: Vec<_> = report::facts(&summary).iter().map(|fact| fact.subject).collect();
+    assert_eq!((summary.recorded, summary.steps, subjects), (1, 312, vec!["time"]));
+}
+
+#[test]
 fn a_run_of_no_step_has_a_page() {
     for samples in [0, 1] {
         assert!(page(&run(&format!("short{samples}"), samples, &RunOutcome::Done)).len() > 1000);

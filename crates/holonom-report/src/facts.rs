@@ -60,6 +60,14 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
     if summary.recorded == 0 || (summary.steps == 0 && summary.status == Status::Failed) {
         return Vec::new(); // nothing was measured
     }
+    let elapsed = format!(
+        "{} per step, {} in all",
+        duration(summary.seconds_per_step),
+        duration(summary.wall_seconds)
+    );
+    if summary.recorded == 1 && summary.steps > 0 {
+        return vec![Fact { subject: "time", finding: elapsed }]; // the start alone was measured
+    }
     let residual = &summary.constraint_residual;
     let energy = &summary.energy;
     let newton = &summary.newton_iterations;
@@ -82,14 +90,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
             "Newton iterations",
             format!("{:.2} per step on average, {} at most", newton.mean, iterations(newton.max)),
         ),
-        (
-            "time",
-            format!(
-                "{} per step, {} in all",
-                duration(summary.seconds_per_step),
-                duration(summary.wall_seconds)
-            ),
-        ),
+        ("time", elapsed),
     ];
     if let Some(variant) = summary.strains {
         facts.insert(4, ("strains of beams", variant.name().to_owned()));
