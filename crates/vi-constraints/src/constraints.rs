@@ -73,10 +73,9 @@ pub trait Constraints: Send + Sync {
         false
     }
     /// Raises the floors of increments of a reparametrization to what the rounding of `q` makes of them: far from the
-    /// origin forces know positions to `ε |q|`, and an increment is not resolved any further. The same of a `shift` (m) that
-    /// all positions have in the step beside their increments. The unknowns of several control points may follow one
-    /// another. The default raises none.
-    fn raise_floors(&self, _q: &[f64], _shift: f64, _blocks: &mut [Block]) {}
+    /// origin forces know positions to `ε |q|`, and an increment is not resolved any further. The unknowns of several
+    /// control points may follow one another. The default raises none.
+    fn raise_floors(&self, _q: &[f64], _blocks: &mut [Block]) {}
     /// `out_j ←` the size that coordinate `j` has in the system, shape `n`, positive: rounding moves it
     /// by `ε` of that. The default takes the largest coordinate for all.
     fn coordinate_sizes(&self, q: &[f64], out: &mut [f64]) {

@@ -75,16 +75,23 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for 
         state.compensation.open_balance(&mut self.compensation);
         let last = state.memory.last.as_ref().zip(state.history.before(step.index));
         let last = last.filter(|_| self.reduced).map(|(s, u)| LastStep { u, s });
-        let shift = self.operators.take_momentum(&state.p, step.h);
-        self.increments.scale(constraints, &state.q, shift);
+        self.increments.open(constraints, &state.q);
+        self.operators.take_momentum(&state.p, step.h);
         self.operators.begin(&self.s, &state.memory, last); // P(q_n), or ∂F_d/∂u of the last step (30)
         self.operators.take_balance(&mut self.compensation);
         step.depart(self.rates.as_deref(), state);
     }
 
-    fn residual(&mut self, system: &S, _: &C, u: &[f64], r: &mut [f64]) -> Result<(), Fault> {
-        let Self { operators, s, p, residual, compensation, .. } = self;
+    fn residual(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        u: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { operators, increments, s, p, residual, compensation, .. } = self;
         operators.reparametrize(u, s)?; // q_{n+1} = F_d(u, q_n)
+        increments.reach(constraints, &s.q1);
         system.forced_d1(s, residual);
         residual.iter_mut().zip(p).for_each(|(r, p)| *r += *p);
         operators.pull_back(residual, r); // P(q_n)ᵀ [p̄_n + D_1 L_d + f_d^-]  (28)

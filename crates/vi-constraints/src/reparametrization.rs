@@ -61,11 +61,8 @@ pub trait NodalOperators: Send {
     fn dof(&self) -> usize;
     /// Units and scales of the increments `u`.
     fn blocks(&self) -> &[Block];
-    /// Takes `p̄_n` and `h` of a step, before [`NodalOperators::begin`]. Returns the shift (m) that the positions of the whole
-    /// mechanism have beside the increments `u`.
-    fn take_momentum(&mut self, _p: &[f64], _h: f64) -> f64 {
-        0.0
-    }
+    /// Takes `p̄_n` and `h` of a step, before [`NodalOperators::begin`].
+    fn take_momentum(&mut self, _p: &[f64], _h: f64) {}
     /// Computes all that depends on `P(q_n)` alone, `q_n = s.q0`. With a `last` step, its `∂F_d/∂u` takes
     /// the place of `P(q_n)` (30). `memory`: of [`NodalOperators::remember`] after the last step.
     fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>);

@@ -43,10 +43,15 @@ impl Increments {
         Self { blocks, least }
     }
 
-    /// Sets the floors for a step from `q` with a `shift`, by [`Constraints::raise_floors`].
-    pub fn scale(&mut self, constraints: &impl Constraints, q: &[f64], shift: f64) {
+    /// Sets the floors for a step from `q`, by [`Constraints::raise_floors`].
+    pub fn open(&mut self, constraints: &impl Constraints, q: &[f64]) {
         self.blocks.iter_mut().zip(&self.least).for_each(|(block, least)| block.floor = *least);
-        constraints.raise_floors(q, shift, &mut self.blocks);
+        self.reach(constraints, q);
+    }
+
+    /// Raises the floors for a step to `q`.
+    pub fn reach(&mut self, constraints: &impl Constraints, q: &[f64]) {
+        constraints.raise_floors(q, &mut self.blocks);
     }
 
     /// The blocks.

@@ -92,11 +92,10 @@ where
         &self.blocks
     }
 
-    fn begin(&mut self, step: SubStep, state: &mut State) -> f64 {
+    fn begin(&mut self, step: SubStep, state: &mut State) {
         if let Some(loops) = &mut self.loops {
             loops.begin(step, state);
         }
-        0.0
     }
 
     fn reparametrize(&mut self, constraints: &C, u: &[f64], s: &mut Interval) -> Result<(), Fault> {

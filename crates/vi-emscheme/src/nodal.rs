@@ -37,10 +37,8 @@ use vi_multibody::tree_multipliers::TreeMultipliers;
 pub trait EmOperators<C>: Send {
     /// Units and scales of the increments `u`.
     fn blocks(&self) -> &[Block];
-    /// Opens a step at a state; returns what [`vi_constraints::NodalOperators::take_momentum`] does.
-    fn begin(&mut self, _step: SubStep, _state: &mut State) -> f64 {
-        0.0
-    }
+    /// Opens a step at a state.
+    fn begin(&mut self, _step: SubStep, _state: &mut State) {}
     /// Writes `s.q1 = F_d(u, s.q0)` and `s.dq`, closes the interval and takes its `P̄`.
     ///
     /// # Errors
@@ -127,8 +125,8 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
     fn begin(&mut self, _system: &EmSystem, constraints: &C, step: SubStep, state: &mut State) {
         self.balance.open(state, step);
         self.carried.clone_from(&state.compensation.balance);
-        let shift = self.operators.begin(step, state);
-        self.increments.scale(constraints, &state.q, shift);
+        self.increments.open(constraints, &state.q);
+        self.operators.begin(step, state);
     }
 
     fn residual(
@@ -138,8 +136,9 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         u: &[f64],
         r: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { operators, balance, carried, .. } = self;
+        let Self { operators, increments, balance, carried } = self;
         operators.reparametrize(constraints, u, &mut balance.s)?;
+        increments.reach(constraints, &balance.s.q1);
         if let Some(rows) = operators.rows() {
             balance.take_rows(rows);
             operators.pull_back(balance.remainder(system, constraints)?, r);

@@ -56,8 +56,8 @@ impl<C> EmOperators<C> for SparseOperators {
         self.sparse.blocks()
     }
 
-    fn begin(&mut self, step: SubStep, state: &mut State) -> f64 {
-        self.sparse.take_momentum(&state.p, step.h)
+    fn begin(&mut self, step: SubStep, state: &mut State) {
+        self.sparse.take_momentum(&state.p, step.h);
     }
 
     fn reparametrize(

@@ -215,7 +215,7 @@ impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNo
     }
 
     fn begin(&mut self, system: &S, constraints: &C, step: SubStep, state: &mut State) {
-        self.increments.scale(constraints, &state.q, 0.0);
+        self.increments.open(constraints, &state.q);
         self.sweeps.open(system, &mut self.points, step, state);
     }
 

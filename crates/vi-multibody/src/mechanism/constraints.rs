@@ -44,8 +44,8 @@ impl Constraints for Mechanism {
         }
     }
 
-    fn raise_floors(&self, q: &[f64], shift: f64, blocks: &mut [Block]) {
-        self.round_off.raise_floors((q, shift), blocks);
+    fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
+        self.round_off.raise_floors(q, blocks);
     }
 
     fn jacobian(&self, _t: f64, q: &[f64], out: &mut dyn Entries) {

@@ -49,14 +49,13 @@ impl RoundOff {
         Self(increments)
     }
 
-    /// Raises the floors of the blocks at `q` with a shift in the step.
-    pub(super) fn raise_floors(&self, (q, shift): (&[f64], f64), blocks: &mut [Block]) {
+    /// Raises the floors of the blocks at `q`.
+    pub(super) fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
         let Self(increments) = self;
         for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {
             for unknown in block.range.clone() {
                 let Effect { point, share } = &increments[unknown % increments.len()];
-                let size = norm_inf(&q[point.clone()]).max(shift);
-                block.floor = block.floor.max(RELATIVE * share * size);
+                block.floor = block.floor.max(RELATIVE * share * norm_inf(&q[point.clone()]));
             }
         }
     }

@@ -39,14 +39,13 @@ impl Flight {
         Self { mass, shift: Vector3::zeros() }
     }
 
-    /// `h v̄` of a step from the momentum `p`, shape `n`, of so many frames; returns its size, m.
-    pub(super) fn open(&mut self, frames: usize, p: &[f64], h: f64) -> f64 {
+    /// `h v̄` of a step from the momentum `p`, shape `n`, of so many frames.
+    pub(super) fn open(&mut self, frames: usize, p: &[f64], h: f64) {
         if self.mass > 0.0 {
             let linear = |frame: &[f64]| Vector3::new(frame[0], frame[1], frame[2]);
             let sum: Vector3<f64> = p[..12 * frames].chunks_exact(12).map(linear).sum();
             self.shift = sum * (h / self.mass);
         }
-        self.shift.amax()
     }
 }
 

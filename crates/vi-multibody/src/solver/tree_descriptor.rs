@@ -321,8 +321,8 @@ impl NodalOperators for TreeDescriptor {
         &self.blocks
     }
 
-    fn take_momentum(&mut self, p: &[f64], h: f64) -> f64 {
-        self.flight.open(self.tree.links().len(), p, h)
+    fn take_momentum(&mut self, p: &[f64], h: f64) {
+        self.flight.open(self.tree.links().len(), p, h);
     }
 
     fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {

@@ -215,10 +215,9 @@ impl NodalOperators for LoopNodal {
         &self.loops.blocks
     }
 
-    fn take_momentum(&mut self, p: &[f64], h: f64) -> f64 {
-        match &mut self.solver {
-            TreeSolver::Sparse(sparse) => sparse.take_momentum(p, h),
-            _ => 0.0,
+    fn take_momentum(&mut self, p: &[f64], h: f64) {
+        if let TreeSolver::Sparse(sparse) = &mut self.solver {
+            sparse.take_momentum(p, h);
         }
     }
 

@@ -80,7 +80,7 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         step: SubStep,
         state: &mut State,
     ) {
-        self.increments.scale(mechanism, &state.q, 0.0);
+        self.increments.open(mechanism, &state.q);
         let Self { tree, loops, initial, .. } = self;
         tree.begin(system, mechanism, step, state);
         tree.write_maps(loops.tree.maps_at());
@@ -107,6 +107,7 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
             self.fresh = false;
         }
         let s = self.tree.interval();
+        self.increments.reach(mechanism, &s.q1);
         for cluster in &mut self.loops.clusters {
             cluster.close(s.end());
             cluster.project(s.h, r);

@@ -248,8 +248,8 @@ impl NodalOperators for SparseNodal {
         &self.blocks
     }
 
-    fn take_momentum(&mut self, p: &[f64], h: f64) -> f64 {
-        self.flight.open(self.layout.frames(), p, h)
+    fn take_momentum(&mut self, p: &[f64], h: f64) {
+        self.flight.open(self.layout.frames(), p, h);
     }
 
     fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {

@@ -197,7 +197,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         state: &mut State,
     ) {
         if self.variable.is_some() {
-            self.increments.scale(mechanism, &state.q, 0.0);
+            self.increments.open(mechanism, &state.q);
         }
         let Self { links, works, columns, weight, impulse, s, compensation, .. } = self;
         state.open_start(s, step.h);
@@ -211,7 +211,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
     fn residual(
         &mut self,
         system: &SeparableSystem,
-        _: &Mechanism,
+        mechanism: &Mechanism,
         u: &[f64],
         r: &mut [f64],
     ) -> Result<(), Fault> {
@@ -220,6 +220,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         sweeps::advance(links, works, columns, u, h)?; // q_{n+1} = F_d(u, q_n)
         if self.variable.is_some() {
             self.close();
+            self.increments.reach(mechanism, &self.s.q1);
         }
         let Self { links, works, columns, variable, s, compensation, .. } = self;
         if let Some(variable) = variable {
