@@ -161,3 +161,26 @@ fn a_satellite_vibrates_at_any_velocity() {
         assert!(iterations < 6, "{scheme}: {iterations} iterations");
     }
 }
+
+/// Two hinged bodies without springs: the balance of momenta is rounded to `ε` of them.
+#[test]
+fn hinged_bodies_fly_at_any_velocity() {
+    let hinged = |velocity: f64| {
+        let mut builder = MechanismBuilder::new();
+        let inertia = Inertia::principal(1.0, [0.008, 0.01, 0.004]);
+        let hub = builder.body("hub", inertia).velocity([velocity, 0.0, 0.0]);
+        let hub = hub.angular_velocity([0.3, 0.1, 0.2]).id();
+        let panel = builder.body("panel", inertia).at([0.3, 0.1, 0.0]).id();
+        let hinge = builder.joint("hinge", PairKind::Revolute, hub, panel);
+        hinge.at([0.1, 0.1, 0.0]).axis([0.0, 1.0, 0.0]).rate(0.2);
+        builder.build().unwrap()
+    };
+    let by = (SchemeKind::Nodal, Method::default());
+    let near = variational(&hinged(0.0), by);
+    for k in 1..=20 {
+        let velocity = 5e3 * f64::from(k);
+        let off = difference(&near, &variational(&hinged(velocity), by));
+        println!("{velocity} m/s: off by {off:.1e}");
+        assert!(off < 1e-8, "{off:e} at {velocity} m/s");
+    }
+}

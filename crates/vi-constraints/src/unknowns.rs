@@ -45,13 +45,23 @@ impl Increments {
 
     /// Sets the floors for a step from `q`, by [`Constraints::raise_floors`].
     pub fn open(&mut self, constraints: &impl Constraints, q: &[f64]) {
-        self.blocks.iter_mut().zip(&self.least).for_each(|(block, least)| block.floor = *least);
+        self.reset();
         self.reach(constraints, q);
+    }
+
+    /// Sets the floors that hold in any configuration.
+    pub fn reset(&mut self) {
+        self.blocks.iter_mut().zip(&self.least).for_each(|(block, least)| block.floor = *least);
     }
 
     /// Raises the floors for a step to `q`.
     pub fn reach(&mut self, constraints: &impl Constraints, q: &[f64]) {
         constraints.raise_floors(q, &mut self.blocks);
+    }
+
+    /// The blocks, to raise their floors.
+    pub fn blocks_mut(&mut self) -> &mut [Block] {
+        &mut self.blocks
     }
 
     /// The blocks.

@@ -28,6 +28,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::momentum_map::Momentum;
+use vi_core::newton::Block;
 use vi_core::potential::LinearPotential;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{Quadrature, SeparableSystem};
@@ -138,6 +139,11 @@ impl Mechanism {
         coordinate.list(&mut self.angles);
         self.coordinates.insert(place, coordinate.clone());
         Some(coordinate)
+    }
+
+    /// Raises the floors of increments for a step in which a body moves by a distance, m.
+    pub fn raise_floors_by(&self, distance: f64, blocks: &mut [Block]) {
+        self.round_off.raise_floors_by(distance, blocks);
     }
 
     /// Whether nothing connects it to the ground.

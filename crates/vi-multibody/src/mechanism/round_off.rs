@@ -5,8 +5,8 @@
 //! the length of a bar.
 
 use super::description::{BodySpec, Description};
-use crate::tree::Tree;
 use crate::tree::particle::{Carrier, ParticleTree};
+use crate::tree::{FLOOR, Tree};
 use std::ops::Range;
 use vi_core::linear::norm_inf;
 use vi_core::newton::Block;
@@ -23,7 +23,10 @@ struct Effect {
 
 /// What rounding does to each increment.
 #[derive(Clone, Debug)]
-pub(super) struct RoundOff(Vec<Effect>);
+pub(super) struct RoundOff {
+    increments: Vec<Effect>,
+    largest: f64, // share
+}
 
 impl RoundOff {
     /// Of the increments of bodies, then of point masses.
@@ -46,16 +49,31 @@ impl RoundOff {
             let point = bead.offset..bead.offset + dimension;
             increments.extend((0..count).map(|_| Effect { point: point.clone(), share }));
         }
-        Self(increments)
+        let largest = increments.iter().map(|effect| effect.share).fold(0.0, f64::max);
+        Self { increments, largest }
     }
 
     /// Raises the floors of the blocks at `q`.
     pub(super) fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
-        let Self(increments) = self;
+        let Self { increments, .. } = self;
         for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {
             for unknown in block.range.clone() {
                 let Effect { point, share } = &increments[unknown % increments.len()];
                 block.floor = block.floor.max(RELATIVE * share * norm_inf(&q[point.clone()]));
+            }
+        }
+    }
+
+    /// Raises the floors of the blocks for a step over a distance, m: momenta are rounded to `ε` of themselves, and do not
+    /// know increments any better than to `ε` of that.
+    pub(super) fn raise_floors_by(&self, distance: f64, blocks: &mut [Block]) {
+        if RELATIVE * self.largest * distance <= FLOOR {
+            return;
+        }
+        for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {
+            for unknown in block.range.clone() {
+                let share = self.increments[unknown % self.increments.len()].share;
+                block.floor = block.floor.max(RELATIVE * share * distance);
             }
         }
     }

@@ -21,6 +21,9 @@ use vi_rigid::{directors, null_space, reparametrization, rotation};
 /// Round-off that is left in relative attitudes, and in gaps relative to their size.
 pub(crate) const SLACK: f64 = 8.0 * f64::EPSILON;
 
+/// Increments below this, m or rad, do not matter in any configuration.
+pub(crate) const FLOOR: f64 = 1e-6;
+
 /// A frame of the tree with its inboard joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
@@ -92,7 +95,7 @@ impl Tree {
                 let at = link.offset + k;
                 match blocks.last_mut() {
                     Some(last) if last.kind == kind && last.range.end == at => last.range.end += 1,
-                    _ => blocks.push(Block { kind, range: at..at + 1, floor: 1e-6 }),
+                    _ => blocks.push(Block { kind, range: at..at + 1, floor: FLOOR }),
                 }
             }
         }

@@ -10,6 +10,7 @@
 
 use crate::pair::joint::complete_axis;
 use crate::pair::{Transfer, Twist, VelocityMap};
+use crate::tree::FLOOR;
 use nalgebra::{DMatrix, Vector3};
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, BlockKind, Fault};
@@ -76,7 +77,7 @@ impl ParticleTree {
                 Carrier::Free => (BlockKind::Position, self.dimension),
                 _ => (BlockKind::Rotation, self.dimension - 1),
             };
-            Block { kind, range: bead.unknown..bead.unknown + size, floor: 1e-6 }
+            Block { kind, range: bead.unknown..bead.unknown + size, floor: FLOOR }
         };
         self.beads.iter().map(block).collect()
     }

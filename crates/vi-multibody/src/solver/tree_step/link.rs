@@ -11,6 +11,7 @@ use crate::tree::{Link, Tree};
 use nalgebra::{Matrix4, Vector3};
 use vi_core::MechanicalSystem;
 use vi_core::SeparableSystem;
+use vi_core::linear::norm_inf;
 
 /// Constants of a link; vectors in the directors of its parent or in its own.
 #[derive(Clone, Debug)]
@@ -75,6 +76,12 @@ pub(super) struct Work {
 pub(super) struct Sums {
     pub(super) matrix: Spatial<Held>,
     pub(super) wrench: Pair<Held>,
+}
+
+/// The largest velocity of a centre of mass along an axis, m/s, from the momenta.
+pub(super) fn fastest(links: &[Constants], p: &[f64]) -> f64 {
+    let speed = |link: &Constants| norm_inf(&p[link.frame..link.frame + 3]) / link.mass[0][0];
+    links.iter().filter(|link| link.mass[0][0] > 0.0).map(speed).fold(0.0, f64::max)
 }
 
 /// The constants of all links and the number of slots; `None` where a pair, or the mass of a body, is of another kind.

@@ -196,9 +196,12 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         step: SubStep,
         state: &mut State,
     ) {
+        self.increments.reset();
         if self.variable.is_some() {
-            self.increments.open(mechanism, &state.q);
+            self.increments.reach(mechanism, &state.q);
         }
+        let distance = step.h.abs() * link::fastest(&self.links, &state.p);
+        mechanism.raise_floors_by(distance, self.increments.blocks_mut());
         let Self { links, works, columns, weight, impulse, s, compensation, .. } = self;
         state.open_start(s, step.h);
         s.end_at(step.t_end);
