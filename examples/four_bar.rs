@@ -46,12 +46,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         residual = residual.max(node.position_residual.max(node.velocity_residual));
     }
     let lambda = run.observe()?.lambda.clone();
-    let at = (run.state().t, &run.state().q[..]);
+    let at = run.state().configuration();
     let reactions = Reactions::at(run.constraints(), at, &lambda, run.rows());
     let foot = &reactions.joints[0];
     println!(
         "at {:.1} s: left foot {:.3} N, components unique: {:?}",
-        at.0,
+        at.t,
         foot.force.norm(),
         foot.unique
     );

@@ -157,7 +157,7 @@ fn the_symplectic_form_is_conserved() {
             let mut run = bare(name, SchemeKind::Nodal, h, Some(s));
             let (constraints, rows) = (run.constraints().clone(), run.rows().clone());
             let state = run.state().clone();
-            let mut tangents = Tangents::canonical(&constraints, &rows, (state.t, &state.q));
+            let mut tangents = Tangents::canonical(&constraints, &rows, state.configuration());
             let before = tangents.form();
             let stages = Stages::new(s).unwrap();
             let m = holonom::vi_constraints::Constraints::len(&constraints);
@@ -182,7 +182,7 @@ fn the_tangent_is_that_of_the_step() {
     run.step().unwrap();
     let state = run.state().clone();
     let (constraints, rows) = (run.constraints().clone(), run.rows().clone());
-    let mut tangents = Tangents::canonical(&constraints, &rows, (state.t, &state.q));
+    let mut tangents = Tangents::canonical(&constraints, &rows, state.configuration());
     let start = tangents.clone();
     let m = holonom::vi_constraints::Constraints::len(&constraints);
     let mut map = GalerkinTangent::new(m, &rows, Stages::new(3).unwrap(), &state).unwrap();

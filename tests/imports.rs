@@ -169,7 +169,7 @@ fn compare(reference: &Reference, folder: &Path) -> Difference {
     let bodies = Bodies { model: &model, q: &q };
 
     let nv = reference.velocity.len();
-    let P = null_space_at(mechanism, (0.0, &q), n - nv);
+    let P = null_space_at(mechanism, Configuration::new(0.0, &q), n - nv);
     let column = |k: usize| bodies.rates(&reference.joints, P.column(k).as_slice(), None);
     let T =
         DMatrix::from_columns(&(0..nv).map(|k| DVector::from_vec(column(k))).collect::<Vec<_>>());

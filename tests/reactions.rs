@@ -216,7 +216,7 @@ fn reactions_and_gravity_balance_the_rate_of_momentum_of_every_body() {
             let node = run.node_before().unwrap().clone();
             let (before, state) = (run.before(), run.state());
             let q = &before.q;
-            let at = (before.t, &q[..]);
+            let at = Configuration::new(before.t, q);
             let reactions = Reactions::at(run.constraints(), at, &node.lambda, run.rows());
             if n > 0 {
                 // M Δ²q/h² + ∇V
@@ -262,7 +262,8 @@ fn in_the_plane_of_a_four_bar_reactions_are_unique_across_it_they_are_not() {
     }
     let lambda = run.node_before().unwrap().lambda.clone();
     let (t, q) = (run.before().t, run.before().q.clone());
-    let reactions = Reactions::at(run.constraints(), (t, &q), &lambda, run.rows());
+    let reactions =
+        Reactions::at(run.constraints(), Configuration::new(t, &q), &lambda, run.rows());
     // other multipliers of the same constraint force
     let others = null_vectors(run.constraints(), &q);
     assert_eq!(others.len(), 3);
@@ -270,7 +271,7 @@ fn in_the_plane_of_a_four_bar_reactions_are_unique_across_it_they_are_not() {
     for (z, factor) in others.iter().zip([3.0, -2.0, 5.0]) {
         mixed.iter_mut().zip(z).for_each(|(l, z)| *l += factor * z);
     }
-    let again = Reactions::at(run.constraints(), (t, &q), &mixed, run.rows());
+    let again = Reactions::at(run.constraints(), Configuration::new(t, &q), &mixed, run.rows());
     for (k, (one, other)) in reactions.joints.iter().zip(&again.joints).enumerate() {
         // joint frame: m_1, m_2 in the plane, n across
         assert_eq!(one.unique, [true, true, false, false, false, true], "joint {k}");
@@ -293,7 +294,7 @@ fn a_tree_is_unique_throughout() {
     let run = simulation.integrator();
     let lambda = run.acceleration_multiplier().unwrap();
     let state = run.state();
-    let reactions = Reactions::at(run.constraints(), (0.0, &state.q), &lambda, run.rows());
+    let reactions = Reactions::at(run.constraints(), state.configuration(), &lambda, run.rows());
     assert!(reactions.joints.iter().all(|r| r.is_unique()));
 }
 

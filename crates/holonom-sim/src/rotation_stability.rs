@@ -51,7 +51,7 @@ fn about(
     let system = built.dynamics.variational(&built.mechanism);
     let q = problem.configuration().to_vec();
     let growth = |h: f64| {
-        let step = SteadyStep::find(&system, &built.mechanism, rotation, (h, &q));
+        let step = SteadyStep::find(&system, &built.mechanism, rotation, h, &q);
         step.map_or(f64::NAN, |step| step.growth)
     };
     let own = growth(h);

@@ -129,7 +129,7 @@ impl DiscretePotential for AveragedStrains {
             for (element, C, mu) in self.scaled(h) {
                 let mass = mu * h * h * element.length * C;
                 let x = element.coordinates(at.q);
-                element.emit_outer((&x, &x), &mass, out);
+                element.emit_outer(&x, &x, &mass, out);
             }
         }
     }
@@ -146,7 +146,7 @@ impl DiscretePotential for AveragedStrains {
         for (element, C, mu) in self.scaled(s.h) {
             let ends = ends(element, s);
             let c = (0.25 + mu) * scale * element.length * C;
-            element.emit_outer((&ends[0], &ends[1]), &c, out);
+            element.emit_outer(&ends[0], &ends[1], &c, out);
         }
     }
 

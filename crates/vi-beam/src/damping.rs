@@ -104,7 +104,7 @@ impl DiscreteForce for StrainDamping {
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         self.each(s.h, &mut |own, theta| {
             let c = -(0.5 + theta) * own.viscosity();
-            own.emit_outer((&s.q0, &s.q1), &c, out);
+            own.emit_outer(&s.q0, &s.q1, &c, out);
         });
     }
 
@@ -174,7 +174,7 @@ impl Force for StrainDamping {
         out: &mut dyn Entries,
     ) {
         self.each(f64::INFINITY, &mut |own, _| {
-            own.emit_outer((q, q), &(-scale * own.viscosity()), out);
+            own.emit_outer(q, q, &(-scale * own.viscosity()), out);
         });
     }
 

@@ -154,7 +154,7 @@ impl DiscreteForce for StrainDissipation {
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         self.each(&mut |_, own| {
             let c = -0.5 * s.h * self.filter.of_strain * own.stiffness();
-            own.emit_outer((&s.q0, &s.q1), &c, out);
+            own.emit_outer(&s.q0, &s.q1, &c, out);
         });
     }
 

@@ -109,14 +109,15 @@ impl Element {
     /// `Σ c_i (𝔹_i x)(𝔹_i x)ᵀ + Σ n_i 𝔹_i`: material and geometric part of a tangent.
     #[must_use]
     pub fn tangent(&self, x: &Coordinates, c: &Strain, n: &Strain) -> SMatrix<f64, SIZE, SIZE> {
-        self.product((x, x), c, n)
+        self.product(x, x, c, n)
     }
 
     /// `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ + Σ n_i 𝔹_i`.
     #[must_use]
     pub fn product(
         &self,
-        (x, y): (&Coordinates, &Coordinates),
+        x: &Coordinates,
+        y: &Coordinates,
         c: &Strain,
         n: &Strain,
     ) -> SMatrix<f64, SIZE, SIZE> {
@@ -149,12 +150,7 @@ impl Element {
     }
 
     /// Emits `Σ c_i (𝔹_i x)(𝔹_i y)ᵀ`.
-    pub fn emit_outer(
-        &self,
-        (x, y): (&Coordinates, &Coordinates),
-        c: &Strain,
-        out: &mut dyn Entries,
-    ) {
+    pub fn emit_outer(&self, x: &Coordinates, y: &Coordinates, c: &Strain, out: &mut dyn Entries) {
         let (mut left, right) = (self.gradients(x), self.gradients(y));
         for i in 0..6 {
             left.column_mut(i).scale_mut(c[i]);

@@ -230,7 +230,7 @@ impl Strained for Station {
         Station::emit(self, (&self.gradients(a), &self.gradients(b)), c, n, out);
     }
 
-    fn emit_outer(&self, (a, b): (&[f64], &[f64]), c: &Strain, out: &mut dyn Entries) {
+    fn emit_outer(&self, a: &[f64], b: &[f64], c: &Strain, out: &mut dyn Entries) {
         Station::emit_outer(self, (&self.gradients(a), &self.gradients(b)), c, out);
     }
 }

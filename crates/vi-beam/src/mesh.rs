@@ -72,7 +72,7 @@ impl Mesh {
         rule: FrameRule,
     ) -> Result<Self, MeshError> {
         let tangent = to - from;
-        Self::along(&|t| from + t * tangent, &|_| tangent, (0.0, 1.0), elements, rule)
+        Self::along(&|t| from + t * tangent, &|_| tangent, 0.0, 1.0, elements, rule)
     }
 
     /// Straight legs between the corners, each with its own number of elements.
@@ -124,43 +124,45 @@ impl Mesh {
         let rise = pitch / std::f64::consts::TAU * axis;
         let point = |t: f64| center + libm::cos(t) * a + libm::sin(t) * b + t * rise;
         let slope = |t: f64| angle.signum() * (libm::cos(t) * b - libm::sin(t) * a + rise);
-        let mut mesh = Self::along(&point, &slope, (0.0, angle), elements, rule)?;
+        let mut mesh = Self::along(&point, &slope, 0.0, angle, elements, rule)?;
         let speed = (a.norm_squared() + rise.norm_squared()).sqrt();
         mesh.lengths.fill(speed * angle.abs() / elements as f64); // constant speed: exact
         Ok(mesh)
     }
 
-    /// The curve `r(t)`, nodes at equal steps of `t`; its tangent by differences.
+    /// The curve `r(t)`, `t` = `from … to`, nodes at equal steps of `t`; its tangent by differences.
     ///
     /// # Errors
     /// [`MeshError`].
     pub fn parametric(
         curve: &dyn Fn(f64) -> Vector3<f64>,
-        range: (f64, f64),
+        from: f64,
+        to: f64,
         elements: usize,
         rule: FrameRule,
     ) -> Result<Self, MeshError> {
-        let step = 1e-3 * (range.1 - range.0) / elements.max(1) as f64;
+        let step = 1e-3 * (to - from) / elements.max(1) as f64;
         let tangent = |t: f64| {
             let centered = |k: f64| (curve(t + k * step) - curve(t - k * step)) / (2.0 * k * step);
             (4.0 * centered(1.0) - centered(2.0)) / 3.0
         };
-        Self::along(curve, &tangent, range, elements, rule)
+        Self::along(curve, &tangent, from, to, elements, rule)
     }
 
-    /// The curve `r(t)` with its derivative `r'(t)`, nodes at equal steps of `t`.
+    /// The curve `r(t)` with its derivative `r'(t)`, `t` = `from … to`, nodes at equal steps of `t`.
     ///
     /// # Errors
     /// [`MeshError`].
     pub fn along(
         curve: &dyn Fn(f64) -> Vector3<f64>,
         derivative: &dyn Fn(f64) -> Vector3<f64>,
-        range: (f64, f64),
+        from: f64,
+        to: f64,
         elements: usize,
         rule: FrameRule,
     ) -> Result<Self, MeshError> {
-        let step = (range.1 - range.0) / elements as f64;
-        let at = |k: usize| range.0 + k as f64 * step;
+        let step = (to - from) / elements as f64;
+        let at = |k: usize| from + k as f64 * step;
         let centers = (0..=elements).map(|k| curve(at(k))).collect();
         let tangents: Vec<_> = (0..=elements).map(|k| derivative(at(k))).collect();
         let lengths = (0..elements).map(|k| arc_length(derivative, at(k), at(k + 1))).collect();
@@ -199,7 +201,7 @@ impl Mesh {
                 + (1.0 - t) * (1.0 - 3.0 * t) * tangents[k]
                 + t * (3.0 * t - 2.0) * tangents[k + 1]
         };
-        Self::along(&curve, &slope, (0.0, stations[lengths.len()]), elements, rule)
+        Self::along(&curve, &slope, 0.0, stations[lengths.len()], elements, rule)
     }
 
     /// Nodes at given points; chords as lengths, tangents from the parabola through three points.

@@ -23,7 +23,7 @@ pub(crate) trait Strained {
     /// Emits `Σ c_i (𝔹_i a)(𝔹_i b)ᵀ + Σ n_i 𝔹_i`.
     fn emit(&self, ab: (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries);
     /// Emits `Σ c_i (𝔹_i a)(𝔹_i b)ᵀ`.
-    fn emit_outer(&self, ab: (&[f64], &[f64]), c: &Strain, out: &mut dyn Entries);
+    fn emit_outer(&self, a: &[f64], b: &[f64], c: &Strain, out: &mut dyn Entries);
 }
 
 /// A two-node element with its section.
@@ -61,12 +61,12 @@ impl Strained for TwoNode<'_> {
 
     fn emit(&self, (a, b): (&[f64], &[f64]), c: &Strain, n: &Strain, out: &mut dyn Entries) {
         let element = self.element;
-        let K = element.product((&element.coordinates(a), &element.coordinates(b)), c, n);
+        let K = element.product(&element.coordinates(a), &element.coordinates(b), c, n);
         element.emit(&K, out);
     }
 
-    fn emit_outer(&self, (a, b): (&[f64], &[f64]), c: &Strain, out: &mut dyn Entries) {
+    fn emit_outer(&self, a: &[f64], b: &[f64], c: &Strain, out: &mut dyn Entries) {
         let element = self.element;
-        element.emit_outer((&element.coordinates(a), &element.coordinates(b)), c, out);
+        element.emit_outer(&element.coordinates(a), &element.coordinates(b), c, out);
     }
 }

@@ -102,12 +102,7 @@ impl<'a, C: Constraints> Dependence<'a, C> {
         let emit = |out: &mut dyn Entries| {
             weights.iter().enumerate().for_each(|(i, w)| out.add(i, i, *w));
         };
-        self.saddle.solve(
-            self.constraints,
-            &emit,
-            ((self.at.t, self.at.q), 1.0, (self.at.t, self.at.q)),
-            &mut x,
-        )?;
+        self.saddle.solve(self.constraints, &emit, self.at, 1.0, self.at, &mut x)?;
         if x.iter().all(|x| x.is_finite()) { Ok(x) } else { Err(Singular) }
     }
 
@@ -159,13 +154,14 @@ fn relative(value: f64, size: f64) -> f64 {
     if size > 0.0 { value / size } else { value }
 }
 
-/// Looks for constraints that contradict each other at `(t, q)` with the velocity `v`; `rows` are
+/// Looks for constraints that contradict each other at `at` with the velocity `v`; `rows` are
 /// independent there. `None` when all agree, or when nothing can be said because the rows are not.
 #[must_use]
 pub fn contradiction<C: Constraints>(
     constraints: &C,
     rows: &IndependentRows,
-    (at, v): (Configuration<'_>, &[f64]),
+    at: Configuration<'_>,
+    v: &[f64],
 ) -> Option<Contradiction> {
     rows.redundant().next()?;
     let m = constraints.len();
@@ -240,14 +236,14 @@ mod tests {
         for v in [0.0, 1e-17, 1e-8, 1.0, 1e6] {
             let circle = circle();
             let rows = IndependentRows::find(&circle, at.t, at.q);
-            assert_eq!(contradiction(&circle, &rows, (at, &[0.0, v])), None, "{v:e}");
+            assert_eq!(contradiction(&circle, &rows, at, &[0.0, v]), None, "{v:e}");
         }
         let touching = touching();
         let rows = IndependentRows::find(&touching, at.t, at.q);
         assert_eq!(rows.len(), 1);
-        assert_eq!(contradiction(&touching, &rows, (at, &[0.0, 0.0])), None);
+        assert_eq!(contradiction(&touching, &rows, at, &[0.0, 0.0]), None);
         for v in [1e-6, 1.0, 1e6] {
-            let found = contradiction(&touching, &rows, (at, &[0.0, v])).unwrap();
+            let found = contradiction(&touching, &rows, at, &[0.0, v]).unwrap();
             assert_eq!(found.level, Level::Acceleration);
             let mut named = found.rows.clone();
             named.sort_unstable();

@@ -105,8 +105,7 @@ impl<S: DiscreteLagrangian, C: Constraints> Scheme<S, C> for Constrained {
             let mut block = MatrixBlock { into: out, row, column, scale: s.h, transposed };
             system.forced_d2_d1(s, &mut block);
         };
-        let (upper, lower) = ((s.t, &s.q0[..]), (s.t_end(), &s.q1[..]));
-        Ok(saddle.solve(constraints, &emit, (upper, -1.0, lower), dx)?)
+        Ok(saddle.solve(constraints, &emit, s.start(), -1.0, s.end(), dx)?)
     }
 
     fn renew(&mut self, constraints: &C, solved: bool) -> bool {

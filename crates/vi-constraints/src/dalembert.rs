@@ -166,7 +166,7 @@ impl<S: DiscreteLagrangian, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> 
             }
         }
         let place = JacobianPlace { row: d, column: 0, scale: 1.0, transposed: false };
-        self.rows.emit_jacobian(constraints, (s.t_end(), &s.q1), place, matrix);
+        self.rows.emit_jacobian(constraints, s.end(), place, matrix);
         Ok(self.lu.solve(matrix, dx)?)
     }
 

@@ -142,7 +142,6 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
         let v = Self::observe_state(self, system, constraints, state, 0.0)?.v.clone();
-        let at = (state.configuration(), &v[..]);
-        Self::acceleration_multiplier(self, system, constraints, at, lambda)
+        Self::acceleration_multiplier(self, system, constraints, state.configuration(), &v, lambda)
     }
 }

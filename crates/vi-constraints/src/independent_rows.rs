@@ -6,6 +6,7 @@
 use crate::connected::connected;
 use crate::constraints::Constraints;
 use crate::nearby::{self, Nearby};
+use vi_core::Configuration;
 use vi_core::sparse::{Entries, SparseMatrix};
 
 const DROPPED: usize = usize::MAX;
@@ -78,7 +79,7 @@ impl IndependentRows {
             return Ok(rows);
         }
         let nearby = if q.len() > MOST { None } else { nearby::rank(constraints, t, q) };
-        let followers = || match nearby::followers(constraints, &rows, (t, q)) {
+        let followers = || match nearby::followers(constraints, &rows, Configuration::new(t, q)) {
             Nearby::Follow => Some(at_start),
             Nearby::Singular { .. } => Some(at_start + 1),
             Nearby::Unknown => None,
@@ -160,11 +161,15 @@ impl IndependentRows {
     pub fn emit_jacobian(
         &self,
         constraints: &impl Constraints,
-        (t, q): (f64, &[f64]),
+        at: Configuration<'_>,
         place: JacobianPlace,
         out: &mut dyn Entries,
     ) {
-        self.emit_selected(&|out: &mut dyn Entries| constraints.jacobian(t, q, out), place, out);
+        self.emit_selected(
+            &|out: &mut dyn Entries| constraints.jacobian(at.t, at.q, out),
+            place,
+            out,
+        );
     }
 
     /// Emits the chosen rows of what `emit` emits over all constraints, as

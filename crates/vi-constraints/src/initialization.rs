@@ -131,10 +131,10 @@ pub fn start(
         system.mass().mul_add(1.0, v, &mut x[..n]);
         rows.gather(&rate, &mut x[n..]);
         x[n..].iter_mut().for_each(|b| *b = -*b);
-        let at = (t, &q0[..]);
+        let at = Configuration::new(t, &q0);
         let emit = |out: &mut dyn Entries| system.mass().emit(out);
         SaddlePoint::new(n, rows.clone())
-            .solve(constraints, &emit, (at, 1.0, at), &mut x)
+            .solve(constraints, &emit, at, 1.0, at, &mut x)
             .map_err(|_| StartError::Singular)?;
         v0.copy_from_slice(&x[..n]);
         report.velocity_moved = distance(&v0, v);
@@ -201,11 +201,11 @@ fn closest(
         let mut x = vec![0.0; n + r];
         x[n..].copy_from_slice(&chosen);
         let backup = x.clone();
-        let at = (t, &q[..]);
-        if in_mass_norm.solve(constraints, &weighted, (at, 1.0, at), &mut x).is_err() {
+        let at = Configuration::new(t, &q);
+        if in_mass_norm.solve(constraints, &weighted, at, 1.0, at, &mut x).is_err() {
             x = backup;
             in_plain_norm
-                .solve(constraints, &plain, (at, 1.0, at), &mut x)
+                .solve(constraints, &plain, at, 1.0, at, &mut x)
                 .map_err(|_| StartError::Singular)?;
         }
         let next: Vec<f64> = target.iter().zip(&x).map(|(q, dx)| q + dx).collect();

@@ -167,7 +167,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
                 Box::new(Nodal::new(n, operators, options.scheme == SchemeKind::Reduced))
             }
         };
-        Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
+        Self::with_scheme(system, constraints, scheme, rows, options, at)?.consistent()
     }
 
     /// All four schemes, with the user's `P` and `F_d`.
@@ -209,7 +209,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
                 Box::new(Nodal::new(n, DenseNodal::new(n, map), reduced))
             }
         };
-        Self::with_scheme(system, constraints, (scheme, rows), options, at)?.consistent()
+        Self::with_scheme(system, constraints, scheme, rows, options, at)?.consistent()
     }
 }
 
@@ -230,7 +230,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     pub fn with_scheme<K>(
         system: S,
         constraints: impl Into<Arc<C>>,
-        (scheme, rows): (Box<dyn Scheme<S, C>>, IndependentRows),
+        scheme: Box<dyn Scheme<S, C>>,
+        rows: IndependentRows,
         options: Options<K>,
         at: InitialValues<'_>,
     ) -> Result<Self, SetupError> {
@@ -277,8 +278,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// # Errors
     /// [`SetupError::Contradiction`].
     pub fn consistent(self) -> Result<Self, SetupError> {
-        let at = (self.state.configuration(), &self.initial_velocity[..]);
-        match contradiction(&*self.constraints, &self.rows, at) {
+        let (at, v) = (self.state.configuration(), &self.initial_velocity);
+        match contradiction(&*self.constraints, &self.rows, at, v) {
             Some(found) => Err(found.into()),
             None => Ok(self),
         }
@@ -370,8 +371,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             let (index, last) = (taken % count, taken + 1 == sub_steps);
             let h = gammas[index] * part;
             let t_end = if last { next } else { state.t + h };
-            let (step, of) = (SubStep { index, count, h, t_end }, (&*system, &**constraints));
-            let report = solver.advance(&mut **scheme, of, step, state)?;
+            let step = SubStep { index, count, h, t_end };
+            let report = solver.advance(&mut **scheme, system, &**constraints, step, state)?;
             constraints.unwrap_angles(&state.q, &mut state.angles);
             if let Some(each) = &mut each {
                 scheme.interpolate();
@@ -437,7 +438,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let sub_step = SubStep { index: 0, count: 1, h: self.gammas[0] * self.step, t_end };
         let trial = self
             .solver
-            .advance(&mut **scheme, (&*system, &**constraints), sub_step, &mut next)
+            .advance(&mut **scheme, system, &**constraints, sub_step, &mut next)
             .and_then(|_| watch.check(&**constraints, next.configuration()));
         let s = std::mem::replace(scheme.interval_mut(), last);
         trial?;

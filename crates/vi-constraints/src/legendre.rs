@@ -146,7 +146,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         step(h)?;
         self.check_vectors(at.q, w)?;
         let (mut lambda, mut force) = (vec![0.0; self.constraints.len()], vec![0.0; w.len()]);
-        self.projections.multiplier(self.constraints, at, w, h, (&mut lambda, &mut force))?;
+        self.projections.multiplier(self.constraints, at, w, h, &mut lambda, &mut force)?;
         finite("the multiplier", &lambda)?;
         Ok(lambda)
     }
@@ -195,7 +195,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     pub fn project(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Vec<f64>> {
         self.check_vectors(at.q, p)?;
         let mut out = vec![0.0; p.len()];
-        self.projections.project((self.system, self.constraints), (at, self.step), p, &mut out)?;
+        self.projections.project(self.system, self.constraints, at, self.step, p, &mut out)?;
         finite("the projected momentum", &out)?;
         Ok(out)
     }
@@ -222,7 +222,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     pub fn velocity(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Vec<f64>> {
         self.check_vectors(at.q, p)?;
         let mut v = vec![0.0; p.len()];
-        self.projections.velocity((self.system, self.constraints), (at, self.step), p, &mut v)?;
+        self.projections.velocity(self.system, self.constraints, at, self.step, p, &mut v)?;
         finite("the velocity", &v)?;
         Ok(v)
     }
@@ -260,7 +260,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     /// [`LegendreError`].
     pub fn null_space(&self, at: Configuration<'_>) -> Result<DMatrix<f64>> {
         self.check_vectors(at.q, at.q)?;
-        Ok(null_space_at(self.constraints, (at.t, at.q), self.rank))
+        Ok(null_space_at(self.constraints, at, self.rank))
     }
 
     /// `ᴾp_n = −Pᵀ (D_1 L_d(q_n, q_{n+1}) + f_d^-)` (41), shape `d`, with `P = P(q_n)`, shape `n × d`.
@@ -317,7 +317,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     /// [`LegendreError`].
     pub fn projected_hamiltonian(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Energies> {
         let (v, projected) = self.tangential(at, p)?;
-        let found = hamiltonian(self.system, at, (&v, &projected)); // (53)
+        let found = hamiltonian(self.system, at, &v, &projected); // (53)
         finite("the energy", &[found.kinetic, found.potential])?;
         Ok(found)
     }

@@ -44,17 +44,17 @@ fn scattered(q: &[f64], sizes: &[f64], trial: usize) -> Vec<f64> {
     q.iter().zip(sizes).enumerate().map(moved).collect()
 }
 
-/// How far the constraints in `rows`, independent at `(t, q)`, take the others with them; `O(n)` where few
+/// How far the constraints in `rows`, independent at `at`, take the others with them; `O(n)` where few
 /// constraints meet.
 #[must_use]
 pub fn followers<C: Constraints>(
     constraints: &C,
     rows: &IndependentRows,
-    (t, q): (f64, &[f64]),
+    at: Configuration<'_>,
 ) -> Nearby {
     const MAX_ITERATIONS: usize = 12;
     const ROUNDING: f64 = 64.0 * f64::EPSILON;
-    let m = constraints.len();
+    let (t, q, m) = (at.t, at.q, constraints.len());
     let mut sizes = vec![0.0; q.len()];
     constraints.coordinate_sizes(q, &mut sizes);
     let start = constraints.principal_angles(q);
@@ -164,7 +164,7 @@ mod tests {
             let circles = circles(a);
             let rows = IndependentRows::find(&circles, 0.0, &q);
             assert_eq!(rows.len(), 1);
-            let found = followers(&circles, &rows, (0.0, &q));
+            let found = followers(&circles, &rows, Configuration::new(0.0, &q));
             assert_eq!(found == Nearby::Follow, expected, "{a}: {found:?}");
             assert_eq!(IndependentRows::find_generic(&circles, 0.0, &q).is_ok(), expected, "{a}");
         }

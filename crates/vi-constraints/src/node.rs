@@ -172,11 +172,11 @@ impl NodeObserver {
             solver.velocity(&mass, (at, &state.memory), &state.p, &mut node.v).is_ok()
         });
         if !solved {
-            self.projections.velocity((system, constraints), (at, h), &state.p, &mut node.v)?;
+            self.projections.velocity(system, constraints, at, h, &state.p, &mut node.v)?;
         }
         node.p_projected.fill(0.0);
         system.add_momentum_of_step(at, h, &node.v, &mut node.p_projected); // (40)
-        node.hamiltonian_projected = hamiltonian(system, at, (&node.v, &node.p_projected)); // (53)
+        node.hamiltonian_projected = hamiltonian(system, at, &node.v, &node.p_projected); // (53)
         Ok(())
     }
 
@@ -202,12 +202,13 @@ impl NodeObserver {
         let at = s.start();
         if self.multipliers {
             lambda.resize(constraints.len(), 0.0);
-            let found = (&mut lambda[..], &mut constraint_force[..]);
+            let force = &mut *constraint_force;
             match &mut solvers.multipliers {
                 Some(sweep) => {
-                    projections.sweep(&mut **sweep, constraints, at, (w, weight), found)?
+                    let impulse = (&w[..], weight);
+                    projections.sweep(&mut **sweep, constraints, at, impulse, lambda, force)?
                 }
-                None => projections.multiplier(constraints, at, w, weight, found)?,
+                None => projections.multiplier(constraints, at, w, weight, lambda, force)?,
             }
         } else {
             lambda.clear();
@@ -218,7 +219,7 @@ impl NodeObserver {
         Ok(())
     }
 
-    /// The multiplier of the acceleration level at `(t, q)` with the velocity `v`; it has the order of
+    /// The multiplier of the acceleration level at `at` with the velocity `v`; it has the order of
     /// `v`, also at the macro nodes of a composition.
     ///
     /// # Errors
@@ -227,10 +228,11 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        at: (Configuration<'_>, &[f64]),
+        at: Configuration<'_>,
+        v: &[f64],
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        self.projections.acceleration_multiplier((system, constraints), at, lambda)
+        self.projections.acceleration_multiplier(system, constraints, at, v, lambda)
     }
 }
 

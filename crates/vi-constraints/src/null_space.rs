@@ -13,6 +13,7 @@
 
 use crate::constraints::Constraints;
 use nalgebra::DMatrix;
+use vi_core::Configuration;
 use vi_core::dense::PivotedQr;
 
 /// Relative size of a pivot below which a constraint counts as dependent on the others.
@@ -128,14 +129,14 @@ impl NullSpaceQr {
 #[must_use]
 pub fn null_space_at(
     constraints: &impl Constraints,
-    (t, q): (f64, &[f64]),
+    at: Configuration<'_>,
     rank: usize,
 ) -> DMatrix<f64> {
     let (n, m) = (constraints.dim(), constraints.len());
     let mut P = DMatrix::identity(n, n - rank);
     if m > 0 {
         let mut G = DMatrix::zeros(m, n);
-        constraints.jacobian(t, q, &mut G);
+        constraints.jacobian(at.t, at.q, &mut G);
         let mut qr = NullSpaceQr::new(n, m);
         qr.factorize(&G);
         qr.null_space(rank, &mut P);

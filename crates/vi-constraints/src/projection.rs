@@ -72,13 +72,14 @@ impl Projections {
         at: Configuration<'_>,
         w: &[f64],
         weight: f64,
-        (lambda, force): (&mut [f64], &mut [f64]),
+        lambda: &mut [f64],
+        force: &mut [f64],
     ) -> Result<(), Singular> {
         let n = self.n;
         self.m_work.fill(0.0);
         let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
-        let right = (w, &self.m_work[..]);
-        self.identity_system.solve_at(constraints, &identity, (at.t, at.q), right, &mut self.x)?;
+        let (zero, x) = (&self.m_work, &mut self.x);
+        self.identity_system.solve_at(constraints, &identity, at, w, zero, x)?;
         let rows = self.identity_system.rows();
         rows.scatter(&self.x[n..], lambda);
         let jacobian = jacobian(&mut self.jacobian, constraints, at, n);
@@ -97,7 +98,8 @@ impl Projections {
         constraints: &impl Constraints,
         at: Configuration<'_>,
         (w, weight): (&[f64], f64),
-        (lambda, force): (&mut [f64], &mut [f64]),
+        lambda: &mut [f64],
+        force: &mut [f64],
     ) -> Result<(), Singular> {
         let jacobian = self.jacobian(constraints, at);
         sweep.multipliers(jacobian, w, lambda)?;
@@ -112,14 +114,16 @@ impl Projections {
     /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no mass.
     pub fn velocity(
         &mut self,
-        (system, constraints): (&impl MechanicalSystem, &impl Constraints),
-        (at, h): (Configuration<'_>, f64),
+        system: &impl MechanicalSystem,
+        constraints: &impl Constraints,
+        at: Configuration<'_>,
+        h: f64,
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Singular> {
         constraints.time_derivative(at.t, at.q, &mut self.m_work);
         self.m_work.iter_mut().for_each(|b| *b = -*b);
-        self.solve_mass(system, constraints, (at, h), p)?;
+        self.solve_mass(system, constraints, at, h, p)?;
         v.copy_from_slice(&self.x[..self.n]);
         Ok(())
     }
@@ -130,13 +134,15 @@ impl Projections {
     /// As [`Projections::velocity`].
     pub fn project(
         &mut self,
-        (system, constraints): (&impl MechanicalSystem, &impl Constraints),
-        (at, h): (Configuration<'_>, f64),
+        system: &impl MechanicalSystem,
+        constraints: &impl Constraints,
+        at: Configuration<'_>,
+        h: f64,
         w: &[f64],
         out: &mut [f64],
     ) -> Result<(), Singular> {
         self.m_work.fill(0.0);
-        self.solve_mass(system, constraints, (at, h), w)?;
+        self.solve_mass(system, constraints, at, h, w)?;
         out.fill(0.0);
         system.add_momentum_of_step(at, h, &self.x[..self.n], out); // (16)
         Ok(())
@@ -147,12 +153,12 @@ impl Projections {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        (at, h): (Configuration<'_>, f64),
+        at: Configuration<'_>,
+        h: f64,
         a: &[f64],
     ) -> Result<(), Singular> {
         let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, h, out);
-        let right = (a, &self.m_work[..]);
-        self.mass_system.solve_at(constraints, &mass, (at.t, at.q), right, &mut self.x)
+        self.mass_system.solve_at(constraints, &mass, at, a, &self.m_work, &mut self.x)
     }
 
     /// `H_d(q, p) = ½ pᵀ M⁻¹ p + V(q)`, J (53), and `v ← M⁻¹ p`; `None` when `M` is singular or a
@@ -169,18 +175,20 @@ impl Projections {
     ) -> Result<Option<Energies>, Singular> {
         let Some(inverse) = &mut self.inverse else { return Ok(None) };
         inverse.apply(system.mass(), p, v)?;
-        Ok(Some(hamiltonian(system, at, (v, p))))
+        Ok(Some(hamiltonian(system, at, v, p)))
     }
 
-    /// The multiplier of the acceleration level at `(t, q)` with the velocity `v`; it has the order of
+    /// The multiplier of the acceleration level at `at` with the velocity `v`; it has the order of
     /// `v`, also at the macro nodes of a composition.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn acceleration_multiplier(
         &mut self,
-        (system, constraints): (&impl MechanicalSystem, &impl Constraints),
-        (at, v): (Configuration<'_>, &[f64]),
+        system: &impl MechanicalSystem,
+        constraints: &impl Constraints,
+        at: Configuration<'_>,
+        v: &[f64],
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
         constraints.acceleration_terms(at.t, at.q, v, &mut self.m_work);
@@ -189,7 +197,7 @@ impl Projections {
         force.fill(0.0);
         system.add_potential_gradient(at, -1.0, &mut force);
         system.add_force(at, v, &mut force);
-        let solved = self.solve_mass(system, constraints, (at, 0.0), &force);
+        let solved = self.solve_mass(system, constraints, at, 0.0, &force);
         self.n_work = force;
         solved?;
         let rows = self.mass_system.rows();
@@ -222,7 +230,8 @@ fn scale_and_apply(jacobian: &SparseMatrix, weight: f64, lambda: &mut [f64], for
 pub fn hamiltonian(
     system: &impl MechanicalSystem,
     at: Configuration<'_>,
-    (v, p): (&[f64], &[f64]),
+    v: &[f64],
+    p: &[f64],
 ) -> Energies {
     let twice: f64 = v.iter().zip(p).map(|(v, p)| v * p).sum();
     Energies { kinetic: 0.5 * twice, potential: system.potential_energy(at) }

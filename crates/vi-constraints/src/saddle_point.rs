@@ -21,6 +21,7 @@
 
 use crate::constraints::Constraints;
 pub use crate::independent_rows::{IndependentRows, JacobianPlace, RankNearby};
+use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -161,24 +162,25 @@ impl SaddlePoint {
         &mut self,
         constraints: &impl Constraints,
         emit: &dyn Fn(&mut dyn Entries),
-        (t, q): (f64, &[f64]),
-        (a, b): (&[f64], &[f64]),
+        at: Configuration<'_>,
+        a: &[f64],
+        b: &[f64],
         x: &mut [f64],
     ) -> Result<(), Singular> {
         let mut solve = |this: &mut Self| {
             let (upper, lower) = x.split_at_mut(this.n);
             upper.copy_from_slice(a);
             this.rows.gather(b, lower);
-            this.solve(constraints, emit, ((t, q), 1.0, (t, q)), x)
+            this.solve(constraints, emit, at, 1.0, at, x)
         };
         let solved = solve(self);
-        if self.is_worn() && self.choose(constraints, t, q) {
+        if self.is_worn() && self.choose(constraints, at.t, at.q) {
             return solve(self);
         }
         solved
     }
 
-    /// Solves with `A` as emitted, `scale Gᵀ` at `(t0, q0)` and `G` at `(t1, q1)`;
+    /// Solves with `A` as emitted, `scale Gᵀ` at `upper` and `G` at `lower`;
     /// `x` has shape `n + rank` and holds `(a, b)` on entry.
     ///
     /// # Errors
@@ -187,11 +189,14 @@ impl SaddlePoint {
         &mut self,
         constraints: &impl Constraints,
         emit: &dyn Fn(&mut dyn Entries),
-        (upper, scale, lower): ((f64, &[f64]), f64, (f64, &[f64])),
+        upper: Configuration<'_>,
+        scale: f64,
+        lower: Configuration<'_>,
         x: &mut [f64],
     ) -> Result<(), Singular> {
-        let jacobian = |(t, q)| move |out: &mut dyn Entries| constraints.jacobian(t, q, out);
-        self.solve_with(emit, (&jacobian(upper), scale, &jacobian(lower)), x)
+        let above = |out: &mut dyn Entries| constraints.jacobian(upper.t, upper.q, out);
+        let below = |out: &mut dyn Entries| constraints.jacobian(lower.t, lower.q, out);
+        self.solve_with(emit, &above, scale, &below, x)
     }
 
     /// The same with `G` and `G'` as emitted, over all constraints.
@@ -201,7 +206,9 @@ impl SaddlePoint {
     pub fn solve_with(
         &mut self,
         emit: &dyn Fn(&mut dyn Entries),
-        (upper, scale, lower): (&dyn Fn(&mut dyn Entries), f64, &dyn Fn(&mut dyn Entries)),
+        upper: &dyn Fn(&mut dyn Entries),
+        scale: f64,
+        lower: &dyn Fn(&mut dyn Entries),
         x: &mut [f64],
     ) -> Result<(), Singular> {
         let (n, rows) = (self.n, &self.rows);

@@ -167,15 +167,12 @@ impl StepError {
 
     /// The unknown the failure is about, if one is.
     #[must_use]
-    pub fn unknown(&self) -> Option<(BlockKind, usize)> {
+    pub fn unknown(&self) -> Option<usize> {
         match self {
-            Self::Newton(NewtonError::NotConverged { kind, unknown, .. }) => {
-                Some((*kind, *unknown))
-            }
-            Self::Newton(NewtonError::Refused {
-                fault: Fault::OutsideChart { kind, unknown, .. },
-                ..
-            }) => Some((*kind, *unknown)),
+            Self::Newton(
+                NewtonError::NotConverged { unknown, .. }
+                | NewtonError::Refused { fault: Fault::OutsideChart { unknown, .. }, .. },
+            ) => Some(*unknown),
             _ => None,
         }
     }
@@ -410,7 +407,8 @@ impl StepSolver {
     pub fn advance<S, C>(
         &mut self,
         scheme: &mut dyn Scheme<S, C>,
-        (system, constraints): (&S, &C),
+        system: &S,
+        constraints: &C,
         step: SubStep,
         state: &mut State,
     ) -> Result<NewtonReport, StepError> {

@@ -22,6 +22,7 @@ use crate::constraints::Constraints;
 use crate::null_space::null_space_at;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use nalgebra::DMatrix;
+use vi_core::Configuration;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, norm_inf};
@@ -37,14 +38,14 @@ pub struct Tangents {
 }
 
 impl Tangents {
-    /// A canonical basis at `(t, q)`: `(P e_i, 0)` for all `i`, then `(0, P e_i)`, with `PᵀP = I`.
+    /// A canonical basis at `at`: `(P e_i, 0)` for all `i`, then `(0, P e_i)`, with `PᵀP = I`.
     #[must_use]
     pub fn canonical(
         constraints: &impl Constraints,
         rows: &IndependentRows,
-        (t, q): (f64, &[f64]),
+        at: Configuration<'_>,
     ) -> Self {
-        let P = null_space_at(constraints, (t, q), rows.len());
+        let P = null_space_at(constraints, at, rows.len());
         let (n, d) = P.shape();
         let (mut dq, mut dp) = (DMatrix::zeros(n, 2 * d), DMatrix::zeros(n, 2 * d));
         dq.columns_mut(0, d).copy_from(&P);
@@ -136,7 +137,6 @@ impl TangentMap {
             let (row, column, transposed) = (0, 0, false);
             mixed.emit(&mut Block { into: out, row, column, scale: s.h, transposed });
         };
-        let (upper, lower) = ((s.t, &s.q0[..]), (s.t_end(), &s.q1[..]));
         for k in 0..tangents.dq.ncols() {
             let dq: Vec<f64> = tangents.dq.column(k).iter().copied().collect();
             self.x.fill(0.0);
@@ -144,7 +144,7 @@ impl TangentMap {
             for (x, dp) in self.x.iter_mut().zip(tangents.dp.column(k).iter()) {
                 *x -= s.h * dp;
             }
-            self.step.solve(constraints, &emit, (upper, -1.0, lower), &mut self.x)?;
+            self.step.solve(constraints, &emit, s.start(), -1.0, s.end(), &mut self.x)?;
             let dp = &mut tangents.dp.as_mut_slice()[k * n..(k + 1) * n];
             dp.fill(0.0);
             mixed.tr_mul_add(1.0, &dq, dp);
@@ -167,8 +167,8 @@ impl TangentMap {
         system.d1(s, &mut impulse);
         impulse.iter_mut().zip(&self.p).for_each(|(x, p)| *x += p);
         let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
-        let (at, right) = ((s.t, &s.q0[..]), (&impulse[..], &zero[..]));
-        self.multiplier.solve_at(constraints, &identity, at, right, &mut self.x)?;
+        let x = &mut self.x;
+        self.multiplier.solve_at(constraints, &identity, s.start(), &impulse, &zero, x)?;
         self.multiplier.rows().scatter(&self.x[n..], &mut self.lambda);
         Ok(())
     }

@@ -217,7 +217,8 @@ impl SeparableSystem {
     /// Adds `scale f·v` of each discrete force to `out`, in the order in which they were added; `scratch`: shape `n`.
     pub fn add_power(
         &self,
-        (at, v): (Configuration<'_>, &[f64]),
+        at: Configuration<'_>,
+        v: &[f64],
         scale: f64,
         scratch: &mut [f64],
         out: &mut [f64],

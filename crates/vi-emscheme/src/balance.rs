@@ -187,9 +187,7 @@ impl Balance {
         self.x[n..].fill(0.0);
         let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
         let emit = |out: &mut dyn Entries| jacobian.emit(out);
-        let blocks: (&dyn Fn(&mut dyn Entries), f64, &dyn Fn(&mut dyn Entries)) =
-            (&emit, 1.0, &emit);
-        saddle.solve_with(&identity, blocks, &mut self.x)?;
+        saddle.solve_with(&identity, &emit, 1.0, &emit, &mut self.x)?;
         saddle.rows().scatter(&self.x[n..], &mut self.mu);
         Ok(())
     }

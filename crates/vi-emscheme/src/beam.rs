@@ -50,7 +50,7 @@ impl DiscreteGradient for BeamGradient {
             let [mid, end] = [&s.q_mid, &s.q1].map(|q| element.coordinates(q));
             let c = 0.5 * scale * element.length * C;
             let n = 0.5 * scale * mean_forces(element, &C, s);
-            let K = element.product((&mid, &end), &c, &n);
+            let K = element.product(&mid, &end, &c, &n);
             element.emit(&K, out);
         }
     }

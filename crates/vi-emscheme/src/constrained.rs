@@ -109,7 +109,7 @@ impl<C: DiscreteConstraints> Scheme<EmSystem, C> for EmConstrained {
         };
         let upper = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
         let lower = |out: &mut dyn Entries| constraints.jacobian(s.t_end(), &s.q1, out);
-        Ok(saddle.solve_with(&emit, (&upper, 1.0, &lower), dx)?)
+        Ok(saddle.solve_with(&emit, &upper, 1.0, &lower, dx)?)
     }
 
     /// `μ` of single steps; the two halves of a sub-step of a composition have their own histories.

@@ -112,8 +112,7 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
             }
         }
         let place = JacobianPlace { row: d, column: 0, scale: 1.0, transposed: false };
-        let at = (balance.s.t_end(), &balance.s.q1[..]);
-        balance.rows().emit_jacobian(constraints, at, place, matrix);
+        balance.rows().emit_jacobian(constraints, balance.s.end(), place, matrix);
         Ok(lu.solve(matrix, dx)?)
     }
 

@@ -37,7 +37,7 @@ pub struct DenseOperators<N, R> {
 impl<N, R: Reparametrization> DenseOperators<N, R> {
     /// For `n` coordinates, with the term of the multipliers in the Newton matrix.
     #[must_use]
-    pub fn new(n: usize, (source, map): (N, R)) -> Self {
+    pub fn new(n: usize, source: N, map: R) -> Self {
         let (d, blocks) = (map.dof(), map.blocks());
         let nd = || DMatrix::zeros(n, d);
         Self {

@@ -66,7 +66,7 @@ pub fn new<C: DiscreteConstraints + 'static>(
         }
         EmForm::Nodal => return Err(EmSetupError::NeedsReparametrization(options.scheme)),
     };
-    with_scheme(system, constraints, (scheme, rows), options, at)
+    with_scheme(system, constraints, scheme, rows, options, at)
 }
 
 /// All three forms, with the user's `P̄` and `F_d`.
@@ -76,7 +76,8 @@ pub fn new<C: DiscreteConstraints + 'static>(
 pub fn with_null_space<C, N, R>(
     system: EmSystem,
     constraints: C,
-    (source, map): (N, R),
+    source: N,
+    map: R,
     options: EmOptions,
     at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError>
@@ -97,10 +98,10 @@ where
         EmForm::Constrained => Box::new(EmConstrained::new(n, m, rows.clone())),
         EmForm::Dalembert => Box::new(EmDalembert::new(n, m, rows.clone(), source)),
         EmForm::Nodal => {
-            Box::new(EmNodal::new(n, m, rows.clone(), DenseOperators::new(n, (source, map))))
+            Box::new(EmNodal::new(n, m, rows.clone(), DenseOperators::new(n, source, map)))
         }
     };
-    with_scheme(system, constraints, (scheme, rows), options, at)
+    with_scheme(system, constraints, scheme, rows, options, at)
 }
 
 /// All three forms, with the user's `F_d` and `P̄` from a pivoted QR.
@@ -120,15 +121,16 @@ where
 {
     let (n, m, d) = (constraints.dim(), constraints.len(), map.dof());
     let source = DiscreteQr::new(n, m, n.saturating_sub(d));
-    with_null_space(system, constraints, (source, map), options, at)
+    with_null_space(system, constraints, source, map, options, at)
 }
 
 fn with_scheme<C: DiscreteConstraints + 'static>(
     system: EmSystem,
     constraints: C,
-    scheme: (BoxedScheme<C>, IndependentRows),
+    scheme: BoxedScheme<C>,
+    rows: IndependentRows,
     options: EmOptions,
     at: InitialValues<'_>,
 ) -> Result<EmIntegrator<C>, EmSetupError> {
-    Ok(Integrator::with_scheme(system, constraints, scheme, options, at)?.consistent()?)
+    Ok(Integrator::with_scheme(system, constraints, scheme, rows, options, at)?.consistent()?)
 }

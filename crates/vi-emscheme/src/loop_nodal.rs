@@ -60,7 +60,7 @@ impl LoopClosure {
     /// method of the first step starts from `h ν` of the `rates`: at a singular configuration `u = 0` is no start
     /// value.
     #[must_use]
-    pub fn new((n, m, d): (usize, usize, usize), loops: LoopRows, rates: Option<Vec<f64>>) -> Self {
+    pub fn new(n: usize, m: usize, d: usize, loops: LoopRows, rates: Option<Vec<f64>>) -> Self {
         let cut = loops.rows.len();
         let first = &loops.rows[..loops.rank];
         let tree_rows: Vec<usize> = (0..m).filter(|row| !loops.rows.contains(row)).collect();
@@ -161,5 +161,5 @@ fn jacobian_at_end(
 ) {
     out.fill(0.0);
     let place = JacobianPlace { row: 0, column: 0, scale: 1.0, transposed: false };
-    rows.emit_jacobian(constraints, (s.t_end(), &s.q1), place, out);
+    rows.emit_jacobian(constraints, s.end(), place, out);
 }

@@ -233,7 +233,7 @@ mod tests {
         let start = state.clone();
         let step = SubStep::single(0.0, 0.05);
         let mut solver = StepSolver::new(&scheme, NewtonSettings::default());
-        solver.advance(&mut scheme, (system, mechanism), step, &mut state).unwrap();
+        solver.advance(&mut scheme, system, mechanism, step, &mut state).unwrap();
         let u = solver.solution();
         scheme.balance.open(&start, step);
         let mut at = |j: usize, by: f64| {
@@ -267,7 +267,7 @@ mod tests {
             let (n, m) = (mechanism.dim(), mechanism.len());
             let averaged = || AveragedTree::new(mechanism).unwrap();
             let dense = |linearization| {
-                let operators = DenseOperators::new(n, (averaged(), TreeMap::new(mechanism)));
+                let operators = DenseOperators::new(n, averaged(), TreeMap::new(mechanism));
                 operators.linearized::<Mechanism>(linearization)
             };
             let at = (&system, mechanism);

@@ -165,8 +165,8 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
     ) -> Result<(), Singular> {
         let make = || Projections::new(system, constraints.len(), &self.rows);
         let projections = self.projections.get_or_insert_with(make);
-        let at = (state.configuration(), &state.v[..]);
-        projections.acceleration_multiplier((system, constraints), at, lambda)
+        let at = state.configuration();
+        projections.acceleration_multiplier(system, constraints, at, &state.v, lambda)
     }
 }
 

@@ -227,7 +227,7 @@ impl AveragedTree {
     fn pull_back(&mut self, q_mid: &[f64], w: &[f64], out: &mut [f64]) {
         self.velocity_maps(q_mid);
         let Self { tree, maps, twists, .. } = self;
-        tree.pull_back(|k| &maps[k], (q_mid, w), twists, out);
+        tree.pull_back(|k| &maps[k], q_mid, w, twists, out);
     }
 
     fn velocity_maps(&mut self, q_mid: &[f64]) {
@@ -273,7 +273,7 @@ impl<C> DiscreteNullSpace<C> for AveragedTree {
         self.velocity_maps(&s.q_mid);
         out.fill(0.0);
         let Self { tree, maps, twists, nu, .. } = self;
-        tree.write_null_space(maps, &s.q_mid, (nu, twists), out);
+        tree.write_null_space(maps, &s.q_mid, nu, twists, out);
         self.particles.null_space(&s.q_mid, out);
     }
 

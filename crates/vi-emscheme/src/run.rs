@@ -17,6 +17,7 @@ use vi_constraints::initialization::StartError;
 use vi_constraints::integrator::{SetupError, check_dense, check_shapes};
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::{Constraints, InitialValues, Integrator, Reparametrization};
+use vi_core::Configuration;
 use vi_core::MechanicalSystem;
 use vi_core::sparse::Entries;
 use vi_multibody::closed_loop::with_floors;
@@ -67,11 +68,10 @@ pub fn integrator_at(
         EmForm::Nodal => nodal_on_tree(&mechanism, &system, rows.clone(), (algebra, at))?,
     };
     let at_start = start.as_ref().map_or(&rows, |start| &start.rows);
-    inertia(&system, &mechanism, at_start, (at.t, at.q))?;
-    let chosen = (scheme, rows);
-    let run = Integrator::with_scheme(system, mechanism, chosen, options, at)?;
+    inertia(&system, &mechanism, at_start, Configuration::new(at.t, at.q))?;
+    let run = Integrator::with_scheme(system, mechanism, scheme, rows, options, at)?;
     let run = begun(run, start)?;
-    loops.known(run.constraints(), (run.state().t, &run.state().q))?;
+    loops.known(run.constraints(), run.state().configuration())?;
     Ok(run)
 }
 
@@ -80,13 +80,13 @@ fn inertia(
     system: &EmSystem,
     mechanism: &Mechanism,
     rows: &IndependentRows,
-    at: (f64, &[f64]),
+    at: Configuration<'_>,
 ) -> Result<(), SetupError> {
     let n = mechanism.dim();
     let mut x = vec![0.0; n + rows.len()];
     (0..n).for_each(|i| x[i] = 1.0);
     let emit = |out: &mut dyn Entries| system.mass().emit(out);
-    let solved = SaddlePoint::new(n, rows.clone()).solve(mechanism, &emit, (at, 1.0, at), &mut x);
+    let solved = SaddlePoint::new(n, rows.clone()).solve(mechanism, &emit, at, 1.0, at, &mut x);
     match solved {
         Ok(()) if x.iter().all(|x| x.is_finite()) => Ok(()),
         _ => Err(SetupError::Start(StartError::Singular)),
@@ -147,7 +147,7 @@ fn nodal_on_tree(
             )
         }
         Some(averaged) => {
-            let operators = DenseOperators::new(n, (averaged, map));
+            let operators = DenseOperators::new(n, averaged, map);
             let operators = operators.linearized::<Mechanism>(algebra.linearization);
             let operators = operators.ok_or(EmSetupError::Linearization)?;
             Box::new(
@@ -157,7 +157,7 @@ fn nodal_on_tree(
         None if explicit => return Err(EmSetupError::Linearization),
         None => {
             let source = DiscreteQr::new(n, m, rows.len());
-            let operators = DenseOperators::new(n, (source, map));
+            let operators = DenseOperators::new(n, source, map);
             Box::new(EmNodal::new::<Mechanism>(n, m, rows, operators).on_tree(tree))
         }
     };
@@ -182,13 +182,13 @@ fn nodal_on_loops(
     if let Some(rank) = loops.rank.as_ref().filter(|_| loops.rows_at_start.is_some()) {
         rates = Some(rank.departure(mechanism, at)?.rates);
     }
-    let closure = LoopClosure::new((n, m, map.dof()), rows.clone(), rates);
+    let closure = LoopClosure::new(n, m, map.dof(), rows.clone(), rates);
     let source: Box<dyn DiscreteNullSpace<Mechanism>> = match TreeComplement::new(mechanism, rows) {
         Some(source) => Box::new(source),
         None => Box::new(DiscreteQr::new(n, m, loops.rows.len())),
     };
     let rows = closure.rows().clone();
-    let operators = DenseOperators::new(n, (source, map)).on_loops(closure, blocks);
+    let operators = DenseOperators::new(n, source, map).on_loops(closure, blocks);
     Ok(Box::new(EmNodal::new::<Mechanism>(n, m, rows, operators)))
 }
 

@@ -15,6 +15,7 @@ use nalgebra::DMatrix;
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::tangent_map::{TangentError, Tangents};
+use vi_core::Configuration;
 use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -34,7 +35,7 @@ impl EmTangentMap {
         system: &EmSystem,
         constraints: &impl Constraints,
         rows: &IndependentRows,
-        at: (f64, &[f64]),
+        at: Configuration<'_>,
     ) -> (Self, Tangents) {
         let mut tangents = Tangents::canonical(constraints, rows, at);
         let n = constraints.dim();
@@ -54,7 +55,8 @@ impl EmTangentMap {
         &mut self,
         system: &EmSystem,
         constraints: &impl Constraints,
-        (s, mu): (&Interval, &[f64]),
+        s: &Interval,
+        mu: &[f64],
         tangents: &mut Tangents,
     ) -> Result<(), TangentError> {
         if system.has_loads() {
@@ -72,7 +74,6 @@ impl EmTangentMap {
         };
         let (end, start) = (by(s), by(&s.exchanged()));
         let emit = |out: &mut dyn Entries| end.emit(out);
-        let (upper, lower) = ((s.t_mid(), &s.q_mid[..]), (s.t_end(), &s.q1[..]));
         for k in 0..tangents.dq.ncols() {
             let dq: Vec<f64> = tangents.dq.column(k).iter().copied().collect();
             let dv: Vec<f64> = self.dv.column(k).iter().copied().collect();
@@ -80,7 +81,7 @@ impl EmTangentMap {
             start.mul_add(-1.0, &dq, &mut self.x[..n]);
             system.mass().mul_add(4.0, &dq, &mut self.x[..n]);
             system.mass().mul_add(2.0 * s.h, &dv, &mut self.x[..n]);
-            self.step.solve(constraints, &emit, (upper, 1.0, lower), &mut self.x)?;
+            self.step.solve(constraints, &emit, s.mid(), 1.0, s.end(), &mut self.x)?;
             for i in 0..n {
                 self.dv[(i, k)] = 2.0 / s.h * (self.x[i] - dq[i]) - dv[i];
             }

@@ -230,10 +230,11 @@ fn one_body_alone_and_as_a_mechanism_move_alike() {
     let (q, v) = (model.mechanism.initial_configuration(), model.mechanism.initial_velocity());
     for form in EmForm::ALL {
         let system = EmSystem::of_linear(&single.system(&description.gravity));
-        let parts = (AtMidpoint(MapSource(single)), single);
+        let source = AtMidpoint(MapSource(single));
         let (options, at) = (EmOptions::new(form, model.h), InitialValues::new(0.0, &q, &v));
         let mut run =
-            vi_emscheme::integrator::with_null_space(system, single, parts, options, at).unwrap();
+            vi_emscheme::integrator::with_null_space(system, single, source, single, options, at)
+                .unwrap();
         let mut other = model.run(form, model.h);
         for _ in 0..200 {
             run.step().unwrap();

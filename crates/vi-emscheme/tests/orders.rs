@@ -193,7 +193,7 @@ fn single_steps_compose_to_order_four_in_q_and_two_in_v() {
             for (index, gamma) in gammas.iter().enumerate() {
                 let h = gamma * 0.05 / parts as f64;
                 let step = SubStep { index, count, h, t_end: state.t + h };
-                solver.advance(&mut scheme, (&system, mechanism), step, &mut state).unwrap();
+                solver.advance(&mut scheme, &system, mechanism, step, &mut state).unwrap();
             }
         }
         [state.q, state.v]

@@ -80,9 +80,8 @@ fn by_hand() -> Mechanism {
     let between = vi_multibody::form::Form::point(12, &Vector3::new(-0.3, 0.0, 0.0))
         .minus(&vi_multibody::form::Form::constant(Vector3::new(0.5, 0.0, 2.0)));
     let length = between.at(&q).norm();
-    let pair = (principal(&base, 0), principal(&elbow, 1));
     d.scalars = vec![
-        ScalarConstraint::gear("gear", pair, -0.37, &q),
+        ScalarConstraint::gear("gear", principal(&base, 0), principal(&elbow, 1), -0.37, &q),
         ScalarConstraint::point_on_line(&guide),
         ScalarConstraint::distance("rod", &between, length),
         ScalarConstraint::motion("drive", principal(&base, 0), Arc::new(|t| [t, 1.0, 0.0])),

@@ -61,7 +61,7 @@ pub fn compose(parts: &[Part]) -> Result<Part, InertiaError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::inertia::PrincipalInertia;
+    use crate::inertia::{PrincipalAxes, PrincipalInertia};
     use crate::rotation::exp;
     use crate::shape::Shape;
     use vi_testkit::Sample;
@@ -92,7 +92,8 @@ mod tests {
             Part { mass, center, inertia: Matrix3::zeros() }
         });
         let whole = compose(&parts).unwrap();
-        let (inertia, triad) = PrincipalInertia::from_tensor(&whole.inertia).unwrap();
+        let PrincipalAxes { inertia, triad } =
+            PrincipalInertia::from_tensor(&whole.inertia).unwrap();
         // ∫ ξ_I² dm along each principal axis
         for (i, E) in inertia.euler_moments().0.into_iter().enumerate() {
             let along = |part: &Part| (part.center - whole.center).dot(&triad.column(i));

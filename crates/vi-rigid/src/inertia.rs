@@ -152,7 +152,7 @@ impl PrincipalInertia {
     /// # Errors
     /// [`InertiaError::NotFinite`], [`InertiaError::NotSymmetric`] beyond [`INERTIA_TOLERANCE`], and
     /// those of [`PrincipalInertia::new`].
-    pub fn from_tensor(tensor: &Matrix3<f64>) -> Result<(Self, Matrix3<f64>), InertiaError> {
+    pub fn from_tensor(tensor: &Matrix3<f64>) -> Result<PrincipalAxes, InertiaError> {
         if let Some(&value) = tensor.iter().find(|value| !value.is_finite()) {
             return Err(InertiaError::NotFinite { what: "an entry of the inertia tensor", value });
         }
@@ -168,8 +168,17 @@ impl PrincipalInertia {
         // a rod or a point may show a negative rounding error
         let moments =
             values.map(|v| if v < 0.0 && v > -INERTIA_TOLERANCE * size { 0.0 } else { v });
-        Ok((Self::new(moments)?, triad))
+        Ok(PrincipalAxes { inertia: Self::new(moments)?, triad })
     }
+}
+
+/// What [`PrincipalInertia::from_tensor`] finds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipalAxes {
+    /// The principal inertias, kg·m².
+    pub inertia: PrincipalInertia,
+    /// The principal axes, right-handed, as columns.
+    pub triad: Matrix3<f64>,
 }
 
 impl TryFrom<[f64; 3]> for PrincipalInertia {
@@ -280,12 +289,13 @@ mod tests {
             let axes = exp(&sample.of_length(2.0));
             let tensor = PrincipalInertia::new(moments).unwrap().tensor(&axes);
             let tensor = (tensor + tensor.transpose()) * 0.5;
-            let (found, triad) = PrincipalInertia::from_tensor(&tensor).unwrap();
+            let PrincipalAxes { inertia: found, triad } =
+                PrincipalInertia::from_tensor(&tensor).unwrap();
             worst = worst.max((found.tensor(&triad) - tensor).amax());
             worst = worst.max(orthonormality_defect(&triad));
             worst = worst.max((triad.determinant() - 1.0).abs());
             let again = PrincipalInertia::from_tensor(&tensor).unwrap();
-            assert_eq!((found, triad), again, "deterministic");
+            assert_eq!(PrincipalAxes { inertia: found, triad }, again, "deterministic");
         }
         assert!(worst < 3e-15, "{worst:e}");
     }
@@ -293,13 +303,14 @@ mod tests {
     #[test]
     fn a_diagonal_tensor_keeps_its_axes_and_their_order() {
         let tensor = Matrix3::from_diagonal(&Vector3::new(3.0, 1.0, 2.5));
-        let (found, triad) = PrincipalInertia::from_tensor(&tensor).unwrap();
+        let PrincipalAxes { inertia: found, triad } =
+            PrincipalInertia::from_tensor(&tensor).unwrap();
         assert_eq!(found.moments(), [3.0, 1.0, 2.5]);
         assert_eq!(triad, Matrix3::identity());
         // and a nearly diagonal one nearly retains them
         let mut near = tensor;
         (near[(0, 2)], near[(2, 0)]) = (1e-6, 1e-6);
-        let (_, triad) = PrincipalInertia::from_tensor(&near).unwrap();
+        let triad = PrincipalInertia::from_tensor(&near).unwrap().triad;
         assert!((triad - Matrix3::identity()).amax() < 3e-6, "{triad}");
     }
 

@@ -48,7 +48,7 @@ pub use vi_core;
 
 pub use body::RigidBody;
 pub use composite::{Part, compose};
-pub use inertia::{EulerMoments, InertiaError, PrincipalInertia};
+pub use inertia::{EulerMoments, InertiaError, PrincipalAxes, PrincipalInertia};
 pub use load::{Load, LoadError, LoadKind};
 pub use polyhedron::{Polyhedron, SurfaceError};
 pub use reparametrization::RotationTooLarge;

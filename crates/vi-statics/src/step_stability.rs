@@ -66,7 +66,8 @@ impl SteadyStep {
         system: &SeparableSystem,
         mechanism: &Mechanism,
         rotation: &SteadyRotation,
-        (h, q): (f64, &[f64]),
+        h: f64,
+        q: &[f64],
     ) -> Result<Self, StepStabilityError> {
         let angle = h * rotation.velocity.norm();
         let [forth, back] =
@@ -101,7 +102,7 @@ impl TurningStep<'_> {
         let rest = vec![0.0; q.len()];
         let mut last = f64::INFINITY;
         for _ in 0..ITERATIONS {
-            let P = null_space_at(self.mechanism, (0.0, &q), rows.len());
+            let P = null_space_at(self.mechanism, Configuration::new(0.0, &q), rows.len());
             let change = &P * self.newton(&rows, &q, &P)?;
             let size = norm_inf(change.as_slice()) / norm_inf(&q);
             if size >= last && last < CLOSE {
@@ -127,7 +128,7 @@ impl TurningStep<'_> {
         let (mut lambda, mut force) = (vec![0.0; m], vec![0.0; n]);
         let at = Configuration::new(0.0, q);
         Projections::new(self.system, m, rows)
-            .multiplier(self.mechanism, at, &slope, 1.0, (&mut lambda, &mut force))
+            .multiplier(self.mechanism, at, &slope, 1.0, &mut lambda, &mut force)
             .ok()?;
         let own = square(n, &|out| {
             self.system.d1_d1(&after, out);
@@ -157,7 +158,7 @@ impl TurningStep<'_> {
         let mut p = vec![0.0; q.len()];
         self.system.d2(&before, &mut p); // p̄_n; that of the next node is it turned
         let rows = IndependentRows::find(self.mechanism, 0.0, q);
-        let mut tangents = Tangents::canonical(self.mechanism, &rows, (0.0, q));
+        let mut tangents = Tangents::canonical(self.mechanism, &rows, Configuration::new(0.0, q));
         let d = tangents.dq.ncols() / 2;
         let P = tangents.dq.columns(0, d).into_owned();
         let mut map = TangentMap::new(self.mechanism.len(), &rows, &p);

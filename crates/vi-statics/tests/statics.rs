@@ -234,7 +234,7 @@ fn newton_converges_quadratically_with_followers_joints_and_springs() {
 fn a_shallow_arch_snaps_through() {
     let section = Section::new([1e4, 1e4, 1e4, 50.0, 50.0, 50.0], [1.0, 0.1, 0.1, 0.0]).unwrap();
     let curve = |t: f64| vector(t, 0.3 * (PI * t / 5.0).sin(), 0.0);
-    let mesh = Mesh::parametric(&curve, (0.0, 5.0), 20, FrameRule::Normal(Vector3::z())).unwrap();
+    let mesh = Mesh::parametric(&curve, 0.0, 5.0, 20, FrameRule::Normal(Vector3::z())).unwrap();
     let mut model = BeamModel::new(Vector3::zeros());
     let beam = model.add_beam("arch", &mesh, section).unwrap();
     model.join(PairKind::Revolute, None, 0, &Vector3::zeros(), &Vector3::z());

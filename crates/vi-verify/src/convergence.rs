@@ -130,7 +130,8 @@ pub struct Convergence {
 /// Why the method does not apply or fails, in words.
 pub fn nodes(
     subject: &dyn Subject,
-    (method, order): (Method, u32),
+    method: Method,
+    order: u32,
     end: f64,
     steps: u32,
 ) -> Result<Vec<Values>, String> {
@@ -208,7 +209,7 @@ impl Reference {
 
     /// By order 8, refined until round-off stops it.
     fn composed(subject: &dyn Subject, method: Method, horizon: Horizon) -> Result<Self, String> {
-        let run = |steps| nodes(subject, (method, 8), horizon.end, steps);
+        let run = |steps| nodes(subject, method, 8, horizon.end, steps);
         let mut steps = 2 * horizon.coarsest;
         let mut coarse = run(steps);
         while coarse.is_err() && 4 * steps <= horizon.finest {
@@ -241,7 +242,7 @@ impl Reference {
         let mut change = [f64::INFINITY; 3];
         for level in 0..LEVELS {
             let steps = coarsest << level;
-            let mut row = vec![nodes(subject, (method, 2), horizon.end, steps)?];
+            let mut row = vec![nodes(subject, method, 2, horizon.end, steps)?];
             for (power, coarse) in (1..).zip(&rows) {
                 let factor = 1.0 / (4_f64.powi(power) - 1.0);
                 let fine = row.last().expect("begun with the run itself");
@@ -300,7 +301,8 @@ fn uncertainty(coarse: &[Values], fine: &[Values]) -> [f64; 3] {
 /// Why the method does not apply, or why no run reached the end, in words.
 pub fn study(
     subject: &dyn Subject,
-    (method, order): (Method, u32),
+    method: Method,
+    order: u32,
     horizon: Horizon,
     reference: &Reference,
 ) -> Result<Vec<Convergence>, String> {
@@ -308,7 +310,7 @@ pub fn study(
     let mut refused = "no run was made".to_owned();
     let (mut steps, mut halves) = (horizon.coarsest, 0);
     while steps <= horizon.finest {
-        match nodes(subject, (method, order), horizon.end, steps) {
+        match nodes(subject, method, order, horizon.end, steps) {
             Err(error) => refused = error,
             Ok(run) => {
                 let step = horizon.end / f64::from(steps);

@@ -29,7 +29,7 @@ pub trait Observed: Constraints {
     /// Reactions of all joints from the multipliers `λ` (shape `m`); empty without joints.
     fn reactions(
         &self,
-        _at: (f64, &[f64]),
+        _at: Configuration<'_>,
         _lambda: &[f64],
         _rows: &IndependentRows,
     ) -> Vec<Reaction> {
@@ -41,7 +41,7 @@ pub trait Observed: Constraints {
     /// `−Gᵀλ` that joints do not exert is taken off with `λ`.
     fn unsupported(
         &self,
-        _at: (f64, &[f64]),
+        _at: Configuration<'_>,
         _force: &[f64],
         _lambda: &[f64],
         _reactions: &[Reaction],
@@ -57,7 +57,7 @@ impl Observed for Mechanism {
 
     fn reactions(
         &self,
-        at: (f64, &[f64]),
+        at: Configuration<'_>,
         lambda: &[f64],
         rows: &IndependentRows,
     ) -> Vec<Reaction> {
@@ -71,7 +71,7 @@ impl Observed for Mechanism {
 
     fn unsupported(
         &self,
-        (t, q): (f64, &[f64]),
+        at: Configuration<'_>,
         force: &[f64],
         lambda: &[f64],
         reactions: &[Reaction],
@@ -82,8 +82,8 @@ impl Observed for Mechanism {
         }
         let mut rest = lambda.to_vec(); // of the constraints that are no joints
         (0..joints.len()).for_each(|k| rest[self.joint_rows(k)].fill(0.0));
-        let mut force = force.to_vec();
-        jacobian(self, t, q).tr_mul_add(1.0, &rest, &mut force);
+        let (q, mut force) = (at.q, force.to_vec());
+        jacobian(self, at.t, q).tr_mul_add(1.0, &rest, &mut force);
         let mut missing: Vec<Reaction> = (0..self.description().bodies.len())
             .map(|k| {
                 null_space::pull_back(&q[12 * k..12 * k + 12], &force[12 * k..12 * k + 12]).into()
@@ -125,15 +125,15 @@ pub trait Equations {
     /// `J(q, p)`.
     fn momentum_map(&self, q: &[f64], p: &[f64]) -> Momentum;
     /// `M a + ∇V(q) − f(t, q, v)`, N, shape `n`: what constraints have to supply.
-    fn demand(&self, at: (f64, &[f64]), v: &[f64], a: &[f64]) -> Vec<f64>;
+    fn demand(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> Vec<f64>;
     /// `G(q)ᵀ λ`, N; of a force `Gᵀλ` itself, which stands for `λ` where constraints are redundant.
-    fn constraint_force(&self, at: (f64, &[f64]), lambda: &[f64]) -> Vec<f64>;
+    fn constraint_force(&self, at: Configuration<'_>, lambda: &[f64]) -> Vec<f64>;
     /// `|g(t, q)|_∞`.
-    fn residual(&self, at: (f64, &[f64])) -> f64;
+    fn residual(&self, at: Configuration<'_>) -> f64;
     /// [`Observed::unsupported`].
     fn unsupported(
         &self,
-        at: (f64, &[f64]),
+        at: Configuration<'_>,
         force: &[f64],
         lambda: &[f64],
         of: &[Reaction],
@@ -168,9 +168,9 @@ impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
         self.constraints.momentum_map(q, p)
     }
 
-    fn demand(&self, (t, q): (f64, &[f64]), v: &[f64], a: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; q.len()];
-        let at = Configuration { t, q, angles: self.angles };
+    fn demand(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; at.q.len()];
+        let at = Configuration { angles: self.angles, ..at };
         self.system.add_force(at, v, &mut out);
         out.iter_mut().for_each(|f| *f = -*f);
         self.system.add_potential_gradient(at, 1.0, &mut out);
@@ -178,24 +178,24 @@ impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
         out
     }
 
-    fn constraint_force(&self, (t, q): (f64, &[f64]), lambda: &[f64]) -> Vec<f64> {
+    fn constraint_force(&self, at: Configuration<'_>, lambda: &[f64]) -> Vec<f64> {
         if self.redundant {
             return lambda.to_vec();
         }
-        let mut out = vec![0.0; q.len()];
-        jacobian(self.constraints, t, q).tr_mul_add(1.0, lambda, &mut out);
+        let mut out = vec![0.0; at.q.len()];
+        jacobian(self.constraints, at.t, at.q).tr_mul_add(1.0, lambda, &mut out);
         out
     }
 
-    fn residual(&self, (t, q): (f64, &[f64])) -> f64 {
+    fn residual(&self, at: Configuration<'_>) -> f64 {
         let mut g = vec![0.0; self.constraints.len()];
-        self.constraints.value(Configuration { t, q, angles: self.angles }, &mut g);
+        self.constraints.value(Configuration { angles: self.angles, ..at }, &mut g);
         vi_core::linear::norm_inf(&g)
     }
 
     fn unsupported(
         &self,
-        at: (f64, &[f64]),
+        at: Configuration<'_>,
         force: &[f64],
         lambda: &[f64],
         of: &[Reaction],

@@ -85,7 +85,7 @@ impl<S: DiscreteLagrangian, C: Observed> Family<C> for Variational<S> {
         let acceleration = run.acceleration_multiplier().map_err(|e| e.to_string())?;
         let node = run.observe().map_err(|e| e.to_string())?.clone();
         let (state, constraints, rows) = (run.state(), run.constraints(), run.rows());
-        let at = (state.t, &state.q[..]);
+        let at = state.configuration();
         let (of_a_step, m) = (!run.reads_states(), constraints.len());
         let redundant = rows.len() < m;
         // where rows are redundant, the force Gᵀλ stands for λ
@@ -116,7 +116,7 @@ impl<S: DiscreteLagrangian, C: Observed> Family<C> for Variational<S> {
                 .ok()
                 .map(|tangent| VariationalTangent::Galerkin(Box::new(tangent))),
         };
-        Tangents::canonical(constraints, rows, (state.t, &state.q))
+        Tangents::canonical(constraints, rows, state.configuration())
     }
 
     fn push(
@@ -167,7 +167,7 @@ impl<C: Observed + DiscreteConstraints> Family<C> for EnergyMomentum {
     fn values(run: &mut EmIntegrator<C>) -> Result<Values, String> {
         let node = run.observe().map_err(|e| e.to_string())?.clone();
         let (state, constraints, rows) = (run.state(), run.constraints(), run.rows());
-        let joints = constraints.reactions((state.t, &state.q), &node.lambda, rows);
+        let joints = constraints.reactions(state.configuration(), &node.lambda, rows);
         let of_a_step = !run.reads_states(); // else no multiplier of a step belongs to a node
         let reactions = (of_a_step && !joints.is_empty())
             .then(|| Reactions { lambda: node.lambda.clone(), joints });
@@ -187,8 +187,9 @@ impl<C: Observed + DiscreteConstraints> Family<C> for EnergyMomentum {
     }
 
     fn tangents(&mut self, run: &EmIntegrator<C>) -> Tangents {
-        let at = (run.state().t, &run.state().q[..]);
-        let (map, tangents) = EmTangentMap::begin(run.system(), run.constraints(), run.rows(), at);
+        let (system, constraints, at) =
+            (run.system(), run.constraints(), run.state().configuration());
+        let (map, tangents) = EmTangentMap::begin(system, constraints, run.rows(), at);
         self.tangent = Some(map);
         tangents
     }
@@ -200,7 +201,6 @@ impl<C: Observed + DiscreteConstraints> Family<C> for EnergyMomentum {
         tangents: &mut Tangents,
     ) -> Result<(), String> {
         let map = self.tangent.as_mut().ok_or(NO_TANGENTS)?;
-        let step = (step.s, step.multipliers);
-        map.push(system, constraints, step, tangents).map_err(|e| e.to_string())
+        map.push(system, constraints, step.s, step.multipliers, tangents).map_err(|e| e.to_string())
     }
 }

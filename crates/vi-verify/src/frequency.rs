@@ -8,25 +8,25 @@
 //! schemes holds for `h ω_max ≲ 1` (Hairer, Lubich & Wanner, Geometric Numerical Integration, ch. XIII).
 #![allow(non_snake_case)] // G, K, M, P
 
-use nalgebra::DMatrix;
 use vi_constraints::Constraints;
-use vi_constraints::null_space::NullSpaceQr;
+use vi_constraints::null_space::null_space_at;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_core::{DiscreteLagrangian, Entries, Interval, SparseMatrix};
+use vi_core::{Configuration, DiscreteLagrangian, Entries, Interval, SparseMatrix};
 
 /// `h ω_max` above which the fastest motion is not resolved.
 pub const RESOLVED: f64 = 1.0;
 
-/// `ω_max` at `(t, q)` with the multipliers `λ` (shape `m`), rad/s; `None` where `Pᵀ M P` is not positive definite. Dense.
+/// `ω_max` at `at` with the multipliers `λ` (shape `m`), rad/s; `None` where `Pᵀ M P` is not positive definite. Dense.
 #[must_use]
 pub fn frequency(
     system: &impl DiscreteLagrangian,
     constraints: &impl Constraints,
     rows: &IndependentRows,
-    ((t, q), lambda): ((f64, &[f64]), &[f64]),
+    at: Configuration<'_>,
+    lambda: &[f64],
 ) -> Option<f64> {
     let (n, m) = (constraints.dim(), constraints.len());
-    let P = null_space(constraints, rows, (t, q));
+    let (t, q, P) = (at.t, at.q, null_space_at(constraints, at, rows.len()));
     let mut s = Interval::new(n);
     s.open(t, 1.0, q);
     let square = |emit: &dyn Fn(&mut dyn Entries)| SparseMatrix::assemble(n, n, |out| emit(out));
@@ -45,21 +45,4 @@ pub fn frequency(
     let symmetric = 0.5 * (&whole + whole.transpose());
     let largest = symmetric.symmetric_eigenvalues().amax();
     largest.is_finite().then(|| largest.sqrt())
-}
-
-fn null_space(
-    constraints: &impl Constraints,
-    rows: &IndependentRows,
-    (t, q): (f64, &[f64]),
-) -> DMatrix<f64> {
-    let (n, m) = (constraints.dim(), constraints.len());
-    let mut P = DMatrix::identity(n, n - rows.len());
-    if m > 0 {
-        let mut G = DMatrix::zeros(m, n);
-        constraints.jacobian(t, q, &mut G);
-        let mut qr = NullSpaceQr::new(n, m);
-        qr.factorize(&G);
-        qr.null_space(rows.len(), &mut P);
-    }
-    P
 }

@@ -51,7 +51,7 @@ impl<'a> Horizons<'a> {
             let subject = self.subject;
             let (horizon, reference) = self.reference(extension);
             let studied = reference.as_ref().map_err(String::clone).and_then(|reference| {
-                let curves = study(subject, (method, order), horizon, reference)?;
+                let curves = study(subject, method, order, horizon, reference)?;
                 Ok((curves, reference.origin.clone()))
             });
             let (mut curves, reference) = match studied {

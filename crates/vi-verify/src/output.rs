@@ -17,6 +17,7 @@
 use super::fit::power_law;
 use super::order::{ErrorAt, NoOrder};
 use super::subject::{Invariants, Method, Motion, Setting, Subject, Values};
+use vi_core::Configuration;
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
 
@@ -209,7 +210,7 @@ fn differences(motion: &dyn Motion, at: &Window) -> [(f64, f64); 9] {
     let each = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..q.len()).map(of).collect() };
     let v = each(&|i| (after[i] - before[i]) / (2.0 * h));
     let a = each(&|i| ((after[i] - q[i]) - (q[i] - before[i])) / (h * h));
-    let (values, reported, here) = (&at.values, &at.invariants, (at.t, &q[..]));
+    let (values, reported, here) = (&at.values, &at.invariants, Configuration::new(at.t, q));
     let momentum = equations.momentum(&v);
     let demand = equations.demand(here, &v, &a);
     let against = |found: &[f64], expected: &[f64]| {

@@ -202,9 +202,9 @@ impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
     fn frequency(&mut self) -> Result<Option<f64>, String> {
         let lambda = self.run.acceleration_multiplier().map_err(|e| e.to_string())?;
         let (state, rows) = (self.run.state(), self.run.rows());
-        let at = (state.t, &state.q[..]);
+        let at = state.configuration();
         let system = self.family.exact(&self.run);
-        Ok(frequency(system, self.run.constraints(), rows, (at, &lambda)))
+        Ok(frequency(system, self.run.constraints(), rows, at, &lambda))
     }
 
     fn equations(&self) -> Box<dyn Equations + '_> {

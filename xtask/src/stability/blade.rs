@@ -154,7 +154,7 @@ impl Blade {
         let rotation =
             SteadyRotation { point: Vector3::zeros(), velocity: self.omega * Vector3::z() };
         let q = self.model.configuration();
-        SteadyStep::find(&system, &mechanism, &rotation, (h, &q)).ok().map(|step| step.growth)
+        SteadyStep::find(&system, &mechanism, &rotation, h, &q).ok().map(|step| step.growth)
     }
 }
 

@@ -43,7 +43,8 @@ impl Subject for Exact {
             .acceleration_multiplier(
                 system,
                 constraints,
-                (Configuration::new(t, &q), &v),
+                Configuration::new(t, &q),
+                &v,
                 &mut lambda,
             )
             .ok()?;

@@ -81,7 +81,7 @@ impl Work {
             for node in gauss {
                 let at = Configuration { t: node.t, q: &node.q, angles: &s.angles };
                 let scale = s.h * node.weight;
-                system.add_power((at, &node.v), scale, &mut self.force, &mut self.parts);
+                system.add_power(at, &node.v, scale, &mut self.force, &mut self.parts);
             }
             return; // no Galerkin scheme has prescribed motions
         }

@@ -38,6 +38,7 @@ use vi_beam::section_force::SectionPlace;
 use vi_beam::{Beam, BeamModel};
 use vi_constraints::integrator::ResumeError;
 use vi_constraints::saddle_point::IndependentRows;
+use vi_core::Configuration;
 use vi_multibody::builder::ForceElements;
 use vi_multibody::form::Form;
 use vi_multibody::joint::Joint;
@@ -207,7 +208,7 @@ impl Sensors {
         at: View<'_>,
     ) -> Vec<f64> {
         let reactions = if self.reactions {
-            Reactions::at(mechanism, (at.t, at.q), at.lambda, rows)
+            Reactions::at(mechanism, Configuration::new(at.t, at.q), at.lambda, rows)
         } else {
             Reactions::default()
         };

@@ -142,7 +142,7 @@ fn motion(model: &Model) -> Option<Frames> {
 fn is_at_rest(subject: &ModelSubject, model: &Model, method: Method) -> bool {
     let steps = (model.settings.steps().clamp(4, 512) / 4 * 4) as u32;
     let end = f64::from(steps) * model.settings.step;
-    let Ok(nodes) = nodes(subject, (method, 2), end, steps) else { return false };
+    let Ok(nodes) = nodes(subject, method, 2, end, steps) else { return false };
     let start = &nodes[0].q;
     let size = start.iter().fold(1.0_f64, |size, q| size.max(q.abs()));
     let stays = |(a, b): (&f64, &f64)| (a - b).abs() <= AT_REST * size;
@@ -263,7 +263,7 @@ fn error_at(
     steps: u64,
 ) -> Result<Option<f64>, String> {
     let steps = u32::try_from(steps).map_err(|_| "too many steps".to_owned())?;
-    let run = |factor: u32| nodes(subject, (method, order), end, factor * steps);
+    let run = |factor: u32| nodes(subject, method, order, end, factor * steps);
     let runs = [run(1)?, run(2)?, run(4)?];
     let [coarse, fine] = [0, 1].map(|k| relative_difference(&runs[k], &runs[k + 1]));
     let nominal = f64::from(order);

@@ -22,7 +22,7 @@ fn arcs_have_their_length_and_tangents() {
     let back = Mesh::arc(Vector3::zeros(), 2.0 * Vector3::x(), z(), -1.5, 6, rule).unwrap();
     assert!((back.triads[0].column(2) + Vector3::y()).norm() < 1e-15, "it runs backwards");
     let curve = |t: f64| Vector3::new(2.0 * t.cos(), 2.0 * t.sin(), 0.0);
-    let same = Mesh::parametric(&curve, (0.0, 1.5), 6, rule).unwrap();
+    let same = Mesh::parametric(&curve, 0.0, 1.5, 6, rule).unwrap();
     for k in 0..7 {
         let error = (same.triads[k] - mesh.triads[k]).amax();
         assert!(error < 1e-11, "tangent by differences off by {error:e}");

@@ -16,6 +16,7 @@ use crate::galerkin::control_points::{ControlPoints, GaussPoint};
 use crate::saddle_point::{IndependentRows, JacobianPlace, term_sizes};
 use crate::scheme::{Scheme, StepError, SubStep};
 use crate::unknowns::{self, coordinates_and_multipliers};
+use vi_core::Configuration;
 use vi_core::galerkin::Stages;
 use vi_core::interval::Interval;
 use vi_core::linear::SparseLu;
@@ -122,11 +123,11 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
                 let multiplier = s * n + i * chosen;
                 let transposed =
                     JacobianPlace { row: i * n, column: multiplier, scale: -1.0, transposed: true };
-                let at = (points.time(i), points.q(i));
+                let at = Configuration::new(points.time(i), points.q(i));
                 rows.emit_jacobian(constraints, at, transposed, out);
                 let place =
                     JacobianPlace { row: multiplier, column: i * n, scale: 1.0, transposed: false };
-                let at = (points.time(i + 1), points.q(i + 1));
+                let at = Configuration::new(points.time(i + 1), points.q(i + 1));
                 rows.emit_jacobian(constraints, at, place, out);
             }
         };

@@ -129,8 +129,8 @@ impl GalerkinTangent {
     }
 
     /// `(t, q)` of control point `i`.
-    fn at(&self, i: usize) -> (f64, &[f64]) {
-        (self.points.time(i), self.points.q(i))
+    fn at(&self, i: usize) -> Configuration<'_> {
+        Configuration::new(self.points.time(i), self.points.q(i))
     }
 
     /// Puts the control points where the step had them.
@@ -179,9 +179,9 @@ impl GalerkinTangent {
         for (i, mu) in self.mu.iter_mut().enumerate() {
             self.points.balance(system, i, &mut impulse);
             let scaled: DVector<f64> = DVector::from_column_slice(&impulse) * h;
-            let at = (self.points.time(i), self.points.q(i));
-            let right = (scaled.as_slice(), &zero[..]);
-            self.multiplier.solve_at(constraints, &identity, at, right, &mut x)?;
+            let at = Configuration::new(self.points.time(i), self.points.q(i));
+            let impulse = scaled.as_slice();
+            self.multiplier.solve_at(constraints, &identity, at, impulse, &zero, &mut x)?;
             self.multiplier.rows().scatter(&x[n..], mu);
         }
         Ok(())
@@ -215,7 +215,7 @@ impl GalerkinTangent {
         (row, column): (usize, usize),
         out: &mut dyn Entries,
     ) {
-        let (t, q) = self.at(i);
+        let Configuration { t, q, .. } = self.at(i);
         let mut block = Block { into: out, row, column, scale: 1.0, transposed: false };
         constraints.weighted_hessian(t, q, &self.mu[i], -1.0, &mut block);
     }

@@ -356,7 +356,7 @@ pub fn geared() -> Model {
         vec![joint(0, Vector3::new(1.0, 2.0, -2.0)), joint(1, Vector3::new(0.2, -1.0, 1.0))];
     let q: Vec<f64> = bodies.iter().flat_map(frame).collect();
     let coordinate = |k: usize| JointCoordinate::principal(&joints[k], 0).unwrap();
-    let gear = ScalarConstraint::gear("gear", (coordinate(0), coordinate(1)), -1.7, &q);
+    let gear = ScalarConstraint::gear("gear", coordinate(0), coordinate(1), -1.7, &q);
     let scalars = vec![gear];
     model(Description { dimension: 3, bodies, joints, scalars, ..Description::default() }, 0.01)
 }

@@ -256,7 +256,7 @@ impl MechanismBuilder {
             ConstraintKind::PointOnPlane(plane) => ScalarConstraint::point_on_plane(&guide(plane)?),
             ConstraintKind::Gear { a, b, ratio } => {
                 finite(element, "ratio", &[*ratio])?;
-                ScalarConstraint::gear(name, (coordinate(a)?, coordinate(b)?), *ratio, q)
+                ScalarConstraint::gear(name, coordinate(a)?, coordinate(b)?, *ratio, q)
             }
             ConstraintKind::Motion { coordinate: id, reference } => {
                 finite(element, "reference at t = 0", &reference(0.0))?;

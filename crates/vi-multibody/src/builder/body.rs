@@ -73,8 +73,8 @@ impl Inertia {
                 RigidBody::from_inertia(mass, &PrincipalInertia::new(moments)?)?
             }
             Self::Tensor { mass, tensor } => {
-                let (inertia, axes) = PrincipalInertia::from_tensor(&tensor)?;
-                return Ok((Some(RigidBody::from_inertia(mass, &inertia)?), axes));
+                let axes = PrincipalInertia::from_tensor(&tensor)?;
+                return Ok((Some(RigidBody::from_inertia(mass, &axes.inertia)?), axes.triad));
             }
             Self::Density(shape, density) => along_axes(shape.mass_properties(density)?)?,
             Self::Mass(shape, mass) => along_axes(shape.mass_properties_of(mass)?)?,

@@ -155,7 +155,7 @@ impl JointCoordinate {
     }
 
     /// Emits `scale ∇θ(q)` as row `row`.
-    pub fn emit(&self, q: &[f64], (row, scale): (usize, f64), out: &mut dyn Entries) {
+    pub fn emit(&self, q: &[f64], row: usize, scale: f64, out: &mut dyn Entries) {
         self.for_each_slope(q, |i, slope| out.add(row, i, scale * slope));
     }
 

@@ -87,10 +87,10 @@ impl ScalarRow {
         match self {
             Self::Product(product) => product.emit(q, row, out),
             Self::Gear { a, b, ratio, .. } => {
-                a.emit(q, (row, 1.0), out);
-                b.emit(q, (row, *ratio), out);
+                a.emit(q, row, 1.0, out);
+                b.emit(q, row, *ratio, out);
             }
-            Self::Motion { coordinate, .. } => coordinate.emit(q, (row, 1.0), out),
+            Self::Motion { coordinate, .. } => coordinate.emit(q, row, 1.0, out),
         }
     }
 
@@ -214,12 +214,7 @@ impl ScalarConstraint {
     /// `θ_a + ρ θ_b` has the value that it has at `q`, with principal angles: gears (`ρ` = teeth of b over teeth of a), racks,
     /// and with the two coordinates of a cylindrical joint (`ρ = −pitch/2π`) screws.
     #[must_use]
-    pub fn gear(
-        name: &str,
-        (a, b): (JointCoordinate, JointCoordinate),
-        ratio: f64,
-        q: &[f64],
-    ) -> Self {
+    pub fn gear(name: &str, a: JointCoordinate, b: JointCoordinate, ratio: f64, q: &[f64]) -> Self {
         let at = Configuration::new(0.0, q);
         let target = a.at(at) + ratio * b.at(at);
         let (a, b) = (Box::new(a), Box::new(b));

@@ -108,7 +108,7 @@ fn relations(mechanism: &Mechanism, rows: &[usize], q: &[f64]) -> Vec<DVector<f6
         scale: 1.0,
         transposed: false,
     };
-    chosen.emit_jacobian(mechanism, (0.0, q), place, &mut gradients);
+    chosen.emit_jacobian(mechanism, Configuration::new(0.0, q), place, &mut gradients);
     let sizes: Vec<f64> = gradients.row_iter().map(|row| row.norm().max(1e-300)).collect();
     for (mut row, size) in gradients.row_iter_mut().zip(&sizes) {
         row /= *size;

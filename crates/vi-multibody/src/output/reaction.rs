@@ -26,6 +26,7 @@ use vi_constraints::Constraints;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::redundancy;
 use vi_constraints::saddle_point::IndependentRows;
+use vi_core::Configuration;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_rigid::null_space;
 
@@ -112,22 +113,22 @@ pub struct Reactions {
 }
 
 impl Reactions {
-    /// At the configuration `q` with the multipliers `lambda` (shape `m`) of the same node: those of
+    /// At the configuration `at` with the multipliers `lambda` (shape `m`) of the same node: those of
     /// [`vi_constraints::node::Node`] at order 2, of the acceleration level at higher orders.
     #[must_use]
     pub fn at(
         mechanism: &Mechanism,
-        (t, q): (f64, &[f64]),
+        at: Configuration<'_>,
         lambda: &[f64],
         rows: &IndependentRows,
     ) -> Self {
-        let mut reactions = Self::from_multipliers(mechanism, (t, q), lambda);
+        let mut reactions = Self::from_multipliers(mechanism, at, lambda);
         if rows.len() == mechanism.len() {
             return reactions;
         }
-        let null_vectors = null_vectors(mechanism, (t, q), rows);
+        let null_vectors = null_vectors(mechanism, at, rows);
         for z in null_vectors.column_iter() {
-            let part = Self::from_multipliers(mechanism, (t, q), z.as_slice());
+            let part = Self::from_multipliers(mechanism, at, z.as_slice());
             for (joint, part) in reactions.joints.iter_mut().zip(&part.joints) {
                 for k in 0..3 {
                     joint.unique[k] &= part.force[k].abs() < NO_PART;
@@ -145,10 +146,10 @@ impl Reactions {
     }
 
     /// Linear in `lambda`; everything is marked unique.
-    fn from_multipliers(mechanism: &Mechanism, (t, q): (f64, &[f64]), lambda: &[f64]) -> Self {
-        let description = mechanism.description();
+    fn from_multipliers(mechanism: &Mechanism, at: Configuration<'_>, lambda: &[f64]) -> Self {
+        let (q, description) = (at.q, mechanism.description());
         let mut forces = JointForces::new(mechanism, lambda);
-        mechanism.jacobian(t, q, &mut forces);
+        mechanism.jacobian(at.t, q, &mut forces);
         let joints = description.joints.iter().zip(&forces.of_joint);
         let bars = description.bars.iter().enumerate().map(|(k, bar)| {
             let force = bar.length * mechanism.bar_rows(k).map(|row| lambda[row]).sum::<f64>();
@@ -169,18 +170,18 @@ impl Reactions {
 /// At a configuration that has lost rank (a flat four-bar) there are more of them.
 fn null_vectors(
     mechanism: &Mechanism,
-    (t, q): (f64, &[f64]),
+    at: Configuration<'_>,
     rows: &IndependentRows,
 ) -> DMatrix<f64> {
     let (n, m) = (mechanism.dim(), mechanism.len());
-    let emit = |out: &mut dyn Entries| mechanism.jacobian(t, q, out);
+    let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
     if m > redundancy::DENSE_UP_TO
         && let Some(found) = redundancy::null_vectors(&SparseMatrix::assemble(m, n, emit), rows)
     {
         return found;
     }
     let mut transposed = DMatrix::zeros(n, m);
-    mechanism.jacobian(t, q, &mut Transposed(&mut transposed));
+    mechanism.jacobian(at.t, at.q, &mut Transposed(&mut transposed));
     let mut qr = NullSpaceQr::new(m, n);
     let rank = qr.factorize_scaled(&transposed, |_| 1.0).min(rows.len());
     let mut out = DMatrix::zeros(m, m - rank);

@@ -184,7 +184,7 @@ impl Articulated {
 
     /// `out ← P(q_n)ᵀ w`.
     pub fn pull_back_at(&mut self, q: &[f64], w: &[f64], out: &mut [f64]) {
-        self.tree.pull_back(|k| &self.links[k].at, (q, w), &mut self.wrenches, out);
+        self.tree.pull_back(|k| &self.links[k].at, q, w, &mut self.wrenches, out);
     }
 
     /// `v ← P(q_n) ν`.

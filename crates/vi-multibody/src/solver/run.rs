@@ -55,7 +55,7 @@ use vi_core::interval::Interval;
 use vi_core::lanes::Wide;
 use vi_core::lanes::{Lanes, Plain, Register, Twice};
 use vi_core::sparse::Entries;
-use vi_core::{MechanicalSystem, SeparableSystem};
+use vi_core::{Configuration, MechanicalSystem, SeparableSystem};
 
 /// How the nodal and reduced schemes solve their linear systems.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -145,9 +145,9 @@ pub fn integrator(
         }
     };
     let solvers = node_solvers(&mechanism, &system, solver, (&loops, leaves, at));
-    let run = Integrator::with_scheme(system, mechanism, (scheme, rows), options, at)?;
+    let run = Integrator::with_scheme(system, mechanism, scheme, rows, options, at)?;
     let run = begun(run.reading_with(solvers), moved)?;
-    loops.known(run.constraints(), (run.state().t, &run.state().q))?;
+    loops.known(run.constraints(), run.state().configuration())?;
     Ok(run)
 }
 
@@ -226,8 +226,7 @@ impl Loops {
             return Err(self.refusal(SingularStart::Scheme));
         }
         let found = start(system, mechanism, rows, at)?;
-        if let Some(error) = contradiction(mechanism, rows, (found.state.configuration(), &found.v))
-        {
+        if let Some(error) = contradiction(mechanism, rows, found.state.configuration(), &found.v) {
             return Err(error.into());
         }
         let (q, v, report) = (found.state.q, found.v, found.report);
@@ -238,7 +237,7 @@ impl Loops {
     ///
     /// # Errors
     /// [`SetupError::RankUnknown`].
-    pub fn known(&self, mechanism: &Mechanism, at: (f64, &[f64])) -> Result<(), SetupError> {
+    pub fn known(&self, mechanism: &Mechanism, at: Configuration<'_>) -> Result<(), SetupError> {
         self.rank.as_ref().map_or(Ok(()), |rank| rank.known(mechanism, at))
     }
 

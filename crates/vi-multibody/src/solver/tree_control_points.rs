@@ -57,7 +57,7 @@ impl ControlPointOperators for TreeControlPoints {
         let Self { factors, maps, wrenches, .. } = self;
         let tree = factors[0].tree();
         tree.velocity_maps(q, maps.iter_mut());
-        tree.pull_back(|k| &maps[k], (q, w), wrenches, out);
+        tree.pull_back(|k| &maps[k], q, w, wrenches, out);
     }
 
     fn factorize(

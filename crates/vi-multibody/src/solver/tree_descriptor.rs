@@ -193,7 +193,7 @@ impl TreeDescriptor {
         self.increments(u, &s.q0);
         let (frames, points) = self.right.split_at_mut(self.motions.len());
         self.tree.tangents(&self.u, &s.q1, &mut *frames);
-        self.particles.tangents((&self.u, s), points);
+        self.particles.tangents(&self.u, s, points);
         if self.screws {
             chain_screws(&self.tree, (&s.q0, Some(u)), frames);
         }

@@ -46,7 +46,7 @@ impl TreeMap {
         let work = &mut *self.work.borrow_mut();
         out.fill(0.0);
         self.tree.velocity_maps(q, &mut work.maps);
-        self.tree.pull_back(|k| &work.maps[k], (q, w), &mut work.twists, out);
+        self.tree.pull_back(|k| &work.maps[k], q, w, &mut work.twists, out);
         if self.particles.dof() > 0 {
             let mut columns = DMatrix::zeros(q.len(), out.len());
             self.particles.null_space(q, &mut columns);
@@ -72,7 +72,7 @@ impl Reparametrization for TreeMap {
         let Work { maps, twists, nu, .. } = &mut *self.work.borrow_mut();
         out.fill(0.0);
         self.tree.velocity_maps(q, &mut *maps);
-        self.tree.write_null_space(maps, q, (nu, twists), out);
+        self.tree.write_null_space(maps, q, nu, twists, out);
         self.particles.null_space(q, out);
     }
 
@@ -85,7 +85,7 @@ impl Reparametrization for TreeMap {
         let Work { maps, twists, nu, .. } = &mut *self.work.borrow_mut();
         out.fill(0.0);
         self.tree.tangents(u, &s.q1, &mut *maps);
-        self.tree.write_null_space(maps, &s.q1, (nu, twists), out);
+        self.tree.write_null_space(maps, &s.q1, nu, twists, out);
         self.particles.tangent(u, s, out);
     }
 

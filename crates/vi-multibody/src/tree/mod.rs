@@ -151,7 +151,8 @@ impl Tree {
         &self,
         maps: &[VelocityMap],
         q: &[f64],
-        (nu, twists): (&mut [f64], &mut [Twist]),
+        nu: &mut [f64],
+        twists: &mut [Twist],
         out: &mut DMatrix<f64>,
     ) {
         for (k, mut column) in out.column_iter_mut().take(self.dof).enumerate() {
@@ -169,7 +170,8 @@ impl Tree {
     pub fn pull_back<'m>(
         &self,
         map_of: impl Fn(usize) -> &'m VelocityMap,
-        (q, w): (&[f64], &[f64]),
+        q: &[f64],
+        w: &[f64],
         wrenches: &mut [Twist],
         out: &mut [f64],
     ) {

@@ -154,7 +154,8 @@ impl ParticleTree {
     /// `maps ← X, S'` of each particle for a reparametrized interval.
     pub fn tangents<'m>(
         &self,
-        (u, s): (&[f64], &Interval),
+        u: &[f64],
+        s: &Interval,
         maps: impl IntoIterator<Item = &'m mut VelocityMap>,
     ) {
         self.write_maps(maps, |bead, k| self.tangent_rate(bead, (u, s), k));

@@ -242,7 +242,9 @@ impl Equations {
     fn fill_rows(&mut self) {
         let (mechanism, rows, s, t) = (&self.mechanism, &self.rows, &self.s, self.t);
         let place = JacobianPlace { row: 0, column: 0, scale: 1.0, transposed: false };
-        let emit = |out: &mut dyn Entries| rows.emit_jacobian(mechanism, (t, &s.q1), place, out);
+        let emit = |out: &mut dyn Entries| {
+            rows.emit_jacobian(mechanism, Configuration::new(t, &s.q1), place, out)
+        };
         self.upper.fill(&self.layout, &emit, &self.left);
         self.lower.fill(&self.layout, &emit, &self.right);
     }
@@ -254,7 +256,7 @@ impl Equations {
         self.fill_spin();
         let mut stiffness = std::mem::take(&mut self.stiffness);
         let emit = |out: &mut dyn Entries| self.emit_stiffness(out);
-        stiffness.fill(&self.layout, &emit, (&self.left, &self.right), &self.spin);
+        stiffness.fill(&self.layout, &emit, &self.left, &self.right, &self.spin);
         self.stiffness = stiffness;
         self.fill_rows();
     }
@@ -335,7 +337,7 @@ impl Equations {
         layout.null_space(&self.s.q1, &mut columns);
         let dense = |emit: &dyn Fn(&mut dyn Entries), spin: &[Matrix6<f64>]| {
             let mut matrix = ReducedMatrix::default();
-            matrix.fill(&layout, emit, (&columns, &columns), spin);
+            matrix.fill(&layout, emit, &columns, &columns, spin);
             matrix.to_dense()
         };
         let K = dense(&|out| self.emit_stiffness(out), &self.spin);
@@ -353,14 +355,14 @@ impl Equations {
         let d = layout.dof();
         let sparse = |emit: &dyn Fn(&mut dyn Entries), spin: &[Matrix6<f64>]| {
             let mut matrix = ReducedMatrix::default();
-            matrix.fill(&layout, emit, (&columns, &columns), spin);
+            matrix.fill(&layout, emit, &columns, &columns, spin);
             SparseMatrix::assemble(d, d, |out| matrix.emit(out))
         };
         let K = sparse(&|out| self.emit_stiffness(out), &self.spin);
         let C = sparse(&|out| self.emit_velocity_matrix(out), &[]);
         let M = sparse(&|out| self.system.mass().emit(out), &[]);
         let place = JacobianPlace { row: 0, column: 0, scale: 1.0, transposed: false };
-        let (mechanism, at) = (&self.mechanism, (self.t, &self.s.q1[..]));
+        let (mechanism, at) = (&self.mechanism, Configuration::new(self.t, &self.s.q1));
         let emit = |out: &mut dyn Entries| self.rows.emit_jacobian(mechanism, at, place, out);
         let mut rows = ReducedRows::default();
         rows.fill(&layout, &emit, &columns);

@@ -118,7 +118,7 @@ pub(super) fn start(
     let run = match defect {
         Some(EmDefect::NullSpaceAtTheStart) => {
             let source = AtTheStart(TreeMap::new(&mechanism));
-            integrator::with_null_space(system, mechanism, (source, map), options, at)
+            integrator::with_null_space(system, mechanism, source, map, options, at)
         }
         _ => run::integrator_at(system, mechanism, options, EmAlgebra::default(), at),
     };

@@ -30,6 +30,7 @@ use vi_constraints::integrator::{SetupError, SingularStart};
 use vi_constraints::nearby::{Nearby, followers};
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::IndependentRows;
+use vi_core::Configuration;
 use vi_rigid::directors;
 
 /// Size of each random motion, rad and longest lever arms, and the time in which prescribed motions move on, s.
@@ -109,17 +110,17 @@ impl LoopRank {
         Self { at_start, generic, pivots, rows, rows_at_start, joint, compared }
     }
 
-    /// Refuses loops with constraints that depend on others at `(t, q)` if no closed configuration was found nearby
+    /// Refuses loops with constraints that depend on others at `at` if no closed configuration was found nearby
     /// and they do not follow from the others there: nothing says then that they are satisfied along the motion.
     ///
     /// # Errors
     /// [`SetupError::RankUnknown`].
-    pub fn known(&self, mechanism: &Mechanism, (t, q): (f64, &[f64])) -> Result<(), SetupError> {
+    pub fn known(&self, mechanism: &Mechanism, at: Configuration<'_>) -> Result<(), SetupError> {
         if self.compared {
             return Ok(());
         }
         let rows = self.rows(mechanism);
-        let row = match followers(mechanism, &rows, (t, q)) {
+        let row = match followers(mechanism, &rows, at) {
             Nearby::Follow => return Ok(()),
             Nearby::Singular { row } => Some(row),
             Nearby::Unknown => rows.redundant().next(),

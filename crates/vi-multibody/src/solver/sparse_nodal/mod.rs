@@ -162,7 +162,7 @@ impl SparseNodal {
     /// Forms `Pᵀ K ∂F_d/∂u` with `K` as emitted: always the same places in the same order.
     pub(crate) fn assemble(&mut self, emit: &Emission<'_>, u: &[f64], s: &Interval) {
         self.take_tangent(u, s);
-        self.matrix.fill(&self.layout, emit, (&self.left, &self.right), &[]);
+        self.matrix.fill(&self.layout, emit, &self.left, &self.right, &[]);
     }
 
     /// Takes `P_in(q) P_ex` with the given velocity maps of the links in the place of `P(q_n)`: a discrete

@@ -57,7 +57,8 @@ impl ReducedMatrix {
         &mut self,
         layout: &VelocityLayout,
         emit: &dyn Fn(&mut dyn Entries),
-        (left, right): (&Columns, &Columns),
+        left: &Columns,
+        right: &Columns,
         spin: &[Matrix6<f64>],
     ) {
         if self.blocks.is_empty() {
