@@ -28,6 +28,12 @@ fn refusal(text: &str) -> Option<String> {
 
 /// How a run ends, and the largest residual of its rows.
 fn run(text: &str) -> (RunOutcome, f64) {
+    let (outcome, largest, _) = run_with_warnings(text);
+    (outcome, largest)
+}
+
+/// The same, and what the run warned of.
+fn run_with_warnings(text: &str) -> (RunOutcome, f64, Vec<String>) {
     let mut simulation = Simulation::new(&Model::from_toml(text).unwrap()).unwrap();
     let mut largest = 0.0_f64;
     let mut observe = |sample: &holonom::sample::Sample| {
@@ -35,7 +41,7 @@ fn run(text: &str) -> (RunOutcome, f64) {
         Ok::<(), ()>(())
     };
     let outcome = simulation.run(&mut observe, &mut |_, _| {}).unwrap();
-    (outcome, largest)
+    (outcome, largest, simulation.warnings())
 }
 
 #[test]
@@ -504,9 +510,10 @@ fn a_body_at_rest_stays_there_in_every_scheme() {
         ] {
             let of = format!("scheme = \"{scheme}\"\norder = {order}");
             let text = text.replace("scheme = \"em-constrained\"", &of);
-            let (outcome, largest) = run(&text);
+            let (outcome, largest, warnings) = run_with_warnings(&text);
             assert!(outcome == RunOutcome::Done, "{scheme}, order {order}: {outcome:?}");
             assert!(largest < 1e-14, "{scheme}, order {order}: {largest:e}");
+            assert_eq!(warnings, [""; 0], "{scheme}, order {order}: of rounding");
         }
     }
 }

@@ -16,10 +16,13 @@ use std::sync::Arc;
 use vi_beam::damping::is_damped;
 use vi_beam::{BeamModel, StrainRule};
 use vi_constraints::Constraints;
-use vi_core::Configuration;
 use vi_core::potential::{DiscretePotential, LinearPotential, Potential};
+use vi_core::{Configuration, SparseMatrix};
 use vi_multibody::builder::ForceElements;
 use vi_multibody::mechanism::Mechanism;
+
+/// Rounding errors, relative to what they are errors of.
+pub(crate) const ROUNDING: f64 = 1e-12;
 
 /// The energies and works that a model has.
 #[derive(Debug)]
@@ -31,20 +34,22 @@ pub(crate) struct Energies {
     works: Vec<usize>, // column of each force, among those of works
     sources: usize,    // columns of works
     motions: bool,
-    initial: f64, // J
+    initial: f64,  // J
+    rounding: f64, // J
 }
 
 impl Energies {
-    /// With the initial energy, J.
+    /// With the configuration and the energy (J) at the start.
     pub(crate) fn new(
         model: &Model,
         mechanism: &Mechanism,
         dynamics: &Dynamics,
-        initial: f64,
+        (q, initial): (&[f64], f64),
     ) -> Self {
         let Dynamics { parts, forces, .. } = dynamics;
         let weighs = model.gravity().iter().any(|g| *g != 0.0);
-        let weight = || LinearPotential { force: mechanism.weight(&parts.mass_matrix(mechanism)) };
+        let mass = parts.mass_matrix(mechanism);
+        let weight = || LinearPotential { force: mechanism.weight(&mass) };
         let beams = !model.beams.is_empty();
         let springs = !(forces.springs.is_empty() && forces.joint_springs.is_empty());
         let mut works: Vec<usize> = Vec::new();
@@ -76,6 +81,7 @@ impl Energies {
             sources,
             motions,
             initial,
+            rounding: rounding(mechanism, &mass, q, model.settings.step),
         }
     }
 
@@ -87,6 +93,11 @@ impl Energies {
     /// What the energy has changed by since the start, and no work accounts for, J.
     pub(crate) fn balance(&self, energy: f64, work: &[f64]) -> f64 {
         energy - self.initial - work.iter().sum::<f64>()
+    }
+
+    /// The energy (J) below which nothing is a motion: see [`rounding`].
+    pub(crate) fn rounding(&self) -> f64 {
+        self.rounding
     }
 
     /// The numbers of all columns at a node.
@@ -114,6 +125,15 @@ impl Energies {
         out.push(self.balance(node.hamiltonian, &node.work));
         out
     }
+}
+
+/// `½ δᵀM δ / h²`, J: the kinetic energy if in a step every coordinate moves by `δ`, the rounding of its size.
+fn rounding(mechanism: &Mechanism, mass: &SparseMatrix, q: &[f64], h: f64) -> f64 {
+    let (mut velocity, mut momentum) = (vec![0.0; q.len()], vec![0.0; q.len()]);
+    mechanism.coordinate_sizes(q, &mut velocity);
+    velocity.iter_mut().for_each(|size| *size *= ROUNDING / h);
+    mass.mul_add(0.5, &velocity, &mut momentum);
+    velocity.iter().zip(&momentum).map(|(v, p)| v * p).sum()
 }
 
 /// What each discrete force of a system belongs to, in the order in which [`Dynamics`] adds them.

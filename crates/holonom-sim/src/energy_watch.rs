@@ -3,13 +3,14 @@
 //! ```text
 //! D_n = Ĥ_n − H(0) − Σ work          Ĥ: shadow energy; of energy–momentum schemes the energy
 //! left:  |D_n| > ½ (max T + max V − min V)        over the recorded nodes so far
-//!        |D_n| > 1e-12 max(T, |V|)               beyond rounding: a system at rest exchanges none
+//!        |D_n| > 1e-12 max(T, |V|)               beyond rounding: a system at rest exchanges none,
+//!        |D_n| > ½ δᵀM δ / h²                    and of its positions rounding leaves δ = 1e-12 of their sizes
 //! ```
 //! `Ĥ` of a variational scheme is conserved to high order, and `D_n` is small beside the energy that is exchanged, as
 //! long as the vibrations are resolved or do not grow. A run that gains energy without bound passes half of that energy
 //! long before Newton's method fails.
 
-use crate::energies::Energies;
+use crate::energies::{Energies, ROUNDING};
 use crate::method::reading::Reading;
 use crate::outcome::twelve_digits;
 use serde::{Deserialize, Serialize};
@@ -18,8 +19,6 @@ use serde::{Deserialize, Serialize};
 const FIRST: u32 = 2;
 /// Part of the energy that is exchanged.
 const PART: f64 = 0.5;
-/// Rounding errors, relative to the largest energy.
-const ROUNDING: f64 = 1e-12;
 
 /// What was seen of the energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -51,7 +50,7 @@ impl EnergyWatch {
         let change = energies.balance(at.shadow?, &at.work);
         let exchanged = self.kinetic + largest - least;
         let size = self.kinetic.max(least.abs()).max(largest.abs());
-        let band = (PART * exchanged).max(ROUNDING * size);
+        let band = (PART * exchanged).max(ROUNDING * size).max(energies.rounding());
         let leaves = self.nodes > FIRST && change.abs() > band;
         if self.left.is_some() || !leaves {
             return None;

@@ -124,7 +124,8 @@ impl Simulation {
         }
         assembly.warnings.extend(limits.warnings());
         limits.begin();
-        let energies = Energies::new(model, method.mechanism(), &dynamics, first.hamiltonian);
+        let energies =
+            Energies::new(model, method.mechanism(), &dynamics, (&first.q, first.hamiltonian));
         let watch = EnergyWatch::default();
         sensors.begin(start);
         let iterations = 0.0;
@@ -519,7 +520,7 @@ impl Simulation {
         if let Some(coordinate) = error.coordinate() {
             return Some(format!("`{}`", mechanism.coordinate_name(coordinate)));
         }
-        let (_, unknown) = error.unknown()?;
+        let unknown = error.unknown()?;
         match self.settings.scheme {
             Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => {
                 let (link, _) = mechanism.tree().owner(unknown)?;
