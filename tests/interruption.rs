@@ -83,9 +83,14 @@ fn models() -> Vec<(&'static str, Model)> {
     all.map(model).into()
 }
 
-/// The files of rows of a folder, and its summary without what the clock says.
+/// The files of rows of a folder, its plots, and its summary without what the clock says.
 fn results(folder: &Path) -> Vec<(String, String)> {
     let mut found = Vec::new();
+    for plot in fs::read_dir(folder.join("plots")).into_iter().flatten() {
+        let path = plot.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy();
+        found.push((format!("plots/{name}"), fs::read_to_string(&path).unwrap()));
+    }
     for entry in fs::read_dir(folder).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         if !(name.ends_with(".csv") || name == "summary.json" || name == "model.toml") {

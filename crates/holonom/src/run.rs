@@ -110,8 +110,8 @@ pub fn resume(
     simulation.resume(checkpoint.run.clone()).ok_or(ContinueError::Statics)??;
     let last = Some(checkpoint.run.step());
     let text = folder.model_text();
-    let folder = &folder.clone().at(&checkpoint);
-    let recorder = Recorder::new(folder, simulation, checkpoint.summary)?;
+    // only the recorder continues at the lengths of the checkpoint: the report reads all rows
+    let recorder = Recorder::new(&folder.clone().at(&checkpoint), simulation, checkpoint.summary)?;
     let clock = Clock { begin: Instant::now(), before: checkpoint.wall_seconds };
     let every = control.checkpoint_every.or(checkpoint.every);
     let control = Control { checkpoint_every: every, ..control };

@@ -65,7 +65,7 @@ impl RunFolder {
         checkpoint::check_before(&folder.path)?;
         folder.clear(&FILES, force)?;
         checkpoint::remove(&folder.path)?;
-        pictures::remove(&folder.path.join("plots"))?;
+        pictures::remove(&folder.path.join("plots"), &[])?;
         Ok(folder)
     }
 
@@ -294,6 +294,14 @@ impl RunFolder {
     /// [`OutputError::Foreign`], [`OutputError::Io`].
     pub fn write_picture(&self, name: &str, svg: &str) -> Result<PathBuf, OutputError> {
         pictures::write(self.path.join(name), svg)
+    }
+
+    /// Removes pictures of an earlier drawing from `plots`: those of this program that are not in `drawn`.
+    ///
+    /// # Errors
+    /// [`OutputError::Foreign`], [`OutputError::Io`].
+    pub fn keep_pictures(&self, drawn: &[PathBuf]) -> Result<(), OutputError> {
+        pictures::remove(&self.path.join("plots"), drawn)
     }
 
     /// Writes `summary.json`.

@@ -60,8 +60,8 @@ pub(super) fn check_before(folder: &Path) -> Result<(), OutputError> {
     check(&folder.join("energy.svg"))
 }
 
-/// Removes the pictures that this program drew in `folder`.
-pub(super) fn remove(folder: &Path) -> Result<(), OutputError> {
+/// Removes the pictures that this program drew in `folder`, but for those in `keep`.
+pub(super) fn remove(folder: &Path, keep: &[PathBuf]) -> Result<(), OutputError> {
     check_folder(folder)?;
     if !folder.is_dir() {
         return Ok(());
@@ -69,7 +69,11 @@ pub(super) fn remove(folder: &Path) -> Result<(), OutputError> {
     for entry in fs::read_dir(folder).map_err(|e| at(folder, e))?.flatten() {
         let path = entry.path();
         let picture = path.extension().is_some_and(|x| x == "svg") && !is_link(&path);
-        if picture && path.is_file() && is_ours(&path).map_err(|e| at(&path, e))? {
+        if picture
+            && !keep.contains(&path)
+            && path.is_file()
+            && is_ours(&path).map_err(|e| at(&path, e))?
+        {
             fs::remove_file(&path).map_err(|e| at(&path, e))?;
         }
     }
