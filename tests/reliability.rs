@@ -1,4 +1,4 @@
-//! Short forms of the two harnesses of reliability, and the harnesses themselves: what is wrong on purpose is found.
+//! Short forms of the three harnesses of reliability, and the harnesses themselves: what is wrong on purpose is found.
 #![allow(clippy::unwrap_used)] // a test
 
 use std::path::PathBuf;
@@ -6,6 +6,7 @@ use vi_testkit::CountingAllocator;
 use xtask::fuzz::lane::{Lane, Watch};
 use xtask::fuzz::targets::{Answer, Target, all};
 use xtask::fuzz::{self, limits};
+use xtask::interrupt;
 use xtask::reliability::mutants;
 use xtask::soak::defects::Defect;
 use xtask::soak::judge::{Checks, judge};
@@ -136,7 +137,23 @@ fn mechanisms_made_wrong_on_purpose_are_found() {
 
 #[test]
 fn readers_made_wrong_on_purpose_are_found() {
-    found(|mutant| mutant.harness != "soak");
+    found(|mutant| !["soak", "interrupt"].contains(&mutant.harness));
+}
+
+#[test]
+fn disturbed_runs_leave_what_undisturbed_runs_leave() {
+    if let Err(help) = interrupt::ready() {
+        println!("not tried: {help}"); // the program is built with the whole workspace
+        return;
+    }
+    let request = interrupt::Request::parse(&["--count", "42", "--jobs", "2"]).unwrap();
+    let tally = interrupt::interrupt(&request).unwrap();
+    println!("{}", interrupt::words(&tally));
+    assert_eq!(tally.len(), interrupt::Kind::ALL.len());
+    assert!(tally.values().all(|row| row.faults.is_empty()), "{}", interrupt::words(&tally));
+    let disturbed: u64 = tally.values().map(|row| row.disturbances).sum();
+    assert!(disturbed > 20, "{disturbed}");
+    found(|mutant| mutant.harness == "interrupt");
 }
 
 #[test]

@@ -3,9 +3,12 @@
 pub mod compare;
 pub mod figures;
 pub mod fuzz;
+pub mod interrupt;
 pub mod notation;
+mod program;
 pub mod reliability;
 pub mod roundoff;
+mod scratch;
 pub mod soak;
 pub mod stability;
 mod text_file;

@@ -2,7 +2,9 @@
 
 use std::process::ExitCode;
 use vi_testkit::CountingAllocator;
-use xtask::{compare, figures, fuzz, notation, reliability, roundoff, soak, stability, verify};
+use xtask::{
+    compare, figures, fuzz, interrupt, notation, reliability, roundoff, soak, stability, verify,
+};
 
 /// Measures the memory that an input of `fuzz` takes.
 #[global_allocator]
@@ -31,8 +33,10 @@ cargo xtask soak [--count N] [--seed S] [--shard i/n] [--jobs J] [--quick] [-o D
 cargo xtask fuzz [TARGET…] [--executions N] [--seed S] [--shard i/n] [--jobs J] [-o DIR] [--json FILE]
                        mutated model files, checkpoints, tables, command lines; inputs with a fault into DIR
                        (target/fuzz)
-cargo xtask reliability --soak FILE… --fuzz FILE…
-                       writes RELIABILITY.md from what soak and fuzz stored by --json
+cargo xtask interrupt [--count N] [--seed S] [--shard i/n] [--jobs J] [--json FILE]
+                       runs that are killed, interrupted, without space, damaged, two at once, and continued to the end
+cargo xtask reliability --soak FILE… --fuzz FILE… --interrupt FILE…
+                       writes RELIABILITY.md from what the three stored by --json
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {
@@ -43,6 +47,7 @@ fn main() -> ExitCode {
         ("verify", _) => verify::run(options),
         ("fuzz", _) => fuzz::run(options),
         ("soak", _) => soak::run(options),
+        ("interrupt", _) => interrupt::run(options),
         ("reliability", _) => reliability::run(options).map(|()| true),
         ("compare", _) => compare::run(options).map(|()| true),
         ("roundoff", _) => roundoff::run(options).map(|()| true),

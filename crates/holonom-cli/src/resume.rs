@@ -2,6 +2,7 @@
 
 use holonom::RunFolder;
 use holonom::output::{FoundCheckpoint, Status};
+use holonom::report;
 use holonom::run::resume as continue_run;
 
 use crate::arguments::{ModelArguments, Resume};
@@ -23,13 +24,7 @@ pub(crate) fn resume(arguments: &Resume) -> Result<(), Failure> {
     let earlier = folder.summary().ok(); // a run that was killed at its very beginning has none
     if let Some(earlier) = earlier {
         match (earlier.status, earlier.failure) {
-            (Status::Done, _) => {
-                stderr::line(&format!(
-                    "{0}: the run is complete, nothing is left to do; `holonom plot {0}` draws it again",
-                    dir.display()
-                ));
-                return Ok(());
-            }
+            (Status::Done, _) => return complete(&folder),
             (Status::Failed, Some(failure)) => {
                 return Err(Failure::Run { failure, files: Vec::new() });
             }
@@ -51,4 +46,18 @@ pub(crate) fn resume(arguments: &Resume) -> Result<(), Failure> {
     conduct(&mut *simulation, (dir, every, talk), |simulation, control| {
         continue_run(&model, simulation, (&folder, checkpoint), control)
     })
+}
+
+/// A run that is complete: draws it if it was killed before that was done.
+fn complete(folder: &RunFolder) -> Result<(), Failure> {
+    let dir = folder.path().display();
+    if report::is_current(folder) {
+        stderr::line(&format!(
+            "{dir}: the run is complete, nothing is left to do; `holonom plot {dir}` draws it again"
+        ));
+        return Ok(());
+    }
+    report::write(folder)?;
+    stderr::line(&format!("{dir}: the run is complete; its plots and its page are drawn"));
+    Ok(())
 }

@@ -101,6 +101,17 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     Ok(files)
 }
 
+/// Whether the page is of the summary that the folder has. The page is the last file of [`write`]: of a run that was
+/// killed while it was drawn, it is missing or older.
+#[must_use]
+pub fn is_current(folder: &RunFolder) -> bool {
+    let changed = |name: &str| folder.path().join(name).metadata().and_then(|file| file.modified());
+    match (changed("report.html"), changed("summary.json")) {
+        (Ok(page), Ok(summary)) => page >= summary,
+        _ => false,
+    }
+}
+
 /// The animated scene as a part of a page; empty where the files hold no motion that can be shown.
 fn scene_of(folder: &RunFolder, model: &Model, sensors: Option<&TimeSeries>) -> String {
     let scene = folder.frames(scene::NUMBERS, scene::INSTANTS).ok().and_then(|frames| {

@@ -1,8 +1,9 @@
-//! The defects made on purpose, of both harnesses, and how soon each is found.
+//! The defects made on purpose, of all harnesses, and how soon each is found.
 
 use crate::fuzz::defects::Defect as FuzzDefect;
 use crate::fuzz::lane::{Lane, Watch};
 use crate::fuzz::targets;
+use crate::interrupt::{self, defects::Defect as InterruptDefect};
 use crate::soak::defects::Defect as SoakDefect;
 use crate::soak::found_after;
 
@@ -11,6 +12,7 @@ use crate::soak::found_after;
 enum Kind {
     Soak(SoakDefect),
     Fuzz(FuzzDefect, &'static str),
+    Interrupt(InterruptDefect),
 }
 
 /// A defect.
@@ -25,6 +27,8 @@ pub struct Mutant {
 
 /// Mechanisms or executions in which a defect must be found.
 const MOST: u64 = 3000;
+/// Runs in which one must be found.
+const RUNS: u64 = 50;
 
 /// All of them.
 #[must_use]
@@ -43,15 +47,21 @@ pub fn all() -> Vec<Mutant> {
         name: defect.name(),
         kind: Kind::Fuzz(defect, target),
     });
-    soak.into_iter().chain(fuzz).collect()
+    let interrupt = InterruptDefect::ALL.map(|defect| Mutant {
+        harness: "interrupt",
+        name: defect.name(),
+        kind: Kind::Interrupt(defect),
+    });
+    soak.into_iter().chain(fuzz).chain(interrupt).collect()
 }
 
 impl Mutant {
-    /// Mechanisms or executions after which it is found.
+    /// Mechanisms, executions or runs after which it is found.
     #[must_use]
     pub fn found_after(&self) -> Option<u64> {
         match self.kind {
             Kind::Soak(defect) => found_after(defect, 1, MOST),
+            Kind::Interrupt(defect) => interrupt::found_after(defect, 1, RUNS),
             Kind::Fuzz(defect, name) => {
                 let all = targets::all();
                 let target = all.iter().find(|target| target.name() == name)?;

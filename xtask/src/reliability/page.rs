@@ -5,6 +5,8 @@ use super::stored::Stored;
 use crate::fuzz::limits;
 use crate::fuzz::tally::Tally as FuzzTally;
 use crate::fuzz::targets::{self, Answer};
+use crate::interrupt::Kind;
+use crate::interrupt::tally::{Row, Tally as InterruptTally};
 use crate::soak::bounds;
 use crate::soak::tally::{Largest, Reason, Tally as SoakTally};
 use std::collections::BTreeMap;
@@ -16,11 +18,16 @@ const FINDINGS: &str = include_str!("findings.md");
 /// Numbers of all targets.
 pub type FuzzTallies = BTreeMap<String, FuzzTally>;
 
-pub(super) fn page(soak: &Stored<SoakTally>, fuzz: &Stored<FuzzTallies>) -> String {
+pub(super) fn page(
+    soak: &Stored<SoakTally>,
+    fuzz: &Stored<FuzzTallies>,
+    interrupt: &Stored<InterruptTally>,
+) -> String {
     let mut out = format!("# Reliability\n\n{HEAD}");
     mechanisms(&mut out, soak);
     inputs(&mut out, fuzz);
     large_inputs(&mut out);
+    runs(&mut out, interrupt);
     defects(&mut out);
     let _ = write!(out, "\n## Findings\n\n{FINDINGS}");
     out
@@ -134,6 +141,26 @@ fn short(words: &str) -> String {
     let line = words.replace(['\n', '|'], " ");
     let first: String = line.chars().take(120).collect();
     if first.len() < line.len() { first + " …" } else { first }
+}
+
+fn runs(out: &mut String, Stored { seed, found }: &Stored<InterruptTally>) {
+    let count: u64 = found.values().map(|row| row.experiments).sum();
+    let _ = write!(
+        out,
+        "\n## Runs that are disturbed\n\n{} runs of the program as a process, seed {seed}: bodies and beams, loops, point masses, variational and\n\
+         energy–momentum schemes, sensors. A run is disturbed up to four times, at moments that the clock decides, continued after each time\n\
+         and at last to its end; one that cannot be continued says so and is begun anew. Then tables, plots, model and summary must be those\n\
+         of an undisturbed run, byte for byte (but for the time that it took). In between a disturbed run must leave whole rows, say why it\n\
+         ended, and let itself be drawn. Of two runs in one folder one must succeed, with nothing of the other.\n\n\
+         | runs that are | number | disturbances | begun anew | faults |\n|---|---|---|---|---|\n",
+        grouped(count)
+    );
+    for kind in Kind::ALL {
+        let row = found.get(kind.name()).cloned().unwrap_or_default();
+        let Row { experiments, disturbances, anew, faults } = row;
+        let numbers = [experiments, disturbances, anew, faults.len() as u64].map(grouped);
+        let _ = writeln!(out, "| {} | {} |", kind.name(), numbers.join(" | "));
+    }
 }
 
 fn defects(out: &mut String) {

@@ -1,9 +1,11 @@
 //! The command line of the program in a folder of its own: most within this process, some as a process. Arguments of an
 //! input are divided by `|`.
 
-use super::sample_run::{Scratch, run_into, small_model};
+use super::sample_run::{run_into, small_model};
 use super::{Answer, Target, Worker, lines};
 use crate::fuzz::mutate;
+use crate::program;
+use crate::scratch::Scratch;
 use crate::soak::draw::Draw;
 use holonom_cli::{Call, Called};
 use std::ffi::OsString;
@@ -48,13 +50,6 @@ from = \"ground\"
 to = \"bob\"
 ";
 
-/// The program beside this one.
-fn program() -> Option<PathBuf> {
-    let own = std::env::current_exe().ok()?;
-    let name = format!("holonom{}", std::env::consts::EXE_SUFFIX);
-    own.ancestors().skip(1).take(2).map(|folder| folder.join(&name)).find(|path| path.is_file())
-}
-
 impl Target for Arguments {
     fn name(&self) -> &'static str {
         "arguments"
@@ -84,12 +79,11 @@ impl Target for Arguments {
     }
 
     fn worker(&self) -> Box<dyn Worker> {
-        Box::new(Caller { program: program(), run: Vec::new(), scratch: None, calls: 0 })
+        Box::new(Caller { program: program::beside(), run: Vec::new(), scratch: None, calls: 0 })
     }
 
     fn ready(&self) -> Result<(), String> {
-        let help = "no program beside this one: cargo build --release -p holonom-cli";
-        program().map(drop).ok_or_else(|| help.to_owned())
+        program::beside().map(drop).ok_or_else(|| program::HELP.to_owned())
     }
 }
 

@@ -3,9 +3,9 @@
 //! Lines `#--set KEY=VALUE` of an input are overrides. Lines `#--file` divide it into the model and files that it may include:
 //! `1.toml`, `2.toml`.
 
-use super::sample_run::Scratch;
 use super::{Answer, Target, Worker, files};
 use crate::fuzz::{mutate, structure};
+use crate::scratch::Scratch;
 use crate::soak::draw::Draw;
 use holonom::Model;
 use holonom::model::{ModelError, ModelText, Problem};

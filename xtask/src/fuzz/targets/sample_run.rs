@@ -3,9 +3,7 @@
 use holonom::output::{Checkpoint, SummaryBuilder};
 use holonom::{Model, RunFolder, RunState, Simulation, run};
 use std::convert::Infallible;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::Path;
 
 /// The model: bodies, a beam, a point mass, sensors, a prescribed motion.
 pub(super) const MODEL: &str = include_str!("../../../../tests/corpus/model/all_sections.toml");
@@ -44,35 +42,6 @@ pub(super) fn checkpoint(model: &Model, run: RunState) -> Result<Vec<u8>, String
         files: vec![("trajectory.csv".to_owned(), 10)],
     };
     checkpoint.encode(&model.to_toml()).map_err(|error| error.to_string())
-}
-
-/// A new folder for temporary files, in memory where the machine has such; removed at the end.
-#[derive(Debug)]
-pub(super) struct Scratch(PathBuf);
-
-impl Scratch {
-    pub(super) fn new(purpose: &str) -> Self {
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        let (process, count) = (std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
-        let name = format!("holonom-{purpose}-{process}-{count}");
-        let memory = Path::new("/dev/shm").join(&name);
-        if fs::create_dir(&memory).is_ok() {
-            return Self(memory);
-        }
-        let path = std::env::temp_dir().join(name);
-        let _ = fs::create_dir_all(&path); // what is written there fails with words
-        Self(path)
-    }
-
-    pub(super) fn path(&self) -> &Path {
-        &self.0
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0); // a temporary folder
-    }
 }
 
 /// Runs a model into a folder.

@@ -1,9 +1,10 @@
 //! The files of a run, one of them changed, as the verbs read them. The first line of an input is the name of the file. What
 //! reads other files alone is called for some inputs only.
 
-use super::sample_run::{Scratch, model, run_into};
+use super::sample_run::{model, run_into};
 use super::{Answer, Target, Worker};
 use crate::fuzz::mutate;
+use crate::scratch::Scratch;
 use crate::soak::draw::Draw;
 use holonom::RunFolder;
 use holonom::export::{Format, export};

@@ -1,0 +1,154 @@
+//! `cargo xtask interrupt`: runs that are killed, interrupted, without space, damaged, two at once, and continued.
+//!
+//! | file | concept |
+//! |---|---|
+//! | `experiment` | what is done to a run, and what must remain |
+//! | `process` | the program as a process that is disturbed |
+//! | `results` | the files that must be those of an undisturbed run, to the byte |
+//! | [`tally`] | many experiments in numbers |
+//! | [`defects`] | the harness itself: defects that it must find |
+//!
+//! What is done belongs to the seed, the moments belong to the clock.
+
+pub mod defects;
+mod experiment;
+mod process;
+mod results;
+pub mod tally;
+
+pub use experiment::Kind;
+
+use crate::program;
+use crate::reliability::stored::Stored;
+use defects::Defect;
+use experiment::{Outcome, experiment, references};
+use holonom::sweep::Shard;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use tally::{Case, Row, Tally};
+
+/// What is run.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// Experiments.
+    pub count: u64,
+    /// Their seed.
+    pub seed: u64,
+    /// Which part of them.
+    pub shard: Shard,
+    /// Threads.
+    pub jobs: usize,
+    /// Where the numbers are written.
+    pub json: Option<PathBuf>,
+}
+
+impl Request {
+    /// Of the words of the command line.
+    ///
+    /// # Errors
+    /// What cannot be understood, in words.
+    pub fn parse(options: &[&str]) -> Result<Self, String> {
+        let jobs = std::thread::available_parallelism().map_or(1, usize::from);
+        let mut request = Self { count: 3500, seed: 1, shard: Shard::WHOLE, jobs, json: None };
+        let mut rest = options.iter();
+        while let Some(option) = rest.next() {
+            let value = rest.next().ok_or_else(|| format!("`{option}` needs a value"))?;
+            let number =
+                || value.parse::<u64>().map_err(|_| format!("{option} {value}: no number"));
+            match *option {
+                "--count" => request.count = number()?,
+                "--seed" => request.seed = number()?,
+                "--shard" => request.shard = value.parse()?,
+                "--jobs" => request.jobs = number()?.clamp(1, 1024) as usize,
+                "--json" => request.json = Some(PathBuf::from(value)),
+                _ => return Err(format!("unknown option `{option}`")),
+            }
+        }
+        Ok(request)
+    }
+}
+
+/// Whether there is a program to interrupt.
+///
+/// # Errors
+/// What is missing, in words.
+pub fn ready() -> Result<(), String> {
+    program::beside().map(drop).ok_or_else(|| program::HELP.to_owned())
+}
+
+/// Carries out experiments in several threads.
+///
+/// # Errors
+/// Why there is nothing to compare with, in words.
+pub fn interrupt(request: &Request) -> Result<Tally, String> {
+    let program = program::beside().ok_or(program::HELP)?;
+    let references = references(&program)?;
+    let (next, total) = (AtomicU64::new(0), Mutex::new(Tally::new()));
+    let work = || {
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= request.count {
+                break;
+            }
+            if !request.shard.has(index as usize) {
+                continue;
+            }
+            let kind = Kind::ALL[index as usize % Kind::ALL.len()];
+            let outcome = experiment(&program, references, (request.seed, index), (kind, None));
+            let Outcome { disturbances, anew, fault } = outcome;
+            let faults = fault.map(|words| Case { index, words }).into_iter().collect();
+            let row = Row { experiments: 1, disturbances, anew, faults };
+            if let Ok(mut total) = total.lock() {
+                tally::add(&mut total, Tally::from([(kind.name().to_owned(), row)]));
+            }
+        }
+    };
+    std::thread::scope(|scope| (0..request.jobs).for_each(|_| drop(scope.spawn(work))));
+    Ok(total.into_inner().unwrap_or_default())
+}
+
+/// How many experiments it takes to find a defect, at most `most`; `None` also where there is no program.
+#[must_use]
+pub fn found_after(defect: Defect, seed: u64, most: u64) -> Option<u64> {
+    let program = program::beside()?;
+    let references = references(&program).ok()?;
+    (0..most).find(|index| {
+        let how = (defect.kind(), Some(defect));
+        let outcome = experiment(&program, references, (seed, *index), how);
+        outcome.fault.is_some_and(|words| words.contains(defect.words()))
+    })
+}
+
+/// Runs, prints, and writes what was asked for; whether nothing is wrong.
+///
+/// # Errors
+/// What cannot be understood or written, in words.
+pub fn run(options: &[&str]) -> Result<bool, String> {
+    let request = Request::parse(options)?;
+    let begin = std::time::Instant::now();
+    let tally = interrupt(&request)?;
+    print!("{}", words(&tally));
+    println!("{:.0} s", begin.elapsed().as_secs_f64());
+    let sound = tally.values().all(|row| row.faults.is_empty());
+    if let Some(path) = &request.json {
+        Stored { seed: request.seed, found: tally }.write(path)?;
+    }
+    Ok(sound)
+}
+
+/// The result on a terminal.
+#[must_use]
+pub fn words(tally: &Tally) -> String {
+    let mut out = String::new();
+    for (kind, Row { experiments, disturbances, anew, faults }) in tally {
+        out += &format!(
+            "{kind}: {experiments} runs, {disturbances} disturbances, {anew} begun anew, {} with faults\n",
+            faults.len()
+        );
+        for Case { index, words } in faults.iter().take(5) {
+            out += &format!("  {index}: {words}\n");
+        }
+    }
+    out
+}
