@@ -101,7 +101,7 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     Ok(files)
 }
 
-/// Whether the page is of the summary that the folder has. The page is the last file of [`write`]: of a run that was
+/// Whether the page is of the summary that the folder has. The page is the last file of [`write()`]: of a run that was
 /// killed while it was drawn, it is missing or older.
 #[must_use]
 pub fn is_current(folder: &RunFolder) -> bool {
