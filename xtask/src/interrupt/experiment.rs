@@ -183,7 +183,11 @@ impl Experiment<'_> {
                 self.call(&["plot", OUT], Disturbance::None)?;
             }
         }
-        if self.go_on(Disturbance::None)?.code != Some(0) {
+        let last = self.go_on(Disturbance::None)?;
+        if last.code != Some(0) {
+            if !matches!(self.kind, Kind::DamagedCheckpoint | Kind::CutTable) {
+                return Err(format!("it cannot be continued: {}", last.words));
+            }
             self.anew += 1; // it said why
             if self.out().is_dir() {
                 fs::remove_dir_all(self.out()).map_err(|error| error.to_string())?;

@@ -149,8 +149,8 @@ fn runs(out: &mut String, Stored { seed, found }: &Stored<InterruptTally>) {
         out,
         "\n## Runs that are disturbed\n\n{} runs of the program as a process, seed {seed}: bodies and beams, loops, point masses, variational and\n\
          energy–momentum schemes, sensors. A run is disturbed up to four times, at moments that the clock decides, continued after each time\n\
-         and at last to its end; one that cannot be continued says so and is begun anew. Then tables, plots, model and summary must be those\n\
-         of an undisturbed run, byte for byte (but for the time that it took). In between a disturbed run must leave whole rows, say why it\n\
+         and at last to its end; one with a damaged file may say that it cannot be continued, and is begun anew. Then tables, plots, model and\n\
+         summary must be those of an undisturbed run, byte for byte (but for the time that it took). In between a disturbed run must leave whole rows, say why it\n\
          ended, and let itself be drawn. Of two runs in one folder one must succeed, with nothing of the other.\n\n\
          | runs that are | number | disturbances | begun anew | faults |\n|---|---|---|---|---|\n",
         grouped(count)
