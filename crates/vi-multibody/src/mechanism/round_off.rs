@@ -8,7 +8,6 @@ use super::description::{BodySpec, Description};
 use crate::tree::particle::{Carrier, ParticleTree};
 use crate::tree::{FLOOR, Tree};
 use std::ops::Range;
-use vi_core::linear::norm_inf;
 use vi_core::newton::Block;
 
 /// Increments below this part of the coordinates are small: Newton's method calls `1e-9` of it round-off, some 50 ε.
@@ -55,13 +54,20 @@ impl RoundOff {
 
     /// Raises the floors of the blocks at `q`.
     pub(super) fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
-        let Self { increments, .. } = self;
         for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {
-            for unknown in block.range.clone() {
-                let Effect { point, share } = &increments[unknown % increments.len()];
-                block.floor = block.floor.max(RELATIVE * share * norm_inf(&q[point.clone()]));
-            }
+            let sizes = self.of(block).iter().map(|Effect { point, share }| {
+                let largest = q[point.clone()].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+                RELATIVE * share * largest
+            });
+            block.floor = sizes.fold(block.floor, f64::max); // NaN is for the residual to find
         }
+    }
+
+    /// The increments of a block that is not empty, of whatever control point.
+    fn of(&self, block: &Block) -> &[Effect] {
+        let (start, count) = (block.range.start, self.increments.len());
+        let first = if start < count { start } else { start % count };
+        &self.increments[first..first + block.range.len()]
     }
 
     /// Raises the floors of the blocks for a step over a distance, m: momenta are rounded to `ε` of themselves, and do not
@@ -71,10 +77,8 @@ impl RoundOff {
             return;
         }
         for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {
-            for unknown in block.range.clone() {
-                let share = self.increments[unknown % self.increments.len()].share;
-                block.floor = block.floor.max(RELATIVE * share * distance);
-            }
+            let sizes = self.of(block).iter().map(|effect| RELATIVE * effect.share * distance);
+            block.floor = sizes.fold(block.floor, f64::max);
         }
     }
 }
