@@ -44,7 +44,8 @@ impl Energies {
         model: &Model,
         mechanism: &Mechanism,
         dynamics: &Dynamics,
-        (q, initial): (&[f64], f64),
+        q: &[f64],
+        initial: f64,
     ) -> Self {
         let Dynamics { parts, forces, .. } = dynamics;
         let weighs = model.gravity().iter().any(|g| *g != 0.0);

@@ -125,7 +125,7 @@ impl Simulation {
         assembly.warnings.extend(limits.warnings());
         limits.begin();
         let energies =
-            Energies::new(model, method.mechanism(), &dynamics, (&first.q, first.hamiltonian));
+            Energies::new(model, method.mechanism(), &dynamics, &first.q, first.hamiltonian);
         let watch = EnergyWatch::default();
         sensors.begin(start);
         let iterations = 0.0;

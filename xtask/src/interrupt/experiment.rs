@@ -7,6 +7,7 @@ use super::results::{Results, torn};
 use crate::scratch::Scratch;
 use crate::soak::draw::Draw;
 use serde_json::Value;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -96,7 +97,6 @@ fn run_all(program: &Path) -> Result<Vec<Reference>, String> {
         let model = root.join(format!("examples/models/{name}.toml"));
         let (scratch, begin) = (Scratch::new("interrupt"), Instant::now());
         let words = run_words(&model, options);
-        let words: Vec<&str> = words.iter().map(String::as_str).collect();
         let run = Process::start(program, &words, scratch.path(), Disturbance::None)?;
         let Ended { code, words } = run.end()?;
         if code != Some(0) {
@@ -204,10 +204,8 @@ impl Experiment<'_> {
     fn two(&mut self, other: &Reference) -> Result<(), String> {
         let words = |of: &Reference| run_words(&of.model, of.options);
         let (first, second) = (words(self.reference), words(other));
-        let start = |words: &[String]| {
-            let words: Vec<&str> = words.iter().map(String::as_str).collect();
-            Process::start(self.program, &words, self.folder, Disturbance::None)
-        };
+        let start =
+            |words: &[String]| Process::start(self.program, words, self.folder, Disturbance::None);
         let one = start(&first)?;
         std::thread::sleep(self.reference.time.mul_f64(self.draw.between(0.0, 1.1)));
         let two = start(&second)?;
@@ -249,21 +247,17 @@ impl Experiment<'_> {
         if CHECKPOINTS.iter().any(|name| self.out().join(name).exists()) {
             return self.call(&["resume", OUT], disturbance);
         }
-        let words = run_words(&self.reference.model, self.reference.options);
-        let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        self.call(&words, disturbance)
+        self.call(&run_words(&self.reference.model, self.reference.options), disturbance)
     }
 
-    fn call(&self, words: &[&str], disturbance: Disturbance) -> Result<Ended, String> {
+    fn call(&self, words: &[impl AsRef<OsStr>], disturbance: Disturbance) -> Result<Ended, String> {
         let process = Process::start(self.program, words, self.folder, disturbance)?;
         let mut ended = process.end()?;
         let disturbed = disturbance != Disturbance::None && ended.code != Some(0);
         match self.defect {
             Some(Defect::NoWords) if disturbed => ended.words.clear(),
             Some(Defect::Panic) if disturbed => ended.words += "thread 'main' panicked",
-            Some(Defect::TornRow | Defect::Unnoticed) => {
-                self.defect.iter().for_each(|defect| defect.spoil(&self.out()));
-            }
+            Some(defect @ (Defect::TornRow | Defect::Unnoticed)) => defect.spoil(&self.out()),
             _ => {}
         }
         self.judge_words(&ended)?;
@@ -337,8 +331,8 @@ impl Experiment<'_> {
 
     /// The results are those of one of these.
     fn compare(&self, references: &[&Reference]) -> Result<(), String> {
-        if self.kind == Kind::Kill {
-            self.defect.iter().for_each(|defect| defect.spoil(&self.out()));
+        if let (Kind::Kill, Some(defect)) = (self.kind, self.defect) {
+            defect.spoil(&self.out());
         }
         let found = Results::read(&self.out())?;
         let differences: Option<Vec<String>> =

@@ -1,5 +1,6 @@
 //! The program as a process that is disturbed.
 
+use std::ffi::OsStr;
 use std::io::Read;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -41,7 +42,7 @@ impl Process {
     /// Starts the program with `words` in a folder.
     pub(super) fn start(
         program: &Path,
-        words: &[&str],
+        words: &[impl AsRef<OsStr>],
         folder: &Path,
         disturbance: Disturbance,
     ) -> Result<Self, String> {

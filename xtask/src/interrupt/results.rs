@@ -14,13 +14,10 @@ impl Results {
     pub(super) fn read(folder: &Path) -> Result<Self, String> {
         let said = |error: std::io::Error| format!("{}: {error}", folder.display());
         let mut files = BTreeMap::new();
-        for (within, is_result) in [
-            ("", &is_table as &dyn Fn(&str) -> bool),
-            ("plots", &|name: &str| name.ends_with(".svg")),
-        ] {
+        for within in ["", "plots"] {
             for entry in fs::read_dir(folder.join(within)).map_err(said)?.flatten() {
                 let name = entry.file_name().to_string_lossy().into_owned();
-                if is_result(&name) || name == "model.toml" {
+                if is_table(&name) || name.ends_with(".svg") || name == "model.toml" {
                     let bytes = fs::read(entry.path()).map_err(said)?;
                     files.insert(format!("{within}/{name}"), bytes);
                 }

@@ -54,20 +54,8 @@ impl RoundOff {
 
     /// Raises the floors of the blocks at `q`.
     pub(super) fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
-        for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {
-            let sizes = self.of(block).iter().map(|Effect { point, share }| {
-                let largest = q[point.clone()].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-                RELATIVE * share * largest
-            });
-            block.floor = sizes.fold(block.floor, f64::max); // NaN is for the residual to find
-        }
-    }
-
-    /// The increments of a block that is not empty, of whatever control point.
-    fn of(&self, block: &Block) -> &[Effect] {
-        let (start, count) = (block.range.start, self.increments.len());
-        let first = if start < count { start } else { start % count };
-        &self.increments[first..first + block.range.len()]
+        let size = |x: &[f64]| x.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        self.raise(blocks, |effect| size(&q[effect.point.clone()])); // NaN is for the residual to find
     }
 
     /// Raises the floors of the blocks for a step over a distance, m: momenta are rounded to `ε` of themselves, and do not
@@ -76,9 +64,18 @@ impl RoundOff {
         if RELATIVE * self.largest * distance <= FLOOR {
             return;
         }
+        self.raise(blocks, |_| distance);
+    }
+
+    /// Raises the floors of the blocks, of whatever control point, where lengths are rounded as those of a size (m) are.
+    fn raise(&self, blocks: &mut [Block], size: impl Fn(&Effect) -> f64) {
+        let count = self.increments.len();
         for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {
-            let sizes = self.of(block).iter().map(|effect| RELATIVE * effect.share * distance);
-            block.floor = sizes.fold(block.floor, f64::max);
+            let start = block.range.start;
+            let first = if start < count { start } else { start % count };
+            let own = &self.increments[first..first + block.range.len()];
+            let floors = own.iter().map(|effect| RELATIVE * effect.share * size(effect));
+            block.floor = floors.fold(block.floor, f64::max);
         }
     }
 }
