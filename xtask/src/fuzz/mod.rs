@@ -21,8 +21,7 @@ pub mod structure;
 pub mod tally;
 pub mod targets;
 
-use crate::reliability::stored::Stored;
-use holonom::sweep::Shard;
+use crate::reliability::part::{Part, number};
 use lane::{Lane, Watch};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -36,18 +35,12 @@ use targets::Target;
 pub struct Request {
     /// Executions of each target; by default as many as it deserves.
     pub executions: Option<u64>,
-    /// Seed.
-    pub seed: u64,
     /// Which part of the executions: of every target some lanes.
-    pub shard: Shard,
-    /// Threads.
-    pub jobs: usize,
+    pub part: Part,
     /// Names of the targets; all by default.
     pub targets: Vec<String>,
     /// Where inputs with faults are written.
     pub output: PathBuf,
-    /// Where the numbers are written.
-    pub json: Option<PathBuf>,
 }
 
 impl Request {
@@ -58,12 +51,9 @@ impl Request {
     pub fn parse(options: &[&str]) -> Result<Self, String> {
         let mut request = Self {
             executions: None,
-            seed: 1,
-            shard: Shard::WHOLE,
-            jobs: std::thread::available_parallelism().map_or(1, usize::from),
+            part: Part::default(),
             targets: Vec::new(),
             output: PathBuf::from("target/fuzz"),
-            json: None,
         };
         let mut rest = options.iter();
         while let Some(option) = rest.next() {
@@ -72,16 +62,10 @@ impl Request {
                 continue;
             }
             let value = rest.next().ok_or_else(|| format!("`{option}` needs a value"))?;
-            let number =
-                || value.parse::<u64>().map_err(|_| format!("{option} {value}: no number"));
             match *option {
-                "--executions" => request.executions = Some(number()?),
-                "--seed" => request.seed = number()?,
-                "--shard" => request.shard = value.parse()?,
-                "--jobs" => request.jobs = number()?.clamp(1, 1024) as usize,
+                "--executions" => request.executions = Some(number(option, value)?),
                 "-o" => request.output = PathBuf::from(value),
-                "--json" => request.json = Some(PathBuf::from(value)),
-                _ => return Err(format!("unknown option `{option}`")),
+                _ => request.part.take(option, value)?,
             }
         }
         Ok(request)
@@ -91,8 +75,8 @@ impl Request {
 /// Executes a target in lanes, several at a time. The result depends on the seed and the number of executions alone, but
 /// for times.
 pub fn fuzz(target: &dyn Target, executions: u64, request: &Request) -> Tally {
-    let mut lanes = Lane::all(request.seed, executions);
-    lanes.retain(|lane| request.shard.has(lane.number as usize));
+    let mut lanes = Lane::all(request.part.seed, executions);
+    lanes.retain(|lane| request.part.shard.has(lane.number as usize));
     let (next, total) = (AtomicUsize::new(0), Mutex::new(Tally::default()));
     let work = || {
         let mut own = Tally::default();
@@ -104,7 +88,7 @@ pub fn fuzz(target: &dyn Target, executions: u64, request: &Request) -> Tally {
         }
     };
     std::thread::scope(|scope| {
-        for _ in 0..request.jobs {
+        for _ in 0..request.part.jobs {
             // nested inputs need no more than the main thread of the program has
             let thread = std::thread::Builder::new().stack_size(8 << 20);
             drop(thread.spawn_scoped(scope, work));
@@ -125,7 +109,7 @@ fn absolute(path: &Path) -> Result<PathBuf, String> {
 pub fn run(options: &[&str]) -> Result<bool, String> {
     let mut request = Request::parse(options)?;
     request.output = absolute(&request.output)?; // a target may change the current folder
-    request.json = request.json.as_deref().map(absolute).transpose()?;
+    request.part.json = request.part.json.as_deref().map(absolute).transpose()?;
     let mut found: BTreeMap<String, Tally> = BTreeMap::new();
     let all = targets::all();
     for name in &request.targets {
@@ -150,8 +134,6 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
         found.insert(target.name().to_owned(), tally);
     }
     let sound = found.values().all(|tally| tally.faults.is_empty());
-    if let Some(path) = &request.json {
-        Stored { seed: request.seed, found }.write(path)?;
-    }
+    request.part.store(found)?;
     Ok(sound)
 }

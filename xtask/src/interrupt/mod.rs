@@ -19,11 +19,9 @@ pub mod tally;
 pub use experiment::Kind;
 
 use crate::program;
-use crate::reliability::stored::Stored;
+use crate::reliability::part::{Part, number};
 use defects::Defect;
 use experiment::{Outcome, experiment, references};
-use holonom::sweep::Shard;
-use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tally::{Case, Row, Tally};
@@ -33,14 +31,8 @@ use tally::{Case, Row, Tally};
 pub struct Request {
     /// Experiments.
     pub count: u64,
-    /// Their seed.
-    pub seed: u64,
     /// Which part of them.
-    pub shard: Shard,
-    /// Threads.
-    pub jobs: usize,
-    /// Where the numbers are written.
-    pub json: Option<PathBuf>,
+    pub part: Part,
 }
 
 impl Request {
@@ -49,20 +41,13 @@ impl Request {
     /// # Errors
     /// What cannot be understood, in words.
     pub fn parse(options: &[&str]) -> Result<Self, String> {
-        let jobs = std::thread::available_parallelism().map_or(1, usize::from);
-        let mut request = Self { count: 3500, seed: 1, shard: Shard::WHOLE, jobs, json: None };
+        let mut request = Self { count: 3500, part: Part::default() };
         let mut rest = options.iter();
         while let Some(option) = rest.next() {
             let value = rest.next().ok_or_else(|| format!("`{option}` needs a value"))?;
-            let number =
-                || value.parse::<u64>().map_err(|_| format!("{option} {value}: no number"));
             match *option {
-                "--count" => request.count = number()?,
-                "--seed" => request.seed = number()?,
-                "--shard" => request.shard = value.parse()?,
-                "--jobs" => request.jobs = number()?.clamp(1, 1024) as usize,
-                "--json" => request.json = Some(PathBuf::from(value)),
-                _ => return Err(format!("unknown option `{option}`")),
+                "--count" => request.count = number(option, value)?,
+                _ => request.part.take(option, value)?,
             }
         }
         Ok(request)
@@ -91,11 +76,12 @@ pub fn interrupt(request: &Request) -> Result<Tally, String> {
             if index >= request.count {
                 break;
             }
-            if !request.shard.has(index as usize) {
+            if !request.part.shard.has(index as usize) {
                 continue;
             }
             let kind = Kind::ALL[index as usize % Kind::ALL.len()];
-            let outcome = experiment(&program, references, (request.seed, index), (kind, None));
+            let outcome =
+                experiment(&program, references, (request.part.seed, index), (kind, None));
             let Outcome { disturbances, anew, fault } = outcome;
             let faults = fault.map(|words| Case { index, words }).into_iter().collect();
             let row = Row { experiments: 1, disturbances, anew, faults };
@@ -104,7 +90,7 @@ pub fn interrupt(request: &Request) -> Result<Tally, String> {
             }
         }
     };
-    std::thread::scope(|scope| (0..request.jobs).for_each(|_| drop(scope.spawn(work))));
+    std::thread::scope(|scope| (0..request.part.jobs).for_each(|_| drop(scope.spawn(work))));
     Ok(total.into_inner().unwrap_or_default())
 }
 
@@ -131,9 +117,7 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
     print!("{}", words(&tally));
     println!("{:.0} s", begin.elapsed().as_secs_f64());
     let sound = tally.values().all(|row| row.faults.is_empty());
-    if let Some(path) = &request.json {
-        Stored { seed: request.seed, found: tally }.write(path)?;
-    }
+    request.part.store(tally)?;
     Ok(sound)
 }
 

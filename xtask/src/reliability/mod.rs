@@ -3,6 +3,7 @@
 //! | file | concept |
 //! |---|---|
 //! | [`stored`], `page` | the numbers of the harnesses, and the page from them |
+//! | [`part`] | options of all harnesses |
 //! | [`mutants`] | defects made on purpose, which the harnesses must find |
 //! | [`guard`] | panics as data |
 //! | [`shape`] | kinds of messages |
@@ -10,6 +11,7 @@
 pub mod guard;
 pub mod mutants;
 mod page;
+pub mod part;
 pub mod shape;
 pub mod stored;
 

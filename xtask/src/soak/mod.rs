@@ -22,11 +22,10 @@ pub mod trace;
 
 pub use invariants::{Measured, bounds};
 
-use crate::reliability::stored::Stored;
+use crate::reliability::part::{Part, number};
 use crate::text_file;
 use defects::Defect;
 use generate::mechanism;
-use holonom::sweep::Shard;
 use judge::{Checks, judge};
 use minimise::minimise;
 use std::path::{Path, PathBuf};
@@ -39,16 +38,10 @@ use tally::{Case, Tally};
 pub struct Request {
     /// Mechanisms.
     pub count: u64,
-    /// Their seed.
-    pub seed: u64,
     /// Which part of them.
-    pub shard: Shard,
-    /// Threads.
-    pub jobs: usize,
+    pub part: Part,
     /// Where models with faults are written.
     pub output: PathBuf,
-    /// Where the numbers are written.
-    pub json: Option<PathBuf>,
 }
 
 impl Request {
@@ -57,14 +50,8 @@ impl Request {
     /// # Errors
     /// What cannot be understood, in words.
     pub fn parse(options: &[&str]) -> Result<Self, String> {
-        let mut request = Self {
-            count: 1_000_000,
-            seed: 1,
-            shard: Shard::WHOLE,
-            jobs: std::thread::available_parallelism().map_or(1, usize::from),
-            output: PathBuf::from("target/soak"),
-            json: None,
-        };
+        let mut request =
+            Self { count: 1_000_000, part: Part::default(), output: PathBuf::from("target/soak") };
         let mut rest = options.iter();
         while let Some(option) = rest.next() {
             if *option == "--quick" {
@@ -72,16 +59,10 @@ impl Request {
                 continue;
             }
             let value = rest.next().ok_or_else(|| format!("`{option}` needs a value"))?;
-            let number =
-                || value.parse::<u64>().map_err(|_| format!("{option} {value}: no number"));
             match *option {
-                "--count" => request.count = number()?,
-                "--seed" => request.seed = number()?,
-                "--shard" => request.shard = value.parse()?,
-                "--jobs" => request.jobs = number()?.clamp(1, 1024) as usize,
+                "--count" => request.count = number(option, value)?,
                 "-o" => request.output = PathBuf::from(value),
-                "--json" => request.json = Some(PathBuf::from(value)),
-                _ => return Err(format!("unknown option `{option}`")),
+                _ => request.part.take(option, value)?,
             }
         }
         Ok(request)
@@ -100,8 +81,11 @@ pub fn soak(request: &Request, progress: &(dyn Fn(u64) + Sync)) -> Tally {
                 break;
             }
             let chunk = begin..(begin + CHUNK).min(request.count);
-            for index in chunk.filter(|index| request.shard.has(*index as usize)) {
-                own.take(index, judge(&mechanism(request.seed, index), Checks::of(index), None));
+            for index in chunk.filter(|index| request.part.shard.has(*index as usize)) {
+                own.take(
+                    index,
+                    judge(&mechanism(request.part.seed, index), Checks::of(index), None),
+                );
             }
             progress(begin + CHUNK);
         }
@@ -109,7 +93,7 @@ pub fn soak(request: &Request, progress: &(dyn Fn(u64) + Sync)) -> Tally {
             total.add(own);
         }
     };
-    std::thread::scope(|scope| (0..request.jobs).for_each(|_| drop(scope.spawn(work))));
+    std::thread::scope(|scope| (0..request.part.jobs).for_each(|_| drop(scope.spawn(work))));
     total.into_inner().unwrap_or_default()
 }
 
@@ -144,12 +128,10 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
     println!("{:.0} s", begin.elapsed().as_secs_f64());
     for case in tally.faults.iter().take(20) {
         let path = reduced(&request, case)?;
-        println!("{}-{}: {}: {}", request.seed, case.index, case.fault.words, path.display());
+        println!("{}-{}: {}: {}", request.part.seed, case.index, case.fault.words, path.display());
     }
     let sound = tally.faults.is_empty();
-    if let Some(path) = &request.json {
-        Stored { seed: request.seed, found: tally }.write(path)?;
-    }
+    request.part.store(tally)?;
     Ok(sound)
 }
 
@@ -171,9 +153,10 @@ fn single(path: &Path) -> Result<bool, String> {
 
 /// Writes the smallest model with the fault of a case.
 fn reduced(request: &Request, case: &Case) -> Result<PathBuf, String> {
-    let model = mechanism(request.seed, case.index);
+    let model = mechanism(request.part.seed, case.index);
     let smallest = minimise(&model, (Checks::of(case.index), None), &case.fault);
-    let name = format!("{:?}-{}-{}.toml", case.fault.kind, request.seed, case.index).to_lowercase();
+    let name =
+        format!("{:?}-{}-{}.toml", case.fault.kind, request.part.seed, case.index).to_lowercase();
     let path = request.output.join(name);
     let text = format!("# {}\n{}", case.fault.words.replace('\n', " "), smallest.to_toml());
     std::fs::create_dir_all(&request.output)
