@@ -2,16 +2,19 @@
 
 use super::case::{BodyCase, Deviation, Runs, Tolerance, distance};
 use super::rigid::{self, JointCase, SpringCase};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use serde_json::Value;
+use std::collections::HashMap;
+use vi_beam::{BeamModel, MassKind, Section, StrainRule};
+use vi_constraints::discretization::Step;
 use vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
 use vi_core::force::{Force, MidpointForce};
 use vi_core::galerkin::{GaussLobatto, Stages};
 use vi_core::sparse::Entries;
-use vi_core::{MechanicalSystem, Quadrature, SeparableSystem, SparseMatrix};
+use vi_core::{Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::builder::MechanismBuilder;
-use vi_multibody::mechanism::Mechanism;
+use vi_multibody::mechanism::{BodySpec, Mechanism};
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 
 /// A case, with what of the library has no Galerkin form in the place of its system.
@@ -34,6 +37,7 @@ struct Settings {
 enum Subject {
     Pendulum(Pendulum),
     Bodies(Bodies),
+    Beam(Beam),
 }
 
 #[derive(Deserialize)]
@@ -52,6 +56,22 @@ struct Bodies {
     joints: Vec<JointCase>,
     springs: Vec<SpringCase>,
     forces: Option<Forces>,
+}
+
+/// A free beam with lumped masses, free of strain initially.
+#[derive(Deserialize)]
+struct Beam {
+    elements: Vec<[usize; 2]>,
+    length: f64,
+    stiffness: HashMap<String, f64>,
+    #[serde(rename = "rhoA")]
+    rho_a: f64,
+    #[serde(rename = "rhoI")]
+    rho_i: [f64; 3],
+    gravity: [f64; 3],
+    q0: Vec<f64>,
+    v0: Vec<f64>,
+    quadrature: String,
 }
 
 /// A follower wrench on body 1, damping of body 0, in director form at the Gauss nodes.
@@ -84,7 +104,9 @@ impl GalerkinCase {
             _ if value.get("drive").is_some() => Err("a prescribed motion"),
             _ if word("force_form") == Some("control_points") => Err("forces in node form"),
             (_, Some("lobatto")) => Err("Lobatto quadrature"),
-            (Some("beam"), _) => Err("a beam"),
+            (Some("beam"), Some("gauss" | "interpolated_strains")) => {
+                Ok(Subject::Beam(Beam::deserialize(value).map_err(unreadable)?))
+            }
             (Some("pendulum2d"), Some("gauss")) => {
                 Ok(Subject::Pendulum(Pendulum::deserialize(value).map_err(unreadable)?))
             }
@@ -144,13 +166,10 @@ impl GalerkinCase {
                 return Err(format!("no output at step {n}"));
             }
             let mut energy = 0.0;
-            let taken = run.step_with(&mut |system, _, step| {
-                for node in step.gauss {
-                    let at = vi_core::Configuration::new(node.t, &node.q);
-                    let kinetic = system.kinetic_energy(&node.v);
-                    energy += node.weight * (kinetic + system.potential_energy(at));
-                }
-            });
+            let mut read = |system: &SeparableSystem, step: Step<'_>| {
+                energy = step.discrete_energy(system);
+            };
+            let taken = run.step_with(&mut |system, _, step| read(system, step));
             taken.map_err(|e| format!("step {n}: {e}"))?;
             if let Some(e_d) = output.filter(|_| listed).and_then(|output| output.e_d) {
                 deviation.energy(energy, e_d, tolerance);
@@ -209,7 +228,41 @@ impl Subject {
                 let system = forces.iter().fold(system, forced);
                 Ok((mechanism, system))
             }
+            Self::Beam(beam) => beam.build(),
         }
+    }
+}
+
+impl Beam {
+    fn build(&self) -> Result<(Mechanism, SeparableSystem), String> {
+        let mut model = BeamModel::new(self.gravity.into());
+        for k in 0..self.q0.len() / 12 {
+            let triad = |x: &[f64]| Matrix3::from_columns(&[1, 2, 3].map(|i| column(x, k, i)));
+            let (d, rates) = (triad(&self.q0), triad(&self.v0));
+            let omega = (0..3).map(|i| d.column(i).cross(&rates.column(i))).sum::<Vector3<f64>>();
+            model.add_frame(BodySpec {
+                name: format!("node {k}"),
+                body: None,
+                center: column(&self.q0, k, 0),
+                triad: d,
+                velocity: column(&self.v0, k, 0),
+                omega: 0.5 * omega,
+            });
+        }
+        let stiffness = ["GA1", "GA2", "EA", "EI1", "EI2", "GJ"].map(|key| self.stiffness[key]);
+        let inertia = [self.rho_a, self.rho_i[0], self.rho_i[1], self.rho_i[2]];
+        let section = Section::new(stiffness, inertia).map_err(|e| e.to_string())?;
+        let section = model.elements.add_section(section);
+        let q = model.configuration();
+        for nodes in &self.elements {
+            let added = model.elements.add_stress_free(*nodes, self.length, section, &q);
+            added.map_err(|e| e.to_string())?;
+        }
+        model.elements.set_mass(0..self.elements.len(), MassKind::Lumped);
+        let mechanism = model.mechanism();
+        let rule = if self.quadrature == "gauss" { StrainRule::Midpoint } else { StrainRule::Averaged };
+        let system = model.system(&mechanism, rule);
+        Ok((mechanism, system))
     }
 }
 

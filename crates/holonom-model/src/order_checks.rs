@@ -1,7 +1,7 @@
 //! What a readable `[simulation]` may get wrong about the order and how it is reached.
 
 use super::checks::Checker;
-use super::settings::{HighOrder, Quadrature, Scheme};
+use super::settings::{HighOrder, Quadrature, Scheme, Strain};
 use vi_core::Composition;
 use vi_core::galerkin::Stages;
 
@@ -35,8 +35,9 @@ impl Checker<'_> {
         if settings.quadrature != Quadrature::Midpoint {
             self.report("simulation.quadrature", lacks("with this quadrature".into()), help);
         }
-        if !self.model.beams.is_empty() {
-            self.report("simulation.method", lacks("for beams".into()), help);
+        if !self.model.beams.is_empty() && settings.strain == Strain::Dissipative {
+            let help = "write strain = \"averaged\", or method = \"composition\"";
+            self.report("simulation.strain", lacks("of this strain energy".into()), help);
         }
     }
 }

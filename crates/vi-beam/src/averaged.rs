@@ -35,7 +35,9 @@
 
 use crate::element::{Element, Elements};
 use crate::strain::{Coordinates, Strain};
+use crate::strained::{Strained, TwoNode};
 use vi_core::Configuration;
+use vi_core::interpolation::StrainInterpolation;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
@@ -84,6 +86,13 @@ impl AveragedStrains {
     pub fn mass_scaled(elements: Elements, most: f64, slowness: Vec<f64>) -> Self {
         assert_eq!(elements.list().len(), slowness.len(), "one frequency for each element");
         Self { elements, most, slowness }
+    }
+
+    /// All elements.
+    pub(crate) fn each(&self, visit: &mut dyn FnMut(&dyn Strained)) {
+        for element in self.elements.list() {
+            visit(&TwoNode { element, section: self.elements.section(element) });
+        }
     }
 
     /// Elements with their stiffness and their `μ` in a step `h`.
@@ -170,6 +179,10 @@ impl DiscretePotential for AveragedStrains {
 
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.elements.add_hessian(at.q, scale, out);
+    }
+
+    fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
+        (!self.adds_mass()).then_some(self)
     }
 }
 

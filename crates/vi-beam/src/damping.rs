@@ -30,6 +30,7 @@ use crate::high_order::HighOrderElements;
 use crate::strained::{Strained, TwoNode};
 use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force};
+use vi_core::interpolation::StrainInterpolation;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 
@@ -65,7 +66,7 @@ impl StrainDamping {
     }
 
     /// All that is strained and damped, with `θ` in a step `h`.
-    fn each(&self, h: f64, visit: &mut dyn FnMut(&dyn Strained, f64)) {
+    pub(crate) fn each(&self, h: f64, visit: &mut dyn FnMut(&dyn Strained, f64)) {
         let theta = |order: usize, element: usize| match &self.slowness {
             Some(slowness) => 4.0 * scaling(MASS_SCALING, slowness[order][element], h),
             None => 0.0,
@@ -130,6 +131,10 @@ impl DiscreteForce for StrainDamping {
 
     fn is_dissipative(&self) -> bool {
         true
+    }
+
+    fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
+        self.slowness.is_none().then_some(self)
     }
 }
 

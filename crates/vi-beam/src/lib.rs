@@ -10,6 +10,7 @@
 //! | [`section`] | stiffnesses and inertias, from numbers or from shape and material |
 //! | [`element`] | energy, gradient, Hessian, mass |
 //! | [`averaged`] | the averaged-strain discrete potential |
+//! | [`interpolated`] | strains and material damping in Galerkin steps |
 //! | [`damping`] | material damping |
 //! | [`dissipation`] | algorithmic dissipation of unresolved vibrations |
 //! | [`high_order`] | elements with three or four nodes |
@@ -32,6 +33,7 @@ pub mod dissipation;
 pub mod element;
 pub mod frequency;
 pub mod high_order;
+pub mod interpolated;
 pub mod mesh;
 pub mod model;
 pub mod section;

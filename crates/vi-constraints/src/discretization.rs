@@ -9,6 +9,7 @@ use crate::galerkin::GaussPoint;
 use crate::node::{Node, NodeObserver};
 use crate::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
+use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
 use vi_core::legendre;
 use vi_core::linear::Singular;
@@ -23,12 +24,21 @@ pub struct Step<'a> {
     pub s: &'a Interval,
     /// Its Gauss nodes, of Galerkin schemes; else empty.
     pub gauss: &'a [GaussPoint],
+    /// Its polynomial, of Galerkin schemes.
+    pub polynomial: Option<StepPolynomial<'a>>,
     /// `h²λ` over all constraints, shape `m`, of schemes that find the multiplier of the step; else empty.
     pub multipliers: &'a [f64],
 }
 
-impl Step<'_> {
-    /// `E_d = −∂L_d/∂h` (52), J: of Galerkin schemes `Σ_k b_k [½ V_kᵀ M V_k + V(Q_k)]` [2.32].
+impl<'a> Step<'a> {
+    /// Without control points.
+    #[must_use]
+    pub fn single(s: &'a Interval, multipliers: &'a [f64]) -> Self {
+        Self { s, gauss: &[], polynomial: None, multipliers }
+    }
+
+    /// `E_d = −∂L_d/∂h` (52), J: of Galerkin schemes `Σ_k b_k [½ V_kᵀ M V_k + V(Q_k)]` [2.32], and `U_d` of interpolated
+    /// strains.
     #[must_use]
     pub fn discrete_energy(&self, system: &impl DiscreteLagrangian) -> f64 {
         if self.gauss.is_empty() {
@@ -36,9 +46,11 @@ impl Step<'_> {
         }
         let energy = |node: &GaussPoint| {
             let at = Configuration { t: node.t, q: &node.q, angles: &self.s.angles };
-            node.weight * (system.kinetic_energy(&node.v) + system.potential_energy(at))
+            node.weight * (system.kinetic_energy(&node.v) + system.gauss_energy(at))
         };
-        self.gauss.iter().map(energy).sum()
+        let strains = system.interpolation().zip(self.polynomial);
+        let strains = strains.map_or(0.0, |(strains, polynomial)| strains.energy(&polynomial));
+        strains + self.gauss.iter().map(energy).sum::<f64>()
     }
 }
 

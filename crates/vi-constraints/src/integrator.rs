@@ -377,7 +377,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             if let Some(each) = &mut each {
                 scheme.interpolate();
                 let (multipliers, gauss) = (&state.memory.multipliers, scheme.gauss());
-                each(system, constraints, Step { s: scheme.interval(), multipliers, gauss });
+                let (s, polynomial) = (scheme.interval(), scheme.polynomial());
+                each(system, constraints, Step { s, multipliers, gauss, polynomial });
             }
             total.iterations += report.iterations;
             total.restarts += report.restarts;
@@ -418,8 +419,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         if of_state {
             return observer.observe_state(system, constraints, before, 0.0);
         }
-        let step =
-            Step { s: scheme.interval(), multipliers: &state.memory.multipliers, gauss: &[] };
+        let step = Step::single(scheme.interval(), &state.memory.multipliers);
         observer.observe(system, constraints, before, step)
     }
 
@@ -443,7 +443,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let s = std::mem::replace(scheme.interval_mut(), last);
         trial?;
         let observer = observer_at(state, observer, start_observer);
-        let step = Step { s: &s, multipliers: &next.memory.multipliers, gauss: &[] };
+        let step = Step::single(&s, &next.memory.multipliers);
         Ok(observer.observe(system, constraints, state, step)?)
     }
 

@@ -9,6 +9,7 @@ use crate::saddle_point::SaddlePoint;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
+use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
 use vi_core::linear::condition_number;
 use vi_core::newton::{
@@ -367,6 +368,10 @@ pub trait Scheme<S, C>: Send {
     /// The Gauss nodes of the last [`Scheme::interpolate`], of Galerkin schemes; the others have none.
     fn gauss(&self) -> &[GaussPoint] {
         &[]
+    }
+    /// The polynomial of the last [`Scheme::interpolate`], of Galerkin schemes.
+    fn polynomial(&self) -> Option<StepPolynomial<'_>> {
+        None
     }
     /// The interval of the last step.
     fn interval(&self) -> &Interval;

@@ -19,6 +19,7 @@
 
 use crate::configuration::Configuration;
 use crate::force::DiscreteForce;
+use crate::interpolation::{StepPolynomial, StrainInterpolation};
 use crate::interval::Interval;
 use crate::isotropic::IsotropicBlocks;
 use crate::mechanical_system::MechanicalSystem;
@@ -46,6 +47,10 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     /// Emits `scale ∇²V(q)` of the continuous potential, shape `n × n`; always the same places in the same order. No
     /// step needs it: it is part of the tangent of a step.
     fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
+    /// The same at a Gauss node, without [`MechanicalSystem::interpolation`].
+    fn gauss_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.potential_hessian(at, scale, out);
+    }
     /// `out ← out + f_d^-(q_n, q_{n+1})`, N·s.
     fn add_force_minus(&self, _s: &Interval, _out: &mut [f64]) {}
     /// `out ← out + f_d^+(q_n, q_{n+1})`, N·s.
@@ -214,7 +219,8 @@ impl SeparableSystem {
         }
     }
 
-    /// Adds `scale f·v` of each discrete force to `out`, in the order in which they were added; `scratch`: shape `n`.
+    /// Adds `scale f·v` of each discrete force at a Gauss node to `out`, in the order in which they were added, but for
+    /// those of strain rates; `scratch`: shape `n`.
     pub fn add_power(
         &self,
         at: Configuration<'_>,
@@ -223,7 +229,8 @@ impl SeparableSystem {
         scratch: &mut [f64],
         out: &mut [f64],
     ) {
-        for (force, work) in self.forces.iter().zip(out) {
+        let pointwise = |force: &&Box<dyn DiscreteForce>| force.interpolation().is_none();
+        for (force, work) in self.forces.iter().zip(out).filter(|(force, _)| pointwise(force)) {
             scratch.fill(0.0);
             force.add_continuous(at, v, scratch);
             *work += scale * scratch.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
@@ -249,6 +256,19 @@ impl SeparableSystem {
     /// Emits `−∂f/∂v`, shape `n × n`, N·s/m; always the same places in the same order.
     pub fn damping(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
         self.forces.iter().for_each(|force| force.add_damping(at, v, -1.0, out));
+    }
+
+    /// Adds the work of each force of strain rates in a Galerkin step to `out`, in the order in which forces were added.
+    pub fn add_interpolated_work(&self, step: &StepPolynomial<'_>, out: &mut [f64]) {
+        for (force, work) in self.forces.iter().zip(out) {
+            *work += force.interpolation().map_or(0.0, |own| own.work(step));
+        }
+    }
+
+    /// What of a Galerkin step depends on interpolated strains.
+    fn interpolations(&self) -> impl Iterator<Item = &dyn StrainInterpolation> {
+        let potentials = self.potentials.iter().filter_map(|potential| potential.interpolation());
+        potentials.chain(self.forces.iter().filter_map(|force| force.interpolation()))
     }
 }
 
@@ -297,6 +317,56 @@ impl MechanicalSystem for SeparableSystem {
     fn has_memory(&self) -> bool {
         self.internal_variables() > 0
     }
+
+    fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
+        self.interpolations().next().map(|_| self as &dyn StrainInterpolation)
+    }
+
+    fn gauss_energy(&self, at: Configuration<'_>) -> f64 {
+        let pointwise = self.potentials.iter().filter(|own| own.interpolation().is_none());
+        pointwise.map(|u| u.potential(at)).sum()
+    }
+
+    fn add_gauss_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        for potential in self.potentials.iter().filter(|own| own.interpolation().is_none()) {
+            potential.add_gradient(at, -1.0, out);
+        }
+        for force in self.forces.iter().filter(|own| own.interpolation().is_none()) {
+            force.add_continuous(at, v, out);
+        }
+    }
+
+    fn potential_stiffness(&self, at: Configuration<'_>, out: &mut dyn Entries) {
+        self.potential_hessian(at, 1.0, out);
+    }
+
+    fn force_damping(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
+        self.damping(at, v, out);
+    }
+}
+
+impl StrainInterpolation for SeparableSystem {
+    fn energy(&self, step: &StepPolynomial<'_>) -> f64 {
+        self.interpolations().map(|own| own.energy(step)).sum()
+    }
+
+    fn work(&self, step: &StepPolynomial<'_>) -> f64 {
+        self.interpolations().map(|own| own.work(step)).sum()
+    }
+
+    fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
+        self.interpolations().for_each(|own| own.add_impulses(step, out));
+    }
+
+    fn add_derivative(
+        &self,
+        step: &StepPolynomial<'_>,
+        at: (usize, usize),
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.interpolations().for_each(|own| own.add_derivative(step, at, scale, out));
+    }
 }
 
 impl DiscreteLagrangian for SeparableSystem {
@@ -344,6 +414,12 @@ impl DiscreteLagrangian for SeparableSystem {
 
     fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.potentials.iter().for_each(|potential| potential.add_hessian(at, scale, out));
+    }
+
+    fn gauss_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        for potential in self.potentials.iter().filter(|own| own.interpolation().is_none()) {
+            potential.add_hessian(at, scale, out);
+        }
     }
 
     fn add_force_minus(&self, s: &Interval, out: &mut [f64]) {

@@ -93,6 +93,10 @@ pub struct GaussLobatto {
     pub D: DMatrix<f64>,
     /// `K_ij` on the grid, shape `(s + 1) × (s + 1)`.
     pub K: DMatrix<f64>,
+    /// `S = Eᵀ diag(b) E`, shape `(s + 1) × (s + 1)`: weights of products of strains.
+    pub S: DMatrix<f64>,
+    /// `N = Eᵀ diag(b) D`, shape `(s + 1) × (s + 1)`: weights of products of strains and strain rates.
+    pub N: DMatrix<f64>,
     /// The inverse of `K̂ = K[0 … s−1; 1 … s]`, shape `s × s`; row: control point `1 … s`, column: `0 … s − 1`.
     pub K_hat_inverse: DMatrix<f64>,
     /// `ℓ_j(1 + c̃_i)`, shape `s × (s + 1)`; row: `i = 1 … s`. The polynomial of a step at the next control points.
@@ -110,11 +114,30 @@ impl GaussLobatto {
         let D = DMatrix::from_fn(s, s + 1, |k, j| lagrange_rate(&nodes, j, gauss_nodes[k]));
         let exact = D.transpose() * DMatrix::from_diagonal(&gauss_weights.clone().into()) * &D;
         let K = on_grid(&exact); // [2.24]
+        let weighted = |A: &DMatrix<f64>| {
+            let product = |i: usize, j: usize| {
+                (0..s).map(|k| gauss_weights[k] * E[(k, i)] * A[(k, j)]).sum::<f64>()
+            };
+            DMatrix::from_fn(s + 1, s + 1, product)
+        };
+        let (S, N) = (weighted(&E), weighted(&D)); // [6.33], [6.34]
         let K_hat_inverse = inverse(&K.view((0, 1), (s, s)).into_owned())
             .expect("the polynomial of a step is determined by its control points");
         let extrapolation =
             DMatrix::from_fn(s, s + 1, |i, j| lagrange(&nodes, j, 1.0 + nodes[i + 1]));
-        Self { nodes, weights, gauss_nodes, gauss_weights, E, D, K, K_hat_inverse, extrapolation }
+        Self {
+            nodes,
+            weights,
+            gauss_nodes,
+            gauss_weights,
+            E,
+            D,
+            K,
+            S,
+            N,
+            K_hat_inverse,
+            extrapolation,
+        }
     }
 
     /// `s`.

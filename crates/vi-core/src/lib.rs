@@ -20,6 +20,8 @@
 //! | [`quadratic_eigen`] | `(λ² M + λ C + K) x = 0`: damped and gyroscopic vibrations |
 //! | [`composition`] | orders 4, 6, 8 |
 //! | [`galerkin`] | constants of the schemes of order `2s` with `s` control points per step |
+//! | [`interpolation`] | strains interpolated between control points |
+//! | [`galerkin_pencil`] | their matrix with stiff forces, diagonal in the control points |
 //! | [`compensation`] | rounding errors of a step, given to the next one |
 //! | [`state`] | all that the future of a motion depends on |
 //! | [`momentum_map`] | discrete Noether quantities |
@@ -40,6 +42,8 @@ pub mod discrete_lagrangian;
 pub mod eigen;
 pub mod force;
 pub mod galerkin;
+pub mod galerkin_pencil;
+pub mod interpolation;
 pub mod interval;
 pub mod isotropic;
 pub mod lanes;

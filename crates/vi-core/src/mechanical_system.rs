@@ -5,6 +5,7 @@
 //! ```
 
 use crate::configuration::Configuration;
+use crate::interpolation::StrainInterpolation;
 use crate::sparse::{Entries, Product, SparseMatrix};
 
 /// A mechanical system: a constant mass matrix, a potential, generalized forces.
@@ -38,6 +39,25 @@ pub trait MechanicalSystem: Send + Sync {
     fn has_memory(&self) -> bool {
         false
     }
+    /// What of a Galerkin step depends on interpolated strains; `None` for most systems. The rest is evaluated at Gauss
+    /// nodes.
+    fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
+        None
+    }
+    /// `V(q)` at a Gauss node without [`MechanicalSystem::interpolation`], J.
+    fn gauss_energy(&self, at: Configuration<'_>) -> f64 {
+        self.potential_energy(at)
+    }
+    /// `out ← out + f − ∇V` at a Gauss node without [`MechanicalSystem::interpolation`], shape `n`, N.
+    fn add_gauss_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.add_potential_gradient(at, -1.0, out);
+        self.add_force(at, v, out);
+    }
+    /// Emits `∇²V(q)`, shape `n × n`; always the same places in the same order. For iterations: nothing is allowed.
+    fn potential_stiffness(&self, _at: Configuration<'_>, _out: &mut dyn Entries) {}
+    /// Emits `−∂f/∂v`, shape `n × n`, N·s/m; always the same places in the same order. For iterations: nothing is
+    /// allowed.
+    fn force_damping(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut dyn Entries) {}
 
     /// Number `n` of coordinates.
     fn dim(&self) -> usize {

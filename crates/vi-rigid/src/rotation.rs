@@ -164,6 +164,13 @@ pub fn tangent(theta: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() + skew(theta) * gap + skew_square(theta) * sine_gap(square.sqrt())
 }
 
+/// `T(θ)⁻¹ ω`.
+#[must_use]
+pub fn untangent(theta: &Vector3<f64>, omega: &Vector3<f64>) -> Vector3<f64> {
+    let across = theta.cross(omega);
+    omega - 0.5 * across + kappa(theta.norm_squared()) * theta.cross(&across)
+}
+
 /// One Newton–Schulz step `X ← X (3I − XᵀX)/2` towards the orthogonal polar factor of `X`.
 ///
 /// The defect `δ` of [`orthonormality_defect`] becomes `¾δ² + O(δ³)`, down to round-off.

@@ -76,8 +76,10 @@ impl Work {
     }
 
     /// Adds a (sub-)step of a variational scheme.
-    pub(crate) fn add(&mut self, system: &SeparableSystem, Step { s, gauss, .. }: Step<'_>) {
-        if !gauss.is_empty() {
+    pub(crate) fn add(&mut self, system: &SeparableSystem, step: Step<'_>) {
+        let Step { s, gauss, polynomial, .. } = step;
+        if let Some(polynomial) = polynomial {
+            system.add_interpolated_work(&polynomial, &mut self.parts);
             for node in gauss {
                 let at = Configuration { t: node.t, q: &node.q, angles: &s.angles };
                 let scale = s.h * node.weight;

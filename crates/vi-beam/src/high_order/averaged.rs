@@ -2,7 +2,9 @@
 
 use super::{HighOrderElements, Station, Strain};
 use crate::averaged::scaling;
+use crate::strained::Strained;
 use vi_core::Configuration;
+use vi_core::interpolation::StrainInterpolation;
 use vi_core::interval::Interval;
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::Entries;
@@ -39,6 +41,11 @@ impl AveragedHighOrder {
         let slowness =
             stations.flat_map(|(member, own)| vec![*own; member.stations.len()]).collect();
         Self { elements, most, slowness }
+    }
+
+    /// All Gauss points.
+    pub(crate) fn each(&self, visit: &mut dyn FnMut(&dyn Strained)) {
+        self.elements.each(&mut |_, station| visit(station));
     }
 
     /// Stations with their `μ` in a step `h`.
@@ -145,5 +152,9 @@ impl DiscretePotential for AveragedHighOrder {
 
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.elements.add_hessian(at.q, scale, out);
+    }
+
+    fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
+        (!self.adds_mass()).then_some(self)
     }
 }

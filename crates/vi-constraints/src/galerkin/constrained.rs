@@ -7,7 +7,8 @@
 //! [ G(q_j)       0     ]
 //! ```
 //! The matrix leaves out `∇²V` and the variation of `Gᵀ`, so the corrections contract by a ratio of `O(h)`; the
-//! residual is exact. Sparse LU for any `g`; no null space is needed. It serves small systems and, as a form of its
+//! residual is exact. With interpolated strains, which may be stiff, it has both: it is then that of Newton's method but
+//! for what is evaluated at Gauss nodes. Sparse LU for any `g`; no null space is needed. It serves small systems and, as a form of its
 //! own, the verification of the nodal scheme.
 #![allow(non_snake_case)] // K
 
@@ -18,6 +19,7 @@ use crate::scheme::{Scheme, StepError, SubStep};
 use crate::unknowns::{self, coordinates_and_multipliers};
 use vi_core::Configuration;
 use vi_core::galerkin::Stages;
+use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
 use vi_core::linear::SparseLu;
 use vi_core::mechanical_system::MechanicalSystem;
@@ -35,7 +37,7 @@ pub struct GalerkinConstrained {
     matrix: Option<SparseMatrix>,
     lu: Option<SparseLu>,
     g: Vec<f64>,     // m  all constraints
-    mu: Vec<f64>,    // m  μ_i over all constraints
+    multipliers: Vec<Vec<f64>>, // s × m  μ_i over all constraints
     force: Vec<f64>, // n  G(q_i)ᵀ μ_i
 }
 
@@ -52,7 +54,7 @@ impl GalerkinConstrained {
             matrix: None,
             lu: None,
             g: vec![0.0; m],
-            mu: vec![0.0; m],
+            multipliers: vec![vec![0.0; m]; s],
             force: vec![0.0; n],
         }
     }
@@ -75,7 +77,7 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
         x: &[f64],
         r: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { points, rows, jacobians, g, mu, force, .. } = self;
+        let Self { points, rows, jacobians, g, multipliers: mu, force, .. } = self;
         let (n, s, chosen) = (system.dim(), points.stages(), rows.len());
         let (increments, multipliers) = x.split_at(s * n);
         let (momenta, closures) = r.split_at_mut(s * n);
@@ -91,9 +93,9 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
             let (t, q) = (points.time(i), points.q(i));
             let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
             let jacobian = SparseMatrix::update(&mut jacobians[i], (g.len(), n), emit);
-            rows.scatter(&multipliers[i * chosen..(i + 1) * chosen], mu);
+            rows.scatter(&multipliers[i * chosen..(i + 1) * chosen], &mut mu[i]);
             force.fill(0.0);
-            jacobian.tr_mul_add(1.0, mu, force);
+            jacobian.tr_mul_add(1.0, &mu[i], force);
             points.balance(system, i, momentum);
             let h = points.h();
             momentum.iter_mut().zip(&*force).for_each(|(r, force)| *r = h * *r - force); // [2.27]
@@ -108,8 +110,9 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
         _x: &[f64],
         dx: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { points, rows, matrix, lu, .. } = self;
+        let Self { points, rows, matrix, lu, multipliers, .. } = self;
         let (n, s, chosen) = (system.dim(), points.stages(), rows.len());
+        let (h, strains) = (points.h(), system.interpolation());
         let emit = |out: &mut dyn Entries| {
             for i in 0..s {
                 for j in 0..s {
@@ -117,6 +120,14 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
                     let (row, column, transposed) = (i * n, j * n, false);
                     let mut block = MatrixBlock { into: &mut *out, row, column, scale, transposed };
                     system.mass().emit(&mut block);
+                    block.scale = 1.0;
+                    if let Some(strains) = strains {
+                        strains.add_derivative(&points.polynomial(), (i, j + 1), h, &mut block);
+                    }
+                    if strains.is_some() && i == j + 1 {
+                        let (t, q) = (points.time(i), points.q(i));
+                        constraints.weighted_hessian(t, q, &multipliers[i], -1.0, &mut block);
+                    }
                 }
             }
             for i in 0..s {
@@ -169,6 +180,10 @@ impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
 
     fn gauss(&self) -> &[GaussPoint] {
         self.points.gauss()
+    }
+
+    fn polynomial(&self) -> Option<StepPolynomial<'_>> {
+        Some(self.points.polynomial())
     }
 
     fn interval(&self) -> &Interval {

@@ -6,6 +6,7 @@
 use crate::scheme::SubStep;
 use vi_core::Configuration;
 use vi_core::galerkin::{GaussLobatto, Stages};
+use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
 use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::state::State;
@@ -31,6 +32,7 @@ pub struct ControlPoints {
     p: Vec<f64>,            // n  p̄_n
     gauss: Vec<GaussPoint>, // s
     forces: Vec<Vec<f64>>,  // s × n  f − ∇V
+    impulses: Vec<Vec<f64>>, // (s + 1) × n  of interpolated strains, where there are any
     mixed: Vec<f64>,        // n  Σ_j K_ij Δ_j
 }
 
@@ -46,6 +48,7 @@ impl ControlPoints {
             p: zeros(),
             gauss: constants.gauss_weights.iter().map(node).collect(),
             forces: vec![zeros(); s],
+            impulses: Vec::new(),
             mixed: zeros(),
             constants,
         }
@@ -78,6 +81,12 @@ impl ControlPoints {
             node.t = state.t + c * step.h;
         }
         p.copy_from_slice(&state.p);
+    }
+
+    /// The polynomial through the control points.
+    #[must_use]
+    pub fn polynomial(&self) -> StepPolynomial<'_> {
+        StepPolynomial { constants: &self.constants, points: &self.points }
     }
 
     /// `h`, s.
@@ -170,20 +179,24 @@ impl ControlPoints {
     /// Computes positions, velocities and forces at the Gauss nodes from the control points.
     pub fn evaluate(&mut self, system: &impl MechanicalSystem) {
         self.interpolate();
-        let Self { points, gauss, forces, .. } = self;
+        let Self { constants, points, gauss, forces, impulses, .. } = self;
         let angles = &points[points.len() - 1].angles;
         for (node, force) in gauss.iter().zip(forces) {
             let at = Configuration { t: node.t, q: &node.q, angles };
             force.fill(0.0);
-            system.add_potential_gradient(at, -1.0, force);
-            system.add_force(at, &node.v, force);
+            system.add_gauss_force(at, &node.v, force);
+        }
+        if let Some(strains) = system.interpolation() {
+            impulses.resize_with(points.len() + 1, || vec![0.0; system.dim()]);
+            impulses.iter_mut().for_each(|impulse| impulse.fill(0.0));
+            strains.add_impulses(&StepPolynomial { constants, points }, impulses); // [6.33]
         }
     }
 
     /// `out ← w_i = δ_i0 p̄_n + ∂_i L_d + f_i` [2.26], shape `n`, kg·m/s; `w_s = p̄_{n+1}`.
     pub fn balance(&mut self, system: &impl MechanicalSystem, i: usize, out: &mut [f64]) {
         let h = self.h();
-        let Self { constants, points, p, forces, mixed, .. } = self;
+        let Self { constants, points, p, forces, impulses, mixed, .. } = self;
         mixed.fill(0.0);
         for (j, point) in points.iter().enumerate() {
             let K = constants.K[(i, j + 1)];
@@ -193,6 +206,9 @@ impl ControlPoints {
             out.copy_from_slice(p);
         } else {
             out.fill(0.0);
+        }
+        if let Some(impulse) = impulses.get(i) {
+            out.iter_mut().zip(impulse).for_each(|(w, f)| *w += f);
         }
         for (k, force) in forces.iter().enumerate() {
             let impulse = h * constants.gauss_weights[k] * constants.E[(k, i)];

@@ -22,6 +22,7 @@ use crate::galerkin::sweeps::Sweeps;
 use crate::scheme::{Guess, Scheme, StepError, SubStep};
 use crate::unknowns::Increments;
 use vi_core::galerkin::Stages;
+use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
 use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
@@ -98,7 +99,7 @@ impl<O: Sweeps> GalerkinNodal<O> {
         if sweeps.dof() == 0 {
             return Ok(());
         }
-        sweeps.correction(points, du)?;
+        sweeps.correction(points, u, du)?;
         if *corrections == 0 {
             for ((first, u), du) in first.iter_mut().zip(u).zip(&*du) {
                 *first = u - du;
@@ -286,6 +287,10 @@ impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNo
 
     fn gauss(&self) -> &[GaussPoint] {
         self.points.gauss()
+    }
+
+    fn polynomial(&self) -> Option<StepPolynomial<'_>> {
+        Some(self.points.polynomial())
     }
 
     fn interval(&self) -> &Interval {

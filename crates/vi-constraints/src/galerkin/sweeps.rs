@@ -48,11 +48,16 @@ pub trait Sweeps: Send {
         points: &mut ControlPoints,
         u: &[f64],
     ) -> Result<(), Fault>;
-    /// `du_j ← h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i` [2.30] of the last residual, which is in `du`.
+    /// `du_j ← h A_j⁻¹ Σ_i (K̂⁻¹)_ji r_i` [2.30] of the last residual, which is in `du`, at `u`.
     ///
     /// # Errors
     /// [`Fault::SingularTangent`].
-    fn correction(&mut self, points: &ControlPoints, du: &mut [f64]) -> Result<(), Fault>;
+    fn correction(
+        &mut self,
+        points: &ControlPoints,
+        u: &[f64],
+        du: &mut [f64],
+    ) -> Result<(), Fault>;
     /// Writes `q_{n+1}` with its increment into the interval of the step and `p ← p̄_{n+1} = w_s` [2.29], at the
     /// control points of the last residual, or where they were moved since.
     fn close(&mut self, system: &impl MechanicalSystem, points: &mut ControlPoints, p: &mut [f64]);
@@ -140,7 +145,12 @@ impl<O: ControlPointOperators> Sweeps for Pointwise<O> {
         Ok(())
     }
 
-    fn correction(&mut self, points: &ControlPoints, du: &mut [f64]) -> Result<(), Fault> {
+    fn correction(
+        &mut self,
+        points: &ControlPoints,
+        _u: &[f64],
+        du: &mut [f64],
+    ) -> Result<(), Fault> {
         let Self { operators, r, .. } = self;
         let (d, h) = (operators.dof(), points.h());
         r.copy_from_slice(du);

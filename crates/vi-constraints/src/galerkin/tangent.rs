@@ -199,11 +199,15 @@ impl GalerkinTangent {
         let scale = constants.K[(i, j)];
         let transposed = false;
         system.mass().emit(&mut Block { into: &mut *out, row, column, scale, transposed });
+        if let Some(strains) = system.interpolation() {
+            let mut block = Block { into: &mut *out, row, column, scale: 1.0, transposed };
+            strains.add_derivative(&self.points.polynomial(), (i, j), h, &mut block);
+        }
         for (k, node) in self.points.gauss().iter().enumerate() {
             let weight = node.weight * constants.E[(k, i)] * constants.E[(k, j)];
             let at = Configuration { t: node.t, q: &node.q, angles: &self.points.step().angles };
             let mut block = Block { into: &mut *out, row, column, scale: 1.0, transposed };
-            system.potential_hessian(at, -h * h * weight, &mut block);
+            system.gauss_hessian(at, -h * h * weight, &mut block);
         }
     }
 

@@ -25,6 +25,7 @@ use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::closed_loop::step::LoopStep;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
 use crate::solver::sparse_nodal::SparseNodal;
+use crate::solver::sparse_nodal::control_points::CoupledSweeps;
 use crate::solver::tree_control_points::TreeControlPoints;
 use crate::solver::tree_descriptor::TreeDescriptor;
 use crate::solver::tree_map::TreeMap;
@@ -133,7 +134,7 @@ pub fn integrator(
     let (n, m) = (mechanism.dim(), mechanism.len());
     let scheme: BoxedScheme = match options.scheme {
         kind if options.method.stages().is_some() => {
-            galerkin(&mechanism, &system, (kind, options.method), solver, &rows)?
+            galerkin(&mechanism, &system, (kind, options.method), solver, (&rows, at.q))?
         }
         SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
         SchemeKind::Dalembert => {
@@ -346,14 +347,11 @@ fn galerkin(
     system: &SeparableSystem,
     (kind, method): (SchemeKind, Method),
     solver: Solver,
-    rows: &IndependentRows,
+    (rows, q): (&IndependentRows, &[f64]),
 ) -> Result<BoxedScheme, SetupError> {
     let refused = |what| Err(SetupError::NoGalerkin { what });
     let Some(stages) = method.stages() else { return refused("without control points") };
     let (n, m) = (mechanism.dim(), mechanism.len());
-    if has_nodes(mechanism) {
-        return refused("beams");
-    }
     if mechanism.is_rheonomic() {
         return refused("prescribed motions");
     }
@@ -365,6 +363,13 @@ fn galerkin(
         SchemeKind::Reduced => refused("by the scheme `reduced`"),
         SchemeKind::Nodal if mechanism.has_loops() => {
             refused("closed loops by the scheme `nodal`, but by `constrained`")
+        }
+        SchemeKind::Nodal if has_nodes(mechanism) && mechanism.particle_tree().dof() > 0 => {
+            refused("beams beside point masses by the scheme `nodal`, but by `constrained`")
+        }
+        SchemeKind::Nodal if has_nodes(mechanism) => {
+            let sweeps = CoupledSweeps::new(mechanism, stages, q);
+            Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
         }
         SchemeKind::Nodal => {
             let s = probe(mechanism, system);

@@ -15,12 +15,12 @@ use crate::solver::member_blocks::Span;
 use crate::solver::screws::{Flight, RootMap, Screw};
 use crate::tree::particle::ParticleTree;
 use crate::tree::{Link, Tree};
-use nalgebra::{DMatrix, Vector6};
+use nalgebra::{DMatrix, Vector3, Vector6};
 use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault};
-use vi_rigid::null_space;
+use vi_rigid::{null_space, rotation};
 
 /// A frame or a particle: which coordinates it has and which unknowns move it.
 #[derive(Clone, Debug)]
@@ -319,6 +319,45 @@ impl VelocityLayout {
         for c in columns.skip(shared) {
             visit(self.unknowns[c], Twist::from_vector(&at.twists[c]));
         }
+    }
+
+    /// Of free roots: twists from components along the directors.
+    pub(super) fn rotate_roots(&self, at: &Columns, x: &mut [f64]) {
+        for (root, map) in self.free_roots().zip(&at.roots) {
+            let own = &mut x[root.offset..root.offset + 6];
+            let twist = map.apply(own);
+            own.copy_from_slice(twist.as_slice());
+        }
+    }
+
+    /// The inverse of [`VelocityLayout::rotate_roots`].
+    pub(super) fn rotate_roots_back(&self, at: &Columns, x: &mut [f64]) {
+        for (root, map) in self.free_roots().zip(&at.roots) {
+            map.apply_transposed(&mut x[root.offset..root.offset + 6]);
+        }
+    }
+
+    /// `x ←` the change of the increments `u` that lead to `q`, from rates at `q`, those of free roots along their
+    /// directors: `T(θ)⁻¹` of rotation vectors.
+    pub(super) fn material_rates_to_increments(&self, q: &[f64], u: &[f64], x: &mut [f64]) {
+        for (k, link) in self.tree.links().iter().enumerate() {
+            let Some(turning) = link.joint.kind.rotation_vector() else { continue };
+            let at = link.offset + turning;
+            if self.is_root(k) {
+                let twist = RootMap::at_rest(&q[12 * link.frame..]).apply(&x[at - 3..at + 3]);
+                x[at - 3..at + 3].copy_from_slice(twist.as_slice());
+            }
+            let read = |x: &[f64]| Vector3::new(x[at], x[at + 1], x[at + 2]);
+            let rate = rotation::untangent(&read(u), &read(x));
+            x[at..at + 3].copy_from_slice(rate.as_slice());
+        }
+    }
+
+    /// `u ←` the increment of `first` and then `u`.
+    pub(super) fn compose(&self, first: &[f64], u: &mut [f64]) {
+        self.tree.compose(first, u);
+        let points = self.tree.dof()..self.dof;
+        u[points.clone()].iter_mut().zip(&first[points]).for_each(|(u, first)| *u += first);
     }
 
     /// `out ← P ν`, shape `n`.

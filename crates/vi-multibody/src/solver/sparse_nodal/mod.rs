@@ -21,7 +21,9 @@
 //!
 //! Source: theory §5, §6 "Solving".
 
+pub mod control_points;
 pub mod layout;
+pub mod mode_factors;
 pub mod reduced_matrix;
 pub mod reduced_rows;
 

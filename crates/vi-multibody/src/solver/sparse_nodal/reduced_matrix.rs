@@ -145,6 +145,16 @@ impl ReducedMatrix {
         self.values = vec![0.0; length];
     }
 
+    /// The blocks between groups, by rows and then by columns of groups, each by rows.
+    pub(super) fn tiles(&self) -> impl Iterator<Item = ((usize, usize), &[f64])> {
+        self.tiles.iter().map(|tile| ((tile.row, tile.column), &self.values[tile.values.clone()]))
+    }
+
+    /// One of these.
+    pub(super) fn tile(&self, k: usize) -> &[f64] {
+        &self.values[self.tiles[k].values.clone()]
+    }
+
     /// `x ← A⁻¹ x` for the matrix last filled; several right-hand sides may follow one another in `x`.
     ///
     /// # Errors

@@ -98,7 +98,12 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
         Ok(())
     }
 
-    fn correction(&mut self, _points: &ControlPoints, du: &mut [f64]) -> Result<(), Fault> {
+    fn correction(
+        &mut self,
+        _points: &ControlPoints,
+        _u: &[f64],
+        du: &mut [f64],
+    ) -> Result<(), Fault> {
         let (lanes, s) = (self.lanes, self.stages);
         lanes.run(
             #[inline(always)]

@@ -1,0 +1,150 @@
+//! Strains in Galerkin steps, interpolated between the control points.
+//!
+//! ```text
+//! U_d      = Σ_e ½ ℓ Σ_i C_i Σ_jl S_jl ε_i(q_j) ε_i(q_l),       S = Eᵀ diag(b) E                   [6.33]
+//! ∂U_d/∂q_j = ℓ Σ_i C_i Σ_l S_jl ε_i(q_l) 𝔹_i q_j
+//! f_j      = −Σ_e ℓ Σ_i C_i τ_i Σ_l N_jl ε_i(q_l) 𝔹_i q_j,      N = Eᵀ diag(b) D                   [6.34]
+//! work     = −(1/h) Σ_e ℓ Σ_i C_i τ_i Σ_jl K_jl ε_i(q_j) ε_i(q_l)
+//! ```
+//! `s = 1` is the averaged strain of [`crate::averaged`] and the damping of [`crate::damping`] with `θ = 0`. The order is
+//! `2s`, as with `V(Q_k)`: the node polynomial of the control points is orthogonal to all of degree `s − 2`, so that
+//! exchanging interpolation and strain costs `O(h^{2s+1})` of the action. Rigid motions of the control points are free of
+//! strain, so linear and angular momentum are exact. The linear vibration is the diagonal Padé approximation: stable for
+//! every step. With even `s` a mode far beyond the step, `hω ≫ 1`, does not alternate but turns slowly, and smooth
+//! loads can excite it: odd `s` for stiff beams.
+//!
+//! Letters: `C_i` stiffnesses, `τ_i` relaxation times (s), `ℓ` length or weight of a Gauss point, `𝔹_i q` strain gradients.
+#![allow(non_snake_case)] // C, S, N, K
+
+use crate::averaged::AveragedStrains;
+use crate::damping::StrainDamping;
+use crate::high_order::AveragedHighOrder;
+use crate::strain::Strain;
+use crate::strained::Strained;
+use nalgebra::DMatrix;
+use vi_core::galerkin::Stages;
+use vi_core::interpolation::{StepPolynomial, StrainInterpolation};
+use vi_core::sparse::Entries;
+
+/// Visits all that is strained.
+type Each<'a> = dyn Fn(&mut dyn FnMut(&dyn Strained)) + 'a;
+
+/// `ε(q_j)`, `j = 0 … s`.
+fn strains(own: &dyn Strained, step: &StepPolynomial<'_>) -> [Strain; Stages::MAX + 1] {
+    let at = |j: usize| if j <= step.stages() { own.strain(step.q(j)) } else { Strain::zeros() };
+    std::array::from_fn(at)
+}
+
+/// `Σ_l A_jl ε(q_l)`.
+fn row(A: &DMatrix<f64>, j: usize, strains: &[Strain]) -> Strain {
+    strains.iter().zip(A.row(j).iter()).map(|(strain, weight)| *weight * strain).sum()
+}
+
+/// `Σ c_i Σ_jl A_jl ε_i(q_j) ε_i(q_l)`.
+fn form(A: &DMatrix<f64>, c: &Strain, strains: &[Strain]) -> f64 {
+    (0..A.nrows()).map(|j| c.component_mul(&row(A, j, strains)).dot(&strains[j])).sum()
+}
+
+/// `out_j ← out_j + Σ_e Σ_i c_i Σ_l A_jl ε_i(q_l) 𝔹_i q_j`.
+fn add_impulses(
+    each: &Each<'_>,
+    (A, step): (&DMatrix<f64>, &StepPolynomial<'_>),
+    c: impl Fn(&dyn Strained) -> Strain,
+    out: &mut [Vec<f64>],
+) {
+    each(&mut |own| {
+        let (c, strains) = (c(own), strains(own, step));
+        for (j, out) in out.iter_mut().enumerate() {
+            own.add(step.q(j), &c.component_mul(&row(A, j, &strains)), out);
+        }
+    });
+}
+
+/// Emits the derivative of the impulse `j` of [`add_impulses`] by `q_l`.
+fn add_derivative(
+    each: &Each<'_>,
+    (A, step): (&DMatrix<f64>, &StepPolynomial<'_>),
+    c: impl Fn(&dyn Strained) -> Strain,
+    (j, l): (usize, usize),
+    out: &mut dyn Entries,
+) {
+    each(&mut |own| {
+        let (c, q) = (c(own), (step.q(j), step.q(l)));
+        if j == l {
+            let n = c.component_mul(&row(A, j, &strains(own, step)));
+            own.emit(q, &(A[(j, l)] * c), &n, out);
+        } else {
+            own.emit_outer(q.0, q.1, &(A[(j, l)] * c), out);
+        }
+    });
+}
+
+/// A potential: all that is strained, with `U_d` [6.33].
+macro_rules! potential {
+    ($name:ty) => {
+        impl StrainInterpolation for $name {
+            fn energy(&self, step: &StepPolynomial<'_>) -> f64 {
+                let mut energy = 0.0;
+                self.each(&mut |own| {
+                    energy +=
+                        0.5 * form(&step.constants.S, &own.stiffness(), &strains(own, step));
+                });
+                energy
+            }
+
+            fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
+                let (each, h) = (|visit: &mut dyn FnMut(&dyn Strained)| self.each(visit), step.h());
+                add_impulses(&each, (&step.constants.S, step), |own| -h * own.stiffness(), out);
+            }
+
+            fn add_derivative(
+                &self,
+                step: &StepPolynomial<'_>,
+                at: (usize, usize),
+                scale: f64,
+                out: &mut dyn Entries,
+            ) {
+                let each = |visit: &mut dyn FnMut(&dyn Strained)| self.each(visit);
+                let c = |own: &dyn Strained| -scale * step.h() * own.stiffness();
+                add_derivative(&each, (&step.constants.S, step), c, at, out);
+            }
+        }
+    };
+}
+
+potential!(AveragedStrains);
+potential!(AveragedHighOrder);
+
+impl StrainDamping {
+    /// All that is strained and damped.
+    fn each_damped(&self, visit: &mut dyn FnMut(&dyn Strained)) {
+        self.each(f64::INFINITY, &mut |own, _| visit(own));
+    }
+}
+
+impl StrainInterpolation for StrainDamping {
+    fn work(&self, step: &StepPolynomial<'_>) -> f64 {
+        let mut work = 0.0;
+        self.each_damped(&mut |own| {
+            work -= form(&step.constants.K, &own.viscosity(), &strains(own, step)) / step.h();
+        });
+        work
+    }
+
+    fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
+        let each = |visit: &mut dyn FnMut(&dyn Strained)| self.each_damped(visit);
+        add_impulses(&each, (&step.constants.N, step), |own| -own.viscosity(), out); // [6.34]
+    }
+
+    fn add_derivative(
+        &self,
+        step: &StepPolynomial<'_>,
+        at: (usize, usize),
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let each = |visit: &mut dyn FnMut(&dyn Strained)| self.each_damped(visit);
+        let c = |own: &dyn Strained| -scale * own.viscosity();
+        add_derivative(&each, (&step.constants.N, step), c, at, out);
+    }
+}
