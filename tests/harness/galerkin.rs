@@ -131,8 +131,8 @@ impl GalerkinCase {
         };
         let (mechanism, _) = subject.build()?;
         let mut forms = vec![("constrained", SchemeKind::Constrained, Solver::Auto)];
-        if !mechanism.has_loops() {
-            forms.push(("nodal", SchemeKind::Nodal, Solver::Auto));
+        forms.push(("nodal", SchemeKind::Nodal, Solver::Auto));
+        if !mechanism.has_loops() && !matches!(subject, Subject::Beam(_)) {
             forms.push(("nodal, dense", SchemeKind::Nodal, Solver::Dense));
         }
         forms

@@ -276,6 +276,7 @@ impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNo
     ) -> Result<(), StepError> {
         let Self { sweeps, points, .. } = self;
         sweeps.close(system, points, &mut state.p); // p̄_{n+1}  [2.29]
+        sweeps.remember(&mut state.memory);
         state.move_to_configuration(points.step(), |t, q| sweeps.clean(t, q));
         Ok(())
     }

@@ -10,7 +10,7 @@ use crate::scheme::SubStep;
 use vi_core::mechanical_system::MechanicalSystem;
 use vi_core::newton::{Block, Fault};
 use vi_core::sparse::Entries;
-use vi_core::state::State;
+use vi_core::state::{Memory, State};
 
 /// Residuals and corrections of a step. Unknowns `u` and residuals `r`: shape `s × d`, control point by control point.
 pub trait Sweeps: Send {
@@ -61,6 +61,8 @@ pub trait Sweeps: Send {
     /// Writes `q_{n+1}` with its increment into the interval of the step and `p ← p̄_{n+1} = w_s` [2.29], at the
     /// control points of the last residual, or where they were moved since.
     fn close(&mut self, system: &impl MechanicalSystem, points: &mut ControlPoints, p: &mut [f64]);
+    /// See [`crate::reparametrization::NodalOperators::remember`].
+    fn remember(&self, _memory: &mut Memory) {}
     /// Writes the increments `Δ_j` of all control points of the last residual.
     fn write_increments(&self, points: &mut ControlPoints);
     /// `u ←` the increment of `first` and then `u`; of use for initial guesses.

@@ -17,10 +17,13 @@
 //! |---|---|---|
 //! | tree of bodies | articulated recursion at all control points at once, `O(N)` | sparse |
 //! | tree with point masses | dense | sparse |
-//! | closed loops | none yet | sparse |
+//! | closed loops of bodies | that of their tree + small complement at each control point | sparse |
+//! | tree with nodes of elements | modes of the step, sparse by blocks | sparse |
+//! | other closed loops, elements beside point masses | none | sparse |
 
 use crate::mechanism::Mechanism;
 use crate::output::tree_multipliers::TreeMultipliers;
+use crate::solver::closed_loop::control_points::LoopSweeps;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::closed_loop::step::LoopStep;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
@@ -134,7 +137,7 @@ pub fn integrator(
     let (n, m) = (mechanism.dim(), mechanism.len());
     let scheme: BoxedScheme = match options.scheme {
         kind if options.method.stages().is_some() => {
-            galerkin(&mechanism, &system, (kind, options.method), solver, (&rows, at.q))?
+            galerkin(&mechanism, &system, (kind, options.method), solver, (&loops, at.q))?
         }
         SchemeKind::Constrained => Box::new(Constrained::new(n, m, rows.clone())),
         SchemeKind::Dalembert => {
@@ -347,7 +350,7 @@ fn galerkin(
     system: &SeparableSystem,
     (kind, method): (SchemeKind, Method),
     solver: Solver,
-    (rows, q): (&IndependentRows, &[f64]),
+    (loops, q): (&Loops, &[f64]),
 ) -> Result<BoxedScheme, SetupError> {
     let refused = |what| Err(SetupError::NoGalerkin { what });
     let Some(stages) = method.stages() else { return refused("without control points") };
@@ -355,15 +358,28 @@ fn galerkin(
     if mechanism.is_rheonomic() {
         return refused("prescribed motions");
     }
+    let s = probe(mechanism, system);
+    let mass = |out: &mut dyn Entries| system.mass().emit(out);
+    let bodies = mechanism.description().particles.is_empty()
+        && TreeNodal::new(mechanism.tree().clone()).is_uncoupled(&mass, &s);
     match kind {
         SchemeKind::Constrained => {
-            Ok(Box::new(GalerkinConstrained::new(n, m, rows.clone(), stages)))
+            Ok(Box::new(GalerkinConstrained::new(n, m, loops.rows.clone(), stages)))
         }
         SchemeKind::Dalembert => refused("by the scheme `dalembert`"),
         SchemeKind::Reduced => refused("by the scheme `reduced`"),
-        SchemeKind::Nodal if mechanism.has_loops() => {
-            refused("closed loops by the scheme `nodal`, but by `constrained`")
-        }
+        SchemeKind::Nodal if mechanism.has_loops() => match &loops.rank {
+            Some(rank) if bodies && !has_nodes(mechanism) => {
+                if rank.is_singular() {
+                    return Err(loops.refusal(SingularStart::Scheme));
+                }
+                let sweeps = LoopSweeps::new(mechanism, rank, stages);
+                Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
+            }
+            _ => refused(
+                "closed loops of beams or point masses by the scheme `nodal`, but by `constrained`",
+            ),
+        },
         SchemeKind::Nodal if has_nodes(mechanism) && mechanism.particle_tree().dof() > 0 => {
             refused("beams beside point masses by the scheme `nodal`, but by `constrained`")
         }
@@ -372,10 +388,6 @@ fn galerkin(
             Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
         }
         SchemeKind::Nodal => {
-            let s = probe(mechanism, system);
-            let mass = |out: &mut dyn Entries| system.mass().emit(out);
-            let bodies = mechanism.description().particles.is_empty()
-                && TreeNodal::new(mechanism.tree().clone()).is_uncoupled(&mass, &s);
             if bodies && solver != Solver::Dense {
                 return Ok(tree_sweeps(mechanism, system, solver, stages));
             }

@@ -270,6 +270,29 @@ impl Cluster {
         complete
     }
 
+    /// The unknowns of the tree in which the pivots of `U` stand.
+    pub(crate) fn dependent(&self) -> impl Iterator<Item = usize> + '_ {
+        let rows = 0..self.basis.pivots().len();
+        rows.map(|k| self.paths.columns[self.basis.row(k).0])
+    }
+
+    /// Lets pivots of `U` stand in `dependent` unknowns alone; `weights` as in [`Cluster::new`].
+    pub(crate) fn pivot_in(&mut self, dependent: &[bool], weights: &[f64]) {
+        let own = self.paths.columns.iter();
+        self.basis.reweigh(own.map(|&at| if dependent[at] { weights[at] } else { 0.0 }));
+    }
+
+    /// `U` from the rows that another cluster of the same loops enforces, which are enforced here, too.
+    ///
+    /// # Errors
+    /// [`Fault::SingularTangent`] where they are dependent.
+    pub(crate) fn take_rows_of(&mut self, other: &Self, at: Placed<'_>) -> Result<(), Fault> {
+        self.chosen.copy_from_slice(&other.chosen);
+        self.paths.fill_with(&mut self.basis, self.chosen.iter().copied(), at, &[]);
+        let rank = self.basis.eliminate(self.rank, RANK_TOLERANCE);
+        if rank == self.rank { Ok(()) } else { Err(Fault::SingularTangent) }
+    }
+
     /// `g_c` of the chosen rows.
     pub(crate) fn close(&mut self, at: Configuration<'_>) {
         for (g, &i) in self.g.iter_mut().zip(&self.chosen) {
@@ -288,6 +311,11 @@ impl Cluster {
     /// of both kinds then grow like `1/h`, and the condition number does not depend on `h`.
     pub(crate) fn project(&self, h: f64, b: &mut [f64]) {
         self.project_balance(b);
+        self.put_gaps(h, b);
+    }
+
+    /// Puts `g/h` into the places of the pivots.
+    pub(crate) fn put_gaps(&self, h: f64, b: &mut [f64]) {
         let columns = &self.paths.columns;
         for (k, g) in self.g.iter().enumerate().take(self.basis.pivots().len()) {
             b[columns[self.basis.row(k).0]] = *g / h;

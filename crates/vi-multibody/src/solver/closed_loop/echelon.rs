@@ -84,6 +84,11 @@ impl Echelon {
         self
     }
 
+    /// Other weights of the columns: no pivot stands where they are zero.
+    pub(crate) fn reweigh(&mut self, weights: impl Iterator<Item = f64>) {
+        self.weights.iter_mut().zip(weights).for_each(|(own, weight)| *own = weight);
+    }
+
     /// Forgets all rows.
     pub(crate) fn clear(&mut self) {
         self.pivots.iter().for_each(|&k| self.order[self.rows[k].pivot] = NONE);
