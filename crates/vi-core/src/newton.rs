@@ -285,10 +285,10 @@ const SWEEPS: usize = 4;
 
 /// Whether a correction by an approximate tangent has reached round-off, from the sizes of the one `before` and of that
 /// `earlier` still. Corrections may fall in pairs, so one that does not fall says nothing.
-fn stagnates(size: f64, before: f64, earlier: f64) -> bool {
+fn stagnates(size: f64, before: f64, earlier: f64, noise: f64) -> bool {
     const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
     (size >= 0.5 * before && size <= ROUND_OFF)
-        || (size >= before && size >= 0.5 * earlier && size <= 1e-9)
+        || (size >= before && size >= 0.5 * earlier && size <= noise)
 }
 
 struct Size {
@@ -359,7 +359,7 @@ impl Newton {
             }
             if problem.is_simplified()
                 && !self.settings.line_search
-                && stagnates(size.relative, before, earlier)
+                && stagnates(size.relative, before, earlier, problem.noise())
             {
                 problem.settle(x, &mut self.r).map_err(refused(iteration))?;
                 (report.iterations, report.last_correction) = (iteration, size.relative);
@@ -390,7 +390,7 @@ impl Newton {
             };
             let closed = size.relative <= problem.closing_size() && ratio < 0.5;
             let done = if problem.is_simplified() {
-                stagnates(size.relative, before, earlier)
+                stagnates(size.relative, before, earlier, problem.noise())
             } else {
                 converged || closed || at_floor
             };

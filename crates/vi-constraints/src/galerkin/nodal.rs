@@ -208,6 +208,10 @@ impl<O: Sweeps, S: MechanicalSystem> NewtonProblem for SmallerStep<'_, O, S> {
     fn is_simplified(&self) -> bool {
         true
     }
+
+    fn noise(&self) -> f64 {
+        self.scheme.sweeps.noise()
+    }
 }
 
 impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNodal<O> {
@@ -252,6 +256,10 @@ impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNo
 
     fn is_simplified(&self) -> bool {
         true
+    }
+
+    fn noise(&self) -> f64 {
+        self.sweeps.noise()
     }
 
     fn accept(&self, u: &[f64]) -> Result<(), Fault> {

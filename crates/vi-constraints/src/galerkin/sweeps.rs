@@ -18,6 +18,10 @@ pub trait Sweeps: Send {
     fn dof(&self) -> usize;
     /// Units and scales of the increments of one control point.
     fn blocks(&self) -> &[Block];
+    /// See [`vi_core::newton::NewtonProblem::noise`].
+    fn noise(&self) -> f64 {
+        1e-9
+    }
     /// Opens a step at a state.
     fn open(
         &mut self,

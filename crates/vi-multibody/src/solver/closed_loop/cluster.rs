@@ -282,15 +282,16 @@ impl Cluster {
         self.basis.reweigh(own.map(|&at| if dependent[at] { weights[at] } else { 0.0 }));
     }
 
-    /// `U` from the rows that another cluster of the same loops enforces, which are enforced here, too.
+    /// `U` from the rows that another cluster of the same loops enforces, which are enforced here, too. Returns the
+    /// smallest pivot.
     ///
     /// # Errors
     /// [`Fault::SingularTangent`] where they are dependent.
-    pub(crate) fn take_rows_of(&mut self, other: &Self, at: Placed<'_>) -> Result<(), Fault> {
+    pub(crate) fn take_rows_of(&mut self, other: &Self, at: Placed<'_>) -> Result<f64, Fault> {
         self.chosen.copy_from_slice(&other.chosen);
         self.paths.fill_with(&mut self.basis, self.chosen.iter().copied(), at, &[]);
         let rank = self.basis.eliminate(self.rank, RANK_TOLERANCE);
-        if rank == self.rank { Ok(()) } else { Err(Fault::SingularTangent) }
+        if rank == self.rank { Ok(self.basis.smallest()) } else { Err(Fault::SingularTangent) }
     }
 
     /// `g_c` of the chosen rows.

@@ -12,6 +12,7 @@ use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
 use super::loops::Loops;
 use super::path::Placed;
+use super::sweep::Resolution;
 use crate::mechanism::Mechanism;
 use vi_constraints::Constraints;
 use vi_constraints::galerkin::Sweeps;
@@ -35,7 +36,8 @@ pub struct LoopSweeps {
     loops: Vec<Loops>, // s + 1  at the control points
     initial: Memory,   // before the first step
     dependent: Vec<bool>,
-    fresh: bool, // rows not chosen yet in this step
+    fresh: bool,            // rows not chosen yet in this step
+    resolution: Resolution, // of the last residual
     w: Vec<f64>, // n  balance of a control point
     r: Vec<f64>, // s d  residual, while corrections are made of it
 }
@@ -49,9 +51,9 @@ impl LoopSweeps {
         let mut initial = Memory::default();
         loops[0].remember(&mut initial);
         let d = loops[0].dof();
-        let (dependent, fresh) = (vec![false; d], true);
+        let (dependent, fresh, resolution) = (vec![false; d], true, Resolution::full());
         let (w, r) = (vec![0.0; mechanism.dim()], vec![0.0; s * d]);
-        Self { loops, initial, dependent, fresh, w, r }
+        Self { loops, initial, dependent, fresh, resolution, w, r }
     }
 
     /// `Ĝ_j` with the rows that are enforced in this step, `g_c(q_j)`, and `A_j` of the emitted mass.
@@ -61,7 +63,7 @@ impl LoopSweeps {
         mass: &dyn Fn(&mut dyn Entries),
         u: &[f64],
     ) -> Result<(), Fault> {
-        let Self { loops, fresh, .. } = self;
+        let Self { loops, fresh, resolution, .. } = self;
         let s = points.stages();
         if std::mem::take(fresh) {
             let (first, rest) = loops.split_at_mut(1);
@@ -70,13 +72,14 @@ impl LoopSweeps {
             let at = Placed { tree, sparse: None, home, column_of, q: points.q(s), next: false };
             first[0].clusters.iter_mut().for_each(|cluster| _ = cluster.choose_rows(at, reach));
         }
+        *resolution = Resolution::full();
         let (first, rest) = loops.split_at_mut(1);
         for (j, own) in (1..).zip(rest) {
             let (t, q) = (points.time(j), points.q(j));
             let Loops { tree, clusters, home, column_of, .. } = own;
             let at = Placed { tree, sparse: None, home, column_of, q, next: false };
             for (cluster, first) in clusters.iter_mut().zip(&first[0].clusters) {
-                cluster.take_rows_of(first, at)?;
+                resolution.meet(cluster.take_rows_of(first, at)?);
                 cluster.close(Configuration::new(t, q));
             }
             tree.assemble_between(mass, q, q);
@@ -103,6 +106,10 @@ impl Sweeps for LoopSweeps {
 
     fn blocks(&self) -> &[Block] {
         &self.loops[0].blocks
+    }
+
+    fn noise(&self) -> f64 {
+        self.resolution.noise()
     }
 
     fn open(

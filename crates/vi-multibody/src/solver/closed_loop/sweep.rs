@@ -27,6 +27,11 @@ impl Resolution {
         Self { sigma: 1.0, reach: 1.0 }
     }
 
+    /// Takes up another smallest pivot.
+    pub(super) fn meet(&mut self, sigma: f64) {
+        self.sigma = self.sigma.min(sigma);
+    }
+
     /// Relative size of the corrections that round-off alone may cause.
     pub(super) fn noise(&self) -> f64 {
         1e-9 / self.sigma.clamp(1e-8, 1.0)
