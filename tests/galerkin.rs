@@ -331,20 +331,6 @@ fn large_steps_are_right_or_refused() {
     }
 }
 
-#[test]
-fn what_has_no_galerkin_form_is_refused_by_name() {
-    for (name, what) in [("flying_beam", "beams"), ("four_bar_windows", "closed loops")] {
-        let overrides = [("simulation.method", "galerkin"), ("simulation.order", "4")]
-            .map(|(key, value)| (key.to_owned(), value.to_owned()));
-        let refused = match Model::from_toml_with(&shipped(name), &overrides) {
-            Ok(model) => format!("{:?}", Simulation::new(&model).err().unwrap()),
-            Err(error) => format!("{error:?}"),
-        };
-        println!("{name}: {refused}");
-        assert!(refused.contains(what) && refused.contains("composition"), "{name}: {refused}");
-    }
-}
-
 /// Seconds of CPU time and error of `T = 1` (chain) and `T = 10` (top), against the compositions of the same order.
 #[test]
 #[ignore = "a measurement: cargo test --release -- --ignored work_and_precision --nocapture"]

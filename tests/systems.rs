@@ -29,6 +29,7 @@ mod four_bar_loop;
 mod four_particles;
 mod free_body;
 mod galerkin;
+mod galerkin_systems;
 mod heavy_top;
 mod hostile;
 mod imports;

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::HashMap;
+use std::sync::Arc;
 use vi_beam::{BeamModel, MassKind, Section, StrainRule};
 use vi_constraints::discretization::Step;
 use vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
@@ -14,7 +15,9 @@ use vi_core::galerkin::{GaussLobatto, Stages};
 use vi_core::sparse::Entries;
 use vi_core::{Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::builder::MechanismBuilder;
+use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::mechanism::{BodySpec, Mechanism};
+use vi_multibody::scalar_constraint::ScalarConstraint;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 
 /// A case, with what of the library has no Galerkin form in the place of its system.
@@ -56,6 +59,14 @@ struct Bodies {
     joints: Vec<JointCase>,
     springs: Vec<SpringCase>,
     forces: Option<Forces>,
+    drive: Option<Drive>,
+}
+
+/// A prescribed angle `0.3 + 0.4 sin 2t` about the axis of a joint.
+#[derive(Deserialize)]
+struct Drive {
+    joint: usize,
+    theta: String,
 }
 
 /// A free beam with lumped masses, free of strain initially.
@@ -101,7 +112,6 @@ impl GalerkinCase {
         let settings = Settings::deserialize(value).map_err(unreadable)?;
         let word = |key: &str| value.get(key).and_then(Value::as_str);
         let system = match (word("kind"), word("quadrature")) {
-            _ if value.get("drive").is_some() => Err("a prescribed motion"),
             _ if word("force_form") == Some("control_points") => Err("forces in node form"),
             (_, Some("lobatto")) => Err("Lobatto quadrature"),
             (Some("beam"), Some("gauss" | "interpolated_strains")) => {
@@ -217,8 +227,22 @@ impl Subject {
                 let system = mechanism.system(Quadrature::Midpoint);
                 Ok((mechanism, system))
             }
-            Self::Bodies(Bodies { gravity, bodies, joints, springs, forces }) => {
-                let mechanism = rigid::mechanism(*gravity, bodies, joints)?;
+            Self::Bodies(Bodies { gravity, bodies, joints, springs, forces, drive }) => {
+                let mut mechanism = rigid::mechanism(*gravity, bodies, joints)?;
+                if let Some(Drive { joint, theta }) = drive {
+                    assert_eq!(theta, "0.3 + 0.4 sin 2t");
+                    // joint angles of the harness are zero initially
+                    let reference = |t: f64| {
+                        let (sin, cos) = (2.0 * t).sin_cos();
+                        [0.4 * sin, 0.8 * cos, -1.6 * sin]
+                    };
+                    let mut description = mechanism.description().clone();
+                    let driven = &description.joints[*joint];
+                    let angle = JointCoordinate::principal(driven, 0).ok_or("no angle")?;
+                    let motion = ScalarConstraint::motion("drive", angle, Arc::new(reference));
+                    description.scalars.push(motion);
+                    mechanism = Mechanism::new(description);
+                }
                 let system = mechanism.system(Quadrature::Midpoint);
                 let springs = rigid::springs(springs, &mechanism);
                 let system = springs.into_iter().fold(system, SeparableSystem::potential);

@@ -7,7 +7,7 @@ use crate::dynamics::Dynamics;
 use crate::limits::Stiffness;
 use crate::measures::{self, Measures};
 use holonom_model::{
-    Beam, Body, Family, Inconsistency, Level, Model, ModelError, Scheme, Settings,
+    Beam, Body, Family, Inconsistency, Level, Model, ModelError, Settings,
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -274,11 +274,11 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
         SetupError::DissipativeComposition => {
             unsupported("simulation.order", "write order = 2, or method = \"galerkin\"")
         }
-        SetupError::NoGalerkin { .. } => unsupported(
+        SetupError::NoGalerkin { what } => unsupported(
             "simulation.method",
-            match (&model.settings.scheme, model.beams.is_empty()) {
-                (Scheme::Constrained, _) | (_, false) => "write method = \"composition\"",
-                _ => "write scheme = \"constrained\", or method = \"composition\"",
+            match what.contains("`constrained`") {
+                true => "write scheme = \"constrained\", or method = \"composition\"",
+                false => "write method = \"composition\"",
             },
         ),
         SetupError::RankAtStart { .. } => {

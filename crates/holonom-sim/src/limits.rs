@@ -7,11 +7,17 @@ use crate::run_state::Bent;
 use crate::unstable_steps::UnstableSteps;
 use holonom_model::{Family, Settings, Strain};
 use serde::{Deserialize, Serialize};
+use vi_core::galerkin::Stages;
 use vi_beam::frequency::highest_frequency;
 use vi_statics::limit::{STOP, WARN, angle_between};
 
-/// Above this `h ω_max` stiff vibrations are not resolved.
+/// Above this `h ω_max` stiff vibrations are not resolved; in a Galerkin scheme of order `2s`: above `s` times this.
 const RESOLVED: f64 = 1.0;
+
+/// The largest `h ω_max` at which all vibrations are resolved.
+fn resolved_by(settings: &Settings) -> f64 {
+    RESOLVED * settings.method().stages().map_or(1, Stages::count) as f64
+}
 
 /// The stiffest element of all beams, against the step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -33,7 +39,7 @@ impl Stiffness {
     /// Of the beams in their stress-free configuration; `None` without beams.
     pub(crate) fn new(beams: &Beams, settings: &Settings) -> Option<Self> {
         let q = beams.parts.configuration();
-        let gammas = settings.composition().gammas();
+        let gammas = settings.method().composition().gammas();
         let longest = gammas.iter().fold(0.0_f64, |a, g| a.max(g.abs()));
         let mut worst: Option<Self> = None;
         for beam in &beams.list {
@@ -56,8 +62,8 @@ impl Stiffness {
     }
 
     /// Whether the step resolves all vibrations.
-    pub(crate) fn is_resolved(&self) -> bool {
-        self.h_omega_max <= RESOLVED
+    pub(crate) fn is_resolved(&self, settings: &Settings) -> bool {
+        self.h_omega_max <= resolved_by(settings)
     }
 
     /// Warnings on vibrations that the step does not resolve: of composed steps, and of discrete potentials that let
@@ -65,10 +71,16 @@ impl Stiffness {
     pub(crate) fn warning(&self, settings: &Settings) -> Option<String> {
         let Self { beam, element, omega_max, h_omega_max, unstable } = self;
         let place = format!("ω_max ≤ {omega_max:.4e} rad/s in element {element} of beam `{beam}`");
-        let smaller = h_omega_max.ceil();
+        let smaller = (h_omega_max / resolved_by(settings)).ceil();
         let order = settings.order;
-        if self.is_resolved() {
+        if self.is_resolved(settings) {
             None
+        } else if settings.method().stages().is_some() {
+            Some(format!(
+                "h ω_max = {h_omega_max:.3} ({place}): vibrations that the step does not resolve can grow without bound \
+                 in a Galerkin scheme, unless material damping takes them out; write a step {smaller:.0} times smaller, \
+                 fewer elements, `damping` of the beam, or order = 2"
+            ))
         } else if let Some(unstable) = unstable {
             Some(format!("h ω_max = {h_omega_max:.3} ({place}): {}", unstable.warning()))
         } else if order > 2 {

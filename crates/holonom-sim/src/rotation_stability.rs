@@ -30,7 +30,7 @@ pub(crate) fn unstable_steps(
     let concerned = matches!(settings.strain, Strain::Averaged | Strain::Midpoint)
         && matches!(settings.scheme.family(), Family::Variational(_))
         && settings.order == 2
-        && !stiffness.is_resolved()
+        && !stiffness.is_resolved(settings)
         && dof <= LARGE;
     if !concerned {
         return None;

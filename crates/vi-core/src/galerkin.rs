@@ -146,6 +146,12 @@ impl GaussLobatto {
         self.gauss_nodes.len()
     }
 
+    /// `ℓ'_j(τ)`, `j = 0 … s`.
+    #[must_use]
+    pub fn lagrange_rate(&self, j: usize, tau: f64) -> f64 {
+        lagrange_rate(&self.nodes, j, tau)
+    }
+
     /// `ℓ_j(τ)`, `j = 0 … s`.
     #[must_use]
     pub fn lagrange(&self, j: usize, tau: f64) -> f64 {

@@ -135,7 +135,7 @@ pub(crate) fn all(quick: bool) -> Result<Vec<Case>, String> {
         "soft_flying_beam",
         "soft beam in free flight",
         plain("soft_flying_beam", own!("soft_flying_beam"))?,
-        Numbers(1.0, 16, 1 << 11, 0.02, [40, 10], 70),
+        Numbers(1.0, 32, 1 << 11, 0.02, [40, 10], 70),
     );
     add(
         "soft_flexible_multibody",

@@ -4,6 +4,7 @@
 //! forces       Σ (f_d^- + f_d^+)·Δq/h                      over the (sub-)steps
 //!              Σ h Σ_k b_k f(Q_k, V_k)·V_k                 over the steps of a Galerkin scheme
 //! constraints  −Σ b_n·v_n,  b_n = p̄_n + D_1 L_d + f_d^-    over the nodes: b_n = h Gᵀλ, the force is −Gᵀλ
+//!              −Σ_i w_i·V(c̃_i)                            over the control points of a Galerkin step [2.26]
 //!              −(p̄_N − ᵠp_N)·v̂_N                           the first half of the impulse of the last node
 //! ```
 //! `v_n` is interpolated between the velocities `Δq/h` of the steps beside the node. Constraints that do
@@ -12,8 +13,10 @@
 
 use crate::run_state::{Impulse, same_length};
 use vi_constraints::discretization::Step;
+use vi_constraints::galerkin::GaussPoint;
 use vi_constraints::integrator::ResumeError;
-use vi_core::{Configuration, DiscreteLagrangian, SeparableSystem};
+use vi_core::interpolation::StepPolynomial;
+use vi_core::{Configuration, DiscreteLagrangian, MechanicalSystem, SeparableSystem};
 
 /// The work up to the present node and up to the one before.
 #[derive(Clone, Debug)]
@@ -21,6 +24,7 @@ pub(crate) struct Work {
     pub(super) force: Vec<f64>, // n  scratch
     pub(super) rates: Vec<f64>, // m  ∂g/∂t, scratch
     pub(super) parts: Vec<f64>, // J  of each force, then of all prescribed motions
+    balances: Vec<Vec<f64>>, // (s + 1) × n  w_i of a Galerkin step, scratch
     before: Vec<f64>,           // J  the same up to the node before
     node: Option<[Impulse; 2]>, // of the present node and the one before; None without prescribed motions
 }
@@ -31,7 +35,8 @@ impl Work {
         let start = Impulse { p: p.to_vec(), v: v.to_vec(), h: 0.0 };
         let node = driven.then(|| [start.clone(), start]);
         let parts = vec![0.0; forces + 1];
-        Self { force: vec![0.0; p.len()], rates: Vec::new(), before: parts.clone(), parts, node }
+        let (force, before) = (vec![0.0; p.len()], parts.clone());
+        Self { force, rates: Vec::new(), balances: Vec::new(), before, parts, node }
     }
 
     /// A macro step begins.
@@ -85,7 +90,8 @@ impl Work {
                 let scale = s.h * node.weight;
                 system.add_power(at, &node.v, scale, &mut self.force, &mut self.parts);
             }
-            return; // no Galerkin scheme has prescribed motions
+            self.add_motions_of_polynomial(system, &polynomial, gauss);
+            return;
         }
         system.add_work(s, &mut self.force, &mut self.parts);
         let Some([node, _]) = &mut self.node else { return };
@@ -99,6 +105,58 @@ impl Work {
         system.forced_d2(s, &mut node.p);
         node.v.copy_from_slice(&s.v_mid);
         node.h = s.h;
+        self.add_motions(constraints);
+    }
+
+    /// Adds the work of prescribed motions in a Galerkin step: `−Σ_i w_i·V(c̃_i)`, `w_i` [2.26].
+    fn add_motions_of_polynomial(
+        &mut self,
+        system: &SeparableSystem,
+        polynomial: &StepPolynomial<'_>,
+        gauss: &[GaussPoint],
+    ) {
+        let Self { force, balances, node, .. } = self;
+        let Some([node, _]) = node else { return };
+        let (s, h, constants) = (polynomial.stages(), polynomial.h(), polynomial.constants);
+        balances.resize_with(s + 1, || vec![0.0; force.len()]);
+        balances.iter_mut().for_each(|w| w.fill(0.0));
+        balances[0].copy_from_slice(&node.p);
+        for (k, at) in gauss.iter().enumerate() {
+            force.fill(0.0);
+            let angles = &polynomial.step().angles;
+            let place = Configuration { t: at.t, q: &at.q, angles };
+            system.add_gauss_force(place, &at.v, force);
+            for (i, w) in balances.iter_mut().enumerate() {
+                let impulse = h * at.weight * constants.E[(k, i)];
+                w.iter_mut().zip(&*force).for_each(|(w, f)| *w += impulse * f);
+            }
+        }
+        if let Some(strains) = system.interpolation() {
+            strains.add_impulses(polynomial, balances);
+        }
+        let mut constraints = 0.0;
+        for (i, w) in balances.iter_mut().enumerate() {
+            for (j, point) in (1..).zip(polynomial.points) {
+                system.mass().mul_add(constants.K[(i, j)] / h, &point.dq, w);
+            }
+            force.fill(0.0); // V(c̃_i)
+            for (j, point) in (1..).zip(polynomial.points) {
+                let rate = constants.lagrange_rate(j, constants.nodes[i]) / h;
+                force.iter_mut().zip(&point.dq).for_each(|(v, dq)| *v += rate * dq);
+            }
+            if i == s {
+                break; // with the next step
+            }
+            let before = if i > 0 || node.h == 0.0 { 0.0 } else { 0.5 };
+            let start = i == 0 && node.h == 0.0;
+            for ((w, v), last) in w.iter().zip(&*force).zip(&node.v) {
+                let v = if start { *last } else { v + before * (last - v) };
+                constraints -= w * v;
+            }
+        }
+        node.p.copy_from_slice(&balances[s]);
+        node.v.copy_from_slice(force);
+        node.h = h;
         self.add_motions(constraints);
     }
 

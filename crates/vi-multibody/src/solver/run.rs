@@ -355,9 +355,6 @@ fn galerkin(
     let refused = |what| Err(SetupError::NoGalerkin { what });
     let Some(stages) = method.stages() else { return refused("without control points") };
     let (n, m) = (mechanism.dim(), mechanism.len());
-    if mechanism.is_rheonomic() {
-        return refused("prescribed motions");
-    }
     let s = probe(mechanism, system);
     let mass = |out: &mut dyn Entries| system.mass().emit(out);
     let bodies = mechanism.description().particles.is_empty()
