@@ -3,7 +3,7 @@
 use super::{Kind, STEPS};
 use crate::soak::draw::Draw;
 use holonom::Model;
-use holonom::model::{Constraint, HighOrder, LinearSolver, Quadrature, Scheme, Strain};
+use holonom::model::{HighOrder, LinearSolver, Quadrature, Scheme, Strain};
 
 /// Schemes with their weights.
 const SCHEMES: [(u32, Scheme); 7] = [
@@ -18,15 +18,17 @@ const SCHEMES: [(u32, Scheme); 7] = [
 
 /// Chooses the settings.
 pub(super) fn choose(model: &mut Model, kind: Kind, draw: &mut Draw) {
-    let (dissipative, driven) = (is_dissipative(model), is_driven(model));
+    let dissipative = is_dissipative(model);
     let closed = kind == Kind::Loops || is_closed(model);
+    let [beams, points] = [model.beams.is_empty(), model.particles.is_empty()].map(|none| !none);
     let settings = &mut model.settings;
     settings.scheme = draw.weighted(&SCHEMES);
-    let galerkin = !driven && kind != Kind::Beams && draw.chance(0.06);
+    let galerkin = draw.chance(0.08);
     if galerkin {
         settings.method = HighOrder::Galerkin;
         settings.order = draw.weighted(&[(6, 4), (2, 6), (1, 8)]);
-        let nodal = !closed && draw.chance(0.7);
+        let has_form = !(closed && (beams || points) || beams && points);
+        let nodal = has_form && draw.chance(0.7);
         settings.scheme = if nodal { Scheme::Nodal } else { Scheme::Constrained };
     } else if !dissipative && draw.chance(0.12) {
         settings.order = draw.weighted(&[(8, 4), (1, 6), (1, 8)]);
@@ -57,11 +59,6 @@ fn is_dissipative(model: &Model) -> bool {
     });
     let beams = model.beams.iter().any(|beam| beam.section.damping.is_some());
     joints || beams || model.springs.iter().any(|spring| spring.damping > 0.0)
-}
-
-/// Whether a joint follows a prescribed motion.
-fn is_driven(model: &Model) -> bool {
-    model.constraints.iter().any(|c| matches!(c, Constraint::Motion { .. }))
 }
 
 /// Whether there is more than a tree.
