@@ -265,6 +265,22 @@ fn energy_balance_of_prescribed_motions() {
     }
 }
 
+/// The prescribed angle grows beyond half a revolution, and so does the angle of a gear.
+#[test]
+fn prescribed_angles_have_revolutions() {
+    let text = DRIVEN.replace("path = { amplitude = 0.6, frequency = 1.0 }", "path = { rate = 3.0 }");
+    let text = text.replace("rate = 3.7699111843077517", "rate = 3.0");
+    for scheme in ["nodal", "constrained"] {
+        let mut run = run(&text, scheme, 0.02, 6);
+        run.until(4.0);
+        let upper = run.point("upper", [0.5, 0.0, 0.0]);
+        let (at, exact) = (run.at(upper), [12.0_f64.cos(), 0.0, -12.0_f64.sin()]);
+        let error = (at - nalgebra::Vector3::from(exact)).norm();
+        println!("{scheme}: tip off by {error:.1e} after {:.2} revolutions", 12.0 / 6.283);
+        assert!(error < 1e-12, "{scheme}: {at} for {exact:?}");
+    }
+}
+
 #[test]
 fn a_step_allocates_nothing() {
     for (name, text, h) in [

@@ -18,7 +18,6 @@ use vi_constraints::Constraints;
 use vi_constraints::galerkin::Sweeps;
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_constraints::scheme::SubStep;
-use vi_core::Configuration;
 use vi_core::galerkin::Stages;
 use vi_core::linear::norm_inf;
 use vi_core::mechanical_system::MechanicalSystem;
@@ -75,12 +74,13 @@ impl LoopSweeps {
         *resolution = Resolution::full();
         let (first, rest) = loops.split_at_mut(1);
         for (j, own) in (1..).zip(rest) {
-            let (t, q) = (points.time(j), points.q(j));
+            let end = points.point(j).end();
+            let q = end.q;
             let Loops { tree, clusters, home, column_of, .. } = own;
             let at = Placed { tree, sparse: None, home, column_of, q, next: false };
             for (cluster, first) in clusters.iter_mut().zip(&first[0].clusters) {
                 resolution.meet(cluster.take_rows_of(first, at)?);
-                cluster.close(Configuration::new(t, q));
+                cluster.close(end);
             }
             tree.assemble_between(mass, q, q);
         }
