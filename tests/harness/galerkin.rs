@@ -17,8 +17,8 @@ use vi_core::{Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::mechanism::{BodySpec, Mechanism};
-use vi_multibody::scalar_constraint::ScalarConstraint;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+use vi_multibody::scalar_constraint::ScalarConstraint;
 
 /// A case, with what of the library has no Galerkin form in the place of its system.
 pub struct GalerkinCase {
@@ -284,7 +284,8 @@ impl Beam {
         }
         model.elements.set_mass(0..self.elements.len(), MassKind::Lumped);
         let mechanism = model.mechanism();
-        let rule = if self.quadrature == "gauss" { StrainRule::Midpoint } else { StrainRule::Averaged };
+        let rule =
+            if self.quadrature == "gauss" { StrainRule::Midpoint } else { StrainRule::Averaged };
         let system = model.system(&mechanism, rule);
         Ok((mechanism, system))
     }

@@ -177,7 +177,7 @@ pub enum HighOrder {
     #[default]
     Composition,
     /// Polynomials through control points on each step, Gauss quadrature of the action: orders 2, 4 … 16; also with
-    /// dampers. Trees of bodies and point masses.
+    /// dampers. Closed loops of beams or point masses with scheme = "constrained".
     Galerkin,
 }
 

@@ -6,9 +6,7 @@ use crate::digits::rounded;
 use crate::dynamics::Dynamics;
 use crate::limits::Stiffness;
 use crate::measures::{self, Measures};
-use holonom_model::{
-    Beam, Body, Family, Inconsistency, Level, Model, ModelError, Settings,
-};
+use holonom_model::{Beam, Body, Family, Inconsistency, Level, Model, ModelError, Settings};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use vi_constraints::Constraints;

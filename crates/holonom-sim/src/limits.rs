@@ -7,8 +7,8 @@ use crate::run_state::Bent;
 use crate::unstable_steps::UnstableSteps;
 use holonom_model::{Family, Settings, Strain};
 use serde::{Deserialize, Serialize};
-use vi_core::galerkin::Stages;
 use vi_beam::frequency::highest_frequency;
+use vi_core::galerkin::Stages;
 use vi_statics::limit::{STOP, WARN, angle_between};
 
 /// Above this `h ω_max` stiff vibrations are not resolved; in a Galerkin scheme of order `2s`: above `s` times this.

@@ -86,8 +86,7 @@ macro_rules! potential {
             fn energy(&self, step: &StepPolynomial<'_>) -> f64 {
                 let mut energy = 0.0;
                 self.each(&mut |own| {
-                    energy +=
-                        0.5 * form(&step.constants.S, &own.stiffness(), &strains(own, step));
+                    energy += 0.5 * form(&step.constants.S, &own.stiffness(), &strains(own, step));
                 });
                 energy
             }

@@ -229,8 +229,8 @@ impl SeparableSystem {
         scratch: &mut [f64],
         out: &mut [f64],
     ) {
-        let pointwise = |force: &&Box<dyn DiscreteForce>| force.interpolation().is_none();
-        for (force, work) in self.forces.iter().zip(out).filter(|(force, _)| pointwise(force)) {
+        let all = self.forces.iter().zip(out);
+        for (force, work) in all.filter(|(force, _)| force.interpolation().is_none()) {
             scratch.fill(0.0);
             force.add_continuous(at, v, scratch);
             *work += scale * scratch.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();

@@ -160,7 +160,8 @@ mod tests {
             let found = &pencil.from_residual * matrix * &pencil.T;
             let mut expected = DMatrix::zeros(s, s);
             for mode in &pencil.modes {
-                let [on, beside] = [mode.diagonal(), mode.beside()].map(|[m, d, k]| m * A + d * B + k * C);
+                let [on, beside] =
+                    [mode.diagonal(), mode.beside()].map(|[m, d, k]| m * A + d * B + k * C);
                 for k in mode.first..mode.first + mode.size() {
                     expected[(k, k)] = on;
                 }

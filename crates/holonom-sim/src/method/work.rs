@@ -24,7 +24,7 @@ pub(crate) struct Work {
     pub(super) force: Vec<f64>, // n  scratch
     pub(super) rates: Vec<f64>, // m  ∂g/∂t, scratch
     pub(super) parts: Vec<f64>, // J  of each force, then of all prescribed motions
-    balances: Vec<Vec<f64>>, // (s + 1) × n  w_i of a Galerkin step, scratch
+    balances: Vec<Vec<f64>>,    // (s + 1) × n  w_i of a Galerkin step, scratch
     before: Vec<f64>,           // J  the same up to the node before
     node: Option<[Impulse; 2]>, // of the present node and the one before; None without prescribed motions
 }

@@ -36,9 +36,9 @@ pub struct GalerkinConstrained {
     jacobians: Vec<Option<SparseMatrix>>, // s  G(q_i), i = 0 … s−1
     matrix: Option<SparseMatrix>,
     lu: Option<SparseLu>,
-    g: Vec<f64>,     // m  all constraints
+    g: Vec<f64>,                // m  all constraints
     multipliers: Vec<Vec<f64>>, // s × m  μ_i over all constraints
-    force: Vec<f64>, // n  G(q_i)ᵀ μ_i
+    force: Vec<f64>,            // n  G(q_i)ᵀ μ_i
 }
 
 impl GalerkinConstrained {

@@ -28,12 +28,12 @@ pub struct GaussPoint {
 #[derive(Debug)]
 pub struct ControlPoints {
     constants: GaussLobatto,
-    points: Vec<Interval>,  // s  q_n → q_j, j = 1 … s
-    p: Vec<f64>,            // n  p̄_n
-    gauss: Vec<GaussPoint>, // s
-    forces: Vec<Vec<f64>>,  // s × n  f − ∇V
+    points: Vec<Interval>,   // s  q_n → q_j, j = 1 … s
+    p: Vec<f64>,             // n  p̄_n
+    gauss: Vec<GaussPoint>,  // s
+    forces: Vec<Vec<f64>>,   // s × n  f − ∇V
     impulses: Vec<Vec<f64>>, // (s + 1) × n  of interpolated strains, where there are any
-    mixed: Vec<f64>,        // n  Σ_j K_ij Δ_j
+    mixed: Vec<f64>,         // n  Σ_j K_ij Δ_j
 }
 
 impl ControlPoints {

@@ -208,7 +208,12 @@ impl Articulated {
     }
 
     /// `A_α` between configurations.
-    pub(crate) fn assemble_between(&mut self, mixed: &Emission<'_>, q0: &[f64], q1: &[f64]) -> bool {
+    pub(crate) fn assemble_between(
+        &mut self,
+        mixed: &Emission<'_>,
+        q0: &[f64],
+        q1: &[f64],
+    ) -> bool {
         self.A.fill(SpatialMatrix::zero());
         let (A, link_of) = (&mut self.A[..], &self.link_of[..]);
         let mut blocks = BodyBlocks { A, link_of, q0, q1, coupled: false };

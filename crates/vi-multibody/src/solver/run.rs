@@ -18,7 +18,7 @@
 //! | tree of bodies | articulated recursion at all control points at once, `O(N)` | sparse |
 //! | tree with point masses | dense | sparse |
 //! | closed loops of bodies | that of their tree + small complement at each control point | sparse |
-//! | tree with nodes of elements | modes of the step, sparse by blocks | sparse |
+//! | tree with nodes of elements, or when sparse matrices are asked for | modes of the step, sparse by blocks | sparse |
 //! | other closed loops, elements beside point masses | none | sparse |
 
 use crate::mechanism::Mechanism;
@@ -359,6 +359,7 @@ fn galerkin(
     let mass = |out: &mut dyn Entries| system.mass().emit(out);
     let bodies = mechanism.description().particles.is_empty()
         && TreeNodal::new(mechanism.tree().clone()).is_uncoupled(&mass, &s);
+    let points = mechanism.particle_tree().dof() > 0;
     match kind {
         SchemeKind::Constrained => {
             Ok(Box::new(GalerkinConstrained::new(n, m, loops.rows.clone(), stages)))
@@ -377,10 +378,10 @@ fn galerkin(
                 "closed loops of beams or point masses by the scheme `nodal`, but by `constrained`",
             ),
         },
-        SchemeKind::Nodal if has_nodes(mechanism) && mechanism.particle_tree().dof() > 0 => {
+        SchemeKind::Nodal if has_nodes(mechanism) && points => {
             refused("beams beside point masses by the scheme `nodal`, but by `constrained`")
         }
-        SchemeKind::Nodal if has_nodes(mechanism) => {
+        SchemeKind::Nodal if has_nodes(mechanism) || solver == Solver::Sparse && !points => {
             let sweeps = CoupledSweeps::new(mechanism, stages, q);
             Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
         }

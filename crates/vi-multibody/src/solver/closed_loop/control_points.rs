@@ -37,8 +37,8 @@ pub struct LoopSweeps {
     dependent: Vec<bool>,
     fresh: bool,            // rows not chosen yet in this step
     resolution: Resolution, // of the last residual
-    w: Vec<f64>, // n  balance of a control point
-    r: Vec<f64>, // s d  residual, while corrections are made of it
+    w: Vec<f64>,            // n  balance of a control point
+    r: Vec<f64>,            // s d  residual, while corrections are made of it
 }
 
 impl LoopSweeps {
