@@ -33,7 +33,7 @@ fn results(
     let (mut r, mut du, mut u, mut p) = (zeros(), zeros(), u.to_vec(), state.p.clone());
     sweeps.residual(system, &mut points, &u, &mut r, true).unwrap();
     du.copy_from_slice(&r);
-    sweeps.correction(&points, &mut du).unwrap();
+    sweeps.correction(&points, &u, &mut du).unwrap();
     u.iter_mut().for_each(|u| *u *= 1.01); // the factors are then of another configuration
     sweeps.residual(system, &mut points, &u, &mut r, false).unwrap();
     sweeps.close(system, &mut points, &mut p);
