@@ -196,8 +196,8 @@ fn stiff_springs_take_the_modes() {
 
 #[test]
 fn momenta_of_a_flying_beam_are_exact() {
-    for (order, scheme) in [(4, "nodal"), (6, "nodal"), (6, "constrained")] {
-        let mut run = run(&shipped("flying_beam"), scheme, 0.02, order);
+    for order in [4, 6] {
+        let mut run = run(&shipped("flying_beam"), "nodal", 0.02, order);
         run.until(6.0); // nothing acts from 5 s on
         let momentum = |run: &mut Run| {
             let run = run.simulation.integrator();
@@ -208,8 +208,8 @@ fn momenta_of_a_flying_beam_are_exact() {
         let start = momentum(&mut run);
         run.steps(100);
         let found = apart(&momentum(&mut run), &start);
-        println!("{scheme}, order {order}: momenta change by {found:.1e} of {:.0}", start[5].abs());
-        assert!(found < 1e-10, "{scheme}, order {order}: {found:e}");
+        println!("order {order}: momenta change by {found:.1e} of {:.0}", start[5].abs());
+        assert!(found < 1e-10, "order {order}: {found:e}");
     }
 }
 
@@ -258,7 +258,7 @@ fn energy_balance_of_a_damped_beam() {
 #[test]
 fn energy_balance_of_prescribed_motions() {
     for (name, h, order) in [
-        ("flexible_slider_crank", 1e-3, 6),
+        ("flexible_slider_crank", 5e-3, 6),
         ("driven", 2e-2, 4),
         ("driven", 1e-2, 4),
         ("driven", 2e-2, 6),
@@ -285,7 +285,7 @@ fn energy_balance_of_prescribed_motions() {
     }
 }
 
-/// The prescribed angle grows beyond half a revolution, and so does the angle of a gear.
+/// The prescribed angle grows beyond half a revolution.
 #[test]
 fn prescribed_angles_have_revolutions() {
     let text =
@@ -293,8 +293,8 @@ fn prescribed_angles_have_revolutions() {
     let text = text.replace("rate = 3.7699111843077517", "rate = 3.0");
     for scheme in ["nodal", "constrained"] {
         let mut run = run(&text, scheme, 0.02, 6);
+        let upper = run.point("upper", [1.0, 0.0, 0.0]);
         run.until(4.0);
-        let upper = run.point("upper", [0.5, 0.0, 0.0]);
         let (at, exact) = (run.at(upper), [12.0_f64.cos(), 0.0, -12.0_f64.sin()]);
         let error = (at - nalgebra::Vector3::from(exact)).norm();
         println!("{scheme}: tip off by {error:.1e} after 12 rad");
