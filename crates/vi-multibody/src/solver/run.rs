@@ -382,6 +382,11 @@ fn galerkin(
             refused("beams beside point masses by the scheme `nodal`, but by `constrained`")
         }
         SchemeKind::Nodal if has_nodes(mechanism) || solver == Solver::Sparse && !points => {
+            if has_many_ancestors(mechanism) {
+                // the matrix between the unknowns is full
+                let what = "the Galerkin schemes of beams on so many bodies in series";
+                check_dense(n, what, "write scheme = \"constrained\"")?;
+            }
             let sweeps = CoupledSweeps::new(mechanism, stages, q);
             Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
         }
