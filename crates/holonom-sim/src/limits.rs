@@ -79,7 +79,7 @@ impl Stiffness {
             Some(format!(
                 "h ω_max = {h_omega_max:.3} ({place}): vibrations that the step does not resolve can grow without bound \
                  in a Galerkin scheme, unless material damping takes them out; write a step {smaller:.0} times smaller, \
-                 fewer elements, `damping` of the beam, or order = 2"
+                 fewer elements, `damping` in the section of the beam, or order = 2"
             ))
         } else if let Some(unstable) = unstable {
             Some(format!("h ω_max = {h_omega_max:.3} ({place}): {}", unstable.warning()))
