@@ -155,24 +155,28 @@ fn the_symplectic_form_is_conserved() {
     for (name, h) in [("heavy_top", 0.05), ("chain8", 0.05)] {
         for s in [2, 3, 4] {
             let mut run = bare(name, SchemeKind::Nodal, h, Some(s));
-            let (constraints, rows) = (run.constraints().clone(), run.rows().clone());
-            let state = run.state().clone();
-            let mut tangents = Tangents::canonical(&constraints, &rows, state.configuration());
-            let before = tangents.form();
-            let stages = Stages::new(s).unwrap();
-            let m = holonom::vi_constraints::Constraints::len(&constraints);
-            let mut map = GalerkinTangent::new(m, &rows, stages, &state).unwrap();
-            for _ in 0..4 {
-                run.step_with(&mut |system, constraints, step| {
-                    map.push(system, constraints, step, &mut tangents).unwrap();
-                })
-                .unwrap();
-            }
-            let defect = tangents.defect(&before);
-            println!("{name}, s = {s}: Ω changes by {defect:.1e} in 4 steps");
-            assert!(defect < 1e-12, "{name}, s = {s}: {defect:e}");
+            check_form(name, &mut run, s, 1e-12);
         }
     }
+}
+
+/// That the symplectic form of canonical tangents changes by less than a bound in four steps.
+pub(crate) fn check_form(name: &str, run: &mut MechanismIntegrator, s: usize, most: f64) {
+    let (constraints, rows) = (run.constraints().clone(), run.rows().clone());
+    let state = run.state().clone();
+    let mut tangents = Tangents::canonical(&constraints, &rows, state.configuration());
+    let before = tangents.form();
+    let m = holonom::vi_constraints::Constraints::len(&constraints);
+    let mut map = GalerkinTangent::new(m, &rows, Stages::new(s).unwrap(), &state).unwrap();
+    for _ in 0..4 {
+        run.step_with(&mut |system, constraints, step| {
+            map.push(system, constraints, step, &mut tangents).unwrap();
+        })
+        .unwrap();
+    }
+    let defect = tangents.defect(&before);
+    println!("{name}, s = {s}: Ω changes by {defect:.1e} in 4 steps");
+    assert!(defect < most, "{name}, s = {s}: {defect:e}");
 }
 
 /// The tangent map against differences of steps, on the null space.
@@ -218,14 +222,19 @@ fn the_tangent_is_that_of_the_step() {
 fn reversed_steps_retrace_the_motion() {
     for (name, h, s) in [("heavy_top", 0.04, 3), ("chain8", 0.05, 4), ("free_body", 0.05, 2)] {
         let mut run = bare(name, SchemeKind::Nodal, h, Some(s));
-        let start = run.state().q.clone();
-        (0..20).for_each(|_| assert!(run.step().is_ok()));
-        run.reverse();
-        (0..20).for_each(|_| assert!(run.step().is_ok()));
-        let missed = apart(&run.state().q, &start);
-        println!("{name}, s = {s}: back to {missed:.1e}");
-        assert!(missed < 1e-11, "{name}, s = {s}: {missed:e}");
+        check_reversal(&format!("{name}, s = {s}"), &mut run, 1e-11);
     }
+}
+
+/// That twenty steps and twenty back lead to the start, within a bound.
+pub(crate) fn check_reversal(name: &str, run: &mut MechanismIntegrator, most: f64) {
+    let start = run.state().q.clone();
+    (0..20).for_each(|_| assert!(run.step().is_ok()));
+    run.reverse();
+    (0..20).for_each(|_| assert!(run.step().is_ok()));
+    let missed = apart(&run.state().q, &start);
+    println!("{name}: back to {missed:.1e}");
+    assert!(missed < most, "{name}: {missed:e}");
 }
 
 /// Largest changes of `L_z` and of the energy of the heavy top in `steps` steps, with their values at half time.
@@ -279,30 +288,40 @@ fn no_trend_in_a_hundred_thousand_steps() {
 #[test]
 fn a_step_allocates_nothing() {
     for (text, order) in [(shipped("chain8"), 8), (shipped("heavy_top"), 6), (DAMPED.into(), 4)] {
-        let mut run = run(&text, 0.02, order);
-        run.steps(10);
-        let run = run.simulation.integrator();
-        let before = allocations();
-        for _ in 0..100 {
-            run.step().unwrap();
-        }
-        assert_eq!(allocations() - before, 0, "order {order}");
+        check_allocations(&format!("order {order}"), &mut run(&text, 0.02, order), 100);
     }
+}
+
+/// That no step of a run allocates.
+pub(crate) fn check_allocations(name: &str, run: &mut Run, steps: usize) {
+    run.steps(10);
+    let run = run.simulation.integrator();
+    let before = allocations();
+    for _ in 0..steps {
+        run.step().unwrap();
+    }
+    assert_eq!(allocations() - before, 0, "{name}");
 }
 
 #[test]
 fn a_stored_state_continues_bit_for_bit() {
     for (text, order) in [(shipped("chain8"), 8), (shipped("heavy_top"), 6), (DAMPED.into(), 16)] {
-        let mut first = run(&text, 0.02, order);
-        first.steps(7);
-        let stored = serde_json::to_string(first.simulation.integrator().state()).unwrap();
-        first.steps(5);
-        let mut second = run(&text, 0.02, order);
-        let state: State = serde_json::from_str(&stored).unwrap();
-        second.simulation.integrator().resume(state).unwrap();
-        second.steps(5);
-        assert_eq!(first.simulation.integrator().state(), second.simulation.integrator().state());
+        check_restart(&format!("order {order}"), || run(&text, 0.02, order));
     }
+}
+
+/// That a run goes on from its stored state as without a stop.
+pub(crate) fn check_restart(name: &str, start: impl Fn() -> Run) {
+    let mut first = start();
+    first.steps(7);
+    let stored = serde_json::to_string(first.simulation.integrator().state()).unwrap();
+    first.steps(5);
+    let mut second = start();
+    let state: State = serde_json::from_str(&stored).unwrap();
+    second.simulation.integrator().resume(state).unwrap();
+    second.steps(5);
+    let [first, second] = [&mut first, &mut second].map(|run| run.simulation.integrator());
+    assert_eq!(first.state(), second.state(), "{name}");
 }
 
 /// The sweeps of usual steps converge from the first guess; steps that are too large are refused or right.

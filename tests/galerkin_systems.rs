@@ -1,16 +1,12 @@
 //! The Galerkin schemes on closed loops and beams: orders, forms, invariants, singular positions, restart, refusals.
 #![allow(clippy::unwrap_used)] // a test
 
+use crate::galerkin::{check_allocations, check_form, check_restart, check_reversal};
 use crate::{benchmark, harness};
 
 use benchmark::{Run, apart, assert_order, model, study};
 use harness::models::shipped;
 use holonom::Simulation;
-use holonom::vi_constraints::galerkin::GalerkinTangent;
-use holonom::vi_constraints::tangent_map::Tangents;
-use holonom::vi_core::State;
-use holonom::vi_core::galerkin::Stages;
-use vi_testkit::allocator::allocations;
 
 /// A soft beam with material damping that swings on a hinge, of elements with two or three nodes.
 fn swinging(order: usize, damping: f64) -> String {
@@ -221,22 +217,7 @@ fn the_symplectic_form_is_conserved() {
         ("beam", swinging(1, 0.0), 0.02, 3),
     ] {
         let mut run = run(&text, "nodal", h, 2 * s as u32);
-        let run = run.simulation.integrator();
-        let (constraints, rows) = (run.constraints().clone(), run.rows().clone());
-        let state = run.state().clone();
-        let mut tangents = Tangents::canonical(&constraints, &rows, state.configuration());
-        let before = tangents.form();
-        let m = holonom::vi_constraints::Constraints::len(&constraints);
-        let mut map = GalerkinTangent::new(m, &rows, Stages::new(s).unwrap(), &state).unwrap();
-        for _ in 0..4 {
-            run.step_with(&mut |system, constraints, step| {
-                map.push(system, constraints, step, &mut tangents).unwrap();
-            })
-            .unwrap();
-        }
-        let defect = tangents.defect(&before);
-        println!("{name}, s = {s}: Ω changes by {defect:.1e} in 4 steps");
-        assert!(defect < 1e-10, "{name}, s = {s}: {defect:e}");
+        check_form(name, run.simulation.integrator(), s, 1e-10);
     }
 }
 
@@ -311,13 +292,7 @@ fn a_step_allocates_nothing() {
         ("quadratic beam", swinging(2, 0.0), 0.01),
     ] {
         let mut run = run(&text, "nodal", h, 6);
-        run.steps(10);
-        let run = run.simulation.integrator();
-        let before = allocations();
-        for _ in 0..50 {
-            run.step().unwrap();
-        }
-        assert_eq!(allocations() - before, 0, "{name}");
+        check_allocations(name, &mut run, 50);
     }
 }
 
@@ -328,16 +303,7 @@ fn a_stored_state_continues_bit_for_bit() {
         ("four_bar_windows", shipped("four_bar_windows"), 5e-3),
         ("damped beam", swinging(1, 2e-3), 0.01),
     ] {
-        let mut first = run(&text, "nodal", h, 6);
-        first.steps(7);
-        let stored = serde_json::to_string(first.simulation.integrator().state()).unwrap();
-        first.steps(5);
-        let mut second = run(&text, "nodal", h, 6);
-        let state: State = serde_json::from_str(&stored).unwrap();
-        second.simulation.integrator().resume(state).unwrap();
-        second.steps(5);
-        let [first, second] = [&mut first, &mut second].map(|run| run.simulation.integrator());
-        assert_eq!(first.state(), second.state(), "{name}");
+        check_restart(name, || run(&text, "nodal", h, 6));
     }
 }
 
@@ -346,14 +312,7 @@ fn reversed_steps_retrace_the_motion() {
     for (name, text, h) in [("bricard", shipped("bricard"), 0.02), ("beam", swinging(1, 0.0), 0.01)]
     {
         let mut run = run(&text, "nodal", h, 6);
-        let run = run.simulation.integrator();
-        let start = run.state().q.clone();
-        (0..20).for_each(|_| assert!(run.step().is_ok()));
-        run.reverse();
-        (0..20).for_each(|_| assert!(run.step().is_ok()));
-        let missed = apart(&run.state().q, &start);
-        println!("{name}: back to {missed:.1e}");
-        assert!(missed < 1e-10, "{name}: {missed:e}");
+        check_reversal(name, run.simulation.integrator(), 1e-10);
     }
 }
 
