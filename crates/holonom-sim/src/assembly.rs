@@ -272,13 +272,7 @@ pub(crate) fn refusal(error: &SetupError, model: &Model) -> ModelError {
         SetupError::DissipativeComposition => {
             unsupported("simulation.order", "write order = 2, or method = \"galerkin\"")
         }
-        SetupError::NoGalerkin { what } => unsupported(
-            "simulation.method",
-            match what.contains("`constrained`") {
-                true => "write scheme = \"constrained\", or method = \"composition\"",
-                false => "write method = \"composition\"",
-            },
-        ),
+        SetupError::NoGalerkin { instead, .. } => unsupported("simulation.method", instead),
         SetupError::RankAtStart { .. } => {
             unsupported("simulation.scheme", "displace a point mass or a body slightly")
         }

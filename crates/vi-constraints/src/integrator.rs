@@ -153,7 +153,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
                 Box::new(GalerkinConstrained::new(n, m, rows.clone(), stages))
             }
             (_, Some(_)) => {
-                return Err(SetupError::NoGalerkin { what: "constraints without a null space" });
+                return Err(SetupError::no_galerkin("constraints without a null space"));
             }
             (SchemeKind::Constrained, None) => Box::new(Constrained::new(n, m, rows.clone())),
             (SchemeKind::Dalembert, None) => {
@@ -198,7 +198,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Integrator<S, C>
                 Box::new(GalerkinNodal::new(n, stages, sweeps))
             }
             (SchemeKind::Dalembert | SchemeKind::Reduced, Some(_)) => {
-                return Err(SetupError::NoGalerkin { what: "in this form" });
+                return Err(SetupError::no_galerkin("in this form"));
             }
             (SchemeKind::Constrained, None) => Box::new(Constrained::new(n, m, rows.clone())),
             (SchemeKind::Dalembert, None) => {
@@ -614,10 +614,10 @@ fn check_composition(system: &impl MechanicalSystem, gammas: &[f64]) -> Result<(
 /// Refuses what the Galerkin schemes have no equations for.
 fn check_galerkin(system: &impl MechanicalSystem) -> Result<(), SetupError> {
     if system.adds_mass() {
-        return Err(SetupError::NoGalerkin { what: "beams with mass scaling" });
+        return Err(SetupError::no_galerkin("beams with mass scaling"));
     }
     if system.has_memory() {
-        return Err(SetupError::NoGalerkin { what: "forces with internal variables" });
+        return Err(SetupError::no_galerkin("forces with internal variables"));
     }
     Ok(())
 }

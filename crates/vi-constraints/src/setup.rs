@@ -123,6 +123,8 @@ pub enum SetupError {
     NoGalerkin {
         /// What of the system, or which scheme.
         what: &'static str,
+        /// What to write instead.
+        instead: &'static str,
     },
     /// The start is a configuration in which the constraints of a loop lose rank.
     #[error("the start is a singular configuration (the loop closed by `{joint}`) {reason}")]
@@ -179,6 +181,14 @@ pub enum SetupError {
         /// The right length.
         expected: usize,
     },
+}
+
+impl SetupError {
+    /// The refusal of what no Galerkin scheme integrates.
+    #[must_use]
+    pub fn no_galerkin(what: &'static str) -> Self {
+        Self::NoGalerkin { what, instead: "write method = \"composition\"" }
+    }
 }
 
 fn loop_of(joint: Option<&str>) -> String {

@@ -265,6 +265,12 @@ impl SeparableSystem {
         }
     }
 
+    /// The potentials that a Galerkin step evaluates at Gauss nodes.
+    fn gauss_potentials(&self) -> impl Iterator<Item = &dyn DiscretePotential> {
+        let all = self.potentials.iter().map(|potential| &**potential);
+        all.filter(|potential| potential.interpolation().is_none())
+    }
+
     /// What of a Galerkin step depends on interpolated strains.
     fn interpolations(&self) -> impl Iterator<Item = &dyn StrainInterpolation> {
         let potentials = self.potentials.iter().filter_map(|potential| potential.interpolation());
@@ -323,14 +329,11 @@ impl MechanicalSystem for SeparableSystem {
     }
 
     fn gauss_energy(&self, at: Configuration<'_>) -> f64 {
-        let pointwise = self.potentials.iter().filter(|own| own.interpolation().is_none());
-        pointwise.map(|u| u.potential(at)).sum()
+        self.gauss_potentials().map(|u| u.potential(at)).sum()
     }
 
     fn add_gauss_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        for potential in self.potentials.iter().filter(|own| own.interpolation().is_none()) {
-            potential.add_gradient(at, -1.0, out);
-        }
+        self.gauss_potentials().for_each(|potential| potential.add_gradient(at, -1.0, out));
         for force in self.forces.iter().filter(|own| own.interpolation().is_none()) {
             force.add_continuous(at, v, out);
         }
@@ -417,9 +420,7 @@ impl DiscreteLagrangian for SeparableSystem {
     }
 
     fn gauss_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
-        for potential in self.potentials.iter().filter(|own| own.interpolation().is_none()) {
-            potential.add_hessian(at, scale, out);
-        }
+        self.gauss_potentials().for_each(|potential| potential.add_hessian(at, scale, out));
     }
 
     fn add_force_minus(&self, s: &Interval, out: &mut [f64]) {

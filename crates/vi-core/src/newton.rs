@@ -284,7 +284,8 @@ const LEVEL: usize = 3;
 const SWEEPS: usize = 4;
 
 /// Whether a correction by an approximate tangent has reached round-off, from the sizes of the one `before` and of that
-/// `earlier` still. Corrections may fall in pairs, so one that does not fall says nothing.
+/// `earlier` still; `noise`: what round-off alone may cause. Corrections may fall in pairs, so one that does not fall
+/// says nothing.
 fn stagnates(size: f64, before: f64, earlier: f64, noise: f64) -> bool {
     const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
     (size >= 0.5 * before && size <= ROUND_OFF)

@@ -147,11 +147,13 @@ impl Work {
             if i == s {
                 break; // with the next step
             }
-            let before = if i > 0 || node.h == 0.0 { 0.0 } else { 0.5 };
-            let start = i == 0 && node.h == 0.0;
+            let before = match i {
+                0 if node.h == 0.0 => 1.0, // the initial velocity is that of the node
+                0 => 0.5,
+                _ => 0.0,
+            };
             for ((w, v), last) in w.iter().zip(&*force).zip(&node.v) {
-                let v = if start { *last } else { v + before * (last - v) };
-                constraints -= w * v;
+                constraints -= w * (v + before * (last - v));
             }
         }
         node.p.copy_from_slice(&balances[s]);

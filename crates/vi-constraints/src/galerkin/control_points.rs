@@ -104,7 +104,7 @@ impl ControlPoints {
     /// `q_i`, `i = 0 … s`, shape `n`.
     #[must_use]
     pub fn q(&self, i: usize) -> &[f64] {
-        if i == 0 { &self.step().q0 } else { &self.points[i - 1].q1 }
+        self.polynomial().q(i)
     }
 
     /// `t_n + c̃_i h`, `i = 0 … s`, s.
@@ -144,7 +144,7 @@ impl ControlPoints {
     /// `(q_n, q_{n+1})`.
     #[must_use]
     pub fn step(&self) -> &Interval {
-        &self.points[self.points.len() - 1]
+        self.polynomial().step()
     }
 
     /// The same, to put back that of another step.

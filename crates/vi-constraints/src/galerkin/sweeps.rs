@@ -64,15 +64,26 @@ pub trait Sweeps: Send {
     ) -> Result<(), Fault>;
     /// Writes `q_{n+1}` with its increment into the interval of the step and `p ← p̄_{n+1} = w_s` [2.29], at the
     /// control points of the last residual, or where they were moved since.
-    fn close(&mut self, system: &impl MechanicalSystem, points: &mut ControlPoints, p: &mut [f64]);
+    fn close(&mut self, system: &impl MechanicalSystem, points: &mut ControlPoints, p: &mut [f64]) {
+        points.balance(system, points.stages(), p);
+    }
     /// See [`crate::reparametrization::NodalOperators::remember`].
     fn remember(&self, _memory: &mut Memory) {}
     /// Writes the increments `Δ_j` of all control points of the last residual.
-    fn write_increments(&self, points: &mut ControlPoints);
+    fn write_increments(&self, _points: &mut ControlPoints) {} // those of most are there
     /// `u ←` the increment of `first` and then `u`; of use for initial guesses.
     fn compose(&self, first: &[f64], u: &mut [f64]);
     /// See [`crate::reparametrization::Reparametrization::clean`].
     fn clean(&mut self, t: f64, q: &mut [f64]);
+}
+
+/// `out ← Σ_k weight_k x_k` of vectors that follow one another in `x`.
+pub fn mix(weight: impl Fn(usize) -> f64, x: &[f64], out: &mut [f64]) {
+    out.fill(0.0);
+    for (k, x) in x.chunks_exact(out.len()).enumerate() {
+        let weight = weight(k);
+        out.iter_mut().zip(x).for_each(|(out, x)| *out += weight * x);
+    }
 }
 
 /// [`Sweeps`] from operators of single control points.
@@ -161,21 +172,11 @@ impl<O: ControlPointOperators> Sweeps for Pointwise<O> {
         let (d, h) = (operators.dof(), points.h());
         r.copy_from_slice(du);
         for (j, du) in du.chunks_exact_mut(d).enumerate() {
-            du.fill(0.0);
-            for (i, r) in r.chunks_exact(d).enumerate() {
-                let weight = h * points.constants().K_hat_inverse[(j, i)];
-                du.iter_mut().zip(r).for_each(|(x, r)| *x += weight * r);
-            }
+            mix(|i| h * points.constants().K_hat_inverse[(j, i)], r, du);
             operators.solve(j, du)?;
         }
         Ok(())
     }
-
-    fn close(&mut self, system: &impl MechanicalSystem, points: &mut ControlPoints, p: &mut [f64]) {
-        points.balance(system, points.stages(), p);
-    }
-
-    fn write_increments(&self, _points: &mut ControlPoints) {} // they are there
 
     fn compose(&self, first: &[f64], u: &mut [f64]) {
         self.operators.compose(first, u);

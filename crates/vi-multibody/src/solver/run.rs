@@ -352,14 +352,20 @@ fn galerkin(
     solver: Solver,
     (loops, q): (&Loops, &[f64]),
 ) -> Result<BoxedScheme, SetupError> {
-    let refused = |what| Err(SetupError::NoGalerkin { what });
+    let refused = |what| Err(SetupError::no_galerkin(what));
+    let constrained_only = |what| {
+        let instead = "write scheme = \"constrained\", or method = \"composition\"";
+        Err(SetupError::NoGalerkin { what, instead })
+    };
     let Some(stages) = method.stages() else { return refused("without control points") };
     let (n, m) = (mechanism.dim(), mechanism.len());
-    let s = probe(mechanism, system);
-    let mass = |out: &mut dyn Entries| system.mass().emit(out);
-    let bodies = mechanism.description().particles.is_empty()
-        && TreeNodal::new(mechanism.tree().clone()).is_uncoupled(&mass, &s);
     let points = mechanism.particle_tree().dof() > 0;
+    let bodies = || {
+        let mass = |out: &mut dyn Entries| system.mass().emit(out);
+        mechanism.description().particles.is_empty()
+            && TreeNodal::new(mechanism.tree().clone())
+                .is_uncoupled(&mass, &probe(mechanism, system))
+    };
     match kind {
         SchemeKind::Constrained => {
             Ok(Box::new(GalerkinConstrained::new(n, m, loops.rows.clone(), stages)))
@@ -367,20 +373,20 @@ fn galerkin(
         SchemeKind::Dalembert => refused("by the scheme `dalembert`"),
         SchemeKind::Reduced => refused("by the scheme `reduced`"),
         SchemeKind::Nodal if mechanism.has_loops() => match &loops.rank {
-            Some(rank) if bodies && !has_nodes(mechanism) => {
+            Some(rank) if !has_nodes(mechanism) && bodies() => {
                 if rank.is_singular() {
                     return Err(loops.refusal(SingularStart::Scheme));
                 }
                 let sweeps = LoopSweeps::new(mechanism, rank, stages);
                 Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
             }
-            _ => refused(
+            _ => constrained_only(
                 "closed loops of beams or point masses by the scheme `nodal`, but by `constrained`",
             ),
         },
-        SchemeKind::Nodal if has_nodes(mechanism) && points => {
-            refused("beams beside point masses by the scheme `nodal`, but by `constrained`")
-        }
+        SchemeKind::Nodal if has_nodes(mechanism) && points => constrained_only(
+            "beams beside point masses by the scheme `nodal`, but by `constrained`",
+        ),
         SchemeKind::Nodal if has_nodes(mechanism) || solver == Solver::Sparse && !points => {
             if has_many_ancestors(mechanism) {
                 // the matrix between the unknowns is full
@@ -391,7 +397,7 @@ fn galerkin(
             Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
         }
         SchemeKind::Nodal => {
-            if bodies && solver != Solver::Dense {
+            if solver != Solver::Dense && bodies() {
                 return Ok(tree_sweeps(mechanism, system, solver, stages));
             }
             check_dense(

@@ -17,6 +17,7 @@ use crate::mechanism::Mechanism;
 use vi_constraints::Constraints;
 use vi_constraints::galerkin::Sweeps;
 use vi_constraints::galerkin::control_points::ControlPoints;
+use vi_constraints::galerkin::sweeps::mix;
 use vi_constraints::scheme::SubStep;
 use vi_core::galerkin::Stages;
 use vi_core::linear::norm_inf;
@@ -55,6 +56,15 @@ impl LoopSweeps {
         Self { loops, initial, dependent, fresh, resolution, w, r }
     }
 
+    /// The velocity maps at the control points: `P(q_j)` and `∂F_d/∂u`.
+    fn take_maps(&mut self, points: &ControlPoints, u: &[f64]) {
+        for (j, u) in u.chunks_exact(self.dependent.len()).enumerate() {
+            let (tree, q) = (&mut self.loops[j + 1].tree, points.q(j + 1));
+            tree.begin_at(q, None);
+            tree.tangent(u, q);
+        }
+    }
+
     /// `Ĝ_j` with the rows that are enforced in this step, `g_c(q_j)`, and `A_j` of the emitted mass.
     fn close_loops(
         &mut self,
@@ -87,13 +97,10 @@ impl LoopSweeps {
         Ok(())
     }
 
-    /// `q_j = F_d(u_j, q_n)` with the velocity maps there.
+    /// `q_j = F_d(u_j, q_n)`.
     fn move_to(&mut self, points: &mut ControlPoints, u: &[f64]) -> Result<(), Fault> {
         for (j, u) in u.chunks_exact(self.dependent.len()).enumerate() {
-            let tree = &mut self.loops[j + 1].tree;
-            tree.move_to(u, points.point_mut(j + 1))?;
-            tree.begin_at(points.q(j + 1), None);
-            tree.tangent(u, points.q(j + 1));
+            self.loops[j + 1].tree.move_to(u, points.point_mut(j + 1))?;
         }
         Ok(())
     }
@@ -145,6 +152,7 @@ impl Sweeps for LoopSweeps {
         _anew: bool,
     ) -> Result<(), Fault> {
         self.move_to(points, u)?;
+        self.take_maps(points, u);
         self.close_loops(points, &|out| system.mass().emit(out), u)?;
         points.evaluate(system);
         let (h, d) = (points.h(), self.dof());
@@ -182,25 +190,15 @@ impl Sweeps for LoopSweeps {
         }
         r.copy_from_slice(du);
         for (j, du) in du.chunks_exact_mut(d).enumerate() {
-            du.fill(0.0);
-            for (i, r) in r.chunks_exact(d).enumerate() {
-                let weight = h * points.constants().K_hat_inverse[(j, i)];
-                du.iter_mut().zip(r).for_each(|(x, r)| *x += weight * r);
-            }
+            mix(|i| h * points.constants().K_hat_inverse[(j, i)], r, du);
             loops[j + 1].solve_by_sweeps(points.q(j + 1), du)?;
         }
         if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
-    fn close(&mut self, system: &impl MechanicalSystem, points: &mut ControlPoints, p: &mut [f64]) {
-        points.balance(system, points.stages(), p);
-    }
-
     fn remember(&self, memory: &mut Memory) {
         self.loops[self.loops.len() - 1].remember(memory);
     }
-
-    fn write_increments(&self, _points: &mut ControlPoints) {} // they are there
 
     fn compose(&self, first: &[f64], u: &mut [f64]) {
         self.loops[0].tree.tree().compose(first, u);

@@ -13,6 +13,7 @@ use super::{extent, with_floors};
 use crate::mechanism::Mechanism;
 use vi_constraints::galerkin::Sweeps;
 use vi_constraints::galerkin::control_points::ControlPoints;
+use vi_constraints::galerkin::sweeps::mix;
 use vi_constraints::scheme::SubStep;
 use vi_core::Configuration;
 use vi_core::galerkin::{GaussLobatto, Stages};
@@ -98,11 +99,13 @@ impl Sweeps for CoupledSweeps {
         _anew: bool,
     ) -> Result<(), Fault> {
         self.settle(system, points, u)?;
-        let Self { layout, columns, w, .. } = self;
+        let Self { layout, start, columns, w, .. } = self;
         for (i, r) in r.chunks_exact_mut(layout.dof()).enumerate() {
             points.balance(system, i, w);
-            layout.null_space_by_screws(points.q(i), columns);
-            layout.pull_back(columns, w, r); // P(q_i)ᵀ w_i
+            if i > 0 {
+                layout.null_space_by_screws(points.q(i), columns);
+            }
+            layout.pull_back(if i > 0 { columns } else { start }, w, r); // P(q_i)ᵀ w_i
         }
         Ok(())
     }
@@ -131,12 +134,12 @@ impl Sweeps for CoupledSweeps {
         r.copy_from_slice(du);
         for (m, z) in z.chunks_exact_mut(d).enumerate() {
             mix(|i| pencil.from_residual[(m, i)], r, z);
-            layout.rotate_roots(start, z);
+            layout.apply_roots(start, z);
         }
         for (k, mode) in pencil.modes.iter().enumerate() {
             factors.solve(k, &mut z[mode.first * d..(mode.first + mode.size()) * d])?;
         }
-        z.chunks_exact_mut(d).for_each(|z| layout.rotate_roots_back(start, z));
+        z.chunks_exact_mut(d).for_each(|z| layout.apply_roots_transposed(start, z));
         for (j, du) in du.chunks_exact_mut(d).enumerate() {
             mix(|m| h * pencil.T[(j, m)], z, du);
             layout.material_rates_to_increments(points.q(j + 1), &u[j * d..(j + 1) * d], du);
@@ -144,26 +147,11 @@ impl Sweeps for CoupledSweeps {
         Ok(())
     }
 
-    fn close(&mut self, system: &impl MechanicalSystem, points: &mut ControlPoints, p: &mut [f64]) {
-        points.balance(system, points.stages(), p);
-    }
-
-    fn write_increments(&self, _points: &mut ControlPoints) {} // they are there
-
     fn compose(&self, first: &[f64], u: &mut [f64]) {
         self.layout.compose(first, u);
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
         self.layout.clean(q);
-    }
-}
-
-/// `out ← Σ_k weight_k x_k` of vectors that follow one another in `x`.
-fn mix(weight: impl Fn(usize) -> f64, x: &[f64], out: &mut [f64]) {
-    out.fill(0.0);
-    for (k, x) in x.chunks_exact(out.len()).enumerate() {
-        let weight = weight(k);
-        out.iter_mut().zip(x).for_each(|(out, x)| *out += weight * x);
     }
 }

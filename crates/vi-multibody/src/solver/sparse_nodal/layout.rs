@@ -285,9 +285,7 @@ impl VelocityLayout {
                 out[self.unknowns[c]] += at.twists[c].dot(&wrench);
             }
         }
-        for (root, map) in self.free_roots().zip(&at.roots) {
-            map.apply_transposed(&mut out[root.offset..root.offset + 6]);
-        }
+        self.apply_roots_transposed(at, out);
     }
 
     /// The map of the free root that carries a member, with the first unknown of the root.
@@ -321,8 +319,8 @@ impl VelocityLayout {
         }
     }
 
-    /// Of free roots: twists from components along the directors.
-    pub(super) fn rotate_roots(&self, at: &Columns, x: &mut [f64]) {
+    /// `x ← R x` of free roots: twists from components along the directors.
+    pub(super) fn apply_roots(&self, at: &Columns, x: &mut [f64]) {
         for (root, map) in self.free_roots().zip(&at.roots) {
             let own = &mut x[root.offset..root.offset + 6];
             let twist = map.apply(own);
@@ -330,8 +328,8 @@ impl VelocityLayout {
         }
     }
 
-    /// The inverse of [`VelocityLayout::rotate_roots`].
-    pub(super) fn rotate_roots_back(&self, at: &Columns, x: &mut [f64]) {
+    /// `x ← Rᵀ x` of free roots, the inverse where no increment is taken.
+    pub(super) fn apply_roots_transposed(&self, at: &Columns, x: &mut [f64]) {
         for (root, map) in self.free_roots().zip(&at.roots) {
             map.apply_transposed(&mut x[root.offset..root.offset + 6]);
         }
