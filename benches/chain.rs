@@ -2,17 +2,23 @@
 //! between `y` and `z`, straight along `x` at the start, falling.
 //!
 //! The first second of the motion, five times, alternating between the cases; the fastest counts. Also printed:
-//! Newton's iterations a step, and the tip, which shows that the motion is the same.
+//! Newton's iterations a step, and the tip, which shows that the motion is the same. Then ensembles of such chains, members
+//! with rates that are a little different: time for a body, step and member.
 #![allow(clippy::unwrap_used)] // a bench
 
 use holonom::vi_constraints::{Options, SchemeKind};
 use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
+use holonom::vi_multibody::ensemble::Ensemble;
 use holonom::vi_multibody::run::MechanismIntegrator;
-use holonom::vi_multibody::{FrameId, PairKind};
+use holonom::vi_multibody::{BuiltMechanism, FrameId, PairKind};
 use holonom::vi_rigid::Shape;
 use std::time::Instant;
 
 fn chain(n: usize, h: f64) -> MechanismIntegrator {
+    model(n, 0.1).integrator(Options::new(SchemeKind::Nodal, h)).unwrap()
+}
+
+fn model(n: usize, rate: f64) -> BuiltMechanism {
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
     let bar = Inertia::shape_of_mass(Shape::Box { lengths: [1.0, 0.1, 0.1] }, 1.0);
     let mut parent = FrameId::Ground;
@@ -20,12 +26,24 @@ fn chain(n: usize, h: f64) -> MechanismIntegrator {
         let link = builder.body(&format!("b{i}"), bar).at([i as f64 + 0.5, 0.0, 0.0]).id();
         let axis = if i.is_multiple_of(2) { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
         let turn = if n <= 8 { i } else { i / 2 };
-        let rate = if turn.is_multiple_of(2) { 0.1 } else { -0.1 };
+        let rate = if turn.is_multiple_of(2) { rate } else { -rate };
         let hinge = builder.joint(&format!("j{i}"), PairKind::Revolute, parent, link);
         hinge.at([i as f64, 0.0, 0.0]).axis(axis).rate(rate);
         parent = link.into();
     }
-    builder.build().unwrap().integrator(Options::new(SchemeKind::Nodal, h)).unwrap()
+    builder.build().unwrap()
+}
+
+/// Seconds for the steps of an ensemble, and how many of them members have taken alone.
+fn together(n: usize, h: f64, members: usize) -> (f64, u64) {
+    let models = (0..members).map(|k| model(n, 0.1 + 1e-3 * k as f64));
+    let mut ensemble = Ensemble::new(models, Options::new(SchemeKind::Nodal, h)).unwrap();
+    assert_eq!(ensemble.in_lanes(), members);
+    let begin = Instant::now();
+    ensemble.advance((1.0 / h).round() as u64);
+    let time = begin.elapsed().as_secs_f64();
+    assert!(ensemble.failures().all(|failure| failure.is_none()));
+    (time, ensemble.steps_alone())
 }
 
 /// Seconds for the steps, iterations, and the free end of the last link.
@@ -43,9 +61,16 @@ fn first_second(n: usize, h: f64) -> (f64, usize, [f64; 3]) {
 
 fn main() {
     let quick = std::env::args().any(|a| a == "--test");
-    let sizes = if quick { &[8][..] } else { &[8, 64, 512] };
+    let named: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
+    let sizes = match (&named[..], quick) {
+        ([], true) => &[8][..],
+        ([], false) => &[8, 64, 512],
+        (named, _) => named,
+    };
     let cases: Vec<(usize, f64)> =
         sizes.iter().flat_map(|&n| [1e-3, 1e-2].map(|h| (n, h))).collect();
+    let cases: Vec<(usize, f64)> =
+        cases.into_iter().filter(|c| named.is_empty() || c.1 < 5e-3).collect();
     let mut best = vec![f64::INFINITY; cases.len()];
     for round in (0..if quick { 1 } else { 5 }).rev() {
         for (&(n, h), best) in cases.iter().zip(&mut best) {
@@ -59,6 +84,18 @@ fn main() {
                     "{n} bodies, h = {h} s: {one:.0} ns a body and step, {iterations:.2} iterations, tip {tip:?}"
                 );
             }
+        }
+    }
+    let cases: Vec<(usize, f64)> =
+        cases.into_iter().filter(|(n, _)| *n <= if quick { 8 } else { 64 }).collect();
+    for (n, h) in cases {
+        for members in [4, 8] {
+            let rounds = (0..if quick { 1 } else { 5 }).map(|_| together(n, h, members));
+            let (time, alone) = rounds.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+            let one = 1e9 * time * h / (n * members) as f64;
+            println!(
+                "{members} chains of {n} bodies, h = {h} s: {one:.0} ns a body, step and member, {alone} steps alone"
+            );
         }
     }
 }

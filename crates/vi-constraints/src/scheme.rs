@@ -299,6 +299,10 @@ pub trait Scheme<S, C>: Send {
     fn closing_size(&self) -> f64 {
         0.0
     }
+    /// See [`NewtonProblem::turn`].
+    fn turn(&self) -> f64 {
+        f64::INFINITY
+    }
     /// Whether a step never finds the mirror image of a body ([`crate::closure`]).
     fn keeps_orientation(&self) -> bool {
         false
@@ -476,6 +480,10 @@ impl<S, C> NewtonProblem for Equations<'_, '_, S, C> {
 
     fn closing_size(&self) -> f64 {
         self.scheme.closing_size()
+    }
+
+    fn turn(&self) -> f64 {
+        self.scheme.turn()
     }
 }
 

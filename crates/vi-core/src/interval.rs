@@ -118,17 +118,12 @@ impl Interval {
 
     /// `out ←` the rounding error of `q_{n+1}`, shape `n`: less than a last bit; zero for coordinates that are
     /// not at `q_next` as the step computed it.
-    #[allow(clippy::float_cmp)] // unchanged or not
     pub fn rounding_error(&self, q_next: &[f64], out: &mut [f64]) {
         let n = out.len();
         let (q_next, from, to) = (&q_next[..n], &self.q0[..n], &self.q1[..n]);
         let (dq, compensation) = (&self.dq[..n], &self.compensation[..n]);
         for i in 0..n {
-            let (from, to) = (from[i], to[i]);
-            let error = (from - to) + (dq[i] + compensation[i]);
-            let last_bits = 2.0 * f64::EPSILON * larger(from.abs(), to.abs());
-            let is_rounding = (to == q_next[i]) & (error.abs() <= last_bits);
-            out[i] = if is_rounding { error } else { 0.0 };
+            out[i] = rounding_error([from[i], to[i]], dq[i] + compensation[i], q_next[i]);
         }
     }
 
@@ -226,6 +221,18 @@ impl Interval {
     pub fn t_end(&self) -> f64 {
         (self.t + self.h) + self.t_rounding
     }
+}
+
+/// The rounding error of a coordinate after a step `from → to` by `change`, the increment with the compensation; zero where it
+/// is more than the last bits, or the coordinate is not at `to` any more.
+#[must_use]
+#[inline(always)]
+#[allow(clippy::float_cmp)] // unchanged or not
+pub fn rounding_error([from, to]: [f64; 2], change: f64, next: f64) -> f64 {
+    let error = (from - to) + change;
+    let last_bits = 2.0 * f64::EPSILON * larger(from.abs(), to.abs());
+    let is_rounding = (to == next) & (error.abs() <= last_bits);
+    if is_rounding { error } else { 0.0 }
 }
 
 #[inline(always)]

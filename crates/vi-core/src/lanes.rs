@@ -32,6 +32,9 @@ pub trait Lanes:
     /// The quotients.
     #[must_use]
     fn over(self, divisor: Self) -> Self;
+    /// The larger one of each; that of `other` where one is not a number.
+    #[must_use]
+    fn larger(self, other: Self) -> Self;
 }
 
 /// A kind of registers.
@@ -102,6 +105,11 @@ impl Lanes for Four {
     #[inline(always)]
     fn over(self, divisor: Self) -> Self {
         each!(self / divisor.0)
+    }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        let larger = |k: usize| if self.0[k] > other.0[k] { self.0[k] } else { other.0[k] };
+        Four([larger(0), larger(1), larger(2), larger(3)])
     }
 }
 
@@ -201,6 +209,11 @@ mod wide {
         fn over(self, divisor: Self) -> Self {
             Self { x: self.simd.div_f64s(self.x, divisor.x), ..self }
         }
+        #[inline(always)]
+        fn larger(self, other: Self) -> Self {
+            let is_larger = self.simd.greater_than_f64s(self.x, other.x);
+            Self { x: self.simd.select_f64s(is_larger, self.x, other.x), ..self }
+        }
     }
 
     impl Register for Wide {
@@ -270,6 +283,10 @@ impl<L: Lanes> Lanes for Pair<L> {
     fn over(self, divisor: Self) -> Self {
         Self(self.0.over(divisor.0), self.1.over(divisor.1))
     }
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        Self(self.0.larger(other.0), self.1.larger(other.1))
+    }
 }
 
 /// Two registers for one.
@@ -305,7 +322,7 @@ mod tests {
         register.run(|| {
             let a = register.gather(|k| 1.0 / (k + 3) as f64);
             let b = register.gather(|k| (k as f64 - 1.7).exp2()) + register.splat(0.1);
-            let c = (a * b - b.over(a) * 0.3 + a).with_first(0.7 / 3.0);
+            let c = (a * b - b.over(a) * 0.3 + a).larger(b * -9.0).with_first(0.7 / 3.0);
             (0..count).map(|k| c.at(k).to_bits()).collect()
         })
     }
@@ -321,7 +338,7 @@ mod tests {
         }
         let at = |k: usize| {
             let (a, b) = (1.0 / (k + 3) as f64, (k as f64 - 1.7).exp2() + 0.1);
-            if k == 0 { 0.7 / 3.0 } else { a * b - b / a * 0.3 + a }
+            if k == 0 { 0.7 / 3.0 } else { (a * b - b / a * 0.3 + a).max(b * -9.0) }
         };
         assert_eq!(plain, (0..8).map(|k| at(k).to_bits()).collect::<Vec<_>>());
     }

@@ -7,6 +7,7 @@
 //! ratio_k  = |r(x_k)| / |r(x_{k-1})|                            contraction of the residual
 //! converged  when size_k · ratio_k ≤ ε/4, ratio_k < 1           what is left is below round-off
 //! closed     when size_k ≤ √ε/2, ratio_k < 1/2              the residual is handed on: κ size_k² is left, κ < 1
+//!            or turn_k |δx|_∞ ≤ ε/4 |x|_∞ of each kind      no body turns by more than turn_k: turn_k δx is left
 //! at floor   when the correction is round-off: size_k ≤ 4ε, or the residual no longer contracts and
 //!            size_k ≤ 1e-9 (three times in a row with size_k ≤ noise where the problem is ill-conditioned)
 //! ```
@@ -177,6 +178,12 @@ pub trait NewtonProblem {
     fn closing_size(&self) -> f64 {
         0.0
     }
+    /// Part of the last correction that Newton's method leaves after it, at most, where it is known: the largest
+    /// rotation of a body in rad, where rotations are all that is nonlinear. Only for problems whose residual is handed
+    /// on; elsewhere infinite.
+    fn turn(&self) -> f64 {
+        f64::INFINITY
+    }
 }
 
 /// Settings of the loop.
@@ -277,6 +284,45 @@ pub struct Newton {
 /// `√ε/2`, the usual [`NewtonProblem::closing_size`].
 pub const CLOSING_SIZE: f64 = 1.0 / (1 << 27) as f64;
 
+/// Where the corrections of a solve are small enough.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Relative size of what may be left over.
+    pub tolerance: f64,
+    /// See [`NewtonProblem::noise`].
+    pub noise: f64,
+    /// See [`NewtonProblem::closing_size`].
+    pub closing_size: f64,
+}
+
+/// What the corrections of a solve say of its convergence.
+#[derive(Clone, Copy, Debug)]
+pub struct Convergence {
+    residual: f64, // |r|_∞ before the next correction
+    stalled: usize,
+}
+
+impl Convergence {
+    /// Of a solve that begins with this `|r|_∞`.
+    #[must_use]
+    pub fn new(residual: f64) -> Self {
+        Self { residual, stalled: 0 }
+    }
+
+    /// Takes in a correction of a relative `size` and `|r|_∞` after it: the contraction of the residual, and whether the
+    /// solve is converged, closed or at the floor.
+    pub fn judge(&mut self, size: f64, next: f64, limits: Limits) -> (f64, bool) {
+        let ratio = if next > 0.0 { next / self.residual } else { 0.0 };
+        self.residual = next;
+        self.stalled = if ratio > 0.5 && size <= limits.noise { self.stalled + 1 } else { 0 };
+        let converged = ratio < 1.0 && size * ratio <= limits.tolerance;
+        let enough = if size <= 1e-9 { 1 } else { 3 };
+        let at_floor = size <= 4.0 * f64::EPSILON || self.stalled >= enough;
+        let closed = size <= limits.closing_size && ratio < 0.5;
+        (ratio, converged || at_floor || closed)
+    }
+}
+
 /// Iterations without a smaller residual after which it is compared with rounding.
 const LEVEL: usize = 3;
 
@@ -340,9 +386,9 @@ impl Newton {
     ) -> Result<NewtonReport, NewtonError> {
         let refused = |iteration| move |fault| NewtonError::Refused { fault, iteration };
         let mut report = NewtonReport::default();
-        let mut residual = self.evaluate(problem, x).map_err(refused(0))?;
+        let mut seen = Convergence::new(self.evaluate(problem, x).map_err(refused(0))?);
         report.evaluations = 1;
-        let (mut stalled, mut level, mut growing) = (0, 0, 0);
+        let (mut level, mut growing) = (0, 0);
         let (mut before, mut earlier) = (f64::INFINITY, f64::INFINITY);
         let limit = self.settings.max_iterations * if problem.is_simplified() { SWEEPS } else { 1 };
         loop {
@@ -371,29 +417,27 @@ impl Newton {
                     Err(refused(iteration)(Fault::NotFinite))
                 };
             }
-            let next = self.evaluate_with_search(problem, x, residual, &mut report);
+            let next = self.evaluate_with_search(problem, x, seen.residual, &mut report);
             let next = next.map_err(refused(iteration))?;
             report.iterations = iteration;
             report.residual = next;
             report.last_correction = size.relative;
-            let ratio = if next > 0.0 { next / residual } else { 0.0 };
-            let left = size.relative * ratio;
-            stalled = if ratio > 0.5 && size.relative <= problem.noise() { stalled + 1 } else { 0 };
+            let limits = Limits {
+                tolerance: self.settings.tolerance.max(problem.resolution() * f64::EPSILON),
+                noise: problem.noise(),
+                closing_size: problem.closing_size(),
+            };
+            let (ratio, reached) = seen.judge(size.relative, next, limits);
             level = if ratio > 0.5 { level + 1 } else { 0 };
-            let converged = ratio < 1.0
-                && left <= self.settings.tolerance.max(problem.resolution() * f64::EPSILON);
-            let enough = if size.relative <= 1e-9 { 1 } else { 3 };
-            let at_floor = size.relative <= 4.0 * f64::EPSILON || stalled >= enough;
             let stopped = level >= LEVEL && {
                 let blocks = problem.blocks().iter().filter(|b| b.kind != BlockKind::Multiplier);
                 largest(blocks, x, &self.dx).relative <= problem.noise()
                     && problem.is_round_off(x, &self.r)
             };
-            let closed = size.relative <= problem.closing_size() && ratio < 0.5;
             let done = if problem.is_simplified() {
                 stagnates(size.relative, before, earlier, problem.noise())
             } else {
-                converged || closed || at_floor
+                reached || self.is_resolved(problem, x)
             };
             if done || stopped {
                 return Ok(report);
@@ -410,8 +454,22 @@ impl Newton {
                     residual: next,
                 });
             }
-            residual = next;
         }
+    }
+
+    /// Whether rotation by the last correction leaves less than rounding of the largest unknowns.
+    fn is_resolved(&self, problem: &impl NewtonProblem, x: &[f64]) -> bool {
+        let (turn, rounding) = (problem.turn(), problem.resolution() * f64::EPSILON);
+        let of_kind = |kind: BlockKind| {
+            let (mut scale, mut correction) = (0.0_f64, 0.0_f64);
+            for block in problem.blocks().iter().filter(|block| block.kind == kind) {
+                scale = scale.max(norm_inf(&x[block.range.clone()])).max(block.floor);
+                let own = norm_inf(&self.dx[block.range.clone()]);
+                correction = if own <= correction { correction } else { own }; // NaN stays
+            }
+            turn * correction <= rounding * scale
+        };
+        turn.is_finite() && of_kind(BlockKind::Rotation) && of_kind(BlockKind::Position)
     }
 
     /// Rounding error of the last correction, shape of `x`: the root is closer to `x` plus this than to `x`.

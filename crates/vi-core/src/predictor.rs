@@ -24,7 +24,8 @@
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-const DEPTH: usize = 7;
+/// Increments that are remembered.
+pub const DEPTH: usize = 7;
 const CUBIC: [&[f64]; 4] = [&[1.0], &[2.0, -1.0], &[3.0, -3.0, 1.0], &[4.0, -6.0, 4.0, -1.0]];
 const ALTERNATING: [&[f64]; 4] = [&[1.0], &[0.0, 1.0], &[1.0, 1.0, -1.0], &[2.0, 0.0, -2.0, 1.0]];
 
@@ -92,8 +93,15 @@ impl History {
         self.increments.clone_from(&other.increments);
     }
 
+    /// The step of the increments of sub-step `k`, and how many are known.
+    #[must_use]
+    pub fn known(&self, k: usize) -> (f64, usize) {
+        (self.sub_steps[k].h, self.sub_steps[k].count)
+    }
+
     /// The increment of sub-step `k` that is `age` steps old, 0 for the newest.
-    fn increment(&self, k: usize, age: usize) -> &[f64] {
+    #[must_use]
+    pub fn increment(&self, k: usize, age: usize) -> &[f64] {
         let place = k * DEPTH + (self.sub_steps[k].newest + age) % DEPTH;
         &self.increments[place * self.unknowns..(place + 1) * self.unknowns]
     }
@@ -186,8 +194,7 @@ fn fit<const N: usize>(increments: [&[f64]; N], out: &mut [f64]) {
         }
     }
     let sizes = sizes.map(|size| size.into_iter().fold(0.0, f64::max));
-    let smallest = (1..N).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
-    let terms = smallest.map_or(1, |terms| if terms + 1 == N { N } else { terms });
+    let terms = terms(&sizes);
     for first in (0..out.len()).step_by(SIDE_BY_SIDE) {
         let differences = differences(&increments, first);
         let mut sum = differences[terms - 1];
@@ -197,6 +204,13 @@ fn fit<const N: usize>(increments: [&[f64]; N], out: &mut [f64]) {
         let count = SIDE_BY_SIDE.min(out.len() - first);
         out[first..first + count].copy_from_slice(&sum[..count]);
     }
+}
+
+/// How many differences fit, from the largest entry of each: those before the smallest one, all where they only fall.
+#[must_use]
+pub fn terms(sizes: &[f64]) -> usize {
+    let smallest = (1..sizes.len()).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
+    smallest.map_or(1, |terms| if terms + 1 == sizes.len() { terms + 1 } else { terms })
 }
 
 /// `∇^j u_n` of the unknowns from `first` on, from the last increments, the newest first; zero beyond the last unknown.

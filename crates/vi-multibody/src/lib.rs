@@ -73,8 +73,8 @@ pub use output::{joint_motion, reaction, tree_multipliers};
 pub use pair::joint;
 pub use solver::closed_loop::loop_rank;
 pub use solver::{
-    articulated, closed_loop, run, sparse_nodal, tree_control_points, tree_descriptor, tree_map,
-    tree_nodal, tree_step, tree_sweeps,
+    articulated, closed_loop, ensemble, run, sparse_nodal, tree_control_points, tree_descriptor,
+    tree_map, tree_nodal, tree_step, tree_sweeps,
 };
 pub use tree::particle;
 

@@ -3,6 +3,8 @@
 
 mod builder;
 mod control_points;
+mod ensemble;
 mod joint_coordinates;
+mod loaded_trees;
 mod random_trees;
 mod tree_step;

@@ -1,7 +1,7 @@
 //! The sweeps of trees against dense matrices: chains and branched trees of all pairs, with and without loads and springs,
 //! a body whose frame is not in its centre of mass; what they refuse.
 
-use nalgebra::Vector3;
+use crate::loaded_trees::tree;
 use vi_constraints::nodal::Nodal;
 use vi_constraints::scheme::{Scheme, SubStep};
 use vi_constraints::{InitialValues, Options, SchemeKind};
@@ -9,50 +9,11 @@ use vi_core::linear::norm_inf;
 use vi_core::newton::Fault;
 use vi_core::state::State;
 use vi_core::{Composition, MechanicalSystem, Quadrature, SeparableSystem, SparseMatrix};
-use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::run::{Solver, integrator};
 use vi_multibody::tree_nodal::TreeNodal;
 use vi_multibody::tree_step::TreeStep;
-use vi_multibody::{BuiltMechanism, FrameId, Mechanism, PairKind};
+use vi_multibody::{BuiltMechanism, Mechanism};
 use vi_testkit::Sample;
-
-/// A random tree of all pairs, its root on a hinge, free or on any of them; with `loaded` bodies a following load,
-/// springs to the ground and a motor at a hinge of the root.
-fn tree(bodies: usize, loaded: bool, seed: u64) -> BuiltMechanism {
-    let mut random = Sample::new(seed);
-    let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
-    let mut frames = vec![FrameId::Ground];
-    for k in 0..bodies {
-        let j = Vector3::new(1.0, 1.2, 1.5) + 0.15 * random.vector();
-        let inertia = Inertia::principal(2.0 + random.number(), j.into());
-        let at = 2.0 * random.vector();
-        let kind = match (k, seed % 3) {
-            (0, 0) => PairKind::Revolute,
-            (0, 1) => PairKind::Free,
-            _ => PairKind::ALL[random.index(PairKind::ALL.len() - 1)],
-        };
-        let parent = if random.index(2) == 0 { frames[k] } else { frames[random.index(k + 1)] };
-        let body = builder.body(&format!("body {k}"), inertia).at(at);
-        let body = body.rotation_vector(random.vector());
-        let free = kind == PairKind::Free;
-        let body = if free { body.angular_velocity(random.vector()) } else { body }.id();
-        let joint = builder.joint(&format!("joint {k}"), kind, parent, body).at(random.vector());
-        let joint = if kind.has_axis() { joint.axis(random.vector()) } else { joint };
-        let rates: [f64; 6] = random.array();
-        let count = kind.coordinate_count();
-        let joint = if count > 0 { joint.rates(&rates[..count]) } else { joint };
-        let joint = joint.id();
-        if loaded {
-            builder.spring([1.0, 0.5, -0.2], body.point([0.1, 0.2, 0.3]), 20.0);
-            builder.load(body).force([1.0, -2.0, 0.5]).torque([0.2, 0.1, -0.3]).follower();
-            if kind == PairKind::Revolute && k == 0 {
-                builder.motor(joint.coordinate(0), |t| 2.0 * t);
-            }
-        }
-        frames.push(body.into());
-    }
-    builder.build().unwrap()
-}
 
 /// By how much the states of twenty steps differ from those by dense matrices.
 fn off_dense(built: &BuiltMechanism, options: Options) -> f64 {

@@ -68,6 +68,12 @@ pub fn coefficients<R: Register>(lanes: R, square: R::Lanes) -> (R::Lanes, R::La
         let [sine, gap] = &SERIES;
         return (series::<R, 7>(lanes, sine, square), series::<R, 7>(lanes, gap, square));
     }
+    doubled(lanes, square)
+}
+
+/// By the series of a quarter of the angle.
+#[inline(always)]
+fn doubled<R: Register>(lanes: R, square: R::Lanes) -> (R::Lanes, R::Lanes) {
     let mut square = square * (1.0 / 16.0);
     let mut sinc = series::<R, TERMS>(lanes, &SERIES[0], square);
     let mut gap = series::<R, TERMS>(lanes, &SERIES[1], square);
@@ -78,6 +84,22 @@ pub fn coefficients<R: Register>(lanes: R, square: R::Lanes) -> (R::Lanes, R::La
         square = square * 4.0;
     }
     (sinc, gap)
+}
+
+/// [`coefficients`], each lane by the series of its own angle, whatever stands beside it.
+#[inline(always)]
+pub fn coefficients_of_each<R: Register>(lanes: R, square: R::Lanes) -> (R::Lanes, R::Lanes) {
+    const SMALL: f64 = 1.0 / 16.0;
+    let [sine, gap] = &SERIES;
+    let small = (series::<R, 7>(lanes, sine, square), series::<R, 7>(lanes, gap, square));
+    if (0..R::Lanes::COUNT).all(|k| square.at(k) <= SMALL) {
+        return small;
+    }
+    let large = doubled(lanes, square);
+    let own = |small: R::Lanes, large: R::Lanes| {
+        lanes.gather(|k| if square.at(k) <= SMALL { small.at(k) } else { large.at(k) })
+    };
+    (own(small.0, large.0), own(small.1, large.1))
 }
 
 /// `κ` of `|θ|² = square`, to 1e-4 at `|θ| = π` and to round-off below 0.1 rad.
@@ -117,6 +139,23 @@ mod tests {
         println!("errors {worst:?}, sin² + cos² = 1 to {bound:?}");
         assert!(worst[0] < 5e-16 && worst[1] < 1e-15, "{worst:?}");
         assert!(bound[0] < 1e-15 && bound[1] < 3e-15, "{bound:?}");
+    }
+
+    #[test]
+    fn a_lane_does_not_depend_on_its_neighbours() {
+        for angle in [0.0, 1e-3, 0.24, 0.26, 1.0, 3.0] {
+            let alone = coefficients_of_each(Plain, Plain.splat(angle * angle));
+            for other in [0.1, 2.5] {
+                let square = |k: usize| if k == 2 { angle * angle } else { other * other };
+                let beside = coefficients_of_each(Plain, Plain.gather(square));
+                let bits = |x: f64| x.to_bits();
+                assert_eq!(bits(beside.0.at(2)), bits(alone.0.at(2)), "{angle} beside {other}");
+                assert_eq!(bits(beside.1.at(2)), bits(alone.1.at(2)), "{angle} beside {other}");
+            }
+            let single = rotation::coefficients(angle * angle);
+            let off = (alone.0.at(2) - single.0).abs().max((alone.1.at(2) - single.1).abs());
+            assert!(off < 1e-15, "{angle}: {off:e}");
+        }
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 pub mod form;
 pub(crate) mod lane_matrices;
+pub(crate) mod lane_spatial;
+pub(crate) mod lane_vectors;
 pub(crate) mod lanes;
 pub mod spatial;
 pub(crate) mod twist;

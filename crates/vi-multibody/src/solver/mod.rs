@@ -4,6 +4,7 @@ pub mod articulated;
 mod body_blocks;
 mod body_masses;
 pub mod closed_loop;
+pub mod ensemble;
 mod member_blocks;
 pub mod run;
 mod screws;

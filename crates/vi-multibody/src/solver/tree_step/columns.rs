@@ -14,7 +14,7 @@ use crate::pair::PairKind;
 
 /// How a link moves relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Motion {
+pub(in crate::solver) enum Motion {
     /// With the parent.
     Fixed,
     /// With the parent, and by one column of the axis `n`.
@@ -29,14 +29,14 @@ pub(super) enum Motion {
 
 /// A column of `S`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Column {
-    pub(super) act: Act,
-    pub(super) axis: Axis,
+pub(in crate::solver) struct Column {
+    pub(in crate::solver) act: Act,
+    pub(in crate::solver) axis: Axis,
 }
 
 /// What a unit of an increment does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Act {
+pub(in crate::solver) enum Act {
     /// A translation.
     Slide,
     /// A rotation.
@@ -47,7 +47,7 @@ pub(super) enum Act {
 
 /// The axis of a column: `m_1, m_2, n` by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Axis {
+pub(in crate::solver) enum Axis {
     /// Fixed in the parent.
     Parent(usize),
     /// Fixed in the link.
@@ -61,7 +61,7 @@ const ALONG_M1: Column = Column { act: Act::Slide, axis: Axis::Parent(0) };
 const ALONG_M2: Column = Column { act: Act::Slide, axis: Axis::Parent(1) };
 
 impl Motion {
-    pub(super) fn of(kind: PairKind) -> Self {
+    pub(in crate::solver) fn of(kind: PairKind) -> Self {
         match kind {
             PairKind::Fixed => Self::Fixed,
             PairKind::Revolute => Self::Along(Act::Turn),
@@ -78,9 +78,9 @@ impl Motion {
 
 /// A column during a step.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ColumnWork {
-    pub(super) axis: Held,      // n
-    pub(super) axis_next: Held, // n'
-    pub(super) SA: Pair<Held>,  // Sᵀ Ã
-    pub(super) inverse: f64,    // D⁻¹
+pub(in crate::solver) struct ColumnWork {
+    pub(in crate::solver) axis: Held,      // n
+    pub(in crate::solver) axis_next: Held, // n'
+    pub(in crate::solver) SA: Pair<Held>,  // Sᵀ Ã
+    pub(in crate::solver) inverse: f64,    // D⁻¹
 }

@@ -15,77 +15,77 @@ use vi_core::linear::norm_inf;
 
 /// Constants of a link; vectors in the directors of its parent or in its own.
 #[derive(Clone, Debug)]
-pub(super) struct Constants {
-    pub(super) kind: PairKind,
-    pub(super) motion: Motion,
+pub(in crate::solver) struct Constants {
+    pub(in crate::solver) kind: PairKind,
+    pub(in crate::solver) motion: Motion,
     /// Advance of a screw, m per radian.
-    pub(super) pitch: f64,
+    pub(in crate::solver) pitch: f64,
     /// Whether the pair leaves no gap.
-    pub(super) closes_gap: bool,
-    pub(super) parent: Option<usize>,
+    pub(in crate::solver) closes_gap: bool,
+    pub(in crate::solver) parent: Option<usize>,
     /// Whether the parent stands just before it in the order of the links.
-    pub(super) follows_parent: bool,
+    pub(in crate::solver) follows_parent: bool,
     /// Where the sums of those children stand that do not follow it, if there are any.
-    pub(super) slot: Option<usize>,
+    pub(in crate::solver) slot: Option<usize>,
     /// Whether it is the first to write to the slot of its parent, leaf to root.
-    pub(super) writes_first: bool,
+    pub(in crate::solver) writes_first: bool,
     /// Its first coordinate, `12 frame`.
-    pub(super) frame: usize,
+    pub(in crate::solver) frame: usize,
     /// Its parent's first coordinate.
-    pub(super) parent_frame: usize,
+    pub(in crate::solver) parent_frame: usize,
     /// Its first unknown.
-    pub(super) unknown: usize,
+    pub(in crate::solver) unknown: usize,
     /// From the parent's reference point to its own, directors of the parent.
-    pub(super) lever: [f64; 3],
+    pub(in crate::solver) lever: [f64; 3],
     /// `m_1, m_2, n`, directors of the parent.
-    pub(super) axes: [[f64; 3]; 3],
+    pub(in crate::solver) axes: [[f64; 3]; 3],
     /// `m_1', m_2', n'`, its own directors.
-    pub(super) axes_child: [[f64; 3]; 3],
+    pub(in crate::solver) axes_child: [[f64; 3]; 3],
     /// `ϱ¹`, directors of the parent.
-    pub(super) anchor_parent: [f64; 3],
+    pub(in crate::solver) anchor_parent: [f64; 3],
     /// From the centre to its reference point, its own directors: `ϱ²`, of a free body 0.
-    pub(super) anchor: [f64; 3],
+    pub(in crate::solver) anchor: [f64; 3],
     /// `M` between the vectors `φ, d_1, d_2, d_3`: multiples of `I_3`.
-    pub(super) mass: [[f64; 4]; 4],
+    pub(in crate::solver) mass: [[f64; 4]; 4],
     /// Whether that matrix is diagonal: centre of mass and principal axes.
-    pub(super) is_diagonal: bool,
+    pub(in crate::solver) is_diagonal: bool,
     /// First moment of mass about the reference point, its own directors, kg·m.
-    pub(super) moment: [f64; 3],
+    pub(in crate::solver) moment: [f64; 3],
     /// Euler tensor about the reference point, its own directors, kg·m².
-    pub(super) euler: [[f64; 3]; 3],
+    pub(in crate::solver) euler: [[f64; 3]; 3],
 }
 
 /// Vectors of a link at `q_n`, and what the sweeps leave.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Work {
-    pub(super) column: ColumnWork,   // of a joint of one column
-    pub(super) lever: Held,          // ℓ
-    pub(super) moment: Held,         // s
-    pub(super) euler: Columns<Held>, // E
-    pub(super) start: Pair<Held>,    // what balances inertia at u = 0
-    pub(super) turn: Columns<Held>,  // A − 1
-    pub(super) shift: Held,          // Δx of the reference point
-    pub(super) lever_next: Held,     // ℓ'
-    pub(super) wrench: Pair<Held>,   // balance of the link and all that it carries
-    pub(super) twist: Pair<Held>,    // δt'
-    pub(super) cleaned: bool,        // whether round-off was taken out of q_{n+1}
+pub(in crate::solver) struct Work {
+    pub(in crate::solver) column: ColumnWork, // of a joint of one column
+    pub(in crate::solver) lever: Held,        // ℓ
+    pub(in crate::solver) moment: Held,       // s
+    pub(in crate::solver) euler: Columns<Held>, // E
+    pub(in crate::solver) start: Pair<Held>,  // what balances inertia at u = 0
+    pub(in crate::solver) turn: Columns<Held>, // A − 1
+    pub(in crate::solver) shift: Held,        // Δx of the reference point
+    pub(in crate::solver) lever_next: Held,   // ℓ'
+    pub(in crate::solver) wrench: Pair<Held>, // balance of the link and all that it carries
+    pub(in crate::solver) twist: Pair<Held>,  // δt'
+    pub(in crate::solver) cleaned: bool,      // whether round-off was taken out of q_{n+1}
 }
 
 /// Sums over the children of a branched link.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Sums {
-    pub(super) matrix: Spatial<Held>,
-    pub(super) wrench: Pair<Held>,
+pub(in crate::solver) struct Sums {
+    pub(in crate::solver) matrix: Spatial<Held>,
+    pub(in crate::solver) wrench: Pair<Held>,
 }
 
 /// The largest velocity of a centre of mass along an axis, m/s, from the momenta.
-pub(super) fn fastest(links: &[Constants], p: &[f64]) -> f64 {
+pub(in crate::solver) fn fastest(links: &[Constants], p: &[f64]) -> f64 {
     let speed = |link: &Constants| norm_inf(&p[link.frame..link.frame + 3]) / link.mass[0][0];
     links.iter().filter(|link| link.mass[0][0] > 0.0).map(speed).fold(0.0, f64::max)
 }
 
 /// The constants of all links and the number of slots; `None` where a pair, or the mass of a body, is of another kind.
-pub(super) fn constants(
+pub(in crate::solver) fn constants(
     mechanism: &Mechanism,
     system: &SeparableSystem,
 ) -> Option<(Vec<Constants>, usize)> {

@@ -25,9 +25,9 @@
 //! reduced scheme, are solved by [`crate::tree_nodal`] and the operators of [`crate::run`].
 #![allow(non_snake_case)] // A, D, E, K, S
 
-mod columns;
-mod end;
-mod link;
+pub(in crate::solver) mod columns;
+pub(in crate::solver) mod end;
+pub(in crate::solver) mod link;
 mod maps;
 mod solve;
 mod sweeps;
@@ -67,6 +67,7 @@ pub struct TreeStep {
     variable: Option<Variable>,
     s: Interval,
     compensation: Vec<f64>, // d  rounding error of the last momentum balance
+    turn: f64,              // rad  largest rotation of a body by the last correction
 }
 
 /// What acts beside constant forces.
@@ -103,6 +104,7 @@ impl TreeStep {
             impulse: vec![0.0; n],
             s: Interval::new(n),
             compensation: vec![0.0; tree.dof()],
+            turn: f64::INFINITY,
             tree,
             links,
             weight,
@@ -251,7 +253,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         };
         du.iter_mut().for_each(|x| *x *= -s.h);
         solve::eliminate(links, works, (columns, gains), (sums, extra), du)?;
-        solve::substitute(links, works, (columns, gains), u, du);
+        self.turn = solve::substitute(links, works, (columns, gains), u, du);
         if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
@@ -267,6 +269,11 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
     /// The residual is a balance that the next step takes over, in full.
     fn closing_size(&self) -> f64 {
         CLOSING_SIZE
+    }
+
+    /// Springs and loads may be nonlinear in any way.
+    fn turn(&self) -> f64 {
+        if self.variable.is_none() { self.turn } else { f64::INFINITY }
     }
 
     fn end(

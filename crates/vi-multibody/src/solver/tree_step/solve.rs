@@ -236,11 +236,11 @@ fn solve_block<const R: usize>(
 }
 
 sweep! {
-    /// Root → leaf: `x ← δτ` from `u_k`, at the increments `u`.
+    /// Root → leaf: `x ← δτ` from `u_k`, at the increments `u`; returns the largest rotation of a link, rad.
     substitute = sweep_substitute(
         links: &'a [Constants], works: &'a mut [Work], joints: (&'a [ColumnWork], &'a [Gain]),
         u: &'a [f64], x: &'a mut [f64]
-    ) -> ()
+    ) -> f64
 }
 
 #[inline(always)]
@@ -251,7 +251,8 @@ fn sweep_substitute<W: Width>(
     (columns, gains): (&[ColumnWork], &[Gain]),
     u: &[f64],
     x: &mut [f64],
-) {
+) -> f64 {
+    let mut largest = 0.0_f64; // square of a rotation
     let mut twist = Pair::zero(w); // of the link before
     for (k, link) in links.iter().enumerate() {
         match link.parent {
@@ -283,7 +284,10 @@ fn sweep_substitute<W: Width>(
             }
         }
         work.twist = twist.held();
+        let square = twist.angular.dot(twist.angular);
+        largest = if square <= largest { largest } else { square };
     }
+    largest.sqrt()
 }
 
 /// `x ← δτ_j = D⁻¹ (u − Sᵀ Ã δt')` and `δt' ← δt' + S'_j δτ_j` of one column.

@@ -12,7 +12,7 @@
 #![allow(non_snake_case)] // A, D, U
 
 use super::link::Link;
-use super::vector::{Screw, Transfer, Vector, three};
+use crate::geometry::lane_vectors::{Screw, Transfer, Vector, three};
 use crate::pair::MAX_DOF;
 use vi_core::lanes::{Lanes, Register};
 use vi_core::newton::Fault;

@@ -1,6 +1,6 @@
 //! Links as the sweeps see them: constants of the pairs, and what of them depends on the node a step starts from.
 
-use super::vector::Transfer;
+use crate::geometry::lane_vectors::Transfer;
 use crate::pair::PairKind;
 use crate::solver::body_masses::body_masses;
 use crate::tree::Tree;

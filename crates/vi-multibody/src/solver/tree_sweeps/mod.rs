@@ -16,15 +16,14 @@ mod factor;
 mod link;
 mod motion;
 mod step;
-mod vector;
 mod weights;
 
+use crate::geometry::lane_vectors::{Screw, Vector, three};
 use crate::pair::MAX_DOF;
 use crate::tree::Tree;
 use factor::{Column, Inertia};
 use link::{Link, Start};
 use motion::Pose;
-use vector::{Screw, Vector, three};
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_core::galerkin::{GaussLobatto, Stages};
 use vi_core::lanes::{Lanes, Register};

@@ -9,7 +9,7 @@
 #![allow(non_snake_case)] // B
 
 use super::link::{Link, Start};
-use super::vector::{Screw, Vector, combine, combine_each, three};
+use crate::geometry::lane_vectors::{Screw, Vector, combine, combine_each, three};
 use crate::pair::PairKind;
 use vi_core::lanes::{Lanes, Register};
 use vi_rigid::rotation_lanes;

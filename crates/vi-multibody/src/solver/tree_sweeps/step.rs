@@ -3,8 +3,8 @@
 
 use super::TreeSweeps;
 use super::link::Start;
-use super::vector::Vector;
 use super::weights::{Weights, control_point};
+use crate::geometry::lane_vectors::Vector;
 use vi_constraints::galerkin::Sweeps;
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_constraints::scheme::SubStep;

@@ -2,7 +2,7 @@
 #![allow(non_snake_case)] // K
 
 use super::link::Link;
-use super::vector::Vector;
+use crate::geometry::lane_vectors::Vector;
 use vi_core::galerkin::GaussLobatto;
 use vi_core::lanes::{Lanes, Register};
 

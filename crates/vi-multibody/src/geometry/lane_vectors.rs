@@ -1,11 +1,11 @@
-//! Vectors of space at all control points at once.
+//! Vectors of space, many at once: at all control points of a step, or of all members of an ensemble. A lane holds one of them.
 
 use std::ops::{Add, Mul, Sub};
 use vi_core::lanes::{Lanes, Register};
 
-/// Three components, each at all control points.
+/// Three components, each in all lanes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Vector<L>(pub [L; 3]);
+pub(crate) struct Vector<L>(pub [L; 3]);
 
 impl<L: Lanes> Add for Vector<L> {
     type Output = Self;
@@ -32,32 +32,32 @@ impl<L: Lanes> Mul<f64> for Vector<L> {
 }
 
 impl<L: Lanes> Vector<L> {
-    /// The same vector at all control points.
+    /// The same vector in all lanes.
     #[inline(always)]
-    pub(super) fn splat(lanes: impl Register<Lanes = L>, x: &[f64; 3]) -> Self {
+    pub(crate) fn splat(lanes: impl Register<Lanes = L>, x: &[f64; 3]) -> Self {
         Self([lanes.splat(x[0]), lanes.splat(x[1]), lanes.splat(x[2])])
     }
 
-    /// With a factor for each control point.
+    /// With a factor for each lane.
     #[inline(always)]
-    pub(super) fn scaled(self, factor: L) -> Self {
+    pub(crate) fn scaled(self, factor: L) -> Self {
         Self([self.0[0] * factor, self.0[1] * factor, self.0[2] * factor])
     }
 
     #[inline(always)]
-    pub(super) fn dot(self, o: Self) -> L {
+    pub(crate) fn dot(self, o: Self) -> L {
         self.0[0] * o.0[0] + self.0[1] * o.0[1] + self.0[2] * o.0[2]
     }
 
     #[inline(always)]
-    pub(super) fn cross(self, o: Self) -> Self {
+    pub(crate) fn cross(self, o: Self) -> Self {
         let ([a, b, c], [x, y, z]) = (self.0, o.0);
         Self([b * z - c * y, c * x - a * z, a * y - b * x])
     }
 
-    /// Another vector at the first place.
+    /// Another vector in the first lane.
     #[inline(always)]
-    pub(super) fn with_first(self, x: &[f64; 3]) -> Self {
+    pub(crate) fn with_first(self, x: &[f64; 3]) -> Self {
         let [a, b, c] = self.0;
         Self([a.with_first(x[0]), b.with_first(x[1]), c.with_first(x[2])])
     }
@@ -65,25 +65,25 @@ impl<L: Lanes> Vector<L> {
 
 /// `f` of 0, 1, 2; attribute closures so that they are inlined.
 #[inline(always)]
-pub(super) fn three<R>(f: impl Fn(usize) -> R) -> [R; 3] {
+pub(crate) fn three<R>(f: impl Fn(usize) -> R) -> [R; 3] {
     [f(0), f(1), f(2)]
 }
 
 /// `Σ_J x_J c_J`: the vector with components `c` in three others.
 #[inline(always)]
-pub(super) fn combine<L: Lanes>(x: &[Vector<L>; 3], c: &[f64; 3]) -> Vector<L> {
+pub(crate) fn combine<L: Lanes>(x: &[Vector<L>; 3], c: &[f64; 3]) -> Vector<L> {
     x[0] * c[0] + x[1] * c[1] + x[2] * c[2]
 }
 
-/// The same with components that are different at each control point.
+/// The same with components that are different in each lane.
 #[inline(always)]
-pub(super) fn combine_each<L: Lanes>(x: &[Vector<L>; 3], c: &Vector<L>) -> Vector<L> {
+pub(crate) fn combine_each<L: Lanes>(x: &[Vector<L>; 3], c: &Vector<L>) -> Vector<L> {
     x[0].scaled(c.0[0]) + x[1].scaled(c.0[1]) + x[2].scaled(c.0[2])
 }
 
 /// A twist `(φ̇, ω)` or a wrench `(f, τ)`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Screw<L> {
+pub(crate) struct Screw<L> {
     pub linear: Vector<L>,
     pub angular: Vector<L>,
 }
@@ -91,30 +91,30 @@ pub(super) struct Screw<L> {
 impl<L: Lanes> Screw<L> {
     /// Zero.
     #[inline(always)]
-    pub(super) fn zero(lanes: impl Register<Lanes = L>) -> Self {
+    pub(crate) fn zero(lanes: impl Register<Lanes = L>) -> Self {
         let zero = Vector::splat(lanes, &[0.0; 3]);
         Self { linear: zero, angular: zero }
     }
 
     #[inline(always)]
-    pub(super) fn plus(self, o: Self) -> Self {
+    pub(crate) fn plus(self, o: Self) -> Self {
         Self { linear: self.linear + o.linear, angular: self.angular + o.angular }
     }
 
     #[inline(always)]
-    pub(super) fn times(self, factor: L) -> Self {
+    pub(crate) fn times(self, factor: L) -> Self {
         Self { linear: self.linear.scaled(factor), angular: self.angular.scaled(factor) }
     }
 
     #[inline(always)]
-    pub(super) fn dot(self, o: Self) -> L {
+    pub(crate) fn dot(self, o: Self) -> L {
         self.linear.dot(o.linear) + self.angular.dot(o.angular)
     }
 }
 
 /// How the twist of the parent enters that of a link ([`crate::pair::Transfer`]), without its arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Transfer {
+pub(crate) enum Transfer {
     Rigid,
     Point,
     None,
@@ -123,7 +123,7 @@ pub(super) enum Transfer {
 impl Transfer {
     /// `X t`.
     #[inline(always)]
-    pub(super) fn apply<L: Lanes>(
+    pub(crate) fn apply<L: Lanes>(
         self,
         lanes: impl Register<Lanes = L>,
         arm: &Vector<L>,
@@ -139,7 +139,7 @@ impl Transfer {
 
     /// `out ← out + Xᵀ w`.
     #[inline(always)]
-    pub(super) fn add_transposed<L: Lanes>(
+    pub(crate) fn add_transposed<L: Lanes>(
         self,
         arm: &Vector<L>,
         w: &Screw<L>,

@@ -1,0 +1,245 @@
+//! Members in the lanes of one kernel: their states in and out, steps, failures.
+
+use super::kernel::{Kernel, Lane};
+use crate::solver::run::MechanismIntegrator;
+use crate::solver::tree_step::link::Constants;
+use crate::tree::Tree;
+use std::fmt::Debug;
+use vi_constraints::Options;
+use vi_constraints::integrator::ResumeError;
+use vi_constraints::scheme::StepError;
+use vi_constraints::unknowns::Increments;
+#[cfg(target_arch = "x86_64")]
+use vi_core::lanes::Wide;
+use vi_core::lanes::{Lanes, Plain, Register, Twice};
+use vi_core::newton::{Fault, NewtonError, NewtonSettings};
+use vi_core::state::State;
+
+/// What lanes need of a member.
+pub(super) struct Model {
+    pub(super) links: Vec<Constants>,
+    pub(super) weight: Vec<f64>,
+    pub(super) sub_steps: Vec<f64>,
+}
+
+/// Members that move together.
+pub(super) trait Group: Send + Debug {
+    /// How many.
+    fn count(&self) -> usize;
+    /// Steps that members have taken alone.
+    fn alone(&self) -> u64;
+    /// Takes `steps` steps with those that have not failed.
+    fn advance(
+        &mut self,
+        members: &mut [MechanismIntegrator],
+        failures: &mut [Option<StepError>],
+        steps: u64,
+    );
+}
+
+/// The first of the members in as many lanes as they fill; `None` where their topologies differ.
+pub(super) fn wide(
+    models: &[Model],
+    members: &[MechanismIntegrator],
+    options: &Options,
+) -> Option<Box<dyn Group>> {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(lanes) = Wide::detect() {
+        return sized(lanes, models, members, options);
+    }
+    sized(Plain, models, members, options)
+}
+
+fn sized<T: Register>(
+    lanes: T,
+    models: &[Model],
+    members: &[MechanismIntegrator],
+    options: &Options,
+) -> Option<Box<dyn Group>> {
+    if models.len() <= T::Lanes::COUNT {
+        return Some(Box::new(Lanewise::new(lanes, models, members, options)?));
+    }
+    Some(Box::new(Lanewise::new(Twice(lanes), models, members, options)?))
+}
+
+/// A group in lanes of one kind.
+#[derive(Debug)]
+pub(super) struct Lanewise<T: Register> {
+    kernel: Kernel<T>,
+    count: usize,
+    alone: u64, // steps
+    sub_steps: Vec<f64>,
+    newton: NewtonSettings,
+    step: f64,                   // s
+    trees: Vec<Tree>,            // of the members
+    increments: Vec<Increments>, // of the members, for their floors
+    origins: Vec<(f64, u64)>,    // time and step from which time is counted
+    at: Vec<(f64, u64)>,         // time and step of the members
+}
+
+impl<T: Register> Lanewise<T> {
+    fn new(
+        lanes: T,
+        models: &[Model],
+        members: &[MechanismIntegrator],
+        options: &Options,
+    ) -> Option<Self> {
+        let count = models.len().min(T::Lanes::COUNT);
+        let of = |lane: usize| &models[lane.min(count - 1)]; // lanes to spare are idle
+        let links: Vec<&[Constants]> = (0..T::Lanes::COUNT).map(|k| &of(k).links[..]).collect();
+        let weights: Vec<Vec<f64>> = (0..T::Lanes::COUNT).map(|k| of(k).weight.clone()).collect();
+        let sub_steps = of(0).sub_steps.clone();
+        let trees: Vec<Tree> =
+            members[..count].iter().map(|run| run.constraints().tree().clone()).collect();
+        let kernel = Kernel::new(lanes, (&links, &weights), &trees[0], sub_steps.len())?;
+        let origins = members[..count].iter().map(|run| (run.state().t, run.state().step));
+        Some(Self {
+            kernel,
+            count,
+            alone: 0,
+            sub_steps,
+            newton: options.newton,
+            step: options.step,
+            increments: trees.iter().map(|tree| Increments::new(tree.blocks())).collect(),
+            at: vec![(0.0, 0); count],
+            origins: origins.collect(),
+            trees,
+        })
+    }
+
+    /// Takes the state of a member into a lane.
+    fn load(&mut self, lane: usize, state: &State) {
+        let Kernel { lanes, q, p, compensation, balance, history, what, .. } = &mut self.kernel;
+        let put = |all: &mut [T::Lanes], own: &[f64]| {
+            for (i, all) in all.iter_mut().enumerate() {
+                let (others, x) = (*all, own.get(i).copied().unwrap_or(0.0));
+                *all = lanes.gather(|k| if k == lane { x } else { others.at(k) });
+            }
+        };
+        put(q, &state.q);
+        put(p, &state.p);
+        put(compensation, &state.compensation.q);
+        put(balance, &state.compensation.balance); // empty before the first step
+        let (d, sub_steps) = (balance.len(), self.sub_steps.len());
+        let mut known = state.history.clone();
+        known.fit(d, sub_steps, 0..0);
+        history.load(lane, &known);
+        what[lane] = Lane::Solved;
+        self.at[lane] = (state.t, state.step);
+    }
+
+    /// The state of a lane, after `like`.
+    fn state(&self, lane: usize, like: &State) -> State {
+        let mut state = like.clone();
+        let Kernel { q, p, compensation, balance, history, .. } = &self.kernel;
+        let take = |own: &mut Vec<f64>, all: &[T::Lanes]| {
+            own.clear();
+            own.extend(all.iter().map(|x| x.at(lane)));
+        };
+        take(&mut state.q, q);
+        take(&mut state.p, p);
+        take(&mut state.compensation.q, compensation);
+        take(&mut state.compensation.balance, balance);
+        state.history = history.of(lane);
+        (state.t, state.step) = self.at[lane];
+        state
+    }
+
+    /// The floors of the increments for a sub-step of length `h`.
+    fn raise_floors(&mut self, members: &[MechanismIntegrator], h: f64) {
+        let (fastest, lanes) = (self.kernel.fastest(), self.kernel.lanes);
+        for (lane, (member, increments)) in members.iter().zip(&mut self.increments).enumerate() {
+            increments.reset();
+            let distance = h.abs() * fastest.at(lane);
+            member.constraints().raise_floors_by(distance, increments.blocks_mut());
+        }
+        let (increments, last) = (&self.increments, self.count - 1);
+        for (i, floor) in self.kernel.floors.iter_mut().enumerate() {
+            *floor = lanes.gather(|k| increments[k.min(last)].blocks()[i].floor);
+        }
+    }
+
+    /// A macro step of all lanes that are not idle. A member whose lane is refused takes it alone.
+    fn step(&mut self, members: &mut [MechanismIntegrator], failures: &mut [Option<StepError>]) {
+        let sub_steps = self.sub_steps.len();
+        let mut alone = [false; 8];
+        if sub_steps > 1 {
+            self.kernel.keep_start();
+        }
+        for index in 0..sub_steps {
+            let h = self.sub_steps[index] * self.step;
+            self.raise_floors(members, h);
+            self.kernel.solve(index, h, &self.newton);
+            for lane in 0..self.count {
+                if self.kernel.what[lane] == Lane::Refused {
+                    (self.kernel.what[lane], alone[lane]) = (Lane::Idle, true);
+                    if index > 0 {
+                        self.kernel.return_to_start(lane);
+                    }
+                    let start = self.state(lane, members[lane].state());
+                    self.alone += 1;
+                    failures[lane] = take_alone(&mut members[lane], start).err();
+                }
+            }
+            self.kernel.end(index, h, &self.trees);
+        }
+        for lane in 0..self.count {
+            if alone[lane] && failures[lane].is_none() {
+                self.load(lane, members[lane].state());
+            } else if self.kernel.what[lane] != Lane::Idle {
+                let ((t, from), step) = (self.origins[lane], self.at[lane].1 + 1);
+                self.at[lane] = (t + (step - from) as f64 * self.step, step);
+            }
+        }
+    }
+}
+
+/// A step by the integrator of the member.
+fn take_alone(member: &mut MechanismIntegrator, start: State) -> Result<(), StepError> {
+    put(member, start)?;
+    member.step().map(|_| ())
+}
+
+/// Moves a member to a state of its motion.
+fn put(member: &mut MechanismIntegrator, state: State) -> Result<(), StepError> {
+    member.resume(state).map_err(|error| match error {
+        ResumeError::Violated(error) => error,
+        _ => StepError::Newton(NewtonError::Refused { fault: Fault::NotFinite, iteration: 0 }),
+    })
+}
+
+impl<T: Register> Group for Lanewise<T> {
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    fn alone(&self) -> u64 {
+        self.alone
+    }
+
+    fn advance(
+        &mut self,
+        members: &mut [MechanismIntegrator],
+        failures: &mut [Option<StepError>],
+        steps: u64,
+    ) {
+        for (lane, (member, failure)) in members.iter().zip(failures.iter()).enumerate() {
+            self.load(lane, member.state());
+            if failure.is_some() {
+                self.kernel.what[lane] = Lane::Idle;
+            }
+        }
+        for _ in 0..steps {
+            if self.kernel.what[..self.count].iter().all(|what| *what == Lane::Idle) {
+                break;
+            }
+            self.step(members, failures);
+        }
+        for (lane, (member, failure)) in members.iter_mut().zip(failures).enumerate() {
+            if self.kernel.what[lane] != Lane::Idle {
+                let state = self.state(lane, member.state());
+                *failure = put(member, state).err();
+            }
+        }
+    }
+}

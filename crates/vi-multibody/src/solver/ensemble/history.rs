@@ -1,0 +1,137 @@
+//! Initial guesses for all members of a group: [`vi_core::predictor::History`] in lanes.
+
+use vi_core::lanes::{Lanes, Register};
+use vi_core::predictor::{DEPTH, History, terms};
+
+/// The last increments of each sub-step of a composition, in lanes.
+#[derive(Debug)]
+pub(super) struct LaneHistory<T: Register> {
+    lanes: T,
+    unknowns: usize,
+    newest: Vec<usize>,            // of each sub-step
+    known: Vec<[(f64, usize); 8]>, // step and number of increments of each sub-step and lane
+    increments: Vec<T::Lanes>,     // sub-steps × DEPTH × unknowns
+}
+
+impl<T: Register> LaneHistory<T> {
+    pub(super) fn new(lanes: T, unknowns: usize, sub_steps: usize) -> Self {
+        Self {
+            lanes,
+            unknowns,
+            newest: vec![0; sub_steps],
+            known: vec![[(0.0, 0); 8]; sub_steps],
+            increments: vec![lanes.splat(0.0); sub_steps * DEPTH * unknowns],
+        }
+    }
+
+    /// Where the increment of sub-step `k` of an age begins.
+    fn place(&self, k: usize, age: usize) -> usize {
+        (k * DEPTH + (self.newest[k] + age) % DEPTH) * self.unknowns
+    }
+
+    /// Whether a lane has increments of sub-step `k` of length `h`.
+    pub(super) fn knows(&self, k: usize, lane: usize, h: f64) -> bool {
+        let (step, count) = self.known[k][lane];
+        count > 0 && step.to_bits() == h.to_bits()
+    }
+
+    /// Takes the history of a member into a lane.
+    pub(super) fn load(&mut self, lane: usize, history: &History) {
+        for k in 0..self.newest.len() {
+            let (h, count) = history.known(k);
+            self.known[k][lane] = (h, count);
+            for age in 0..count {
+                let place = self.place(k, age);
+                let own = &mut self.increments[place..place + self.unknowns];
+                for (all, u) in own.iter_mut().zip(history.increment(k, age)) {
+                    let others = *all;
+                    *all = self.lanes.gather(|i| if i == lane { *u } else { others.at(i) });
+                }
+            }
+        }
+    }
+
+    /// Forgets the increments of a lane.
+    pub(super) fn forget(&mut self, lane: usize) {
+        self.known.iter_mut().for_each(|known| known[lane].1 = 0);
+    }
+
+    /// The history of a lane.
+    pub(super) fn of(&self, lane: usize) -> History {
+        let mut history = History::new(self.unknowns, self.newest.len());
+        let mut u = vec![0.0; self.unknowns];
+        for k in 0..self.newest.len() {
+            let (h, count) = self.known[k][lane];
+            for age in (0..count).rev() {
+                let place = self.place(k, age);
+                let own = &self.increments[place..place + self.unknowns];
+                u.iter_mut().zip(own).for_each(|(u, all)| *u = all.at(lane));
+                history.remember(k, h, false, &u);
+            }
+        }
+        history
+    }
+
+    /// Remembers the increments of sub-step `k`.
+    pub(super) fn remember(&mut self, k: usize, h: f64, u: &[T::Lanes]) {
+        self.newest[k] = (self.newest[k] + DEPTH - 1) % DEPTH;
+        for (step, count) in &mut self.known[k] {
+            *count = if step.to_bits() == h.to_bits() { (*count + 1).min(DEPTH) } else { 1 };
+            *step = h;
+        }
+        let place = self.place(k, 0);
+        self.increments[place..place + self.unknowns].copy_from_slice(u);
+    }
+
+    /// Writes the initial guess of sub-step `k`.
+    #[inline(always)]
+    pub(super) fn predict(&self, k: usize, out: &mut [T::Lanes]) {
+        let zero = self.lanes.splat(0.0);
+        let places: [usize; DEPTH] = std::array::from_fn(|age| self.place(k, age));
+        let mut sizes = [zero; DEPTH];
+        for i in 0..out.len() {
+            let differences = self.differences(&places, i);
+            for (size, d) in sizes.iter_mut().zip(differences) {
+                *size = size.larger(d).larger(zero - d);
+            }
+        }
+        let chosen: [usize; 8] = std::array::from_fn(|lane| {
+            if lane >= T::Lanes::COUNT {
+                return 1;
+            }
+            let count = self.known[k][lane].1.max(1);
+            terms(&std::array::from_fn::<f64, DEPTH, _>(|j| sizes[j].at(lane))[..count])
+        });
+        let first = chosen[0];
+        let alike = chosen[..T::Lanes::COUNT].iter().all(|terms| *terms == first);
+        for (i, out) in out.iter_mut().enumerate() {
+            let differences = self.differences(&places, i);
+            if alike {
+                *out = differences[first - 1];
+                for j in (0..first - 1).rev() {
+                    *out = *out + differences[j];
+                }
+                continue;
+            }
+            *out = self.lanes.gather(|lane| {
+                let (d, own) = (|j: usize| differences[j].at(lane), chosen[lane]);
+                (0..own - 1).rev().fold(d(own - 1), |sum, j| sum + d(j))
+            });
+        }
+    }
+
+    /// `∇^j u_n` of an unknown.
+    #[inline(always)]
+    fn differences(&self, places: &[usize; DEPTH], i: usize) -> [T::Lanes; DEPTH] {
+        let mut u = [self.increments[places[0] + i]; DEPTH];
+        for (u, place) in u.iter_mut().zip(places) {
+            *u = self.increments[place + i];
+        }
+        for j in 1..DEPTH {
+            for age in (j..DEPTH).rev() {
+                u[age] = u[age - 1] - u[age];
+            }
+        }
+        u
+    }
+}

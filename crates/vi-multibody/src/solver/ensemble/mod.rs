@@ -1,0 +1,204 @@
+//! Ensembles: the same mechanism with many initial values or parameters, four or eight members at once.
+//!
+//! A lane of a wide register holds a member, and a sweep over the links moves all of them. The formulas are those of
+//! [`crate::tree_step`]; lanes take no part in each other, so a member moves as it does with any others beside it.
+//! Newton's method stops lane by lane. A member whose step it does not solve from the extrapolated increments (the first
+//! step, an event) takes this step by its own integrator, which tries more.
+//!
+//! Lanes are for trees of bodies, constant forces and the scheme `nodal` of order 2 or composed of it. All other members move
+//! one after the other.
+//!
+//! ```
+//! use vi_multibody::ensemble::Ensemble;
+//! use vi_multibody::builder::{Inertia, MechanismBuilder};
+//! use vi_multibody::vi_constraints::{Options, SchemeKind};
+//! use vi_multibody::{FrameId, PairKind};
+//!
+//! let pendulum = |rate: f64| {
+//!     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+//!     let bar = builder.body("bar", Inertia::principal(1.0, [0.01, 0.1, 0.1])).at([0.5, 0.0, 0.0]).id();
+//!     let hinge = builder.joint("hinge", PairKind::Revolute, FrameId::Ground, bar);
+//!     hinge.at([0.0; 3]).axis([0.0, 1.0, 0.0]).rate(rate);
+//!     builder.build()
+//! };
+//! let members: Result<Vec<_>, _> = (0..20).map(|k| pendulum(0.1 * f64::from(k))).collect();
+//! let mut ensemble = Ensemble::new(members?, Options::new(SchemeKind::Nodal, 0.01))?;
+//! ensemble.advance(100);
+//! assert!(ensemble.failures().all(|failure| failure.is_none()));
+//! assert_eq!(ensemble.member(7).state().step, 100);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod end;
+mod group;
+mod history;
+mod kernel;
+mod link;
+mod solve;
+mod sweeps;
+
+use crate::builder::BuiltMechanism;
+use crate::mechanism::Mechanism;
+use crate::solver::run::{MechanismIntegrator, Solver, integrator};
+use crate::solver::tree_step::link::constants;
+use group::{Group, Model};
+use vi_constraints::discretization::Discretization;
+use vi_constraints::integrator::SetupError;
+use vi_constraints::scheme::StepError;
+use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_core::{Quadrature, SeparableSystem};
+
+/// Members of one topology that move together.
+///
+/// A member that fails stays at the node where it failed, and the others go on.
+#[derive(Debug)]
+pub struct Ensemble {
+    members: Vec<MechanismIntegrator>,
+    failures: Vec<Option<StepError>>,
+    groups: Vec<Box<dyn Group>>, // the first members; the others move alone
+    grouped: usize,
+}
+
+impl Ensemble {
+    /// Members with the initial configurations and velocities of their models.
+    ///
+    /// # Errors
+    /// [`SetupError`] of the first member that cannot be set up.
+    pub fn new(
+        members: impl IntoIterator<Item = BuiltMechanism>,
+        options: Options,
+    ) -> Result<Self, SetupError> {
+        let start = |built: BuiltMechanism| {
+            let (q, v) =
+                (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
+            (built, 0.0, q, v)
+        };
+        Self::of(members.into_iter().map(start), options)
+    }
+
+    /// Members of one model that start from different values.
+    ///
+    /// # Errors
+    /// [`SetupError`] of the first member that cannot be set up.
+    pub fn starting_at(
+        model: &BuiltMechanism,
+        starts: &[InitialValues<'_>],
+        options: Options,
+    ) -> Result<Self, SetupError> {
+        let start = |at: &InitialValues<'_>| (model.clone(), at.t, at.q.to_vec(), at.v.to_vec());
+        Self::of(starts.iter().map(start), options)
+    }
+
+    fn of(
+        members: impl Iterator<Item = (BuiltMechanism, f64, Vec<f64>, Vec<f64>)>,
+        options: Options,
+    ) -> Result<Self, SetupError> {
+        let (mut runs, mut models) = (Vec::new(), Vec::new());
+        for (built, t, q, v) in members {
+            let system = built.system(Quadrature::Midpoint);
+            models.push(model(&built.mechanism, &system, &options));
+            let at = InitialValues::new(t, &q, &v);
+            runs.push(integrator(built.mechanism, system, options, Solver::Auto, at)?);
+        }
+        let failures = runs.iter().map(|_| None).collect();
+        let mut ensemble = Self { members: runs, failures, groups: Vec::new(), grouped: 0 };
+        if let Some(models) = models.into_iter().collect::<Option<Vec<_>>>() {
+            ensemble.group(&models, &options);
+        }
+        Ok(ensemble)
+    }
+
+    /// Puts members of one topology into lanes.
+    fn group(&mut self, models: &[Model], options: &Options) {
+        let mut first = 0;
+        while first < self.members.len() {
+            let members = &self.members[first..];
+            let Some(group) = group::wide(&models[first..], members, options) else { return };
+            first += group.count();
+            self.grouped = first;
+            self.groups.push(group);
+        }
+    }
+
+    /// How many members there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.members.len()
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.members.is_empty()
+    }
+
+    /// How many members move in lanes; the others move one after the other.
+    #[must_use]
+    pub fn in_lanes(&self) -> usize {
+        self.grouped
+    }
+
+    /// Steps that members in lanes have taken by their own integrators: the first one, and those of events.
+    #[must_use]
+    pub fn steps_alone(&self) -> u64 {
+        self.groups.iter().map(|group| group.alone()).sum()
+    }
+
+    /// Takes `steps` steps with every member that has not failed.
+    pub fn advance(&mut self, steps: u64) {
+        let Self { members, failures, groups, grouped, .. } = self;
+        let mut first = 0;
+        for group in groups {
+            let own = first..first + group.count();
+            group.advance(&mut members[own.clone()], &mut failures[own], steps);
+            first += group.count();
+        }
+        for (member, failure) in members.iter_mut().zip(failures).skip(*grouped) {
+            for _ in 0..steps {
+                if failure.is_none() {
+                    *failure = member.step().err();
+                }
+            }
+        }
+    }
+
+    /// A member where it stands: its state, its system, its constraints.
+    ///
+    /// # Panics
+    /// When there is no such member.
+    #[must_use]
+    pub fn member(&self, k: usize) -> &MechanismIntegrator {
+        &self.members[k]
+    }
+
+    /// The same, for the quantities of its node, see [`vi_constraints::Integrator::observe_state`].
+    ///
+    /// # Panics
+    /// When there is no such member.
+    pub fn member_mut(&mut self, k: usize) -> &mut MechanismIntegrator {
+        &mut self.members[k]
+    }
+
+    /// Why members have failed, in their order.
+    pub fn failures(&self) -> impl Iterator<Item = Option<&StepError>> {
+        self.failures.iter().map(Option::as_ref)
+    }
+}
+
+/// What lanes need of a member; `None` where they do not apply.
+fn model(mechanism: &Mechanism, system: &SeparableSystem, options: &Options) -> Option<Model> {
+    let applies = options.scheme == SchemeKind::Nodal
+        && options.method.stages().is_none()
+        && !options.newton.line_search
+        && !mechanism.has_loops()
+        && mechanism.description().particles.is_empty()
+        && mechanism.description().scalars.is_empty()
+        && !system.has_variable_forces();
+    if !applies {
+        return None;
+    }
+    let (links, _) = constants(mechanism, system)?;
+    let composition = options.method.composition();
+    let sub_steps = Discretization::<Mechanism>::sub_steps(system, composition);
+    Some(Model { links, weight: system.constant_force(), sub_steps })
+}

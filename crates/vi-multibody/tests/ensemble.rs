@@ -1,0 +1,167 @@
+//! Members of an ensemble against their own integrators: trees of all pairs, other initial values, other parameters.
+
+use crate::loaded_trees::{tree, varied_tree};
+use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_core::Composition;
+use vi_core::linear::norm_inf;
+use vi_multibody::BuiltMechanism;
+use vi_multibody::ensemble::Ensemble;
+use vi_multibody::run::MechanismIntegrator;
+
+fn options() -> Options {
+    Options::new(SchemeKind::Nodal, 0.004)
+}
+
+/// The state of a member, one number after the other.
+fn numbers(run: &MechanismIntegrator) -> Vec<f64> {
+    let state = run.state();
+    [&state.q[..], &state.p, &state.compensation.balance, &[state.t]].concat()
+}
+
+/// By how much `q` and `p` of two motions differ, relative to their size.
+fn apart(a: &MechanismIntegrator, b: &MechanismIntegrator) -> f64 {
+    let (a, b) = (a.state(), b.state());
+    assert_eq!((a.step, a.t.to_bits()), (b.step, b.t.to_bits()));
+    let off = |a: &[f64], b: &[f64]| {
+        let off: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+        norm_inf(&off) / norm_inf(b)
+    };
+    let worst = [off(&a.q, &b.q), off(&a.p, &b.p)];
+    if worst[0] > worst[1] { worst[0] } else { worst[1] }
+}
+
+/// Members of one topology with other masses, distances and rates.
+fn members(seed: u64, count: u32) -> Vec<BuiltMechanism> {
+    (0..count).map(|k| varied_tree(9, false, seed, 0.03 * f64::from(k))).collect()
+}
+
+#[test]
+fn members_move_as_their_own_integrators_do() {
+    let (mut worst, mut alone_steps) = (0.0_f64, 0);
+    for seed in 0..24 {
+        let models = members(seed, 11);
+        let mut alone: Vec<MechanismIntegrator> =
+            models.iter().map(|model| model.clone().integrator(options()).unwrap()).collect();
+        let mut ensemble = Ensemble::new(models, options()).unwrap();
+        assert_eq!(ensemble.in_lanes(), 11);
+        ensemble.advance(50);
+        alone_steps += ensemble.steps_alone();
+        for (k, run) in alone.iter_mut().enumerate() {
+            let failed = (0..50).find_map(|_| run.step().err());
+            let failure = ensemble.failures().nth(k).unwrap();
+            assert_eq!(failure.is_some(), failed.is_some(), "seed {seed}, member {k}: {failure:?}");
+            if failed.is_none() {
+                let off = apart(ensemble.member(k), run);
+                assert!(off < 1e-10, "seed {seed}, member {k}: {off:e}");
+                worst = worst.max(off);
+            }
+        }
+    }
+    println!("largest difference {worst:.1e}, {alone_steps} of 13200 steps alone");
+    assert!(worst < 1e-10 && alone_steps < 800, "{worst:e}, {alone_steps}");
+}
+
+#[test]
+fn one_model_starts_from_many_initial_values() {
+    let model = tree(6, false, 4);
+    let q = model.mechanism.initial_configuration();
+    let v = model.mechanism.initial_velocity();
+    let velocities: Vec<Vec<f64>> =
+        (0..5).map(|k| v.iter().map(|v| v * (1.0 + 0.1 * f64::from(k))).collect()).collect();
+    let starts: Vec<InitialValues<'_>> =
+        velocities.iter().map(|v| InitialValues::new(0.5, &q, v)).collect();
+    let mut ensemble = Ensemble::starting_at(&model, &starts, options()).unwrap();
+    assert_eq!((ensemble.len(), ensemble.in_lanes(), ensemble.is_empty()), (5, 5, false));
+    ensemble.advance(100);
+    assert_eq!(ensemble.member(0).state().t.to_bits(), (0.5 + 100.0 * 0.004_f64).to_bits());
+    let mut run = model.clone().integrator(options()).unwrap();
+    (0..100).for_each(|_| {
+        run.step().unwrap();
+    });
+    let (a, b) = (&ensemble.member(0).state().q, &run.state().q);
+    let off: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    println!("{:.1e}", norm_inf(&off));
+    assert!(norm_inf(&off) < 1e-11, "{:e}", norm_inf(&off));
+}
+
+#[test]
+fn a_member_does_not_depend_on_those_beside_it() {
+    for seed in [1, 2, 5] {
+        let models = members(seed, 8);
+        let mut all = Ensemble::new(models.clone(), options()).unwrap();
+        let mut one = Ensemble::new([models[3].clone()], options()).unwrap();
+        all.advance(60);
+        one.advance(60);
+        assert_eq!(numbers(all.member(3)), numbers(one.member(0)), "seed {seed}");
+    }
+}
+
+#[test]
+fn steps_in_parts_are_the_same_steps() {
+    let models = members(7, 4);
+    let mut whole = Ensemble::new(models.clone(), options()).unwrap();
+    let mut parts = Ensemble::new(models, options()).unwrap();
+    whole.advance(40);
+    [1, 12, 0, 27].into_iter().for_each(|steps| parts.advance(steps));
+    for k in 0..4 {
+        assert_eq!(numbers(whole.member(k)), numbers(parts.member(k)), "member {k}");
+    }
+}
+
+#[test]
+fn compositions_and_backward_steps() {
+    for (composition, step) in [(Composition::Suzuki5, 0.01), (Composition::Identity, -0.004)] {
+        let options = Options::new(SchemeKind::Nodal, step).composition(composition);
+        let models = members(10, 6);
+        let mut ensemble = Ensemble::new(models.clone(), options).unwrap();
+        assert_eq!(ensemble.in_lanes(), 6);
+        ensemble.advance(40);
+        let mut worst = 0.0_f64;
+        for (k, model) in models.into_iter().enumerate() {
+            let mut run = model.integrator(options).unwrap();
+            (0..40).for_each(|_| {
+                run.step().unwrap();
+            });
+            worst = worst.max(apart(ensemble.member(k), &run));
+        }
+        println!("{composition:?}: {worst:.1e}");
+        assert!(worst < 1e-10, "{worst:e}");
+    }
+}
+
+/// A step that turns a body by more than half a revolution is refused; the others go on.
+#[test]
+fn a_member_that_fails_stays_and_the_others_go_on() {
+    let model = tree(3, false, 1);
+    let q = model.mechanism.initial_configuration();
+    let v = model.mechanism.initial_velocity();
+    let fast: Vec<f64> = v.iter().map(|v| 2000.0 * v).collect();
+    let starts = [&v, &fast, &v].map(|v| InitialValues::new(0.0, &q, v));
+    let mut ensemble = Ensemble::starting_at(&model, &starts, options()).unwrap();
+    ensemble.advance(10);
+    let failed: Vec<bool> = ensemble.failures().map(|failure| failure.is_some()).collect();
+    assert_eq!(failed, [false, true, false]);
+    assert!(ensemble.member(1).state().step < 10 && ensemble.member(2).state().step == 10);
+    assert_eq!(numbers(ensemble.member(0)), numbers(ensemble.member(2)));
+    let stands = numbers(ensemble.member(1));
+    ensemble.advance(1);
+    assert_eq!(numbers(ensemble.member(1)), stands);
+    assert_eq!(ensemble.member(0).state().step, 11);
+}
+
+#[test]
+fn other_systems_move_one_after_the_other() {
+    let models: Vec<BuiltMechanism> = (0..3).map(|k| tree(4, true, k)).collect();
+    let mut ensemble = Ensemble::new(models.clone(), options()).unwrap();
+    assert_eq!(ensemble.in_lanes(), 0);
+    ensemble.advance(5);
+    for (k, model) in models.into_iter().enumerate() {
+        let mut run = model.integrator(options()).unwrap();
+        (0..5).for_each(|_| {
+            run.step().unwrap();
+        });
+        assert_eq!(numbers(ensemble.member(k)), numbers(&run), "member {k}");
+    }
+    let different = [tree(4, false, 0), tree(5, false, 0)];
+    assert_eq!(Ensemble::new(different, options()).unwrap().in_lanes(), 0);
+}
