@@ -35,6 +35,9 @@ pub trait Lanes:
     /// The larger one of each; that of `other` where one is not a number.
     #[must_use]
     fn larger(self, other: Self) -> Self;
+    /// `then` where the number is at most `bound`, `other` elsewhere.
+    #[must_use]
+    fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self;
 }
 
 /// A kind of registers.
@@ -110,6 +113,11 @@ impl Lanes for Four {
     fn larger(self, other: Self) -> Self {
         let larger = |k: usize| if self.0[k] > other.0[k] { self.0[k] } else { other.0[k] };
         Four([larger(0), larger(1), larger(2), larger(3)])
+    }
+    #[inline(always)]
+    fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self {
+        let chosen = |k: usize| if self.0[k] <= bound.0[k] { then.0[k] } else { other.0[k] };
+        Four([chosen(0), chosen(1), chosen(2), chosen(3)])
     }
 }
 
@@ -214,6 +222,11 @@ mod wide {
             let is_larger = self.simd.greater_than_f64s(self.x, other.x);
             Self { x: self.simd.select_f64s(is_larger, self.x, other.x), ..self }
         }
+        #[inline(always)]
+        fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self {
+            let is_at_most = self.simd.less_than_or_equal_f64s(self.x, bound.x);
+            Self { x: self.simd.select_f64s(is_at_most, then.x, other.x), ..self }
+        }
     }
 
     impl Register for Wide {
@@ -287,6 +300,13 @@ impl<L: Lanes> Lanes for Pair<L> {
     fn larger(self, other: Self) -> Self {
         Self(self.0.larger(other.0), self.1.larger(other.1))
     }
+    #[inline(always)]
+    fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self {
+        Self(
+            self.0.if_at_most(bound.0, then.0, other.0),
+            self.1.if_at_most(bound.1, then.1, other.1),
+        )
+    }
 }
 
 /// Two registers for one.
@@ -303,8 +323,18 @@ impl<T: Register> Register for Twice<T> {
         Pair(self.0.splat(x), self.0.splat(x))
     }
     #[inline(always)]
+    #[allow(clippy::redundant_closure)] // a reference to a closure is not inlined
     fn gather(self, number: impl Fn(usize) -> f64) -> Self::Lanes {
-        Pair(self.0.gather(&number), self.0.gather(|k| number(k + T::Lanes::COUNT)))
+        Pair(
+            self.0.gather(
+                #[inline(always)]
+                |k| number(k),
+            ),
+            self.0.gather(
+                #[inline(always)]
+                |k| number(k + T::Lanes::COUNT),
+            ),
+        )
     }
     #[inline(always)]
     fn run<R>(self, f: impl FnOnce() -> R) -> R {
@@ -323,6 +353,7 @@ mod tests {
             let a = register.gather(|k| 1.0 / (k + 3) as f64);
             let b = register.gather(|k| (k as f64 - 1.7).exp2()) + register.splat(0.1);
             let c = (a * b - b.over(a) * 0.3 + a).larger(b * -9.0).with_first(0.7 / 3.0);
+            let c = b.if_at_most(register.splat(2.0), c, a);
             (0..count).map(|k| c.at(k).to_bits()).collect()
         })
     }
@@ -338,7 +369,11 @@ mod tests {
         }
         let at = |k: usize| {
             let (a, b) = (1.0 / (k + 3) as f64, (k as f64 - 1.7).exp2() + 0.1);
-            if k == 0 { 0.7 / 3.0 } else { (a * b - b / a * 0.3 + a).max(b * -9.0) }
+            match k {
+                0 => 0.7 / 3.0,
+                _ if b > 2.0 => a,
+                _ => (a * b - b / a * 0.3 + a).max(b * -9.0),
+            }
         };
         assert_eq!(plain, (0..8).map(|k| at(k).to_bits()).collect::<Vec<_>>());
     }

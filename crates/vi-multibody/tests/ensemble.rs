@@ -4,9 +4,10 @@ use crate::loaded_trees::{tree, varied_tree};
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::Composition;
 use vi_core::linear::norm_inf;
-use vi_multibody::BuiltMechanism;
+use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::ensemble::Ensemble;
 use vi_multibody::run::MechanismIntegrator;
+use vi_multibody::{BuiltMechanism, FrameId, PairKind};
 
 fn options() -> Options {
     Options::new(SchemeKind::Nodal, 0.004)
@@ -164,4 +165,63 @@ fn other_systems_move_one_after_the_other() {
     }
     let different = [tree(4, false, 0), tree(5, false, 0)];
     assert_eq!(Ensemble::new(different, options()).unwrap().in_lanes(), 0);
+}
+
+/// A chain on hinges that flies: many steps keep both momenta to rounding and the energy within bounds.
+#[test]
+fn momenta_and_energy_of_members_over_many_steps() {
+    let chain = |k: u32| {
+        let mut builder = MechanismBuilder::new();
+        let bar = Inertia::principal(1.0, [0.02, 0.1, 0.1]);
+        let mut parent = None;
+        for i in 0..4 {
+            let x = [f64::from(i) + 0.5, 0.0, 0.0];
+            let link = builder.body(&format!("b{i}"), bar).at(x);
+            let spin = [0.3, 0.1 * f64::from(k), 1.0 - 0.4 * f64::from(i)];
+            let link = if parent.is_none() { link.angular_velocity(spin) } else { link }.id();
+            if let Some(parent) = parent {
+                let axis = if i % 2 == 0 { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] };
+                let joint = builder.joint("hinge", PairKind::Revolute, parent, link);
+                joint.at([f64::from(i), 0.0, 0.0]).axis(axis).rate(0.5 - 0.2 * f64::from(k));
+            }
+            parent = Some(FrameId::from(link));
+        }
+        builder.build().unwrap()
+    };
+    let options = Options::new(SchemeKind::Nodal, 0.01);
+    let mut ensemble = Ensemble::new((0..6).map(chain), options).unwrap();
+    let read = |run: &mut MechanismIntegrator| {
+        let energy = run.observe_state().unwrap().hamiltonian_projected.total();
+        let state = run.state();
+        let momentum = run.constraints().momentum(&state.q, &state.p);
+        let (p, l) = (momentum.linear, momentum.angular);
+        [p[0], p[1], p[2], l[0], l[1], l[2], energy]
+    };
+    let mut alone: Vec<MechanismIntegrator> =
+        (0..6).map(|k| chain(k).integrator(options).unwrap()).collect();
+    let start: Vec<[f64; 7]> = alone.iter_mut().map(read).collect();
+    let changes = |now: [f64; 7], start: &[f64; 7]| {
+        let off: Vec<f64> = now.iter().zip(start).map(|(a, b)| a - b).collect();
+        [norm_inf(&off[..6]) / norm_inf(&start[..6]), off[6].abs() / start[6]]
+    };
+    let mut worst = [[0.0_f64; 2]; 2]; // momenta and energy, together and alone
+    for _ in 0..40 {
+        ensemble.advance(500);
+        for (k, run) in alone.iter_mut().enumerate() {
+            (0..500).for_each(|_| {
+                run.step().unwrap();
+            });
+            let both = [read(ensemble.member_mut(k)), read(run)];
+            for (worst, now) in worst.iter_mut().zip(both) {
+                for (worst, change) in worst.iter_mut().zip(changes(now, &start[k])) {
+                    *worst = if change <= *worst { *worst } else { change };
+                }
+            }
+        }
+    }
+    let [together, single] = worst;
+    println!("20000 steps, changes of momenta and energy: {together:?}, alone {single:?}");
+    assert!(ensemble.failures().all(|failure| failure.is_none()));
+    assert!(together[0] < 1e-13 && together[0] < 4.0 * single[0], "{worst:?}");
+    assert!(together[1] < 1e-5, "{worst:?}");
 }

@@ -92,14 +92,15 @@ pub fn coefficients_of_each<R: Register>(lanes: R, square: R::Lanes) -> (R::Lane
     const SMALL: f64 = 1.0 / 16.0;
     let [sine, gap] = &SERIES;
     let small = (series::<R, 7>(lanes, sine, square), series::<R, 7>(lanes, gap, square));
-    if (0..R::Lanes::COUNT).all(|k| square.at(k) <= SMALL) {
+    let mut largest = square.at(0);
+    for k in 1..R::Lanes::COUNT {
+        largest = if square.at(k) > largest { square.at(k) } else { largest };
+    }
+    if largest <= SMALL {
         return small;
     }
-    let large = doubled(lanes, square);
-    let own = |small: R::Lanes, large: R::Lanes| {
-        lanes.gather(|k| if square.at(k) <= SMALL { small.at(k) } else { large.at(k) })
-    };
-    (own(small.0, large.0), own(small.1, large.1))
+    let (large, bound) = (doubled(lanes, square), lanes.splat(SMALL));
+    (square.if_at_most(bound, small.0, large.0), square.if_at_most(bound, small.1, large.1))
 }
 
 /// `κ` of `|θ|² = square`, to 1e-4 at `|θ| = π` and to round-off below 0.1 rad.

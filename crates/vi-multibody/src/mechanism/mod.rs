@@ -141,6 +141,11 @@ impl Mechanism {
         Some(coordinate)
     }
 
+    /// Whether a step in which a body moves by a distance, m, raises floors of increments.
+    pub(crate) fn raises_floors(&self, distance: f64) -> bool {
+        self.round_off.matters(distance)
+    }
+
     /// Raises the floors of increments for a step in which a body moves by a distance, m.
     pub fn raise_floors_by(&self, distance: f64, blocks: &mut [Block]) {
         self.round_off.raise_floors_by(distance, blocks);

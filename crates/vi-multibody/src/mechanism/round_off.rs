@@ -61,10 +61,15 @@ impl RoundOff {
     /// Raises the floors of the blocks for a step over a distance, m: momenta are rounded to `ε` of themselves, and do not
     /// know increments any better than to `ε` of that.
     pub(super) fn raise_floors_by(&self, distance: f64, blocks: &mut [Block]) {
-        if RELATIVE * self.largest * distance <= FLOOR {
-            return;
+        if self.matters(distance) {
+            self.raise(blocks, |_| distance);
         }
-        self.raise(blocks, |_| distance);
+    }
+
+    /// Whether a step over a distance, m, raises floors.
+    pub(super) fn matters(&self, distance: f64) -> bool {
+        let floor = RELATIVE * self.largest * distance;
+        floor > FLOOR || floor.is_nan()
     }
 
     /// Raises the floors of the blocks, of whatever control point, where lengths are rounded as those of a size (m) are.

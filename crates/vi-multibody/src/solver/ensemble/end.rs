@@ -7,7 +7,6 @@ use crate::geometry::lane_spatial::Columns;
 use crate::geometry::lane_vectors::{Screw, Vector, three};
 use crate::pair::PairKind;
 use crate::tree::{SLACK, Tree};
-use vi_core::interval::rounding_error;
 use vi_core::lanes::{Lanes, Register};
 
 impl<T: Register> Kernel<T> {
@@ -62,32 +61,34 @@ impl<T: Register> Kernel<T> {
         }
     }
 
-    /// Writes to `glances` by how much each link is off its place at `q_{n+1}`: its directors, its axes, its gap.
+    /// Marks the lanes in which a link is off its place at `q_{n+1}`: its directors, its axes, its gap.
     #[inline(always)]
     pub(super) fn glance(&mut self) {
-        let Self { lanes, links, q1, glances, .. } = self;
-        for (link, out) in links.iter().zip(glances) {
-            *out = off_place(*lanes, link, q1);
+        let Self { lanes, links, q1, marked, .. } = self;
+        for (link, marked) in links.iter().zip(marked) {
+            let off = off_place(*lanes, link, q1);
+            *marked = 0;
+            for lane in 0..T::Lanes::COUNT {
+                *marked |= u8::from(off.at(lane) > SLACK) << lane;
+            }
         }
     }
 
-    /// Removes round-off from `q_{n+1}` where a glance shows some, as [`Tree::clean`] does.
+    /// Removes round-off from `q_{n+1}` where a glance shows some, as [`Tree::clean`] does; marked are then the lanes whose
+    /// link has moved.
     pub(super) fn clean(&mut self, trees: &[Tree]) {
-        let Self { lanes, links, q1, glances, cleaned, scratch, .. } = self;
-        let count = T::Lanes::COUNT;
+        let Self { lanes, links, q1, marked, scratch, .. } = self;
         for (k, link) in links.iter().enumerate() {
-            cleaned[k] = link.parent.map_or(0, |parent| cleaned[parent]);
-            let is_off = |lane: usize| glances[k].at(lane) > SLACK;
-            (0..count).filter(|&lane| is_off(lane)).for_each(|lane| cleaned[k] |= 1 << lane);
-            let marked = cleaned[k];
-            for lane in (0..count).filter(|&lane| marked & (1 << lane) != 0) {
+            marked[k] |= link.parent.map_or(0, |parent| marked[parent]);
+            let own = marked[k];
+            for lane in (0..T::Lanes::COUNT).filter(|&lane| own & (1 << lane) != 0) {
                 let frames = [link.frame, link.parent_frame];
                 for i in frames.into_iter().flat_map(|first| first..first + 12) {
                     scratch[i] = q1[i].at(lane);
                 }
                 let Some(tree) = trees.get(lane) else { continue };
                 if !tree.clean_link(&tree.links()[k], scratch) {
-                    cleaned[k] &= !(1 << lane);
+                    marked[k] &= !(1 << lane);
                     continue;
                 }
                 for i in link.frame..link.frame + 12 {
@@ -104,13 +105,26 @@ impl<T: Register> Kernel<T> {
         let Self { lanes, q, q1, dq, end, compensation, .. } = self;
         for i in 0..q.len() {
             let (from, to, next, step, error) = (q[i], end[i], q1[i], dq[i], compensation[i]);
-            compensation[i] = lanes.gather(
-                #[inline(always)]
-                |k| rounding_error([from.at(k), to.at(k)], step.at(k) + error.at(k), next.at(k)),
-            );
+            compensation[i] = rounding_error(*lanes, [from, to], step + error, next);
             q[i] = next;
         }
     }
+}
+
+/// [`vi_core::interval::rounding_error`].
+#[inline(always)]
+fn rounding_error<T: Register>(
+    lanes: T,
+    [from, to]: [T::Lanes; 2],
+    change: T::Lanes,
+    next: T::Lanes,
+) -> T::Lanes {
+    let (zero, error) = (lanes.splat(0.0), (from - to) + change);
+    let size = from.larger(zero - from).larger(to).larger(zero - to);
+    let last_bits = size * (2.0 * f64::EPSILON);
+    let error = error.larger(zero - error).if_at_most(last_bits, error, zero);
+    let moved = to - next;
+    moved.larger(zero - moved).if_at_most(zero, error, zero)
 }
 
 /// The largest of three components.

@@ -73,6 +73,7 @@ pub(super) struct Lanewise<T: Register> {
     step: f64,                   // s
     trees: Vec<Tree>,            // of the members
     increments: Vec<Increments>, // of the members, for their floors
+    raised: bool,                // the floors, and before the first step
     origins: Vec<(f64, u64)>,    // time and step from which time is counted
     at: Vec<(f64, u64)>,         // time and step of the members
 }
@@ -100,6 +101,7 @@ impl<T: Register> Lanewise<T> {
             sub_steps,
             newton: options.newton,
             step: options.step,
+            raised: true,
             increments: trees.iter().map(|tree| Increments::new(tree.blocks())).collect(),
             at: vec![(0.0, 0); count],
             origins: origins.collect(),
@@ -148,6 +150,14 @@ impl<T: Register> Lanewise<T> {
     /// The floors of the increments for a sub-step of length `h`.
     fn raise_floors(&mut self, members: &[MechanismIntegrator], h: f64) {
         let (fastest, lanes) = (self.kernel.fastest(), self.kernel.lanes);
+        let raises = |(lane, member): (usize, &MechanismIntegrator)| {
+            member.constraints().raises_floors(h.abs() * fastest.at(lane))
+        };
+        let raised = members.iter().enumerate().any(raises);
+        if !raised && !self.raised {
+            return;
+        }
+        self.raised = raised;
         for (lane, (member, increments)) in members.iter().zip(&mut self.increments).enumerate() {
             increments.reset();
             let distance = h.abs() * fastest.at(lane);

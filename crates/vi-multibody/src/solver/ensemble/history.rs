@@ -102,21 +102,17 @@ impl<T: Register> LaneHistory<T> {
             let count = self.known[k][lane].1.max(1);
             terms(&std::array::from_fn::<f64, DEPTH, _>(|j| sizes[j].at(lane))[..count])
         });
-        let first = chosen[0];
-        let alike = chosen[..T::Lanes::COUNT].iter().all(|terms| *terms == first);
+        let chosen = self.lanes.gather(
+            #[inline(always)]
+            |lane| chosen[lane] as f64,
+        );
         for (i, out) in out.iter_mut().enumerate() {
             let differences = self.differences(&places, i);
-            if alike {
-                *out = differences[first - 1];
-                for j in (0..first - 1).rev() {
-                    *out = *out + differences[j];
-                }
-                continue;
+            *out = zero;
+            for (j, d) in differences.iter().enumerate().rev() {
+                let term = self.lanes.splat((j + 1) as f64);
+                *out = term.if_at_most(chosen, *out + *d, zero);
             }
-            *out = self.lanes.gather(|lane| {
-                let (d, own) = (|j: usize| differences[j].at(lane), chosen[lane]);
-                (0..own - 1).rev().fold(d(own - 1), |sum, j| sum + d(j))
-            });
         }
     }
 

@@ -46,10 +46,9 @@ pub(super) struct Kernel<T: Register> {
     pub(super) x: Vec<T::Lanes>,      // d
     pub(super) floors: Vec<T::Lanes>, // of the blocks
     pub(super) blocks: Vec<Block>,
-    pub(super) glances: Vec<T::Lanes>, // of the links
-    pub(super) cleaned: Vec<u8>,       // lanes whose link has lost round-off
-    pub(super) scratch: Vec<f64>,      // n
-    start: [Vec<T::Lanes>; 4],         // of a composition: q, p, compensation, balance
+    pub(super) marked: Vec<u8>, // lanes whose link has lost round-off, a bit each
+    pub(super) scratch: Vec<f64>, // n
+    start: [Vec<T::Lanes>; 4],  // of a composition: q, p, compensation, balance
     pub(super) what: [Lane; 8],
 }
 
@@ -85,8 +84,7 @@ impl<T: Register> Kernel<T> {
             x: vec![zero; d],
             floors: vec![zero; blocks.len()],
             blocks,
-            glances: vec![zero; count],
-            cleaned: vec![0; count],
+            marked: vec![0; count],
             scratch: vec![0.0; n],
             start: [n, n, n, d].map(|size| vec![zero; if sub_steps > 1 { size } else { 0 }]),
             what: [Lane::Idle; 8],
@@ -116,6 +114,14 @@ impl<T: Register> Kernel<T> {
 
     /// The largest velocity of a centre of mass along an axis, m/s.
     pub(super) fn fastest(&self) -> T::Lanes {
+        self.lanes.run(
+            #[inline(always)]
+            || self.largest_velocity(),
+        )
+    }
+
+    #[inline(always)]
+    fn largest_velocity(&self) -> T::Lanes {
         let zero = self.lanes.splat(0.0);
         let mut fastest = zero;
         for link in &self.links {
@@ -228,9 +234,10 @@ impl<T: Register> Kernel<T> {
         let turn = self.substitute();
         let Self { lanes, x, u, blocks, floors, what, .. } = self;
         if what[..T::Lanes::COUNT].iter().any(|what| *what != Lane::Running) {
+            let (runs, zero) =
+                (lanes.gather(|k| f64::from(what[k] == Lane::Running)), lanes.splat(0.0));
             for x in x.iter_mut() {
-                let all = *x;
-                *x = lanes.gather(|k| if what[k] == Lane::Running { all.at(k) } else { 0.0 });
+                *x = lanes.splat(1.0).if_at_most(runs, *x, zero);
             }
         }
         let zero = lanes.splat(0.0);
@@ -250,7 +257,10 @@ impl<T: Register> Kernel<T> {
         }
         let left = |(correction, scale): (T::Lanes, T::Lanes)| {
             let (turn, rounding) = (turn, 0.25 * f64::EPSILON);
-            lanes.gather(|k| turn.at(k).sqrt() * correction.at(k) - rounding * scale.at(k))
+            lanes.gather(
+                #[inline(always)]
+                |k| turn.at(k).sqrt() * correction.at(k) - rounding * scale.at(k),
+            )
         };
         (size + sum, left(kinds[0]).larger(left(kinds[1])))
     }
