@@ -51,7 +51,9 @@ fn links(
         };
         let axis: Vector3<f64> =
             if level(i).is_multiple_of(2) { Vector3::y() } else { Vector3::z() };
-        let sign = if (i / 2).is_multiple_of(2) { 0.1 } else { -0.1 };
+        // absolute rates of +-0.05 rad/s: what a link does depends on its neighbours, not on how many there are
+        let size = if i < 2 { 0.05 } else { 0.1 };
+        let sign = if (i / 2).is_multiple_of(2) { size } else { -size };
         let w: Vector3<f64> = w + sign * axis;
         let half: Vector3<f64> = w.cross(&(0.5 * Vector3::x()));
         let center: Vector3<f64> = v + half;
