@@ -190,16 +190,19 @@ fn momenta_and_energy_of_members_over_many_steps() {
     };
     let options = Options::new(SchemeKind::Nodal, 0.01);
     let mut ensemble = Ensemble::new((0..6).map(chain), options).unwrap();
-    let read = |run: &mut MechanismIntegrator| {
-        let energy = run.observe_state().unwrap().hamiltonian_projected.total();
+    let read = |run: &MechanismIntegrator, energy: f64| {
         let state = run.state();
         let momentum = run.constraints().momentum(&state.q, &state.p);
         let (p, l) = (momentum.linear, momentum.angular);
         [p[0], p[1], p[2], l[0], l[1], l[2], energy]
     };
+    let read_alone = |run: &mut MechanismIntegrator| {
+        let energy = run.observe_state().unwrap().hamiltonian_projected.total();
+        read(run, energy)
+    };
     let mut alone: Vec<MechanismIntegrator> =
         (0..6).map(|k| chain(k).integrator(options).unwrap()).collect();
-    let start: Vec<[f64; 7]> = alone.iter_mut().map(read).collect();
+    let start: Vec<[f64; 7]> = alone.iter_mut().map(read_alone).collect();
     let changes = |now: [f64; 7], start: &[f64; 7]| {
         let off: Vec<f64> = now.iter().zip(start).map(|(a, b)| a - b).collect();
         [norm_inf(&off[..6]) / norm_inf(&start[..6]), off[6].abs() / start[6]]
@@ -211,7 +214,8 @@ fn momenta_and_energy_of_members_over_many_steps() {
             (0..500).for_each(|_| {
                 run.step().unwrap();
             });
-            let both = [read(ensemble.member_mut(k)), read(run)];
+            let energy = ensemble.observe_state(k).unwrap().hamiltonian_projected.total();
+            let both = [read(ensemble.member(k), energy), read_alone(run)];
             for (worst, now) in worst.iter_mut().zip(both) {
                 for (worst, change) in worst.iter_mut().zip(changes(now, &start[k])) {
                     *worst = if change <= *worst { *worst } else { change };
@@ -224,4 +228,6 @@ fn momenta_and_energy_of_members_over_many_steps() {
     assert!(ensemble.failures().all(|failure| failure.is_none()));
     assert!(together[0] < 1e-13 && together[0] < 4.0 * single[0], "{worst:?}");
     assert!(together[1] < 1e-5, "{worst:?}");
+    let members = ensemble.into_members();
+    assert!(members.len() == 6 && members.iter().all(|run| run.state().step == 20_000));
 }

@@ -1,6 +1,7 @@
 //! Members in the lanes of one kernel: their states in and out, steps, failures.
 
 use super::kernel::{Kernel, Lane};
+use super::link::MOST;
 use crate::solver::run::MechanismIntegrator;
 use crate::solver::tree_step::link::Constants;
 use crate::tree::Tree;
@@ -172,7 +173,7 @@ impl<T: Register> Lanewise<T> {
     /// A macro step of all lanes that are not idle. A member whose lane is refused takes it alone.
     fn step(&mut self, members: &mut [MechanismIntegrator], failures: &mut [Option<StepError>]) {
         let sub_steps = self.sub_steps.len();
-        let mut alone = [false; 8];
+        let mut alone = [false; MOST];
         if sub_steps > 1 {
             self.kernel.keep_start();
         }

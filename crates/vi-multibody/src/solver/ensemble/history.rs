@@ -1,5 +1,6 @@
 //! Initial guesses for all members of a group: [`vi_core::predictor::History`] in lanes.
 
+use super::link::MOST;
 use vi_core::lanes::{Lanes, Register};
 use vi_core::predictor::{DEPTH, History, terms};
 
@@ -8,9 +9,9 @@ use vi_core::predictor::{DEPTH, History, terms};
 pub(super) struct LaneHistory<T: Register> {
     lanes: T,
     unknowns: usize,
-    newest: Vec<usize>,            // of each sub-step
-    known: Vec<[(f64, usize); 8]>, // step and number of increments of each sub-step and lane
-    increments: Vec<T::Lanes>,     // sub-steps × DEPTH × unknowns
+    newest: Vec<usize>,               // of each sub-step
+    known: Vec<[(f64, usize); MOST]>, // step and number of increments of each sub-step and lane
+    increments: Vec<T::Lanes>,        // sub-steps × DEPTH × unknowns
 }
 
 impl<T: Register> LaneHistory<T> {
@@ -19,7 +20,7 @@ impl<T: Register> LaneHistory<T> {
             lanes,
             unknowns,
             newest: vec![0; sub_steps],
-            known: vec![[(0.0, 0); 8]; sub_steps],
+            known: vec![[(0.0, 0); MOST]; sub_steps],
             increments: vec![lanes.splat(0.0); sub_steps * DEPTH * unknowns],
         }
     }
@@ -95,7 +96,7 @@ impl<T: Register> LaneHistory<T> {
                 *size = size.larger(d).larger(zero - d);
             }
         }
-        let chosen: [usize; 8] = std::array::from_fn(|lane| {
+        let chosen: [usize; MOST] = std::array::from_fn(|lane| {
             if lane >= T::Lanes::COUNT {
                 return 1;
             }

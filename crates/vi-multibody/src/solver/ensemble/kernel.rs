@@ -1,7 +1,7 @@
 //! A step of as many members as there are lanes.
 
 use super::history::LaneHistory;
-use super::link::{self, ColumnWork, Link, Work};
+use super::link::{self, ColumnWork, Link, MOST, Work};
 use crate::geometry::lane_spatial::{Columns, Spatial};
 use crate::geometry::lane_vectors::Screw;
 use crate::solver::tree_step::link::Constants;
@@ -49,7 +49,7 @@ pub(super) struct Kernel<T: Register> {
     pub(super) marked: Vec<u8>, // lanes whose link has lost round-off, a bit each
     pub(super) scratch: Vec<f64>, // n
     start: [Vec<T::Lanes>; 4],  // of a composition: q, p, compensation, balance
-    pub(super) what: [Lane; 8],
+    pub(super) what: [Lane; MOST],
 }
 
 impl<T: Register> Kernel<T> {
@@ -87,7 +87,7 @@ impl<T: Register> Kernel<T> {
             marked: vec![0; count],
             scratch: vec![0.0; n],
             start: [n, n, n, d].map(|size| vec![zero; if sub_steps > 1 { size } else { 0 }]),
-            what: [Lane::Idle; 8],
+            what: [Lane::Idle; MOST],
             links,
         })
     }
@@ -126,7 +126,8 @@ impl<T: Register> Kernel<T> {
         let mut fastest = zero;
         for link in &self.links {
             for p in &self.p[link.frame..link.frame + 3] {
-                let speed = p.over(link.mass[0][0]);
+                let mass = link.mass[0][0];
+                let speed = mass.if_at_most(zero, zero, p.over(mass));
                 fastest = fastest.larger(speed).larger(zero - speed);
             }
         }
@@ -150,7 +151,7 @@ impl<T: Register> Kernel<T> {
             }
         }
         let residual = self.evaluate(h);
-        let mut seen: [Convergence; 8] =
+        let mut seen: [Convergence; MOST] =
             std::array::from_fn(|k| Convergence::new(if k < count { residual.at(k) } else { 0.0 }));
         for iteration in 1..=settings.max_iterations {
             if !self.what[..count].contains(&Lane::Running) {

@@ -7,6 +7,9 @@ use crate::solver::tree_step::columns::Motion;
 use crate::solver::tree_step::link::Constants;
 use vi_core::lanes::{Lanes, Register};
 
+/// The most lanes that there are.
+pub(super) const MOST: usize = 8;
+
 /// Constants of a link; vectors in the directors of its parent or in its own. See [`Constants`].
 #[derive(Clone, Debug)]
 pub(super) struct Link<L> {

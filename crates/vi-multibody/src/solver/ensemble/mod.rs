@@ -44,8 +44,10 @@ use crate::solver::tree_step::link::constants;
 use group::{Group, Model};
 use vi_constraints::discretization::Discretization;
 use vi_constraints::integrator::SetupError;
+use vi_constraints::node::Node;
 use vi_constraints::scheme::StepError;
 use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_core::linear::Singular;
 use vi_core::{Quadrature, SeparableSystem};
 
 /// Members of one topology that move together.
@@ -171,12 +173,21 @@ impl Ensemble {
         &self.members[k]
     }
 
-    /// The same, for the quantities of its node, see [`vi_constraints::Integrator::observe_state`].
+    /// What can be said of the node of a member without a step from there, see [`vi_constraints::Integrator::observe_state`].
+    ///
+    /// # Errors
+    /// [`Singular`] when its constraints have lost rank.
     ///
     /// # Panics
     /// When there is no such member.
-    pub fn member_mut(&mut self, k: usize) -> &mut MechanismIntegrator {
-        &mut self.members[k]
+    pub fn observe_state(&mut self, k: usize) -> Result<&Node, Singular> {
+        self.members[k].observe_state()
+    }
+
+    /// The members, to go on one by one.
+    #[must_use]
+    pub fn into_members(self) -> Vec<MechanismIntegrator> {
+        self.members
     }
 
     /// Why members have failed, in their order.

@@ -1,0 +1,52 @@
+//! When the corrections of Newton's method are small enough; the criteria are those of [`crate::newton`].
+
+/// `√ε/2`, the usual [`crate::newton::NewtonProblem::closing_size`].
+pub const CLOSING_SIZE: f64 = 1.0 / (1 << 27) as f64;
+
+/// Where the corrections of a solve are small enough.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Relative size of what may be left over.
+    pub tolerance: f64,
+    /// See [`crate::newton::NewtonProblem::noise`].
+    pub noise: f64,
+    /// See [`crate::newton::NewtonProblem::closing_size`].
+    pub closing_size: f64,
+}
+
+/// What the corrections of a solve say of its convergence.
+#[derive(Clone, Copy, Debug)]
+pub struct Convergence {
+    pub(crate) residual: f64, // |r|_∞ before the next correction
+    stalled: usize,
+}
+
+impl Convergence {
+    /// Of a solve that begins with this `|r|_∞`.
+    #[must_use]
+    pub fn new(residual: f64) -> Self {
+        Self { residual, stalled: 0 }
+    }
+
+    /// Takes in a correction of a relative `size` and `|r|_∞` after it: the contraction of the residual, and whether the
+    /// solve is converged, closed or at the floor.
+    pub fn judge(&mut self, size: f64, next: f64, limits: Limits) -> (f64, bool) {
+        let ratio = if next > 0.0 { next / self.residual } else { 0.0 };
+        self.residual = next;
+        self.stalled = if ratio > 0.5 && size <= limits.noise { self.stalled + 1 } else { 0 };
+        let converged = ratio < 1.0 && size * ratio <= limits.tolerance;
+        let enough = if size <= 1e-9 { 1 } else { 3 };
+        let at_floor = size <= 4.0 * f64::EPSILON || self.stalled >= enough;
+        let closed = size <= limits.closing_size && ratio < 0.5;
+        (ratio, converged || at_floor || closed)
+    }
+}
+
+/// Whether a correction by an approximate tangent has reached round-off, from the sizes of the one `before` and of that
+/// `earlier` still; `noise`: what round-off alone may cause. Corrections may fall in pairs, so one that does not fall
+/// says nothing.
+pub(crate) fn stagnates(size: f64, before: f64, earlier: f64, noise: f64) -> bool {
+    const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
+    (size >= 0.5 * before && size <= ROUND_OFF)
+        || (size >= before && size >= 0.5 * earlier && size <= noise)
+}
