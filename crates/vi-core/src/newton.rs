@@ -290,32 +290,37 @@ const LEVEL: usize = 3;
 /// Simplified iterations in the place of one.
 const SWEEPS: usize = 4;
 
+/// The largest correction of a block, relative to its unknowns.
+#[derive(Clone, Copy)]
 struct Size {
     relative: f64,
-    kind: BlockKind,
-    unknown: usize,
+    block: usize,
 }
 
 fn size(blocks: &[Block], x: &[f64], dx: &[f64]) -> Size {
-    largest(blocks.iter(), x, dx)
+    largest(blocks.iter().enumerate(), x, dx)
 }
 
-fn largest<'a>(blocks: impl Iterator<Item = &'a Block>, x: &[f64], dx: &[f64]) -> Size {
-    let (mut worst, mut relative) = (None, 0.0);
-    for block in blocks.filter(|block| !block.range.is_empty()) {
+fn largest<'a>(blocks: impl Iterator<Item = (usize, &'a Block)>, x: &[f64], dx: &[f64]) -> Size {
+    let mut worst = Size { relative: 0.0, block: 0 };
+    for (k, block) in blocks.filter(|(_, block)| !block.range.is_empty()) {
         let scale = norm_inf(&x[block.range.clone()]).max(block.floor);
-        let own = norm_inf(&dx[block.range.clone()]) / scale;
-        if own.is_nan() || own > relative {
-            (worst, relative) = (Some(block), own);
+        let relative = norm_inf(&dx[block.range.clone()]) / scale;
+        if relative.is_nan() || relative > worst.relative {
+            worst = Size { relative, block: k };
         }
     }
-    let Some(block) = worst else {
-        return Size { relative, kind: BlockKind::Position, unknown: 0 };
+    worst
+}
+
+/// What the largest correction of a block corrects: its kind and the unknown.
+fn most_corrected(blocks: &[Block], block: usize, dx: &[f64]) -> (BlockKind, usize) {
+    let Some(Block { kind, range, .. }) = blocks.get(block) else {
+        return (BlockKind::Position, 0);
     };
-    let size = norm_inf(&dx[block.range.clone()]);
-    let is_largest = |i: &usize| dx[*i].is_nan() || dx[*i].abs() >= size;
-    let largest = block.range.clone().find(is_largest);
-    Size { relative, kind: block.kind, unknown: largest.unwrap_or(block.range.start) }
+    let size = norm_inf(&dx[range.clone()]);
+    let largest = range.clone().find(|&i| dx[i].is_nan() || dx[i].abs() >= size);
+    (*kind, largest.unwrap_or(range.start))
 }
 
 impl Newton {
@@ -382,7 +387,8 @@ impl Newton {
             let (ratio, reached) = seen.judge(size.relative, next, limits);
             level = if ratio > 0.5 { level + 1 } else { 0 };
             let stopped = level >= LEVEL && {
-                let blocks = problem.blocks().iter().filter(|b| b.kind != BlockKind::Multiplier);
+                let blocks = problem.blocks().iter().enumerate();
+                let blocks = blocks.filter(|(_, block)| block.kind != BlockKind::Multiplier);
                 largest(blocks, x, &self.dx).relative <= problem.noise()
                     && problem.is_round_off(x, &self.r)
             };
@@ -398,10 +404,11 @@ impl Newton {
                 if size.relative > before && problem.is_simplified() { growing + 1 } else { 0 };
             (earlier, before) = (before, size.relative);
             if iteration >= limit || growing >= LEVEL {
+                let (kind, unknown) = most_corrected(problem.blocks(), size.block, &self.dx);
                 return Err(NewtonError::NotConverged {
                     iterations: iteration,
-                    kind: size.kind,
-                    unknown: size.unknown,
+                    kind,
+                    unknown,
                     correction: size.relative,
                     residual: next,
                 });
