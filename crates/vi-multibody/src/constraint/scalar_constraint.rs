@@ -16,7 +16,7 @@ use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use vi_core::Configuration;
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Entries, Product};
 
 /// `θ_ref`, `θ̇_ref` and `θ̈_ref` at time `t`.
 pub type Reference = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
@@ -91,6 +91,14 @@ impl ScalarRow {
                 b.emit(q, row, *ratio, out);
             }
             Self::Motion { coordinate, .. } => coordinate.emit(q, row, 1.0, out),
+        }
+    }
+
+    /// `g ← g + G(q) v`.
+    pub fn add_rate(&self, q: &[f64], v: &[f64], g: &mut f64) {
+        match self {
+            Self::Product(row) => *g += row.rate(q, v),
+            _ => self.emit(q, 0, &mut Product { v, out: std::slice::from_mut(g) }),
         }
     }
 

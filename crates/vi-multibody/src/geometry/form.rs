@@ -167,6 +167,13 @@ impl Row {
         self.scale * (self.a.at(q).dot(&self.b.at(q)) - self.target)
     }
 
+    /// `G(q) v`.
+    #[must_use]
+    pub fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
+        let (a, b) = (&self.a, &self.b);
+        self.scale * (a.at(q).dot(&b.rate(v)) + a.rate(v).dot(&b.at(q)))
+    }
+
     /// Emits the row `row` of `G(q)`.
     pub fn emit(&self, q: &[f64], row: usize, out: &mut dyn Entries) {
         self.for_each_slope(q, |column, slope| out.add(row, column, slope));

@@ -58,6 +58,19 @@ impl Constraints for Mechanism {
         }
     }
 
+    fn add_rates(&self, _t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
+        let bodies = self.description.bodies.len();
+        let mut rates = [0.0; 6];
+        for k in 0..bodies {
+            let own = 12 * k..12 * k + 12;
+            directors::internal_second_derivative(&q[own.clone()], &v[own], &mut rates); // g is quadratic
+            out[6 * k..6 * k + 6].iter_mut().zip(rates).for_each(|(g, rate)| *g += rate);
+        }
+        for (row, g) in self.rows.iter().zip(&mut out[6 * bodies..]) {
+            row.add_rate(q, v, g);
+        }
+    }
+
     fn second_derivative(&self, _t: f64, q: &[f64], v: &[f64], w: &[f64], out: &mut [f64]) {
         let bodies = self.description.bodies.len();
         for k in 0..bodies {
