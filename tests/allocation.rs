@@ -90,20 +90,22 @@ fn no_step_of(steps: u32) {
 #[test]
 fn no_node_allocates() {
     for name in ["pendulum", "chain8", "bricard", "four_bar_windows", "andrews_squeezer"] {
-        let mut simulation = simulation(name, &[]);
-        let run = simulation.integrator();
-        run.record_multipliers(false);
-        let mut allocated = 0;
-        for step in 0..200 {
-            run.step().unwrap();
-            let before = allocations();
-            run.node_before().unwrap();
-            if step >= 10 {
-                allocated += allocations() - before;
+        for multipliers in [false, true] {
+            let mut simulation = simulation(name, &[]);
+            let run = simulation.integrator();
+            run.record_multipliers(multipliers);
+            let mut allocated = 0;
+            for step in 0..200 {
+                run.step().unwrap();
+                let before = allocations();
+                run.node_before().unwrap();
+                if step >= 10 {
+                    allocated += allocations() - before;
+                }
             }
+            println!("{name}, multipliers {multipliers}: {allocated} in 190 nodes");
+            assert_eq!(allocated, 0, "{name}, multipliers {multipliers}");
         }
-        println!("{name}: {allocated} in 190 nodes");
-        assert_eq!(allocated, 0, "{name}");
     }
 }
 

@@ -9,9 +9,9 @@
 
 use crate::harness;
 
-use harness::models::{model, orders};
+use harness::models::{model, orders, simulation};
 use holonom::vi_constraints::Constraints;
-use holonom::vi_core::{Configuration, MechanicalSystem};
+use holonom::vi_core::{Configuration, Entries, MechanicalSystem, SparseMatrix};
 use holonom::{Model, Sample, Simulation};
 use nalgebra::{DMatrix, Vector3};
 use vi_multibody::joint::FrameId;
@@ -284,6 +284,52 @@ fn in_the_plane_of_a_four_bar_reactions_are_unique_across_it_they_are_not() {
         let across = (one.force.z - other.force.z).abs() + (one.moment - other.moment).amax();
         assert!(across > 1e-3, "joint {k}: {across:e}");
         assert!(one.force.xy().norm() > 1.0, "the plane carries the weight");
+    }
+}
+
+/// Multipliers of the least norm are orthogonal to `null Gᵀ`, and unique is what no vector of it changes.
+#[test]
+fn multipliers_of_loops_have_no_part_in_the_null_space() {
+    for name in ["four_bar_windows", "bricard", "six_hinge_cube", "andrews_squeezer"] {
+        let mut simulation = simulation(name, &[]);
+        let run = simulation.integrator();
+        (0..20).for_each(|_| _ = run.step().unwrap());
+        let node = run.node_before().unwrap().clone();
+        let q = run.before().q.clone();
+        let at = Configuration::new(run.before().t, &q);
+        let mechanism = run.constraints();
+        let null = null_vectors(mechanism, &q);
+        let size = node.lambda.iter().map(|l| l * l).sum::<f64>().sqrt();
+        let part =
+            |z: &Vec<f64>| z.iter().zip(&node.lambda).map(|(z, l)| z * l).sum::<f64>() / size;
+        let largest = null.iter().map(|z| part(z).abs()).fold(0.0, f64::max);
+        let mut force = vec![0.0; q.len()];
+        let g = SparseMatrix::assemble(mechanism.len(), q.len(), |out: &mut dyn Entries| {
+            mechanism.jacobian(at.t, &q, out);
+        });
+        g.tr_mul_add(1.0, &node.lambda, &mut force);
+        let w = force.iter().zip(&node.constraint_force).map(|(a, b)| (a - b).abs());
+        let missed = w.fold(0.0, f64::max);
+        println!(
+            "{name}: {} null vectors, largest part {largest:.1e}, force {missed:.1e}",
+            null.len()
+        );
+        assert!(!null.is_empty() && largest < 1e-10 && missed < 1e-10 * size, "{name}");
+        // a large part of each null vector, one after the other
+        let found = Reactions::at(mechanism, at, &node.lambda, run.rows());
+        let mut unique = vec![[true; 6]; found.joints.len()];
+        for z in &null {
+            let mixed: Vec<f64> = node.lambda.iter().zip(z).map(|(l, z)| l + size * z).collect();
+            let other = Reactions::at(mechanism, at, &mixed, run.rows());
+            for (unique, (a, b)) in unique.iter_mut().zip(found.joints.iter().zip(&other.joints)) {
+                for k in 0..3 {
+                    unique[k] &= (a.force[k] - b.force[k]).abs() < 1e-8 * size;
+                    unique[3 + k] &= (a.moment[k] - b.moment[k]).abs() < 1e-8 * size;
+                }
+            }
+        }
+        let marked: Vec<[bool; 6]> = found.joints.iter().map(|joint| joint.unique).collect();
+        assert_eq!(marked, unique, "{name}");
     }
 }
 

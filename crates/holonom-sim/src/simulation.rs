@@ -350,13 +350,13 @@ impl Simulation {
     /// [`ResumeError`]; the simulation is then what it was.
     pub fn resume(&mut self, state: RunState) -> Result<(), ResumeError> {
         let RunState { motion, sensors: followed, limits, energy, divided, iterations } = state;
-        let mut sensors = self.sensors.clone();
-        sensors.resume(&followed)?;
+        self.sensors.check(&followed)?;
         same_length("the list of beams", limits.len(), self.limits.state().len())?;
         self.method.resume(motion)?;
         self.limits.resume(&limits);
         (self.watch, self.divided) = (energy, divided);
-        (self.sensors, self.iterations) = (sensors, iterations);
+        self.sensors.resume(&followed);
+        self.iterations = iterations;
         Ok(())
     }
 

@@ -172,7 +172,7 @@ fn of_scheme(model: &Model, steps: u64) -> Result<StepCost, String> {
         residual,
         matrix,
         solve,
-        recording: (recorded - step) / count,
+        recording: ((recorded - step) / count).max(f64::MIN_POSITIVE),
     })
 }
 

@@ -9,7 +9,8 @@
 //! | [`constraints`] | `g`, `G`, second derivatives |
 //! | [`null_space`] | `P` and the rank by column-pivoted QR |
 //! | [`saddle_point`] | `[A Gᵀ; G 0]` over independent rows |
-//! | [`redundancy`] | null vectors of `Gᵀ`, multipliers of minimum norm |
+//! | [`redundancy`] | independence of rows, null vectors of `Gᵀ` |
+//! | [`least_norm`] | multipliers of the least norm |
 //! | [`reparametrization`] | `P`, `F_d`, `∂F_d/∂u`, dense or as operators |
 //! | [`tangent_space`] | `F_d` of any constraints: a step in the tangent space, projected |
 //! | [`constrained`], [`dalembert`], [`nodal`] | schemes 1, 2, and 3 with 4 |
@@ -43,6 +44,7 @@ mod independent_rows;
 pub mod initialization;
 pub mod integrator;
 mod inverse_mass;
+pub mod least_norm;
 pub mod legendre;
 pub mod nearby;
 pub mod nodal;

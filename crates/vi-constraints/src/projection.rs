@@ -1,18 +1,20 @@
 //! The projections at a node `(t_n, q_n)`, all memory sized once.
 //!
 //! ```text
-//! R_dᵀ w = μ/h  :  [I Gᵀ; G 0](x, μ) = (w, 0),      R_d = G_dᵀ (G_d G_dᵀ)⁻¹,  G_d = h G        (37), (38)
+//! R_dᵀ w = μ/h  :  GᵀG y = w,  μ = G y               R_d = G_dᵀ (G_d G_dᵀ)⁻¹,  G_d = h G        (37), (38)
 //! Q w    = M v̂  :  [M Gᵀ; G 0](v̂, μ) = (w, 0),      Q = I − Gᵀ (G M⁻¹ Gᵀ)⁻¹ G M⁻¹              (16)
 //! v̂             :  [M Gᵀ; G 0](v̂, μ) = (p, −∂g/∂t)
 //! λ(a)          :  [M Gᵀ; G 0](a, λ) = (f − ∇V, −d²g/dt² + G a)                acceleration level
 //! ```
 //! No `M⁻¹` is formed: where `M` is singular, `M v̂` is `M P (PᵀMP)⁻¹ Pᵀ w`, the same projection. Redundant
-//! constraints: the force `Gᵀλ` is unique, the multipliers are given in their minimum-norm form.
+//! constraints: the force `Gᵀλ` is unique, the multipliers are given in their minimum-norm form ([`crate::least_norm`]).
+//! Where `G` is about to lose rank, `[I Gᵀ; G 0](x, μ) = (w, 0)` over independent rows takes the place of `GᵀG`.
 //!
 //! Letters: `M`, `G`, `P` as in LMO08 §2 and §3; `v̂` velocity of a projected momentum.
 
 use crate::constraints::Constraints;
 use crate::inverse_mass::InverseMass;
+use crate::least_norm::LeastNorm;
 use crate::node_solvers::MultiplierSweep;
 use crate::redundancy::minimum_norm;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
@@ -30,9 +32,10 @@ pub struct Projections {
     identity_system: SaddlePoint,   // [I Gᵀ; G 0]
     inverse: Option<InverseMass>,   // None: M singular or not constant
     jacobian: Option<SparseMatrix>, // m × n
-    x: Vec<f64>,                    // n + r
-    m_work: Vec<f64>,               // m
-    n_work: Vec<f64>,               // n
+    least_norm: LeastNorm,
+    x: Vec<f64>,      // n + r
+    m_work: Vec<f64>, // m
+    n_work: Vec<f64>, // n
 }
 
 impl Projections {
@@ -46,6 +49,7 @@ impl Projections {
             identity_system: SaddlePoint::new(n, rows.clone()),
             inverse: if system.adds_mass() { None } else { InverseMass::new(system.mass()) },
             jacobian: None,
+            least_norm: LeastNorm::default(),
             x: vec![0.0; n + rows.len()],
             m_work: vec![0.0; m],
             n_work: vec![0.0; n],
@@ -76,15 +80,19 @@ impl Projections {
         force: &mut [f64],
     ) -> Result<(), Singular> {
         let n = self.n;
+        let found = jacobian(&mut self.jacobian, constraints, at, n);
+        if self.least_norm.solve(found, w, lambda).is_ok() {
+            scale_and_apply(found, weight, lambda, force); // (37), (38)
+            return Ok(());
+        }
         self.m_work.fill(0.0);
         let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
         let (zero, x) = (&self.m_work, &mut self.x);
         self.identity_system.solve_at(constraints, &identity, at, w, zero, x)?;
         let rows = self.identity_system.rows();
         rows.scatter(&self.x[n..], lambda);
-        let jacobian = jacobian(&mut self.jacobian, constraints, at, n);
-        scale_and_apply(jacobian, weight, lambda, force); // (37), (38)
-        minimum_norm(jacobian, rows, lambda);
+        scale_and_apply(found, weight, lambda, force);
+        minimum_norm(&mut self.least_norm, found, rows, force, lambda);
         Ok(())
     }
 
@@ -202,7 +210,13 @@ impl Projections {
         solved?;
         let rows = self.mass_system.rows();
         rows.scatter(&self.x[self.n..], lambda);
-        minimum_norm(jacobian(&mut self.jacobian, constraints, at, self.n), rows, lambda);
+        if rows.len() == lambda.len() {
+            return Ok(());
+        }
+        let jacobian = jacobian(&mut self.jacobian, constraints, at, self.n);
+        self.n_work.fill(0.0);
+        jacobian.tr_mul_add(1.0, lambda, &mut self.n_work);
+        minimum_norm(&mut self.least_norm, jacobian, rows, &self.n_work, lambda);
         Ok(())
     }
 }

@@ -13,6 +13,7 @@
 //! | [`force`] | discrete Lagrange–d'Alembert forces |
 //! | [`newton`], [`predictor`] | the nonlinear solver and its initial guesses |
 //! | [`linear`], [`sparse`] | linear solvers; matrices refilled in place |
+//! | [`sparse_cholesky`] | sparse Cholesky factors |
 //! | [`block_lu`] | sparse LU of small dense blocks |
 //! | [`dense`] | dense factorizations with equal bits on every processor |
 //! | [`lanes`] | four or eight numbers in a register, with equal bits on every processor |
@@ -58,6 +59,7 @@ pub mod predictor;
 pub mod quadratic_eigen;
 mod shadow_energy;
 pub mod sparse;
+pub mod sparse_cholesky;
 pub mod state;
 
 pub use composition::Composition;

@@ -159,7 +159,7 @@ fn scratch(symbolic: &sparse_lu::SymbolicLu<usize>, columns: usize) -> MemBuffer
     )
 }
 
-fn view(a: &SparseMatrix) -> SparseColMatRef<'_, usize, f64> {
+pub(crate) fn view(a: &SparseMatrix) -> SparseColMatRef<'_, usize, f64> {
     let matrix = a.as_sprs();
     let (rows, columns) = matrix.shape();
     let symbolic = SymbolicSparseColMatRef::new_checked(
@@ -172,7 +172,7 @@ fn view(a: &SparseMatrix) -> SparseColMatRef<'_, usize, f64> {
     SparseColMatRef::new(symbolic, matrix.data())
 }
 
-fn finite(x: &[f64]) -> Result<(), Singular> {
+pub(crate) fn finite(x: &[f64]) -> Result<(), Singular> {
     if x.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Singular) }
 }
 
@@ -191,6 +191,7 @@ pub fn condition_number(a: &DMatrix<f64>) -> f64 {
 
 /// The largest absolute value; NaN if any entry is NaN (unlike a fold with `f64::max`).
 #[must_use]
+#[inline]
 pub fn norm_inf(x: &[f64]) -> f64 {
     // absolute values are ordered as their bits are, and NaN is above infinity
     f64::from_bits(x.iter().map(|v| v.abs().to_bits()).max().unwrap_or(0))

@@ -134,13 +134,16 @@ impl Entries for Collector {
     }
 }
 
-struct Replay<'a> {
+/// Writes the numbers of a matrix in the order of its assembly.
+#[derive(Debug)]
+pub struct Replay<'a> {
     values: &'a mut [f64],
     slots: &'a [usize],
     next: usize,
 }
 
 impl Entries for Replay<'_> {
+    #[inline]
     fn add(&mut self, _row: usize, _column: usize, value: f64) {
         self.values[self.slots[self.next]] += value;
         self.next += 1;
@@ -184,6 +187,11 @@ impl SparseMatrix {
 
     /// Overwrites the values; `emit` must write the same places in the same order as at assembly.
     pub fn refill(&mut self, emit: impl FnOnce(&mut dyn Entries)) {
+        self.refill_with(|replay| emit(replay));
+    }
+
+    /// The same where `emit` is compiled for this sink.
+    pub fn refill_with(&mut self, emit: impl FnOnce(&mut Replay<'_>)) {
         let values = self.matrix.data_mut();
         values.fill(0.0);
         let mut replay = Replay { values, slots: &self.slots, next: 0 };

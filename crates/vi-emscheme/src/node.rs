@@ -17,6 +17,7 @@
 use crate::constraint::DiscreteConstraints;
 use crate::em_system::EmSystem;
 use vi_constraints::discretization::{ObserveNode, Step};
+use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::node::Node;
 use vi_constraints::projection::Projections;
 use vi_constraints::redundancy::minimum_norm;
@@ -35,7 +36,8 @@ pub struct EmObserver {
     wanted: bool,                     // whether multipliers are
     projections: Option<Projections>, // made when first asked for
     jacobian: Option<SparseMatrix>,   // m × n
-    work: Vec<f64>,                   // m
+    least_norm: LeastNorm,
+    work: Vec<f64>, // m
 }
 
 impl EmObserver {
@@ -59,6 +61,7 @@ impl EmObserver {
             wanted: true,
             projections: None,
             jacobian: None,
+            least_norm: LeastNorm::default(),
             work: zeros(m),
         }
     }
@@ -114,7 +117,7 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
     ) -> Result<&Node, Singular> {
         self.read_state(system, constraints, state);
         let (m, n) = (constraints.len(), constraints.dim());
-        let Self { node, rows, wanted, work, .. } = self;
+        let Self { node, rows, wanted, work, least_norm, .. } = self;
         let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
         if constraints.is_rheonomic() {
             constraints.value(s.end(), work);
@@ -141,11 +144,12 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         if let Some(before) = before {
             let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(before, out);
             let jacobian = SparseMatrix::update(&mut self.jacobian, (m, n), emit);
-            multipliers(jacobian, rows, (&state.memory.multipliers, scale), lambda, force);
+            let given = (&state.memory.multipliers[..], scale);
+            multipliers(jacobian, (least_norm, rows), given, lambda, force);
         }
         let jacobian = SparseMatrix::update(&mut self.jacobian, (m, n), emit);
         let (lambda_mid, force_mid) = (&mut node.lambda_mid, &mut node.constraint_force_mid);
-        multipliers(jacobian, rows, (mu, scale), lambda_mid, force_mid);
+        multipliers(jacobian, (least_norm, rows), (mu, scale), lambda_mid, force_mid);
         if before.is_some() {
             lambda.iter_mut().zip(lambda_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b));
             force.iter_mut().zip(force_mid).for_each(|(a, b)| *a = 0.5 * (*a + *b));
@@ -173,7 +177,7 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
 /// `λ = scale μ`, in minimum-norm form where rows are redundant, and `Gᵀλ`.
 fn multipliers(
     jacobian: &SparseMatrix,
-    rows: &IndependentRows,
+    (least_norm, rows): (&mut LeastNorm, &IndependentRows),
     (mu, scale): (&[f64], f64),
     lambda: &mut [f64],
     force: &mut [f64],
@@ -183,5 +187,5 @@ fn multipliers(
     }
     force.fill(0.0);
     jacobian.tr_mul_add(1.0, lambda, force);
-    minimum_norm(jacobian, rows, lambda);
+    minimum_norm(least_norm, jacobian, rows, force, lambda);
 }

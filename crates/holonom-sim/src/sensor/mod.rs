@@ -44,7 +44,7 @@ use vi_multibody::form::Form;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
 use vi_multibody::mechanism::{Attachment, Mechanism};
-use vi_multibody::reaction::{Reaction, Reactions};
+use vi_multibody::reaction::{Reaction, ReactionObserver, Reactions};
 use vi_rigid::directors;
 
 /// What a sensor needs to know of the mechanism.
@@ -100,11 +100,12 @@ impl Attitude {
 }
 
 /// The sensors of a model, ready to read.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Sensors {
     columns: Vec<Column>,
     gauges: Vec<Gauge>,
     reactions: bool,
+    observer: ReactionObserver,
 }
 
 impl Sensors {
@@ -123,7 +124,8 @@ impl Sensors {
             Gauge::Effort(effort) => effort.needs_multipliers(),
             _ => false,
         });
-        Self { columns: columns(model), gauges, reactions }
+        let observer = ReactionObserver::default();
+        Self { columns: columns(model), gauges, reactions, observer }
     }
 
     /// The columns of `sensors.csv`; empty without sensors.
@@ -177,16 +179,21 @@ impl Sensors {
         self.gauges.iter().map(followed).collect()
     }
 
-    /// Continues from what was followed.
+    /// Whether what was followed is of these sensors.
     ///
     /// # Errors
     /// [`ResumeError::Shape`].
-    pub(crate) fn resume(&mut self, state: &[Vec<f64>]) -> Result<(), ResumeError> {
+    pub(crate) fn check(&self, state: &[Vec<f64>]) -> Result<(), ResumeError> {
         let own = self.state();
         same_length("the list of sensors", state.len(), own.len())?;
         for (own, found) in own.iter().zip(state) {
             same_length("a sensor", found.len(), own.len())?;
         }
+        Ok(())
+    }
+
+    /// Continues from what was followed. Premise: [`Sensors::check`].
+    pub(crate) fn resume(&mut self, state: &[Vec<f64>]) {
         for (gauge, values) in self.gauges.iter_mut().zip(state) {
             match gauge {
                 Gauge::Coordinate(tracker) => tracker.resume(values),
@@ -197,18 +204,18 @@ impl Sensors {
                 _ => {}
             }
         }
-        Ok(())
     }
 
     /// The numbers of all columns at the node last followed to; NaN where a reaction is not unique.
     pub(crate) fn read(
-        &self,
+        &mut self,
         mechanism: &Mechanism,
         rows: &IndependentRows,
         at: View<'_>,
     ) -> Vec<f64> {
         let reactions = if self.reactions {
-            Reactions::at(mechanism, Configuration::new(at.t, at.q), at.lambda, rows)
+            let node = Configuration::new(at.t, at.q);
+            self.observer.observe(mechanism, node, at.lambda, rows)
         } else {
             Reactions::default()
         };

@@ -16,21 +16,21 @@
 //! **Uniqueness.** Where constraints are redundant, `λ` is one solution among `λ + Z c`, `range Z = null
 //! Gᵀ`: a component of a reaction is unique when no column of `Z` contributes to it. Then, and only
 //! then, it does not depend on the choice that was made (the multipliers of least norm). On trees
-//! everything is unique and nothing is computed; otherwise `Z` comes from the independent rows
-//! ([`vi_constraints::redundancy`]), where these are few or have lost rank from a dense pivoted QR.
+//! everything is unique and nothing is computed. Otherwise scattered multipliers of size one are projected onto `null Gᵀ`
+//! ([`LeastNorm::null_part`]): they contribute to every component to which some column of `Z` does. Where rank is about to be lost, `Z` comes from a dense pivoted QR.
 
 use crate::mechanism::Mechanism;
 use crate::pair::joint::{FrameId, Joint};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use vi_constraints::Constraints;
+use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::null_space::NullSpaceQr;
-use vi_constraints::redundancy;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_rigid::null_space;
 
-/// Contributions of unit null vectors below this count as none (N, N·m for multipliers of norm 1).
+/// Contributions of null vectors below this count as none (N, N·m for multipliers of size 1).
 const NO_PART: f64 = 1e-8;
 
 /// What a joint does to its child.
@@ -122,27 +122,23 @@ impl Reactions {
         lambda: &[f64],
         rows: &IndependentRows,
     ) -> Self {
-        let mut reactions = Self::from_multipliers(mechanism, at, lambda);
-        if rows.len() == mechanism.len() {
-            return reactions;
-        }
-        let null_vectors = null_vectors(mechanism, at, rows);
-        for z in null_vectors.column_iter() {
-            let part = Self::from_multipliers(mechanism, at, z.as_slice());
-            for (joint, part) in reactions.joints.iter_mut().zip(&part.joints) {
-                for k in 0..3 {
-                    joint.unique[k] &= part.force[k].abs() < NO_PART;
-                    joint.unique[3 + k] &= part.moment[k].abs() < NO_PART;
-                }
-            }
-            for (bar, part) in reactions.bars.iter_mut().zip(&part.bars) {
-                bar.unique &= part.force.abs() < NO_PART;
-            }
-            for (scalar, part) in reactions.scalars.iter_mut().zip(&part.scalars) {
-                scalar.unique &= part.force.abs() < NO_PART;
+        ReactionObserver::default().observe(mechanism, at, lambda, rows)
+    }
+
+    /// Marks what these reactions of multipliers in `null Gᵀ` contribute to as not unique.
+    fn exclude(&mut self, null: &Self) {
+        for (joint, null) in self.joints.iter_mut().zip(&null.joints) {
+            for k in 0..3 {
+                joint.unique[k] &= null.force[k].abs() < NO_PART;
+                joint.unique[3 + k] &= null.moment[k].abs() < NO_PART;
             }
         }
-        reactions
+        for (bar, null) in self.bars.iter_mut().zip(&null.bars) {
+            bar.unique &= null.force.abs() < NO_PART;
+        }
+        for (scalar, null) in self.scalars.iter_mut().zip(&null.scalars) {
+            scalar.unique &= null.force.abs() < NO_PART;
+        }
     }
 
     /// Linear in `lambda`; everything is marked unique.
@@ -165,36 +161,56 @@ impl Reactions {
     }
 }
 
+/// Reactions at one node after the other, its memory sized once.
+#[derive(Debug, Default)]
+pub struct ReactionObserver {
+    jacobian: Option<SparseMatrix>, // m × n
+    least_norm: LeastNorm,
+    scattered: Vec<f64>, // m
+    null: Vec<f64>,      // m
+}
+
+impl ReactionObserver {
+    /// As [`Reactions::at`].
+    pub fn observe(
+        &mut self,
+        mechanism: &Mechanism,
+        at: Configuration<'_>,
+        lambda: &[f64],
+        rows: &IndependentRows,
+    ) -> Reactions {
+        let mut reactions = Reactions::from_multipliers(mechanism, at, lambda);
+        let (m, n) = (mechanism.len(), mechanism.dim());
+        if rows.len() == m {
+            return reactions;
+        }
+        let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
+        let jacobian = SparseMatrix::update(&mut self.jacobian, (m, n), emit);
+        if self.scattered.len() != m {
+            self.scattered = (1..=m).map(|i| libm::sin(13.7 * (i * i) as f64)).collect();
+        }
+        self.null.clone_from(&self.scattered);
+        if self.least_norm.null_part(jacobian, &mut self.null).is_ok() {
+            reactions.exclude(&Reactions::from_multipliers(mechanism, at, &self.null));
+            return reactions;
+        }
+        for z in null_vectors(jacobian, rows).column_iter() {
+            reactions.exclude(&Reactions::from_multipliers(mechanism, at, z.as_slice()));
+        }
+        reactions
+    }
+}
+
 /// Unit columns that span `null Gᵀ`, shape `m × (m − rank)`.
 ///
 /// At a configuration that has lost rank (a flat four-bar) there are more of them.
-fn null_vectors(
-    mechanism: &Mechanism,
-    at: Configuration<'_>,
-    rows: &IndependentRows,
-) -> DMatrix<f64> {
-    let (n, m) = (mechanism.dim(), mechanism.len());
-    let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
-    if m > redundancy::DENSE_UP_TO
-        && let Some(found) = redundancy::null_vectors(&SparseMatrix::assemble(m, n, emit), rows)
-    {
-        return found;
-    }
-    let mut transposed = DMatrix::zeros(n, m);
-    mechanism.jacobian(at.t, at.q, &mut Transposed(&mut transposed));
+fn null_vectors(jacobian: &SparseMatrix, rows: &IndependentRows) -> DMatrix<f64> {
+    let (m, n) = jacobian.shape();
     let mut qr = NullSpaceQr::new(m, n);
-    let rank = qr.factorize_scaled(&transposed, |_| 1.0).min(rows.len());
+    let rank = qr.factorize_scaled(&jacobian.to_dense().transpose(), |_| 1.0).min(rows.len());
     let mut out = DMatrix::zeros(m, m - rank);
     qr.null_space(rank, &mut out);
     out
-}
-
-struct Transposed<'a>(&'a mut DMatrix<f64>);
-
-impl Entries for Transposed<'_> {
-    fn add(&mut self, row: usize, column: usize, value: f64) {
-        self.0[(column, row)] += value;
-    }
 }
 
 /// The body that feels the joint: the child, or the parent (with the opposite sign) when the child is

@@ -1,0 +1,230 @@
+//! Multipliers of the least norm, by one sparse Cholesky factorization.
+//!
+//! ```text
+//! Gᵀλ = w,  |λ| least:     λ = G y,  GᵀG y = w                                                      [5.25]
+//! (GᵀG + αI) δ = w − Gᵀλ,   λ ← λ + G δ           α = 1e-12 max_j (GᵀG)_jj                          [5.26]
+//! ```
+//! `GᵀG` is as sparse as a mass matrix whose bodies are coupled by the joints, so that the cost is linear in the size of
+//! chains, trees and rows of loops, whatever the number of redundant rows. `α` makes it definite on `null G`, where
+//! `w` has no part and which `G` does not see; a part of `w` along a singular value `σ` is left over by
+//! `α/(σ² + α)` and corrected in the next round.
+//!
+//! With `w = 0` and a start `λ` the same rounds take away from `λ` all but its part in `null Gᵀ`.
+
+use vi_core::linear::{Singular, norm_inf};
+use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::sparse_cholesky::SparseCholesky;
+
+/// `α` in parts of the largest entry of the diagonal.
+const SHIFT: f64 = 1e-12;
+/// Rounds of [5.26].
+const ROUNDS: usize = 12;
+/// Last correction with which multipliers are accepted, relative to the largest one.
+const SETTLED: f64 = 1e-11;
+
+/// Finds multipliers of the least norm, its memory sized once for the pattern of `G`.
+#[derive(Debug, Default)]
+pub struct LeastNorm {
+    pattern: Option<Pattern>,
+    change: Vec<f64>, // m
+    rest: Vec<f64>,   // n
+}
+
+/// What the pattern of `G` decides, and the last factors.
+#[derive(Debug)]
+struct Pattern {
+    shape: (usize, usize),
+    starts: Vec<usize>,           // m + 1
+    entries: Vec<(usize, usize)>, // column, place among the numbers of G; row by row
+    diagonal: Vec<f64>,           // n  of GᵀG
+    normal: SparseMatrix,         // lower triangle of GᵀG + αI
+    cholesky: SparseCholesky,
+}
+
+impl Pattern {
+    /// Of a Jacobian with these numbers.
+    fn new(jacobian: &SparseMatrix) -> Result<Self, Singular> {
+        let shape = jacobian.shape();
+        let (mut count, mut rows) = (0, vec![Vec::new(); shape.0]);
+        jacobian.for_each(|i, j, _| {
+            rows[i].push((j, count));
+            count += 1;
+        });
+        let mut starts = vec![0];
+        rows.iter().for_each(|row| starts.push(starts[starts.len() - 1] + row.len()));
+        let entries = rows.concat();
+        let mut diagonal = vec![0.0; shape.1];
+        let numbers = jacobian.as_sprs().data();
+        let emit = |out: &mut dyn Entries| {
+            emit_normal((&starts, &entries), numbers, &mut diagonal, out);
+        };
+        let normal = SparseMatrix::assemble(shape.1, shape.1, emit);
+        let cholesky = SparseCholesky::new(&normal)?;
+        Ok(Self { shape, starts, entries, diagonal, normal, cholesky })
+    }
+
+    fn is_of(&self, jacobian: &SparseMatrix) -> bool {
+        self.shape == jacobian.shape() && self.entries.len() == jacobian.as_sprs().nnz()
+    }
+
+    fn factorize(&mut self, jacobian: &SparseMatrix) -> Result<(), Singular> {
+        let Self { starts, entries, diagonal, normal, cholesky, .. } = self;
+        let numbers = jacobian.as_sprs().data();
+        normal.refill_with(|out| emit_normal((starts, entries), numbers, diagonal, out));
+        cholesky.factorize(normal)
+    }
+}
+
+/// The lower triangle of `GᵀG + αI`, row by row of `G`.
+fn emit_normal<E: Entries + ?Sized>(
+    (starts, entries): (&[usize], &[(usize, usize)]),
+    numbers: &[f64],
+    diagonal: &mut [f64],
+    out: &mut E,
+) {
+    diagonal.fill(0.0);
+    for row in starts.windows(2).map(|ends| &entries[ends[0]..ends[1]]) {
+        for (k, &(i, place)) in row.iter().enumerate() {
+            let value = numbers[place];
+            diagonal[i] += value * value;
+            for &(j, other) in &row[..=k] {
+                out.add(i, j, value * numbers[other]); // columns rise along a row
+            }
+        }
+    }
+    let shift = SHIFT * norm_inf(diagonal);
+    (0..diagonal.len()).for_each(|j| out.add(j, j, shift));
+}
+
+impl LeastNorm {
+    /// `λ ←` the solution of least norm of `Gᵀλ = w`, shape `m`; `w` is in the range of `Gᵀ` up to round-off.
+    ///
+    /// # Errors
+    /// [`Singular`] when it is not found to 1e-11: constraints that are about to lose rank.
+    pub fn solve(
+        &mut self,
+        jacobian: &SparseMatrix,
+        w: &[f64],
+        lambda: &mut [f64],
+    ) -> Result<(), Singular> {
+        lambda.fill(0.0);
+        self.refine(jacobian, Some(w), lambda)
+    }
+
+    /// `λ ←` its part in `null Gᵀ`, shape `m`.
+    ///
+    /// # Errors
+    /// As [`LeastNorm::solve`].
+    pub fn null_part(
+        &mut self,
+        jacobian: &SparseMatrix,
+        lambda: &mut [f64],
+    ) -> Result<(), Singular> {
+        self.refine(jacobian, None, lambda)
+    }
+
+    /// The rounds of [5.26]; `w` may be zero.
+    fn refine(
+        &mut self,
+        jacobian: &SparseMatrix,
+        w: Option<&[f64]>,
+        lambda: &mut [f64],
+    ) -> Result<(), Singular> {
+        let Self { pattern, change, rest } = self;
+        if !pattern.as_ref().is_some_and(|pattern| pattern.is_of(jacobian)) {
+            let (m, n) = jacobian.shape();
+            (*change, *rest) = (vec![0.0; m], vec![0.0; n]);
+            *pattern = Some(Pattern::new(jacobian)?);
+        }
+        let pattern = pattern.as_mut().ok_or(Singular)?;
+        pattern.factorize(jacobian)?;
+        let (mut size, mut before) = (norm_inf(lambda), f64::INFINITY);
+        for _ in 0..ROUNDS {
+            match w {
+                Some(w) => rest.copy_from_slice(w),
+                None => rest.fill(0.0),
+            }
+            jacobian.tr_mul_add(-1.0, lambda, rest);
+            pattern.cholesky.solve(rest)?;
+            change.fill(0.0);
+            jacobian.mul_add(1.0, rest, change);
+            lambda.iter_mut().zip(&*change).for_each(|(lambda, change)| *lambda += change);
+            let now = norm_inf(change);
+            size = size.max(norm_inf(lambda));
+            if now.is_nan() {
+                return Err(Singular);
+            }
+            let next = if before.is_finite() { now * (now / before) } else { now };
+            if now.min(next) <= f64::EPSILON * size {
+                return Ok(());
+            }
+            if now >= 0.5 * before {
+                return if now <= SETTLED * size { Ok(()) } else { Err(Singular) };
+            }
+            before = now;
+        }
+        if before <= SETTLED * size { Ok(()) } else { Err(Singular) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    /// Rows of which some are combinations of the others, of sizes between 1e-3 and 1e3.
+    fn jacobian(m: usize, n: usize, rank: usize) -> DMatrix<f64> {
+        let mut count = 0.0_f64;
+        let mut next = || {
+            count += 1.0;
+            (13.7 * count * count).sin()
+        };
+        let independent = DMatrix::from_fn(rank, n, |_, _| next());
+        let mut all = DMatrix::from_fn(m, rank, |_, _| next()) * independent;
+        for (i, mut row) in all.row_iter_mut().enumerate() {
+            row *= 10.0_f64.powi(i as i32 % 7 - 3);
+        }
+        all
+    }
+
+    fn sparse(dense: &DMatrix<f64>) -> SparseMatrix {
+        let (m, n) = dense.shape();
+        SparseMatrix::assemble(m, n, |out: &mut dyn Entries| {
+            (0..m).for_each(|i| (0..n).for_each(|j| out.add(i, j, dense[(i, j)])));
+        })
+    }
+
+    #[test]
+    fn multipliers_have_the_same_force_and_no_part_in_the_null_space() {
+        let (m, n, rank) = (13, 14, 9);
+        let dense = jacobian(m, n, rank);
+        let given = DVector::from_fn(m, |i, _| (3.1 * (i + 1) as f64).cos());
+        let w = dense.tr_mul(&given);
+        let (mut least, g) = (LeastNorm::default(), sparse(&dense));
+        let (mut lambda, mut null) = (vec![0.0; m], given.as_slice().to_vec());
+        least.solve(&g, w.as_slice(), &mut lambda).unwrap();
+        least.null_part(&g, &mut null).unwrap();
+        let (lambda, null) = (DVector::from_vec(lambda), DVector::from_vec(null));
+        let force = (dense.tr_mul(&lambda) - &w).amax() / w.amax();
+        let (left, sum) = (dense.tr_mul(&null).amax() / w.amax(), (&lambda + &null - given).amax());
+        println!("force {force:e}, Gᵀ of the null part {left:e}, sum of both {sum:e}");
+        assert!(force < 1e-14 && left < 1e-14 && sum < 1e-10);
+        assert!(null.norm() > 0.1, "redundant rows have a null space");
+        assert!((lambda.dot(&null) / lambda.norm()).abs() < 1e-10, "orthogonal to it");
+    }
+
+    #[test]
+    fn independent_rows_have_no_null_part() {
+        let g = sparse(&jacobian(6, 9, 6));
+        let mut lambda = [1.0, -2.0, 3.0, 0.5, 0.1, 7.0];
+        LeastNorm::default().null_part(&g, &mut lambda).unwrap();
+        println!("left {:e}", norm_inf(&lambda));
+        assert!(norm_inf(&lambda) < 1e-9);
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_are_refused() {
+        let g = sparse(&DMatrix::from_element(2, 3, f64::NAN));
+        assert_eq!(LeastNorm::default().solve(&g, &[1.0; 3], &mut [0.0; 2]), Err(Singular));
+    }
+}
