@@ -202,24 +202,26 @@ fn driven_beam(n: usize) -> MechanismIntegrator {
     run_beam(&model)
 }
 
-/// Takes `count` steps, reversing every `REVERSAL`.
-fn steps(run: &mut MechanismIntegrator, taken: &mut u64, count: u64) -> Duration {
-    let begin = Instant::now();
+/// Takes `count` steps, reversing every `REVERSAL`; the time and all Newton iterations.
+fn steps(run: &mut MechanismIntegrator, taken: &mut u64, count: u64) -> (Duration, usize) {
+    let (begin, mut iterations) = (Instant::now(), 0);
     for _ in 0..count {
         if *taken > 0 && taken.is_multiple_of(REVERSAL) {
             run.reverse();
         }
-        run.step().unwrap();
+        iterations += run.step().unwrap().iterations;
         *taken += 1;
     }
-    begin.elapsed()
+    (begin.elapsed(), iterations)
 }
 
-/// Seconds for a step: the fastest of a few rounds.
-fn seconds(run: &mut MechanismIntegrator, taken: &mut u64, rounds: u32, count: u64) -> f64 {
-    (0..rounds)
-        .map(|_| steps(run, taken, count).as_secs_f64() / count as f64)
-        .fold(f64::INFINITY, f64::min)
+/// Seconds and Newton iterations of a step: those of the fastest of a few rounds.
+fn fastest(run: &mut MechanismIntegrator, taken: &mut u64, count: u64) -> (f64, f64) {
+    let round = |_| {
+        let (time, iterations) = steps(run, taken, count);
+        (time.as_secs_f64() / count as f64, iterations as f64 / count as f64)
+    };
+    (0..5).map(round).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
 }
 
 /// Slope of the least-squares line through `(log n, log t)`.
@@ -258,13 +260,15 @@ fn growth(criterion: &mut Criterion) {
             let (mut taken, count) = (0, bodies(n));
             group.throughput(Throughput::Elements(count as u64));
             group.bench_function(BenchmarkId::from_parameter(count), |bencher| {
-                bencher.iter_custom(|iterations| steps(&mut run, &mut taken, iterations));
+                bencher.iter_custom(|count| steps(&mut run, &mut taken, count).0);
             });
             if !quick {
-                let time = seconds(&mut run, &mut taken, 5, (20_000 / count as u64).clamp(4, 2000));
+                let each = (20_000 / count as u64).clamp(4, 2000);
+                let (time, iterations) = fastest(&mut run, &mut taken, each);
                 points.push((count as f64, time));
                 println!(
-                    "{name}, {count} bodies: {:.2} µs a step, {:.3} µs a body (set-up {set_up:.3} s)",
+                    "{name}, {count} bodies: {:.2} µs a step, {:.3} µs a body, {iterations:.2} Newton \
+                     iterations (set-up {set_up:.3} s)",
                     1e6 * time,
                     1e6 * time / count as f64
                 );
