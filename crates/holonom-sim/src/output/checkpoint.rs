@@ -6,7 +6,7 @@
 //!      12   8   FNV-1a hash of model.toml
 //!      20   8   number of bytes of the payload
 //!      28   8   FNV-1a hash of bytes 0 to 27 and the payload
-//!      36       payload: a checkpoint in the format postcard, compressed by zstd
+//!      36       payload: a checkpoint in the format postcard, compressed by DEFLATE (RFC 1951)
 //! ```
 //! FNV-1a (64 bits) maps the bytes before a place to one value and that value one-to-one on: a single changed byte
 //! always changes it.
@@ -17,6 +17,8 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use fnv::FnvHasher;
+use miniz_oxide::deflate::compress_to_vec;
+use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_with_limit};
 use serde::{Deserialize, Serialize};
 
 use super::file::{OutputError, at};
@@ -35,11 +37,11 @@ pub(super) const TEMPORARY: &str = "checkpoint.tmp";
 const FILES: [&str; 4] = [CHECKPOINTS[0], CHECKPOINTS[1], REFUSED, TEMPORARY];
 
 const MAGIC: [u8; 8] = *b"holonom\x1a";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const HEAD: usize = 36;
-const LEVEL: i32 = 3; // of the compression
+const LEVEL: u8 = 1; // of the compression
 /// Most bytes of a payload that is not compressed: thirty times the state of 100,000 bodies.
-const MOST: u64 = 1 << 30;
+const MOST: usize = 1 << 30;
 
 /// The state of a run and of its files.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -100,7 +102,7 @@ impl Checkpoint {
     /// Those of the compression.
     pub fn encode(&self, model: &str) -> io::Result<Vec<u8>> {
         let payload = postcard::to_stdvec(self).map_err(io::Error::other)?;
-        let payload = zstd::encode_all(&payload[..], LEVEL)?;
+        let payload = compress_to_vec(&payload, LEVEL);
         let mut bytes = Vec::with_capacity(HEAD + payload.len());
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
@@ -166,15 +168,13 @@ impl Checkpoint {
 }
 
 /// The payload without its compression; a few bytes may stand for any number of them, so that there is a limit.
-fn unpacked(payload: &[u8], most: u64) -> Result<Vec<u8>, CheckpointError> {
-    let damaged = |error: io::Error| CheckpointError::Damaged(error.to_string());
-    let mut plain = Vec::new();
-    let reader = zstd::Decoder::new(payload).map_err(damaged)?;
-    reader.take(most + 1).read_to_end(&mut plain).map_err(damaged)?;
-    if plain.len() as u64 > most {
-        return Err(CheckpointError::Damaged(format!("it holds more than {most} bytes")));
-    }
-    Ok(plain)
+fn unpacked(payload: &[u8], most: usize) -> Result<Vec<u8>, CheckpointError> {
+    decompress_to_vec_with_limit(payload, most).map_err(|error| {
+        CheckpointError::Damaged(match error.status {
+            TINFLStatus::HasMoreOutput => format!("it holds more than {most} bytes"),
+            _ => "its compressed part is not as DEFLATE writes it".to_owned(),
+        })
+    })
 }
 
 /// The FNV-1a hash of several pieces, one after the other.
@@ -218,24 +218,14 @@ fn is_ours(path: &Path) -> io::Result<bool> {
 mod tests {
     use super::*;
 
-    /// A zstd frame of `blocks` blocks of 128 KiB, each of one byte repeated (RFC 8878, 3.1.1).
-    fn repeated(blocks: u32) -> Vec<u8> {
-        const SIZE: u32 = 128 * 1024;
-        let mut frame = vec![0x28, 0xb5, 0x2f, 0xfd, 0x00, 7 << 3]; // magic, no options, window 2^17
-        for k in 1..=blocks {
-            let head = (SIZE << 3) | (1 << 1) | u32::from(k == blocks);
-            frame.extend(&head.to_le_bytes()[..3]);
-            frame.push(0);
-        }
-        frame
-    }
-
     #[test]
     fn a_payload_that_unpacks_to_too_much_is_refused() {
-        let frame = repeated(16);
-        assert_eq!(unpacked(&frame, 1 << 21).map(|plain| plain.len()), Ok(1 << 21));
-        let refused = unpacked(&frame, (1 << 21) - 1).unwrap_err().to_string();
-        println!("{} bytes: {refused}", frame.len());
+        let bytes = compress_to_vec(&vec![0; 1 << 21], LEVEL);
+        assert_eq!(unpacked(&bytes, 1 << 21).map(|plain| plain.len()), Ok(1 << 21));
+        let refused = unpacked(&bytes, (1 << 21) - 1).unwrap_err().to_string();
+        println!("{} bytes: {refused}", bytes.len());
         assert!(refused.contains("more than 2097151 bytes"), "{refused}");
+        let refused = unpacked(&bytes[..bytes.len() - 9], 1 << 21).unwrap_err().to_string();
+        assert!(refused.contains("not as DEFLATE writes it"), "{refused}");
     }
 }
