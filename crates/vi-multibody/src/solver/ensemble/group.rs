@@ -46,21 +46,17 @@ pub(super) fn wide(
 ) -> Option<Box<dyn Group>> {
     #[cfg(target_arch = "x86_64")]
     if let Some(lanes) = Wide::detect() {
-        return sized(lanes, models, members, options);
+        return match models.len() {
+            ..=4 => boxed(Lanewise::new(lanes, models, members, options)),
+            _ => boxed(Lanewise::new(Twice(lanes), models, members, options)),
+        };
     }
-    sized(Plain, models, members, options)
+    // eight numbers in registers that hold two or four are no faster
+    boxed(Lanewise::new(Plain, models, members, options))
 }
 
-fn sized<T: Register>(
-    lanes: T,
-    models: &[Model],
-    members: &[MechanismIntegrator],
-    options: &Options,
-) -> Option<Box<dyn Group>> {
-    if models.len() <= T::Lanes::COUNT {
-        return Some(Box::new(Lanewise::new(lanes, models, members, options)?));
-    }
-    Some(Box::new(Lanewise::new(Twice(lanes), models, members, options)?))
+fn boxed<T: Register>(group: Option<Lanewise<T>>) -> Option<Box<dyn Group>> {
+    Some(Box::new(group?))
 }
 
 /// A group in lanes of one kind.
