@@ -11,6 +11,7 @@ use crate::harness;
 
 use harness::models::{model, orders, simulation};
 use holonom::vi_constraints::Constraints;
+use holonom::vi_constraints::projection::Projections;
 use holonom::vi_core::{Configuration, Entries, MechanicalSystem, SparseMatrix};
 use holonom::{Model, Sample, Simulation};
 use nalgebra::{DMatrix, Vector3};
@@ -330,6 +331,30 @@ fn multipliers_of_loops_have_no_part_in_the_null_space() {
         }
         let marked: Vec<[bool; 6]> = found.joints.iter().map(|joint| joint.unique).collect();
         assert_eq!(marked, unique, "{name}");
+    }
+}
+
+#[test]
+fn multipliers_of_accelerations_are_those_of_the_saddle_point_matrix() {
+    let names = "heavy_top gyroscope chain8 panda slider_crank bricard six_hinge_cube four_bar_windows \
+                 andrews_squeezer strandbeest flexible_four_bar satellite four_particles";
+    for name in names.split_whitespace() {
+        let mut simulation = simulation(name, &[("simulation.end", "1e3".to_owned())]);
+        let run = simulation.integrator();
+        (0..20).for_each(|_| _ = run.step().unwrap());
+        let lambda = run.acceleration_multiplier().unwrap();
+        let (system, mechanism, at) =
+            (run.system(), run.constraints(), run.state().configuration());
+        let (mut v, mut expected) = (vec![0.0; at.q.len()], vec![0.0; lambda.len()]);
+        let mut saddle = Projections::new(system, mechanism.len(), run.rows());
+        saddle.velocity(system, mechanism, at, 0.0, &run.state().p, &mut v).unwrap();
+        saddle.acceleration_multiplier(system, mechanism, at, &v, &mut expected).unwrap();
+        let size = expected.iter().fold(0.0_f64, |size, l| size.max(l.abs()));
+        let pairs = lambda.iter().zip(&expected);
+        let off = pairs
+            .fold(0.0_f64, |off, (a, b)| if (a - b).abs() <= off { off } else { (a - b).abs() });
+        println!("{name}: {size:.1e} N, off by {:.1e}", off / size);
+        assert!(off <= 1e-13 * size, "{name}: {off:e} of {size:e}");
     }
 }
 

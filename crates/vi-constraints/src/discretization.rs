@@ -153,7 +153,6 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         state: &State,
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        let v = Self::observe_state(self, system, constraints, state, 0.0)?.v.clone();
-        Self::acceleration_multiplier(self, system, constraints, state.configuration(), &v, lambda)
+        Self::acceleration_multiplier(self, system, constraints, state, lambda)
     }
 }

@@ -9,7 +9,8 @@
 //! `w` has no part and which `G` does not see; a part of `w` along a singular value `σ` is left over by
 //! `α/(σ² + α)` and corrected in the next round.
 //!
-//! With `w = 0` and a start `λ` the same rounds take away from `λ` all but its part in `null Gᵀ`.
+//! With `w = 0` and a start `λ` the same rounds take away from `λ` all but its part in `null Gᵀ`. The same factors give
+//! the least solution of `G a = b`, where `b` is in the range of `G`: `(GᵀG + αI) δ = Gᵀ(b − G a)`, `a ← a + δ`.
 
 use vi_core::linear::{Singular, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -123,6 +124,29 @@ impl LeastNorm {
         self.refine(jacobian, None, lambda)
     }
 
+    /// `a ←` the least solution of `G a = b`, shape `n`; `b` is in the range of `G` up to round-off.
+    ///
+    /// # Errors
+    /// As [`LeastNorm::solve`].
+    pub fn particular(
+        &mut self,
+        jacobian: &SparseMatrix,
+        b: &[f64],
+        a: &mut [f64],
+    ) -> Result<(), Singular> {
+        let (pattern, change, rest) = self.factorized(jacobian)?;
+        a.fill(0.0);
+        rounds(0.0, || {
+            change.copy_from_slice(b);
+            jacobian.mul_add(-1.0, a, change);
+            rest.fill(0.0);
+            jacobian.tr_mul_add(1.0, change, rest);
+            pattern.cholesky.solve(rest)?;
+            a.iter_mut().zip(&*rest).for_each(|(a, change)| *a += change);
+            Ok((norm_inf(rest), norm_inf(a)))
+        })
+    }
+
     /// The rounds of [5.26]; `w` may be zero.
     fn refine(
         &mut self,
@@ -130,16 +154,8 @@ impl LeastNorm {
         w: Option<&[f64]>,
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        let Self { pattern, change, rest } = self;
-        if !pattern.as_ref().is_some_and(|pattern| pattern.is_of(jacobian)) {
-            let (m, n) = jacobian.shape();
-            (*change, *rest) = (vec![0.0; m], vec![0.0; n]);
-            *pattern = Some(Pattern::new(jacobian)?);
-        }
-        let pattern = pattern.as_mut().ok_or(Singular)?;
-        pattern.factorize(jacobian)?;
-        let (mut size, mut before) = (norm_inf(lambda), f64::INFINITY);
-        for _ in 0..ROUNDS {
+        let (pattern, change, rest) = self.factorized(jacobian)?;
+        rounds(norm_inf(lambda), || {
             match w {
                 Some(w) => rest.copy_from_slice(w),
                 None => rest.fill(0.0),
@@ -149,22 +165,50 @@ impl LeastNorm {
             change.fill(0.0);
             jacobian.mul_add(1.0, rest, change);
             lambda.iter_mut().zip(&*change).for_each(|(lambda, change)| *lambda += change);
-            let now = norm_inf(change);
-            size = size.max(norm_inf(lambda));
-            if now.is_nan() {
-                return Err(Singular);
-            }
-            let next = if before.is_finite() { now * (now / before) } else { now };
-            if now.min(next) <= f64::EPSILON * size {
-                return Ok(());
-            }
-            if now >= 0.5 * before {
-                return if now <= SETTLED * size { Ok(()) } else { Err(Singular) };
-            }
-            before = now;
-        }
-        if before <= SETTLED * size { Ok(()) } else { Err(Singular) }
+            Ok((norm_inf(change), norm_inf(lambda)))
+        })
     }
+
+    /// The factors of a Jacobian, and memory of shapes `m` and `n`.
+    fn factorized(
+        &mut self,
+        jacobian: &SparseMatrix,
+    ) -> Result<(&mut Pattern, &mut [f64], &mut [f64]), Singular> {
+        let Self { pattern, change, rest } = self;
+        if !pattern.as_ref().is_some_and(|pattern| pattern.is_of(jacobian)) {
+            let (m, n) = jacobian.shape();
+            (*change, *rest) = (vec![0.0; m], vec![0.0; n]);
+            *pattern = Some(Pattern::new(jacobian)?);
+        }
+        let pattern = pattern.as_mut().ok_or(Singular)?;
+        pattern.factorize(jacobian)?;
+        Ok((pattern, change, rest))
+    }
+}
+
+/// Corrects until nothing is left above round-off; each round gives the norms of its correction and of the solution,
+/// `size` is that of the start.
+fn rounds(
+    mut size: f64,
+    mut correct: impl FnMut() -> Result<(f64, f64), Singular>,
+) -> Result<(), Singular> {
+    let mut before = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let (now, solution) = correct()?;
+        size = size.max(solution);
+        if now.is_nan() {
+            return Err(Singular);
+        }
+        let next = if before.is_finite() { now * (now / before) } else { now };
+        if now.min(next) <= f64::EPSILON * size {
+            return Ok(());
+        }
+        if now >= 0.5 * before {
+            return if now <= SETTLED * size { Ok(()) } else { Err(Singular) };
+        }
+        before = now;
+    }
+    if before <= SETTLED * size { Ok(()) } else { Err(Singular) }
 }
 
 #[cfg(test)]
@@ -220,6 +264,20 @@ mod tests {
         LeastNorm::default().null_part(&g, &mut lambda).unwrap();
         println!("left {:e}", norm_inf(&lambda));
         assert!(norm_inf(&lambda) < 1e-9);
+    }
+
+    #[test]
+    fn the_least_solution_has_no_part_in_the_null_space() {
+        let (m, n, rank) = (13, 14, 9);
+        let dense = jacobian(m, n, rank);
+        let given = DVector::from_fn(n, |i, _| (3.1 * (i + 1) as f64).cos());
+        let b = &dense * &given;
+        let mut a = DVector::zeros(n);
+        LeastNorm::default().particular(&sparse(&dense), b.as_slice(), a.as_mut_slice()).unwrap();
+        let expected = dense.clone().pseudo_inverse(1e-9).unwrap() * &b;
+        let (left, off) = ((&dense * &a - &b).amax() / b.amax(), (a - expected).amax());
+        println!("G a − b {left:e}, against the pseudo-inverse {off:e}");
+        assert!(left < 1e-13 && off < 1e-8);
     }
 
     #[test]

@@ -219,8 +219,8 @@ impl NodeObserver {
         Ok(())
     }
 
-    /// The multiplier of the acceleration level at `at` with the velocity `v`; it has the order of
-    /// `v`, also at the macro nodes of a composition.
+    /// The multiplier of the acceleration level with the velocity of the node; it has the order of that velocity, also at
+    /// the macro nodes of a composition.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
@@ -228,11 +228,17 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        at: Configuration<'_>,
-        v: &[f64],
+        state: &State,
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        self.projections.acceleration_multiplier(system, constraints, at, v, lambda)
+        self.observe_state(system, constraints, state, 0.0)?;
+        let Self { projections, solvers, node, .. } = self;
+        let (at, v) = (state.configuration(), &node.v[..]);
+        let (here, how) = ((at, &state.memory), (v, solvers));
+        if projections.acceleration_sweeps(system, constraints, here, how, lambda).is_ok() {
+            return Ok(());
+        }
+        projections.acceleration_multiplier(system, constraints, at, v, lambda)
     }
 }
 

@@ -30,7 +30,7 @@ pub trait MomentumVelocity: Send {
     ) -> Result<(), Singular>;
 }
 
-/// Finds the multipliers of independent constraints.
+/// Solves linear systems of the Jacobian of independent constraints.
 pub trait MultiplierSweep: Send {
     /// `λ ←` the solution of `Gᵀλ = w`, shape `m`; `w` is in the range of `Gᵀ` up to round-off.
     ///
@@ -41,6 +41,16 @@ pub trait MultiplierSweep: Send {
         jacobian: &SparseMatrix,
         w: &[f64],
         lambda: &mut [f64],
+    ) -> Result<(), Singular>;
+    /// `a ←` a solution of `G a = b`, shape `n`.
+    ///
+    /// # Errors
+    /// As [`MultiplierSweep::multipliers`].
+    fn particular(
+        &mut self,
+        jacobian: &SparseMatrix,
+        b: &[f64],
+        a: &mut [f64],
     ) -> Result<(), Singular>;
 }
 

@@ -15,7 +15,7 @@
 use crate::constraints::Constraints;
 use crate::inverse_mass::InverseMass;
 use crate::least_norm::LeastNorm;
-use crate::node_solvers::MultiplierSweep;
+use crate::node_solvers::{MultiplierSweep, NodeSolvers};
 use crate::redundancy::minimum_norm;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use vi_core::Configuration;
@@ -23,6 +23,7 @@ use vi_core::MechanicalSystem;
 use vi_core::legendre::Energies;
 use vi_core::linear::Singular;
 use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::state::Memory;
 
 /// Applies `R_dᵀ`, `Q` and `M⁻¹`.
 #[derive(Debug)]
@@ -33,9 +34,10 @@ pub struct Projections {
     inverse: Option<InverseMass>,   // None: M singular or not constant
     jacobian: Option<SparseMatrix>, // m × n
     least_norm: LeastNorm,
-    x: Vec<f64>,      // n + r
-    m_work: Vec<f64>, // m
-    n_work: Vec<f64>, // n
+    x: Vec<f64>,            // n + r
+    m_work: Vec<f64>,       // m
+    n_work: Vec<f64>,       // n
+    acceleration: Vec<f64>, // n
 }
 
 impl Projections {
@@ -53,6 +55,7 @@ impl Projections {
             x: vec![0.0; n + rows.len()],
             m_work: vec![0.0; m],
             n_work: vec![0.0; n],
+            acceleration: vec![0.0; n],
         }
     }
 
@@ -186,6 +189,65 @@ impl Projections {
         Ok(Some(hamiltonian(system, at, v, p)))
     }
 
+    /// `m_work ← −d²g/dt² + G a` and `n_work ← f − ∇V` at `at` with the velocity `v`.
+    fn accelerate(
+        &mut self,
+        system: &impl MechanicalSystem,
+        constraints: &impl Constraints,
+        at: Configuration<'_>,
+        v: &[f64],
+    ) {
+        constraints.acceleration_terms(at.t, at.q, v, &mut self.m_work);
+        self.m_work.iter_mut().for_each(|b| *b = -*b);
+        self.n_work.fill(0.0);
+        system.add_potential_gradient(at, -1.0, &mut self.n_work);
+        system.add_force(at, v, &mut self.n_work);
+    }
+
+    /// [`Projections::acceleration_multiplier`] by what a mechanism offers, at a node with the `memory` of its state:
+    /// ```text
+    /// G a_0 = b,   w_0 = f − ∇V − M a_0,   Gᵀλ = w_0 − M P (PᵀMP)⁻¹ Pᵀ w_0                          [5.27]
+    /// ```
+    ///
+    /// # Errors
+    /// [`Singular`], also where the mechanism offers no velocity of a momentum.
+    pub(crate) fn acceleration_sweeps(
+        &mut self,
+        system: &impl MechanicalSystem,
+        constraints: &impl Constraints,
+        (at, memory): (Configuration<'_>, &Memory),
+        (v, solvers): (&[f64], &mut NodeSolvers),
+        lambda: &mut [f64],
+    ) -> Result<(), Singular> {
+        let NodeSolvers { velocity, multipliers } = solvers;
+        let velocity = velocity.as_mut().ok_or(Singular)?;
+        self.accelerate(system, constraints, at, v);
+        let Self {
+            n, jacobian: known, least_norm, acceleration: a, n_work: w, m_work: b, x, ..
+        } = self;
+        let found = jacobian(known, constraints, at, *n);
+        match multipliers {
+            Some(sweep) => sweep.particular(found, b, a)?,
+            None => least_norm.particular(found, b, a)?,
+        }
+        let change = &mut x[..*n];
+        let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, 0.0, out);
+        a.iter_mut().for_each(|a| *a = -*a);
+        system.add_momentum_of_step(at, 0.0, a, w);
+        velocity.velocity(&mass, (at, memory), w, change)?;
+        change.iter_mut().for_each(|a| *a = -*a);
+        system.add_momentum_of_step(at, 0.0, change, w);
+        if constraints.is_rheonomic() {
+            a.fill(0.0); // less the velocity of no momentum
+            velocity.velocity(&mass, (at, memory), a, change)?;
+            system.add_momentum_of_step(at, 0.0, change, w);
+        }
+        match multipliers {
+            Some(sweep) => sweep.multipliers(found, w, lambda),
+            None => least_norm.solve(found, w, lambda),
+        }
+    }
+
     /// The multiplier of the acceleration level at `at` with the velocity `v`; it has the order of
     /// `v`, also at the macro nodes of a composition.
     ///
@@ -199,12 +261,8 @@ impl Projections {
         v: &[f64],
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        constraints.acceleration_terms(at.t, at.q, v, &mut self.m_work);
-        self.m_work.iter_mut().for_each(|b| *b = -*b);
-        let mut force = std::mem::take(&mut self.n_work);
-        force.fill(0.0);
-        system.add_potential_gradient(at, -1.0, &mut force);
-        system.add_force(at, v, &mut force);
+        self.accelerate(system, constraints, at, v);
+        let force = std::mem::take(&mut self.n_work);
         let solved = self.solve_mass(system, constraints, at, 0.0, &force);
         self.n_work = force;
         solved?;

@@ -3,7 +3,7 @@
 use holonom::certificate::subject::ModelSubject;
 use holonom::nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use holonom::verification::subject::{Initial, Method, Motion, Setting, Subject, Values};
-use holonom::vi_constraints::node::NodeObserver;
+use holonom::vi_constraints::projection::Projections;
 use holonom::vi_constraints::{Constraints, SchemeKind};
 use holonom::vi_core::{Configuration, MechanicalSystem};
 
@@ -39,14 +39,9 @@ impl Subject for Exact {
         let (system, constraints) = (run.system(), run.constraints());
         let (mut p, mut lambda) = (vec![0.0; q.len()], vec![0.0; constraints.len()]);
         system.mass().mul_add(1.0, &v, &mut p);
-        NodeObserver::new(system, constraints.len(), run.rows())
-            .acceleration_multiplier(
-                system,
-                constraints,
-                Configuration::new(t, &q),
-                &v,
-                &mut lambda,
-            )
+        let at = Configuration::new(t, &q);
+        Projections::new(system, constraints.len(), run.rows())
+            .acceleration_multiplier(system, constraints, at, &v, &mut lambda)
             .ok()?;
         Some(Values { q, p, lambda_other: Some(lambda), ..Values::default() })
     }
