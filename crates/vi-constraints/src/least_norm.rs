@@ -23,6 +23,8 @@ const SHIFT: f64 = 1e-12;
 const ROUNDS: usize = 12;
 /// Last correction with which multipliers are accepted, relative to the largest one.
 const SETTLED: f64 = 1e-11;
+/// What `w` may have outside the range of `Gᵀ`, relative to its size: the shift enlarges the rounding of that part 1e4 times.
+const OUTSIDE: f64 = 1e-6;
 
 /// Finds multipliers of the least norm, its memory sized once for the pattern of `G`.
 #[derive(Debug, Default)]
@@ -102,7 +104,8 @@ impl LeastNorm {
     /// `λ ←` the solution of least norm of `Gᵀλ = w`, shape `m`; `w` is in the range of `Gᵀ` up to round-off.
     ///
     /// # Errors
-    /// [`Singular`] when it is not found to 1e-11: constraints that are about to lose rank.
+    /// [`Singular`] when it is not found to 1e-11: constraints that are about to lose rank, or a `w` that has a part
+    /// outside the range.
     pub fn solve(
         &mut self,
         jacobian: &SparseMatrix,
@@ -157,18 +160,21 @@ impl LeastNorm {
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
         let (pattern, change, rest) = self.factorized(jacobian)?;
+        let (size, mut left) = (w.map_or(f64::INFINITY, norm_inf), 0.0);
         rounds(norm_inf(lambda), || {
             match w {
                 Some(w) => rest.copy_from_slice(w),
                 None => rest.fill(0.0),
             }
             jacobian.tr_mul_add(-1.0, lambda, rest);
+            left = norm_inf(rest);
             pattern.cholesky.solve(rest)?;
             change.fill(0.0);
             jacobian.mul_add(1.0, rest, change);
             lambda.iter_mut().zip(&*change).for_each(|(lambda, change)| *lambda += change);
             Ok((norm_inf(change), norm_inf(lambda)))
-        })
+        })?;
+        if left <= OUTSIDE * size { Ok(()) } else { Err(Singular) }
     }
 
     /// The factors of a Jacobian, and memory of shapes `m` and `n`.
@@ -281,6 +287,19 @@ mod tests {
             ((&dense * &a - &b).amax() / b.amax(), (&a - &least).norm() / least.norm());
         println!("G a − b {left:e}, beyond the least solution {more:e}");
         assert!(left < 1e-14 && more < 1e-2);
+    }
+
+    #[test]
+    fn a_part_outside_the_range_is_refused() {
+        let (m, n, rank) = (6, 8, 5);
+        let mut dense = jacobian(m, n, rank);
+        dense.row_iter_mut().for_each(|mut row| _ = row.normalize_mut());
+        let (mut least, g) = (LeastNorm::default(), sparse(&dense));
+        let mut lambda = vec![0.0; m];
+        for k in 1..20_000 {
+            let w = DVector::from_fn(n, |i, _| (3.1 * ((i + 1) * k) as f64).cos());
+            assert!(least.solve(&g, w.as_slice(), &mut lambda).is_err(), "{k}");
+        }
     }
 
     #[test]
