@@ -4,7 +4,7 @@ use holonom_model::{BeamMass, End, Model, ModelError, Problem};
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::sync::Arc;
-use vi_beam::section_force::{SectionState, section_states};
+use vi_beam::section_force::{SectionState, for_each_state};
 use vi_beam::{BeamModel, MassKind};
 use vi_multibody::pair::PairKind;
 
@@ -33,19 +33,23 @@ impl Beams {
     /// counted along the whole beam.
     #[must_use]
     pub fn section_states(&self, beam: &BeamParts, q: &[f64]) -> Vec<SectionState> {
-        let (mut elements, mut length) = (0, 0.0);
         let mut states = Vec::new();
-        for leg in &beam.legs {
-            let own = section_states(&self.parts, leg, q);
-            let end: f64 = own.iter().map(|state| state.length).sum();
-            states.extend(own.into_iter().map(|state| SectionState {
-                element: elements + state.element,
-                arc_length: length + state.arc_length,
-                ..state
-            }));
-            (elements, length) = (elements + leg.elements.len(), length + end);
-        }
+        self.for_each_state(beam, q, |state| states.push(state));
         states
+    }
+
+    /// The same, one after the other.
+    pub fn for_each_state(&self, beam: &BeamParts, q: &[f64], mut visit: impl FnMut(SectionState)) {
+        let (mut elements, mut start) = (0, 0.0);
+        for leg in &beam.legs {
+            let mut length = 0.0;
+            for_each_state(&self.parts, leg, q, |state| {
+                length += state.length;
+                let (element, arc_length) = (elements + state.element, start + state.arc_length);
+                visit(SectionState { element, arc_length, ..state });
+            });
+            (elements, start) = (elements + leg.elements.len(), start + length);
+        }
     }
 
     /// The elements of a beam as pairs of neighbouring nodes, with the number of their element.

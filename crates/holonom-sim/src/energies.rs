@@ -101,10 +101,10 @@ impl Energies {
         self.rounding
     }
 
-    /// The numbers of all columns at a node.
-    pub(crate) fn read(&self, node: &Reading) -> Vec<f64> {
+    /// `out ←` the numbers of all columns at a node.
+    pub(crate) fn read(&self, node: &Reading, out: &mut Vec<f64>) {
         let at = Configuration { t: node.t, q: &node.q, angles: &node.angles };
-        let mut out = Vec::with_capacity(self.columns.len());
+        out.clear();
         out.push(node.kinetic);
         out.extend(self.gravity.as_ref().map(|weight| weight.value(at.q)));
         let elastic =
@@ -124,7 +124,6 @@ impl Energies {
         }
         out.extend(motions.iter().filter(|_| self.motions));
         out.push(self.balance(node.hamiltonian, &node.work));
-        out
     }
 }
 

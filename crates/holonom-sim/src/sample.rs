@@ -105,7 +105,7 @@ pub struct MomentaNames {
 }
 
 /// A node of the motion.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// Step index `n`.
     pub step: u64,

@@ -26,7 +26,6 @@ use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
-use vi_core::momentum_map::Momentum;
 use vi_multibody::mechanism::Mechanism;
 use vi_statics::{
     ArcLengthSettings, Equilibrium, RotationError, StaticError, StaticProblem, StaticSettings,
@@ -214,22 +213,17 @@ impl Statics {
         let rest = vec![0.0; point.q.len()];
         let lambda = &point.multipliers;
         let view = View { t: point.factor, q: &point.q, v: &rest, lambda };
-        let sample = Sample {
+        let mut sample = Sample {
             step: self.step,
             t: point.factor,
             energy: point.potential_energy,
             hamiltonian: point.potential_energy,
-            shadow: None,
-            work: 0.0,
-            momentum: Momentum::default(),
             residuals: Residuals { position: point.position_residual, ..Residuals::default() },
             newton_iterations: point.iterations as f64,
-            sensors: self.sensors.read(&self.mechanism, &self.rows, view),
             q: point.q.clone(),
-            energies: vec![],
-            momenta: None,
-            notice: None,
+            ..Sample::default()
         };
+        self.sensors.read(&self.mechanism, &self.rows, view, &mut sample.sensors);
         self.step += 1;
         sample
     }

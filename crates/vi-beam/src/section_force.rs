@@ -19,12 +19,23 @@ use vi_rigid::directors::{center, director};
 /// The states along a beam in the configuration `q`.
 #[must_use]
 pub fn section_states(model: &BeamModel, beam: &Beam, q: &[f64]) -> Vec<SectionState> {
-    let mut start = 0.0;
     let mut states = Vec::with_capacity(beam.elements.len() * beam.order);
+    for_each_state(model, beam, q, |state| states.push(state));
+    states
+}
+
+/// The same, one after the other.
+pub fn for_each_state(
+    model: &BeamModel,
+    beam: &Beam,
+    q: &[f64],
+    mut visit: impl FnMut(SectionState),
+) {
+    let mut start = 0.0;
     for (k, index) in beam.elements.clone().enumerate() {
         if beam.order > 1 {
             let stations = model.high_order.section_stations(index, q);
-            states.extend(stations.map(|station| station.state(k, start)));
+            stations.for_each(|station| visit(station.state(k, start)));
             start += model.high_order.length(index);
             continue;
         }
@@ -39,10 +50,9 @@ pub fn section_states(model: &BeamModel, beam: &Beam, q: &[f64]) -> Vec<SectionS
             strain,
             stress: model.elements.stiffness(element).component_mul(&strain),
         };
-        states.push(station.state(k, start));
+        visit(station.state(k, start));
         start += element.length;
     }
-    states
 }
 
 /// A place of a beam where strains and section forces are read: weights of the sections next to it.
@@ -108,10 +118,11 @@ impl SectionPlace {
         q: &[f64],
         quantity: impl Fn(&SectionState) -> [f64; N],
     ) -> [f64; N] {
-        let mut sum = [0.0; N];
-        for (state, weight) in section_states(model, &self.part, q).iter().zip(&self.weights) {
-            sum.iter_mut().zip(quantity(state)).for_each(|(sum, value)| *sum += weight * value);
-        }
+        let (mut sum, mut weights) = ([0.0; N], self.weights.iter());
+        for_each_state(model, &self.part, q, |state| {
+            let weight = weights.next().copied().unwrap_or_default();
+            sum.iter_mut().zip(quantity(&state)).for_each(|(sum, value)| *sum += weight * value);
+        });
         sum
     }
 }

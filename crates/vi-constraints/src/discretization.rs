@@ -73,6 +73,8 @@ pub trait Discretization<C>: MechanicalSystem + Sized {
 pub trait ObserveNode<S, C>: Send {
     /// Whether `λ` is found, beginning with the next node; where it is not, it is empty.
     fn record_multipliers(&mut self, wanted: bool);
+    /// The node observed last.
+    fn node(&self) -> &Node;
     /// Everything at a node with the step that starts there.
     ///
     /// # Errors
@@ -124,6 +126,10 @@ impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
 impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
     fn record_multipliers(&mut self, wanted: bool) {
         Self::record_multipliers(self, wanted);
+    }
+
+    fn node(&self) -> &Node {
+        Self::node(self)
     }
 
     fn observe(

@@ -458,17 +458,36 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         observer.observe_state(system, constraints, state, h)
     }
 
+    /// What was last observed at the node of a state: [`Integrator::state`], or [`Integrator::before`] after
+    /// [`Integrator::node_before`].
+    #[must_use]
+    pub fn observed(&self, at: &State) -> &Node {
+        match &self.start_observer {
+            Some(own) if at.step == 0 => own.node(),
+            _ => self.observer.node(),
+        }
+    }
+
     /// The acceleration-level multiplier at the current node, with the velocity of the projected
     /// momentum; it has the order of the composition.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
+        let mut lambda = Vec::new();
+        self.find_acceleration_multiplier(&mut lambda)?;
+        Ok(lambda)
+    }
+
+    /// The same, written to `lambda`, which gets the shape `m`.
+    ///
+    /// # Errors
+    /// As [`Integrator::acceleration_multiplier`].
+    pub fn find_acceleration_multiplier(&mut self, lambda: &mut Vec<f64>) -> Result<(), Singular> {
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let observer = observer_at(state, observer, start_observer);
-        let mut lambda = vec![0.0; constraints.len()];
-        observer.acceleration_multiplier(system, constraints, state, &mut lambda)?;
-        Ok(lambda)
+        lambda.resize(constraints.len(), 0.0);
+        observer.acceleration_multiplier(system, constraints, state, lambda)
     }
 
     /// Reverses the direction of time; the next step retraces the last one.

@@ -96,6 +96,10 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         self.wanted = wanted;
     }
 
+    fn node(&self) -> &Node {
+        &self.node
+    }
+
     fn observe_state(
         &mut self,
         system: &EmSystem,

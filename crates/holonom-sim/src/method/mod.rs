@@ -35,11 +35,11 @@ pub(crate) trait Method {
     /// node belongs to that step.
     fn reads_first(&self) -> bool;
     /// The present node by itself, its multipliers from the acceleration level.
-    fn here(&mut self, multipliers: bool) -> Result<Reading, Singular>;
+    fn here(&mut self, multipliers: bool, found: &mut Reading) -> Result<(), Singular>;
     /// The node that the last step has left, with the quantities of that step.
-    fn left(&mut self) -> Result<Reading, Singular>;
+    fn left(&mut self, found: &mut Reading) -> Result<(), Singular>;
     /// The present node, with the quantities of the step from there if that can be taken.
-    fn last(&mut self, multipliers: bool) -> Result<Reading, Singular>;
+    fn last(&mut self, multipliers: bool, found: &mut Reading) -> Result<(), Singular>;
     /// The state of the motion, with the sums along its steps.
     fn state(&self) -> MotionState;
     /// Continues from the state of a motion of the same model.

@@ -3,8 +3,8 @@
 use crate::sample::{Momenta, Residuals};
 use vi_core::momentum_map::Momentum;
 
-/// A node as a method reads it.
-#[derive(Clone, Debug)]
+/// A node as a method reads it; filled anew at each node.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Reading {
     /// Step index.
     pub(crate) step: u64,

@@ -48,55 +48,52 @@ impl<S: Family> Running<S> {
     }
 
     /// Momenta of a node; without a `step` from there only those of its state.
-    fn momenta(&self, at: &State, node: &Node, step: bool) -> Option<Box<Momenta>> {
-        if !self.momenta {
-            return None;
-        }
-        let mut found = Momenta::default();
+    fn read_momenta(&self, at: &State, node: &Node, step: bool, found: &mut Momenta) {
         if let Some(map) = &self.map {
             found.p_projected.clone_from(&node.p_projected);
-            found.p_reduced = vec![0.0; map.dof()];
+            found.p_reduced.resize(map.dof(), 0.0);
             map.pull_back(&at.q, &node.p_projected, &mut found.p_reduced);
             found.hamiltonian_projected = Some(node.hamiltonian_projected);
             found.discrete_energy = step.then_some(node.discrete_energy);
         }
+        found.lambda.clear();
         if step {
             found.lambda.clone_from(&node.lambda);
         }
+        found.p.clear();
+        found.hamiltonian = None;
         if step || !S::VARIATIONAL {
             found.p.clone_from(&node.p);
             found.hamiltonian = node.hamiltonian;
         }
-        Some(Box::new(found))
     }
 
-    /// A node; `before`: that which the last step started from; `step`: with what belongs to the step from it.
-    fn reading(&self, before: bool, node: &Node, step: bool) -> Reading {
+    /// The node that was observed; `before`: that which the last step started from; `step`: with what belongs to the
+    /// step from it.
+    fn read(&self, before: bool, step: bool, found: &mut Reading) {
         let at = if before { self.run.before() } else { self.run.state() };
-        let mechanism = self.run.constraints();
+        let (mechanism, node) = (self.run.constraints(), self.run.observed(at));
         let (energy, hamiltonian) =
             (node.discrete_energy.total(), node.hamiltonian_projected.total());
         let of_step =
             if S::VARIATIONAL && self.run.reads_states() { self.ended } else { Some(energy) };
-        Reading {
-            step: at.step,
-            t: at.t,
-            q: at.q.clone(),
-            angles: at.angles.clone(),
-            v: node.v.clone(),
-            lambda: node.lambda.clone(),
-            energy,
-            hamiltonian,
-            kinetic: node.hamiltonian_projected.kinetic,
-            shadow: of_step.map(|step| shadow_energy(self.order, hamiltonian, step)),
-            work: self.work.at(before, &at.p, (&node.p_projected, &node.v)),
-            momentum: mechanism.momentum(&at.q, &node.p_projected),
-            residuals: Residuals {
-                position: node.position_residual,
-                velocity: node.velocity_residual,
-                momentum: node.momentum_residual,
-            },
-            momenta: self.momenta(at, node, step),
+        (found.step, found.t) = (at.step, at.t);
+        found.q.clone_from(&at.q);
+        found.angles.clone_from(&at.angles);
+        found.v.clone_from(&node.v);
+        found.lambda.clone_from(&node.lambda);
+        (found.energy, found.hamiltonian) = (energy, hamiltonian);
+        found.kinetic = node.hamiltonian_projected.kinetic;
+        found.shadow = of_step.map(|step| shadow_energy(self.order, hamiltonian, step));
+        self.work.at(before, &at.p, (&node.p_projected, &node.v), &mut found.work);
+        found.momentum = mechanism.momentum(&at.q, &node.p_projected);
+        found.residuals = Residuals {
+            position: node.position_residual,
+            velocity: node.velocity_residual,
+            momentum: node.momentum_residual,
+        };
+        if self.momenta {
+            self.read_momenta(at, node, step, found.momenta.get_or_insert_default());
         }
     }
 }
@@ -131,32 +128,32 @@ impl<S: Family + 'static> Method for Running<S> {
         self.run.reads_states()
     }
 
-    fn here(&mut self, multipliers: bool) -> Result<Reading, Singular> {
-        let node = self.run.observe_state()?.clone();
-        let mut found = self.reading(false, &node, false);
+    fn here(&mut self, multipliers: bool, found: &mut Reading) -> Result<(), Singular> {
+        self.run.observe_state()?;
+        self.read(false, false, found);
         found.lambda.clear();
         if multipliers || self.momenta {
-            found.lambda = self.run.acceleration_multiplier()?;
+            self.run.find_acceleration_multiplier(&mut found.lambda)?;
         }
         if let Some(momenta) = &mut found.momenta {
             momenta.lambda.clone_from(&found.lambda);
         }
-        Ok(found)
+        Ok(())
     }
 
-    fn left(&mut self) -> Result<Reading, Singular> {
-        let node = self.run.node_before()?.clone();
-        Ok(self.reading(true, &node, true))
+    fn left(&mut self, found: &mut Reading) -> Result<(), Singular> {
+        self.run.node_before()?;
+        self.read(true, true, found);
+        Ok(())
     }
 
-    fn last(&mut self, multipliers: bool) -> Result<Reading, Singular> {
-        if self.run.reads_states() {
-            return self.here(multipliers);
+    fn last(&mut self, multipliers: bool, found: &mut Reading) -> Result<(), Singular> {
+        let alone = self.run.reads_states() || self.run.observe().is_err();
+        if alone {
+            return self.here(multipliers, found);
         }
-        match self.run.observe().cloned() {
-            Ok(node) => Ok(self.reading(false, &node, true)),
-            Err(_) => self.here(multipliers),
-        }
+        self.read(false, true, found);
+        Ok(())
     }
 
     fn state(&self) -> MotionState {

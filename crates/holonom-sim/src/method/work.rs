@@ -167,19 +167,19 @@ impl Work {
         self.parts.last_mut().into_iter().for_each(|motions| *motions += work);
     }
 
-    /// The work of each force, and of all prescribed motions, up to the present node, J, or up to the one `before`;
+    /// `work ←` that of each force, and of all prescribed motions, up to the present node, J, or up to the one `before`;
     /// `p`: `p̄` of that node, `p_projected` and `v`: its projection and the velocity of that.
     pub(crate) fn at(
         &self,
         before: bool,
         p: &[f64],
         (p_projected, v): (&[f64], &[f64]),
-    ) -> Vec<f64> {
-        let mut parts = if before { self.before.clone() } else { self.parts.clone() };
-        if let (Some(motions), Some(_)) = (parts.last_mut(), &self.node) {
+        work: &mut Vec<f64>,
+    ) {
+        work.clone_from(if before { &self.before } else { &self.parts });
+        if let (Some(motions), Some(_)) = (work.last_mut(), &self.node) {
             *motions += dot(p_projected, v) - dot(p, v);
         }
-        parts
     }
 }
 

@@ -9,9 +9,10 @@
 use std::io::{self, Write};
 
 use super::csv::HEAD;
-use super::rows::Rows;
+use super::rows::{Field, Rows, quoted};
 use crate::beams::Beams;
 use crate::sample::Sample;
+use vi_beam::section_force::SectionState;
 
 /// Columns after step and time.
 const COLUMNS: [&str; 15] = [
@@ -23,6 +24,7 @@ const COLUMNS: [&str; 15] = [
 pub struct BeamWriter<W: Write> {
     rows: Rows<W>,
     beams: Beams,
+    names: Vec<String>, // of the beams, as fields
 }
 
 impl<W: Write> BeamWriter<W> {
@@ -31,7 +33,8 @@ impl<W: Write> BeamWriter<W> {
     /// # Errors
     /// Errors of the file.
     pub fn new(sink: W, beams: &Beams) -> io::Result<Self> {
-        let mut writer = Self { rows: Rows::new(sink), beams: beams.clone() };
+        let names = beams.list.iter().map(|beam| quoted(&beam.name)).collect::<io::Result<_>>()?;
+        let mut writer = Self { rows: Rows::new(sink), beams: beams.clone(), names };
         writer.rows.push(|row| row.write_record(HEAD.iter().chain(&COLUMNS)))?;
         writer.rows.flush()?; // a run that fails at once leaves a file with a header
         Ok(writer)
@@ -42,14 +45,23 @@ impl<W: Write> BeamWriter<W> {
     /// # Errors
     /// Errors of the file.
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
-        for beam in &self.beams.list {
-            for state in self.beams.section_states(beam, &sample.q) {
-                let place = (sample.step, sample.t, &beam.name, state.element, state.arc_length);
-                let strains = (state.shear_extension, state.curvature);
-                self.rows.push(|row| row.serialize((place, strains, state.force, state.moment)))?;
-            }
+        let Self { rows, beams, names } = self;
+        let mut written = Ok(());
+        for (beam, name) in beams.list.iter().zip(names) {
+            beams.for_each_state(beam, &sample.q, |state| {
+                let SectionState { element, arc_length, .. } = state;
+                let [time, s] = [sample.t, arc_length].map(Field::Number);
+                let place = [time, Field::Text(name), Field::Index(element), s];
+                let strains = [state.shear_extension, state.curvature];
+                let stresses = [state.force, state.moment];
+                let numbers = strains.iter().chain(&stresses).flatten().copied();
+                let fields = place.into_iter().chain(numbers.map(Field::Number));
+                if written.is_ok() {
+                    written = rows.fields(sample.step, fields);
+                }
+            });
         }
-        Ok(())
+        written
     }
 
     /// Hands all rows to the file.

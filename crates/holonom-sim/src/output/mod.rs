@@ -38,6 +38,7 @@ mod time_series;
 pub use beams::BeamWriter;
 pub use checkpoint::{CHECKPOINTS, Checkpoint, CheckpointError};
 pub use csv::{ResidualRow, Trajectory, TrajectoryWriter};
+pub use energy::EnergyWriter;
 pub use file::{OutputError, atomically, beside};
 pub use folder::RunFolder;
 pub use folder_checkpoints::FoundCheckpoint;

@@ -12,13 +12,17 @@ pub(super) struct Rows<W: Write> {
     block: Vec<u8>,
 }
 
-/// A field of a row of numbers.
+/// A field of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Field {
+pub(super) enum Field<'a> {
     /// A number.
     Number(f64),
     /// 0 or 1.
     Flag(bool),
+    /// A count.
+    Index(usize),
+    /// [`quoted`] text.
+    Text(&'a str),
     /// Nothing.
     Empty,
 }
@@ -52,10 +56,10 @@ impl<W: Write> Rows<W> {
     }
 
     /// Writes a row of a step index and `fields`; allocates only when the block grows.
-    pub(super) fn fields(
+    pub(super) fn fields<'a>(
         &mut self,
         step: u64,
-        fields: impl Iterator<Item = Field>,
+        fields: impl Iterator<Item = Field<'a>>,
     ) -> io::Result<()> {
         let mut text = ryu::Buffer::new();
         write!(self.block, "{step}")?;
@@ -64,6 +68,8 @@ impl<W: Write> Rows<W> {
             match field {
                 Field::Number(x) => self.block.extend_from_slice(text.format(x).as_bytes()),
                 Field::Flag(flag) => self.block.push(b'0' + u8::from(flag)),
+                Field::Index(k) => write!(self.block, "{k}")?,
+                Field::Text(text) => self.block.extend_from_slice(text.as_bytes()),
                 Field::Empty => {}
             }
         }
@@ -80,6 +86,14 @@ impl<W: Write> Rows<W> {
         self.block.clear();
         self.sink.flush()
     }
+}
+
+/// A text as a field, in quotation marks where it needs them.
+pub(super) fn quoted(text: &str) -> io::Result<String> {
+    let mut writer = Writer::from_writer(Vec::new());
+    writer.write_record([text])?;
+    let line = writer.into_inner().map_err(|error| error.into_error())?;
+    Ok(String::from_utf8_lossy(&line).trim_end_matches('\n').to_owned())
 }
 
 impl<W: Write> Drop for Rows<W> {
@@ -125,8 +139,12 @@ mod tests {
     #[test]
     fn flags_and_empty_fields() {
         let mut text = Vec::new();
-        let fields = [Field::Flag(true), Field::Empty, Field::Number(-2.0), Field::Flag(false)];
-        Rows::new(&mut text).fields(0, fields.into_iter()).unwrap();
-        assert_eq!(String::from_utf8(text).unwrap(), "0,1,,-2.0,0\n");
+        let [flags, numbers] =
+            [[Field::Flag(true), Field::Empty], [Field::Number(-2.0), Field::Flag(false)]];
+        let name = quoted("a, \"b\"").unwrap();
+        let names = [Field::Text(&name), Field::Index(12)];
+        let fields = [flags, numbers, names].concat().into_iter();
+        Rows::new(&mut text).fields(0, fields).unwrap();
+        assert_eq!(String::from_utf8(text).unwrap(), "0,1,,-2.0,0,\"a, \"\"b\"\"\",12\n");
     }
 }

@@ -206,24 +206,22 @@ impl Sensors {
         }
     }
 
-    /// The numbers of all columns at the node last followed to; NaN where a reaction is not unique.
+    /// `values ←` the numbers of all columns at the node last followed to; NaN where a reaction is not unique.
     pub(crate) fn read(
         &mut self,
         mechanism: &Mechanism,
         rows: &IndependentRows,
         at: View<'_>,
-    ) -> Vec<f64> {
-        let reactions = if self.reactions {
+        values: &mut Vec<f64>,
+    ) {
+        if self.reactions {
             let node = Configuration::new(at.t, at.q);
-            self.observer.observe(mechanism, node, at.lambda, rows)
-        } else {
-            Reactions::default()
-        };
-        let mut values = Vec::with_capacity(self.columns.len());
-        for gauge in &self.gauges {
-            gauge.read(&at, &reactions, &mut values);
+            self.observer.observe(mechanism, node, at.lambda, rows);
         }
-        values
+        values.clear();
+        for gauge in &self.gauges {
+            gauge.read(&at, self.observer.reactions(), values);
+        }
     }
 }
 

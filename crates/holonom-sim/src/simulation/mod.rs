@@ -4,6 +4,14 @@
 //! `E_d`. A node is therefore handed out after that step has been taken; at the last node one more
 //! step is tried for them, and where it fails (or the run does) the node is described by `q_n` and
 //! the projected momentum alone, with `H_d` in the place of `E_d`.
+//!
+//! | file | concept |
+//! |---|---|
+//! | `nodes` | steps and recorded nodes, one after the other |
+//! | `failure` | what is said of a step or a node that could not be found |
+
+mod failure;
+mod nodes;
 
 pub use crate::assembly::{AssemblyReport, Closure, StrainVariant};
 pub use crate::divided_steps::DividedSteps;
@@ -22,34 +30,21 @@ use crate::method::{Method, Reading, Running};
 use crate::rotation_stability::unstable_steps;
 use crate::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
-use crate::sensor::{Sensors, View};
+use crate::sensor::Sensors;
 use crate::start::{self, How, Start};
 use crate::system::{self, System};
-use holonom_model::{Columns, Family, Model, ModelError, OnFailure, Problem, Scheme, Settings};
+use holonom_model::{Columns, Family, Model, ModelError, Problem, Settings};
 use std::io;
-use vi_constraints::agreement::Dependence;
 pub use vi_constraints::integrator::ResumeError;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::{Condition, StepError};
 use vi_constraints::{Constraints, InitialValues, Options};
-use vi_core::Configuration;
-use vi_core::linear::Singular;
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 
 /// Halvings of a step that is refused.
 const DIVISIONS: u32 = 10;
-
-/// The error for an element that is bent too far, with its remedy.
-fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (String, String) {
-    let angle = angle.to_degrees();
-    let message = format!(
-        "element {element} of beam `{beam}` is bent by {angle:.1}° between its nodes; beyond 90° an element \
-         folds without resistance"
-    );
-    (message, "write more elements".into())
-}
 
 /// A system that can be run.
 pub struct Simulation {
@@ -64,6 +59,8 @@ pub struct Simulation {
     method: Box<dyn Method>,
     divided: DividedSteps,
     iterations: f64, // of the step that led to the present node
+    reading: Reading,
+    sample: Sample, // recorded last
 }
 
 impl Simulation {
@@ -90,9 +87,10 @@ impl Simulation {
         let at = InitialValues::new(0.0, &start.q, &start.v);
         let multipliers = sensors.need_multipliers();
         let mut method = method(mechanism, &dynamics, model, at, (solver, multipliers))?;
-        let Ok(first) = method.here(false) else {
+        let mut first = Reading::default();
+        if method.here(false, &mut first).is_err() {
             return Err(assembly::without_mass(model));
-        };
+        }
         agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
         let enforced = (method.mechanism(), method.rows());
         let mut assembly = assembly::counts(model, enforced, &beams, closure);
@@ -119,7 +117,7 @@ impl Simulation {
         let start = method.place().2;
         if let Err(fault) = limits.follow(0.0, start) {
             let key = format!("beam.{}.elements", fault.0);
-            let (message, help) = bent_too_far(fault);
+            let (message, help) = failure::bent_too_far(fault);
             return Err(ModelError::Assembly(vec![Problem::new(key, message).help(help)]));
         }
         assembly.warnings.extend(limits.warnings());
@@ -141,6 +139,8 @@ impl Simulation {
             method,
             divided: DividedSteps::default(),
             iterations,
+            reading: first,
+            sample: Sample::default(),
         })
     }
 
@@ -230,106 +230,6 @@ impl Simulation {
         self.method.condition()
     }
 
-    /// The recorded nodes to the end of the run, one after the other; a failure is the last item.
-    ///
-    /// ```
-    /// # use holonom_model::Model;
-    /// # use holonom_sim::simulation::Simulation;
-    /// # let text = r#"
-    /// #     model = { name = "pendulum", dimension = 2, gravity = [0.0, -9.81] }
-    /// #     particle = [{ name = "bob", mass = 1.0, position = [1.0, 0.0] }]
-    /// #     bar = [{ name = "rod", from = "ground", to = "bob" }]
-    /// #     simulation = { step = 0.01, end = 1.0 }
-    /// # "#;
-    /// let mut simulation = Simulation::new(&Model::from_toml(text)?)?;
-    /// let heights: Result<Vec<f64>, _> = simulation.samples().map(|s| Ok(s?.q[1])).collect();
-    /// # let heights = heights.map_err(|failure: holonom_sim::simulation::RunFailure| failure.message)?;
-    /// assert_eq!(heights.len(), 101);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn samples(&mut self) -> impl Iterator<Item = Result<Sample, RunFailure>> + '_ {
-        self.samples_with(|_, _| true)
-    }
-
-    /// The same; `proceed(step, of)` is asked before every step, and `false` ends the iteration there. Another one
-    /// continues.
-    fn samples_with<'a>(
-        &'a mut self,
-        mut proceed: impl FnMut(u64, u64) -> bool + 'a,
-    ) -> impl Iterator<Item = Result<Sample, RunFailure>> + 'a {
-        let steps = self.settings.steps();
-        let mut failure = None;
-        let mut done = false;
-        self.sensors.follow(self.method.place().2);
-        std::iter::from_fn(move || {
-            while !done && failure.is_none() {
-                let n = self.method.place().0;
-                let paused = !proceed(n, steps);
-                if n >= steps {
-                    done = true;
-                    let multipliers = self.sensors.need_multipliers();
-                    return Some(self.read(|method| method.last(multipliers)));
-                }
-                if paused {
-                    break;
-                }
-                let recorded = n.is_multiple_of(self.settings.every);
-                let (sample, taken) = self.advance(recorded);
-                failure = taken.err();
-                if let Some(sample) = sample {
-                    return Some(Ok(sample));
-                }
-            }
-            done = true;
-            failure.take().map(Err)
-        })
-    }
-
-    /// Runs to the end; `observe` gets each recorded node and may stop the run by an error;
-    /// `progress(step, of)` is called now and then.
-    ///
-    /// # Errors
-    /// Whatever `observe` returns.
-    pub fn run<E>(
-        &mut self,
-        observe: &mut dyn FnMut(&Sample) -> Result<(), E>,
-        progress: &mut dyn FnMut(u64, u64),
-    ) -> Result<RunOutcome, E> {
-        let mut proceed = |step: u64, of| {
-            if step.is_multiple_of(256) || step == of {
-                progress(step, of);
-            }
-            true
-        };
-        let outcome = self.run_while(observe, &mut proceed)?;
-        Ok(outcome.unwrap_or(RunOutcome::Done)) // nothing pauses it
-    }
-
-    /// Runs on from the present node to the end; `proceed(step, of)` is asked before every step, and `false` pauses the
-    /// run at that node: `None`. Another call continues as if nothing had happened.
-    ///
-    /// # Errors
-    /// Whatever `observe` returns.
-    pub fn run_while<E>(
-        &mut self,
-        observe: &mut dyn FnMut(&Sample) -> Result<(), E>,
-        proceed: &mut dyn FnMut(u64, u64) -> bool,
-    ) -> Result<Option<RunOutcome>, E> {
-        let mut paused = false;
-        let steps = self.settings.steps();
-        let samples = self.samples_with(|step, of| {
-            paused = !proceed(step, of) && step < steps;
-            !paused
-        });
-        for sample in samples {
-            match sample {
-                Ok(sample) => observe(&sample)?,
-                Err(failure) => return Ok(Some(RunOutcome::Failed(failure))),
-            }
-        }
-        Ok((!paused).then_some(RunOutcome::Done))
-    }
-
     /// The state of the run at the present node: between two calls of [`Simulation::run_while`] all that the rest of the
     /// run depends on.
     #[must_use]
@@ -358,180 +258,6 @@ impl Simulation {
         self.sensors.resume(&followed);
         self.iterations = iterations;
         Ok(())
-    }
-
-    /// Takes one step; the sample is of the node it started from, when that is to be recorded.
-    fn advance(&mut self, recorded: bool) -> (Option<Sample>, Result<(), RunFailure>) {
-        let (first, multipliers) = (self.method.reads_first(), self.sensors.need_multipliers());
-        let mut sample = None;
-        if recorded && first {
-            match self.read(|method| method.here(multipliers)) {
-                Ok(found) => sample = Some(found),
-                Err(failure) => return (None, Err(failure)),
-            }
-        }
-        // at the start the multipliers of the step are of first order: sensors take the acceleration level
-        let at_start = recorded && !first && multipliers && self.method.place().0 == 0;
-        let start = if at_start { self.method.here(true).ok() } else { None };
-        let whole = self.method.step(1);
-        // no whole step starts at this node: it is read by itself
-        let alone = whole.is_err() && recorded && !first;
-        let alone = alone.then(|| self.read(|method| method.here(multipliers)));
-        match whole.or_else(|refused| self.step_in_parts(refused)) {
-            Err(error) => (sample.or(alone.and_then(Result::ok)), Err(self.failure(&error))),
-            Ok(report) => {
-                if recorded && !first {
-                    let left = |method: &mut dyn Method| {
-                        let mut found = method.left()?;
-                        if let Some(start) = start {
-                            found.lambda = start.lambda;
-                        }
-                        Ok(found)
-                    };
-                    match alone.unwrap_or_else(|| self.read(left)) {
-                        Ok(found) => sample = Some(found),
-                        Err(failure) => return (None, Err(failure)),
-                    }
-                }
-                let (step, t, q) = self.method.place();
-                self.sensors.follow(q);
-                if let Err(fault) = self.limits.follow(t, q) {
-                    let (message, remedy) = bent_too_far(fault);
-                    return (sample, Err(RunFailure { step, t, message, remedy }));
-                }
-                self.iterations = report.iterations as f64 / report.sub_steps.max(1) as f64;
-                (sample, Ok(()))
-            }
-        }
-    }
-
-    /// A step that was refused as a whole, in ever smaller parts, where the model asks for that.
-    fn step_in_parts(&mut self, refused: StepError) -> Result<StepReport, StepError> {
-        if self.settings.on_failure == OnFailure::Stop {
-            return Err(refused);
-        }
-        let (_, start, _) = self.method.place();
-        let halvings = (1..=DIVISIONS).map(|k| 1 << k);
-        for parts in halvings {
-            if let Ok(report) = self.method.step(parts) {
-                self.divided.add(start, parts);
-                return Ok(report);
-            }
-        }
-        Err(refused)
-    }
-
-    /// A node as it is recorded.
-    fn read(
-        &mut self,
-        read: impl FnOnce(&mut dyn Method) -> Result<Reading, Singular>,
-    ) -> Result<Sample, RunFailure> {
-        let at = read(&mut *self.method).map_err(|error| self.lost(&error.to_string()))?;
-        let (mechanism, rows) = (self.method.mechanism(), self.method.rows());
-        let view = View { t: at.t, q: &at.q, v: &at.v, lambda: &at.lambda };
-        let sensors = self.sensors.read(mechanism, rows, view);
-        let notice = self.watch.follow(&at, &self.energies);
-        let energies = self.energies.read(&at);
-        let sample = Sample {
-            step: at.step,
-            t: at.t,
-            q: at.q,
-            energy: at.energy,
-            hamiltonian: at.hamiltonian,
-            shadow: at.shadow,
-            work: at.work.iter().sum(),
-            momentum: at.momentum,
-            residuals: at.residuals,
-            newton_iterations: self.iterations,
-            sensors,
-            energies,
-            momenta: at.momenta,
-            notice,
-        };
-        if sample.is_finite() {
-            return Ok(sample);
-        }
-        Err(self.lost("a value that is not finite"))
-    }
-
-    fn lost(&self, message: &str) -> RunFailure {
-        let (step, t, _) = self.method.place();
-        let remedy =
-            "look for a singular configuration near the last rows of the trajectory".into();
-        RunFailure { step, t, message: message.into(), remedy }
-    }
-
-    fn failure(&self, error: &StepError) -> RunFailure {
-        let (step, t, _) = self.method.place();
-        let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
-        let remedy = error.remedy().to_owned() + &self.dead_end(error);
-        RunFailure { step, t, message: format!("{error}{place}"), remedy }
-    }
-
-    /// What prescribed motions may have to do with a step that was not found.
-    fn dead_end(&self, error: &StepError) -> String {
-        let mechanism = self.method.mechanism();
-        let first = mechanism.len() - mechanism.rows().len();
-        let rows = mechanism.rows().iter().enumerate().filter(|(_, row)| row.is_rheonomic());
-        let mut names: Vec<String> =
-            rows.map(|(k, _)| format!("`{}`", mechanism.constraint_name(first + k))).collect();
-        names.dedup();
-        names.truncate(4);
-        match error {
-            StepError::Newton(_) | StepError::RankLost if !names.is_empty() => {
-                let names = names.join(" and ");
-                format!(
-                    "; or shorten the path of {names}, if the joints cannot follow it any further"
-                )
-            }
-            _ => String::new(),
-        }
-    }
-
-    /// The violated constraint and those that it depends on.
-    fn disagreeing(&self, row: usize) -> String {
-        const LOOKED_AT: usize = 50;
-        let (mechanism, (_, t, q)) = (self.method.mechanism(), self.method.place());
-        let angles = mechanism.principal_angles(q); // gradients do not depend on revolutions
-        let rows = self.method.rows();
-        let mut dependence =
-            Dependence::new(mechanism, rows, Configuration { t, q, angles: &angles });
-        let mut with = |row: usize| [vec![row], dependence.partners(row)].concat();
-        let all = match rows.rows().contains(&row) {
-            false => with(row),
-            // one of those that others depend on
-            true => {
-                let found = rows.redundant().take(LOOKED_AT).map(with);
-                found.into_iter().find(|all| all.contains(&row)).unwrap_or_else(|| vec![row])
-            }
-        };
-        match mechanism.len() - mechanism.rows().len() {
-            internal if row < internal => format!("`{}`", mechanism.constraint_name(row)),
-            _ => agreement::named(mechanism, &all),
-        }
-    }
-
-    /// The constraint, joint, body or particle that a failed step is about.
-    fn culprit(&self, error: &StepError) -> Option<String> {
-        let mechanism = self.method.mechanism();
-        if let Some(row) = error.constraint() {
-            return Some(self.disagreeing(row));
-        }
-        if let Some(coordinate) = error.coordinate() {
-            return Some(format!("`{}`", mechanism.coordinate_name(coordinate)));
-        }
-        let unknown = error.unknown()?;
-        match self.settings.scheme {
-            Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => {
-                let (link, _) = mechanism.tree().owner(unknown)?;
-                let body = &mechanism.description().bodies[link.frame].name;
-                Some(format!("body `{body}`, the child of `{}`", link.joint.name))
-            }
-            _ if unknown < mechanism.dim() => {
-                Some(format!("`{}`", mechanism.coordinate_name(unknown)))
-            }
-            _ => None,
-        }
     }
 }
 

@@ -28,7 +28,7 @@ use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::sparse::{Entries, SparseMatrix};
-use vi_rigid::null_space;
+use vi_rigid::{directors, null_space};
 
 /// Contributions of null vectors below this count as none (N, N·m for multipliers of size 1).
 const NO_PART: f64 = 1e-8;
@@ -122,7 +122,9 @@ impl Reactions {
         lambda: &[f64],
         rows: &IndependentRows,
     ) -> Self {
-        ReactionObserver::default().observe(mechanism, at, lambda, rows)
+        let mut observer = ReactionObserver::default();
+        observer.observe(mechanism, at, lambda, rows);
+        observer.found
     }
 
     /// Marks what these reactions of multipliers in `null Gᵀ` contribute to as not unique.
@@ -141,36 +143,50 @@ impl Reactions {
         }
     }
 
-    /// Linear in `lambda`; everything is marked unique.
-    fn from_multipliers(mechanism: &Mechanism, at: Configuration<'_>, lambda: &[f64]) -> Self {
+    /// Those of `lambda`, linear in it; everything is marked unique.
+    fn find(
+        &mut self,
+        forces: &mut JointForces,
+        mechanism: &Mechanism,
+        at: Configuration<'_>,
+        lambda: &[f64],
+    ) {
         let (q, description) = (at.q, mechanism.description());
-        let mut forces = JointForces::new(mechanism, lambda);
-        mechanism.jacobian(at.t, q, &mut forces);
-        let joints = description.joints.iter().zip(&forces.of_joint);
-        let bars = description.bars.iter().enumerate().map(|(k, bar)| {
+        forces.collect(mechanism, at, lambda);
+        let Self { joints, bars, scalars } = self;
+        joints.clear();
+        let forces = description.joints.iter().zip(&forces.of_joint);
+        joints.extend(forces.map(|(joint, force)| reaction(joint, q, force)));
+        bars.clear();
+        bars.extend(description.bars.iter().enumerate().map(|(k, bar)| {
             let force = bar.length * mechanism.bar_rows(k).map(|row| lambda[row]).sum::<f64>();
             Tension { force, unique: true }
-        });
+        }));
         let rows = (0..description.scalars.len()).flat_map(|k| mechanism.scalar_rows(k));
-        let scalars = rows.map(|row| Tension { force: -lambda[row], unique: true });
-        Self {
-            joints: joints.map(|(joint, force)| reaction(joint, q, force)).collect(),
-            bars: bars.collect(),
-            scalars: scalars.collect(),
-        }
+        scalars.clear();
+        scalars.extend(rows.map(|row| Tension { force: -lambda[row], unique: true }));
     }
 }
 
-/// Reactions at one node after the other, its memory sized once.
+/// Reactions at one node after the other of one mechanism, its memory sized once.
 #[derive(Debug, Default)]
 pub struct ReactionObserver {
     jacobian: Option<SparseMatrix>, // m × n
     least_norm: LeastNorm,
     scattered: Vec<f64>, // m
     null: Vec<f64>,      // m
+    forces: JointForces,
+    found: Reactions,
+    of_null: Reactions,
 }
 
 impl ReactionObserver {
+    /// The reactions observed last.
+    #[must_use]
+    pub fn reactions(&self) -> &Reactions {
+        &self.found
+    }
+
     /// As [`Reactions::at`].
     pub fn observe(
         &mut self,
@@ -178,26 +194,30 @@ impl ReactionObserver {
         at: Configuration<'_>,
         lambda: &[f64],
         rows: &IndependentRows,
-    ) -> Reactions {
-        let mut reactions = Reactions::from_multipliers(mechanism, at, lambda);
+    ) -> &Reactions {
+        let Self { jacobian, least_norm, scattered, null, forces, found, of_null } = self;
+        found.find(forces, mechanism, at, lambda);
         let (m, n) = (mechanism.len(), mechanism.dim());
         if rows.len() == m {
-            return reactions;
+            return found;
         }
         let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
-        let jacobian = SparseMatrix::update(&mut self.jacobian, (m, n), emit);
-        if self.scattered.len() != m {
-            self.scattered = (1..=m).map(|i| libm::sin(13.7 * (i * i) as f64)).collect();
+        let jacobian = SparseMatrix::update(jacobian, (m, n), emit);
+        if scattered.len() != m {
+            *scattered = (1..=m).map(|i| libm::sin(13.7 * (i * i) as f64)).collect();
         }
-        self.null.clone_from(&self.scattered);
-        if self.least_norm.null_part(jacobian, &mut self.null).is_ok() {
-            reactions.exclude(&Reactions::from_multipliers(mechanism, at, &self.null));
-            return reactions;
+        null.clone_from(scattered);
+        let mut exclude = |null: &[f64]| {
+            of_null.find(forces, mechanism, at, null);
+            found.exclude(of_null);
+        };
+        match least_norm.null_part(jacobian, null) {
+            Ok(()) => exclude(null),
+            Err(_) => {
+                null_vectors(jacobian, rows).column_iter().for_each(|z| exclude(z.as_slice()))
+            }
         }
-        for z in null_vectors(jacobian, rows).column_iter() {
-            reactions.exclude(&Reactions::from_multipliers(mechanism, at, z.as_slice()));
-        }
-        reactions
+        found
     }
 }
 
@@ -225,30 +245,43 @@ fn felt_by(joint: &Joint) -> Option<(usize, f64)> {
 
 /// `−(G_J)ᵀ λ_J` on the coordinates of the body that feels each joint, collected from the entries of
 /// `G`.
-struct JointForces<'a> {
-    lambda: &'a [f64],
+#[derive(Debug, Default)]
+struct JointForces {
     joint_of: Vec<Option<usize>>, // row → joint
     first: Vec<usize>,            // joint → first coordinate of the body
     of_joint: Vec<[f64; 12]>,
 }
 
-impl<'a> JointForces<'a> {
-    fn new(mechanism: &Mechanism, lambda: &'a [f64]) -> Self {
+impl JointForces {
+    /// Those of the multipliers `lambda`, shape `m`.
+    fn collect(&mut self, mechanism: &Mechanism, at: Configuration<'_>, lambda: &[f64]) {
         let joints = &mechanism.description().joints;
-        let mut joint_of = vec![None; mechanism.len()];
-        for k in 0..joints.len() {
-            joint_of[mechanism.joint_rows(k)].fill(Some(k));
+        if self.joint_of.len() != mechanism.len() || self.first.len() != joints.len() {
+            self.joint_of = vec![None; mechanism.len()];
+            for k in 0..joints.len() {
+                self.joint_of[mechanism.joint_rows(k)].fill(Some(k));
+            }
+            let first = joints.iter().map(|joint| felt_by(joint).map_or(usize::MAX, |f| 12 * f.0));
+            self.first = first.collect();
+            self.of_joint = vec![[0.0; 12]; joints.len()];
         }
-        let first = joints.iter().map(|joint| felt_by(joint).map_or(usize::MAX, |f| 12 * f.0));
-        Self { lambda, joint_of, first: first.collect(), of_joint: vec![[0.0; 12]; joints.len()] }
+        self.of_joint.fill([0.0; 12]);
+        mechanism.jacobian(at.t, at.q, &mut Weighted { forces: self, lambda });
     }
 }
 
-impl Entries for JointForces<'_> {
+/// Entries of `G`, each times the multiplier of its row.
+struct Weighted<'a> {
+    forces: &'a mut JointForces,
+    lambda: &'a [f64],
+}
+
+impl Entries for Weighted<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
-        let Some(joint) = self.joint_of[row] else { return };
-        let place = column.wrapping_sub(self.first[joint]);
-        if let Some(force) = self.of_joint[joint].get_mut(place) {
+        let JointForces { joint_of, first, of_joint } = &mut *self.forces;
+        let Some(joint) = joint_of[row] else { return };
+        let place = column.wrapping_sub(first[joint]);
+        if let Some(force) = of_joint[joint].get_mut(place) {
             *force -= self.lambda[row] * value;
         }
     }
@@ -262,7 +295,10 @@ fn reaction(joint: &Joint, q: &[f64], force: &[f64; 12]) -> Reaction {
     if let Some((k, sign)) = felt_by(joint) {
         let own = &q[12 * k..12 * k + 12];
         let wrench = null_space::pull_back(own, force);
-        let arm = joint.child.point().at(q) - vi_rigid::directors::center(own);
+        let arm = match joint.child.frame {
+            FrameId::Frame(_) => at.rho_child(),
+            FrameId::Ground => joint.child.anchor - directors::center(own),
+        };
         f = wrench.fixed_rows::<3>(0).into_owned();
         m = sign * (wrench.fixed_rows::<3>(3) - arm.cross(&f));
         f *= sign;

@@ -1,0 +1,103 @@
+//! What is said of a step or a node that could not be found.
+
+use super::{RunFailure, Simulation};
+use crate::agreement;
+use holonom_model::Scheme;
+use vi_constraints::Constraints;
+use vi_constraints::agreement::Dependence;
+use vi_constraints::scheme::StepError;
+use vi_core::Configuration;
+
+/// The error for an element that is bent too far, with its remedy.
+pub(super) fn bent_too_far((beam, element, angle): (&str, usize, f64)) -> (String, String) {
+    let angle = angle.to_degrees();
+    let message = format!(
+        "element {element} of beam `{beam}` is bent by {angle:.1}° between its nodes; beyond 90° an element \
+         folds without resistance"
+    );
+    (message, "write more elements".into())
+}
+
+impl Simulation {
+    /// A node that could not be read.
+    pub(super) fn lost(&self, message: &str) -> RunFailure {
+        let (step, t, _) = self.method.place();
+        let remedy =
+            "look for a singular configuration near the last rows of the trajectory".into();
+        RunFailure { step, t, message: message.into(), remedy }
+    }
+
+    /// A step that was not found.
+    pub(super) fn failure(&self, error: &StepError) -> RunFailure {
+        let (step, t, _) = self.method.place();
+        let place = self.culprit(error).map_or_else(String::new, |name| format!(" ({name})"));
+        let remedy = error.remedy().to_owned() + &self.dead_end(error);
+        RunFailure { step, t, message: format!("{error}{place}"), remedy }
+    }
+
+    /// What prescribed motions may have to do with a step that was not found.
+    fn dead_end(&self, error: &StepError) -> String {
+        let mechanism = self.method.mechanism();
+        let first = mechanism.len() - mechanism.rows().len();
+        let rows = mechanism.rows().iter().enumerate().filter(|(_, row)| row.is_rheonomic());
+        let mut names: Vec<String> =
+            rows.map(|(k, _)| format!("`{}`", mechanism.constraint_name(first + k))).collect();
+        names.dedup();
+        names.truncate(4);
+        match error {
+            StepError::Newton(_) | StepError::RankLost if !names.is_empty() => {
+                let names = names.join(" and ");
+                format!(
+                    "; or shorten the path of {names}, if the joints cannot follow it any further"
+                )
+            }
+            _ => String::new(),
+        }
+    }
+
+    /// The violated constraint and those that it depends on.
+    fn disagreeing(&self, row: usize) -> String {
+        const LOOKED_AT: usize = 50;
+        let (mechanism, (_, t, q)) = (self.method.mechanism(), self.method.place());
+        let angles = mechanism.principal_angles(q); // gradients do not depend on revolutions
+        let rows = self.method.rows();
+        let mut dependence =
+            Dependence::new(mechanism, rows, Configuration { t, q, angles: &angles });
+        let mut with = |row: usize| [vec![row], dependence.partners(row)].concat();
+        let all = match rows.rows().contains(&row) {
+            false => with(row),
+            // one of those that others depend on
+            true => {
+                let found = rows.redundant().take(LOOKED_AT).map(with);
+                found.into_iter().find(|all| all.contains(&row)).unwrap_or_else(|| vec![row])
+            }
+        };
+        match mechanism.len() - mechanism.rows().len() {
+            internal if row < internal => format!("`{}`", mechanism.constraint_name(row)),
+            _ => agreement::named(mechanism, &all),
+        }
+    }
+
+    /// The constraint, joint, body or particle that a failed step is about.
+    fn culprit(&self, error: &StepError) -> Option<String> {
+        let mechanism = self.method.mechanism();
+        if let Some(row) = error.constraint() {
+            return Some(self.disagreeing(row));
+        }
+        if let Some(coordinate) = error.coordinate() {
+            return Some(format!("`{}`", mechanism.coordinate_name(coordinate)));
+        }
+        let unknown = error.unknown()?;
+        match self.settings.scheme {
+            Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => {
+                let (link, _) = mechanism.tree().owner(unknown)?;
+                let body = &mechanism.description().bodies[link.frame].name;
+                Some(format!("body `{body}`, the child of `{}`", link.joint.name))
+            }
+            _ if unknown < mechanism.dim() => {
+                Some(format!("`{}`", mechanism.coordinate_name(unknown)))
+            }
+            _ => None,
+        }
+    }
+}
