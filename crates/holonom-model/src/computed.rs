@@ -3,6 +3,7 @@
 use super::problem::{MAX_PROBLEMS, Problem};
 use super::source::HUGE;
 use super::{Inertia, Model};
+use serde::Serialize;
 use toml::Value;
 
 /// Numbers of a resolved model that its own file could not state again: too large, or rounded to nothing.
@@ -25,25 +26,49 @@ pub(super) fn out_of_range(model: &Model) -> Vec<Problem> {
 
 fn too_large(model: &Model) -> Vec<Problem> {
     let mut problems = Vec::new();
-    let Ok(Value::Table(sections)) = Value::try_from(model) else { return problems };
-    for (section, value) in &sections {
-        match value {
-            Value::Array(list) => {
-                for part in list {
-                    let name = part.get("name").and_then(Value::as_str).unwrap_or_default();
-                    visit(&format!("{section}.{name}"), part, &mut problems);
-                }
-            }
-            other => visit(section, other, &mut problems),
-        }
-    }
+    list("bar", &model.bars, &mut problems);
+    list("beam", &model.beams, &mut problems);
+    list("body", &model.bodies, &mut problems);
+    list("constraint", &model.constraints, &mut problems);
+    list("joint", &model.joints, &mut problems);
+    list("load", &model.loads, &mut problems);
+    part("model", &model.header, &mut problems);
+    list("particle", &model.particles, &mut problems);
+    list("sensor", &model.sensors, &mut problems);
+    part("simulation", &model.settings, &mut problems);
+    list("spring", &model.springs, &mut problems);
     problems
+}
+
+fn list(section: &str, parts: &[impl Serialize], problems: &mut Vec<Problem>) {
+    parts.iter().for_each(|own| part(section, own, problems));
+}
+
+/// A part of a list has its name in the key.
+fn part(section: &str, part: &impl Serialize, problems: &mut Vec<Problem>) {
+    let Some(value) = Value::try_from(part).ok().filter(holds_too_large) else { return };
+    let name = value.get("name").and_then(Value::as_str).filter(|_| section != "model");
+    let key = name.map_or_else(|| section.to_owned(), |name| format!("{section}.{name}"));
+    visit(&key, &value, problems);
+}
+
+fn is_too_large(number: f64) -> bool {
+    number.is_nan() || number.abs() > HUGE
+}
+
+fn holds_too_large(value: &Value) -> bool {
+    match value {
+        Value::Float(number) => is_too_large(*number),
+        Value::Array(list) => list.iter().any(holds_too_large),
+        Value::Table(table) => table.values().any(holds_too_large),
+        _ => false,
+    }
 }
 
 fn visit(key: &str, value: &Value, problems: &mut Vec<Problem>) {
     match value {
         _ if problems.len() >= MAX_PROBLEMS => {}
-        Value::Float(number) if number.is_nan() || number.abs() > HUGE => {
+        Value::Float(number) if is_too_large(*number) => {
             let message = format!("the number that follows for it is too large: {number:e}");
             let help =
                 format!("choose numbers from which one of magnitude at most {HUGE:e} follows");

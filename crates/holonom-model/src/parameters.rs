@@ -77,6 +77,9 @@ pub(crate) fn values(mut table: DeTable<'_>) -> Result<Vec<String>, Vec<Problem>
 /// Removes the section `[parameters]`, and replaces each expression by its value.
 pub(crate) fn substitute<'i>(table: &mut DeTable<'i>, values: &'i [String]) {
     table.remove(SECTION);
+    if values.is_empty() {
+        return; // there are no expressions
+    }
     let mut values = values.iter();
     each(table, &mut |_, _, value| {
         if let Some(number) = values.next().and_then(|text| DeValue::parse(text).ok()) {

@@ -2,6 +2,7 @@
 //!
 //! Key paths name components: `body.top.mass`, `model.gravity`, `particle.bob.position.0`.
 
+use std::cell::OnceCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -30,7 +31,7 @@ struct Place {
 /// A parsed model text.
 pub(crate) struct Document<'i> {
     table: DeTable<'i>,
-    places: BTreeMap<String, Place>,
+    places: OnceCell<BTreeMap<String, Place>>, // found when a problem asks for one
     labels: BTreeMap<&'static str, Vec<String>>,
     length: usize,
 }
@@ -45,15 +46,19 @@ impl<'i> Document<'i> {
         let mut table = parsed(text, overrides)?;
         parameters::substitute(&mut table, values);
         let labels: BTreeMap<_, _> = LISTS.iter().map(|&s| (s, labels(&table, s))).collect();
-        let places = places(&table, &labels);
-        Ok(Self { table, places, labels, length: text.len() })
+        Ok(Self { table, places: OnceCell::new(), labels, length: text.len() })
+    }
+
+    /// The place of every key path.
+    fn places(&self) -> &BTreeMap<String, Place> {
+        self.places.get_or_init(|| places(&self.table, &self.labels))
     }
 
     /// The place of a value: of the key itself, or of the nearest key above that exists.
     pub(crate) fn span(&self, path: &str) -> Option<Range<usize>> {
         let mut path = path;
         loop {
-            if let Some(place) = self.places.get(path) {
+            if let Some(place) = self.places().get(path) {
                 return self.inside(place.value.clone());
             }
             path = &path[..path.rfind(['.', '['])?];
@@ -68,22 +73,15 @@ impl<'i> Document<'i> {
     /// Numbers that no model may contain: not finite, or huge.
     pub(crate) fn bad_numbers(&self) -> Vec<Problem> {
         let mut problems = Vec::new();
+        let place =
+            |value: &Spanned<DeValue<'i>>| fault_of_number(value.get_ref()).map(|_| value.span());
+        if !self.table.values().any(|value| first_place(value, &place).is_some()) {
+            return problems;
+        }
         for (key, value) in &self.table {
             walk(key.get_ref(), key.span(), value, &self.labels, &mut |path, _, value| {
-                let number = match value.get_ref() {
-                    DeValue::Float(float) => float.as_str().parse().unwrap_or(f64::NAN),
-                    DeValue::Integer(integer) => integer.as_str().parse().unwrap_or(0.0),
-                    _ => return,
-                };
-                let fault = if problems.len() >= MAX_PROBLEMS {
-                    return;
-                } else if number.is_nan() {
-                    "this is not a number: nan".to_owned()
-                } else if number.abs() > HUGE {
-                    format!("the number is too large: {}", written(value.get_ref()))
-                } else {
-                    return;
-                };
+                let fault = fault_of_number(value.get_ref());
+                let Some(fault) = fault.filter(|_| problems.len() < MAX_PROBLEMS) else { return };
                 let help = format!("write a finite number of magnitude at most {HUGE:e}");
                 problems.push(Problem::new(path, fault).help(help).at(self.inside(value.span())));
             });
@@ -205,7 +203,7 @@ impl<'i> Document<'i> {
 
     /// The path below `path` whose key or value is at `span`, or the smallest around it.
     fn path_at(&self, path: &str, span: &Range<usize>) -> String {
-        let around = self.places.range(path.to_owned()..).take_while(|p| p.0.starts_with(path));
+        let around = self.places().range(path.to_owned()..).take_while(|p| p.0.starts_with(path));
         around
             .filter(|(_, p)| {
                 p.key == *span || p.value.start <= span.start && span.end <= p.value.end
@@ -255,6 +253,19 @@ fn parsed<'i>(
 
 fn syntax(error: &toml::de::Error) -> Problem {
     Problem::new("", error.message().lines().collect::<Vec<_>>().join("; ")).at(error.span())
+}
+
+/// Why no model may contain this number.
+fn fault_of_number(value: &DeValue<'_>) -> Option<String> {
+    let number = match value {
+        DeValue::Float(float) => float.as_str().parse().unwrap_or(f64::NAN),
+        DeValue::Integer(integer) => integer.as_str().parse().unwrap_or(0.0),
+        _ => return None,
+    };
+    if number.is_nan() {
+        return Some("this is not a number: nan".to_owned());
+    }
+    (number.abs() > HUGE).then(|| format!("the number is too large: {}", written(value)))
 }
 
 fn written(value: &DeValue<'_>) -> String {

@@ -3,7 +3,6 @@
 use crate::agreement::{self, joint_key};
 use crate::beams::Beams;
 use crate::digits::rounded;
-use crate::dynamics::Dynamics;
 use crate::limits::Stiffness;
 use crate::measures::{self, Measures};
 use holonom_model::{Beam, Body, Family, Inconsistency, Level, Model, ModelError, Settings};
@@ -67,8 +66,8 @@ pub struct AssemblyReport {
 
 impl AssemblyReport {
     /// Measures the model and warns of what looks like a slip.
-    pub(crate) fn measure(&mut self, model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) {
-        self.measures = Measures::of(model, mechanism, dynamics);
+    pub(crate) fn measure(&mut self, model: &Model, mechanism: &Mechanism, mass: &SparseMatrix) {
+        self.measures = Measures::of(model, mechanism, mass);
         self.warnings.extend(measures::slips(model, mechanism, &self.measures));
     }
 
@@ -165,11 +164,9 @@ pub(crate) fn closure(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Closure {
 }
 
 fn velocity_residuals(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
-    let (n, m) = (mechanism.dim(), mechanism.len());
-    let jacobian = SparseMatrix::assemble(m, n, |out| mechanism.jacobian(0.0, q, out));
-    let mut rate = vec![0.0; m];
+    let mut rate = vec![0.0; mechanism.len()];
     mechanism.time_derivative(0.0, q, &mut rate);
-    jacobian.mul_add(1.0, v, &mut rate);
+    mechanism.add_rates(0.0, q, v, &mut rate);
     rate
 }
 

@@ -39,18 +39,17 @@ pub(crate) struct Energies {
 }
 
 impl Energies {
-    /// With the configuration and the energy (J) at the start.
+    /// With the mass matrix, and the configuration and the energy (J) at the start.
     pub(crate) fn new(
         model: &Model,
         mechanism: &Mechanism,
-        dynamics: &Dynamics,
+        (dynamics, mass): (&Dynamics, &SparseMatrix),
         q: &[f64],
         initial: f64,
     ) -> Self {
         let Dynamics { parts, forces, .. } = dynamics;
         let weighs = model.gravity().iter().any(|g| *g != 0.0);
-        let mass = parts.mass_matrix(mechanism);
-        let weight = || LinearPotential { force: mechanism.weight(&mass) };
+        let weight = || LinearPotential { force: mechanism.weight(mass) };
         let beams = !model.beams.is_empty();
         let springs = !(forces.springs.is_empty() && forces.joint_springs.is_empty());
         let mut works: Vec<usize> = Vec::new();
@@ -82,7 +81,7 @@ impl Energies {
             sources,
             motions,
             initial,
-            rounding: rounding(mechanism, &mass, q, model.settings.step),
+            rounding: rounding(mechanism, mass, q, model.settings.step),
         }
     }
 

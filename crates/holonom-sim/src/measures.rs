@@ -1,9 +1,9 @@
 //! Size, masses and stiffnesses of a model at a glance, and what in them looks like a slip of units.
 
-use crate::dynamics::Dynamics;
 use holonom_model::{Body, Constraint, Frame, Model, spatial};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use vi_core::SparseMatrix;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::pair::joint::FrameId;
 
@@ -51,8 +51,8 @@ fn moving(model: &Model) -> impl Iterator<Item = &Body> + Clone {
 }
 
 impl Measures {
-    /// Of an assembled model at its initial configuration.
-    pub(crate) fn of(model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) -> Self {
+    /// Of an assembled model at its initial configuration; `matrix`: its mass matrix.
+    pub(crate) fn of(model: &Model, mechanism: &Mechanism, matrix: &SparseMatrix) -> Self {
         let masses = moving(model).map(Body::mass).chain(model.particles.iter().map(|p| p.mass));
         let moments = |body: &Body| {
             let moments: [f64; 3] = body.inertia_tensor().symmetric_eigenvalues().into();
@@ -70,7 +70,7 @@ impl Measures {
         let sections = || model.beams.iter().map(|beam| &beam.section);
         let bending = sections().flat_map(|section| [section.ei1, section.ei2]).flatten();
         Self {
-            mass: mass(model, mechanism, dynamics),
+            mass: mass(model, mechanism, matrix),
             extent: extent(model, mechanism),
             masses: range(masses),
             inertias: range(moving(model).flat_map(moments)),
@@ -83,7 +83,7 @@ impl Measures {
 }
 
 /// `½ v̇ᵀ M v̇` of a translation with 1 m/s, twice; without the bodies that are fixed.
-fn mass(model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) -> f64 {
+fn mass(model: &Model, mechanism: &Mechanism, matrix: &SparseMatrix) -> f64 {
     let description = mechanism.description();
     let frames = 12 * description.bodies.len();
     let starts = (0..frames).step_by(12);
@@ -91,7 +91,7 @@ fn mass(model: &Model, mechanism: &Mechanism, dynamics: &Dynamics) -> f64 {
     let mut v = vec![0.0; n];
     starts.chain((frames..n).step_by(description.dimension)).for_each(|i| v[i] = 1.0);
     let mut p = vec![0.0; n];
-    dynamics.parts.mass_matrix(mechanism).mul_add(1.0, &v, &mut p);
+    matrix.mul_add(1.0, &v, &mut p);
     let fixed: f64 = model.bodies.iter().filter(|body| body.fixed).map(Body::mass).sum();
     p.iter().zip(&v).map(|(p, v)| p * v).sum::<f64>() - fixed
 }

@@ -78,7 +78,7 @@ impl Statics {
         let rows = IndependentRows::choose(mechanism.len(), &chosen);
         let closure = assembly::closure(&mechanism, &q, &vec![0.0; q.len()]);
         let mut assembly = assembly::counts(model, (&mechanism, &rows), &beams, closure);
-        assembly.measure(model, &mechanism, &dynamics);
+        assembly.measure(model, &mechanism, &dynamics.parts.mass_matrix(&mechanism));
         if v.iter().any(|v| *v != 0.0) {
             let note = "the initial velocities of the model are not used in statics";
             assembly.warnings.push(note.into());

@@ -119,8 +119,7 @@ pub fn start(
     let mut rate = vec![0.0; m]; // ∂g/∂t
     constraints.time_derivative(t, &q0, &mut rate);
     let mut violation = rate.clone();
-    let jacobian = vi_core::SparseMatrix::assemble(m, n, |out| constraints.jacobian(t, &q0, out));
-    jacobian.mul_add(1.0, v, &mut violation);
+    constraints.add_rates(t, &q0, v, &mut violation);
     report.velocity_residual = norm_inf(&violation);
     let mut v0 = v.to_vec();
     let speed = 1.0 + norm_inf(v);

@@ -29,10 +29,10 @@ use vi_core::state::Memory;
 #[derive(Debug)]
 pub struct Projections {
     n: usize,
-    mass_system: SaddlePoint,       // [M Gᵀ; G 0]
-    identity_system: SaddlePoint,   // [I Gᵀ; G 0]
-    inverse: Option<InverseMass>,   // None: M singular or not constant
-    jacobian: Option<SparseMatrix>, // m × n
+    mass_system: SaddlePoint,             // [M Gᵀ; G 0]
+    identity_system: SaddlePoint,         // [I Gᵀ; G 0]
+    inverse: Option<Option<InverseMass>>, // found when first asked for; Some(None): M singular or not constant
+    jacobian: Option<SparseMatrix>,       // m × n
     least_norm: LeastNorm,
     x: Vec<f64>,            // n + r
     m_work: Vec<f64>,       // m
@@ -49,7 +49,7 @@ impl Projections {
             n,
             mass_system: SaddlePoint::new(n, rows.clone()),
             identity_system: SaddlePoint::new(n, rows.clone()),
-            inverse: if system.adds_mass() { None } else { InverseMass::new(system.mass()) },
+            inverse: None,
             jacobian: None,
             least_norm: LeastNorm::default(),
             x: vec![0.0; n + rows.len()],
@@ -184,7 +184,8 @@ impl Projections {
         p: &[f64],
         v: &mut [f64],
     ) -> Result<Option<Energies>, Singular> {
-        let Some(inverse) = &mut self.inverse else { return Ok(None) };
+        let find = || if system.adds_mass() { None } else { InverseMass::new(system.mass()) };
+        let Some(inverse) = self.inverse.get_or_insert_with(find) else { return Ok(None) };
         inverse.apply(system.mass(), p, v)?;
         Ok(Some(hamiltonian(system, at, v, p)))
     }

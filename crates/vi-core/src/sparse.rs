@@ -134,6 +134,24 @@ impl Entries for Collector {
     }
 }
 
+/// The entries in the order of columns, rows and emission.
+fn by_columns(entries: &[(usize, usize, f64)], columns: usize) -> Vec<usize> {
+    let mut next = vec![0; columns + 1]; // place of the next entry of each column
+    entries.iter().for_each(|entry| next[entry.0 + 1] += 1);
+    (0..columns).for_each(|j| next[j + 1] += next[j]);
+    let mut order = vec![0; entries.len()];
+    for (k, (column, ..)) in entries.iter().enumerate() {
+        order[next[*column]] = k;
+        next[*column] += 1;
+    }
+    let mut start = 0;
+    for &end in &next[..columns] {
+        order[start..end].sort_by_key(|&k| entries[k].1);
+        start = end;
+    }
+    order
+}
+
 /// Writes the numbers of a matrix in the order of its assembly.
 #[derive(Debug)]
 pub struct Replay<'a> {
@@ -159,8 +177,10 @@ impl SparseMatrix {
         let mut collector = Collector { entries: Vec::new() };
         emit(&mut collector);
         let entries = collector.entries;
-        let mut order: Vec<usize> = (0..entries.len()).collect();
-        order.sort_by_key(|&k| (entries[k].0, entries[k].1));
+        for &(column, row, _) in &entries {
+            assert!(row < rows && column < columns, "entry ({row}, {column}) outside the matrix");
+        }
+        let order = by_columns(&entries, columns);
         let mut indptr = vec![0_usize; columns + 1];
         let mut indices = Vec::with_capacity(entries.len());
         let mut values: Vec<f64> = Vec::with_capacity(entries.len());
@@ -168,7 +188,6 @@ impl SparseMatrix {
         let mut last = None;
         for k in order {
             let (column, row, value) = entries[k];
-            assert!(row < rows && column < columns, "entry ({row}, {column}) outside the matrix");
             if last != Some((column, row)) {
                 indices.push(row);
                 values.push(0.0);

@@ -99,7 +99,8 @@ impl Simulation {
             stiffness.unstable = unstable_steps(model, stiffness, assembly.counts.dof);
         }
         assembly.step_judged(stiffness, &settings);
-        assembly.measure(model, method.mechanism(), &dynamics);
+        let mass = dynamics.parts.mass_matrix(method.mechanism());
+        assembly.measure(model, method.mechanism(), &mass);
         if let How::Relaxed { speed } = start.how {
             let moved = q.iter().zip(&start.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assembly.configuration_relaxed(moved, speed);
@@ -122,8 +123,13 @@ impl Simulation {
         }
         assembly.warnings.extend(limits.warnings());
         limits.begin();
-        let energies =
-            Energies::new(model, method.mechanism(), &dynamics, &first.q, first.hamiltonian);
+        let energies = Energies::new(
+            model,
+            method.mechanism(),
+            (&dynamics, &mass),
+            &first.q,
+            first.hamiltonian,
+        );
         let watch = EnergyWatch::default();
         sensors.begin(start);
         let iterations = 0.0;
