@@ -154,6 +154,7 @@ fn a_run_writes_the_files_of_the_contract() {
         "/newton_iterations/max",
         "/wall_seconds",
         "/seconds_per_step",
+        "/step_seconds",
         "/energy/initial",
         "/energy/max_abs_error",
         "/energy/final",

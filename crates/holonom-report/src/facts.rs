@@ -60,11 +60,16 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
     if summary.recorded == 0 || (summary.steps == 0 && summary.status == Status::Failed) {
         return Vec::new(); // nothing was measured
     }
-    let elapsed = format!(
-        "{} per step, {} in all",
-        duration(summary.seconds_per_step),
-        duration(summary.wall_seconds)
-    );
+    let [with_recording, all] = [summary.seconds_per_step, summary.wall_seconds].map(duration);
+    let elapsed = match summary.step_seconds {
+        Some(step) => {
+            format!(
+                "{} per step, {with_recording} with its recording, {all} in all",
+                duration(step)
+            )
+        }
+        None => format!("{with_recording} per step, recording included, {all} in all"),
+    };
     if summary.recorded == 1 && summary.steps > 0 {
         return vec![Fact { subject: "time", finding: elapsed }]; // the start alone was measured
     }

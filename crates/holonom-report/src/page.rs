@@ -201,11 +201,13 @@ fn push_table(html: &mut String, summary: &Summary) {
             format!("{:.3}, {}", newton_iterations.mean, iterations(newton_iterations.max)),
         ),
         ("time of the run", format!("{:.3e} s", summary.wall_seconds)),
-        ("time per step", format!("{:.3e} s", summary.seconds_per_step)),
+        ("time per step, recording included", format!("{:.3e} s", summary.seconds_per_step)),
     ];
+    let alone = summary.step_seconds.map(|step| ("time per step", format!("{step:.3e} s")));
+    let rows = rows.into_iter().chain(alone);
     let beams =
         ("beams, elements", format!("{}, {}", summary.counts.beams, summary.counts.elements));
-    let rows = rows.into_iter().chain((summary.counts.beams > 0).then_some(beams));
+    let rows = rows.chain((summary.counts.beams > 0).then_some(beams));
     html.push_str("<table>\n");
     for (name, value) in rows {
         let _ = writeln!(html, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(&value));

@@ -44,6 +44,10 @@ pub trait Experiment {
     }
     /// Steps taken, and the time that was reached, s.
     fn place(&self) -> (u64, f64);
+    /// What reading recorded nodes and handing them out has taken so far, s; `None` for a continuation of equilibria.
+    fn recording_seconds(&self) -> Option<f64> {
+        None
+    }
     /// The state of a motion, from which it can be resumed; `None` for a continuation of equilibria.
     fn state(&self) -> Option<RunState> {
         None

@@ -77,7 +77,7 @@ pub fn run_with(
 ) -> Result<Finished, OutputError> {
     let text = folder.write_model(model)?;
     let recorder = Recorder::new(folder, simulation, SummaryBuilder::default())?;
-    let clock = Clock { begin: Instant::now(), before: 0.0 };
+    let clock = Clock::new(simulation, 0.0);
     Run { model, text, folder, recorder, clock, last: None }.go(simulation, control)
 }
 
@@ -112,7 +112,7 @@ pub fn resume(
     let text = folder.model_text();
     // only the recorder continues at the lengths of the checkpoint: the report reads all rows
     let recorder = Recorder::new(&folder.clone().at(&checkpoint), simulation, checkpoint.summary)?;
-    let clock = Clock { begin: Instant::now(), before: checkpoint.wall_seconds };
+    let clock = Clock::new(simulation, checkpoint.wall_seconds);
     let every = control.checkpoint_every.or(checkpoint.every);
     let control = Control { checkpoint_every: every, ..control };
     Ok(Run { model, text, folder, recorder, clock, last }.go(simulation, control)?)
@@ -121,10 +121,22 @@ pub fn resume(
 /// Elapsed time.
 struct Clock {
     begin: Instant,
+    first: u64,  // step that this part of the run begins with
     before: f64, // s  of the parts of the run before this one
 }
 
 impl Clock {
+    fn new(simulation: &dyn Experiment, before: f64) -> Self {
+        Self { begin: Instant::now(), first: simulation.place().0, before }
+    }
+
+    /// Of a step of this part of the run, without recording, s.
+    fn step_seconds(&self, simulation: &dyn Experiment) -> Option<f64> {
+        let steps = simulation.place().0.checked_sub(self.first).filter(|steps| *steps > 0)?;
+        let stepping = self.begin.elapsed().as_secs_f64() - simulation.recording_seconds()?;
+        Some(stepping.max(0.0) / steps as f64)
+    }
+
     fn seconds(&self) -> f64 {
         self.before + self.begin.elapsed().as_secs_f64()
     }
@@ -234,6 +246,7 @@ impl Run<'_> {
         summary.warnings = simulation.warnings();
         summary.statics = simulation.statics();
         summary.divided_steps = simulation.divided_steps();
+        summary.step_seconds = self.clock.step_seconds(simulation);
         self.folder.write_summary(&summary)?;
         Ok(summary)
     }

@@ -163,6 +163,10 @@ pub struct Summary {
     /// The same per step, s.
     #[serde(deserialize_with = "number")]
     pub seconds_per_step: f64,
+    /// Time of a step without reading and writing nodes, s, in the last part of a continued run; absent in statics and
+    /// where no step was taken.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step_seconds: Option<f64>,
     /// Energy.
     pub energy: EnergySummary,
     /// Momentum maps.
@@ -308,6 +312,7 @@ impl SummaryBuilder {
             },
             wall_seconds,
             seconds_per_step: wall_seconds / steps.max(1) as f64,
+            step_seconds: None,
             energy: self.energy(model),
             momentum: MomentumSummary { linear: drift(self.linear), angular: drift(self.angular) },
             constraint_residual: ConstraintSummary { position, velocity, momentum },

@@ -35,6 +35,7 @@ use crate::start::{self, How, Start};
 use crate::system::{self, System};
 use holonom_model::{Columns, Family, Model, ModelError, Problem, Settings};
 use std::io;
+use std::time::Duration;
 pub use vi_constraints::integrator::ResumeError;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::{Condition, StepError};
@@ -60,7 +61,8 @@ pub struct Simulation {
     divided: DividedSteps,
     iterations: f64, // of the step that led to the present node
     reading: Reading,
-    sample: Sample, // recorded last
+    sample: Sample,      // recorded last
+    recording: Duration, // of all nodes read and handed out
 }
 
 impl Simulation {
@@ -147,6 +149,7 @@ impl Simulation {
             iterations,
             reading: first,
             sample: Sample::default(),
+            recording: Duration::ZERO,
         })
     }
 
@@ -299,6 +302,9 @@ impl Experiment for Simulation {
     fn place(&self) -> (u64, f64) {
         let (step, t, _) = self.method.place();
         (step, t)
+    }
+    fn recording_seconds(&self) -> Option<f64> {
+        Some(self.recording.as_secs_f64())
     }
     fn state(&self) -> Option<RunState> {
         Some(self.state())

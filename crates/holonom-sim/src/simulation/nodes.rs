@@ -6,6 +6,7 @@ use crate::method::{Method, Reading};
 use crate::sample::Sample;
 use crate::sensor::View;
 use holonom_model::OnFailure;
+use std::time::Instant;
 use vi_constraints::integrator::StepReport;
 use vi_constraints::scheme::StepError;
 use vi_core::linear::Singular;
@@ -84,7 +85,11 @@ impl Simulation {
         self.sensors.follow(self.method.place().2);
         while let Some(found) = self.next_node(&mut course, &mut proceed) {
             match found {
-                Ok(()) => observe(&self.sample)?,
+                Ok(()) => {
+                    let begin = Instant::now();
+                    observe(&self.sample)?;
+                    self.recording += begin.elapsed();
+                }
                 Err(failure) => return Ok(Some(RunOutcome::Failed(failure))),
             }
         }
@@ -182,8 +187,19 @@ impl Simulation {
         Err(refused)
     }
 
-    /// Reads a node into the sample; its vectors change places with those of the reading.
+    /// Reads a node into the sample.
     fn read(
+        &mut self,
+        read: impl FnOnce(&mut dyn Method, &mut Reading) -> Result<(), Singular>,
+    ) -> Result<(), RunFailure> {
+        let begin = Instant::now();
+        let found = self.fill(read);
+        self.recording += begin.elapsed();
+        found
+    }
+
+    /// The vectors of the sample change places with those of the reading.
+    fn fill(
         &mut self,
         read: impl FnOnce(&mut dyn Method, &mut Reading) -> Result<(), Singular>,
     ) -> Result<(), RunFailure> {
