@@ -8,7 +8,7 @@ use crate::harness;
 
 use harness::models::{shipped, simulation};
 use holonom::model::Columns;
-use holonom::output::{BeamWriter, EnergyWriter, SensorWriter, TrajectoryWriter};
+use holonom::output::{BeamWriter, EnergyWriter, MomentaWriter, SensorWriter, TrajectoryWriter};
 use holonom::vi_constraints::{Options, SchemeKind};
 use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
 use holonom::vi_multibody::ensemble::Ensemble;
@@ -112,29 +112,31 @@ fn no_node_allocates() {
     }
 }
 
-/// All quantities of recorded nodes, sensors of all joint reactions and the rows of the tables, from the tenth node on.
+/// All quantities of recorded nodes, sensors of all joint reactions, multipliers and momenta, and the rows of the tables,
+/// from the tenth node on.
 #[test]
 fn no_recorded_node_allocates() {
-    let names = "pendulum chain8 heavy_top bricard four_bar_windows andrews_squeezer flying_beam satellite soft_arm";
+    let names = "pendulum chain8 heavy_top bricard four_bar_windows andrews_squeezer four_particles \
+                 flying_beam satellite soft_arm";
     for name in names.split_whitespace() {
         for method in [("composition", 2), ("composition", 4), ("galerkin", 4)] {
             if (name, method) == ("soft_arm", ("composition", 4)) {
                 continue; // refused: dampers
             }
-            for reactions in [false, true] {
-                let allocated = while_recording(&recorded(name, method, reactions));
-                println!("{name}, {method:?}, reactions {reactions}: {allocated} in 49 nodes");
-                assert_eq!(allocated, 0, "{name}, {method:?}, reactions {reactions}");
+            for all in [false, true] {
+                let allocated = while_recording(&recorded(name, method, all));
+                println!("{name}, {method:?}, all {all}: {allocated} in 49 nodes");
+                assert_eq!(allocated, 0, "{name}, {method:?}, all {all}");
             }
         }
     }
 }
 
-/// A shipped model with 60 steps by a method of some order, with a sensor for each joint if there are `reactions`.
-fn recorded(name: &str, (method, order): (&str, u32), reactions: bool) -> Model {
+/// A shipped model with 60 steps by a method of some order; `all`: with multipliers, momenta and a sensor for each joint.
+fn recorded(name: &str, (method, order): (&str, u32), all: bool) -> Model {
     let mut text = shipped(name);
     let model = Model::from_toml(&text).unwrap();
-    for joint in model.joints.iter().filter(|_| reactions) {
+    for joint in model.joints.iter().filter(|_| all) {
         let of = &joint.name;
         let sensor = format!("name = \"R{of}\"\nof = \"{of}\"\ntype = \"reaction\"\n");
         write!(text, "\n[[sensor]]\n{sensor}").unwrap();
@@ -144,6 +146,7 @@ fn recorded(name: &str, (method, order): (&str, u32), reactions: bool) -> Model 
         ("method", format!("\"{method}\"")),
         ("order", order.to_string()),
         ("every", "1".into()),
+        ("momenta", all.to_string()),
         ("end", end),
     ];
     let overrides = overrides.map(|(key, value)| (format!("simulation.{key}"), value));
@@ -159,12 +162,15 @@ fn while_recording(model: &Model) -> usize {
     let mut beams = BeamWriter::new(c, simulation.beams()).unwrap();
     let mut sensors = SensorWriter::new(d, sensors).unwrap();
     let mut energies = EnergyWriter::new(e, simulation.energy_columns()).unwrap();
+    let names = simulation.momenta_names().unwrap_or_default();
+    let mut momenta = MomentaWriter::new(std::io::sink(), &names).unwrap();
     let mut counts = Vec::with_capacity(64);
     let mut observe = |sample: &Sample| {
         counts.push(allocations());
         rows.record(sample)?;
         beams.record(sample)?;
         sensors.record(sample)?;
+        momenta.record(sample)?;
         energies.record(sample)
     };
     simulation.run(&mut observe, &mut |_, _| {}).unwrap();

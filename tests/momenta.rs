@@ -89,6 +89,7 @@ fn against_the_library(name: &str, settings: &[(&str, &str)]) {
 fn rows_are_what_the_functions_say_of_three_configurations() {
     against_the_library("pendulum", &[("simulation.end", "0.5")]);
     against_the_library("heavy_top", &[("simulation.end", "0.1"), ("simulation.step", "0.002")]);
+    against_the_library("four_particles", &[("simulation.end", "0.3")]);
     // a closed loop with a redundant constraint
     against_the_library(
         "six_hinge_cube",

@@ -4,7 +4,7 @@ use crate::mechanism::Mechanism;
 use crate::pair::{Motion, Transfer, Twist, VelocityMap};
 use crate::tree::Tree;
 use crate::tree::particle::ParticleTree;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Vector3};
 use std::cell::RefCell;
 use vi_constraints::Reparametrization;
 use vi_core::interval::Interval;
@@ -24,6 +24,7 @@ struct Work {
     twists: Vec<Twist>,
     motions: Vec<Motion>,
     nu: Vec<f64>,
+    sums: Vec<Vector3<f64>>, // of forces on particles
 }
 
 impl TreeMap {
@@ -37,23 +38,18 @@ impl TreeMap {
             twists: vec![Twist::zero(); links],
             motions: vec![Motion::rest(); links],
             nu: vec![0.0; tree.dof()],
+            sums: Vec::new(),
         };
         Self { tree, particles, work: RefCell::new(work) }
     }
 
-    /// `out ← P(q)ᵀ w`, shape `d`; sweeps over bodies, dense over point masses.
+    /// `out ← P(q)ᵀ w`, shape `d`, in linear time.
     pub fn pull_back(&self, q: &[f64], w: &[f64], out: &mut [f64]) {
         let work = &mut *self.work.borrow_mut();
         out.fill(0.0);
         self.tree.velocity_maps(q, &mut work.maps);
         self.tree.pull_back(|k| &work.maps[k], q, w, &mut work.twists, out);
-        if self.particles.dof() > 0 {
-            let mut columns = DMatrix::zeros(q.len(), out.len());
-            self.particles.null_space(q, &mut columns);
-            for (out, column) in out.iter_mut().zip(columns.column_iter()) {
-                *out += column.iter().zip(w).map(|(p, w)| p * w).sum::<f64>();
-            }
-        }
+        self.particles.pull_back(q, w, &mut work.sums, out);
     }
 }
 

@@ -137,6 +137,24 @@ impl ParticleTree {
         self.columns(out, |bead, k| self.rate(bead, q, k));
     }
 
+    /// `out ← P(q)ᵀ w` of the particles: forces are summed from the leaves to the roots, in `sums`.
+    pub fn pull_back(&self, q: &[f64], w: &[f64], sums: &mut Vec<Vector3<f64>>, out: &mut [f64]) {
+        sums.clear();
+        sums.extend(self.beads.iter().map(|bead| self.vector(w, bead.offset)));
+        for (k, bead) in self.beads.iter().enumerate().rev() {
+            let force = sums[k];
+            if let Carrier::Particle(carrier) = bead.carrier {
+                sums[carrier] += force;
+            }
+            for i in 0..self.dof_of(bead) {
+                out[bead.unknown + i] = match bead.carrier {
+                    Carrier::Free => force[i],
+                    _ => self.rate(bead, q, i).dot(&force),
+                };
+            }
+        }
+    }
+
     /// Writes the rows of `∂F_d/∂u` that belong to particles into a zeroed matrix.
     pub fn tangent(&self, u: &[f64], s: &Interval, out: &mut DMatrix<f64>) {
         self.columns(out, |bead, k| self.tangent_rate(bead, (u, s), k));
