@@ -1,5 +1,6 @@
 //! Numbers that follow from those of a model file: masses of shapes, lengths, sections.
 
+use super::key_path::below;
 use super::problem::{MAX_PROBLEMS, Problem};
 use super::source::HUGE;
 use super::{Inertia, Model};
@@ -46,40 +47,30 @@ fn list(section: &str, parts: &[impl Serialize], problems: &mut Vec<Problem>) {
 
 /// A part of a list has its name in the key.
 fn part(section: &str, part: &impl Serialize, problems: &mut Vec<Problem>) {
-    let Some(value) = Value::try_from(part).ok().filter(holds_too_large) else { return };
+    let Ok(value) = Value::try_from(part) else { return };
     let name = value.get("name").and_then(Value::as_str).filter(|_| section != "model");
-    let key = name.map_or_else(|| section.to_owned(), |name| format!("{section}.{name}"));
-    visit(&key, &value, problems);
+    let mut key = name.map_or_else(|| section.to_owned(), |name| format!("{section}.{name}"));
+    visit(&mut key, &value, problems);
 }
 
-fn is_too_large(number: f64) -> bool {
-    number.is_nan() || number.abs() > HUGE
-}
-
-fn holds_too_large(value: &Value) -> bool {
-    match value {
-        Value::Float(number) => is_too_large(*number),
-        Value::Array(list) => list.iter().any(holds_too_large),
-        Value::Table(table) => table.values().any(holds_too_large),
-        _ => false,
-    }
-}
-
-fn visit(key: &str, value: &Value, problems: &mut Vec<Problem>) {
+fn visit(key: &mut String, value: &Value, problems: &mut Vec<Problem>) {
     match value {
         _ if problems.len() >= MAX_PROBLEMS => {}
-        Value::Float(number) if is_too_large(*number) => {
+        Value::Float(number) if number.is_nan() || number.abs() > HUGE => {
             let message = format!("the number that follows for it is too large: {number:e}");
             let help =
                 format!("choose numbers from which one of magnitude at most {HUGE:e} follows");
-            problems.push(Problem::new(key, message).help(help));
+            problems.push(Problem::new(&**key, message).help(help));
         }
         Value::Array(list) => {
-            let of = list.iter().enumerate();
-            of.for_each(|(i, value)| visit(&format!("{key}[{i}]"), value, problems));
+            for (i, value) in list.iter().enumerate() {
+                below(key, format_args!("[{i}]"), |key| visit(key, value, problems));
+            }
         }
         Value::Table(table) => {
-            table.iter().for_each(|(name, value)| visit(&format!("{key}.{name}"), value, problems));
+            for (name, value) in table {
+                below(key, format_args!(".{name}"), |key| visit(key, value, problems));
+            }
         }
         _ => {}
     }

@@ -22,6 +22,7 @@ mod drive;
 mod drive_checks;
 mod expression;
 mod include;
+mod key_path;
 mod load;
 pub mod mesh;
 mod motion_path;

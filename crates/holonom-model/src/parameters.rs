@@ -15,6 +15,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::expression::{evaluate, is_reserved, vocabulary};
+use super::key_path::below;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 
 /// The section.
@@ -187,24 +188,25 @@ fn suggestion(unknown: Option<&str>, parameters: &BTreeMap<String, Parameter>) -
 /// Visits all expressions: key path, what follows the `=`, the value.
 fn each<'i>(table: &mut DeTable<'i>, visit: &mut dyn FnMut(&str, &str, &mut Spanned<DeValue<'i>>)) {
     for (key, value) in table.iter_mut() {
-        below(key.get_ref(), value, visit);
+        expressions(&mut key.get_ref().to_string(), value, visit);
     }
 }
 
-fn below<'i>(
-    path: &str,
+fn expressions<'i>(
+    path: &mut String,
     value: &mut Spanned<DeValue<'i>>,
     visit: &mut dyn FnMut(&str, &str, &mut Spanned<DeValue<'i>>),
 ) {
     match value.get_mut() {
         DeValue::Table(table) => {
             for (key, value) in table.iter_mut() {
-                below(&format!("{path}.{}", key.get_ref()), value, visit);
+                let end = format_args!(".{}", key.get_ref());
+                below(path, end, |path| expressions(path, value, visit));
             }
         }
         DeValue::Array(array) => {
             for (index, value) in array.iter_mut().enumerate() {
-                below(&format!("{path}.{index}"), value, visit);
+                below(path, format_args!(".{index}"), |path| expressions(path, value, visit));
             }
         }
         DeValue::String(text) if !path.ends_with(".description") => {

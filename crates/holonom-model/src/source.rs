@@ -11,6 +11,7 @@ use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
 use super::include;
+use super::key_path::below;
 use super::overrides::set;
 use super::parameters;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
@@ -73,19 +74,12 @@ impl<'i> Document<'i> {
     /// Numbers that no model may contain: not finite, or huge.
     pub(crate) fn bad_numbers(&self) -> Vec<Problem> {
         let mut problems = Vec::new();
-        let place =
-            |value: &Spanned<DeValue<'i>>| fault_of_number(value.get_ref()).map(|_| value.span());
-        if !self.table.values().any(|value| first_place(value, &place).is_some()) {
-            return problems;
-        }
-        for (key, value) in &self.table {
-            walk(key.get_ref(), key.span(), value, &self.labels, &mut |path, _, value| {
-                let fault = fault_of_number(value.get_ref());
-                let Some(fault) = fault.filter(|_| problems.len() < MAX_PROBLEMS) else { return };
-                let help = format!("write a finite number of magnitude at most {HUGE:e}");
-                problems.push(Problem::new(path, fault).help(help).at(self.inside(value.span())));
-            });
-        }
+        walk(&self.table, &self.labels, &mut |path, _, value| {
+            let fault = fault_of_number(value.get_ref());
+            let Some(fault) = fault.filter(|_| problems.len() < MAX_PROBLEMS) else { return };
+            let help = format!("write a finite number of magnitude at most {HUGE:e}");
+            problems.push(Problem::new(path, fault).help(help).at(self.inside(value.span())));
+        });
         problems
     }
 
@@ -297,26 +291,39 @@ fn labels(table: &DeTable<'_>, section: &str) -> Vec<String> {
 
 type Labels = BTreeMap<&'static str, Vec<String>>;
 
-/// Visits every key path at and below `value`: path, place of the key, value.
-fn walk<'i>(
-    path: &str,
+/// Of a key path: the path, the place of the key, the value.
+type Visit<'a, 'i> = &'a mut dyn FnMut(&str, &Range<usize>, &Spanned<DeValue<'i>>);
+
+/// Visits every key path of a text.
+fn walk<'i>(table: &DeTable<'i>, labels: &Labels, visit: Visit<'_, 'i>) {
+    for (key, value) in table {
+        walk_value(&mut key.get_ref().to_string(), key.span(), value, labels, visit);
+    }
+}
+
+/// Visits every key path at and below `value`.
+fn walk_value<'i>(
+    path: &mut String,
     key: Range<usize>,
     value: &Spanned<DeValue<'i>>,
     labels: &Labels,
-    visit: &mut dyn FnMut(&str, &Range<usize>, &Spanned<DeValue<'i>>),
+    visit: Visit<'_, 'i>,
 ) {
     visit(path, &key, value);
     match value.get_ref() {
         DeValue::Table(table) => {
             for (k, v) in table {
-                walk(&format!("{path}.{}", k.get_ref()), k.span(), v, labels, visit);
+                let end = format_args!(".{}", k.get_ref());
+                below(path, end, |path| walk_value(path, k.span(), v, labels, visit));
             }
         }
         DeValue::Array(array) => {
+            let (section, labels_of_parts) = (path.len(), labels.get(path.as_str()));
             for (i, v) in array.iter().enumerate() {
-                match labels.get(path).and_then(|l| l.get(i)) {
-                    Some(label) => walk(label, v.span(), v, labels, visit),
-                    None => walk(&format!("{path}[{i}]"), v.span(), v, labels, visit),
+                let mut walk = |path: &mut String| walk_value(path, v.span(), v, labels, visit);
+                match labels_of_parts.and_then(|labels| labels.get(i)) {
+                    Some(label) => below(path, &label[section..], walk),
+                    None => below(path, format_args!("[{i}]"), walk),
                 }
             }
         }
@@ -326,11 +333,9 @@ fn walk<'i>(
 
 fn places(table: &DeTable<'_>, labels: &Labels) -> BTreeMap<String, Place> {
     let mut places = BTreeMap::new();
-    for (key, value) in table {
-        walk(key.get_ref(), key.span(), value, labels, &mut |path, key, value| {
-            places.insert(path.to_owned(), Place { key: key.clone(), value: value.span() });
-        });
-    }
+    walk(table, labels, &mut |path, key, value| {
+        places.insert(path.to_owned(), Place { key: key.clone(), value: value.span() });
+    });
     places
 }
 

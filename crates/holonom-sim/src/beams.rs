@@ -31,14 +31,6 @@ pub struct Beams {
 impl Beams {
     /// Strains and section forces along a beam in the configuration `q`; elements and arc length (m) are
     /// counted along the whole beam.
-    #[must_use]
-    pub fn section_states(&self, beam: &BeamParts, q: &[f64]) -> Vec<SectionState> {
-        let mut states = Vec::new();
-        self.for_each_state(beam, q, |state| states.push(state));
-        states
-    }
-
-    /// The same, one after the other.
     pub fn for_each_state(&self, beam: &BeamParts, q: &[f64], mut visit: impl FnMut(SectionState)) {
         let (mut elements, mut start) = (0, 0.0);
         for leg in &beam.legs {

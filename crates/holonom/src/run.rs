@@ -121,20 +121,22 @@ pub fn resume(
 /// Elapsed time.
 struct Clock {
     begin: Instant,
-    first: u64,  // step that this part of the run begins with
-    before: f64, // s  of the parts of the run before this one
+    first: u64,             // step that this part of the run begins with
+    before: f64,            // s  of the parts of the run before this one
+    recording: Option<f64>, // s  that the simulation has recorded before this part
 }
 
 impl Clock {
     fn new(simulation: &dyn Experiment, before: f64) -> Self {
-        Self { begin: Instant::now(), first: simulation.place().0, before }
+        let (first, recording) = (simulation.place().0, simulation.recording_seconds());
+        Self { begin: Instant::now(), first, before, recording }
     }
 
     /// Of a step of this part of the run, without recording, s.
     fn step_seconds(&self, simulation: &dyn Experiment) -> Option<f64> {
         let steps = simulation.place().0.checked_sub(self.first).filter(|steps| *steps > 0)?;
-        let stepping = self.begin.elapsed().as_secs_f64() - simulation.recording_seconds()?;
-        Some(stepping.max(0.0) / steps as f64)
+        let recording = simulation.recording_seconds()? - self.recording?;
+        Some((self.begin.elapsed().as_secs_f64() - recording).max(0.0) / steps as f64)
     }
 
     fn seconds(&self) -> f64 {

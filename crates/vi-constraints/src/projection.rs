@@ -191,7 +191,7 @@ impl Projections {
     }
 
     /// `m_work ← −d²g/dt² + G a` and `n_work ← f − ∇V` at `at` with the velocity `v`.
-    fn accelerate(
+    fn acceleration_sides(
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
@@ -222,7 +222,7 @@ impl Projections {
     ) -> Result<(), Singular> {
         let NodeSolvers { velocity, multipliers } = solvers;
         let velocity = velocity.as_mut().ok_or(Singular)?;
-        self.accelerate(system, constraints, at, v);
+        self.acceleration_sides(system, constraints, at, v);
         let Self {
             n, jacobian: known, least_norm, acceleration: a, n_work: w, m_work: b, x, ..
         } = self;
@@ -262,7 +262,7 @@ impl Projections {
         v: &[f64],
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        self.accelerate(system, constraints, at, v);
+        self.acceleration_sides(system, constraints, at, v);
         let force = std::mem::take(&mut self.n_work);
         let solved = self.solve_mass(system, constraints, at, 0.0, &force);
         self.n_work = force;
