@@ -42,7 +42,8 @@ impl Scales {
     }
 
     fn add_all(&mut self, unit: &'static str, values: &[f64]) {
-        values.iter().for_each(|value| self.add(unit, *value));
+        let finite = values.iter().map(|value| value.abs()).filter(|value| value.is_finite());
+        finite.reduce(f64::max).into_iter().for_each(|largest| self.add(unit, largest));
     }
 
     /// Takes a magnitude into account.
