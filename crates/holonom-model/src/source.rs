@@ -320,7 +320,7 @@ fn walk_value<'i>(
         DeValue::Array(array) => {
             let (section, labels_of_parts) = (path.len(), labels.get(path.as_str()));
             for (i, v) in array.iter().enumerate() {
-                let mut walk = |path: &mut String| walk_value(path, v.span(), v, labels, visit);
+                let walk = |path: &mut String| walk_value(path, v.span(), v, labels, visit);
                 match labels_of_parts.and_then(|labels| labels.get(i)) {
                     Some(label) => below(path, &label[section..], walk),
                     None => below(path, format_args!("[{i}]"), walk),

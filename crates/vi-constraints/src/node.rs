@@ -200,20 +200,19 @@ impl NodeObserver {
         }
         let weight = if state.step == 0 { 0.5 * s.h } else { s.h }; // (47) : (36)
         let at = s.start();
+        let scale = 1.0 / weight;
+        constraint_force.iter_mut().zip(&*w).for_each(|(force, w)| *force = scale * *w);
+        lambda.resize(if self.multipliers { constraints.len() } else { 0 }, 0.0);
         if self.multipliers {
-            lambda.resize(constraints.len(), 0.0);
-            let force = &mut *constraint_force;
             match &mut solvers.multipliers {
                 Some(sweep) => {
-                    let impulse = (&w[..], weight);
-                    projections.sweep(&mut **sweep, constraints, at, impulse, lambda, force)?
+                    let jacobian = projections.jacobian(constraints, at);
+                    sweep.multipliers(jacobian, constraint_force, lambda)?;
                 }
-                None => projections.multiplier(constraints, at, w, weight, lambda, force)?,
+                None => {
+                    projections.multiplier(constraints, at, w, weight, lambda, constraint_force)?;
+                }
             }
-        } else {
-            lambda.clear();
-            let scale = 1.0 / weight;
-            constraint_force.iter_mut().zip(w).for_each(|(force, w)| *force = scale * *w);
         }
         add_constraint_impulse(0.5 * s.h, constraint_force, p_n); // (34)
         Ok(())

@@ -15,7 +15,7 @@
 use crate::constraints::Constraints;
 use crate::inverse_mass::InverseMass;
 use crate::least_norm::LeastNorm;
-use crate::node_solvers::{MultiplierSweep, NodeSolvers};
+use crate::node_solvers::NodeSolvers;
 use crate::redundancy::minimum_norm;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use vi_core::Configuration;
@@ -96,25 +96,6 @@ impl Projections {
         rows.scatter(&self.x[n..], lambda);
         scale_and_apply(found, weight, lambda, force);
         minimum_norm(&mut self.least_norm, found, rows, force, lambda);
-        Ok(())
-    }
-
-    /// The same for independent constraints by a sweep; `Gᵀλ = w/weight` exactly.
-    ///
-    /// # Errors
-    /// [`Singular`] when the constraints have lost rank.
-    pub(crate) fn sweep(
-        &mut self,
-        sweep: &mut dyn MultiplierSweep,
-        constraints: &impl Constraints,
-        at: Configuration<'_>,
-        (w, weight): (&[f64], f64),
-        lambda: &mut [f64],
-        force: &mut [f64],
-    ) -> Result<(), Singular> {
-        let jacobian = self.jacobian(constraints, at);
-        sweep.multipliers(jacobian, w, lambda)?;
-        scale_and_apply(jacobian, weight, lambda, force);
         Ok(())
     }
 

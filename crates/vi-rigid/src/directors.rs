@@ -20,7 +20,7 @@ pub const FRAME: usize = 12;
 /// Internal constraints of a frame.
 pub const INTERNAL: usize = 6;
 /// The pairs of directors in the order of the rows 3, 4, 5 of `g`.
-const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
+pub const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
 /// The centre `φ`, m.
 #[must_use]

@@ -208,6 +208,13 @@ impl Mechanism {
         self.joint_rows[k].clone()
     }
 
+    /// The constraints of joint `k`: number, row.
+    pub(crate) fn rows_of_joint(&self, k: usize) -> impl Iterator<Item = (usize, &ScalarRow)> {
+        let (first, own) =
+            (directors::INTERNAL * self.description.bodies.len(), self.joint_rows(k));
+        own.clone().zip(&self.rows[own.start - first..own.end - first])
+    }
+
     /// The constraint of bar `k`.
     #[must_use]
     pub fn bar_rows(&self, k: usize) -> Range<usize> {

@@ -19,6 +19,7 @@
 //! everything is unique and nothing is computed. Otherwise scattered multipliers of size one are projected onto `null Gᵀ`
 //! ([`LeastNorm::null_part`]): they contribute to every component to which some column of `Z` does. Where rank is about to be lost, `Z` comes from a dense pivoted QR.
 
+use crate::geometry::twist::Twist;
 use crate::mechanism::Mechanism;
 use crate::pair::joint::{FrameId, Joint};
 use nalgebra::{DMatrix, Matrix3, Vector3};
@@ -28,7 +29,7 @@ use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::sparse::{Entries, SparseMatrix};
-use vi_rigid::{directors, null_space};
+use vi_rigid::directors;
 
 /// Contributions of null vectors below this count as none (N, N·m for multipliers of size 1).
 const NO_PART: f64 = 1e-8;
@@ -144,19 +145,11 @@ impl Reactions {
     }
 
     /// Those of `lambda`, linear in it; everything is marked unique.
-    fn find(
-        &mut self,
-        forces: &mut JointForces,
-        mechanism: &Mechanism,
-        at: Configuration<'_>,
-        lambda: &[f64],
-    ) {
-        let (q, description) = (at.q, mechanism.description());
-        forces.collect(mechanism, at, lambda);
+    fn find(&mut self, mechanism: &Mechanism, q: &[f64], lambda: &[f64]) {
+        let description = mechanism.description();
         let Self { joints, bars, scalars } = self;
         joints.clear();
-        let forces = description.joints.iter().zip(&forces.of_joint);
-        joints.extend(forces.map(|(joint, force)| reaction(joint, q, force)));
+        joints.extend((0..description.joints.len()).map(|k| reaction(mechanism, k, q, lambda)));
         bars.clear();
         bars.extend(description.bars.iter().enumerate().map(|(k, bar)| {
             let force = bar.length * mechanism.bar_rows(k).map(|row| lambda[row]).sum::<f64>();
@@ -175,7 +168,6 @@ pub struct ReactionObserver {
     least_norm: LeastNorm,
     scattered: Vec<f64>, // m
     null: Vec<f64>,      // m
-    forces: JointForces,
     found: Reactions,
     of_null: Reactions,
 }
@@ -195,8 +187,8 @@ impl ReactionObserver {
         lambda: &[f64],
         rows: &IndependentRows,
     ) -> &Reactions {
-        let Self { jacobian, least_norm, scattered, null, forces, found, of_null } = self;
-        found.find(forces, mechanism, at, lambda);
+        let Self { jacobian, least_norm, scattered, null, found, of_null } = self;
+        found.find(mechanism, at.q, lambda);
         let (m, n) = (mechanism.len(), mechanism.dim());
         if rows.len() == m {
             return found;
@@ -208,7 +200,7 @@ impl ReactionObserver {
         }
         null.clone_from(scattered);
         let mut exclude = |null: &[f64]| {
-            of_null.find(forces, mechanism, at, null);
+            of_null.find(mechanism, at.q, null);
             found.exclude(of_null);
         };
         match least_norm.null_part(jacobian, null) {
@@ -243,65 +235,27 @@ fn felt_by(joint: &Joint) -> Option<(usize, f64)> {
     }
 }
 
-/// `−(G_J)ᵀ λ_J` on the coordinates of the body that feels each joint, collected from the entries of
-/// `G`.
-#[derive(Debug, Default)]
-struct JointForces {
-    joint_of: Vec<Option<usize>>, // row → joint
-    first: Vec<usize>,            // joint → first coordinate of the body
-    of_joint: Vec<[f64; 12]>,
-}
-
-impl JointForces {
-    /// Those of the multipliers `lambda`, shape `m`.
-    fn collect(&mut self, mechanism: &Mechanism, at: Configuration<'_>, lambda: &[f64]) {
-        let joints = &mechanism.description().joints;
-        if self.joint_of.len() != mechanism.len() || self.first.len() != joints.len() {
-            self.joint_of = vec![None; mechanism.len()];
-            for k in 0..joints.len() {
-                self.joint_of[mechanism.joint_rows(k)].fill(Some(k));
-            }
-            let first = joints.iter().map(|joint| felt_by(joint).map_or(usize::MAX, |f| 12 * f.0));
-            self.first = first.collect();
-            self.of_joint = vec![[0.0; 12]; joints.len()];
-        }
-        self.of_joint.fill([0.0; 12]);
-        mechanism.jacobian(at.t, at.q, &mut Weighted { forces: self, lambda });
-    }
-}
-
-/// Entries of `G`, each times the multiplier of its row.
-struct Weighted<'a> {
-    forces: &'a mut JointForces,
-    lambda: &'a [f64],
-}
-
-impl Entries for Weighted<'_> {
-    fn add(&mut self, row: usize, column: usize, value: f64) {
-        let JointForces { joint_of, first, of_joint } = &mut *self.forces;
-        let Some(joint) = joint_of[row] else { return };
-        let place = column.wrapping_sub(first[joint]);
-        if let Some(force) = of_joint[joint].get_mut(place) {
-            *force -= self.lambda[row] * value;
-        }
-    }
-}
-
-/// `(f, m)` on the child from the director form of the force on the body that feels it.
-fn reaction(joint: &Joint, q: &[f64], force: &[f64; 12]) -> Reaction {
+/// `(f, m)` of joint `k` on its child, with the multipliers `lambda`.
+fn reaction(mechanism: &Mechanism, k: usize, q: &[f64], lambda: &[f64]) -> Reaction {
+    let joint = &mechanism.description().joints[k];
     let at = joint.configuration(q);
     let (axes, axes_child) = (at.axes(), at.axes_child());
     let (mut f, mut m) = (Vector3::zeros(), Vector3::zeros());
-    if let Some((k, sign)) = felt_by(joint) {
-        let own = &q[12 * k..12 * k + 12];
-        let wrench = null_space::pull_back(own, force);
+    if let Some((felt, sign)) = felt_by(joint) {
+        let mut wrench = Twist::zero();
+        for (i, row) in mechanism.rows_of_joint(k) {
+            row.for_each_wrench(q, |frame, own| {
+                if frame == felt {
+                    wrench.add_scaled(-lambda[i], &own);
+                }
+            });
+        }
         let arm = match joint.child.frame {
             FrameId::Frame(_) => at.rho_child(),
-            FrameId::Ground => joint.child.anchor - directors::center(own),
+            FrameId::Ground => joint.child.anchor - directors::center(&q[12 * felt..]),
         };
-        f = wrench.fixed_rows::<3>(0).into_owned();
-        m = sign * (wrench.fixed_rows::<3>(3) - arm.cross(&f));
-        f *= sign;
+        f = sign * wrench.linear;
+        m = sign * (wrench.angular - arm.cross(&wrench.linear));
     }
     let (force, moment) = (axes.tr_mul(&f), axes.tr_mul(&m));
     Reaction { force, moment, axes, axes_child, unique: [true; 6] }
