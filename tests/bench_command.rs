@@ -34,6 +34,23 @@ fn every_time_is_finite_and_positive() {
     }
 }
 
+/// A correction is measured by calling it again and again after one residual.
+#[test]
+fn parts_of_galerkin_steps_can_be_repeated() {
+    let folder = pendulum_folder("bench", "galerkin");
+    for model in ["heavy_top", "bricard", "flying_beam"] {
+        let model_file =
+            format!("{}/../../examples/models/{model}.toml", env!("CARGO_MANIFEST_DIR"));
+        let settings = ["--set", "simulation.order=6", "--set", "simulation.method=\"galerkin\""];
+        let arguments = ["bench", &model_file, "--steps", "5", "--json"];
+        let output = command(&folder, &[&arguments[..], &settings[..]].concat()).output().unwrap();
+        let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let cost = &found["schemes"][0];
+        println!("{model}: {cost}");
+        assert!(cost["cost"]["solve"].as_f64().is_some_and(|solve| solve > 0.0), "{model}: {cost}");
+    }
+}
+
 #[test]
 fn a_table_for_people_names_what_is_missing() {
     let folder = pendulum_folder("bench", "table");

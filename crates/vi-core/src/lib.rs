@@ -38,7 +38,6 @@ pub mod block_lu;
 pub mod compensation;
 pub mod composition;
 pub mod configuration;
-mod convergence;
 pub mod dense;
 pub mod discrete_lagrangian;
 pub mod eigen;

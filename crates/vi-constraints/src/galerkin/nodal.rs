@@ -106,13 +106,16 @@ impl<O: Sweeps> GalerkinNodal<O> {
             }
         }
         *corrections += 1;
-        *outdated = increments.blocks().iter().any(|block| {
-            let size = match block.kind {
-                BlockKind::Rotation => 1.0,
-                _ => u[block.range.clone()].iter().fold(block.floor, |size, u| size.max(u.abs())),
-            };
-            du[block.range.clone()].iter().any(|du| du.abs() > LARGE * size)
-        });
+        *outdated = *outdated
+            && increments.blocks().iter().any(|block| {
+                let size = match block.kind {
+                    BlockKind::Rotation => 1.0,
+                    _ => {
+                        u[block.range.clone()].iter().fold(block.floor, |size, u| size.max(u.abs()))
+                    }
+                };
+                du[block.range.clone()].iter().any(|du| du.abs() > LARGE * size)
+            });
         Ok(())
     }
 

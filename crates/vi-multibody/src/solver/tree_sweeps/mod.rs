@@ -64,7 +64,8 @@ pub struct TreeSweeps<T: Register> {
     inverses: Vec<T::Lanes>,          // D⁻¹ of all links
     u: Vec<T::Lanes>,                 // d
     r: Vec<T::Lanes>,                 // d
-    x: Vec<T::Lanes>,                 // d
+    x: Vec<T::Lanes>,                 // d  D⁻¹ e
+    nu: Vec<T::Lanes>,                // d  corrections
 }
 
 impl<T: Register> TreeSweeps<T> {
@@ -105,6 +106,7 @@ impl<T: Register> TreeSweeps<T> {
             u: vec![zero; d],
             r: vec![zero; d],
             x: vec![zero; d],
+            nu: vec![zero; d],
         })
     }
 
@@ -244,21 +246,22 @@ impl<T: Register> TreeSweeps<T> {
     /// Root → leaf: corrections.
     #[inline(always)]
     fn correct(&mut self) {
-        let Self { lanes, links, factors, arms, solution, u, x, .. } = self;
+        let Self { lanes, links, factors, arms, solution, u, x, nu, .. } = self;
         solution[links.len()] = Screw::zero(*lanes);
+        nu.copy_from_slice(x);
         for (k, link) in links.iter().enumerate() {
             let own = link.offset..link.offset + link.dof;
             let inherited = link.transfer.apply(*lanes, &arms[k], &solution[link.parent]);
-            let x = &mut x[own.clone()];
-            solution[k] = factor::receive::<T>(&factors[own], inherited, x);
+            let nu = &mut nu[own.clone()];
+            solution[k] = factor::receive::<T>(&factors[own], inherited, nu);
             if let Some(first) = link.rotation_vector {
                 let at = link.offset + first;
                 let theta = Vector([u[at], u[at + 1], u[at + 2]]);
-                let nu = Vector([x[first], x[first + 1], x[first + 2]]);
-                let across = theta.cross(nu); // T⁻¹ = I − ½ θ̂ + κ θ̂²
+                let turn = Vector([nu[first], nu[first + 1], nu[first + 2]]);
+                let across = theta.cross(turn); // T⁻¹ = I − ½ θ̂ + κ θ̂²
                 let kappa = rotation_lanes::kappa(*lanes, theta.dot(theta));
-                let du = nu - across * 0.5 + theta.cross(across).scaled(kappa);
-                x[first..first + 3].copy_from_slice(&du.0);
+                let du = turn - across * 0.5 + theta.cross(across).scaled(kappa);
+                nu[first..first + 3].copy_from_slice(&du.0);
             }
         }
     }

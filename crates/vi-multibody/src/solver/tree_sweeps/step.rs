@@ -109,17 +109,14 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
             #[inline(always)]
             || self.correct(),
         );
+        let d = self.nu.len();
         for place in 0..s {
             let j = control_point(place, s);
-            let d = self.x.len();
-            for (du, x) in du[(j - 1) * d..j * d].iter_mut().zip(&self.x) {
-                *du = x.at(place);
+            for (du, nu) in du[(j - 1) * d..j * d].iter_mut().zip(&self.nu) {
+                *du = nu.at(place);
             }
         }
-        match du.iter().all(|x| x.is_finite()) {
-            true => Ok(()),
-            false => Err(Fault::SingularTangent),
-        }
+        Ok(())
     }
 
     fn close(

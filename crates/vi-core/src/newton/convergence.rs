@@ -41,12 +41,3 @@ impl Convergence {
         (ratio, converged || at_floor || closed)
     }
 }
-
-/// Whether a correction by an approximate tangent has reached round-off, from the sizes of the one `before` and of that
-/// `earlier` still; `noise`: what round-off alone may cause. Corrections may fall in pairs, so one that does not fall
-/// says nothing.
-pub(crate) fn stagnates(size: f64, before: f64, earlier: f64, noise: f64) -> bool {
-    const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
-    (size >= 0.5 * before && size <= ROUND_OFF)
-        || (size >= before && size >= 0.5 * earlier && size <= noise)
-}

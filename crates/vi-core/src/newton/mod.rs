@@ -1,6 +1,6 @@
 //! Newton's method to the round-off floor.
 //!
-//! One loop serves every implicit equation of the project. The tangent is exact, so the loop expects
+//! It serves every implicit equation of the project. The tangent is exact, so the loop expects
 //! quadratic convergence and judges it by what it sees:
 //! ```text
 //! size_k   = max over blocks of |δx|_∞ / scale_block            relative size of the k-th correction
@@ -11,24 +11,22 @@
 //! at floor   when the correction is round-off: size_k ≤ 4ε, or the residual no longer contracts and
 //!            size_k ≤ 1e-9 (three times in a row with size_k ≤ noise where the problem is ill-conditioned)
 //! ```
-//! With an approximate tangent (simplified Newton iterations) the corrections contract by a constant ratio. They are
-//! made until they no longer fall: a bound of `1e-15` would leave a part of each correction that has the same sign in
-//! every step, and the momentum maps would drift.
-//! ```text
-//! stagnation size_k ≥ size_{k-1}/2 and size_k ≤ 64ε, or size_k ≥ size_{k-1}, size_{k-2}/2 and size_k ≤ 1e-9
-//! ```
-//! The residual after the last correction has no part in it and is not evaluated ([`NewtonProblem::settle`]).
-//!
 //! `scale_block` is the largest entry of the unknowns of that block, at least its floor: increments
 //! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual after
 //! the last correction is evaluated anyway (it closes the interval), so the test costs no extra
 //! factorization. The rounding error of the last correction is at hand for compensated stepping
 //! ([`Newton::rounding_error`]). An optional line search halves steps that increase the residual.
+//!
+//! Problems with an approximate tangent are solved by simplified iterations ([`NewtonProblem::is_simplified`]).
 
-pub use crate::convergence::{CLOSING_SIZE, Convergence, Limits};
+mod convergence;
+mod report;
+mod simplified;
 
-use crate::convergence::stagnates;
-use crate::linear::{Singular, norm_inf};
+pub use convergence::{CLOSING_SIZE, Convergence, Limits};
+pub use report::{Fault, NewtonError, NewtonReport};
+
+use crate::linear::norm_inf;
 use std::ops::Range;
 
 /// What a part of the unknowns measures; errors name it.
@@ -76,60 +74,6 @@ pub struct Block {
     pub range: Range<usize>,
     /// Magnitude below which the unknowns of this block do not matter.
     pub floor: f64,
-}
-
-/// Why an evaluation was refused.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Fault {
-    /// The tangent is singular.
-    #[error("the Newton matrix is singular to working precision")]
-    SingularTangent,
-    /// Local coordinates left the range in which they are one-to-one.
-    #[error("a {kind} of {size:.3}{} in one step (unknown {unknown})", .kind.unit())]
-    OutsideChart {
-        /// What they measure.
-        kind: BlockKind,
-        /// The first unknown of the increment.
-        unknown: usize,
-        /// Its norm.
-        size: f64,
-    },
-    /// An equation within the evaluation has no solution here.
-    #[error("{what} (still corrected by {correction:.1e})")]
-    Unsolved {
-        /// What was not found, in words.
-        what: &'static str,
-        /// The last correction.
-        correction: f64,
-    },
-    /// A solution far from the initial guess, perhaps on another branch of the motion.
-    #[error("a solution {distance:.2} rad from the initial guess (unknown {unknown})")]
-    FarFromGuess {
-        /// The unknown that is farthest.
-        unknown: usize,
-        /// How far, rad.
-        distance: f64,
-    },
-    /// A matrix has another rank than at the start.
-    #[error("{of} have rank {found} here and rank {expected} at the start")]
-    RankChanged {
-        /// Whose rank, in words.
-        of: &'static str,
-        /// Rank found.
-        found: usize,
-        /// Rank at the start.
-        expected: usize,
-    },
-    /// The residual or the correction is not finite.
-    #[error("a value that is not finite")]
-    NotFinite,
-}
-
-impl From<Singular> for Fault {
-    fn from(_: Singular) -> Self {
-        Self::SingularTangent
-    }
 }
 
 /// A square system of equations `r(x) = 0`.
@@ -206,52 +150,6 @@ impl Default for NewtonSettings {
     }
 }
 
-/// How a solve went.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct NewtonReport {
-    /// Corrections made (= factorizations).
-    pub iterations: usize,
-    /// Residual evaluations.
-    pub evaluations: usize,
-    /// `|r|_∞` at the solution.
-    pub residual: f64,
-    /// Relative size of the last correction.
-    pub last_correction: f64,
-    /// Initial guesses that failed before.
-    pub restarts: usize,
-}
-
-/// How a solve failed; the unknowns are left where the loop stood.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum NewtonError {
-    /// The corrections do not become small.
-    #[error(
-        "Newton's method did not converge in {iterations} iterations: the {kind} block is still \
-         corrected by {correction:.1e} (relative), residual {residual:.1e}"
-    )]
-    NotConverged {
-        /// Corrections made.
-        iterations: usize,
-        /// Block with the largest correction.
-        kind: BlockKind,
-        /// Unknown with the largest correction.
-        unknown: usize,
-        /// Relative size of that correction.
-        correction: f64,
-        /// `|r|_∞`.
-        residual: f64,
-    },
-    /// An evaluation was refused.
-    #[error("{fault} (iteration {iteration})")]
-    Refused {
-        /// What was refused.
-        fault: Fault,
-        /// In which iteration.
-        iteration: usize,
-    },
-}
-
 /// The loop with its work vectors.
 ///
 /// ```
@@ -287,9 +185,6 @@ pub struct Newton {
 /// Iterations without a smaller residual after which it is compared with rounding.
 const LEVEL: usize = 3;
 
-/// Simplified iterations in the place of one.
-const SWEEPS: usize = 4;
-
 /// The largest correction of a block, relative to its unknowns.
 #[derive(Clone, Copy)]
 struct Size {
@@ -304,13 +199,22 @@ fn size(blocks: &[Block], x: &[f64], dx: &[f64]) -> Size {
 fn largest<'a>(blocks: impl Iterator<Item = (usize, &'a Block)>, x: &[f64], dx: &[f64]) -> Size {
     let mut worst = Size { relative: 0.0, block: 0 };
     for (k, block) in blocks.filter(|(_, block)| !block.range.is_empty()) {
-        let scale = norm_inf(&x[block.range.clone()]).max(block.floor);
-        let relative = norm_inf(&dx[block.range.clone()]) / scale;
-        if relative.is_nan() || relative > worst.relative {
-            worst = Size { relative, block: k };
+        let (mut scale, mut correction) = (block.floor, 0.0);
+        for (x, dx) in x[block.range.clone()].iter().zip(&dx[block.range.clone()]) {
+            scale = larger(scale, x.abs());
+            correction = larger(correction, dx.abs());
+        }
+        let is_smaller = correction <= worst.relative * scale;
+        if !is_smaller {
+            worst = Size { relative: correction / scale, block: k }; // NaN, too
         }
     }
     worst
+}
+
+/// The larger of two numbers; NaN where one of them is.
+fn larger(a: f64, b: f64) -> f64 {
+    if a >= b || a.is_nan() { a } else { b }
 }
 
 /// What the largest correction of a block corrects: its kind and the unknown.
@@ -341,39 +245,16 @@ impl Newton {
         problem: &mut impl NewtonProblem,
         x: &mut [f64],
     ) -> Result<NewtonReport, NewtonError> {
+        if problem.is_simplified() {
+            return self.solve_simplified(problem, x);
+        }
         let refused = |iteration| move |fault| NewtonError::Refused { fault, iteration };
         let mut report = NewtonReport::default();
         let mut seen = Convergence::new(self.evaluate(problem, x).map_err(refused(0))?);
         report.evaluations = 1;
-        let (mut level, mut growing) = (0, 0);
-        let (mut before, mut earlier) = (f64::INFINITY, f64::INFINITY);
-        let limit = self.settings.max_iterations * if problem.is_simplified() { SWEEPS } else { 1 };
-        loop {
-            let iteration = report.iterations + 1;
-            self.dx.copy_from_slice(&self.r);
-            problem.correction(x, &mut self.dx).map_err(refused(iteration))?;
-            let size = size(problem.blocks(), x, &self.dx);
-            if !size.relative.is_finite() {
-                return Err(refused(iteration)(Fault::NotFinite));
-            }
-            for ((x, dx), rounding) in x.iter_mut().zip(&self.dx).zip(&mut self.rounding) {
-                let before = *x;
-                *x -= dx;
-                *rounding = (before - *x) - dx; // exact where |dx| ≤ |x|
-            }
-            if problem.is_simplified()
-                && !self.settings.line_search
-                && stagnates(size.relative, before, earlier, problem.noise())
-            {
-                problem.settle(x, &mut self.r).map_err(refused(iteration))?;
-                (report.iterations, report.last_correction) = (iteration, size.relative);
-                report.residual = norm_inf(&self.r);
-                return if report.residual.is_finite() {
-                    Ok(report)
-                } else {
-                    Err(refused(iteration)(Fault::NotFinite))
-                };
-            }
+        let mut level = 0;
+        for iteration in 1.. {
+            let size = self.correct(problem, x).map_err(refused(iteration))?;
             let next = self.evaluate_with_search(problem, x, seen.residual, &mut report);
             let next = next.map_err(refused(iteration))?;
             report.iterations = iteration;
@@ -386,34 +267,50 @@ impl Newton {
             };
             let (ratio, reached) = seen.judge(size.relative, next, limits);
             level = if ratio > 0.5 { level + 1 } else { 0 };
-            let stopped = level >= LEVEL && {
-                let blocks = problem.blocks().iter().enumerate();
-                let blocks = blocks.filter(|(_, block)| block.kind != BlockKind::Multiplier);
-                largest(blocks, x, &self.dx).relative <= problem.noise()
-                    && problem.is_round_off(x, &self.r)
-            };
-            let done = if problem.is_simplified() {
-                stagnates(size.relative, before, earlier, problem.noise())
-            } else {
-                reached || self.is_resolved(problem, x)
-            };
-            if done || stopped {
-                return Ok(report);
+            let stopped = level >= LEVEL && self.is_round_off(problem, x);
+            if reached || self.is_resolved(problem, x) || stopped {
+                break;
             }
-            growing =
-                if size.relative > before && problem.is_simplified() { growing + 1 } else { 0 };
-            (earlier, before) = (before, size.relative);
-            if iteration >= limit || growing >= LEVEL {
-                let (kind, unknown) = most_corrected(problem.blocks(), size.block, &self.dx);
-                return Err(NewtonError::NotConverged {
-                    iterations: iteration,
-                    kind,
-                    unknown,
-                    correction: size.relative,
-                    residual: next,
-                });
+            if iteration >= self.settings.max_iterations {
+                return Err(self.not_converged(problem, iteration, size));
             }
         }
+        Ok(report)
+    }
+
+    /// Whether the residual at `x` is round-off, where no other unknowns than multipliers are still corrected.
+    fn is_round_off(&self, problem: &mut impl NewtonProblem, x: &[f64]) -> bool {
+        let blocks = problem.blocks().iter().enumerate();
+        let blocks = blocks.filter(|(_, block)| block.kind != BlockKind::Multiplier);
+        largest(blocks, x, &self.dx).relative <= problem.noise() && problem.is_round_off(x, &self.r)
+    }
+
+    /// `dx ← K⁻¹ r`, `x ← x − dx`.
+    fn correct(&mut self, problem: &mut impl NewtonProblem, x: &mut [f64]) -> Result<Size, Fault> {
+        self.dx.copy_from_slice(&self.r);
+        problem.correction(x, &mut self.dx)?;
+        let size = size(problem.blocks(), x, &self.dx);
+        if !size.relative.is_finite() {
+            return Err(Fault::NotFinite);
+        }
+        for ((x, dx), rounding) in x.iter_mut().zip(&self.dx).zip(&mut self.rounding) {
+            let before = *x;
+            *x -= dx;
+            *rounding = (before - *x) - dx; // exact where |dx| ≤ |x|
+        }
+        Ok(size)
+    }
+
+    /// The failure of a solve whose last correction had this `size`.
+    fn not_converged(
+        &self,
+        problem: &impl NewtonProblem,
+        iterations: usize,
+        size: Size,
+    ) -> NewtonError {
+        let (kind, unknown) = most_corrected(problem.blocks(), size.block, &self.dx);
+        let (correction, residual) = (size.relative, norm_inf(&self.r));
+        NewtonError::NotConverged { iterations, kind, unknown, correction, residual }
     }
 
     /// Whether rotation by the last correction leaves less than rounding of the largest unknowns.
@@ -540,38 +437,6 @@ mod tests {
         let mut x = [3.0];
         newton.solve(&mut Problem::new(Scalar::Arctan), &mut x).unwrap();
         assert!(x[0].abs() < 1e-15);
-    }
-
-    /// `x = (1, 1)` with corrections that leave the error `(e_2, e_1/1000)`: their sizes fall in pairs.
-    struct Pairs([Block; 1]);
-    impl NewtonProblem for Pairs {
-        fn blocks(&self) -> &[Block] {
-            &self.0
-        }
-        fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
-            (r[0], r[1]) = (x[0] - 1.0, x[1] - 1.0);
-            Ok(())
-        }
-        fn correction(&mut self, _x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
-            (dx[0], dx[1]) = (dx[0] - dx[1], dx[1] - 1e-3 * dx[0]);
-            Ok(())
-        }
-        fn is_simplified(&self) -> bool {
-            true
-        }
-    }
-
-    #[test]
-    fn corrections_that_fall_in_pairs_are_made_to_the_end() {
-        let block = Block { kind: BlockKind::Position, range: 0..2, floor: 1e-8 };
-        for start in [1e-3, 1e-8, 1e-10, 1e-11] {
-            let mut x = [1.0 + start, 1.0 - 1.1 * start];
-            let mut newton = Newton::new(2, NewtonSettings::default());
-            let report = newton.solve(&mut Pairs([block.clone()]), &mut x).unwrap();
-            let error = (x[0] - 1.0).abs().max((x[1] - 1.0).abs());
-            println!("from {start:e} to {error:e} in {} corrections", report.iterations);
-            assert!(error <= 2.0 * f64::EPSILON, "from {start:e} to {error:e}");
-        }
     }
 
     #[test]
