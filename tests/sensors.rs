@@ -240,20 +240,21 @@ fn after_a_failed_run_the_file_is_valid() {
     }
 }
 
+/// A door on two hinges with one axis: what acts along the axis is shared in any way.
+const DOOR: &str = r#"
+model = { name = "door", gravity = [0, 0, -9.81] }
+body = [{ name = "door", mass = 10, inertia = [3, 3, 1], position = [0.5, 0, 1] }]
+joint = [
+  { name = "low", type = "revolute", parent = "ground", child = "door", position = [0, 0, 0], axis = [0, 0, 1] },
+  { name = "high", type = "revolute", parent = "ground", child = "door", position = [0, 0, 2], axis = [0, 0, 1] },
+]
+sensor = [{ name = "low_hinge", type = "reaction", of = "low" }]
+simulation = { step = 0.01, end = 0.02 }
+"#;
+
 #[test]
 fn components_that_are_not_unique_are_marked() {
-    // a beam on two hinges with one axis: what acts along the axis is shared in any way
-    let text = r#"
-        model = { name = "door", gravity = [0, 0, -9.81] }
-        body = [{ name = "door", mass = 10, inertia = [3, 3, 1], position = [0.5, 0, 1] }]
-        joint = [
-          { name = "low", type = "revolute", parent = "ground", child = "door", position = [0, 0, 0], axis = [0, 0, 1] },
-          { name = "high", type = "revolute", parent = "ground", child = "door", position = [0, 0, 2], axis = [0, 0, 1] },
-        ]
-        sensor = [{ name = "low_hinge", type = "reaction", of = "low" }]
-        simulation = { step = 0.01, end = 0.02 }
-    "#;
-    let (path, _) = write("door", &Model::from_toml(text).unwrap());
+    let (path, _) = write("door", &Model::from_toml(DOOR).unwrap());
     let csv = fs::read_to_string(path.join("sensors.csv")).unwrap();
     let expected = "step,t,low_hinge.fx,low_hinge.fy,low_hinge.fz,\
                     low_hinge.mx,low_hinge.my,low_hinge.mz,low_hinge.unique";
@@ -263,4 +264,19 @@ fn components_that_are_not_unique_are_marked() {
         assert_eq!(fields[2..7], [""; 5], "{line}");
         assert_eq!(fields[8], "0", "{line}");
     }
+}
+
+#[test]
+fn long_runs_are_drawn_without_components_that_are_not_unique() {
+    let mut model = Model::from_toml(DOOR).unwrap();
+    model.settings.end = 21.0; // more nodes than a curve has points
+    let (path, _) = write("door_long", &model);
+    let page = fs::read_to_string(path.join("report.html")).unwrap();
+    assert!(
+        page.contains("Not unique at any node: mx, my."),
+        "the moment has one unique component"
+    );
+    let plots = path.join("plots");
+    assert!(plots.join("sensor_01_low_hinge_moment.svg").exists());
+    assert!(!plots.join("sensor_01_low_hinge_force.svg").exists(), "no component of it is unique");
 }

@@ -9,7 +9,7 @@ pub(super) fn quoted(message: &str) -> impl Iterator<Item = &str> {
 }
 
 /// Words that others use for ours.
-const SYNONYMS: [(&str, &str); 18] = [
+const SYNONYMS: [(&str, &str); 32] = [
     ("hinge", "revolute"),
     ("pin", "revolute"),
     ("pivot", "revolute"),
@@ -28,6 +28,20 @@ const SYNONYMS: [(&str, &str); 18] = [
     ("dt", "step"),
     ("rho", "density"),
     ("pos", "position"),
+    ("quat", "quaternion"),
+    ("rpy", "euler"),
+    ("size", "dimensions"),
+    ("extents", "dimensions"),
+    ("radius", "dimensions"),
+    ("length", "dimensions"),
+    ("height", "dimensions"),
+    ("torque", "effort"),
+    ("kp", "proportional"),
+    ("kd", "derivative"),
+    ("timestep", "step"),
+    ("duration", "end"),
+    ("body1", "parent"),
+    ("body2", "child"),
 ];
 
 pub(super) fn suggestion(word: &str, known: &[&str]) -> Option<String> {

@@ -25,28 +25,41 @@ pub fn sensor_plots(table: &TimeSeries, columns: &[Column]) -> Vec<Plot> {
         quantities.dedup();
         let several = quantities.len() > 1;
         for (quantity, unit) in quantities {
-            let curves = own().filter(|(_, c)| c.quantity == quantity);
-            let curve = |(k, c): (usize, &Column)| {
-                let name = if c.part.is_empty() { &c.sensor } else { &c.part };
-                Curve { name: name.clone(), points: subsample(&table.t, &table.values[k]) }
+            let label =
+                |c: &Column| if c.part.is_empty() { c.sensor.clone() } else { c.part.clone() };
+            let (curves, empty): (Vec<_>, Vec<_>) = own()
+                .filter(|(_, c)| c.quantity == quantity)
+                .partition(|(k, _)| table.values[*k].iter().any(|value| value.is_finite()));
+            if curves.is_empty() {
+                continue;
+            }
+            let curve = |(k, c): (usize, &Column)| Curve {
+                name: label(c),
+                points: subsample(&table.t, &table.values[k]),
+            };
+            let empty: Vec<String> = empty.into_iter().map(|(_, c)| label(c)).collect();
+            let caption = match empty.is_empty() {
+                true => String::new(),
+                false => format!("Not unique at any node: {}.", empty.join(", ")),
             };
             let kind = if several { format!("_{}", file_name(quantity)) } else { String::new() };
             plots.push(Plot {
                 name: format!("sensor_{:02}_{}{kind}", i + 1, file_name(name)),
-                caption: String::new(),
+                caption,
                 chart: Chart {
                     title: format!("Sensor {name}: {quantity}"),
                     x: Axis::time(),
                     y: Axis::linear(quantity, unit),
                     strokes: Strokes::Line,
                     resolution: 0.0,
-                    curves: curves.map(curve).collect(),
+                    curves: curves.into_iter().map(curve).collect(),
                 },
             });
         }
     }
     if let Some(last) = plots.last_mut().filter(|_| all > SENSORS) {
-        last.caption = format!("The first {SENSORS} of {all} sensors; all are in sensors.csv.");
+        let shown = format!("The first {SENSORS} of {all} sensors; all are in sensors.csv.");
+        last.caption = format!("{} {shown}", last.caption).trim_start().to_owned();
     }
     plots
 }

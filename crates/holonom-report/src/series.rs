@@ -25,7 +25,7 @@ pub(super) fn subsample(t: &[f64], y: &[f64]) -> Points {
         return all().collect();
     }
     let points: Points = all().filter(|(t, y)| t.is_finite() && y.is_finite()).collect();
-    let size = points.len().div_ceil(BUCKETS);
+    let size = points.len().div_ceil(BUCKETS).max(1); // where nothing is finite, too
     let by_value = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
     let extremes = |bucket: &[(f64, f64)]| {
         let low = bucket.iter().min_by(by_value).copied();
@@ -116,6 +116,15 @@ mod tests {
         assert_eq!((points[0].0, points[points.len() - 1].0), (0.0, 99_999.0));
         assert!(points.contains(&(77_777.0, 9.0)) && points.contains(&(12_345.0, -9.0)));
         assert!(points.windows(2).all(|w| w[0].0 < w[1].0));
+    }
+
+    #[test]
+    fn long_curves_without_a_finite_value_have_no_points() {
+        let t: Vec<f64> = (0..3000).map(f64::from).collect();
+        assert!(subsample(&t, &vec![f64::NAN; t.len()]).is_empty());
+        let mut y = vec![f64::NAN; t.len()];
+        y[7] = 1.0;
+        assert_eq!(subsample(&t, &y), [(7.0, 1.0)]);
     }
 
     #[test]

@@ -15,6 +15,8 @@ use vi_verify::trend::trend;
 
 /// Repeated measurements of a time.
 const REPEATS: usize = 5;
+/// Seconds of all repeated runs after which no more are made.
+const ENOUGH: f64 = 1.0;
 /// Seconds that one of them takes at least, where the run is long enough.
 const LEAST: f64 = 0.02;
 /// Points of a series.
@@ -293,7 +295,7 @@ fn work_point(
     }
     let mut times = Vec::new();
     let mut error = f64::NAN;
-    while times.len() < REPEATS {
+    while times.len() < REPEATS && times.iter().sum::<f64>() < ENOUGH {
         let mut run = match Simulation::new(model) {
             Ok(run) => run,
             Err(error) => {
