@@ -179,6 +179,7 @@ cases! {
         "[simulation]" => "[[sensor]]\nname = \"s\"\ntype = \"joint_coordinate\"\nof = \"tip\"\n[simulation]";
     negative_every: TOP, "every = 5" => "every = -5";
     nothing_moves: TOP, "velocity = [4.61538, 0.0, 0.0]\nangular_velocity = [0.0, 150.0, -4.61538]" => "fixed = true";
+    key_of_another_program: TOP, "every = 5" => "timestep = 5";
     several_keys: TOP, "mass = 15.0" => "mas = 15.0", "every = 5" => "evry = 5";
     arc_length_of_a_motion: TOP, "every = 5" => "arc_length = true";
     order_of_statics: TOP, "every = 5" => "scheme = \"static\"\norder = 4";

@@ -6,7 +6,7 @@ use super::fit::power_law;
 use super::horizons::{Horizons, clearest, saturated};
 use super::judge::{
     EXPONENT_TOLERANCE, FORM_TOLERANCE, ORDER_TOLERANCE, finding, judge_energy, judge_momentum,
-    judge_order, judge_output, judge_residuals, not_quadratic, round_off, sub_steps,
+    judge_order, judge_output, judge_residuals, not_quadratic, round_off, scientific, sub_steps,
 };
 use super::measure::{
     self, Conditioning, LongRun, Residuals, conditioning, distance, long_run, reversal,
@@ -232,7 +232,7 @@ impl Certifier<'_> {
         let largest = vi_core::linear::norm_inf(&errors.iter().map(|e| e.1).collect::<Vec<f64>>());
         if largest < 1e-11 {
             found.expected = "order 2 in h, or round-off".into();
-            found.measured = format!("{largest:.1e}");
+            found.measured = scientific(largest, 1);
             found.value = Some(largest);
             found.verdict = Verdict::Pass;
             return self.push(found);
@@ -315,7 +315,7 @@ impl Certifier<'_> {
                 found.reason = error;
             }
             Ok(defect) => {
-                found.measured = format!("{defect:.1e}");
+                found.measured = scientific(defect, 1);
                 found.value = Some(defect);
                 found.verdict = match (variational, defect <= FORM_TOLERANCE) {
                     (true, true) | (false, false) => Verdict::Pass,
@@ -406,7 +406,7 @@ impl Certifier<'_> {
             match distance(self.subject, settings, self.plan.few) {
                 Err(error) => found.reason = error,
                 Ok(off) => {
-                    found.measured = format!("{off:.1e}");
+                    found.measured = scientific(off, 1);
                     found.value = Some(off);
                     found.verdict = if off <= limit { Verdict::Pass } else { Verdict::Fail };
                 }

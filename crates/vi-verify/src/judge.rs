@@ -25,6 +25,11 @@ pub const EXPONENT_TOLERANCE: f64 = 0.2;
 /// Steps below which a secular drift of the energy or of a momentum map cannot be distinguished from the motion itself.
 pub const LEAST_TREND_STEPS: u64 = 8000;
 
+/// A number with a power of ten; `0` for zero.
+pub(super) fn scientific(value: f64, digits: usize) -> String {
+    if value == 0.0 { "0".into() } else { format!("{value:.digits$e}") }
+}
+
 /// A finding about which nothing is known yet.
 pub(super) fn finding(criterion: Criterion, method: Method, order: u32, quantity: &str) -> Finding {
     Finding {
@@ -100,7 +105,7 @@ pub(super) fn judge_order(
             };
         }
         Err(NoOrder::Exact { largest }) => {
-            found.measured = format!("exact ({largest:.0e})");
+            found.measured = format!("exact ({})", scientific(*largest, 0));
             found.verdict = Verdict::Pass;
         }
         Err(refused @ NoOrder::NoConvergence { .. }) if known && !variational => {
@@ -140,7 +145,7 @@ pub(super) fn judge_output(method: Method, order: u32, compared: &Compared) -> F
     found.expected = compared.output.expected().into();
     match compared.order() {
         Err(NoOrder::Exact { largest }) => {
-            found.measured = format!("{largest:.0e}");
+            found.measured = scientific(largest, 0);
             found.verdict = Verdict::Pass;
         }
         Err(refused) => {
@@ -186,7 +191,7 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
     found.value = Some(if trend.width() > 0.0 { trend.variation / trend.width() } else { 0.0 });
     if conserved {
         found.value = Some(relative);
-        found.measured = format!("conserved to {relative:.0e}");
+        found.measured = format!("conserved to {}", scientific(relative, 0));
         found.verdict = Verdict::Pass;
         return found;
     }
@@ -262,7 +267,7 @@ pub(super) fn judge_residuals(
     let judge = |k: usize, value: f64| {
         let mut found = finding(Criterion::Residual, method, order, names[k]);
         found.expected = format!("≤ {:.0e}", limits[k]);
-        found.measured = format!("{value:.0e}");
+        found.measured = scientific(value, 0);
         found.value = Some(value);
         found.verdict = if value <= limits[k] { Verdict::Pass } else { Verdict::Fail };
         found
