@@ -26,7 +26,8 @@ pub const EXPONENT_TOLERANCE: f64 = 0.2;
 pub const LEAST_TREND_STEPS: u64 = 8000;
 
 /// A number with a power of ten; `0` for zero.
-pub(super) fn scientific(value: f64, digits: usize) -> String {
+#[must_use]
+pub fn scientific(value: f64, digits: usize) -> String {
     if value == 0.0 { "0".into() } else { format!("{value:.digits$e}") }
 }
 

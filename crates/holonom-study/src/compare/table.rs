@@ -3,6 +3,7 @@
 use super::record::{Comparison, Measured, Outcome, Record, Verdict};
 use super::{Clock, larger};
 use std::fmt::Write;
+use vi_verify::judge::scientific;
 
 /// All tables of a comparison.
 #[must_use]
@@ -72,7 +73,7 @@ pub(super) fn reasons(c: &Comparison) -> Vec<(&str, String)> {
 }
 
 pub(super) fn number(value: f64) -> String {
-    if value == 0.0 { "0".into() } else { format!("{value:.1e}") }
+    scientific(value, 1)
 }
 
 fn optional(value: Option<f64>) -> String {

@@ -106,16 +106,14 @@ impl<O: Sweeps> GalerkinNodal<O> {
             }
         }
         *corrections += 1;
-        *outdated = *outdated
-            && increments.blocks().iter().any(|block| {
-                let size = match block.kind {
-                    BlockKind::Rotation => 1.0,
-                    _ => {
-                        u[block.range.clone()].iter().fold(block.floor, |size, u| size.max(u.abs()))
-                    }
-                };
-                du[block.range.clone()].iter().any(|du| du.abs() > LARGE * size)
-            });
+        let is_large = |block: &Block| {
+            let size = match block.kind {
+                BlockKind::Rotation => 1.0,
+                _ => u[block.range.clone()].iter().fold(block.floor, |size, u| size.max(u.abs())),
+            };
+            du[block.range.clone()].iter().any(|du| du.abs() > LARGE * size)
+        };
+        *outdated = *outdated && increments.blocks().iter().any(is_large);
         Ok(())
     }
 

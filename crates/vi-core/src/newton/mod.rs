@@ -106,7 +106,7 @@ pub trait NewtonProblem {
     }
     /// Whether the residual `r` at `x` is no larger than rounding makes it: `|r_i| ≤ c ε Σ_j |K_ij| size_j` with a
     /// small `c`. Then `x` solves equations whose coefficients differ from these by their rounding, whatever the
-    /// correction of multipliers. Asked only where the residual has stopped to fall and no other unknown is
+    /// correction of multipliers. Asked only where residual or corrections have stopped to fall and no other unknown is
     /// corrected by more than [`NewtonProblem::noise`]; may allocate.
     fn is_round_off(&mut self, _x: &[f64], _r: &[f64]) -> bool {
         false
@@ -138,7 +138,7 @@ pub trait NewtonProblem {
 pub struct NewtonSettings {
     /// Corrections before the loop gives up.
     pub max_iterations: usize,
-    /// Halve corrections that increase the residual.
+    /// Halve corrections that increase the residual; has no effect on simplified iterations.
     pub line_search: bool,
     /// Relative size of what may be left over; `0` asks for the round-off floor.
     pub tolerance: f64,

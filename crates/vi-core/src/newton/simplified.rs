@@ -26,17 +26,19 @@ impl Newton {
         let (mut before, mut earlier) = (f64::INFINITY, f64::INFINITY);
         let (mut level, mut growing) = (0, 0);
         let mut size = Size { relative: f64::INFINITY, block: 0 };
-        let mut iteration = 0;
+        let mut report = NewtonReport::default();
         loop {
-            problem.residual(x, &mut self.r).map_err(refused(iteration))?;
+            let iteration = report.iterations + 1;
+            problem.residual(x, &mut self.r).map_err(refused(report.iterations))?;
+            report.evaluations += 1;
             if level >= LEVEL && self.is_round_off(problem, x) {
                 break;
             }
-            if iteration >= limit || growing >= LEVEL {
-                return Err(self.not_converged(problem, iteration, size));
+            if report.iterations >= limit || growing >= LEVEL {
+                return Err(self.not_converged(problem, report.iterations, size));
             }
-            iteration += 1;
             size = self.correct(problem, x).map_err(refused(iteration))?;
+            (report.iterations, report.last_correction) = (iteration, size.relative);
             if stagnates(size.relative, before, earlier, noise) {
                 problem.settle(x, &mut self.r).map_err(refused(iteration))?;
                 break;
@@ -45,18 +47,11 @@ impl Newton {
             growing = if size.relative > before { growing + 1 } else { 0 };
             (earlier, before) = (before, size.relative);
         }
-        let residual = norm_inf(&self.r);
-        if !residual.is_finite() {
-            return Err(refused(iteration)(Fault::NotFinite));
+        report.residual = norm_inf(&self.r);
+        match report.residual.is_finite() {
+            true => Ok(report),
+            false => Err(refused(report.iterations)(Fault::NotFinite)),
         }
-        let last_correction = size.relative;
-        Ok(NewtonReport {
-            iterations: iteration,
-            evaluations: iteration,
-            residual,
-            last_correction,
-            restarts: 0,
-        })
     }
 }
 
