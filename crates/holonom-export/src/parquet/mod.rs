@@ -1,0 +1,61 @@
+//! Tables for pandas, Polars, DuckDB: every CSV file of the run as a Parquet file.
+//!
+//! | column | type |
+//! |---|---|
+//! | `step`, `element` | int64 |
+//! | `beam` | string |
+//! | all others | double; null where the field of the CSV file is empty |
+
+mod compact;
+mod file;
+
+use crate::ExportError;
+use crate::table::{GROUPS, Table};
+use file::Values;
+use holonom_sim::output::RunFolder;
+use std::path::Path;
+
+/// Whether an entry of a folder is one that [`write`] makes.
+pub(crate) fn known(entry: &str) -> bool {
+    entry.strip_suffix(".parquet").is_some_and(|name| names().any(|known| known == name))
+}
+
+fn names() -> impl Iterator<Item = &'static str> {
+    ["trajectory", "beams"].into_iter().chain(GROUPS)
+}
+
+/// Writes all tables of a run into the folder `to`, which it makes; how many rows the trajectory has.
+pub(crate) fn write(run: &RunFolder, to: &Path) -> Result<usize, ExportError> {
+    let failed =
+        |path: &Path, message: String| ExportError::Write { path: path.to_owned(), message };
+    std::fs::create_dir_all(to).map_err(|e| failed(to, e.to_string()))?;
+    let trajectory = Table::read(run, "trajectory.csv")?.ok_or_else(|| Table::missing(run))?;
+    let rows = trajectory.rows();
+    let mut trajectory = Some(trajectory);
+    for name in names() {
+        let table = match trajectory.take() {
+            None => Table::read(run, &format!("{name}.csv"))?,
+            first => first,
+        };
+        if let Some(table) = table {
+            let path = to.join(format!("{name}.parquet"));
+            file::write(&path, &columns(&table), table.rows())
+                .map_err(|e| failed(&path, e.to_string()))?;
+        }
+    }
+    Ok(rows)
+}
+
+/// The columns of a table by their names, with their types.
+fn columns(table: &Table) -> Vec<(&str, Values<'_>)> {
+    let columns = table.names.iter().zip(&table.columns).map(|(name, values)| {
+        let column = match name.as_str() {
+            "step" | "element" => Values::Integers(values),
+            "beam" => Values::Words(&table.words),
+            _ if values.iter().any(|x| x.is_nan()) => Values::Optional(values),
+            _ => Values::Numbers(values),
+        };
+        (name.as_str(), column)
+    });
+    columns.collect()
+}
