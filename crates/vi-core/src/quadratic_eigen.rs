@@ -12,8 +12,8 @@
 #![allow(non_snake_case)] // K, C, M, X, D, N, S
 
 use crate::eigen::{Eigen, EigenError, generalized_eigen, largest};
+use faer::Mat;
 use faer::linalg::solvers::Solve;
-use faer::{Mat, c64};
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Steps of inverse iteration.
@@ -96,13 +96,10 @@ impl QuadraticEigen {
         let ([K, C], d) = (&self.modal, y.len());
         let entry = |i: usize, j: usize| {
             let square = if i == j { value * value } else { Complex::default() };
-            let q = square + value * C[(i, j)] + K[(i, j)];
-            c64::new(q.re, q.im)
+            square + value * C[(i, j)] + K[(i, j)]
         };
         let slope = y * (2.0 * value) + C.map(|c| Complex::new(c, 0.0)) * y;
-        let b = Mat::from_fn(d, 1, |i, _| c64::new(slope[i].re, slope[i].im));
-        let u = Mat::from_fn(d, d, entry).partial_piv_lu().solve(&b);
-        let u = DVector::from_fn(d, |i, _| Complex::new(u[(i, 0)].re, u[(i, 0)].im));
+        let u = DMatrix::from_fn(d, d, entry).lu().solve(&slope)?;
         let next = value - y.dotc(y) / y.dotc(&u);
         let size = u.norm();
         let usable = size.is_finite() && size > 0.0 && next.re.is_finite() && next.im.is_finite();
