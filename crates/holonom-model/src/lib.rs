@@ -257,7 +257,8 @@ impl Model {
     /// The text of this model, everything resolved; reading it again gives the same model.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        toml::to_string(self).expect("names, numbers and lists of them are TOML")
+        let table = toml::Table::try_from(self).expect("names, numbers and lists of them are TOML");
+        table.to_string()
     }
 
     /// The JSON schema of model files.

@@ -13,7 +13,7 @@ use serde::de::{
 };
 use serde::forward_to_deserialize_any;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
 /// Why a value cannot be read, and where it stands.
 #[derive(Debug)]
@@ -53,16 +53,8 @@ impl<'de> Deserializer<'de> for Strict<'_, '_> {
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
         let read = match self.0.get_ref() {
             DeValue::String(text) => visitor.visit_str(text),
-            DeValue::Integer(number) => {
-                match i64::from_str_radix(number.as_str(), number.radix()) {
-                    Ok(number) => visitor.visit_i64(number),
-                    Err(_) => Err(ReadError::custom("the whole number is too large")),
-                }
-            }
-            DeValue::Float(number) => match number.as_str().parse() {
-                Ok(number) => visitor.visit_f64(number),
-                Err(_) => Err(ReadError::custom("this is not a number")),
-            },
+            DeValue::Integer(number) => whole(number).and_then(|number| visitor.visit_i64(number)),
+            DeValue::Float(number) => real(number).and_then(|number| visitor.visit_f64(number)),
             DeValue::Boolean(truth) => visitor.visit_bool(*truth),
             DeValue::Datetime(_) => Err(ReadError::custom("a date has no place here")),
             DeValue::Array(entries) => visitor.visit_seq(Entries(entries.iter())),
@@ -130,6 +122,15 @@ impl<'de> Deserializer<'de> for Strict<'_, '_> {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit
         unit_struct seq map struct identifier ignored_any
     }
+}
+
+fn whole(number: &DeInteger<'_>) -> Result<i64, ReadError> {
+    let read = i64::from_str_radix(number.as_str(), number.radix());
+    read.map_err(|_| ReadError::custom("the whole number is too large"))
+}
+
+fn real(number: &DeFloat<'_>) -> Result<f64, ReadError> {
+    number.as_str().parse().map_err(|_| ReadError::custom("this is not a number"))
 }
 
 /// The words for a list of the wrong length.

@@ -17,7 +17,7 @@ pub trait Entries {
     }
     /// Adds `A Bᵀ`.
     fn add_outer(&mut self, product: &OuterProduct<'_>) {
-        product.for_each_entry(|row, column, value| self.add(row, column, value));
+        product.for_each_entry(&mut |row, column, value| self.add(row, column, value));
     }
 }
 
@@ -37,7 +37,7 @@ pub struct OuterProduct<'a> {
 
 impl OuterProduct<'_> {
     /// Visits the entries, by rows: row, column, value.
-    pub fn for_each_entry(&self, mut visit: impl FnMut(usize, usize, f64)) {
+    pub fn for_each_entry(&self, visit: &mut dyn FnMut(usize, usize, f64)) {
         let Self { starts, length, left, right } = self;
         let rows = starts.len() * length;
         let place = |i: usize| starts[i / length] + i % length;
@@ -176,11 +176,15 @@ impl SparseMatrix {
     pub fn assemble(rows: usize, columns: usize, emit: impl FnOnce(&mut dyn Entries)) -> Self {
         let mut collector = Collector { entries: Vec::new() };
         emit(&mut collector);
-        let entries = collector.entries;
-        for &(column, row, _) in &entries {
+        Self::of_entries(rows, columns, &collector.entries)
+    }
+
+    /// The sums of all entries `(column, row, value)` with the same place.
+    fn of_entries(rows: usize, columns: usize, entries: &[(usize, usize, f64)]) -> Self {
+        for &(column, row, _) in entries {
             assert!(row < rows && column < columns, "entry ({row}, {column}) outside the matrix");
         }
-        let order = by_columns(&entries, columns);
+        let order = by_columns(entries, columns);
         let mut indptr = vec![0_usize; columns + 1];
         let mut indices = Vec::with_capacity(entries.len());
         let mut values: Vec<f64> = Vec::with_capacity(entries.len());
