@@ -58,30 +58,28 @@ struct Shown {
 fn show(browser: &str, page: &Path, fragment: &str, size: [u32; 2]) -> Shown {
     let folder = page.parent().unwrap();
     let picture = folder.join("page.png");
-    let open = |what: &str| {
-        let mut command = Command::new(browser);
-        command.args([
-            "--headless=new",
-            "--no-sandbox",
-            "--no-first-run",
-            "--disable-background-networking",
-            "--disable-component-update",
-            "--disable-sync",
-            "--hide-scrollbars",
-            "--use-angle=swiftshader",
-            "--enable-unsafe-swiftshader",
-            "--enable-logging=stderr",
-            "--virtual-time-budget=3000",
-        ]);
-        command.arg(format!("--user-data-dir={}", folder.join("browser").display()));
-        command.arg(format!("--window-size={},{}", size[0], size[1]));
-        command.arg(what).arg(format!("file://{}#{fragment}", page.display()));
-        let output = command.output().unwrap();
-        (String::from_utf8_lossy(&output.stdout).into_owned(), output.stderr)
-    };
-    open(&format!("--screenshot={}", picture.display()));
-    let (document, log) = open("--dump-dom");
-    let log = String::from_utf8_lossy(&log).into_owned();
+    let mut command = Command::new(browser);
+    command.args([
+        "--headless=new",
+        "--no-sandbox",
+        "--no-first-run",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--hide-scrollbars",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        "--enable-logging=stderr",
+        "--virtual-time-budget=3000",
+        "--dump-dom",
+    ]);
+    command.arg(format!("--screenshot={}", picture.display()));
+    command.arg(format!("--user-data-dir={}", folder.join("browser").display()));
+    command.arg(format!("--window-size={},{}", size[0], size[1]));
+    command.arg(format!("file://{}#{fragment}", page.display()));
+    let output = command.output().unwrap();
+    let document = String::from_utf8_lossy(&output.stdout).into_owned();
+    let log = String::from_utf8_lossy(&output.stderr).into_owned();
     let console = log.lines().filter(|line| line.contains("CONSOLE")).map(str::to_owned).collect();
     let file = std::io::BufReader::new(std::fs::File::open(&picture).unwrap());
     let mut reader = png::Decoder::new(file).read_info().unwrap();

@@ -1,6 +1,6 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use vi_testkit::CountingAllocator;
 use xtask::{
     compare, figures, fuzz, interrupt, notation, reliability, roundoff, soak, stability, verify,
@@ -43,6 +43,9 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let [task, options @ ..] = arguments.as_slice() else { return usage() };
+    if cfg!(panic = "abort") && ["soak", "fuzz"].contains(task) {
+        return unwinding(&arguments);
+    }
     let done = match (*task, options) {
         ("verify", _) => verify::run(options),
         ("fuzz", _) => fuzz::run(options),
@@ -61,6 +64,19 @@ fn main() -> ExitCode {
         Ok(false) => ExitCode::FAILURE,
         Err(message) => {
             eprintln!("{task}: {message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// The same task in a build that unwinds: it goes on after a panic, which it counts.
+fn unwinding(arguments: &[&str]) -> ExitCode {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let build = ["run", "--quiet", "--profile", "unwinding", "--package", "xtask", "--"];
+    match Command::new(cargo).args(build).args(arguments).status() {
+        Ok(status) => status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1).into(),
+        Err(error) => {
+            eprintln!("cargo run --profile unwinding: {error}");
             ExitCode::from(2)
         }
     }
