@@ -103,8 +103,10 @@ fn what_cannot_be_exported_is_said_and_nothing_is_written() {
         (output.status.code(), words(&output))
     };
     run(&folder, "pendulum.toml", 5);
-    let (code, words) = holonom(&["export", "run", "--format", "hdf5"]);
-    assert!(code == Some(2) && words.contains("npz (arrays for NumPy"), "{words}");
+    for format in [&["--format", "hdf5"][..], &["--format"]] {
+        let (code, words) = holonom(&[&["export", "run"], format].concat());
+        assert!(code == Some(2) && words.contains("npz (arrays for NumPy"), "{words}");
+    }
     assert_eq!(holonom(&["export", "run"]).0, Some(0));
     let (code, words) = holonom(&["export", "run"]);
     assert!(code == Some(2) && words.contains("already exists"), "{words}");

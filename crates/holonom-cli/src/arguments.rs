@@ -429,8 +429,9 @@ pub(crate) struct View {
 pub(crate) struct Export {
     /// The folder of a run
     pub(crate) dir: PathBuf,
-    /// The format: npz (NumPy), parquet (pandas), vtk (ParaView), gltf (Blender), svg (an animated drawing)
-    #[arg(long, default_value = "npz", value_parser = export_format)]
+    /// The format: npz (NumPy), parquet (pandas), vtk (ParaView), gltf (Blender), svg (an animated drawing);
+    /// --format alone lists them
+    #[arg(long, num_args = 0..=1, default_value = "npz", default_missing_value = "", value_parser = export_format)]
     pub(crate) format: ExportFormat,
     /// The file to write, for parquet and vtk a folder; by default DIR.npz, DIR-parquet, DIR-vtk, DIR.glb or DIR.svg in the current folder
     #[arg(short, long, value_name = "FILE")]

@@ -46,7 +46,7 @@ pub struct Body {
     pub mesh: Option<usize>,
     /// From the body's own axes to its directors: quaternion `x, y, z, w`.
     pub rotation: [f64; 4],
-    /// Where joints hold a body without a shape: components along the directors from the centre, m.
+    /// Where joints and springs hold a body without a shape: components along the directors from the centre, m.
     pub anchors: Vec<[f64; 3]>,
     /// Whether these are apart, so that lines between them show the body.
     pub link: bool,
@@ -166,10 +166,14 @@ impl<'a> Parts<'a> {
     #[must_use]
     pub fn bodies(&self) -> Vec<Body> {
         let mut held: BTreeMap<&str, Vec<Vector3<f64>>> = BTreeMap::new();
-        for joint in &self.model.joints {
-            let [a, b] = self.start.joint(joint);
-            held.entry(&joint.parent).or_default().push(a);
-            held.entry(&joint.child).or_default().push(b);
+        let joints = self.model.joints.iter();
+        let joints = joints.map(|joint| ([&joint.parent, &joint.child], self.start.joint(joint)));
+        let springs = self.model.springs.iter();
+        let springs = springs.map(|spring| ([&spring.from, &spring.to], self.start.spring(spring)));
+        for (names, points) in joints.chain(springs) {
+            for (name, point) in names.into_iter().zip(points) {
+                held.entry(name).or_default().push(point);
+            }
         }
         let body = |(member, body): (usize, &holonom_model::Body)| {
             let directors = self.poses[member].1;
