@@ -17,7 +17,9 @@ pub trait Entries {
     }
     /// Adds `A Bᵀ`.
     fn add_outer(&mut self, product: &OuterProduct<'_>) {
-        product.for_each_entry(&mut |row, column, value| self.add(row, column, value));
+        let visit: &mut dyn FnMut(usize, usize, f64) = // compiled once for all sinks
+            &mut |row, column, value| self.add(row, column, value);
+        product.for_each_entry(visit);
     }
 }
 
@@ -37,7 +39,7 @@ pub struct OuterProduct<'a> {
 
 impl OuterProduct<'_> {
     /// Visits the entries, by rows: row, column, value.
-    pub fn for_each_entry(&self, visit: &mut dyn FnMut(usize, usize, f64)) {
+    pub fn for_each_entry(&self, mut visit: impl FnMut(usize, usize, f64)) {
         let Self { starts, length, left, right } = self;
         let rows = starts.len() * length;
         let place = |i: usize| starts[i / length] + i % length;
@@ -94,6 +96,10 @@ pub struct Product<'a> {
 impl Entries for Product<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         self.out[row] += value * self.v[column];
+    }
+
+    fn add_outer(&mut self, product: &OuterProduct<'_>) {
+        product.for_each_entry(|row, column, value| self.add(row, column, value));
     }
 }
 
@@ -165,6 +171,10 @@ impl Entries for Replay<'_> {
     fn add(&mut self, _row: usize, _column: usize, value: f64) {
         self.values[self.slots[self.next]] += value;
         self.next += 1;
+    }
+
+    fn add_outer(&mut self, product: &OuterProduct<'_>) {
+        product.for_each_entry(|row, column, value| self.add(row, column, value));
     }
 }
 

@@ -120,7 +120,7 @@ impl Entries for Places<'_> {
             self.widest = self.widest.max(product.left.len() / FRAME);
             self.places.push(Place::Outer(product.starts.to_vec()));
         } else {
-            product.for_each_entry(&mut |row, column, value| self.add(row, column, value));
+            product.for_each_entry(|row, column, value| self.add(row, column, value));
         }
     }
 }
@@ -170,7 +170,7 @@ impl Entries for Replay<'_> {
 
     fn add_outer(&mut self, product: &OuterProduct<'_>) {
         let Slot::Outer(first) = self.peek() else {
-            product.for_each_entry(&mut |row, column, value| self.add(row, column, value));
+            product.for_each_entry(|row, column, value| self.add(row, column, value));
             return;
         };
         self.next += 1;
