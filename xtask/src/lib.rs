@@ -5,7 +5,7 @@ pub mod figures;
 pub mod fuzz;
 pub mod interrupt;
 pub mod notation;
-mod program;
+pub mod program;
 pub mod reliability;
 pub mod roundoff;
 mod scratch;

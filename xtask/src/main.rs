@@ -1,7 +1,8 @@
 //! Chores of the repository, one subcommand each: `cargo xtask TASK`.
 
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use vi_testkit::CountingAllocator;
+use xtask::program::cargo;
 use xtask::{
     compare, figures, fuzz, interrupt, notation, reliability, roundoff, soak, stability, verify,
 };
@@ -69,14 +70,21 @@ fn main() -> ExitCode {
     }
 }
 
-/// The same task in a build that unwinds: it goes on after a panic, which it counts.
+/// The same task in a build that unwinds, the program beside it: it goes on after a panic, which it counts.
 fn unwinding(arguments: &[&str]) -> ExitCode {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let build = ["run", "--quiet", "--profile", "unwinding", "--package", "xtask", "--"];
-    match Command::new(cargo).args(build).args(arguments).status() {
+    let cargo = |verb: &str, rest: &[&str]| {
+        let build = [verb, "--quiet", "--profile", "unwinding", "--package", "xtask"];
+        cargo().args(build).args(rest).status()
+    };
+    let built = cargo("build", &["--package", "holonom-cli"]);
+    let done = built.and_then(|built| match built.success() {
+        true => cargo("run", &[&["--"], arguments].concat()),
+        false => Ok(built),
+    });
+    match done {
         Ok(status) => status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1).into(),
         Err(error) => {
-            eprintln!("cargo run --profile unwinding: {error}");
+            eprintln!("cargo build --profile unwinding: {error}");
             ExitCode::from(2)
         }
     }

@@ -1,6 +1,13 @@
-//! The program `holonom`, as a process.
+//! The program `holonom` and Cargo, as processes.
 
 use std::path::PathBuf;
+use std::process::Command;
+
+/// The Cargo that runs this program.
+#[must_use]
+pub fn cargo() -> Command {
+    Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}
 
 /// What to do where there is none.
 pub(crate) const HELP: &str = "no program beside this one: cargo build --release -p holonom-cli";

@@ -1,7 +1,7 @@
 //! The tests that are too long for every day, as part of the full verification.
 
+use crate::program::cargo;
 use std::path::Path;
-use std::process::Command;
 
 /// Tests with the outcome that `cargo test` printed.
 pub(super) struct LongTests {
@@ -13,8 +13,7 @@ pub(super) struct LongTests {
 /// # Errors
 /// When they cannot be built or run.
 pub(super) fn run(root: &Path) -> Result<LongTests, String> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let output = Command::new(cargo)
+    let output = cargo()
         .current_dir(root)
         .args(["test", "--release", "-p", "holonom", "--test", "systems", "--", "--ignored"])
         .output()
