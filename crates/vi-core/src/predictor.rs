@@ -21,6 +21,9 @@
 //! The history is part of the [`crate::State`]: it decides from where Newton's method starts, and so the
 //! last bits of the result.
 
+#[cfg(target_arch = "x86_64")]
+use crate::lanes::Wide;
+use crate::lanes::{Lanes, Plain, Register};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -142,14 +145,26 @@ impl History {
 
     /// By as many of the differences of `count` increments as fit.
     fn fit_increments(&self, k: usize, count: usize, out: &mut [f64]) {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(wide) = Wide::detect() {
+            return wide.run(
+                #[inline(always)]
+                || self.fit_in(wide, k, count, out),
+            );
+        }
+        self.fit_in(Plain, k, count, out);
+    }
+
+    #[inline(always)]
+    fn fit_in(&self, lanes: impl Register, k: usize, count: usize, out: &mut [f64]) {
         match count {
-            7 => fit(self.last::<7>(k), out),
-            6 => fit(self.last::<6>(k), out),
-            5 => fit(self.last::<5>(k), out),
-            4 => fit(self.last::<4>(k), out),
-            3 => fit(self.last::<3>(k), out),
-            2 => fit(self.last::<2>(k), out),
-            _ => fit(self.last::<1>(k), out),
+            7 => fit(lanes, self.last::<7>(k), out),
+            6 => fit(lanes, self.last::<6>(k), out),
+            5 => fit(lanes, self.last::<5>(k), out),
+            4 => fit(lanes, self.last::<4>(k), out),
+            3 => fit(lanes, self.last::<3>(k), out),
+            2 => fit(lanes, self.last::<2>(k), out),
+            _ => fit(lanes, self.last::<1>(k), out),
         }
     }
 
@@ -179,30 +194,27 @@ impl History {
     }
 }
 
-/// Unknowns whose differences are formed side by side.
-const SIDE_BY_SIDE: usize = 4;
-
 /// By as many of the differences of all increments as fit: the first that is left out is the smallest one; all
 /// where they only fall.
-fn fit<const N: usize>(increments: [&[f64]; N], out: &mut [f64]) {
-    let mut sizes = [[0.0_f64; SIDE_BY_SIDE]; N];
-    for first in (0..out.len()).step_by(SIDE_BY_SIDE) {
-        for (size, difference) in sizes.iter_mut().zip(differences(&increments, first)) {
-            for (size, d) in size.iter_mut().zip(difference) {
-                *size = if d.abs() > *size { d.abs() } else { *size }; // increments of steps that were taken are finite
-            }
+#[inline(always)]
+fn fit<T: Register, const N: usize>(lanes: T, increments: [&[f64]; N], out: &mut [f64]) {
+    let (zero, count) = (lanes.splat(0.0), T::Lanes::COUNT);
+    let mut sizes = [zero; N]; // increments of steps that were taken are finite
+    for first in (0..out.len()).step_by(count) {
+        let differences = differences(lanes, &increments, first);
+        for j in 0..N {
+            sizes[j] = sizes[j].larger(differences[j]).larger(zero - differences[j]);
         }
     }
-    let sizes = sizes.map(|size| size.into_iter().fold(0.0, f64::max));
+    let sizes = sizes.map(|size| (0..count).map(|i| size.at(i)).fold(0.0, f64::max));
     let terms = terms(&sizes);
-    for first in (0..out.len()).step_by(SIDE_BY_SIDE) {
-        let differences = differences(&increments, first);
-        let mut sum = differences[terms - 1];
-        for difference in differences[..terms - 1].iter().rev() {
-            sum.iter_mut().zip(difference).for_each(|(sum, d)| *sum += d);
+    for (block, out) in out.chunks_mut(count).enumerate() {
+        let differences = differences(lanes, &increments, block * count);
+        let mut sum = zero;
+        for j in (0..N).rev().filter(|j| *j < terms) {
+            sum = sum + differences[j];
         }
-        let count = SIDE_BY_SIDE.min(out.len() - first);
-        out[first..first + count].copy_from_slice(&sum[..count]);
+        out.iter_mut().enumerate().for_each(|(i, out)| *out = sum.at(i));
     }
 }
 
@@ -215,17 +227,27 @@ pub fn terms(sizes: &[f64]) -> usize {
 
 /// `∇^j u_n` of the unknowns from `first` on, from the last increments, the newest first; zero beyond the last unknown.
 #[inline(always)]
-fn differences<const N: usize>(increments: &[&[f64]; N], first: usize) -> [[f64; SIDE_BY_SIDE]; N] {
-    let mut u = [[0.0; SIDE_BY_SIDE]; N];
+fn differences<T: Register, const N: usize>(
+    lanes: T,
+    increments: &[&[f64]; N],
+    first: usize,
+) -> [T::Lanes; N] {
+    let mut u = [lanes.splat(0.0); N];
     for (u, increment) in u.iter_mut().zip(increments) {
-        match increment.get(first..first + SIDE_BY_SIDE) {
-            Some(full) => u.copy_from_slice(full),
-            None => u.iter_mut().zip(&increment[first..]).for_each(|(u, x)| *u = *x),
-        }
+        *u = match increment.get(first..first + T::Lanes::COUNT) {
+            Some(full) => lanes.gather(
+                #[inline(always)]
+                |i| full[i],
+            ),
+            None => lanes.gather(
+                #[inline(always)]
+                |i| increment.get(first + i).copied().unwrap_or(0.0),
+            ),
+        };
     }
     for j in 1..N {
         for age in (j..N).rev() {
-            u[age] = std::array::from_fn(|i| u[age - 1][i] - u[age][i]);
+            u[age] = u[age - 1] - u[age];
         }
     }
     u
