@@ -126,7 +126,7 @@ pub struct StepReport {
     pub iterations: usize,
     /// Sub-steps.
     pub sub_steps: usize,
-    /// Largest `|r|_∞` left over.
+    /// Largest `|r|_∞` of the last evaluations ([`NewtonReport::residual`](vi_core::NewtonReport)).
     pub residual: f64,
     /// Initial guesses that failed.
     pub restarts: usize,
@@ -385,9 +385,10 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
             total.residual = total.residual.max(report.residual);
         }
         let at = state.configuration();
-        match scheme.keeps_orientation() {
-            true => self.watch.check_residuals(&**constraints, at)?,
-            false => self.watch.check(&**constraints, at)?,
+        match (scheme.meets_constraints(), scheme.keeps_orientation()) {
+            (true, _) => {}
+            (false, true) => self.watch.check_residuals(&**constraints, at)?,
+            (false, false) => self.watch.check(&**constraints, at)?,
         }
         state.step = step;
         Ok(total)

@@ -307,6 +307,11 @@ pub trait Scheme<S, C>: Send {
     fn keeps_orientation(&self) -> bool {
         false
     }
+    /// Whether the last step has itself found all constraints met to round-off and all coordinates finite; where it has
+    /// not, [`crate::closure`] does.
+    fn meets_constraints(&self) -> bool {
+        false
+    }
     /// Of which degree initial guesses are extrapolated.
     fn degree(&self) -> Degree {
         Degree::Cubic

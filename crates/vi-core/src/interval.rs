@@ -101,13 +101,14 @@ impl Interval {
         self.compensation.fill(0.0);
     }
 
-    /// As [`Interval::open`], for who writes the end, the increment and the midpoint before they are read.
-    pub fn open_start(&mut self, t: f64, h: f64, q_n: &[f64]) {
+    /// As [`Interval::open`], for who writes the end, the increment and the midpoint before they are read, with the
+    /// rounding error of `q_n`.
+    pub fn open_start(&mut self, t: f64, h: f64, q_n: &[f64], rounding: &[f64]) {
         (self.t, self.h, self.t_rounding) = (t, h, 0.0);
         self.q0.copy_from_slice(q_n);
+        self.compensation.copy_from_slice(rounding);
         self.angles.clear();
         self.internal.clear();
-        self.compensation.fill(0.0);
     }
 
     /// `q_n` and its compensation, to be read; `q_{n+1}`, `Δq`, `q_{n+1/2}` and `Δq/h`, to be written.

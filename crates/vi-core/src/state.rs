@@ -111,10 +111,9 @@ impl State {
 
     /// As [`State::open`], with [`Interval::open_start`].
     pub fn open_start(&self, s: &mut Interval, h: f64) {
-        s.open_start(self.t, h, &self.q);
+        s.open_start(self.t, h, &self.q, &self.compensation.q);
         s.angles.extend_from_slice(&self.angles);
         s.internal.extend_from_slice(&self.internal);
-        s.compensation.copy_from_slice(&self.compensation.q);
     }
 
     /// Moves to the end of an interval that the step equation holds on: `q_{n+1}`, and

@@ -14,7 +14,7 @@
 //! `scale_block` is the largest entry of the unknowns of that block, at least its floor: increments
 //! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual after
 //! the last correction is evaluated anyway (it closes the interval), so the test costs no extra
-//! factorization. The rounding error of the last correction is at hand for compensated stepping
+//! factorization; where no body turns too much, it is not needed ([`NewtonProblem::settle`]). The rounding error of the last correction is at hand for compensated stepping
 //! ([`Newton::rounding_error`]). An optional line search halves steps that increase the residual.
 //!
 //! Problems with an approximate tangent are solved by simplified iterations ([`NewtonProblem::is_simplified`]).
@@ -92,7 +92,8 @@ pub trait NewtonProblem {
     /// [`Fault::SingularTangent`].
     fn correction(&mut self, x: &[f64], dx: &mut [f64]) -> Result<(), Fault>;
     /// Takes `x` as the solution: evaluates there what later calls need. By default the residual; `r` may be left as it
-    /// was before the last correction. Only for approximate tangents.
+    /// was before the last correction. Only for approximate tangents, and where [`NewtonProblem::turn`] shows that the
+    /// last correction leaves less than rounding.
     ///
     /// # Errors
     /// [`Fault`] when `x` is outside the domain of the equations.
@@ -255,11 +256,15 @@ impl Newton {
         let mut level = 0;
         for iteration in 1.. {
             let size = self.correct(problem, x).map_err(refused(iteration))?;
+            (report.iterations, report.last_correction) = (iteration, size.relative);
+            if self.is_resolved(problem, x) {
+                problem.settle(x, &mut self.r).map_err(refused(iteration))?;
+                report.residual = norm_inf(&self.r);
+                break;
+            }
             let next = self.evaluate_with_search(problem, x, seen.residual, &mut report);
             let next = next.map_err(refused(iteration))?;
-            report.iterations = iteration;
             report.residual = next;
-            report.last_correction = size.relative;
             let limits = Limits {
                 tolerance: self.settings.tolerance.max(problem.resolution() * f64::EPSILON),
                 noise: problem.noise(),
@@ -268,7 +273,7 @@ impl Newton {
             let (ratio, reached) = seen.judge(size.relative, next, limits);
             level = if ratio > 0.5 { level + 1 } else { 0 };
             let stopped = level >= LEVEL && self.is_round_off(problem, x);
-            if reached || self.is_resolved(problem, x) || stopped {
+            if reached || stopped {
                 break;
             }
             if iteration >= self.settings.max_iterations {

@@ -64,7 +64,8 @@ pub struct NewtonReport {
     pub iterations: usize,
     /// Residual evaluations.
     pub evaluations: usize,
-    /// `|r|_∞` at the solution.
+    /// `|r|_∞` at the solution; before the last correction where that one settled the solve
+    /// ([`crate::newton::NewtonProblem::settle`]).
     pub residual: f64,
     /// Relative size of the last correction.
     pub last_correction: f64,

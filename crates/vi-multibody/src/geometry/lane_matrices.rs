@@ -52,12 +52,6 @@ impl<W: Width> Columns<Lanes<W>> {
         Self(three!(j => skew[j] * s + n.cross(skew[j]) * g))
     }
 
-    /// The directors of a frame of twelve coordinates.
-    #[inline(always)]
-    pub(crate) fn directors(w: W, frame: &[f64; 12]) -> Self {
-        Self(three!(j => Lanes::of(w, &frame[3 + 3 * j..])))
-    }
-
     /// `M v`.
     #[inline(always)]
     pub(crate) fn mul(&self, v: Lanes<W>) -> Lanes<W> {
@@ -262,6 +256,10 @@ mod tests {
         let moved = A.minus_outer(t, 0.7, t.at_end_of(b)).between(a, b);
         let turned = Columns::turn_about(a, 0.3, 0.1).times_transposed(&m(4));
         let mut out = vec![a.cross(b).xyz(), (a / 0.7).xyz(), [a.dot(b), t.dot(t), 0.0]];
+        out.push(a.if_small(0.5, [b, v(3)]).xyz());
+        let (mut frame, of) = ([0.0; 12], Lanes::vectors(w, x[1..13].try_into().expect("twelve")));
+        Lanes::write_vectors([of[0] + a, of[1], of[2], of[3]], &mut frame);
+        out.extend(frame.chunks_exact(3).map(|v| [v[0], v[1], v[2]]));
         for columns in [moved.ll, moved.la, moved.al, moved.aa, turned, turned.trace_less()] {
             out.extend(columns.0.map(Lanes::xyz));
             out.extend([columns.tr_mul(b).xyz(), columns.mul(b).xyz(), columns.moment().xyz()]);

@@ -67,8 +67,14 @@ pub(crate) trait Width: Copy {
     fn div(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
     /// `(y, z, x, w)`.
     fn turn(self, v: Self::Lanes) -> Self::Lanes;
+    /// `(x, y, z, 0)`.
+    fn first_three(self, v: Self::Lanes) -> Self::Lanes;
+    /// `(y, z, w, 0)`.
+    fn last_three(self, v: Self::Lanes) -> Self::Lanes;
     /// `(x + y) + (z + w)` of three.
     fn sums(self, v: [Self::Lanes; 3]) -> Self::Lanes;
+    /// `x` where `|x| ≤ factor max(|a|, |b|)`, zero elsewhere.
+    fn if_small(self, x: Self::Lanes, factor: f64, sizes: [Self::Lanes; 2]) -> Self::Lanes;
 }
 
 /// Lane by lane.
@@ -119,9 +125,29 @@ impl Width for Narrow {
     }
 
     #[inline(always)]
+    fn first_three(self, [x, y, z, _]: [f64; 4]) -> [f64; 4] {
+        [x, y, z, 0.0]
+    }
+
+    #[inline(always)]
+    fn last_three(self, [_, y, z, w]: [f64; 4]) -> [f64; 4] {
+        [y, z, w, 0.0]
+    }
+
+    #[inline(always)]
     fn sums(self, v: [[f64; 4]; 3]) -> [f64; 4] {
         let [x, y, z] = three!(j => (v[j][0] + v[j][1]) + (v[j][2] + v[j][3]));
         [x, y, z, 0.0]
+    }
+
+    #[inline(always)]
+    fn if_small(self, x: [f64; 4], factor: f64, [a, b]: [[f64; 4]; 2]) -> [f64; 4] {
+        let larger = |a: f64, b: f64| if a > b { a } else { b };
+        let kept = |i: usize| {
+            let is_small = x[i].abs() <= factor * larger(a[i].abs(), b[i].abs());
+            if is_small { x[i] } else { 0.0 }
+        };
+        [kept(0), kept(1), kept(2), kept(3)]
     }
 }
 
@@ -176,12 +202,32 @@ mod wide {
         }
 
         #[inline(always)]
+        fn first_three(self, v: __m256d) -> __m256d {
+            self.avx._mm256_blend_pd::<0b1000>(v, self.splat(0.0))
+        }
+
+        #[inline(always)]
+        fn last_three(self, v: __m256d) -> __m256d {
+            self.first_three(self.avx2._mm256_permute4x64_pd::<0b00_11_10_01>(v))
+        }
+
+        #[inline(always)]
         fn sums(self, [a, b, c]: [__m256d; 3]) -> __m256d {
             let zero = self.splat(0.0);
             let (ab, c) = (self.avx._mm256_hadd_pd(a, b), self.avx._mm256_hadd_pd(c, zero));
             let low = self.avx._mm256_permute2f128_pd::<0x20>(ab, c); // x + y of a, b, c
             let high = self.avx._mm256_permute2f128_pd::<0x31>(ab, c); // z + w
             self.add(low, high)
+        }
+
+        #[inline(always)]
+        fn if_small(self, x: __m256d, factor: f64, [a, b]: [__m256d; 2]) -> __m256d {
+            let sign = self.splat(-0.0);
+            let (a, b) = (self.avx._mm256_andnot_pd(sign, a), self.avx._mm256_andnot_pd(sign, b));
+            let size = self.avx._mm256_andnot_pd(sign, x);
+            let bound = self.mul(self.splat(factor), self.avx._mm256_max_pd(a, b));
+            let is_small = self.avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_LE_OQ }>(size, bound);
+            self.avx._mm256_and_pd(x, is_small)
         }
     }
 }
@@ -220,6 +266,25 @@ impl<W: Width> Lanes<W> {
         Self::new(w, [x[0], x[1], x[2]])
     }
 
+    /// The four vectors of a frame: its centre and its directors.
+    #[inline(always)]
+    pub(crate) fn vectors(w: W, frame: &[f64; 12]) -> [Self; 4] {
+        let [x1, y1, z1, x2, y2, z2, x3, y3, z3, x4, y4, z4] = *frame;
+        let parts = [[x1, y1, z1, x2], [x2, y2, z2, x3], [x3, y3, z3, x4]];
+        let [a, b, c] = three!(i => Self { v: w.first_three(w.join(parts[i])), w });
+        [a, b, c, Self { v: w.last_three(w.join([z3, x4, y4, z4])), w }]
+    }
+
+    /// Writes four vectors to a frame.
+    #[inline(always)]
+    pub(crate) fn write_vectors([a, b, c, d]: [Self; 4], frame: &mut [f64; 12]) {
+        let w = a.w;
+        frame[..4].copy_from_slice(&w.split(a.v)); // what is too much is overwritten by the next one
+        frame[3..7].copy_from_slice(&w.split(b.v));
+        frame[6..10].copy_from_slice(&w.split(c.v));
+        d.write(&mut frame[9..]);
+    }
+
     #[inline(always)]
     pub(crate) fn take(w: W, held: &Held) -> Self {
         Self { v: w.join(held.0), w }
@@ -240,6 +305,13 @@ impl<W: Width> Lanes<W> {
     #[inline(always)]
     pub(crate) fn write(self, out: &mut [f64]) {
         out[..3].copy_from_slice(&self.xyz());
+    }
+
+    /// Each component where it is at most `factor` times the larger one of two others, zero elsewhere.
+    #[inline(always)]
+    pub(crate) fn if_small(self, factor: f64, sizes: [Self; 2]) -> Self {
+        let v = self.w.if_small(self.v, factor, [sizes[0].v, sizes[1].v]);
+        Self { v, w: self.w }
     }
 
     /// Whether no component is larger than `bound`; not so of what is not a number.

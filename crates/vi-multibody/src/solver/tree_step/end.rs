@@ -1,115 +1,173 @@
 //! The sweeps at the end of a step of [`super::TreeStep`]: coordinates, momenta, round-off.
 
 use super::link::{Constants, Work};
-use super::sweeps::{carrier, carrier_center, frame, gap};
-use crate::geometry::lane_matrices::{Columns, Pair};
+use super::place::{Place, balance};
+use super::sweeps::{frame, frame_mut};
+use crate::geometry::lane_matrices::Columns;
 use crate::geometry::lanes::{Lanes, Width, sweep, three};
 use crate::pair::PairKind;
 use crate::tree::{SLACK, Tree};
+use vi_core::interval::Interval;
+use vi_core::state::State;
 use vi_rigid::reparametrization::CLEAN_THRESHOLD;
 
+/// `q_{n+1}` of a link after its parent's, and `Δq`, from `q_n` and its rounding error.
+#[inline(always)]
+fn place_next<W: Width>(
+    (link, work): (&Constants, &Work),
+    from: &Place<W>,
+    error: [Lanes<W>; 4],
+    parent: &Place<W>,
+) -> (Place<W>, [Lanes<W>; 4]) {
+    let w = from.center.width();
+    let (d, turn, anchor) = (from.d, work.turn.take(w), Lanes::new(w, link.anchor));
+    let moved = Lanes::take(w, &work.shift) - turn.mul(d.mul(anchor)); // Δx − (A − 1) ϱ²
+    let turned = turn.times(&d); // (A − 1) d
+    let next = Columns(three!(i => d.0[i] + (turned.0[i] + error[i + 1])));
+    let center = match link.closes_gap {
+        true => {
+            let arm = parent.d.mul(Lanes::new(w, link.anchor_parent)); // ϱ¹
+            parent.center + (arm - next.mul(anchor)) // no gap: φ² = φ¹ + ϱ¹ − ϱ²
+        }
+        false => from.center + (moved + error[0]),
+    };
+    let [a, b, c] = turned.0;
+    (Place { center, d: next }, [moved, a, b, c])
+}
+
 sweep! {
-    /// `q_{n+1}`, `Δq`, `q_{n+1/2}`, `Δq/h` of the last [`advance`](super::sweeps::advance); `start`: `q_n` and its rounding error.
-    close = sweep_close(
-        links: &'a [Constants], works: &'a [Work], start: [&'a [f64]; 2], end: [&'a mut [f64]; 4],
-        h: f64
-    ) -> ()
+    /// `q_{n+1}`, `Δq`, `q_{n+1/2}`, `Δq/h` of the last [`advance`](super::sweeps::advance), into the interval.
+    close = sweep_close(links: &'a [Constants], works: &'a [Work], s: &'a mut Interval) -> ()
 }
 
 #[inline(always)]
-fn sweep_close<W: Width>(
-    w: W,
-    links: &[Constants],
-    works: &[Work],
-    [q0, compensation]: [&[f64]; 2],
-    [q1, dq, q_mid, v_mid]: [&mut [f64]; 4],
-    h: f64,
-) {
-    let (mut center, mut d_next) = (Lanes::zero(w), Columns::zero(w)); // q_{n+1} of the link before
+fn sweep_close<W: Width>(w: W, links: &[Constants], works: &[Work], s: &mut Interval) {
+    let rate = 1.0 / s.h;
+    let ([q0, compensation], [q1, dq, q_mid, v_mid]) = s.parts_mut();
+    let mut next = Place::ground(w); // of the link before
     for (link, work) in links.iter().zip(works) {
-        match link.parent {
-            Some(_) if link.follows_parent => {}
-            _ => (center, d_next) = (carrier_center(w, link, q1), carrier(w, link, q1)),
+        if !link.follows_parent {
+            next = Place::of_parent(w, link, q1);
         }
-        let arm = d_next.mul(Lanes::new(w, link.anchor_parent)); // ϱ¹
-        let (from, error) = (frame(q0, link.frame), frame(compensation, link.frame));
-        let (d, turn) = (Columns::directors(w, from), work.turn.take(w));
-        let anchor = Lanes::new(w, link.anchor);
-        let moved = Lanes::take(w, &work.shift) - turn.mul(d.mul(anchor)); // Δx − (A − 1) ϱ²
-        let turned = turn.times(&d); // (A − 1) d
-        d_next = Columns(three!(i => {
-            d.0[i] + (turned.0[i] + Lanes::of(w, &error[3 + 3 * i..]))
-        }));
-        let start = Lanes::of(w, from);
-        center = match link.closes_gap {
-            true => center + (arm - d_next.mul(anchor)), // no gap: φ² = φ¹ + ϱ¹ − ϱ²
-            false => start + (moved + Lanes::of(w, error)),
-        };
-        let [a, b, c] = three!(i => (d.0[i], turned.0[i], d_next.0[i]));
-        let mut at = link.frame;
-        for (from, change, end) in [(start, moved, center), a, b, c] {
-            end.write(&mut q1[at..]);
-            change.write(&mut dq[at..]);
-            (from + change * 0.5).write(&mut q_mid[at..]);
-            (change / h).write(&mut v_mid[at..]);
-            at += 3;
-        }
+        let (at, error) = (link.frame, frame(compensation, link.frame));
+        let (from, error) = (Place::of(w, q0, at), Lanes::vectors(w, error));
+        let change;
+        (next, change) = place_next((link, work), &from, error, &next);
+        write([from.vectors(), next.vectors(), change], at, rate, [q1, dq, q_mid, v_mid]);
+    }
+}
+
+/// The coordinates of a frame in the interval, from those at the start, at the end and their change.
+#[inline(always)]
+fn write<W: Width>(
+    [from, to, change]: [[Lanes<W>; 4]; 3],
+    first: usize,
+    rate: f64,
+    [q1, dq, q_mid, v_mid]: [&mut [f64]; 4],
+) {
+    let (mut mid, mut rates) = (from, change);
+    for i in 0..4 {
+        (mid[i], rates[i]) = (from[i] + change[i] * 0.5, change[i] * rate);
+    }
+    for (vectors, out) in [(to, q1), (change, dq), (mid, q_mid), (rates, v_mid)] {
+        Lanes::write_vectors(vectors, frame_mut(out, first));
     }
 }
 
 sweep! {
-    /// `p̄_{n+1} = M Δq/h` and the impulse of constant forces in half a step, and the balance of each link with these very
-    /// momenta; `of`: `q_n`, `Δq` and that impulse.
-    momenta = sweep_momenta(
-        links: &'a [Constants], works: &'a mut [Work], of: [&'a [f64]; 3], h: f64, p: &'a mut [f64]
-    ) -> ()
+    /// Moves a state to the end of a step whose momenta depend on `Δq` alone: the interval as by [`close`], `q_{n+1}` without
+    /// what round-off has added up ([`Tree::clean`]), its rounding error, `p̄_{n+1} = M Δq/h` and the `impulse` of constant
+    /// forces in half a step, and the balance of each link with these very momenta. Returns whether a glance at each link
+    /// has shown that it is as it should be.
+    finish = sweep_finish(
+        links: &'a [Constants], works: &'a mut [Work], tree: &'a Tree, impulse: &'a [f64],
+        s: &'a mut Interval, state: &'a mut State
+    ) -> bool
 }
 
 #[inline(always)]
-fn sweep_momenta<W: Width>(
+fn sweep_finish<W: Width>(
     w: W,
     links: &[Constants],
     works: &mut [Work],
-    [q0, dq, impulse]: [&[f64]; 3],
-    h: f64,
-    p: &mut [f64],
-) {
-    let rate = 1.0 / h;
-    for (link, work) in links.iter().zip(works) {
-        let (dq, impulse) = (frame(dq, link.frame), frame(impulse, link.frame));
-        let p = &mut p[link.frame..link.frame + 12];
-        let linear = move_momentum((w, link, 0), dq, impulse, rate, p);
-        let [first, second, third] =
-            three!(i => move_momentum((w, link, i + 1), dq, impulse, rate, p));
-        let d = Columns::directors(w, frame(q0, link.frame));
-        let spin = (d.0[0].cross(first) + d.0[1].cross(second)) + d.0[2].cross(third);
-        let anchor = d.mul(Lanes::new(w, link.anchor));
-        work.wrench = Pair { linear, angular: spin - anchor.cross(linear) }.held();
+    tree: &Tree,
+    impulse: &[f64],
+    s: &mut Interval,
+    state: &mut State,
+) -> bool {
+    let rate = 1.0 / s.h;
+    let ([q0, compensation], [q1, dq, q_mid, v_mid]) = s.parts_mut();
+    let (q, rounding, p) = (&mut state.q, &mut state.compensation.q, &mut state.p);
+    let (mut is_clean, mut far) = (true, Lanes::zero(w));
+    let mut next = Place::ground(w); // of the link before
+    for (k, link) in links.iter().enumerate() {
+        if !link.follows_parent {
+            next = Place::of_parent(w, link, q1);
+        }
+        let (parent, at, work) = (next, link.frame, &works[k]);
+        let (from, error) = (Place::of(w, q0, at), Lanes::vectors(w, frame(compensation, at)));
+        let change;
+        (next, change) = place_next((link, work), &from, error, &parent);
+        let (start, end) = (from.vectors(), next.vectors());
+        write([start, end, change], at, rate, [q1, dq, q_mid, v_mid]);
+        far += next.center * 0.0; // not zero where it is not finite
+        Lanes::write_vectors(end, frame_mut(q, at));
+        Lanes::write_vectors(rounding_error([start, end, change, error]), frame_mut(rounding, at));
+        let moved = link.parent.is_some_and(|parent| works[parent].cleaned);
+        let clean = !moved && looks_clean(link, &next, &parent);
+        works[k].cleaned = !clean && tree.clean_link(&tree.links()[k], q);
+        is_clean &= clean;
+        if works[k].cleaned {
+            for i in at..at + 12 {
+                let change = dq[i] + compensation[i];
+                rounding[i] = vi_core::interval::rounding_error([q0[i], q1[i]], change, q[i]);
+            }
+        }
+        let impulse = Lanes::vectors(w, frame(impulse, at));
+        let rest = move_momenta(link, change, impulse, rate, frame_mut(p, at));
+        let anchor = from.d.mul(Lanes::new(w, link.anchor));
+        works[k].wrench = balance(&from.d, anchor, rest).held();
     }
+    is_clean & far.within(0.0)
 }
 
-/// `p̄_{n+1}` of a vector of a link; returns its part of the balance, a difference of nearly equal numbers: it is exact.
+/// `p̄_{n+1}` of a link; returns its part of the balance, a difference of nearly equal numbers: it is exact.
 #[inline(always)]
-fn move_momentum<W: Width>(
-    (w, link, i): (W, &Constants, usize),
-    dq: &[f64; 12],
-    impulse: &[f64; 12],
+fn move_momenta<W: Width>(
+    link: &Constants,
+    change: [Lanes<W>; 4],
+    impulse: [Lanes<W>; 4],
     rate: f64,
-    p: &mut [f64],
-) -> Lanes<W> {
-    let row = &link.mass[i];
-    let mut momentum = Lanes::zero(w); // M Δq/h
-    if link.is_diagonal {
-        momentum = Lanes::of(w, &dq[3 * i..]) * (rate * row[i]);
-    } else {
-        for (j, m) in row.iter().enumerate() {
-            momentum += Lanes::of(w, &dq[3 * j..]) * (rate * m);
+    p: &mut [f64; 12],
+) -> [Lanes<W>; 4] {
+    let w = change[0].width();
+    let (before, mut after, mut rest) = (Lanes::vectors(w, p), impulse, impulse);
+    for i in 0..4 {
+        let row = &link.mass[i];
+        let mut momentum = Lanes::zero(w); // M Δq/h
+        if link.is_diagonal {
+            momentum = change[i] * (rate * row[i]);
+        } else {
+            for j in 0..4 {
+                momentum += change[j] * (rate * row[j]);
+            }
         }
+        rest[i] = (before[i] + impulse[i]) - momentum;
+        after[i] = momentum + impulse[i];
     }
-    let (impulse, own) = (Lanes::of(w, &impulse[3 * i..]), &mut p[3 * i..3 * i + 3]);
-    let rest = (Lanes::of(w, own) + impulse) - momentum;
-    (momentum + impulse).write(own);
+    Lanes::write_vectors(after, p);
     rest
+}
+
+/// [`vi_core::interval::rounding_error`] of a frame that is at the end of the step.
+#[inline(always)]
+fn rounding_error<W: Width>([start, end, change, error]: [[Lanes<W>; 4]; 4]) -> [Lanes<W>; 4] {
+    let mut rounding = error;
+    for i in 0..4 {
+        let rest = (start[i] - end[i]) + (change[i] + error[i]);
+        rounding[i] = rest.if_small(2.0 * f64::EPSILON, [start[i], end[i]]);
+    }
+    rounding
 }
 
 sweep! {
@@ -129,7 +187,8 @@ fn sweep_clean<W: Width>(
 ) {
     for (k, link) in links.iter().enumerate() {
         let moved = link.parent.is_some_and(|parent| works[parent].cleaned);
-        let clean = !moved && is_clean(w, link, q);
+        let (own, parent) = (Place::of(w, q, link.frame), Place::of_parent(w, link, q));
+        let clean = !moved && looks_clean(link, &own, &parent);
         works[k].cleaned = !clean && tree.clean_link(&tree.links()[k], q);
     }
 }
@@ -137,33 +196,31 @@ fn sweep_clean<W: Width>(
 /// Whether the directors of a link, its axes and its gap show no more round-off than is left anyway; the gap of a
 /// pair that closes it was removed with the parent where that is. The thread of a screw is not seen at a glance.
 #[inline(always)]
-fn is_clean<W: Width>(w: W, link: &Constants, q: &[f64]) -> bool {
-    let own = frame(q, link.frame);
-    let (d, parent) = (Columns::directors(w, own), carrier(w, link, q));
-    let [d1, d2, d3] = d.0;
-    let lengths = Lanes::dots([(d1, d1), (d2, d2), (d3, d3)]) - Lanes::new(w, [1.0; 3]);
+fn looks_clean<W: Width>(link: &Constants, own: &Place<W>, parent: &Place<W>) -> bool {
+    let [d1, d2, d3] = own.d.0;
+    let one = Lanes::new(d1.width(), [1.0; 3]);
+    let lengths = Lanes::dots([(d1, d1), (d2, d2), (d3, d3)]) - one;
     let angles = Lanes::dots([(d1, d2), (d1, d3), (d2, d3)]);
     let rigid = lengths.within(CLEAN_THRESHOLD) & angles.within(CLEAN_THRESHOLD);
+    let (d, at) = (&own.d, &parent.d);
     match link.kind {
         PairKind::Spherical | PairKind::Free => rigid,
-        PairKind::Revolute => rigid & off_axis(link, &d, &parent, 2).within(SLACK),
-        PairKind::Universal => rigid & (across(link, &d, &parent).abs() <= SLACK),
-        PairKind::Fixed => rigid & attitude(link, &d, &parent).within(SLACK),
+        PairKind::Revolute => rigid & off_axis(link, d, at, 2).within(SLACK),
+        PairKind::Universal => rigid & (cosine(link, d, at).abs() <= SLACK),
+        PairKind::Fixed => rigid & attitude(link, d, at).within(SLACK),
         PairKind::Prismatic => {
-            let gap = gap(link, &d, &parent, q);
-            let across = gap - along_axis(link, &parent, gap);
-            rigid & attitude(link, &d, &parent).within(SLACK) & across.within(SLACK)
+            rigid
+                & attitude(link, d, at).within(SLACK)
+                & across_axis(link, own, parent).within(SLACK)
         }
         PairKind::Cylindrical => {
-            let gap = gap(link, &d, &parent, q);
-            let across = gap - along_axis(link, &parent, gap);
-            rigid & off_axis(link, &d, &parent, 2).within(SLACK) & across.within(SLACK)
+            rigid
+                & off_axis(link, d, at, 2).within(SLACK)
+                & across_axis(link, own, parent).within(SLACK)
         }
         PairKind::Planar => {
-            let gap = gap(link, &d, &parent, q);
-            rigid
-                & off_axis(link, &d, &parent, 2).within(SLACK)
-                & along_axis(link, &parent, gap).within(SLACK)
+            let along = along_axis(link, at, own.gap(link, parent));
+            rigid & off_axis(link, d, at, 2).within(SLACK) & along.within(SLACK)
         }
         PairKind::Screw(_) => false,
     }
@@ -195,9 +252,16 @@ fn attitude<W: Width>(
 
 /// `n·m_1'`.
 #[inline(always)]
-fn across<W: Width>(link: &Constants, d: &Columns<Lanes<W>>, parent: &Columns<Lanes<W>>) -> f64 {
+fn cosine<W: Width>(link: &Constants, d: &Columns<Lanes<W>>, parent: &Columns<Lanes<W>>) -> f64 {
     let w = d.0[0].width();
     parent.mul(Lanes::new(w, link.axes[2])).dot(d.mul(Lanes::new(w, link.axes_child[0])))
+}
+
+/// The part of the gap across the axis.
+#[inline(always)]
+fn across_axis<W: Width>(link: &Constants, own: &Place<W>, parent: &Place<W>) -> Lanes<W> {
+    let gap = own.gap(link, parent);
+    gap - along_axis(link, &parent.d, gap)
 }
 
 /// The part of a vector along the axis.

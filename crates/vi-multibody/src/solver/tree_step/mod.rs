@@ -29,6 +29,7 @@ pub(in crate::solver) mod columns;
 pub(in crate::solver) mod end;
 pub(in crate::solver) mod link;
 mod maps;
+mod place;
 mod solve;
 mod sweeps;
 
@@ -38,11 +39,13 @@ use crate::geometry::spatial::SpatialMatrix;
 use crate::mechanism::Mechanism;
 use crate::pair::Transfer;
 use crate::solver::body_blocks::BodyBlocks;
-use crate::tree::Tree;
+use crate::tree::{Link, Tree};
 use columns::{ColumnWork, Motion};
 use link::{Constants, Sums, Work};
 use nalgebra::{Matrix3, Vector3};
 use solve::Gain;
+use sweeps::Turn;
+use vi_constraints::Constraints;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::Increments;
 use vi_core::interval::Interval;
@@ -60,6 +63,7 @@ pub struct TreeStep {
     links: Vec<Constants>,
     works: Vec<Work>,
     columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
+    turns: Vec<Turn>,         // d
     gains: Vec<Gain>,
     sums: Vec<Sums>,
     weight: Vec<f64>,  // n  constant forces
@@ -68,6 +72,14 @@ pub struct TreeStep {
     s: Interval,
     compensation: Vec<f64>, // d  rounding error of the last momentum balance
     turn: f64,              // rad  largest rotation of a body by the last correction
+    is_all: bool,           // the joints of the tree are all constraints
+    is_clean: bool,         // no link was off its place after the last step
+}
+
+/// Whether a mechanism has no other constraints than those of its bodies and of the joints of its tree.
+fn is_all(mechanism: &Mechanism) -> bool {
+    let of_link = |link: &Link| 6 + (6 - link.dof());
+    mechanism.len() == mechanism.tree().links().iter().map(of_link).sum::<usize>()
 }
 
 /// What acts beside constant forces.
@@ -99,12 +111,15 @@ impl TreeStep {
             increments: Increments::new(tree.blocks()),
             works: vec![Work::default(); count],
             columns: vec![ColumnWork::default(); if several { tree.dof() } else { 0 }],
+            turns: vec![Turn::default(); tree.dof()],
             gains: vec![Gain::default(); count],
             sums: vec![Sums::default(); slots],
             impulse: vec![0.0; n],
             s: Interval::new(n),
             compensation: vec![0.0; tree.dof()],
             turn: f64::INFINITY,
+            is_all: is_all(mechanism),
+            is_clean: false,
             tree,
             links,
             weight,
@@ -115,8 +130,7 @@ impl TreeStep {
     /// Writes `q_{n+1}` and `Δq` of the motion at hand, and closes the interval.
     fn close(&mut self) {
         let Self { links, works, s, .. } = self;
-        let (h, (start, end)) = (s.h, s.parts_mut());
-        end::close(links, works, start, end, h);
+        end::close(links, works, s);
     }
 }
 
@@ -221,8 +235,8 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         r: &mut [f64],
     ) -> Result<(), Fault> {
         let h = self.s.h;
-        let Self { links, works, columns, .. } = self;
-        sweeps::advance(links, works, columns, u, h)?; // q_{n+1} = F_d(u, q_n)
+        let Self { links, works, columns, turns, .. } = self;
+        sweeps::advance(links, works, (columns, turns), u, Some(h))?; // q_{n+1} = F_d(u, q_n)
         if self.variable.is_some() {
             self.close();
             self.increments.reach(mechanism, &self.s.q1);
@@ -234,6 +248,21 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         sweeps::pull_back(links, works, columns, r); // (28)
         r.iter_mut().zip(compensation).for_each(|(r, error)| *r += *error);
         Ok(())
+    }
+
+    /// Only the motion: the balance is evaluated with the momenta at the end of the step.
+    fn settle(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        u: &[f64],
+        r: &mut [f64],
+    ) -> Result<(), Fault> {
+        if self.variable.is_some() {
+            return self.residual(system, mechanism, u, r);
+        }
+        let Self { links, works, columns, turns, .. } = self;
+        sweeps::advance(links, works, (columns, turns), u, None)
     }
 
     fn correction(
@@ -262,6 +291,10 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         true
     }
 
+    fn meets_constraints(&self) -> bool {
+        self.is_clean && self.is_all
+    }
+
     fn degree(&self) -> Degree {
         Degree::Fitting
     }
@@ -283,17 +316,18 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         _newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        if self.variable.is_none() {
-            self.close();
-        }
         let Self { tree, links, works, columns, impulse, variable, s, compensation, .. } = self;
-        state.move_to_configuration(s, |_, q| end::clean(links, works, tree, q));
+        self.is_clean = false;
         match variable {
             Some(variable) => {
+                state.move_to_configuration(s, |_, q| end::clean(links, works, tree, q));
                 variable.write_balance((system, &state.p), s, works, links);
                 state.move_momentum(system, s);
             }
-            None => end::momenta(links, works, [&s.q0, &s.dq, impulse], s.h, &mut state.p),
+            None => {
+                (state.t, state.step) = (s.t_end(), state.step + 1);
+                self.is_clean = end::finish(links, works, tree, impulse, s, state);
+            }
         }
         // Sweeps and momenta round constants of a body differently: their own balance is what the next step takes over.
         sweeps::pull_back(links, works, columns, &mut state.compensation.balance);
@@ -317,6 +351,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         constraints: &Mechanism,
         u: &[f64],
     ) -> Option<Condition> {
+        self.residual(system, constraints, u, &mut vec![0.0; u.len()]).ok()?;
         let solve = |column: &mut [f64]| self.correction(system, constraints, u, column);
         Condition::of_inverse(u.len(), solve)
     }

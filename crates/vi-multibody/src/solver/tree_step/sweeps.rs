@@ -2,6 +2,7 @@
 
 use super::columns::{Act, Axis, ColumnWork, Motion};
 use super::link::{Constants, Work};
+use super::place::{Place, balance};
 use crate::geometry::lane_matrices::{Columns, Pair};
 use crate::geometry::lanes::{Lanes, Width, sweep, three};
 use vi_core::newton::{BlockKind, Fault};
@@ -13,35 +14,10 @@ pub(super) fn frame(q: &[f64], first: usize) -> &[f64; 12] {
     q[first..first + 12].try_into().expect("twelve coordinates")
 }
 
-/// The directors of the parent of a link; of the ground: the inertial base.
+/// The same, to be written.
 #[inline(always)]
-pub(super) fn carrier<W: Width>(w: W, link: &Constants, q: &[f64]) -> Columns<Lanes<W>> {
-    match link.parent {
-        Some(_) => Columns::directors(w, frame(q, link.parent_frame)),
-        None => Columns::multiple(w, 1.0),
-    }
-}
-
-/// The centre of the parent of a link.
-#[inline(always)]
-pub(super) fn carrier_center<W: Width>(w: W, link: &Constants, q: &[f64]) -> Lanes<W> {
-    match link.parent {
-        Some(_) => Lanes::of(w, frame(q, link.parent_frame)),
-        None => Lanes::zero(w),
-    }
-}
-
-/// The gap of a joint.
-#[inline(always)]
-pub(super) fn gap<W: Width>(
-    link: &Constants,
-    d: &Columns<Lanes<W>>,
-    parent: &Columns<Lanes<W>>,
-    q: &[f64],
-) -> Lanes<W> {
-    let w = d.0[0].width();
-    let start = carrier_center(w, link, q) + parent.mul(Lanes::new(w, link.anchor_parent));
-    (Lanes::of(w, frame(q, link.frame)) + d.mul(Lanes::new(w, link.anchor))) - start
+pub(super) fn frame_mut(q: &mut [f64], first: usize) -> &mut [f64; 12] {
+    (&mut q[first..first + 12]).try_into().expect("twelve coordinates")
 }
 
 sweep! {
@@ -61,12 +37,12 @@ fn sweep_open<W: Width>(
     [q, p, impulse]: [&[f64]; 3],
 ) {
     for (link, work) in links.iter().zip(works) {
-        let (own, parent) = (frame(q, link.frame), carrier(w, link, q));
-        let d = Columns::directors(w, own);
+        let (own, at) = (Place::of(w, q, link.frame), Place::of_parent(w, link, q));
+        let (d, parent) = (own.d, at.d);
         let anchor = d.mul(Lanes::new(w, link.anchor));
         let mut lever = parent.mul(Lanes::new(w, link.lever));
         if !link.closes_gap {
-            lever += gap(link, &d, &parent, q); // the slide
+            lever += own.gap(link, &at); // the slide
         }
         let euler = Columns(three!(j => Lanes::new(w, link.euler[j])));
         work.column.axis = parent.mul(Lanes::new(w, link.axes[2])).held();
@@ -74,12 +50,9 @@ fn sweep_open<W: Width>(
         work.moment = d.mul(Lanes::new(w, link.moment)).held();
         work.euler = d.times(&euler).times_transposed(&d).held(); // E = D E_b Dᵀ
         let (p, impulse) = (frame(p, link.frame), frame(impulse, link.frame));
-        let known =
-            three!(i => Lanes::of(w, &p[3 + 3 * i..]) + Lanes::of(w, &impulse[3 + 3 * i..]));
-        let force = Lanes::of(w, p) + Lanes::of(w, impulse);
-        let [spin, second, third] = three!(i => d.0[i].cross(known[i]));
-        let spin = (spin + second) + third;
-        work.start = Pair { linear: force, angular: spin - anchor.cross(force) }.held();
+        let (p, impulse) = (Lanes::vectors(w, p), Lanes::vectors(w, impulse));
+        let known = [p[0] + impulse[0], p[1] + impulse[1], p[2] + impulse[2], p[3] + impulse[3]];
+        work.start = balance(&d, anchor, known).held();
     }
     if !columns.is_empty() {
         open_columns(w, links, columns, q);
@@ -93,23 +66,40 @@ fn open_columns<W: Width>(w: W, links: &[Constants], columns: &mut [ColumnWork],
         let Motion::Several(several) = link.motion else {
             continue;
         };
-        let (d, parent) = (Columns::directors(w, frame(q, link.frame)), carrier(w, link, q));
+        let (own, parent) = (Place::of(w, q, link.frame), Place::of_parent(w, link, q));
         for (column, work) in several.iter().zip(&mut columns[link.unknown..]) {
             let axis = match column.axis {
-                Axis::Parent(i) => parent.mul(Lanes::new(w, link.axes[i])),
-                Axis::Child(i) => d.mul(Lanes::new(w, link.axes_child[i])),
+                Axis::Parent(i) => parent.d.mul(Lanes::new(w, link.axes[i])),
+                Axis::Child(i) => own.d.mul(Lanes::new(w, link.axes_child[i])),
             };
             work.axis = axis.held();
         }
     }
 }
 
+/// The angle of a column and what a rotation by it needs.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Turn {
+    angle: f64,
+    sine: f64,
+    versine: f64, // 1 − cos
+}
+
+impl Turn {
+    #[inline(always)]
+    fn by(angle: f64) -> Self {
+        let square = angle * angle;
+        let (sinc, gap) = rotation::coefficients(square);
+        Self { angle, sine: angle * sinc, versine: square * gap }
+    }
+}
+
 sweep! {
-    /// Root → leaf: the motion of every link for the increments `u` of a step `h`, and the balance of momenta of each
-    /// link alone.
+    /// Root → leaf: the motion of every link for the increments `u`, and, where the step `h` is given, the balance of
+    /// momenta of each link alone.
     advance = sweep_advance(
-        links: &'a [Constants], works: &'a mut [Work], columns: &'a mut [ColumnWork],
-        u: &'a [f64], h: f64
+        links: &'a [Constants], works: &'a mut [Work],
+        joints: (&'a mut [ColumnWork], &'a mut [Turn]), u: &'a [f64], h: Option<f64>
     ) -> Result<(), Fault>
 }
 
@@ -118,11 +108,12 @@ fn sweep_advance<W: Width>(
     w: W,
     links: &[Constants],
     works: &mut [Work],
-    columns: &mut [ColumnWork],
+    (columns, turns): (&mut [ColumnWork], &mut [Turn]),
     u: &[f64],
-    h: f64,
+    h: Option<f64>,
 ) -> Result<(), Fault> {
-    let rate = 1.0 / h;
+    turns.iter_mut().zip(u).for_each(|(turn, u)| *turn = Turn::by(*u)); // apart: none waits for another
+    let rate = h.map(f64::recip);
     let (mut turn, mut shift) = (Columns::zero(w), Lanes::zero(w)); // of the link before
     for (k, link) in links.iter().enumerate() {
         match link.parent {
@@ -139,13 +130,13 @@ fn sweep_advance<W: Width>(
         match link.motion {
             Motion::Fixed => {}
             Motion::Along(act) => {
-                let at = (u[link.unknown], link.unknown);
-                move_along((link, act), at, &mut work.column, &mut turn, &mut moved)?;
+                let by = (&turns[link.unknown], link.unknown);
+                move_along((link, act), by, &mut work.column, &mut turn, &mut moved)?;
             }
             Motion::Several(several) => {
                 for (unknown, column) in (link.unknown..).zip(several) {
-                    let (at, work) = ((u[unknown], unknown), &mut columns[unknown]);
-                    move_along((link, column.act), at, work, &mut turn, &mut moved)?;
+                    let (by, work) = ((&turns[unknown], unknown), &mut columns[unknown]);
+                    move_along((link, column.act), by, work, &mut turn, &mut moved)?;
                 }
             }
             Motion::Spherical => turn = rotation_by(w, u, link.unknown)?,
@@ -157,6 +148,7 @@ fn sweep_advance<W: Width>(
         shift += moved;
         work.lever_next = (lever + moved).held();
         (work.turn, work.shift) = (turn.held(), shift.held());
+        let Some(rate) = rate else { continue };
         let (moment, start) = (Lanes::take(w, &work.moment), work.start.take(w));
         let momentum = shift * link.mass[0][0] + turn.mul(moment); // m Δx + (A − 1) s
         let spin = turn.times(&work.euler.take(w)).moment() + moment.cross(shift);
@@ -171,11 +163,12 @@ fn sweep_advance<W: Width>(
 #[inline(always)]
 fn move_along<W: Width>(
     (link, act): (&Constants, Act),
-    (u, unknown): (f64, usize),
+    (by, unknown): (&Turn, usize),
     work: &mut ColumnWork,
     turn: &mut Columns<Lanes<W>>,
     moved: &mut Lanes<W>,
 ) -> Result<(), Fault> {
+    let u = by.angle;
     if !u.is_finite() {
         return Err(Fault::NotFinite);
     }
@@ -188,25 +181,13 @@ fn move_along<W: Width>(
         Act::Turn => {}
     }
     if act != Act::Slide {
-        let relative = rotation_about(axis, u, unknown)?;
+        if u.abs() > rotation::MAX_ROTATION {
+            return Err(Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size: u });
+        }
+        let relative = Columns::turn_about(axis, by.sine, by.versine); // exp(ϑ n̂) − 1
         *turn = turn.plus(&relative).plus(&turn.times(&relative)); // A B − 1
     }
     Ok(())
-}
-
-/// `exp(ϑ n̂) − 1`.
-#[inline(always)]
-fn rotation_about<W: Width>(
-    n: Lanes<W>,
-    angle: f64,
-    unknown: usize,
-) -> Result<Columns<Lanes<W>>, Fault> {
-    if angle.abs() > rotation::MAX_ROTATION {
-        return Err(Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size: angle });
-    }
-    let square = angle * angle;
-    let (sinc, gap) = rotation::coefficients(square);
-    Ok(Columns::turn_about(n, angle * sinc, square * gap))
 }
 
 /// Three finite increments.
