@@ -37,19 +37,27 @@ impl<W: Width> Columns<Lanes<W>> {
     /// `v̂`, with `v̂ b = v × b`.
     #[inline(always)]
     pub(crate) fn skew(v: Lanes<W>) -> Self {
-        let [x, y, z] = v.xyz();
+        let (w, after, before) = (v.width(), v.turn(), v.turn_back());
+        let signs = [[0.0, 1.0, -1.0], [-1.0, 0.0, 1.0], [1.0, -1.0, 0.0]];
+        let [a, b, c] = three!(j => Lanes::new(w, signs[j]));
         Self([
-            Lanes::new(v.width(), [0.0, z, -y]),
-            Lanes::new(v.width(), [-z, 0.0, x]),
-            Lanes::new(v.width(), [y, -x, 0.0]),
+            after.with_component::<2>(before).times(a), // (0, z, −y)
+            before.with_component::<2>(after).times(b), // (−z, 0, x)
+            after.with_component::<1>(before).times(c), // (y, −x, 0)
         ])
     }
 
     /// `s n̂ + g n̂²`, without cancellation on the diagonal.
     #[inline(always)]
     pub(crate) fn turn_about(n: Lanes<W>, s: f64, g: f64) -> Self {
-        let skew = Self::skew(n).0;
-        Self(three!(j => skew[j] * s + n.cross(skew[j]) * g))
+        let squares = n.times(n);
+        let diagonal = (squares.turn() + squares.turn_back()) * -1.0; // −(y² + z²), …
+        let (skew, [x, y, z]) = (Self::skew(n).0, n.xyz());
+        Self([
+            skew[0] * s + (n * x).with_component::<0>(diagonal) * g,
+            skew[1] * s + (n * y).with_component::<1>(diagonal) * g,
+            skew[2] * s + (n * z).with_component::<2>(diagonal) * g,
+        ])
     }
 
     /// `M v`.
@@ -98,8 +106,10 @@ impl<W: Width> Columns<Lanes<W>> {
     /// `(M_zy − M_yz, M_xz − M_zx, M_yx − M_xy)`: of `Σ b aᵀ` it is `Σ a × b`.
     #[inline(always)]
     pub(crate) fn moment(&self) -> Lanes<W> {
-        let [[_, yx, zx], [xy, _, zy], [xz, yz, _]] = three!(j => self.0[j].xyz());
-        Lanes::new(self.0[0].width(), [zy - yz, xz - zx, yx - xy])
+        let [x, y, z] = self.0;
+        let below = z.with_component::<1>(x).with_component::<2>(y); // M_xz, M_yx, M_zy
+        let above = y.with_component::<1>(z).with_component::<2>(x); // M_xy, M_yz, M_zx
+        below.turn_back() - above.turn()
     }
 
     /// `tr(M) I − M`.

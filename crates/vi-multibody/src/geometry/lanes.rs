@@ -67,12 +67,18 @@ pub(crate) trait Width: Copy {
     fn div(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
     /// `(y, z, x, w)`.
     fn turn(self, v: Self::Lanes) -> Self::Lanes;
+    /// `(z, x, y, w)`.
+    fn turn_back(self, v: Self::Lanes) -> Self::Lanes;
+    /// Lane `I` of `b`, the others of `a`.
+    fn with_lane<const I: usize>(self, a: Self::Lanes, b: Self::Lanes) -> Self::Lanes;
     /// `(x, y, z, 0)`.
     fn first_three(self, v: Self::Lanes) -> Self::Lanes;
     /// `(y, z, w, 0)`.
     fn last_three(self, v: Self::Lanes) -> Self::Lanes;
     /// `(x + y) + (z + w)` of three.
     fn sums(self, v: [Self::Lanes; 3]) -> Self::Lanes;
+    /// Whether no `|x|` is larger than `bound`; not so of what is not a number.
+    fn within(self, x: Self::Lanes, bound: f64) -> bool;
     /// `x` where `|x| ≤ factor max(|a|, |b|)`, zero elsewhere.
     fn if_small(self, x: Self::Lanes, factor: f64, sizes: [Self::Lanes; 2]) -> Self::Lanes;
 }
@@ -125,6 +131,17 @@ impl Width for Narrow {
     }
 
     #[inline(always)]
+    fn turn_back(self, [x, y, z, w]: [f64; 4]) -> [f64; 4] {
+        [z, x, y, w]
+    }
+
+    #[inline(always)]
+    fn with_lane<const I: usize>(self, mut a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+        a[I] = b[I];
+        a
+    }
+
+    #[inline(always)]
     fn first_three(self, [x, y, z, _]: [f64; 4]) -> [f64; 4] {
         [x, y, z, 0.0]
     }
@@ -138,6 +155,11 @@ impl Width for Narrow {
     fn sums(self, v: [[f64; 4]; 3]) -> [f64; 4] {
         let [x, y, z] = three!(j => (v[j][0] + v[j][1]) + (v[j][2] + v[j][3]));
         [x, y, z, 0.0]
+    }
+
+    #[inline(always)]
+    fn within(self, x: [f64; 4], bound: f64) -> bool {
+        x.iter().all(|x| x.abs() <= bound)
     }
 
     #[inline(always)]
@@ -156,7 +178,7 @@ mod wide {
     use super::Width;
     use pulp::cast;
     use pulp::x86::V3;
-    use std::arch::x86_64::__m256d;
+    use std::arch::x86_64::{__m256d, _CMP_LE_OQ};
 
     impl Width for V3 {
         type Lanes = __m256d;
@@ -202,6 +224,21 @@ mod wide {
         }
 
         #[inline(always)]
+        fn turn_back(self, v: __m256d) -> __m256d {
+            self.avx2._mm256_permute4x64_pd::<0b11_01_00_10>(v)
+        }
+
+        #[inline(always)]
+        fn with_lane<const I: usize>(self, a: __m256d, b: __m256d) -> __m256d {
+            match I {
+                0 => self.avx._mm256_blend_pd::<0b0001>(a, b),
+                1 => self.avx._mm256_blend_pd::<0b0010>(a, b),
+                2 => self.avx._mm256_blend_pd::<0b0100>(a, b),
+                _ => self.avx._mm256_blend_pd::<0b1000>(a, b),
+            }
+        }
+
+        #[inline(always)]
         fn first_three(self, v: __m256d) -> __m256d {
             self.avx._mm256_blend_pd::<0b1000>(v, self.splat(0.0))
         }
@@ -221,12 +258,19 @@ mod wide {
         }
 
         #[inline(always)]
+        fn within(self, x: __m256d, bound: f64) -> bool {
+            let size = self.avx._mm256_andnot_pd(self.splat(-0.0), x);
+            let is_small = self.avx._mm256_cmp_pd::<_CMP_LE_OQ>(size, self.splat(bound));
+            self.avx._mm256_movemask_pd(is_small) == 0b1111
+        }
+
+        #[inline(always)]
         fn if_small(self, x: __m256d, factor: f64, [a, b]: [__m256d; 2]) -> __m256d {
             let sign = self.splat(-0.0);
             let (a, b) = (self.avx._mm256_andnot_pd(sign, a), self.avx._mm256_andnot_pd(sign, b));
             let size = self.avx._mm256_andnot_pd(sign, x);
             let bound = self.mul(self.splat(factor), self.avx._mm256_max_pd(a, b));
-            let is_small = self.avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_LE_OQ }>(size, bound);
+            let is_small = self.avx._mm256_cmp_pd::<_CMP_LE_OQ>(size, bound);
             self.avx._mm256_and_pd(x, is_small)
         }
     }
@@ -317,12 +361,12 @@ impl<W: Width> Lanes<W> {
     /// Whether no component is larger than `bound`; not so of what is not a number.
     #[inline(always)]
     pub(crate) fn within(self, bound: f64) -> bool {
-        let [x, y, z] = self.xyz();
-        (x.abs() <= bound) & (y.abs() <= bound) & (z.abs() <= bound)
+        self.w.within(self.v, bound)
     }
 
+    /// Component by component.
     #[inline(always)]
-    fn times(self, other: Self) -> Self {
+    pub(crate) fn times(self, other: Self) -> Self {
         Self { v: self.w.mul(self.v, other.v), w: self.w }
     }
 
@@ -339,9 +383,22 @@ impl<W: Width> Lanes<W> {
         (x + y) + (z + w)
     }
 
+    /// `(y, z, x)`.
     #[inline(always)]
-    fn turn(self) -> Self {
+    pub(crate) fn turn(self) -> Self {
         Self { v: self.w.turn(self.v), w: self.w }
+    }
+
+    /// `(z, x, y)`.
+    #[inline(always)]
+    pub(crate) fn turn_back(self) -> Self {
+        Self { v: self.w.turn_back(self.v), w: self.w }
+    }
+
+    /// Component `I` of `other`, the others as they are.
+    #[inline(always)]
+    pub(crate) fn with_component<const I: usize>(self, other: Self) -> Self {
+        Self { v: self.w.with_lane::<I>(self.v, other.v), w: self.w }
     }
 
     #[inline(always)]
