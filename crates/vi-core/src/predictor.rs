@@ -157,20 +157,11 @@ impl History {
 
     #[inline(always)]
     fn fit_in(&self, lanes: impl Register, k: usize, count: usize, out: &mut [f64]) {
-        match count {
-            7 => fit(lanes, self.last::<7>(k), out),
-            6 => fit(lanes, self.last::<6>(k), out),
-            5 => fit(lanes, self.last::<5>(k), out),
-            4 => fit(lanes, self.last::<4>(k), out),
-            3 => fit(lanes, self.last::<3>(k), out),
-            2 => fit(lanes, self.last::<2>(k), out),
-            _ => fit(lanes, self.last::<1>(k), out),
+        let mut increments: [&[f64]; DEPTH] = [&[]; DEPTH];
+        for age in 0..count {
+            increments[age] = self.increment(k, age);
         }
-    }
-
-    /// The last `N` increments, the newest first.
-    fn last<const N: usize>(&self, k: usize) -> [&[f64]; N] {
-        std::array::from_fn(|age| self.increment(k, age))
+        fit(lanes, (increments, count), out);
     }
 
     /// Remembers the increment of sub-step `k`; a change of `h` starts its history anew. After a failure
@@ -194,24 +185,24 @@ impl History {
     }
 }
 
-/// By as many of the differences of all increments as fit: the first that is left out is the smallest one; all
-/// where they only fall.
+/// By as many of the differences of `count` increments, the newest first, as fit: the first that is left out is the
+/// smallest one; all where they only fall.
 #[inline(always)]
-fn fit<T: Register, const N: usize>(lanes: T, increments: [&[f64]; N], out: &mut [f64]) {
-    let (zero, count) = (lanes.splat(0.0), T::Lanes::COUNT);
-    let mut sizes = [zero; N]; // increments of steps that were taken are finite
-    for first in (0..out.len()).step_by(count) {
+fn fit<T: Register>(lanes: T, (increments, count): ([&[f64]; DEPTH], usize), out: &mut [f64]) {
+    let (zero, width) = (lanes.splat(0.0), T::Lanes::COUNT);
+    let mut sizes = [zero; DEPTH]; // increments of steps that were taken are finite
+    for first in (0..out.len()).step_by(width) {
         let differences = differences(lanes, &increments, first);
-        for j in 0..N {
+        for j in 0..DEPTH {
             sizes[j] = sizes[j].larger(differences[j]).larger(zero - differences[j]);
         }
     }
-    let sizes = sizes.map(|size| (0..count).map(|i| size.at(i)).fold(0.0, f64::max));
-    let terms = terms(&sizes);
-    for (block, out) in out.chunks_mut(count).enumerate() {
-        let differences = differences(lanes, &increments, block * count);
+    let sizes = sizes.map(|size| (0..width).map(|i| size.at(i)).fold(0.0, f64::max));
+    let terms = terms(&sizes[..count]);
+    for (block, out) in out.chunks_mut(width).enumerate() {
+        let differences = differences(lanes, &increments, block * width);
         let mut sum = zero;
-        for j in (0..N).rev().filter(|j| *j < terms) {
+        for j in (0..DEPTH).rev().filter(|j| *j < terms) {
             sum = sum + differences[j];
         }
         out.iter_mut().enumerate().for_each(|(i, out)| *out = sum.at(i));
@@ -225,14 +216,15 @@ pub fn terms(sizes: &[f64]) -> usize {
     smallest.map_or(1, |terms| if terms + 1 == sizes.len() { terms + 1 } else { terms })
 }
 
-/// `∇^j u_n` of the unknowns from `first` on, from the last increments, the newest first; zero beyond the last unknown.
+/// `∇^j u_n` of the unknowns from `first` on, from the last increments, the newest first; those that are not known, and what
+/// is beyond the last unknown, are zero.
 #[inline(always)]
-fn differences<T: Register, const N: usize>(
+fn differences<T: Register>(
     lanes: T,
-    increments: &[&[f64]; N],
+    increments: &[&[f64]; DEPTH],
     first: usize,
-) -> [T::Lanes; N] {
-    let mut u = [lanes.splat(0.0); N];
+) -> [T::Lanes; DEPTH] {
+    let mut u = [lanes.splat(0.0); DEPTH];
     for (u, increment) in u.iter_mut().zip(increments) {
         *u = match increment.get(first..first + T::Lanes::COUNT) {
             Some(full) => lanes.gather(
@@ -245,8 +237,8 @@ fn differences<T: Register, const N: usize>(
             ),
         };
     }
-    for j in 1..N {
-        for age in (j..N).rev() {
+    for j in 1..DEPTH {
+        for age in (j..DEPTH).rev() {
             u[age] = u[age - 1] - u[age];
         }
     }
