@@ -75,12 +75,12 @@ fn write<W: Width>(
 }
 
 sweep! {
-    /// Moves a state to the end of a step whose momenta depend on `Δq` alone: the interval as by [`close`], `q_{n+1}` without
-    /// what round-off has added up ([`Tree::clean`]), its rounding error, `p̄_{n+1} = M Δq/h` and the `impulse` of constant
-    /// forces in half a step, and the balance of each link with these very momenta. Returns whether a glance at each link
-    /// has shown that it is as it should be.
+    /// Moves a state to the end of the step: the interval as by [`close`], `q_{n+1}` without what round-off has added up
+    /// ([`Tree::clean`]) and its rounding error. Where momenta depend on `Δq` and the `impulse` of constant forces in half a
+    /// step alone, `p̄_{n+1} = M Δq/h` and that, and the balance of each link with these very momenta. Returns whether a
+    /// glance at each link has shown that it is as it should be.
     finish = sweep_finish(
-        links: &'a [Constants], works: &'a mut [Work], tree: &'a Tree, impulse: &'a [f64],
+        links: &'a [Constants], works: &'a mut [Work], tree: &'a Tree, impulse: Option<&'a [f64]>,
         s: &'a mut Interval, state: &'a mut State
     ) -> bool
 }
@@ -91,7 +91,7 @@ fn sweep_finish<W: Width>(
     links: &[Constants],
     works: &mut [Work],
     tree: &Tree,
-    impulse: &[f64],
+    impulse: Option<&[f64]>,
     s: &mut Interval,
     state: &mut State,
 ) -> bool {
@@ -123,6 +123,7 @@ fn sweep_finish<W: Width>(
                 rounding[i] = vi_core::interval::rounding_error([q0[i], q1[i]], change, q[i]);
             }
         }
+        let Some(impulse) = impulse else { continue };
         let impulse = Lanes::vectors(w, frame(impulse, at));
         let rest = move_momenta(link, change, impulse, rate, frame_mut(p, at));
         let anchor = from.d.mul(Lanes::new(w, link.anchor));
@@ -168,29 +169,6 @@ fn rounding_error<W: Width>([start, end, change, error]: [[Lanes<W>; 4]; 4]) -> 
         rounding[i] = rest.if_small(2.0 * f64::EPSILON, [start[i], end[i]]);
     }
     rounding
-}
-
-sweep! {
-    /// [`Tree::clean`], where a glance at a link does not show that it is as it should be.
-    clean = sweep_clean(
-        links: &'a [Constants], works: &'a mut [Work], tree: &'a Tree, q: &'a mut [f64]
-    ) -> ()
-}
-
-#[inline(always)]
-fn sweep_clean<W: Width>(
-    w: W,
-    links: &[Constants],
-    works: &mut [Work],
-    tree: &Tree,
-    q: &mut [f64],
-) {
-    for (k, link) in links.iter().enumerate() {
-        let moved = link.parent.is_some_and(|parent| works[parent].cleaned);
-        let (own, parent) = (Place::of(w, q, link.frame), Place::of_parent(w, link, q));
-        let clean = !moved && looks_clean(link, &own, &parent);
-        works[k].cleaned = !clean && tree.clean_link(&tree.links()[k], q);
-    }
 }
 
 /// Whether the directors of a link, its axes and its gap show no more round-off than is left anyway; the gap of a

@@ -317,17 +317,12 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         state: &mut State,
     ) -> Result<(), StepError> {
         let Self { tree, links, works, columns, impulse, variable, s, compensation, .. } = self;
-        self.is_clean = false;
-        match variable {
-            Some(variable) => {
-                state.move_to_configuration(s, |_, q| end::clean(links, works, tree, q));
-                variable.write_balance((system, &state.p), s, works, links);
-                state.move_momentum(system, s);
-            }
-            None => {
-                (state.t, state.step) = (s.t_end(), state.step + 1);
-                self.is_clean = end::finish(links, works, tree, impulse, s, state);
-            }
+        (state.t, state.step) = (s.t_end(), state.step + 1);
+        let constant = variable.is_none().then_some(&impulse[..]);
+        self.is_clean = end::finish(links, works, tree, constant, s, state);
+        if let Some(variable) = variable {
+            variable.write_balance((system, &state.p), s, works, links);
+            state.move_momentum(system, s);
         }
         // Sweeps and momenta round constants of a body differently: their own balance is what the next step takes over.
         sweeps::pull_back(links, works, columns, &mut state.compensation.balance);
