@@ -42,7 +42,7 @@ sweep! {
 
 #[inline(always)]
 fn sweep_close<W: Width>(w: W, links: &[Constants], works: &[Work], s: &mut Interval) {
-    let rate = 1.0 / s.h;
+    let h = s.h;
     let ([q0, compensation], [q1, dq, q_mid, v_mid]) = s.parts_mut();
     let mut next = Place::ground(w); // of the link before
     for (link, work) in links.iter().zip(works) {
@@ -53,7 +53,7 @@ fn sweep_close<W: Width>(w: W, links: &[Constants], works: &[Work], s: &mut Inte
         let (from, error) = (Place::of(w, q0, at), Lanes::vectors(w, error));
         let change;
         (next, change) = place_next((link, work), &from, error, &next);
-        write([from.vectors(), next.vectors(), change], at, rate, [q1, dq, q_mid, v_mid]);
+        write([from.vectors(), next.vectors(), change], at, h, [q1, dq, q_mid, v_mid]);
     }
 }
 
@@ -62,12 +62,12 @@ fn sweep_close<W: Width>(w: W, links: &[Constants], works: &[Work], s: &mut Inte
 fn write<W: Width>(
     [from, to, change]: [[Lanes<W>; 4]; 3],
     first: usize,
-    rate: f64,
+    h: f64,
     [q1, dq, q_mid, v_mid]: [&mut [f64]; 4],
 ) {
     let (mut mid, mut rates) = (from, change);
     for i in 0..4 {
-        (mid[i], rates[i]) = (from[i] + change[i] * 0.5, change[i] * rate);
+        (mid[i], rates[i]) = (from[i] + change[i] * 0.5, change[i] / h);
     }
     for (vectors, out) in [(to, q1), (change, dq), (mid, q_mid), (rates, v_mid)] {
         Lanes::write_vectors(vectors, frame_mut(out, first));
@@ -95,7 +95,7 @@ fn sweep_finish<W: Width>(
     s: &mut Interval,
     state: &mut State,
 ) -> bool {
-    let rate = 1.0 / s.h;
+    let (h, rate) = (s.h, 1.0 / s.h);
     let ([q0, compensation], [q1, dq, q_mid, v_mid]) = s.parts_mut();
     let (q, rounding, p) = (&mut state.q, &mut state.compensation.q, &mut state.p);
     let (mut is_clean, mut far) = (true, Lanes::zero(w));
@@ -109,7 +109,7 @@ fn sweep_finish<W: Width>(
         let change;
         (next, change) = place_next((link, work), &from, error, &parent);
         let (start, end) = (from.vectors(), next.vectors());
-        write([start, end, change], at, rate, [q1, dq, q_mid, v_mid]);
+        write([start, end, change], at, h, [q1, dq, q_mid, v_mid]);
         far += next.center * 0.0; // not zero where it is not finite
         Lanes::write_vectors(end, frame_mut(q, at));
         Lanes::write_vectors(rounding_error([start, end, change, error]), frame_mut(rounding, at));
