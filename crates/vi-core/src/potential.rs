@@ -175,7 +175,7 @@ pub struct LinearPotential {
 
 impl Potential for LinearPotential {
     fn value(&self, q: &[f64]) -> f64 {
-        let mut sum = 0.0;
+        let mut sum = -0.0; // as of no terms
         for (force, q) in self.force.chunks(4).zip(q.chunks(4)) {
             if force.iter().any(|w| *w != 0.0) {
                 force.iter().zip(q).for_each(|(w, x)| sum += w * x); // most are zero
