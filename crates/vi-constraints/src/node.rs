@@ -164,7 +164,7 @@ impl NodeObserver {
         h: f64,
     ) -> Result<(), Singular> {
         let (node, at) = (&mut self.node, state.configuration());
-        constraints.residual(at, &mut self.m_work);
+        constraints.value(at, &mut self.m_work);
         node.position_residual = norm_inf(&self.m_work);
 
         let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, h, out);
