@@ -177,8 +177,9 @@ impl Potential for LinearPotential {
     fn value(&self, q: &[f64]) -> f64 {
         let mut sum = -0.0; // as of no terms
         for (force, q) in self.force.chunks(4).zip(q.chunks(4)) {
+            // most forces are zero
             if force.iter().any(|w| *w != 0.0) {
-                force.iter().zip(q).for_each(|(w, x)| sum += w * x); // most are zero
+                force.iter().zip(q).for_each(|(w, x)| sum += w * x);
             }
         }
         -sum

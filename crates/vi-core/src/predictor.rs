@@ -145,23 +145,18 @@ impl History {
 
     /// By as many of the differences of `count` increments as fit.
     fn fit_increments(&self, k: usize, count: usize, out: &mut [f64]) {
+        let mut increments: [&[f64]; DEPTH] = [&[]; DEPTH]; // the newest first
+        for age in 0..count {
+            increments[age] = self.increment(k, age);
+        }
         #[cfg(target_arch = "x86_64")]
         if let Some(wide) = Wide::detect() {
             return wide.run(
                 #[inline(always)]
-                || self.fit_in(wide, k, count, out),
+                || fit(wide, (increments, count), out),
             );
         }
-        self.fit_in(Plain, k, count, out);
-    }
-
-    #[inline(always)]
-    fn fit_in(&self, lanes: impl Register, k: usize, count: usize, out: &mut [f64]) {
-        let mut increments: [&[f64]; DEPTH] = [&[]; DEPTH];
-        for age in 0..count {
-            increments[age] = self.increment(k, age);
-        }
-        fit(lanes, (increments, count), out);
+        fit(Plain, (increments, count), out);
     }
 
     /// Remembers the increment of sub-step `k`; a change of `h` starts its history anew. After a failure

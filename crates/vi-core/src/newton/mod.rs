@@ -14,7 +14,8 @@
 //! `scale_block` is the largest entry of the unknowns of that block, at least its floor: increments
 //! are resolved to `ε` of themselves, which is what exact momentum balances need. The residual after
 //! the last correction is evaluated anyway (it closes the interval), so the test costs no extra
-//! factorization; where no body turns too much, it is not needed ([`NewtonProblem::settle`]). The rounding error of the last correction is at hand for compensated stepping
+//! factorization; where no body turns too much, it is not needed ([`NewtonProblem::settle`]). The
+//! rounding error of the last correction is at hand for compensated stepping
 //! ([`Newton::rounding_error`]). An optional line search halves steps that increase the residual.
 //!
 //! Problems with an approximate tangent are solved by simplified iterations ([`NewtonProblem::is_simplified`]).

@@ -1,8 +1,7 @@
 //! The sweeps at the end of a step of [`super::TreeStep`]: coordinates, momenta, round-off.
 
 use super::link::{Constants, Work};
-use super::place::{Place, balance};
-use super::sweeps::{frame, frame_mut};
+use super::place::{Place, balance, frame, frame_mut};
 use crate::geometry::lane_matrices::Columns;
 use crate::geometry::lanes::{Lanes, Width, sweep, three};
 use crate::pair::PairKind;

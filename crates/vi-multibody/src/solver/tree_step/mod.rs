@@ -253,14 +253,11 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
     /// Only the motion: the balance is evaluated with the momenta at the end of the step.
     fn settle(
         &mut self,
-        system: &SeparableSystem,
-        mechanism: &Mechanism,
+        _: &SeparableSystem,
+        _: &Mechanism,
         u: &[f64],
-        r: &mut [f64],
+        _: &mut [f64],
     ) -> Result<(), Fault> {
-        if self.variable.is_some() {
-            return self.residual(system, mechanism, u, r);
-        }
         let Self { links, works, columns, turns, .. } = self;
         sweeps::advance(links, works, (columns, turns), u, None)
     }

@@ -1,9 +1,20 @@
-//! Centre and directors of a link.
+//! Centre and directors of a link, and where they stand among the coordinates.
 
 use super::link::Constants;
-use super::sweeps::frame;
 use crate::geometry::lane_matrices::{Columns, Pair};
 use crate::geometry::lanes::{Lanes, Width};
+
+/// The coordinates of a frame.
+#[inline(always)]
+pub(super) fn frame(q: &[f64], first: usize) -> &[f64; 12] {
+    q[first..first + 12].try_into().expect("twelve coordinates")
+}
+
+/// The same, to be written.
+#[inline(always)]
+pub(super) fn frame_mut(q: &mut [f64], first: usize) -> &mut [f64; 12] {
+    (&mut q[first..first + 12]).try_into().expect("twelve coordinates")
+}
 
 /// Where a link is: its centre and its directors.
 #[derive(Clone, Copy)]

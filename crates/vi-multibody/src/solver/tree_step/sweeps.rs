@@ -2,23 +2,11 @@
 
 use super::columns::{Act, Axis, ColumnWork, Motion};
 use super::link::{Constants, Work};
-use super::place::{Place, balance};
+use super::place::{Place, balance, frame};
 use crate::geometry::lane_matrices::{Columns, Pair};
 use crate::geometry::lanes::{Lanes, Width, sweep, three};
 use vi_core::newton::{BlockKind, Fault};
 use vi_rigid::rotation;
-
-/// The coordinates of a frame.
-#[inline(always)]
-pub(super) fn frame(q: &[f64], first: usize) -> &[f64; 12] {
-    q[first..first + 12].try_into().expect("twelve coordinates")
-}
-
-/// The same, to be written.
-#[inline(always)]
-pub(super) fn frame_mut(q: &mut [f64], first: usize) -> &mut [f64; 12] {
-    (&mut q[first..first + 12]).try_into().expect("twelve coordinates")
-}
 
 sweep! {
     /// Everything at `q_n`; `at`: `q_n`, `p̄_n`, impulse of constant forces in half a step.
