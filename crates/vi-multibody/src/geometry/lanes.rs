@@ -281,6 +281,13 @@ mod wide {
 #[repr(align(32))]
 pub(crate) struct Held([f64; 4]);
 
+impl Held {
+    #[inline(always)]
+    pub(crate) fn xyz(&self) -> [f64; 3] {
+        [self.0[0], self.0[1], self.0[2]]
+    }
+}
+
 /// Three numbers in four lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Lanes<W: Width> {

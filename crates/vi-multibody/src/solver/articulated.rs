@@ -19,7 +19,6 @@ use crate::geometry::spatial::SpatialMatrix;
 use crate::pair::{MAX_DOF, Motion, Transfer, Twist, VelocityMap};
 use crate::solver::body_blocks::BodyBlocks;
 use crate::tree::Tree;
-use nalgebra::Vector3;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
@@ -35,8 +34,6 @@ struct LinkWork {
     AS: [Twist; MAX_DOF],         // columns of Â S'
     SA: [Twist; MAX_DOF],         // rows of Sᵀ Â
     D: [[f64; MAX_DOF]; MAX_DOF], // D⁻¹
-    center_at: Vector3<f64>, // at q_n, from the reference point to the centre: zero unless written
-    center_next: Vector3<f64>, // at q_{n+1}
 }
 
 /// Factorization `P_ex(q_n)ᵀ blockdiag(A_α) P'_ex` of a tree.
@@ -62,15 +59,8 @@ impl Articulated {
         }
         let map = VelocityMap::new(Transfer::None, &[]);
         let zero = [Twist::zero(); MAX_DOF];
-        let work = LinkWork {
-            at: map,
-            next: map,
-            AS: zero,
-            SA: zero,
-            D: [[0.0; MAX_DOF]; MAX_DOF],
-            center_at: Vector3::zeros(),
-            center_next: Vector3::zeros(),
-        };
+        let work =
+            LinkWork { at: map, next: map, AS: zero, SA: zero, D: [[0.0; MAX_DOF]; MAX_DOF] };
         Self {
             blocks: tree.blocks(),
             tree,
@@ -118,35 +108,8 @@ impl Articulated {
         self.link_of[frame]
     }
 
-    /// From the reference points to the centres at `q_n`, to be written.
-    pub(crate) fn centers_at(&mut self) -> impl Iterator<Item = &mut Vector3<f64>> {
-        self.links.iter_mut().map(|link| &mut link.center_at)
-    }
-
-    /// From the reference points to the centres at `q_{n+1}`, to be written.
-    pub(crate) fn centers_next(&mut self) -> impl Iterator<Item = &mut Vector3<f64>> {
-        self.links.iter_mut().map(|link| &mut link.center_next)
-    }
-
-    /// A wrench on a link at its centre, about its reference point; at `q_{n+1}` or `q_n`.
-    #[inline]
-    pub(crate) fn about_reference(&self, link: usize, next: bool, wrench: &Twist) -> Twist {
-        let work = &self.links[link];
-        let lever = if next { &work.center_next } else { &work.center_at };
-        Twist::new(wrench.linear, wrench.angular + lever.cross(&wrench.linear))
-    }
-
-    /// `X, S` at `q_n`, to be written.
-    pub(crate) fn maps_at(&mut self) -> impl Iterator<Item = &mut VelocityMap> {
-        self.links.iter_mut().map(|link| &mut link.at)
-    }
-
-    /// `X', S'` at `q_{n+1}`, to be written.
-    pub(crate) fn maps_next(&mut self) -> impl Iterator<Item = &mut VelocityMap> {
-        self.links.iter_mut().map(|link| &mut link.next)
-    }
-
     /// `A_α`, to be written.
+    #[cfg(test)]
     pub(crate) fn blocks_mut(&mut self) -> impl Iterator<Item = &mut SpatialMatrix> {
         self.A.iter_mut()
     }

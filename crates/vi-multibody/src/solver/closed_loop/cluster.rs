@@ -16,7 +16,7 @@
 
 use super::echelon::{Echelon, Entry, SMALL};
 use super::elimination::Elimination;
-use super::path::{Paths, Placed};
+use super::path::{Maps, Paths, Placed};
 use crate::solver::articulated::Articulated;
 use nalgebra::DMatrix;
 use vi_constraints::null_space::RANK_TOLERANCE;
@@ -74,8 +74,18 @@ pub(crate) struct Cluster {
     is_of_chosen: bool, // whether they are the chosen ones
     next: Echelon,      // rows of J' at q_{n+1}, or of J wherever it is asked for
     chosen: Vec<usize>, // rows enforced at q_{n+1}
+    order: Vec<usize>,  // pivots of U, by their rows
     g: Vec<f64>,        // of the chosen rows
     elimination: Elimination,
+}
+
+/// The rows of a cluster in a step.
+pub(super) struct Rows<'a> {
+    pub(super) paths: &'a mut Paths,
+    pub(super) basis: &'a Echelon,  // U
+    pub(super) order: &'a [usize],  // its pivots, by their rows
+    pub(super) chosen: &'a [usize], // rows enforced at q_{n+1}
+    pub(super) g: &'a [f64],        // of the chosen rows
 }
 
 impl Cluster {
@@ -90,6 +100,7 @@ impl Cluster {
             is_of_chosen: false,
             next: echelon(),
             chosen: Vec::new(),
+            order: Vec::new(),
             g: Vec::new(),
             elimination: Elimination::new(&paths, 0),
             paths,
@@ -369,10 +380,22 @@ impl Cluster {
             elimination.add_column(k, basis.entries(k), paths, tree);
         }
         for (k, (&i, g)) in chosen.iter().zip(g.iter()).enumerate() {
-            paths.write_row(i, Placed { tree, sparse: None, home, column_of, q, next: true });
+            paths.write_row(
+                i,
+                Placed { tree, maps: Maps::Recursion, home, column_of, q, next: true },
+            );
             elimination.add_row((k, *g), paths, tree, x);
         }
         elimination.solve(paths.apex, tree)
+    }
+
+    /// What the elimination of a step needs; neighbours among the rows are neighbours among the columns of `C`.
+    pub(super) fn rows(&mut self) -> Rows<'_> {
+        let Self { paths, basis, chosen, order, g, .. } = self;
+        order.clear();
+        order.extend(0..chosen.len());
+        order.sort_unstable_by_key(|&k| basis.pivots()[k]);
+        Rows { paths, basis, order, chosen, g }
     }
 
     /// The multipliers are known with the motion of the apex: their part of `x`.

@@ -11,68 +11,16 @@
 #![allow(non_snake_case)] // C
 
 use super::echelon::{CAPACITY, Entry};
+use super::large_matrix::LargeMatrix;
 use super::path::Paths;
 use super::relief::{Relief, SIDES, first_side};
 use super::square_system::SquareSystem;
 use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
-use vi_core::linear::{Singular, SparseLu};
 use vi_core::newton::Fault;
-use vi_core::sparse::{Entries, SparseMatrix};
 
 /// Rank from which on `C` is solved by a sparse LU.
 const LARGE: usize = 128;
-
-/// A large `C` with its right-hand sides.
-#[derive(Default)]
-struct LargeMatrix {
-    places: Vec<(usize, usize)>,
-    values: Vec<f64>,
-    sides: Vec<f64>,            // rank × SIDES, column by column
-    known: Vec<(usize, usize)>, // places of the factors
-    factors: Option<(SparseMatrix, SparseLu)>,
-}
-
-impl LargeMatrix {
-    fn clear(&mut self, rank: usize) {
-        self.places.clear();
-        self.values.clear();
-        self.sides.clear();
-        self.sides.resize(SIDES * rank, 0.0);
-    }
-
-    /// Adds a row: entries from `rank` on are those of the right-hand sides.
-    fn push(&mut self, row: usize, rank: usize, entries: impl Iterator<Item = Entry>) {
-        for (k, value) in entries {
-            match k.checked_sub(rank) {
-                Some(side) => self.sides[side * rank + row] = value,
-                None => {
-                    self.places.push((row, k));
-                    self.values.push(value);
-                }
-            }
-        }
-    }
-
-    /// Solves for the right-hand sides from `first` on, in their place.
-    fn solve(&mut self, rank: usize, first: usize) -> Result<(), Singular> {
-        let Self { places, values, sides, known, factors } = self;
-        let emit = |out: &mut dyn Entries| {
-            places.iter().zip(&*values).for_each(|(&(i, j), value)| out.add(i, j, *value));
-        };
-        match factors {
-            Some((matrix, _)) if places == known => matrix.refill(emit),
-            _ => {
-                let matrix = SparseMatrix::assemble(rank, rank, emit);
-                let lu = SparseLu::new(&matrix)?;
-                *factors = Some((matrix, lu));
-                known.clone_from(places);
-            }
-        }
-        let (matrix, lu) = factors.as_mut().expect("just written");
-        lu.solve(matrix, &mut sides[first * rank..])
-    }
-}
 
 /// `C` with what it is made of.
 pub(crate) struct Complement {
@@ -215,12 +163,8 @@ impl Complement {
             Some(large) => {
                 met.sort_unstable();
                 met.dedup(); // a sum may have passed through zero
-                let largest = met.iter().map(|&k| line[k].abs()).fold(0.0, f64::max);
-                let scale = if largest > 0.0 { 1.0 / largest } else { 1.0 };
-                let sides = sides.enumerate().map(|(side, v)| (*rank + side, v));
-                let sides = sides.filter(|e| e.1 != 0.0);
-                let entries = met.iter().map(|&k| (k, line[k])).chain(sides);
-                large.push(*rows, *rank, entries.map(|(k, v)| (k, scale * v)));
+                let entries = met.iter().map(|&k| (k, line[k]));
+                large.push_scaled(*rows, *rank, entries, sides);
             }
             None => {
                 let (row, right) = matrix.row_mut(*rows);
@@ -243,19 +187,21 @@ impl Complement {
         match large {
             Some(large) => {
                 large.solve(*rank, first)?;
-                relief.relieve(|k, side| large.sides[side * *rank + k], apex, tree);
+                relief.take(|k, side| large.solution(*rank, k, side), first);
             }
             None => {
                 matrix.solve(first)?;
-                relief.relieve(|k, side| matrix.solution(k, side), apex, tree);
+                relief.take(|k, side| matrix.solution(k, side), first);
             }
         }
+        relief.relieve(apex, tree);
         Ok(())
     }
 
     /// Adds what the multipliers do to `x`, now that the motion of the apex is known.
     pub(crate) fn release(&mut self, paths: &Paths, tree: &mut Articulated, x: &mut [f64]) {
-        let multipliers = self.relief.multipliers(paths.apex, tree);
+        let apex = paths.apex.map(|apex| *tree.wrench(apex));
+        let multipliers = self.relief.multipliers(apex.as_ref());
         for (&column, entries) in paths.columns.iter().zip(&self.left) {
             x[column] += entries.iter().map(|&(k, value)| multipliers[k] * value).sum::<f64>();
         }

@@ -11,7 +11,7 @@
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
 use super::loops::Loops;
-use super::path::Placed;
+use super::path::{Maps, Placed};
 use super::sweep::Resolution;
 use crate::mechanism::Mechanism;
 use vi_constraints::Constraints;
@@ -78,7 +78,14 @@ impl LoopSweeps {
             let (first, rest) = loops.split_at_mut(1);
             let reach = norm_inf(u).max(SMALLEST_REACH);
             let Loops { tree, home, column_of, .. } = &rest[s - 1];
-            let at = Placed { tree, sparse: None, home, column_of, q: points.q(s), next: false };
+            let at = Placed {
+                tree,
+                maps: Maps::Recursion,
+                home,
+                column_of,
+                q: points.q(s),
+                next: false,
+            };
             first[0].clusters.iter_mut().for_each(|cluster| _ = cluster.choose_rows(at, reach));
         }
         *resolution = Resolution::full();
@@ -87,7 +94,7 @@ impl LoopSweeps {
             let end = points.point(j).end();
             let q = end.q;
             let Loops { tree, clusters, home, column_of, .. } = own;
-            let at = Placed { tree, sparse: None, home, column_of, q, next: false };
+            let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
             for (cluster, first) in clusters.iter_mut().zip(&first[0].clusters) {
                 resolution.meet(cluster.take_rows_of(first, at)?);
                 cluster.close(end);
@@ -132,7 +139,7 @@ impl Sweeps for LoopSweeps {
         let (first, rest) = loops.split_at_mut(1);
         let first = &mut first[0];
         first.tree.begin_at(&state.q, None);
-        first.begin(None, &state.q, memory);
+        first.begin(Maps::Recursion, &state.q, memory);
         dependent.fill(false);
         let unknowns = first.clusters.iter().flat_map(Cluster::dependent);
         unknowns.for_each(|unknown| dependent[unknown] = true);

@@ -88,13 +88,15 @@ impl DenseComplement {
     ) -> Result<(), Fault> {
         let Self { matrix, relief, .. } = self;
         matrix.solve(first_side(apex))?;
-        relief.relieve(|k, side| matrix.solution(k, side), apex, tree);
+        relief.take(|k, side| matrix.solution(k, side), first_side(apex));
+        relief.relieve(apex, tree);
         Ok(())
     }
 
     /// Adds what the multipliers do to `x`, now that the motion of the apex is known.
     pub(crate) fn release(&mut self, paths: &Paths, tree: &mut Articulated, x: &mut [f64]) {
-        let multipliers = self.relief.multipliers(paths.apex, tree);
+        let apex = paths.apex.map(|apex| *tree.wrench(apex));
+        let multipliers = self.relief.multipliers(apex.as_ref());
         for (multiplier, u) in multipliers.iter().zip(self.left.chunks_exact(self.width)) {
             for (&column, u) in paths.columns.iter().zip(u) {
                 x[column] += u * multiplier;

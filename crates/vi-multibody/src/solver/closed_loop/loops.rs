@@ -2,7 +2,7 @@
 
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
-use super::path::{ClusterLink, LoopRow, Paths, Placed};
+use super::path::{ClusterLink, LoopRow, Maps, Paths, Placed};
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
 use crate::pair::Twist;
@@ -101,7 +101,7 @@ impl Loops {
     pub(crate) fn ranks(&mut self, q: &[f64]) -> Vec<usize> {
         self.tree.begin_at(q, None);
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, sparse: None, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
         clusters.iter_mut().map(|cluster| cluster.rank_here(at, &[])).collect()
     }
 
@@ -123,7 +123,7 @@ impl Loops {
     /// The rank of some rows of `g_c` alone, at the configuration taken up last.
     pub(crate) fn rank_of(&mut self, rows: std::ops::Range<usize>, q: &[f64]) -> usize {
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, sparse: None, home, column_of, q, next: false };
+        let at = Placed { tree, maps: Maps::Recursion, home, column_of, q, next: false };
         let of = |cluster: &mut Cluster| {
             let own = cluster.paths.rows.iter().enumerate();
             let own = own.filter(|(_, row)| rows.contains(&row.number)).map(|(i, _)| i);
@@ -173,7 +173,7 @@ impl Loops {
             self.tree.begin_at(&q, None);
             u.fill(0.0);
             let Self { tree, clusters, home, column_of, weights, .. } = self;
-            let at = Placed { tree, sparse: None, home, column_of, q: &q, next: false };
+            let at = Placed { tree, maps: Maps::Recursion, home, column_of, q: &q, next: false };
             let mut rank = 0;
             for cluster in clusters {
                 rank += cluster.rank_here(at, &side);

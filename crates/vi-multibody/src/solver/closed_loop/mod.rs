@@ -45,12 +45,15 @@ pub mod control_points;
 mod dense_complement;
 mod echelon;
 mod elimination;
+mod large_matrix;
 pub mod loop_rank;
 pub(crate) mod loops;
 mod path;
 mod relief;
+mod row_sweeps;
 mod square_system;
 pub mod step;
+mod step_complement;
 mod sweep;
 
 use crate::mechanism::Mechanism;
@@ -180,7 +183,8 @@ impl LoopNodal {
             }
         }
         let Loops { tree, clusters, home, column_of, .. } = loops;
-        let at = Placed { tree, sparse: solver.sparse(), home, column_of, q: &s.q1, next: true };
+        let at =
+            Placed { tree, maps: solver.sparse().into(), home, column_of, q: &s.q1, next: true };
         complement.fill(0.0);
         let mut first = 0;
         for cluster in clusters {
@@ -234,7 +238,7 @@ impl NodalOperators for LoopNodal {
             TreeSolver::Sparse(sparse) => sparse.begin(s, memory, last),
         }
         let memory = if memory.indices.is_empty() { &self.initial } else { memory };
-        self.loops.begin(self.solver.sparse(), &s.q0, memory);
+        self.loops.begin(self.solver.sparse().into(), &s.q0, memory);
         (self.fresh, self.current) = (true, false);
     }
 
@@ -251,7 +255,7 @@ impl NodalOperators for LoopNodal {
         if self.fresh {
             self.take_tangent(u, s);
             let Self { loops, solver, .. } = self;
-            self.resolution = loops.choose_rows(solver.sparse(), &s.q1, u);
+            self.resolution = loops.choose_rows(solver.sparse().into(), &s.q1, u);
             self.fresh = false;
         }
         self.loops.clusters.iter_mut().for_each(|cluster| cluster.close(s.end()));

@@ -5,10 +5,12 @@
 //! ```
 
 use super::echelon::{Echelon, Entry};
+use super::row_sweeps::RowSweeps;
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
 use crate::solver::sparse_nodal::SparseNodal;
+use crate::solver::tree_step::part::Links;
 
 /// A row of `g_c` with the links that feel it.
 pub(crate) struct LoopRow {
@@ -39,13 +41,30 @@ pub(crate) struct ClusterLink {
     pub(crate) dof: usize,
 }
 
+/// The velocity maps that rows are carried by.
+#[derive(Clone, Copy)]
+pub(in crate::solver) enum Maps<'a> {
+    /// Those of the recursion.
+    Recursion,
+    /// The columns of the velocity map, where these are the unknowns.
+    Columns(&'a SparseNodal),
+    /// The links of the sweeps.
+    Sweeps(Links<'a>),
+}
+
+impl<'a> From<Option<&'a SparseNodal>> for Maps<'a> {
+    fn from(columns: Option<&'a SparseNodal>) -> Self {
+        columns.map_or(Self::Recursion, Self::Columns)
+    }
+}
+
 /// Where rows are evaluated.
 #[derive(Clone, Copy)]
 pub(crate) struct Placed<'a> {
     /// The velocity maps of the joints.
     pub(crate) tree: &'a Articulated,
-    /// The columns of the velocity map, where these are the unknowns.
-    pub(crate) sparse: Option<&'a SparseNodal>,
+    /// Where these maps are.
+    pub(in crate::solver) maps: Maps<'a>,
     /// Link of the tree → its cluster and its place there.
     pub(crate) home: &'a [(usize, usize)],
     /// Unknown of the tree → its column in the cluster.
@@ -66,6 +85,7 @@ pub(crate) struct Paths {
     wrenches: Vec<Twist>,               // scratch, of each link
     values: Vec<f64>,                   // scratch, of each column
     row: Vec<Entry>,                    // the last row written
+    pub(super) four: RowSweeps,         // scratch of four rows
 }
 
 impl Paths {
@@ -77,14 +97,15 @@ impl Paths {
         let owner = owners.flat_map(|(k, link)| std::iter::repeat_n(k, link.dof)).collect();
         let (wrenches, values) = (vec![Twist::zero(); links.len()], vec![0.0; columns.len()]);
         let row = Vec::with_capacity(columns.len());
-        Self { rows, links, apex, columns, owner, wrenches, values, row }
+        let four = RowSweeps::new(links.len(), columns.len());
+        Self { rows, links, apex, columns, owner, wrenches, values, row, four }
     }
 
     /// Row `i` of `G_c P_tree`: its wrenches carried to its apex.
     pub(super) fn write_row(&mut self, i: usize, at: Placed<'_>) -> &[Entry] {
-        match at.sparse {
-            Some(columns) => self.gather_row(i, at, columns),
-            None => self.carry_row(i, at),
+        match at.maps {
+            Maps::Columns(columns) => self.gather_row(i, at, columns),
+            _ => self.carry_row(i, at),
         }
         &self.row
     }
@@ -95,7 +116,6 @@ impl Paths {
         row.row.for_each_wrench(q, |frame, wrench| {
             let link = tree.link_of(frame);
             if Some(link) != row.apex {
-                let wrench = tree.about_reference(link, next, &wrench);
                 wrenches[home[link].1].add_scaled(1.0, &wrench);
             }
         });
@@ -145,11 +165,66 @@ impl Paths {
     ) {
         echelon.clear();
         let width = self.columns.len();
+        if let Maps::Sweeps(links) = at.maps {
+            self.fill_by_fours(echelon, rows, (at, links));
+            return;
+        }
         for i in rows {
             let (scale, number) = (self.rows[i].scale, self.rows[i].number);
             let right = side.get(number).map(|g| (width, *g));
             let entries = self.write_row(i, at).iter().copied().chain(right);
             echelon.push(entries.map(|(column, value)| (column, scale * value)));
+        }
+    }
+
+    fn fill_by_fours(
+        &mut self,
+        echelon: &mut Echelon,
+        rows: impl Iterator<Item = usize>,
+        at: (Placed<'_>, Links<'_>),
+    ) {
+        let mut rows = rows.peekable();
+        while let Some(first) = rows.next() {
+            let (mut own, mut count) = ([first; 4], 1);
+            while let Some(i) = rows.next_if(|&i| count < 4 && self.is_alongside(first, i)) {
+                own[count] = i;
+                count += 1;
+            }
+            self.write_four(&own[..count], at);
+            let Self { rows, links, four, .. } = self;
+            let columns = || rows[first].path.iter().map(|&k| &links[k]).filter(|k| k.dof > 0);
+            for (row, &i) in own[..count].iter().enumerate() {
+                let entry = |link: &ClusterLink| four.values[link.first][row] * rows[i].scale;
+                echelon.push(columns().map(|link| (link.first, entry(link))));
+            }
+            columns().for_each(|link| four.values[link.first] = [0.0; 4]);
+        }
+    }
+
+    /// Whether two rows take the same path.
+    fn is_alongside(&self, i: usize, j: usize) -> bool {
+        let (a, b) = (&self.rows[i], &self.rows[j]);
+        a.path == b.path && a.apex == b.apex
+    }
+
+    /// Up to four rows of `G_c P_tree`, side by side; those of one path at a time.
+    pub(super) fn write_four(&mut self, own: &[usize], (at, links): (Placed<'_>, Links<'_>)) {
+        let mut first = 0;
+        while let Some(&i) = own.get(first) {
+            let alongside = own[first..].iter().take_while(|&&j| self.is_alongside(i, j)).count();
+            for row in first..first + alongside {
+                let Self { rows, four, .. } = self;
+                rows[own[row]].row.for_each_wrench(at.q, |frame, wrench| {
+                    let link = at.tree.link_of(frame);
+                    if Some(link) != rows[i].apex {
+                        let wrench = links.about_reference(link, at.q, &wrench);
+                        four.add_wrench((at.home[link].1, row), &wrench);
+                    }
+                });
+            }
+            let (row, next) = (&self.rows[i], at.next);
+            self.four.carry(&self.links, (&row.path, row.apex), (links, next));
+            first += alongside;
         }
     }
 

@@ -29,23 +29,29 @@ impl Relief {
         Self { wrenches: vec![Twist::zero(); rank], solved: vec![0.0; SIDES * rank] }
     }
 
-    /// Takes the solutions, unknown `k` for a right-hand side, and relieves the apex of the cluster.
-    pub(super) fn relieve(
-        &mut self,
-        solution: impl Fn(usize, usize) -> f64,
-        apex: Option<usize>,
-        tree: &mut Articulated,
-    ) {
+    /// Takes the solutions, unknown `k` for a right-hand side, from the side `first` on.
+    pub(super) fn take(&mut self, solution: impl Fn(usize, usize) -> f64, first: usize) {
         let rank = self.wrenches.len();
-        for side in first_side(apex)..SIDES {
+        for side in first..SIDES {
             for k in 0..rank {
                 self.solved[side * rank + k] = solution(k, side);
             }
         }
+    }
+
+    /// What acts on the apex: `p_k`, and the multiplier as it falls with the twist of the apex and as it is without.
+    pub(super) fn parts(&self) -> impl Iterator<Item = (&Twist, Twist, f64)> {
+        let closure = (SIDES - 1) * self.wrenches.len();
+        let wrenches = self.wrenches.iter().enumerate();
+        wrenches.map(move |(k, wrench)| (wrench, self.per_twist(k), self.solved[closure + k]))
+    }
+
+    /// Relieves the apex of the cluster.
+    pub(super) fn relieve(&self, apex: Option<usize>, tree: &mut Articulated) {
         let Some(apex) = apex else { return };
-        for (k, wrench) in self.wrenches.iter().enumerate() {
-            tree.relieve(apex, wrench, &self.per_twist(k));
-            tree.wrench(apex).add_scaled(self.solved[(SIDES - 1) * rank + k], wrench);
+        for (wrench, per_twist, multiplier) in self.parts() {
+            tree.relieve(apex, wrench, &per_twist);
+            tree.wrench(apex).add_scaled(multiplier, wrench);
         }
     }
 
@@ -56,13 +62,12 @@ impl Relief {
         Twist::new(part(0), part(3))
     }
 
-    /// The multipliers, now that the motion of the apex is known.
-    pub(super) fn multipliers(&mut self, apex: Option<usize>, tree: &mut Articulated) -> &[f64] {
+    /// The multipliers, now that the twist of the apex is known.
+    pub(super) fn multipliers(&mut self, apex: Option<&Twist>) -> &[f64] {
         let closure = (SIDES - 1) * self.wrenches.len();
-        if let Some(apex) = apex {
-            let twist = *tree.wrench(apex);
+        if let Some(twist) = apex {
             for k in 0..self.wrenches.len() {
-                self.solved[closure + k] -= self.per_twist(k).dot(&twist);
+                self.solved[closure + k] -= self.per_twist(k).dot(twist);
             }
         }
         &self.solved[closure..]

@@ -1,7 +1,9 @@
 //! A small system of equations with several right-hand sides, by Gaussian elimination.
 //!
-//! Rows are brought to one scale; the pivot of a column is its largest entry, and entries that vanish are passed over: the
-//! rows of loops that few others meet are short.
+//! Rows are brought to one scale, and the pivot of a column is its largest entry. The rows of loops that few others meet are
+//! short: nothing is done outside of their envelope, and entries that vanish are passed over.
+//!
+//! Source: A. George, J. Liu, Computer Solution of Large Sparse Positive Definite Systems (1981), §4, for the envelope.
 
 use vi_core::newton::Fault;
 
@@ -13,12 +15,15 @@ pub(super) struct SquareSystem {
     rank: usize,
     sides: usize,
     entries: Vec<f64>, // rank × (rank + sides), row by row
+    ends: Vec<usize>,  // of each row: behind its last entry
+    lows: Vec<usize>,  // of each column: below the last row that begins there or before
 }
 
 impl SquareSystem {
     /// For a number of unknowns and of right-hand sides.
     pub(super) fn new(rank: usize, sides: usize) -> Self {
-        Self { rank, sides, entries: vec![0.0; rank * (rank + sides)] }
+        let (entries, none) = (vec![0.0; rank * (rank + sides)], vec![0; rank]);
+        Self { rank, sides, entries, ends: none.clone(), lows: none }
     }
 
     /// Row `i` of `C`, and of the right-hand sides, to be written in full.
@@ -44,21 +49,27 @@ impl SquareSystem {
     }
 
     fn scale_rows(&mut self) {
-        let (rank, size) = (self.rank, self.rank + self.sides);
-        for row in self.entries.chunks_exact_mut(size) {
-            let largest = row[..rank].iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-            if largest > 0.0 {
-                row.iter_mut().for_each(|x| *x /= largest);
-            }
+        let Self { rank, sides, entries, ends, lows } = self;
+        lows.fill(0);
+        for (i, row) in entries.chunks_exact_mut(*rank + *sides).enumerate() {
+            let (own, sides) = row.split_at_mut(*rank);
+            let Some(begin) = own.iter().position(|x| *x != 0.0) else { continue };
+            let end = own.iter().rposition(|x| *x != 0.0).map_or(begin, |last| last + 1);
+            let own = &mut own[begin..end];
+            let largest = own.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+            own.iter_mut().chain(sides).for_each(|x| *x /= largest);
+            (ends[i], lows[begin]) = (end, i + 1);
         }
+        let mut low = 0;
+        lows.iter_mut().for_each(|own| (low, *own) = (low.max(*own), low.max(*own)));
     }
 
     /// Brings the largest entry of column `k` into row `k`.
     fn take_pivot(&mut self, k: usize) -> Result<(), Fault> {
-        let Self { rank, sides, entries } = self;
+        let Self { rank, sides, entries, ends, lows } = self;
         let size = *rank + *sides;
         let (mut largest, mut place) = (SMALLEST, None);
-        for i in k..*rank {
+        for i in k..lows[k] {
             let entry = entries[i * size + k].abs();
             if entry > largest {
                 (largest, place) = (entry, Some(i));
@@ -68,6 +79,7 @@ impl SquareSystem {
         if i > k {
             let (above, below) = entries.split_at_mut(i * size);
             above[k * size..(k + 1) * size].swap_with_slice(&mut below[..size]);
+            ends.swap(i, k);
         }
         Ok(())
     }
@@ -76,12 +88,15 @@ impl SquareSystem {
     fn eliminate(&mut self, k: usize, first: usize) {
         let (rank, size) = (self.rank, self.rank + self.sides);
         let (above, below) = self.entries.split_at_mut((k + 1) * size);
-        let pivot = &above[k * size..];
+        let (ends, ends_below) = self.ends.split_at_mut(k + 1);
+        let (pivot, end) = (&above[k * size..], ends[k]);
         let inverse = 1.0 / pivot[k];
-        for row in below.chunks_exact_mut(size).filter(|row| row[k] != 0.0) {
+        let below = below.chunks_exact_mut(size).zip(ends_below).take(self.lows[k] - k - 1);
+        for (row, own_end) in below.filter(|(row, _)| row[k] != 0.0) {
             let factor = row[k] * inverse;
+            *own_end = end.max(*own_end);
             let (own, sides) = row.split_at_mut(rank + first);
-            let entries = own[k + 1..rank].iter_mut().zip(&pivot[k + 1..rank]);
+            let entries = own[k + 1..end].iter_mut().zip(&pivot[k + 1..end]);
             entries.for_each(|(x, p)| *x -= factor * p);
             let sides = sides.iter_mut().zip(&pivot[rank + first..]);
             sides.for_each(|(x, p)| *x -= factor * p);
@@ -94,7 +109,7 @@ impl SquareSystem {
             let (above, below) = self.entries.split_at_mut((k + 1) * size);
             let (own, sides) = above[k * size..].split_at_mut(rank);
             let sides = &mut sides[first..];
-            for (entry, later) in own[k + 1..].iter().zip(below.chunks_exact(size)) {
+            for (entry, later) in own[k + 1..self.ends[k]].iter().zip(below.chunks_exact(size)) {
                 if *entry != 0.0 {
                     let known = sides.iter_mut().zip(&later[rank + first..]);
                     known.for_each(|(x, later)| *x -= entry * later);

@@ -11,8 +11,11 @@
 //! [`super::LoopNodal`] solves loops that start in a singular configuration or have other pairs, and potentials that
 //! couple bodies.
 
+use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
 use super::loops::Loops;
+use super::path::{Maps, Placed};
+use super::step_complement::StepComplement;
 use super::sweep::Resolution;
 use crate::mechanism::Mechanism;
 use crate::pair::PairKind;
@@ -31,11 +34,11 @@ crate::opaque_debug!(LoopStep);
 pub struct LoopStep {
     tree: TreeStep,
     loops: Loops,
+    complements: Vec<StepComplement>, // of the clusters
     increments: Increments,
     initial: Memory, // before the first step
     resolution: Resolution,
-    fresh: bool,   // rows not chosen yet in this step
-    current: bool, // the tangent maps are those of the last trial
+    fresh: bool, // rows not chosen yet in this step
 }
 
 impl LoopStep {
@@ -48,23 +51,46 @@ impl LoopStep {
         if rank.is_singular() || !links.iter().all(|link| plain.contains(&link.joint.kind)) {
             return None;
         }
-        let tree = TreeStep::new(mechanism, system)?;
+        let mut tree = TreeStep::new(mechanism, system)?;
         let loops = Loops::of_rank(mechanism, rank);
+        tree.carry_loops(loops.clusters.iter().filter_map(Cluster::apex));
+        let complement = |cluster: &Cluster| StepComplement::new(&cluster.paths, cluster.rank());
+        let complements = loops.clusters.iter().map(complement).collect();
         let mut initial = Memory::default();
         loops.remember(&mut initial);
-        let (resolution, fresh, current) = (Resolution::full(), true, false);
+        let (resolution, fresh) = (Resolution::full(), true);
         let increments = Increments::new(loops.blocks.clone());
-        Some(Self { tree, loops, increments, initial, resolution, fresh, current })
+        Some(Self { tree, loops, complements, increments, initial, resolution, fresh })
     }
 
-    /// `X', S'` of the last trial.
-    fn take_tangent(&mut self) {
-        if !self.current {
-            let Self { tree, loops, .. } = self;
-            tree.write_tangents(loops.tree.maps_next());
-            tree.write_centers(&tree.interval().q1, loops.tree.centers_next());
-            self.current = true;
+    /// One sweep to the root and one back, clusters at their apexes; `x` is `−h` times the right-hand side, then `δ`.
+    fn solve(&mut self, u: &[f64], x: &mut [f64]) -> Result<(), Fault> {
+        let Self { tree, loops, complements, .. } = self;
+        let Loops { tree: at, clusters, home, column_of, .. } = loops;
+        let after = |apex: Option<usize>| apex.map_or(0, |apex| apex + 1);
+        let mut rest = home.len(); // links that are not eliminated yet
+        for (cluster, complement) in clusters.iter_mut().zip(&mut *complements) {
+            let apex = cluster.apex();
+            tree.eliminate(after(apex)..rest, x)?;
+            rest = after(apex);
+            let (links, q) = (tree.at_links(), &tree.interval().q1);
+            let maps = Maps::Sweeps(links);
+            let at = Placed { tree: at, maps, home, column_of, q, next: true };
+            complement.eliminate(cluster.rows(), (at, links), x)?;
+            if let Some(apex) = apex {
+                complement.relieve(apex, tree);
+            }
         }
+        tree.eliminate(0..rest, x)?;
+        let mut done = 0;
+        for (cluster, complement) in clusters.iter().zip(complements).rev() {
+            tree.substitute(done..after(cluster.apex()), u, x);
+            done = after(cluster.apex());
+            let twist = cluster.apex().map(|apex| tree.twist(apex));
+            complement.release(&cluster.paths, twist.as_ref(), x);
+        }
+        tree.substitute(done..home.len(), u, x);
+        Ok(())
     }
 }
 
@@ -83,11 +109,9 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         self.increments.open(mechanism, &state.q);
         let Self { tree, loops, initial, .. } = self;
         tree.begin(system, mechanism, step, state);
-        tree.write_maps(loops.tree.maps_at());
-        tree.write_centers(&state.q, loops.tree.centers_at());
         let memory = if state.memory.indices.is_empty() { initial } else { &state.memory };
-        loops.begin(None, &state.q, memory);
-        (self.fresh, self.current) = (true, false);
+        loops.begin(Maps::Sweeps(tree.at_links()), &state.q, memory);
+        self.fresh = true;
     }
 
     fn residual(
@@ -97,13 +121,12 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         u: &[f64],
         r: &mut [f64],
     ) -> Result<(), Fault> {
-        self.current = false;
         self.tree.residual(system, mechanism, u, r)?;
         self.tree.close_interval();
         if self.fresh {
-            self.take_tangent();
             let Self { tree, loops, .. } = self;
-            self.resolution = loops.choose_rows(None, &tree.interval().q1, u);
+            let maps = Maps::Sweeps(tree.at_links());
+            self.resolution = loops.choose_rows(maps, &tree.interval().q1, u);
             self.fresh = false;
         }
         let s = self.tree.interval();
@@ -119,15 +142,14 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         &mut self,
         system: &SeparableSystem,
         _: &Mechanism,
-        _u: &[f64],
+        u: &[f64],
         du: &mut [f64],
     ) -> Result<(), Fault> {
         let h = self.tree.interval().h;
         self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(h, du))?;
-        self.take_tangent();
-        self.tree.write_blocks(system, self.loops.tree.blocks_mut());
+        self.tree.assemble(system);
         du.iter_mut().for_each(|x| *x *= -h); // −h A δ − Uᵀμ = −h (b − Uᵀλ)
-        self.loops.solve_by_sweeps(&self.tree.interval().q1, du)?;
+        self.solve(u, du)?;
         if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 

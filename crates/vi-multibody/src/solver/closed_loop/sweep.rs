@@ -2,8 +2,7 @@
 
 use super::cluster::Recall;
 use super::loops::Loops;
-use super::path::Placed;
-use crate::solver::sparse_nodal::SparseNodal;
+use super::path::{Maps, Placed};
 use vi_core::linear::norm_inf;
 use vi_core::newton::{CLOSING_SIZE, Fault};
 use vi_core::state::Memory;
@@ -58,22 +57,17 @@ impl Loops {
     }
 
     /// `U` at `q_n`, with the maps of the tree at hand.
-    pub(super) fn begin(&mut self, sparse: Option<&SparseNodal>, q: &[f64], memory: &Memory) {
+    pub(super) fn begin(&mut self, maps: Maps<'_>, q: &[f64], memory: &Memory) {
         let mut recall = Recall::new(memory);
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, sparse, home, column_of, q, next: false };
+        let at = Placed { tree, maps, home, column_of, q, next: false };
         clusters.iter_mut().for_each(|cluster| cluster.begin(at, &mut recall));
     }
 
     /// The rows to enforce, from the first trial `u` of the step and its `q_{n+1}`.
-    pub(super) fn choose_rows(
-        &mut self,
-        sparse: Option<&SparseNodal>,
-        q: &[f64],
-        u: &[f64],
-    ) -> Resolution {
+    pub(super) fn choose_rows(&mut self, maps: Maps<'_>, q: &[f64], u: &[f64]) -> Resolution {
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, sparse, home, column_of, q, next: true };
+        let at = Placed { tree, maps, home, column_of, q, next: true };
         let reach = norm_inf(u).max(SMALLEST_REACH);
         let smallest = clusters.iter_mut().map(|cluster| cluster.choose_rows(at, reach));
         Resolution { sigma: smallest.fold(1.0, f64::min), reach }
@@ -162,7 +156,7 @@ mod tests {
             }
             loops.tree.begin_at(&q, None);
             loops.tree.stand();
-            loops.begin(None, &q, &Memory::default());
+            loops.begin(Maps::Recursion, &q, &Memory::default());
             let blocks = loops.tree.blocks_mut().enumerate();
             blocks.for_each(|(k, block)| *block = mass(k));
             let mut x = side.to_vec();

@@ -28,7 +28,7 @@
 pub(in crate::solver) mod columns;
 pub(in crate::solver) mod end;
 pub(in crate::solver) mod link;
-mod maps;
+pub(in crate::solver) mod part;
 mod place;
 mod solve;
 mod sweeps;
@@ -43,7 +43,7 @@ use crate::tree::{Link, Tree};
 use columns::{ColumnWork, Motion};
 use link::{Constants, Sums, Work};
 use nalgebra::{Matrix3, Vector3};
-use solve::Gain;
+use solve::{Gain, Part};
 use sweeps::Turn;
 use vi_constraints::Constraints;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
@@ -66,6 +66,7 @@ pub struct TreeStep {
     turns: Vec<Turn>,         // d
     gains: Vec<Gain>,
     sums: Vec<Sums>,
+    part: Part,
     weight: Vec<f64>,  // n  constant forces
     impulse: Vec<f64>, // n  of them in half a step
     variable: Option<Variable>,
@@ -114,6 +115,7 @@ impl TreeStep {
             turns: vec![Turn::default(); tree.dof()],
             gains: vec![Gain::default(); count],
             sums: vec![Sums::default(); slots],
+            part: Part::default(),
             impulse: vec![0.0; n],
             s: Interval::new(n),
             compensation: vec![0.0; tree.dof()],
@@ -269,17 +271,10 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         u: &[f64],
         du: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { links, works, columns, gains, sums, variable, s, .. } = self;
-        let extra = match variable {
-            Some(variable) => {
-                variable.assemble(system, s, links);
-                &variable.blocks[..]
-            }
-            None => &[],
-        };
-        du.iter_mut().for_each(|x| *x *= -s.h);
-        solve::eliminate(links, works, (columns, gains), (sums, extra), du)?;
-        self.turn = solve::substitute(links, works, (columns, gains), u, du);
+        self.assemble(system);
+        du.iter_mut().for_each(|x| *x *= -self.s.h);
+        self.eliminate(0..self.links.len(), du)?;
+        self.turn = self.substitute(0..self.links.len(), u, du);
         if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 

@@ -6,11 +6,21 @@ use super::link::{Constants, Sums, Work};
 use super::sweeps::component;
 use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
 use crate::geometry::lanes::{Held, Lanes, Width, sweep, three};
+use std::ops::Range;
 use vi_core::newton::Fault;
 use vi_rigid::rotation;
 
 /// `G` of a rotation vector: what a translation of the reference point takes from `δω`.
 pub(super) type Gain = Columns<Held>;
+
+/// What closed loops between the sweeps of a tree need: the links up to the next apex at a time, and columns of `Ã S'`.
+#[derive(Debug, Default)]
+pub(in crate::solver) struct Part {
+    pub(in crate::solver) links: Range<usize>,
+    pub(in crate::solver) forces: Vec<Pair<Held>>, // Ã S', none on trees
+    pub(in crate::solver) unwritten: Vec<usize>,   // slots of sums that no child writes
+    carried: Sums,                                 // by the link before, of its one child
+}
 
 /// `−h A_α` of a link alone, about its reference point.
 #[inline(always)]
@@ -29,10 +39,10 @@ pub(super) fn block<W: Width>(w: W, link: &Constants, work: &Work) -> Spatial<La
 
 sweep! {
     /// Leaf → root: factorizes, and `x ← u_k`; on entry `x` is `−h` times the right-hand side. `more`: for the sums over
-    /// children, and what is added to the blocks.
+    /// children, what is added to the blocks, and the links in question.
     eliminate = sweep_eliminate(
         links: &'a [Constants], works: &'a mut [Work], joints: (&'a mut [ColumnWork], &'a mut [Gain]),
-        more: (&'a mut [Sums], &'a [Spatial<Held>]), x: &'a mut [f64]
+        more: (&'a mut [Sums], &'a [Spatial<Held>], &'a mut Part), x: &'a mut [f64]
     ) -> Result<(), Fault>
 }
 
@@ -42,11 +52,14 @@ fn sweep_eliminate<W: Width>(
     links: &[Constants],
     works: &mut [Work],
     (columns, gains): (&mut [ColumnWork], &mut [Gain]),
-    (sums, added): (&mut [Sums], &[Spatial<Held>]),
+    (sums, added, part): (&mut [Sums], &[Spatial<Held>], &mut Part),
     x: &mut [f64],
 ) -> Result<(), Fault> {
-    let mut last: Option<(Spatial<Lanes<W>>, Pair<Lanes<W>>)> = None; // of the child just after
-    for (k, link) in links.iter().enumerate().rev() {
+    let Range { start, end } = part.links;
+    let follows = links.get(end).is_some_and(|link| link.follows_parent);
+    let carried = || (part.carried.matrix.take(w), part.carried.wrench.take(w));
+    let mut last = follows.then(carried); // of the child just after
+    for (k, link) in links[..end].iter().enumerate().skip(start).rev() {
         let work = &mut works[k];
         let (mut A, mut p) = (block(w, link, work), Pair::zero(w));
         if let Some(added) = added.get(k) {
@@ -62,13 +75,16 @@ fn sweep_eliminate<W: Width>(
             Motion::Fixed => {}
             Motion::Along(act) => {
                 let (work, u) = (&mut work.column, &mut x[link.unknown]);
-                eliminate_along((link, act), work, u, &mut A, &mut p)?;
+                let AS = eliminate_along((link, act), work, u, &mut A, &mut p)?;
+                if let Some(force) = part.forces.get_mut(k) {
+                    *force = AS.held();
+                }
             }
             Motion::Several(several) => {
                 for (j, column) in several.iter().enumerate().rev() {
                     let unknown = link.unknown + j;
                     let (work, u) = (&mut columns[unknown], &mut x[unknown]);
-                    eliminate_along((link, column.act), work, u, &mut A, &mut p)?;
+                    _ = eliminate_along((link, column.act), work, u, &mut A, &mut p)?;
                 }
             }
             Motion::Spherical => {
@@ -96,10 +112,13 @@ fn sweep_eliminate<W: Width>(
             None => {}
         }
     }
+    if let Some((matrix, wrench)) = last {
+        part.carried = Sums { matrix: matrix.held(), wrench: wrench.held() };
+    }
     Ok(())
 }
 
-/// `A ← Ã − Ã S' D⁻¹ Sᵀ Ã` and `p ← p + Ã S' D⁻¹ u`, `u ← u − Sᵀ p`, of one column.
+/// `A ← Ã − Ã S' D⁻¹ Sᵀ Ã` and `p ← p + Ã S' D⁻¹ u`, `u ← u − Sᵀ p`, of one column; returns `Ã S'`.
 #[inline(always)]
 fn eliminate_along<W: Width>(
     (link, act): (&Constants, Act),
@@ -107,7 +126,7 @@ fn eliminate_along<W: Width>(
     u: &mut f64,
     A: &mut Spatial<Lanes<W>>,
     p: &mut Pair<Lanes<W>>,
-) -> Result<(), Fault> {
+) -> Result<Pair<Lanes<W>>, Fault> {
     let w = p.linear.width();
     let (n, next) = (Lanes::take(w, &work.axis), Lanes::take(w, &work.axis_next));
     let (AS, SA) = match act {
@@ -126,7 +145,7 @@ fn eliminate_along<W: Width>(
     (work.SA, work.inverse) = (SA.held(), inverse);
     *p = p.plus_scaled(inverse * *u, AS);
     *A = A.minus_outer(AS, inverse, SA);
-    Ok(())
+    Ok(AS)
 }
 
 /// `Ã (0, n')` and `(0, n)ᵀ Ã`.
@@ -236,25 +255,26 @@ fn solve_block<const R: usize>(
 }
 
 sweep! {
-    /// Root → leaf: `x ← δτ` from `u_k`, at the increments `u`; returns the largest rotation of a link, rad.
+    /// Root → leaf: `x ← δτ` from `u_k`, at the increments `u`, of some links; returns their largest rotation, rad.
     substitute = sweep_substitute(
-        links: &'a [Constants], works: &'a mut [Work], joints: (&'a [ColumnWork], &'a [Gain]),
-        u: &'a [f64], x: &'a mut [f64]
+        links: (&'a [Constants], Range<usize>), works: &'a mut [Work],
+        joints: (&'a [ColumnWork], &'a [Gain]), u: &'a [f64], x: &'a mut [f64]
     ) -> f64
 }
 
 #[inline(always)]
 fn sweep_substitute<W: Width>(
     w: W,
-    links: &[Constants],
+    (links, range): (&[Constants], Range<usize>),
     works: &mut [Work],
     (columns, gains): (&[ColumnWork], &[Gain]),
     u: &[f64],
     x: &mut [f64],
 ) -> f64 {
     let mut largest = 0.0_f64; // square of a rotation
-    let mut twist = Pair::zero(w); // of the link before
-    for (k, link) in links.iter().enumerate() {
+    let before = range.start.checked_sub(1);
+    let mut twist = before.map_or(Pair::zero(w), |k| works[k].twist.take(w)); // of the link before
+    for (k, link) in links[..range.end].iter().enumerate().skip(range.start) {
         match link.parent {
             None => twist = Pair::zero(w),
             Some(_) if link.follows_parent => {}

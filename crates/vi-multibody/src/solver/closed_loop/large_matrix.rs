@@ -1,0 +1,69 @@
+//! A large complement of loops with its right-hand sides, by a sparse LU.
+
+use super::echelon::Entry;
+use super::relief::SIDES;
+use vi_core::linear::{Singular, SparseLu};
+use vi_core::sparse::{Entries, SparseMatrix};
+
+/// A large `C` with its right-hand sides.
+#[derive(Default)]
+pub(super) struct LargeMatrix {
+    places: Vec<(usize, usize)>,
+    values: Vec<f64>,
+    sides: Vec<f64>,            // rank × SIDES, column by column
+    known: Vec<(usize, usize)>, // places of the factors
+    factors: Option<(SparseMatrix, SparseLu)>,
+}
+
+impl LargeMatrix {
+    /// Before the rows are written.
+    pub(super) fn clear(&mut self, rank: usize) {
+        self.places.clear();
+        self.values.clear();
+        self.sides.clear();
+        self.sides.resize(SIDES * rank, 0.0);
+    }
+
+    /// Adds a row with its right-hand sides, all brought to one scale. Its entries are in the order of their columns.
+    pub(super) fn push_scaled(
+        &mut self,
+        row: usize,
+        rank: usize,
+        entries: impl Iterator<Item = Entry> + Clone,
+        sides: impl Iterator<Item = f64>,
+    ) {
+        let largest = entries.clone().map(|e| e.1.abs()).fold(0.0, f64::max);
+        let scale = if largest > 0.0 { 1.0 / largest } else { 1.0 };
+        for (k, value) in entries {
+            self.places.push((row, k));
+            self.values.push(scale * value);
+        }
+        for (side, value) in sides.enumerate() {
+            self.sides[side * rank + row] = scale * value;
+        }
+    }
+
+    /// Unknown `k` for a right-hand side.
+    pub(super) fn solution(&self, rank: usize, k: usize, side: usize) -> f64 {
+        self.sides[side * rank + k]
+    }
+
+    /// Solves for the right-hand sides from `first` on, in their place.
+    pub(super) fn solve(&mut self, rank: usize, first: usize) -> Result<(), Singular> {
+        let Self { places, values, sides, known, factors } = self;
+        let emit = |out: &mut dyn Entries| {
+            places.iter().zip(&*values).for_each(|(&(i, j), value)| out.add(i, j, *value));
+        };
+        match factors {
+            Some((matrix, _)) if places == known => matrix.refill(emit),
+            _ => {
+                let matrix = SparseMatrix::assemble(rank, rank, emit);
+                let lu = SparseLu::new(&matrix)?;
+                *factors = Some((matrix, lu));
+                known.clone_from(places);
+            }
+        }
+        let (matrix, lu) = factors.as_mut().expect("just written");
+        lu.solve(matrix, &mut sides[first * rank..])
+    }
+}

@@ -1,0 +1,248 @@
+//! Sweeps of the rows of a cluster along its links, four rows side by side, on the tree of [`super::step`].
+//!
+//! ```text
+//! J_i = Σ_sides wrenchᵀ P             c = S·W,   W_parent += Xᵀ W                       along the path of the row
+//! û   = L⁻¹ U_kᵀ                      û = u − S·p,   p_parent += Xᵀ (p + Ã S' D⁻¹ û)     up to the apex of the cluster
+//! v̂   = L'⁻¹ J'_iᵀ                    v̂ = D⁻¹ (c + S'·p),   p_parent += X'ᵀ (p − Sᵀ Ã v̂)
+//! ```
+#![allow(non_snake_case)] // A, S, X
+
+use super::path::ClusterLink;
+use crate::geometry::lane_vectors::{Screw, Transfer, Vector};
+use crate::pair::Twist;
+use crate::solver::tree_step::columns::{Act, Motion};
+use crate::solver::tree_step::part::Links;
+use vi_core::lanes::{Lanes, Register};
+
+/// A number of each of four rows.
+pub(super) type Four = [f64; 4];
+
+/// Calls `$run` with the widest registers.
+macro_rules! in_registers {
+    ($lanes:ident => $run:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        if let Some($lanes) = vi_core::lanes::Wide::detect() {
+            return $lanes.run(
+                #[inline(always)]
+                || $run,
+            );
+        }
+        let $lanes = vi_core::lanes::Plain;
+        $run
+    }};
+}
+pub(super) use in_registers;
+
+/// Four rows on the links of a cluster.
+pub(crate) struct RowSweeps {
+    pub(super) values: Vec<Four>,   // of each column
+    pub(super) touched: Vec<usize>, // links up to the apex of the cluster, deepest first
+    wrenches: Vec<[Four; 6]>,       // of each link, as the sweeps come to it
+    marked: Vec<bool>,              // links
+}
+
+impl RowSweeps {
+    /// For a number of links and columns.
+    pub(super) fn new(links: usize, columns: usize) -> Self {
+        Self {
+            values: vec![[0.0; 4]; columns],
+            touched: Vec::with_capacity(links),
+            wrenches: vec![[[0.0; 4]; 6]; links],
+            marked: vec![false; links],
+        }
+    }
+
+    /// A wrench on a link, of one of the rows.
+    pub(super) fn add_wrench(&mut self, (link, row): (usize, usize), wrench: &Twist) {
+        let parts = wrench.linear.iter().chain(wrench.angular.iter());
+        let own = self.wrenches[link].iter_mut().zip(parts);
+        own.for_each(|(sum, part)| sum[row] += part);
+    }
+
+    /// Counts a link, and those up to the apex, among the touched.
+    pub(super) fn touch(&mut self, link: usize, links: &[ClusterLink]) {
+        let mut at = Some(link);
+        while let Some(k) = at.filter(|&k| !self.marked[k]) {
+            self.marked[k] = true;
+            self.touched.push(k);
+            at = links[k].parent;
+        }
+    }
+
+    /// Brings the touched links into their order.
+    pub(super) fn order_touched(&mut self) {
+        self.touched.sort_unstable();
+    }
+
+    /// Forgets the touched links and what stands at their columns.
+    pub(super) fn clear(&mut self, links: &[ClusterLink]) {
+        for &k in &self.touched {
+            self.marked[k] = false;
+            if links[k].dof > 0 {
+                self.values[links[k].first] = [0.0; 4];
+            }
+        }
+        self.touched.clear();
+    }
+
+    /// Adds the entries of the rows whose wrenches stand on the links of `path`; beyond `apex` they balance.
+    pub(super) fn carry(
+        &mut self,
+        links: &[ClusterLink],
+        (path, apex): (&[usize], Option<usize>),
+        (at, next): (Links<'_>, bool),
+    ) {
+        in_registers!(lanes => self.carry_in(lanes, links, (path, apex), (at, next)))
+    }
+
+    #[inline(always)]
+    fn carry_in<T: Register>(
+        &mut self,
+        lanes: T,
+        links: &[ClusterLink],
+        (path, apex): (&[usize], Option<usize>),
+        (at, next): (Links<'_>, bool),
+    ) {
+        for &k in path {
+            let link = &links[k];
+            let work = &at.works[link.link];
+            let wrench = take(lanes, &self.wrenches[k]);
+            self.wrenches[k] = [[0.0; 4]; 6];
+            if let Motion::Along(act) = at.constants[link.link].motion {
+                let axis = if next { &work.column.axis_next } else { &work.column.axis };
+                let value = &mut self.values[link.first];
+                *value = held(load(lanes, value) + along(act, lanes, &axis.xyz(), wrench));
+            }
+            if let Some(parent) = link.parent.filter(|&p| Some(links[p].link) != apex) {
+                let lever = if next { &work.lever_next } else { &work.lever };
+                self.hand_on(lanes, parent, &lever.xyz(), wrench);
+            }
+        }
+    }
+
+    /// `û` in the place of `u`; returns the wrenches on the apex.
+    #[inline(always)]
+    pub(super) fn transmit<T: Register>(
+        &mut self,
+        lanes: T,
+        links: &[ClusterLink],
+        at: Links<'_>,
+    ) -> [Four; 6] {
+        let mut out = Screw::zero(lanes);
+        for i in 0..self.touched.len() {
+            let k = self.touched[i];
+            let link = &links[k];
+            let (work, force) = (&at.works[link.link], &at.forces[link.link]);
+            let mut p = take(lanes, &self.wrenches[k]);
+            self.wrenches[k] = [[0.0; 4]; 6];
+            if let Motion::Along(act) = at.constants[link.link].motion {
+                let value = &mut self.values[link.first];
+                let u = load(lanes, value) - along(act, lanes, &work.column.axis.xyz(), p);
+                *value = held(u);
+                let AS = screw(lanes, [force.linear.xyz(), force.angular.xyz()]);
+                p = p.plus(AS.times(u * work.column.inverse));
+            }
+            match link.parent {
+                Some(parent) => self.hand_on(lanes, parent, &work.lever.xyz(), p),
+                None => add_transposed(lanes, &work.lever.xyz(), p, &mut out),
+            }
+        }
+        hold(out)
+    }
+
+    /// `v̂` in the place of `c`; returns the factors of the twist of the apex.
+    #[inline(always)]
+    pub(super) fn transmit_transposed<T: Register>(
+        &mut self,
+        lanes: T,
+        links: &[ClusterLink],
+        at: Links<'_>,
+    ) -> [Four; 6] {
+        let mut out = Screw::zero(lanes);
+        for i in 0..self.touched.len() {
+            let k = self.touched[i];
+            let link = &links[k];
+            let work = &at.works[link.link];
+            let mut p = take(lanes, &self.wrenches[k]);
+            self.wrenches[k] = [[0.0; 4]; 6];
+            if let Motion::Along(act) = at.constants[link.link].motion {
+                let value = &mut self.values[link.first];
+                let e = load(lanes, value) + along(act, lanes, &work.column.axis_next.xyz(), p);
+                let v = e * work.column.inverse;
+                *value = held(v);
+                let SA = [work.column.SA.linear.xyz(), work.column.SA.angular.xyz()];
+                p = p.plus(screw(lanes, SA).times(v * -1.0));
+            }
+            match link.parent {
+                Some(parent) => self.hand_on(lanes, parent, &work.lever_next.xyz(), p),
+                None => add_transposed(lanes, &work.lever_next.xyz(), p, &mut out),
+            }
+        }
+        hold(out)
+    }
+
+    /// `p_parent += Xᵀ p`.
+    #[inline(always)]
+    fn hand_on<T: Register>(
+        &mut self,
+        lanes: T,
+        parent: usize,
+        lever: &[f64; 3],
+        p: Screw<T::Lanes>,
+    ) {
+        let mut sum = take(lanes, &self.wrenches[parent]);
+        add_transposed(lanes, lever, p, &mut sum);
+        self.wrenches[parent] = hold(sum);
+    }
+}
+
+#[inline(always)]
+pub(super) fn load<T: Register>(lanes: T, x: &Four) -> T::Lanes {
+    lanes.gather(
+        #[inline(always)]
+        |row| x[row],
+    )
+}
+
+#[inline(always)]
+pub(super) fn held(x: impl Lanes) -> Four {
+    [x.at(0), x.at(1), x.at(2), x.at(3)]
+}
+
+#[inline(always)]
+fn take<T: Register>(lanes: T, x: &[Four; 6]) -> Screw<T::Lanes> {
+    let [a, b, c, d, e, f] = x;
+    Screw {
+        linear: Vector([load(lanes, a), load(lanes, b), load(lanes, c)]),
+        angular: Vector([load(lanes, d), load(lanes, e), load(lanes, f)]),
+    }
+}
+
+#[inline(always)]
+fn hold<L: Lanes>(x: Screw<L>) -> [Four; 6] {
+    let ([a, b, c], [d, e, f]) = (x.linear.0, x.angular.0);
+    [held(a), held(b), held(c), held(d), held(e), held(f)]
+}
+
+/// The same for all rows.
+#[inline(always)]
+fn screw<T: Register>(lanes: T, [linear, angular]: [[f64; 3]; 2]) -> Screw<T::Lanes> {
+    Screw { linear: Vector::splat(lanes, &linear), angular: Vector::splat(lanes, &angular) }
+}
+
+/// `S·w` of a column along `axis`.
+#[inline(always)]
+fn along<T: Register>(act: Act, lanes: T, axis: &[f64; 3], w: Screw<T::Lanes>) -> T::Lanes {
+    let axis = Vector::splat(lanes, axis);
+    axis.dot(if act == Act::Slide { w.linear } else { w.angular })
+}
+
+#[inline(always)]
+fn add_transposed<T: Register>(
+    lanes: T,
+    lever: &[f64; 3],
+    w: Screw<T::Lanes>,
+    out: &mut Screw<T::Lanes>,
+) {
+    Transfer::Rigid.add_transposed(&Vector::splat(lanes, lever), &w, out);
+}

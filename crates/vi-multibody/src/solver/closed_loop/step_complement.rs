@@ -1,0 +1,203 @@
+//! The complement of a cluster on the tree of [`super::step`]: what [`super::complement`] does, four rows side by side.
+//!
+//! ```text
+//! C_ik = v̂_i·û_k,   C μ = (p'_i, g_i − v̂_i·x)       right-hand sides: the unit twists of the apex, then the closure
+//! ```
+#![allow(non_snake_case)] // C
+
+use super::cluster::Rows;
+use super::large_matrix::LargeMatrix;
+use super::path::{Paths, Placed};
+use super::relief::{Relief, SIDES, first_side};
+use super::row_sweeps::{Four, held, in_registers, load};
+use super::square_system::SquareSystem;
+use crate::pair::Twist;
+use crate::solver::tree_step::TreeStep;
+use crate::solver::tree_step::part::Links;
+use nalgebra::Vector3;
+use vi_core::lanes::Register;
+use vi_core::newton::Fault;
+
+/// Rank from which on `C` is solved by a sparse LU.
+const LARGE: usize = 128;
+
+/// `C` with what it is made of; four of its rows, or columns, are a bundle.
+pub(super) struct StepComplement {
+    rank: usize,
+    left: Vec<Vec<(usize, Four)>>, // column of the cluster → (bundle, û)
+    matrix: SquareSystem,          // a small one
+    large: Option<LargeMatrix>,    // or a large one
+    relief: Relief,
+    line: Vec<Four>,   // column of C → its entries in four rows
+    marked: Vec<bool>, // bundles in which some are not zero
+    met: Vec<usize>,   // these
+}
+
+impl StepComplement {
+    /// For the links of a cluster and the rank of its loops.
+    pub(super) fn new(paths: &Paths, rank: usize) -> Self {
+        let (bundles, large) = (rank.div_ceil(4), rank > LARGE);
+        Self {
+            rank,
+            left: vec![Vec::with_capacity(bundles.min(8)); paths.columns.len()],
+            matrix: SquareSystem::new(if large { 0 } else { rank }, SIDES),
+            large: large.then(LargeMatrix::default),
+            relief: Relief::new(rank),
+            line: vec![[0.0; 4]; 4 * bundles],
+            marked: vec![false; bundles],
+            met: Vec::with_capacity(bundles),
+        }
+    }
+
+    /// Solves for the multipliers, and relieves the apex of the cluster; its links are eliminated, `x` has been swept up to
+    /// there.
+    pub(super) fn eliminate(
+        &mut self,
+        Rows { paths, basis, order, chosen, g }: Rows<'_>,
+        (at, links): (Placed<'_>, Links<'_>),
+        x: &[f64],
+    ) -> Result<(), Fault> {
+        self.left.iter_mut().for_each(Vec::clear);
+        for (bundle, own) in order.chunks(4).enumerate() {
+            for (row, &k) in own.iter().enumerate() {
+                for (column, value) in basis.entries(k) {
+                    paths.four.values[column][row] = value;
+                    paths.four.touch(paths.owner[column], &paths.links);
+                }
+            }
+            paths.four.order_touched();
+            let wrenches = self.add_columns(bundle, paths, links);
+            let own = self.relief.wrenches[4 * bundle..].iter_mut().take(4).enumerate();
+            own.for_each(|(row, wrench)| *wrench = of_row(&wrenches, row));
+            paths.four.clear(&paths.links);
+        }
+        if let Some(large) = &mut self.large {
+            large.clear(self.rank);
+        }
+        for (bundle, own) in chosen.chunks(4).enumerate() {
+            paths.write_four(own, (at, links));
+            for &i in own {
+                let path = paths.rows[i].path.iter();
+                path.for_each(|&k| paths.four.touch(k, &paths.links));
+            }
+            paths.four.order_touched();
+            let (twists, moved) = self.gather_rows(paths, links, x);
+            for row in 0..own.len() {
+                let i = 4 * bundle + row;
+                self.write_row((i, row), &twists, paths.apex.is_some(), g[i] - moved[row]);
+            }
+            self.met.drain(..).for_each(|b| self.marked[b] = false);
+            paths.four.clear(&paths.links);
+        }
+        let first = first_side(paths.apex);
+        let Self { rank, matrix, large, relief, .. } = self;
+        match large {
+            Some(large) => {
+                large.solve(*rank, first)?;
+                relief.take(|k, side| large.solution(*rank, k, side), first);
+            }
+            None => {
+                matrix.solve(first)?;
+                relief.take(|k, side| matrix.solution(k, side), first);
+            }
+        }
+        Ok(())
+    }
+
+    /// `û_k`, `p_k` of a bundle of columns.
+    fn add_columns(&mut self, bundle: usize, paths: &mut Paths, at: Links<'_>) -> [Four; 6] {
+        let Paths { four, links, .. } = paths;
+        let mut transmit = || in_registers!(lanes => four.transmit(lanes, links, at));
+        let wrenches = transmit();
+        for link in four.touched.iter().map(|&k| &links[k]).filter(|link| link.dof > 0) {
+            self.left[link.first].push((bundle, four.values[link.first]));
+        }
+        wrenches
+    }
+
+    /// `p'_i` and `v̂_i·x` of four rows, and their entries of `C`.
+    fn gather_rows(&mut self, paths: &mut Paths, at: Links<'_>, x: &[f64]) -> ([Four; 6], Four) {
+        in_registers!(lanes => self.gather_in(lanes, paths, at, x))
+    }
+
+    #[inline(always)]
+    fn gather_in<T: Register>(
+        &mut self,
+        lanes: T,
+        paths: &mut Paths,
+        at: Links<'_>,
+        x: &[f64],
+    ) -> ([Four; 6], Four) {
+        let Self { left, line, marked, met, .. } = self;
+        let Paths { four, links, columns, .. } = paths;
+        let twists = four.transmit_transposed(lanes, links, at);
+        let mut moved = lanes.splat(0.0);
+        for &k in &four.touched {
+            let link = &links[k];
+            if link.dof == 0 {
+                continue;
+            }
+            let v = load(lanes, &four.values[link.first]);
+            moved = moved + v * x[columns[link.first]];
+            for (bundle, u) in &left[link.first] {
+                let own = &mut line[4 * bundle..4 * bundle + 4];
+                if !marked[*bundle] {
+                    marked[*bundle] = true;
+                    met.push(*bundle);
+                    own.fill([0.0; 4]);
+                }
+                own[0] = held(load(lanes, &own[0]) + v * u[0]);
+                own[1] = held(load(lanes, &own[1]) + v * u[1]);
+                own[2] = held(load(lanes, &own[2]) + v * u[2]);
+                own[3] = held(load(lanes, &own[3]) + v * u[3]);
+            }
+        }
+        (twists, held(moved))
+    }
+
+    /// Row `i` of `C`, one of the four at hand, with its right-hand sides.
+    fn write_row(
+        &mut self,
+        (i, row): (usize, usize),
+        twists: &[Four; 6],
+        has_apex: bool,
+        gap: f64,
+    ) {
+        let Self { rank, matrix, large, line, met, .. } = self;
+        let sides = twists.iter().map(|part| if has_apex { part[row] } else { 0.0 }).chain([gap]);
+        let columns = |b: usize| 4 * b..(4 * b + 4).min(*rank);
+        if let Some(large) = large {
+            met.sort_unstable();
+            let entries = met.iter().flat_map(|&b| columns(b)).map(|k| (k, line[k][row]));
+            large.push_scaled(i, *rank, entries, sides);
+            return;
+        }
+        let (own, right) = matrix.row_mut(i);
+        own.fill(0.0);
+        for k in met.iter().flat_map(|&b| columns(b)) {
+            own[k] = line[k][row];
+        }
+        right.iter_mut().zip(sides).for_each(|(right, side)| *right = side);
+    }
+
+    /// Relieves the apex of the cluster.
+    pub(super) fn relieve(&self, apex: usize, tree: &mut TreeStep) {
+        self.relief.parts().for_each(|part| tree.relieve(apex, part));
+    }
+
+    /// Adds what the multipliers do to `x`, now that the motion of the apex is known.
+    pub(super) fn release(&mut self, paths: &Paths, apex: Option<&Twist>, x: &mut [f64]) {
+        let multipliers = self.relief.multipliers(apex);
+        for (&column, entries) in paths.columns.iter().zip(&self.left) {
+            for (bundle, u) in entries {
+                let own = u.iter().zip(&multipliers[4 * bundle..]);
+                x[column] += own.map(|(u, multiplier)| u * multiplier).sum::<f64>();
+            }
+        }
+    }
+}
+
+fn of_row(parts: &[Four; 6], row: usize) -> Twist {
+    let vector = |first: usize| Vector3::from_fn(|i, _| parts[first + i][row]);
+    Twist::new(vector(0), vector(3))
+}
