@@ -22,6 +22,7 @@ impl SpatialMatrix {
     }
 
     /// From its blocks, in the order of [`SpatialMatrix::blocks`].
+    #[cfg(test)]
     pub(crate) fn of([ll, la, al, aa]: [Matrix3<f64>; 4]) -> Self {
         Self { ll, la, al, aa }
     }

@@ -72,6 +72,7 @@ pub(crate) struct Cluster {
     rank: usize,        // generic
     basis: Echelon,     // U: rows of J at q_n
     is_of_chosen: bool, // whether they are the chosen ones
+    is_kept: bool,      // and still kept as they were written
     next: Echelon,      // rows of J' at q_{n+1}, or of J wherever it is asked for
     chosen: Vec<usize>, // rows enforced at q_{n+1}
     order: Vec<usize>,  // pivots of U, by their rows
@@ -98,6 +99,7 @@ impl Cluster {
             rank: 0,
             basis: echelon(),
             is_of_chosen: false,
+            is_kept: false,
             next: echelon(),
             chosen: Vec::new(),
             order: Vec::new(),
@@ -228,11 +230,12 @@ impl Cluster {
             self.paths.fill_with(&mut self.basis, last.chosen.iter().copied(), at, &[]);
             self.is_of_chosen = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank
                 && self.basis.smallest() >= CLEAR * self.basis.largest();
+            self.is_kept = self.is_of_chosen;
             if self.is_of_chosen {
                 return;
             }
         }
-        self.is_of_chosen = false;
+        (self.is_of_chosen, self.is_kept) = (false, false);
         self.paths.fill(&mut self.basis, at, &[]);
         let complete = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank;
         let Some(last) = last else { return };
@@ -258,6 +261,7 @@ impl Cluster {
         if change <= 0.5 * smallest && self.take_rows_of_basis() {
             return smallest - change;
         }
+        self.is_kept = false;
         self.paths.fill(&mut self.next, at, &[]);
         if self.next.eliminate(self.rank, RANK_TOLERANCE) < self.rank {
             return RANK_TOLERANCE;
@@ -393,8 +397,10 @@ impl Cluster {
     pub(super) fn rows(&mut self) -> Rows<'_> {
         let Self { paths, basis, chosen, order, g, .. } = self;
         order.clear();
-        order.extend(0..chosen.len());
-        order.sort_unstable_by_key(|&k| basis.pivots()[k]);
+        if !self.is_kept {
+            order.extend(0..chosen.len());
+            order.sort_unstable_by_key(|&k| basis.pivots()[k]);
+        }
         Rows { paths, basis, order, chosen, g }
     }
 

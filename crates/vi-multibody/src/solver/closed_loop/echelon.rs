@@ -24,6 +24,8 @@ const SPENT: f64 = 1e-3;
 /// wait for a lower level count as later rows, and the others stay short.
 pub(super) const SMALL: usize = 256;
 const NONE: usize = usize::MAX;
+/// Of a word of pending pivots.
+const BITS: usize = u64::BITS as usize;
 
 /// A column and its entry.
 pub(crate) type Entry = (usize, f64);
@@ -48,9 +50,10 @@ pub(crate) struct Echelon {
     work: Vec<f64>,      // column → entry of the row at hand
     support: Vec<usize>, // its columns
     marked: Vec<bool>,
-    unit: f64,    // size of a row that does not cancel, 0: not known
-    top: f64,     // largest entry of all rows, at least that
-    largest: f64, // entry of all rows
+    pending: Vec<u64>, // pivots to be taken out of it, a bit for each
+    unit: f64,         // size of a row that does not cancel, 0: not known
+    top: f64,          // largest entry of all rows, at least that
+    largest: f64,      // entry of all rows
     smallest: f64,
 }
 
@@ -70,6 +73,7 @@ impl Echelon {
             work: vec![0.0; all],
             support: Vec::with_capacity(all),
             marked: vec![false; all],
+            pending: vec![0; rows.min(width).div_ceil(BITS)],
             unit: 0.0,
             top: 0.0,
             largest: 0.0,
@@ -152,33 +156,38 @@ impl Echelon {
 
     /// Takes the pivots out of row `i` that came since it was last looked at.
     fn reduce(&mut self, i: usize) {
-        let Self { rows, pivots, order, work, support, marked, weights, .. } = self;
+        let Self { rows, pivots, order, work, support, marked, pending, weights, .. } = self;
         if rows[i].seen == pivots.len() {
             return;
         }
         let mut entries = std::mem::take(&mut rows[i].entries);
         support.clear();
-        for &(column, value) in &entries {
-            work[column] = value;
-            marked[column] = true;
+        let seen = rows[i].seen;
+        let mut add = |column: usize, pending: &mut [u64]| {
             support.push(column);
-        }
-        let mut seen = rows[i].seen;
-        while let Some(next) =
-            support.iter().map(|&c| order[c]).filter(|&k| k != NONE && k >= seen).min()
-        {
-            let pivot = &rows[pivots[next]];
-            let factor = work[pivot.pivot];
-            work[pivot.pivot] = 0.0;
-            for &(column, value) in &pivot.entries {
-                if !marked[column] {
-                    marked[column] = true;
-                    work[column] = 0.0;
-                    support.push(column);
-                }
-                work[column] -= factor * value;
+            let pivot = order[column];
+            if pivot != NONE && pivot >= seen {
+                pending[pivot / BITS] |= 1 << (pivot % BITS);
             }
-            seen = next + 1;
+        };
+        for &(column, value) in &entries {
+            (work[column], marked[column]) = (value, true);
+            add(column, pending);
+        }
+        for word in seen / BITS..pivots.len().div_ceil(BITS) {
+            while pending[word] != 0 {
+                let next = BITS * word + pending[word].trailing_zeros() as usize;
+                pending[word] &= pending[word] - 1;
+                let pivot = &rows[pivots[next]];
+                let factor = std::mem::replace(&mut work[pivot.pivot], 0.0);
+                for &(column, value) in &pivot.entries {
+                    if !marked[column] {
+                        (work[column], marked[column]) = (0.0, true);
+                        add(column, pending);
+                    }
+                    work[column] -= factor * value;
+                }
+            }
         }
         entries.clear();
         for &column in support.iter() {

@@ -10,7 +10,7 @@ use vi_core::newton::Fault;
 /// The complement of a cluster, by its size.
 pub(super) enum Elimination {
     /// Few links.
-    Few(DenseComplement),
+    Few(Box<DenseComplement>),
     /// Many.
     Many(Box<Complement>),
 }
@@ -19,7 +19,7 @@ impl Elimination {
     /// For the links of a cluster and the rank of its loops.
     pub(super) fn new(paths: &Paths, rank: usize) -> Self {
         let many = || Self::of_many(paths, rank);
-        DenseComplement::new(paths, rank).map_or_else(many, Self::Few)
+        DenseComplement::new(paths, rank).map_or_else(many, |few| Self::Few(Box::new(few)))
     }
 
     /// As if the links were many.

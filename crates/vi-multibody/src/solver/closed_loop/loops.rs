@@ -55,6 +55,7 @@ impl Loops {
                 scale: scales[i],
                 path: paths[i].links.iter().map(|&k| home[k].1).collect(),
                 apex: paths[i].apex,
+                course: 0,
             };
             let own = group.iter().map(own).collect();
             let links = std::mem::take(&mut links[number]);

@@ -5,7 +5,7 @@
 //! ```
 
 use super::echelon::{Echelon, Entry};
-use super::row_sweeps::RowSweeps;
+use super::row_sweeps::{Kept, RowSweeps};
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
@@ -24,6 +24,8 @@ pub(crate) struct LoopRow {
     pub(crate) path: Vec<usize>,
     /// The link of the tree above the path, where there is one.
     pub(crate) apex: Option<usize>,
+    /// The number of its path among those of the cluster, one after the other.
+    pub(crate) course: usize,
 }
 
 /// A link of a cluster.
@@ -86,11 +88,21 @@ pub(crate) struct Paths {
     values: Vec<f64>,                   // scratch, of each column
     row: Vec<Entry>,                    // the last row written
     pub(super) four: RowSweeps,         // scratch of four rows
+    pub(super) kept: Kept,              // the rows filled in last, by fours
 }
 
 impl Paths {
     /// Of a cluster that hangs on `apex`.
-    pub(crate) fn new(rows: Vec<LoopRow>, links: Vec<ClusterLink>, apex: Option<usize>) -> Self {
+    pub(crate) fn new(
+        mut rows: Vec<LoopRow>,
+        links: Vec<ClusterLink>,
+        apex: Option<usize>,
+    ) -> Self {
+        for i in 1..rows.len() {
+            let [last, row] = [&rows[i - 1], &rows[i]];
+            let is_same = last.path == row.path && last.apex == row.apex;
+            rows[i].course = rows[i - 1].course + usize::from(!is_same);
+        }
         let columns: Vec<usize> =
             links.iter().flat_map(|link| link.offset..link.offset + link.dof).collect();
         let owners = links.iter().enumerate();
@@ -98,7 +110,18 @@ impl Paths {
         let (wrenches, values) = (vec![Twist::zero(); links.len()], vec![0.0; columns.len()]);
         let row = Vec::with_capacity(columns.len());
         let four = RowSweeps::new(links.len(), columns.len());
-        Self { rows, links, apex, columns, owner, wrenches, values, row, four }
+        Self {
+            rows,
+            links,
+            apex,
+            columns,
+            owner,
+            wrenches,
+            values,
+            row,
+            four,
+            kept: Kept::default(),
+        }
     }
 
     /// Row `i` of `G_c P_tree`: its wrenches carried to its apex.
@@ -183,6 +206,7 @@ impl Paths {
         rows: impl Iterator<Item = usize>,
         at: (Placed<'_>, Links<'_>),
     ) {
+        self.kept.clear();
         let mut rows = rows.peekable();
         while let Some(first) = rows.next() {
             let (mut own, mut count) = ([first; 4], 1);
@@ -191,11 +215,12 @@ impl Paths {
                 count += 1;
             }
             self.write_four(&own[..count], at);
-            let Self { rows, links, four, .. } = self;
+            let Self { rows, links, four, kept, .. } = self;
             let columns = || rows[first].path.iter().map(|&k| &links[k]).filter(|k| k.dof > 0);
             for (row, &i) in own[..count].iter().enumerate() {
                 let entry = |link: &ClusterLink| four.values[link.first][row] * rows[i].scale;
-                echelon.push(columns().map(|link| (link.first, entry(link))));
+                kept.push(columns().map(|link| (link.first, entry(link))));
+                echelon.push(kept.row(kept.len() - 1).iter().copied());
             }
             columns().for_each(|link| four.values[link.first] = [0.0; 4]);
         }
@@ -203,8 +228,7 @@ impl Paths {
 
     /// Whether two rows take the same path.
     fn is_alongside(&self, i: usize, j: usize) -> bool {
-        let (a, b) = (&self.rows[i], &self.rows[j]);
-        a.path == b.path && a.apex == b.apex
+        self.rows[i].course == self.rows[j].course
     }
 
     /// Up to four rows of `G_c P_tree`, side by side; those of one path at a time.

@@ -7,6 +7,7 @@
 //! ```
 #![allow(non_snake_case)] // A, S, X
 
+use super::echelon::Entry;
 use super::path::ClusterLink;
 use crate::geometry::lane_vectors::{Screw, Transfer, Vector};
 use crate::pair::Twist;
@@ -32,6 +33,34 @@ macro_rules! in_registers {
     }};
 }
 pub(super) use in_registers;
+
+/// Rows as they were written last, one after the other.
+#[derive(Default)]
+pub(super) struct Kept {
+    entries: Vec<Entry>,
+    ends: Vec<usize>,
+}
+
+impl Kept {
+    pub(super) fn clear(&mut self) {
+        self.entries.clear();
+        self.ends.clear();
+    }
+
+    pub(super) fn push(&mut self, row: impl Iterator<Item = Entry>) {
+        self.entries.extend(row);
+        self.ends.push(self.entries.len());
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    pub(super) fn row(&self, i: usize) -> &[Entry] {
+        let begin = i.checked_sub(1).map_or(0, |last| self.ends[last]);
+        &self.entries[begin..self.ends[i]]
+    }
+}
 
 /// Four rows on the links of a cluster.
 pub(crate) struct RowSweeps {

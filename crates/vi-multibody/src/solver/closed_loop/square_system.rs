@@ -57,7 +57,9 @@ impl SquareSystem {
             let end = own.iter().rposition(|x| *x != 0.0).map_or(begin, |last| last + 1);
             let own = &mut own[begin..end];
             let largest = own.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
-            own.iter_mut().chain(sides).for_each(|x| *x /= largest);
+            let scale = 1.0 / largest;
+            own.iter_mut().for_each(|x| *x *= scale);
+            sides.iter_mut().for_each(|x| *x *= scale);
             (ends[i], lows[begin]) = (end, i + 1);
         }
         let mut low = 0;

@@ -6,6 +6,7 @@
 #![allow(non_snake_case)] // C
 
 use super::cluster::Rows;
+use super::echelon::Entry;
 use super::large_matrix::LargeMatrix;
 use super::path::{Paths, Placed};
 use super::relief::{Relief, SIDES, first_side};
@@ -58,11 +59,16 @@ impl StepComplement {
         x: &[f64],
     ) -> Result<(), Fault> {
         self.left.iter_mut().for_each(Vec::clear);
-        for (bundle, own) in order.chunks(4).enumerate() {
-            for (row, &k) in own.iter().enumerate() {
-                for (column, value) in basis.entries(k) {
-                    paths.four.values[column][row] = value;
-                    paths.four.touch(paths.owner[column], &paths.links);
+        for bundle in 0..self.rank.div_ceil(4) {
+            for (row, k) in (4 * bundle..self.rank).take(4).enumerate() {
+                let Paths { four, kept, owner, links, .. } = &mut *paths;
+                let mut put = |(column, value): Entry| {
+                    four.values[column][row] = value;
+                    four.touch(owner[column], links);
+                };
+                match order.get(k) {
+                    Some(&k) => basis.entries(k).for_each(put),
+                    None => kept.row(k).iter().for_each(|entry| put(*entry)),
                 }
             }
             paths.four.order_touched();
