@@ -1,16 +1,18 @@
 //! The two fonts of PDF and PNG: widths and outlines of their glyphs.
 //!
-//! Liberation Sans and Liberation Serif have the widths of Helvetica and Times. Licence: `fonts/LICENSE-OFL`.
+//! Liberation Sans and Liberation Serif have the widths of Helvetica and Times. Licence: `fonts/LICENSE-OFL`. Their files are
+//! compressed as they are (zlib), and decompressed when a letter is first drawn.
 
 use std::sync::LazyLock;
 
+use miniz_oxide::inflate::decompress_to_vec_zlib;
 use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 use super::Typeface;
 
 static FILES: [&[u8]; 2] = [
-    include_bytes!("../../fonts/LiberationSans-Regular.ttf"),
-    include_bytes!("../../fonts/LiberationSerif-Regular.ttf"),
+    include_bytes!("../../fonts/LiberationSans-Regular.ttf.zlib"),
+    include_bytes!("../../fonts/LiberationSerif-Regular.ttf.zlib"),
 ];
 
 static FACES: [LazyLock<Result<Font, String>>; 2] =
@@ -32,7 +34,8 @@ impl Font {
     }
 
     fn read(index: usize) -> Result<Self, String> {
-        let bytes = FILES[index];
+        let bytes = decompress_to_vec_zlib(FILES[index]).map_err(|e| e.to_string())?;
+        let bytes: &'static [u8] = bytes.leak(); // once for each font
         let face = Face::parse(bytes, 0).map_err(|e| e.to_string())?;
         let unit = 1.0 / f64::from(face.units_per_em());
         Ok(Self { face, bytes, name: ["LiberationSans", "LiberationSerif"][index], unit })
