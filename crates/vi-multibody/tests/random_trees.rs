@@ -149,6 +149,12 @@ proptest! {
         mechanism.residual(at, &mut joints);
         let off: Vec<f64> = rows.iter().zip(&joints).map(|(a, b)| a - b).collect();
         prop_assert!(norm_inf(&off) < 1e-13, "g off by {:e}", norm_inf(&off));
+        let v = increments(mechanism.dim(), 1.0, seed ^ 18);
+        let mut rates = vec![0.0; mechanism.len()];
+        mechanism.add_rates(0.0, &q, &v, &mut rates);
+        let expected = jacobian(&mechanism, &q) * DVector::from_vec(v);
+        let off: Vec<f64> = rates.iter().zip(expected.iter()).map(|(a, b)| a - b).collect();
+        prop_assert!(norm_inf(&off) < 1e-13, "G v off by {:e}", norm_inf(&off));
     }
 
     #[test]

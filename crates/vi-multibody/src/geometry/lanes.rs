@@ -365,6 +365,12 @@ impl<W: Width> Lanes<W> {
         Self { v, w: self.w }
     }
 
+    /// Adds to the first three of a slice.
+    #[inline(always)]
+    pub(crate) fn add_to(self, out: &mut [f64]) {
+        (Self::of(self.w, out) + self).write(out);
+    }
+
     /// Whether no component is larger than `bound`; not so of what is not a number.
     #[inline(always)]
     pub(crate) fn within(self, bound: f64) -> bool {

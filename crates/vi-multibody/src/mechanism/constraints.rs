@@ -2,7 +2,7 @@
 
 use super::Mechanism;
 use crate::constraint::scalar_constraint::ScalarRow;
-use crate::pair::residual::residuals;
+use crate::pair::residual::{add_rates, residuals};
 use vi_constraints::Constraints;
 use vi_constraints::constraints::RowSums;
 use vi_core::Configuration;
@@ -59,15 +59,10 @@ impl Constraints for Mechanism {
     }
 
     fn add_rates(&self, _t: f64, q: &[f64], v: &[f64], out: &mut [f64]) {
-        let bodies = self.description.bodies.len();
-        let mut rates = [0.0; 6];
-        for k in 0..bodies {
-            let own = 12 * k..12 * k + 12;
-            directors::internal_second_derivative(&q[own.clone()], &v[own], &mut rates); // g is quadratic
-            out[6 * k..6 * k + 6].iter_mut().zip(rates).for_each(|(g, rate)| *g += rate);
-        }
-        for (row, g) in self.rows.iter().zip(&mut out[6 * bodies..]) {
-            row.add_rate(q, v, g);
+        let (first, joints) = (6 * self.description.bodies.len(), &self.description.joints);
+        add_rates(joints, &self.joint_rows, &q[..2 * first], &v[..2 * first], out);
+        for &row in &self.other_rows {
+            self.rows[row].add_rate(q, v, &mut out[first + row]);
         }
     }
 
