@@ -203,3 +203,126 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         Condition::of_inverse(u.len(), solve)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::BuiltMechanism;
+    use crate::builder::{BodyId, Inertia, MechanismBuilder};
+    use crate::pair::joint::FrameId;
+    use crate::run::{Solver, integrator};
+    use vi_constraints::{InitialValues, Options, SchemeKind};
+    use vi_core::Quadrature;
+    use vi_core::linear::norm_inf;
+
+    const BAR: [f64; 3] = [0.1, 0.02, 0.1];
+
+    /// Four-bar windows side by side: all loops are one cluster on the ground.
+    fn windows(count: usize) -> BuiltMechanism {
+        let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
+        let mut bar = |x: f64, y: f64, [v, w]: [f64; 2]| {
+            let bar = builder.body("bar", Inertia::principal(1.0, BAR)).at([x, y, 0.0]);
+            bar.velocity([v, 0.0, 0.0]).angular_velocity([0.0, 0.0, w]).id()
+        };
+        let cranks: Vec<BodyId> = (0..=count).map(|i| bar(i as f64, 0.5, [0.5, -1.0])).collect();
+        let couplers: Vec<BodyId> =
+            (0..count).map(|i| bar(i as f64 + 0.5, 1.0, [1.0, 0.0])).collect();
+        let mut hinge = |parent: FrameId, child: BodyId, x: f64, y: f64| {
+            let hinge = builder.joint("hinge", PairKind::Revolute, parent, child).at([x, y, 0.0]);
+            hinge.axis([0.0, 0.0, 1.0]);
+        };
+        for (i, crank) in cranks.iter().enumerate() {
+            hinge(FrameId::Ground, *crank, i as f64, 0.0);
+        }
+        for (i, coupler) in couplers.iter().enumerate() {
+            hinge(cranks[i].into(), *coupler, i as f64, 1.0);
+            hinge((*coupler).into(), cranks[i + 1], (i + 1) as f64, 1.0);
+        }
+        builder.build().unwrap()
+    }
+
+    /// An arm that turns about the vertical; on it a slider-crank, on whose rod a parallelogram hangs, and one on the ground:
+    /// clusters on two links and on the ground.
+    fn clusters_on_bodies() -> BuiltMechanism {
+        let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+        let y = [0.0, 1.0, 0.0];
+        let mut body =
+            |name: &str, at: [f64; 3]| builder.body(name, Inertia::principal(1.0, BAR)).at(at).id();
+        let [arm, crank, rod, slider] = [
+            ("arm", [0.5, 0.0, 0.0]),
+            ("crank", [1.1, 0.0, 0.15]),
+            ("rod", [1.6, 0.0, 0.15]),
+            ("slider", [2.0, 0.0, 0.0]),
+        ]
+        .map(|(name, at)| body(name, at));
+        let mut hanging = |x: f64, z: f64| {
+            [(-0.1, -0.2), (0.1, -0.2), (0.0, -0.4)]
+                .map(|(dx, dz)| body("bar", [x + dx, 0.0, z + dz]))
+        };
+        let (on_rod, on_ground) = (hanging(1.6, 0.15), hanging(0.0, -1.0));
+        let turn = PairKind::Revolute;
+        let mut joint = |kind, parent: FrameId, child, at: [f64; 3], axis| {
+            builder.joint("joint", kind, parent, child).at(at).axis(axis);
+        };
+        joint(turn, FrameId::Ground, arm, [0.0; 3], [0.0, 0.0, 1.0]);
+        joint(turn, arm.into(), crank, [1.0, 0.0, 0.0], y);
+        joint(turn, crank.into(), rod, [1.2, 0.0, 0.3], y);
+        joint(turn, rod.into(), slider, [2.0, 0.0, 0.0], y);
+        joint(PairKind::Prismatic, arm.into(), slider, [2.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
+        let parallelograms =
+            [(FrameId::from(rod), on_rod, 1.6, 0.15), (FrameId::Ground, on_ground, 0.0, -1.0)];
+        for (carrier, [left, right, below], x, z) in parallelograms {
+            joint(turn, carrier, left, [x - 0.1, 0.0, z], y);
+            joint(turn, carrier, right, [x + 0.1, 0.0, z], y);
+            joint(turn, left.into(), below, [x - 0.1, 0.0, z - 0.4], y);
+            joint(turn, right.into(), below, [x + 0.1, 0.0, z - 0.4], y);
+        }
+        builder.build().unwrap()
+    }
+
+    /// By how much the states of some steps differ from those by dense matrices.
+    fn off_dense(built: &BuiltMechanism) -> f64 {
+        let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
+        let run = |solver| {
+            let system = built.system(Quadrature::Midpoint);
+            let (options, at) =
+                (Options::new(SchemeKind::Nodal, 0.005), InitialValues::new(0.0, &q, &v));
+            let mut run = integrator(built.mechanism.clone(), system, options, solver, at).unwrap();
+            (0..20).for_each(|_| _ = run.step().unwrap());
+            [&run.state().q[..], &run.state().p].concat()
+        };
+        let (sweeps, dense) = (run(Solver::Auto), run(Solver::Dense));
+        let off: Vec<f64> = sweeps.iter().zip(&dense).map(|(a, b)| a - b).collect();
+        norm_inf(&off) / norm_inf(&dense)
+    }
+
+    /// Rank and apex of the clusters that the sweeps of this file solve.
+    fn clusters(built: &BuiltMechanism) -> Vec<(usize, Option<usize>)> {
+        let system = built.system(Quadrature::Midpoint);
+        let q = built.mechanism.initial_configuration();
+        let rank = LoopRank::find(&built.mechanism, 0.0, &q);
+        let step = LoopStep::new(&built.mechanism, &system, &rank).expect("it applies");
+        step.loops.clusters.iter().map(|cluster| (cluster.rank(), cluster.apex())).collect()
+    }
+
+    #[test]
+    fn steps_are_those_of_dense_matrices_by_small_and_by_large_complements() {
+        for (count, rank) in [(1, 2), (3, 6), (70, 140)] {
+            let built = windows(count);
+            assert_eq!(clusters(&built), [(rank, None)]);
+            let off = off_dense(&built);
+            println!("{count} windows: states off by {off:.1e}");
+            assert!(off < 1e-11, "{count} windows: off by {off:e}");
+        }
+    }
+
+    #[test]
+    fn steps_are_those_of_dense_matrices_with_loops_on_bodies() {
+        let built = clusters_on_bodies();
+        let found = clusters(&built);
+        assert_eq!(found.iter().filter(|cluster| cluster.1.is_some()).count(), 2, "{found:?}");
+        let off = off_dense(&built);
+        println!("states off by {off:.1e}, clusters {found:?}");
+        assert!(off < 1e-11, "off by {off:e}");
+    }
+}
