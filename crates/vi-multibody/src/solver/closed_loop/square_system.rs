@@ -10,6 +10,9 @@ use vi_core::newton::Fault;
 /// Pivots below this part of the largest entry of their row are none.
 const SMALLEST: f64 = 1e-30;
 
+/// Rank up to which rows are taken as full.
+const SMALL: usize = 8;
+
 /// `C x = b` for several `b`; the solutions take their places.
 pub(super) struct SquareSystem {
     rank: usize,
@@ -53,10 +56,17 @@ impl SquareSystem {
         lows.fill(0);
         for (i, row) in entries.chunks_exact_mut(*rank + *sides).enumerate() {
             let (own, sides) = row.split_at_mut(*rank);
-            let Some(begin) = own.iter().position(|x| *x != 0.0) else { continue };
-            let end = own.iter().rposition(|x| *x != 0.0).map_or(begin, |last| last + 1);
+            let (mut begin, mut end) = (0, *rank);
+            if *rank > SMALL {
+                let Some(first) = own.iter().position(|x| *x != 0.0) else { continue };
+                begin = first;
+                end = own.iter().rposition(|x| *x != 0.0).map_or(begin, |last| last + 1);
+            }
             let own = &mut own[begin..end];
             let largest = own.iter().fold(0.0_f64, |largest, x| largest.max(x.abs()));
+            if largest == 0.0 {
+                continue;
+            }
             let scale = 1.0 / largest;
             own.iter_mut().for_each(|x| *x *= scale);
             sides.iter_mut().for_each(|x| *x *= scale);

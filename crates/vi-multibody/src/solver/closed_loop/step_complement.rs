@@ -175,6 +175,7 @@ impl StepComplement {
         if let Some(large) = large {
             met.sort_unstable();
             let entries = met.iter().flat_map(|&b| columns(b)).map(|k| (k, line[k][row]));
+            let entries = entries.filter(|e| e.1 != 0.0);
             large.push_scaled(i, *rank, entries, sides);
             return;
         }
