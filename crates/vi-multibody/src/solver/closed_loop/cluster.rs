@@ -72,7 +72,6 @@ pub(crate) struct Cluster {
     rank: usize,        // generic
     basis: Echelon,     // U: rows of J at q_n
     is_of_chosen: bool, // whether they are the chosen ones
-    is_kept: bool,      // and still kept as they were written
     next: Echelon,      // rows of J' at q_{n+1}, or of J wherever it is asked for
     chosen: Vec<usize>, // rows enforced at q_{n+1}
     order: Vec<usize>,  // pivots of U, by their rows
@@ -99,7 +98,6 @@ impl Cluster {
             rank: 0,
             basis: echelon(),
             is_of_chosen: false,
-            is_kept: false,
             next: echelon(),
             chosen: Vec::new(),
             order: Vec::new(),
@@ -230,12 +228,11 @@ impl Cluster {
             self.paths.fill_with(&mut self.basis, last.chosen.iter().copied(), at, &[]);
             self.is_of_chosen = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank
                 && self.basis.smallest() >= CLEAR * self.basis.largest();
-            self.is_kept = self.is_of_chosen;
             if self.is_of_chosen {
                 return;
             }
         }
-        (self.is_of_chosen, self.is_kept) = (false, false);
+        self.is_of_chosen = false;
         self.paths.fill(&mut self.basis, at, &[]);
         let complete = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank;
         let Some(last) = last else { return };
@@ -261,7 +258,7 @@ impl Cluster {
         if change <= 0.5 * smallest && self.take_rows_of_basis() {
             return smallest - change;
         }
-        self.is_kept = false;
+        self.is_of_chosen = false;
         self.paths.fill(&mut self.next, at, &[]);
         if self.next.eliminate(self.rank, RANK_TOLERANCE) < self.rank {
             return RANK_TOLERANCE;
@@ -384,20 +381,18 @@ impl Cluster {
             elimination.add_column(k, basis.entries(k), paths, tree);
         }
         for (k, (&i, g)) in chosen.iter().zip(g.iter()).enumerate() {
-            paths.write_row(
-                i,
-                Placed { tree, maps: Maps::Recursion, home, column_of, q, next: true },
-            );
+            let maps = Maps::Recursion;
+            paths.write_row(i, Placed { tree, maps, home, column_of, q, next: true });
             elimination.add_row((k, *g), paths, tree, x);
         }
         elimination.solve(paths.apex, tree)
     }
 
-    /// What the elimination of a step needs; neighbours among the rows are neighbours among the columns of `C`.
+    /// What the elimination of a step needs: the rows that `U` was found from where they are enforced, else `U`; neighbours among the rows are neighbours among the columns of `C`.
     pub(super) fn rows(&mut self) -> Rows<'_> {
         let Self { paths, basis, chosen, order, g, .. } = self;
         order.clear();
-        if !self.is_kept {
+        if !self.is_of_chosen {
             order.extend(0..chosen.len());
             order.sort_unstable_by_key(|&k| basis.pivots()[k]);
         }

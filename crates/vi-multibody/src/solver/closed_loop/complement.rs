@@ -10,26 +10,20 @@
 //! entries vanish.
 #![allow(non_snake_case)] // C
 
+use super::complement_matrix::ComplementMatrix;
 use super::echelon::{CAPACITY, Entry};
-use super::large_matrix::LargeMatrix;
 use super::path::Paths;
-use super::relief::{Relief, SIDES, first_side};
-use super::square_system::SquareSystem;
+use super::relief::{Relief, first_side};
 use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
 use vi_core::newton::Fault;
 
-/// Rank from which on `C` is solved by a sparse LU.
-const LARGE: usize = 128;
-
 /// `C` with what it is made of.
 pub(crate) struct Complement {
-    rank: usize,
-    left: Vec<Vec<Entry>>,      // column → (k, û_k)
-    right: Vec<Vec<Entry>>,     // i → (column, v̂_i)
-    rows: usize,                // rows added
-    matrix: SquareSystem,       // a small one
-    large: Option<LargeMatrix>, // or a large one
+    left: Vec<Vec<Entry>>,    // column → (k, û_k)
+    right: Vec<Vec<Entry>>,   // i → (column, v̂_i)
+    rows: usize,              // rows added
+    matrix: ComplementMatrix, // C
     relief: Relief,
     sweep: Sweep,
     line: Vec<f64>,  // a row of C
@@ -96,17 +90,13 @@ impl Complement {
             marked: vec![false; links],
             touched: Vec::with_capacity(links),
         };
-        let large = (rank > LARGE).then(LargeMatrix::default);
-        let own = if large.is_some() { 0 } else { rank };
         let list = || Vec::with_capacity(CAPACITY.min(columns.max(rank)));
         let vec = |count| (0..count).map(|_| list()).collect();
         Self {
-            rank,
             left: vec(columns),
             right: vec(rank),
             rows: 0,
-            matrix: SquareSystem::new(own, SIDES),
-            large,
+            matrix: ComplementMatrix::new(rank),
             relief: Relief::new(rank),
             sweep,
             line: vec![0.0; rank],
@@ -116,9 +106,7 @@ impl Complement {
 
     pub(crate) fn clear(&mut self) {
         self.left.iter_mut().for_each(Vec::clear);
-        if let Some(large) = &mut self.large {
-            large.clear(self.rank);
-        }
+        self.matrix.clear();
         self.rows = 0;
     }
 
@@ -139,7 +127,7 @@ impl Complement {
 
     /// `v̂_i`, `p'_i` from the row of `J'` last written, and its row of `C` with the right-hand sides.
     pub(crate) fn add_row(&mut self, g: f64, paths: &Paths, tree: &Articulated, x: &[f64]) {
-        let Self { sweep, left, right, rows, matrix, large, line, met, rank, .. } = self;
+        let Self { sweep, left, right, rows, matrix, line, met, .. } = self;
         let own = &mut right[*rows];
         own.clear();
         sweep.take_up(paths.last_row().iter().copied(), paths);
@@ -159,19 +147,11 @@ impl Complement {
         }
         let sides = twist.linear.iter().chain(twist.angular.iter()).copied();
         let sides = sides.map(|v| if paths.apex.is_some() { v } else { 0.0 }).chain([closure]);
-        match large {
-            Some(large) => {
-                met.sort_unstable();
-                met.dedup(); // a sum may have passed through zero
-                let entries = met.iter().map(|&k| (k, line[k]));
-                large.push_scaled(*rows, *rank, entries, sides);
-            }
-            None => {
-                let (row, right) = matrix.row_mut(*rows);
-                row.copy_from_slice(line);
-                right.iter_mut().zip(sides).for_each(|(right, v)| *right = v);
-            }
+        if matrix.is_large() {
+            met.sort_unstable();
+            met.dedup(); // a sum may have passed through zero
         }
+        matrix.write_row(*rows, met.iter().map(|&k| (k, line[k])), sides);
         met.iter().for_each(|&k| line[k] = 0.0);
         *rows += 1;
     }
@@ -182,18 +162,8 @@ impl Complement {
         apex: Option<usize>,
         tree: &mut Articulated,
     ) -> Result<(), Fault> {
-        let Self { rank, matrix, large, relief, .. } = self;
-        let first = first_side(apex);
-        match large {
-            Some(large) => {
-                large.solve(*rank, first)?;
-                relief.take(|k, side| large.solution(*rank, k, side), first);
-            }
-            None => {
-                matrix.solve(first)?;
-                relief.take(|k, side| matrix.solution(k, side), first);
-            }
-        }
+        let Self { matrix, relief, .. } = self;
+        matrix.solve(first_side(apex), relief)?;
         relief.relieve(apex, tree);
         Ok(())
     }

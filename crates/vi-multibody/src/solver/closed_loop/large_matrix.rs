@@ -6,8 +6,8 @@ use vi_core::linear::{Singular, SparseLu};
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// A large `C` with its right-hand sides.
-#[derive(Default)]
 pub(super) struct LargeMatrix {
+    rank: usize,
     places: Vec<(usize, usize)>,
     values: Vec<f64>,
     sides: Vec<f64>,            // rank × SIDES, column by column
@@ -16,19 +16,24 @@ pub(super) struct LargeMatrix {
 }
 
 impl LargeMatrix {
+    /// For a number of rows.
+    pub(super) fn new(rank: usize) -> Self {
+        let (places, known) = (Vec::new(), Vec::new());
+        Self { rank, places, values: Vec::new(), sides: Vec::new(), known, factors: None }
+    }
+
     /// Before the rows are written.
-    pub(super) fn clear(&mut self, rank: usize) {
+    pub(super) fn clear(&mut self) {
         self.places.clear();
         self.values.clear();
         self.sides.clear();
-        self.sides.resize(SIDES * rank, 0.0);
+        self.sides.resize(SIDES * self.rank, 0.0);
     }
 
     /// Adds a row with its right-hand sides, all brought to one scale. Its entries are in the order of their columns.
     pub(super) fn push_scaled(
         &mut self,
         row: usize,
-        rank: usize,
         entries: impl Iterator<Item = Entry> + Clone,
         sides: impl Iterator<Item = f64>,
     ) {
@@ -39,31 +44,31 @@ impl LargeMatrix {
             self.values.push(scale * value);
         }
         for (side, value) in sides.enumerate() {
-            self.sides[side * rank + row] = scale * value;
+            self.sides[side * self.rank + row] = scale * value;
         }
     }
 
     /// Unknown `k` for a right-hand side.
-    pub(super) fn solution(&self, rank: usize, k: usize, side: usize) -> f64 {
-        self.sides[side * rank + k]
+    pub(super) fn solution(&self, k: usize, side: usize) -> f64 {
+        self.sides[side * self.rank + k]
     }
 
     /// Solves for the right-hand sides from `first` on, in their place.
-    pub(super) fn solve(&mut self, rank: usize, first: usize) -> Result<(), Singular> {
-        let Self { places, values, sides, known, factors } = self;
+    pub(super) fn solve(&mut self, first: usize) -> Result<(), Singular> {
+        let Self { rank, places, values, sides, known, factors } = self;
         let emit = |out: &mut dyn Entries| {
             places.iter().zip(&*values).for_each(|(&(i, j), value)| out.add(i, j, *value));
         };
         match factors {
             Some((matrix, _)) if places == known => matrix.refill(emit),
             _ => {
-                let matrix = SparseMatrix::assemble(rank, rank, emit);
+                let matrix = SparseMatrix::assemble(*rank, *rank, emit);
                 let lu = SparseLu::new(&matrix)?;
                 *factors = Some((matrix, lu));
                 known.clone_from(places);
             }
         }
         let (matrix, lu) = factors.as_mut().expect("just written");
-        lu.solve(matrix, &mut sides[first * rank..])
+        lu.solve(matrix, &mut sides[first * *rank..])
     }
 }

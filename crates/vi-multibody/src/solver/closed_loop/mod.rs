@@ -41,6 +41,7 @@
 
 pub(crate) mod cluster;
 mod complement;
+mod complement_matrix;
 pub mod control_points;
 mod dense_complement;
 mod echelon;

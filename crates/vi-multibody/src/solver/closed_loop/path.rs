@@ -189,6 +189,7 @@ impl Paths {
         echelon.clear();
         let width = self.columns.len();
         if let Maps::Sweeps(links) = at.maps {
+            debug_assert!(side.is_empty(), "rows by fours have no right-hand sides");
             self.fill_by_fours(echelon, rows, (at, links));
             return;
         }

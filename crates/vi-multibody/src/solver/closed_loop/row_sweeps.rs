@@ -157,26 +157,22 @@ impl RowSweeps {
         links: &[ClusterLink],
         at: Links<'_>,
     ) -> [Four; 6] {
-        let mut out = Screw::zero(lanes);
-        for i in 0..self.touched.len() {
-            let k = self.touched[i];
-            let link = &links[k];
-            let (work, force) = (&at.works[link.link], &at.forces[link.link]);
-            let mut p = take(lanes, &self.wrenches[k]);
-            self.wrenches[k] = [[0.0; 4]; 6];
-            if let Motion::Along(act) = at.constants[link.link].motion {
-                let value = &mut self.values[link.first];
-                let u = load(lanes, value) - along(act, lanes, &work.column.axis.xyz(), p);
-                *value = held(u);
-                let AS = screw(lanes, [force.linear.xyz(), force.angular.xyz()]);
-                p = p.plus(AS.times(u * work.column.inverse));
-            }
-            match link.parent {
-                Some(parent) => self.hand_on(lanes, parent, &work.lever.xyz(), p),
-                None => add_transposed(lanes, &work.lever.xyz(), p, &mut out),
-            }
-        }
-        hold(out)
+        self.sweep(
+            lanes,
+            links,
+            #[inline(always)]
+            |k, value, wrench| {
+                let (work, mut p) = (&at.works[k], take(lanes, wrench));
+                if let Motion::Along(act) = at.constants[k].motion {
+                    let value = &mut value[0];
+                    let u = load(lanes, value) - along(act, lanes, &work.column.axis.xyz(), p);
+                    *value = held(u);
+                    let AS = [at.forces[k].linear.xyz(), at.forces[k].angular.xyz()];
+                    p = p.plus(screw(lanes, AS).times(u * work.column.inverse));
+                }
+                (p, work.lever.xyz())
+            },
+        )
     }
 
     /// `v̂` in the place of `c`; returns the factors of the twist of the apex.
@@ -187,24 +183,44 @@ impl RowSweeps {
         links: &[ClusterLink],
         at: Links<'_>,
     ) -> [Four; 6] {
+        self.sweep(
+            lanes,
+            links,
+            #[inline(always)]
+            |k, value, wrench| {
+                let (work, mut p) = (&at.works[k], take(lanes, wrench));
+                if let Motion::Along(act) = at.constants[k].motion {
+                    let value = &mut value[0];
+                    let e = load(lanes, value) + along(act, lanes, &work.column.axis_next.xyz(), p);
+                    let v = e * work.column.inverse;
+                    *value = held(v);
+                    let SA = [work.column.SA.linear.xyz(), work.column.SA.angular.xyz()];
+                    p = p.plus(screw(lanes, SA).times(v * -1.0));
+                }
+                (p, work.lever_next.xyz())
+            },
+        )
+    }
+
+    /// Sweeps the touched links to the apex; `each` sees a link of the tree, the values of its columns and its wrenches, and
+    /// tells what it hands on, and along which lever. Returns what the apex gets.
+    #[inline(always)]
+    fn sweep<T: Register>(
+        &mut self,
+        lanes: T,
+        links: &[ClusterLink],
+        each: impl Fn(usize, &mut [Four], &[Four; 6]) -> (Screw<T::Lanes>, [f64; 3]),
+    ) -> [Four; 6] {
         let mut out = Screw::zero(lanes);
         for i in 0..self.touched.len() {
             let k = self.touched[i];
             let link = &links[k];
-            let work = &at.works[link.link];
-            let mut p = take(lanes, &self.wrenches[k]);
+            let own = &mut self.values[link.first..link.first + link.dof];
+            let (p, lever) = each(link.link, own, &self.wrenches[k]);
             self.wrenches[k] = [[0.0; 4]; 6];
-            if let Motion::Along(act) = at.constants[link.link].motion {
-                let value = &mut self.values[link.first];
-                let e = load(lanes, value) + along(act, lanes, &work.column.axis_next.xyz(), p);
-                let v = e * work.column.inverse;
-                *value = held(v);
-                let SA = [work.column.SA.linear.xyz(), work.column.SA.angular.xyz()];
-                p = p.plus(screw(lanes, SA).times(v * -1.0));
-            }
             match link.parent {
-                Some(parent) => self.hand_on(lanes, parent, &work.lever_next.xyz(), p),
-                None => add_transposed(lanes, &work.lever_next.xyz(), p, &mut out),
+                Some(parent) => self.hand_on(lanes, parent, &lever, p),
+                None => add_transposed(lanes, &lever, p, &mut out),
             }
         }
         hold(out)

@@ -6,12 +6,11 @@
 #![allow(non_snake_case)] // C
 
 use super::cluster::Rows;
+use super::complement_matrix::ComplementMatrix;
 use super::echelon::Entry;
-use super::large_matrix::LargeMatrix;
 use super::path::{Paths, Placed};
-use super::relief::{Relief, SIDES, first_side};
+use super::relief::{Relief, first_side};
 use super::row_sweeps::{Four, held, in_registers, load};
-use super::square_system::SquareSystem;
 use crate::pair::Twist;
 use crate::solver::tree_step::TreeStep;
 use crate::solver::tree_step::part::Links;
@@ -19,15 +18,11 @@ use nalgebra::Vector3;
 use vi_core::lanes::Register;
 use vi_core::newton::Fault;
 
-/// Rank from which on `C` is solved by a sparse LU.
-const LARGE: usize = 128;
-
 /// `C` with what it is made of; four of its rows, or columns, are a bundle.
 pub(super) struct StepComplement {
     rank: usize,
     left: Vec<Vec<(usize, Four)>>, // column of the cluster → (bundle, û)
-    matrix: SquareSystem,          // a small one
-    large: Option<LargeMatrix>,    // or a large one
+    matrix: ComplementMatrix,      // C
     relief: Relief,
     line: Vec<Four>,   // column of C → its entries in four rows
     marked: Vec<bool>, // bundles in which some are not zero
@@ -37,12 +32,11 @@ pub(super) struct StepComplement {
 impl StepComplement {
     /// For the links of a cluster and the rank of its loops.
     pub(super) fn new(paths: &Paths, rank: usize) -> Self {
-        let (bundles, large) = (rank.div_ceil(4), rank > LARGE);
+        let bundles = rank.div_ceil(4);
         Self {
             rank,
             left: vec![Vec::with_capacity(bundles.min(8)); paths.columns.len()],
-            matrix: SquareSystem::new(if large { 0 } else { rank }, SIDES),
-            large: large.then(LargeMatrix::default),
+            matrix: ComplementMatrix::new(rank),
             relief: Relief::new(rank),
             line: vec![[0.0; 4]; 4 * bundles],
             marked: vec![false; bundles],
@@ -77,9 +71,7 @@ impl StepComplement {
             own.for_each(|(row, wrench)| *wrench = of_row(&wrenches, row));
             paths.four.clear(&paths.links);
         }
-        if let Some(large) = &mut self.large {
-            large.clear(self.rank);
-        }
+        self.matrix.clear();
         for (bundle, own) in chosen.chunks(4).enumerate() {
             paths.write_four(own, (at, links));
             for &i in own {
@@ -95,19 +87,7 @@ impl StepComplement {
             self.met.drain(..).for_each(|b| self.marked[b] = false);
             paths.four.clear(&paths.links);
         }
-        let first = first_side(paths.apex);
-        let Self { rank, matrix, large, relief, .. } = self;
-        match large {
-            Some(large) => {
-                large.solve(*rank, first)?;
-                relief.take(|k, side| large.solution(*rank, k, side), first);
-            }
-            None => {
-                matrix.solve(first)?;
-                relief.take(|k, side| matrix.solution(k, side), first);
-            }
-        }
-        Ok(())
+        self.matrix.solve(first_side(paths.apex), &mut self.relief)
     }
 
     /// `û_k`, `p_k` of a bundle of columns.
@@ -169,22 +149,14 @@ impl StepComplement {
         has_apex: bool,
         gap: f64,
     ) {
-        let Self { rank, matrix, large, line, met, .. } = self;
+        let Self { rank, matrix, line, met, .. } = self;
         let sides = twists.iter().map(|part| if has_apex { part[row] } else { 0.0 }).chain([gap]);
-        let columns = |b: usize| 4 * b..(4 * b + 4).min(*rank);
-        if let Some(large) = large {
+        if matrix.is_large() {
             met.sort_unstable();
-            let entries = met.iter().flat_map(|&b| columns(b)).map(|k| (k, line[k][row]));
-            let entries = entries.filter(|e| e.1 != 0.0);
-            large.push_scaled(i, *rank, entries, sides);
-            return;
         }
-        let (own, right) = matrix.row_mut(i);
-        own.fill(0.0);
-        for k in met.iter().flat_map(|&b| columns(b)) {
-            own[k] = line[k][row];
-        }
-        right.iter_mut().zip(sides).for_each(|(right, side)| *right = side);
+        let columns = met.iter().flat_map(|&b| 4 * b..(4 * b + 4).min(*rank));
+        let entries = columns.map(|k| (k, line[k][row])).filter(|e| e.1 != 0.0);
+        matrix.write_row(i, entries, sides);
     }
 
     /// Relieves the apex of the cluster.
