@@ -9,10 +9,12 @@
 
 mod arguments;
 mod bench;
+mod call;
 mod captured;
 mod check;
 mod compare;
 mod diagnostic;
+mod dispatch;
 mod examples;
 mod export;
 mod failure;
@@ -34,14 +36,14 @@ mod sweep;
 mod verify;
 mod view;
 
-pub use captured::{Call, Called};
+pub use call::Call;
+pub use captured::Called;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::Parser;
 
-use arguments::{Cli, Verb};
-use failure::Failure;
+use arguments::Cli;
 
 /// Does what the command line of this process asks for.
 #[must_use]
@@ -53,35 +55,5 @@ pub fn main() -> ExitCode {
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
-    ExitCode::from(code(cli.verb))
-}
-
-/// Does what a verb asks for; the exit code.
-fn code(verb: Verb) -> u8 {
-    dispatch(verb).map_or_else(|failure| failure.report(), |()| 0)
-}
-
-fn dispatch(verb: Verb) -> Result<(), Failure> {
-    match verb {
-        Verb::Run(arguments) => run::run(&arguments),
-        Verb::Resume(arguments) => resume::resume(&arguments),
-        Verb::Sweep(arguments) => sweep::sweep(&arguments),
-        Verb::Collect(arguments) => sweep::collect(&arguments),
-        Verb::Check(arguments) => check::check(&arguments),
-        Verb::Compare(arguments) => compare::compare(&arguments),
-        Verb::Bench(arguments) => bench::bench(&arguments),
-        Verb::Modes(arguments) => modes::modes(&arguments),
-        Verb::Verify(arguments) => verify::verify(&arguments),
-        Verb::View(arguments) => view::view(&arguments),
-        Verb::Export(arguments) => export::export(&arguments),
-        Verb::Plot(arguments) => plot::plot(&arguments),
-        Verb::Import(arguments) => import::import(&arguments),
-        Verb::Schema(arguments) => schema::schema(&arguments),
-        Verb::Examples(arguments) => examples::examples(&arguments),
-        Verb::Completions { shell } => {
-            let mut script = Vec::new();
-            clap_complete::generate(shell, &mut Cli::command(), "holonom", &mut script);
-            stdout::bytes(&script)
-        }
-    }
+    ExitCode::from(dispatch::code(cli.verb))
 }

@@ -1,0 +1,80 @@
+//! Arguments of `check` and `modes`, which look at one configuration of a model.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::shared::ModelArguments;
+
+#[derive(Args)]
+pub(crate) struct Check {
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
+    /// Write a page that shows the initial configuration in 3-D
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) page: Option<PathBuf>,
+    /// Write a drawing of the initial configuration; its extension is the format: svg, pdf or png
+    #[arg(long, value_name = "FILE")]
+    pub(crate) picture: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print the report as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct Modes {
+    #[command(flatten)]
+    pub(crate) model: ModelArguments,
+    /// How many vibrations, softest first; modes without stiffness and unstable modes are added
+    #[arg(short, long, value_name = "K", default_value_t = 10)]
+    pub(crate) number: usize,
+    /// About which configuration
+    #[arg(long, value_enum, default_value_t = At::Start)]
+    pub(crate) at: At,
+    /// Follow the modes over speeds of rotation from A to B in N steps, rad/s: the Campbell diagram
+    #[arg(long, value_name = "A:B:N", value_parser = speeds, conflicts_with = "at")]
+    pub(crate) speeds: Option<Speeds>,
+    /// Write modes.json, modes.csv, modes.html with the moving shapes, and pictures of them into this folder; with --speeds
+    /// campbell.json, campbell.csv and campbell.svg
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+    /// Replace files of an earlier call
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
+    /// Print the modes with their shapes as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// About which configuration modes are taken.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum At {
+    /// The initial configuration, under the loads at t = 0
+    Start,
+    /// The equilibrium under the loads at the end of the simulation
+    Static,
+    /// The steady rotation of the initial velocities
+    Rotation,
+}
+
+/// Speeds of rotation, rad/s.
+#[derive(Clone)]
+pub(crate) struct Speeds(pub(crate) Vec<f64>);
+
+fn speeds(text: &str) -> Result<Speeds, String> {
+    let help = || "write FIRST:LAST:STEPS in rad/s, such as 0:40:20".to_owned();
+    let parts: Vec<&str> = text.split(':').collect();
+    let [first, last, steps] = parts.as_slice() else { return Err(help()) };
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    let (Some(first), Some(last)) = (number(first), number(last)) else { return Err(help()) };
+    let steps: u16 = steps.trim().parse().map_err(|_| help())?;
+    let apart = (last - first).abs() > 0.0;
+    if steps == 0 || steps > 10_000 || !apart {
+        return Err("between two different speeds there are 1 to 10000 steps".to_owned());
+    }
+    let at = |k: u16| first + (last - first) * f64::from(k) / f64::from(steps);
+    Ok(Speeds((0..=steps).map(at).collect()))
+}

@@ -1,0 +1,73 @@
+//! The command line: its verbs and their arguments. What carries them out stands in the file of each verb.
+
+mod configuration;
+mod model_files;
+mod plot;
+mod results;
+mod run;
+mod shared;
+mod study;
+mod sweep;
+
+pub(crate) use configuration::{At, Check, Modes, Speeds};
+pub(crate) use model_files::{Examples, Import, Schema};
+pub(crate) use plot::{Plot, PlotStyle};
+pub(crate) use results::{Export, View};
+pub(crate) use run::{Resume, Run, Talk};
+pub(crate) use shared::ModelArguments;
+pub(crate) use study::{Bench, Compare, Verify};
+pub(crate) use sweep::{Collect, Sweep};
+
+use clap::{Parser, Subcommand};
+use clap_complete::Shell;
+
+/// Variational integrators for constrained mechanical systems.
+#[derive(Parser)]
+#[command(name = "holonom", version, after_help = AFTER, disable_help_subcommand = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) verb: Verb,
+}
+
+const AFTER: &str = "Start with:\n  holonom examples pendulum -o pendulum.toml\n  holonom run \
+                     pendulum.toml\n\nExit codes: 0 done, 1 the run failed, 2 usage, 3 the model \
+                     is invalid, 130 or 143 interrupted by a signal.";
+
+#[derive(Subcommand)]
+pub(crate) enum Verb {
+    /// Simulate a model; write trajectory, summary, plots and a report
+    Run(Run),
+    /// Continue a run that was interrupted or killed, from its last checkpoint
+    Resume(Resume),
+    /// Run a model at many points: a grid or samples of its values, in parallel
+    Sweep(Sweep),
+    /// Collect the points of a sweep into one table and a page
+    Collect(Collect),
+    /// Validate and assemble a model: degrees of freedom, redundant joints, initial errors
+    Check(Check),
+    /// Run all schemes on a model: conservation, cost, error against time
+    Compare(Compare),
+    /// What a step costs, and its parts: residual, matrix, solution, recording
+    Bench(Bench),
+    /// Natural frequencies and mode shapes about the initial configuration or an equilibrium
+    Modes(Modes),
+    /// Measure orders, energy, momentum, constraints and symplecticity on a model; recommend a step
+    Verify(Verify),
+    /// Show a finished run in the browser: the animated scene, charts, facts
+    View(View),
+    /// Write the results of a finished run for other programs
+    Export(Export),
+    /// Draw plots and report of a run again, or chosen columns of runs as SVG, PDF or PNG
+    Plot(Plot),
+    /// Translate a robot description (URDF, MJCF) into a model file
+    Import(Import),
+    /// Print the keys of a section of model files, or the JSON schema of all
+    Schema(Schema),
+    /// List the shipped models, or write them
+    Examples(Examples),
+    /// Print a completion script for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+}

@@ -1,0 +1,77 @@
+//! Arguments of `import`, `schema` and `examples`, which are about model files.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use holonom::import::JointValue;
+
+#[derive(Args)]
+#[command(
+    after_help = "What has no counterpart in a model file is listed at the head of the file and on standard error. URDF: the root \
+                        link is a part of the ground, unless --free-base is given."
+)]
+pub(crate) struct Import {
+    /// The description: URDF (<robot>) or MJCF (<mujoco>)
+    pub(crate) robot: PathBuf,
+    /// The file to write; by default the name of the description with the extension toml, in the current directory
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// The root link of a URDF robot moves freely
+    #[arg(long)]
+    pub(crate) free_base: bool,
+    /// Initial value of a joint, m or rad; may be repeated
+    #[arg(long, value_name = "NAME=VALUE", value_parser = joint_value)]
+    pub(crate) joint: Vec<JointValue>,
+    /// Density of URDF links that state no inertia, kg/m³: of their visual geometry
+    #[arg(long, value_name = "RHO", value_parser = density)]
+    pub(crate) density: Option<f64>,
+    /// Time step, s; by default that of the description, or 1 ms
+    #[arg(long, value_name = "H", allow_negative_numbers = true)]
+    pub(crate) step: Option<f64>,
+    /// End time, s
+    #[arg(long, value_name = "T", default_value_t = 1.0, allow_negative_numbers = true)]
+    pub(crate) end: f64,
+    /// Replace the file if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Print what was and was not translated as JSON on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+fn density(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number
+        .filter(|rho| *rho > 0.0 && *rho <= 1e6)
+        .ok_or_else(|| "write a positive density in kg/m³, such as 2700".to_owned())
+}
+
+fn joint_value(text: &str) -> Result<JointValue, String> {
+    let stated = text.rsplit_once('=').and_then(|(joint, value)| {
+        let value = value.trim().parse().ok().filter(|x: &f64| x.is_finite())?;
+        Some(JointValue { joint: joint.trim().to_owned(), value })
+    });
+    stated.ok_or_else(|| "write NAME=VALUE, such as elbow=0.5".to_owned())
+}
+
+#[derive(Args)]
+pub(crate) struct Schema {
+    /// A section, such as joint: its keys, units, defaults and an example; without it, the JSON schema of all
+    pub(crate) section: Option<String>,
+}
+
+#[derive(Args)]
+pub(crate) struct Examples {
+    /// The model to write; without it, the list of all
+    #[arg(conflicts_with = "all")]
+    pub(crate) name: Option<String>,
+    /// Write it to this file instead of standard output
+    #[arg(short, long, value_name = "FILE", requires = "name")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write all models into this folder
+    #[arg(long, value_name = "DIR")]
+    pub(crate) all: Option<PathBuf>,
+    /// Replace files that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+}
