@@ -47,7 +47,7 @@ impl LoopSweeps {
     #[must_use]
     pub fn new(mechanism: &Mechanism, rank: &LoopRank, stages: Stages) -> Self {
         let s = stages.count();
-        let loops: Vec<Loops> = (0..=s).map(|_| Loops::of_rank(mechanism, rank)).collect();
+        let loops: Vec<Loops> = (0..=s).map(|_| rank.loops(mechanism)).collect();
         let mut initial = Memory::default();
         loops[0].remember(&mut initial);
         let d = loops[0].dof();

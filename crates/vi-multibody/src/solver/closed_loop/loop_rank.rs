@@ -129,9 +129,12 @@ impl LoopRank {
         Err(SetupError::RankUnknown { joint })
     }
 
-    /// Independent rows for each cluster of loops.
-    pub(crate) fn pivots(&self) -> &[Vec<usize>] {
-        &self.pivots
+    /// The loops, with the generic rank of each cluster.
+    pub(crate) fn loops(&self, mechanism: &Mechanism) -> Loops {
+        let mut loops = Loops::new(mechanism);
+        let clusters = loops.clusters.iter_mut().zip(&self.pivots);
+        clusters.for_each(|(cluster, pivots)| cluster.set_rank(pivots));
+        loops
     }
 
     /// Whether the initial configuration has a lower rank than the motion.

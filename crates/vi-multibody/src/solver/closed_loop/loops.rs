@@ -1,8 +1,8 @@
 //! The loops of a mechanism: paths, clusters, weights.
 
 use super::cluster::Cluster;
-use super::loop_rank::LoopRank;
-use super::path::{ClusterLink, LoopRow, Maps, Paths, Placed};
+use super::cluster_link::ClusterLink;
+use super::path::{LoopRow, Maps, Paths, Placed};
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
 use crate::pair::Twist;
@@ -69,14 +69,6 @@ impl Loops {
             columns.for_each(|(column, &unknown)| column_of[unknown] = column);
         }
         Self { tree, clusters, home, column_of, blocks, count: rows.len(), weights }
-    }
-
-    /// The same with the generic rank of each cluster.
-    pub(crate) fn of_rank(mechanism: &Mechanism, rank: &LoopRank) -> Self {
-        let mut loops = Self::new(mechanism);
-        let clusters = loops.clusters.iter_mut().zip(rank.pivots());
-        clusters.for_each(|(cluster, pivots)| cluster.set_rank(pivots));
-        loops
     }
 
     /// Degrees of freedom of the tree.

@@ -40,6 +40,7 @@
 #![allow(non_snake_case)] // A, U, J, Z
 
 pub(crate) mod cluster;
+mod cluster_link;
 mod complement;
 mod complement_matrix;
 pub mod control_points;
@@ -114,7 +115,7 @@ impl LoopNodal {
     /// For a mechanism with cut joints, and the generic rank of its loop constraints.
     #[must_use]
     pub fn new(mechanism: &Mechanism, rank: &LoopRank, solver: TreeSolver) -> Self {
-        let loops = Loops::of_rank(mechanism, rank);
+        let loops = rank.loops(mechanism);
         let size = if matches!(solver, TreeSolver::Recursion) { 0 } else { rank.generic };
         let coupled = Coupled {
             solutions: DMatrix::zeros(loops.dof(), size + 1),

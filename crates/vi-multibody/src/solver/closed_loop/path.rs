@@ -4,6 +4,7 @@
 //! J_i = Σ_sides wrenchᵀ P        carried from the two sides of the loop to its apex, where they meet
 //! ```
 
+use super::cluster_link::ClusterLink;
 use super::echelon::{Echelon, Entry};
 use super::row_sweeps::{Kept, RowSweeps};
 use crate::constraint::scalar_constraint::ScalarRow;
@@ -26,21 +27,6 @@ pub(crate) struct LoopRow {
     pub(crate) apex: Option<usize>,
     /// The number of its path among those of the cluster, one after the other.
     pub(crate) course: usize,
-}
-
-/// A link of a cluster.
-#[derive(Clone, Copy)]
-pub(crate) struct ClusterLink {
-    /// The link of the tree.
-    pub(crate) link: usize,
-    /// Its parent in the cluster; `None`: the apex.
-    pub(crate) parent: Option<usize>,
-    /// Its first column in the cluster.
-    pub(crate) first: usize,
-    /// Its first unknown in the tree.
-    pub(crate) offset: usize,
-    /// Number of its degrees of freedom.
-    pub(crate) dof: usize,
 }
 
 /// The velocity maps that rows are carried by.

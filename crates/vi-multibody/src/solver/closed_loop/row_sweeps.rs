@@ -7,8 +7,8 @@
 //! ```
 #![allow(non_snake_case)] // A, S, X
 
+use super::cluster_link::ClusterLink;
 use super::echelon::Entry;
-use super::path::ClusterLink;
 use crate::geometry::lane_vectors::{Screw, Transfer, Vector};
 use crate::pair::Twist;
 use crate::solver::tree_step::columns::{Act, Motion};

@@ -52,7 +52,7 @@ impl LoopStep {
             return None;
         }
         let mut tree = TreeStep::new(mechanism, system)?;
-        let loops = Loops::of_rank(mechanism, rank);
+        let loops = rank.loops(mechanism);
         tree.carry_loops(loops.clusters.iter().filter_map(Cluster::apex));
         let complement = |cluster: &Cluster| StepComplement::new(&cluster.paths, cluster.rank());
         let complements = loops.clusters.iter().map(complement).collect();

@@ -150,7 +150,7 @@ mod tests {
             SpatialMatrix::of([m * Matrix3::identity(), -skew, skew, 0.7 * m * Matrix3::identity()])
         };
         let [few, many] = [false, true].map(|large| {
-            let mut loops = Loops::of_rank(&mechanism, &rank);
+            let mut loops = rank.loops(&mechanism);
             if large {
                 loops.clusters.iter_mut().for_each(|cluster| cluster.eliminate_as_large());
             }
