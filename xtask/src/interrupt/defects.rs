@@ -1,6 +1,6 @@
 //! Defects between the program and the judge, which must be found.
 
-use super::experiment::Kind;
+use super::kind::Kind;
 use std::fs;
 use std::path::Path;
 

@@ -2,6 +2,7 @@
 //! continued to its end. Its results must be those of a run that nothing disturbed, to the byte.
 
 use super::defects::Defect;
+use super::kind::Kind;
 use super::process::{Disturbance, Ended, Process};
 use super::results::{Results, torn};
 use crate::scratch::Scratch;
@@ -29,52 +30,6 @@ const MODELS: [(&str, &[&str]); 6] = [
     ("six_hinge_cube", &["--end", "0.5", "--every", "1", "--checkpoint-every", "10"]),
     ("four_particles", &["--scheme", "constrained", "--every", "1", "--checkpoint-every", "15"]),
 ];
-
-/// What is done to a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// The process is killed.
-    Kill,
-    /// The process gets SIGTERM or SIGINT.
-    Signal,
-    /// The disk is full.
-    FullDisk,
-    /// The process is killed, and a checkpoint is damaged.
-    DamagedCheckpoint,
-    /// The process is killed, and a table is cut.
-    CutTable,
-    /// Another run begins in the same folder.
-    TwoRuns,
-    /// Nobody reads what the program prints.
-    NoReader,
-}
-
-impl Kind {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Kill,
-        Self::Signal,
-        Self::FullDisk,
-        Self::DamagedCheckpoint,
-        Self::CutTable,
-        Self::TwoRuns,
-        Self::NoReader,
-    ];
-
-    /// In words.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Kill => "killed (SIGKILL)",
-            Self::Signal => "interrupted (SIGTERM, SIGINT)",
-            Self::FullDisk => "files cannot grow, as on a full disk",
-            Self::DamagedCheckpoint => "killed, and a checkpoint damaged",
-            Self::CutTable => "killed, and a table cut",
-            Self::TwoRuns => "two runs at once in one folder",
-            Self::NoReader => "standard output closed",
-        }
-    }
-}
 
 /// A model with the results of a run that nothing disturbed.
 pub(super) struct Reference {

@@ -2,7 +2,8 @@
 //!
 //! | file | concept |
 //! |---|---|
-//! | `experiment` | what is done to a run, and what must remain |
+//! | [`Kind`] | what is done to a run |
+//! | `experiment` | a run to which it is done, and what must remain |
 //! | `process` | the program as a process that is disturbed |
 //! | `results` | the files that must be those of an undisturbed run, to the byte |
 //! | [`tally`] | many experiments in numbers |
@@ -12,11 +13,12 @@
 
 pub mod defects;
 mod experiment;
+mod kind;
 mod process;
 mod results;
 pub mod tally;
 
-pub use experiment::Kind;
+pub use kind::Kind;
 
 use crate::program;
 use crate::reliability::part::{Part, number};
