@@ -1,0 +1,129 @@
+//! Macro steps, each of one or more sub-steps; the motion continued and reversed.
+
+use super::Integrator;
+use super::error::ResumeError;
+use super::origin::Origin;
+use super::report::StepReport;
+use crate::constraints::Constraints;
+use crate::discretization::{Discretization, Step};
+use crate::scheme::{StepError, SubStep};
+use vi_core::state::State;
+
+impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
+    /// One macro step.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before the macro step.
+    pub fn step(&mut self) -> Result<StepReport, StepError> {
+        self.take(1, None)
+    }
+
+    /// One macro step; `each` sees every sub-step.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before the macro step.
+    pub fn step_with(
+        &mut self,
+        each: &mut dyn FnMut(&S, &C, Step<'_>),
+    ) -> Result<StepReport, StepError> {
+        self.step_in_parts(1, each)
+    }
+
+    /// One macro step as `parts` steps of equal length, where a whole one is refused. A map of another step is another
+    /// map: the structure is that of each part. Quantities of the node where it starts are those of
+    /// [`Integrator::observe_state`], taken before.
+    ///
+    /// # Errors
+    /// [`StepError`]; the state is then what it was before the macro step.
+    pub fn step_in_parts(
+        &mut self,
+        parts: u32,
+        each: &mut dyn FnMut(&S, &C, Step<'_>),
+    ) -> Result<StepReport, StepError> {
+        self.take(parts, Some(each))
+    }
+
+    fn take(
+        &mut self,
+        parts: u32,
+        each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
+    ) -> Result<StepReport, StepError> {
+        self.before.copy_from(&self.state);
+        let taken = self.take_sub_steps(parts, each);
+        if taken.is_err() {
+            self.state.copy_from(&self.before);
+        }
+        taken
+    }
+
+    fn take_sub_steps(
+        &mut self,
+        parts: u32,
+        mut each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
+    ) -> Result<StepReport, StepError> {
+        let step = self.state.step + 1;
+        let next = self.origin.time(step, self.step);
+        let Self { system, constraints, scheme, solver, state, gammas, .. } = self;
+        let (count, part) = (gammas.len(), self.step / f64::from(parts));
+        let sub_steps = parts as usize * count;
+        let mut total = StepReport { sub_steps, ..StepReport::default() };
+        for taken in 0..sub_steps {
+            let (index, last) = (taken % count, taken + 1 == sub_steps);
+            let h = gammas[index] * part;
+            let t_end = if last { next } else { state.t + h };
+            let step = SubStep { index, count, h, t_end };
+            let report = solver.advance(&mut **scheme, system, &**constraints, step, state)?;
+            constraints.unwrap_angles(&state.q, &mut state.angles);
+            if let Some(each) = &mut each {
+                scheme.interpolate();
+                let (multipliers, gauss) = (&state.memory.multipliers, scheme.gauss());
+                let (s, polynomial) = (scheme.interval(), scheme.polynomial());
+                each(system, constraints, Step { s, multipliers, gauss, polynomial });
+            }
+            total.iterations += report.iterations;
+            total.restarts += report.restarts;
+            total.residual = total.residual.max(report.residual);
+        }
+        let at = state.configuration();
+        match (scheme.meets_constraints(), scheme.keeps_orientation()) {
+            (true, _) => {}
+            (false, true) => self.watch.check_residuals(&**constraints, at)?,
+            (false, false) => self.watch.check(&**constraints, at)?,
+        }
+        state.step = step;
+        Ok(total)
+    }
+
+    /// Continues from a state of this motion, for example one that was stored: the next steps are, bit for
+    /// bit, those that the integration which it comes from would have taken.
+    ///
+    /// # Errors
+    /// [`ResumeError`]; the state is then what it was.
+    pub fn resume(&mut self, state: State) -> Result<(), ResumeError> {
+        let origin = self.origin.resume(&self.state, &state, self.step)?;
+        self.watch.check(&*self.constraints, state.configuration())?;
+        self.origin = origin;
+        self.before.copy_from(&state);
+        self.state = state;
+        Ok(())
+    }
+
+    /// Reverses the direction of time; the next step retraces the last one.
+    pub fn reverse(&mut self) {
+        self.step = -self.step;
+        self.origin = Origin { t: self.state.t, step: self.state.step };
+        self.state.history.clear();
+        self.state.compensation.balance.fill(0.0);
+        self.state.memory.last = None;
+    }
+}
+
+/// The steps of a motion, without end: `run.by_ref().take(100)` are a hundred macro steps. After an error the next
+/// item is the attempt of the same step.
+impl<S: Discretization<C>, C: Constraints> Iterator for Integrator<S, C> {
+    type Item = Result<StepReport, StepError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        Some(self.step())
+    }
+}
