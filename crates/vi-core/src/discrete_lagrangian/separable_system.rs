@@ -1,0 +1,205 @@
+//! Systems whose kinetic energy has a constant mass matrix.
+
+mod continuous;
+mod discrete;
+
+use super::slot_derivatives::DiscreteLagrangian;
+use crate::configuration::Configuration;
+use crate::force::DiscreteForce;
+use crate::interpolation::{StepPolynomial, StrainInterpolation};
+use crate::interval::Interval;
+use crate::isotropic::IsotropicBlocks;
+use crate::mechanical_system::MechanicalSystem;
+use crate::potential::{DiscretePotential, Potential, Quadrature};
+use crate::sparse::{Entries, SparseMatrix};
+
+/// A system with constant mass matrix, any number of discrete potentials and discrete forces.
+pub struct SeparableSystem {
+    mass: SparseMatrix,
+    inertia: IsotropicBlocks, // the same matrix
+    quadrature: Quadrature,
+    potentials: Vec<Box<dyn DiscretePotential>>,
+    forces: Vec<Box<dyn DiscreteForce>>,
+}
+
+impl std::fmt::Debug for SeparableSystem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (potentials, forces) = (self.potentials.len(), self.forces.len());
+        f.debug_struct("SeparableSystem")
+            .field("mass", &self.mass)
+            .field("quadrature", &self.quadrature)
+            .field("potentials", &potentials)
+            .field("forces", &forces)
+            .finish()
+    }
+}
+
+impl SeparableSystem {
+    /// A free system with mass matrix `M` (kg, kg·m²; symmetric), shape `n × n`.
+    ///
+    /// # Panics
+    /// When `M` is not square.
+    #[must_use]
+    pub fn new(mass: SparseMatrix) -> Self {
+        assert_eq!(mass.shape().0, mass.shape().1, "the mass matrix must be square");
+        let (inertia, quadrature) = (IsotropicBlocks::of(&mass), Quadrature::Midpoint);
+        Self { mass, inertia, quadrature, potentials: Vec::new(), forces: Vec::new() }
+    }
+
+    /// A free system with a diagonal mass matrix.
+    #[must_use]
+    pub fn with_diagonal_mass(mass: &[f64]) -> Self {
+        let n = mass.len();
+        Self::new(SparseMatrix::assemble(n, n, |out| {
+            for (i, m) in mass.iter().enumerate() {
+                out.add(i, i, *m);
+            }
+        }))
+    }
+
+    /// The quadrature of the potentials added from here on (midpoint unless said otherwise).
+    #[must_use]
+    pub fn quadrature(mut self, quadrature: Quadrature) -> Self {
+        self.quadrature = quadrature;
+        self
+    }
+
+    /// Adds a potential, discretized by the system's quadrature.
+    #[must_use]
+    pub fn potential(self, potential: impl Potential + 'static) -> Self {
+        let discrete = self.quadrature.discretize(potential);
+        self.discrete_potential(discrete)
+    }
+
+    /// Adds a discrete potential of its own kind.
+    #[must_use]
+    pub fn discrete_potential(mut self, potential: Box<dyn DiscretePotential>) -> Self {
+        self.potentials.push(potential);
+        self
+    }
+
+    /// Adds a discrete force.
+    ///
+    /// # Panics
+    /// When it is the second force with internal variables.
+    #[must_use]
+    pub fn force(mut self, force: Box<dyn DiscreteForce>) -> Self {
+        let known = self.internal_variables();
+        assert!(known == 0 || force.internal_variables() == 0, "one force has internal variables");
+        self.forces.push(force);
+        self
+    }
+
+    /// The mass matrix as multiples of `I_3` and single entries.
+    #[must_use]
+    pub fn inertia(&self) -> &IsotropicBlocks {
+        &self.inertia
+    }
+
+    /// The sum `w` of the constant forces of linear potentials, shape `n`.
+    #[must_use]
+    pub fn constant_force(&self) -> Vec<f64> {
+        let mut sum = vec![0.0; self.dim()];
+        for force in self.potentials.iter().filter_map(|potential| potential.constant_force()) {
+            sum.iter_mut().zip(force).for_each(|(sum, w)| *sum += w);
+        }
+        sum
+    }
+
+    /// Whether anything acts beside constant forces.
+    #[must_use]
+    pub fn has_variable_forces(&self) -> bool {
+        !self.forces.is_empty() || self.variable().next().is_some()
+    }
+
+    /// The potentials that are not linear.
+    fn variable(&self) -> impl Iterator<Item = &dyn DiscretePotential> {
+        let all = self.potentials.iter().map(|potential| &**potential);
+        all.filter(|potential| potential.constant_force().is_none())
+    }
+
+    /// `out ←` what [`DiscreteLagrangian::forced_d1`] has beside inertia and constant forces.
+    pub fn variable_d1(&self, s: &Interval, out: &mut [f64]) {
+        out.fill(0.0);
+        self.variable().for_each(|potential| potential.add_d1(s, -s.h, out));
+        self.add_force_minus(s, out);
+    }
+
+    /// Emits what [`DiscreteLagrangian::forced_d2_d1`] has beside inertia.
+    pub fn variable_d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
+        self.variable().for_each(|potential| potential.add_d2_d1(s, -s.h, out));
+        self.force_minus_d2(s, out);
+    }
+
+    /// How many discrete forces there are.
+    #[must_use]
+    pub fn force_count(&self) -> usize {
+        self.forces.len()
+    }
+
+    /// Adds the work of each discrete force in a step, J, in the order in which they were added; `scratch`: shape
+    /// `n`.
+    pub fn add_work(&self, s: &Interval, scratch: &mut [f64], out: &mut [f64]) {
+        for (force, work) in self.forces.iter().zip(out) {
+            *work += force.work(s, scratch);
+        }
+    }
+
+    /// Adds `scale f·v` of each discrete force at a Gauss node to `out`, in the order in which they were added, but for
+    /// those of strain rates; `scratch`: shape `n`.
+    pub fn add_power(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        scratch: &mut [f64],
+        out: &mut [f64],
+    ) {
+        let all = self.forces.iter().zip(out);
+        for (force, work) in all.filter(|(force, _)| force.interpolation().is_none()) {
+            scratch.fill(0.0);
+            force.add_continuous(at, v, scratch);
+            *work += scale * scratch.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
+        }
+    }
+
+    /// `out ← ∇V(q) − f(t, q, v)`, N: what constraints and inertia have to balance.
+    pub fn net_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        self.add_force(at, v, out);
+        out.iter_mut().for_each(|f| *f = -*f);
+        self.add_potential_gradient(at, 1.0, out);
+    }
+
+    /// Emits `∂/∂q` of [`SeparableSystem::net_force`] at rest or in a steady rotation `v`
+    /// ([`DiscreteForce::add_stiffness`]), shape `n × n`; always the same places in the same order. Not symmetric where
+    /// a force has no potential.
+    pub fn stiffness(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
+        self.potential_hessian(at, 1.0, out);
+        self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
+    }
+
+    /// Emits `−∂f/∂v`, shape `n × n`, N·s/m; always the same places in the same order.
+    pub fn damping(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
+        self.forces.iter().for_each(|force| force.add_damping(at, v, -1.0, out));
+    }
+
+    /// Adds the work of each force of strain rates in a Galerkin step to `out`, in the order in which forces were added.
+    pub fn add_interpolated_work(&self, step: &StepPolynomial<'_>, out: &mut [f64]) {
+        for (force, work) in self.forces.iter().zip(out) {
+            *work += force.interpolation().map_or(0.0, |own| own.work(step));
+        }
+    }
+
+    /// The potentials that a Galerkin step evaluates at Gauss nodes.
+    fn gauss_potentials(&self) -> impl Iterator<Item = &dyn DiscretePotential> {
+        let all = self.potentials.iter().map(|potential| &**potential);
+        all.filter(|potential| potential.interpolation().is_none())
+    }
+
+    /// What of a Galerkin step depends on interpolated strains.
+    fn interpolations(&self) -> impl Iterator<Item = &dyn StrainInterpolation> {
+        let potentials = self.potentials.iter().filter_map(|potential| potential.interpolation());
+        potentials.chain(self.forces.iter().filter_map(|force| force.interpolation()))
+    }
+}

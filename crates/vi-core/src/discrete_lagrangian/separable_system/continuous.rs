@@ -1,0 +1,102 @@
+//! The potentials and forces at a node, and on the polynomial of a Galerkin step.
+
+use super::SeparableSystem;
+use crate::configuration::Configuration;
+use crate::discrete_lagrangian::slot_derivatives::DiscreteLagrangian;
+use crate::interpolation::{StepPolynomial, StrainInterpolation};
+use crate::mechanical_system::MechanicalSystem;
+use crate::sparse::{Entries, SparseMatrix};
+
+impl MechanicalSystem for SeparableSystem {
+    fn mass(&self) -> &SparseMatrix {
+        &self.mass
+    }
+
+    fn emit_mass_of_step(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
+        self.inertia.emit(1.0, out);
+        self.add_mass_of_step(at, h, out);
+    }
+
+    fn adds_mass(&self) -> bool {
+        self.potentials.iter().any(|potential| potential.adds_mass())
+    }
+
+    fn add_mass_of_step(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
+        self.potentials.iter().for_each(|potential| potential.add_mass(at, h, out));
+    }
+
+    fn potential_energy(&self, at: Configuration<'_>) -> f64 {
+        self.potentials.iter().map(|u| u.potential(at)).sum()
+    }
+
+    fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        for potential in &self.potentials {
+            potential.add_gradient(at, scale, out);
+        }
+    }
+
+    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        for force in &self.forces {
+            force.add_continuous(at, v, out);
+        }
+    }
+
+    fn has_constant_force(&self) -> bool {
+        !self.has_variable_forces()
+    }
+
+    fn is_dissipative(&self) -> bool {
+        self.forces.iter().any(|force| force.is_dissipative())
+    }
+
+    fn has_memory(&self) -> bool {
+        self.internal_variables() > 0
+    }
+
+    fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
+        self.interpolations().next().map(|_| self as &dyn StrainInterpolation)
+    }
+
+    fn gauss_energy(&self, at: Configuration<'_>) -> f64 {
+        self.gauss_potentials().map(|u| u.potential(at)).sum()
+    }
+
+    fn add_gauss_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.gauss_potentials().for_each(|potential| potential.add_gradient(at, -1.0, out));
+        for force in self.forces.iter().filter(|own| own.interpolation().is_none()) {
+            force.add_continuous(at, v, out);
+        }
+    }
+
+    fn potential_stiffness(&self, at: Configuration<'_>, out: &mut dyn Entries) {
+        self.potential_hessian(at, 1.0, out);
+    }
+
+    fn force_damping(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
+        self.damping(at, v, out);
+    }
+}
+
+impl StrainInterpolation for SeparableSystem {
+    fn energy(&self, step: &StepPolynomial<'_>) -> f64 {
+        self.interpolations().map(|own| own.energy(step)).sum()
+    }
+
+    fn work(&self, step: &StepPolynomial<'_>) -> f64 {
+        self.interpolations().map(|own| own.work(step)).sum()
+    }
+
+    fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
+        self.interpolations().for_each(|own| own.add_impulses(step, out));
+    }
+
+    fn add_derivative(
+        &self,
+        step: &StepPolynomial<'_>,
+        at: (usize, usize),
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        self.interpolations().for_each(|own| own.add_derivative(step, at, scale, out));
+    }
+}

@@ -1,0 +1,182 @@
+//! The discrete Lagrangian of potentials and forces.
+
+use super::SeparableSystem;
+use crate::configuration::Configuration;
+use crate::discrete_lagrangian::slot_derivatives::DiscreteLagrangian;
+use crate::interval::Interval;
+use crate::mechanical_system::MechanicalSystem;
+use crate::sparse::Entries;
+
+impl DiscreteLagrangian for SeparableSystem {
+    fn discrete_lagrangian(&self, s: &Interval) -> f64 {
+        let added = self.added_kinetic_energy(s);
+        self.kinetic_energy(&s.dq) / s.h + s.h * (added - self.discrete_potential_energy(s)) // (18)
+    }
+
+    fn d1(&self, s: &Interval, out: &mut [f64]) {
+        out.fill(0.0);
+        for potential in &self.potentials {
+            potential.add_d1(s, -s.h, out);
+        }
+        self.inertia.mul_add(-1.0 / s.h, &s.dq, out);
+    }
+
+    fn d2(&self, s: &Interval, out: &mut [f64]) {
+        out.fill(0.0);
+        for potential in &self.potentials {
+            potential.add_d2(s, -s.h, out);
+        }
+        self.inertia.mul_add(1.0 / s.h, &s.dq, out);
+    }
+
+    fn d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
+        for potential in &self.potentials {
+            potential.add_d2_d1(s, -s.h, out);
+        }
+        self.inertia.emit(-1.0 / s.h, out);
+    }
+
+    fn d1_d1(&self, s: &Interval, out: &mut dyn Entries) {
+        for potential in &self.potentials {
+            potential.add_d1_d1(s, -s.h, out);
+        }
+        self.inertia.emit(1.0 / s.h, out);
+    }
+
+    fn d2_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        for potential in &self.potentials {
+            potential.add_d2_d2(s, -s.h, out);
+        }
+        self.inertia.emit(1.0 / s.h, out);
+    }
+
+    fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.potentials.iter().for_each(|potential| potential.add_hessian(at, scale, out));
+    }
+
+    fn gauss_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.gauss_potentials().for_each(|potential| potential.add_hessian(at, scale, out));
+    }
+
+    fn add_force_minus(&self, s: &Interval, out: &mut [f64]) {
+        for force in &self.forces {
+            force.add_minus(s, out);
+        }
+    }
+
+    fn add_force_plus(&self, s: &Interval, out: &mut [f64]) {
+        for force in &self.forces {
+            force.add_plus(s, out);
+        }
+    }
+
+    fn force_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
+        for force in &self.forces {
+            force.add_minus_d2(s, out);
+        }
+    }
+
+    fn internal_variables(&self) -> usize {
+        self.forces.iter().map(|force| force.internal_variables()).sum()
+    }
+
+    fn advance_internal(&self, s: &Interval, out: &mut [f64]) {
+        if let Some(force) = self.forces.iter().find(|force| force.internal_variables() > 0) {
+            force.advance(s, out);
+        }
+    }
+
+    fn discrete_potential_energy(&self, s: &Interval) -> f64 {
+        self.potentials.iter().map(|u| u.value(s)).sum()
+    }
+
+    fn added_kinetic_energy(&self, s: &Interval) -> f64 {
+        self.potentials.iter().map(|u| u.added_kinetic_energy(s)).sum()
+    }
+}
+
+#[cfg(test)]
+#[allow(non_snake_case)] // L_d
+mod tests {
+    use super::*;
+    use crate::potential::{DualPotential, Quadrature, ScalarField};
+    use crate::sparse::SparseMatrix;
+    use num_dual::DualNum;
+
+    /// A nonlinear coupling of three coordinates.
+    struct Quartic;
+    impl ScalarField<3> for Quartic {
+        fn value<D: DualNum<Primitive = f64> + Copy>(&self, q: &[D; 3]) -> D {
+            (q[0] * q[1] - q[2]).powi(2) + (q[2] * q[2] + q[0]).sin() * q[1]
+        }
+    }
+
+    fn system(quadrature: Quadrature) -> SeparableSystem {
+        SeparableSystem::with_diagonal_mass(&[2.0, 3.0, 0.5])
+            .quadrature(quadrature)
+            .potential(DualPotential(Quartic))
+    }
+
+    fn interval(q0: [f64; 3], q1: [f64; 3]) -> Interval {
+        Interval::between(0.0, 0.3, &q0, &q1)
+    }
+
+    #[test]
+    fn slot_derivatives_are_those_of_the_discrete_lagrangian() {
+        let (q0, q1) = ([0.3, -0.4, 0.9], [0.5, -0.1, 0.7]);
+        for quadrature in [Quadrature::Midpoint, Quadrature::Trapezoidal] {
+            let system = system(quadrature);
+            let (mut d1, mut d2) = ([0.0; 3], [0.0; 3]);
+            let s = interval(q0, q1);
+            system.d1(&s, &mut d1);
+            system.d2(&s, &mut d2);
+            let mixed = SparseMatrix::assemble(3, 3, |out| system.d2_d1(&s, out)).to_dense();
+            let first = SparseMatrix::assemble(3, 3, |out| system.d1_d1(&s, out)).to_dense();
+            let second = SparseMatrix::assemble(3, 3, |out| system.d2_d2(&s, out)).to_dense();
+            let e = 1e-5;
+            for i in 0..3 {
+                // by reference: a closure that changes an argument it takes by value may change the
+                // caller's copy (rust-lang/rust#155241)
+                let shifted = |q: &[f64; 3], by: f64| -> [f64; 3] {
+                    std::array::from_fn(|k| if k == i { q[k] + by } else { q[k] })
+                };
+                let L = |a, b| system.discrete_lagrangian(&interval(a, b));
+                let fd1 = (L(shifted(&q0, e), q1) - L(shifted(&q0, -e), q1)) / (2.0 * e);
+                let fd2 = (L(q0, shifted(&q1, e)) - L(q0, shifted(&q1, -e))) / (2.0 * e);
+                assert!((fd1 - d1[i]).abs() < 1e-8, "D1 [{i}]: {} vs {fd1}", d1[i]);
+                assert!((fd2 - d2[i]).abs() < 1e-8, "D2 [{i}]: {} vs {fd2}", d2[i]);
+                let (mut plus, mut minus) = ([0.0; 3], [0.0; 3]);
+                system.d1(&interval(q0, shifted(&q1, e)), &mut plus);
+                system.d1(&interval(q0, shifted(&q1, -e)), &mut minus);
+                for k in 0..3 {
+                    let fd = (plus[k] - minus[k]) / (2.0 * e);
+                    let exact = mixed[(k, i)];
+                    assert!((fd - exact).abs() < 1e-8, "D2D1 [{k},{i}]: {exact} vs {fd}");
+                }
+                system.d1(&interval(shifted(&q0, e), q1), &mut plus);
+                system.d1(&interval(shifted(&q0, -e), q1), &mut minus);
+                for k in 0..3 {
+                    let (fd, exact) = ((plus[k] - minus[k]) / (2.0 * e), first[(k, i)]);
+                    assert!((fd - exact).abs() < 1e-8, "D1D1 [{k},{i}]: {exact} vs {fd}");
+                }
+                system.d2(&interval(q0, shifted(&q1, e)), &mut plus);
+                system.d2(&interval(q0, shifted(&q1, -e)), &mut minus);
+                for k in 0..3 {
+                    let (fd, exact) = ((plus[k] - minus[k]) / (2.0 * e), second[(k, i)]);
+                    assert!((fd - exact).abs() < 1e-8, "D2D2 [{k},{i}]: {exact} vs {fd}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_discrete_lagrangian_is_self_adjoint() {
+        // L_d(q0, q1, h) = −L_d(q1, q0, −h)
+        let system = system(Quadrature::Midpoint);
+        let s = interval([0.3, -0.4, 0.9], [0.5, -0.1, 0.7]);
+        let mut back = interval([0.5, -0.1, 0.7], [0.3, -0.4, 0.9]);
+        back.h = -back.h;
+        let sum = system.discrete_lagrangian(&s) + system.discrete_lagrangian(&back);
+        assert!(sum.abs() < 1e-15, "L_d(q0,q1,h) + L_d(q1,q0,−h) = {sum:e}");
+    }
+}

@@ -1,0 +1,67 @@
+//! A discrete Lagrangian, its slot derivatives and its discrete forces.
+
+use crate::configuration::Configuration;
+use crate::interval::Interval;
+use crate::mechanical_system::MechanicalSystem;
+use crate::sparse::Entries;
+
+/// The discrete Lagrangian of a system with its discrete forces, and their slot derivatives.
+///
+/// Implementors provide the discrete functions of one [`Interval`]; the forced terms default to
+/// none. Open for extension: anything with these slot derivatives can be integrated.
+pub trait DiscreteLagrangian: MechanicalSystem {
+    /// `L_d(q_n, q_{n+1})`, J·s.
+    fn discrete_lagrangian(&self, s: &Interval) -> f64;
+    /// `out ← D_1 L_d(q_n, q_{n+1})`, shape `n`, unit of momentum.
+    fn d1(&self, s: &Interval, out: &mut [f64]);
+    /// `out ← D_2 L_d(q_n, q_{n+1})`, shape `n`, unit of momentum.
+    fn d2(&self, s: &Interval, out: &mut [f64]);
+    /// Emits `D_2 D_1 L_d`, shape `n × n`; always the same places in the same order.
+    fn d2_d1(&self, s: &Interval, out: &mut dyn Entries);
+    /// Emits `D_1 D_1 L_d`, shape `n × n`; always the same places in the same order. No step needs it:
+    /// it is part of the tangent of a step.
+    fn d1_d1(&self, s: &Interval, out: &mut dyn Entries);
+    /// Emits `D_2 D_2 L_d`, as [`DiscreteLagrangian::d1_d1`].
+    fn d2_d2(&self, s: &Interval, out: &mut dyn Entries);
+    /// Emits `scale ∇²V(q)` of the continuous potential, shape `n × n`; always the same places in the same order. No
+    /// step needs it: it is part of the tangent of a step.
+    fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
+    /// The same at a Gauss node, without [`MechanicalSystem::interpolation`].
+    fn gauss_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
+        self.potential_hessian(at, scale, out);
+    }
+    /// `out ← out + f_d^-(q_n, q_{n+1})`, N·s.
+    fn add_force_minus(&self, _s: &Interval, _out: &mut [f64]) {}
+    /// `out ← out + f_d^+(q_n, q_{n+1})`, N·s.
+    fn add_force_plus(&self, _s: &Interval, _out: &mut [f64]) {}
+    /// Emits `D_2 f_d^-`, shape `n × n`; always the same places in the same order.
+    fn force_minus_d2(&self, _s: &Interval, _out: &mut dyn Entries) {}
+    /// Number of internal variables of the forces.
+    fn internal_variables(&self) -> usize {
+        0
+    }
+    /// `out ← z_{n+1}`, the internal variables at the end of a step; shape [`Self::internal_variables`].
+    fn advance_internal(&self, _s: &Interval, _out: &mut [f64]) {}
+    /// `Σ U_d(q_n, q_{n+1})`, J: the potential part of `E_d`, LMO08 (52).
+    fn discrete_potential_energy(&self, s: &Interval) -> f64;
+    /// `Σ K_d(q_n, q_{n+1})`, J: what added masses contribute to the kinetic part of `E_d`.
+    fn added_kinetic_energy(&self, _s: &Interval) -> f64 {
+        0.0
+    }
+
+    /// `out ← D_1 L_d + f_d^-`: what balances `p̄_n`.
+    fn forced_d1(&self, s: &Interval, out: &mut [f64]) {
+        self.d1(s, out);
+        self.add_force_minus(s, out);
+    }
+    /// `out ← D_2 L_d + f_d^+`: the momentum `p̄_{n+1}` of the next step.
+    fn forced_d2(&self, s: &Interval, out: &mut [f64]) {
+        self.d2(s, out);
+        self.add_force_plus(s, out);
+    }
+    /// Emits `D_2 (D_1 L_d + f_d^-)`.
+    fn forced_d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
+        self.d2_d1(s, out);
+        self.force_minus_d2(s, out);
+    }
+}
