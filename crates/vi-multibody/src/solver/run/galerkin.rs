@@ -1,0 +1,128 @@
+//! The Galerkin schemes on a mechanism.
+
+use super::start::Loops;
+use super::structure::{BoxedScheme, Solver, has_many_ancestors, has_nodes, probe};
+use crate::mechanism::Mechanism;
+use crate::solver::closed_loop::control_points::LoopSweeps;
+use crate::solver::sparse_nodal::control_points::CoupledSweeps;
+use crate::solver::tree_control_points::TreeControlPoints;
+use crate::solver::tree_map::TreeMap;
+use crate::solver::tree_nodal::TreeNodal;
+use crate::solver::tree_sweeps::TreeSweeps;
+use vi_constraints::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal, Pointwise};
+use vi_constraints::integrator::{SetupError, SingularStart, check_dense};
+use vi_constraints::{Constraints, Method, SchemeKind};
+use vi_core::galerkin::Stages;
+#[cfg(target_arch = "x86_64")]
+use vi_core::lanes::Wide;
+use vi_core::lanes::{Lanes, Plain, Register, Twice};
+use vi_core::sparse::Entries;
+use vi_core::{MechanicalSystem, SeparableSystem};
+
+/// The Galerkin schemes: trees of bodies and point masses in nodal form, any mechanism of these in constrained form.
+pub(super) fn galerkin(
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+    (kind, method): (SchemeKind, Method),
+    solver: Solver,
+    (loops, q): (&Loops, &[f64]),
+) -> Result<BoxedScheme, SetupError> {
+    let refused = |what| Err(SetupError::no_galerkin(what));
+    let constrained_only = |what| {
+        let instead = "write scheme = \"constrained\", or method = \"composition\"";
+        Err(SetupError::NoGalerkin { what, instead })
+    };
+    let Some(stages) = method.stages() else { return refused("without control points") };
+    let (n, m) = (mechanism.dim(), mechanism.len());
+    let points = mechanism.particle_tree().dof() > 0;
+    let bodies = || {
+        let mass = |out: &mut dyn Entries| system.mass().emit(out);
+        mechanism.description().particles.is_empty()
+            && TreeNodal::new(mechanism.tree().clone())
+                .is_uncoupled(&mass, &probe(mechanism, system))
+    };
+    match kind {
+        SchemeKind::Constrained => {
+            Ok(Box::new(GalerkinConstrained::new(n, m, loops.rows.clone(), stages)))
+        }
+        SchemeKind::Dalembert => refused("by the scheme `dalembert`"),
+        SchemeKind::Reduced => refused("by the scheme `reduced`"),
+        SchemeKind::Nodal if mechanism.has_loops() => match &loops.rank {
+            Some(rank) if !has_nodes(mechanism) && bodies() => {
+                if rank.is_singular() {
+                    return Err(loops.refusal(SingularStart::Scheme));
+                }
+                let sweeps = LoopSweeps::new(mechanism, rank, stages);
+                Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
+            }
+            _ => constrained_only(
+                "closed loops of beams or point masses by the scheme `nodal`, but by `constrained`",
+            ),
+        },
+        SchemeKind::Nodal if has_nodes(mechanism) && points => constrained_only(
+            "beams beside point masses by the scheme `nodal`, but by `constrained`",
+        ),
+        SchemeKind::Nodal if has_nodes(mechanism) || solver == Solver::Sparse && !points => {
+            if has_many_ancestors(mechanism) {
+                // the matrix between the unknowns is full
+                let what = "the Galerkin schemes of beams on so many bodies in series";
+                check_dense(n, what, "write scheme = \"constrained\"")?;
+            }
+            let sweeps = CoupledSweeps::new(mechanism, stages, q);
+            Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
+        }
+        SchemeKind::Nodal => {
+            if solver != Solver::Dense && bodies() {
+                return Ok(tree_sweeps(mechanism, system, solver, stages));
+            }
+            check_dense(
+                n,
+                "the Galerkin schemes of this system",
+                "write method = \"composition\"",
+            )?;
+            let map = TreeMap::new(mechanism);
+            let operators = DenseControlPoints::new(n, stages.count(), map);
+            let sweeps = Pointwise::new(n, stages.count(), operators);
+            Ok(Box::new(GalerkinNodal::new(n, stages, sweeps)))
+        }
+    }
+}
+
+/// The sweeps of a tree of bodies: all control points at once, in the widest registers there are; one after the other
+/// when the recursion is asked for.
+fn tree_sweeps(
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+    solver: Solver,
+    stages: Stages,
+) -> BoxedScheme {
+    let in_lanes = || {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(wide) = Wide::detect() {
+            return sweeps_in(wide, mechanism, system, stages);
+        }
+        sweeps_in(Plain, mechanism, system, stages)
+    };
+    let all = if solver == Solver::Articulated { None } else { in_lanes() };
+    all.unwrap_or_else(|| {
+        let (n, s) = (mechanism.dim(), stages.count());
+        let operators = TreeControlPoints::new(mechanism.tree(), s);
+        Box::new(GalerkinNodal::new(n, stages, Pointwise::new(n, s, operators)))
+    })
+}
+
+/// The same in four or eight lanes.
+fn sweeps_in<T: Register>(
+    lanes: T,
+    mechanism: &Mechanism,
+    system: &SeparableSystem,
+    stages: Stages,
+) -> Option<BoxedScheme> {
+    let (n, tree, mass) = (mechanism.dim(), mechanism.tree(), system.mass());
+    if stages.count() <= T::Lanes::COUNT {
+        let sweeps = TreeSweeps::new(lanes, tree, mass, stages)?;
+        return Some(Box::new(GalerkinNodal::new(n, stages, sweeps)));
+    }
+    let sweeps = TreeSweeps::new(Twice(lanes), tree, mass, stages)?;
+    Some(Box::new(GalerkinNodal::new(n, stages, sweeps)))
+}

@@ -1,0 +1,111 @@
+//! Independent constraints of closed loops, and starts in singular configurations.
+
+use crate::mechanism::Mechanism;
+use crate::solver::closed_loop::loop_rank::LoopRank;
+use vi_constraints::agreement::contradiction;
+use vi_constraints::discretization::Discretization;
+use vi_constraints::initialization::{StartReport, start};
+use vi_constraints::integrator::{SetupError, SingularStart};
+use vi_constraints::saddle_point::IndependentRows;
+use vi_constraints::{Constraints, InitialValues, Integrator};
+use vi_core::{Configuration, MechanicalSystem};
+
+/// The independent constraints of the motion, and of its initial configuration where fewer are independent there.
+#[derive(Clone, Debug)]
+pub struct Loops {
+    /// Of the motion.
+    pub rows: IndependentRows,
+    /// Of the initial configuration, where it is singular.
+    pub rows_at_start: Option<IndependentRows>,
+    /// What is known of the loops; `None` without loops of bodies.
+    pub rank: Option<LoopRank>,
+}
+
+impl Loops {
+    /// Looks initially `(t, q)` of a mechanism.
+    ///
+    /// # Errors
+    /// [`SetupError::RankAtStart`] where bars, or loops beside point masses, lose rank.
+    pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Result<Self, SetupError> {
+        let particles = !mechanism.description().particles.is_empty();
+        if mechanism.has_loops() && particles {
+            let rows = IndependentRows::find_generic(mechanism, t, q)?;
+            return Ok(Self { rows, rows_at_start: None, rank: None });
+        }
+        if !mechanism.has_loops() {
+            let rows = IndependentRows::all(mechanism.len());
+            return Ok(Self { rows, rows_at_start: None, rank: None });
+        }
+        let rank = LoopRank::find(mechanism, t, q);
+        let rows_at_start = rank.is_singular().then(|| rank.rows_at_start(mechanism));
+        Ok(Self { rows: rank.rows(mechanism), rows_at_start, rank: Some(rank) })
+    }
+
+    /// Consistent initial values at a singular configuration `at`; `leaves`: whether the scheme can leave a singular
+    /// configuration.
+    ///
+    /// # Errors
+    /// [`SetupError`].
+    pub fn singular_start(
+        &self,
+        system: &impl MechanicalSystem,
+        mechanism: &Mechanism,
+        at: InitialValues<'_>,
+        leaves: bool,
+    ) -> Result<Option<ConsistentStart>, SetupError> {
+        let Some(rows) = &self.rows_at_start else { return Ok(None) };
+        if !leaves {
+            return Err(self.refusal(SingularStart::Scheme));
+        }
+        let found = start(system, mechanism, rows, at)?;
+        if let Some(error) = contradiction(mechanism, rows, found.state.configuration(), &found.v) {
+            return Err(error.into());
+        }
+        let (q, v, report) = (found.state.q, found.v, found.report);
+        Ok(Some(ConsistentStart { q, v, rows: rows.clone(), report }))
+    }
+
+    /// That the rank of the loops is known, see [`LoopRank::known`].
+    ///
+    /// # Errors
+    /// [`SetupError::RankUnknown`].
+    pub fn known(&self, mechanism: &Mechanism, at: Configuration<'_>) -> Result<(), SetupError> {
+        self.rank.as_ref().map_or(Ok(()), |rank| rank.known(mechanism, at))
+    }
+
+    /// The refusal of a singular initial configuration.
+    #[must_use]
+    pub fn refusal(&self, reason: SingularStart) -> SetupError {
+        self.rank.as_ref().map_or_else(
+            || SetupError::SingularStart { joint: String::new(), reason },
+            |rank| rank.refusal(reason),
+        )
+    }
+}
+
+/// Initial values in a singular configuration, consistent with the constraints that are independent there.
+#[derive(Clone, Debug)]
+pub struct ConsistentStart {
+    /// `q(0)`, shape `n`.
+    pub q: Vec<f64>,
+    /// `v(0)`, shape `n`.
+    pub v: Vec<f64>,
+    /// The constraints that are independent there.
+    pub rows: IndependentRows,
+    /// How consistent it was as given.
+    pub report: StartReport,
+}
+
+/// A run with consistent initial values, those of a singular initial configuration if there is one.
+///
+/// # Errors
+/// [`SetupError::Contradiction`].
+pub fn begun<S: Discretization<Mechanism>>(
+    run: Integrator<S, Mechanism>,
+    start: Option<ConsistentStart>,
+) -> Result<Integrator<S, Mechanism>, SetupError> {
+    match start {
+        Some(start) => Ok(run.starting_singular(&start.rows, start.report)),
+        None => run.consistent(),
+    }
+}

@@ -1,0 +1,75 @@
+//! What of the structure of a mechanism decides how it is solved.
+
+use crate::mechanism::Mechanism;
+use crate::tree::Link;
+use serde::{Deserialize, Serialize};
+use vi_constraints::scheme::Scheme;
+use vi_core::interval::Interval;
+use vi_core::{MechanicalSystem, SeparableSystem};
+
+/// How the nodal and reduced schemes solve their linear systems.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Solver {
+    /// The fastest that applies.
+    #[default]
+    Auto,
+    /// Dense matrices, for comparison.
+    Dense,
+    /// The articulated recursion, in Galerkin schemes one control point after the other; where it does not apply, as `Auto`.
+    Articulated,
+    /// Sparse factorizations; closed loops of bodies without couplings use the recursion.
+    Sparse,
+}
+
+/// Degrees of freedom up to which a coupled tree is solved densely.
+const DENSE_UP_TO: usize = 60;
+
+impl Solver {
+    /// Whether a tree that the recursion does not solve gets sparse matrices: when asked for; with nodes of
+    /// elements and with more than 60 degrees of freedom, when nothing is asked for.
+    #[must_use]
+    pub fn is_sparse(self, mechanism: &Mechanism) -> bool {
+        let d = mechanism.tree().dof() + mechanism.particle_tree().dof();
+        match self {
+            Self::Dense => false,
+            Self::Sparse => true,
+            Self::Auto | Self::Articulated => has_nodes(mechanism) || d > DENSE_UP_TO,
+        }
+    }
+}
+
+/// Whether a sparse tree is solved in descriptor form: with point masses, and with many ancestors.
+pub(super) fn takes_descriptor(mechanism: &Mechanism) -> bool {
+    mechanism.particle_tree().dof() > 0 || has_many_ancestors(mechanism)
+}
+
+/// Whether members have so many ancestors that the matrix over the unknowns is dense.
+#[must_use]
+pub fn has_many_ancestors(mechanism: &Mechanism) -> bool {
+    const MOST: usize = 64; // mean of the unknowns that move a member: root of the mean square
+    let mut unknowns: Vec<usize> = Vec::new();
+    for link in mechanism.tree().links() {
+        unknowns.push(link.parent.map_or(0, |p| unknowns[p]) + link.dof());
+    }
+    let squares: usize = unknowns.iter().map(|count| count * count).sum();
+    squares > MOST * MOST * unknowns.len()
+}
+
+/// Whether some frame gets its mass from elements: it moves and has none of its own.
+#[must_use]
+pub fn has_nodes(mechanism: &Mechanism) -> bool {
+    let bodies = &mechanism.description().bodies;
+    let moves = |link: &&Link| link.dof() > 0;
+    mechanism.tree().links().iter().filter(moves).any(|link| bodies[link.frame].body.is_none())
+}
+
+/// An interval initially, to look at the pattern of the Newton matrix.
+pub(super) fn probe(mechanism: &Mechanism, system: &SeparableSystem) -> Interval {
+    let mut s = Interval::new(system.dim());
+    s.open(0.0, 1.0, &mechanism.initial_configuration());
+    s
+}
+
+/// Any scheme on a mechanism.
+pub(super) type BoxedScheme = Box<dyn Scheme<SeparableSystem, Mechanism>>;
