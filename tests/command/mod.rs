@@ -1,5 +1,6 @@
 //! The program, and folders to run it in.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -43,4 +44,10 @@ pub(crate) fn code(folder: &Path, arguments: &[&str]) -> i32 {
 /// What it says on standard error.
 pub(crate) fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The names in a folder.
+pub(crate) fn files(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect()
 }

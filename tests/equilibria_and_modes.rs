@@ -1,0 +1,119 @@
+//! The program on a rod: equilibria under a load, small vibrations.
+#![allow(clippy::unwrap_used)] // a test
+
+use std::fs;
+use std::path::PathBuf;
+
+use crate::command::{code, files, holonom, pendulum_folder, words};
+use serde_json::Value;
+
+fn folder(case: &str) -> PathBuf {
+    pendulum_folder("equilibria_and_modes", case)
+}
+
+const ROD: &str = r#"
+[model]
+name = "rod"
+
+[[beam]]
+name = "rod"
+points = [[0, 0, 0], [1, 0, 0]]
+elements = 8
+normal = [0, 0, 1]
+section = { EA = 1e4, GA1 = 1e4, GA2 = 1e4, EI1 = 1, EI2 = 2, GJ = 1, rhoA = 1, rhoI1 = 1e-4, rhoI2 = 2e-4 }
+start = "clamped"
+
+[[load]]
+name = "pull"
+body = "rod.end"
+force = [0, 2, 0]
+
+[simulation]
+scheme = "static"
+step = 0.25
+end = 1
+"#;
+
+#[test]
+fn statics_writes_a_row_for_each_equilibrium() {
+    let folder = folder("static");
+    fs::write(folder.join("rod.toml"), ROD).unwrap();
+    let output = holonom(&folder, &["run", "rod.toml", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let summary: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&summary["scheme"], &summary["status"]), (&"static".into(), &"done".into()));
+    let csv = fs::read_to_string(folder.join("rod-out/trajectory.csv")).unwrap();
+    assert_eq!(csv.lines().count() as u64, 1 + summary["statics"]["equilibria"].as_u64().unwrap());
+    let times: Vec<&str> = csv.lines().skip(1).map(|l| l.split(',').nth(1).unwrap()).collect();
+    assert_eq!((times[0], *times.last().unwrap()), ("0.0", "1.0"));
+    assert!(folder.join("rod-out/plots/load_path.svg").exists());
+    assert_eq!(code(&folder, &["plot", "rod-out"]), 0);
+}
+
+#[test]
+fn statics_that_stops_keeps_its_rows_and_says_what_to_do() {
+    let folder = folder("static_failure");
+    fs::write(folder.join("rod.toml"), ROD).unwrap();
+    // a moment beyond the largest one of two-node elements, EI/2l = 4 N m
+    let torque = ["--set", "load.pull.torque=[0, 0, 20]", "--set", "load.pull.force=[0, 0, 0]"];
+    let output = holonom(&folder, &[&["run", "rod.toml"][..], &torque].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", words(&output));
+    let text = words(&output);
+    assert!(text.contains("load factor 0.") && text.contains("help:"), "{text}");
+    let text = fs::read_to_string(folder.join("rod-out/summary.json")).unwrap();
+    let summary: Value = serde_json::from_str(&text).unwrap();
+    let t = summary["failure"]["t"].as_f64().unwrap();
+    assert!((t - 0.2).abs() < 1e-3, "EI/2l = {t} of 20 N m");
+    let csv = fs::read_to_string(folder.join("rod-out/trajectory.csv")).unwrap();
+    let last: f64 = csv.lines().last().unwrap().split(',').nth(1).unwrap().parse().unwrap();
+    assert!((last - t).abs() < 1e-15);
+}
+
+#[test]
+fn modes_are_printed_and_written() {
+    let folder = folder("modes");
+    fs::write(folder.join("rod.toml"), ROD).unwrap();
+    let output = holonom(&folder, &["modes", "rod.toml", "-n", "3"]);
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let table = String::from_utf8(output.stdout).unwrap();
+    let (checks, table): (Vec<&str>, Vec<&str>) =
+        table.lines().partition(|line| line.starts_with("  residual "));
+    assert_eq!(checks.len(), 1, "{checks:?}"); // round-off: other numbers on other machines
+    insta::assert_snapshot!("modes_of_a_rod", table.join("\n"));
+    let free = ["modes", "rod.toml", "-n", "2", "--set", "beam.rod.start=\"free\"", "--json"];
+    let output = holonom(&folder, &[&free[..], &["-o", "shapes"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((report["zero"].as_u64(), report["unstable"].as_u64()), (Some(6), Some(0)));
+    assert_eq!(report["modes"].as_array().unwrap().len(), 8);
+    assert_eq!(report["modes"][7]["shape"].as_array().unwrap().len(), 9);
+    let expected = ["modes", "modes.csv", "modes.html", "modes.json"].map(str::to_owned).into();
+    assert_eq!(files(&folder.join("shapes")), expected);
+    let csv = fs::read_to_string(folder.join("shapes/modes.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 8 * 9);
+    let again = holonom(&folder, &["modes", "rod.toml", "-o", "shapes"]);
+    assert_eq!(again.status.code(), Some(2), "{}", words(&again));
+    assert_eq!(code(&folder, &["modes", "rod.toml", "-o", "shapes", "--force"]), 0);
+    let bent = holonom(&folder, &["modes", "rod.toml", "-n", "1", "--at", "static"]);
+    let table = String::from_utf8(bent.stdout).unwrap();
+    assert!(
+        table.starts_with("rod: 48 degrees of freedom; modes about the equilibrium at t = 1\n")
+    );
+}
+
+#[test]
+fn modes_that_cannot_be_say_why() {
+    let folder = folder("no_modes");
+    fs::write(folder.join("rod.toml"), ROD).unwrap();
+    assert_eq!(code(&folder, &["modes", "nothing.toml"]), 3);
+    assert_eq!(code(&folder, &["modes", "rod.toml", "--at", "somewhere"]), 2);
+    assert_eq!(code(&folder, &["modes", "rod.toml", "-n", "-1"]), 2);
+    let torque = ["--set", "load.pull.torque=[0, 0, 20]", "--at", "static"];
+    let output = holonom(&folder, &[&["modes", "rod.toml"][..], &torque].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", words(&output));
+    assert!(words(&output).contains("load factor") && output.stdout.is_empty());
+    let massless = ["modes", "rod.toml", "--set", "beam.rod.section.rhoI1=0"];
+    let output =
+        holonom(&folder, &[&massless[..], &["--set", "beam.rod.section.rhoI2=0"]].concat());
+    println!("{}", words(&output));
+}
