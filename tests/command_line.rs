@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // tests
 
 mod bench_command;
+mod browser;
 mod columns;
 mod command;
 mod drawings;
@@ -22,6 +23,8 @@ mod meshes;
 mod program;
 mod run_files;
 mod scene;
+mod scene_modes;
+mod scene_pages;
 mod studies;
 mod sweeps;
 mod words;
