@@ -3,6 +3,7 @@
 
 mod bench_command;
 mod browser;
+mod checkpoints;
 mod columns;
 mod command;
 mod drawings;
@@ -17,6 +18,7 @@ mod guide;
 mod hostile_files;
 mod import_files;
 mod includes;
+mod interrupted;
 mod interruption;
 mod invalid_models;
 mod meshes;
@@ -25,6 +27,8 @@ mod run_files;
 mod scene;
 mod scene_modes;
 mod scene_pages;
+#[cfg(unix)]
+mod signals;
 mod studies;
 mod sweeps;
 mod words;
