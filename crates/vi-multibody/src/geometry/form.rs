@@ -82,6 +82,12 @@ impl Form {
         Self { constant: self.constant - other.constant, terms }
     }
 
+    /// `c_0`.
+    #[must_use]
+    pub fn constant_part(&self) -> Vector3<f64> {
+        self.constant
+    }
+
     /// Its terms.
     #[must_use]
     pub fn terms(&self) -> &[Term] {

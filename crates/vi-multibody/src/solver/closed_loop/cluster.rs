@@ -14,7 +14,7 @@
 //! Letters: `U_k` basis of `range J_nᵀ`, `J'_i` the rows enforced, `û` unknowns of the forward sweep.
 #![allow(non_snake_case)] // U, J, C
 
-use super::echelon::{Echelon, Entry, SMALL};
+use super::echelon::{Echelon, Entry};
 use super::elimination::Elimination;
 use super::path::{Maps, Paths, Placed};
 use crate::solver::articulated::Articulated;
@@ -223,8 +223,7 @@ impl Cluster {
         if let Some(last) = &last {
             self.chosen.copy_from_slice(last.chosen);
         }
-        // of many rows those that wait keep the others short
-        if let Some(last) = last.as_ref().filter(|_| rows <= SMALL) {
+        if let Some(last) = &last {
             self.paths.fill_with(&mut self.basis, last.chosen.iter().copied(), at, &[]);
             self.is_of_chosen = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank
                 && self.basis.smallest() >= CLEAR * self.basis.largest();
@@ -309,7 +308,7 @@ impl Cluster {
     /// `g_c` of the chosen rows.
     pub(crate) fn close(&mut self, at: Configuration<'_>) {
         for (g, &i) in self.g.iter_mut().zip(&self.chosen) {
-            *g = self.paths.rows[i].row.value(at);
+            *g = self.paths.value(i, at);
         }
     }
 

@@ -12,6 +12,8 @@
 //! Source: Gaussian elimination with threshold pivoting, Duff, Erisman & Reid, Direct Methods for
 //! Sparse Matrices, §5, §7.
 
+use std::ops::Range;
+
 /// Factor from one level to the next.
 const LEVEL: f64 = 0.25;
 /// Entries that may be the pivot of their row, relative to the largest.
@@ -22,7 +24,7 @@ pub(crate) const CAPACITY: usize = 32;
 const SPENT: f64 = 1e-3;
 /// Rows up to which a row counts as visited once it was looked at. Among more it does when it becomes a pivot: rows that
 /// wait for a lower level count as later rows, and the others stay short.
-pub(super) const SMALL: usize = 256;
+const SMALL: usize = 256;
 const NONE: usize = usize::MAX;
 /// Of a word of pending pivots.
 const BITS: usize = u64::BITS as usize;
@@ -32,10 +34,10 @@ pub(crate) type Entry = (usize, f64);
 
 #[derive(Clone, Default)]
 struct Row {
-    entries: Vec<Entry>, // a pivot row: without the one at its pivot
-    size: f64,           // largest entry in a pivot column, weighted
-    seen: usize,         // pivots taken out of it
-    pivot: usize,        // column, NONE
+    entries: Range<usize>, // a pivot row: without the one at its pivot
+    size: f64,             // largest entry in a pivot column, weighted
+    seen: usize,           // pivots taken out of it
+    pivot: usize,          // column, NONE
     visited: bool,
 }
 
@@ -43,7 +45,7 @@ struct Row {
 pub(crate) struct Echelon {
     weights: Vec<f64>, // of the columns in which pivots may stand; right-hand sides follow
     rows: Vec<Row>,
-    count: usize,
+    entries: Vec<Entry>, // of all rows; a row that is reduced moves to the end
     pivots: Vec<usize>,  // rows in pivot order
     order: Vec<usize>,   // column → position of its pivot
     uses: Vec<usize>,    // column → rows not visited yet that have it
@@ -62,11 +64,10 @@ impl Echelon {
     /// right-hand sides.
     pub(crate) fn new(rows: usize, weights: Vec<f64>, sides: usize) -> Self {
         let (width, all) = (weights.len(), weights.len() + sides);
-        let row = || Row { entries: Vec::with_capacity(all.min(CAPACITY)), ..Row::default() };
         Self {
             weights,
-            rows: (0..rows).map(|_| row()).collect(),
-            count: 0,
+            rows: Vec::with_capacity(rows),
+            entries: Vec::with_capacity(rows * all.min(CAPACITY)),
             pivots: Vec::with_capacity(rows.min(width)),
             order: vec![NONE; all],
             uses: vec![0; width],
@@ -98,26 +99,25 @@ impl Echelon {
         self.pivots.iter().for_each(|&k| self.order[self.rows[k].pivot] = NONE);
         self.pivots.clear();
         self.uses.fill(0);
-        (self.count, self.top) = (0, self.unit);
+        self.rows.clear();
+        self.entries.clear();
+        self.top = self.unit;
         (self.largest, self.smallest) = (0.0, f64::INFINITY);
     }
 
     /// Adds a row; entries of the same column must not repeat.
     pub(crate) fn push(&mut self, entries: impl Iterator<Item = Entry>) {
-        if self.count == self.rows.len() {
-            self.rows.push(Row::default());
-        }
-        let row = &mut self.rows[self.count];
-        row.entries.clear();
-        row.entries.extend(entries);
-        (row.seen, row.pivot, row.visited) = (0, NONE, false);
-        row.size = size(&row.entries, &self.weights);
-        self.top = self.top.max(row.size);
-        self.largest = self.largest.max(row.size);
-        for &(column, _) in row.entries.iter().filter(|e| e.0 < self.weights.len()) {
+        let begin = self.entries.len();
+        self.entries.extend(entries);
+        let own = &self.entries[begin..];
+        let size = size(own, &self.weights);
+        self.top = self.top.max(size);
+        self.largest = self.largest.max(size);
+        for &(column, _) in own.iter().filter(|e| e.0 < self.weights.len()) {
             self.uses[column] += 1;
         }
-        self.count += 1;
+        let entries = begin..self.entries.len();
+        self.rows.push(Row { entries, size, seen: 0, pivot: NONE, visited: false });
     }
 
     /// Takes pivots down to `tolerance` times the largest entry, `rank` in all at most; returns their
@@ -126,9 +126,9 @@ impl Echelon {
         let (mut level, floor) = (self.top, tolerance * self.top);
         while self.pivots.len() < rank && level > floor {
             level = (LEVEL * level).max(floor);
-            for i in 0..self.count {
+            for i in 0..self.rows.len() {
                 if self.rows[i].pivot == NONE && self.pivots.len() < rank {
-                    if self.count <= SMALL {
+                    if self.rows.len() <= SMALL {
                         self.visit(i);
                     }
                     if self.rows[i].size > SPENT * floor {
@@ -148,7 +148,8 @@ impl Echelon {
         let row = &mut self.rows[i];
         if !row.visited {
             row.visited = true;
-            for &(column, _) in row.entries.iter().filter(|e| e.0 < self.weights.len()) {
+            let own = &self.entries[row.entries.clone()];
+            for &(column, _) in own.iter().filter(|e| e.0 < self.weights.len()) {
                 self.uses[column] -= 1;
             }
         }
@@ -156,11 +157,11 @@ impl Echelon {
 
     /// Takes the pivots out of row `i` that came since it was last looked at.
     fn reduce(&mut self, i: usize) {
-        let Self { rows, pivots, order, work, support, marked, pending, weights, .. } = self;
+        let Self { rows, entries, pivots, order, work, support, marked, pending, weights, .. } =
+            self;
         if rows[i].seen == pivots.len() {
             return;
         }
-        let mut entries = std::mem::take(&mut rows[i].entries);
         support.clear();
         let seen = rows[i].seen;
         let mut add = |column: usize, pending: &mut [u64]| {
@@ -170,7 +171,7 @@ impl Echelon {
                 pending[pivot / BITS] |= 1 << (pivot % BITS);
             }
         };
-        for &(column, value) in &entries {
+        for &(column, value) in &entries[rows[i].entries.clone()] {
             (work[column], marked[column]) = (value, true);
             add(column, pending);
         }
@@ -180,7 +181,7 @@ impl Echelon {
                 pending[word] &= pending[word] - 1;
                 let pivot = &rows[pivots[next]];
                 let factor = std::mem::replace(&mut work[pivot.pivot], 0.0);
-                for &(column, value) in &pivot.entries {
+                for &(column, value) in &entries[pivot.entries.clone()] {
                     if !marked[column] {
                         (work[column], marked[column]) = (0.0, true);
                         add(column, pending);
@@ -189,7 +190,7 @@ impl Echelon {
                 }
             }
         }
-        entries.clear();
+        let begin = entries.len();
         for &column in support.iter() {
             marked[column] = false;
             if order[column] == NONE {
@@ -197,17 +198,18 @@ impl Echelon {
             }
         }
         let row = &mut rows[i];
-        row.size = size(&entries, weights);
-        (row.entries, row.seen) = (entries, pivots.len());
+        row.size = size(&entries[begin..], weights);
+        (row.entries, row.seen) = (begin..entries.len(), pivots.len());
     }
 
     /// Makes row `i` a pivot.
     fn take(&mut self, i: usize) {
-        let Self { rows, pivots, order, uses, weights, .. } = self;
+        let Self { rows, entries, pivots, order, uses, weights, .. } = self;
         let row = &mut rows[i];
+        let own = &mut entries[row.entries.clone()];
         let near = NEAR * row.size;
         let weighted = |e: &Entry| weights[e.0] * e.1.abs();
-        let candidates = row.entries.iter().enumerate();
+        let candidates = own.iter().enumerate();
         let candidates = candidates.filter(|(_, e)| e.0 < weights.len() && weighted(e) >= near);
         let best = candidates
             .min_by(|(_, a), (_, b)| {
@@ -215,9 +217,12 @@ impl Echelon {
             })
             .map(|(at, _)| at);
         let Some(at) = best else { return };
-        let (column, value) = row.entries.swap_remove(at);
+        let last = own.len() - 1;
+        own.swap(at, last);
+        let (column, value) = own[last];
         self.smallest = self.smallest.min(weights[column] * value.abs());
-        row.entries.iter_mut().for_each(|e| e.1 /= value);
+        own[..last].iter_mut().for_each(|e| e.1 /= value);
+        row.entries.end -= 1;
         row.pivot = column;
         order[column] = pivots.len();
         pivots.push(i);
@@ -231,7 +236,7 @@ impl Echelon {
     /// The `k`-th pivot row: its column, where it is one, and the rest of it.
     pub(crate) fn row(&self, k: usize) -> (usize, &[Entry]) {
         let row = &self.rows[self.pivots[k]];
-        (row.pivot, &row.entries)
+        (row.pivot, &self.entries[row.entries.clone()])
     }
 
     /// The `k`-th pivot row as a whole.

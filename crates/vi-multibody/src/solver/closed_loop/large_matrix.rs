@@ -1,9 +1,19 @@
-//! A large complement of loops with its right-hand sides, by a sparse LU.
+//! A large complement of loops with its right-hand sides, by an LU: sparse, or dense where chains of loops fill it.
 
 use super::echelon::Entry;
 use super::relief::SIDES;
-use vi_core::linear::{Singular, SparseLu};
+use nalgebra::DMatrix;
+use vi_core::linear::{DenseLu, Singular, SparseLu};
 use vi_core::sparse::{Entries, SparseMatrix};
+
+/// Part of the entries from which on the matrix counts as full.
+const FULL: f64 = 0.2;
+
+/// A matrix with its solver.
+enum Factors {
+    Sparse(SparseMatrix, SparseLu),
+    Dense(DMatrix<f64>, DenseLu),
+}
 
 /// A large `C` with its right-hand sides.
 pub(super) struct LargeMatrix {
@@ -12,7 +22,7 @@ pub(super) struct LargeMatrix {
     values: Vec<f64>,
     sides: Vec<f64>,            // rank × SIDES, column by column
     known: Vec<(usize, usize)>, // places of the factors
-    factors: Option<(SparseMatrix, SparseLu)>,
+    factors: Option<Factors>,
 }
 
 impl LargeMatrix {
@@ -59,16 +69,29 @@ impl LargeMatrix {
         let emit = |out: &mut dyn Entries| {
             places.iter().zip(&*values).for_each(|(&(i, j), value)| out.add(i, j, *value));
         };
+        let is_full = places.len() as f64 > FULL * (*rank * *rank) as f64;
         match factors {
-            Some((matrix, _)) if places == known => matrix.refill(emit),
+            Some(Factors::Dense(matrix, _)) if is_full => matrix.fill(0.0),
+            Some(Factors::Sparse(matrix, _)) if places == known => matrix.refill(emit),
+            _ if is_full => {
+                let matrix = DMatrix::zeros(*rank, *rank);
+                *factors = Some(Factors::Dense(matrix, DenseLu::new(*rank)));
+            }
             _ => {
                 let matrix = SparseMatrix::assemble(*rank, *rank, emit);
                 let lu = SparseLu::new(&matrix)?;
-                *factors = Some((matrix, lu));
+                *factors = Some(Factors::Sparse(matrix, lu));
                 known.clone_from(places);
             }
         }
-        let (matrix, lu) = factors.as_mut().expect("just written");
-        lu.solve(matrix, &mut sides[first * *rank..])
+        let sides = &mut sides[first * *rank..];
+        match factors.as_mut().expect("just written") {
+            Factors::Sparse(matrix, lu) => lu.solve(matrix, sides),
+            Factors::Dense(matrix, lu) => {
+                places.iter().zip(&*values).for_each(|(&at, value)| matrix[at] = *value);
+                lu.factorize(matrix);
+                sides.chunks_exact_mut(*rank).try_for_each(|side| lu.solve_factorized(side))
+            }
+        }
     }
 }

@@ -39,6 +39,7 @@
 //! 104 (1982).
 #![allow(non_snake_case)] // A, U, J, Z
 
+mod closure_row;
 pub(crate) mod cluster;
 mod cluster_link;
 mod complement;

@@ -4,6 +4,7 @@
 //! J_i = Σ_sides wrenchᵀ P        carried from the two sides of the loop to its apex, where they meet
 //! ```
 
+use super::closure_row::{ClosureRow, Site};
 use super::cluster_link::ClusterLink;
 use super::echelon::{Echelon, Entry};
 use super::row_sweeps::{Kept, RowSweeps};
@@ -12,6 +13,8 @@ use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_step::part::Links;
+use vi_core::Configuration;
+use vi_rigid::directors::FRAME;
 
 /// A row of `g_c` with the links that feel it.
 pub(crate) struct LoopRow {
@@ -73,6 +76,7 @@ pub(crate) struct Paths {
     wrenches: Vec<Twist>,               // scratch, of each link
     values: Vec<f64>,                   // scratch, of each column
     row: Vec<Entry>,                    // the last row written
+    closures: Vec<Option<ClosureRow>>,  // on the sweeps of trees: rows in one piece
     pub(super) four: RowSweeps,         // scratch of four rows
     pub(super) kept: Kept,              // the rows filled in last, by fours
 }
@@ -105,8 +109,34 @@ impl Paths {
             wrenches,
             values,
             row,
+            closures: Vec::new(),
             four,
             kept: Kept::default(),
+        }
+    }
+
+    /// Puts rows that are products on two links in one piece, for the links of sweeps.
+    pub(super) fn compact_rows(
+        &mut self,
+        (tree, home): (&Articulated, &[(usize, usize)]),
+        links: Links<'_>,
+    ) {
+        let closure = |row: &LoopRow| {
+            ClosureRow::new(&row.row, |frame| {
+                let body = frame / FRAME;
+                let link = (body < links.constants.len()).then(|| tree.link_of(body))?;
+                let home = (Some(link) != row.apex).then_some(home[link].1);
+                Some(Site { frame, home, reference: links.constants[link].anchor.into() })
+            })
+        };
+        self.closures = self.rows.iter().map(closure).collect();
+    }
+
+    /// `g_c` of row `i`.
+    pub(super) fn value(&self, i: usize, at: Configuration<'_>) -> f64 {
+        match self.closures.get(i) {
+            Some(Some(closure)) => closure.value(at.q),
+            _ => self.rows[i].row.value(at),
         }
     }
 
@@ -224,7 +254,11 @@ impl Paths {
         while let Some(&i) = own.get(first) {
             let alongside = own[first..].iter().take_while(|&&j| self.is_alongside(i, j)).count();
             for row in first..first + alongside {
-                let Self { rows, four, .. } = self;
+                let Self { rows, four, closures, .. } = self;
+                if let Some(Some(closure)) = closures.get(own[row]) {
+                    closure.for_each_wrench(at.q, |k, wrench| four.add_wrench((k, row), &wrench));
+                    continue;
+                }
                 rows[own[row]].row.for_each_wrench(at.q, |frame, wrench| {
                     let link = at.tree.link_of(frame);
                     if Some(link) != rows[i].apex {

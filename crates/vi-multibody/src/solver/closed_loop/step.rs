@@ -52,7 +52,9 @@ impl LoopStep {
             return None;
         }
         let mut tree = TreeStep::new(mechanism, system)?;
-        let loops = rank.loops(mechanism);
+        let mut loops = rank.loops(mechanism);
+        let Loops { tree: at, clusters, home, .. } = &mut loops;
+        clusters.iter_mut().for_each(|own| own.paths.compact_rows((at, home), tree.at_links()));
         tree.carry_loops(loops.clusters.iter().filter_map(Cluster::apex));
         let complement = |cluster: &Cluster| StepComplement::new(&cluster.paths, cluster.rank());
         let complements = loops.clusters.iter().map(complement).collect();

@@ -21,12 +21,54 @@ use vi_core::newton::Fault;
 /// `C` with what it is made of; four of its rows, or columns, are a bundle.
 pub(super) struct StepComplement {
     rank: usize,
-    left: Vec<Vec<(usize, Four)>>, // column of the cluster → (bundle, û)
-    matrix: ComplementMatrix,      // C
+    left: Left,
+    matrix: ComplementMatrix, // C
     relief: Relief,
     line: Vec<Four>,   // column of C → its entries in four rows
     marked: Vec<bool>, // bundles in which some are not zero
     met: Vec<usize>,   // these
+}
+
+/// `û`: entries of bundles at each column of a cluster, in the order in which they come.
+struct Left {
+    entries: Vec<LeftEntry>,
+    ends: Vec<[usize; 2]>, // column → its first and last entry; NONE
+}
+
+struct LeftEntry {
+    bundle: usize,
+    u: Four,
+    next: usize, // of its column; NONE
+}
+
+const NONE: usize = usize::MAX;
+
+impl Left {
+    fn new(columns: usize, bundles: usize) -> Self {
+        let entries = Vec::with_capacity(columns * bundles.min(8));
+        Self { entries, ends: vec![[NONE; 2]; columns] }
+    }
+
+    fn clear(&mut self) {
+        self.entries.clear();
+        self.ends.fill([NONE; 2]);
+    }
+
+    fn push(&mut self, column: usize, (bundle, u): (usize, Four)) {
+        let (here, [first, last]) = (self.entries.len(), &mut self.ends[column]);
+        match self.entries.get_mut(*last) {
+            Some(last) => last.next = here,
+            None => *first = here,
+        }
+        *last = here;
+        self.entries.push(LeftEntry { bundle, u, next: NONE });
+    }
+
+    #[inline(always)]
+    fn of_column(&self, column: usize) -> impl Iterator<Item = &LeftEntry> {
+        let first = self.entries.get(self.ends[column][0]);
+        std::iter::successors(first, |entry| self.entries.get(entry.next))
+    }
 }
 
 impl StepComplement {
@@ -35,7 +77,7 @@ impl StepComplement {
         let bundles = rank.div_ceil(4);
         Self {
             rank,
-            left: vec![Vec::with_capacity(bundles.min(8)); paths.columns.len()],
+            left: Left::new(paths.columns.len(), bundles),
             matrix: ComplementMatrix::new(rank),
             relief: Relief::new(rank),
             line: vec![[0.0; 4]; 4 * bundles],
@@ -52,7 +94,7 @@ impl StepComplement {
         (at, links): (Placed<'_>, Links<'_>),
         x: &[f64],
     ) -> Result<(), Fault> {
-        self.left.iter_mut().for_each(Vec::clear);
+        self.left.clear();
         for bundle in 0..self.rank.div_ceil(4) {
             for (row, k) in (4 * bundle..self.rank).take(4).enumerate() {
                 let Paths { four, kept, owner, links, .. } = &mut *paths;
@@ -96,7 +138,7 @@ impl StepComplement {
         let mut transmit = || in_registers!(lanes => four.transmit(lanes, links, at));
         let wrenches = transmit();
         for link in four.touched.iter().map(|&k| &links[k]).filter(|link| link.dof > 0) {
-            self.left[link.first].push((bundle, four.values[link.first]));
+            self.left.push(link.first, (bundle, four.values[link.first]));
         }
         wrenches
     }
@@ -125,7 +167,7 @@ impl StepComplement {
             }
             let v = load(lanes, &four.values[link.first]);
             moved = moved + v * x[columns[link.first]];
-            for (bundle, u) in &left[link.first] {
+            for LeftEntry { bundle, u, .. } in left.of_column(link.first) {
                 let own = &mut line[4 * bundle..4 * bundle + 4];
                 if !marked[*bundle] {
                     marked[*bundle] = true;
@@ -167,8 +209,8 @@ impl StepComplement {
     /// Adds what the multipliers do to `x`, now that the motion of the apex is known.
     pub(super) fn release(&mut self, paths: &Paths, apex: Option<&Twist>, x: &mut [f64]) {
         let multipliers = self.relief.multipliers(apex);
-        for (&column, entries) in paths.columns.iter().zip(&self.left) {
-            for (bundle, u) in entries {
+        for (k, &column) in paths.columns.iter().enumerate() {
+            for LeftEntry { bundle, u, .. } in self.left.of_column(k) {
                 let own = u.iter().zip(&multipliers[4 * bundle..]);
                 x[column] += own.map(|(u, multiplier)| u * multiplier).sum::<f64>();
             }
