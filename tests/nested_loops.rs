@@ -5,105 +5,107 @@
 //! link, another one to the ground.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::benchmark;
+use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
+use holonom::vi_core::Quadrature;
+use holonom::vi_multibody::builder::{BodyId, BuiltMechanism, Inertia, MechanismBuilder};
+use holonom::vi_multibody::run::{MechanismIntegrator, Solver, integrator};
+use holonom::vi_multibody::{FrameId, PairKind};
+use holonom::vi_rigid::Shape;
 
-use benchmark::Run;
+const Y: [f64; 3] = [0.0, 1.0, 0.0];
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// `base`: the first joint. `struts`: which of the two there are.
-fn mechanism(base: &str, struts: &[&str]) -> String {
-    let mut text = String::from(
-        "[model]\nname = \"nested\"\ngravity = [0.5, -2, -9.81]\n[simulation]\nstep = 0.01\nend = 1.0\n",
-    );
-    let mut body = |name: String, mass: f64, at: [f64; 3], shape: [f64; 3]| {
-        text += &format!(
-            "[[body]]\nname = \"{name}\"\nmass = {mass:?}\nshape = {{ type = \"box\", dimensions = \
-             {shape:?} }}\nposition = {at:?}\n"
-        );
-    };
-    let mut joints = String::new();
-    let mut joint = |kind: &str, parent: String, child: String, at: [f64; 3], axis: [f64; 3]| {
-        let axis = if kind == "spherical" { String::new() } else { format!("axis = {axis:?}\n") };
-        joints += &format!(
-            "[[joint]]\nname = \"{parent}_{child}\"\ntype = \"{kind}\"\nparent = \"{parent}\"\nchild = \
-             \"{child}\"\nposition = {at:?}\n{axis}"
-        );
-    };
+/// `base`: the first joint. `struts`: which of the two there are. `coupled`: whether a spring couples two bodies; it
+/// pulls with nothing worth mentioning.
+fn mechanism(base: PairKind, struts: &[&str], coupled: bool) -> BuiltMechanism {
+    let mut builder = MechanismBuilder::new().gravity([0.5, -2.0, -9.81]);
+    let (mut links, mut tops) = (Vec::<BodyId>::new(), Vec::new());
     for i in 0..4 {
         let x = i as f64;
-        body(format!("b{i}"), 1.0, [x + 0.5, 0.0, 0.0], [1.0, 0.1, 0.1]);
-        let axis = if i % 2 == 0 { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
-        if i > 0 {
-            joint("revolute", format!("b{}", i - 1), format!("b{i}"), [x, 0.0, 0.0], axis);
-        } else if base != "free" {
-            joint(base, "ground".into(), "b0".into(), [0.0; 3], axis);
+        let link = bar(&mut builder, 1.0, [x + 0.5, 0.0], [1.0, 0.1, 0.1]);
+        let (kind, parent) = match links.last() {
+            Some(last) => (PairKind::Revolute, FrameId::from(*last)),
+            None => (base, FrameId::Ground),
+        };
+        if kind != PairKind::Free {
+            let axis = if i % 2 == 0 { Y } else { Z };
+            builder.joint(&format!("joint{i}"), kind, parent, link).at([x, 0.0, 0.0]).axis(axis);
         }
-        if i == 2 {
-            continue;
+        if i != 2 {
+            tops.push(rectangle(&mut builder, link, x));
         }
-        let (left, right, top) = (format!("left{i}"), format!("right{i}"), format!("top{i}"));
-        body(left.clone(), 0.2, [x + 0.3, 0.15, 0.0], [0.05, 0.3, 0.04]);
-        body(right.clone(), 0.3, [x + 0.7, 0.15, 0.0], [0.05, 0.3, 0.04]);
-        body(top.clone(), 0.25, [x + 0.5, 0.3, 0.0], [0.4, 0.05, 0.04]);
-        let z = [0.0, 0.0, 1.0];
-        joint("revolute", format!("b{i}"), left.clone(), [x + 0.3, 0.0, 0.0], z);
-        joint("revolute", format!("b{i}"), right.clone(), [x + 0.7, 0.0, 0.0], z);
-        joint("revolute", left, top.clone(), [x + 0.3, 0.3, 0.0], z);
-        joint("revolute", right, top, [x + 0.7, 0.3, 0.0], z);
+        links.push(link);
     }
-    text += &joints;
-    for (name, ends) in [
-        (
-            "inner",
-            "from = \"b3\"\npoint_from = [0.1, 0.2, 0.4]\nto = \"b1\"\npoint_to = [0, -0.3, 0.2]",
-        ),
-        (
-            "outer",
-            "from = \"top3\"\npoint_from = [0, 0, 0.3]\nto = \"ground\"\npoint_to = [2, 1, 1]",
-        ),
-    ] {
-        if struts.contains(&name) {
-            text += &format!("[[constraint]]\ntype = \"distance\"\nname = \"{name}\"\n{ends}\n");
-        }
+    if struts.contains(&"inner") {
+        let end = links[3].point([0.1, 0.2, 0.4]);
+        builder.distance("inner", end, links[1].point([0.0, -0.3, 0.2]));
     }
-    text
+    if struts.contains(&"outer") {
+        builder.distance("outer", tops[2].point([0.0, 0.0, 0.3]), [2.0, 1.0, 1.0]);
+    }
+    if coupled {
+        let [from, to] = [links[0], tops[1]].map(|body| body.point([0.0; 3]));
+        builder.spring(from, to, 1e-20).natural_length(1.0);
+    }
+    builder.build().unwrap()
 }
 
-/// A spring that couples two bodies and pulls with nothing worth mentioning.
-const COUPLING: &str = "[[spring]]\nname = \"coupling\"\nfrom = \"b0\"\nto = \"top1\"\nstiffness = 1e-20\n\
-                        natural_length = 1.0\n";
+fn bar(builder: &mut MechanismBuilder, mass: f64, [x, y]: [f64; 2], lengths: [f64; 3]) -> BodyId {
+    builder.body("bar", Inertia::shape_of_mass(Shape::Box { lengths }, mass)).at([x, y, 0.0]).id()
+}
+
+/// A rectangle of bars on the link from `x` to `x + 1`; its top.
+fn rectangle(builder: &mut MechanismBuilder, link: BodyId, x: f64) -> BodyId {
+    let left = bar(builder, 0.2, [x + 0.3, 0.15], [0.05, 0.3, 0.04]);
+    let right = bar(builder, 0.3, [x + 0.7, 0.15], [0.05, 0.3, 0.04]);
+    let top = bar(builder, 0.25, [x + 0.5, 0.3], [0.4, 0.05, 0.04]);
+    for (parent, child, dx, y) in [
+        (link, left, 0.3, 0.0),
+        (link, right, 0.7, 0.0),
+        (left, top, 0.3, 0.3),
+        (right, top, 0.7, 0.3),
+    ] {
+        builder.joint("hinge", PairKind::Revolute, parent, child).at([x + dx, y, 0.0]).axis(Z);
+    }
+    top
+}
+
+fn start(built: BuiltMechanism, scheme: SchemeKind, solver: Solver) -> MechanismIntegrator {
+    let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
+    let (system, at) = (built.system(Quadrature::Midpoint), InitialValues::new(0.0, &q, &v));
+    integrator(built.mechanism, system, Options::new(scheme, 0.01), solver, at).unwrap()
+}
 
 #[test]
 fn every_scheme_and_solver_gives_the_same_motion() {
-    for base in ["revolute", "spherical", "free"] {
+    for base in [PairKind::Revolute, PairKind::Spherical, PairKind::Free] {
         for struts in [&[][..], &["inner"], &["outer"], &["inner", "outer"]] {
-            let text = mechanism(base, struts);
-            let coupled = text.clone() + COUPLING;
             let mut reference: Option<(Vec<f64>, usize)> = None;
-            for (text, scheme, solver) in [
-                (&text, "nodal", "auto"),
-                (&text, "reduced", "auto"),
-                (&coupled, "nodal", "dense"),
-                (&coupled, "nodal", "sparse"),
-                (&text, "constrained", "auto"),
+            for (coupled, scheme, solver) in [
+                (false, SchemeKind::Nodal, Solver::Auto),
+                (false, SchemeKind::Reduced, Solver::Auto),
+                (true, SchemeKind::Nodal, Solver::Dense),
+                (true, SchemeKind::Nodal, Solver::Sparse),
+                (false, SchemeKind::Constrained, Solver::Auto),
             ] {
-                let overrides = [("simulation.scheme", scheme), ("simulation.solver", solver)];
-                let mut run = Run::with(text, 0.01, 2, &overrides);
-                run.steps(40);
-                let closed = run.residual();
-                let iterations = run.iterations;
-                let q = run.q();
+                let mut run = start(mechanism(base, struts, coupled), scheme, solver);
+                let iterations: usize = (0..40).map(|_| run.step().unwrap().iterations).sum();
+                let closed = run.observe_state().unwrap().position_residual;
+                let q = &run.state().q;
                 let (expected, most) =
-                    reference.get_or_insert_with(|| (q.to_vec(), iterations + 20));
+                    reference.get_or_insert_with(|| (q.clone(), iterations + 20));
                 let apart =
                     q.iter().zip(&*expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
                 println!(
-                    "{base} {struts:?}, {scheme} {solver}: {apart:.1e} apart, |g| {closed:.1e}, \
-                     {iterations} iterations"
+                    "{} {struts:?}, {} {solver:?}: {apart:.1e} apart, |g| {closed:.1e}, {iterations} iterations",
+                    base.name(),
+                    scheme.name()
                 );
                 assert!(apart < 1e-12 && closed < 1e-14, "{apart:e} {closed:e}");
                 // matrices that couple bodies verify each solution by one more iteration
-                let most = *most + if solver == "auto" { 0 } else { 40 };
-                assert!(scheme == "constrained" || iterations <= most, "{iterations} > {most}");
+                let most = *most + if solver == Solver::Auto { 0 } else { 40 };
+                let few = scheme == SchemeKind::Constrained || iterations <= most;
+                assert!(few, "{iterations} > {most}");
             }
         }
     }
