@@ -6,54 +6,76 @@
 //! antiparallelogram `θ_1 = θ_0 (a + d)/(a − d) = −3 θ_0`.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::benchmark;
-
-use benchmark::{Run, assert_order, ode, study};
-use holonom::{Model, Simulation};
+use crate::benchmark::{assert_order, model, ode, study};
+use holonom::Simulation;
+use holonom::vi_constraints::integrator::SetupError;
+use holonom::vi_constraints::{Constraints, Options, SchemeKind};
+use holonom::vi_multibody::builder::{BodyId, Inertia, JointId, MechanismBuilder};
+use holonom::vi_multibody::run::MechanismIntegrator;
+use holonom::vi_multibody::{FrameId, PairKind};
 
 const CRANK: f64 = 0.5;
 const MASSES: [f64; 2] = [1.0, 3.0];
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
+const G: f64 = 9.81;
 
-/// The parallelogram at the angle `theta`, crank rates `rates`, with gravity `g` along −y.
-pub(crate) fn linkage(theta: f64, rates: [f64; 2], g: f64, settings: &str) -> String {
-    let (s, c) = theta.sin_cos();
-    let mut text =
-        format!("[model]\nname = \"flat\"\ngravity = [0, {:?}, 0]\n[simulation]\n{settings}\n", -g);
-    let mut top = Vec::new();
-    for (k, (mass, rate)) in MASSES.into_iter().zip(rates).enumerate() {
-        let (x, y) = (CRANK * c, CRANK * s);
-        let inertia = mass * CRANK * CRANK / 12.0;
-        text += &format!(
-            "[[body]]\nname = \"crank{k}\"\nmass = {mass:?}\ninertia = [1e-3, {inertia:?}, \
-             {inertia:?}]\nposition = [{:?}, {:?}, 0]\nrotation_vector = [0, 0, {theta:?}]\n\
-             velocity = [{:?}, {:?}, 0]\nangular_velocity = [0, 0, {rate:?}]\n",
-            k as f64 + 0.5 * x,
-            0.5 * y,
-            -0.5 * rate * y,
-            0.5 * rate * x
-        );
-        text += &format!(
-            "[[joint]]\nname = \"foot{k}\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \
-             \"crank{k}\"\nposition = [{k}, 0, 0]\naxis = [0, 0, 1]\n"
-        );
-        top.push(([k as f64 + x, y], [-rate * y, rate * x]));
+/// The bodies of the linkage, and the joints of its cranks on the ground.
+pub(crate) struct Linkage {
+    builder: MechanismBuilder,
+    feet: [JointId; 2],
+    cranks: [BodyId; 2],
+    coupler: BodyId,
+}
+
+impl Linkage {
+    /// The parallelogram at the angle `theta`, crank rates `rates`, with gravity `g` along −y.
+    pub(crate) fn new(theta: f64, rates: [f64; 2], g: f64) -> Self {
+        let mut builder = MechanismBuilder::new().gravity([0.0, -g, 0.0]);
+        let (x, y) = (CRANK * theta.cos(), CRANK * theta.sin());
+        let [(left, left_foot), (right, right_foot)] = [0, 1].map(|k| {
+            let (mass, rate, foot) = (MASSES[k], rates[k], k as f64);
+            let moment = mass * CRANK * CRANK / 12.0;
+            let inertia = Inertia::principal(mass, [1e-3, moment, moment]);
+            let crank = builder.body(&format!("crank{k}"), inertia);
+            let crank = crank.at([foot + 0.5 * x, 0.5 * y, 0.0]).rotation_vector([0.0, 0.0, theta]);
+            let crank = crank.velocity([-0.5 * rate * y, 0.5 * rate * x, 0.0]);
+            let crank = crank.angular_velocity([0.0, 0.0, rate]).id();
+            let name = format!("foot{k}");
+            let hinge = builder.joint(&name, PairKind::Revolute, FrameId::Ground, crank);
+            (crank, hinge.at([foot, 0.0, 0.0]).axis(Z).id())
+        });
+        let mean = 0.5 * (rates[0] + rates[1]);
+        let coupler = builder.body("coupler", Inertia::principal(1.0, [1e-3, 0.08, 0.08]));
+        let coupler = coupler.at([x + 0.5, y, 0.0]).velocity([-mean * y, mean * x, 0.0]);
+        let coupler = coupler.angular_velocity([0.0, 0.0, (rates[1] - rates[0]) * x]).id();
+        for (name, crank, x) in [("left", left, x), ("right", right, x + 1.0)] {
+            builder.joint(name, PairKind::Revolute, crank, coupler).at([x, y, 0.0]).axis(Z);
+        }
+        Self { builder, feet: [left_foot, right_foot], cranks: [left, right], coupler }
     }
-    let [([x0, y0], [vx0, vy0]), (_, [vx1, vy1])] = top[..] else { panic!() };
-    text += &format!(
-        "[[body]]\nname = \"coupler\"\nmass = 1.0\ninertia = [1e-3, 0.08, 0.08]\nposition = \
-         [{:?}, {y0:?}, 0]\nvelocity = [{:?}, {:?}, 0]\nangular_velocity = [0, 0, {:?}]\n",
-        x0 + 0.5,
-        0.5 * (vx0 + vx1),
-        0.5 * (vy0 + vy1),
-        vy1 - vy0
-    );
-    for (k, (name, x)) in [("left", x0), ("right", x0 + 1.0)].into_iter().enumerate() {
-        text += &format!(
-            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"crank{k}\"\nchild = \
-             \"coupler\"\nposition = [{x:?}, {y0:?}, 0]\naxis = [0, 0, 1]\n"
-        );
+
+    /// The start of its motion with steps of `h`.
+    pub(crate) fn start(
+        &self,
+        kind: SchemeKind,
+        h: f64,
+    ) -> Result<MechanismIntegrator, SetupError> {
+        self.builder.build().unwrap().integrator(Options::new(kind, h))
     }
-    text
+
+    /// The same by the nodal scheme.
+    fn run(&self, h: f64) -> MechanismIntegrator {
+        self.start(SchemeKind::Nodal, h).unwrap()
+    }
+
+    /// Distance of the top of the first crank from its exact place, and of the coupler from level; `start`: angle and rate
+    /// initially, and gravity.
+    fn missed(&self, run: &MechanismIntegrator, start: (f64, f64, f64)) -> (f64, f64) {
+        let [theta, _] = parallelogram(start.0, start.1, start.2, run.state().t);
+        let (crank, coupler) = (frame(run, self.cranks[0]), frame(run, self.coupler));
+        let (x, y) = (2.0 * crank[0] - CRANK * theta.cos(), 2.0 * crank[1] - CRANK * theta.sin());
+        (x.hypot(y), coupler[4].abs())
+    }
 }
 
 /// `(θ, θ̇)` of the parallelogram: `θ̈ = −g/a ((m_0 + m_1)/2 + m) / ((m_0 + m_1)/3 + m) cos θ`.
@@ -63,35 +85,49 @@ fn parallelogram(theta: f64, rate: f64, g: f64, t: f64) -> [f64; 2] {
     ode(|y: &[f64; 2]| [y[1], -c * y[0].cos()], [theta, rate], t)
 }
 
-/// Distance of the top of the first crank from its exact place, and of the coupler from level.
-fn missed(run: &mut Run, start: (f64, f64, f64)) -> (f64, f64) {
-    let [theta, _] = parallelogram(start.0, start.1, start.2, run.t());
-    let (crank, coupler) = (run.coordinates("crank0"), run.coordinates("coupler"));
-    let error = (2.0 * crank[0] - CRANK * theta.cos()).hypot(2.0 * crank[1] - CRANK * theta.sin());
-    (error, coupler[4].abs())
+/// Steps until `t`, which must be a whole number of steps away.
+fn until(run: &mut MechanismIntegrator, t: f64) {
+    while run.state().t < t - 1e-9 {
+        run.step().unwrap_or_else(|e| panic!("t = {}: {e}", run.state().t));
+    }
+    assert!((run.state().t - t).abs() < 1e-9, "{t} is not on a step");
 }
 
-const SETTINGS: &str = "step = 0.01\nend = 1.0";
+/// Centre and directors of a body.
+fn frame(run: &MechanismIntegrator, body: BodyId) -> &[f64] {
+    &run.state().q[12 * body.index()..][..12]
+}
+
+/// `|g(q_n)|_∞`.
+fn residual(run: &mut MechanismIntegrator) -> f64 {
+    run.observe_state().unwrap().position_residual
+}
+
+/// Degrees of freedom, and redundant constraints.
+fn counts(run: &MechanismIntegrator) -> (usize, usize) {
+    let (constraints, independent) = (run.constraints(), run.rows().len());
+    (constraints.dim() - independent, constraints.len() - independent)
+}
 
 #[test]
 fn flat_positions_are_passed_on_the_branch_of_the_motion() {
     // 12 rad/s upright: through both flat positions about twice a second
-    let (theta, rate, g) = (1.5, 12.0, 9.81);
-    let text = linkage(theta, [rate; 2], g, SETTINGS);
+    let (theta, rate) = (1.5, 12.0);
+    let linkage = Linkage::new(theta, [rate; 2], G);
     let (_, orders) = study("unequal cranks, 5 s", &[1e-2, 5e-3, 2.5e-3], |h| {
-        let mut run = Run::new(&text, h, 2);
-        run.until(5.0);
-        let (error, level) = missed(&mut run, (theta, rate, g));
-        assert!(level < 1e-11 && run.residual() < 1e-13, "{level:e}");
+        let mut run = linkage.run(h);
+        until(&mut run, 5.0);
+        let (error, level) = linkage.missed(&run, (theta, rate, G));
+        assert!(level < 1e-11 && residual(&mut run) < 1e-13, "{level:e}");
         error
     });
     assert_order(&orders, 2.0, 0.1);
     // from either side, swinging: the motion reverses close to the flat configuration, and passes it
     for theta in [-0.3, -1e-3, 1e-3, 1e-6] {
-        let text = linkage(theta, [0.0; 2], g, SETTINGS);
-        let mut run = Run::new(&text, 2e-3, 2);
-        run.until(2.0);
-        let (error, level) = missed(&mut run, (theta, 0.0, g));
+        let linkage = Linkage::new(theta, [0.0; 2], G);
+        let mut run = linkage.run(2e-3);
+        until(&mut run, 2.0);
+        let (error, level) = linkage.missed(&run, (theta, 0.0, G));
         println!("released at {theta}: error {error:.1e} m, coupler off level by {level:.1e}");
         assert!(error < 1e-3 && level < 1e-9, "{theta}: {error:e} {level:e}");
     }
@@ -99,53 +135,63 @@ fn flat_positions_are_passed_on_the_branch_of_the_motion() {
 
 #[test]
 fn a_flat_start_continues_along_its_velocity() {
-    let (rate, g) = (7.0, 9.81);
-    for scheme in ["nodal", "reduced"] {
-        let text = linkage(0.0, [rate; 2], g, &format!("{SETTINGS}\nscheme = \"{scheme}\""));
-        let (_, orders) = study(&format!("flat start, {scheme}"), &[1e-2, 5e-3, 2.5e-3], |h| {
-            let mut run = Run::new(&text, h, 2);
-            run.steps(1);
-            let first = run.residual();
+    let rate = 7.0;
+    let linkage = Linkage::new(0.0, [rate; 2], G);
+    for scheme in [SchemeKind::Nodal, SchemeKind::Reduced] {
+        let what = format!("flat start, {}", scheme.name());
+        let (_, orders) = study(&what, &[1e-2, 5e-3, 2.5e-3], |h| {
+            let mut run = linkage.start(scheme, h).unwrap();
+            run.step().unwrap();
+            let first = residual(&mut run);
             assert!(first < 1e-14, "closure after the first step: {first:e}");
-            run.until(1.0);
-            let (error, level) = missed(&mut run, (0.0, rate, g));
+            until(&mut run, 1.0);
+            let (error, level) = linkage.missed(&run, (0.0, rate, G));
             assert!(level < 1e-11, "{level:e}");
             error
         });
         assert_order(&orders, 2.0, 0.1);
     }
-    let run = Run::new(&linkage(0.0, [rate; 2], g, SETTINGS), 1e-2, 2);
-    let report = run.simulation.assembly();
-    assert_eq!(
-        (report.counts.dof, report.counts.redundant_constraints),
-        (1, 3),
-        "the generic ones"
-    );
+    assert_eq!(counts(&linkage.run(1e-2)), (1, 3), "the generic ones");
 }
 
 #[test]
 fn the_other_branch_is_left_along_its_own_velocity() {
-    let text = linkage(0.0, [2.0, -6.0], 0.0, SETTINGS);
+    let linkage = Linkage::new(0.0, [2.0, -6.0], 0.0);
     let place = |h: f64| {
-        let mut run = Run::new(&text, h, 2);
-        run.until(0.3);
-        let (left, right) = (run.coordinates("crank0"), run.coordinates("crank1"));
-        let energy = run.energy();
-        assert!(run.residual() < 1e-13);
-        (left[4].atan2(left[3]), right[4].atan2(right[3]), energy)
+        let mut run = linkage.run(h);
+        until(&mut run, 0.3);
+        assert!(residual(&mut run) < 1e-13);
+        linkage.cranks.map(|crank| frame(&run, crank)[4].atan2(frame(&run, crank)[3]))
     };
     let fine = place(1e-4);
-    assert!((fine.0 - fine.1).abs() > 0.1, "it left on the parallelogram: {fine:?}");
+    assert!((fine[0] - fine[1]).abs() > 0.1, "it left on the parallelogram: {fine:?}");
     let (_, orders) =
-        study("antiparallelogram", &[1e-2, 5e-3, 2.5e-3], |h| (place(h).0 - fine.0).abs());
+        study("antiparallelogram", &[1e-2, 5e-3, 2.5e-3], |h| (place(h)[0] - fine[0]).abs());
     assert_order(&orders, 2.0, 0.3);
 }
 
+/// The flat linkage as a model file, crank rates `left` and `right`.
+const FLAT: &str = r#"
+model = { name = "flat", gravity = [0, -9.81, 0] }
+simulation = { step = 0.01, end = 1.0 }
+parameters = { left = 7, right = 7 }
+body = [
+  { name = "crank0", mass = 1, inertia = [1e-3, "= 1/48", "= 1/48"], position = [0.25, 0, 0], velocity = [0, "= left/4", 0], angular_velocity = [0, 0, "= left"] },
+  { name = "crank1", mass = 3, inertia = [1e-3, "= 3/48", "= 3/48"], position = [1.25, 0, 0], velocity = [0, "= right/4", 0], angular_velocity = [0, 0, "= right"] },
+  { name = "coupler", mass = 1, inertia = [1e-3, 0.08, 0.08], position = [1, 0, 0], velocity = [0, "= (left + right)/4", 0], angular_velocity = [0, 0, "= (right - left)/2"] },
+]
+joint = [
+  { name = "foot0", type = "revolute", parent = "ground", child = "crank0", position = [0, 0, 0], axis = [0, 0, 1] },
+  { name = "foot1", type = "revolute", parent = "ground", child = "crank1", position = [1, 0, 0], axis = [0, 0, 1] },
+  { name = "left", type = "revolute", parent = "crank0", child = "coupler", position = [0.5, 0, 0], axis = [0, 0, 1] },
+  { name = "right", type = "revolute", parent = "crank1", child = "coupler", position = [1.5, 0, 0], axis = [0, 0, 1] },
+]
+"#;
+
 #[test]
 fn a_flat_start_is_recorded_like_any_other() {
-    let model = Model::from_toml(&linkage(0.0, [7.0; 2], 9.81, SETTINGS)).unwrap();
     let mut energies = Vec::new();
-    let outcome = Simulation::new(&model).unwrap().run::<()>(
+    let outcome = Simulation::new(&model(FLAT, &[])).unwrap().run::<()>(
         &mut |sample| {
             energies.push(sample.hamiltonian);
             Ok(())
@@ -157,47 +203,37 @@ fn a_flat_start_is_recorded_like_any_other() {
     assert!((energies[0] - kinetic).abs() < 1e-12, "{} {kinetic}", energies[0]);
 }
 
-fn refusal(rates: [f64; 2], settings: &str) -> String {
-    let model = Model::from_toml(&linkage(0.0, rates, 9.81, settings)).unwrap();
-    Simulation::new(&model).err().unwrap().to_string()
+fn refusal(overrides: &[(&str, &str)]) -> String {
+    Simulation::new(&model(FLAT, overrides)).err().unwrap().to_string()
 }
 
 #[test]
 fn what_decides_no_branch_is_refused() {
-    let at_rest = refusal([0.0; 2], SETTINGS);
+    let at_rest = refusal(&[("parameters.left", "0"), ("parameters.right", "0")]);
     println!("{at_rest}");
     for part in
         ["singular configuration", "`right`", "at rest", "give it a velocity or move it off"]
     {
         assert!(at_rest.contains(part), "{at_rest}");
     }
-    let mixed = refusal([4.0, 2.0], SETTINGS);
+    let mixed = refusal(&[("parameters.left", "4"), ("parameters.right", "2")]);
     assert!(mixed.contains("no branch"), "{mixed}");
-    let scheme = refusal([7.0; 2], &format!("{SETTINGS}\nscheme = \"constrained\""));
+    let scheme = refusal(&[("simulation.scheme", "constrained")]);
     assert!(scheme.contains("`nodal`"), "{scheme}");
 }
-
-/// Cranks held parallel by a gear.
-const GEAR: &str = "[[constraint]]\ntype = \"gear\"\nname = \"mesh\"\njoints = [\"foot0\", \"foot1\"]\n\
-                    ratio = -1.0\n";
-
-/// A drive that rotates the first crank by 7 rad/s.
-const DRIVE: &str = "[[constraint]]\ntype = \"motion\"\nname = \"drive\"\njoint = \"foot0\"\npath = { rate = \
-                     7.0 }\n";
-
-/// A strut of fixed length between the left crank and the coupler: it locks their hinge.
-const STRUT: &str = "[[constraint]]\ntype = \"distance\"\nname = \"strut\"\nfrom = \"crank0\"\nto = \
-                     \"coupler\"\npoint_to = [-0.2, 0.3, 0]\n";
 
 #[test]
 fn a_gear_decides_the_branch_even_at_rest() {
     for rate in [0.0, 7.0] {
-        let text = linkage(0.0, [rate; 2], 9.81, SETTINGS) + GEAR;
+        // the cranks are held parallel
+        let mut linkage = Linkage::new(0.0, [rate; 2], G);
+        let [left, right] = linkage.feet.map(|foot| foot.coordinate(0));
+        linkage.builder.gear("mesh", left, right, -1.0);
         let (_, orders) = study(&format!("geared, {rate} rad/s"), &[1e-2, 5e-3, 2.5e-3], |h| {
-            let mut run = Run::new(&text, h, 2);
-            run.until(0.5);
-            let (error, level) = missed(&mut run, (0.0, rate, 9.81));
-            assert!(level < 1e-11 && run.residual() < 1e-13, "{level:e}");
+            let mut run = linkage.run(h);
+            until(&mut run, 0.5);
+            let (error, level) = linkage.missed(&run, (0.0, rate, G));
+            assert!(level < 1e-11 && residual(&mut run) < 1e-13, "{level:e}");
             error
         });
         assert_order(&orders, 2.0, 0.1);
@@ -206,41 +242,49 @@ fn a_gear_decides_the_branch_even_at_rest() {
 
 #[test]
 fn a_driven_flat_start_follows_its_drive() {
-    for scheme in ["nodal", "reduced"] {
-        let settings = format!("{SETTINGS}\nscheme = \"{scheme}\"");
-        let mut run = Run::new(&(linkage(0.0, [7.0; 2], 9.81, &settings) + DRIVE), 1e-2, 2);
-        let report = run.simulation.assembly();
-        assert_eq!(report.counts.dof, 0, "driven through and through");
+    let mut linkage = Linkage::new(0.0, [7.0; 2], G);
+    linkage.builder.motion("drive", linkage.feet[0].coordinate(0), |t| [7.0 * t, 7.0, 0.0]);
+    for scheme in [SchemeKind::Nodal, SchemeKind::Reduced] {
+        let mut run = linkage.start(scheme, 1e-2).unwrap();
+        assert_eq!(counts(&run).0, 0, "driven through and through");
         let (mut off, mut level) = (0.0_f64, 0.0_f64);
         for _ in 0..200 {
-            run.steps(1);
-            let theta = 7.0 * run.t();
-            let (crank, coupler) = (run.coordinates("crank0"), run.coordinates("coupler"));
+            run.step().unwrap();
+            let theta = 7.0 * run.state().t;
+            let (crank, coupler) = (frame(&run, linkage.cranks[0]), frame(&run, linkage.coupler));
             off = off.max((crank[3] - theta.cos()).hypot(crank[4] - theta.sin()));
             level = level.max(coupler[4].abs());
         }
         println!(
-            "{scheme}: 200 driven steps, crank off by {off:.1e}, coupler off level by {level:.1e}"
+            "{}: 200 driven steps, crank off by {off:.1e}, coupler off level by {level:.1e}",
+            scheme.name()
         );
-        assert!(off < 1e-12 && level < 1e-9 && run.residual() < 1e-13, "{off:e} {level:e}");
+        assert!(off < 1e-12 && level < 1e-9 && residual(&mut run) < 1e-13, "{off:e} {level:e}");
     }
+}
+
+/// The linkage at rest with a strut of fixed length between the left crank and the coupler: it locks their hinge.
+fn locked(theta: f64) -> Linkage {
+    let mut linkage = Linkage::new(theta, [0.0; 2], G);
+    let crank = linkage.cranks[0].point([0.0; 3]);
+    linkage.builder.distance("strut", crank, linkage.coupler.point([-0.2, 0.3, 0.0]));
+    linkage
 }
 
 #[test]
 fn a_strut_that_locks_a_flat_linkage_is_refused() {
     // a structure, shaky where it is flat: no configuration nearby, and no motion
-    let text = linkage(0.0, [0.0; 2], 9.81, SETTINGS) + STRUT;
-    let refused = Simulation::new(&Model::from_toml(&text).unwrap()).err().unwrap().to_string();
+    let refused = locked(0.0).start(SchemeKind::Nodal, 1e-2).unwrap_err().to_string();
     println!("{refused}");
     assert!(refused.contains("singular configuration"), "{refused}");
     // not so where it is upright
-    let text = linkage(1.5, [0.0; 2], 9.81, SETTINGS) + STRUT;
-    let mut run = Run::new(&text, 1e-2, 2);
-    assert_eq!(run.simulation.assembly().counts.dof, 0);
-    let start = run.coordinates("coupler");
-    run.steps(100);
+    let linkage = locked(1.5);
+    let mut run = linkage.run(1e-2);
+    assert_eq!(counts(&run).0, 0);
+    let start = frame(&run, linkage.coupler).to_vec();
+    until(&mut run, 1.0);
     let moved: f64 =
-        run.coordinates("coupler").iter().zip(&start).map(|(a, b)| (a - b).abs()).sum();
+        frame(&run, linkage.coupler).iter().zip(&start).map(|(a, b)| (a - b).abs()).sum();
     println!("the upright structure moves by {moved:.1e}");
     assert!(moved < 1e-13, "{moved:e}");
 }
