@@ -5,172 +5,218 @@
 
 use std::fmt::Write as _;
 
-use holonom::{Model, Simulation};
+use holonom::model::{
+    Bar, Beam, BeamMass, Body, Count, End, GROUND, Header, Inertia, Joint, JointKind, Particle,
+    Scheme, Section, Settings, Shape, ShapeKind, Spring, SpringLaw, Twist,
+};
+use holonom::{Model, ModelError, Simulation};
 use vi_testkit::allocator::{begin_peak, peak};
 
-const STEEL: &str = "EA = 1e3, GA1 = 1e3, GA2 = 1e3, EI1 = 10.0, EI2 = 10.0, GJ = 10.0";
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
 
-fn header() -> String {
-    "model = { name = \"large\", gravity = [0.0, 0.0, -9.81] }\n\
-     simulation = { step = 0.001, end = 0.01 }\n"
-        .to_owned()
+fn empty() -> Model {
+    let (name, gravity) = ("large".to_owned(), vec![0.0, 0.0, -9.81]);
+    let header = Header { name, description: None, dimension: 3, gravity };
+    Model::without_parts(header, Settings::new(0.001, 0.01))
 }
 
-fn particle(text: &mut String, name: &str, [x, y, z]: [f64; 3]) {
-    let place = format!("position = [{x:?}, {y:?}, {z:?}]");
-    writeln!(text, "[[particle]]\nname = \"{name}\"\nmass = 1.0\n{place}").unwrap();
+fn with_scheme(mut model: Model, scheme: Scheme) -> Model {
+    model.settings.scheme = scheme;
+    model
 }
 
-fn bar(text: &mut String, from: &str, to: &str) {
-    writeln!(text, "[[bar]]\nname = \"{from}-{to}\"\nfrom = \"{from}\"\nto = \"{to}\"").unwrap();
+fn particle(model: &mut Model, name: String, position: [f64; 3]) {
+    let position = position.to_vec();
+    model.particles.push(Particle { name, mass: 1.0, position, ..Particle::default() });
 }
 
-fn body(text: &mut String, name: &str, [x, y]: [f64; 2]) {
-    let shape = "shape = { type = \"box\", dimensions = [1.0, 0.1, 0.1] }";
-    writeln!(
-        text,
-        "[[body]]\nname = \"{name}\"\nmass = 1.0\n{shape}\nposition = [{x:?}, {y:?}, 0.0]"
-    )
-    .unwrap();
+fn bar(model: &mut Model, from: &str, to: &str) {
+    let (name, from, to) = (format!("{from}-{to}"), from.to_owned(), to.to_owned());
+    model.bars.push(Bar { name, from, to, point: None, relative_to: None, length: None });
 }
 
-fn hinge(text: &mut String, [parent, child]: [&str; 2], [x, y]: [f64; 2], axis: [f64; 3]) {
-    writeln!(
-        text,
-        "[[joint]]\nname = \"{parent}-{child}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
-         position = [{x:?}, {y:?}, 0.0]\naxis = {axis:?}"
-    )
-    .unwrap();
+/// A box of 1 m along x.
+fn body(model: &mut Model, name: String, [x, y]: [f64; 2]) {
+    let shape = Some(Shape::new(ShapeKind::Box, vec![1.0, 0.1, 0.1]));
+    let position = [x, y, 0.0];
+    model.bodies.push(Body { name, mass: Some(1.0), shape, position, ..Body::default() });
 }
 
-fn spring(text: &mut String, from: &str, to: &str) {
-    writeln!(
-        text,
-        "[[spring]]\nname = \"{from}_{to}\"\nfrom = \"{from}\"\nto = \"{to}\"\nstiffness = 50.0\n\
-         natural_length = 0.9"
-    )
-    .unwrap();
+fn hinge(model: &mut Model, [parent, child]: [&str; 2], [x, y]: [f64; 2], axis: [f64; 3]) {
+    model.joints.push(Joint {
+        name: format!("{parent}-{child}"),
+        kind: JointKind::Revolute,
+        parent: parent.to_owned(),
+        child: child.to_owned(),
+        position: Some([x, y, 0.0]),
+        anchor_parent: None,
+        anchor_child: None,
+        axis: Some(axis),
+        axis2: None,
+        relative_to: None,
+        rate: None,
+        cut: false,
+        pitch: None,
+        spring: None,
+        damper: None,
+        motor: None,
+    });
 }
 
-fn particles(n: usize) -> String {
-    let mut text = header();
-    (0..n).for_each(|i| particle(&mut text, &format!("p{i}"), [i as f64, 0.0, 0.0]));
-    text
+fn spring(model: &mut Model, from: String, to: String) {
+    model.springs.push(Spring {
+        name: format!("{from}_{to}"),
+        from,
+        to,
+        point_from: None,
+        point_to: None,
+        relative_to: None,
+        stiffness: 50.0,
+        natural_length: Some(0.9),
+        law: SpringLaw::Linear,
+        damping: 0.0,
+    });
 }
 
-fn chain_of_bars(n: usize) -> String {
-    let mut text = particles(n);
-    writeln!(
-        text,
-        "[[bar]]\nname = \"hold\"\nfrom = \"ground\"\npoint = [-1.0, 0.0, 0.0]\nto = \"p0\""
-    )
-    .unwrap();
-    (1..n).for_each(|i| bar(&mut text, &format!("p{}", i - 1), &format!("p{i}")));
-    text
+fn particles(n: usize) -> Model {
+    let mut model = empty();
+    (0..n).for_each(|i| particle(&mut model, format!("p{i}"), [i as f64, 0.0, 0.0]));
+    model
 }
 
-fn hub_of_bars(n: usize) -> String {
-    let mut text = header();
-    particle(&mut text, "hub", [0.0; 3]);
+fn chain_of_bars(n: usize) -> Model {
+    let mut model = particles(n);
+    bar(&mut model, GROUND, "p0");
+    model.bars[0].point = Some(vec![-1.0, 0.0, 0.0]);
+    (1..n).for_each(|i| bar(&mut model, &format!("p{}", i - 1), &format!("p{i}")));
+    model
+}
+
+fn hub_of_bars(n: usize) -> Model {
+    let mut model = empty();
+    particle(&mut model, "hub".to_owned(), [0.0; 3]);
     for i in 0..n {
-        let angle = 6.0 * i as f64 / n as f64;
-        particle(&mut text, &format!("p{i}"), [angle.cos(), angle.sin(), 0.0]);
-        bar(&mut text, "hub", &format!("p{i}"));
+        let (sin, cos) = (6.0 * i as f64 / n as f64).sin_cos();
+        particle(&mut model, format!("p{i}"), [cos, sin, 0.0]);
+        bar(&mut model, "hub", &format!("p{i}"));
     }
-    text
+    model
 }
 
-fn springs_between_particles(n: usize) -> String {
-    let mut text = particles(n);
-    (1..n).for_each(|i| spring(&mut text, &format!("p{}", i - 1), &format!("p{i}")));
-    text
+fn springs_between_particles(n: usize) -> Model {
+    let mut model = particles(n);
+    (1..n).for_each(|i| spring(&mut model, format!("p{}", i - 1), format!("p{i}")));
+    model
 }
 
-fn links(n: usize, parent: impl Fn(usize) -> Option<usize>) -> String {
-    let (mut text, mut ends) = (header(), Vec::new());
+fn links(n: usize, parent: impl Fn(usize) -> Option<usize>) -> Model {
+    let (mut model, mut ends) = (empty(), Vec::new());
     for i in 0..n {
         let carrier = parent(i);
         let x = carrier.map_or(0.0, |p| ends[p]);
-        body(&mut text, &format!("b{i}"), [x + 0.5, 0.0]);
-        let name = carrier.map_or("ground".to_owned(), |p| format!("b{p}"));
-        let axis = if i.is_multiple_of(2) { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
-        hinge(&mut text, [&name, &format!("b{i}")], [x, 0.0], axis);
+        body(&mut model, format!("b{i}"), [x + 0.5, 0.0]);
+        let name = carrier.map_or(GROUND.to_owned(), |p| format!("b{p}"));
+        let axis = if i.is_multiple_of(2) { [0.0, 1.0, 0.0] } else { Z };
+        hinge(&mut model, [&name, &format!("b{i}")], [x, 0.0], axis);
         ends.push(x + 1.0);
     }
-    text
+    model
 }
 
-fn chain(n: usize) -> String {
+fn chain(n: usize) -> Model {
     links(n, |i| i.checked_sub(1))
 }
 
-fn energy_momentum_chain(n: usize) -> String {
-    chain(n).replace("end", "scheme = \"em-constrained\", end")
-}
-
-fn tree(n: usize) -> String {
+fn tree(n: usize) -> Model {
     links(n, |i| i.checked_sub(1).map(|k| k / 2))
 }
 
-fn hub(n: usize) -> String {
+fn hub(n: usize) -> Model {
     links(n, |i| (i > 0).then_some(0))
 }
 
-fn chain_with_springs(n: usize) -> String {
-    let mut text = chain(n);
-    (1..n).for_each(|i| spring(&mut text, &format!("b{}", i - 1), &format!("b{i}")));
-    text
+fn chain_with_springs(n: usize) -> Model {
+    let mut model = chain(n);
+    (1..n).for_each(|i| spring(&mut model, format!("b{}", i - 1), format!("b{i}")));
+    model
 }
 
-fn bodies_on_springs(n: usize) -> String {
-    let mut text = header();
-    (0..n).for_each(|i| body(&mut text, &format!("b{i}"), [2.0 * i as f64, 0.0]));
-    (1..n).for_each(|i| spring(&mut text, &format!("b{}", i - 1), &format!("b{i}")));
-    text
+fn bodies_on_springs(n: usize) -> Model {
+    let mut model = empty();
+    (0..n).for_each(|i| body(&mut model, format!("b{i}"), [2.0 * i as f64, 0.0]));
+    (1..n).for_each(|i| spring(&mut model, format!("b{}", i - 1), format!("b{i}")));
+    model
 }
 
-fn beam(n: usize) -> String {
-    let length = 0.1 * n as f64;
-    header()
-        + &format!(
-            "[[beam]]\nname = \"beam\"\npoints = [[0.0, 0.0, 0.0], [{length:?}, 0.0, 0.0]]\nelements = {n}\n\
-             section = {{ {STEEL}, rhoA = 1.0, rhoI1 = 0.1, rhoI2 = 0.1 }}\n"
-        )
+fn beam(n: usize) -> Model {
+    let section = Section {
+        ea: Some(1e3),
+        ga1: Some(1e3),
+        ga2: Some(1e3),
+        ei1: Some(10.0),
+        ei2: Some(10.0),
+        gj: Some(10.0),
+        rho_a: Some(1.0),
+        rho_i1: Some(0.1),
+        rho_i2: Some(0.1),
+        ..Section::default()
+    };
+    let mut model = empty();
+    model.beams.push(Beam {
+        name: "beam".to_owned(),
+        points: vec![[0.0; 3], [0.1 * n as f64, 0.0, 0.0]],
+        curve: None,
+        elements: Count::Each(n),
+        order: 1,
+        normal: None,
+        twist: Twist::Normal,
+        section,
+        mass: BeamMass::Consistent,
+        start: End::Free,
+        end: End::Free,
+        relative_to: None,
+        velocity: [0.0; 3],
+        angular_velocity: [0.0; 3],
+    });
+    model
 }
 
 /// Four-bar linkages side by side, of cranks and couplers.
-fn windows(n: usize) -> String {
-    let (mut text, z) = (header(), [0.0, 0.0, 1.0]);
-    let part = |text: &mut String, name: &str, [x, y]: [f64; 2], inertia: &str| {
-        writeln!(
-            text,
-            "[[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = {inertia}\nposition = [{x:?}, {y:?}, 0.0]"
-        )
-        .unwrap();
+fn windows(n: usize) -> Model {
+    let mut model = empty();
+    let part = |model: &mut Model, name: String, [x, y]: [f64; 2], moments| {
+        let (mass, inertia) = (Some(1.0), Some(Inertia::Principal(moments)));
+        model.bodies.push(Body { name, mass, inertia, position: [x, y, 0.0], ..Body::default() });
     };
     for i in 0..=n {
-        part(&mut text, &format!("c{i}"), [i as f64, 0.5], "[0.1, 0.01, 0.1]");
-        hinge(&mut text, ["ground", &format!("c{i}")], [i as f64, 0.0], z);
+        part(&mut model, format!("c{i}"), [i as f64, 0.5], [0.1, 0.01, 0.1]);
+        hinge(&mut model, [GROUND, &format!("c{i}")], [i as f64, 0.0], Z);
     }
     for i in 0..n {
-        part(&mut text, &format!("k{i}"), [i as f64 + 0.5, 1.0], "[0.01, 0.1, 0.1]");
-        hinge(&mut text, [&format!("c{i}"), &format!("k{i}")], [i as f64, 1.0], z);
-        hinge(&mut text, [&format!("k{i}"), &format!("c{}", i + 1)], [i as f64 + 1.0, 1.0], z);
+        part(&mut model, format!("k{i}"), [i as f64 + 0.5, 1.0], [0.01, 0.1, 0.1]);
+        hinge(&mut model, [&format!("c{i}"), &format!("k{i}")], [i as f64, 1.0], Z);
+        hinge(&mut model, [&format!("k{i}"), &format!("c{}", i + 1)], [i as f64 + 1.0, 1.0], Z);
     }
-    text
+    model
 }
 
-/// The largest memory in use while a model is set up and takes a few steps, bytes.
-fn memory(text: &str) -> f64 {
+/// What the program assembles from the text of a model file.
+fn assembled(text: &str) -> Result<Simulation, ModelError> {
+    Simulation::new(&Model::from_toml(text)?)
+}
+
+/// The largest memory in use while a model is read, set up and takes a few steps, bytes.
+fn memory(model: &Model) -> f64 {
+    let text = model.to_toml();
     begin_peak();
-    let mut simulation = Simulation::new(&Model::from_toml(text).unwrap()).unwrap();
+    let mut simulation = assembled(&text).unwrap();
     (0..3).for_each(|_| _ = simulation.step().unwrap());
     peak() as f64
 }
 
 #[test]
 fn memory_grows_with_the_number_of_members() {
-    let families: [(&str, fn(usize) -> String, usize); 11] = [
+    let families: [(&str, fn(usize) -> Model, usize); 11] = [
         ("free particles", particles, 250),
         ("particles on a chain of bars", chain_of_bars, 250),
         ("particles on bars to a hub", hub_of_bars, 250),
@@ -183,8 +229,8 @@ fn memory_grows_with_the_number_of_members() {
         ("beam", beam, 250),
         ("windows", windows, 60),
     ];
-    for (name, text, n) in families {
-        let (one, four) = (memory(&text(n)), memory(&text(4 * n)));
+    for (name, model, n) in families {
+        let (one, four) = (memory(&model(n)), memory(&model(4 * n)));
         let ratio = four / one;
         println!("{name}: {:.1} kB for {n}, {ratio:.2} times that for {}", 1e-3 * one, 4 * n);
         assert!(ratio < 4.4, "{name}: {ratio:.2}");
@@ -194,7 +240,7 @@ fn memory_grows_with_the_number_of_members() {
 /// The general sparse factorization has some fill.
 #[test]
 fn memory_of_an_energy_momentum_chain_grows_little_faster() {
-    let [one, four] = [250, 1000].map(|n| memory(&energy_momentum_chain(n)));
+    let [one, four] = [250, 1000].map(|n| memory(&with_scheme(chain(n), Scheme::EmConstrained)));
     let exponent = (four / one).log(4.0);
     println!("em-constrained, chain: {:.1} kB for 250, exponent {exponent:.2}", 1e-3 * one);
     assert!(exponent < 1.2, "{exponent:.2}");
@@ -203,15 +249,15 @@ fn memory_of_an_energy_momentum_chain_grows_little_faster() {
 #[test]
 fn bars_of_many_triangles_are_independent_of_each_other() {
     let triangles = |n: usize| {
-        let mut text = header().replace("end", "scheme = \"constrained\", end");
+        let mut model = with_scheme(empty(), Scheme::Constrained);
         for i in 0..n {
             let [a, b, c] = ["a", "b", "c"].map(|letter| format!("{letter}{i}"));
-            particle(&mut text, &a, [0.0, i as f64, 0.0]);
-            particle(&mut text, &b, [1.0, i as f64, 0.0]);
-            particle(&mut text, &c, [0.4, i as f64, 0.8]);
-            [[&a, &b], [&b, &c], [&c, &a]].iter().for_each(|[from, to]| bar(&mut text, from, to));
+            [[&a, &b], [&b, &c], [&c, &a]].iter().for_each(|[from, to]| bar(&mut model, from, to));
+            particle(&mut model, a, [0.0, i as f64, 0.0]);
+            particle(&mut model, b, [1.0, i as f64, 0.0]);
+            particle(&mut model, c, [0.4, i as f64, 0.8]);
         }
-        text
+        model
     };
     let ratio = memory(&triangles(400)) / memory(&triangles(100));
     println!("triangles of bars: {ratio:.2} times the memory for four times as many");
@@ -220,14 +266,15 @@ fn bars_of_many_triangles_are_independent_of_each_other() {
 
 #[test]
 fn dense_matrices_that_are_too_large_are_refused() {
-    let mut text = particles(900);
-    particle(&mut text, "q", [0.0, 1.0, 0.0]);
-    [["p0", "p1"], ["p1", "q"], ["q", "p0"]].iter().for_each(|[from, to]| bar(&mut text, from, to));
-    let [dalembert, em_dalembert, em_nodal] = ["dalembert", "em-dalembert", "em-nodal"]
-        .map(|scheme| chain(210).replace("end", &format!("scheme = \"{scheme}\", end")));
+    let mut triangle = particles(900);
+    particle(&mut triangle, "q".to_owned(), [0.0, 1.0, 0.0]);
+    [["p0", "p1"], ["p1", "q"], ["q", "p0"]].iter().for_each(|[a, b]| bar(&mut triangle, a, b));
+    let [dalembert, em_dalembert, em_nodal] =
+        [Scheme::Dalembert, Scheme::EmDalembert, Scheme::EmNodal]
+            .map(|s| with_scheme(chain(210), s));
     let mut refused = String::new();
-    for text in [text, dalembert, em_dalembert, em_nodal] {
-        let error = Simulation::new(&Model::from_toml(&text).unwrap()).err().unwrap();
+    for model in [triangle, dalembert, em_dalembert, em_nodal] {
+        let error = assembled(&model.to_toml()).err().unwrap();
         for problem in error.problems("") {
             writeln!(
                 refused,
