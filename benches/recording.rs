@@ -8,49 +8,55 @@
 //! Each number is the least of fifteen runs over the same motion, less one, relative to the step.
 #![allow(clippy::unwrap_used)] // a bench
 
-use holonom::model::Columns;
+use holonom::model::{Body, Columns, GROUND, Joint, Sensor, SensorKind};
 use holonom::output::TrajectoryWriter;
 use holonom::{Model, Sample, Simulation};
-use std::fmt::Write as _;
 use std::time::Instant;
 
-/// Chain of boxes on hinges with alternating axes, as the shipped `chain8`.
-fn chain(n: usize) -> String {
-    let mut text = String::from("model = { name = \"chain\", gravity = [0.0, 0.0, -9.81] }\n");
-    let mut parent = String::from("ground");
-    for i in 0..n {
-        let x = i as f64;
-        write!(
-            text,
-            "[[body]]\nname = \"b{i}\"\nmass = 1.0\nshape = {{ type = \"box\", dimensions = [1.0, 0.1, 0.1] }}\n\
-             position = [{:?}, 0.0, 0.0]\n\
-             [[joint]]\nname = \"j{i}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"b{i}\"\n\
-             position = [{x:?}, 0.0, 0.0]\naxis = [0.0, {}]\n",
-            x + 0.5,
-            if i % 2 == 0 { "1.0, 0.0" } else { "0.0, 1.0" },
-        )
-        .unwrap();
-        parent = format!("b{i}");
-    }
-    text + "[simulation]\nstep = 0.002\nend = 1.0\n"
+fn shipped(name: &str) -> Model {
+    let path = format!("{}/../examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    Model::from_toml(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// A model that records each of `steps` nodes, with a sensor for each joint if there are `reactions`.
-fn model(text: &str, steps: u64, reactions: bool) -> Model {
-    let mut model = Model::from_toml(text).unwrap();
+/// Chain of the boxes and hinges of the shipped `chain8`, released at rest.
+fn chain(n: usize) -> Model {
+    let mut model = shipped("chain8");
+    model.settings.step = 0.002;
+    let link = |i: usize| Body {
+        name: format!("b{i}"),
+        position: [i as f64 + 0.5, 0.0, 0.0],
+        velocity: [0.0; 3],
+        angular_velocity: None,
+        ..model.bodies[0].clone()
+    };
+    let hinge = |i: usize| Joint {
+        name: format!("j{i}"),
+        parent: i.checked_sub(1).map_or(GROUND.to_owned(), |p| format!("b{p}")),
+        child: format!("b{i}"),
+        position: Some([i as f64, 0.0, 0.0]),
+        ..model.joints[i % 2].clone()
+    };
+    (model.bodies, model.joints) = ((0..n).map(link).collect(), (0..n).map(hinge).collect());
+    model
+}
+
+/// The model as it records each of `steps` nodes, with a sensor for each joint if there are `reactions`.
+fn recorded(model: &Model, steps: u64, reactions: bool) -> Model {
+    let mut model = model.clone();
     model.settings.every = 1;
     model.settings.end = model.settings.step * steps as f64;
-    model.sensors.clear();
-    if !reactions {
-        return model;
-    }
-    let mut text = model.to_toml();
-    for joint in &model.joints {
-        let name = &joint.name;
-        write!(text, "\n[[sensor]]\nname = \"R{name}\"\nof = \"{name}\"\ntype = \"reaction\"\n")
-            .unwrap();
-    }
-    Model::from_toml(&text).unwrap()
+    let sensor = |joint: &Joint| Sensor {
+        name: format!("R{}", joint.name),
+        kind: SensorKind::Reaction,
+        of: joint.name.clone(),
+        point: None,
+        element: None,
+        at: None,
+        frame: None,
+    };
+    let sensed = if reactions { &model.joints[..] } else { &[] };
+    model.sensors = sensed.iter().map(sensor).collect();
+    model
 }
 
 /// The least times of each of some measurements, taken in turn, s per step.
@@ -83,26 +89,23 @@ fn time_run(model: &Model, files: bool) -> f64 {
 fn main() {
     let only = std::env::args().nth(1).filter(|name| !name.starts_with('-'));
     println!("{:<20} {:>10} {:>6} {:>6} {:>8}", "model", "step, s", "read", "files", "reaction");
-    let shipped = |name: &str| {
-        let path = format!("{}/../examples/models/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-        (name.to_owned(), std::fs::read_to_string(path).unwrap())
-    };
-    let mut cases = vec![shipped("chain8"), ("chain64".to_owned(), chain(64))];
-    cases.push(("chain512".to_owned(), chain(512)));
+    let case = |name: &str| (name.to_owned(), shipped(name));
+    let mut cases = vec![case("chain8")];
+    cases.extend([64, 512].map(|n| (format!("chain{n}"), chain(n))));
     for name in ["bricard", "andrews_squeezer", "six_hinge_cube", "four_bar_windows_40"] {
-        cases.push(shipped(name));
+        cases.push(case(name));
     }
-    cases.extend(["heavy_top", "four_particles", "flying_beam", "flexible_four_bar"].map(shipped));
-    for (name, text) in cases.iter().filter(|case| only.as_ref().is_none_or(|o| *o == case.0)) {
-        let steps = if text.len() > 20_000 { 10 } else { 100 };
-        let plain = model(text, steps, false);
+    cases.extend(["heavy_top", "four_particles", "flying_beam", "flexible_four_bar"].map(case));
+    for (name, model) in cases.iter().filter(|case| only.as_ref().is_none_or(|o| *o == case.0)) {
+        let steps = if model.bodies.len() > 64 { 10 } else { 100 };
+        let plain = recorded(model, steps, false);
         let [step, read, files] = least(
             steps,
             [&|| time_steps(&plain, steps), &|| time_run(&plain, false), &|| {
                 time_run(&plain, true)
             }],
         );
-        let sensed = model(text, steps, true);
+        let sensed = recorded(model, steps, true);
         let [reaction] = least(steps, [&|| time_run(&sensed, false)]);
         let [read, files, reaction] = [read, files, reaction].map(|time| time / step - 1.0);
         println!("{name:<20} {step:>10.2e} {read:>6.2} {files:>6.2} {reaction:>8.2}");
