@@ -52,7 +52,7 @@ fn links(
         };
         let axis: Vector3<f64> =
             if level(i).is_multiple_of(2) { Vector3::y() } else { Vector3::z() };
-        // absolute rates of +-0.05 rad/s: what a link does depends on its neighbours, not on how many there are
+        // absolute rates of +-0.05 rad/s
         let size = if i < 2 { 0.05 } else { 0.1 };
         let sign = if (i / 2).is_multiple_of(2) { size } else { -size };
         let w: Vector3<f64> = w + sign * axis;
@@ -94,7 +94,35 @@ fn linkage(
     }
 }
 
+/// Links around a square, again and again, hinge axes `z` and `x`, without gravity. Directions and rates repeat every 16 links
+/// so that their forces balance: what a link does depends on its neighbours, not on how many there are.
 fn chain(n: usize) -> MechanismIntegrator {
+    let mut builder = MechanismBuilder::new();
+    let sides = [Vector3::x(), Vector3::y(), -Vector3::x(), -Vector3::y()];
+    let bars = [[1.0, 0.1, 0.1], [0.1, 1.0, 0.1]]
+        .map(|lengths| Inertia::shape_of_mass(Shape::Box { lengths }, 1.0));
+    let sign = |period: usize, i: usize| if (i / period).is_multiple_of(2) { 1.0 } else { -1.0 };
+    let (mut start, mut v) = (Vector3::<f64>::zeros(), Vector3::<f64>::zeros());
+    let mut last = FrameId::Ground;
+    for i in 0..n {
+        let (axis, half) =
+            (if i % 2 == 0 { Vector3::z() } else { Vector3::x() }, 0.5 * sides[i % 4]);
+        let about_x = i.checked_sub(1).map_or(0.0, |i| sign(4, i) * sign(8, i));
+        let w: Vector3<f64> = 0.05 * Vector3::new(about_x, 0.0, sign(4, i));
+        let center: Vector3<f64> = start + half;
+        let of_center: Vector3<f64> = v + w.cross(&half);
+        let link = builder.body(&format!("b{i}"), bars[i % 2]).at([center.x, center.y, 0.0]);
+        let link = link.velocity(of_center).angular_velocity(w).id();
+        let hinge = builder.joint(&format!("j{i}"), PairKind::Revolute, last, link);
+        hinge.at([start.x, start.y, 0.0]).axis(axis);
+        (start, v, last) = (center + half, of_center + w.cross(&half), link.into());
+    }
+    run(&builder)
+}
+
+/// In one line: the ends of turning links pull towards the first hinge, the tension there grows with the square of their
+/// number, and so do frequencies, and from 1024 links on Newton iterations.
+fn straight_chain(n: usize) -> MechanismIntegrator {
     links(n, |i| i.checked_sub(1), |i| i, |_| false)
 }
 
@@ -237,8 +265,9 @@ fn exponent(points: &[(f64, f64)]) -> f64 {
 
 fn growth(criterion: &mut Criterion) {
     let quick = std::env::args().any(|a| a == "--test");
-    let families: [(&str, fn(usize) -> MechanismIntegrator, fn(usize) -> usize, &[usize]); 10] = [
+    let families: [(&str, fn(usize) -> MechanismIntegrator, fn(usize) -> usize, &[usize]); 11] = [
         ("chain", chain, |n| n, &[1, 4, 16, 64, 256, 1024, 4096]),
+        ("straight_chain", straight_chain, |n| n, &[1, 4, 16, 64, 256, 1024, 4096]),
         ("binary_tree", binary_tree, |n| n, &[1, 3, 15, 63, 255, 1023, 4095]),
         ("eight_loops", eight_loops, |n| n + 24, &[8, 16, 64, 256, 1024]),
         ("looped_chain", looped_chain, |n| 4 * n, &[1, 2, 4, 16, 64, 256]),

@@ -11,7 +11,7 @@ const FULL: f64 = 0.2;
 
 /// A matrix with its solver.
 enum Factors {
-    Sparse(SparseMatrix, SparseLu),
+    Sparse(Box<(SparseMatrix, SparseLu)>),
     Dense(DMatrix<f64>, DenseLu),
 }
 
@@ -72,7 +72,7 @@ impl LargeMatrix {
         let is_full = places.len() as f64 > FULL * (*rank * *rank) as f64;
         match factors {
             Some(Factors::Dense(matrix, _)) if is_full => matrix.fill(0.0),
-            Some(Factors::Sparse(matrix, _)) if places == known => matrix.refill(emit),
+            Some(Factors::Sparse(own)) if places == known => own.0.refill(emit),
             _ if is_full => {
                 let matrix = DMatrix::zeros(*rank, *rank);
                 *factors = Some(Factors::Dense(matrix, DenseLu::new(*rank)));
@@ -80,13 +80,13 @@ impl LargeMatrix {
             _ => {
                 let matrix = SparseMatrix::assemble(*rank, *rank, emit);
                 let lu = SparseLu::new(&matrix)?;
-                *factors = Some(Factors::Sparse(matrix, lu));
+                *factors = Some(Factors::Sparse(Box::new((matrix, lu))));
                 known.clone_from(places);
             }
         }
         let sides = &mut sides[first * *rank..];
         match factors.as_mut().expect("just written") {
-            Factors::Sparse(matrix, lu) => lu.solve(matrix, sides),
+            Factors::Sparse(own) => own.1.solve(&own.0, sides),
             Factors::Dense(matrix, lu) => {
                 places.iter().zip(&*values).for_each(|(&at, value)| matrix[at] = *value);
                 lu.factorize(matrix);
