@@ -29,6 +29,9 @@ use vi_core::state::Memory;
 /// Smallest pivot of rows that are clearly independent, relative to their largest entry.
 const CLEAR: f64 = 1.0 / 16.0;
 
+/// Number of rows from which on rows that are long are not tried alone: they are rarely found to be clearly independent.
+const MANY: usize = 256;
+
 /// By how much a pivot may change with the increments of a step, relative to these and to the largest entry.
 const CHANGE: f64 = 4.0;
 
@@ -223,7 +226,7 @@ impl Cluster {
         if let Some(last) = &last {
             self.chosen.copy_from_slice(last.chosen);
         }
-        if let Some(last) = &last {
+        if let Some(last) = last.as_ref().filter(|_| rows <= MANY || self.paths.are_short) {
             self.paths.fill_with(&mut self.basis, last.chosen.iter().copied(), at, &[]);
             self.is_of_chosen = self.basis.eliminate(self.rank, RANK_TOLERANCE) == self.rank
                 && self.basis.smallest() >= CLEAR * self.basis.largest();
@@ -387,7 +390,8 @@ impl Cluster {
         elimination.solve(paths.apex, tree)
     }
 
-    /// What the elimination of a step needs: the rows that `U` was found from where they are enforced, else `U`; neighbours among the rows are neighbours among the columns of `C`.
+    /// What the elimination of a step needs: the rows that `U` was found from where they are enforced, else `U`; neighbours
+    /// among the rows are neighbours among the columns of `C`.
     pub(super) fn rows(&mut self) -> Rows<'_> {
         let Self { paths, basis, chosen, order, g, .. } = self;
         order.clear();

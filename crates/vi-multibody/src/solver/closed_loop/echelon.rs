@@ -24,7 +24,7 @@ pub(crate) const CAPACITY: usize = 32;
 const SPENT: f64 = 1e-3;
 /// Rows up to which a row counts as visited once it was looked at. Among more it does when it becomes a pivot: rows that
 /// wait for a lower level count as later rows, and the others stay short.
-const SMALL: usize = 256;
+const SMALL: usize = 100;
 const NONE: usize = usize::MAX;
 /// Of a word of pending pivots.
 const BITS: usize = u64::BITS as usize;

@@ -73,6 +73,7 @@ pub(crate) struct Paths {
     pub(crate) apex: Option<usize>,     // link of the tree; None: the ground
     pub(crate) columns: Vec<usize>,     // unknown of the tree
     pub(crate) owner: Vec<usize>,       // column → link of the cluster
+    pub(super) are_short: bool,         // the rows: five links or less in the mean
     wrenches: Vec<Twist>,               // scratch, of each link
     values: Vec<f64>,                   // scratch, of each column
     row: Vec<Entry>,                    // the last row written
@@ -93,6 +94,7 @@ impl Paths {
             let is_same = last.path == row.path && last.apex == row.apex;
             rows[i].course = rows[i - 1].course + usize::from(!is_same);
         }
+        let are_short = rows.iter().map(|row| row.path.len()).sum::<usize>() <= 5 * rows.len();
         let columns: Vec<usize> =
             links.iter().flat_map(|link| link.offset..link.offset + link.dof).collect();
         let owners = links.iter().enumerate();
@@ -106,6 +108,7 @@ impl Paths {
             apex,
             columns,
             owner,
+            are_short,
             wrenches,
             values,
             row,
