@@ -143,8 +143,8 @@ pub struct Joint {
     /// for several. The velocity of the child then follows from that of the parent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<Rates>,
-    /// Cut the loop that the joint closes here; by default the spanning tree is found breadth first
-    /// from the ground and the joints left over are cut.
+    /// Cut the loop that the joint closes here; by default the spanning tree is found from the ground
+    /// on, with short loops, and the joints left over are cut.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = false))]
     pub cut: bool,

@@ -70,7 +70,7 @@ pub struct Mechanism {
 }
 
 impl Mechanism {
-    /// Assembles a mechanism; the spanning tree is found breadth first from the ground.
+    /// Assembles a mechanism; the spanning tree is found from the ground on, with short loops.
     ///
     /// # Panics
     /// When a joint or a bar names a member that does not exist.
