@@ -1,9 +1,9 @@
 //! Rows of loops that are products of two forms on two links at most, each in one piece.
 //!
 //! ```text
-//! g = s (A·B − c)                              A = a_0 + Σ_k (a φ_k + D_k a_k),  B alike;  D_k: directors of link k
-//! f_k = s (a B + b A)                          force on link k
-//! τ_k = s (D_k α × B + D_k β × A)              torque about its reference point,  α = a_k − a ϱ_k,  ϱ_k: centre → that point
+//! g = s (A·B − c),   A = a_0 + Σ_k (α_k φ_k + D_k a_k),   B = b_0 + Σ_k (β_k φ_k + D_k b_k)         D_k: directors of link k
+//! f_k = s (α_k B + β_k A)                                                                force on link k
+//! τ_k = s (D_k (a_k − α_k ϱ_k) × B + D_k (b_k − β_k ϱ_k) × A)     torque about its reference point, ϱ_k from the centre
 //! ```
 
 use crate::constraint::scalar_constraint::ScalarRow;
@@ -26,9 +26,9 @@ pub(super) struct Site {
 /// A form on one link.
 #[derive(Clone, Copy)]
 struct Part {
-    share: f64,           // a
+    share: f64,           // α_k
     vector: Vector3<f64>, // a_k
-    arm: Vector3<f64>,    // α
+    arm: Vector3<f64>,    // a_k − α_k ϱ_k
 }
 
 /// A form on the links of a row.

@@ -243,6 +243,28 @@ mod tests {
         builder.build().unwrap()
     }
 
+    /// Pairs of crossing bars, joined at their middle and at their ends, on one foot: each loop moves all that follow.
+    fn scissors(count: usize) -> BuiltMechanism {
+        let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
+        let mut bar =
+            |x: f64| builder.body("bar", Inertia::principal(1.0, BAR)).at([x, 0.0, 0.0]).id();
+        let pairs: Vec<[BodyId; 2]> =
+            (0..count).map(|i| [0, 1].map(|_| bar(i as f64 + 0.5))).collect();
+        let mut hinge = |parent: FrameId, child: BodyId, x: f64, y: f64| {
+            let hinge = builder.joint("hinge", PairKind::Revolute, parent, child).at([x, y, 0.0]);
+            hinge.axis([0.0, 0.0, 1.0]);
+        };
+        hinge(FrameId::Ground, pairs[0][0], 0.0, -0.5);
+        for (i, [up, down]) in pairs.iter().enumerate() {
+            hinge((*up).into(), *down, i as f64 + 0.5, 0.0);
+            if let Some([next_up, next_down]) = pairs.get(i + 1) {
+                hinge((*up).into(), *next_down, i as f64 + 1.0, 0.5);
+                hinge((*down).into(), *next_up, i as f64 + 1.0, -0.5);
+            }
+        }
+        builder.build().unwrap()
+    }
+
     /// An arm that turns about the vertical; on it a slider-crank, on whose rod a parallelogram hangs, and one on the ground:
     /// clusters on two links and on the ground.
     fn clusters_on_bodies() -> BuiltMechanism {
@@ -315,6 +337,17 @@ mod tests {
             let off = off_dense(&built);
             println!("{count} windows: states off by {off:.1e}");
             assert!(off < 1e-11, "{count} windows: off by {off:e}");
+        }
+    }
+
+    #[test]
+    fn steps_are_those_of_dense_matrices_by_full_complements() {
+        for (count, rank) in [(5, 8), (70, 138)] {
+            let built = scissors(count);
+            assert_eq!(clusters(&built), [(rank, Some(0))]);
+            let off = off_dense(&built);
+            println!("{count} pairs of bars: states off by {off:.1e}");
+            assert!(off < 1e-11, "{count} pairs of bars: off by {off:e}");
         }
     }
 
