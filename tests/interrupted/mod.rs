@@ -160,7 +160,7 @@ pub(crate) fn go_on(path: &Path, steps: u64) -> Finished {
     };
     let mut progress = |_, _| {};
     let control = control(None, &mut interrupted, &mut progress);
-    resume(&model, &mut *simulation, (&folder, found.checkpoint), control).unwrap()
+    resume(&model, &mut *simulation, &folder, found.checkpoint, control).unwrap()
 }
 
 /// A folder with two checkpoints, and the text of its model.

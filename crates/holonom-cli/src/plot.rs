@@ -4,7 +4,9 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use holonom::output::{LeftOut, RunFolder};
-use holonom::report::selected::{Request, SelectionError, columns, groups, selected, table};
+use holonom::report::selected::{
+    NamedRun, Request, SelectionError, columns, groups, selected, table,
+};
 use holonom::report::{self, Style, Typeface};
 
 use crate::arguments::{Plot, PlotStyle};
@@ -63,7 +65,7 @@ fn tabulate(arguments: &Plot, request: &Request, output: &Path) -> Result<(), Fa
         });
     };
     let name = dir.display().to_string();
-    let text = table((&name, &folder(dir)?), request).map_err(failure)?;
+    let text = table(&name, &folder(dir)?, request).map_err(failure)?;
     picture::whole(output, text.as_bytes())?;
     stderr::line(&output.display().to_string());
     Ok(())
@@ -78,8 +80,9 @@ fn draw(arguments: &Plot, what: &str, output: &Path) -> Result<(), Failure> {
     let Some(format) = format else { return tabulate(arguments, &request, output) };
     let labels = labels(&arguments.dirs);
     let opened = arguments.dirs.iter().map(|dir| folder(dir));
-    let runs = labels.into_iter().zip(opened).map(|(label, folder)| Ok((label, folder?)));
-    let runs: Vec<(String, RunFolder)> = runs.collect::<Result<_, Failure>>()?;
+    let runs = labels.into_iter().zip(opened);
+    let runs = runs.map(|(name, folder)| Ok(NamedRun { name, folder: folder? }));
+    let runs: Vec<NamedRun> = runs.collect::<Result<_, Failure>>()?;
     let found = selected(&runs, &request).map_err(failure)?;
     found.notes.iter().for_each(|note| stderr::line(&format!("note: {note}")));
     let drawing = found.drawing(&style(arguments, found.charts.len()));
@@ -109,7 +112,7 @@ fn style(arguments: &Plot, charts: usize) -> Style {
         PlotStyle::PaperSerif => Style::paper(Typeface::Serif),
     };
     match arguments.size {
-        Some(size) => style.sized(size),
+        Some((width, height)) => style.sized(width, height),
         None => style.for_charts(charts),
     }
 }

@@ -44,7 +44,7 @@ pub(crate) fn resume(arguments: &Resume) -> Result<(), Failure> {
     }
     let every = arguments.checkpoint_every;
     conduct(&mut *simulation, (dir, every, talk), |simulation, control| {
-        continue_run(&model, simulation, (&folder, checkpoint), control)
+        continue_run(&model, simulation, &folder, checkpoint, control)
     })
 }
 

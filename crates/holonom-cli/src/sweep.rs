@@ -47,7 +47,7 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
         if interrupted() {
             return None;
         }
-        run_point((&text, &meshes), point, &mut || interrupted())
+        run_point(&text, &meshes, point, &mut || interrupted())
     };
     let state = sweep.run(&work, &mut progress);
     bar.finish_and_clear();

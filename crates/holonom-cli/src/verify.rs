@@ -28,7 +28,7 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
     let mut certificate = certify_model(&model, arguments.accuracy, &mut progress)
         .map_err(|message| Failure::Usage { message, help: String::new() })?;
     certificate.provenance =
-        Some(Provenance::new((command(), now()), text.text().unwrap_or_default(), &overrides));
+        Some(Provenance::new(command(), now(), text.text().unwrap_or_default(), &overrides));
     let folder = RunFolder::open(folder);
     let json = serde_json::to_value(&certificate).unwrap_or_default();
     let files = [

@@ -81,8 +81,8 @@ impl Checker<'_> {
     }
 
     fn path(&mut self, key: &str, path: &MotionPath) {
-        if let Some((below, message, help)) = path.fault() {
-            self.report(format!("{key}.{below}"), message, help);
+        if let Some(fault) = path.fault() {
+            self.report(format!("{key}.{}", fault.key), fault.message, fault.help);
         }
     }
 }

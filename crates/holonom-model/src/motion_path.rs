@@ -68,6 +68,17 @@ pub struct PathTable {
     pub rates: [f64; 2],
 }
 
+/// What a path does not allow.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PathFault {
+    /// The key below that of the path.
+    pub key: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// What to write instead.
+    pub help: &'static str,
+}
+
 impl MotionPath {
     /// Value, rate and acceleration as a function of the time (s).
     pub fn function(&self) -> impl Fn(f64) -> [f64; 3] + Send + Sync + use<> {
@@ -95,20 +106,21 @@ impl MotionPath {
 
     /// What is wrong with it: the key below the path, the message, what to write instead.
     #[must_use]
-    pub fn fault(&self) -> Option<(&'static str, String, &'static str)> {
+    pub fn fault(&self) -> Option<PathFault> {
+        let fault = |key, message, help| PathFault { key, message, help };
         let backwards = self.moves.iter().find(|part| part.start >= part.end);
         if let Some(Move { start, end, .. }) = backwards {
             let message = format!("a move starts at {start} s and ends at {end} s");
-            return Some(("moves", message, "put start before end"));
+            return Some(fault("moves", message, "put start before end"));
         }
         let PathTable { times, values, .. } = self.table.as_ref()?;
         if times.len() != values.len() || times.len() < 2 {
             let message = format!("{} time(s) and {} value(s)", times.len(), values.len());
-            return Some(("table", message, "write as many values as times, at least two"));
+            return Some(fault("table", message, "write as many values as times, at least two"));
         }
         let pair = times.windows(2).find(|pair| pair[0] >= pair[1])?;
         let message = format!("times must increase: {} is followed by {}", pair[0], pair[1]);
-        Some(("table.times", message, "put the times in order"))
+        Some(fault("table.times", message, "put the times in order"))
     }
 }
 
@@ -254,15 +266,15 @@ mod tests {
     #[test]
     fn faults_are_named() {
         let moves = vec![Move { start: 1.0, end: 1.0, by: 1.0 }];
-        assert_eq!(MotionPath { moves, ..MotionPath::default() }.fault().unwrap().0, "moves");
+        assert_eq!(MotionPath { moves, ..MotionPath::default() }.fault().unwrap().key, "moves");
         let table = |times: &[f64], values: &[f64]| {
             let (times, values) = (times.to_vec(), values.to_vec());
             let table = Some(PathTable { times, values, rates: [0.0; 2] });
             MotionPath { table, ..MotionPath::default() }.fault()
         };
-        assert_eq!(table(&[0.0], &[1.0]).unwrap().0, "table");
-        assert_eq!(table(&[0.0, 1.0], &[1.0]).unwrap().0, "table");
-        assert_eq!(table(&[0.0, 1.0, 1.0], &[1.0, 2.0, 3.0]).unwrap().0, "table.times");
+        assert_eq!(table(&[0.0], &[1.0]).unwrap().key, "table");
+        assert_eq!(table(&[0.0, 1.0], &[1.0]).unwrap().key, "table");
+        assert_eq!(table(&[0.0, 1.0, 1.0], &[1.0, 2.0, 3.0]).unwrap().key, "table.times");
         assert!(table(&[0.0, 1.0], &[1.0, 2.0]).is_none());
     }
 }

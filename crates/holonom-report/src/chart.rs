@@ -172,7 +172,7 @@ mod tests {
             resolution: 1e-9,
             curves: vec![curve("E", 0.0), curve("H", 1.5)],
         };
-        let style = Style::paper(crate::drawing::Typeface::Serif).sized((40.0, 30.0));
+        let style = Style::paper(crate::drawing::Typeface::Serif).sized(40.0, 30.0);
         insta::assert_snapshot!(drawn.drawing(&style).svg());
     }
 }

@@ -96,7 +96,7 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     }
     folder.keep_pictures(&files)?; // a drawing of fewer nodes may have had others
     let scene = model.as_ref().map(|model| scene_of(folder, model, sensors.map(|s| s.0)));
-    let page = page(&summary, &trajectory, &figures, (&text, &scene.unwrap_or_default()));
+    let page = page(&summary, &trajectory, &figures, &text, &scene.unwrap_or_default());
     files.insert(0, folder.write("report.html", &page)?);
     Ok(files)
 }

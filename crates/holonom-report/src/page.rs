@@ -26,7 +26,8 @@ pub fn page(
     summary: &Summary,
     trajectory: &Trajectory,
     figures: &[Figure],
-    (model, scene): (&str, &str),
+    model: &str,
+    scene: &str,
 ) -> String {
     let mut html = head(&summary.model);
     html += &heading(&summary.model, &[counts(summary)], "holonom run model.toml");

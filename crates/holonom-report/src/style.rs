@@ -109,7 +109,7 @@ impl Style {
 
     /// Of another width and height, mm.
     #[must_use]
-    pub fn sized(self, (width, height): (f64, f64)) -> Self {
+    pub fn sized(self, width: f64, height: f64) -> Self {
         Self { size: (width * MM, height * MM), ..self }
     }
 

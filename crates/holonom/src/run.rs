@@ -104,7 +104,8 @@ pub enum ContinueError {
 pub fn resume(
     model: &Model,
     simulation: &mut dyn Experiment,
-    (folder, checkpoint): (&RunFolder, Checkpoint),
+    folder: &RunFolder,
+    checkpoint: Checkpoint,
     control: Control<'_>,
 ) -> Result<Finished, ContinueError> {
     simulation.resume(checkpoint.run.clone()).ok_or(ContinueError::Statics)??;
@@ -199,7 +200,7 @@ impl Run<'_> {
     ) -> Result<(), OutputError> {
         let Some(state) = simulation.state() else { return self.recorder.flush() };
         self.last = Some(state.step());
-        let checkpoint = self.recorder.checkpoint(state, (every, self.clock.seconds()))?;
+        let checkpoint = self.recorder.checkpoint(state, every, self.clock.seconds())?;
         self.folder.write_checkpoint(&checkpoint, &self.text)?;
         self.write_summary(simulation, Ended::Not(simulation.place())).map(drop)
     }

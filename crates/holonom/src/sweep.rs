@@ -9,7 +9,8 @@ pub use holonom_study::sweep::*;
 /// Runs a point of a sweep of the model `text` into its folder, without plots; `None` when it was interrupted. `meshes`: those
 /// of the model, or the folder where they are.
 pub fn run_point(
-    (text, meshes): (&str, &Meshes),
+    text: &str,
+    meshes: &Meshes,
     point: &Point<'_>,
     interrupted: &mut dyn FnMut() -> bool,
 ) -> Option<Ended> {

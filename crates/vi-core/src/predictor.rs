@@ -96,10 +96,16 @@ impl History {
         self.increments.clone_from(&other.increments);
     }
 
-    /// The step of the increments of sub-step `k`, and how many are known.
+    /// The step of the increments of sub-step `k`.
     #[must_use]
-    pub fn known(&self, k: usize) -> (f64, usize) {
-        (self.sub_steps[k].h, self.sub_steps[k].count)
+    pub fn step(&self, k: usize) -> f64 {
+        self.sub_steps[k].h
+    }
+
+    /// How many increments of sub-step `k` are known.
+    #[must_use]
+    pub fn count(&self, k: usize) -> usize {
+        self.sub_steps[k].count
     }
 
     /// The increment of sub-step `k` that is `age` steps old, 0 for the newest.

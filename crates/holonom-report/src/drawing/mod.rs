@@ -125,12 +125,7 @@ impl Drawing {
     }
 
     /// Adds a filled polygon, of an opacity in `[0, 1]`, with an outline of 1 px in another colour.
-    pub fn area(
-        &mut self,
-        points: Vec<(f64, f64)>,
-        (fill, opacity): ([u8; 3], f64),
-        edge: [u8; 3],
-    ) {
+    pub fn area(&mut self, points: Vec<(f64, f64)>, fill: [u8; 3], opacity: f64, edge: [u8; 3]) {
         let mut outline = points.clone();
         outline.extend(points.first());
         self.push(Mark::Polygon(points, Color::new(fill).faded(opacity)));

@@ -141,6 +141,17 @@ struct Member {
     frame: bool,
 }
 
+/// One of several motions in a scene.
+#[derive(Clone, Copy, Debug)]
+pub struct OverlaidMotion<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Whether it is drawn from the beginning.
+    pub is_shown: bool,
+    /// Its frames.
+    pub frames: &'a Frames,
+}
+
 impl Scene {
     /// From the model and the frames of its run; `moments`: bending moments of beams at the same instants; `sensors`: those
     /// of the run, at all its nodes.
@@ -202,15 +213,14 @@ impl Scene {
         Ok(Self::new(model, &Frames::initial(model)?, &BTreeMap::new(), None))
     }
 
-    /// Motions of one model over one another, each with its name and whether it is drawn from the beginning; all are of
-    /// the same members. `None` without a motion to show.
+    /// Motions of one model over one another, all of the same members. `None` without a motion to show.
     #[must_use]
-    pub fn overlaid(model: &Model, motions: &[(&str, bool, &Frames)]) -> Option<Self> {
-        let (_, _, first) = motions.first()?;
+    pub fn overlaid(model: &Model, motions: &[OverlaidMotion<'_>]) -> Option<Self> {
+        let first = motions.first()?.frames;
         let scene = Self::new(model, first, &BTreeMap::new(), None)?;
         let same = |frames: &Frames| frames.members == first.members && !frames.q.is_empty();
-        let shown = motions.iter().filter(|(_, _, frames)| same(frames));
-        let motions = shown.map(|(name, shown, frames)| Motion::new(name, *shown, frames));
+        let shown = motions.iter().filter(|motion| same(motion.frames));
+        let motions = shown.map(|motion| Motion::new(motion.name, motion.is_shown, motion.frames));
         Some(Self { motions: motions.collect(), ..scene })
     }
 

@@ -79,19 +79,25 @@ impl Selected {
     }
 }
 
-/// Reads the columns of a request from the runs and draws them; each run comes with its name in legends.
+/// A run to draw.
+#[derive(Clone, Debug)]
+pub struct NamedRun {
+    /// Its name in legends.
+    pub name: String,
+    /// Where it is.
+    pub folder: RunFolder,
+}
+
+/// Reads the columns of a request from the runs and draws them.
 ///
 /// # Errors
 /// [`SelectionError`].
-pub fn selected(
-    runs: &[(String, RunFolder)],
-    request: &Request,
-) -> Result<Selected, SelectionError> {
+pub fn selected(runs: &[NamedRun], request: &Request) -> Result<Selected, SelectionError> {
     let mut traces = Vec::new();
     let mut scales = Scales::default();
     let mut models = BTreeSet::new();
     let mut marked = true;
-    for (name, folder) in runs {
+    for NamedRun { name, folder } in runs {
         let summary = folder.summary()?;
         let statics = summary.statics.is_some();
         let read = Run { name, folder, statics }.traces(request, &mut scales)?;

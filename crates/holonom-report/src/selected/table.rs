@@ -14,10 +14,7 @@ use super::{Request, SelectionError, names};
 ///
 /// # Errors
 /// [`SelectionError`].
-pub fn table(
-    (name, folder): (&str, &RunFolder),
-    request: &Request,
-) -> Result<String, SelectionError> {
+pub fn table(name: &str, folder: &RunFolder, request: &Request) -> Result<String, SelectionError> {
     let all = columns(folder)?;
     let chosen = names::resolve(request, &all)
         .map_err(|error| SelectionError::Name { run: name.to_owned(), error })?;

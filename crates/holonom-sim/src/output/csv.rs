@@ -50,7 +50,8 @@ impl<W: Write> TrajectoryWriter<W> {
     /// # Errors
     /// What the files say.
     pub fn new(
-        (trajectory, residuals): (W, W),
+        trajectory: W,
+        residuals: W,
         members: &[Member],
         columns: &[Columns],
     ) -> io::Result<Self> {
@@ -228,7 +229,7 @@ mod tests {
         let members = [Member { name: "bob".into(), kind: MemberKind::Particle2 }];
         let (mut trajectory, mut residuals) = (Vec::new(), Vec::new());
         let mut writer =
-            TrajectoryWriter::new((&mut trajectory, &mut residuals), &members, &Columns::usual())
+            TrajectoryWriter::new(&mut trajectory, &mut residuals, &members, &Columns::usual())
                 .unwrap();
         writer.record(&sample(0)).unwrap();
         writer.record(&sample(3)).unwrap();
@@ -267,7 +268,8 @@ mod tests {
         let disk = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
         let other = std::rc::Rc::default();
         let mut writer = TrajectoryWriter::new(
-            (Full(disk.clone(), 200_000), Full(other, usize::MAX)),
+            Full(disk.clone(), 200_000),
+            Full(other, usize::MAX),
             &members,
             &Columns::usual(),
         )

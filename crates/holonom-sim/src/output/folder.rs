@@ -194,8 +194,9 @@ impl RunFolder {
         columns: &[Columns],
     ) -> Result<TrajectoryWriter<RowFile>, OutputError> {
         let open = |name: &str| self.rows(name).map_err(|e| at(&self.path.join(name), e));
-        let files = (open("trajectory.csv")?, open("residuals.csv")?);
-        TrajectoryWriter::new(files, members, columns).map_err(|e| at(&self.path, e))
+        let (trajectory, residuals) = (open("trajectory.csv")?, open("residuals.csv")?);
+        TrajectoryWriter::new(trajectory, residuals, members, columns)
+            .map_err(|e| at(&self.path, e))
     }
 
     /// Begins `sensors.csv`; `None` without sensors.

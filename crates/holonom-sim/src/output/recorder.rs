@@ -104,7 +104,8 @@ impl Recorder {
     pub fn checkpoint(
         &mut self,
         run: RunState,
-        (every, wall_seconds): (Option<u64>, f64),
+        every: Option<u64>,
+        wall_seconds: f64,
     ) -> Result<Checkpoint, OutputError> {
         self.flush()?;
         let length = |name: &&str| {

@@ -24,11 +24,7 @@ pub struct Provenance {
 impl Provenance {
     /// Of the text of a model file and the values that are replaced in it.
     #[must_use]
-    pub fn new(
-        (command, date): (String, String),
-        text: &str,
-        overrides: &[(String, String)],
-    ) -> Self {
+    pub fn new(command: String, date: String, text: &str, overrides: &[(String, String)]) -> Self {
         Self {
             command,
             date,

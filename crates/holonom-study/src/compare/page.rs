@@ -6,7 +6,7 @@ use super::table::{self, Rows};
 use crate::equations;
 use holonom_model::{Model, Scheme};
 use holonom_report::page::{escape, foot, head, heading, inline};
-use holonom_report::scene::Scene;
+use holonom_report::scene::{OverlaidMotion, Scene};
 use std::fmt::Write;
 
 /// The page of a comparison of schemes on a model; `command` makes it again.
@@ -78,10 +78,10 @@ fn scene(c: &Comparison, model: &Model) -> Option<Scene> {
         record.map_or_else(|| motion.scheme.clone(), table::name)
     };
     let names: Vec<String> = motions.iter().map(named).collect();
-    let shown = motions
-        .iter()
-        .zip(&names)
-        .map(|(motion, name)| (name.as_str(), all || place(motion).is_some(), &motion.frames));
+    let shown = motions.iter().zip(&names).map(|(motion, name)| {
+        let is_shown = all || place(motion).is_some();
+        OverlaidMotion { name, is_shown, frames: &motion.frames }
+    });
     let mut moving = model.clone();
     moving.settings.scheme = Scheme::Nodal; // also where the model asks for equilibria
     Scene::overlaid(&moving, &shown.collect::<Vec<_>>())

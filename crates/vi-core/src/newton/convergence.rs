@@ -21,6 +21,15 @@ pub struct Convergence {
     stalled: usize,
 }
 
+/// What a correction says of a solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judgement {
+    /// Contraction of the residual.
+    pub ratio: f64,
+    /// Whether the solve is converged, closed or at the floor.
+    pub is_reached: bool,
+}
+
 impl Convergence {
     /// Of a solve that begins with this `|r|_∞`.
     #[must_use]
@@ -28,9 +37,8 @@ impl Convergence {
         Self { residual, stalled: 0 }
     }
 
-    /// Takes in a correction of a relative `size` and `|r|_∞` after it: the contraction of the residual, and whether the
-    /// solve is converged, closed or at the floor.
-    pub fn judge(&mut self, size: f64, next: f64, limits: Limits) -> (f64, bool) {
+    /// Takes in a correction of a relative `size` and `|r|_∞` after it.
+    pub fn judge(&mut self, size: f64, next: f64, limits: Limits) -> Judgement {
         let ratio = if next > 0.0 { next / self.residual } else { 0.0 };
         self.residual = next;
         self.stalled = if ratio > 0.5 && size <= limits.noise { self.stalled + 1 } else { 0 };
@@ -38,6 +46,6 @@ impl Convergence {
         let enough = if size <= 1e-9 { 1 } else { 3 };
         let at_floor = size <= 4.0 * f64::EPSILON || self.stalled >= enough;
         let closed = size <= limits.closing_size && ratio < 0.5;
-        (ratio, converged || at_floor || closed)
+        Judgement { ratio, is_reached: converged || at_floor || closed }
     }
 }

@@ -24,7 +24,7 @@ mod convergence;
 mod report;
 mod simplified;
 
-pub use convergence::{CLOSING_SIZE, Convergence, Limits};
+pub use convergence::{CLOSING_SIZE, Convergence, Judgement, Limits};
 pub use report::{Fault, NewtonError, NewtonReport};
 
 use crate::linear::norm_inf;
@@ -271,10 +271,10 @@ impl Newton {
                 noise: problem.noise(),
                 closing_size: problem.closing_size(),
             };
-            let (ratio, reached) = seen.judge(size.relative, next, limits);
+            let Judgement { ratio, is_reached } = seen.judge(size.relative, next, limits);
             level = if ratio > 0.5 { level + 1 } else { 0 };
             let stopped = level >= LEVEL && self.is_round_off(problem, x);
-            if reached || stopped {
+            if is_reached || stopped {
                 break;
             }
             if iteration >= self.settings.max_iterations {

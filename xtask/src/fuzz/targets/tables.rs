@@ -9,7 +9,7 @@ use crate::soak::draw::Draw;
 use holonom::RunFolder;
 use holonom::export::{Format, export};
 use holonom::output::OutputError;
-use holonom::report::selected::{Request, selected};
+use holonom::report::selected::{NamedRun, Request, selected};
 use holonom::report::{Style, Typeface};
 use std::fs;
 
@@ -177,7 +177,8 @@ impl Reader {
 fn draw(folder: &RunFolder) -> Result<(), String> {
     for what in ["positions,energies", "*.x:E", "beams/*"] {
         let request = Request { what: what.to_owned(), ..Request::default() };
-        let found = selected(&[("run".to_owned(), folder.clone())], &request);
+        let found =
+            selected(&[NamedRun { name: "run".to_owned(), folder: folder.clone() }], &request);
         let drawing = match found {
             Ok(found) => found.drawing(&Style::paper(Typeface::Serif)),
             Err(error) => return Err(error.to_string()),

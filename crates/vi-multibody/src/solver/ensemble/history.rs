@@ -39,8 +39,8 @@ impl<T: Register> LaneHistory<T> {
     /// Takes the history of a member into a lane.
     pub(super) fn load(&mut self, lane: usize, history: &History) {
         for k in 0..self.newest.len() {
-            let (h, count) = history.known(k);
-            self.known[k][lane] = (h, count);
+            let count = history.count(k);
+            self.known[k][lane] = (history.step(k), count);
             for age in 0..count {
                 let place = self.place(k, age);
                 let own = &mut self.increments[place..place + self.unknowns];

@@ -172,7 +172,7 @@ impl<T: Register> Kernel<T> {
                     noise: 1e-9,
                     closing_size: CLOSING_SIZE,
                 };
-                let (_, reached) = seen[lane].judge(size, next, limits);
+                let reached = seen[lane].judge(size, next, limits).is_reached;
                 if !(size.is_finite() && next.is_finite()) {
                     self.what[lane] = Lane::Refused;
                 } else if reached || resolved.at(lane) <= 0.0 {
