@@ -67,7 +67,7 @@ impl Echelon {
         Self {
             weights,
             rows: Vec::with_capacity(rows),
-            entries: Vec::with_capacity(rows * all.min(CAPACITY)),
+            entries: Vec::with_capacity(4 * rows * all.min(CAPACITY)), // rows are reduced more than once
             pivots: Vec::with_capacity(rows.min(width)),
             order: vec![NONE; all],
             uses: vec![0; width],
