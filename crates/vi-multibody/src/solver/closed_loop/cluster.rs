@@ -116,6 +116,7 @@ impl Cluster {
         self.chosen = pivots.to_vec();
         self.chosen.sort_unstable();
         self.g = vec![0.0; self.rank];
+        self.order = Vec::with_capacity(self.rank);
         self.elimination = Elimination::new(&self.paths, self.rank);
     }
 

@@ -95,6 +95,8 @@ impl Paths {
             rows[i].course = rows[i - 1].course + usize::from(!is_same);
         }
         let are_short = rows.iter().map(|row| row.path.len()).sum::<usize>() <= 5 * rows.len();
+        let entries = rows.iter().flat_map(|row| &row.path).map(|&k| links[k].dof).sum();
+        let kept = Kept::with_capacity(rows.len(), entries);
         let columns: Vec<usize> =
             links.iter().flat_map(|link| link.offset..link.offset + link.dof).collect();
         let owners = links.iter().enumerate();
@@ -114,7 +116,7 @@ impl Paths {
             row,
             closures: Vec::new(),
             four,
-            kept: Kept::default(),
+            kept,
         }
     }
 

@@ -42,6 +42,11 @@ pub(super) struct Kept {
 }
 
 impl Kept {
+    /// With room for some rows and all of their entries.
+    pub(super) fn with_capacity(rows: usize, entries: usize) -> Self {
+        Self { entries: Vec::with_capacity(entries), ends: Vec::with_capacity(rows) }
+    }
+
     pub(super) fn clear(&mut self) {
         self.entries.clear();
         self.ends.clear();
