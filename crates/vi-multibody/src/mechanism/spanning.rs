@@ -18,14 +18,15 @@ use std::collections::{BinaryHeap, VecDeque};
 pub(crate) fn span_bodies(description: &Description) -> (Tree, Vec<usize>) {
     let graph = BodyGraph::new(description);
     let mut forest = graph.breadth_first();
-    let length = graph.length_of_loops(&forest, usize::MAX);
-    if length > 0 {
+    let mut is_used = forest.used(description.joints.len());
+    if is_used.contains(&false) {
         let other = graph.most_joints_first();
-        if graph.length_of_loops(&other, length) < length.div_ceil(2) {
+        let twice = 2 * graph.length_of_loops(&other, usize::MAX);
+        if graph.length_of_loops(&forest, twice) > twice {
+            is_used = other.used(description.joints.len());
             forest = other;
         }
     }
-    let is_used = forest.used(description.joints.len());
     let cut = (0..is_used.len()).filter(|k| !is_used[*k]).collect();
     let links = forest.0.iter().map(|branch| {
         let Branch { body, joint, parent } = *branch;
@@ -140,13 +141,8 @@ impl BodyGraph {
                 waiting.push((own.joints, Reverse(own.order), body));
                 count += 1;
             }
-            let next = loop {
-                match waiting.pop() {
-                    Some((_, _, body)) if number[body].is_some() => {}
-                    Some((_, _, body)) => break Some(body),
-                    None => break None,
-                }
-            };
+            let mut ordered = std::iter::from_fn(|| waiting.pop()).map(|(_, _, body)| body);
+            let next = ordered.find(|&body| number[body].is_none());
             let free = || (next_root..self.bodies).find(|&b| number[b].is_none());
             let Some(body) = next.or_else(free) else { break };
             let own = met[body];

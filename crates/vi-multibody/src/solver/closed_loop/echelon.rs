@@ -18,7 +18,7 @@ use std::ops::Range;
 const LEVEL: f64 = 0.25;
 /// Entries that may be the pivot of their row, relative to the largest.
 const NEAR: f64 = 0.3;
-/// Entries for which a row has space from the beginning; longer ones grow.
+/// Entries of a row for which there is space from the beginning; for more it grows.
 pub(crate) const CAPACITY: usize = 32;
 /// A row that is left with less than this part of the tolerance is rounding, and is not looked at again.
 const SPENT: f64 = 1e-3;
@@ -67,7 +67,7 @@ impl Echelon {
         Self {
             weights,
             rows: Vec::with_capacity(rows),
-            entries: Vec::with_capacity(4 * rows * all.min(CAPACITY)), // rows are reduced more than once
+            entries: Vec::with_capacity(rows * all.min(CAPACITY)),
             pivots: Vec::with_capacity(rows.min(width)),
             order: vec![NONE; all],
             uses: vec![0; width],

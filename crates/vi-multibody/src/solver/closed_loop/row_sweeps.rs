@@ -35,7 +35,6 @@ macro_rules! in_registers {
 pub(super) use in_registers;
 
 /// Rows as they were written last, one after the other.
-#[derive(Default)]
 pub(super) struct Kept {
     entries: Vec<Entry>,
     ends: Vec<usize>,

@@ -219,6 +219,12 @@ mod tests {
 
     const BAR: [f64; 3] = [0.1, 0.02, 0.1];
 
+    /// A hinge about z.
+    fn hinge(builder: &mut MechanismBuilder, parent: FrameId, child: BodyId, [x, y]: [f64; 2]) {
+        let hinge = builder.joint("hinge", PairKind::Revolute, parent, child);
+        hinge.at([x, y, 0.0]).axis([0.0, 0.0, 1.0]);
+    }
+
     /// Four-bar windows side by side: all loops are one cluster on the ground.
     fn windows(count: usize) -> BuiltMechanism {
         let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
@@ -229,10 +235,7 @@ mod tests {
         let cranks: Vec<BodyId> = (0..=count).map(|i| bar(i as f64, 0.5, [0.5, -1.0])).collect();
         let couplers: Vec<BodyId> =
             (0..count).map(|i| bar(i as f64 + 0.5, 1.0, [1.0, 0.0])).collect();
-        let mut hinge = |parent: FrameId, child: BodyId, x: f64, y: f64| {
-            let hinge = builder.joint("hinge", PairKind::Revolute, parent, child).at([x, y, 0.0]);
-            hinge.axis([0.0, 0.0, 1.0]);
-        };
+        let mut hinge = |parent, child, x, y| hinge(&mut builder, parent, child, [x, y]);
         for (i, crank) in cranks.iter().enumerate() {
             hinge(FrameId::Ground, *crank, i as f64, 0.0);
         }
@@ -250,10 +253,7 @@ mod tests {
             |x: f64| builder.body("bar", Inertia::principal(1.0, BAR)).at([x, 0.0, 0.0]).id();
         let pairs: Vec<[BodyId; 2]> =
             (0..count).map(|i| [0, 1].map(|_| bar(i as f64 + 0.5))).collect();
-        let mut hinge = |parent: FrameId, child: BodyId, x: f64, y: f64| {
-            let hinge = builder.joint("hinge", PairKind::Revolute, parent, child).at([x, y, 0.0]);
-            hinge.axis([0.0, 0.0, 1.0]);
-        };
+        let mut hinge = |parent, child, x, y| hinge(&mut builder, parent, child, [x, y]);
         hinge(FrameId::Ground, pairs[0][0], 0.0, -0.5);
         for (i, [up, down]) in pairs.iter().enumerate() {
             hinge((*up).into(), *down, i as f64 + 0.5, 0.0);
