@@ -13,7 +13,7 @@ use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
 use holonom::vi_multibody::run::MechanismIntegrator;
 use holonom::vi_multibody::{FrameId, PairKind};
 use holonom::vi_rigid::Shape;
-use holonom::{Model, Simulation};
+use holonom::{Model, Override, Simulation};
 use std::time::Instant;
 
 const ERRORS: [f64; 3] = [1e-4, 1e-6, 1e-8];
@@ -101,7 +101,7 @@ fn shipped(text: &str, method: Method, h: f64) -> Running {
     let step = format!("{h:e}");
     let overrides =
         [("step", step), ("order", order.to_string()), ("method", format!("\"{name}\""))];
-    let overrides = overrides.map(|(key, value)| (format!("simulation.{key}"), value));
+    let overrides = overrides.map(|(key, value)| Override::new(format!("simulation.{key}"), value));
     let model = Model::from_toml_with(text, &overrides).unwrap();
     Running::Model(Box::new(Simulation::new(&model).unwrap()))
 }

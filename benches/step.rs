@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used, missing_docs)] // a bench; criterion's macro makes public items
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use holonom::{Model, Simulation};
+use holonom::{Model, Override, Simulation};
 use std::time::{Duration, Instant};
 
 const MODELS: [(&str, &str); 3] = [
@@ -36,7 +36,7 @@ fn step(criterion: &mut Criterion) {
         group.sample_size(20).measurement_time(Duration::from_secs(1));
         let mut runs: Vec<(Simulation, u64)> = Vec::new();
         for scheme in SCHEMES {
-            let set = [("simulation.scheme".into(), scheme.into())];
+            let set = [Override::new("simulation.scheme", scheme)];
             let model = Model::from_toml_with(text, &set).unwrap();
             let mut run = (Simulation::new(&model).unwrap(), 0);
             group.bench_function(BenchmarkId::from_parameter(scheme), |bencher| {
@@ -68,7 +68,7 @@ fn order(_: &mut Criterion) {
     for (name, text) in MODELS {
         let mut runs: Vec<(Simulation, u64)> = Vec::new();
         for order in ORDERS {
-            let set = [("simulation.order".into(), order.to_string())];
+            let set = [Override::new("simulation.order", order.to_string())];
             let model = Model::from_toml_with(text, &set).unwrap();
             runs.push((Simulation::new(&model).unwrap(), 0));
         }

@@ -5,7 +5,7 @@
 //! axes, relative to order 2.
 #![allow(clippy::unwrap_used)] // a bench
 
-use holonom::{Model, Simulation};
+use holonom::{Model, Override, Simulation};
 use std::time::Instant;
 
 const MODELS: [(&str, &str); 2] = [
@@ -20,9 +20,9 @@ const ERROR: f64 = 1e-6;
 /// Seconds, and the configuration at the end.
 fn run(text: &str, order: u32, steps: u64) -> (f64, Vec<f64>) {
     let set = [
-        ("simulation.order".to_owned(), order.to_string()),
-        ("simulation.step".to_owned(), format!("{:?}", END / steps as f64)),
-        ("simulation.end".to_owned(), format!("{END:?}")),
+        Override::new("simulation.order", order.to_string()),
+        Override::new("simulation.step", format!("{:?}", END / steps as f64)),
+        Override::new("simulation.end", format!("{END:?}")),
     ];
     let mut simulation = Simulation::new(&Model::from_toml_with(text, &set).unwrap()).unwrap();
     let begin = Instant::now();

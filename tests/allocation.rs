@@ -6,14 +6,14 @@
 
 use crate::harness;
 
-use harness::models::{shipped, simulation};
+use harness::models::{overrides, shipped, simulation};
 use holonom::model::Columns;
 use holonom::output::{BeamWriter, EnergyWriter, MomentaWriter, SensorWriter, TrajectoryWriter};
 use holonom::vi_constraints::{Options, SchemeKind};
 use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
 use holonom::vi_multibody::ensemble::Ensemble;
 use holonom::vi_multibody::{FrameId, PairKind};
-use holonom::{Model, Sample, Simulation};
+use holonom::{Model, Override, Sample, Simulation};
 use std::fmt::Write;
 use vi_testkit::CountingAllocator;
 use vi_testkit::allocator::allocations;
@@ -60,17 +60,16 @@ fn no_step_of(steps: u32) {
             }
             let steps = if loops.contains(&name) { steps } else { 1000 };
             for order in [2, 4] {
-                let overrides = [
+                let set = [
                     ("simulation.scheme", scheme.to_owned()),
                     ("simulation.order", order.to_string()),
                 ];
                 let mut simulation = match name {
                     "triangle" => {
-                        let overrides = overrides.map(|(key, value)| (key.to_owned(), value));
-                        let model = Model::from_toml_with(TRIANGLE, &overrides).unwrap();
+                        let model = Model::from_toml_with(TRIANGLE, &overrides(&set)).unwrap();
                         Simulation::new(&model).unwrap()
                     }
-                    _ => simulation(name, &overrides),
+                    _ => simulation(name, &set),
                 };
                 let run = simulation.integrator();
                 for _ in 0..10 {
@@ -149,7 +148,7 @@ fn recorded(name: &str, (method, order): (&str, u32), all: bool) -> Model {
         ("momenta", all.to_string()),
         ("end", end),
     ];
-    let overrides = overrides.map(|(key, value)| (format!("simulation.{key}"), value));
+    let overrides = overrides.map(|(key, value)| Override::new(format!("simulation.{key}"), value));
     Model::from_toml(&text).unwrap().with_overrides(&overrides).unwrap()
 }
 

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use holonom::model::{Model, Scheme};
-use holonom::{MemberKind, RunFolder, Simulation};
+use holonom::{MemberKind, Override, RunFolder, Simulation};
 
 /// A bent strip between a turning wheel and a hanging weight, with a ring and everything that a node
 /// may carry.
@@ -187,7 +187,7 @@ fn section_forces_are_written() {
 fn the_four_schemes_agree() {
     let mut ends: Vec<(Scheme, Vec<f64>)> = Vec::new();
     for scheme in Scheme::ALL.into_iter().filter(|scheme| !scheme.is_energy_momentum()) {
-        let own = ("simulation.scheme".to_owned(), scheme.name().to_owned());
+        let own = Override::new("simulation.scheme", scheme.name());
         let model = Model::from_toml_with(EVERYTHING, &[own]).unwrap();
         let mut simulation = Simulation::new(&model).unwrap();
         for _ in 0..20 {
@@ -267,7 +267,7 @@ fn every_pair_joins_nodes_bodies_and_the_ground() {
     for (kind, dof) in kinds {
         for (parent, child) in sides {
             let run = |scheme: &str| {
-                let own = [("simulation.scheme".to_owned(), scheme.to_owned())];
+                let own = [Override::new("simulation.scheme", scheme)];
                 let model = Model::from_toml_with(&joined(kind, parent, child), &own).unwrap();
                 let mut simulation = Simulation::new(&model).unwrap();
                 assert_eq!(simulation.assembly().counts.dof, 6 * (1 + 4 + 5) - 6 + dof, "{kind}");
@@ -290,7 +290,7 @@ fn every_pair_joins_nodes_bodies_and_the_ground() {
 #[test]
 fn the_limit_of_the_elements_ends_a_run() {
     let text = include_str!("../examples/models/flying_beam.toml");
-    let own = [("beam.beam.elements".to_owned(), "4".to_owned())];
+    let own = [Override::new("beam.beam.elements", "4")];
     let model = Model::from_toml_with(text, &own).unwrap();
     let mut simulation = Simulation::new(&model).unwrap();
     assert!(simulation.warnings().is_empty(), "a straight beam is not bent");

@@ -11,7 +11,7 @@ use fnv::FnvHasher;
 use harness::models::{all_shipped, shipped};
 use holonom::model::Scheme;
 use holonom::simulation::RunOutcome;
-use holonom::{Model, Sample, run};
+use holonom::{Model, Override, Sample, run};
 use std::fmt::Write;
 use std::hash::Hasher;
 
@@ -21,7 +21,7 @@ const STEPS: u64 = 50;
 fn hash_of(model: &Model) -> u64 {
     let settings = &model.settings;
     let end = (STEPS.min(settings.steps()) as f64 * settings.step).to_string();
-    let short = [("simulation.end".to_owned(), end), ("simulation.every".to_owned(), "1".into())];
+    let short = [Override::new("simulation.end", end), Override::new("simulation.every", "1")];
     let is_static = settings.scheme == Scheme::Static;
     let model = if is_static { model.clone() } else { model.with_overrides(&short).unwrap() };
     let mut hasher = FnvHasher::default();

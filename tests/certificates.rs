@@ -1,9 +1,9 @@
 //! Snapshots of certificates: the verdict on each property. Numbers are left out.
 #![allow(clippy::unwrap_used)] // a test
 
-use holonom::Model;
 use holonom::certificate::certify_model;
 use holonom::certificate::page::{sentence, verdict};
+use holonom::{Model, Override};
 
 /// Text with every number replaced by `#`.
 fn without_numbers(text: &str) -> String {
@@ -44,7 +44,7 @@ macro_rules! shipped {
 #[test]
 fn certificates_of_shipped_models() {
     let own = |text: &str, key: &str, value: &str| {
-        Model::from_toml_with(text, &[(key.to_owned(), value.to_owned())]).unwrap()
+        Model::from_toml_with(text, &[Override::new(key, value)]).unwrap()
     };
     let pendulum = Model::from_toml(shipped!("pendulum")).unwrap();
     insta::assert_snapshot!("certificate_pendulum", judged(&pendulum));

@@ -11,7 +11,7 @@ use holonom::nalgebra::Vector3;
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_core::State;
 use holonom::vi_rigid::{directors, rotation};
-use holonom::{Model, RunOutcome, RunState, Sample, Simulation};
+use holonom::{Model, Override, RunOutcome, RunState, Sample, Simulation};
 
 /// A soft cantilever without weight.
 const CANTILEVER: &str = r#"
@@ -249,8 +249,7 @@ fn compositions_and_energy_momentum_schemes_refuse_them() {
         ("simulation.order", "4", "steps backwards in time"),
         ("simulation.scheme", "em-nodal", "has no dissipative strains"),
     ] {
-        let set = [(key.to_owned(), value.to_owned())];
-        let error = Model::from_toml_with(CANTILEVER, &set).unwrap_err();
+        let error = Model::from_toml_with(CANTILEVER, &[Override::new(key, value)]).unwrap_err();
         let text = format!("{error:?}");
         assert!(text.contains(why) && text.contains("simulation.strain"), "{text}");
     }

@@ -5,7 +5,7 @@ use crate::galerkin::{check_allocations, check_form, check_restart, check_revers
 use crate::{benchmark, harness};
 
 use benchmark::{Run, apart, assert_order, model, study};
-use harness::models::shipped;
+use harness::models::{overrides, shipped};
 use holonom::Simulation;
 
 /// A soft beam with material damping that swings on a hinge, of elements with two or three nodes.
@@ -327,10 +327,8 @@ fn what_has_no_galerkin_form_is_refused_with_a_remedy() {
         ),
         ("flying_beam", "simulation.strain", "dissipative", ["strain energy", "averaged"]),
     ] {
-        let overrides =
-            [("simulation.method", "galerkin"), ("simulation.order", "4"), (key, value)];
-        let owned: Vec<_> = overrides.iter().map(|(k, v)| ((*k).into(), (*v).into())).collect();
-        let refused = match holonom::Model::from_toml_with(&shipped(name), &owned) {
+        let set = [("simulation.method", "galerkin"), ("simulation.order", "4"), (key, value)];
+        let refused = match holonom::Model::from_toml_with(&shipped(name), &overrides(&set)) {
             Ok(model) => format!("{:?}", Simulation::new(&model).err().unwrap()),
             Err(error) => format!("{error:?}"),
         };

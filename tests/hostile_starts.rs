@@ -7,7 +7,7 @@ use crate::harness::models::shipped;
 use holonom::simulation::RunOutcome;
 use holonom::vi_constraints::Constraints;
 use holonom::vi_core::Configuration;
-use holonom::{Model, Simulation};
+use holonom::{Model, Override, Simulation};
 
 /// The flat parallelogram in motion, `split`: the link made of two welded halves; `tool`: the link with a
 /// body welded to it, 3 for the ground.
@@ -123,7 +123,7 @@ fn round_off_stays_orders_below_the_bound() {
     for text in texts.iter().chain([&upright, &far]) {
         let name = text.lines().find(|line| line.contains("name")).unwrap_or_default().to_owned();
         for scheme in ["nodal", "constrained", "em-nodal"] {
-            let set = vec![("simulation.scheme".to_owned(), format!("\"{scheme}\""))];
+            let set = [Override::new("simulation.scheme", format!("\"{scheme}\""))];
             let model = Model::from_toml_with(text, &set).unwrap();
             let Ok(mut simulation) = Simulation::new(&model) else { continue };
             let ratio = largest_ratio(&mut simulation, 500);

@@ -4,7 +4,7 @@
 
 use crate::harness::hostile::{hostile, run, run_with_warnings};
 use holonom::simulation::RunOutcome;
-use holonom::{Model, Simulation};
+use holonom::{Model, Override, Simulation};
 
 #[test]
 fn a_body_at_rest_stays_there_in_every_scheme() {
@@ -55,7 +55,7 @@ fn a_half_turn_in_a_step_of_em_dalembert_is_refused() {
     println!("step {}: {}; {}", failure.step, failure.message, failure.remedy);
     assert!(failure.message.contains("rotation") && failure.message.contains("`body0`"));
     assert!(failure.remedy.contains("half a turn"), "{}", failure.remedy);
-    let set = [("simulation.on_failure".to_owned(), "\"substep\"".to_owned())];
+    let set = [Override::new("simulation.on_failure", "\"substep\"")];
     let mut simulation = Simulation::new(&Model::from_toml_with(&text, &set).unwrap()).unwrap();
     let nodes: Vec<_> = simulation.samples().map(Result::unwrap).collect();
     let balance: Vec<f64> = nodes.iter().map(|node| *node.energies.last().unwrap()).collect();

@@ -2,8 +2,8 @@
 //! column.
 
 use crate::command::{self, holonom, words};
-use holonom::Model;
 use holonom::model::ModelText;
+use holonom::{Model, Override};
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -106,7 +106,7 @@ fn leg(prefix: &str, frame: &str, length: &str) -> String {
 #[test]
 fn a_file_placed_four_times_is_the_model_written_by_hand() {
     let folder = folder("four_legs");
-    let set = [("parameters.half".to_owned(), "0.3".to_owned())];
+    let set = [Override::new("parameters.half", "0.3")];
     let included = ModelText::read(&folder.join("model.toml"));
     let mut by_hand =
         WALKER.split_once("]\n\n[model]").map(|(_, rest)| format!("[model]{rest}")).unwrap();
@@ -144,10 +144,8 @@ fn prefixes_add_up_and_values_of_the_including_file_count() {
         .map(|name| model.body(name).unwrap().shape.clone().unwrap().dimensions[0]);
     assert_eq!(lengths.map(f64::to_bits), [0.1_f64, 0.7].map(f64::to_bits), "{lengths:?}");
     assert_eq!(model.joints[1].parent, "a_trunk", "the nearest file that defines a name is meant");
-    let set = [
-        ("parameters.a_size".to_owned(), "0.2".to_owned()),
-        ("body.a_l_thigh.mass".to_owned(), "5".to_owned()),
-    ];
+    let set =
+        [Override::new("parameters.a_size", "0.2"), Override::new("body.a_l_thigh.mass", "5")];
     let changed = read.model(&set).unwrap();
     assert_eq!(changed.body("a_l_thigh").unwrap().position[2].to_bits(), (-0.1_f64).to_bits());
     assert_eq!(changed.body("a_l_thigh").unwrap().mass.map(f64::to_bits), Some(5.0_f64.to_bits()));

@@ -4,7 +4,7 @@
 use crate::benchmark;
 
 use benchmark::{Run, assert_order, study};
-use holonom::{Model, Simulation};
+use holonom::{Model, Override, Simulation};
 use nalgebra::Vector3;
 
 /// A tetrahedron of bars that hangs by one more bar, and a swinging chain of two bars at its corner.
@@ -207,7 +207,7 @@ fn a_flat_start_is_refused() {
         ]
     "#;
     for scheme in ["constrained", "dalembert", "nodal", "reduced"] {
-        let overrides = [("simulation.scheme".to_owned(), scheme.to_owned())];
+        let overrides = [Override::new("simulation.scheme", scheme)];
         let model = Model::from_toml_with(flat, &overrides).unwrap();
         let refused = Simulation::new(&model).err().unwrap().to_string();
         println!("{refused}");

@@ -1,15 +1,12 @@
 //! Natural frequencies of model files against closed forms.
 #![allow(clippy::unwrap_used)] // a test
 
-use holonom::Model;
+use crate::benchmark::model;
 use holonom::modes::{About, Kind, ModalAnalysis, Report};
 use std::f64::consts::{PI, TAU};
 
 fn modes(text: &str, changes: &[(&str, &str)], about: About, count: usize) -> Report {
-    let changes: Vec<(String, String)> =
-        changes.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
-    let model = Model::from_toml_with(text, &changes).unwrap();
-    ModalAnalysis::new(&model, about).unwrap().modes(count).unwrap()
+    ModalAnalysis::new(&model(text, changes), about).unwrap().modes(count).unwrap()
 }
 
 fn vibrations(report: &Report) -> Vec<f64> {

@@ -1,7 +1,7 @@
 //! The model file: what is read is what is written, and everything has its place.
 #![allow(clippy::unwrap_used)] // a test
 
-use holonom::model::{Inertia, ModelError, Problem, line_column, locate};
+use holonom::model::{Inertia, LineColumn, ModelError, Override, Problem, line_column, locate};
 use holonom::{Model, Simulation};
 use proptest::prelude::*;
 
@@ -138,7 +138,7 @@ fn the_heavy_tops_turn_about_their_tips() {
 #[test]
 fn replaced_values_are_checked_like_others() {
     let model = Model::from_toml(MODELS[0]).unwrap();
-    let set = |key: &str, value: &str| model.with_overrides(&[(key.into(), value.into())]);
+    let set = |key: &str, value: &str| model.with_overrides(&[Override::new(key, value)]);
     let heavier = set("particle.bob.mass", "2.5").unwrap();
     assert!((heavier.particles[0].mass - 2.5).abs() < 1e-15);
     assert_eq!(set("simulation.scheme", "reduced").unwrap().settings.scheme.name(), "reduced");
@@ -147,8 +147,8 @@ fn replaced_values_are_checked_like_others() {
     let Err(ModelError::InconsistentStart(missed)) = longer else { panic!("{longer:?}") };
     assert!((missed[0].distance - 1.0).abs() < 1e-15);
     let moved = model.with_overrides(&[
-        ("bar.rod.length".into(), "2".into()),
-        ("simulation.project_start".into(), "true".into()),
+        Override::new("bar.rod.length", "2"),
+        Override::new("simulation.project_start", "true"),
     ]);
     assert!(moved.is_ok(), "the start may be moved onto the constraints");
 }
@@ -159,8 +159,8 @@ fn keys_have_places() {
         let span = locate(EVERYTHING, key).unwrap();
         (line_column(EVERYTHING, span.start), &EVERYTHING[span])
     };
-    assert_eq!(place("joint.hinge.axis"), ((35, 8), "[0, 0, 2]"));
-    assert_eq!(place("body.b.shape.density"), ((15, 61), "7800"));
+    assert_eq!(place("joint.hinge.axis"), (LineColumn { line: 35, column: 8 }, "[0, 0, 2]"));
+    assert_eq!(place("body.b.shape.density"), (LineColumn { line: 15, column: 61 }, "7800"));
     assert_eq!(place("load.swing.history.frequency").1, "2");
     assert_eq!(locate(EVERYTHING, "nothing"), None);
 }
@@ -177,7 +177,7 @@ proptest! {
             for problem in error.problems(&text) {
                 if let Some(span) = problem.span {
                     prop_assert!(span.end <= text.len());
-                    prop_assert!(line_column(&text, span.start).0 <= text.lines().count() + 1);
+                    prop_assert!(line_column(&text, span.start).line <= text.lines().count() + 1);
                 }
             }
         }
@@ -229,7 +229,7 @@ fn shapes_whose_mass_or_inertia_rounds_to_nothing_are_refused_by_name() {
 fn an_override_of_too_many_parts_is_refused() {
     let text = with_shape("{ type = \"sphere\", dimensions = [0.1], density = 700.0 }", "");
     let key = format!("model{}", ".a".repeat(65_000));
-    let error = Model::from_toml_with(&text, &[(key, "1".to_owned())]).unwrap_err();
+    let error = Model::from_toml_with(&text, &[Override::new(key, "1")]).unwrap_err();
     let problems = error.problems(&text);
     println!("{problems:?}");
     assert!(problems[0].message.contains("65001 parts") && problems[0].key.len() < 200);

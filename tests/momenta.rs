@@ -5,7 +5,7 @@
 use crate::harness;
 
 use harness::case::distance;
-use harness::models::model;
+use harness::models::{model, overrides};
 use holonom::{Momenta, Sample, Simulation};
 use nalgebra::DMatrix;
 use vi_constraints::{Constraints, LegendreTransforms, Reparametrization};
@@ -14,8 +14,7 @@ use vi_multibody::tree_map::TreeMap;
 
 fn run(name: &str, settings: &[(&str, &str)]) -> (Simulation, Vec<Sample>) {
     let own = [("simulation.momenta", "true"), ("simulation.every", "1")];
-    let mut all = own.map(|(k, v)| (k.to_owned(), v.to_owned())).to_vec();
-    all.extend(settings.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())));
+    let all = overrides(&[&own[..], settings].concat());
     let model = model(name, &[]).with_overrides(&all).unwrap();
     let mut simulation = Simulation::new(&model).unwrap();
     let mut samples = Vec::new();
@@ -164,8 +163,7 @@ fn energy_momentum_schemes_have_multipliers_momenta_and_energies() {
 
 #[test]
 fn ordinary_runs_have_none() {
-    let model =
-        model("pendulum", &[]).with_overrides(&[("simulation.end".into(), "0.1".into())]).unwrap();
+    let model = model("pendulum", &[("simulation.end", "0.1".to_owned())]);
     let mut simulation = Simulation::new(&model).unwrap();
     assert!(simulation.momenta_names().is_none() && !model.to_toml().contains("momenta"));
     let mut observe = |sample: &Sample| -> Result<(), std::convert::Infallible> {

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::float_cmp)] // a test of exact numbers
 
+use crate::harness::models::overrides;
 use holonom::{Model, ModelError, Simulation};
 
 /// Two links whose lengths, masses and places follow from one parameter.
@@ -50,8 +51,7 @@ axis = [0.0, 1.0, 0.0]
 "#;
 
 fn with(text: &str, set: &[(&str, &str)]) -> Result<Model, ModelError> {
-    let set: Vec<_> = set.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
-    Model::from_toml_with(text, &set)
+    Model::from_toml_with(text, &overrides(set))
 }
 
 #[test]

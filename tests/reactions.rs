@@ -13,7 +13,7 @@ use harness::models::{model, orders, simulation};
 use holonom::vi_constraints::Constraints;
 use holonom::vi_constraints::projection::Projections;
 use holonom::vi_core::{Configuration, Entries, MechanicalSystem, SparseMatrix};
-use holonom::{Model, Sample, Simulation};
+use holonom::{Model, Override, Sample, Simulation};
 use nalgebra::{DMatrix, Vector3};
 use vi_multibody::joint::FrameId;
 use vi_multibody::mechanism::Mechanism;
@@ -100,7 +100,8 @@ fn a_hanging_body_is_held_by_its_weight() {
         let expected = [0.0, 0.0, weight, 0.0, -0.3 * weight, 0.0].map(|x| sign * x);
         for order in ["2", "4"] {
             let model = Model::from_toml(&text(parent, child)).unwrap();
-            let model = model.with_overrides(&[("simulation.order".into(), order.into())]).unwrap();
+            let set = [Override::new("simulation.order", order)];
+            let model = model.with_overrides(&set).unwrap();
             for sample in run(&model) {
                 for (k, expected) in expected.iter().enumerate() {
                     let error = (sample.sensors[k] - expected).abs();
@@ -388,7 +389,7 @@ fn the_thread_of_a_screw_carries_its_nut() {
     let expected = [0.0, 0.0, mass * (9.81 + kappa * spin), 0.0, 0.0, inertia * spin];
     for order in [2_u32, 4] {
         let errors = [0.004, 0.002, 0.001].map(|step: f64| {
-            let set = |key: &str, value: String| (format!("simulation.{key}"), value);
+            let set = |key: &str, value| Override::new(format!("simulation.{key}"), value);
             let settings = [set("order", order.to_string()), set("step", format!("{step:e}"))];
             let model = Model::from_toml(text).unwrap().with_overrides(&settings).unwrap();
             let samples = run(&model);

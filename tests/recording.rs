@@ -12,7 +12,7 @@ use holonom::vi_core::MechanicalSystem;
 use holonom::vi_core::legendre::p_minus;
 use holonom::vi_core::linear::norm_inf;
 use holonom::vi_multibody::run::MechanismIntegrator;
-use holonom::{Model, Sample, Simulation};
+use holonom::{Model, Override, Sample, Simulation};
 
 /// A spherical, a revolute and a prismatic joint on one body.
 const BRANCHES: &str = r#"
@@ -72,7 +72,7 @@ fn apart(found: &[f64], expected: &[f64]) -> f64 {
 }
 
 fn simulation(text: &str, scheme: &str) -> Simulation {
-    let overrides = [("simulation.scheme".to_owned(), scheme.to_owned())];
+    let overrides = [Override::new("simulation.scheme", scheme)];
     Simulation::new(&Model::from_toml_with(text, &overrides).unwrap()).unwrap()
 }
 

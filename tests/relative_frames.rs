@@ -2,9 +2,9 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::harness::models::{all_shipped, shipped};
+use crate::harness::models::{all_shipped, overrides, shipped};
 use holonom::model::{Constraint, Frame, ReferenceFrame, Scheme};
-use holonom::{Model, Simulation};
+use holonom::{Model, Override, Simulation};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 type Vector = Vector3<f64>;
@@ -90,8 +90,7 @@ fn at(t: f64) -> Model {
         ("body.base.position", format!("[{:?}, {:?}, {:?}]", place.x, place.y, place.z)),
         ("body.base.rotation_vector", format!("[{:?}, {:?}, {:?}]", v.x, v.y, v.z)),
     ];
-    let set: Vec<_> = set.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
-    Model::from_toml_with(CHAIN, &set).unwrap()
+    Model::from_toml_with(CHAIN, &overrides(&set)).unwrap()
 }
 
 fn body<'m>(model: &'m Model, name: &str) -> &'m holonom::model::Body {
@@ -285,8 +284,8 @@ fn elsewhere(model: &Model, turned: &Matrix3<f64>, place: Vector) -> Model {
 fn a_parameter_changes_the_mechanism_consistently() {
     let text = CHAIN.replace("body_angular_velocity = [0.0, 2.0, 0.5]\n", "");
     for length in [0.1, 0.3, 0.7, 1.9] {
-        let set = [("parameters.length".to_owned(), format!("{length}"))];
-        let model = Model::from_toml_with(&text, &set).unwrap();
+        let set = Override::new("parameters.length", length.to_string());
+        let model = Model::from_toml_with(&text, &[set]).unwrap();
         let simulation = Simulation::new(&model).unwrap();
         let closure = simulation.assembly().closure;
         println!("length {length}: joints open by {:e} m", closure.position);

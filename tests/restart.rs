@@ -5,13 +5,13 @@
 
 use crate::harness;
 
-use harness::models::shipped;
+use harness::models::{overrides, shipped};
 use holonom::vi_constraints::discretization::Discretization;
 use holonom::vi_constraints::{Integrator, SchemeKind};
 use holonom::vi_core::State;
 use holonom::vi_emscheme::EmForm;
 use holonom::vi_multibody::mechanism::Mechanism;
-use holonom::{Model, RunState, Sample, Simulation};
+use holonom::{Model, Override, RunState, Sample, Simulation};
 
 /// Steps before the state is stored, and after: where revolutions count, and elsewhere.
 const TURNING: [u32; 2] = [60, 17];
@@ -70,10 +70,8 @@ fn schemes(orders: &[u32]) -> Vec<(&'static str, u32)> {
 }
 
 fn simulation(text: &str, (scheme, order): (&str, u32)) -> Option<Simulation> {
-    let overrides =
-        [("simulation.scheme", scheme.to_owned()), ("simulation.order", order.to_string())];
-    let overrides = overrides.map(|(key, value)| (key.to_owned(), value));
-    Simulation::new(&Model::from_toml_with(text, &overrides).unwrap()).ok() // a scheme may refuse the start
+    let set = [("simulation.scheme", scheme.to_owned()), ("simulation.order", order.to_string())];
+    Simulation::new(&Model::from_toml_with(text, &overrides(&set)).unwrap()).ok() // a scheme may refuse the start
 }
 
 fn state(simulation: &mut Simulation) -> State {
@@ -185,7 +183,7 @@ fn measured(text: &str, (scheme, order): (&str, u32)) -> Model {
         ("momenta", "true".into()),
         ("end", format!("{:?}", 23.0 * plain.settings.step)),
     ];
-    let set = set.map(|(key, value)| (format!("simulation.{key}"), value));
+    let set = set.map(|(key, value)| Override::new(format!("simulation.{key}"), value));
     Model::from_toml_with(&text, &set).unwrap()
 }
 

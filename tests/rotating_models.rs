@@ -1,19 +1,13 @@
 //! Vibrations of rotating and damped model files against closed forms and published frequencies; relaxed starts.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::benchmark::samples;
+use crate::benchmark::{model, samples};
 use holonom::Model;
 use holonom::model::Scheme;
 use holonom::modes::{About, Campbell, Kind, ModalAnalysis, Report};
 use holonom::vi_statics::{Linearization, Motion, Vibrations, vibrations as all_vibrations};
 use holonom::{Simulation, Statics};
 use std::f64::consts::PI;
-
-fn model(text: &str, changes: &[(&str, &str)]) -> Model {
-    let changes: Vec<(String, String)> =
-        changes.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
-    Model::from_toml_with(text, &changes).unwrap()
-}
 
 fn modes(model: &Model, about: About, count: usize) -> Report {
     ModalAnalysis::new(model, about).unwrap().modes(count).unwrap()

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use harness::models::model;
 use holonom::output::Status;
-use holonom::{Model, RunFolder, Sample, Simulation};
+use holonom::{Model, Override, RunFolder, Sample, Simulation};
 use nalgebra::{Quaternion, Vector3};
 
 fn run(model: &Model) -> Vec<Sample> {
@@ -96,7 +96,7 @@ fn angles_count_on_beyond_half_a_turn_whatever_is_recorded() {
         let turns = samples.last().unwrap().sensors[0] / std::f64::consts::TAU;
         assert!(turns > 30.0, "{turns} turns");
     }
-    let slow = [("body.disk.angular_velocity".to_owned(), "[0, 0, 9]".to_owned())];
+    let slow = [Override::new("body.disk.angular_velocity", "[0, 0, 9]")];
     let last = run(&rotor(7, 4).with_overrides(&slow).unwrap()).pop().unwrap();
     let error = (last.sensors[0] - 9.0 * last.t).abs();
     println!("order 4: {} rad, off by {error:.1e}", last.sensors[0]);

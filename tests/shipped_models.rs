@@ -12,7 +12,7 @@ use harness::models::all_shipped;
 use holonom::model::Scheme;
 use holonom::simulation::RunOutcome;
 use holonom::vi_core::linear::norm_inf;
-use holonom::{MemberKind, Model, Sample, run};
+use holonom::{MemberKind, Model, Override, Sample, run};
 
 /// Steps that are shown.
 const SHOWN: [u64; 5] = [0, 1, 2, 5, 20];
@@ -33,7 +33,7 @@ fn shortened(model: &Model) -> Model {
     }
     let steps = SHOWN[SHOWN.len() - 1].min(model.settings.steps());
     let end = (steps as f64 * model.settings.step).to_string();
-    let short = [("simulation.end".to_owned(), end), ("simulation.every".to_owned(), "1".into())];
+    let short = [Override::new("simulation.end", end), Override::new("simulation.every", "1")];
     model.with_overrides(&short).unwrap()
 }
 

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // a test
 
-use holonom::{Model, Simulation};
+use holonom::{Model, Override, Simulation};
 use nalgebra::Vector3;
 
 const ARM: &str = r#"
@@ -226,8 +226,8 @@ of = "guide"
 fn stated_rates_are_kept_where_initial_values_are_projected() {
     for scheme in ["nodal", "dalembert", "em-nodal"] {
         let overrides = [
-            ("simulation.project_start".to_owned(), "true".to_owned()),
-            ("simulation.scheme".to_owned(), format!("\"{scheme}\"")),
+            Override::new("simulation.project_start", "true"),
+            Override::new("simulation.scheme", format!("\"{scheme}\"")),
         ];
         let text = slider_crank("", "");
         let mut model = Model::from_toml_with(&text, &overrides).unwrap();
@@ -246,7 +246,7 @@ fn stated_rates_are_kept_where_initial_values_are_projected() {
 
 #[test]
 fn rates_that_the_constraints_forbid_are_refused_by_name() {
-    let overrides = [("simulation.project_start".to_owned(), "true".to_owned())];
+    let overrides = [Override::new("simulation.project_start", "true")];
     let model = Model::from_toml_with(&slider_crank("rate = 3.0", ""), &overrides).unwrap();
     let error = Simulation::new(&model).err().expect("two rates of one degree of freedom");
     println!("{error:?}");

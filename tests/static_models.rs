@@ -1,6 +1,7 @@
 //! `scheme = "static"`: equilibria of model files against closed forms and independent solutions.
 #![allow(clippy::unwrap_used)] // a test
 
+use crate::benchmark::model;
 use holonom::experiment::Experiment;
 use holonom::model::Model;
 use holonom::run::prepare;
@@ -13,12 +14,6 @@ fn text(name: &str) -> String {
         env!("CARGO_MANIFEST_DIR")
     ))
     .unwrap()
-}
-
-fn model(text: &str, changes: &[(&str, &str)]) -> Model {
-    let changes: Vec<(String, String)> =
-        changes.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
-    Model::from_toml_with(text, &changes).unwrap()
 }
 
 fn rows(model: &Model) -> (Vec<Sample>, RunOutcome) {

@@ -8,7 +8,7 @@ use harness::models::shipped;
 use holonom::experiment::Experiment;
 use holonom::model::{OnFailure, Settings};
 use holonom::simulation::RunOutcome;
-use holonom::{Model, Sample, Simulation};
+use holonom::{Model, Override, Sample, Simulation};
 
 /// A free body for which no whole step exists: about one axis `sin θ = h ω` is the turn `θ` of a step, and `h ω = 1.5`.
 fn spinning(on_failure: &str, step: &str) -> Model {
@@ -77,8 +77,8 @@ fn a_run_with_divided_steps_restarts_to_the_bit() {
     let spinning = |scheme: &str, order: &str, speed: &str| {
         let more =
             [("scheme", format!("\"{scheme}\"")), ("order", order.into()), ("end", "5.0".into())];
-        let more = more.map(|(key, value)| (format!("simulation.{key}"), value));
-        let speed = ("body.nut.body_angular_velocity".to_owned(), format!("[0.1, {speed}, 0.1]"));
+        let more = more.map(|(key, value)| Override::new(format!("simulation.{key}"), value));
+        let speed = Override::new("body.nut.body_angular_velocity", format!("[0.1, {speed}, 0.1]"));
         spinning("substep", "0.5").with_overrides(&[&more[..], &[speed]].concat()).unwrap()
     };
     let top = [

@@ -7,7 +7,7 @@
 
 use crate::harness;
 
-use harness::models::orders;
+use harness::models::{orders, overrides};
 use holonom::output::{EnergySummary, SummaryBuilder};
 use holonom::{Model, ModelError, Simulation};
 use vi_multibody::run::MechanismIntegrator;
@@ -84,8 +84,7 @@ fn energy_changes_by_the_work_done_to_second_order() {
 
 /// The energy of a run as its summary reports it.
 fn energy(text: &str, settings: &[(&str, String)]) -> EnergySummary {
-    let set: Vec<_> = settings.iter().map(|(k, v)| ((*k).to_owned(), v.clone())).collect();
-    let model = Model::from_toml_with(text, &set).unwrap();
+    let model = Model::from_toml_with(text, &overrides(settings)).unwrap();
     let mut simulation = Simulation::new(&model).unwrap();
     let mut summary = SummaryBuilder::default();
     let mut observe = |sample: &holonom::Sample| {

@@ -1,6 +1,7 @@
 //! What the benchmark tests share: runs of shipped models, points of bodies, tables of observed orders.
 #![allow(dead_code, clippy::unwrap_used)] // each test uses its part
 
+use crate::harness::models::overrides;
 use holonom::{Model, Sample, Simulation};
 use nalgebra::{Matrix3, Vector3};
 
@@ -9,10 +10,9 @@ pub(crate) const CHAIN_TIP: [f64; 3] = [4.086_210_757_198, -0.893_891_357_675, -
 /// Reference of the centre of the shipped `heavy_top` at `t = 10`.
 pub(crate) const TOP_CENTER: [f64; 3] = [-0.102_307_757_820, 0.286_070_018_166, -0.952_731_372_107];
 
-/// A shipped model with values replaced: `("simulation.step", "0.01")`.
-pub(crate) fn model(text: &str, overrides: &[(&str, &str)]) -> Model {
-    let owned: Vec<_> = overrides.iter().map(|(k, v)| ((*k).into(), (*v).into())).collect();
-    Model::from_toml_with(text, &owned).unwrap()
+/// A model with values replaced: `("simulation.step", "0.01")`.
+pub(crate) fn model(text: &str, replaced: &[(&str, &str)]) -> Model {
+    Model::from_toml_with(text, &overrides(replaced)).unwrap()
 }
 
 /// All recorded nodes of a run that reaches its end.
@@ -46,10 +46,10 @@ impl Run {
         Self::with(text, h, order, &[])
     }
 
-    pub(crate) fn with(text: &str, h: f64, order: u32, overrides: &[(&str, &str)]) -> Self {
+    pub(crate) fn with(text: &str, h: f64, order: u32, replaced: &[(&str, &str)]) -> Self {
         let (step, order) = (format!("{h:e}"), order.to_string());
         let own = [("simulation.step", step.as_str()), ("simulation.order", order.as_str())];
-        let model = model(text, &[&own[..], overrides].concat());
+        let model = model(text, &[&own[..], replaced].concat());
         Self { simulation: Simulation::new(&model).unwrap(), model, h, iterations: 0 }
     }
 

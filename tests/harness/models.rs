@@ -1,6 +1,6 @@
 //! The shipped models, ready to be varied.
 
-use holonom::{Model, Simulation};
+use holonom::{Model, Override, Simulation};
 use std::path::PathBuf;
 
 /// The text of a shipped model.
@@ -19,16 +19,19 @@ pub fn all_shipped() -> Vec<(String, PathBuf)> {
     models
 }
 
+/// Overrides from keys with their values.
+pub fn overrides<V: ToString>(pairs: &[(&str, V)]) -> Vec<Override> {
+    pairs.iter().map(|(key, value)| Override::new(*key, value.to_string())).collect()
+}
+
 /// A shipped model with values replaced.
-pub fn model(name: &str, overrides: &[(&str, String)]) -> Model {
-    let overrides: Vec<(String, String)> =
-        overrides.iter().map(|(k, v)| ((*k).to_owned(), v.clone())).collect();
-    Model::from_toml_with(&shipped(name), &overrides).unwrap()
+pub fn model(name: &str, replaced: &[(&str, String)]) -> Model {
+    Model::from_toml_with(&shipped(name), &overrides(replaced)).unwrap()
 }
 
 /// The same, assembled.
-pub fn simulation(name: &str, overrides: &[(&str, String)]) -> Simulation {
-    Simulation::new(&model(name, overrides)).unwrap()
+pub fn simulation(name: &str, replaced: &[(&str, String)]) -> Simulation {
+    Simulation::new(&model(name, replaced)).unwrap()
 }
 
 /// Slope of `log error` against `log h` between neighbours of a sequence of halved steps.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::command::folder as empty_folder;
 use holonom::experiment::Experiment;
 use holonom::run::{Control, Finished, prepare, resume, run_with};
-use holonom::{Model, RunFolder};
+use holonom::{Model, Override, RunFolder};
 use serde_json::Value;
 
 /// An empty folder for a case.
@@ -75,7 +75,7 @@ pub(crate) fn models() -> Vec<(&'static str, Model)> {
             ("momenta", "true".into()),
             ("end", format!("{:?}", 40.0 * step)),
         ];
-        let set = set.map(|(key, value)| (format!("simulation.{key}"), value));
+        let set = set.map(|(key, value)| Override::new(format!("simulation.{key}"), value));
         (name, Model::from_toml_with(&text, &set).unwrap())
     };
     all.map(model).into()

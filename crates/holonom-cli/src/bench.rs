@@ -1,5 +1,6 @@
 //! `holonom bench`: what a step costs.
 
+use holonom::Override;
 use holonom::bench::{Request, bench as measured};
 use holonom::model::Scheme;
 
@@ -11,7 +12,7 @@ use crate::{stderr, stdout};
 pub(crate) fn bench(arguments: &Bench) -> Result<(), Failure> {
     let mut overrides = arguments.model.set.clone();
     if let Some(order) = &arguments.order {
-        overrides.push(("simulation.order".to_owned(), order.clone()));
+        overrides.push(Override::new("simulation.order", order));
     }
     let input = || Input::new(&arguments.model, overrides.clone(), arguments.json);
     let model = input().read()?;

@@ -4,8 +4,8 @@ use std::io::IsTerminal;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use holonom::ModelError;
-use holonom::model::{MAX_PROBLEMS, ModelText, Problem, SourceFile, line_column};
+use holonom::model::{LineColumn, LocatedProblem, MAX_PROBLEMS, ModelText, Problem, line_column};
+use holonom::{ModelError, Override};
 use miette::{
     Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode,
 };
@@ -45,21 +45,21 @@ impl Diagnostic for Shown {
 pub(crate) struct InvalidModel {
     pub(crate) path: PathBuf,
     pub(crate) text: ModelText,
-    pub(crate) overrides: Vec<(String, String)>,
+    pub(crate) overrides: Vec<Override>,
     pub(crate) error: ModelError,
 }
 
 impl InvalidModel {
     /// All problems with their files; those of replaced values do not point into a file.
-    fn problems(&self) -> Vec<(Problem, &SourceFile)> {
+    fn problems(&self) -> Vec<LocatedProblem<'_>> {
         let mut problems = self.text.problems(&self.error);
-        for (problem, _) in &mut problems {
+        for LocatedProblem { problem, .. } in &mut problems {
             let rest = |key: &str| problem.key.strip_prefix(key).map(str::to_owned);
             let at =
                 |key: &str| rest(key).is_some_and(|r| r.is_empty() || r.starts_with(['.', '[']));
-            if let Some((key, value)) = self.overrides.iter().rev().find(|o| at(&o.0)) {
+            if let Some(found) = self.overrides.iter().rev().find(|o| at(&o.key)) {
                 problem.span = None;
-                problem.message += &format!(" (set on the command line: {key}={value})");
+                problem.message += &format!(" (set on the command line: {found})");
             }
         }
         problems
@@ -68,14 +68,15 @@ impl InvalidModel {
     /// Prints the problems on standard error.
     pub(crate) fn print(&self) {
         let problems = self.problems();
-        let each =
-            problems.iter().map(|(problem, file)| (file.path.as_path(), &*file.text, problem));
+        let each = problems.iter().map(|LocatedProblem { problem, file }| {
+            (file.path.as_path(), file.text.as_str(), problem)
+        });
         print_each(&self.path, each, "is not a valid model");
     }
 
     /// The problems for machines; one of an included file names it.
     pub(crate) fn to_json(&self) -> Value {
-        let problem = |(problem, file): &(Problem, &SourceFile)| {
+        let problem = |LocatedProblem { problem, file }: &LocatedProblem<'_>| {
             let mut entry = entry(&file.text, problem);
             if file.path != self.path {
                 entry["file"] = file.path.display().to_string().into();
@@ -125,7 +126,7 @@ fn entry(text: &str, problem: &Problem) -> Value {
     let place = problem.span.as_ref().map(|s| line_column(text, s.start));
     json!({
         "message": problem.message, "key": problem.key, "help": problem.help,
-        "line": place.map(|p| p.0), "column": place.map(|p| p.1),
+        "line": place.map(|p| p.line), "column": place.map(|p| p.column),
     })
 }
 
@@ -138,7 +139,7 @@ fn shown(name: &str, text: &str, problem: &Problem) -> Shown {
     let place = match (&frame, &problem.span) {
         (Some(_), _) => String::new(),
         (None, Some(span)) => {
-            let (line, column) = line_column(text, span.start);
+            let LineColumn { line, column } = line_column(text, span.start);
             format!("{name}:{line}:{column}: ")
         }
         (None, None) => format!("{name}: "),
@@ -161,7 +162,7 @@ fn first_line(text: &str, span: Range<usize>) -> Range<usize> {
 
 /// Whether the lines around a span can be shown.
 fn fits(text: &str, span: &Range<usize>) -> bool {
-    let (line, _) = line_column(text, span.start);
+    let line = line_column(text, span.start).line;
     text.lines().skip(line.saturating_sub(2)).take(3).all(|l| l.len() < 400)
 }
 

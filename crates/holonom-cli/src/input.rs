@@ -3,7 +3,7 @@
 use holonom::experiment::Experiment;
 use holonom::model::ModelText;
 use holonom::run::prepare;
-use holonom::{Model, ModelError};
+use holonom::{Model, ModelError, Override};
 
 use crate::arguments::ModelArguments;
 use crate::diagnostic::InvalidModel;
@@ -13,16 +13,12 @@ use crate::stdout;
 /// A model file, as far as it could be read.
 pub(crate) struct Input<'a> {
     arguments: &'a ModelArguments,
-    overrides: Vec<(String, String)>,
+    overrides: Vec<Override>,
     json: bool,
 }
 
 impl<'a> Input<'a> {
-    pub(crate) fn new(
-        arguments: &'a ModelArguments,
-        overrides: Vec<(String, String)>,
-        json: bool,
-    ) -> Self {
+    pub(crate) fn new(arguments: &'a ModelArguments, overrides: Vec<Override>, json: bool) -> Self {
         Self { arguments, overrides, json }
     }
 

@@ -5,8 +5,8 @@ use std::num::NonZero;
 use holonom::RunFolder;
 use holonom::model::{Meshes, ModelText};
 use holonom::sweep::{
-    Description, Plan, PlanError, Progress, Sampling, Sweep, SweepError, collect as collected,
-    run_point, table,
+    Collected, Description, Plan, PlanError, Progress, Sampling, Sweep, SweepError,
+    collect as collected, run_point, table,
 };
 
 use crate::arguments::{Collect, Sweep as Arguments};
@@ -52,7 +52,7 @@ pub(crate) fn sweep(arguments: &Arguments) -> Result<(), Failure> {
     let state = sweep.run(&work, &mut progress);
     bar.finish_and_clear();
     let state = state?;
-    let files = collected(&folder)?.1;
+    let files = collected(&folder)?.files;
     if !arguments.quiet {
         let ended = state.before + state.ended;
         let line = match state.before {
@@ -79,7 +79,7 @@ pub(crate) fn collect(arguments: &Collect) -> Result<(), Failure> {
         })?;
         return stdout::bytes(csv.as_bytes());
     }
-    let (table, files) = collected(&arguments.dir)?;
+    let Collected { table, files } = collected(&arguments.dir)?;
     stderr::line(&format!("{} points", table.rows.len()));
     files.iter().for_each(|file| stderr::line(&format!("  {}", file.display())));
     Ok(())
@@ -109,9 +109,7 @@ fn plan(arguments: &Arguments) -> Result<Plan, Failure> {
 fn check(arguments: &Arguments, plan: &Plan) -> Result<Meshes, Failure> {
     let values = plan.values();
     let read = |values: &Vec<String>| {
-        let keys = plan.variations.iter().map(|variation| variation.key.clone());
-        let varied = keys.zip(values.iter().cloned());
-        let overrides = arguments.model.set.iter().cloned().chain(varied).collect();
+        let overrides = arguments.model.set.iter().cloned().chain(plan.overrides(values)).collect();
         Input::new(&arguments.model, overrides, false).read()
     };
     let mut refused = None;

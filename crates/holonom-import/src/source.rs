@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use holonom_model::{Problem, line_column, read_text};
+use holonom_model::{LineColumn, Problem, line_column, read_text};
 
 use crate::ImportError;
 
@@ -69,7 +69,7 @@ impl Sources {
     /// File, line and column (from 1) of a place.
     pub(crate) fn position(&self, place: &Place) -> (String, usize, usize) {
         let source = &self.files[place.file];
-        let (line, column) = line_column(&source.text, place.span.start);
+        let LineColumn { line, column } = line_column(&source.text, place.span.start);
         (source.path.display().to_string(), line, column)
     }
 

@@ -56,12 +56,13 @@ pub use body::{Body, Particle};
 pub use columns::Columns;
 pub use connection::{Bar, GROUND, Joint, JointKind, Rates, Spring, SpringLaw};
 pub use drive::{Constraint, JointDamper, JointMotor, JointSpring};
-pub use include::{ModelText, SourceFile};
+pub use include::{LocatedProblem, ModelText, SourceFile};
 pub use load::{Frame, History, Load};
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
 pub use motion_path::{MotionPath, Move, PathTable};
 pub use orientation::Euler;
-pub use places::{line_column, locate};
+pub use overrides::Override;
+pub use places::{LineColumn, line_column, locate};
 pub use problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
 pub use read::read_text;
 pub use reference_frame::ReferenceFrame;
@@ -156,12 +157,11 @@ impl Model {
         Self::from_toml_with(text, &[])
     }
 
-    /// The same with values of the text replaced: `("body.top.mass", "2.5")`. A value is TOML, or a
-    /// bare word.
+    /// The same with values of the text replaced.
     ///
     /// # Errors
     /// [`ModelError`]; problems of replaced values have no place in the text.
-    pub fn from_toml_with(text: &str, overrides: &[(String, String)]) -> Result<Self, ModelError> {
+    pub fn from_toml_with(text: &str, overrides: &[Override]) -> Result<Self, ModelError> {
         Self::from_toml_in(text, overrides, Meshes::default())
     }
 
@@ -172,7 +172,7 @@ impl Model {
     /// [`ModelError`], as [`Model::from_toml_with`].
     pub fn from_toml_in(
         text: &str,
-        overrides: &[(String, String)],
+        overrides: &[Override],
         meshes: Meshes,
     ) -> Result<Self, ModelError> {
         if text.len() > MAX_BYTES {
@@ -250,7 +250,7 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError`], as [`Model::from_toml_with`].
-    pub fn with_overrides(&self, overrides: &[(String, String)]) -> Result<Self, ModelError> {
+    pub fn with_overrides(&self, overrides: &[Override]) -> Result<Self, ModelError> {
         Self::from_toml_in(&self.to_toml(), overrides, self.meshes.clone())
     }
 

@@ -1,7 +1,9 @@
 //! Overrides: `--set body.top.mass=2.5`.
 
+use std::fmt;
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
@@ -13,6 +15,43 @@ const HELP: &str =
     "keys are like simulation.step, model.gravity, body.NAME.mass, particle.NAME.position.0";
 /// Parts of a key at most; no value of a model stands as deep.
 const DEEPEST: usize = 64;
+
+/// A key of a model and the value to set it to: `body.top.mass` and `2.5`. Serialized as a pair.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "[String; 2]", into = "[String; 2]")]
+pub struct Override {
+    /// The key, by the name of its component: `body.top.mass`, `simulation.step`.
+    pub key: String,
+    /// The value: TOML, or a bare word.
+    pub value: String,
+}
+
+impl Override {
+    /// Sets `key` to `value`.
+    #[must_use]
+    pub fn new(key: impl Into<String>, value: impl Into<String>) -> Self {
+        Self { key: key.into(), value: value.into() }
+    }
+}
+
+/// As `--set` takes it: `KEY=VALUE`.
+impl fmt::Display for Override {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.key, self.value)
+    }
+}
+
+impl From<[String; 2]> for Override {
+    fn from([key, value]: [String; 2]) -> Self {
+        Self { key, value }
+    }
+}
+
+impl From<Override> for [String; 2] {
+    fn from(Override { key, value }: Override) -> Self {
+        [key, value]
+    }
+}
 
 /// Sets one key path to a value given as text: TOML, or a bare word.
 pub(crate) fn set<'i>(
@@ -113,4 +152,18 @@ fn shift(value: &mut Spanned<DeValue<'_>>, base: usize) {
     }
     let Range { start, end } = value.span();
     *value = Spanned::new(start + base..end + base, value.get_ref().clone());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Override;
+
+    #[test]
+    fn an_override_is_serialized_as_a_pair() {
+        let heavier = Override::new("body.top.mass", "2.5");
+        assert_eq!(heavier.to_string(), "body.top.mass=2.5");
+        let written = serde_json::to_string(&heavier).unwrap();
+        assert_eq!(written, r#"["body.top.mass","2.5"]"#);
+        assert_eq!(serde_json::from_str::<Override>(&written).unwrap(), heavier);
+    }
 }

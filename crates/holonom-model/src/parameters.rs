@@ -16,6 +16,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::expression::{evaluate, is_reserved, vocabulary};
 use super::key_path::below;
+use super::overrides::Override;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 
 /// The section.
@@ -45,9 +46,9 @@ struct Parameter {
 }
 
 /// Whether a text or an override may hold parameters or expressions at all.
-pub(crate) fn concern(text: &str, overrides: &[(String, String)]) -> bool {
+pub(crate) fn concern(text: &str, overrides: &[Override]) -> bool {
     let may = |text: &str| ["\"=", "'=", SECTION].iter().any(|word| text.contains(word));
-    may(text) || overrides.iter().any(|(key, value)| may(key) || value.contains('='))
+    may(text) || overrides.iter().any(|one| may(&one.key) || one.value.contains('='))
 }
 
 /// Values of all expressions, in the order of the table, as a model file writes numbers.

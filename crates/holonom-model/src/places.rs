@@ -11,16 +11,26 @@ pub fn locate(text: &str, path: &str) -> Option<Range<usize>> {
     Document::parse(text, &[], &[]).ok()?.span(path)
 }
 
-/// Line and column, both from 1, of a byte of a text.
+/// A place in a text, as an editor shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LineColumn {
+    /// The line, from 1.
+    pub line: usize,
+    /// The character of the line, from 1.
+    pub column: usize,
+}
+
+/// Line and column of a byte of a text.
 #[must_use]
-pub fn line_column(text: &str, offset: usize) -> (usize, usize) {
+pub fn line_column(text: &str, offset: usize) -> LineColumn {
     let mut offset = offset.min(text.len());
     while !text.is_char_boundary(offset) {
         offset -= 1;
     }
     let before = &text[..offset];
     let start = before.rfind('\n').map_or(0, |i| i + 1);
-    (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
+    let line = before.matches('\n').count() + 1;
+    LineColumn { line, column: before[start..].chars().count() + 1 }
 }
 
 impl ModelError {

@@ -12,7 +12,7 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use super::include;
 use super::key_path::below;
-use super::overrides::set;
+use super::overrides::{Override, set};
 use super::parameters;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::reworded::{buffered_length, quoted, reworded, suggestion, text_for_number};
@@ -41,7 +41,7 @@ impl<'i> Document<'i> {
     /// Parses the text, sets the overrides and puts `values` in the place of the expressions.
     pub(crate) fn parse(
         text: &'i str,
-        overrides: &'i [(String, String)],
+        overrides: &'i [Override],
         values: &'i [String],
     ) -> Result<Self, Vec<Problem>> {
         let mut table = parsed(text, overrides)?;
@@ -215,7 +215,7 @@ impl<'i> Document<'i> {
 /// Values of the expressions of a text with overrides, for [`Document::parse`].
 pub(crate) fn values_of_expressions(
     text: &str,
-    overrides: &[(String, String)],
+    overrides: &[Override],
 ) -> Result<Vec<String>, Vec<Problem>> {
     match parameters::concern(text, overrides) {
         true => parameters::values(parsed(text, overrides)?).map_err(|mut problems| {
@@ -231,14 +231,11 @@ pub(crate) fn values_of_expressions(
 }
 
 /// The text as a table, with the overrides.
-fn parsed<'i>(
-    text: &'i str,
-    overrides: &'i [(String, String)],
-) -> Result<DeTable<'i>, Vec<Problem>> {
+fn parsed<'i>(text: &'i str, overrides: &'i [Override]) -> Result<DeTable<'i>, Vec<Problem>> {
     let mut table = DeTable::parse(text).map_err(|e| vec![syntax(&e)])?.into_inner();
     let mut problems = Vec::new();
     let mut base = text.len() + 1;
-    for (key, value) in overrides {
+    for Override { key, value } in overrides {
         problems.extend(set(&mut table, key, value, base).err());
         base += value.len() + 1;
     }

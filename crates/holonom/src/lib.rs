@@ -144,7 +144,7 @@ pub use vi_multibody;
 pub use vi_rigid;
 pub use vi_statics;
 
-pub use holonom_model::{Model, ModelError};
+pub use holonom_model::{Model, ModelError, Override};
 pub use holonom_sim::output::{RunFolder, Summary};
 pub use holonom_sim::sample::{Member, MemberKind, Momenta, MomentaNames, Residuals, Sample};
 pub use holonom_sim::simulation::{AssemblyReport, RunFailure, RunOutcome, Simulation};

@@ -3,6 +3,7 @@
 use crate::run::{Control, prepare, run_with};
 use holonom_model::{Meshes, Model, ModelError};
 use holonom_sim::output::{OutputError, RunFolder, Status};
+use std::path::{Path, PathBuf};
 
 pub use holonom_study::sweep::*;
 
@@ -46,16 +47,25 @@ pub fn run_point(
     }
 }
 
-/// Writes `sweep.csv` and `sweep.html` of a sweep, finished or not, and returns its table.
+/// The points of a sweep that have ended, written.
+#[derive(Clone, Debug)]
+pub struct Collected {
+    /// All points.
+    pub table: Table,
+    /// `sweep.csv` and `sweep.html`.
+    pub files: [PathBuf; 2],
+}
+
+/// Writes `sweep.csv` and `sweep.html` of a sweep, finished or not.
 ///
 /// # Errors
 /// [`SweepError`].
-pub fn collect(folder: &std::path::Path) -> Result<(Table, [std::path::PathBuf; 2]), SweepError> {
+pub fn collect(folder: &Path) -> Result<Collected, SweepError> {
     let table = table(folder)?;
     let path = folder.join("sweep.csv");
     let csv = table.csv().map_err(|source| OutputError::Io { path, source })?;
     let html = page(&table, env!("CARGO_PKG_VERSION"));
     let folder = RunFolder::open(folder);
     let files = [folder.write("sweep.csv", &csv)?, folder.write("sweep.html", &html)?];
-    Ok((table, files))
+    Ok(Collected { table, files })
 }

@@ -13,8 +13,8 @@ mod pendulum;
 use crate::text_file;
 use std::path::Path;
 
-use holonom::Model;
 use holonom::report::{Chart, Curve, Picture};
+use holonom::{Model, Override};
 
 /// What goes wrong is said in words: nobody decides by it.
 type Result<T> = std::result::Result<T, String>;
@@ -90,8 +90,7 @@ fn shipped(root: &Path, name: &str) -> Result<Model> {
 
 /// A shipped model with other settings: `("simulation.step", "0.1")`.
 fn with(model: &Model, settings: &[(&str, &str)]) -> Result<Model> {
-    let owned = |(k, v): &(&str, &str)| ((*k).to_owned(), (*v).to_owned());
-    let settings: Vec<_> = settings.iter().map(owned).collect();
+    let settings: Vec<_> = settings.iter().map(|(k, v)| Override::new(*k, *v)).collect();
     model.with_overrides(&settings).map_err(|e| e.to_string())
 }
 

@@ -3,7 +3,7 @@
 use super::targets::Answer;
 use crate::reliability::guard::guarded;
 use holonom::model::{Meshes, read_text};
-use holonom::{Model, ModelError};
+use holonom::{Model, ModelError, Override};
 use std::path::Path;
 
 /// A pendulum whose parts can be replaced.
@@ -102,7 +102,8 @@ fn beam(elements: &str) -> String {
 
 fn overrides() -> Vec<Limit> {
     let set = |name, key: String, value: String| -> Limit {
-        (name, Box::new(move || Model::from_toml_with(MODEL, &[(key.clone(), value.clone())])))
+        let replaced = [Override::new(key, value)];
+        (name, Box::new(move || Model::from_toml_with(MODEL, &replaced)))
     };
     let dots = |count: usize| format!("model{}", ".a".repeat(count));
     vec![

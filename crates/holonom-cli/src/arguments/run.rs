@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use holonom::Override;
 use holonom::model::Scheme;
 
 use super::shared::{ModelArguments, scheme, steps};
@@ -68,7 +69,7 @@ fn listed(columns: &[String]) -> String {
 
 impl Run {
     /// All replacements, the options before the keys, so that `--set` takes precedence.
-    pub(crate) fn overrides(&self) -> Vec<(String, String)> {
+    pub(crate) fn overrides(&self) -> Vec<Override> {
         let options = [
             ("scheme", self.scheme.map(|s| format!("{:?}", s.name()))),
             ("order", self.order.clone()),
@@ -79,8 +80,8 @@ impl Run {
             ("columns", self.columns.as_ref().map(|what| listed(what))),
             ("on_failure", self.on_failure.as_ref().map(|action| format!("{action:?}"))),
         ];
-        let given = options.into_iter().filter_map(|(k, v)| Some((format!("simulation.{k}"), v?)));
-        given.chain(self.model.set.iter().cloned()).collect()
+        let given = |(key, value)| Some(Override::new(format!("simulation.{key}"), value?));
+        options.into_iter().filter_map(given).chain(self.model.set.iter().cloned()).collect()
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use holonom::Override;
 use holonom::model::Scheme;
 
 /// What `run` and `check` share: a model, and values of it to replace.
@@ -13,13 +14,13 @@ pub(crate) struct ModelArguments {
     pub(crate) model: PathBuf,
     /// Replace a value of the model, such as body.top.mass=2.5; may be repeated
     #[arg(long, value_name = "KEY=VALUE", value_parser = key_value)]
-    pub(crate) set: Vec<(String, String)>,
+    pub(crate) set: Vec<Override>,
 }
 
-fn key_value(text: &str) -> Result<(String, String), String> {
+fn key_value(text: &str) -> Result<Override, String> {
     match text.split_once('=') {
         Some((key, value)) if !key.trim().is_empty() && !value.trim().is_empty() => {
-            Ok((key.trim().to_owned(), value.trim().to_owned()))
+            Ok(Override::new(key.trim(), value.trim()))
         }
         _ => Err("write KEY=VALUE, such as body.top.mass=2.5".to_owned()),
     }

@@ -16,7 +16,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::problem::{ModelError, Problem};
-use super::{Meshes, Model, read_text};
+use super::{Meshes, Model, Override, read_text};
 use tree::Tree;
 use writer::Piece;
 
@@ -78,6 +78,15 @@ pub struct SourceFile {
     pub text: String,
 }
 
+/// Something that is wrong, and where.
+#[derive(Clone, Debug)]
+pub struct LocatedProblem<'a> {
+    /// What is wrong; its span is a place in `file`.
+    pub problem: Problem,
+    /// The file.
+    pub file: &'a SourceFile,
+}
+
 /// The text of a model file, with those of the files that it includes.
 #[derive(Clone, Debug)]
 pub struct ModelText {
@@ -136,13 +145,13 @@ impl ModelText {
     ///
     /// # Errors
     /// [`ModelError`].
-    pub fn model(&self, overrides: &[(String, String)]) -> Result<Model, ModelError> {
+    pub fn model(&self, overrides: &[Override]) -> Result<Model, ModelError> {
         Model::from_toml_in(self.text()?, overrides, Meshes::beside(&self.files[0].path))
     }
 
-    /// Everything that is wrong, one by one, each with its file; spans are those in that file.
+    /// Everything that is wrong, one by one, each with its file.
     #[must_use]
-    pub fn problems(&self, error: &ModelError) -> Vec<(Problem, &SourceFile)> {
+    pub fn problems(&self, error: &ModelError) -> Vec<LocatedProblem<'_>> {
         if !self.problems.is_empty() {
             return self.once(self.problems.clone());
         }
@@ -156,14 +165,14 @@ impl ModelText {
     }
 
     /// One problem for each place: a file that is included several times has the same one each time.
-    fn once(&self, problems: Vec<(usize, Problem)>) -> Vec<(Problem, &SourceFile)> {
+    fn once(&self, problems: Vec<(usize, Problem)>) -> Vec<LocatedProblem<'_>> {
         let mut places = BTreeSet::new();
         let mut first = |file: usize, problem: &Problem| {
             let place = problem.span.as_ref().filter(|_| file > 0);
             place.is_none_or(|span| places.insert((file, span.start, span.end)))
         };
         let once = problems.into_iter().filter(|(file, problem)| first(*file, problem));
-        once.map(|(file, problem)| (problem, &self.files[file])).collect()
+        once.map(|(file, problem)| LocatedProblem { problem, file: &self.files[file] }).collect()
     }
 
     /// The file, and the place in it, of a place in the text of the model.

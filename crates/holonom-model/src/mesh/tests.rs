@@ -4,7 +4,7 @@ use std::fs;
 use nalgebra::Matrix3;
 
 use super::*;
-use crate::{Inertia, ModelError};
+use crate::{Inertia, ModelError, Override};
 
 /// A folder with the file `part.obj`.
 fn folder(name: &str, mesh: &str) -> PathBuf {
@@ -120,7 +120,7 @@ fn a_resolved_model_needs_the_mesh_for_the_picture_alone() {
     let other = again.meshes.iter().next().unwrap().stored_name();
     assert_ne!(first.meshes.iter().next().unwrap().stored_name(), other);
     assert!(again.to_stored_toml().contains(&format!("meshes/{other}")));
-    let changed = [("body.part.shape.scale".to_owned(), "2.0".to_owned())];
+    let changed = [Override::new("body.part.shape.scale", "2.0")];
     fs::remove_dir_all(folder).unwrap();
     assert!(again.with_overrides(&changed).is_ok(), "meshes that are known are not read again");
 }

@@ -1,6 +1,7 @@
 //! What a certificate was made of, and by what.
 
 use hmac_sha256::Hash;
+use holonom_model::Override;
 use serde::{Deserialize, Serialize};
 
 /// The commit of the sources, where a build states it in `HOLONOM_COMMIT`.
@@ -24,12 +25,12 @@ pub struct Provenance {
 impl Provenance {
     /// Of the text of a model file and the values that are replaced in it.
     #[must_use]
-    pub fn new(command: String, date: String, text: &str, overrides: &[(String, String)]) -> Self {
+    pub fn new(command: String, date: String, text: &str, overrides: &[Override]) -> Self {
         Self {
             command,
             date,
             model_sha256: sha256(text.as_bytes()),
-            overrides: overrides.iter().map(|(key, value)| format!("{key}={value}")).collect(),
+            overrides: overrides.iter().map(Override::to_string).collect(),
             commit: COMMIT.filter(|commit| !commit.is_empty()).map(str::to_owned),
         }
     }

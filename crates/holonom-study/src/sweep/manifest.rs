@@ -2,6 +2,7 @@
 
 use super::FILES;
 use super::plan::{Plan, Sampling, Shard, Values, Variation};
+use holonom_model::Override;
 use holonom_report::command_line;
 use holonom_sim::output::{Lock, OutputError};
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,7 @@ pub struct Description {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub meshes: Vec<String>,
     /// Values of the model that are replaced at all points.
-    pub set: Vec<(String, String)>,
+    pub set: Vec<Override>,
     /// The points.
     pub plan: Plan,
 }
@@ -29,8 +30,8 @@ impl Description {
     pub fn command(&self) -> String {
         let Plan { variations, sampling, points, seed } = &self.plan;
         let mut arguments = vec!["sweep".to_owned(), "model.toml".to_owned()];
-        for (key, value) in &self.set {
-            arguments.extend(["--set".to_owned(), format!("{key}={value}")]);
+        for replaced in &self.set {
+            arguments.extend(["--set".to_owned(), replaced.to_string()]);
         }
         for Variation { key, values } in variations {
             let values = match values {

@@ -19,6 +19,7 @@ pub use page::page;
 pub use plan::{Plan, PlanError, Sampling, Shard, Values, Variation};
 pub use table::{Table, table};
 
+use holonom_model::Override;
 use holonom_sim::output::{OutputError, RunFolder};
 use manifest::Manifest;
 use std::collections::BTreeSet;
@@ -52,7 +53,7 @@ pub struct Point<'a> {
     /// Its number, from 0.
     pub number: usize,
     /// Replacements of values of the model, those of all points first.
-    pub overrides: &'a [(String, String)],
+    pub overrides: &'a [Override],
     /// Its folder.
     pub folder: &'a Path,
 }
@@ -191,9 +192,8 @@ impl Sweep {
         work: &(dyn Fn(&Point<'_>) -> Option<Ended> + Sync),
     ) -> Option<Entry> {
         let begin = Instant::now();
-        let keys = self.description.plan.variations.iter().map(|variation| variation.key.clone());
-        let overrides: Vec<(String, String)> =
-            self.description.set.iter().cloned().chain(keys.zip(values.iter().cloned())).collect();
+        let Description { set, plan, .. } = &self.description;
+        let overrides: Vec<Override> = set.iter().cloned().chain(plan.overrides(values)).collect();
         let name = format!("{number:05}");
         let folder = self.folder.join(&name);
         let Ended { status, message } =

@@ -1,5 +1,6 @@
 //! Which values the keys of a model take at the points of a sweep.
 
+use holonom_model::Override;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
@@ -243,6 +244,11 @@ impl Plan {
             pairs.map(|(variation, column)| value(variation, column[index])).collect()
         };
         (0..self.points).map(point).collect()
+    }
+
+    /// What is replaced at a point with these values.
+    pub fn overrides(&self, values: &[String]) -> impl Iterator<Item = Override> {
+        self.variations.iter().zip(values).map(|(varied, value)| Override::new(&varied.key, value))
     }
 
     /// The point of a grid: the last key varies first.

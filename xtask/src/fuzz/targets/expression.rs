@@ -1,7 +1,7 @@
 //! Expressions of `[parameters]`.
 
 use super::{Answer, Target, Worker, lines};
-use holonom::Model;
+use holonom::{Model, Override};
 
 /// Expressions.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +58,7 @@ impl Worker for Evaluator {
 fn evaluated(input: &[u8], factor: f64) -> Answer {
     let text = String::from_utf8_lossy(input);
     let value = toml::Value::String(format!("={text}")).to_string();
-    match Model::from_toml_with(MODEL, &[("parameters.x".into(), value)]) {
+    match Model::from_toml_with(MODEL, &[Override::new("parameters.x", value)]) {
         Ok(model) if (factor * model.header.gravity[0]).is_finite() => Answer::Accepted,
         Ok(model) => Answer::Wrong(format!("accepted: {}", factor * model.header.gravity[0])),
         Err(error) => super::model::refused(&error, MODEL),

@@ -8,7 +8,7 @@ use crate::fuzz::{mutate, structure};
 use crate::scratch::Scratch;
 use crate::soak::draw::Draw;
 use holonom::Model;
-use holonom::model::{ModelError, ModelText, Problem};
+use holonom::model::{ModelError, ModelText, Override, Problem};
 use std::fs;
 
 /// Model files.
@@ -55,10 +55,10 @@ pub(super) fn read(text: &str) -> Result<Model, ModelError> {
     Model::from_toml_with(text, &overrides(text))
 }
 
-fn overrides(text: &str) -> Vec<(String, String)> {
+fn overrides(text: &str) -> Vec<Override> {
     let set = |line: &str| {
         let (key, value) = line.strip_prefix("#--set ")?.split_once('=')?;
-        Some((key.trim().to_owned(), value.trim().to_owned()))
+        Some(Override::new(key.trim(), value.trim()))
     };
     text.lines().filter_map(set).collect()
 }
@@ -89,7 +89,7 @@ impl Reader {
         let read = ModelText::read(&folder.join("0.toml"));
         read.model(&overrides(text)).map_err(|error| {
             let located = read.problems(&error).into_iter();
-            located.map(|(problem, file)| (problem, file.text.clone())).collect()
+            located.map(|found| (found.problem, found.file.text.clone())).collect()
         })
     }
 }
