@@ -22,7 +22,7 @@ pub(super) fn radius(mark: f64, below: usize) -> f64 {
 /// How many of the later curves, which are drawn below, each curve lies on.
 pub(super) fn covered(mut curves: Vec<Vec<Point>>) -> Vec<usize> {
     for curve in &mut curves {
-        if curve.first().zip(curve.last()).is_some_and(|(a, b)| a.0 > b.0) {
+        if curve.first().zip(curve.last()).is_some_and(|(a, b)| a[0] > b[0]) {
             curve.reverse(); // from the left to the right
         }
     }
@@ -32,17 +32,17 @@ pub(super) fn covered(mut curves: Vec<Vec<Point>>) -> Vec<usize> {
 
 /// Whether a curve lies on another one over much of its length.
 fn hides(curve: &[Point], other: &[Point]) -> bool {
-    let near = |p: &&Point| height(other, p.0).is_some_and(|y| (y - p.1).abs() < NEAR);
+    let near = |p: &&Point| height(other, p[0]).is_some_and(|y| (y - p[1]).abs() < NEAR);
     curve.len() > 1 && curve.iter().filter(near).count() as f64 > MUCH * curve.len() as f64
 }
 
 /// Height of a curve over a place of the horizontal axis, for a curve that goes from the left to the right.
 fn height(curve: &[Point], x: f64) -> Option<f64> {
-    let next = curve.partition_point(|p| p.0 < x);
+    let next = curve.partition_point(|p| p[0] < x);
     let b = curve.get(next)?;
     match next.checked_sub(1).map(|k| curve[k]) {
-        Some(a) if b.0 > a.0 => Some(a.1 + (b.1 - a.1) * (x - a.0) / (b.0 - a.0)),
-        _ => ((b.0 - x).abs() < NEAR).then_some(b.1),
+        Some(a) if b[0] > a[0] => Some(a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0])),
+        _ => ((b[0] - x).abs() < NEAR).then_some(b[1]),
     }
 }
 
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     fn line(height: f64, slope: f64) -> Vec<Point> {
-        (0..50).map(|k| f64::from(k) * 4.0).map(|x| (x, height + slope * x)).collect()
+        (0..50).map(|k| f64::from(k) * 4.0).map(|x| [x, height + slope * x]).collect()
     }
 
     #[test]
@@ -66,13 +66,13 @@ mod tests {
 
     #[test]
     fn curves_that_cross_are_solid() {
-        let curves = vec![line(0.0, 1.0), line(100.0, -1.0), vec![(3.0, 3.0)], Vec::new()];
+        let curves = vec![line(0.0, 1.0), line(100.0, -1.0), vec![[3.0, 3.0]], Vec::new()];
         assert_eq!(covered(curves), [0; 4]);
     }
 
     #[test]
     fn curves_with_points_at_other_places_are_compared() {
-        let coarse = vec![(0.0, 0.0), (196.0, 98.0)];
+        let coarse = vec![[0.0, 0.0], [196.0, 98.0]];
         assert_eq!(covered(vec![line(0.0, 0.5), coarse]), [1, 0]);
     }
 }

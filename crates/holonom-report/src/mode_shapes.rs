@@ -1,7 +1,8 @@
 //! Pictures of mode shapes: the configuration, and the configuration displaced to both sides; the Campbell diagram.
 
 use super::chart::{Axis, Chart, Curve, Strokes};
-use super::picture::{Item, Paint, Picture, Point, axonometric};
+use super::drawing::Point;
+use super::picture::{Item, Paint, Picture, axonometric};
 use holonom_sim::Beams;
 use holonom_sim::modes::{Campbell, Kind, Report};
 use holonom_sim::sample::Member;
@@ -16,7 +17,7 @@ pub fn mode_picture(report: &Report, k: usize, members: &[Member], beams: &Beams
     let centers = centers(members, &report.configuration);
     let flat = centers.iter().all(|x| (x[2] - centers[0][2]).abs() < 1e-9)
         && mode.shape.iter().all(|m| m.translation[2].abs() < 1e-9);
-    let place = |x: [f64; 3]| -> Point { if flat { (x[0], x[1]) } else { axonometric(&x) } };
+    let place = |x: [f64; 3]| -> Point { if flat { [x[0], x[1]] } else { axonometric(&x) } };
     let size = size(&centers);
     let largest =
         mode.shape.iter().flat_map(|m| m.translation).fold(0.0, |a: f64, b| a.max(b.abs()));

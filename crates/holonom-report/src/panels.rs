@@ -166,10 +166,10 @@ impl<'a> Panel<'a> {
         self.y.widen((bottom - top) / scale);
     }
 
-    fn place(&self, p: &Point) -> Option<Point> {
+    fn place(&self, p: &(f64, f64)) -> Option<Point> {
         let Area { left, right, top, bottom } = self.area;
         let (x, y) = (self.x.place(p.0)?, self.y.place(p.1)?);
-        Some((left + x * (right - left), bottom - y * (bottom - top)))
+        Some([left + x * (right - left), bottom - y * (bottom - top)])
     }
 
     /// Colour and dashes of a curve.
@@ -230,11 +230,11 @@ impl<'a> Panel<'a> {
             let size = style.tick_length() * if tick.label.is_empty() { 0.6 } else { 1.0 };
             match style.grid {
                 true if tick.label.is_empty() => {}
-                true => line(vec![(x, top), (x, bottom)], grid),
-                false => line(vec![(x, bottom), (x, bottom - size)], axis),
+                true => line(vec![[x, top], [x, bottom]], grid),
+                false => line(vec![[x, bottom], [x, bottom - size]], axis),
             }
             if style.grid {
-                line(vec![(x, bottom), (x, bottom + size)], axis);
+                line(vec![[x, bottom], [x, bottom + size]], axis);
             }
         }
         for tick in &up {
@@ -242,17 +242,17 @@ impl<'a> Panel<'a> {
             let size = style.tick_length() * if tick.label.is_empty() { 0.6 } else { 1.0 };
             match style.grid {
                 true if tick.label.is_empty() => {}
-                true => line(vec![(left, y), (right, y)], grid),
-                false => line(vec![(left, y), (left + size, y)], axis),
+                true => line(vec![[left, y], [right, y]], grid),
+                false => line(vec![[left, y], [left + size, y]], axis),
             }
             if style.grid {
-                line(vec![(left, y), (left - size, y)], axis);
+                line(vec![[left, y], [left - size, y]], axis);
             }
         }
         match style.grid {
-            true => line(vec![(left, top), (left, bottom), (right, bottom)], axis),
+            true => line(vec![[left, top], [left, bottom], [right, bottom]], axis),
             false => {
-                let frame = [(left, top), (left, bottom), (right, bottom), (right, top)];
+                let frame = [[left, top], [left, bottom], [right, bottom], [right, top]];
                 line([&frame[..], &frame[..2]].concat(), axis);
             }
         }
@@ -263,12 +263,12 @@ impl<'a> Panel<'a> {
         let (style, Area { left, right, top, bottom }) = (self.style, self.area);
         let beyond = if style.grid { style.tick_length() } else { 0.0 } + 0.35 * style.tick;
         for tick in up {
-            let at = (left - beyond, bottom - tick.place * (bottom - top));
+            let at = [left - beyond, bottom - tick.place * (bottom - top)];
             let words = style.words(at, tick.label.clone(), style.tick, Anchor::End);
             drawing.push(Mark::Words(words));
         }
         let middle = 0.5 * (top + bottom);
-        let at = (0.75 * style.label, middle);
+        let at = [0.75 * style.label, middle];
         let words = style.words(at, self.y.label.clone(), style.label, Anchor::Middle);
         let size = fitting(&words, (style.typeface, bottom - top + self.head));
         drawing.push(Mark::Words(Words { upward: true, size, ..words }));
@@ -277,11 +277,11 @@ impl<'a> Panel<'a> {
         }
         let line = bottom + beyond + 0.45 * style.tick;
         for tick in across {
-            let at = (left + tick.place * (right - left), line);
+            let at = [left + tick.place * (right - left), line];
             let words = style.words(at, tick.label.clone(), style.tick, Anchor::Middle);
             drawing.push(Mark::Words(words));
         }
-        let at = (0.5 * (left + right), line + 0.6 * style.tick + 0.85 * style.label);
+        let at = [0.5 * (left + right), line + 0.6 * style.tick + 0.85 * style.label];
         let words = style.words(at, self.x.label.clone(), style.label, Anchor::Middle);
         drawing.push(Mark::Words(words));
     }
@@ -292,10 +292,10 @@ impl<'a> Panel<'a> {
         let begin = self.area.top - self.head;
         let mut y = begin + 0.7 * style.tick;
         if style.titled && !self.chart.title.is_empty() {
-            let at = (0.82 * style.title, begin + 1.05 * style.title);
+            let at = [0.82 * style.title, begin + 1.05 * style.title];
             let words = style.words(at, self.chart.title.clone(), style.title, Anchor::Start);
             drawing.push(Mark::Words(Words { bold: true, ..words }));
-            y = if self.beside { at.1 } else { begin + 2.1 * style.title + 0.6 * style.tick };
+            y = if self.beside { at[1] } else { begin + 2.1 * style.title + 0.6 * style.tick };
         }
         for row in &self.legend {
             let legend = Legend { style, names: row };
@@ -303,10 +303,10 @@ impl<'a> Panel<'a> {
                 if self.beside { self.area.right - legend.width(row) } else { self.area.left };
             for (i, name) in row {
                 let (color, dashes) = style.curve(*i); // solid, also where it lies on others
-                let line = vec![(x, y), (x + legend.sample(), y)];
+                let line = vec![[x, y], [x + legend.sample(), y]];
                 let width = style.widths[0] * if style.patterns { 1.0 } else { 1.67 };
                 drawing.push(Mark::Line(line, Stroke { color, width, dashes }));
-                let at = (x + legend.sample() + legend.gap(), y);
+                let at = [x + legend.sample() + legend.gap(), y];
                 let words = style.words(at, name.clone(), style.tick, Anchor::Start);
                 drawing.push(Mark::Words(words));
                 x += legend.entry(name);
@@ -344,7 +344,7 @@ fn thinned(places: impl Iterator<Item = Point>) -> Vec<Point> {
     let mut kept: Vec<Point> = Vec::new();
     let mut last = None;
     for at in places {
-        let near = |p: &Point| (p.0 - at.0).abs() < NEAR && (p.1 - at.1).abs() < NEAR;
+        let near = |p: &Point| (p[0] - at[0]).abs() < NEAR && (p[1] - at[1]).abs() < NEAR;
         match kept.last().is_some_and(near) {
             true => last = Some(at),
             false => {

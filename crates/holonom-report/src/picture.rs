@@ -2,7 +2,7 @@
 //!
 //! Configurations of space come to the plane by [`axonometric`].
 
-use super::drawing::{self, Anchor, Color, Drawing, Mark, Stroke, Typeface};
+use super::drawing::{self, Anchor, Color, Drawing, Mark, Point, Stroke, Typeface};
 use super::series::range;
 use super::style::{INK, color};
 
@@ -16,9 +16,6 @@ const BESIDE: f64 = 7.0;
 const LETTER: f64 = 8.0;
 /// Length of an arrow's head, px.
 const HEAD: f64 = 9.0;
-
-/// A point of the drawing.
-pub type Point = (f64, f64);
 
 /// The colour of a stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,7 +92,7 @@ pub fn axonometric(x: &[f64; 3]) -> Point {
         view[2] * ACROSS[0] - view[0] * ACROSS[2],
         view[0] * ACROSS[1] - view[1] * ACROSS[0],
     ];
-    (dot(x, &ACROSS), dot(x, &up))
+    [dot(x, &ACROSS), dot(x, &up)]
 }
 
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
@@ -111,7 +108,7 @@ impl Picture {
         let sheet = Sheet::of(self)?;
         let size = (self.width.ceil(), sheet.height.ceil());
         let mut drawing = Drawing::new(size, Typeface::Sans);
-        let at = (14.0, TITLE / 2.0);
+        let at = [14.0, TITLE / 2.0];
         drawing.push(words(at, (&self.title, 17.0), INK, (Anchor::Start, true)));
         for item in &self.items {
             sheet.draw(item, &mut drawing);
@@ -132,11 +129,11 @@ fn words(
 
 /// The head of an arrow, `None` for one that is shorter than that.
 fn head(from: Point, to: Point) -> Option<[Point; 3]> {
-    let (x, y) = (to.0 - from.0, to.1 - from.1);
+    let (x, y) = (to[0] - from[0], to[1] - from[1]);
     let length = x.hypot(y);
     let (x, y) = (x / length * HEAD, y / length * HEAD);
-    let back = (to.0 - x, to.1 - y);
-    let side = |s: f64| (back.0 - s * y, back.1 + s * x);
+    let back = [to[0] - x, to[1] - y];
+    let side = |s: f64| [back[0] - s * y, back[1] + s * x];
     (length > HEAD).then(|| [to, side(0.4), side(-0.4)])
 }
 
@@ -155,7 +152,7 @@ fn margin(picture: &Picture, side: Side, x: (f64, f64)) -> f64 {
     let unit = (picture.width - 2.0 * MARGIN) / span;
     let over = |item: &Item| match item {
         Item::Words(point, _, text, own) if *own == side => {
-            let inside = if side == Side::Left { point.0 - x.0 } else { x.1 - point.0 };
+            let inside = if side == Side::Left { point[0] - x.0 } else { x.1 - point[0] };
             BESIDE + LETTER * text.chars().count() as f64 - unit * inside
         }
         _ => 0.0,
@@ -166,17 +163,17 @@ fn margin(picture: &Picture, side: Side, x: (f64, f64)) -> f64 {
 impl Sheet {
     fn of(picture: &Picture) -> Result<Self, String> {
         let all = || picture.items.iter().flat_map(Item::points);
-        if all().any(|p| !(p.0.is_finite() && p.1.is_finite())) {
+        if all().flatten().any(|x| !x.is_finite()) {
             return Err("a point that is not finite".into());
         }
-        let x = range(all().map(|p| p.0)).unwrap_or((0.0, 1.0));
-        let y = range(all().map(|p| p.1)).unwrap_or((0.0, 1.0));
+        let x = range(all().map(|p| p[0])).unwrap_or((0.0, 1.0));
+        let y = range(all().map(|p| p[1])).unwrap_or((0.0, 1.0));
         let [left, right] = [Side::Left, Side::Right].map(|side| margin(picture, side, x));
         let scale = (picture.width - left - right) / (x.1 - x.0).max(f64::MIN_POSITIVE);
         let tallest = 2.0 * picture.width / (y.1 - y.0).max(f64::MIN_POSITIVE);
         let scale = scale.min(tallest);
         let height = TITLE + 2.0 * MARGIN + scale * (y.1 - y.0);
-        Ok(Self { low: (x.0, y.0), high: (x.1, y.1), scale, height, left })
+        Ok(Self { low: [x.0, y.0], high: [x.1, y.1], scale, height, left })
     }
 
     fn draw(&self, item: &Item, drawing: &mut Drawing) {
@@ -196,19 +193,19 @@ impl Sheet {
                 drawing.push(Mark::Disc(self.place(point), *radius, paint.color()));
             }
             Item::Words(point, paint, text, side) => {
-                let (x, y) = self.place(point);
+                let [x, y] = self.place(point);
                 let (x, anchor) = match side {
                     Side::Left => (x - BESIDE, Anchor::End),
                     Side::Right => (x + BESIDE, Anchor::Start),
                 };
-                drawing.push(words((x, y), (text, 14.0), paint.color(), (anchor, false)));
+                drawing.push(words([x, y], (text, 14.0), paint.color(), (anchor, false)));
             }
         }
     }
 
     fn place(&self, p: &Point) -> Point {
-        let (x, y) = (p.0 - self.low.0, self.high.1 - p.1);
-        (self.left + self.scale * x, TITLE + MARGIN + self.scale * y)
+        let (x, y) = (p[0] - self.low[0], self.high[1] - p[1]);
+        [self.left + self.scale * x, TITLE + MARGIN + self.scale * y]
     }
 }
 
@@ -218,11 +215,11 @@ mod tests {
 
     #[test]
     fn both_axes_have_one_scale() {
-        let line = Item::Line(vec![(0.0, 0.0), (2.0, 1.0)], Paint::Ink(1.0), 1.0);
+        let line = Item::Line(vec![[0.0, 0.0], [2.0, 1.0]], Paint::Ink(1.0), 1.0);
         let picture = Picture { title: "t".into(), width: 256.0, items: vec![line] };
         let sheet = Sheet::of(&picture).unwrap();
-        let [a, b] = [sheet.place(&(0.0, 0.0)), sheet.place(&(2.0, 1.0))];
-        assert!((b.0 - a.0 - 200.0).abs() < 1e-12 && (a.1 - b.1 - 100.0).abs() < 1e-12);
+        let [a, b] = [sheet.place(&[0.0, 0.0]), sheet.place(&[2.0, 1.0])];
+        assert!((b[0] - a[0] - 200.0).abs() < 1e-12 && (a[1] - b[1] - 100.0).abs() < 1e-12);
         assert!(picture.svg().unwrap().starts_with("<svg width=\"256\""));
     }
 
@@ -230,14 +227,14 @@ mod tests {
     fn axonometric_places_have_unit_rows() {
         // three orthonormal vectors of space have images whose squares add up to two units of the plane
         let images = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|x| axonometric(&x));
-        let sum: f64 = images.iter().map(|p| p.0 * p.0 + p.1 * p.1).sum();
+        let sum: f64 = images.iter().map(|p| p[0] * p[0] + p[1] * p[1]).sum();
         assert!((sum - 2.0).abs() < 1e-12, "{images:?}");
-        assert!(images[2].0.abs() < 1e-12 && images[2].1 > 0.0, "z points upwards: {images:?}");
+        assert!(images[2][0].abs() < 1e-12 && images[2][1] > 0.0, "z points upwards: {images:?}");
     }
 
     #[test]
     fn what_is_not_finite_is_refused() {
-        let dot = Item::Dot((f64::NAN, 0.0), Paint::Curve(0, 1.0), 3.0);
+        let dot = Item::Dot([f64::NAN, 0.0], Paint::Curve(0, 1.0), 3.0);
         let picture = Picture { title: String::new(), width: 200.0, items: vec![dot] };
         assert!(picture.svg().is_err());
     }

@@ -1,6 +1,7 @@
 //! The centre lines of beams at some instants of a run, as one picture.
 
-use super::picture::{Item, Paint, Picture, Point, Side, axonometric};
+use super::drawing::Point;
+use super::picture::{Item, Paint, Picture, Side, axonometric};
 use holonom_model::{Beam, Model};
 use holonom_sim::output::Frames;
 use nalgebra::Vector3;
@@ -88,9 +89,9 @@ fn projection(snapshots: &[Vec<[f64; 3]>]) -> impl Fn(&[f64; 3]) -> Point + use<
     let largest = extent.iter().copied().fold(0.0, f64::max);
     let flat = (0..3).rev().find(|&i| extent[i] <= 1e-6 * largest);
     move |x| match flat {
-        Some(2) => (x[0], x[1]),
-        Some(1) => (x[0], x[2]),
-        Some(_) => (x[1], x[2]),
+        Some(2) => [x[0], x[1]],
+        Some(1) => [x[0], x[2]],
+        Some(_) => [x[1], x[2]],
         None => axonometric(x),
     }
 }

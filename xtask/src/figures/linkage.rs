@@ -62,10 +62,10 @@ fn configurations(model: &Model, samples: &[Sample]) -> Picture {
         let sample = &samples[panel * (samples.len() - 1) / (panels - 1)];
         let centre = axonometric(&centre(&sample.q));
         let (column, row) = ((panel % PANELS) as f64, (panel / PANELS) as f64);
-        let shift = (2.3 * column - centre.0, -2.3 * row - centre.1);
+        let shift = [2.3 * column - centre[0], -2.3 * row - centre[1]];
         let place = |x: [f64; 3]| {
-            let (x, y) = axonometric(&x);
-            (x + shift.0, y + shift.1)
+            let [x, y] = axonometric(&x);
+            [x + shift[0], y + shift[1]]
         };
         for body in 0..model.bodies.len() {
             let hinges = hinges(model, &samples[0].q, &sample.q, body);
@@ -73,7 +73,7 @@ fn configurations(model: &Model, samples: &[Sample]) -> Picture {
             items.push(Item::Line(line, Paint::Curve(body, 1.0), 6.0));
             items.extend(hinges.iter().map(|x| Item::Dot(place(*x), Paint::Ink(1.0), 4.0)));
         }
-        let label = (2.3 * column - 0.9, -2.3 * row + 0.95);
+        let label = [2.3 * column - 0.9, -2.3 * row + 0.95];
         items.push(Item::Words(
             label,
             Paint::Ink(1.0),

@@ -195,18 +195,18 @@ fn hidden(points: &[Point]) -> Chart {
     }
 }
 
-fn at(q: &[f64]) -> (f64, f64) {
-    (q[0], q[1])
+fn at(q: &[f64]) -> [f64; 2] {
+    [q[0], q[1]]
 }
 
 /// `q + scale · x`.
-fn beside(q: &[f64], x: &[f64], scale: f64) -> (f64, f64) {
-    (q[0] + scale * x[0], q[1] + scale * x[1])
+fn beside(q: &[f64], x: &[f64], scale: f64) -> [f64; 2] {
+    [q[0] + scale * x[0], q[1] + scale * x[1]]
 }
 
 fn circle(from: f64, to: f64) -> Item {
     let angle = |k: i32| from + (to - from) * f64::from(k) / 180.0;
-    let points = (0..=180).map(|k| (angle(k).cos(), angle(k).sin())).collect();
+    let points = (0..=180).map(|k| [angle(k).cos(), angle(k).sin()]).collect();
     Item::Line(points, Paint::Ink(0.35), 1.0)
 }
 
@@ -221,7 +221,7 @@ fn snapshots(title: &str, points: &[Point]) -> Picture {
     } else {
         circle(-std::f64::consts::PI, 0.0)
     }];
-    let rod = |p: &Point| Item::Line(vec![(0.0, 0.0), at(&p.q)], Paint::Ink(0.25), 1.0);
+    let rod = |p: &Point| Item::Line(vec![[0.0, 0.0], at(&p.q)], Paint::Ink(0.25), 1.0);
     items.extend(points.iter().map(rod));
     let force = |p: &Point| {
         let to = beside(&p.q, &p.force, -scale);
@@ -229,7 +229,7 @@ fn snapshots(title: &str, points: &[Point]) -> Picture {
     };
     items.extend(points.iter().map(force));
     items.extend(points.iter().map(|p| Item::Dot(at(&p.q), Paint::Curve(SECANT, 1.0), 4.0)));
-    items.push(Item::Dot((0.0, 0.0), Paint::Ink(1.0), 4.0));
+    items.push(Item::Dot([0.0, 0.0], Paint::Ink(1.0), 4.0));
     Picture { title: title.to_owned(), width: 640.0, items }
 }
 

@@ -1,5 +1,6 @@
 //! Where a point of space is in a drawing.
 
+use holonom_report::Point;
 use nalgebra::{Matrix3, Vector3};
 
 /// A place in the plane of the drawing: to the right, upwards.
@@ -72,16 +73,16 @@ impl Sheet {
     }
 
     /// Where a place is on the sheet, downwards positive.
-    pub(super) fn placed(&self, point: &Place) -> (f64, f64) {
+    pub(super) fn placed(&self, point: &Place) -> Point {
         let x = (point[0] - self.origin[0]) * self.scale + self.inset[0];
         let y = (self.origin[1] - point[1]) * self.scale + self.inset[1];
-        (x, y)
+        [x, y]
     }
 
     /// Points as an attribute of SVG.
     pub(super) fn written(&self, points: &[Place]) -> String {
         let place = |point: &Place| {
-            let (x, y) = self.placed(point);
+            let [x, y] = self.placed(point);
             format!("{x:.0},{y:.0}")
         };
         points.iter().map(place).collect::<Vec<_>>().join(" ")

@@ -13,8 +13,8 @@ mod svg;
 
 use font::Font;
 
-/// A point, px.
-pub(crate) type Point = (f64, f64);
+/// A point of a drawing or a picture.
+pub type Point = [f64; 2];
 
 /// A colour on white.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,7 +125,7 @@ impl Drawing {
     }
 
     /// Adds a filled polygon, of an opacity in `[0, 1]`, with an outline of 1 px in another colour.
-    pub fn area(&mut self, points: Vec<(f64, f64)>, fill: [u8; 3], opacity: f64, edge: [u8; 3]) {
+    pub fn area(&mut self, points: Vec<Point>, fill: [u8; 3], opacity: f64, edge: [u8; 3]) {
         let mut outline = points.clone();
         outline.extend(points.first());
         self.push(Mark::Polygon(points, Color::new(fill).faded(opacity)));
@@ -133,10 +133,10 @@ impl Drawing {
     }
 
     /// Adds a polyline; a point of no length is a disc.
-    pub fn line(&mut self, points: Vec<(f64, f64)>, color: [u8; 3], width: f64) {
+    pub fn line(&mut self, points: Vec<Point>, color: [u8; 3], width: f64) {
         let color = Color::new(color);
         match points.as_slice() {
-            [a, b] if (b.0 - a.0).hypot(b.1 - a.1) < 0.05 => {
+            [a, b] if (b[0] - a[0]).hypot(b[1] - a[1]) < 0.05 => {
                 self.push(Mark::Disc(*a, 0.5 * width, color));
             }
             _ => self.push(Mark::Line(points, Stroke::solid(color, width))),
@@ -242,7 +242,7 @@ fn placed(words: &Words, typeface: Typeface) -> Vec<PlacedRun> {
         Anchor::Middle => 0.5 * all,
         Anchor::End => all,
     };
-    let (mut x, line) = (words.at.0 - before, words.at.1 + HALF_CAPITAL * words.size);
+    let (mut x, line) = (words.at[0] - before, words.at[1] + HALF_CAPITAL * words.size);
     let mut placed = Vec::new();
     for (text, raised) in runs(&words.text) {
         let (size, up) = match raised {
@@ -250,7 +250,7 @@ fn placed(words: &Words, typeface: Typeface) -> Vec<PlacedRun> {
             false => (words.size, 0.0),
         };
         let next = x + width(&text, size, typeface);
-        placed.push(PlacedRun { text, size, at: (x, line - up) });
+        placed.push(PlacedRun { text, size, at: [x, line - up] });
         x = next;
     }
     placed
@@ -265,15 +265,15 @@ mod tests {
         let mut drawing = Drawing::new((200.0, 100.0), Typeface::Sans);
         let ink = Color::new([200, 0, 0]);
         let dashed = Stroke { dashes: &[4.0, 2.0], ..Stroke::solid(ink.faded(0.5), 1.5) };
-        drawing.push(Mark::Line(vec![(10.0, 10.0), (190.0, 10.0)], dashed));
-        drawing.push(Mark::Polygon(vec![(10.0, 60.0), (40.0, 60.0), (40.0, 90.0)], ink));
-        drawing.push(Mark::Disc((100.0, 80.0), 8.0, ink));
+        drawing.push(Mark::Line(vec![[10.0, 10.0], [190.0, 10.0]], dashed));
+        drawing.push(Mark::Polygon(vec![[10.0, 60.0], [40.0, 60.0], [40.0, 90.0]], ink));
+        drawing.push(Mark::Disc([100.0, 80.0], 8.0, ink));
         let words = |at, anchor, bold, upward| {
             let text = "ω <10⁻³ kg·m²/s>".to_owned();
             Mark::Words(Words { at, text, size: 12.0, color: ink, anchor, bold, upward })
         };
-        drawing.push(words((100.0, 40.0), Anchor::Middle, true, false));
-        drawing.push(words((180.0, 50.0), Anchor::Middle, false, true));
+        drawing.push(words([100.0, 40.0], Anchor::Middle, true, false));
+        drawing.push(words([180.0, 50.0], Anchor::Middle, false, true));
         drawing
     }
 
@@ -293,7 +293,7 @@ mod tests {
         assert_eq!(drawing.missing_letters().unwrap(), "");
         let text = "振り子 φ\u{1b} 振".to_owned();
         let color = Color::new([0; 3]);
-        let (at, size, anchor) = ((0.0, 0.0), 12.0, Anchor::Start);
+        let (at, size, anchor) = ([0.0, 0.0], 12.0, Anchor::Start);
         let words = Words { at, text, size, color, anchor, bold: false, upward: false };
         drawing.push(Mark::Words(words));
         assert_eq!(drawing.missing_letters().unwrap(), "振り子");

@@ -66,7 +66,7 @@ struct Page {
 impl Page {
     /// A place of the drawing on the page.
     fn at(&self, p: Point) -> [f32; 2] {
-        [(p.0 * POINTS) as f32, ((self.height - p.1) * POINTS) as f32]
+        [(p[0] * POINTS) as f32, ((self.height - p[1]) * POINTS) as f32]
     }
 
     fn push(&mut self, mark: &Mark, drawing: &Drawing) {
@@ -106,7 +106,7 @@ impl Page {
     }
 
     fn circle(&mut self, center: Point, radius: f64) {
-        let at = |x: f64, y: f64| self.at((center.0 + radius * x, center.1 + radius * y));
+        let at = |x: f64, y: f64| self.at([center[0] + radius * x, center[1] + radius * y]);
         let quarter = |(x, y): (f64, f64)| {
             // from (x, y) a quarter further
             let (next, k) = ((-y, x), QUARTER);
@@ -139,9 +139,9 @@ impl Page {
         self.content.set_text_rendering_mode(mode);
         for run in placed(words, drawing.typeface) {
             // about Words::at, a quarter of a revolution for words that are read from below
-            let (x, y) = (run.at.0 - words.at.0, run.at.1 - words.at.1);
+            let (x, y) = (run.at[0] - words.at[0], run.at[1] - words.at[1]);
             let (place, [cos, sin]) = match words.upward {
-                true => ((words.at.0 + y, words.at.1 - x), [0.0, 1.0]),
+                true => ([words.at[0] + y, words.at[1] - x], [0.0, 1.0]),
                 false => (run.at, [1.0, 0.0]),
             };
             let [x, y] = self.at(place);

@@ -37,7 +37,7 @@ pub(super) fn write(drawing: &Drawing, scale: f64) -> Result<Vec<u8>, String> {
             Mark::Polygon(points, color) => canvas.fill(polyline(points, true), *color),
             Mark::Disc(center, radius, color) => {
                 let disc =
-                    PathBuilder::from_circle(center.0 as f32, center.1 as f32, *radius as f32);
+                    PathBuilder::from_circle(center[0] as f32, center[1] as f32, *radius as f32);
                 canvas.fill(disc, *color);
             }
             Mark::Words(words) => canvas.words(words, Font::of(drawing.typeface)?, drawing),
@@ -82,15 +82,15 @@ impl Canvas<'_> {
 
     fn words(&mut self, words: &Words, font: &Font, drawing: &Drawing) {
         let mut outline = Outline { path: PathBuilder::new(), place: Transform::identity() };
-        let about = (words.at.0 as f32, words.at.1 as f32);
+        let about = (words.at[0] as f32, words.at[1] as f32);
         let angle = if words.upward { -90.0 } else { 0.0 };
         let rotation = Transform::from_rotate_at(angle, about.0, about.1);
         for run in placed(words, drawing.typeface) {
             let size = (run.size * font.unit()) as f32;
-            let mut x = run.at.0;
+            let mut x = run.at[0];
             for letter in run.text.chars() {
                 let glyph = font.glyph(letter).unwrap_or(0);
-                let at = Transform::from_row(size, 0.0, 0.0, -size, x as f32, run.at.1 as f32);
+                let at = Transform::from_row(size, 0.0, 0.0, -size, x as f32, run.at[1] as f32);
                 outline.place = rotation.pre_concat(at);
                 font.outline(glyph, &mut outline);
                 x += run.size * font.advance(glyph);
@@ -114,7 +114,7 @@ fn paint(color: Color) -> Paint<'static> {
 
 fn polyline(points: &[Point], closed: bool) -> Option<Path> {
     let mut path = PathBuilder::new();
-    for (k, (x, y)) in points.iter().map(|p| (p.0 as f32, p.1 as f32)).enumerate() {
+    for (k, [x, y]) in points.iter().map(|p| p.map(|v| v as f32)).enumerate() {
         if k == 0 { path.move_to(x, y) } else { path.line_to(x, y) }
     }
     if closed {

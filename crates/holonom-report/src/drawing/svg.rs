@@ -46,8 +46,8 @@ fn push(svg: &mut String, mark: &Mark) {
         Mark::Disc(center, radius, color) => writeln!(
             svg,
             "<circle cx=\"{}\" cy=\"{}\" r=\"{}\" {}/>",
-            length(center.0),
-            length(center.1),
+            length(center[0]),
+            length(center[1]),
             length(*radius),
             paint("fill", *color)
         ),
@@ -56,7 +56,7 @@ fn push(svg: &mut String, mark: &Mark) {
 }
 
 fn text(words: &Words) -> String {
-    let (x, y) = (length(words.at.0), length(words.at.1 + HALF_CAPITAL * words.size));
+    let (x, y) = (length(words.at[0]), length(words.at[1] + HALF_CAPITAL * words.size));
     let anchor = match words.anchor {
         Anchor::Start => "start",
         Anchor::Middle => "middle",
@@ -64,7 +64,9 @@ fn text(words: &Words) -> String {
     };
     let bold = if words.bold { " font-weight=\"bold\"" } else { "" };
     let upward = match words.upward {
-        true => format!(" transform=\"rotate(-90 {} {})\"", length(words.at.0), length(words.at.1)),
+        true => {
+            format!(" transform=\"rotate(-90 {} {})\"", length(words.at[0]), length(words.at[1]))
+        }
         false => String::new(),
     };
     format!(
@@ -85,7 +87,7 @@ fn paint(what: &str, color: Color) -> String {
 }
 
 fn places(points: &[Point]) -> String {
-    let place = |p: &Point| format!("{},{}", tenths(p.0), tenths(p.1));
+    let place = |p: &Point| format!("{},{}", tenths(p[0]), tenths(p[1]));
     points.iter().map(place).collect::<Vec<_>>().join(" ")
 }
 
