@@ -69,7 +69,7 @@ fn a_killed_run_continues_to_the_same_bytes_and_can_be_drawn() {
         for entry in fs::read_dir(&left).unwrap().flatten() {
             let path = entry.path();
             let case = format!("{name}, killed at {}", path.display());
-            let (folder, _) = RunFolder::open(&path).readable().unwrap();
+            let folder = RunFolder::open(&path).readable().unwrap().folder;
             holonom::report::write(&folder).unwrap_or_else(|error| panic!("{case}: {error}"));
             drawn += 1;
             // rows that were not whole when the power failed

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use holonom::output::{LeftOut, RunFolder};
+use holonom::output::{LeftOut, Readable, RunFolder};
 use holonom::report::selected::{
     NamedRun, Request, SelectionError, columns, groups, selected, table,
 };
@@ -130,7 +130,7 @@ fn failure(error: SelectionError) -> Failure {
 /// The folder of a run as far as it can be read, with notes on what cannot.
 pub(crate) fn folder(path: &Path) -> Result<RunFolder, Failure> {
     if path.join("summary.json").is_file() {
-        let (folder, left_out) = RunFolder::open(path).readable()?;
+        let Readable { folder, left_out } = RunFolder::open(path).readable()?;
         for LeftOut { file, rows, torn } in left_out {
             let rows = (rows > 0).then(|| format!("{rows} rows that other files lack"));
             let torn = torn.then(|| "a last row that is not whole".to_owned());

@@ -14,7 +14,7 @@
 
 use crate::npy::Archive;
 use crate::table::{Results, Table};
-use holonom_sim::output::members;
+use holonom_sim::output::{MemberColumns, members};
 use holonom_sim::sample::MemberKind;
 use std::io;
 use std::path::Path;
@@ -59,12 +59,12 @@ fn motion(archive: &mut Archive, table: &Table) -> io::Result<()> {
     for (name, first) in [("L", after), ("P", after + 3)] {
         archive.reals(name, &[rows, 3], columns(first, 3))?;
     }
-    for (k, member) in members(&table.names) {
+    for MemberColumns { member, first } in members(&table.names) {
         let name = member.name;
         let axes = if member.kind == MemberKind::Particle2 { 2 } else { 3 };
-        archive.reals(&format!("position/{name}"), &[rows, axes], columns(k, axes))?;
+        archive.reals(&format!("position/{name}"), &[rows, axes], columns(first, axes))?;
         if member.kind == MemberKind::Frame {
-            let entry = |row: usize, n: usize| table.columns[k + 3 + 3 * (n % 3) + n / 3][row];
+            let entry = |row: usize, n: usize| table.columns[first + 3 + 3 * (n % 3) + n / 3][row];
             let directors = (0..rows).flat_map(|row| (0..9).map(move |n| entry(row, n)));
             archive.reals(&format!("directors/{name}"), &[rows, 3, 3], directors)?;
         }

@@ -4,7 +4,7 @@
 //! vibration grows, and not because the rotation itself is unstable, the band of unstable steps around it is found.
 
 use crate::limits::Stiffness;
-use crate::statics::Statics;
+use crate::statics::{InOwnRotation, Statics};
 use crate::system;
 use crate::unstable_steps::UnstableSteps;
 use holonom_model::{Family, Model, Strain};
@@ -35,7 +35,8 @@ pub(crate) fn unstable_steps(
     if !concerned {
         return None;
     }
-    let (mut statics, rotation) = Statics::at_start(model).ok()?.in_own_rotation().ok()?;
+    let found = Statics::at_start(model).ok()?.in_own_rotation().ok()?;
+    let InOwnRotation { mut statics, rotation } = found;
     let rotation = rotation?;
     statics.relax().ok()?;
     about(model, &rotation, statics.problem())

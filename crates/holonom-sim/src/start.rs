@@ -13,7 +13,7 @@
 use crate::assembly;
 use crate::digits::rounded;
 use crate::outcome::RunFailure;
-use crate::statics::Statics;
+use crate::statics::{InOwnRotation, Statics};
 use crate::system::{self, System};
 use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem};
 use vi_constraints::InitialValues;
@@ -79,7 +79,8 @@ fn relaxed(model: &Model) -> Result<Start, ModelError> {
             "write start = \"stated\", or initial velocities of one rotation of the whole system";
         refused(format!("there is no relaxed start: {error}"), help)
     };
-    let (mut statics, rotation) = Statics::at_start(model)?.in_own_rotation().map_err(none)?;
+    let found = Statics::at_start(model)?.in_own_rotation().map_err(none)?;
+    let InOwnRotation { mut statics, rotation } = found;
     let missing = |failure: RunFailure| {
         let message = format!("the equilibrium to start from was not found: {}", failure.message);
         refused(message, "write start = \"stated\"")

@@ -53,6 +53,14 @@ pub struct Statics {
     step: u64,
 }
 
+/// A model in search of its equilibria, in the frame of the steady rotation of its initial velocities.
+pub struct InOwnRotation {
+    /// The model.
+    pub statics: Statics,
+    /// The rotation; `None` where the initial velocities are zero.
+    pub rotation: Option<SteadyRotation>,
+}
+
 impl Statics {
     /// Assembles the system of a validated model, whatever its scheme.
     ///
@@ -174,10 +182,16 @@ impl Statics {
     ///
     /// # Errors
     /// [`RotationError`].
-    pub fn in_own_rotation(self) -> Result<(Self, Option<SteadyRotation>), RotationError> {
-        let Some(rotation) = self.rotation()? else { return Ok((self, None)) };
-        self.admits(&rotation)?;
-        Ok((self.in_rotation(&rotation, None), Some(rotation)))
+    pub fn in_own_rotation(self) -> Result<InOwnRotation, RotationError> {
+        let rotation = self.rotation()?;
+        let statics = match &rotation {
+            Some(rotation) => {
+                self.admits(rotation)?;
+                self.in_rotation(rotation, None)
+            }
+            None => self,
+        };
+        Ok(InOwnRotation { statics, rotation })
     }
 
     /// Goes to the equilibrium under the present loads.

@@ -2,7 +2,7 @@
 
 use super::Compared;
 use super::values::{number, record};
-use holonom::compare::equal_error::{EqualError, equal_error};
+use holonom::compare::equal_error::{EqualError, TimeRatio, equal_error};
 use holonom::compare::{Measured, Record};
 use std::fmt::Write;
 
@@ -76,8 +76,8 @@ pub(super) fn equal(one: &Compared) -> [(&'static str, Option<EqualError>); 2] {
 }
 
 pub(super) fn ratio_of(e: &EqualError) -> Ratio {
-    let (value, range) = e.ratio();
-    Ratio { value, range }
+    let TimeRatio { median, range } = e.ratio();
+    Ratio { value: median, range }
 }
 
 pub(super) fn equal_errors(out: &mut String, all: &[Compared]) {

@@ -19,7 +19,7 @@ use crate::digits::rounded;
 use crate::experiment::Experiment as _;
 use crate::outcome::RunFailure;
 use crate::sample::Member;
-use crate::statics::Statics;
+use crate::statics::{InOwnRotation, Statics};
 use holonom_model::{Model, ModelError};
 use nalgebra::{Complex, Vector3};
 use vi_statics::modes::{ModeError, Modes};
@@ -71,7 +71,8 @@ impl ModalAnalysis {
             }
             About::Start => Statics::at_start(model)?,
             About::Rotation => {
-                let (statics, rotation) = Statics::at_start(model)?.in_own_rotation()?;
+                let found = Statics::at_start(model)?.in_own_rotation()?;
+                let InOwnRotation { statics, rotation } = found;
                 return Self::relaxed(model, statics, rotation.ok_or(ModesError::NoRotation)?);
             }
         };

@@ -45,6 +45,15 @@ pub(super) const MODEL: &str = "model.toml";
 /// So many of them, the first, hold rows.
 const ROWS: usize = 6;
 
+/// The folder of a run, as far as it can be read.
+#[derive(Clone, Debug)]
+pub struct Readable {
+    /// The folder.
+    pub folder: RunFolder,
+    /// What is left out of its files.
+    pub left_out: Vec<LeftOut>,
+}
+
 /// A folder with the files of one run.
 #[derive(Clone, Debug)]
 pub struct RunFolder {
@@ -131,17 +140,17 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// The folder of a run as far as it can be read, and what is left out: of a run that is in progress or was killed the
-    /// nodes that all files of rows have, of another whole rows.
+    /// The folder as far as it can be read: of a run that is in progress or was killed the nodes that all files of rows
+    /// have, of another whole rows.
     ///
     /// # Errors
     /// [`OutputError::Io`], [`OutputError::Summary`].
-    pub fn readable(mut self) -> Result<(Self, Vec<LeftOut>), OutputError> {
+    pub fn readable(mut self) -> Result<Readable, OutputError> {
         let ended = self.summary()?.status != Status::Running;
         let read = readable::readable(&self.path, &FILES[..ROWS], ended);
         let (lengths, left_out) = read.map_err(|e| at(&self.path, e))?;
         self.lengths = lengths;
-        Ok((self, left_out))
+        Ok(Readable { folder: self, left_out })
     }
 
     /// The folder at a checkpoint: files of rows are continued after the bytes that belong to it.

@@ -22,20 +22,29 @@ pub struct Frames {
     pub q: Vec<Vec<f64>>,
 }
 
-/// The members that columns of `trajectory.csv` belong to, each with the index of its first column.
+/// A member and its columns of `trajectory.csv`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MemberColumns {
+    /// The member.
+    pub member: Member,
+    /// Index of the first of its columns.
+    pub first: usize,
+}
+
+/// The members that columns of `trajectory.csv` belong to.
 #[must_use]
-pub fn members(columns: &[String]) -> Vec<(usize, Member)> {
-    let member = |(k, column): (usize, &String)| {
+pub fn members(columns: &[String]) -> Vec<MemberColumns> {
+    let member = |(first, column): (usize, &String)| {
         let name = column.strip_suffix(".x")?;
         let has = |offset: usize, axis: &str| {
-            columns.get(k + offset).is_some_and(|c| *c == format!("{name}.{axis}"))
+            columns.get(first + offset).is_some_and(|c| *c == format!("{name}.{axis}"))
         };
         let kind = match (has(2, "z"), has(3, "d1x")) {
             (_, true) => MemberKind::Frame,
             (true, _) => MemberKind::Particle3,
             _ => MemberKind::Particle2,
         };
-        Some((k, Member { name: name.to_owned(), kind }))
+        Some(MemberColumns { member: Member { name: name.to_owned(), kind }, first })
     };
     columns.iter().enumerate().filter_map(member).collect()
 }
@@ -82,7 +91,7 @@ impl FrameReader {
         }
         let mut reader = trajectory()?;
         let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
-        let members: Vec<Member> = members(&columns).into_iter().map(|(_, m)| m).collect();
+        let members: Vec<Member> = members(&columns).into_iter().map(|of| of.member).collect();
         let width: usize = members.iter().map(|m| m.kind.columns().len()).sum();
         let count = (numbers / width.max(1)).clamp(2, most.max(2)).min(rows);
         let record = csv::StringRecord::new();

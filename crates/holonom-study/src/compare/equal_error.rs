@@ -14,6 +14,15 @@ pub struct Time {
     pub range: [f64; 2],
 }
 
+/// A ratio of two times, with the range that follows from those of both.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeRatio {
+    /// Of the medians.
+    pub median: f64,
+    /// Smallest and largest.
+    pub range: [f64; 2],
+}
+
 /// A scheme and an order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
@@ -37,12 +46,12 @@ pub struct EqualError {
 }
 
 impl EqualError {
-    /// Time of the energy–momentum scheme over that of the variational one, and its range.
+    /// Time of the energy–momentum scheme over that of the variational one.
     #[must_use]
-    pub fn ratio(&self) -> (f64, [f64; 2]) {
+    pub fn ratio(&self) -> TimeRatio {
         let (vi, em) = (&self.variational.time, &self.energy_momentum.time);
         let range = [em.range[0] / vi.range[1], em.range[1] / vi.range[0]];
-        (em.median / vi.median, range)
+        TimeRatio { median: em.median / vi.median, range }
     }
 }
 
@@ -172,6 +181,6 @@ mod tests {
             variational: choice(1.0, [0.5, 2.0]),
             energy_momentum: choice(3.0, [2.0, 4.0]),
         };
-        assert_eq!(found.ratio(), (3.0, [1.0, 8.0]));
+        assert_eq!(found.ratio(), TimeRatio { median: 3.0, range: [1.0, 8.0] });
     }
 }

@@ -141,7 +141,7 @@ impl Reader {
         if !whole && changed == "checkpoint" {
             return checkpoint;
         }
-        let (folder, _) = opened.readable().map_err(|error| error.to_string())?;
+        let folder = opened.readable().map_err(|error| error.to_string())?.folder;
         let concerned = READERS.iter().filter(|(files, _)| whole || files.contains(&changed));
         let results: Vec<_> = concerned.map(|(_, read)| read(&folder)).collect();
         std::iter::once(checkpoint).chain(results).collect::<Result<(), String>>()?;
