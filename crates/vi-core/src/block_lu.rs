@@ -102,16 +102,16 @@ fn elimination_order(mut adjacent: Vec<BTreeSet<usize>>) -> Option<Vec<(usize, V
 }
 
 impl BlockLu {
-    /// For groups of `sizes` unknowns (at most [`SIZE`] each) and the places `(row, column)` of blocks between them;
+    /// For groups of `sizes` unknowns (at most [`SIZE`] each) and the places `[row, column]` of blocks between them;
     /// places that are not listed are zero. `None` where there is too much fill: a general factorization is then as fast.
     ///
     /// # Panics
     /// When a group is larger.
     #[must_use]
-    pub fn new(sizes: &[usize], places: &[(usize, usize)]) -> Option<Self> {
+    pub fn new(sizes: &[usize], places: &[[usize; 2]]) -> Option<Self> {
         assert!(sizes.iter().all(|size| *size <= SIZE), "blocks have up to {SIZE} rows");
         let mut adjacent = vec![BTreeSet::new(); sizes.len()];
-        for &(row, column) in places.iter().filter(|(row, column)| row != column) {
+        for &[row, column] in places.iter().filter(|[row, column]| row != column) {
             adjacent[row].insert(column);
             adjacent[column].insert(row);
         }
@@ -119,7 +119,7 @@ impl BlockLu {
         let mut known = BTreeMap::new();
         let mut block = |row: usize, column: usize| {
             let next = known.len();
-            *known.entry((row, column)).or_insert(next)
+            *known.entry([row, column]).or_insert(next)
         };
         let (mut pivots, mut neighbours, mut updates) = (Vec::new(), Vec::new(), Vec::new());
         for (group, own) in &order {
@@ -132,7 +132,7 @@ impl BlockLu {
         }
         for (pivot, (_, own)) in pivots.iter_mut().zip(&order) {
             pivot.updates = updates.len();
-            own.iter().for_each(|&i| updates.extend(own.iter().map(|&j| known[&(i, j)])));
+            own.iter().for_each(|&i| updates.extend(own.iter().map(|&j| known[&[i, j]])));
         }
         let places: Vec<usize> = places.iter().map(|place| known[place]).collect();
         let mut is_fill = vec![true; known.len()];
@@ -170,13 +170,13 @@ impl BlockLu {
     pub fn factorize<'a>(
         &mut self,
         diagonal: &[f64],
-        blocks: impl Iterator<Item = ((usize, usize), &'a [f64])>,
+        blocks: impl Iterator<Item = ([usize; 2], &'a [f64])>,
     ) -> Result<(), Singular> {
         self.take_scales(diagonal);
         let Self { sizes, pivots, updates, places, fill, scales, blocks: all, .. } = self;
         Arch::new().dispatch(|| {
             fill.iter().for_each(|&k| all[k] = ZERO);
-            for (&place, ((row, column), block)) in places.iter().zip(blocks) {
+            for (&place, ([row, column], block)) in places.iter().zip(blocks) {
                 let (left, right) = (&scales[row], &scales[column]);
                 take(block, sizes[column], (left, right), &mut all[place]);
             }

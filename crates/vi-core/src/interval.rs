@@ -54,6 +54,23 @@ pub struct Interval {
     t_rounding: f64,                   // s  rounding error of t + h
 }
 
+/// What a step reads and writes of an interval, each of shape `n`.
+#[derive(Debug)]
+pub struct IntervalParts<'a> {
+    /// `q_n`.
+    pub q0: &'a [f64],
+    /// Rounding error of `q_n`.
+    pub compensation: &'a [f64],
+    /// `q_{n+1}`.
+    pub q1: &'a mut [f64],
+    /// `Δq`.
+    pub dq: &'a mut [f64],
+    /// `q_{n+1/2}`.
+    pub q_mid: &'a mut [f64],
+    /// `Δq/h`.
+    pub v_mid: &'a mut [f64],
+}
+
 impl Interval {
     /// An interval of `n` coordinates, all zero.
     #[must_use]
@@ -112,9 +129,9 @@ impl Interval {
     }
 
     /// `q_n` and its compensation, to be read; `q_{n+1}`, `Δq`, `q_{n+1/2}` and `Δq/h`, to be written.
-    pub fn parts_mut(&mut self) -> ([&[f64]; 2], [&mut [f64]; 4]) {
+    pub fn parts_mut(&mut self) -> IntervalParts<'_> {
         let Self { q0, compensation, q1, dq, q_mid, v_mid, .. } = self;
-        ([q0, compensation], [q1, dq, q_mid, v_mid])
+        IntervalParts { q0, compensation, q1, dq, q_mid, v_mid }
     }
 
     /// `out ←` the rounding error of `q_{n+1}`, shape `n`: less than a last bit; zero for coordinates that are

@@ -15,7 +15,6 @@ use nalgebra::DMatrix;
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::tangent_map::{TangentError, Tangents};
-use vi_core::Configuration;
 use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -29,21 +28,16 @@ pub struct EmTangentMap {
 }
 
 impl EmTangentMap {
-    /// The canonical vectors at a node, with `δv = P e_i` in the place of `δp`; begins a map.
+    /// Begins at a node with its canonical vectors ([`Tangents::canonical`]): their `δp` are taken as `δv`, and `M δv` stands
+    /// in their place.
     #[must_use]
-    pub fn begin(
-        system: &EmSystem,
-        constraints: &impl Constraints,
-        rows: &IndependentRows,
-        at: Configuration<'_>,
-    ) -> (Self, Tangents) {
-        let mut tangents = Tangents::canonical(constraints, rows, at);
-        let n = constraints.dim();
+    pub fn begin(system: &EmSystem, rows: &IndependentRows, tangents: &mut Tangents) -> Self {
+        let n = tangents.dq.nrows();
         let dv = tangents.dp.clone();
         tangents.dp.fill(0.0);
         system.mass().mul_dense_add(1.0, &dv, &mut tangents.dp);
         let x = vec![0.0; n + rows.len()];
-        (Self { step: SaddlePoint::new(n, rows.clone()), dv, x }, tangents)
+        Self { step: SaddlePoint::new(n, rows.clone()), dv, x }
     }
 
     /// Replaces vectors at `q_n` by their images at `q_{n+1}`; `mu`: `h²λ` of the step. Only the first

@@ -39,10 +39,10 @@ pub fn cosine_gap(x: f64) -> f64 {
 /// `x²` up to which [`small_coefficients`] are used.
 const SMALL: f64 = 1.0 / 16.0;
 
-/// `(sin x / x, (1 − cos x)/x²)` from `x² ≤ 1/16` by their power series, without a root or a sine; the first terms
+/// `sin x / x` and `(1 − cos x)/x²` from `x² ≤ 1/16` by their power series, without a root or a sine; the first terms
 /// left out are below `2e-18` of the sums.
 #[inline]
-fn small_coefficients(square: f64) -> (f64, f64) {
+fn small_coefficients(square: f64) -> [f64; 2] {
     const SINC: [f64; 7] = [
         1.0,
         -1.0 / 6.0,
@@ -62,18 +62,18 @@ fn small_coefficients(square: f64) -> (f64, f64) {
         1.0 / 87_178_291_200.0,
     ];
     let sum = |c: &[f64; 7]| c.iter().rev().fold(0.0, |sum, c| sum * square + c);
-    (sum(&SINC), sum(&GAP))
+    [sum(&SINC), sum(&GAP)]
 }
 
-/// `(sin x / x, (1 − cos x)/x²)` of `x² = square`.
+/// `sin x / x` and `(1 − cos x)/x²` of `x² = square`.
 #[must_use]
 #[inline]
-pub fn coefficients(square: f64) -> (f64, f64) {
+pub fn coefficients(square: f64) -> [f64; 2] {
     if square <= SMALL {
         return small_coefficients(square);
     }
     let angle = square.sqrt();
-    (sinc(angle), cosine_gap(angle))
+    [sinc(angle), cosine_gap(angle)]
 }
 
 /// `(x − sin x)/x³`.
@@ -113,7 +113,7 @@ pub fn kappa(square: f64) -> f64 {
     if square <= 1e-4 {
         return 1.0 / 12.0 + square / 720.0; // next term: x⁴/30240
     }
-    let (sinc, gap) = coefficients(square);
+    let [sinc, gap] = coefficients(square);
     (1.0 - 0.5 * sinc / gap) / square
 }
 
@@ -152,7 +152,7 @@ pub fn vector(R: &Matrix3<f64>) -> Vector3<f64> {
 #[must_use]
 #[inline]
 pub fn exp_minus_identity(theta: &Vector3<f64>) -> Matrix3<f64> {
-    let (sinc, gap) = coefficients(theta.norm_squared());
+    let [sinc, gap] = coefficients(theta.norm_squared());
     skew(theta) * sinc + skew_square(theta) * gap
 }
 
@@ -160,7 +160,7 @@ pub fn exp_minus_identity(theta: &Vector3<f64>) -> Matrix3<f64> {
 #[must_use]
 pub fn tangent(theta: &Vector3<f64>) -> Matrix3<f64> {
     let square = theta.norm_squared();
-    let (_, gap) = coefficients(square);
+    let [_, gap] = coefficients(square);
     Matrix3::identity() + skew(theta) * gap + skew_square(theta) * sine_gap(square.sqrt())
 }
 
@@ -229,7 +229,7 @@ mod tests {
         angles.extend((0..60).map(|k| MAX_ROTATION * 0.5_f64.powi(k)));
         angles.extend([0.0, 1e-300, 2.0, 2.0 + 4.0 * f64::EPSILON]);
         for x in angles {
-            let (s, c) = coefficients(x * x);
+            let [s, c] = coefficients(x * x);
             let values = [sinc(x), cosine_gap(x), sine_gap(x), s, c];
             for (p, value) in values.into_iter().enumerate() {
                 let exact = series(x, p as u32 % 3 + 1);

@@ -57,23 +57,23 @@ fn series<R: Register, const N: usize>(lanes: R, c: &[f64; TERMS], square: R::La
     sum
 }
 
-/// `(sin x/x, (1 − cos x)/x²)` of `x² = square`, for `|x| ≤ π`.
+/// `sin x/x` and `(1 − cos x)/x²` of `x² = square`, for `|x| ≤ π`.
 #[inline(always)]
-pub fn coefficients<R: Register>(lanes: R, square: R::Lanes) -> (R::Lanes, R::Lanes) {
+pub fn coefficients<R: Register>(lanes: R, square: R::Lanes) -> [R::Lanes; 2] {
     let mut largest = square.at(0);
     for k in 1..R::Lanes::COUNT {
         largest = if square.at(k) > largest { square.at(k) } else { largest };
     }
     if largest <= 1.0 / 16.0 {
         let [sine, gap] = &SERIES;
-        return (series::<R, 7>(lanes, sine, square), series::<R, 7>(lanes, gap, square));
+        return [series::<R, 7>(lanes, sine, square), series::<R, 7>(lanes, gap, square)];
     }
     doubled(lanes, square)
 }
 
 /// By the series of a quarter of the angle.
 #[inline(always)]
-fn doubled<R: Register>(lanes: R, square: R::Lanes) -> (R::Lanes, R::Lanes) {
+fn doubled<R: Register>(lanes: R, square: R::Lanes) -> [R::Lanes; 2] {
     let mut square = square * (1.0 / 16.0);
     let mut sinc = series::<R, TERMS>(lanes, &SERIES[0], square);
     let mut gap = series::<R, TERMS>(lanes, &SERIES[1], square);
@@ -83,15 +83,15 @@ fn doubled<R: Register>(lanes: R, square: R::Lanes) -> (R::Lanes, R::Lanes) {
         sinc = sinc * cosine;
         square = square * 4.0;
     }
-    (sinc, gap)
+    [sinc, gap]
 }
 
 /// [`coefficients`], each lane by the series of its own angle, whatever stands beside it.
 #[inline(always)]
-pub fn coefficients_of_each<R: Register>(lanes: R, square: R::Lanes) -> (R::Lanes, R::Lanes) {
+pub fn coefficients_of_each<R: Register>(lanes: R, square: R::Lanes) -> [R::Lanes; 2] {
     const SMALL: f64 = 1.0 / 16.0;
     let [sine, gap] = &SERIES;
-    let small = (series::<R, 7>(lanes, sine, square), series::<R, 7>(lanes, gap, square));
+    let small = [series::<R, 7>(lanes, sine, square), series::<R, 7>(lanes, gap, square)];
     let mut largest = square.at(0);
     for k in 1..R::Lanes::COUNT {
         largest = if square.at(k) > largest { square.at(k) } else { largest };
@@ -100,7 +100,7 @@ pub fn coefficients_of_each<R: Register>(lanes: R, square: R::Lanes) -> (R::Lane
         return small;
     }
     let (large, bound) = (doubled(lanes, square), lanes.splat(SMALL));
-    (square.if_at_most(bound, small.0, large.0), square.if_at_most(bound, small.1, large.1))
+    [square.if_at_most(bound, small[0], large[0]), square.if_at_most(bound, small[1], large[1])]
 }
 
 /// `κ` of `|θ|² = square`, to 1e-4 at `|θ| = π` and to round-off below 0.1 rad.
@@ -126,7 +126,7 @@ mod tests {
         for i in 0..4000 {
             let largest = MAX_ROTATION * f64::from(i) / 3999.0;
             let angle = |k: usize| largest / (k + 1) as f64;
-            let (s, g) = coefficients(Plain, Plain.gather(|k| angle(k) * angle(k)));
+            let [s, g] = coefficients(Plain, Plain.gather(|k| angle(k) * angle(k)));
             for k in 0..4 {
                 let x = angle(k);
                 worst[0] = worst[0].max((s.at(k) - sinc(x)).abs());
@@ -149,12 +149,14 @@ mod tests {
             for other in [0.1, 2.5] {
                 let square = |k: usize| if k == 2 { angle * angle } else { other * other };
                 let beside = coefficients_of_each(Plain, Plain.gather(square));
-                let bits = |x: f64| x.to_bits();
-                assert_eq!(bits(beside.0.at(2)), bits(alone.0.at(2)), "{angle} beside {other}");
-                assert_eq!(bits(beside.1.at(2)), bits(alone.1.at(2)), "{angle} beside {other}");
+                for (beside, alone) in beside.iter().zip(&alone) {
+                    let [beside, alone] = [beside, alone].map(|lanes| lanes.at(2).to_bits());
+                    assert_eq!(beside, alone, "{angle} beside {other}");
+                }
             }
             let single = rotation::coefficients(angle * angle);
-            let off = (alone.0.at(2) - single.0).abs().max((alone.1.at(2) - single.1).abs());
+            let off = |k: usize| (alone[k].at(2) - single[k]).abs();
+            let off = off(0).max(off(1));
             assert!(off < 1e-15, "{angle}: {off:e}");
         }
     }

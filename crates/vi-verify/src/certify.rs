@@ -224,12 +224,12 @@ impl Certifier<'_> {
 
     /// The order of the hidden constraint at momenta, where `p_n` is defined.
     fn hidden(&mut self, method: Method, order: u32, short: &[(f64, Residuals)]) {
-        let errors: Option<Vec<(f64, f64)>> =
-            short.iter().map(|(h, r)| Some((*h, r.momentum?))).collect();
+        let errors: Option<Vec<[f64; 2]>> =
+            short.iter().map(|(h, r)| Some([*h, r.momentum?])).collect();
         let Some(errors) = errors.filter(|errors| !errors.is_empty()) else { return };
         let mut found =
             finding(Criterion::Residual, method, order, "hidden constraint at momenta (46)");
-        let largest = vi_core::linear::norm_inf(&errors.iter().map(|e| e.1).collect::<Vec<f64>>());
+        let largest = vi_core::linear::norm_inf(&errors.iter().map(|e| e[1]).collect::<Vec<f64>>());
         if largest < 1e-11 {
             found.expected = "order 2 in h, or round-off".into();
             found.measured = scientific(largest, 1);
@@ -240,7 +240,7 @@ impl Certifier<'_> {
         found.expected = "order 2 in h".into();
         let law = power_law(errors.iter().copied());
         let slope = law.map_or(f64::NAN, |law| law.exponent);
-        found.measured = format!("order {slope:.2}, {:.1e} at h = {}", errors[0].1, errors[0].0);
+        found.measured = format!("order {slope:.2}, {:.1e} at h = {}", errors[0][1], errors[0][0]);
         found.value = Some(slope);
         let holds = slope >= 2.0 - 2.0 * ORDER_TOLERANCE;
         found.verdict = if holds { Verdict::Pass } else { Verdict::Fail };

@@ -189,8 +189,8 @@ impl<C: Observed + DiscreteConstraints> Family<C> for EnergyMomentum {
     fn tangents(&mut self, run: &EmIntegrator<C>) -> Tangents {
         let (system, constraints, at) =
             (run.system(), run.constraints(), run.state().configuration());
-        let (map, tangents) = EmTangentMap::begin(system, constraints, run.rows(), at);
-        self.tangent = Some(map);
+        let mut tangents = Tangents::canonical(constraints, run.rows(), at);
+        self.tangent = Some(EmTangentMap::begin(system, run.rows(), &mut tangents));
         tangents
     }
 

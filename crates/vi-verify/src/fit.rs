@@ -15,13 +15,13 @@ pub struct PowerLaw {
 /// Fits `y = c x^a`; `None` with fewer than two different `x`, or where a number is not positive
 /// and finite.
 #[must_use]
-pub fn power_law(points: impl IntoIterator<Item = (f64, f64)>) -> Option<PowerLaw> {
+pub fn power_law(points: impl IntoIterator<Item = [f64; 2]>) -> Option<PowerLaw> {
     let log = |v: f64| (v.is_finite() && v > 0.0).then(|| v.log2());
-    let points: Option<Vec<(f64, f64)>> =
-        points.into_iter().map(|(x, y)| Some((log(x)?, log(y)?))).collect();
+    let points: Option<Vec<[f64; 2]>> =
+        points.into_iter().map(|[x, y]| Some([log(x)?, log(y)?])).collect();
     let points = points?;
     let line = line(&points)?;
-    let spread = points.iter().map(|(x, y)| (y - line.at(*x)).abs()).fold(0.0, f64::max);
+    let spread = points.iter().map(|[x, y]| (y - line.at(*x)).abs()).fold(0.0, f64::max);
     Some(PowerLaw { exponent: line.slope, spread })
 }
 
@@ -40,17 +40,17 @@ pub struct Expansion {
 /// second term is small. `None` with fewer than five points, or where a number is not positive and
 /// finite.
 #[must_use]
-pub fn expansion(points: &[(f64, f64)]) -> Option<Expansion> {
+pub fn expansion(points: &[[f64; 2]]) -> Option<Expansion> {
     let usable = |v: f64| v.is_finite() && v > 0.0;
-    if points.len() < 5 || !points.iter().all(|(x, y)| usable(*x) && usable(*y)) {
+    if points.len() < 5 || !points.iter().flatten().all(|v| usable(*v)) {
         return None;
     }
-    let largest = points.iter().map(|p| p.0).fold(0.0, f64::max);
+    let largest = points.iter().map(|p| p[0]).fold(0.0, f64::max);
     let columns = DMatrix::from_fn(points.len(), 3, |i, j| {
-        let x = points[i].0 / largest;
+        let x = points[i][0] / largest;
         [1.0, x.log2(), x * x][j]
     });
-    let y = DVector::from_iterator(points.len(), points.iter().map(|p| p.1.log2()));
+    let y = DVector::from_iterator(points.len(), points.iter().map(|p| p[1].log2()));
     let found = columns.clone().svd(true, true).solve(&y, 1e-12).ok()?;
     let spread = (columns * &found - y).amax();
     Some(Expansion { exponent: found[1], correction: found[2], spread })
@@ -62,30 +62,30 @@ pub struct Line {
     /// Its slope.
     pub slope: f64,
     /// Mean of the points, which it passes through.
-    pub middle: (f64, f64),
+    pub middle: [f64; 2],
 }
 
 impl Line {
     /// Its height at `x`.
     #[must_use]
     pub fn at(&self, x: f64) -> f64 {
-        self.middle.1 + self.slope * (x - self.middle.0)
+        self.middle[1] + self.slope * (x - self.middle[0])
     }
 }
 
 /// The line of least squares; `None` with fewer than two different `x`.
 #[must_use]
-pub fn line(points: &[(f64, f64)]) -> Option<Line> {
+pub fn line(points: &[[f64; 2]]) -> Option<Line> {
     let n = points.len() as f64;
-    let sum = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>();
-    let (mx, my) = (sum(&|p| p.0) / n, sum(&|p| p.1) / n);
-    let width = sum(&|p| (p.0 - mx).powi(2));
+    let sum = |f: &dyn Fn(&[f64; 2]) -> f64| points.iter().map(f).sum::<f64>();
+    let (mx, my) = (sum(&|p| p[0]) / n, sum(&|p| p[1]) / n);
+    let width = sum(&|p| (p[0] - mx).powi(2));
     let usable = width > 0.0 && width.is_finite() && my.is_finite();
     if !usable {
         return None;
     }
-    let slope = sum(&|p| (p.0 - mx) * (p.1 - my)) / width;
-    Some(Line { slope, middle: (mx, my) })
+    let slope = sum(&|p| (p[0] - mx) * (p[1] - my)) / width;
+    Some(Line { slope, middle: [mx, my] })
 }
 
 /// The middle of some numbers; the lower one of two; `None` of none.
@@ -107,13 +107,13 @@ mod tests {
 
     #[test]
     fn a_power_law_is_found_exactly() {
-        let fit = power_law((1..9).map(|k| (f64::from(k), 3.0 * f64::from(k).powf(-2.5)))).unwrap();
+        let fit = power_law((1..9).map(|k| [f64::from(k), 3.0 * f64::from(k).powf(-2.5)])).unwrap();
         assert!((fit.exponent + 2.5).abs() < 1e-12 && fit.spread < 1e-12, "{fit:?}");
     }
 
     #[test]
     fn the_spread_is_in_binary_digits() {
-        let fit = power_law([(1.0, 1.0), (2.0, 4.0), (4.0, 4.0), (8.0, 16.0)]).unwrap();
+        let fit = power_law([[1.0, 1.0], [2.0, 4.0], [4.0, 4.0], [8.0, 16.0]]).unwrap();
         assert!((fit.exponent - 1.2).abs() < 1e-12, "{fit:?}"); // of (0,0), (1,2), (2,2), (3,4)
         assert!((fit.spread - 0.6).abs() < 1e-12, "{fit:?}");
     }
@@ -121,22 +121,22 @@ mod tests {
     #[test]
     fn the_next_term_is_told_apart() {
         let at = |k: i32| 0.5_f64.powi(k) * 0.3;
-        let points: Vec<(f64, f64)> =
-            (0..7).map(|k| (at(k), 5.0 * at(k).powi(6) * (1.0 + 4.0 * at(k).powi(2)))).collect();
+        let points: Vec<[f64; 2]> =
+            (0..7).map(|k| [at(k), 5.0 * at(k).powi(6) * (1.0 + 4.0 * at(k).powi(2))]).collect();
         let (plain, found) =
             (power_law(points.iter().copied()).unwrap(), expansion(&points).unwrap());
         println!("{plain:?}, {found:?}");
         assert!((found.exponent - 6.0).abs() < 0.01 && found.spread < 0.01, "{found:?}");
         assert!((plain.exponent - 6.0).abs() > 0.02 && found.correction > 0.2, "{plain:?}");
         assert_eq!(expansion(&points[..4]), None);
-        assert_eq!(expansion(&[(1.0, 0.0); 5]), None);
+        assert_eq!(expansion(&[[1.0, 0.0]; 5]), None);
     }
 
     #[test]
     fn nothing_is_fitted_to_one_point_to_zero_or_to_nan() {
-        assert_eq!(power_law([(1.0, 1.0)]), None);
-        assert_eq!(power_law([(1.0, 1.0), (1.0, 2.0)]), None);
-        assert_eq!(power_law([(1.0, 0.0), (2.0, 1.0)]), None);
-        assert_eq!(power_law([(1.0, f64::NAN), (2.0, 1.0)]), None);
+        assert_eq!(power_law([[1.0, 1.0]]), None);
+        assert_eq!(power_law([[1.0, 1.0], [1.0, 2.0]]), None);
+        assert_eq!(power_law([[1.0, 0.0], [2.0, 1.0]]), None);
+        assert_eq!(power_law([[1.0, f64::NAN], [2.0, 1.0]]), None);
     }
 }

@@ -76,7 +76,7 @@ pub fn growth(samples: &[f64]) -> Result<Growth, NoGrowth> {
     }
     // distances from 1/1024 to 1/64 of the run: of longer ones there are too few to average over
     let distances = (6..=10).rev().map(|k| count >> k);
-    let law = power_law(distances.map(|k| (k as f64, displacement(samples, k))));
+    let law = power_law(distances.map(|k| [k as f64, displacement(samples, k)]));
     let exponent = law.ok_or(NoGrowth::Exact)?.exponent;
     let walk = displacement(samples, count >> 6) * 64_f64.sqrt();
     Ok(Growth { exponent, drift, walk })

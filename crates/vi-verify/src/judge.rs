@@ -128,7 +128,7 @@ pub(super) fn judge_order(
 
 /// A residual at velocities that is no round-off is of second order where a constraint is not quadratic.
 pub(super) fn not_quadratic(found: &mut Finding, short: &[(f64, Residuals)]) {
-    let law = power_law(short.iter().map(|(h, r)| (*h, r.velocity)));
+    let law = power_law(short.iter().map(|(h, r)| [*h, r.velocity]));
     if let Some(law) = law.filter(|law| law.exponent >= 2.0 - 2.0 * ORDER_TOLERANCE) {
         found.verdict = Verdict::KnownDeviation;
         found.measured = format!("{}, order {:.2}", found.measured, law.exponent);

@@ -212,7 +212,7 @@ pub fn conditioning(subject: &dyn Subject, setting: Setting) -> Result<Condition
         numbers.push((step, condition.as_written, condition.scaled));
     }
     let law = |read: fn(&(f64, f64, f64)) -> f64| {
-        let law = power_law(numbers.iter().map(|n| (n.0, read(n))));
+        let law = power_law(numbers.iter().map(|n| [n.0, read(n)]));
         law.map(|law| law.exponent).ok_or("a condition number is not finite")
     };
     let (as_written, scaled) = (law(|n| n.1)?, law(|n| n.2)?);

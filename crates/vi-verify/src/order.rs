@@ -215,7 +215,7 @@ pub fn observed_order_over(
     let finest = (start..end).rfind(|&k| halvings(k..end) >= needed).unwrap_or(start);
     let tail = &errors[finest..end];
     if tail.iter().all(|e| e.error > ABOVE * scale.floor) {
-        let law = power_law(tail.iter().map(|e| (e.step, e.error)));
+        let law = power_law(tail.iter().map(|e| [e.step, e.error]));
         match law {
             Some(law) if law.exponent < -0.5 && largest <= AMPLIFIED => {
                 return Err(NoOrder::RoundOff { largest });
@@ -249,10 +249,9 @@ pub fn observed_order_over(
 
 /// The fit to a stretch, with the next term of the expansion where that makes it straight.
 fn fitted(errors: &[ErrorAt], points: Range<usize>) -> Option<ObservedOrder> {
-    let stretch: Vec<(f64, f64)> =
-        errors[points.clone()].iter().map(|e| (e.step, e.error)).collect();
+    let stretch: Vec<[f64; 2]> = errors[points.clone()].iter().map(|e| [e.step, e.error]).collect();
     let law = power_law(stretch.iter().copied())?;
-    let short = (stretch[0].0 / stretch[stretch.len() - 1].0).log2() < SHORT;
+    let short = (stretch[0][0] / stretch[stretch.len() - 1][0]).log2() < SHORT;
     let (gain, most) = if short { (0.25, 0.5 * SMALL_TERM) } else { (0.75, SMALL_TERM) };
     let curved = expansion(&stretch).filter(|found| {
         law.spread > CURVED
@@ -291,7 +290,7 @@ fn plateau(errors: &[ErrorAt], start: usize, floor: f64) -> usize {
     if let Some(lowest) = (start..end).min_by(|&a, &b| errors[a].error.total_cmp(&errors[b].error))
     {
         let tail = &errors[lowest..end];
-        let law = power_law(tail.iter().map(|e| (e.step, e.error)));
+        let law = power_law(tail.iter().map(|e| [e.step, e.error]));
         let grows = law.is_some_and(|law| law.exponent < -0.5);
         if fell && tail.len() > 2 && grows && tail.iter().all(|e| e.error <= AMPLIFIED) {
             end = lowest + 1;

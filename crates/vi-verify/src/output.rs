@@ -130,8 +130,8 @@ impl Compared {
         }
         // round-off of second differences grows as the step shrinks: what has stopped falling near it is left out
         let clear = |e: &&ErrorAt| e.error > 10.0 * self.output.floor();
-        let points: Vec<(f64, f64)> =
-            self.errors.iter().take_while(clear).map(|e| (e.step, e.error)).collect();
+        let points: Vec<[f64; 2]> =
+            self.errors.iter().take_while(clear).map(|e| [e.step, e.error]).collect();
         match power_law(points.iter().copied()) {
             Some(law) if points.len() >= 2 => Ok(law.exponent),
             _ => Err(NoOrder::Exact { largest: self.errors[self.errors.len() - 1].error }),

@@ -112,7 +112,8 @@ pub fn trend(samples: &[f64], shadow: &[f64]) -> Result<Trend, NoTrend> {
     let variation = |means: &[f64]| range(means).1 - range(means).0;
     let of_shadow = variation(&other) < variation(&own);
     let (still, means) = if of_shadow { (&shadow_off, other) } else { (&off, own) };
-    let fitted = line(&(0_u32..).map(f64::from).zip(means.iter().copied()).collect::<Vec<_>>());
+    let points = (0_u32..).zip(&means).map(|(k, mean)| [f64::from(k), *mean]);
+    let fitted = line(&points.collect::<Vec<_>>());
     let fitted = fitted.ok_or(NoTrend::NotNumbers)?;
     let excitation: Vec<f64> = off.iter().zip(&shadow_off).map(|(x, s)| x - s).collect();
     let floor = NEGLIGIBLE * (band.1 - band.0); // distances below that are negligible

@@ -90,7 +90,7 @@ impl Simulation {
         let unknown = error.unknown()?;
         match self.settings.scheme {
             Scheme::Nodal | Scheme::Reduced | Scheme::EmNodal => {
-                let (link, _) = mechanism.tree().owner(unknown)?;
+                let link = mechanism.tree().owner(unknown)?;
                 let body = &mechanism.description().bodies[link.frame].name;
                 Some(format!("body `{body}`, the child of `{}`", link.joint.name))
             }

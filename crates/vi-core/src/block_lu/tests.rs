@@ -7,14 +7,14 @@ use vi_testkit::Sample;
 /// Groups of several sizes with their blocks, and the same matrix dense; `weight` of the diagonal.
 fn random(
     sample: &mut Sample,
-    (sizes, places): (&[usize], &[(usize, usize)]),
+    (sizes, places): (&[usize], &[[usize; 2]]),
     weight: f64,
 ) -> (Vec<Vec<f64>>, DMatrix<f64>) {
     let first = |group: usize| sizes[..group].iter().sum::<usize>();
     let d = first(sizes.len());
     let mut dense = DMatrix::zeros(d, d);
     let mut blocks = Vec::new();
-    for &(row, column) in places {
+    for &[row, column] in places {
         let mut block = Vec::new();
         for i in 0..sizes[row] {
             for j in 0..sizes[column] {
@@ -31,15 +31,15 @@ fn random(
     (blocks, dense)
 }
 
-fn both_ways(pairs: &[(usize, usize)], groups: usize) -> Vec<(usize, usize)> {
-    let own = (0..groups).map(|g| (g, g));
-    own.chain(pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)])).collect()
+fn both_ways(pairs: &[[usize; 2]], groups: usize) -> Vec<[usize; 2]> {
+    let own = (0..groups).map(|g| [g, g]);
+    own.chain(pairs.iter().flat_map(|&[a, b]| [[a, b], [b, a]])).collect()
 }
 
 fn relative_error(
     lu: &mut BlockLu,
     blocks: &[Vec<f64>],
-    places: &[(usize, usize)],
+    places: &[[usize; 2]],
     a: &DMatrix<f64>,
 ) -> f64 {
     let d = a.nrows();
@@ -55,10 +55,10 @@ fn relative_error(
 #[test]
 fn it_solves_chains_trees_rings_and_what_fills_in() {
     let mut sample = Sample::new(71);
-    let chain: Vec<_> = (1..9).map(|k| (k - 1, k)).collect();
-    let star: Vec<_> = (1..9).map(|k| (0, k)).collect();
-    let ring: Vec<_> = chain.iter().copied().chain([(8, 0)]).collect();
-    let grid: Vec<_> = (0..9).flat_map(|k| [(k, k + 1), (k, k + 3)]).filter(|p| p.1 < 9).collect();
+    let chain: Vec<_> = (1..9).map(|k| [k - 1, k]).collect();
+    let star: Vec<_> = (1..9).map(|k| [0, k]).collect();
+    let ring: Vec<_> = chain.iter().copied().chain([[8, 0]]).collect();
+    let grid: Vec<_> = (0..9).flat_map(|k| [[k, k + 1], [k, k + 3]]).filter(|p| p[1] < 9).collect();
     let sizes = [6, 6, 1, 3, 6, 2, 6, 0, 5];
     for (name, pairs, count) in
         [("chain", chain, 25), ("star", star, 25), ("ring", ring, 39), ("grid", grid, 0)]
@@ -77,7 +77,7 @@ fn it_solves_chains_trees_rings_and_what_fills_in() {
 
 #[test]
 fn a_pivot_block_that_is_too_small_is_refused() {
-    let places = both_ways(&[(0, 1)], 2);
+    let places = both_ways(&[[0, 1]], 2);
     let mut lu = BlockLu::new(&[6, 6], &places).unwrap();
     let (mut blocks, _) = random(&mut Sample::new(72), (&[6, 6], &places), 0.0);
     let mut factorize = |size: f64| {
@@ -93,7 +93,7 @@ fn a_pivot_block_that_is_too_small_is_refused() {
 
 #[test]
 fn a_dense_matrix_is_left_to_others() {
-    let pairs: Vec<_> = (0..60).flat_map(|a| (0..a).map(move |b| (b, a))).collect();
+    let pairs: Vec<_> = (0..60).flat_map(|a| (0..a).map(move |b| [b, a])).collect();
     assert!(BlockLu::new(&[6; 60], &both_ways(&pairs, 60)).is_none());
 }
 

@@ -276,7 +276,7 @@ impl Mechanism {
     #[must_use]
     pub fn rate_name(&self, rate: usize) -> &str {
         match self.tree.owner(rate) {
-            Some((link, _)) => &link.joint.name,
+            Some(link) => &link.joint.name,
             None => self.particle_tree.owner(rate).map_or("", |at| self.coordinate_name(at)),
         }
     }

@@ -291,11 +291,11 @@ impl Tree {
         changed
     }
 
-    /// The link that owns an unknown, and which of its degrees of freedom it is.
+    /// The link that owns an unknown, which is its degree of freedom `unknown − offset`.
     #[must_use]
-    pub fn owner(&self, unknown: usize) -> Option<(&Link, usize)> {
+    pub fn owner(&self, unknown: usize) -> Option<&Link> {
         let k = self.links.partition_point(|link| link.offset <= unknown);
         let link = self.links[..k].iter().rev().find(|link| link.dof() > 0)?;
-        (unknown < link.offset + link.dof()).then(|| (link, unknown - link.offset))
+        (unknown < link.offset + link.dof()).then_some(link)
     }
 }

@@ -189,7 +189,7 @@ fn move_along<T: Register>(
     }
     if act != Act::Slide {
         let square = u * u;
-        let (sinc, gap) = coefficients_of_each(lanes, square);
+        let [sinc, gap] = coefficients_of_each(lanes, square);
         let relative = Columns::turn_about(lanes, work.axis, (u * sinc, square * gap));
         *turn = turn.plus(&relative).plus(&turn.times(&relative)); // A B − 1
     }
@@ -198,6 +198,6 @@ fn move_along<T: Register>(
 /// `exp(θ̂) − 1`.
 #[inline(always)]
 fn rotation_by<T: Register>(lanes: T, theta: Vector<T::Lanes>) -> Columns<T::Lanes> {
-    let (sinc, gap) = coefficients_of_each(lanes, theta.dot(theta));
+    let [sinc, gap] = coefficients_of_each(lanes, theta.dot(theta));
     Columns::turn_about(lanes, theta, (sinc, gap))
 }

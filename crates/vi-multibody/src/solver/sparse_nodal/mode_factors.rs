@@ -107,14 +107,14 @@ impl ModeFactors {
     }
 
     fn analyse(&mut self) {
-        let mut known: BTreeMap<(usize, usize), [Option<usize>; 3]> = BTreeMap::new();
+        let mut known: BTreeMap<[usize; 2], [Option<usize>; 3]> = BTreeMap::new();
         for (part, matrix) in self.matrices.iter().enumerate() {
             for (k, (place, _)) in matrix.tiles().enumerate() {
                 known.entry(place).or_default()[part] = Some(k);
             }
         }
         let mut length = 0;
-        for ((row, column), tiles) in known {
+        for ([row, column], tiles) in known {
             let start = length;
             length += self.groups[row].len() * self.groups[column].len();
             self.places.push(Place { row, column, values: start..length, tiles });
@@ -166,7 +166,7 @@ impl ModeFactors {
             copies * group.start + (g % copies) * group.len()
         };
         let emit = |out: &mut dyn Entries| {
-            for ((row, column), values) in blocks(places, values, copies) {
+            for ([row, column], values) in blocks(places, values, copies) {
                 let size = groups[column / copies].len();
                 for (entry, value) in values.iter().enumerate() {
                     let (i, j) = (first(row) + entry / size, first(column) + entry % size);
@@ -222,13 +222,13 @@ fn blocks<'a>(
     places: &'a [Place],
     values: &'a [Vec<f64>; 3],
     copies: usize,
-) -> impl Iterator<Item = ((usize, usize), &'a [f64])> {
+) -> impl Iterator<Item = ([usize; 2], &'a [f64])> {
     let [X, Y, minus] = values;
     let parts = [(0, 0, X), (0, 1, Y), (1, 0, minus), (1, 1, X)];
     let count = copies * copies;
     places.iter().flat_map(move |place| {
         parts.into_iter().take(count).map(move |(i, j, values)| {
-            let at = (copies * place.row + i, copies * place.column + j);
+            let at = [copies * place.row + i, copies * place.column + j];
             (at, &values[place.values.clone()])
         })
     })

@@ -146,8 +146,8 @@ impl ReducedMatrix {
     }
 
     /// The blocks between groups, by rows and then by columns of groups, each by rows.
-    pub(super) fn tiles(&self) -> impl Iterator<Item = ((usize, usize), &[f64])> {
-        self.tiles.iter().map(|tile| ((tile.row, tile.column), &self.values[tile.values.clone()]))
+    pub(super) fn tiles(&self) -> impl Iterator<Item = ([usize; 2], &[f64])> {
+        self.tiles.iter().map(|tile| ([tile.row, tile.column], &self.values[tile.values.clone()]))
     }
 
     /// One of these.
@@ -164,7 +164,7 @@ impl ReducedMatrix {
         elimination.get_or_init(|| elimination_of(groups, tiles));
         self.is_eliminated = false;
         if let Some(Some(lu)) = elimination.get_mut() {
-            let blocks = tiles.iter().map(|t| ((t.row, t.column), &values[t.values.clone()]));
+            let blocks = tiles.iter().map(|t| ([t.row, t.column], &values[t.values.clone()]));
             self.is_eliminated = lu.factorize(diagonal, blocks).is_ok();
         }
         if self.is_eliminated { self.solve_again(x) } else { self.solve_by_entries(x) }
@@ -253,7 +253,7 @@ fn elimination_of(groups: &[Range<usize>], tiles: &[Tile]) -> Option<BlockLu> {
         return None;
     }
     let sizes: Vec<usize> = groups.iter().map(ExactSizeIterator::len).collect();
-    let places: Vec<(usize, usize)> = tiles.iter().map(|tile| (tile.row, tile.column)).collect();
+    let places: Vec<_> = tiles.iter().map(|tile| [tile.row, tile.column]).collect();
     BlockLu::new(&sizes, &places)
 }
 

@@ -6,7 +6,7 @@ use crate::geometry::lane_matrices::Columns;
 use crate::geometry::lanes::{Lanes, Width, sweep, three};
 use crate::pair::PairKind;
 use crate::tree::{SLACK, Tree};
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, IntervalParts};
 use vi_core::state::State;
 use vi_rigid::reparametrization::CLEAN_THRESHOLD;
 
@@ -42,7 +42,7 @@ sweep! {
 #[inline(always)]
 fn sweep_close<W: Width>(w: W, links: &[Constants], works: &[Work], s: &mut Interval) {
     let h = s.h;
-    let ([q0, compensation], [q1, dq, q_mid, v_mid]) = s.parts_mut();
+    let IntervalParts { q0, compensation, q1, dq, q_mid, v_mid } = s.parts_mut();
     let mut next = Place::ground(w); // of the link before
     for (link, work) in links.iter().zip(works) {
         if !link.follows_parent {
@@ -95,7 +95,7 @@ fn sweep_finish<W: Width>(
     state: &mut State,
 ) -> bool {
     let (h, rate) = (s.h, 1.0 / s.h);
-    let ([q0, compensation], [q1, dq, q_mid, v_mid]) = s.parts_mut();
+    let IntervalParts { q0, compensation, q1, dq, q_mid, v_mid } = s.parts_mut();
     let (q, rounding, p) = (&mut state.q, &mut state.compensation.q, &mut state.p);
     let (mut is_clean, mut far) = (true, Lanes::zero(w));
     let mut next = Place::ground(w); // of the link before

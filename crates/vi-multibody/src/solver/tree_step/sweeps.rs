@@ -77,7 +77,7 @@ impl Turn {
     #[inline(always)]
     fn by(angle: f64) -> Self {
         let square = angle * angle;
-        let (sinc, gap) = rotation::coefficients(square);
+        let [sinc, gap] = rotation::coefficients(square);
         Self { angle, sine: angle * sinc, versine: square * gap }
     }
 }
@@ -194,7 +194,7 @@ fn rotation_by<W: Width>(w: W, u: &[f64], unknown: usize) -> Result<Columns<Lane
     if size > rotation::MAX_ROTATION {
         return Err(Fault::OutsideChart { kind: BlockKind::Rotation, unknown, size });
     }
-    let (sinc, gap) = rotation::coefficients(square);
+    let [sinc, gap] = rotation::coefficients(square);
     Ok(Columns::turn_about(theta, sinc, gap))
 }
 

@@ -109,7 +109,7 @@ fn turned<R: Register>(
     u: R::Lanes,
 ) -> [Vector<R::Lanes>; 3] {
     let square = u * u;
-    let (sinc, gap) = rotation_lanes::coefficients(lanes, square);
+    let [sinc, gap] = rotation_lanes::coefficients(lanes, square);
     let (sine, less) = (u * sinc, square * gap); // sin u, 1 − cos u
     match link.director {
         Some((0, sign)) => about::<R, 0>(lanes, start, with, (sine * sign, less)),
@@ -179,7 +179,7 @@ fn apply<R: Register>(
 #[inline(always)]
 fn axis_turn<R: Register>(lanes: R, n: &[f64; 3], u: R::Lanes) -> [Vector<R::Lanes>; 3] {
     let square = u * u;
-    let (sinc, gap) = rotation_lanes::coefficients(lanes, square);
+    let [sinc, gap] = rotation_lanes::coefficients(lanes, square);
     turn(lanes, n, u * sinc, square * gap)
 }
 
@@ -204,7 +204,7 @@ fn universal<R: Register>(
 #[inline(always)]
 fn absolute<R: Register>(lanes: R, start: &Start, theta: [R::Lanes; 3]) -> [Vector<R::Lanes>; 3] {
     let theta = Vector(theta);
-    let (sinc, gap) = rotation_lanes::coefficients(lanes, theta.dot(theta));
+    let [sinc, gap] = rotation_lanes::coefficients(lanes, theta.dot(theta));
     three(
         #[inline(always)]
         |i| {
