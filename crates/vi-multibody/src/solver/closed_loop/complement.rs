@@ -5,15 +5,14 @@
 //! v̂_i, p'_i from J'_i     the transposed backward sweep:   J'_i δ = v̂_i·û + p'_i·δt_apex
 //! C_ik = v̂_i·û_k
 //! ```
-//! Both are stored for the links of the path up to the apex alone, so `C` is sparse where few loops meet. Small ones are
-//! eliminated as dense matrices; large ones by a sparse LU, which orders their columns, and which is analysed anew when other
-//! entries vanish.
+//! Both are stored for the links of the path up to the apex alone, so `C` is sparse where few loops meet. How it is
+//! solved depends on its size and on where it has entries ([`super::large_matrix`]).
 #![allow(non_snake_case)] // C
 
 use super::complement_matrix::ComplementMatrix;
 use super::echelon::{CAPACITY, Entry};
 use super::path::Paths;
-use super::relief::{Relief, first_side};
+use super::relief::{Relief, SIDES, first_side};
 use crate::pair::Twist;
 use crate::solver::articulated::Articulated;
 use vi_core::newton::Fault;
@@ -96,7 +95,7 @@ impl Complement {
             left: vec(columns),
             right: vec(rank),
             rows: 0,
-            matrix: ComplementMatrix::new(rank),
+            matrix: ComplementMatrix::new(rank, first_side(paths.apex)),
             relief: Relief::new(rank),
             sweep,
             line: vec![0.0; rank],
@@ -145,8 +144,9 @@ impl Complement {
                 line[k] += value * other;
             }
         }
-        let sides = twist.linear.iter().chain(twist.angular.iter()).copied();
-        let sides = sides.map(|v| if paths.apex.is_some() { v } else { 0.0 }).chain([closure]);
+        let mut sides = [closure; SIDES];
+        let along = twist.linear.iter().chain(twist.angular.iter());
+        sides.iter_mut().zip(along).for_each(|(side, v)| *side = *v);
         if matrix.is_large() {
             met.sort_unstable();
             met.dedup(); // a sum may have passed through zero
@@ -163,7 +163,7 @@ impl Complement {
         tree: &mut Articulated,
     ) -> Result<(), Fault> {
         let Self { matrix, relief, .. } = self;
-        matrix.solve(first_side(apex), relief)?;
+        matrix.solve(relief)?;
         relief.relieve(apex, tree);
         Ok(())
     }

@@ -6,34 +6,39 @@ use super::relief::{Relief, SIDES};
 use super::square_system::SquareSystem;
 use vi_core::newton::Fault;
 
-/// Rank from which on `C` is solved by a sparse LU.
-const LARGE: usize = 128;
+/// Rank up to which rows are written in full.
+const SMALL: usize = 8;
 
-/// `C` and what it is solved for: the unit twists of the apex, then the closure.
-pub(super) enum ComplementMatrix {
-    /// By Gaussian elimination.
+/// `C` and what it is solved for: the unit twists of the apex, where there is one, then the closure.
+pub(super) struct ComplementMatrix {
+    sides: usize,
+    form: Form,
+}
+
+enum Form {
     Small(SquareSystem),
-    /// By a sparse LU.
     Large(Box<LargeMatrix>),
 }
 
 impl ComplementMatrix {
-    /// For the rank of a cluster.
-    pub(super) fn new(rank: usize) -> Self {
-        match rank > LARGE {
-            true => Self::Large(Box::new(LargeMatrix::new(rank))),
-            false => Self::Small(SquareSystem::new(rank, SIDES)),
-        }
+    /// For the rank of a cluster and its first right-hand side.
+    pub(super) fn new(rank: usize, first: usize) -> Self {
+        let sides = SIDES - first;
+        let form = match rank > SMALL {
+            true => Form::Large(Box::new(LargeMatrix::new(rank, sides))),
+            false => Form::Small(SquareSystem::new(rank, sides)),
+        };
+        Self { sides, form }
     }
 
     /// Whether its entries are asked for in the order of their columns, each once.
     pub(super) fn is_large(&self) -> bool {
-        matches!(self, Self::Large(_))
+        matches!(self.form, Form::Large(_))
     }
 
     /// Before the rows are written.
     pub(super) fn clear(&mut self) {
-        if let Self::Large(matrix) = self {
+        if let Form::Large(matrix) = &mut self.form {
             matrix.clear();
         }
     }
@@ -43,29 +48,26 @@ impl ComplementMatrix {
         &mut self,
         i: usize,
         entries: impl Iterator<Item = Entry> + Clone,
-        sides: impl Iterator<Item = f64>,
+        sides: [f64; SIDES],
     ) {
-        match self {
-            Self::Large(matrix) => matrix.push_scaled(i, entries, sides),
-            Self::Small(matrix) => {
-                let (own, right) = matrix.row_mut(i);
-                own.fill(0.0);
-                entries.for_each(|(k, value)| own[k] = value);
-                right.iter_mut().zip(sides).for_each(|(right, side)| *right = side);
-            }
+        let sides = &sides[SIDES - self.sides..];
+        match &mut self.form {
+            Form::Small(matrix) => matrix.write_row(i, entries, sides),
+            Form::Large(matrix) => matrix.push_row(entries, sides),
         }
     }
 
-    /// Solves for the right-hand sides from `first` on.
-    pub(super) fn solve(&mut self, first: usize, relief: &mut Relief) -> Result<(), Fault> {
-        match self {
-            Self::Small(matrix) => {
-                matrix.solve(first)?;
-                relief.take(|k, side| matrix.solution(k, side), first);
+    /// Solves for the right-hand sides.
+    pub(super) fn solve(&mut self, relief: &mut Relief) -> Result<(), Fault> {
+        let first = SIDES - self.sides;
+        match &mut self.form {
+            Form::Small(matrix) => {
+                matrix.solve(0)?;
+                relief.take(|k, side| matrix.solution(k, side - first), first);
             }
-            Self::Large(matrix) => {
-                matrix.solve(first)?;
-                relief.take(|k, side| matrix.solution(k, side), first);
+            Form::Large(matrix) => {
+                matrix.solve()?;
+                relief.take(|k, side| matrix.solution(k, side - first), first);
             }
         }
         Ok(())

@@ -1,11 +1,17 @@
-//! A large complement of loops with its right-hand sides, by an LU: sparse, or dense where chains of loops fill it.
+//! A large complement of loops with its right-hand sides: as a band where loops meet few others, by a sparse LU where they
+//! branch, by a dense one where chains of loops fill it.
 
-use super::echelon::Entry;
-use super::relief::SIDES;
+use super::echelon::{CAPACITY, Entry};
+use super::square_system::SquareSystem;
 use nalgebra::DMatrix;
 use vi_core::linear::{DenseLu, Singular, SparseLu};
+use vi_core::newton::Fault;
 use vi_core::sparse::{Entries, SparseMatrix};
 
+/// Rank up to which the envelope is eliminated, however wide it is.
+const MODERATE: usize = 128;
+/// Columns of a row up to which a band is eliminated, of any rank.
+const NARROW: usize = 64;
 /// Part of the entries from which on the matrix counts as full.
 const FULL: f64 = 0.2;
 
@@ -18,56 +24,115 @@ enum Factors {
 /// A large `C` with its right-hand sides.
 pub(super) struct LargeMatrix {
     rank: usize,
+    count: usize,     // of right-hand sides
+    rows: Vec<Range>, // of entries
+    entries: Vec<Entry>,
+    sides: Vec<f64>, // rank × count, row by row
+    band: SquareSystem,
+    is_band: bool, // at the last solution
     places: Vec<(usize, usize)>,
-    values: Vec<f64>,
-    sides: Vec<f64>,            // rank × SIDES, column by column
     known: Vec<(usize, usize)>, // places of the factors
     factors: Option<Factors>,
+    solutions: Vec<f64>, // of the factors, column by column
 }
 
+type Range = std::ops::Range<usize>;
+
 impl LargeMatrix {
-    /// For a number of rows.
-    pub(super) fn new(rank: usize) -> Self {
-        let (places, known) = (Vec::new(), Vec::new());
-        Self { rank, places, values: Vec::new(), sides: Vec::new(), known, factors: None }
+    /// For a number of rows and of right-hand sides.
+    pub(super) fn new(rank: usize, count: usize) -> Self {
+        Self {
+            rank,
+            count,
+            rows: Vec::with_capacity(rank),
+            entries: Vec::with_capacity(rank * rank.min(CAPACITY)),
+            sides: Vec::with_capacity(rank * count),
+            band: SquareSystem::of_band(rank, count, MODERATE),
+            is_band: true,
+            places: Vec::new(),
+            known: Vec::new(),
+            factors: None,
+            solutions: Vec::new(),
+        }
     }
 
     /// Before the rows are written.
     pub(super) fn clear(&mut self) {
-        self.places.clear();
-        self.values.clear();
+        self.rows.clear();
+        self.entries.clear();
         self.sides.clear();
-        self.sides.resize(SIDES * self.rank, 0.0);
     }
 
-    /// Adds a row with its right-hand sides, all brought to one scale. Its entries are in the order of their columns.
-    pub(super) fn push_scaled(
-        &mut self,
-        row: usize,
-        entries: impl Iterator<Item = Entry> + Clone,
-        sides: impl Iterator<Item = f64>,
-    ) {
-        let largest = entries.clone().map(|e| e.1.abs()).fold(0.0, f64::max);
-        let scale = if largest > 0.0 { 1.0 / largest } else { 1.0 };
-        for (k, value) in entries {
-            self.places.push((row, k));
-            self.values.push(scale * value);
-        }
-        for (side, value) in sides.enumerate() {
-            self.sides[side * self.rank + row] = scale * value;
-        }
+    /// Adds a row with its right-hand sides. Its entries are in the order of their columns.
+    pub(super) fn push_row(&mut self, entries: impl Iterator<Item = Entry>, sides: &[f64]) {
+        let begin = self.entries.len();
+        self.entries.extend(entries);
+        self.rows.push(begin..self.entries.len());
+        self.sides.extend_from_slice(sides);
     }
 
     /// Unknown `k` for a right-hand side.
     pub(super) fn solution(&self, k: usize, side: usize) -> f64 {
-        self.sides[side * self.rank + k]
+        match self.is_band {
+            true => self.band.solution(k, side),
+            false => self.solutions[side * self.rank + k],
+        }
     }
 
-    /// Solves for the right-hand sides from `first` on, in their place.
-    pub(super) fn solve(&mut self, first: usize) -> Result<(), Singular> {
-        let Self { rank, places, values, sides, known, factors } = self;
+    /// Solves for the right-hand sides.
+    pub(super) fn solve(&mut self) -> Result<(), Fault> {
+        let [before, after] = self.extent();
+        self.is_band = self.rank <= MODERATE || 2 * before + after < NARROW;
+        if self.is_band {
+            return self.solve_band([before, after]);
+        }
+        self.scale_rows();
+        Ok(self.solve_factors()?)
+    }
+
+    /// Columns before and after the diagonal that a row has entries in.
+    fn extent(&self) -> [usize; 2] {
+        let mut extent = [0; 2];
+        for (i, row) in self.rows.iter().enumerate() {
+            if let [(first, _), .., (last, _)] | [(first @ last, _)] = &self.entries[row.clone()] {
+                extent = [
+                    extent[0].max(i.saturating_sub(*first)),
+                    extent[1].max(last.saturating_sub(i)),
+                ];
+            }
+        }
+        extent
+    }
+
+    fn solve_band(&mut self, extent: [usize; 2]) -> Result<(), Fault> {
+        self.band.fit(extent);
+        let sides = self.sides.chunks_exact(self.count);
+        for (i, (row, sides)) in self.rows.iter().zip(sides).enumerate() {
+            self.band.write_row(i, self.entries[row.clone()].iter().copied(), sides);
+        }
+        self.band.solve(0)
+    }
+
+    /// Brings all rows to one scale.
+    fn scale_rows(&mut self) {
+        let sides = self.sides.chunks_exact_mut(self.count);
+        for (row, sides) in self.rows.iter().zip(sides) {
+            let own = &mut self.entries[row.clone()];
+            let largest = own.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
+            let scale = if largest > 0.0 { 1.0 / largest } else { 1.0 };
+            own.iter_mut().for_each(|e| e.1 *= scale);
+            sides.iter_mut().for_each(|side| *side *= scale);
+        }
+    }
+
+    fn solve_factors(&mut self) -> Result<(), Singular> {
+        let Self { rank, count, rows, entries, sides, places, known, factors, solutions, .. } =
+            self;
+        places.clear();
+        let own = rows.iter().enumerate();
+        places.extend(own.flat_map(|(i, row)| entries[row.clone()].iter().map(move |e| (i, e.0))));
         let emit = |out: &mut dyn Entries| {
-            places.iter().zip(&*values).for_each(|(&(i, j), value)| out.add(i, j, *value));
+            places.iter().zip(&*entries).for_each(|(&(i, j), e)| out.add(i, j, e.1));
         };
         let is_full = places.len() as f64 > FULL * (*rank * *rank) as f64;
         match factors {
@@ -84,13 +149,14 @@ impl LargeMatrix {
                 known.clone_from(places);
             }
         }
-        let sides = &mut sides[first * *rank..];
+        solutions.clear();
+        solutions.extend((0..*count).flat_map(|side| sides[side..].iter().step_by(*count)));
         match factors.as_mut().expect("just written") {
-            Factors::Sparse(own) => own.1.solve(&own.0, sides),
+            Factors::Sparse(own) => own.1.solve(&own.0, solutions),
             Factors::Dense(matrix, lu) => {
-                places.iter().zip(&*values).for_each(|(&at, value)| matrix[at] = *value);
+                places.iter().zip(&*entries).for_each(|(&at, e)| matrix[at] = e.1);
                 lu.factorize(matrix);
-                sides.chunks_exact_mut(*rank).try_for_each(|side| lu.solve_factorized(side))
+                solutions.chunks_exact_mut(*rank).try_for_each(|side| lu.solve_factorized(side))
             }
         }
     }

@@ -225,8 +225,9 @@ mod tests {
         hinge.at([x, y, 0.0]).axis([0.0, 0.0, 1.0]);
     }
 
-    /// Four-bar windows side by side: all loops are one cluster on the ground.
-    fn windows(count: usize) -> BuiltMechanism {
+    /// Four-bar windows side by side: all loops are one cluster on the ground. A bar over all of them lets the first loop
+    /// meet the last.
+    fn windows(count: usize, has_bar_over_all: bool) -> BuiltMechanism {
         let mut builder = MechanismBuilder::new().gravity([0.0, -9.81, 0.0]);
         let mut bar = |x: f64, y: f64, [v, w]: [f64; 2]| {
             let bar = builder.body("bar", Inertia::principal(1.0, BAR)).at([x, y, 0.0]);
@@ -235,6 +236,7 @@ mod tests {
         let cranks: Vec<BodyId> = (0..=count).map(|i| bar(i as f64, 0.5, [0.5, -1.0])).collect();
         let couplers: Vec<BodyId> =
             (0..count).map(|i| bar(i as f64 + 0.5, 1.0, [1.0, 0.0])).collect();
+        let over_all = has_bar_over_all.then(|| bar(0.5 * count as f64, 1.0, [1.0, 0.0]));
         let mut hinge = |parent, child, x, y| hinge(&mut builder, parent, child, [x, y]);
         for (i, crank) in cranks.iter().enumerate() {
             hinge(FrameId::Ground, *crank, i as f64, 0.0);
@@ -242,6 +244,10 @@ mod tests {
         for (i, coupler) in couplers.iter().enumerate() {
             hinge(cranks[i].into(), *coupler, i as f64, 1.0);
             hinge((*coupler).into(), cranks[i + 1], (i + 1) as f64, 1.0);
+        }
+        if let Some(over_all) = over_all {
+            hinge(cranks[0].into(), over_all, 0.0, 1.0);
+            hinge(over_all.into(), cranks[count], count as f64, 1.0);
         }
         builder.build().unwrap()
     }
@@ -330,9 +336,11 @@ mod tests {
     }
 
     #[test]
-    fn steps_are_those_of_dense_matrices_by_small_and_by_large_complements() {
-        for (count, rank) in [(1, 2), (3, 6), (70, 140)] {
-            let built = windows(count);
+    fn steps_are_those_of_dense_matrices_by_small_band_and_sparse_complements() {
+        for (count, has_bar_over_all, rank) in
+            [(1, false, 2), (3, false, 6), (20, false, 40), (70, false, 140), (70, true, 141)]
+        {
+            let built = windows(count, has_bar_over_all);
             assert_eq!(clusters(&built), [(rank, None)]);
             let off = off_dense(&built);
             println!("{count} windows: states off by {off:.1e}");

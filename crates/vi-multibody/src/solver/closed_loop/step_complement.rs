@@ -9,7 +9,7 @@ use super::cluster::Rows;
 use super::complement_matrix::ComplementMatrix;
 use super::echelon::Entry;
 use super::path::{Paths, Placed};
-use super::relief::{Relief, first_side};
+use super::relief::{Relief, SIDES, first_side};
 use super::row_sweeps::{Four, held, in_registers, load};
 use crate::pair::Twist;
 use crate::solver::tree_step::TreeStep;
@@ -78,7 +78,7 @@ impl StepComplement {
         Self {
             rank,
             left: Left::new(paths.columns.len(), bundles),
-            matrix: ComplementMatrix::new(rank),
+            matrix: ComplementMatrix::new(rank, first_side(paths.apex)),
             relief: Relief::new(rank),
             line: vec![[0.0; 4]; 4 * bundles],
             marked: vec![false; bundles],
@@ -109,8 +109,10 @@ impl StepComplement {
             }
             paths.four.order_touched();
             let wrenches = self.add_columns(bundle, paths, links);
-            let own = self.relief.wrenches[4 * bundle..].iter_mut().take(4).enumerate();
-            own.for_each(|(row, wrench)| *wrench = of_row(&wrenches, row));
+            if paths.apex.is_some() {
+                let own = self.relief.wrenches[4 * bundle..].iter_mut().take(4).enumerate();
+                own.for_each(|(row, wrench)| *wrench = of_row(&wrenches, row));
+            }
             paths.four.clear(&paths.links);
         }
         self.matrix.clear();
@@ -124,12 +126,12 @@ impl StepComplement {
             let (twists, moved) = self.gather_rows(paths, links, x);
             for row in 0..own.len() {
                 let i = 4 * bundle + row;
-                self.write_row((i, row), &twists, paths.apex.is_some(), g[i] - moved[row]);
+                self.write_row((i, row), &twists, g[i] - moved[row]);
             }
             self.met.drain(..).for_each(|b| self.marked[b] = false);
             paths.four.clear(&paths.links);
         }
-        self.matrix.solve(first_side(paths.apex), &mut self.relief)
+        self.matrix.solve(&mut self.relief)
     }
 
     /// `û_k`, `p_k` of a bundle of columns.
@@ -184,15 +186,10 @@ impl StepComplement {
     }
 
     /// Row `i` of `C`, one of the four at hand, with its right-hand sides.
-    fn write_row(
-        &mut self,
-        (i, row): (usize, usize),
-        twists: &[Four; 6],
-        has_apex: bool,
-        gap: f64,
-    ) {
+    fn write_row(&mut self, (i, row): (usize, usize), twists: &[Four; 6], gap: f64) {
         let Self { rank, matrix, line, met, .. } = self;
-        let sides = twists.iter().map(|part| if has_apex { part[row] } else { 0.0 }).chain([gap]);
+        let mut sides = [gap; SIDES];
+        sides.iter_mut().zip(twists).for_each(|(side, part)| *side = part[row]);
         if matrix.is_large() {
             met.sort_unstable();
         }
