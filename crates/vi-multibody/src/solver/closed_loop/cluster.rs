@@ -311,9 +311,7 @@ impl Cluster {
 
     /// `g_c` of the chosen rows.
     pub(crate) fn close(&mut self, at: Configuration<'_>) {
-        for (g, &i) in self.g.iter_mut().zip(&self.chosen) {
-            *g = self.paths.value(i, at);
-        }
+        self.paths.values(&self.chosen, at, &mut self.g);
     }
 
     /// `−∂g_c/∂t` of the chosen rows in the place of `g_c`: the rates `ν` satisfy `J ν = −∂g_c/∂t`.

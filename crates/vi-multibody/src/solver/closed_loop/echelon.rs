@@ -12,6 +12,7 @@
 //! Source: Gaussian elimination with threshold pivoting, Duff, Erisman & Reid, Direct Methods for
 //! Sparse Matrices, §5, §7.
 
+use super::pending::Pending;
 use std::ops::Range;
 
 /// Factor from one level to the next.
@@ -26,8 +27,6 @@ const SPENT: f64 = 1e-3;
 /// wait for a lower level count as later rows, and the others stay short.
 const SMALL: usize = 100;
 const NONE: usize = usize::MAX;
-/// Of a word of pending pivots.
-const BITS: usize = u64::BITS as usize;
 
 /// A column and its entry.
 pub(crate) type Entry = (usize, f64);
@@ -52,10 +51,10 @@ pub(crate) struct Echelon {
     work: Vec<f64>,      // column → entry of the row at hand
     support: Vec<usize>, // its columns
     marked: Vec<bool>,
-    pending: Vec<u64>, // pivots to be taken out of it, a bit for each
-    unit: f64,         // size of a row that does not cancel, 0: not known
-    top: f64,          // largest entry of all rows, at least that
-    largest: f64,      // entry of all rows
+    pending: Pending, // pivots to be taken out of it
+    unit: f64,        // size of a row that does not cancel, 0: not known
+    top: f64,         // largest entry of all rows, at least that
+    largest: f64,     // entry of all rows
     smallest: f64,
 }
 
@@ -74,7 +73,7 @@ impl Echelon {
             work: vec![0.0; all],
             support: Vec::with_capacity(all),
             marked: vec![false; all],
-            pending: vec![0; rows.min(width).div_ceil(BITS)],
+            pending: Pending::new(rows.min(width)),
             unit: 0.0,
             top: 0.0,
             largest: 0.0,
@@ -164,30 +163,26 @@ impl Echelon {
         }
         support.clear();
         let seen = rows[i].seen;
-        let mut add = |column: usize, pending: &mut [u64]| {
+        let mut add = |column: usize, pending: &mut Pending| {
             support.push(column);
             let pivot = order[column];
             if pivot != NONE && pivot >= seen {
-                pending[pivot / BITS] |= 1 << (pivot % BITS);
+                pending.insert(pivot);
             }
         };
         for &(column, value) in &entries[rows[i].entries.clone()] {
             (work[column], marked[column]) = (value, true);
             add(column, pending);
         }
-        for word in seen / BITS..pivots.len().div_ceil(BITS) {
-            while pending[word] != 0 {
-                let next = BITS * word + pending[word].trailing_zeros() as usize;
-                pending[word] &= pending[word] - 1;
-                let pivot = &rows[pivots[next]];
-                let factor = std::mem::replace(&mut work[pivot.pivot], 0.0);
-                for &(column, value) in &entries[pivot.entries.clone()] {
-                    if !marked[column] {
-                        (work[column], marked[column]) = (0.0, true);
-                        add(column, pending);
-                    }
-                    work[column] -= factor * value;
+        while let Some(next) = pending.take_lowest() {
+            let pivot = &rows[pivots[next]];
+            let factor = std::mem::replace(&mut work[pivot.pivot], 0.0);
+            for &(column, value) in &entries[pivot.entries.clone()] {
+                if !marked[column] {
+                    (work[column], marked[column]) = (0.0, true);
+                    add(column, pending);
                 }
+                work[column] -= factor * value;
             }
         }
         let begin = entries.len();

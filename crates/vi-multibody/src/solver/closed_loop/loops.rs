@@ -51,7 +51,7 @@ impl Loops {
         let build = |(number, group): (usize, &Vec<usize>)| {
             let own = |&i: &usize| LoopRow {
                 number: i,
-                row: rows[i].clone(),
+                row: Box::new(rows[i].clone()),
                 scale: scales[i],
                 path: paths[i].links.iter().map(|&k| home[k].1).collect(),
                 apex: paths[i].apex,

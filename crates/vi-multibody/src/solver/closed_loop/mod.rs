@@ -39,7 +39,7 @@
 //! 104 (1982).
 #![allow(non_snake_case)] // A, U, J, Z
 
-mod closure_row;
+mod closure_rows;
 pub(crate) mod cluster;
 mod cluster_link;
 mod complement;
@@ -52,6 +52,7 @@ mod large_matrix;
 pub mod loop_rank;
 pub(crate) mod loops;
 mod path;
+mod pending;
 mod relief;
 mod row_sweeps;
 mod square_system;

@@ -4,7 +4,7 @@
 //! J_i = Σ_sides wrenchᵀ P        carried from the two sides of the loop to its apex, where they meet
 //! ```
 
-use super::closure_row::{ClosureRow, Site};
+use super::closure_rows::{ClosureRows, LastForm, Site};
 use super::cluster_link::ClusterLink;
 use super::echelon::{Echelon, Entry};
 use super::row_sweeps::{Kept, RowSweeps};
@@ -21,7 +21,7 @@ pub(crate) struct LoopRow {
     /// Its number among the rows of `g_c`.
     pub(crate) number: usize,
     /// The constraint.
-    pub(crate) row: ScalarRow,
+    pub(crate) row: Box<ScalarRow>,
     /// Its weight in rank decisions.
     pub(crate) scale: f64,
     /// Links of the cluster, deepest first.
@@ -77,7 +77,7 @@ pub(crate) struct Paths {
     wrenches: Vec<Twist>,               // scratch, of each link
     values: Vec<f64>,                   // scratch, of each column
     row: Vec<Entry>,                    // the last row written
-    closures: Vec<Option<ClosureRow>>,  // on the sweeps of trees: rows in one piece
+    closures: ClosureRows,              // on the sweeps of trees
     pub(super) four: RowSweeps,         // scratch of four rows
     pub(super) kept: Kept,              // the rows filled in last, by fours
 }
@@ -114,34 +114,34 @@ impl Paths {
             wrenches,
             values,
             row,
-            closures: Vec::new(),
+            closures: ClosureRows::default(),
             four,
             kept,
         }
     }
 
-    /// Puts rows that are products on two links in one piece, for the links of sweeps.
+    /// Refers rows that are products on two links to the links of sweeps.
     pub(super) fn compact_rows(
         &mut self,
         (tree, home): (&Articulated, &[(usize, usize)]),
         links: Links<'_>,
     ) {
-        let closure = |row: &LoopRow| {
-            ClosureRow::new(&row.row, |frame| {
+        for row in &self.rows {
+            self.closures.push(&row.row, |frame| {
                 let body = frame / FRAME;
                 let link = (body < links.constants.len()).then(|| tree.link_of(body))?;
                 let home = (Some(link) != row.apex).then_some(home[link].1);
                 Some(Site { frame, home, reference: links.constants[link].anchor.into() })
-            })
-        };
-        self.closures = self.rows.iter().map(closure).collect();
+            });
+        }
     }
 
-    /// `g_c` of row `i`.
-    pub(super) fn value(&self, i: usize, at: Configuration<'_>) -> f64 {
-        match self.closures.get(i) {
-            Some(Some(closure)) => closure.value(at.q),
-            _ => self.rows[i].row.value(at),
+    /// `g_c` of some rows.
+    pub(super) fn values(&self, rows: &[usize], at: Configuration<'_>, g: &mut [f64]) {
+        let mut last = LastForm::NONE;
+        for (g, &i) in g.iter_mut().zip(rows) {
+            let closure = self.closures.value(i, at.q, &mut last);
+            *g = closure.unwrap_or_else(|| self.rows[i].row.value(at));
         }
     }
 
@@ -255,20 +255,22 @@ impl Paths {
 
     /// Up to four rows of `G_c P_tree`, side by side; those of one path at a time.
     pub(super) fn write_four(&mut self, own: &[usize], (at, links): (Placed<'_>, Links<'_>)) {
-        let mut first = 0;
+        let (mut first, mut last) = (0, LastForm::NONE);
         while let Some(&i) = own.get(first) {
             let alongside = own[first..].iter().take_while(|&&j| self.is_alongside(i, j)).count();
+            self.four.place(&self.rows[i].path);
             for row in first..first + alongside {
                 let Self { rows, four, closures, .. } = self;
-                if let Some(Some(closure)) = closures.get(own[row]) {
-                    closure.for_each_wrench(at.q, |k, wrench| four.add_wrench((k, row), &wrench));
+                let put = |k, force, moment| four.add_wrench((k, row), force, moment);
+                if closures.for_each_wrench(own[row], (at.q, &mut last), put) {
                     continue;
                 }
                 rows[own[row]].row.for_each_wrench(at.q, |frame, wrench| {
                     let link = at.tree.link_of(frame);
                     if Some(link) != rows[i].apex {
                         let wrench = links.about_reference(link, at.q, &wrench);
-                        four.add_wrench((at.home[link].1, row), &wrench);
+                        let place = (at.home[link].1, row);
+                        four.add_wrench(place, Some(wrench.linear), wrench.angular);
                     }
                 });
             }

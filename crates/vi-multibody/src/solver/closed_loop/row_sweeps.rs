@@ -10,9 +10,9 @@
 use super::cluster_link::ClusterLink;
 use super::echelon::Entry;
 use crate::geometry::lane_vectors::{Screw, Transfer, Vector};
-use crate::pair::Twist;
 use crate::solver::tree_step::columns::{Act, Motion};
 use crate::solver::tree_step::part::Links;
+use nalgebra::Vector3;
 use vi_core::lanes::{Lanes, Register};
 
 /// A number of each of four rows.
@@ -70,8 +70,9 @@ impl Kept {
 pub(crate) struct RowSweeps {
     pub(super) values: Vec<Four>,   // of each column
     pub(super) touched: Vec<usize>, // links up to the apex of the cluster, deepest first
-    wrenches: Vec<[Four; 6]>,       // of each link, as the sweeps come to it
-    marked: Vec<bool>,              // links
+    wrenches: Vec<[Four; 6]>, // of the links of a path, or of the touched, as the sweeps come to them
+    place: Vec<u32>,          // of each link among these
+    marked: Vec<bool>,        // links
 }
 
 impl RowSweeps {
@@ -81,15 +82,29 @@ impl RowSweeps {
             values: vec![[0.0; 4]; columns],
             touched: Vec::with_capacity(links),
             wrenches: vec![[[0.0; 4]; 6]; links],
+            place: vec![0; links],
             marked: vec![false; links],
         }
     }
 
-    /// A wrench on a link, of one of the rows.
-    pub(super) fn add_wrench(&mut self, (link, row): (usize, usize), wrench: &Twist) {
-        let parts = wrench.linear.iter().chain(wrench.angular.iter());
-        let own = self.wrenches[link].iter_mut().zip(parts);
-        own.for_each(|(sum, part)| sum[row] += part);
+    /// Gives the links of a path places for their wrenches.
+    pub(super) fn place(&mut self, path: &[usize]) {
+        (0..).zip(path).for_each(|(at, &k)| self.place[k] = at);
+    }
+
+    /// A force, where there is one, and a moment on a link of the path, of one of the rows.
+    #[inline]
+    pub(super) fn add_wrench(
+        &mut self,
+        (link, row): (usize, usize),
+        force: Option<Vector3<f64>>,
+        moment: Vector3<f64>,
+    ) {
+        let [fx, fy, fz, x, y, z] = &mut self.wrenches[self.place[link] as usize];
+        if let Some(force) = force {
+            [fx, fy, fz].into_iter().zip(&force).for_each(|(sum, part)| sum[row] += part);
+        }
+        [x, y, z].into_iter().zip(&moment).for_each(|(sum, part)| sum[row] += part);
     }
 
     /// Counts a link, and those up to the apex, among the touched.
@@ -102,9 +117,10 @@ impl RowSweeps {
         }
     }
 
-    /// Brings the touched links into their order.
+    /// Brings the touched links into their order, and gives them places for their wrenches.
     pub(super) fn order_touched(&mut self) {
         self.touched.sort_unstable();
+        (0..).zip(&self.touched).for_each(|(at, &k)| self.place[k] = at);
     }
 
     /// Forgets the touched links and what stands at their columns.
@@ -118,7 +134,8 @@ impl RowSweeps {
         self.touched.clear();
     }
 
-    /// Adds the entries of the rows whose wrenches stand on the links of `path`; beyond `apex` they balance.
+    /// Adds the entries of the rows whose wrenches stand on the links of `path`, which have their places; beyond `apex` they
+    /// balance.
     pub(super) fn carry(
         &mut self,
         links: &[ClusterLink],
@@ -136,11 +153,11 @@ impl RowSweeps {
         (path, apex): (&[usize], Option<usize>),
         (at, next): (Links<'_>, bool),
     ) {
-        for &k in path {
+        for (place, &k) in path.iter().enumerate() {
             let link = &links[k];
             let work = &at.works[link.link];
-            let wrench = take(lanes, &self.wrenches[k]);
-            self.wrenches[k] = [[0.0; 4]; 6];
+            let wrench = take(lanes, &self.wrenches[place]);
+            self.wrenches[place] = [[0.0; 4]; 6];
             if let Motion::Along(act) = at.constants[link.link].motion {
                 let axis = if next { &work.column.axis_next } else { &work.column.axis };
                 let value = &mut self.values[link.first];
@@ -220,8 +237,8 @@ impl RowSweeps {
             let k = self.touched[i];
             let link = &links[k];
             let own = &mut self.values[link.first..link.first + link.dof];
-            let (p, lever) = each(link.link, own, &self.wrenches[k]);
-            self.wrenches[k] = [[0.0; 4]; 6];
+            let (p, lever) = each(link.link, own, &self.wrenches[i]);
+            self.wrenches[i] = [[0.0; 4]; 6];
             match link.parent {
                 Some(parent) => self.hand_on(lanes, parent, &lever, p),
                 None => add_transposed(lanes, &lever, p, &mut out),
@@ -239,9 +256,10 @@ impl RowSweeps {
         lever: &[f64; 3],
         p: Screw<T::Lanes>,
     ) {
-        let mut sum = take(lanes, &self.wrenches[parent]);
+        let own = &mut self.wrenches[self.place[parent] as usize];
+        let mut sum = take(lanes, own);
         add_transposed(lanes, lever, p, &mut sum);
-        self.wrenches[parent] = hold(sum);
+        *own = hold(sum);
     }
 }
 
