@@ -4,7 +4,7 @@ use holonom::export::{ExportError, Exported, export as write};
 
 use crate::arguments::Export;
 use crate::failure::Failure;
-use crate::plot::folder;
+use crate::folder::folder;
 use crate::stderr;
 
 pub(crate) fn export(arguments: &Export) -> Result<(), Failure> {

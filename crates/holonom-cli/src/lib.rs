@@ -18,6 +18,7 @@ mod dispatch;
 mod examples;
 mod export;
 mod failure;
+mod folder;
 mod human;
 mod import;
 mod input;

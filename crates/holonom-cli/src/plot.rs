@@ -3,7 +3,6 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use holonom::output::{LeftOut, Readable, RunFolder};
 use holonom::report::selected::{
     NamedRun, Request, SelectionError, columns, groups, selected, table,
 };
@@ -11,6 +10,7 @@ use holonom::report::{self, Style, Typeface};
 
 use crate::arguments::{Plot, PlotStyle};
 use crate::failure::Failure;
+use crate::folder::folder;
 use crate::picture::{self, Format};
 use crate::{stderr, stdout};
 
@@ -125,23 +125,4 @@ fn failure(error: SelectionError) -> Failure {
             help: "`holonom plot DIR --list` lists what can be drawn".into(),
         },
     }
-}
-
-/// The folder of a run as far as it can be read, with notes on what cannot.
-pub(crate) fn folder(path: &Path) -> Result<RunFolder, Failure> {
-    if path.join("summary.json").is_file() {
-        let Readable { folder, left_out } = RunFolder::open(path).readable()?;
-        for LeftOut { file, rows, torn } in left_out {
-            let rows = (rows > 0).then(|| format!("{rows} rows that other files lack"));
-            let torn = torn.then(|| "a last row that is not whole".to_owned());
-            let what: Vec<String> = rows.into_iter().chain(torn).collect();
-            stderr::line(&format!("note: {file}: {} left out", what.join(" and ")));
-        }
-        return Ok(folder);
-    }
-    Err(Failure::Usage {
-        message: format!("{} is not the folder of a run", path.display()),
-        help: "name a folder with summary.json and trajectory.csv, as `holonom run` writes it"
-            .into(),
-    })
 }

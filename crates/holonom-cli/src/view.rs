@@ -4,7 +4,7 @@ use holonom::report;
 
 use crate::arguments::View;
 use crate::failure::Failure;
-use crate::plot::folder;
+use crate::folder::folder;
 use crate::{stderr, stdout};
 
 pub(crate) fn view(arguments: &View) -> Result<(), Failure> {
