@@ -77,17 +77,16 @@ impl Part {
         Self { frame: NONE, home: NONE, share: 0.0, vector, arm: vector }
     }
 
-    /// Of a form on a link; `None` where it has none there, or coordinates are too many.
+    /// Of a form on a link; `None` where it has none there.
     fn new(form: &Form, site: &Site) -> Option<Self> {
         let of = |at: usize| -> f64 {
             let own = form.terms().iter().filter(|term| term.offset == site.frame + at);
             own.map(|term| term.coefficient).sum()
         };
-        let number = |place: usize| u32::try_from(place).ok();
         let own = site.frame..site.frame + FRAME;
         form.terms().iter().any(|term| own.contains(&term.offset)).then_some(())?;
         let (share, vector) = (of(0), Vector3::from_fn(|i, _| of(3 + 3 * i)));
-        let (frame, home) = (number(site.frame)?, site.home.and_then(number).unwrap_or(NONE));
+        let (frame, home) = (site.frame as u32, site.home.map_or(NONE, |home| home as u32));
         Some(Self { frame, home, share, vector, arm: vector - share * site.reference })
     }
 
@@ -120,16 +119,19 @@ impl ClosureRows {
                 sites.push(site(frame)?);
             }
         }
-        (sites.len() <= 2).then_some(())?;
+        let fits = |site: &Site| site.frame.max(site.home.unwrap_or(0)) < NONE as usize;
+        (sites.len() <= 2 && sites.iter().all(fits)).then_some(())?;
         let forms = [a, b].map(|form| self.place(form, &sites));
         Some(Product { scale: *scale, target: *target, forms })
     }
 
     /// Where the parts of a form are, which a row just before may have, too.
     fn place(&mut self, form: &Form, sites: &[Site]) -> Parts {
-        let constant = Some(form.constant_part()).filter(|vector| *vector != Vector3::zeros());
-        let on_links = sites.iter().filter_map(|site| Part::new(form, site));
-        let own: Vec<Part> = constant.map(Part::constant).into_iter().chain(on_links).collect();
+        let constant = form.constant_part();
+        let mut own: Vec<Part> = sites.iter().filter_map(|site| Part::new(form, site)).collect();
+        if constant != Vector3::zeros() || own.is_empty() {
+            own.insert(0, Part::constant(constant)); // no form is without a part, so each has a place of its own
+        }
         let recent = self.products.iter().rev().take(RECENT).flatten();
         let known = recent.flat_map(|row| row.forms).find(|&parts| self.parts(parts) == own);
         known.unwrap_or_else(|| {
