@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_in_one_piece_are_those_of_the_joints() {
+    fn rows_that_share_forms_are_those_of_the_joints() {
         let mut sample = Sample::new(7);
         let (mut off, mut count) = (0.0_f64, 0);
         for kind in PairKind::ALL {

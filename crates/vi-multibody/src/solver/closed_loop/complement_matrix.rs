@@ -3,11 +3,8 @@
 use super::echelon::Entry;
 use super::large_matrix::LargeMatrix;
 use super::relief::{Relief, SIDES};
-use super::square_system::SquareSystem;
+use super::square_system::{SMALL, SquareSystem};
 use vi_core::newton::Fault;
-
-/// Rank up to which rows are written in full.
-const SMALL: usize = 8;
 
 /// `C` and what it is solved for: the unit twists of the apex, where there is one, then the closure.
 pub(super) struct ComplementMatrix {

@@ -258,7 +258,7 @@ impl Paths {
         let (mut first, mut last) = (0, LastForm::NONE);
         while let Some(&i) = own.get(first) {
             let alongside = own[first..].iter().take_while(|&&j| self.is_alongside(i, j)).count();
-            self.four.place(&self.rows[i].path);
+            self.four.take_places(&self.rows[i].path);
             for row in first..first + alongside {
                 let Self { rows, four, closures, .. } = self;
                 let put = |k, force, moment| four.add_wrench((k, row), force, moment);

@@ -88,8 +88,8 @@ impl RowSweeps {
     }
 
     /// Gives the links of a path places for their wrenches.
-    pub(super) fn place(&mut self, path: &[usize]) {
-        (0..).zip(path).for_each(|(at, &k)| self.place[k] = at);
+    pub(super) fn take_places(&mut self, path: &[usize]) {
+        number(path, &mut self.place);
     }
 
     /// A force, where there is one, and a moment on a link of the path, of one of the rows.
@@ -120,7 +120,7 @@ impl RowSweeps {
     /// Brings the touched links into their order, and gives them places for their wrenches.
     pub(super) fn order_touched(&mut self) {
         self.touched.sort_unstable();
-        (0..).zip(&self.touched).for_each(|(at, &k)| self.place[k] = at);
+        number(&self.touched, &mut self.place);
     }
 
     /// Forgets the touched links and what stands at their columns.
@@ -261,6 +261,11 @@ impl RowSweeps {
         add_transposed(lanes, lever, p, &mut sum);
         *own = hold(sum);
     }
+}
+
+/// Numbers links one after the other.
+fn number(links: &[usize], place: &mut [u32]) {
+    (0..).zip(links).for_each(|(at, &k)| place[k] = at);
 }
 
 #[inline(always)]

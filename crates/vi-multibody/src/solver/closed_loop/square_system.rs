@@ -12,7 +12,7 @@ use vi_core::newton::Fault;
 const SMALLEST: f64 = 1e-30;
 
 /// Rank up to which rows are taken as full.
-const SMALL: usize = 8;
+pub(super) const SMALL: usize = 8;
 
 /// `C x = b` for several `b`; the solutions take their places.
 pub(super) struct SquareSystem {
