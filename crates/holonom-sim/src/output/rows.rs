@@ -61,12 +61,18 @@ impl<W: Write> Rows<W> {
         step: u64,
         fields: impl Iterator<Item = Field<'a>>,
     ) -> io::Result<()> {
-        let mut text = ryu::Buffer::new();
+        let mut text = zmij::Buffer::new();
         write!(self.block, "{step}")?;
         for field in fields {
             self.block.push(b',');
             match field {
-                Field::Number(x) => self.block.extend_from_slice(text.format(x).as_bytes()),
+                Field::Number(x) if x.abs() < 1e15 => {
+                    self.block.extend_from_slice(text.format(x).as_bytes());
+                }
+                // 1e16, not 1e+16, as the csv crate writes it
+                Field::Number(x) => {
+                    self.block.extend(text.format(x).bytes().filter(|byte| *byte != b'+'));
+                }
                 Field::Flag(flag) => self.block.push(b'0' + u8::from(flag)),
                 Field::Index(k) => write!(self.block, "{k}")?,
                 Field::Text(text) => self.block.extend_from_slice(text.as_bytes()),
