@@ -4,6 +4,7 @@
 //! A consistent mass of elements couples whole beams; it is factorized each time.
 
 use nalgebra::DMatrix;
+use vi_core::isotropic::IsotropicBlocks;
 use vi_core::linear::{Singular, SparseLu};
 use vi_core::sparse::{Entries, SparseMatrix};
 
@@ -14,7 +15,7 @@ const LARGEST: usize = 12;
 #[derive(Debug)]
 pub(crate) enum InverseMass {
     /// `M⁻¹`, block diagonal.
-    Blocks(SparseMatrix),
+    Blocks(IsotropicBlocks),
     /// Factors of `M`.
     Factors(Box<SparseLu>),
 }
@@ -39,13 +40,14 @@ impl InverseMass {
             own.try_inverse().filter(|inverse| inverse.iter().all(|x| x.is_finite()))
         };
         let inverses: Vec<DMatrix<f64>> = blocks.iter().map(inverse).collect::<Option<_>>()?;
-        Some(Self::Blocks(SparseMatrix::assemble(n, n, |out: &mut dyn Entries| {
+        let whole = SparseMatrix::assemble(n, n, |out: &mut dyn Entries| {
             for (block, inverse) in blocks.iter().zip(&inverses) {
                 for (b, &j) in block.iter().enumerate() {
                     block.iter().enumerate().for_each(|(a, &i)| out.add(i, j, inverse[(a, b)]));
                 }
             }
-        })))
+        });
+        Some(Self::Blocks(IsotropicBlocks::of(&whole)))
     }
 
     /// `v ← M⁻¹ p`, shape `n`.

@@ -305,7 +305,9 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
     /// [`LegendreError`].
     pub fn hamiltonian(&mut self, at: Configuration<'_>, p: &[f64]) -> Result<Option<Energies>> {
         self.check_vectors(at.q, p)?;
-        let found = self.projections.hamiltonian(self.system, at, p, &mut vec![0.0; p.len()])?; // (53)
+        let mut v = vec![0.0; p.len()];
+        let has_velocity = self.projections.free_velocity(self.system, p, &mut v)?;
+        let found = has_velocity.then(|| hamiltonian(self.system, at, &v, p)); // (53)
         found.iter().try_for_each(|e| finite("the energy", &[e.kinetic, e.potential]))?;
         Ok(found)
     }

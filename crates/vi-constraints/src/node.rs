@@ -10,7 +10,7 @@
 use crate::constraints::Constraints;
 use crate::legendre::add_constraint_impulse;
 use crate::node_solvers::NodeSolvers;
-use crate::projection::{Projections, hamiltonian};
+use crate::projection::{Projections, hamiltonian, kinetic_energy};
 use crate::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -118,11 +118,16 @@ impl NodeObserver {
         self.impulse(system, constraints, state, s)?;
         let Self { projections, node, m_work, n_work, .. } = self;
         node.discrete_energy = discrete_energy(system, s); // (52)
-        node.hamiltonian = projections.hamiltonian(system, s.start(), &node.p, n_work)?; // (53)
-        let v = if node.hamiltonian.is_some() { &n_work[..] } else { &node.v };
+        let has_velocity = projections.free_velocity(system, &node.p, n_work)?;
+        let of = |v: &[f64]| Energies {
+            kinetic: kinetic_energy(v, &node.p),
+            ..node.hamiltonian_projected
+        };
+        node.hamiltonian = has_velocity.then(|| of(n_work)); // (53)
+        let v = if has_velocity { &n_work[..] } else { &node.v };
         node.momentum_residual = rate(constraints, s.start(), v, m_work); // (46)
         node.velocity_residual = if constraints.is_rheonomic() {
-            constraints.value(s.end(), m_work);
+            constraints.residual(s.end(), m_work);
             norm_inf(m_work) / s.h.abs()
         } else {
             m_work.fill(0.0);
@@ -164,7 +169,7 @@ impl NodeObserver {
         h: f64,
     ) -> Result<(), Singular> {
         let (node, at) = (&mut self.node, state.configuration());
-        constraints.value(at, &mut self.m_work);
+        constraints.residual(at, &mut self.m_work);
         node.position_residual = norm_inf(&self.m_work);
 
         let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, h, out);

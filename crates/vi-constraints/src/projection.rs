@@ -21,7 +21,7 @@ use crate::saddle_point::{IndependentRows, SaddlePoint};
 use vi_core::Configuration;
 use vi_core::MechanicalSystem;
 use vi_core::legendre::Energies;
-use vi_core::linear::Singular;
+use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 
@@ -153,22 +153,19 @@ impl Projections {
         self.mass_system.solve_at(constraints, &mass, at, a, &self.m_work, &mut self.x)
     }
 
-    /// `H_d(q, p) = ½ pᵀ M⁻¹ p + V(q)`, J (53), and `v ← M⁻¹ p`; `None` when `M` is singular or a
-    /// discrete potential adds to it.
+    /// `v ← M⁻¹ p`; `false` when `M` is singular or a discrete potential adds to it.
     ///
     /// # Errors
     /// [`Singular`] when `p` holds a number that is not finite.
-    pub fn hamiltonian(
+    pub fn free_velocity(
         &mut self,
         system: &impl MechanicalSystem,
-        at: Configuration<'_>,
         p: &[f64],
         v: &mut [f64],
-    ) -> Result<Option<Energies>, Singular> {
+    ) -> Result<bool, Singular> {
         let find = || if system.adds_mass() { None } else { InverseMass::new(system.mass()) };
-        let Some(inverse) = self.inverse.get_or_insert_with(find) else { return Ok(None) };
-        inverse.apply(system.mass(), p, v)?;
-        Ok(Some(hamiltonian(system, at, v, p)))
+        let Some(inverse) = self.inverse.get_or_insert_with(find) else { return Ok(false) };
+        inverse.apply(system.mass(), p, v).map(|()| true)
     }
 
     /// `m_work ← −d²g/dt² + G a` and `n_work ← f − ∇V` at `at` with the velocity `v`.
@@ -280,6 +277,11 @@ fn scale_and_apply(jacobian: &SparseMatrix, weight: f64, lambda: &mut [f64], for
     jacobian.tr_mul_add(1.0, lambda, force);
 }
 
+/// `½ vᵀ p`, J, of a momentum with its velocity.
+pub fn kinetic_energy(v: &[f64], p: &[f64]) -> f64 {
+    0.5 * dot(v, p)
+}
+
 /// `½ vᵀ p + V(q)`, J: `H_d` (53) of a momentum with its velocity.
 pub fn hamiltonian(
     system: &impl MechanicalSystem,
@@ -287,6 +289,5 @@ pub fn hamiltonian(
     v: &[f64],
     p: &[f64],
 ) -> Energies {
-    let twice: f64 = v.iter().zip(p).map(|(v, p)| v * p).sum();
-    Energies { kinetic: 0.5 * twice, potential: system.potential_energy(at) }
+    Energies { kinetic: kinetic_energy(v, p), potential: system.potential_energy(at) }
 }

@@ -9,6 +9,7 @@
 //! change the speed, not a bit. Libraries that use fused multiply-add where they find it do not have this property.
 #![allow(non_snake_case)] // A, L, U, Q, R
 
+use crate::linear::dot;
 use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut};
 use pulp::Arch;
 
@@ -18,21 +19,6 @@ fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += a * x;
     }
-}
-
-/// `x · y`, summed in eight interleaved parts.
-#[inline(always)]
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    let mut parts = [0.0; 8];
-    let (xs, ys) = (x.chunks_exact(8), y.chunks_exact(8));
-    let rest: f64 = xs.remainder().iter().zip(ys.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in xs.zip(ys) {
-        for k in 0..8 {
-            parts[k] += x[k] * y[k];
-        }
-    }
-    let [a, b, c, d, e, f, g, h] = parts;
-    (((a + b) + (c + d)) + ((e + f) + (g + h))) + rest
 }
 
 /// `A ← L U` in place, by columns; `pivots[k]` is the row that was exchanged with row `k`.

@@ -93,6 +93,20 @@ impl IsotropicBlocks {
             y[part.row] += a * part.value * x[part.column];
         }
     }
+
+    /// `xᵀ A x`.
+    #[must_use]
+    pub fn quadratic_form(&self, x: &[f64]) -> f64 {
+        let mut sums = [0.0; 3]; // over the components of vectors
+        for part in &self.multiples {
+            let (left, right) = (&x[part.row..part.row + 3], &x[part.column..part.column + 3]);
+            for (sum, (a, b)) in sums.iter_mut().zip(left.iter().zip(right)) {
+                *sum += part.value * a * b;
+            }
+        }
+        let entries = self.entries.iter().map(|part| x[part.row] * part.value * x[part.column]);
+        sums.iter().sum::<f64>() + entries.sum::<f64>()
+    }
 }
 
 /// Whether the three entries on the diagonal from `(row, column)` on are the same number.

@@ -189,6 +189,22 @@ pub fn condition_number(a: &DMatrix<f64>) -> f64 {
     values.max() / values.min()
 }
 
+/// `x · y`, summed in eight interleaved parts.
+#[must_use]
+#[inline(always)]
+pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+    let mut parts = [0.0; 8];
+    let (xs, ys) = (x.chunks_exact(8), y.chunks_exact(8));
+    let rest: f64 = xs.remainder().iter().zip(ys.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in xs.zip(ys) {
+        for k in 0..8 {
+            parts[k] += x[k] * y[k];
+        }
+    }
+    let [a, b, c, d, e, f, g, h] = parts;
+    (((a + b) + (c + d)) + ((e + f) + (g + h))) + rest
+}
+
 /// The largest absolute value; NaN if any entry is NaN (unlike a fold with `f64::max`).
 #[must_use]
 #[inline]

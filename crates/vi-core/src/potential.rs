@@ -13,6 +13,7 @@
 use crate::configuration::Configuration;
 use crate::interpolation::StrainInterpolation;
 use crate::interval::Interval;
+use crate::linear::dot;
 use crate::sparse::{Block, Entries};
 use num_dual::{Dual64, DualNum, HyperDual64};
 
@@ -175,14 +176,7 @@ pub struct LinearPotential {
 
 impl Potential for LinearPotential {
     fn value(&self, q: &[f64]) -> f64 {
-        let mut sum = -0.0; // as of no terms
-        for (force, q) in self.force.chunks(4).zip(q.chunks(4)) {
-            // most forces are zero
-            if force.iter().any(|w| *w != 0.0) {
-                force.iter().zip(q).for_each(|(w, x)| sum += w * x);
-            }
-        }
-        -sum
+        0.0 - dot(&self.force, q) // no force: not −0
     }
     fn add_gradient(&self, _q: &[f64], scale: f64, out: &mut [f64]) {
         for (o, w) in out.iter_mut().zip(&self.force) {

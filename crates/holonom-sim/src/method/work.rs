@@ -16,6 +16,7 @@ use vi_constraints::discretization::Step;
 use vi_constraints::galerkin::GaussPoint;
 use vi_constraints::integrator::ResumeError;
 use vi_core::interpolation::StepPolynomial;
+use vi_core::linear::dot;
 use vi_core::{Configuration, DiscreteLagrangian, MechanicalSystem, SeparableSystem};
 
 /// The work up to the present node and up to the one before.
@@ -189,8 +190,4 @@ impl Impulse {
         self.v.copy_from_slice(&other.v);
         self.h = other.h;
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

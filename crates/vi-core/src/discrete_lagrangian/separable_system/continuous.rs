@@ -5,7 +5,7 @@ use crate::configuration::Configuration;
 use crate::discrete_lagrangian::slot_derivatives::DiscreteLagrangian;
 use crate::interpolation::{StepPolynomial, StrainInterpolation};
 use crate::mechanical_system::MechanicalSystem;
-use crate::sparse::{Entries, SparseMatrix};
+use crate::sparse::{Entries, Product, SparseMatrix};
 
 impl MechanicalSystem for SeparableSystem {
     fn mass(&self) -> &SparseMatrix {
@@ -15,6 +15,15 @@ impl MechanicalSystem for SeparableSystem {
     fn emit_mass_of_step(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
         self.inertia.emit(1.0, out);
         self.add_mass_of_step(at, h, out);
+    }
+
+    fn add_momentum_of_step(&self, at: Configuration<'_>, h: f64, v: &[f64], out: &mut [f64]) {
+        self.inertia.mul_add(1.0, v, out);
+        self.add_mass_of_step(at, h, &mut Product { v, out });
+    }
+
+    fn kinetic_energy(&self, v: &[f64]) -> f64 {
+        0.5 * self.inertia.quadratic_form(v)
     }
 
     fn adds_mass(&self) -> bool {

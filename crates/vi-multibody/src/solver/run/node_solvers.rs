@@ -9,6 +9,7 @@ use crate::solver::closed_loop::{LoopNodal, TreeSolver};
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_nodal::TreeNodal;
+use crate::solver::tree_step::velocity::TreeVelocity;
 use std::sync::Arc;
 use vi_constraints::node_solvers::{NodalVelocity, NodeSolvers};
 use vi_constraints::{Constraints, DenseNodal, InitialValues};
@@ -46,6 +47,7 @@ pub(super) fn node_solvers(
         let screws = has_nodes(mechanism) && solver.is_sparse(mechanism);
         if screws { operators.for_elements(at.q) } else { operators }
     };
+    let sweeps = || TreeVelocity::new(mechanism, system);
     found.velocity = match &loops.rank {
         Some(rank) if memory => {
             let tree = match uncoupled {
@@ -57,9 +59,10 @@ pub(super) fn node_solvers(
             };
             Some(Box::new(NodalVelocity::new(n, LoopNodal::new(mechanism, rank, tree))))
         }
-        None if !mechanism.has_loops() && uncoupled => {
-            Some(Box::new(NodalVelocity::new(n, recursion)))
-        }
+        None if !mechanism.has_loops() && uncoupled => match sweeps() {
+            Some(sweeps) => Some(Box::new(sweeps)),
+            None => Some(Box::new(NodalVelocity::new(n, recursion))),
+        },
         None if !mechanism.has_loops()
             && solver.is_sparse(mechanism)
             && takes_descriptor(mechanism) =>

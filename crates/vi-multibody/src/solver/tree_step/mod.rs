@@ -32,6 +32,8 @@ pub(in crate::solver) mod part;
 mod place;
 mod solve;
 mod sweeps;
+pub(in crate::solver) mod velocity;
+mod workspace;
 
 use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
 use crate::geometry::lanes::{Held, Lanes, Narrow};
@@ -40,11 +42,8 @@ use crate::mechanism::Mechanism;
 use crate::pair::Transfer;
 use crate::solver::body_blocks::BodyBlocks;
 use crate::tree::{Link, Tree};
-use columns::{ColumnWork, Motion};
-use link::{Constants, Sums, Work};
+use link::{Constants, Work};
 use nalgebra::{Matrix3, Vector3};
-use solve::{Gain, Part};
-use sweeps::Turn;
 use vi_constraints::Constraints;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::Increments;
@@ -54,19 +53,14 @@ use vi_core::predictor::Degree;
 use vi_core::state::State;
 use vi_core::{DiscreteLagrangian, SeparableSystem};
 use vi_rigid::{directors, null_space};
+use workspace::Workspace;
 
 /// The nodal scheme on a tree of bodies.
 #[derive(Debug)]
 pub struct TreeStep {
     tree: Tree,
     increments: Increments,
-    links: Vec<Constants>,
-    works: Vec<Work>,
-    columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
-    turns: Vec<Turn>,         // d
-    gains: Vec<Gain>,
-    sums: Vec<Sums>,
-    part: Part,
+    at: Workspace,
     weight: Vec<f64>,  // n  constant forces
     impulse: Vec<f64>, // n  of them in half a step
     variable: Option<Variable>,
@@ -96,10 +90,9 @@ impl TreeStep {
     /// For a mechanism whose potentials couple no two bodies; `None` where it does not apply.
     #[must_use]
     pub fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
-        let (links, slots) = link::constants(mechanism, system)?;
+        let at = Workspace::new(mechanism, system)?;
         let (tree, weight) = (mechanism.tree().clone(), system.constant_force());
-        let (n, count) = (weight.len(), links.len());
-        let several = links.iter().any(|link| matches!(link.motion, Motion::Several(_)));
+        let (n, count) = (weight.len(), at.links.len());
         let mut link_of = vec![0; count];
         tree.links().iter().enumerate().for_each(|(k, link)| link_of[link.frame] = k);
         let variable = system.has_variable_forces().then(|| Variable {
@@ -110,12 +103,7 @@ impl TreeStep {
         });
         Some(Self {
             increments: Increments::new(tree.blocks()),
-            works: vec![Work::default(); count],
-            columns: vec![ColumnWork::default(); if several { tree.dof() } else { 0 }],
-            turns: vec![Turn::default(); tree.dof()],
-            gains: vec![Gain::default(); count],
-            sums: vec![Sums::default(); slots],
-            part: Part::default(),
+            at,
             impulse: vec![0.0; n],
             s: Interval::new(n),
             compensation: vec![0.0; tree.dof()],
@@ -123,7 +111,6 @@ impl TreeStep {
             is_all: is_all(mechanism),
             is_clean: false,
             tree,
-            links,
             weight,
             variable,
         })
@@ -131,8 +118,8 @@ impl TreeStep {
 
     /// Writes `q_{n+1}` and `Δq` of the motion at hand, and closes the interval.
     fn close(&mut self) {
-        let Self { links, works, s, .. } = self;
-        end::close(links, works, s);
+        let Self { at, s, .. } = self;
+        end::close(&at.links, &at.works, s);
     }
 }
 
@@ -218,15 +205,15 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         if self.variable.is_some() {
             self.increments.reach(mechanism, &state.q);
         }
-        let distance = step.h.abs() * link::fastest(&self.links, &state.p);
+        let distance = step.h.abs() * link::fastest(&self.at.links, &state.p);
         mechanism.raise_floors_by(distance, self.increments.blocks_mut());
-        let Self { links, works, columns, weight, impulse, s, compensation, .. } = self;
+        let Self { at, weight, impulse, s, compensation, .. } = self;
         state.open_start(s, step.h);
         s.end_at(step.t_end);
         state.compensation.open_balance(compensation);
         let half = 0.5 * step.h;
         impulse.iter_mut().zip(weight).for_each(|(impulse, w)| *impulse = half * *w);
-        sweeps::open(links, works, columns, [&state.q, &state.p, impulse]);
+        at.open([&state.q, &state.p, impulse]);
     }
 
     fn residual(
@@ -237,17 +224,16 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         r: &mut [f64],
     ) -> Result<(), Fault> {
         let h = self.s.h;
-        let Self { links, works, columns, turns, .. } = self;
-        sweeps::advance(links, works, (columns, turns), u, Some(h))?; // q_{n+1} = F_d(u, q_n)
+        self.at.advance(u, Some(h))?; // q_{n+1} = F_d(u, q_n)
         if self.variable.is_some() {
             self.close();
             self.increments.reach(mechanism, &self.s.q1);
         }
-        let Self { links, works, columns, variable, s, compensation, .. } = self;
+        let Self { at, variable, s, compensation, .. } = self;
         if let Some(variable) = variable {
-            variable.add_balance(system, s, works, links);
+            variable.add_balance(system, s, &mut at.works, &at.links);
         }
-        sweeps::pull_back(links, works, columns, r); // (28)
+        at.pull_back(r); // (28)
         r.iter_mut().zip(compensation).for_each(|(r, error)| *r += *error);
         Ok(())
     }
@@ -260,8 +246,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         u: &[f64],
         _: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { links, works, columns, turns, .. } = self;
-        sweeps::advance(links, works, (columns, turns), u, None)
+        self.at.advance(u, None)
     }
 
     fn correction(
@@ -273,8 +258,8 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
     ) -> Result<(), Fault> {
         self.assemble(system);
         du.iter_mut().for_each(|x| *x *= -self.s.h);
-        self.eliminate(0..self.links.len(), du)?;
-        self.turn = self.substitute(0..self.links.len(), u, du);
+        self.eliminate(0..self.at.links.len(), du)?;
+        self.turn = self.substitute(0..self.at.links.len(), u, du);
         if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
@@ -308,16 +293,16 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         _newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        let Self { tree, links, works, columns, impulse, variable, s, compensation, .. } = self;
+        let Self { tree, at, impulse, variable, s, compensation, .. } = self;
         (state.t, state.step) = (s.t_end(), state.step + 1);
         let constant = variable.is_none().then_some(&impulse[..]);
-        self.is_clean = end::finish(links, works, tree, constant, s, state);
+        self.is_clean = end::finish(&at.links, &mut at.works, tree, constant, s, state);
         if let Some(variable) = variable {
-            variable.write_balance((system, &state.p), s, works, links);
+            variable.write_balance((system, &state.p), s, &mut at.works, &at.links);
             state.move_momentum(system, s);
         }
         // Sweeps and momenta round constants of a body differently: their own balance is what the next step takes over.
-        sweeps::pull_back(links, works, columns, &mut state.compensation.balance);
+        at.pull_back(&mut state.compensation.balance);
         let rest = state.compensation.balance.iter_mut().zip(compensation);
         rest.for_each(|(rest, error)| *rest += *error);
         Ok(())

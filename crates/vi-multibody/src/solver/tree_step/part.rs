@@ -1,7 +1,8 @@
 //! The linear systems of [`super::TreeStep`], some links at a time: closed loops are solved in between.
 
+use super::TreeStep;
 use super::link::{Constants, Sums, Work};
-use super::{TreeStep, solve};
+use super::workspace::Workspace;
 use crate::geometry::lane_matrices::Pair;
 use crate::geometry::lanes::{Held, Lanes, Narrow};
 use crate::pair::Twist;
@@ -38,19 +39,21 @@ fn lanes(t: &Twist) -> Pair<Lanes<Narrow>> {
 impl TreeStep {
     /// Prepares for closed loops that hang on the links `apexes`.
     pub(in crate::solver) fn carry_loops(&mut self, apexes: impl Iterator<Item = usize>) {
-        self.part.forces = vec![Pair::default(); self.links.len()];
+        let Workspace { links, sums, part, .. } = &mut self.at;
+        part.forces = vec![Pair::default(); links.len()];
         for apex in apexes {
-            if self.links[apex].slot.is_none() {
-                self.links[apex].slot = Some(self.sums.len());
-                self.part.unwritten.push(self.sums.len());
-                self.sums.push(Sums::default());
+            if links[apex].slot.is_none() {
+                links[apex].slot = Some(sums.len());
+                part.unwritten.push(sums.len());
+                sums.push(Sums::default());
             }
         }
     }
 
     /// The links as the last sweeps have left them.
     pub(in crate::solver) fn at_links(&self) -> Links<'_> {
-        Links { constants: &self.links, works: &self.works, forces: &self.part.forces }
+        let Workspace { links, works, part, .. } = &self.at;
+        Links { constants: links, works, forces: &part.forces }
     }
 
     /// Writes `q_{n+1}` and `Δq` of the last residual, where it has not needed them.
@@ -63,9 +66,10 @@ impl TreeStep {
     /// Before the sweeps of a linear system: blocks of what depends on coordinates, and nothing on any link.
     pub(in crate::solver) fn assemble(&mut self, system: &SeparableSystem) {
         if let Some(variable) = &mut self.variable {
-            variable.assemble(system, &self.s, &self.links);
+            variable.assemble(system, &self.s, &self.at.links);
         }
-        self.part.unwritten.iter().for_each(|&slot| self.sums[slot] = Sums::default());
+        let Workspace { sums, part, .. } = &mut self.at;
+        part.unwritten.iter().for_each(|&slot| sums[slot] = Sums::default());
     }
 
     /// Leaf → root, links of a range: `x ← u_k`.
@@ -77,10 +81,8 @@ impl TreeStep {
         range: Range<usize>,
         x: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { links, works, columns, gains, sums, variable, part, .. } = self;
-        let extra = variable.as_ref().map_or(&[][..], |variable| &variable.blocks[..]);
-        part.links = range;
-        solve::eliminate(links, works, (columns, gains), (sums, extra, part), x)
+        let added = self.variable.as_ref().map_or(&[][..], |variable| &variable.blocks[..]);
+        self.at.eliminate(range, added, x)
     }
 
     /// Root → leaf, links of a range: `x ← δτ` at the increments `u`; returns the largest rotation of a link, rad.
@@ -90,21 +92,20 @@ impl TreeStep {
         u: &[f64],
         x: &mut [f64],
     ) -> f64 {
-        let Self { links, works, columns, gains, .. } = self;
-        solve::substitute((links, range), works, (columns, gains), u, x)
+        self.at.substitute(range, u, x)
     }
 
     /// `Â_k ← Â_k − x yᵀ`, `p_k ← p_k + z x`: what hangs on link `k` beside its children.
     pub(in crate::solver) fn relieve(&mut self, k: usize, (x, y, z): (&Twist, Twist, f64)) {
-        let Some(slot) = self.links[k].slot else { return };
-        let (sums, x, y) = (&mut self.sums[slot], lanes(x), lanes(&y));
+        let Some(slot) = self.at.links[k].slot else { return };
+        let (sums, x, y) = (&mut self.at.sums[slot], lanes(x), lanes(&y));
         sums.matrix = sums.matrix.take(Narrow).minus_outer(x, 1.0, y).held();
         sums.wrench = sums.wrench.take(Narrow).plus_scaled(z, x).held();
     }
 
     /// `δt'` of link `k` after the substitution.
     pub(in crate::solver) fn twist(&self, k: usize) -> Twist {
-        let twist = &self.works[k].twist;
+        let twist = &self.at.works[k].twist;
         Twist::new(twist.linear.xyz().into(), twist.angular.xyz().into())
     }
 }

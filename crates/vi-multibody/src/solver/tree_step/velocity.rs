@@ -1,0 +1,84 @@
+//! The velocity of a momentum on a tree, by the sweeps of a step.
+//!
+//! ```text
+//! v̂ = P ν,   (PᵀMP) ν = Pᵀp                                                              (16)
+//! ```
+//! `PᵀMP` is `−h` times the Newton matrix of the step `u = 0` without variable forces, `Pᵀp` its residual.
+
+use super::link::{Constants, Work};
+use super::place::{Place, frame_mut};
+use super::workspace::Workspace;
+use crate::geometry::lanes::{Lanes, Width, sweep};
+use crate::mechanism::Mechanism;
+use vi_constraints::node_solvers::MomentumVelocity;
+use vi_constraints::reparametrization::Emission;
+use vi_core::linear::Singular;
+use vi_core::newton::Fault;
+use vi_core::state::Memory;
+use vi_core::{Configuration, MechanicalSystem, SeparableSystem};
+
+/// [`MomentumVelocity`] of the trees that [`super::TreeStep`] applies to, `O(N)`.
+#[derive(Debug)]
+pub(in crate::solver) struct TreeVelocity {
+    at: Workspace,
+    rest: Vec<f64>, // d  u = 0
+    nu: Vec<f64>,   // d
+    none: Vec<f64>, // n  impulse of constant forces
+}
+
+impl TreeVelocity {
+    /// `None` where the sweeps do not apply. Premise: no constraints but those of bodies and joints of the tree.
+    pub(in crate::solver) fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
+        let at = Workspace::new(mechanism, system)?;
+        let zeros = || vec![0.0; mechanism.tree().dof()];
+        Some(Self { at, rest: zeros(), nu: zeros(), none: vec![0.0; system.dim()] })
+    }
+
+    fn solve(&mut self, q: &[f64], p: &[f64]) -> Result<(), Fault> {
+        let Self { at, rest, nu, none } = self;
+        at.open([q, p, none]);
+        at.advance(rest, Some(1.0))?; // q_{n+1} = q_n
+        at.pull_back(nu); // Pᵀp
+        at.eliminate(0..at.links.len(), &[], nu)?;
+        at.substitute(0..at.links.len(), rest, nu); // ν
+        Ok(())
+    }
+}
+
+impl MomentumVelocity for TreeVelocity {
+    fn velocity(
+        &mut self,
+        _mass: &Emission<'_>,
+        (at, _): (Configuration<'_>, &Memory),
+        p: &[f64],
+        v: &mut [f64],
+    ) -> Result<(), Singular> {
+        self.solve(at.q, p).map_err(|_| Singular)?;
+        push_forward(&self.at.links, &self.at.works, at.q, v); // v̂ = P ν
+        if v.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Singular) }
+    }
+}
+
+sweep! {
+    /// `v`: velocities of centres and directors from the twists of the links at `q`.
+    push_forward = sweep_push_forward(
+        links: &'a [Constants], works: &'a [Work], q: &'a [f64], v: &'a mut [f64]
+    ) -> ()
+}
+
+#[inline(always)]
+fn sweep_push_forward<W: Width>(
+    w: W,
+    links: &[Constants],
+    works: &[Work],
+    q: &[f64],
+    v: &mut [f64],
+) {
+    for (link, work) in links.iter().zip(works) {
+        let (d, twist) = (Place::of(w, q, link.frame).d, work.twist.take(w));
+        let arm = d.mul(Lanes::new(w, link.anchor)); // from the centre to the reference point
+        let center = twist.linear - twist.angular.cross(arm);
+        let [a, b, c] = d.0.map(|d| twist.angular.cross(d));
+        Lanes::write_vectors([center, a, b, c], frame_mut(v, link.frame));
+    }
+}
