@@ -81,7 +81,7 @@ impl EmObserver {
         let energy = Energies { kinetic, potential: system.potential_energy(at) };
         (node.discrete_energy, node.hamiltonian_projected) = (energy, energy);
         node.hamiltonian = Some(energy);
-        constraints.value(at, &mut self.work);
+        constraints.residual(at, &mut self.work);
         node.position_residual = norm_inf(&self.work);
 
         constraints.time_derivative(state.t, &state.q, &mut self.work);
@@ -124,7 +124,7 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         let Self { node, rows, wanted, work, least_norm, .. } = self;
         let emit = |out: &mut dyn Entries| constraints.discrete_jacobian(s, out);
         if constraints.is_rheonomic() {
-            constraints.value(s.end(), work);
+            constraints.residual(s.end(), work);
             node.velocity_residual = norm_inf(work) / s.h.abs();
         } else {
             let jacobian = SparseMatrix::update(&mut self.jacobian, (m, n), emit);

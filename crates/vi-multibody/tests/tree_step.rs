@@ -4,7 +4,7 @@
 use crate::loaded_trees::tree;
 use vi_constraints::nodal::Nodal;
 use vi_constraints::scheme::{Scheme, SubStep};
-use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_constraints::{InitialValues, LegendreTransforms, Options, SchemeKind};
 use vi_core::linear::norm_inf;
 use vi_core::newton::Fault;
 use vi_core::state::State;
@@ -88,6 +88,31 @@ fn a_frame_may_be_anywhere_in_its_body() {
     let off: Vec<f64> = sweeps.iter().zip(&dense).map(|(a, b)| a - b).collect();
     println!("off by {:.1e}", norm_inf(&off));
     assert!(norm_inf(&off) < 1e-11, "off by {:e}", norm_inf(&off));
+}
+
+/// `M v̂ + Gᵀμ = p̄`, `G v̂ = 0` by the sweeps and by a saddle-point matrix.
+#[test]
+fn nodes_have_the_velocity_of_the_saddle_point() {
+    let mut worst = 0.0_f64;
+    for seed in 0..48 {
+        for loaded in [false, true] {
+            let built = tree(1 + seed as usize % 9, loaded, 200 + seed);
+            let mut run = built.integrator(Options::new(SchemeKind::Nodal, 0.01)).unwrap();
+            (0..4).for_each(|_| {
+                run.step().unwrap();
+            });
+            let found = run.observe_state().unwrap().v.clone();
+            let (state, system) = (run.state(), run.system());
+            let of = LegendreTransforms::with_rows(system, run.constraints(), run.rows());
+            let v = of.unwrap().velocity(state.configuration(), &state.p).unwrap();
+            let apart: Vec<f64> = found.iter().zip(&v).map(|(a, b)| a - b).collect();
+            let off = norm_inf(&apart) / norm_inf(&v);
+            assert!(off < 1e-12, "tree {seed}, loaded {loaded}: off by {off:e}");
+            worst = worst.max(off);
+        }
+    }
+    println!("velocities off by {worst:.1e}");
+    assert!(worst > 0.0, "two ways to solve");
 }
 
 /// Residual and Newton correction of a scheme at the increments `u` of a step of 0.1 s.

@@ -21,7 +21,7 @@ use vi_core::{MechanicalSystem, SeparableSystem};
 ///
 /// | mechanism | `v̂` | `λ` |
 /// |---|---|---|
-/// | tree of bodies | articulated recursion, `O(N)` | sweep, `O(N)` |
+/// | tree of bodies | sweeps of a step or articulated recursion, `O(N)` | sweep, `O(N)` |
 /// | tree with elements | sparse or descriptor form | sweep, `O(N)` |
 /// | tree with point masses | dense up to 60 degrees of freedom, then descriptor form | saddle point |
 /// | closed loops of bodies | that of their tree + small complement | saddle point |
