@@ -26,6 +26,7 @@ use vi_multibody::builder::ForceElements;
 use vi_multibody::mechanism::Mechanism;
 
 /// Elements, gravity and force elements of a model, from which the system of either family is made.
+#[derive(Debug)]
 pub struct Dynamics {
     /// Bodies and beams with their masses.
     pub parts: Arc<BeamModel>,

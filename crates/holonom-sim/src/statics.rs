@@ -38,6 +38,7 @@ const STEPS: f64 = 10.0;
 const MOST: usize = 2000;
 
 /// A model in search of its equilibria.
+#[derive(Debug)]
 pub struct Statics {
     settings: Settings,
     assembly: AssemblyReport,
@@ -54,6 +55,7 @@ pub struct Statics {
 }
 
 /// A model in search of its equilibria, in the frame of the steady rotation of its initial velocities.
+#[derive(Debug)]
 pub struct InOwnRotation {
     /// The model.
     pub statics: Statics,

@@ -19,6 +19,7 @@ use vi_multibody::spring::SpringLaw;
 use vi_rigid::load::LoadKind;
 
 /// The numbers of a model.
+#[derive(Debug)]
 pub struct System {
     /// The beams, with all parts of the mechanism.
     pub beams: Beams,

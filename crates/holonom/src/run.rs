@@ -47,6 +47,15 @@ pub struct Control<'a> {
     pub report: bool,
 }
 
+impl std::fmt::Debug for Control<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { checkpoint_every, report, .. } = self;
+        let mut shown = f.debug_struct("Control");
+        shown.field("checkpoint_every", checkpoint_every).field("report", report);
+        shown.finish_non_exhaustive()
+    }
+}
+
 /// Runs a simulation and writes all files of the run; `progress(step, of)` is called now and then.
 ///
 /// A run that fails leaves valid files with everything up to the failure.

@@ -141,6 +141,7 @@ pub trait Equations {
 }
 
 /// The equations of a system with its constraints.
+#[derive(Debug)]
 pub struct OfSystem<'a, S, C> {
     /// `M`, `V`, `f`.
     pub system: &'a S,

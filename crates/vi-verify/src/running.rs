@@ -25,6 +25,12 @@ pub struct Running<F: Family<C>, C: Constraints> {
     velocity_level: f64,          // the largest (45) of its sub-steps
 }
 
+impl<F: Family<C>, C: Constraints> std::fmt::Debug for Running<F, C> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Running").finish_non_exhaustive()
+    }
+}
+
 impl<S: DiscreteLagrangian, C: Observed> Running<Variational<S>, C> {
     /// A variational integrator, from its present node.
     #[must_use]

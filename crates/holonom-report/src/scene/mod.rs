@@ -79,7 +79,7 @@ pub enum Parameter {
 }
 
 /// What the viewer draws.
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Scene {
     parameter: Parameter,
     /// Whether the system moves in a plane.
@@ -113,7 +113,7 @@ pub struct Scene {
 }
 
 /// Where the members are at some instants.
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 struct Motion {
     /// In the legend.
     name: String,
@@ -135,7 +135,7 @@ impl Motion {
     }
 }
 
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 struct Member {
     name: String,
     frame: bool,

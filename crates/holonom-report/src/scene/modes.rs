@@ -16,7 +16,7 @@ use super::{Motion, NUMBERS, Parameter, Scene, encoded};
 use crate::facts::rounded;
 
 /// A mode as the viewer draws it.
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 pub(super) struct Shape {
     /// In the list of modes.
     name: String,

@@ -10,7 +10,7 @@ use super::encoded;
 use super::parts::{End, Line, Parts};
 
 /// The force of a joint on its child.
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 pub(super) struct Reaction {
     end: End,
     /// Three components at each instant, N; no numbers where they are not unique.
@@ -18,7 +18,7 @@ pub(super) struct Reaction {
 }
 
 /// The tension of a bar or a spring.
-#[derive(Serialize)]
+#[derive(Debug, Serialize)]
 pub(super) struct Tension {
     line: Line,
     /// At each instant, N; no number where it is not unique.

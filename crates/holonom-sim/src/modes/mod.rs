@@ -49,6 +49,7 @@ pub enum ModesError {
 }
 
 /// A model at a configuration, ready for its modes.
+#[derive(Debug)]
 pub struct ModalAnalysis {
     statics: Statics,
     about: About,

@@ -21,6 +21,7 @@ const COLUMNS: [&str; 15] = [
 ];
 
 /// Writes `beams.csv`, whole rows only.
+#[derive(Debug)]
 pub struct BeamWriter<W: Write> {
     rows: Rows<W>,
     beams: Beams,

@@ -37,6 +37,7 @@ pub struct ResidualRow {
 ///
 /// Rows are handed to the file in blocks; [`TrajectoryWriter::finish`] and `Drop` hand over the rest.
 /// Numbers are the shortest decimals that read back as the same number.
+#[derive(Debug)]
 pub struct TrajectoryWriter<W: Write> {
     trajectory: Rows<W>,
     residuals: Rows<W>,

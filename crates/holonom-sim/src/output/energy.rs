@@ -11,6 +11,7 @@ use super::rows::Rows;
 use crate::sample::Sample;
 
 /// Writes `energy.csv`, whole rows only.
+#[derive(Debug)]
 pub struct EnergyWriter<W: Write> {
     rows: Rows<W>,
 }

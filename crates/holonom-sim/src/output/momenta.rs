@@ -18,6 +18,7 @@ use vi_core::Energies;
 const ENERGIES: [&str; 3] = ["E_d", "H_d", "H_d_projected"];
 
 /// Writes `momenta.csv`, whole rows only.
+#[derive(Debug)]
 pub struct MomentaWriter<W: Write> {
     rows: Rows<W>,
     sizes: [usize; 4], // λ_n, p_n, ᵠp_n, ᴾp_n

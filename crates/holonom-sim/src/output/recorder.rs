@@ -18,6 +18,7 @@ use crate::run_state::RunState;
 use crate::sample::Sample;
 
 /// The files of rows of a run, open for writing.
+#[derive(Debug)]
 pub struct Recorder {
     folder: RunFolder,
     trajectory: TrajectoryWriter<RowFile>,

@@ -12,6 +12,12 @@ pub(super) struct Rows<W: Write> {
     block: Vec<u8>,
 }
 
+impl<W: Write> std::fmt::Debug for Rows<W> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Rows").field("waiting", &self.block.len()).finish_non_exhaustive()
+    }
+}
+
 /// A field of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Field<'a> {

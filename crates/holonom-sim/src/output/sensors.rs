@@ -14,6 +14,7 @@ use crate::sample::Sample;
 use crate::sensor::Column;
 
 /// Writes `sensors.csv`, whole rows only.
+#[derive(Debug)]
 pub struct SensorWriter<W: Write> {
     rows: Rows<W>,
     flags: Vec<bool>,

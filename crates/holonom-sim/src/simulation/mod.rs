@@ -65,6 +65,14 @@ pub struct Simulation {
     recording: Duration, // of all nodes read and handed out
 }
 
+impl std::fmt::Debug for Simulation {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (step, t, q) = self.method.place();
+        let mut shown = f.debug_struct("Simulation");
+        shown.field("step", &step).field("t", &t).field("q", &q).finish_non_exhaustive()
+    }
+}
+
 impl Simulation {
     /// Assembles the system of a validated model.
     ///

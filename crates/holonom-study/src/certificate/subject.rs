@@ -11,6 +11,7 @@ use vi_verify::running::Running;
 use vi_verify::subject::{Initial, Method, Motion, Setting, Subject};
 
 /// A model whose method and step are chosen by the measurements.
+#[derive(Debug)]
 pub struct ModelSubject {
     model: Model,
 }

@@ -7,6 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A mutant with the criteria that fail on it.
+#[derive(Debug)]
 pub struct Found {
     /// The mutant.
     pub mutant: Mutant,
