@@ -1,5 +1,4 @@
 //! Short forms of the three harnesses of reliability, and the harnesses themselves: what is wrong on purpose is found.
-#![allow(clippy::unwrap_used)] // a test
 
 use std::path::PathBuf;
 use vi_testkit::CountingAllocator;

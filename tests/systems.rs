@@ -71,11 +71,13 @@ mod work_and_energy;
 #[test]
 fn every_file_of_the_folder_is_a_module() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests");
-    let listed = [include_str!("systems.rs"), include_str!("command_line.rs")].concat();
+    let listed =
+        [include_str!("systems.rs"), include_str!("command_line.rs"), include_str!("harnesses.rs")]
+            .concat();
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let names = files.filter(|path| path.extension().is_some_and(|e| e == "rs"));
     for name in names.map(|path| path.file_stem().unwrap().to_string_lossy().into_owned()) {
-        let binaries = ["systems", "command_line", "broken_integrators", "reliability"];
+        let binaries = ["systems", "command_line", "harnesses"];
         let known = binaries.contains(&name.as_str());
         assert!(known || listed.contains(&format!("mod {name};\n")), "tests/{name}.rs");
     }
