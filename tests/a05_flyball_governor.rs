@@ -72,6 +72,6 @@ fn the_first_maximum_momentum_and_energy() {
 #[test]
 fn dampers_ask_for_order_2() {
     let model = benchmark::model(MODEL, &[("simulation.order", "4")]);
-    let error = holonom::Simulation::new(&model).err().unwrap().to_string();
+    let error = holonom::Simulation::new(&model).unwrap_err().to_string();
     assert!(error.contains("backward"), "{error}");
 }

@@ -256,9 +256,9 @@ fn compositions_and_energy_momentum_schemes_refuse_them() {
     // `compare` changes the settings of a valid model
     let mut model = model(CANTILEVER, &[]);
     model.settings.scheme = Scheme::EmNodal;
-    let refused = Simulation::new(&model).err().unwrap();
+    let refused = Simulation::new(&model).unwrap_err();
     assert!(matches!(&refused, ModelError::Unsupported { key, .. } if key == "simulation.strain"));
     model.settings.scheme = Scheme::Nodal;
     model.settings.order = 4;
-    assert!(matches!(Simulation::new(&model).err().unwrap(), ModelError::Unsupported { .. }));
+    assert!(matches!(Simulation::new(&model).unwrap_err(), ModelError::Unsupported { .. }));
 }

@@ -329,7 +329,7 @@ fn what_has_no_galerkin_form_is_refused_with_a_remedy() {
     ] {
         let set = [("simulation.method", "galerkin"), ("simulation.order", "4"), (key, value)];
         let refused = match holonom::Model::from_toml_with(&shipped(name), &overrides(&set)) {
-            Ok(model) => format!("{:?}", Simulation::new(&model).err().unwrap()),
+            Ok(model) => format!("{:?}", Simulation::new(&model).unwrap_err()),
             Err(error) => format!("{error:?}"),
         };
         println!("{name}: {refused}");

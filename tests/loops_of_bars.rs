@@ -209,7 +209,7 @@ fn a_flat_start_is_refused() {
     for scheme in ["constrained", "dalembert", "nodal", "reduced"] {
         let overrides = [Override::new("simulation.scheme", scheme)];
         let model = Model::from_toml_with(flat, &overrides).unwrap();
-        let refused = Simulation::new(&model).err().unwrap().to_string();
+        let refused = Simulation::new(&model).unwrap_err().to_string();
         println!("{refused}");
         assert!(refused.contains("rank 2 there and rank 3 next to it"), "{refused}");
     }

@@ -243,7 +243,7 @@ fn what_follows_from_valid_numbers_is_refused_with_a_remedy() {
     let shape = with_shape("{ type = \"sphere\", dimensions = [0.1], density = 700.0 }", "");
     for (more, name) in [(steep, "other"), (thin, "needle")] {
         let text = shape.clone() + more;
-        let error = Simulation::new(&Model::from_toml(&text).unwrap()).err().expect("refused");
+        let error = Simulation::new(&Model::from_toml(&text).unwrap()).expect_err("refused");
         let problems = error.problems(&text);
         println!("{problems:?}");
         let helps = |p: &Problem| p.help.is_some() && p.to_string().contains(name);

@@ -260,8 +260,7 @@ fn a_relaxed_start_that_is_none_is_refused() {
     let text =
         blade(2.0, 2).replace("axis = [0, 0, 1]\n        rate", "axis = [0, 1, 0]\n        rate");
     let text = text.replace("name = \"blade\" }", "name = \"blade\", gravity = [0, 0, -9.81] }");
-    let error =
-        Simulation::new(&model(&text, &[("simulation.start", "\"relaxed\"")])).err().unwrap();
+    let error = Simulation::new(&model(&text, &[("simulation.start", "\"relaxed\"")])).unwrap_err();
     println!("{error}");
     assert!(error.to_string().contains("no relaxed start"), "{error}");
 }

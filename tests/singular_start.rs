@@ -204,7 +204,7 @@ fn a_flat_start_is_recorded_like_any_other() {
 }
 
 fn refusal(overrides: &[(&str, &str)]) -> String {
-    Simulation::new(&model(FLAT, overrides)).err().unwrap().to_string()
+    Simulation::new(&model(FLAT, overrides)).unwrap_err().to_string()
 }
 
 #[test]

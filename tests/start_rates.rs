@@ -248,7 +248,7 @@ fn stated_rates_are_kept_where_initial_values_are_projected() {
 fn rates_that_the_constraints_forbid_are_refused_by_name() {
     let overrides = [Override::new("simulation.project_start", "true")];
     let model = Model::from_toml_with(&slider_crank("rate = 3.0", ""), &overrides).unwrap();
-    let error = Simulation::new(&model).err().expect("two rates of one degree of freedom");
+    let error = Simulation::new(&model).expect_err("two rates of one degree of freedom");
     println!("{error:?}");
     let text = format!("{error:?}");
     assert!(text.contains("the rates that the joints state cannot all be kept"), "{text}");
