@@ -119,11 +119,9 @@ impl NodeObserver {
         let Self { projections, node, m_work, n_work, .. } = self;
         node.discrete_energy = discrete_energy(system, s); // (52)
         let has_velocity = projections.free_velocity(system, &node.p, n_work)?;
-        let of = |v: &[f64]| Energies {
-            kinetic: kinetic_energy(v, &node.p),
-            ..node.hamiltonian_projected
-        };
-        node.hamiltonian = has_velocity.then(|| of(n_work)); // (53)
+        let kinetic = has_velocity.then(|| kinetic_energy(n_work, &node.p));
+        node.hamiltonian =
+            kinetic.map(|kinetic| Energies { kinetic, ..node.hamiltonian_projected }); // (53)
         let v = if has_velocity { &n_work[..] } else { &node.v };
         node.momentum_residual = rate(constraints, s.start(), v, m_work); // (46)
         node.velocity_residual = if constraints.is_rheonomic() {

@@ -189,7 +189,7 @@ pub fn condition_number(a: &DMatrix<f64>) -> f64 {
     values.max() / values.min()
 }
 
-/// `x · y`, summed in eight interleaved parts.
+/// `x · y`, summed in eight interleaved parts. Premise: both have the same length.
 #[must_use]
 #[inline(always)]
 pub fn dot(x: &[f64], y: &[f64]) -> f64 {

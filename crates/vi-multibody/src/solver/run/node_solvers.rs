@@ -47,7 +47,6 @@ pub(super) fn node_solvers(
         let screws = has_nodes(mechanism) && solver.is_sparse(mechanism);
         if screws { operators.for_elements(at.q) } else { operators }
     };
-    let sweeps = || TreeVelocity::new(mechanism, system);
     found.velocity = match &loops.rank {
         Some(rank) if memory => {
             let tree = match uncoupled {
@@ -59,7 +58,7 @@ pub(super) fn node_solvers(
             };
             Some(Box::new(NodalVelocity::new(n, LoopNodal::new(mechanism, rank, tree))))
         }
-        None if !mechanism.has_loops() && uncoupled => match sweeps() {
+        None if !mechanism.has_loops() && uncoupled => match TreeVelocity::new(mechanism, system) {
             Some(sweeps) => Some(Box::new(sweeps)),
             None => Some(Box::new(NodalVelocity::new(n, recursion))),
         },
