@@ -11,6 +11,7 @@
 //! Source: Marsden & West 2001, part 3. The midpoint choice keeps order 2 in q, p and λ.
 
 use crate::configuration::Configuration;
+use crate::coordinate_force::AlongUnknown;
 use crate::interpolation::StrainInterpolation;
 use crate::interval::Interval;
 use crate::sparse::{Block, Entries};
@@ -45,6 +46,10 @@ pub trait DiscreteForce: Send + Sync {
     }
     /// `out ← z_{n+1}`, the internal variables at the end of a step that started with [`Interval::internal`].
     fn advance(&self, _s: &Interval, _out: &mut [f64]) {}
+    /// Its effort where it acts along an unknown of a step.
+    fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
+        None
+    }
     /// The form in Galerkin steps of a force of strain rates; `None` where `f` is evaluated at Gauss nodes.
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
         None

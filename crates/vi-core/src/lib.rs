@@ -11,6 +11,7 @@
 //! | [`legendre`] | discrete Legendre transforms `p^-`, `p^+`; `E_d` in its parts |
 //! | [`potential`] | `V`, `∇V`, `∇²V`; midpoint, trapezoidal and other discrete potentials |
 //! | [`force`] | discrete Lagrange–d'Alembert forces |
+//! | [`coordinate_force`] | potentials and forces along an unknown of a step |
 //! | [`newton`], [`predictor`] | the nonlinear solver and its initial guesses |
 //! | [`linear`], [`sparse`] | linear solvers; matrices refilled in place |
 //! | [`sparse_cholesky`] | sparse Cholesky factors |
@@ -38,6 +39,7 @@ pub mod block_lu;
 pub mod compensation;
 pub mod composition;
 pub mod configuration;
+pub mod coordinate_force;
 pub mod dense;
 pub mod discrete_lagrangian;
 pub mod eigen;

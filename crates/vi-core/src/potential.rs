@@ -11,6 +11,7 @@
 //! scaling). All letters: `V` potential, `U_d` discrete potential, `K_d` kinetic energy of the added mass, in J.
 
 use crate::configuration::Configuration;
+use crate::coordinate_force::AlongUnknown;
 use crate::interpolation::StrainInterpolation;
 use crate::interval::Interval;
 use crate::linear::dot;
@@ -70,6 +71,10 @@ pub trait DiscretePotential: Send + Sync {
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
     /// `w` where `V(q) = −w·q` is linear, and `D_1 U_d = D_2 U_d = −w/2`; shape `n`.
     fn constant_force(&self) -> Option<&[f64]> {
+        None
+    }
+    /// Its effort where it acts along an unknown of a step.
+    fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
         None
     }
     /// The form in Galerkin steps of a potential of strains; `None` where `V` is evaluated at Gauss nodes.

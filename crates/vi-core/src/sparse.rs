@@ -15,6 +15,11 @@ pub trait Entries {
     fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
         (0..3).for_each(|k| self.add(row + k, column + k, value));
     }
+    /// Adds `value` on the diagonal at the unknown `j` of a step: what acts along it, see [`crate::coordinate_force`].
+    /// Returns whether it was taken; if not, entries follow.
+    fn add_along(&mut self, _j: usize, _value: f64) -> bool {
+        false
+    }
     /// Adds `A Bᵀ`.
     fn add_outer(&mut self, product: &OuterProduct<'_>) {
         let visit: &mut dyn FnMut(usize, usize, f64) = // compiled once for all sinks

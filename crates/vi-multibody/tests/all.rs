@@ -5,6 +5,7 @@ mod builder;
 mod control_points;
 mod ensemble;
 mod joint_coordinates;
+mod joint_efforts;
 mod loaded_trees;
 mod random_trees;
 mod tree_step;

@@ -5,6 +5,7 @@ mod discrete;
 
 use super::slot_derivatives::DiscreteLagrangian;
 use crate::configuration::Configuration;
+use crate::coordinate_force::AlongUnknown;
 use crate::force::DiscreteForce;
 use crate::interpolation::{StepPolynomial, StrainInterpolation};
 use crate::interval::Interval;
@@ -118,17 +119,45 @@ impl SeparableSystem {
         all.filter(|potential| potential.constant_force().is_none())
     }
 
-    /// `out ←` what [`DiscreteLagrangian::forced_d1`] has beside inertia and constant forces.
-    pub fn variable_d1(&self, s: &Interval, out: &mut [f64]) {
-        out.fill(0.0);
-        self.variable().for_each(|potential| potential.add_d1(s, -s.h, out));
-        self.add_force_minus(s, out);
+    /// What acts along unknowns of a step, always in the same order.
+    pub fn along_unknowns(&self) -> impl Iterator<Item = AlongUnknown<'_>> {
+        let potentials = self.potentials.iter().filter_map(|own| own.along_unknown());
+        potentials.chain(self.forces.iter().filter_map(|own| own.along_unknown()))
     }
 
-    /// Emits what [`DiscreteLagrangian::forced_d2_d1`] has beside inertia.
-    pub fn variable_d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
-        self.variable().for_each(|potential| potential.add_d2_d1(s, -s.h, out));
-        self.force_minus_d2(s, out);
+    /// The potentials that are not linear, and the forces, but for what acts along unknowns.
+    fn other(
+        &self,
+    ) -> (impl Iterator<Item = &dyn DiscretePotential>, impl Iterator<Item = &dyn DiscreteForce>)
+    {
+        let forces = self.forces.iter().map(|force| &**force);
+        (
+            self.variable().filter(|potential| potential.along_unknown().is_none()),
+            forces.filter(|force| force.along_unknown().is_none()),
+        )
+    }
+
+    /// Whether anything acts beside constant forces and [`SeparableSystem::along_unknowns`].
+    #[must_use]
+    pub fn has_other_forces(&self) -> bool {
+        let (mut potentials, mut forces) = self.other();
+        potentials.next().is_some() || forces.next().is_some()
+    }
+
+    /// `out ←` what [`DiscreteLagrangian::forced_d1`] has beside inertia, constant forces and
+    /// [`SeparableSystem::along_unknowns`].
+    pub fn other_d1(&self, s: &Interval, out: &mut [f64]) {
+        out.fill(0.0);
+        let (potentials, forces) = self.other();
+        potentials.for_each(|potential| potential.add_d1(s, -s.h, out));
+        forces.for_each(|force| force.add_minus(s, out));
+    }
+
+    /// Emits what [`DiscreteLagrangian::forced_d2_d1`] has beside inertia and [`SeparableSystem::along_unknowns`].
+    pub fn other_d2_d1(&self, s: &Interval, out: &mut dyn Entries) {
+        let (potentials, forces) = self.other();
+        potentials.for_each(|potential| potential.add_d2_d1(s, -s.h, out));
+        forces.for_each(|force| force.add_minus_d2(s, out));
     }
 
     /// How many discrete forces there are.

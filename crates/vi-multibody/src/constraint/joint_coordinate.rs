@@ -14,6 +14,7 @@ use crate::pair::joint::Joint;
 use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use vi_core::Configuration;
+use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 
@@ -21,7 +22,8 @@ use vi_core::sparse::Entries;
 #[derive(Clone, Debug)]
 pub struct JointCoordinate {
     value: Value,
-    slot: usize, // among the unwrapped angles
+    slot: usize,                    // among the unwrapped angles
+    unknown: Option<SignedUnknown>, // of a step, where the joint belongs to the tree
 }
 
 /// An angle as a principal value and whole revolutions; a length and zero.
@@ -81,7 +83,19 @@ impl JointCoordinate {
             }
             DegreeOfFreedom::Position | DegreeOfFreedom::Rotation => return None,
         };
-        Some(Self { value, slot: UNLISTED })
+        Some(Self { value, slot: UNLISTED, unknown: None })
+    }
+
+    /// Notes the unknown of a step that it is.
+    pub(crate) fn note_unknown(&mut self, unknown: Option<SignedUnknown>) {
+        self.unknown = unknown;
+    }
+
+    /// The unknown of a step that it is, up to its sign: of coordinates of a [`crate::Mechanism`] on joints of its spanning
+    /// tree.
+    #[must_use]
+    pub fn unknown(&self) -> Option<SignedUnknown> {
+        self.unknown
     }
 
     /// Lists the angle, if it is one: appended to `angles`.
@@ -111,30 +125,66 @@ impl JointCoordinate {
         principal + TAU * revolutions
     }
 
+    /// The coordinate at a node, where the angles of `at` are those at its `q`.
+    #[must_use]
+    pub fn at_node(&self, at: Configuration<'_>) -> f64 {
+        at.angles.get(self.slot).copied().unwrap_or_else(|| self.at(at))
+    }
+
     /// `θ − 2πk` in `[−π, π]` and the number `k` of whole revolutions; a length and zero.
     ///
     /// After many revolutions the sum is only accurate to `ε|θ|`; what is compared with `θ` subtracts the
     /// revolutions first.
     #[must_use]
     pub fn unwrapped(&self, at: Configuration<'_>) -> Unwrapped {
-        match &self.value {
-            Value::Length(row) => Unwrapped { principal: row.value(at.q), revolutions: 0.0 },
-            Value::Angle { sine, cosine } => {
-                let principal = libm::atan2(sine.value(at.q), cosine.value(at.q));
-                Unwrapped { principal, revolutions: at.revolutions(self.slot, principal) }
-            }
-        }
+        let principal = self.principal_value(at.q);
+        let revolutions = if self.is_angle() { at.revolutions(self.slot, principal) } else { 0.0 };
+        Unwrapped { principal, revolutions }
     }
 
     /// Mean of both ends of an interval, and their difference; an angle changes by less than `π`.
     #[must_use]
     pub fn change(&self, s: &Interval) -> Change {
-        let Unwrapped { principal: start, revolutions } = self.unwrapped(s.start());
-        let mut difference = self.unwrapped(s.end()).principal - start;
+        self.change_between(s, [&s.q0, &s.q1].map(|q| self.principal_value(q)))
+    }
+
+    /// The same from the principal values at both ends.
+    fn change_between(&self, s: &Interval, [start, end]: [f64; 2]) -> Change {
+        let mut difference = end - start;
+        let mut whole = 0.0;
         if self.is_angle() {
             difference -= TAU * (difference / TAU).round();
+            whole = TAU * s.start().revolutions(self.slot, start);
         }
-        Change { mean: start + TAU * revolutions + 0.5 * difference, difference }
+        Change { mean: start + whole + 0.5 * difference, difference }
+    }
+
+    /// The change over an interval, and `∇θ·v` at both its ends.
+    #[must_use]
+    pub fn change_and_rates(&self, s: &Interval, v: &[f64]) -> (Change, [f64; 2]) {
+        let [start, end] = [&s.q0, &s.q1].map(|q| self.value_and_rate(q, v));
+        (self.change_between(s, [start[0], end[0]]), [start[1], end[1]])
+    }
+
+    /// The principal value and `∇θ·v`.
+    fn value_and_rate(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
+        match &self.value {
+            Value::Length(row) => row.value_and_rate(q, v),
+            Value::Angle { sine, cosine } => {
+                let [s, sine_rate] = sine.value_and_rate(q, v);
+                let [c, cosine_rate] = cosine.value_and_rate(q, v);
+                let rate = (c * sine_rate - s * cosine_rate) / (s * s + c * c);
+                [libm::atan2(s, c), rate]
+            }
+        }
+    }
+
+    /// `θ ∈ [−π, π]`, or the length.
+    fn principal_value(&self, q: &[f64]) -> f64 {
+        match &self.value {
+            Value::Length(row) => row.value(q),
+            Value::Angle { sine, cosine } => libm::atan2(sine.value(q), cosine.value(q)),
+        }
     }
 
     /// The rows it is made of, with the factors of their gradients at `q`.
@@ -157,6 +207,13 @@ impl JointCoordinate {
     /// Emits `scale ∇θ(q)` as row `row`.
     pub fn emit(&self, q: &[f64], row: usize, scale: f64, out: &mut dyn Entries) {
         self.for_each_slope(q, |i, slope| out.add(row, i, scale * slope));
+    }
+
+    /// Emits `scale ∇θ(q_n) ∇θ(q_{n+1})ᵀ`, or `scale` at its unknown.
+    pub fn emit_slope(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
+        if !self.unknown.is_some_and(|unknown| out.add_along(unknown.index, scale)) {
+            self.emit_product(&s.q0, &s.q1, scale, out);
+        }
     }
 
     /// Emits `scale ∇θ(q_0) ∇θ(q_1)ᵀ`.
@@ -189,9 +246,7 @@ impl JointCoordinate {
     /// `∇θ·v`.
     #[must_use]
     pub fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
-        let mut rate = 0.0;
-        self.for_each_slope(q, |i, slope| rate += slope * v[i]);
-        rate
+        self.value_and_rate(q, v)[1]
     }
 
     /// `D²θ(q)[v, w]`.

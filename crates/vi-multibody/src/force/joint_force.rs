@@ -14,6 +14,8 @@
 use crate::constraint::joint_coordinate::{Change, JointCoordinate};
 use std::sync::Arc;
 use vi_core::Configuration;
+pub use vi_core::coordinate_force::EffortSlopes;
+use vi_core::coordinate_force::{AlongUnknown, CoordinateForce};
 use vi_core::force::DiscreteForce;
 use vi_core::interval::Interval;
 use vi_core::potential::DiscretePotential;
@@ -64,7 +66,7 @@ impl DiscretePotential for JointSpring {
         self.coordinate.add_gradient(&s.q1, 0.5 * scale * self.stiffness * stretch, out);
     }
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        self.coordinate.emit_product(&s.q0, &s.q1, 0.25 * scale * self.stiffness, out);
+        self.coordinate.emit_slope(s, 0.25 * scale * self.stiffness, out);
     }
     fn add_d1_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         let stretch = self.coordinate.change(s).mean - self.rest;
@@ -84,15 +86,27 @@ impl DiscretePotential for JointSpring {
         self.coordinate.emit_product(q, q, scale * self.stiffness, out);
         self.coordinate.emit_second(q, scale * self.stiffness * stretch, out);
     }
+    fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
+        self.coordinate.unknown().map(|unknown| AlongUnknown { unknown, force: self })
+    }
 }
 
-/// Derivatives of an effort.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct EffortSlopes {
-    /// `∂τ/∂θ`.
-    pub by_coordinate: f64,
-    /// `∂τ/∂θ̇`.
-    pub by_rate: f64,
+impl CoordinateForce for JointSpring {
+    fn coordinate(&self, at: Configuration<'_>) -> f64 {
+        self.coordinate.at_node(at)
+    }
+    fn effort(&self, _t: f64, coordinate: f64, _rate: f64) -> f64 {
+        -self.stiffness * (coordinate - self.rest)
+    }
+    fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortSlopes {
+        EffortSlopes { by_coordinate: -self.stiffness, by_rate: 0.0 }
+    }
+    fn is_affine(&self) -> bool {
+        true
+    }
+    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+        self.coordinate.add_gradient(q, scale, out);
+    }
 }
 
 /// A force or torque along a joint coordinate, N or N·m.
@@ -103,6 +117,10 @@ pub trait JointLaw: Send + Sync {
     fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes;
     /// Whether it dissipates energy.
     fn is_dissipative(&self) -> bool;
+    /// Whether `τ` is an affine function of `θ` and `θ̇`.
+    fn is_affine(&self) -> bool {
+        false
+    }
 }
 
 impl std::fmt::Debug for dyn JointLaw {
@@ -122,6 +140,9 @@ impl JointLaw for Arc<dyn JointLaw> {
     fn is_dissipative(&self) -> bool {
         (**self).is_dissipative()
     }
+    fn is_affine(&self) -> bool {
+        (**self).is_affine()
+    }
 }
 
 /// `τ = −c θ̇`: damper or viscous friction, `c` in N·s/m or N·m·s/rad.
@@ -140,6 +161,9 @@ impl JointLaw for Viscous {
     }
     fn is_dissipative(&self) -> bool {
         self.0 != 0.0
+    }
+    fn is_affine(&self) -> bool {
+        true
     }
 }
 
@@ -165,6 +189,9 @@ impl JointLaw for Motor {
     }
     fn is_dissipative(&self) -> bool {
         false
+    }
+    fn is_affine(&self) -> bool {
+        true
     }
 }
 
@@ -209,6 +236,9 @@ impl JointLaw for PdControl {
     fn is_dissipative(&self) -> bool {
         self.derivative != 0.0
     }
+    fn is_affine(&self) -> bool {
+        true
+    }
 }
 
 /// A [`JointLaw`] on a coordinate, as a discrete force pair.
@@ -236,10 +266,9 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     }
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
         let Change { mean, difference } = self.coordinate.change(s);
-        let EffortSlopes { by_coordinate, by_rate } =
-            self.law.slopes(s.t_mid(), mean, difference / s.h);
-        let slope = 0.25 * s.h * by_coordinate + 0.5 * by_rate;
-        self.coordinate.emit_product(&s.q0, &s.q1, slope, out);
+        let slopes = self.law.slopes(s.t_mid(), mean, difference / s.h);
+        let slope = slopes.by_unknown(s.h);
+        self.coordinate.emit_slope(s, slope, out);
     }
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         let rate = self.coordinate.rate(at.q, v);
@@ -247,8 +276,9 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         self.coordinate.add_gradient(at.q, effort, out);
     }
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
-        let [start, end] = [&s.q0, &s.q1].map(|q| self.coordinate.rate(q, &s.v_mid));
-        0.5 * s.h * self.effort(s) * (start + end)
+        let (Change { mean, difference }, [start, end]) =
+            self.coordinate.change_and_rates(s, &s.v_mid);
+        0.5 * s.h * self.law.effort(s.t_mid(), mean, difference / s.h) * (start + end)
     }
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
         let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
@@ -264,5 +294,26 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     }
     fn is_dissipative(&self) -> bool {
         self.law.is_dissipative()
+    }
+    fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
+        self.coordinate.unknown().map(|unknown| AlongUnknown { unknown, force: self })
+    }
+}
+
+impl<L: JointLaw> CoordinateForce for JointForce<L> {
+    fn coordinate(&self, at: Configuration<'_>) -> f64 {
+        self.coordinate.at_node(at)
+    }
+    fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
+        self.law.effort(t, coordinate, rate)
+    }
+    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes {
+        self.law.slopes(t, coordinate, rate)
+    }
+    fn is_affine(&self) -> bool {
+        self.law.is_affine()
+    }
+    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+        self.coordinate.add_gradient(q, scale, out);
     }
 }

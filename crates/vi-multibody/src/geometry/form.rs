@@ -176,8 +176,15 @@ impl Row {
     /// `G(q) v`.
     #[must_use]
     pub fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
-        let (a, b) = (&self.a, &self.b);
-        self.scale * (a.at(q).dot(&b.rate(v)) + a.rate(v).dot(&b.at(q)))
+        self.value_and_rate(q, v)[1]
+    }
+
+    /// `g(q)` and `G(q) v`.
+    #[must_use]
+    pub fn value_and_rate(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
+        let (a, b) = (self.a.at(q), self.b.at(q));
+        let rate = a.dot(&self.b.rate(v)) + self.a.rate(v).dot(&b);
+        [self.scale * (a.dot(&b) - self.target), self.scale * rate]
     }
 
     /// Emits the row `row` of `G(q)`.

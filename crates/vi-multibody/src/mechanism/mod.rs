@@ -136,6 +136,7 @@ impl Mechanism {
         }
         let joint = self.description.joints.get(joint)?;
         let mut coordinate = JointCoordinate::principal(joint, freedom)?;
+        coordinate.note_unknown(self.tree.unknown_of(joint, freedom));
         coordinate.list(&mut self.angles);
         self.coordinates.insert(place, coordinate.clone());
         Some(coordinate)

@@ -1,6 +1,6 @@
 //! The Newton step of the nodal scheme on trees in linear time.
 //!
-//! When the potential couples no two bodies, `D_2(D_1 L_d + f_d^-)` is block diagonal and the Newton
+//! When the potential couples no two bodies, but along joint coordinates of the tree, `D_2(D_1 L_d + f_d^-)` is block diagonal and the Newton
 //! matrix is `Dr = P_ex(q_n)ᵀ blockdiag(A_α) P'_ex`, with the 6×6 blocks
 //! ```text
 //! A_α  = P_in(q_n)ᵀ [D_2(D_1 L_d + f_d^-)]_αα P_in(q_{n+1})
@@ -40,10 +40,10 @@ struct LinkWork {
 #[derive(Debug)]
 pub struct Articulated {
     tree: Tree,
-    link_of: Vec<usize>, // frame → link
     blocks: Vec<Block>,
     links: Vec<LinkWork>,
     A: Vec<SpatialMatrix>, // A_α, then Â_α
+    along: Vec<f64>,       // on the diagonal of each unknown, beside A
     motions: Vec<Motion>,  // scratch
     wrenches: Vec<Twist>,  // p_c, then δt'
 }
@@ -53,18 +53,14 @@ impl Articulated {
     #[must_use]
     pub fn new(tree: Tree) -> Self {
         let count = tree.links().len();
-        let mut link_of = vec![0; count];
-        for (k, link) in tree.links().iter().enumerate() {
-            link_of[link.frame] = k;
-        }
         let map = VelocityMap::new(Transfer::None, &[]);
         let zero = [Twist::zero(); MAX_DOF];
         let work =
             LinkWork { at: map, next: map, AS: zero, SA: zero, D: [[0.0; MAX_DOF]; MAX_DOF] };
         Self {
             blocks: tree.blocks(),
+            along: vec![0.0; tree.dof()],
             tree,
-            link_of,
             links: vec![work; count],
             A: vec![SpatialMatrix::zero(); count],
             motions: vec![Motion::rest(); count],
@@ -105,7 +101,7 @@ impl Articulated {
     /// The link of a frame.
     #[must_use]
     pub fn link_of(&self, frame: usize) -> usize {
-        self.link_of[frame]
+        self.tree.link_of()[frame]
     }
 
     /// `A_α`, to be written.
@@ -178,8 +174,9 @@ impl Articulated {
         q1: &[f64],
     ) -> bool {
         self.A.fill(SpatialMatrix::zero());
-        let (A, link_of) = (&mut self.A[..], &self.link_of[..]);
-        let mut blocks = BodyBlocks { A, link_of, q0, q1, coupled: false };
+        self.along.fill(0.0);
+        let (A, along, link_of) = (&mut self.A[..], &mut self.along[..], self.tree.link_of());
+        let mut blocks = BodyBlocks { A, link_of, along, q0, q1, coupled: false };
         mixed(&mut blocks);
         blocks.coupled
     }
@@ -227,7 +224,7 @@ impl Articulated {
 
     /// Eliminates the joint of link `k`: its `Â` is complete, that of its parent grows.
     pub(crate) fn eliminate(&mut self, k: usize) -> Result<(), Fault> {
-        let (work, A) = (&mut self.links[k], &self.A[k]);
+        let (work, A, link) = (&mut self.links[k], &self.A[k], &self.tree.links()[k]);
         let f = work.at.dof;
         for j in 0..f {
             work.AS[j] = A.mul(&work.next.s[j]);
@@ -237,9 +234,10 @@ impl Articulated {
             for j in 0..f {
                 work.D[i][j] = work.at.s[i].dot(&work.AS[j]);
             }
+            work.D[i][i] += self.along[link.offset + i];
         }
         invert(&mut work.D, f).ok_or(Fault::SingularTangent)?;
-        let Some(parent) = self.tree.links()[k].parent else { return Ok(()) };
+        let Some(parent) = link.parent else { return Ok(()) };
         let mut reduced = *A; // Â − Â S' D⁻¹ Sᵀ Â
         for i in 0..f {
             let mut row = Twist::zero();

@@ -15,6 +15,8 @@ pub(super) struct BodyBlocks<'a> {
     pub A: &'a mut [SpatialMatrix],
     /// The link of each frame.
     pub link_of: &'a [usize],
+    /// What acts along each unknown; empty where that is known otherwise.
+    pub along: &'a mut [f64],
     /// `q_n`.
     pub q0: &'a [f64],
     /// `q_{n+1}`.
@@ -62,6 +64,11 @@ impl Entries for BodyBlocks<'_> {
         let (a, b) = (arm(&self.q0[own.clone()], i), arm(&self.q1[own], j));
         self.A[self.link_of[frame]].add_multiple(value, a.as_ref(), b.as_ref());
     }
+
+    fn add_along(&mut self, j: usize, value: f64) -> bool {
+        let own = self.along.get_mut(j);
+        own.map(|own| *own += value).is_some()
+    }
 }
 
 #[cfg(test)]
@@ -83,8 +90,14 @@ mod tests {
                 let mut A = [SpatialMatrix::zero(); 2];
                 let link_of = [1, 0];
                 let (q0, q1) = (&q0[..], &q1[..]);
-                let mut blocks =
-                    BodyBlocks { A: &mut A, link_of: &link_of, q0, q1, coupled: false };
+                let mut blocks = BodyBlocks {
+                    A: &mut A,
+                    link_of: &link_of,
+                    along: &mut [],
+                    q0,
+                    q1,
+                    coupled: false,
+                };
                 blocks.add_multiple(12 + i, 12 + j, 0.7);
                 assert!(!blocks.coupled && A[1] == SpatialMatrix::zero());
                 let mut K = SMatrix::<f64, 12, 12>::zeros();
@@ -109,7 +122,10 @@ mod tests {
     fn entries_between_frames_are_noticed() {
         let q = [0.0; 24];
         let mut A = [SpatialMatrix::zero(); 2];
-        let mut blocks = BodyBlocks { A: &mut A, link_of: &[0, 1], q0: &q, q1: &q, coupled: false };
+        let (A, link_of, along, q) = (&mut A[..], &[0, 1], &mut [0.0; 2], &q[..]);
+        let mut blocks = BodyBlocks { A, link_of, along, q0: q, q1: q, coupled: false };
+        assert!(blocks.add_along(1, 2.0) && !blocks.add_along(2, 2.0) && blocks.along[1] == 2.0);
+        assert!(!blocks.coupled);
         blocks.add_multiple(0, 12, 1.0);
         assert!(blocks.coupled);
     }

@@ -11,9 +11,10 @@
 
 pub mod particle;
 
-use crate::pair::joint::{GROUND, Joint, JointConfiguration};
-use crate::pair::{Motion, Twist, VelocityMap};
+use crate::pair::joint::{FrameId, GROUND, Joint, JointConfiguration};
+use crate::pair::{Motion, PairKind, Twist, VelocityMap};
 use nalgebra::{DMatrix, Vector3};
+use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, BlockKind, Fault};
 use vi_rigid::{directors, null_space, reparametrization, rotation};
@@ -53,29 +54,58 @@ impl Link {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tree {
     links: Vec<Link>,
+    link_of: Vec<usize>, // of each frame
     dof: usize,
 }
 
 impl Tree {
-    /// From links in an order in which parents precede their children; offsets are assigned here.
+    /// From links in an order in which parents precede their children, one for each frame; offsets are assigned here.
     ///
     /// # Panics
-    /// When a parent does not precede its child.
+    /// When a parent does not precede its child, or frames are not numbered from 0 on.
     #[must_use]
     pub fn new(mut links: Vec<Link>) -> Self {
-        let mut dof = 0;
+        let (mut dof, mut link_of) = (0, vec![0; links.len()]);
         for (k, link) in links.iter_mut().enumerate() {
             assert!(link.parent.is_none_or(|p| p < k), "parents precede their children");
+            link_of[link.frame] = k;
             link.offset = dof;
             dof += link.joint.kind.dof();
         }
-        Self { links, dof }
+        Self { links, link_of, dof }
     }
 
     /// The links, root first.
     #[must_use]
     pub fn links(&self) -> &[Link] {
         &self.links
+    }
+
+    /// The links by frame: where the link of each frame stands among [`Tree::links`].
+    #[must_use]
+    pub fn link_of(&self) -> &[usize] {
+        &self.link_of
+    }
+
+    /// The unknown that coordinate `freedom` of a joint is, up to its sign; `None` where the joint is not in the tree, or
+    /// axes that turn with the child measure the coordinate.
+    #[must_use]
+    pub fn unknown_of(&self, joint: &Joint, freedom: usize) -> Option<SignedUnknown> {
+        let link = |frame| match frame {
+            FrameId::Frame(k) => Some(&self.links[self.link_of[k]]),
+            FrameId::Ground => None,
+        };
+        if let Some(link) = link(joint.child.frame).filter(|link| link.joint == *joint) {
+            return Some(SignedUnknown { index: link.offset + freedom, sign: 1.0 });
+        }
+        let reversed = joint.reversed();
+        let link = link(joint.parent.frame).filter(|link| link.joint == reversed)?;
+        let column = match joint.kind {
+            PairKind::Universal => 1 - freedom,
+            PairKind::Planar if freedom < 2 => return None,
+            _ => freedom,
+        };
+        Some(SignedUnknown { index: link.offset + column, sign: -1.0 })
     }
 
     /// Degrees of freedom of the tree.

@@ -37,6 +37,16 @@ pub(super) fn nodal(
     let elements = has_nodes(mechanism);
     let sparse = solver.is_sparse(mechanism);
     let dense = || check_dense(n, "the solver `dense`", "write solver = \"auto\"");
+    let by_sweeps = !particles && !reduced && !matches!(solver, Solver::Dense | Solver::Sparse);
+    if by_sweeps {
+        let step: Option<BoxedScheme> = match &loops.rank {
+            Some(rank) => LoopStep::new(mechanism, system, rank).map(|step| Box::new(step) as _),
+            None => TreeStep::new(mechanism, system).map(|step| Box::new(step) as _),
+        };
+        if let Some(step) = step {
+            return Ok(step);
+        }
+    }
     if let Some(rank) = &loops.rank {
         if !uncoupled {
             let what = "springs between the bodies of so many closed loops";
@@ -44,13 +54,6 @@ pub(super) fn nodal(
             if !sparse {
                 dense()?;
             }
-        }
-        if uncoupled
-            && !reduced
-            && !matches!(solver, Solver::Dense | Solver::Sparse)
-            && let Some(step) = LoopStep::new(mechanism, system, rank)
-        {
-            return Ok(Box::new(step));
         }
         let tree = match (uncoupled, sparse) {
             (true, _) => TreeSolver::Recursion,
@@ -72,9 +75,6 @@ pub(super) fn nodal(
         return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
     if uncoupled && !matches!(solver, Solver::Dense | Solver::Sparse) {
-        if let Some(step) = TreeStep::new(mechanism, system).filter(|_| !reduced) {
-            return Ok(Box::new(step));
-        }
         return Ok(Box::new(Nodal::new(n, recursion, reduced)));
     }
     if !sparse {

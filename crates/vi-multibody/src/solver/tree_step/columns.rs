@@ -83,4 +83,5 @@ pub(in crate::solver) struct ColumnWork {
     pub(in crate::solver) axis_next: Held, // n'
     pub(in crate::solver) SA: Pair<Held>,  // Sᵀ Ã
     pub(in crate::solver) inverse: f64,    // D⁻¹
+    pub(in crate::solver) slope: f64,      // what acts along the column adds to D
 }

@@ -19,13 +19,15 @@
 //! `Â − Â S' D⁻¹ Sᵀ Â = diag(Â_ll − Â_la Â_aa⁻¹ Â_al, 0)` of a spherical joint is without `T`: that enters last,
 //! `δθ = T⁻¹ δω`.
 //!
-//! What depends on coordinates otherwise (springs, loads) is added to balances and blocks as it is emitted.
+//! Springs, dampers and motors on joint coordinates act on their unknown alone ([`efforts`]); what depends on coordinates
+//! otherwise (springs between points, loads) is added to balances and blocks as it is emitted.
 //!
-//! Trees whose potentials couple no two bodies, each of which has a mass matrix of multiples of `I_3`; all others, and the
+//! Trees whose other potentials couple no two bodies, each of which has a mass matrix of multiples of `I_3`; all others, and the
 //! reduced scheme, are solved by [`crate::tree_nodal`] and the operators of [`crate::run`].
 #![allow(non_snake_case)] // A, D, E, K, S
 
 pub(in crate::solver) mod columns;
+mod efforts;
 pub(in crate::solver) mod end;
 pub(in crate::solver) mod link;
 pub(in crate::solver) mod part;
@@ -42,6 +44,7 @@ use crate::mechanism::Mechanism;
 use crate::pair::Transfer;
 use crate::solver::body_blocks::BodyBlocks;
 use crate::tree::{Link, Tree};
+use efforts::Efforts;
 use link::{Constants, Work};
 use nalgebra::{Matrix3, Vector3};
 use vi_constraints::Constraints;
@@ -63,6 +66,7 @@ pub struct TreeStep {
     at: Workspace,
     weight: Vec<f64>,  // n  constant forces
     impulse: Vec<f64>, // n  of them in half a step
+    efforts: Efforts,
     variable: Option<Variable>,
     s: Interval,
     compensation: Vec<f64>, // d  rounding error of the last momentum balance
@@ -77,32 +81,46 @@ fn is_all(mechanism: &Mechanism) -> bool {
     mechanism.len() == mechanism.tree().links().iter().map(of_link).sum::<usize>()
 }
 
-/// What acts beside constant forces.
+/// Whether two bodies are coupled by what acts along no unknown.
+fn couples_bodies(mechanism: &Mechanism, system: &SeparableSystem) -> bool {
+    let q = mechanism.initial_configuration();
+    let mut s = Interval::new(q.len());
+    s.open(0.0, 1.0, &q);
+    let mut A = vec![SpatialMatrix::zero(); mechanism.tree().links().len()];
+    let link_of = mechanism.tree().link_of();
+    let (A, along, q) = (&mut A[..], &mut [], &q[..]);
+    let mut blocks = BodyBlocks { A, link_of, along, q0: q, q1: q, coupled: false };
+    system.other_d2_d1(&s, &mut blocks);
+    blocks.coupled
+}
+
+/// What acts beside constant forces and along no unknown.
 #[derive(Debug)]
 struct Variable {
-    link_of: Vec<usize>,          // frame → link
     balance: Vec<f64>,            // n  its part of D_1 L_d + f_d^-
     matrices: Vec<SpatialMatrix>, // its part of A_α, about the centres
     blocks: Vec<Spatial<Held>>,   // −h times the same, about the reference points
 }
 
 impl TreeStep {
-    /// For a mechanism whose potentials couple no two bodies; `None` where it does not apply.
+    /// For a mechanism whose potentials couple no two bodies, but for those along joint coordinates of the tree; `None`
+    /// where it does not apply.
     #[must_use]
     pub fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
         let at = Workspace::new(mechanism, system)?;
         let (tree, weight) = (mechanism.tree().clone(), system.constant_force());
         let (n, count) = (weight.len(), at.links.len());
-        let mut link_of = vec![0; count];
-        tree.links().iter().enumerate().for_each(|(k, link)| link_of[link.frame] = k);
-        let variable = system.has_variable_forces().then(|| Variable {
-            link_of,
+        if couples_bodies(mechanism, system) {
+            return None;
+        }
+        let variable = system.has_other_forces().then(|| Variable {
             balance: vec![0.0; n],
             matrices: vec![SpatialMatrix::zero(); count],
             blocks: vec![Spatial::default(); count],
         });
         Some(Self {
             increments: Increments::new(tree.blocks()),
+            efforts: Efforts::new(&at.links, system),
             at,
             impulse: vec![0.0; n],
             s: Interval::new(n),
@@ -132,7 +150,7 @@ impl Variable {
         works: &mut [Work],
         links: &[Constants],
     ) {
-        system.variable_d1(s, &mut self.balance);
+        system.other_d1(s, &mut self.balance);
         for (link, work) in links.iter().zip(works) {
             let own = wrench(link, &s.q0, &self.balance);
             work.wrench = work.wrench.take(Narrow).plus(own).held();
@@ -155,11 +173,16 @@ impl Variable {
     }
 
     /// `−h A_α` of its part of `D_2(D_1 L_d + f_d^-)`.
-    fn assemble(&mut self, system: &SeparableSystem, s: &Interval, links: &[Constants]) {
+    fn assemble(
+        &mut self,
+        (system, tree): (&SeparableSystem, &Tree),
+        s: &Interval,
+        links: &[Constants],
+    ) {
         self.matrices.fill(SpatialMatrix::zero());
-        let (A, link_of) = (&mut self.matrices[..], &self.link_of[..]);
-        let mut emitted = BodyBlocks { A, link_of, q0: &s.q0, q1: &s.q1, coupled: false };
-        system.variable_d2_d1(s, &mut emitted);
+        let (A, link_of, along) = (&mut self.matrices[..], tree.link_of(), &mut []);
+        let mut emitted = BodyBlocks { A, link_of, along, q0: &s.q0, q1: &s.q1, coupled: false };
+        system.other_d2_d1(s, &mut emitted);
         debug_assert!(
             !emitted.coupled,
             "the recursion needs a potential that couples no two bodies"
@@ -196,7 +219,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
 
     fn begin(
         &mut self,
-        _system: &SeparableSystem,
+        system: &SeparableSystem,
         mechanism: &Mechanism,
         step: SubStep,
         state: &mut State,
@@ -207,10 +230,11 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         }
         let distance = step.h.abs() * link::fastest(&self.at.links, &state.p);
         mechanism.raise_floors_by(distance, self.increments.blocks_mut());
-        let Self { at, weight, impulse, s, compensation, .. } = self;
+        let Self { at, weight, impulse, efforts, s, compensation, .. } = self;
         state.open_start(s, step.h);
         s.end_at(step.t_end);
         state.compensation.open_balance(compensation);
+        efforts.begin(system, state);
         let half = 0.5 * step.h;
         impulse.iter_mut().zip(weight).for_each(|(impulse, w)| *impulse = half * *w);
         at.open([&state.q, &state.p, impulse]);
@@ -229,11 +253,13 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
             self.close();
             self.increments.reach(mechanism, &self.s.q1);
         }
-        let Self { at, variable, s, compensation, .. } = self;
+        let Self { at, efforts, variable, s, compensation, .. } = self;
         if let Some(variable) = variable {
             variable.add_balance(system, s, &mut at.works, &at.links);
         }
         at.pull_back(r); // (28)
+        efforts.evaluate(system, s, u);
+        efforts.add_balance(r);
         r.iter_mut().zip(compensation).for_each(|(r, error)| *r += *error);
         Ok(())
     }
@@ -241,11 +267,12 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
     /// Only the motion: the balance is evaluated with the momenta at the end of the step.
     fn settle(
         &mut self,
-        _: &SeparableSystem,
+        system: &SeparableSystem,
         _: &Mechanism,
         u: &[f64],
         _: &mut [f64],
     ) -> Result<(), Fault> {
+        self.efforts.evaluate(system, &self.s, u);
         self.at.advance(u, None)
     }
 
@@ -281,9 +308,10 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         CLOSING_SIZE
     }
 
-    /// Springs and loads may be nonlinear in any way.
+    /// Springs between points and loads may be nonlinear in any way.
     fn turn(&self) -> f64 {
-        if self.variable.is_none() { self.turn } else { f64::INFINITY }
+        let is_affine = self.variable.is_none() && self.efforts.are_affine();
+        if is_affine { self.turn } else { f64::INFINITY }
     }
 
     fn end(
@@ -293,7 +321,7 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         _newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        let Self { tree, at, impulse, variable, s, compensation, .. } = self;
+        let Self { tree, at, impulse, efforts, variable, s, compensation, .. } = self;
         (state.t, state.step) = (s.t_end(), state.step + 1);
         let constant = variable.is_none().then_some(&impulse[..]);
         self.is_clean = end::finish(&at.links, &mut at.works, tree, constant, s, state);
@@ -303,6 +331,10 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
         }
         // Sweeps and momenta round constants of a body differently: their own balance is what the next step takes over.
         at.pull_back(&mut state.compensation.balance);
+        if variable.is_none() {
+            efforts.add_balance(&mut state.compensation.balance);
+            efforts.add_momentum(system, &s.q1, &mut state.p);
+        }
         let rest = state.compensation.balance.iter_mut().zip(compensation);
         rest.for_each(|(rest, error)| *rest += *error);
         Ok(())

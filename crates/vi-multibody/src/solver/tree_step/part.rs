@@ -65,10 +65,12 @@ impl TreeStep {
 
     /// Before the sweeps of a linear system: blocks of what depends on coordinates, and nothing on any link.
     pub(in crate::solver) fn assemble(&mut self, system: &SeparableSystem) {
-        if let Some(variable) = &mut self.variable {
-            variable.assemble(system, &self.s, &self.at.links);
+        let Self { at, tree, efforts, variable, s, .. } = self;
+        if let Some(variable) = variable {
+            variable.assemble((system, &*tree), s, &at.links);
         }
-        let Workspace { sums, part, .. } = &mut self.at;
+        let Workspace { links, works, columns, sums, part, .. } = at;
+        efforts.assemble(system, s, (links, works, columns));
         part.unwritten.iter().for_each(|&slot| sums[slot] = Sums::default());
     }
 

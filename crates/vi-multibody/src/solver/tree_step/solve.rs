@@ -137,7 +137,7 @@ fn eliminate_along<W: Width>(
             (turn.0.plus_scaled(link.pitch, slide.0), turn.1.plus_scaled(link.pitch, slide.1))
         }
     };
-    let inverse = 1.0 / component((link, act), work, AS); // D = Sᵀ Ã S'
+    let inverse = 1.0 / (component((link, act), work, AS) + work.slope); // D = Sᵀ Ã S' + …
     if !inverse.is_finite() {
         return Err(Fault::SingularTangent);
     }

@@ -16,8 +16,8 @@ use vi_core::newton::Fault;
 pub(super) struct Workspace {
     pub(super) links: Vec<Constants>,
     pub(super) works: Vec<Work>,
-    columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
-    turns: Vec<Turn>,         // d
+    pub(super) columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
+    turns: Vec<Turn>,                    // d
     gains: Vec<Gain>,
     pub(super) sums: Vec<Sums>,
     pub(super) part: Part,

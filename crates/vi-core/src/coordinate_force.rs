@@ -1,0 +1,65 @@
+//! Forces along a coordinate that is an unknown of a step, up to its sign.
+//!
+//! ```text
+//! θ(F_d(u, q_n)) = θ(q_n) + σ u_j,   P(q_n)ᵀ ∇θ(q_n) = σ e_j,   σ = ±1
+//! D_1 L_d + f_d^- ∋ (h/2) τ ∇θ(q_n),   D_2 L_d + f_d^+ ∋ (h/2) τ ∇θ(q_{n+1})
+//! τ = τ(t_{n+1/2}, θ̄, Δθ/h),   θ̄ = θ(q_n) + σ u_j/2,   Δθ = σ u_j
+//! ```
+//! The balance of the nodal scheme, LMO08 (28), gets `σ (h/2) τ` in row `j`, its matrix one entry on the diagonal.
+
+use crate::configuration::Configuration;
+
+/// An unknown of a step and the sign with which a coordinate grows with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SignedUnknown {
+    /// `j`.
+    pub index: usize,
+    /// `σ`: 1 or −1.
+    pub sign: f64,
+}
+
+/// Derivatives of an effort.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EffortSlopes {
+    /// `∂τ/∂θ`.
+    pub by_coordinate: f64,
+    /// `∂τ/∂θ̇`.
+    pub by_rate: f64,
+}
+
+impl EffortSlopes {
+    /// `∂/∂u_j` of `σ (h/2) τ`.
+    #[must_use]
+    pub fn by_unknown(self, h: f64) -> f64 {
+        0.25 * h * self.by_coordinate + 0.5 * self.by_rate
+    }
+}
+
+/// What acts along an unknown.
+#[derive(Clone, Copy)]
+pub struct AlongUnknown<'a> {
+    /// `j` and `σ`.
+    pub unknown: SignedUnknown,
+    /// The effort.
+    pub force: &'a dyn CoordinateForce,
+}
+
+impl std::fmt::Debug for AlongUnknown<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("AlongUnknown").field("unknown", &self.unknown).finish_non_exhaustive()
+    }
+}
+
+/// A potential or a force pair along one coordinate.
+pub trait CoordinateForce {
+    /// `θ(q_n)` at a node, where the angles are those at `q_n`; with its revolutions where it is an angle.
+    fn coordinate(&self, at: Configuration<'_>) -> f64;
+    /// `τ(t, θ, θ̇)`, N or N·m.
+    fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64;
+    /// `(∂τ/∂θ, ∂τ/∂θ̇)`.
+    fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes;
+    /// Whether `τ` is an affine function of `θ` and `θ̇`.
+    fn is_affine(&self) -> bool;
+    /// `out ← out + scale ∇θ(q)`, shape `n`.
+    fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
+}
