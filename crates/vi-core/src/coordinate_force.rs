@@ -1,4 +1,4 @@
-//! Forces along a coordinate that is an unknown of a step, up to its sign.
+//! Forces along a coordinate that is an unknown of a step, up to its sign [5.28].
 //!
 //! ```text
 //! θ(F_d(u, q_n)) = θ(q_n) + σ u_j,   P(q_n)ᵀ ∇θ(q_n) = σ e_j,   σ = ±1

@@ -8,6 +8,8 @@
 //! | closed loops of bodies | that of their tree + small complement; nodal on R, P, fixed: its sweeps, too | dense, QR | sparse |
 //! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |
 //!
+//! Springs, dampers and motors on joint coordinates of the tree are no couplings ([`vi_core::coordinate_force`]), but in Galerkin schemes.
+//!
 //! By blocks: sparse LU with the blocks of joints as pivots where they have three unknowns in the mean, see
 //! [`crate::solver::sparse_nodal::reduced_matrix`].
 //!
