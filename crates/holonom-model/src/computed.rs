@@ -48,15 +48,31 @@ fn list(section: &str, parts: &[impl Serialize], problems: &mut Vec<Problem>) {
 /// A part of a list has its name in the key.
 fn part(section: &str, part: &impl Serialize, problems: &mut Vec<Problem>) {
     let Ok(value) = Value::try_from(part) else { return };
+    if !has_too_large(&value) {
+        return; // no path is written for nothing
+    }
     let name = value.get("name").and_then(Value::as_str).filter(|_| section != "model");
     let mut key = name.map_or_else(|| section.to_owned(), |name| format!("{section}.{name}"));
     visit(&mut key, &value, problems);
 }
 
+fn is_too_large(number: f64) -> bool {
+    number.is_nan() || number.abs() > HUGE
+}
+
+fn has_too_large(value: &Value) -> bool {
+    match value {
+        Value::Float(number) => is_too_large(*number),
+        Value::Array(list) => list.iter().any(has_too_large),
+        Value::Table(table) => table.values().any(has_too_large),
+        _ => false,
+    }
+}
+
 fn visit(key: &mut String, value: &Value, problems: &mut Vec<Problem>) {
     match value {
         _ if problems.len() >= MAX_PROBLEMS => {}
-        Value::Float(number) if number.is_nan() || number.abs() > HUGE => {
+        Value::Float(number) if is_too_large(*number) => {
             let message = format!("the number that follows for it is too large: {number:e}");
             let help =
                 format!("choose numbers from which one of magnitude at most {HUGE:e} follows");

@@ -74,6 +74,11 @@ impl<'i> Document<'i> {
     /// Numbers that no model may contain: not finite, or huge.
     pub(crate) fn bad_numbers(&self) -> Vec<Problem> {
         let mut problems = Vec::new();
+        let fault =
+            |value: &Spanned<DeValue<'_>>| fault_of_number(value.get_ref()).map(|_| value.span());
+        if self.table.values().all(|value| first_place(value, &fault).is_none()) {
+            return problems; // no path is written for nothing
+        }
         walk(&self.table, &self.labels, &mut |path, _, value| {
             let fault = fault_of_number(value.get_ref());
             let Some(fault) = fault.filter(|_| problems.len() < MAX_PROBLEMS) else { return };

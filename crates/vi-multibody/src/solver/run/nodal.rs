@@ -32,8 +32,6 @@ pub(super) fn nodal(
         let operators = TangentSpace::new(mechanism.clone(), &loops.rows);
         return Ok(Box::new(Nodal::new(n, operators, reduced)));
     }
-    let mut recursion = TreeNodal::new(mechanism.tree().clone());
-    let uncoupled = !particles && recursion.applies(system, &probe(mechanism, system));
     let elements = has_nodes(mechanism);
     let sparse = solver.is_sparse(mechanism);
     let dense = || check_dense(n, "the solver `dense`", "write solver = \"auto\"");
@@ -47,6 +45,8 @@ pub(super) fn nodal(
             return Ok(step);
         }
     }
+    let mut recursion = TreeNodal::new(mechanism.tree().clone());
+    let uncoupled = !particles && recursion.applies(system, &probe(mechanism, system));
     if let Some(rank) = &loops.rank {
         if !uncoupled {
             let what = "springs between the bodies of so many closed loops";

@@ -38,6 +38,13 @@ pub(super) fn node_solvers(
     if let Some(sweep) = TreeMultipliers::new(mechanism) {
         found.multipliers = Some(Box::new(sweep));
     }
+    if !particles
+        && !mechanism.has_loops()
+        && let Some(sweeps) = TreeVelocity::new(mechanism, system)
+    {
+        found.velocity = Some(Box::new(sweeps));
+        return found;
+    }
     let mut recursion = TreeNodal::new(mechanism.tree().clone());
     let s = probe(mechanism, system);
     let mass = |out: &mut dyn Entries| system.emit_mass_of_step(s.start(), s.h, out);
@@ -58,10 +65,9 @@ pub(super) fn node_solvers(
             };
             Some(Box::new(NodalVelocity::new(n, LoopNodal::new(mechanism, rank, tree))))
         }
-        None if !mechanism.has_loops() && uncoupled => match TreeVelocity::new(mechanism, system) {
-            Some(sweeps) => Some(Box::new(sweeps)),
-            None => Some(Box::new(NodalVelocity::new(n, recursion))),
-        },
+        None if !mechanism.has_loops() && uncoupled => {
+            Some(Box::new(NodalVelocity::new(n, recursion)))
+        }
         None if !mechanism.has_loops()
             && solver.is_sparse(mechanism)
             && takes_descriptor(mechanism) =>

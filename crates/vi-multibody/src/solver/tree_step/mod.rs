@@ -110,7 +110,7 @@ impl TreeStep {
         let at = Workspace::new(mechanism, system)?;
         let (tree, weight) = (mechanism.tree().clone(), system.constant_force());
         let (n, count) = (weight.len(), at.links.len());
-        if couples_bodies(mechanism, system) {
+        if system.has_other_forces() && couples_bodies(mechanism, system) {
             return None;
         }
         let variable = system.has_other_forces().then(|| Variable {
