@@ -9,8 +9,8 @@
 //! ```
 //! The parts are called one by one, repeated until a clock resolves them; there is no timer in a step. Every number is the
 //! least of some rounds over the same motion. What else a step does (initial guess, momenta, opening and closing) is
-//! its time less `iterations (residual + matrix + solve)`. The matrix is not separated in the energy–momentum and Galerkin
-//! schemes: it counts among the solution.
+//! its time less `iterations (residual + matrix + solve)`. The matrix is not separated, it counts among the solution, in the
+//! energy–momentum and Galerkin schemes, and where a correction takes less time than these entries, which it then does not need.
 
 use crate::clock::{Clock, timed};
 use holonom_model::{Columns, Family, Model, ModelError, Problem, Scheme};
@@ -201,7 +201,7 @@ fn parts<S: Discretization<C>, C: Constraints>(
 ) -> Result<(f64, Option<f64>, f64), Fault> {
     let residual = least(|| kernels.residual())?;
     let correction = least(|| kernels.correction())?;
-    let matrix = matrix?;
+    let matrix = matrix?.filter(|matrix| *matrix < correction);
     Ok((residual, matrix, (correction - matrix.unwrap_or(0.0)).max(f64::MIN_POSITIVE)))
 }
 
