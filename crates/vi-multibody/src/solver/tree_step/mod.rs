@@ -19,7 +19,7 @@
 //! `Â − Â S' D⁻¹ Sᵀ Â = diag(Â_ll − Â_la Â_aa⁻¹ Â_al, 0)` of a spherical joint is without `T`: that enters last,
 //! `δθ = T⁻¹ δω`.
 //!
-//! Springs, dampers and motors on joint coordinates act on their unknown alone ([`efforts`]); what depends on coordinates
+//! Springs, dampers and motors on joint coordinates act on their unknown alone (`efforts.rs`); what depends on coordinates
 //! otherwise (springs between points, loads) is added to balances and blocks as it is emitted.
 //!
 //! Trees whose other potentials couple no two bodies, each of which has a mass matrix of multiples of `I_3`; all others, and the
