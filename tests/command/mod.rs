@@ -1,15 +1,23 @@
 //! The program, and folders to run it in.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::Mutex;
+use std::thread::{self, ThreadId};
 
 pub(crate) const PENDULUM: &str = include_str!("../../examples/models/pendulum.toml");
 
-/// An empty folder for a case of a group of tests.
+/// Whose each folder is: tests run side by side, each in a thread, and two of them in one folder empty it for each other.
+static FOLDERS: Mutex<BTreeMap<PathBuf, ThreadId>> = Mutex::new(BTreeMap::new());
+
+/// An empty folder for a case of a group of tests. No two tests have the same.
 pub(crate) fn folder(group: &str, case: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(group).join(case);
+    let test = thread::current().id();
+    let owner = FOLDERS.lock().unwrap().insert(folder.clone(), test);
+    assert!(owner.is_none_or(|owner| owner == test), "{} is another test's", folder.display());
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder

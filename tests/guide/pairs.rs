@@ -14,7 +14,7 @@ fn every_pair_is_shown_as_it_moves() {
     let types = joint.tables.iter().find(|table| table.of == ["type"]).unwrap();
     let pairs: Vec<&str> = types.rows.iter().map(|row| row.name.trim_matches('"')).collect();
     assert_eq!(pairs.len(), 8, "{pairs:?}");
-    let folder = folder("guide", "pairs");
+    let folder = folder("guide_pairs", "pictures");
     for pair in pairs {
         let model = source().join(format!("pairs/{pair}.toml"));
         let text = fs::read_to_string(&model).unwrap();
