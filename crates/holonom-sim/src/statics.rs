@@ -24,6 +24,7 @@ use holonom_model::{Columns, History, Model, ModelError, Scheme, Settings};
 use std::io;
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
+use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_multibody::mechanism::Mechanism;
@@ -48,6 +49,7 @@ pub struct Statics {
     limits: LimitWatch,
     problem: StaticProblem,
     rows: IndependentRows, // with those inside the frames
+    least_norm: LeastNorm,
     mechanism: Mechanism,
     watch: ClosureWatch,
     facts: StaticFacts,
@@ -109,6 +111,7 @@ impl Statics {
             limits,
             problem,
             rows,
+            least_norm: LeastNorm::default(),
             mechanism,
             watch,
             facts,
@@ -239,7 +242,8 @@ impl Statics {
             q: point.q.clone(),
             ..Sample::default()
         };
-        self.sensors.read(&self.mechanism, &self.rows, view, &mut sample.sensors);
+        let rows = (&self.rows, &mut self.least_norm);
+        self.sensors.read(&self.mechanism, rows, view, &mut sample.sensors);
         self.step += 1;
         sample
     }

@@ -34,12 +34,13 @@ pub struct LeastNorm {
     rest: Vec<f64>,   // n
 }
 
-/// What the pattern of `G` decides, and the last factors.
+/// What the pattern of `G` decides, and the factors of the last numbers.
 #[derive(Debug)]
 struct Pattern {
     shape: (usize, usize),
     starts: Vec<usize>,           // m + 1
     entries: Vec<(usize, usize)>, // column, place among the numbers of G; row by row
+    numbers: Vec<f64>,            // of the Jacobian that the factors are of; empty without factors
     diagonal: Vec<f64>,           // n  of GᵀG
     normal: SparseMatrix,         // lower triangle of GᵀG + αI
     cholesky: SparseCholesky,
@@ -64,18 +65,26 @@ impl Pattern {
         };
         let normal = SparseMatrix::assemble(shape.1, shape.1, emit);
         let cholesky = SparseCholesky::new(&normal)?;
-        Ok(Self { shape, starts, entries, diagonal, normal, cholesky })
+        let numbers = Vec::with_capacity(numbers.len());
+        Ok(Self { shape, starts, entries, numbers, diagonal, normal, cholesky })
     }
 
     fn is_of(&self, jacobian: &SparseMatrix) -> bool {
         self.shape == jacobian.shape() && self.entries.len() == jacobian.as_sprs().nnz()
     }
 
+    /// Does nothing for the Jacobian that was factorized last.
     fn factorize(&mut self, jacobian: &SparseMatrix) -> Result<(), Singular> {
-        let Self { starts, entries, diagonal, normal, cholesky, .. } = self;
+        let Self { starts, entries, numbers: known, diagonal, normal, cholesky, .. } = self;
         let numbers = jacobian.as_sprs().data();
+        if known == numbers {
+            return Ok(());
+        }
+        known.clear();
         normal.refill_with(|out| emit_normal((starts, entries), numbers, diagonal, out));
-        cholesky.factorize(normal)
+        cholesky.factorize(normal)?;
+        known.extend_from_slice(numbers);
+        Ok(())
     }
 }
 

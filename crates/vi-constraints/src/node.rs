@@ -8,6 +8,7 @@
 //! LMO08 §3.
 
 use crate::constraints::Constraints;
+use crate::least_norm::LeastNorm;
 use crate::legendre::add_constraint_impulse;
 use crate::node_solvers::NodeSolvers;
 use crate::projection::{Projections, hamiltonian, kinetic_energy};
@@ -95,6 +96,11 @@ impl NodeObserver {
     /// balance.
     pub fn record_multipliers(&mut self, wanted: bool) {
         self.multipliers = wanted;
+    }
+
+    /// Least solutions with the Jacobian, factorized at the last node where that was needed.
+    pub fn least_norm(&mut self) -> &mut LeastNorm {
+        self.projections.least_norm()
     }
 
     /// The last node computed.

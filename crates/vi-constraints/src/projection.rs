@@ -59,6 +59,11 @@ impl Projections {
         }
     }
 
+    /// Least solutions with `G`.
+    pub(crate) fn least_norm(&mut self) -> &mut LeastNorm {
+        &mut self.least_norm
+    }
+
     /// `G(q)`, shape `m × n`.
     pub fn jacobian(
         &mut self,

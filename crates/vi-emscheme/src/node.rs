@@ -100,6 +100,10 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         &self.node
     }
 
+    fn least_norm(&mut self) -> &mut LeastNorm {
+        &mut self.least_norm
+    }
+
     fn observe_state(
         &mut self,
         system: &EmSystem,

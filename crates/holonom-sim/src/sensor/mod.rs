@@ -37,6 +37,7 @@ use std::sync::Arc;
 use vi_beam::section_force::SectionPlace;
 use vi_beam::{Beam, BeamModel};
 use vi_constraints::integrator::ResumeError;
+use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_multibody::builder::ForceElements;
@@ -210,13 +211,13 @@ impl Sensors {
     pub(crate) fn read(
         &mut self,
         mechanism: &Mechanism,
-        rows: &IndependentRows,
+        (rows, least_norm): (&IndependentRows, &mut LeastNorm),
         at: View<'_>,
         values: &mut Vec<f64>,
     ) {
         if self.reactions {
             let node = Configuration::new(at.t, at.q);
-            self.observer.observe(mechanism, node, at.lambda, rows);
+            self.observer.observe(mechanism, node, at.lambda, (rows, least_norm));
         }
         values.clear();
         for gauge in &self.gauges {

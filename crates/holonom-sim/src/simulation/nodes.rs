@@ -208,7 +208,8 @@ impl Simulation {
         }
         let Self { method, reading: at, sample, sensors, energies, watch, iterations, .. } = self;
         let view = View { t: at.t, q: &at.q, v: &at.v, lambda: &at.lambda };
-        sensors.read(method.mechanism(), method.rows(), view, &mut sample.sensors);
+        let (mechanism, rows, least_norm) = method.least_norm();
+        sensors.read(mechanism, (rows, least_norm), view, &mut sample.sensors);
         sample.notice = watch.follow(at, energies);
         energies.read(at, &mut sample.energies);
         (sample.step, sample.t) = (at.step, at.t);

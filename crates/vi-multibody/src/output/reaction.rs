@@ -124,7 +124,7 @@ impl Reactions {
         rows: &IndependentRows,
     ) -> Self {
         let mut observer = ReactionObserver::default();
-        observer.observe(mechanism, at, lambda, rows);
+        observer.observe(mechanism, at, lambda, (rows, &mut LeastNorm::default()));
         observer.found
     }
 
@@ -165,9 +165,8 @@ impl Reactions {
 #[derive(Debug, Default)]
 pub struct ReactionObserver {
     jacobian: Option<SparseMatrix>, // m × n
-    least_norm: LeastNorm,
-    scattered: Vec<f64>, // m
-    null: Vec<f64>,      // m
+    scattered: Vec<f64>,            // m
+    null: Vec<f64>,                 // m
     found: Reactions,
     of_null: Reactions,
 }
@@ -179,15 +178,15 @@ impl ReactionObserver {
         &self.found
     }
 
-    /// As [`Reactions::at`].
+    /// As [`Reactions::at`]; `least_norm` may have the factors of the same node already.
     pub fn observe(
         &mut self,
         mechanism: &Mechanism,
         at: Configuration<'_>,
         lambda: &[f64],
-        rows: &IndependentRows,
+        (rows, least_norm): (&IndependentRows, &mut LeastNorm),
     ) -> &Reactions {
-        let Self { jacobian, least_norm, scattered, null, found, of_null } = self;
+        let Self { jacobian, scattered, null, found, of_null } = self;
         found.find(mechanism, at.q, lambda);
         let (m, n) = (mechanism.len(), mechanism.dim());
         if rows.len() == m {
