@@ -87,8 +87,14 @@ fn paint(what: &str, color: Color) -> String {
 }
 
 fn places(points: &[Point]) -> String {
-    let place = |p: &Point| format!("{},{}", tenths(p[0]), tenths(p[1]));
-    points.iter().map(place).collect::<Vec<_>>().join(" ")
+    let mut list = String::with_capacity(12 * points.len());
+    for (k, [x, y]) in points.iter().enumerate() {
+        list += if k > 0 { " " } else { "" };
+        push_tenths(&mut list, *x);
+        list.push(',');
+        push_tenths(&mut list, *y);
+    }
+    list
 }
 
 /// Hundredths of a px.
@@ -97,8 +103,14 @@ fn length(value: f64) -> String {
 }
 
 /// Tenths of a px: half of the distance that points of a curve keep.
-fn tenths(value: f64) -> String {
-    short(&format!("{value:.1}"))
+fn push_tenths(list: &mut String, value: f64) {
+    let tenths = (10.0 * value).round_ties_even() as i64;
+    let (whole, rest) = (tenths.unsigned_abs() / 10, tenths.unsigned_abs() % 10);
+    let sign = if tenths < 0 { "-" } else { "" };
+    let _ = match rest {
+        0 => write!(list, "{sign}{whole}"),
+        _ => write!(list, "{sign}{whole}.{rest}"),
+    };
 }
 
 /// Without trailing zeros.
@@ -110,6 +122,13 @@ fn short(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::tests::sample;
+    use super::places;
+
+    #[test]
+    fn places_are_tenths_without_trailing_zeros() {
+        let points = [[0.04, -0.04], [12.0, -3.06], [-0.26, 1999.95]];
+        assert_eq!(places(&points), "0,0 12,-3.1 -0.3,2000");
+    }
 
     #[test]
     fn marks_and_words() {

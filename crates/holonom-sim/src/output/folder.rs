@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Take};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use super::lock::Lock;
 use super::meshes;
 use super::momenta::MomentaWriter;
 use super::pictures::{self, is_there};
-use super::readable::{self, LeftOut, RowReader};
+use super::readable::{self, LeftOut, Lines, RowReader};
 use super::row_file::RowFile;
 use super::sensors::SensorWriter;
 use super::summary::{Status, Summary};
@@ -174,6 +174,11 @@ impl RunFolder {
     /// # Errors
     /// Those of the operating system.
     pub fn reader(&self, name: &str) -> io::Result<RowReader> {
+        Ok(RowReader::from_reader(self.open_rows(name)?))
+    }
+
+    /// The readable part of a file of rows.
+    fn open_rows(&self, name: &str) -> io::Result<Take<File>> {
         readable::open(&self.path.join(name), self.lengths.get(name).copied())
     }
 
@@ -355,7 +360,7 @@ impl RunFolder {
     /// [`OutputError::Io`].
     pub fn frames(&self, numbers: usize, most: usize) -> Result<Frames, OutputError> {
         let path = self.path.join("trajectory.csv");
-        let open = || self.reader("trajectory.csv");
+        let open = || Lines::new(self.open_rows("trajectory.csv")?);
         Frames::read(open, numbers, most).map_err(|e| at(&path, e))
     }
 
@@ -364,7 +369,7 @@ impl RunFolder {
     /// # Errors
     /// [`OutputError::Io`].
     pub fn frame_reader(&self, most: usize) -> Result<FrameReader, OutputError> {
-        let open = || self.reader("trajectory.csv");
+        let open = || Lines::new(self.open_rows("trajectory.csv")?);
         FrameReader::new(open, usize::MAX, most)
             .map_err(|e| at(&self.path.join("trajectory.csv"), e))
     }

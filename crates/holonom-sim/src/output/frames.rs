@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use super::csv::invalid;
-use super::readable::RowReader;
+use super::readable::{Lines, RowReader};
 use crate::sample::{Member, MemberKind};
 use crate::system::{self, System};
 use holonom_model::{Model, ModelError};
@@ -63,8 +63,7 @@ pub struct Frame {
 /// Some rows of `trajectory.csv`, one after the other, evenly spread from the first to the last.
 #[derive(Debug)]
 pub struct FrameReader {
-    reader: RowReader,
-    record: csv::StringRecord,
+    lines: Lines,
     members: Vec<Member>,
     width: usize, // coordinates
     rows: usize,  // of the file
@@ -79,23 +78,21 @@ impl FrameReader {
     /// # Errors
     /// When the file cannot be read.
     pub fn new(
-        trajectory: impl Fn() -> io::Result<RowReader>,
+        trajectory: impl Fn() -> io::Result<Lines>,
         numbers: usize,
         most: usize,
     ) -> io::Result<Self> {
-        let mut reader = trajectory()?;
-        let mut record = csv::ByteRecord::new();
+        let mut lines = trajectory()?;
         let mut rows = 0;
-        while reader.read_byte_record(&mut record)? {
+        while lines.advance()? {
             rows += 1;
         }
-        let mut reader = trajectory()?;
-        let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
-        let members: Vec<Member> = members(&columns).into_iter().map(|of| of.member).collect();
+        let lines = trajectory()?;
+        let members = members(lines.columns()).into_iter().map(|of| of.member);
+        let members: Vec<Member> = members.collect();
         let width: usize = members.iter().map(|m| m.kind.columns().len()).sum();
         let count = (numbers / width.max(1)).clamp(2, most.max(2)).min(rows);
-        let record = csv::StringRecord::new();
-        Ok(Self { reader, record, members, width, rows, count, row: 0, next: 0 })
+        Ok(Self { lines, members, width, rows, count, row: 0, next: 0 })
     }
 
     /// The members, in the order of their coordinates.
@@ -121,7 +118,7 @@ impl FrameReader {
             return Ok(None);
         }
         let chosen = self.next * (self.rows - 1) / (self.count - 1).max(1);
-        while self.reader.read_record(&mut self.record)? {
+        while self.lines.advance()? {
             self.row += 1;
             if self.row - 1 == chosen {
                 self.next += 1;
@@ -132,13 +129,14 @@ impl FrameReader {
     }
 
     fn frame(&self) -> io::Result<Frame> {
-        let number = |k: usize| {
-            let value = self.record.get(k).and_then(|field| field.parse::<f64>().ok());
-            let value = value.filter(|value| value.is_finite());
+        let mut fields = self.lines.fields();
+        let mut number = |k: usize| {
+            let text = fields.next().and_then(|field| std::str::from_utf8(field).ok());
+            let value = text.and_then(|text| text.parse::<f64>().ok()).filter(|x| x.is_finite());
             value.ok_or_else(|| invalid(&format!("no number in column {}", k + 1)))
         };
-        let q = (2..2 + self.width).map(number).collect::<io::Result<_>>()?;
-        Ok(Frame { step: number(0)? as u64, t: number(1)?, q })
+        let (step, t) = (number(0)? as u64, number(1)?);
+        Ok(Frame { step, t, q: (2..2 + self.width).map(number).collect::<io::Result<_>>()? })
     }
 }
 
@@ -179,7 +177,7 @@ impl Frames {
     /// # Errors
     /// When the file cannot be read, or is not one of ours.
     pub fn read(
-        trajectory: impl Fn() -> io::Result<RowReader>,
+        trajectory: impl Fn() -> io::Result<Lines>,
         numbers: usize,
         most: usize,
     ) -> io::Result<Self> {

@@ -45,7 +45,7 @@ pub use folder_checkpoints::FoundCheckpoint;
 pub use frames::{Frame, FrameReader, Frames, MemberColumns, coordinates, members};
 pub use lock::Lock;
 pub use momenta::MomentaWriter;
-pub use readable::{LeftOut, RowReader};
+pub use readable::{LeftOut, Lines, RowReader};
 pub use recorder::Recorder;
 pub use row_file::RowFile;
 pub use sensors::SensorWriter;
