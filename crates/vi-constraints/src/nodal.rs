@@ -149,6 +149,9 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for 
     fn condition(&mut self, system: &S, _constraints: &C, u: &[f64]) -> Option<Condition> {
         let Self { operators, s, .. } = self;
         let mixed = |out: &mut dyn Entries| system.forced_d2_d1(s, out);
-        Condition::of_inverse(u.len(), |column| operators.solve(&mixed, u, s, column))
+        Condition::of_inverse(u.len(), |column| {
+            operators.forget_factors();
+            operators.solve(&mixed, u, s, column)
+        })
     }
 }

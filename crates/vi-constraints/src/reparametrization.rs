@@ -105,6 +105,8 @@ pub trait NodalOperators: Send {
     fn degree(&self) -> Degree {
         Degree::Cubic
     }
+    /// The next correction is one by the matrix of its own iterate.
+    fn forget_factors(&mut self) {}
     /// See [`vi_core::newton::NewtonProblem::closing_size`].
     fn closing_size(&self) -> f64 {
         0.0

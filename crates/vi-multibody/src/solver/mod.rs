@@ -3,6 +3,7 @@
 pub mod articulated;
 mod body_blocks;
 mod body_masses;
+mod chord;
 pub mod closed_loop;
 pub mod ensemble;
 mod member_blocks;

@@ -61,6 +61,7 @@ mod step_complement;
 mod sweep;
 
 use crate::mechanism::Mechanism;
+use crate::solver::chord::Chord;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_map::TreeMap;
@@ -111,6 +112,7 @@ struct Coupled {
     complement: DMatrix<f64>, // rank × rank  J' A⁻¹ Uᵀ
     lu: DenseLu,
     mu: Vec<f64>, // rank
+    chord: Chord,
 }
 
 impl LoopNodal {
@@ -124,6 +126,7 @@ impl LoopNodal {
             complement: DMatrix::zeros(size, size),
             lu: DenseLu::new(size),
             mu: vec![0.0; size],
+            chord: Chord::new(&loops.blocks),
         };
         let (mut initial, q_n) = (Memory::default(), vec![0.0; mechanism.dim()]);
         loops.remember(&mut initial);
@@ -164,7 +167,7 @@ impl LoopNodal {
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let Self { loops, solver, coupled, .. } = self;
-        let Coupled { solutions, complement, lu, mu } = coupled;
+        let Coupled { solutions, complement, lu, mu, chord } = coupled;
         let (d, rank) = (x.len(), mu.len());
         solutions.fill(0.0);
         solutions.column_mut(rank).copy_from_slice(x);
@@ -205,11 +208,40 @@ impl LoopNodal {
             let part: f64 = mu.iter().enumerate().map(|(k, mu)| solutions[(i, k)] * mu).sum();
             *x = solutions[(i, rank)] + part;
         }
+        if solver.has_factors() {
+            chord.renew(u, x);
+        }
+        Ok(())
+    }
+
+    /// The same correction with the factors that the last one by a matrix has left.
+    fn solve_by_factors(&mut self, q: &[f64], x: &mut [f64]) -> Result<(), Fault> {
+        let Self { loops, solver, coupled, .. } = self;
+        let Coupled { solutions, lu, mu, .. } = coupled;
+        let TreeSolver::Sparse(sparse) = solver else { return Err(Fault::SingularTangent) };
+        sparse.solve_again(x)?;
+        let Loops { tree, clusters, home, column_of, .. } = loops;
+        let at = Placed { tree, maps: solver.sparse().into(), home, column_of, q, next: true };
+        let mut first = 0;
+        for cluster in clusters {
+            mu[first..first + cluster.rank()].copy_from_slice(cluster.gaps());
+            cluster.for_each_enforced(at, |i, column, value| mu[first + i] -= value * x[column]);
+            first += cluster.rank();
+        }
+        lu.solve_factorized(mu)?;
+        for (column, mu) in solutions.column_iter().zip(mu) {
+            x.iter_mut().zip(column.iter()).for_each(|(x, part)| *x += part * *mu);
+        }
         Ok(())
     }
 }
 
 impl TreeSolver {
+    /// Whether corrections are made with the factors of the last one: a small dense matrix is formed anew each time.
+    fn has_factors(&self) -> bool {
+        self.sparse().is_some_and(SparseNodal::has_factors)
+    }
+
     fn sparse(&self) -> Option<&SparseNodal> {
         if let Self::Sparse(sparse) = self { Some(sparse) } else { None }
     }
@@ -244,6 +276,7 @@ impl NodalOperators for LoopNodal {
         let memory = if memory.indices.is_empty() { &self.initial } else { memory };
         self.loops.begin(self.solver.sparse().into(), &s.q0, memory);
         (self.fresh, self.current) = (true, false);
+        self.coupled.chord.forget();
     }
 
     fn remember(&self, memory: &mut Memory) {
@@ -292,18 +325,27 @@ impl NodalOperators for LoopNodal {
         x: &mut [f64],
     ) -> Result<(), Fault> {
         self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(self.h, x))?;
-        self.take_tangent(u, s);
-        if let TreeSolver::Recursion = self.solver {
-            self.loops.tree.assemble(mixed, s);
-            self.loops.solve_by_sweeps(&s.q1, x)?;
-        } else {
-            self.solve_coupled((mixed, u, s), x)?;
+        let mut chord = std::mem::take(&mut self.coupled.chord);
+        let kept = chord.correct(u, x, |x| self.solve_by_factors(&s.q1, x));
+        self.coupled.chord = chord;
+        if !kept {
+            self.take_tangent(u, s);
+            if let TreeSolver::Recursion = self.solver {
+                self.loops.tree.assemble(mixed, s);
+                self.loops.solve_by_sweeps(&s.q1, x)?;
+            } else {
+                self.solve_coupled((mixed, u, s), x)?;
+            }
         }
         if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
         self.loops.tree.tree().clean(q);
+    }
+
+    fn forget_factors(&mut self) {
+        self.coupled.chord.forget();
     }
 
     fn noise(&self) -> f64 {

@@ -11,8 +11,7 @@
 //! `O(elements)` per iteration. Nothing is allocated after the first solve, except when pivot blocks become too small for
 //! the first time.
 //!
-//! The correction after one of relative size `s ≤ 1e-6` uses the same factors: its error is `O(s³)`, below the rounding of
-//! the unknowns as the `O(s⁴)` of Newton's method is.
+//! Later corrections of a step use the same factors where these are good enough ([`crate::solver::chord`]).
 //!
 //! Cut joints are not seen here: [`crate::solver::closed_loop`] puts them on top. Particles are served through dense rows.
 //! Where members have many ancestors the matrix is dense: [`crate::solver::tree_descriptor`].
@@ -29,6 +28,7 @@ pub mod reduced_rows;
 
 use crate::mechanism::Mechanism;
 use crate::pair::{Twist, VelocityMap};
+use crate::solver::chord::Chord;
 use crate::solver::screws::{Flight, RootMap, Screw};
 pub use layout::{Columns, VelocityLayout};
 use nalgebra::DMatrix;
@@ -74,9 +74,9 @@ pub struct SparseNodal {
     by_screws: bool,
     screws: Vec<Screw>, // of free roots
     flight: Flight,
-    u: Vec<f64>,    // d  increments u of the unknowns
-    current: bool,  // `u` and `screws` are those of the last trial
-    reusable: bool, // the factors serve for the next correction
+    u: Vec<f64>,   // d  increments u of the unknowns
+    current: bool, // `u` and `screws` are those of the last trial
+    chord: Chord,
 }
 
 impl SparseNodal {
@@ -87,7 +87,7 @@ impl SparseNodal {
         let [left, right] = [0, 1].map(|_| layout.separated_columns());
         let (blocks, matrix) = (layout.blocks(), ReducedMatrix::default());
         let screws = vec![Screw::zero(&[0.0; 12]); layout.free_roots().count()];
-        let u = vec![0.0; layout.dof()];
+        let (u, chord) = (vec![0.0; layout.dof()], Chord::new(&blocks));
         Self {
             layout,
             blocks,
@@ -99,7 +99,7 @@ impl SparseNodal {
             flight: Flight::default(),
             u,
             current: false,
-            reusable: false,
+            chord,
         }
     }
 
@@ -143,6 +143,7 @@ impl SparseNodal {
     #[must_use]
     pub fn with_floors(mut self, length: f64, angle: f64) -> Self {
         with_floors(&mut self.blocks, length, angle);
+        self.chord = Chord::new(&self.blocks);
         self
     }
 
@@ -170,39 +171,25 @@ impl SparseNodal {
     /// Takes `P_in(q) P_ex` with the given velocity maps of the links in the place of `P(q_n)`: a discrete
     /// null space.
     pub fn take_maps(&mut self, q: &[f64], maps: &[VelocityMap]) {
-        self.reusable = false;
+        self.chord.forget();
         self.layout.with_maps(q, maps, &mut self.left);
     }
 
     /// Solves with the matrix last formed; several right-hand sides may follow one another.
     pub(crate) fn solve_assembled(&mut self, x: &mut [f64]) -> Result<(), Fault> {
-        Ok(self.solve_with(x, ReducedMatrix::solve)?)
-    }
-
-    /// Solves with the matrix, which is one between the twists of free roots.
-    fn solve_with(
-        &mut self,
-        x: &mut [f64],
-        solve: fn(&mut ReducedMatrix, &mut [f64]) -> Solved,
-    ) -> Solved {
         let Self { layout, left, right, matrix, .. } = self;
-        let each = |columns: &Columns, x: &mut [f64], solve: fn(&RootMap, &mut [f64]) -> Solved| {
-            let mut roots = layout.free_roots().zip(&columns.roots);
-            roots.try_for_each(|(root, map)| solve(map, &mut x[root.offset..root.offset + 6]))
-        };
-        let d = layout.dof().max(1);
-        x.chunks_exact_mut(d).try_for_each(|x| each(left, x, RootMap::solve_transposed))?;
-        solve(matrix, x)?;
-        x.chunks_exact_mut(d).try_for_each(|x| each(right, x, RootMap::solve))
+        Ok(solve_with((layout, left, right), x, |x| matrix.solve(x))?)
     }
 
-    /// Whether a correction is so small that the matrix changes by it in no digit that the next one needs.
-    fn is_small(&self, u: &[f64], x: &[f64]) -> bool {
-        const SMALL: f64 = 1e-6;
-        self.blocks.iter().all(|block| {
-            let own = block.range.clone();
-            norm_inf(&x[own.clone()]) <= SMALL * norm_inf(&u[own]).max(block.floor)
-        })
+    /// Whether [`SparseNodal::solve_again`] has factors.
+    pub(crate) fn has_factors(&self) -> bool {
+        self.matrix.is_eliminated()
+    }
+
+    /// Solves with the factors of the matrix last solved with.
+    pub(crate) fn solve_again(&mut self, x: &mut [f64]) -> Solved {
+        let Self { layout, left, right, matrix, .. } = self;
+        solve_with((layout, left, right), x, |x| matrix.solve_again(x))
     }
 
     /// `∂F_d/∂u` at the unknowns `u`.
@@ -241,6 +228,22 @@ impl SparseNodal {
 
 type Solved = Result<(), Singular>;
 
+/// Solves with a matrix that is one between the twists of free roots.
+fn solve_with(
+    (layout, left, right): (&VelocityLayout, &Columns, &Columns),
+    x: &mut [f64],
+    solve: impl FnOnce(&mut [f64]) -> Solved,
+) -> Solved {
+    let each = |columns: &Columns, x: &mut [f64], solve: fn(&RootMap, &mut [f64]) -> Solved| {
+        let mut roots = layout.free_roots().zip(&columns.roots);
+        roots.try_for_each(|(root, map)| solve(map, &mut x[root.offset..root.offset + 6]))
+    };
+    let d = layout.dof().max(1);
+    x.chunks_exact_mut(d).try_for_each(|x| each(left, x, RootMap::solve_transposed))?;
+    solve(x)?;
+    x.chunks_exact_mut(d).try_for_each(|x| each(right, x, RootMap::solve))
+}
+
 impl NodalOperators for SparseNodal {
     fn dof(&self) -> usize {
         self.layout.dof()
@@ -255,7 +258,8 @@ impl NodalOperators for SparseNodal {
     }
 
     fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {
-        (self.current, self.reusable) = (false, false);
+        self.current = false;
+        self.chord.forget();
         if let Some(last) = last {
             self.take_tangent(last.u, last.s);
             std::mem::swap(&mut self.left, &mut self.right);
@@ -291,13 +295,22 @@ impl NodalOperators for SparseNodal {
         s: &Interval,
         x: &mut [f64],
     ) -> Result<(), Fault> {
-        if std::mem::take(&mut self.reusable) {
-            return Ok(self.solve_with(x, ReducedMatrix::solve_again)?);
+        let mut chord = std::mem::take(&mut self.chord);
+        let kept = chord.correct(u, x, |x| self.solve_again(x));
+        self.chord = chord;
+        if kept {
+            return Ok(());
         }
         self.assemble(mixed, u, s);
         self.solve_assembled(x)?;
-        self.reusable = self.matrix.is_eliminated() && self.is_small(u, x);
+        if self.matrix.is_eliminated() {
+            self.chord.renew(u, x);
+        }
         Ok(())
+    }
+
+    fn forget_factors(&mut self) {
+        self.chord.forget();
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
