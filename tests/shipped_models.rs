@@ -84,7 +84,7 @@ fn trajectory(model: &Model) -> String {
     }
     let counts: Vec<f64> = samples.iter().skip(1).map(|s| s.newton_iterations).collect();
     let mean = counts.iter().sum::<f64>() / counts.len() as f64;
-    writeln!(text, "newton iterations (factorizations) a step: mean {mean:.0}").unwrap();
+    writeln!(text, "newton iterations a step: mean {mean:.0}").unwrap();
     text
 }
 
