@@ -60,7 +60,7 @@ impl From<Singular> for Fault {
 /// How a solve went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NewtonReport {
-    /// Corrections made (= factorizations).
+    /// Corrections made.
     pub iterations: usize,
     /// Residual evaluations.
     pub evaluations: usize,
