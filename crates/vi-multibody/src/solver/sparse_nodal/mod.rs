@@ -11,7 +11,7 @@
 //! `O(elements)` per iteration. Nothing is allocated after the first solve, except when pivot blocks become too small for
 //! the first time.
 //!
-//! Later corrections of a step use the same factors where these are good enough ([`crate::solver::chord`]).
+//! Later corrections of a step use the same factors where these are good enough (`solver/chord.rs`).
 //!
 //! Cut joints are not seen here: [`crate::solver::closed_loop`] puts them on top. Particles are served through dense rows.
 //! Where members have many ancestors the matrix is dense: [`crate::solver::tree_descriptor`].
