@@ -194,6 +194,12 @@ struct Size {
     block: usize,
 }
 
+/// Size of the largest correction `dx` of a block of unknowns `x`, relative to them; NaN where one is.
+#[must_use]
+pub fn relative_size(blocks: &[Block], x: &[f64], dx: &[f64]) -> f64 {
+    size(blocks, x, dx).relative
+}
+
 fn size(blocks: &[Block], x: &[f64], dx: &[f64]) -> Size {
     largest(blocks.iter().enumerate(), x, dx)
 }

@@ -11,8 +11,7 @@
 //!
 //! Source: C. T. Kelley, Iterative Methods for Linear and Nonlinear Equations, SIAM (1995), §5.4.1.
 
-use vi_core::linear::norm_inf;
-use vi_core::newton::Block;
+use vi_core::newton::{Block, relative_size};
 
 /// A first correction after which the matrix changes in no digit that the next one needs.
 const SMALL: f64 = 1e-6;
@@ -36,16 +35,6 @@ pub(crate) struct Chord {
 struct Last {
     size: f64,          // s_k
     ratio: Option<f64>, // ρ, from the second correction with the same factors on
-}
-
-/// The largest correction of a block, relative to its unknowns; NaN where one is.
-fn size(blocks: &[Block], u: &[f64], correction: &[f64]) -> f64 {
-    let of = |block: &Block| {
-        let own = block.range.clone();
-        norm_inf(&correction[own.clone()]) / block.floor.max(norm_inf(&u[own]))
-    };
-    let used = blocks.iter().filter(|block| !block.range.is_empty());
-    used.map(of).fold(0.0, |a, b| if b <= a { a } else { b })
 }
 
 impl Last {
@@ -82,7 +71,7 @@ impl Chord {
         let Some(last) = self.last.take().filter(|_| self.next == u) else { return false };
         self.side.copy_from_slice(x);
         let solved = solve(x).is_ok();
-        self.last = last.followed_by(size(&self.blocks, u, x)).filter(|_| solved);
+        self.last = last.followed_by(relative_size(&self.blocks, u, x)).filter(|_| solved);
         match self.last {
             Some(_) => self.go_to(u, x),
             None => x.copy_from_slice(&self.side),
@@ -92,7 +81,7 @@ impl Chord {
 
     /// Takes in a correction at `u` with factors of that iterate.
     pub(crate) fn renew(&mut self, u: &[f64], correction: &[f64]) {
-        self.last = Some(Last { size: size(&self.blocks, u, correction), ratio: None });
+        self.last = Some(Last { size: relative_size(&self.blocks, u, correction), ratio: None });
         self.go_to(u, correction);
     }
 
