@@ -18,7 +18,7 @@ use vi_multibody::builder::ForceElements;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::reaction::{Reactions, Tension};
+use vi_multibody::reaction::{NodeReactions, Tension};
 use vi_multibody::scalar_constraint::ScalarRow;
 use vi_multibody::spring::{Damper, Spring};
 
@@ -29,7 +29,7 @@ pub(crate) enum Effort {
     Joint(Vec<JointElement>, Box<JointMotion>),
     /// A spring between points with its damper.
     Spring(Box<Spring>, Box<Damper>),
-    /// A row of the scalar constraints, and the factor of `−λ`.
+    /// A constraint, and the factor of `−λ`.
     Row(usize, f64),
 }
 
@@ -51,7 +51,7 @@ impl Effort {
             return Some(Self::Spring(Box::new(spring), Box::new(damper)));
         }
         let k = description.scalars.iter().position(|scalar| scalar.name == name)?;
-        let row = (0..k).map(|k| mechanism.scalar_rows(k).len()).sum();
+        let row = mechanism.scalar_rows(k).start;
         let factor = match description.scalars[k].rows.first()? {
             ScalarRow::Product(distance) => -distance.target.sqrt(), // −l, c = l²
             ScalarRow::Gear { .. } | ScalarRow::Motion { .. } => 1.0,
@@ -91,7 +91,7 @@ impl Effort {
         }
     }
 
-    pub(crate) fn read(&self, at: &View<'_>, reactions: &Reactions, out: &mut Vec<f64>) {
+    pub(crate) fn read(&self, at: &View<'_>, reactions: &NodeReactions<'_>, out: &mut Vec<f64>) {
         match self {
             Self::Joint(elements, motion) => {
                 let rates = joint_rates(motion.joint(), at.q, at.v);
@@ -108,7 +108,7 @@ impl Effort {
                 out.push(spring.tension(at.q) + damper.tension(at.q, at.v));
             }
             Self::Row(row, factor) => {
-                let Tension { force, unique } = reactions.scalars[*row];
+                let Tension { force, unique } = reactions.scalar_row(*row);
                 out.push(if unique { factor * force } else { f64::NAN });
                 out.push(f64::from(u8::from(unique)));
             }

@@ -45,7 +45,7 @@ use vi_multibody::form::Form;
 use vi_multibody::joint::Joint;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
 use vi_multibody::mechanism::{Attachment, Mechanism};
-use vi_multibody::reaction::{Reaction, ReactionObserver, Reactions};
+use vi_multibody::reaction::{NodeReactions, ReactionObserver};
 use vi_rigid::directors;
 
 /// What a sensor needs to know of the mechanism.
@@ -215,19 +215,18 @@ impl Sensors {
         at: View<'_>,
         values: &mut Vec<f64>,
     ) {
-        if self.reactions {
-            let node = Configuration::new(at.t, at.q);
-            self.observer.observe(mechanism, node, at.lambda, (rows, least_norm));
-        }
+        let node = Configuration::new(at.t, at.q);
+        let lambda = if self.reactions { at.lambda } else { &[] };
+        let reactions = self.observer.observe(mechanism, node, lambda, (rows, least_norm));
         values.clear();
         for gauge in &self.gauges {
-            gauge.read(&at, self.observer.reactions(), values);
+            gauge.read(&at, &reactions, values);
         }
     }
 }
 
 impl Gauge {
-    fn read(&self, at: &View<'_>, reactions: &Reactions, out: &mut Vec<f64>) {
+    fn read(&self, at: &View<'_>, reactions: &NodeReactions<'_>, out: &mut Vec<f64>) {
         let frame = |first: usize| (&at.q[first..first + 12], &at.v[first..first + 12]);
         match self {
             Self::Position(point, axes) => out.extend(&point.at(at.q).as_slice()[..*axes]),
@@ -244,7 +243,7 @@ impl Gauge {
                 out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.dof()]);
             }
             Self::Reaction(joint, frame) => {
-                let reaction: Reaction = reactions.joints[*joint];
+                let reaction = reactions.joint(*joint);
                 let reaction = match frame {
                     ReactionFrame::Parent => reaction,
                     ReactionFrame::Child => reaction.along(&reaction.axes_child),
@@ -254,7 +253,7 @@ impl Gauge {
                 out.push(f64::from(u8::from(reaction.is_unique())));
             }
             Self::Tension(bar) => {
-                let tension = &reactions.bars[*bar];
+                let tension = reactions.bar(*bar);
                 out.push(if tension.unique { tension.force } else { f64::NAN });
                 out.push(f64::from(u8::from(tension.unique)));
             }

@@ -124,40 +124,59 @@ impl Reactions {
         rows: &IndependentRows,
     ) -> Self {
         let mut observer = ReactionObserver::default();
-        observer.observe(mechanism, at, lambda, (rows, &mut LeastNorm::default()));
-        observer.found
+        let found = observer.observe(mechanism, at, lambda, (rows, &mut LeastNorm::default()));
+        let description = mechanism.description();
+        let scalars = (0..description.scalars.len()).flat_map(|k| mechanism.scalar_rows(k));
+        Self {
+            joints: (0..description.joints.len()).map(|k| found.joint(k)).collect(),
+            bars: (0..description.bars.len()).map(|k| found.bar(k)).collect(),
+            scalars: scalars.map(|row| found.scalar_row(row)).collect(),
+        }
     }
+}
 
-    /// Marks what these reactions of multipliers in `null Gᵀ` contribute to as not unique.
-    fn exclude(&mut self, null: &Self) {
-        for (joint, null) in self.joints.iter_mut().zip(&null.joints) {
+/// The reactions at a node, each found when it is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct NodeReactions<'a> {
+    mechanism: &'a Mechanism,
+    q: &'a [f64],
+    lambda: &'a [f64],
+    null: &'a [Vec<f64>], // multipliers in null Gᵀ that contribute to all that is not unique
+}
+
+impl NodeReactions<'_> {
+    /// Of joint `k` of the description.
+    #[must_use]
+    pub fn joint(&self, k: usize) -> Reaction {
+        let of = |lambda: &[f64]| reaction(self.mechanism, k, self.q, lambda);
+        let mut found = of(self.lambda);
+        for null in self.null {
+            let Reaction { force, moment, .. } = of(null);
             for k in 0..3 {
-                joint.unique[k] &= null.force[k].abs() < NO_PART;
-                joint.unique[3 + k] &= null.moment[k].abs() < NO_PART;
+                found.unique[k] &= force[k].abs() < NO_PART;
+                found.unique[3 + k] &= moment[k].abs() < NO_PART;
             }
         }
-        for (bar, null) in self.bars.iter_mut().zip(&null.bars) {
-            bar.unique &= null.force.abs() < NO_PART;
-        }
-        for (scalar, null) in self.scalars.iter_mut().zip(&null.scalars) {
-            scalar.unique &= null.force.abs() < NO_PART;
-        }
+        found
     }
 
-    /// Those of `lambda`, linear in it; everything is marked unique.
-    fn find(&mut self, mechanism: &Mechanism, q: &[f64], lambda: &[f64]) {
-        let description = mechanism.description();
-        let Self { joints, bars, scalars } = self;
-        joints.clear();
-        joints.extend((0..description.joints.len()).map(|k| reaction(mechanism, k, q, lambda)));
-        bars.clear();
-        bars.extend(description.bars.iter().enumerate().map(|(k, bar)| {
-            let force = bar.length * mechanism.bar_rows(k).map(|row| lambda[row]).sum::<f64>();
-            Tension { force, unique: true }
-        }));
-        let rows = (0..description.scalars.len()).flat_map(|k| mechanism.scalar_rows(k));
-        scalars.clear();
-        scalars.extend(rows.map(|row| Tension { force: -lambda[row], unique: true }));
+    /// Of bar `k` of the description.
+    #[must_use]
+    pub fn bar(&self, k: usize) -> Tension {
+        let (length, rows) =
+            (self.mechanism.description().bars[k].length, self.mechanism.bar_rows(k));
+        self.tension(|lambda| length * lambda[rows.clone()].iter().sum::<f64>())
+    }
+
+    /// `−λ` of a constraint that is a row of the scalar constraints ([`Mechanism::scalar_rows`]).
+    #[must_use]
+    pub fn scalar_row(&self, row: usize) -> Tension {
+        self.tension(|lambda| -lambda[row])
+    }
+
+    fn tension(&self, of: impl Fn(&[f64]) -> f64) -> Tension {
+        let unique = self.null.iter().all(|null| of(null).abs() < NO_PART);
+        Tension { force: of(self.lambda), unique }
     }
 }
 
@@ -166,49 +185,35 @@ impl Reactions {
 pub struct ReactionObserver {
     jacobian: Option<SparseMatrix>, // m × n
     scattered: Vec<f64>,            // m
-    null: Vec<f64>,                 // m
-    found: Reactions,
-    of_null: Reactions,
+    null: Vec<Vec<f64>>,            // of shape m
 }
 
 impl ReactionObserver {
-    /// The reactions observed last.
-    #[must_use]
-    pub fn reactions(&self) -> &Reactions {
-        &self.found
-    }
-
-    /// As [`Reactions::at`]; `least_norm` may have the factors of the same node already.
-    pub fn observe(
-        &mut self,
-        mechanism: &Mechanism,
-        at: Configuration<'_>,
-        lambda: &[f64],
+    /// At a node, as [`Reactions::at`]; `least_norm` may have its factors already. Without multipliers (an empty `lambda`)
+    /// nothing may be asked.
+    pub fn observe<'a>(
+        &'a mut self,
+        mechanism: &'a Mechanism,
+        at: Configuration<'a>,
+        lambda: &'a [f64],
         (rows, least_norm): (&IndependentRows, &mut LeastNorm),
-    ) -> &Reactions {
-        let Self { jacobian, scattered, null, found, of_null } = self;
-        found.find(mechanism, at.q, lambda);
+    ) -> NodeReactions<'a> {
+        let Self { jacobian, scattered, null } = self;
         let (m, n) = (mechanism.len(), mechanism.dim());
-        if rows.len() == m {
-            return found;
-        }
-        let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
-        let jacobian = SparseMatrix::update(jacobian, (m, n), emit);
-        if scattered.len() != m {
-            *scattered = (1..=m).map(|i| libm::sin(13.7 * (i * i) as f64)).collect();
-        }
-        null.clone_from(scattered);
-        let mut exclude = |null: &[f64]| {
-            of_null.find(mechanism, at.q, null);
-            found.exclude(of_null);
-        };
-        match least_norm.null_part(jacobian, null) {
-            Ok(()) => exclude(null),
-            Err(_) => {
-                null_vectors(jacobian, rows).column_iter().for_each(|z| exclude(z.as_slice()))
+        if rows.len() < m && !lambda.is_empty() {
+            let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
+            let jacobian = SparseMatrix::update(jacobian, (m, n), emit);
+            if scattered.len() != m {
+                *scattered = (1..=m).map(|i| libm::sin(13.7 * (i * i) as f64)).collect();
+            }
+            null.resize_with(1, Vec::new);
+            null[0].clone_from(scattered);
+            if least_norm.null_part(jacobian, &mut null[0]).is_err() {
+                let columns = null_vectors(jacobian, rows);
+                *null = columns.column_iter().map(|z| z.as_slice().to_vec()).collect();
             }
         }
-        found
+        NodeReactions { mechanism, q: at.q, lambda, null }
     }
 }
 
