@@ -1,4 +1,4 @@
-//! Multipliers of the least norm, by one sparse Cholesky factorization.
+//! Multipliers of the least norm, by one sparse factorization.
 //!
 //! ```text
 //! Gᵀλ = w,  |λ| least:     λ = G y,  GᵀG y = w                                                      [5.25]
@@ -13,12 +13,10 @@
 //! a solution of `G a = b`, where `b` is in the range of `G`: `(GᵀG + αI) δ = Gᵀ(b − G a)`, `a ← a + δ`. It is the least
 //! one but for rounding, which the shift enlarges along `null G` to a part of 1e-4 or so.
 
+use crate::normal_matrix::NormalMatrix;
 use vi_core::linear::{Singular, norm_inf};
-use vi_core::sparse::{Entries, SparseMatrix};
-use vi_core::sparse_cholesky::SparseCholesky;
+use vi_core::sparse::SparseMatrix;
 
-/// `α` in parts of the largest entry of the diagonal.
-const SHIFT: f64 = 1e-12;
 /// Rounds of [5.26].
 const ROUNDS: usize = 12;
 /// Last correction with which multipliers are accepted, relative to the largest one.
@@ -29,84 +27,9 @@ const OUTSIDE: f64 = 1e-6;
 /// Finds multipliers of the least norm, its memory sized once for the pattern of `G`.
 #[derive(Debug, Default)]
 pub struct LeastNorm {
-    pattern: Option<Pattern>,
+    normal: Option<NormalMatrix>,
     change: Vec<f64>, // m
     rest: Vec<f64>,   // n
-}
-
-/// What the pattern of `G` decides, and the factors of the last numbers.
-#[derive(Debug)]
-struct Pattern {
-    shape: (usize, usize),
-    starts: Vec<usize>,           // m + 1
-    entries: Vec<(usize, usize)>, // column, place among the numbers of G; row by row
-    numbers: Vec<f64>,            // of the Jacobian that the factors are of; empty without factors
-    diagonal: Vec<f64>,           // n  of GᵀG
-    normal: SparseMatrix,         // lower triangle of GᵀG + αI
-    cholesky: SparseCholesky,
-}
-
-impl Pattern {
-    /// Of a Jacobian with these numbers.
-    fn new(jacobian: &SparseMatrix) -> Result<Self, Singular> {
-        let shape = jacobian.shape();
-        let (mut count, mut rows) = (0, vec![Vec::new(); shape.0]);
-        jacobian.for_each(|i, j, _| {
-            rows[i].push((j, count));
-            count += 1;
-        });
-        let mut starts = vec![0];
-        rows.iter().for_each(|row| starts.push(starts[starts.len() - 1] + row.len()));
-        let entries = rows.concat();
-        let mut diagonal = vec![0.0; shape.1];
-        let numbers = jacobian.as_sprs().data();
-        let emit = |out: &mut dyn Entries| {
-            emit_normal((&starts, &entries), numbers, &mut diagonal, out);
-        };
-        let normal = SparseMatrix::assemble(shape.1, shape.1, emit);
-        let cholesky = SparseCholesky::new(&normal)?;
-        let numbers = Vec::with_capacity(numbers.len());
-        Ok(Self { shape, starts, entries, numbers, diagonal, normal, cholesky })
-    }
-
-    fn is_of(&self, jacobian: &SparseMatrix) -> bool {
-        self.shape == jacobian.shape() && self.entries.len() == jacobian.as_sprs().nnz()
-    }
-
-    /// Does nothing for the Jacobian that was factorized last.
-    fn factorize(&mut self, jacobian: &SparseMatrix) -> Result<(), Singular> {
-        let Self { starts, entries, numbers: known, diagonal, normal, cholesky, .. } = self;
-        let numbers = jacobian.as_sprs().data();
-        if known == numbers {
-            return Ok(());
-        }
-        known.clear();
-        normal.refill_with(|out| emit_normal((starts, entries), numbers, diagonal, out));
-        cholesky.factorize(normal)?;
-        known.extend_from_slice(numbers);
-        Ok(())
-    }
-}
-
-/// The lower triangle of `GᵀG + αI`, row by row of `G`.
-fn emit_normal<E: Entries + ?Sized>(
-    (starts, entries): (&[usize], &[(usize, usize)]),
-    numbers: &[f64],
-    diagonal: &mut [f64],
-    out: &mut E,
-) {
-    diagonal.fill(0.0);
-    for row in starts.windows(2).map(|ends| &entries[ends[0]..ends[1]]) {
-        for (k, &(i, place)) in row.iter().enumerate() {
-            let value = numbers[place];
-            diagonal[i] += value * value;
-            for &(j, other) in &row[..=k] {
-                out.add(i, j, value * numbers[other]); // columns rise along a row
-            }
-        }
-    }
-    let shift = SHIFT * norm_inf(diagonal);
-    (0..diagonal.len()).for_each(|j| out.add(j, j, shift));
 }
 
 impl LeastNorm {
@@ -148,14 +71,14 @@ impl LeastNorm {
         b: &[f64],
         a: &mut [f64],
     ) -> Result<(), Singular> {
-        let (pattern, change, rest) = self.factorized(jacobian)?;
+        let (normal, change, rest) = self.factorized(jacobian)?;
         a.fill(0.0);
         rounds(0.0, || {
             change.copy_from_slice(b);
             jacobian.mul_add(-1.0, a, change);
             rest.fill(0.0);
             jacobian.tr_mul_add(1.0, change, rest);
-            pattern.cholesky.solve(rest)?;
+            normal.solve(rest)?;
             a.iter_mut().zip(&*rest).for_each(|(a, change)| *a += change);
             Ok((norm_inf(rest), norm_inf(a)))
         })
@@ -168,7 +91,7 @@ impl LeastNorm {
         w: Option<&[f64]>,
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        let (pattern, change, rest) = self.factorized(jacobian)?;
+        let (normal, change, rest) = self.factorized(jacobian)?;
         let (size, mut left) = (w.map_or(f64::INFINITY, norm_inf), 0.0);
         rounds(norm_inf(lambda), || {
             match w {
@@ -177,7 +100,7 @@ impl LeastNorm {
             }
             jacobian.tr_mul_add(-1.0, lambda, rest);
             left = norm_inf(rest);
-            pattern.cholesky.solve(rest)?;
+            normal.solve(rest)?;
             change.fill(0.0);
             jacobian.mul_add(1.0, rest, change);
             lambda.iter_mut().zip(&*change).for_each(|(lambda, change)| *lambda += change);
@@ -190,16 +113,16 @@ impl LeastNorm {
     fn factorized(
         &mut self,
         jacobian: &SparseMatrix,
-    ) -> Result<(&mut Pattern, &mut [f64], &mut [f64]), Singular> {
-        let Self { pattern, change, rest } = self;
-        if !pattern.as_ref().is_some_and(|pattern| pattern.is_of(jacobian)) {
+    ) -> Result<(&mut NormalMatrix, &mut [f64], &mut [f64]), Singular> {
+        let Self { normal, change, rest } = self;
+        let known = normal.take().filter(|normal| normal.is_of(jacobian));
+        let normal = normal.insert(known.unwrap_or_else(|| {
             let (m, n) = jacobian.shape();
             (*change, *rest) = (vec![0.0; m], vec![0.0; n]);
-            *pattern = Some(Pattern::new(jacobian)?);
-        }
-        let pattern = pattern.as_mut().ok_or(Singular)?;
-        pattern.factorize(jacobian)?;
-        Ok((pattern, change, rest))
+            NormalMatrix::new(jacobian)
+        }));
+        normal.factorize(jacobian)?;
+        Ok((normal, change, rest))
     }
 }
 
@@ -232,6 +155,7 @@ fn rounds(
 mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
+    use vi_core::sparse::Entries;
 
     /// Rows of which some are combinations of the others, of sizes between 1e-3 and 1e3.
     fn jacobian(m: usize, n: usize, rank: usize) -> DMatrix<f64> {

@@ -50,6 +50,7 @@ pub mod nearby;
 pub mod nodal;
 pub mod node;
 pub mod node_solvers;
+mod normal_matrix;
 pub mod null_space;
 pub mod projection;
 pub mod redundancy;
