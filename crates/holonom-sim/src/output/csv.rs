@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::readable::RowReader;
+use super::readable::{Lines, number};
 use super::rows::{Field, Rows};
 use crate::sample::{Member, Sample};
 use holonom_model::Columns;
@@ -15,6 +15,9 @@ use holonom_model::Columns;
 const TAIL: [&str; 8] = ["E", "H", "Lx", "Ly", "Lz", "Px", "Py", "Pz"];
 /// Columns before those of the members.
 pub(super) const HEAD: [&str; 2] = ["step", "t"];
+
+/// Columns of `residuals.csv`.
+const RESIDUALS: [&str; 6] = ["step", "t", "position", "velocity", "momentum", "newton_iterations"];
 
 /// A row of `residuals.csv`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,6 +34,16 @@ pub struct ResidualRow {
     pub momentum: f64,
     /// Newton iterations of the step that led here.
     pub newton_iterations: f64,
+}
+
+impl ResidualRow {
+    fn read<'a>(mut fields: impl Iterator<Item = &'a [u8]>) -> io::Result<Self> {
+        let mut next = |column: usize| number(fields.next(), column);
+        let step = next(0)? as u64;
+        let [t, position, velocity, momentum, newton_iterations] =
+            [next(1)?, next(2)?, next(3)?, next(4)?, next(5)?];
+        Ok(Self { step, t, position, velocity, momentum, newton_iterations })
+    }
 }
 
 /// Writes both files, whole rows only.
@@ -77,8 +90,7 @@ impl<W: Write> TrajectoryWriter<W> {
         let mut writer =
             Self { trajectory: Rows::new(trajectory), residuals: Rows::new(residuals), recorded };
         writer.trajectory.push(|row| row.write_record(&header))?;
-        let residuals = ["step", "t", "position", "velocity", "momentum", "newton_iterations"];
-        writer.residuals.push(|row| row.write_record(residuals))?;
+        writer.residuals.push(|row| row.write_record(RESIDUALS))?;
         writer.flush()?; // a run that fails at once leaves two files with headers
         Ok(writer)
     }
@@ -133,12 +145,11 @@ impl Trajectory {
     /// # Errors
     /// When a file cannot be read, or `trajectory.csv` is not one of ours.
     pub fn read(
-        mut trajectory: RowReader,
-        residuals: Option<RowReader>,
+        mut trajectory: Lines,
+        residuals: Option<Lines>,
         members: usize,
     ) -> io::Result<Self> {
-        let reader = &mut trajectory;
-        let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
+        let columns = trajectory.columns().to_vec();
         let ends = columns.starts_with(&HEAD.map(str::to_owned))
             && columns.ends_with(&TAIL.map(str::to_owned));
         if !ends {
@@ -146,16 +157,20 @@ impl Trajectory {
         }
         let mut read = Self { values: vec![Vec::new(); columns.len()], columns, residuals: vec![] };
         let wanted = read.wanted(members);
-        let mut row = csv::StringRecord::new();
-        while reader.read_record(&mut row)? {
+        while trajectory.advance()? {
+            let (mut fields, mut next) = (trajectory.fields(), 0);
             for &column in &wanted {
-                let value = row.get(column).and_then(|field| field.parse().ok());
-                let no_number = || invalid(&format!("no number in column {}", column + 1));
-                read.values[column].push(value.ok_or_else(no_number)?);
+                read.values[column].push(number(fields.nth(column - next), column)?);
+                next = column + 1;
             }
         }
-        if let Some(mut reader) = residuals {
-            read.residuals = reader.deserialize().collect::<csv::Result<_>>()?;
+        if let Some(mut lines) = residuals {
+            if lines.columns() != RESIDUALS {
+                return Err(invalid("not the residuals of a run"));
+            }
+            while lines.advance()? {
+                read.residuals.push(ResidualRow::read(lines.fields())?);
+            }
         }
         Ok(read)
     }

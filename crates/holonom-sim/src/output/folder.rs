@@ -177,6 +177,11 @@ impl RunFolder {
         Ok(RowReader::from_reader(self.open_rows(name)?))
     }
 
+    /// Reads a file of rows line by line.
+    fn lines(&self, name: &str) -> io::Result<Lines> {
+        Lines::new(self.open_rows(name)?)
+    }
+
     /// The readable part of a file of rows.
     fn open_rows(&self, name: &str) -> io::Result<Take<File>> {
         readable::open(&self.path.join(name), self.lengths.get(name).copied())
@@ -289,7 +294,7 @@ impl RunFolder {
         if !path.exists() {
             return Ok(None);
         }
-        let read = self.reader(name).and_then(TimeSeries::read);
+        let read = self.lines(name).and_then(TimeSeries::read);
         read.map(Some).map_err(|e| at(&path, e))
     }
 
@@ -348,8 +353,8 @@ impl RunFolder {
         let path = self.path.join("trajectory.csv");
         let read = || {
             let residuals = self.path.join("residuals.csv").exists();
-            let residuals = residuals.then(|| self.reader("residuals.csv")).transpose()?;
-            Trajectory::read(self.reader("trajectory.csv")?, residuals, members)
+            let residuals = residuals.then(|| self.lines("residuals.csv")).transpose()?;
+            Trajectory::read(self.lines("trajectory.csv")?, residuals, members)
         };
         read().map_err(|e| at(&path, e))
     }
@@ -360,7 +365,7 @@ impl RunFolder {
     /// [`OutputError::Io`].
     pub fn frames(&self, numbers: usize, most: usize) -> Result<Frames, OutputError> {
         let path = self.path.join("trajectory.csv");
-        let open = || Lines::new(self.open_rows("trajectory.csv")?);
+        let open = || self.lines("trajectory.csv");
         Frames::read(open, numbers, most).map_err(|e| at(&path, e))
     }
 
@@ -369,7 +374,7 @@ impl RunFolder {
     /// # Errors
     /// [`OutputError::Io`].
     pub fn frame_reader(&self, most: usize) -> Result<FrameReader, OutputError> {
-        let open = || Lines::new(self.open_rows("trajectory.csv")?);
+        let open = || self.lines("trajectory.csv");
         FrameReader::new(open, usize::MAX, most)
             .map_err(|e| at(&self.path.join("trajectory.csv"), e))
     }
@@ -382,7 +387,7 @@ impl RunFolder {
         &self,
         frames: &Frames,
     ) -> Result<BTreeMap<String, Vec<Vec<f64>>>, OutputError> {
-        let read = self.reader("beams.csv").and_then(|reader| frames.bending_moments(reader));
+        let read = self.lines("beams.csv").and_then(|lines| frames.bending_moments(lines));
         read.map_err(|e| at(&self.path.join("beams.csv"), e))
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use super::csv::invalid;
-use super::readable::{Lines, RowReader};
+use super::readable::{self, Lines};
 use crate::sample::{Member, MemberKind};
 use crate::system::{self, System};
 use holonom_model::{Model, ModelError};
@@ -131,9 +131,9 @@ impl FrameReader {
     fn frame(&self) -> io::Result<Frame> {
         let mut fields = self.lines.fields();
         let mut number = |k: usize| {
-            let text = fields.next().and_then(|field| std::str::from_utf8(field).ok());
-            let value = text.and_then(|text| text.parse::<f64>().ok()).filter(|x| x.is_finite());
-            value.ok_or_else(|| invalid(&format!("no number in column {}", k + 1)))
+            let value = readable::number(fields.next(), k)?;
+            let finite = value.is_finite().then_some(value);
+            finite.ok_or_else(|| invalid(&format!("no finite number in column {}", k + 1)))
         };
         let (step, t) = (number(0)? as u64, number(1)?);
         Ok(Frame { step, t, q: (2..2 + self.width).map(number).collect::<io::Result<_>>()? })
@@ -208,28 +208,25 @@ impl Frames {
     ///
     /// # Errors
     /// When the file cannot be read.
-    pub fn bending_moments(
-        &self,
-        mut reader: RowReader,
-    ) -> io::Result<BTreeMap<String, Vec<Vec<f64>>>> {
+    pub fn bending_moments(&self, mut lines: Lines) -> io::Result<BTreeMap<String, Vec<Vec<f64>>>> {
         let mut found: BTreeMap<String, Vec<Vec<f64>>> = BTreeMap::new();
         let mut frame = 0;
-        let columns: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
-        let column = |name: &str| columns.iter().position(|c| c == name);
+        let column = |name: &str| lines.columns().iter().position(|c| c == name);
         let all = (column("beam"), column("M1"), column("M2"));
         let (Some(beam), Some(m1), Some(m2)) = all else {
             return Err(invalid("not the beams of a run"));
         };
-        let mut record = csv::StringRecord::new();
-        while reader.read_record(&mut record)? {
-            let field = |k: usize| record.get(k).unwrap_or_default();
-            let Ok(step) = field(0).parse::<u64>() else { continue };
+        while lines.advance()? {
+            let step = lines.fields().next().and_then(|field| std::str::from_utf8(field).ok());
+            let Some(step) = step.and_then(|step| step.parse::<u64>().ok()) else { continue };
             while frame < self.steps.len() && self.steps[frame] < step {
                 frame += 1;
             }
             if self.steps.get(frame) != Some(&step) {
                 continue;
             }
+            let record = lines.record()?;
+            let field = |k: usize| record.get(k).unwrap_or_default();
             let moment = |k: usize| field(k).parse::<f64>().unwrap_or_default();
             let lists = found.entry(field(beam).to_owned()).or_default();
             lists.resize(frame + 1, Vec::new());

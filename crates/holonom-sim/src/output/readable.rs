@@ -8,7 +8,8 @@ use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Take};
 use std::path::Path;
 
-use csv::Reader;
+use super::csv::invalid;
+use csv::{Reader, ReaderBuilder, StringRecord};
 
 /// A file of rows as far as it is read.
 pub type RowReader = Reader<Take<File>>;
@@ -125,7 +126,7 @@ pub(super) fn open(path: &Path, length: Option<u64>) -> io::Result<Take<File>> {
     Ok(File::open(path)?.take(length))
 }
 
-/// A file whose rows hold no text, line by line: nobody looks at the fields of a row that is passed over.
+/// A file of rows, line by line: nobody looks at the fields of a row that is passed over.
 #[derive(Debug)]
 pub struct Lines {
     reader: BufReader<Take<File>>,
@@ -161,10 +162,35 @@ impl Lines {
         }
     }
 
-    /// The fields of the row.
+    /// The fields of a row without quoted text.
     pub(super) fn fields(&self) -> impl Iterator<Item = &[u8]> {
-        self.line.trim_ascii_end().split(|byte| *byte == b',')
+        let row = self.line.trim_ascii_end();
+        let mut start = 0;
+        memchr::memchr_iter(b',', row).chain([row.len()]).map(move |end| {
+            let field = &row[start..end];
+            start = end + 1;
+            field
+        })
     }
+
+    /// The fields of a row that may hold quoted text.
+    pub(super) fn record(&self) -> io::Result<StringRecord> {
+        if !self.line.contains(&b'"') {
+            return StringRecord::from_byte_record(self.fields().collect())
+                .map_err(io::Error::other);
+        }
+        let mut record = StringRecord::new();
+        let mut reader = ReaderBuilder::new().has_headers(false).from_reader(&self.line[..]);
+        reader.read_record(&mut record)?;
+        Ok(record)
+    }
+}
+
+/// The number of a field of column `column`, counted from 0.
+pub(super) fn number(field: Option<&[u8]>, column: usize) -> io::Result<f64> {
+    let text = field.and_then(|field| std::str::from_utf8(field).ok());
+    let value = text.and_then(|text| text.parse().ok());
+    value.ok_or_else(|| invalid(&format!("no number in column {}", column + 1)))
 }
 
 #[cfg(test)]
