@@ -19,8 +19,8 @@ pub(crate) struct NormalMatrix {
     numbers: Vec<f64>, // of the Jacobian that the factors are of; empty without factors
     diagonal: Vec<f64>, // n  of GᵀG + αI
     blocks: Option<Blocks>,
-    general: Option<General>, // once it was needed
-    in_blocks: bool,          // which of them has the factors
+    general: General,
+    in_blocks: bool, // which of them has the factors
 }
 
 /// The pattern of a Jacobian row by row.
@@ -42,11 +42,19 @@ struct Blocks {
     diagonal: Vec<usize>,     // n
 }
 
-/// The lower triangle.
-#[derive(Debug)]
+/// The lower triangle, once it was needed.
+#[derive(Debug, Default)]
 struct General {
-    matrix: SparseMatrix,
-    cholesky: SparseCholesky,
+    matrix: Option<SparseMatrix>,
+    cholesky: Option<SparseCholesky>,
+}
+
+/// A Jacobian, and the diagonal of its normal matrix.
+#[derive(Clone, Copy)]
+struct Given<'a> {
+    rows: &'a Rows,
+    numbers: &'a [f64],
+    diagonal: &'a [f64],
 }
 
 impl Rows {
@@ -101,50 +109,39 @@ impl Blocks {
         Some(Self { lu, places, starts, values, targets, diagonal })
     }
 
-    fn factorize(
-        &mut self,
-        rows: &Rows,
-        numbers: &[f64],
-        diagonal: &[f64],
-    ) -> Result<(), Singular> {
+    fn factorize(&mut self, of: Given<'_>) -> Result<(), Singular> {
         let Self { lu, places, starts, values, targets, diagonal: own } = self;
         values.fill(0.0);
         let mut targets = targets.iter();
-        rows.for_each_product(|_, [a, b]| {
+        of.rows.for_each_product(|_, [a, b]| {
             let Some(&[lower, upper]) = targets.next() else { return };
-            let product = numbers[a] * numbers[b];
+            let product = of.numbers[a] * of.numbers[b];
             values[lower] += product;
             values[upper] += product;
         });
-        own.iter().zip(diagonal).for_each(|(&place, value)| values[place] = *value);
+        own.iter().zip(of.diagonal).for_each(|(&place, value)| values[place] = *value);
         let blocks = starts.windows(2).map(|ends| &values[ends[0]..ends[1]]);
-        lu.factorize(diagonal, places.iter().copied().zip(blocks))
+        lu.factorize(of.diagonal, places.iter().copied().zip(blocks))
     }
 }
 
 impl General {
-    fn new(rows: &Rows, numbers: &[f64], diagonal: &[f64]) -> Result<Self, Singular> {
-        let emit = |out: &mut dyn Entries| emit_lower(rows, numbers, diagonal, out);
-        let matrix = SparseMatrix::assemble(rows.shape.1, rows.shape.1, emit);
-        let cholesky = SparseCholesky::new(&matrix)?;
-        Ok(Self { matrix, cholesky })
-    }
-
-    fn factorize(
-        &mut self,
-        rows: &Rows,
-        numbers: &[f64],
-        diagonal: &[f64],
-    ) -> Result<(), Singular> {
-        self.matrix.refill_with(|out| emit_lower(rows, numbers, diagonal, out));
-        self.cholesky.factorize(&self.matrix)
+    fn factorize(&mut self, of: Given<'_>) -> Result<(), Singular> {
+        let n = of.diagonal.len();
+        let matrix = SparseMatrix::update(&mut self.matrix, (n, n), |out| of.emit_lower(out));
+        let known = self.cholesky.take();
+        let cholesky = known.map_or_else(|| SparseCholesky::new(matrix), Ok)?;
+        self.cholesky.insert(cholesky).factorize(matrix)
     }
 }
 
-/// The lower triangle of `GᵀG + αI`, row by row of `G`.
-fn emit_lower<E: Entries + ?Sized>(rows: &Rows, numbers: &[f64], diagonal: &[f64], out: &mut E) {
-    rows.for_each_product(|[i, j], [a, b]| out.add(i, j, numbers[a] * numbers[b]));
-    (0..).zip(diagonal).for_each(|(j, value)| out.add(j, j, *value));
+impl Given<'_> {
+    /// The lower triangle, row by row of `G`.
+    fn emit_lower(&self, out: &mut dyn Entries) {
+        let Self { rows, numbers, diagonal } = self;
+        rows.for_each_product(|[i, j], [a, b]| out.add(i, j, numbers[a] * numbers[b]));
+        (0..).zip(*diagonal).for_each(|(j, value)| out.add(j, j, *value));
+    }
 }
 
 impl NormalMatrix {
@@ -153,7 +150,7 @@ impl NormalMatrix {
         let rows = Rows::new(jacobian);
         let (blocks, diagonal) = (Blocks::new(&rows), vec![0.0; rows.shape.1]);
         let numbers = Vec::with_capacity(rows.entries.len());
-        Self { rows, numbers, diagonal, blocks, general: None, in_blocks: false }
+        Self { rows, numbers, diagonal, blocks, general: General::default(), in_blocks: false }
     }
 
     /// Whether a Jacobian has this pattern, as far as its shape and the number of its entries tell.
@@ -177,14 +174,10 @@ impl NormalMatrix {
         rows.entries.iter().for_each(|&(j, place)| diagonal[j] += numbers[place].powi(2));
         let shift = SHIFT * norm_inf(diagonal);
         diagonal.iter_mut().for_each(|value| *value += shift);
-        let by_blocks = |blocks: &mut Blocks| blocks.factorize(rows, numbers, diagonal);
-        *in_blocks = blocks.as_mut().is_some_and(|blocks| by_blocks(blocks).is_ok());
+        let of = Given { rows, numbers, diagonal };
+        *in_blocks = blocks.as_mut().is_some_and(|blocks| blocks.factorize(of).is_ok());
         if !*in_blocks {
-            let own = match general.take() {
-                Some(own) => own,
-                None => General::new(rows, numbers, diagonal)?,
-            };
-            general.insert(own).factorize(rows, numbers, diagonal)?;
+            general.factorize(of)?;
         }
         known.extend_from_slice(numbers);
         Ok(())
@@ -195,9 +188,9 @@ impl NormalMatrix {
     /// # Errors
     /// [`Singular`] when the answer is not finite, or without factors.
     pub(crate) fn solve(&mut self, b: &mut [f64]) -> Result<(), Singular> {
-        match (&mut self.blocks, &mut self.general) {
+        match (&mut self.blocks, &mut self.general.cholesky) {
             (Some(blocks), _) if self.in_blocks => blocks.lu.solve(b),
-            (_, Some(general)) => general.cholesky.solve(b),
+            (_, Some(cholesky)) => cholesky.solve(b),
             _ => Err(Singular),
         }
     }
