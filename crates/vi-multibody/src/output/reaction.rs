@@ -200,13 +200,14 @@ impl ReactionObserver {
     ) -> NodeReactions<'a> {
         let Self { jacobian, scattered, null } = self;
         let (m, n) = (mechanism.len(), mechanism.dim());
-        if rows.len() < m && !lambda.is_empty() {
+        let is_redundant = rows.len() < m && !lambda.is_empty();
+        null.resize_with(usize::from(is_redundant), Vec::new);
+        if is_redundant {
             let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
             let jacobian = SparseMatrix::update(jacobian, (m, n), emit);
             if scattered.len() != m {
                 *scattered = (1..=m).map(|i| libm::sin(13.7 * (i * i) as f64)).collect();
             }
-            null.resize_with(1, Vec::new);
             null[0].clone_from(scattered);
             if least_norm.null_part(jacobian, &mut null[0]).is_err() {
                 let columns = null_vectors(jacobian, rows);
