@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::readable::{Lines, number};
+use super::readable::{Lines, end, number};
 use super::rows::{Field, Rows};
 use crate::sample::{Member, Sample};
 use holonom_model::Columns;
@@ -38,10 +38,11 @@ pub struct ResidualRow {
 
 impl ResidualRow {
     fn read<'a>(mut fields: impl Iterator<Item = &'a [u8]>) -> io::Result<Self> {
+        let step = number(fields.next(), 0)?;
         let mut next = |column: usize| number(fields.next(), column);
-        let step = next(0)? as u64;
         let [t, position, velocity, momentum, newton_iterations] =
             [next(1)?, next(2)?, next(3)?, next(4)?, next(5)?];
+        end(fields)?;
         Ok(Self { step, t, position, velocity, momentum, newton_iterations })
     }
 }
@@ -163,6 +164,7 @@ impl Trajectory {
                 read.values[column].push(number(fields.nth(column - next), column)?);
                 next = column + 1;
             }
+            end(fields)?; // the last column is wanted
         }
         if let Some(mut lines) = residuals {
             if lines.columns() != RESIDUALS {

@@ -131,7 +131,7 @@ impl FrameReader {
     fn frame(&self) -> io::Result<Frame> {
         let mut fields = self.lines.fields();
         let mut number = |k: usize| {
-            let value = readable::number(fields.next(), k)?;
+            let value: f64 = readable::number(fields.next(), k)?;
             let finite = value.is_finite().then_some(value);
             finite.ok_or_else(|| invalid(&format!("no finite number in column {}", k + 1)))
         };
@@ -217,8 +217,7 @@ impl Frames {
             return Err(invalid("not the beams of a run"));
         };
         while lines.advance()? {
-            let step = lines.fields().next().and_then(|field| std::str::from_utf8(field).ok());
-            let Some(step) = step.and_then(|step| step.parse::<u64>().ok()) else { continue };
+            let Ok(step) = readable::number::<u64>(lines.fields().next(), 0) else { continue };
             while frame < self.steps.len() && self.steps[frame] < step {
                 frame += 1;
             }

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Take};
 use std::path::Path;
+use std::str::FromStr;
 
 use super::csv::invalid;
 use csv::{Reader, ReaderBuilder, StringRecord};
@@ -173,24 +174,36 @@ impl Lines {
         })
     }
 
-    /// The fields of a row that may hold quoted text.
+    /// The fields of a row that may hold quoted text, one for each column.
     pub(super) fn record(&self) -> io::Result<StringRecord> {
-        if !self.line.contains(&b'"') {
-            return StringRecord::from_byte_record(self.fields().collect())
-                .map_err(io::Error::other);
-        }
         let mut record = StringRecord::new();
-        let mut reader = ReaderBuilder::new().has_headers(false).from_reader(&self.line[..]);
-        reader.read_record(&mut record)?;
-        Ok(record)
+        if self.line.contains(&b'"') {
+            let mut reader = ReaderBuilder::new().has_headers(false).from_reader(&self.line[..]);
+            reader.read_record(&mut record)?;
+        } else {
+            let fields = self.fields().collect();
+            record = StringRecord::from_byte_record(fields).map_err(io::Error::other)?;
+        }
+        match record.len() == self.columns.len() {
+            true => Ok(record),
+            false => Err(invalid("a row has not one field for each column")),
+        }
     }
 }
 
 /// The number of a field of column `column`, counted from 0.
-pub(super) fn number(field: Option<&[u8]>, column: usize) -> io::Result<f64> {
+pub(super) fn number<T: FromStr>(field: Option<&[u8]>, column: usize) -> io::Result<T> {
     let text = field.and_then(|field| std::str::from_utf8(field).ok());
     let value = text.and_then(|text| text.parse().ok());
     value.ok_or_else(|| invalid(&format!("no number in column {}", column + 1)))
+}
+
+/// Refuses what follows the last column of a row.
+pub(super) fn end<'a>(mut fields: impl Iterator<Item = &'a [u8]>) -> io::Result<()> {
+    match fields.next() {
+        None => Ok(()),
+        Some(_) => Err(invalid("a row has more fields than there are columns")),
+    }
 }
 
 #[cfg(test)]
@@ -227,5 +240,23 @@ mod tests {
         write("residuals.csv", "ste");
         assert_eq!(readable(&folder, &files, false).unwrap().0["residuals.csv"], 0);
         fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn rows_have_one_field_for_each_column() {
+        let path = std::env::temp_dir().join(format!("lines-{}.csv", std::process::id()));
+        fs::write(&path, "step,beam,M\n0,\"a, b\",1\n1,c,2\n2,c\n3,c,4,5\n").unwrap();
+        let mut lines = Lines::new(open(&path, None).unwrap()).unwrap();
+        for name in ["a, b", "c"] {
+            assert!(lines.advance().unwrap());
+            assert_eq!(&lines.record().unwrap()[1], name);
+        }
+        for fields in [2, 4] {
+            assert!(lines.advance().unwrap());
+            assert!(lines.record().is_err(), "{fields} fields");
+            assert_eq!(end(lines.fields().skip(3)).is_err(), fields == 4);
+        }
+        assert!(!lines.advance().unwrap());
+        fs::remove_file(&path).unwrap();
     }
 }

@@ -3,7 +3,7 @@
 use std::io;
 
 use super::csv::{HEAD, invalid};
-use super::readable::{Lines, number};
+use super::readable::{Lines, end, number};
 
 /// A file of rows read back.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,6 +37,7 @@ impl TimeSeries {
                     field => number(field, column)?,
                 });
             }
+            end(fields)?;
         }
         Ok(table)
     }
