@@ -11,13 +11,14 @@ use crate::harness;
 
 use harness::models::{model, orders, simulation};
 use holonom::vi_constraints::Constraints;
+use holonom::vi_constraints::least_norm::LeastNorm;
 use holonom::vi_constraints::projection::Projections;
 use holonom::vi_core::{Configuration, Entries, MechanicalSystem, SparseMatrix};
 use holonom::{Model, Override, Sample, Simulation};
 use nalgebra::{DMatrix, Vector3};
 use vi_multibody::joint::FrameId;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::reaction::Reactions;
+use vi_multibody::reaction::{Reaction, ReactionObserver, Reactions, Tension};
 use vi_rigid::{directors, null_space};
 
 /// The samples of a whole run.
@@ -333,6 +334,62 @@ fn multipliers_of_loops_have_no_part_in_the_null_space() {
         let marked: Vec<[bool; 6]> = found.joints.iter().map(|joint| joint.unique).collect();
         assert_eq!(marked, unique, "{name}");
     }
+}
+
+/// What joints transmit follows from the constraint force and the multipliers of the closures alone.
+#[test]
+fn reactions_of_the_constraint_force_are_those_of_the_multipliers() {
+    let names = "heavy_top gyroscope chain8 panda quadruped slider_crank bricard six_hinge_cube four_bar_windows \
+                 andrews_squeezer strandbeest scissor_mast stewart_platform flexible_four_bar \
+                 flexible_slider_crank satellite four_particles whirling_shaft";
+    let mut largest = 0.0_f64;
+    for name in names.split_whitespace() {
+        let mut simulation = simulation(name, &[("simulation.end", "1e3".to_owned())]);
+        let run = simulation.integrator();
+        (0..20).for_each(|_| _ = run.step().unwrap());
+        let node = run.node_before().unwrap().clone();
+        let q = run.before().q.clone();
+        let at = Configuration::new(run.before().t, &q);
+        let mechanism = run.constraints();
+        let expected = Reactions::at(mechanism, at, &node.lambda, run.rows());
+        let mut observer = ReactionObserver::new(mechanism);
+        let least = &mut LeastNorm::default();
+        let force = &node.constraint_force;
+        let found = observer.observe(mechanism, at, force, (run.rows(), least));
+        let joints: Vec<Reaction> = (0..expected.joints.len()).map(|k| found.joint(k)).collect();
+        let scalars = mechanism.description().scalars.len();
+        let scalars: Vec<Tension> = (0..scalars)
+            .flat_map(|k| mechanism.scalar_rows(k))
+            .map(|row| found.scalar_row(row))
+            .collect();
+        let bars: Vec<Tension> = (0..expected.bars.len()).map(|k| found.bar(k)).collect();
+        let numbers = |joints: &[Reaction], bars: &[Tension], scalars: &[Tension]| {
+            let of_joints = joints.iter().flat_map(Reaction::components);
+            let of_rows = bars.iter().chain(scalars).map(|row| row.unique.then_some(row.force));
+            of_joints.chain(of_rows).collect::<Vec<Option<f64>>>()
+        };
+        let (one, other) = (
+            numbers(&joints, &bars, &scalars),
+            numbers(&expected.joints, &expected.bars, &expected.scalars),
+        );
+        let size = node.lambda.iter().fold(0.0_f64, |size, lambda| size.max(lambda.abs()));
+        let (mut off, mut unique) = (0.0_f64, 0);
+        for (i, pair) in one.iter().zip(&other).enumerate() {
+            match pair {
+                (Some(a), Some(b)) => {
+                    let apart = (a - b).abs() / size;
+                    off = if apart <= off { off } else { apart };
+                    unique += 1;
+                }
+                (None, None) => {}
+                _ => panic!("{name}: unique in one way only: number {i}, {pair:?}"),
+            }
+        }
+        println!("{name}: {unique} of {} unique, {size:.1e} N, off by {off:.1e}", one.len());
+        assert!(off < 1e-11, "{name}: {off:e}");
+        largest = largest.max(off);
+    }
+    println!("largest difference {largest:.1e}");
 }
 
 #[test]

@@ -27,6 +27,7 @@ use vi_constraints::closure::ClosureWatch;
 use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
+use vi_core::sparse::SparseMatrix;
 use vi_multibody::mechanism::Mechanism;
 use vi_statics::{
     ArcLengthSettings, Equilibrium, RotationError, StaticError, StaticProblem, StaticSettings,
@@ -230,8 +231,8 @@ impl Statics {
         self.facts.max_residual = self.facts.max_residual.max(point.residual);
         self.facts.largest_time = self.facts.largest_time.max(point.factor);
         let rest = vec![0.0; point.q.len()];
-        let lambda = &point.multipliers;
-        let view = View { t: point.factor, q: &point.q, v: &rest, lambda };
+        let force = self.constraint_force(point);
+        let view = View { t: point.factor, q: &point.q, v: &rest, force: &force };
         let mut sample = Sample {
             step: self.step,
             t: point.factor,
@@ -246,6 +247,16 @@ impl Statics {
         self.sensors.read(&self.mechanism, rows, view, &mut sample.sensors);
         self.step += 1;
         sample
+    }
+
+    /// `Gᵀλ` of an equilibrium.
+    fn constraint_force(&self, point: &Equilibrium) -> Vec<f64> {
+        let mut force = vec![0.0; point.q.len()];
+        let jacobian = SparseMatrix::assemble(point.multipliers.len(), force.len(), |out| {
+            self.mechanism.jacobian(point.factor, &point.q, out);
+        });
+        jacobian.tr_mul_add(1.0, &point.multipliers, &mut force);
+        force
     }
 
     /// Whether an equilibrium satisfies all constraints.

@@ -101,16 +101,18 @@ pub trait ObserveNode<S, C>: Send {
         state: &State,
         h: f64,
     ) -> Result<&Node, Singular>;
-    /// `λ ←` the multiplier of the acceleration level, shape `m`, with the velocity of the node.
+    /// `force ← Gᵀλ` of the acceleration level with the velocity of the node, shape `n`, and `λ`, shape `m`, where it is
+    /// asked for.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
-    fn acceleration_multiplier(
+    fn acceleration_force(
         &mut self,
         system: &S,
         constraints: &C,
         state: &State,
-        lambda: &mut [f64],
+        force: &mut [f64],
+        lambda: Option<&mut [f64]>,
     ) -> Result<(), Singular>;
 }
 
@@ -159,13 +161,14 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         Self::observe_state(self, system, constraints, state, h)
     }
 
-    fn acceleration_multiplier(
+    fn acceleration_force(
         &mut self,
         system: &S,
         constraints: &C,
         state: &State,
-        lambda: &mut [f64],
+        force: &mut [f64],
+        lambda: Option<&mut [f64]>,
     ) -> Result<(), Singular> {
-        Self::acceleration_multiplier(self, system, constraints, state, lambda)
+        Self::acceleration_force(self, system, constraints, state, force, lambda)
     }
 }

@@ -227,26 +227,29 @@ impl NodeObserver {
         Ok(())
     }
 
-    /// The multiplier of the acceleration level with the velocity of the node; it has the order of that velocity, also at
-    /// the macro nodes of a composition.
+    /// `force ← Gᵀλ` of the acceleration level with the velocity of the node, shape `n`, and `λ`, shape `m`, where it is
+    /// asked for; they have the order of that velocity, also at the macro nodes of a composition.
     ///
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
-    pub fn acceleration_multiplier(
+    pub fn acceleration_force(
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
         state: &State,
-        lambda: &mut [f64],
+        force: &mut [f64],
+        mut lambda: Option<&mut [f64]>,
     ) -> Result<(), Singular> {
         self.observe_state(system, constraints, state, 0.0)?;
-        let Self { projections, solvers, node, .. } = self;
+        let Self { projections, solvers, node, m_work, .. } = self;
         let (at, v) = (state.configuration(), &node.v[..]);
-        let (here, how) = ((at, &state.memory), (v, solvers));
-        if projections.acceleration_sweeps(system, constraints, here, how, lambda).is_ok() {
+        let (here, how, out) =
+            ((at, &state.memory), (v, solvers), (&mut *force, lambda.as_deref_mut()));
+        if projections.acceleration_sweeps(system, constraints, here, how, out).is_ok() {
             return Ok(());
         }
-        projections.acceleration_multiplier(system, constraints, at, v, lambda)
+        let lambda = lambda.unwrap_or(m_work);
+        projections.acceleration_force(system, constraints, (at, v), (force, lambda))
     }
 }
 

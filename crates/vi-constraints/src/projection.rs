@@ -188,7 +188,8 @@ impl Projections {
         system.add_force(at, v, &mut self.n_work);
     }
 
-    /// [`Projections::acceleration_multiplier`] by what a mechanism offers, at a node with the `memory` of its state:
+    /// `force ← Gᵀλ` of the acceleration level by what a mechanism offers, at a node with the `memory` of its state, and
+    /// `λ` where it is asked for:
     /// ```text
     /// G a_0 = b,   w_0 = f − ∇V − M a_0,   Gᵀλ = w_0 − M P (PᵀMP)⁻¹ Pᵀ w_0                          [5.27]
     /// ```
@@ -201,7 +202,7 @@ impl Projections {
         constraints: &impl Constraints,
         (at, memory): (Configuration<'_>, &Memory),
         (v, solvers): (&[f64], &mut NodeSolvers),
-        lambda: &mut [f64],
+        (force, lambda): (&mut [f64], Option<&mut [f64]>),
     ) -> Result<(), Singular> {
         let NodeSolvers { velocity, multipliers } = solvers;
         let velocity = velocity.as_mut().ok_or(Singular)?;
@@ -226,9 +227,11 @@ impl Projections {
             velocity.velocity(&mass, (at, memory), a, change)?;
             system.add_momentum_of_step(at, 0.0, change, w);
         }
-        match multipliers {
-            Some(sweep) => sweep.multipliers(found, w, lambda),
-            None => least_norm.solve(found, w, lambda),
+        force.copy_from_slice(w);
+        match (lambda, multipliers) {
+            (None, _) => Ok(()),
+            (Some(lambda), Some(sweep)) => sweep.multipliers(found, w, lambda),
+            (Some(lambda), None) => least_norm.solve(found, w, lambda),
         }
     }
 
@@ -259,6 +262,23 @@ impl Projections {
         self.n_work.fill(0.0);
         jacobian.tr_mul_add(1.0, lambda, &mut self.n_work);
         minimum_norm(&mut self.least_norm, jacobian, rows, &self.n_work, lambda);
+        Ok(())
+    }
+
+    /// The same with its force: `force ← Gᵀλ`, shape `n`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub fn acceleration_force(
+        &mut self,
+        system: &impl MechanicalSystem,
+        constraints: &impl Constraints,
+        (at, v): (Configuration<'_>, &[f64]),
+        (force, lambda): (&mut [f64], &mut [f64]),
+    ) -> Result<(), Singular> {
+        self.acceleration_multiplier(system, constraints, at, v, lambda)?;
+        force.fill(0.0);
+        self.jacobian(constraints, at).tr_mul_add(1.0, lambda, force);
         Ok(())
     }
 }

@@ -41,11 +41,21 @@ pub fn minimum_norm(
     force: &[f64],
     lambda: &mut [f64],
 ) {
-    if rows.len() == lambda.len() {
-        return;
+    if rows.len() < lambda.len() {
+        least_multipliers(least, jacobian, rows.len(), force, lambda);
     }
+}
+
+/// The multipliers of the least norm with this `force`, `Gᵀλ`, where `rank` rows are independent.
+pub fn least_multipliers(
+    least: &mut LeastNorm,
+    jacobian: &SparseMatrix,
+    rank: usize,
+    force: &[f64],
+    lambda: &mut [f64],
+) {
     if least.solve(jacobian, force, lambda).is_err() {
-        dense_minimum_norm(jacobian, rows.len(), force, lambda);
+        dense_minimum_norm(jacobian, rank, force, lambda);
     }
 }
 

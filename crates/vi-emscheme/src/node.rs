@@ -168,17 +168,19 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         Ok(&self.node)
     }
 
-    fn acceleration_multiplier(
+    fn acceleration_force(
         &mut self,
         system: &EmSystem,
         constraints: &C,
         state: &State,
-        lambda: &mut [f64],
+        force: &mut [f64],
+        lambda: Option<&mut [f64]>,
     ) -> Result<(), Singular> {
         let make = || Projections::new(system, constraints.len(), &self.rows);
         let projections = self.projections.get_or_insert_with(make);
-        let at = state.configuration();
-        projections.acceleration_multiplier(system, constraints, at, &state.v, lambda)
+        let here = (state.configuration(), &state.v[..]);
+        let lambda = lambda.unwrap_or(&mut self.work);
+        projections.acceleration_force(system, constraints, here, (force, lambda))
     }
 }
 

@@ -16,8 +16,8 @@ pub(crate) struct Reading {
     pub(crate) angles: Vec<f64>,
     /// Velocity: `v̂` of the projected momentum, `v_n` of energy–momentum schemes.
     pub(crate) v: Vec<f64>,
-    /// `λ_n`; empty unless it was asked for.
-    pub(crate) lambda: Vec<f64>,
+    /// `G(q_n)ᵀλ_n`, N; empty unless it was asked for.
+    pub(crate) force: Vec<f64>,
     /// `E_d` of the step that starts here, where there is one; else as `hamiltonian`.
     pub(crate) energy: f64,
     /// Energy of the node.

@@ -30,22 +30,24 @@ pub(crate) struct Running<S: Family> {
     order: u32,
     ended: Option<f64>, // J  E_d of the composed step that ended at the present node
     momenta: bool,      // whether they are asked for
+    forces: bool,       // whether constraint forces are
     map: Option<TreeMap>, // for the reduced ones
     work: Work,
 }
 
 impl<S: Family> Running<S> {
-    /// `multipliers`: whether sensors ask for them.
+    /// `forces`: whether sensors ask for constraint forces.
     pub(crate) fn new(
         mut run: Integrator<S, Mechanism>,
         settings: &Settings,
-        multipliers: bool,
+        forces: bool,
     ) -> Self {
-        run.record_multipliers(multipliers || settings.momenta);
+        // the force of a variational scheme is that of its step equation, without multipliers
+        run.record_multipliers(settings.momenta || forces && !S::VARIATIONAL);
         let map = (settings.momenta && S::VARIATIONAL).then(|| TreeMap::new(run.constraints()));
         let work = S::work(&run);
         let Settings { order, momenta, .. } = *settings;
-        Self { run, order, ended: None, momenta, map, work }
+        Self { run, order, ended: None, momenta, forces, map, work }
     }
 
     /// Momenta of a node; without a `step` from there only those of its state.
@@ -82,7 +84,10 @@ impl<S: Family> Running<S> {
         found.q.clone_from(&at.q);
         found.angles.clone_from(&at.angles);
         found.v.clone_from(&node.v);
-        found.lambda.clone_from(&node.lambda);
+        found.force.clear();
+        if self.forces {
+            found.force.extend_from_slice(&node.constraint_force);
+        }
         (found.energy, found.hamiltonian) = (energy, hamiltonian);
         found.kinetic = node.hamiltonian_projected.kinetic;
         found.shadow = of_step.map(|step| shadow_energy(self.order, hamiltonian, step));
@@ -129,15 +134,12 @@ impl<S: Family + 'static> Method for Running<S> {
         self.run.reads_states()
     }
 
-    fn here(&mut self, multipliers: bool, found: &mut Reading) -> Result<(), Singular> {
+    fn here(&mut self, forces: bool, found: &mut Reading) -> Result<(), Singular> {
         self.run.observe_state()?;
         self.read(false, false, found);
-        found.lambda.clear();
-        if multipliers || self.momenta {
-            self.run.find_acceleration_multiplier(&mut found.lambda)?;
-        }
-        if let Some(momenta) = &mut found.momenta {
-            momenta.lambda.clone_from(&found.lambda);
+        if forces || self.momenta {
+            let lambda = found.momenta.as_mut().map(|momenta| &mut momenta.lambda);
+            self.run.find_acceleration_force(&mut found.force, lambda)?;
         }
         Ok(())
     }
@@ -148,10 +150,10 @@ impl<S: Family + 'static> Method for Running<S> {
         Ok(())
     }
 
-    fn last(&mut self, multipliers: bool, found: &mut Reading) -> Result<(), Singular> {
+    fn last(&mut self, forces: bool, found: &mut Reading) -> Result<(), Singular> {
         let alone = self.run.reads_states() || self.run.observe().is_err();
         if alone {
-            return self.here(multipliers, found);
+            return self.here(forces, found);
         }
         self.read(false, true, found);
         Ok(())

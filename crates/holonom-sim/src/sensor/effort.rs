@@ -59,8 +59,8 @@ impl Effort {
         Some(Self::Row(row, factor))
     }
 
-    /// Whether multipliers are needed.
-    pub(crate) fn needs_multipliers(&self) -> bool {
+    /// Whether a constraint force is needed.
+    pub(crate) fn needs_force(&self) -> bool {
         matches!(self, Self::Row(..))
     }
 
@@ -91,7 +91,12 @@ impl Effort {
         }
     }
 
-    pub(crate) fn read(&self, at: &View<'_>, reactions: &NodeReactions<'_>, out: &mut Vec<f64>) {
+    pub(crate) fn read(
+        &self,
+        at: &View<'_>,
+        reactions: Option<&NodeReactions<'_>>,
+        out: &mut Vec<f64>,
+    ) {
         match self {
             Self::Joint(elements, motion) => {
                 let rates = joint_rates(motion.joint(), at.q, at.v);
@@ -108,7 +113,8 @@ impl Effort {
                 out.push(spring.tension(at.q) + damper.tension(at.q, at.v));
             }
             Self::Row(row, factor) => {
-                let Tension { force, unique } = reactions.scalar_row(*row);
+                let Some(tension) = reactions.map(|all| all.scalar_row(*row)) else { return };
+                let Tension { force, unique } = tension;
                 out.push(if unique { factor * force } else { f64::NAN });
                 out.push(f64::from(u8::from(unique)));
             }

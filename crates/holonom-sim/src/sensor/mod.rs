@@ -105,8 +105,7 @@ impl Attitude {
 pub struct Sensors {
     columns: Vec<Column>,
     gauges: Vec<Gauge>,
-    reactions: bool,
-    observer: ReactionObserver,
+    observer: Option<ReactionObserver>, // where sensors ask for reactions
 }
 
 impl Sensors {
@@ -122,11 +121,11 @@ impl Sensors {
         let gauges: Vec<Gauge> = model.sensors.iter().filter_map(|s| builder.gauge(s)).collect();
         let reactions = gauges.iter().any(|gauge| match gauge {
             Gauge::Reaction(..) | Gauge::Tension(_) => true,
-            Gauge::Effort(effort) => effort.needs_multipliers(),
+            Gauge::Effort(effort) => effort.needs_force(),
             _ => false,
         });
-        let observer = ReactionObserver::default();
-        Self { columns: columns(model), gauges, reactions, observer }
+        let observer = reactions.then(|| ReactionObserver::new(mechanism));
+        Self { columns: columns(model), gauges, observer }
     }
 
     /// The columns of `sensors.csv`; empty without sensors.
@@ -135,9 +134,9 @@ impl Sensors {
         &self.columns
     }
 
-    /// Whether `λ_n` is needed.
-    pub(crate) fn need_multipliers(&self) -> bool {
-        self.reactions
+    /// Whether the constraint force is needed.
+    pub(crate) fn need_forces(&self) -> bool {
+        self.observer.is_some()
     }
 
     /// Begins to count at the configuration `q`.
@@ -216,17 +215,18 @@ impl Sensors {
         values: &mut Vec<f64>,
     ) {
         let node = Configuration::new(at.t, at.q);
-        let lambda = if self.reactions { at.lambda } else { &[] };
-        let reactions = self.observer.observe(mechanism, node, lambda, (rows, least_norm));
+        let observer = self.observer.as_mut();
+        let reactions =
+            observer.map(|all| all.observe(mechanism, node, at.force, (rows, least_norm)));
         values.clear();
         for gauge in &self.gauges {
-            gauge.read(&at, &reactions, values);
+            gauge.read(&at, reactions.as_ref(), values);
         }
     }
 }
 
 impl Gauge {
-    fn read(&self, at: &View<'_>, reactions: &NodeReactions<'_>, out: &mut Vec<f64>) {
+    fn read(&self, at: &View<'_>, reactions: Option<&NodeReactions<'_>>, out: &mut Vec<f64>) {
         let frame = |first: usize| (&at.q[first..first + 12], &at.v[first..first + 12]);
         match self {
             Self::Position(point, axes) => out.extend(&point.at(at.q).as_slice()[..*axes]),
@@ -243,7 +243,7 @@ impl Gauge {
                 out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.dof()]);
             }
             Self::Reaction(joint, frame) => {
-                let reaction = reactions.joint(*joint);
+                let Some(reaction) = reactions.map(|all| all.joint(*joint)) else { return };
                 let reaction = match frame {
                     ReactionFrame::Parent => reaction,
                     ReactionFrame::Child => reaction.along(&reaction.axes_child),
@@ -253,7 +253,7 @@ impl Gauge {
                 out.push(f64::from(u8::from(reaction.is_unique())));
             }
             Self::Tension(bar) => {
-                let tension = reactions.bar(*bar);
+                let Some(tension) = reactions.map(|all| all.bar(*bar)) else { return };
                 out.push(if tension.unique { tension.force } else { f64::NAN });
                 out.push(f64::from(u8::from(tension.unique)));
             }

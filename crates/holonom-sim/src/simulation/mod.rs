@@ -95,8 +95,8 @@ impl Simulation {
         let start = Start::of(model, &mechanism)?;
         let keeps_rates = start.how == How::WithRates;
         let at = InitialValues::new(0.0, &start.q, &start.v);
-        let multipliers = sensors.need_multipliers();
-        let mut method = method(mechanism, &dynamics, model, at, (solver, multipliers))?;
+        let forces = sensors.need_forces();
+        let mut method = method(mechanism, &dynamics, model, at, (solver, forces))?;
         let mut first = Reading::default();
         if method.here(false, &mut first).is_err() {
             return Err(assembly::without_mass(model));
@@ -355,7 +355,7 @@ fn method(
     dynamics: &Dynamics,
     model: &Model,
     at: InitialValues<'_>,
-    (solver, multipliers): (Solver, bool),
+    (solver, forces): (Solver, bool),
 ) -> Result<Box<dyn Method>, ModelError> {
     let settings = &model.settings;
     match settings.scheme.family() {
@@ -366,7 +366,7 @@ fn method(
             let system = dynamics.variational(&mechanism);
             let run = integrator(mechanism, system, options, solver, at)
                 .map_err(|error| assembly::refusal(&error, model))?;
-            Ok(Box::new(Running::new(run, settings, multipliers)))
+            Ok(Box::new(Running::new(run, settings, forces)))
         }
         Family::EnergyMomentum(_) if model.dissipates_algorithmically() => {
             Err(ModelError::Unsupported {
@@ -383,7 +383,7 @@ fn method(
             let system = dynamics.energy_momentum(&mechanism);
             let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                 .map_err(|error| assembly::em_refusal(&error, model))?;
-            Ok(Box::new(Running::new(run, settings, multipliers)))
+            Ok(Box::new(Running::new(run, settings, forces)))
         }
         Family::Static => Err(ModelError::Unsupported {
             key: "simulation.scheme".into(),

@@ -109,8 +109,8 @@ impl Simulation {
             let paused = !proceed(n, steps);
             if n >= steps {
                 course.done = true;
-                let multipliers = self.sensors.need_multipliers();
-                return Some(self.read(|method, found| method.last(multipliers, found)));
+                let forces = self.sensors.need_forces();
+                return Some(self.read(|method, found| method.last(forces, found)));
             }
             if paused {
                 break;
@@ -127,8 +127,8 @@ impl Simulation {
 
     /// Takes one step; whether the node it started from was found, where it is to be recorded.
     fn advance(&mut self, recorded: bool) -> (bool, Result<(), RunFailure>) {
-        let (first, multipliers) = (self.method.reads_first(), self.sensors.need_multipliers());
-        let here = |method: &mut dyn Method, found: &mut Reading| method.here(multipliers, found);
+        let (first, forces) = (self.method.reads_first(), self.sensors.need_forces());
+        let here = |method: &mut dyn Method, found: &mut Reading| method.here(forces, found);
         let mut found = false;
         if recorded && first {
             match self.read(here) {
@@ -137,7 +137,7 @@ impl Simulation {
             }
         }
         // at the start the multipliers of the step are of first order: sensors take the acceleration level
-        let at_start = recorded && !first && multipliers && self.method.place().0 == 0;
+        let at_start = recorded && !first && forces && self.method.place().0 == 0;
         let mut start = Reading::default();
         let known = at_start && self.method.here(true, &mut start).is_ok();
         let whole = self.method.step(1);
@@ -150,7 +150,7 @@ impl Simulation {
                     let left = |method: &mut dyn Method, found: &mut Reading| {
                         method.left(found)?;
                         if known {
-                            found.lambda.clone_from(&start.lambda);
+                            found.force.clone_from(&start.force);
                         }
                         Ok(())
                     };
@@ -207,7 +207,7 @@ impl Simulation {
             return Err(self.lost(&error.to_string()));
         }
         let Self { method, reading: at, sample, sensors, energies, watch, iterations, .. } = self;
-        let view = View { t: at.t, q: &at.q, v: &at.v, lambda: &at.lambda };
+        let view = View { t: at.t, q: &at.q, v: &at.v, force: &at.force };
         let (mechanism, rows, least_norm) = method.least_norm();
         sensors.read(mechanism, (rows, least_norm), view, &mut sample.sensors);
         sample.notice = watch.follow(at, energies);

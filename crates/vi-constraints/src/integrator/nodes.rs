@@ -102,20 +102,29 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
-        let mut lambda = Vec::new();
-        self.find_acceleration_multiplier(&mut lambda)?;
+        let (mut force, mut lambda) = (Vec::new(), Vec::new());
+        self.find_acceleration_force(&mut force, Some(&mut lambda))?;
         Ok(lambda)
     }
 
-    /// The same, written to `lambda`, which gets the shape `m`.
+    /// `Gᵀλ` of this multiplier, written to `force`, which gets the shape `n`; `λ`, which gets the shape `m`, where it is
+    /// asked for.
     ///
     /// # Errors
     /// As [`Integrator::acceleration_multiplier`].
-    pub fn find_acceleration_multiplier(&mut self, lambda: &mut Vec<f64>) -> Result<(), Singular> {
+    pub fn find_acceleration_force(
+        &mut self,
+        force: &mut Vec<f64>,
+        lambda: Option<&mut Vec<f64>>,
+    ) -> Result<(), Singular> {
         let Self { observer, start_observer, system, constraints, state, .. } = self;
         let observer = observer_at(state, observer, start_observer);
-        lambda.resize(constraints.len(), 0.0);
-        observer.acceleration_multiplier(system, constraints, state, lambda)
+        force.resize(constraints.dim(), 0.0);
+        let lambda = lambda.map(|lambda| {
+            lambda.resize(constraints.len(), 0.0);
+            &mut lambda[..]
+        });
+        observer.acceleration_force(system, constraints, state, force, lambda)
     }
 
     /// Whether nodes are read from their states alone: with a composition or a Galerkin scheme no quantity of a node

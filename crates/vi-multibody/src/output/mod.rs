@@ -1,5 +1,6 @@
 //! What is read from a motion: joint coordinates and rates, reactions, multipliers of trees.
 
 pub mod joint_motion;
+mod joint_wrenches;
 pub mod reaction;
 pub mod tree_multipliers;

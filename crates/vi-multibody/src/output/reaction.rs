@@ -19,6 +19,7 @@
 //! everything is unique and nothing is computed. Otherwise scattered multipliers of size one are projected onto `null Gᵀ`
 //! ([`LeastNorm::null_part`]): they contribute to every component to which some column of `Z` does. Where rank is about to be lost, `Z` comes from a dense pivoted QR.
 
+use super::joint_wrenches::{JointWrenches, Transmitted};
 use crate::geometry::twist::Twist;
 use crate::mechanism::Mechanism;
 use crate::pair::joint::{FrameId, Joint};
@@ -26,10 +27,11 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use vi_constraints::Constraints;
 use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::null_space::NullSpaceQr;
+use vi_constraints::redundancy::least_multipliers;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::sparse::{Entries, SparseMatrix};
-use vi_rigid::directors;
+use vi_rigid::directors::{self, FRAME};
 
 /// Contributions of null vectors below this count as none (N, N·m for multipliers of size 1).
 const NO_PART: f64 = 1e-8;
@@ -123,8 +125,10 @@ impl Reactions {
         lambda: &[f64],
         rows: &IndependentRows,
     ) -> Self {
-        let mut observer = ReactionObserver::default();
-        let found = observer.observe(mechanism, at, lambda, (rows, &mut LeastNorm::default()));
+        let mut multipliers = Multipliers::default();
+        multipliers.find_null(mechanism, at, (rows, &mut LeastNorm::default()));
+        let found = Found::Multipliers(lambda, &multipliers.null);
+        let found = NodeReactions { mechanism, q: at.q, found };
         let description = mechanism.description();
         let scalars = (0..description.scalars.len()).flat_map(|k| mechanism.scalar_rows(k));
         Self {
@@ -140,82 +144,218 @@ impl Reactions {
 pub struct NodeReactions<'a> {
     mechanism: &'a Mechanism,
     q: &'a [f64],
-    lambda: &'a [f64],
-    null: &'a [Vec<f64>], // multipliers in null Gᵀ that contribute to all that is not unique
+    found: Found<'a>,
 }
 
-impl NodeReactions<'_> {
+/// What the reactions of a node are read from.
+#[derive(Clone, Copy, Debug)]
+enum Found<'a> {
+    /// Wrenches that joints transmit.
+    Wrenches(&'a JointWrenches),
+    /// Multipliers, and some in `null Gᵀ` that contribute to all that is not unique.
+    Multipliers(&'a [f64], &'a [Vec<f64>]),
+}
+
+/// Multipliers, or what follows from those of closures alone.
+#[derive(Clone, Copy)]
+enum Solution<'a> {
+    Wrenches(&'a JointWrenches, &'a Transmitted),
+    Multipliers(&'a [f64]),
+}
+
+impl Solution<'_> {
+    /// `λ` of a constraint that is none of a tree.
+    fn multiplier(&self, row: usize) -> f64 {
+        match self {
+            Self::Wrenches(_, transmitted) => transmitted.lambda()[row],
+            Self::Multipliers(lambda) => lambda[row],
+        }
+    }
+
+    /// `(f, m)` of joint `k` on its child, in space; `m` about the anchor of the child.
+    fn wrench(&self, mechanism: &Mechanism, k: usize, q: &[f64]) -> Twist {
+        let joint = &mechanism.description().joints[k];
+        if let Self::Wrenches(wrenches, transmitted) = self
+            && let Some(link) = wrenches.carried_by(k)
+        {
+            let frame = mechanism.tree().links()[link].frame;
+            let Twist { linear: f, angular: moment } = transmitted.wrench(link);
+            let m = moment + (centre_of(frame, q) - anchor_of_child(joint, q)).cross(f);
+            let sign = if joint.child.frame == FrameId::Frame(frame) { 1.0 } else { -1.0 };
+            return Twist::new(sign * f, sign * m);
+        }
+        let Some((felt, sign)) = felt_by(joint) else { return Twist::zero() };
+        let mut wrench = Twist::zero();
+        for (i, row) in mechanism.rows_of_joint(k) {
+            row.for_each_wrench(q, |frame, own| {
+                if frame == felt {
+                    wrench.add_scaled(-sign * self.multiplier(i), &own);
+                }
+            });
+        }
+        let Twist { linear: f, angular: moment } = wrench;
+        Twist::new(f, moment + (centre_of(felt, q) - anchor_of_child(joint, q)).cross(&f))
+    }
+}
+
+impl<'a> NodeReactions<'a> {
+    fn solution(&self) -> Solution<'a> {
+        match self.found {
+            Found::Wrenches(wrenches) => Solution::Wrenches(wrenches, wrenches.found()),
+            Found::Multipliers(lambda, _) => Solution::Multipliers(lambda),
+        }
+    }
+
+    /// Contributions to all that is not unique.
+    fn null(&self) -> impl Iterator<Item = Solution<'a>> {
+        let (of_closures, of_all) = match self.found {
+            Found::Wrenches(wrenches) => {
+                (wrenches.null().map(|null| Solution::Wrenches(wrenches, null)), &[][..])
+            }
+            Found::Multipliers(_, null) => (None, null),
+        };
+        of_closures.into_iter().chain(of_all.iter().map(|null| Solution::Multipliers(null)))
+    }
+
     /// Of joint `k` of the description.
     #[must_use]
     pub fn joint(&self, k: usize) -> Reaction {
-        let of = |lambda: &[f64]| reaction(self.mechanism, k, self.q, lambda);
-        let mut found = of(self.lambda);
-        for null in self.null {
-            let Reaction { force, moment, .. } = of(null);
+        let Self { mechanism, q, .. } = *self;
+        let joint = &mechanism.description().joints[k];
+        let at = joint.configuration(q);
+        let (axes, axes_child) = (at.axes(), at.axes_child());
+        let transmitted = |first: usize, vector: &Vector3<f64>| {
+            let vector = axes.tr_mul(vector);
+            let own = |k: usize| if joint.kind.transmits(first + k) { vector[k] } else { 0.0 };
+            Vector3::from_fn(|k, _| own(k))
+        };
+        let components = |solution: Solution<'_>| {
+            let Twist { linear, angular } = solution.wrench(mechanism, k, q);
+            (transmitted(0, &linear), transmitted(3, &angular))
+        };
+        let (force, moment) = components(self.solution());
+        let mut unique = [true; 6];
+        for null in self.null() {
+            let (force, moment) = components(null);
             for k in 0..3 {
-                found.unique[k] &= force[k].abs() < NO_PART;
-                found.unique[3 + k] &= moment[k].abs() < NO_PART;
+                unique[k] &= force[k].abs() < NO_PART;
+                unique[3 + k] &= moment[k].abs() < NO_PART;
             }
         }
-        found
+        Reaction { force, moment, axes, axes_child, unique }
     }
 
     /// Of bar `k` of the description.
     #[must_use]
     pub fn bar(&self, k: usize) -> Tension {
-        let (length, rows) =
-            (self.mechanism.description().bars[k].length, self.mechanism.bar_rows(k));
-        self.tension(|lambda| length * lambda[rows.clone()].iter().sum::<f64>())
+        let length = self.mechanism.description().bars[k].length;
+        let rows = self.mechanism.bar_rows(k);
+        self.tension(|at| length * rows.clone().map(|row| at.multiplier(row)).sum::<f64>())
     }
 
     /// `−λ` of a constraint that is a row of the scalar constraints ([`Mechanism::scalar_rows`]).
     #[must_use]
     pub fn scalar_row(&self, row: usize) -> Tension {
-        self.tension(|lambda| -lambda[row])
+        self.tension(|at| -at.multiplier(row))
     }
 
-    fn tension(&self, of: impl Fn(&[f64]) -> f64) -> Tension {
-        let unique = self.null.iter().all(|null| of(null).abs() < NO_PART);
-        Tension { force: of(self.lambda), unique }
+    fn tension(&self, of: impl Fn(Solution<'_>) -> f64) -> Tension {
+        let unique = self.null().all(|null| of(null).abs() < NO_PART);
+        Tension { force: of(self.solution()), unique }
     }
 }
 
 /// Reactions at one node after the other of one mechanism, its memory sized once.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct ReactionObserver {
+    wrenches: Option<JointWrenches>, // None: point masses
+    multipliers: Multipliers,
+}
+
+/// The reactions of multipliers of all constraints.
+#[derive(Debug, Default)]
+struct Multipliers {
     jacobian: Option<SparseMatrix>, // m × n
+    lambda: Vec<f64>,               // m
     scattered: Vec<f64>,            // m
     null: Vec<Vec<f64>>,            // of shape m
 }
 
 impl ReactionObserver {
-    /// At a node, as [`Reactions::at`]; `least_norm` may have its factors already. Without multipliers (an empty `lambda`)
-    /// nothing may be asked.
+    /// For a mechanism.
+    #[must_use]
+    pub fn new(mechanism: &Mechanism) -> Self {
+        let wrenches = JointWrenches::new(mechanism);
+        Self { wrenches, multipliers: Multipliers::default() }
+    }
+
+    /// At a node of the same mechanism with the constraint force `force`, `Gᵀλ`, shape `n`: that of
+    /// [`vi_constraints::node::Node`] at order 2, of the acceleration level at higher orders. Where there are point masses,
+    /// or rank is about to be lost, from the multipliers of `least_norm`, which may have its factors already.
     pub fn observe<'a>(
         &'a mut self,
         mechanism: &'a Mechanism,
         at: Configuration<'a>,
-        lambda: &'a [f64],
+        force: &[f64],
         (rows, least_norm): (&IndependentRows, &mut LeastNorm),
     ) -> NodeReactions<'a> {
-        let Self { jacobian, scattered, null } = self;
-        let (m, n) = (mechanism.len(), mechanism.dim());
-        let is_redundant = rows.len() < m && !lambda.is_empty();
-        null.resize_with(usize::from(is_redundant), Vec::new);
-        if is_redundant {
-            let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
-            let jacobian = SparseMatrix::update(jacobian, (m, n), emit);
-            if scattered.len() != m {
-                *scattered = (1..=m).map(|i| libm::sin(13.7 * (i * i) as f64)).collect();
+        let Self { wrenches, multipliers } = self;
+        let found = wrenches.as_mut().is_some_and(|all| all.find(mechanism, at.q, force).is_ok());
+        let found = match wrenches {
+            Some(wrenches) if found => Found::Wrenches(wrenches),
+            _ => {
+                multipliers.solve(mechanism, (at, force), (rows, least_norm));
+                Found::Multipliers(&multipliers.lambda, &multipliers.null)
             }
-            null[0].clone_from(scattered);
-            if least_norm.null_part(jacobian, &mut null[0]).is_err() {
-                let columns = null_vectors(jacobian, rows);
-                *null = columns.column_iter().map(|z| z.as_slice().to_vec()).collect();
-            }
-        }
-        NodeReactions { mechanism, q: at.q, lambda, null }
+        };
+        NodeReactions { mechanism, q: at.q, found }
     }
+}
+
+impl Multipliers {
+    fn solve(
+        &mut self,
+        mechanism: &Mechanism,
+        (at, force): (Configuration<'_>, &[f64]),
+        (rows, least_norm): (&IndependentRows, &mut LeastNorm),
+    ) {
+        self.lambda.resize(mechanism.len(), 0.0);
+        let jacobian = update(&mut self.jacobian, mechanism, at);
+        least_multipliers(least_norm, jacobian, rows.len(), force, &mut self.lambda);
+        self.find_null(mechanism, at, (rows, least_norm));
+    }
+
+    /// Multipliers in `null Gᵀ` that contribute to all that is not unique.
+    fn find_null(
+        &mut self,
+        mechanism: &Mechanism,
+        at: Configuration<'_>,
+        (rows, least_norm): (&IndependentRows, &mut LeastNorm),
+    ) {
+        let Self { jacobian, scattered, null, .. } = self;
+        let m = mechanism.len();
+        null.resize_with(usize::from(rows.len() < m), Vec::new);
+        let Some(first) = null.first_mut() else { return };
+        let jacobian = update(jacobian, mechanism, at);
+        if scattered.len() != m {
+            *scattered = (1..=m).map(|i| libm::sin(13.7 * (i * i) as f64)).collect();
+        }
+        first.clone_from(scattered);
+        if least_norm.null_part(jacobian, first).is_err() {
+            let columns = null_vectors(jacobian, rows);
+            *null = columns.column_iter().map(|z| z.as_slice().to_vec()).collect();
+        }
+    }
+}
+
+/// `G` of a mechanism, in the pattern that `known` holds.
+fn update<'a>(
+    known: &'a mut Option<SparseMatrix>,
+    mechanism: &Mechanism,
+    at: Configuration<'_>,
+) -> &'a SparseMatrix {
+    let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
+    SparseMatrix::update(known, (mechanism.len(), mechanism.dim()), emit)
 }
 
 /// Unit columns that span `null Gᵀ`, shape `m × (m − rank)`.
@@ -240,28 +380,13 @@ fn felt_by(joint: &Joint) -> Option<(usize, f64)> {
     }
 }
 
-/// `(f, m)` of joint `k` on its child, with the multipliers `lambda`.
-fn reaction(mechanism: &Mechanism, k: usize, q: &[f64], lambda: &[f64]) -> Reaction {
-    let joint = &mechanism.description().joints[k];
-    let at = joint.configuration(q);
-    let (axes, axes_child) = (at.axes(), at.axes_child());
-    let (mut f, mut m) = (Vector3::zeros(), Vector3::zeros());
-    if let Some((felt, sign)) = felt_by(joint) {
-        let mut wrench = Twist::zero();
-        for (i, row) in mechanism.rows_of_joint(k) {
-            row.for_each_wrench(q, |frame, own| {
-                if frame == felt {
-                    wrench.add_scaled(-lambda[i], &own);
-                }
-            });
-        }
-        let arm = match joint.child.frame {
-            FrameId::Frame(_) => at.rho_child(),
-            FrameId::Ground => joint.child.anchor - directors::center(&q[12 * felt..]),
-        };
-        f = sign * wrench.linear;
-        m = sign * (wrench.angular - arm.cross(&wrench.linear));
-    }
-    let (force, moment) = (axes.tr_mul(&f), axes.tr_mul(&m));
-    Reaction { force, moment, axes, axes_child, unique: [true; 6] }
+/// `φ` of a frame.
+fn centre_of(frame: usize, q: &[f64]) -> Vector3<f64> {
+    directors::center(&q[FRAME * frame..FRAME * (frame + 1)])
+}
+
+/// The anchor of the child of a joint, in space.
+fn anchor_of_child(joint: &Joint, q: &[f64]) -> Vector3<f64> {
+    let own = joint.child.coordinates(q);
+    directors::center(own) + directors::triad(own) * joint.child.anchor
 }

@@ -318,6 +318,19 @@ impl PairKind {
         )
     }
 
+    /// Whether the pair transmits the force (0, 1, 2) or the moment (3, 4, 5) along `m_1`, `m_2`, `n`, about the child's
+    /// anchor.
+    #[must_use]
+    pub fn transmits(self, component: usize) -> bool {
+        let is_free = |freedom: &DegreeOfFreedom| match *freedom {
+            DegreeOfFreedom::Length(axis) => component == axis,
+            DegreeOfFreedom::Position => component < 3,
+            DegreeOfFreedom::Rotation => component >= 3,
+            about => component == 5 && about == DegreeOfFreedom::ABOUT_AXIS,
+        };
+        self.pitch().is_some() || !self.properties().dof.iter().any(is_free)
+    }
+
     /// Where the rotation vector of a pair begins among its degrees of freedom, if it has one.
     #[must_use]
     pub fn rotation_vector(self) -> Option<usize> {

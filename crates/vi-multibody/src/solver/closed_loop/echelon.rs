@@ -240,6 +240,12 @@ impl Echelon {
         std::iter::once((pivot, 1.0)).chain(rest.iter().copied())
     }
 
+    /// The rows that are no pivots, each with its place among all, as the pivots left them.
+    pub(crate) fn others(&self) -> impl Iterator<Item = (usize, &[Entry])> {
+        let rows = self.rows.iter().enumerate().filter(|(_, row)| row.pivot == NONE);
+        rows.map(|(i, row)| (i, &self.entries[row.entries.clone()]))
+    }
+
     /// The largest entry of all rows, weighted.
     pub(crate) fn largest(&self) -> f64 {
         self.largest

@@ -27,8 +27,8 @@ pub(crate) struct Loops {
     pub(crate) home: Vec<(usize, usize)>, // link → cluster and place
     pub(crate) column_of: Vec<usize>,     // unknown → column of its cluster
     pub(crate) blocks: Vec<Block>,
-    count: usize,      // rows of g_c
-    weights: Vec<f64>, // what one is for each unknown: 1 rad, or the longest lever arm of its component
+    count: usize,                 // rows of g_c
+    pub(super) weights: Vec<f64>, // what one is for each unknown: 1 rad, or the longest lever arm of its component
 }
 
 impl Loops {

@@ -39,6 +39,7 @@
 //! 104 (1982).
 #![allow(non_snake_case)] // A, U, J, Z
 
+mod closure_forces;
 mod closure_rows;
 pub(crate) mod cluster;
 mod cluster_link;
@@ -65,6 +66,7 @@ use crate::solver::chord::Chord;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_map::TreeMap;
+pub(crate) use closure_forces::ClosureForces;
 use cluster::Cluster;
 use loops::Loops;
 pub use loops::with_floors;
@@ -81,7 +83,7 @@ use vi_core::newton::{Block, Fault};
 use vi_core::predictor::Degree;
 use vi_core::state::Memory;
 
-crate::opaque_debug!(TreeSolver, LoopNodal);
+crate::opaque_debug!(TreeSolver, LoopNodal, ClosureForces);
 
 /// The operators of the tree: its velocity map and `A`.
 pub enum TreeSolver {

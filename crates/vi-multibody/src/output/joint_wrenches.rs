@@ -1,0 +1,141 @@
+//! Wrenches that the joints of a tree transmit, by one sweep over the constraint force of a node.
+//!
+//! ```text
+//! R_α = −P_in(q_α)ᵀ c_α + Σ_i λ_i ∇g_i on α + Σ_β R_β        c = Gᵀλ;  i: constraints that close loops, β: links that α carries
+//! ```
+//! `R_α` (N, N·m about `φ_α`) is what the joint that carries `α` does to it: the constraint force on all that it carries, less that of
+//! the closures [5.29]. Wrenches pass to the carrier as `(f, τ + (φ_β − φ_α) × f)`. `O(N)` where there are no loops.
+
+use crate::geometry::twist::Twist;
+use crate::mechanism::Mechanism;
+use crate::pair::joint::FrameId;
+use crate::solver::closed_loop::ClosureForces;
+use nalgebra::Vector3;
+use vi_constraints::Constraints;
+use vi_core::linear::Singular;
+use vi_rigid::directors::{self, FRAME, INTERNAL};
+use vi_rigid::null_space::pull_back;
+
+/// The wrenches at one node after the other, their memory sized once.
+#[derive(Debug)]
+pub(super) struct JointWrenches {
+    carried: Vec<Option<usize>>, // joint of the description → the link that it carries; None: it closes a loop
+    closures: Option<ClosureForces>,
+    found: Transmitted,
+    null: Transmitted, // of multipliers that do nothing
+    is_unique: bool,   // whether there are none
+}
+
+/// What closures and joints transmit.
+#[derive(Clone, Debug)]
+pub(super) struct Transmitted {
+    lambda: Vec<f64>,     // m; 0 but for constraints that close loops
+    wrenches: Vec<Twist>, // R of each link
+}
+
+impl JointWrenches {
+    /// For a mechanism; `None` where it has point masses.
+    pub(super) fn new(mechanism: &Mechanism) -> Option<Self> {
+        let description = mechanism.description();
+        if !description.particles.is_empty() {
+            return None;
+        }
+        let tree = mechanism.tree();
+        let link = |frame| match frame {
+            FrameId::Frame(k) => Some(tree.link_of()[k]),
+            FrameId::Ground => None,
+        };
+        let mut carried = vec![None; description.joints.len()];
+        for (carried, joint) in carried.iter_mut().zip(&description.joints) {
+            let [parent, child] = [&joint.parent, &joint.child].map(|side| link(side.frame));
+            let hangs = child.is_some_and(|child| tree.links()[child].parent == parent);
+            *carried = if hangs { child } else { parent };
+        }
+        mechanism.cut_joints().iter().for_each(|&k| carried[k] = None);
+        let closures = mechanism.has_loops().then(|| ClosureForces::new(mechanism));
+        let wrenches = vec![Twist::zero(); tree.links().len()];
+        let found = Transmitted { lambda: vec![0.0; mechanism.len()], wrenches };
+        Some(Self { carried, closures, null: found.clone(), found, is_unique: true })
+    }
+
+    /// Finds the wrenches at `q` with the constraint force `c`, shape `n`.
+    ///
+    /// # Errors
+    /// [`Singular`] when no multipliers of the closures have this force, as where the configuration has lost rank.
+    pub(super) fn find(
+        &mut self,
+        mechanism: &Mechanism,
+        q: &[f64],
+        c: &[f64],
+    ) -> Result<(), Singular> {
+        let Self { closures, found, null, is_unique, .. } = self;
+        let Some(closures) = closures else {
+            found.transmit(mechanism, (q, Some(c)), &[]);
+            return Ok(());
+        };
+        closures.solve((q, c), &mut found.lambda)?;
+        found.transmit(mechanism, (q, Some(c)), closures.constraints());
+        *is_unique = !closures.null_part(&mut null.lambda);
+        if !*is_unique {
+            null.transmit(mechanism, (q, None), closures.constraints());
+        }
+        Ok(())
+    }
+
+    /// What was found.
+    pub(super) fn found(&self) -> &Transmitted {
+        &self.found
+    }
+
+    /// Parts in all that is not unique.
+    pub(super) fn null(&self) -> Option<&Transmitted> {
+        (!self.is_unique).then_some(&self.null)
+    }
+
+    /// The link that a joint carries; `None` where it closes a loop.
+    pub(super) fn carried_by(&self, joint: usize) -> Option<usize> {
+        self.carried[joint]
+    }
+}
+
+impl Transmitted {
+    /// The multipliers of the constraints that close loops, shape `m`.
+    pub(super) fn lambda(&self) -> &[f64] {
+        &self.lambda
+    }
+
+    /// `R_α` of a link, about its centre.
+    pub(super) fn wrench(&self, link: usize) -> &Twist {
+        &self.wrenches[link]
+    }
+
+    fn transmit(
+        &mut self,
+        mechanism: &Mechanism,
+        (q, c): (&[f64], Option<&[f64]>),
+        closures: &[usize],
+    ) {
+        let Self { lambda, wrenches } = self;
+        let tree = mechanism.tree();
+        let own = |k: usize| FRAME * tree.links()[k].frame..FRAME * (tree.links()[k].frame + 1);
+        wrenches.fill(Twist::zero());
+        if let Some(c) = c {
+            for (k, wrench) in wrenches.iter_mut().enumerate() {
+                *wrench = Twist::from_vector(&-pull_back(&q[own(k)], &c[own(k)]));
+            }
+        }
+        let first = INTERNAL * mechanism.description().bodies.len();
+        for &i in closures.iter().filter(|&&i| lambda[i] != 0.0) {
+            mechanism.rows()[i - first].for_each_wrench(q, |frame, gradient| {
+                wrenches[tree.link_of()[frame]].add_scaled(lambda[i], &gradient);
+            });
+        }
+        let centre = |k: usize| directors::center(&q[own(k)]);
+        for (k, link) in tree.links().iter().enumerate().rev() {
+            let Some(parent) = link.parent else { continue };
+            let Twist { linear: force, angular: moment } = wrenches[k];
+            let arm: Vector3<f64> = centre(k) - centre(parent);
+            wrenches[parent].add_scaled(1.0, &Twist::new(force, moment + arm.cross(&force)));
+        }
+    }
+}
