@@ -21,7 +21,7 @@
 //! | [`mechanism`] | bodies, joints and bars as data ([`description`]) and as one system; spanning tree; [`initial_rates`]; [`prescribed`] motions that contradict each other |
 //! | `force` | [`spring`]: between two points; [`joint_force`]: springs, dampers, motors along joint coordinates |
 //! | `solver` | [`articulated`]: trees in linear time, [`tree_step`]: a step of them in sweeps of its own, [`ensemble`]: many at once; [`closed_loop`]; [`sparse_nodal`]: bodies coupled by potentials; [`tree_map`]: dense; [`run`]: the choice |
-//! | `output` | [`joint_motion`]: coordinates and rates along a run; [`reaction`]: of joints and bars; [`tree_multipliers`]: frame by frame |
+//! | `output` | [`joint_motion`]: coordinates and rates along a run; [`reaction`]: of joints and bars, from the wrenches that joints transmit; [`tree_multipliers`]: frame by frame |
 //! | [`builder`] | a mechanism described in Rust |
 //!
 //! Each folder uses only those above it.

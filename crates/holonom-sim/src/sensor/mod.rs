@@ -243,11 +243,14 @@ impl Gauge {
                 out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.dof()]);
             }
             Self::Reaction(joint, frame) => {
-                let Some(reaction) = reactions.map(|all| all.joint(*joint)) else { return };
+                let Some(reactions) = reactions else { return };
                 let reaction = match frame {
-                    ReactionFrame::Parent => reaction,
-                    ReactionFrame::Child => reaction.along(&reaction.axes_child),
-                    ReactionFrame::Space => reaction.along(&Matrix3::identity()),
+                    ReactionFrame::Parent => reactions.joint(*joint),
+                    ReactionFrame::Child => {
+                        let axes = reactions.joint(*joint).axes_child;
+                        reactions.joint_along(*joint, &axes)
+                    }
+                    ReactionFrame::Space => reactions.joint_along(*joint, &Matrix3::identity()),
                 };
                 out.extend(reaction.components().map(|c| c.unwrap_or(f64::NAN)));
                 out.push(f64::from(u8::from(reaction.is_unique())));

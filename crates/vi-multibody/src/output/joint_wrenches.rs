@@ -1,7 +1,8 @@
 //! Wrenches that the joints of a tree transmit, by one sweep over the constraint force of a node.
 //!
 //! ```text
-//! R_α = −P_in(q_α)ᵀ c_α + Σ_i λ_i ∇g_i on α + Σ_β R_β        c = Gᵀλ;  i: constraints that close loops, β: links that α carries
+//! R_α = −P_in(q_α)ᵀ c_α + Σ_i λ_i P_in(q_α)ᵀ (G_i^α)ᵀ + Σ_β R_β                                      [5.30]
+//! c = Gᵀλ;  i: constraints that close loops;  β: links that α carries
 //! ```
 //! `R_α` (N, N·m about `φ_α`) is what the joint that carries `α` does to it: the constraint force on all that it carries, less that of
 //! the closures [5.29]. Wrenches pass to the carrier as `(f, τ + (φ_β − φ_α) × f)`. `O(N)` where there are no loops.

@@ -1,4 +1,4 @@
-//! What is read from a motion: joint coordinates and rates, reactions, multipliers of trees.
+//! What is read from a motion: joint coordinates and rates, wrenches and reactions of joints, multipliers of trees.
 
 pub mod joint_motion;
 mod joint_wrenches;

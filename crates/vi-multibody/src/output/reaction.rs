@@ -13,11 +13,15 @@
 //! thread of a screw belongs to the joint; springs,
 //! dampers and motors on a joint, and prescribed motions of it, do not.
 //!
+//! [`Reactions`] takes the multipliers of all constraints; [`ReactionObserver`] the constraint force of a node, from which
+//! `joint_wrenches` finds what joints transmit.
+//!
 //! **Uniqueness.** Where constraints are redundant, `λ` is one solution among `λ + Z c`, `range Z = null
 //! Gᵀ`: a component of a reaction is unique when no column of `Z` contributes to it. Then, and only
-//! then, it does not depend on the choice that was made (the multipliers of least norm). On trees
-//! everything is unique and nothing is computed. Otherwise scattered multipliers of size one are projected onto `null Gᵀ`
-//! ([`LeastNorm::null_part`]): they contribute to every component to which some column of `Z` does. Where rank is about to be lost, `Z` comes from a dense pivoted QR.
+//! then, it does not depend on the choice that was made. On trees everything is unique and nothing is computed. Otherwise
+//! scattered multipliers in `null Gᵀ` contribute to every component to which some column of `Z` does: combinations of the closures
+//! that do nothing [5.29], or the part of multipliers of size one there ([`LeastNorm::null_part`]). Where rank is about to be
+//! lost, `Z` comes from a dense pivoted QR.
 
 use super::joint_wrenches::{JointWrenches, Transmitted};
 use crate::geometry::twist::Twist;
@@ -39,11 +43,11 @@ const NO_PART: f64 = 1e-8;
 /// What a joint does to its child.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reaction {
-    /// Force along `m_1, m_2, n`, N.
+    /// Force along the axes, N.
     pub force: Vector3<f64>,
-    /// Moment about the child's anchor along `m_1, m_2, n`, N·m.
+    /// Moment about the child's anchor along the axes, N·m.
     pub moment: Vector3<f64>,
-    /// Columns `m_1, m_2, n` in space.
+    /// The axes, columns in space: `m_1, m_2, n` unless others are asked for.
     pub axes: Matrix3<f64>,
     /// Columns `m_1', m_2', n'` of the child in space.
     pub axes_child: Matrix3<f64>,
@@ -62,20 +66,6 @@ impl Reaction {
     #[must_use]
     pub fn moment_in_space(&self) -> Vector3<f64> {
         self.axes * self.moment
-    }
-
-    /// Along other axes (columns, in space): components of the force and of the moment that are unique in one
-    /// direction only are not unique there.
-    #[must_use]
-    pub fn along(&self, axes: &Matrix3<f64>) -> Self {
-        let [force, moment] = [0, 3].map(|k| self.unique[k..k + 3].iter().all(|unique| *unique));
-        Self {
-            force: axes.tr_mul(&self.force_in_space()),
-            moment: axes.tr_mul(&self.moment_in_space()),
-            axes: *axes,
-            unique: [force, force, force, moment, moment, moment],
-            ..*self
-        }
     }
 
     /// Whether all components are unique.
@@ -217,17 +207,24 @@ impl<'a> NodeReactions<'a> {
         of_closures.into_iter().chain(of_all.iter().map(|null| Solution::Multipliers(null)))
     }
 
-    /// Of joint `k` of the description.
+    /// Of joint `k` of the description, along its own axes `(m_1, m_2, n)`.
     #[must_use]
     pub fn joint(&self, k: usize) -> Reaction {
+        let axes = self.mechanism.description().joints[k].configuration(self.q).axes();
+        self.joint_along(k, &axes)
+    }
+
+    /// The same along other axes (columns, in space).
+    #[must_use]
+    pub fn joint_along(&self, k: usize, axes: &Matrix3<f64>) -> Reaction {
         let Self { mechanism, q, .. } = *self;
         let joint = &mechanism.description().joints[k];
         let at = joint.configuration(q);
-        let (axes, axes_child) = (at.axes(), at.axes_child());
+        let own = at.axes();
         let transmitted = |first: usize, vector: &Vector3<f64>| {
-            let vector = axes.tr_mul(vector);
-            let own = |k: usize| if joint.kind.transmits(first + k) { vector[k] } else { 0.0 };
-            Vector3::from_fn(|k, _| own(k))
+            let mut along = own.tr_mul(vector);
+            (0..3).filter(|k| !joint.kind.transmits(first + k)).for_each(|k| along[k] = 0.0);
+            if *axes == own { along } else { axes.tr_mul(&(own * along)) }
         };
         let components = |solution: Solution<'_>| {
             let Twist { linear, angular } = solution.wrench(mechanism, k, q);
@@ -242,7 +239,7 @@ impl<'a> NodeReactions<'a> {
                 unique[3 + k] &= moment[k].abs() < NO_PART;
             }
         }
-        Reaction { force, moment, axes, axes_child, unique }
+        Reaction { force, moment, axes: *axes, axes_child: at.axes_child(), unique }
     }
 
     /// Of bar `k` of the description.

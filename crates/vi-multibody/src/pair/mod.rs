@@ -408,3 +408,46 @@ impl PairKind {
 pub(crate) fn relative_rotation_vector(at: &JointConfiguration) -> Vector3<f64> {
     rotation::vector(&(at.axes_child() * at.axes().transpose()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::scalar_constraint::ScalarRow;
+    use crate::pair::joint::{FrameId, Joint, Side, complete_axis};
+    use vi_rigid::directors;
+    use vi_testkit::Sample;
+
+    /// In a configuration of the pair no constraint has a force or a moment along what it leaves free, and some constraint has one
+    /// along all else; the thread of a screw is none of these rows, and one axis of a universal pair is the child's.
+    #[test]
+    fn pairs_transmit_what_their_constraints_exert() {
+        let mut sample = Sample::new(3);
+        for kind in PairKind::ALL {
+            let (parent, child) = (sample.frame(), sample.frame());
+            let (point, axes) = (sample.vector(), complete_axis(&sample.vector().normalize()));
+            let side = |k: usize, q: &[f64]| Side::at(FrameId::Frame(k), q, &point, &axes);
+            let (parent_side, child_side) = (side(0, &parent), side(1, &child));
+            let name = "joint".to_owned();
+            let joint = Joint { name, kind, parent: parent_side, child: child_side };
+            let q = [parent, child].concat();
+            let mut largest = [0.0_f64; 6];
+            for row in kind.rows(&joint).into_iter().map(ScalarRow::Product) {
+                let mut wrench = Twist::zero(); // on the child
+                row.for_each_wrench(&q, |frame, part| {
+                    wrench.add_scaled(f64::from(u8::from(frame == 1)), &part);
+                });
+                let arm = point - directors::center(&q[12..]);
+                let moment = wrench.angular - arm.cross(&wrench.linear);
+                let own = [axes.tr_mul(&wrench.linear), axes.tr_mul(&moment)];
+                let own = own.iter().flatten();
+                largest.iter_mut().zip(own).for_each(|(l, w)| *l = l.max(w.abs()));
+            }
+            let transmitted: [bool; 6] = largest.map(|largest| largest > 1e-12);
+            println!("{kind:?}: {transmitted:?}");
+            let own: [bool; 6] = std::array::from_fn(|k| kind.transmits(k));
+            let has_more = matches!(kind, PairKind::Universal | PairKind::Screw(_));
+            let covers = transmitted.iter().zip(own).all(|(&row, own)| own || !row);
+            assert!(covers && (has_more || transmitted == own), "{kind:?}: {own:?}");
+        }
+    }
+}
