@@ -1,4 +1,4 @@
-//! The nodal scheme on closed loops of revolute and prismatic joints: the sweeps of the spanning tree, loops on top.
+//! The nodal scheme on trees with closed loops of revolute and prismatic joints: the sweeps of the spanning tree, loops on top.
 //!
 //! ```text
 //! b = P_treeᵀ [p̄_n + D_1 L_d + f_d^-],   −h A_α                 by the sweeps of the tree
@@ -30,7 +30,8 @@ use vi_core::state::{Memory, State};
 
 crate::opaque_debug!(LoopStep);
 
-/// The nodal scheme on a mechanism with closed loops whose tree has revolute, prismatic and fixed joints.
+/// The nodal scheme on a mechanism whose closed loops have revolute, prismatic and fixed joints of the tree; other joints carry
+/// loops, or are beside them.
 pub struct LoopStep {
     tree: TreeStep,
     loops: Loops,
@@ -46,13 +47,17 @@ impl LoopStep {
     /// where it does not apply.
     #[must_use]
     pub fn new(mechanism: &Mechanism, system: &SeparableSystem, rank: &LoopRank) -> Option<Self> {
-        let plain = [PairKind::Revolute, PairKind::Prismatic, PairKind::Fixed];
-        let links = mechanism.tree().links();
-        if rank.is_singular() || !links.iter().all(|link| plain.contains(&link.joint.kind)) {
+        const PLAIN: [PairKind; 3] = [PairKind::Revolute, PairKind::Prismatic, PairKind::Fixed];
+        if rank.is_singular() {
             return None;
         }
         let mut tree = TreeStep::new(mechanism, system)?;
         let mut loops = rank.loops(mechanism);
+        let links = loops.clusters.iter().flat_map(|cluster| &cluster.paths.links);
+        let mut kinds = links.map(|own| mechanism.tree().links()[own.link].joint.kind);
+        if !kinds.all(|kind| PLAIN.contains(&kind)) {
+            return None;
+        }
         let Loops { tree: at, clusters, home, .. } = &mut loops;
         clusters.iter_mut().for_each(|own| own.paths.compact_rows((at, home), tree.at_links()));
         tree.carry_loops(loops.clusters.iter().filter_map(Cluster::apex));
@@ -310,6 +315,36 @@ mod tests {
         builder.build().unwrap()
     }
 
+    /// A free body that carries a parallelogram, and one that hangs on it by a ball joint with a slider-crank: loops on links of six and
+    /// three degrees of freedom.
+    fn floating_clusters() -> BuiltMechanism {
+        let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+        let mut body = |name: &str, at: [f64; 3]| {
+            let body = builder.body(name, Inertia::principal(1.0, BAR)).at(at);
+            body.velocity([0.3, 0.2, 0.1]).id()
+        };
+        let [base, hanging] =
+            [("base", [0.0; 3]), ("hanging", [0.0, 0.0, -1.0])].map(|(name, at)| body(name, at));
+        let [left, right, below] =
+            [[-0.1, 0.0, 0.2], [0.1, 0.0, 0.2], [0.0, 0.0, 0.4]].map(|at| body("bar", at));
+        let [crank, rod, slider] =
+            [[0.1, 0.0, -0.85], [0.6, 0.0, -0.85], [1.0, 0.0, -1.0]].map(|at| body("part", at));
+        let (turn, y) = (PairKind::Revolute, [0.0, 1.0, 0.0]);
+        let mut joint = |kind, parent: BodyId, child, at: [f64; 3], axis| {
+            builder.joint("joint", kind, FrameId::from(parent), child).at(at).axis(axis);
+        };
+        joint(PairKind::Spherical, base, hanging, [0.0, 0.0, -0.5], y);
+        joint(turn, base, left, [-0.1, 0.0, 0.0], y);
+        joint(turn, base, right, [0.1, 0.0, 0.0], y);
+        joint(turn, left, below, [-0.1, 0.0, 0.4], y);
+        joint(turn, right, below, [0.1, 0.0, 0.4], y);
+        joint(turn, hanging, crank, [0.0, 0.0, -1.0], y);
+        joint(turn, crank, rod, [0.2, 0.0, -0.7], y);
+        joint(turn, rod, slider, [1.0, 0.0, -1.0], y);
+        joint(PairKind::Prismatic, hanging, slider, [1.0, 0.0, -1.0], [1.0, 0.0, 0.0]);
+        builder.build().unwrap()
+    }
+
     /// By how much the states of some steps differ from those by dense matrices.
     fn off_dense(built: &BuiltMechanism) -> f64 {
         let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
@@ -364,6 +399,16 @@ mod tests {
         let built = clusters_on_bodies();
         let found = clusters(&built);
         assert_eq!(found.iter().filter(|cluster| cluster.1.is_some()).count(), 2, "{found:?}");
+        let off = off_dense(&built);
+        println!("states off by {off:.1e}, clusters {found:?}");
+        assert!(off < 1e-11, "off by {off:e}");
+    }
+
+    #[test]
+    fn steps_are_those_of_dense_matrices_with_loops_on_free_bodies() {
+        let built = floating_clusters();
+        let found = clusters(&built);
+        assert!(found.len() == 2 && found.iter().all(|cluster| cluster.1.is_some()), "{found:?}");
         let off = off_dense(&built);
         println!("states off by {off:.1e}, clusters {found:?}");
         assert!(off < 1e-11, "off by {off:e}");
