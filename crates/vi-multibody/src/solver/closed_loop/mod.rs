@@ -51,6 +51,7 @@ mod echelon;
 mod elimination;
 mod large_matrix;
 pub mod loop_rank;
+mod loop_sweeps;
 pub(crate) mod loops;
 mod path;
 mod pending;
@@ -60,6 +61,7 @@ mod square_system;
 pub mod step;
 mod step_complement;
 mod sweep;
+pub(super) mod velocity;
 
 use crate::mechanism::Mechanism;
 use crate::solver::chord::Chord;

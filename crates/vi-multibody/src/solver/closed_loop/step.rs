@@ -11,14 +11,11 @@
 //! [`super::LoopNodal`] solves loops that start in a singular configuration or have other pairs, and potentials that
 //! couple bodies.
 
-use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
-use super::loops::Loops;
-use super::path::{Maps, Placed};
-use super::step_complement::StepComplement;
+use super::loop_sweeps::LoopSweeps;
+use super::path::Maps;
 use super::sweep::Resolution;
 use crate::mechanism::Mechanism;
-use crate::pair::PairKind;
 use crate::solver::tree_step::TreeStep;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::Increments;
@@ -34,8 +31,7 @@ crate::opaque_debug!(LoopStep);
 /// loops, or are beside them.
 pub struct LoopStep {
     tree: TreeStep,
-    loops: Loops,
-    complements: Vec<StepComplement>, // of the clusters
+    sweeps: LoopSweeps,
     increments: Increments,
     initial: Memory, // before the first step
     resolution: Resolution,
@@ -47,57 +43,13 @@ impl LoopStep {
     /// where it does not apply.
     #[must_use]
     pub fn new(mechanism: &Mechanism, system: &SeparableSystem, rank: &LoopRank) -> Option<Self> {
-        const PLAIN: [PairKind; 3] = [PairKind::Revolute, PairKind::Prismatic, PairKind::Fixed];
-        if rank.is_singular() {
-            return None;
-        }
         let mut tree = TreeStep::new(mechanism, system)?;
-        let mut loops = rank.loops(mechanism);
-        let links = loops.clusters.iter().flat_map(|cluster| &cluster.paths.links);
-        let mut kinds = links.map(|own| mechanism.tree().links()[own.link].joint.kind);
-        if !kinds.all(|kind| PLAIN.contains(&kind)) {
-            return None;
-        }
-        let Loops { tree: at, clusters, home, .. } = &mut loops;
-        clusters.iter_mut().for_each(|own| own.paths.compact_rows((at, home), tree.at_links()));
-        tree.carry_loops(loops.clusters.iter().filter_map(Cluster::apex));
-        let complement = |cluster: &Cluster| StepComplement::new(&cluster.paths, cluster.rank());
-        let complements = loops.clusters.iter().map(complement).collect();
+        let sweeps = LoopSweeps::new(mechanism, rank, tree.system().0)?;
         let mut initial = Memory::default();
-        loops.remember(&mut initial);
+        sweeps.loops.remember(&mut initial);
         let (resolution, fresh) = (Resolution::full(), true);
-        let increments = Increments::new(loops.blocks.clone());
-        Some(Self { tree, loops, complements, increments, initial, resolution, fresh })
-    }
-
-    /// One sweep to the root and one back, clusters at their apexes; `x` is `−h` times the right-hand side, then `δ`.
-    fn solve(&mut self, u: &[f64], x: &mut [f64]) -> Result<(), Fault> {
-        let Self { tree, loops, complements, .. } = self;
-        let Loops { tree: at, clusters, home, column_of, .. } = loops;
-        let after = |apex: Option<usize>| apex.map_or(0, |apex| apex + 1);
-        let mut rest = home.len(); // links that are not eliminated yet
-        for (cluster, complement) in clusters.iter_mut().zip(&mut *complements) {
-            let apex = cluster.apex();
-            tree.eliminate(after(apex)..rest, x)?;
-            rest = after(apex);
-            let (links, q) = (tree.at_links(), &tree.interval().q1);
-            let maps = Maps::Sweeps(links);
-            let at = Placed { tree: at, maps, home, column_of, q, next: true };
-            complement.eliminate(cluster.rows(), (at, links), x)?;
-            if let Some(apex) = apex {
-                complement.relieve(apex, tree);
-            }
-        }
-        tree.eliminate(0..rest, x)?;
-        let mut done = 0;
-        for (cluster, complement) in clusters.iter().zip(complements).rev() {
-            tree.substitute(done..after(cluster.apex()), u, x);
-            done = after(cluster.apex());
-            let twist = cluster.apex().map(|apex| tree.twist(apex));
-            complement.release(&cluster.paths, twist.as_ref(), x);
-        }
-        tree.substitute(done..home.len(), u, x);
-        Ok(())
+        let increments = Increments::new(sweeps.loops.blocks.clone());
+        Some(Self { tree, sweeps, increments, initial, resolution, fresh })
     }
 }
 
@@ -114,10 +66,10 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         state: &mut State,
     ) {
         self.increments.open(mechanism, &state.q);
-        let Self { tree, loops, initial, .. } = self;
+        let Self { tree, sweeps, initial, .. } = self;
         tree.begin(system, mechanism, step, state);
         let memory = if state.memory.indices.is_empty() { initial } else { &state.memory };
-        loops.begin(Maps::Sweeps(tree.at_links()), &state.q, memory);
+        sweeps.loops.begin(Maps::Sweeps(tree.at_links()), &state.q, memory);
         self.fresh = true;
     }
 
@@ -131,14 +83,14 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         self.tree.residual(system, mechanism, u, r)?;
         self.tree.close_interval();
         if self.fresh {
-            let Self { tree, loops, .. } = self;
+            let Self { tree, sweeps, .. } = self;
             let maps = Maps::Sweeps(tree.at_links());
-            self.resolution = loops.choose_rows(maps, &tree.interval().q1, u);
+            self.resolution = sweeps.loops.choose_rows(maps, &tree.interval().q1, u);
             self.fresh = false;
         }
         let s = self.tree.interval();
         self.increments.reach(mechanism, &s.q1);
-        for cluster in &mut self.loops.clusters {
+        for cluster in &mut self.sweeps.loops.clusters {
             cluster.close(s.end());
             cluster.project(s.h, r);
         }
@@ -153,10 +105,11 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         du: &mut [f64],
     ) -> Result<(), Fault> {
         let h = self.tree.interval().h;
-        self.loops.clusters.iter_mut().try_for_each(|cluster| cluster.split(h, du))?;
+        let clusters = &mut self.sweeps.loops.clusters;
+        clusters.iter_mut().try_for_each(|cluster| cluster.split(h, du))?;
         self.tree.assemble(system);
         du.iter_mut().for_each(|x| *x *= -h); // −h A δ − Uᵀμ = −h (b − Uᵀλ)
-        self.solve(u, du)?;
+        self.sweeps.solve(self.tree.system(), u, du)?;
         if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
@@ -184,10 +137,11 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        self.loops.remember(&mut state.memory);
+        self.sweeps.loops.remember(&mut state.memory);
         self.tree.end(system, mechanism, newton, state)?;
         let balance = &mut state.compensation.balance;
-        self.loops.clusters.iter().for_each(|cluster| cluster.project_balance(balance));
+        let clusters = &self.sweeps.loops.clusters;
+        clusters.iter().for_each(|cluster| cluster.project_balance(balance));
         Ok(())
     }
 
@@ -216,6 +170,7 @@ mod tests {
     use super::*;
     use crate::BuiltMechanism;
     use crate::builder::{BodyId, Inertia, MechanismBuilder};
+    use crate::pair::PairKind;
     use crate::pair::joint::FrameId;
     use crate::run::{Solver, integrator};
     use vi_constraints::{InitialValues, Options, SchemeKind};
@@ -367,7 +322,7 @@ mod tests {
         let q = built.mechanism.initial_configuration();
         let rank = LoopRank::find(&built.mechanism, 0.0, &q);
         let step = LoopStep::new(&built.mechanism, &system, &rank).expect("it applies");
-        step.loops.clusters.iter().map(|cluster| (cluster.rank(), cluster.apex())).collect()
+        step.sweeps.loops.clusters.iter().map(|cluster| (cluster.rank(), cluster.apex())).collect()
     }
 
     #[test]

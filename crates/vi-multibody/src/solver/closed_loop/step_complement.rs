@@ -12,8 +12,8 @@ use super::path::{Paths, Placed};
 use super::relief::{Relief, SIDES, first_side};
 use super::row_sweeps::{Four, held, in_registers, load};
 use crate::pair::Twist;
-use crate::solver::tree_step::TreeStep;
 use crate::solver::tree_step::part::Links;
+use crate::solver::tree_step::workspace::Workspace;
 use nalgebra::Vector3;
 use vi_core::lanes::Register;
 use vi_core::newton::Fault;
@@ -199,8 +199,8 @@ impl StepComplement {
     }
 
     /// Relieves the apex of the cluster.
-    pub(super) fn relieve(&self, apex: usize, tree: &mut TreeStep) {
-        self.relief.parts().for_each(|part| tree.relieve(apex, part));
+    pub(super) fn relieve(&self, apex: usize, at: &mut Workspace) {
+        self.relief.parts().for_each(|part| at.relieve(apex, part));
     }
 
     /// Adds what the multipliers do to `x`, now that the motion of the apex is known.

@@ -5,6 +5,7 @@ use super::start::Loops;
 use super::structure::{Solver, has_nodes, probe, takes_descriptor};
 use crate::mechanism::Mechanism;
 use crate::output::tree_multipliers::TreeMultipliers;
+use crate::solver::closed_loop::velocity::LoopVelocity;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
 use crate::solver::sparse_nodal::SparseNodal;
 use crate::solver::tree_map::TreeMap;
@@ -24,7 +25,7 @@ use vi_core::{MechanicalSystem, SeparableSystem};
 /// | tree of bodies | sweeps of a step or articulated recursion, `O(N)` | sweep, `O(N)` |
 /// | tree with elements | sparse or descriptor form | sweep, `O(N)` |
 /// | tree with point masses | dense up to 60 degrees of freedom, then descriptor form | saddle point |
-/// | closed loops of bodies | that of their tree + small complement | saddle point |
+/// | closed loops of bodies | sweeps of a step with loops, or their tree + small complement | saddle point |
 /// | loops of bars, loops beside point masses | saddle point | saddle point |
 pub(super) fn node_solvers(
     mechanism: &Arc<Mechanism>,
@@ -41,6 +42,14 @@ pub(super) fn node_solvers(
     if !particles
         && !mechanism.has_loops()
         && let Some(sweeps) = TreeVelocity::new(mechanism, system)
+    {
+        found.velocity = Some(Box::new(sweeps));
+        return found;
+    }
+    if memory
+        && !particles
+        && let Some(rank) = &loops.rank
+        && let Some(sweeps) = LoopVelocity::new(mechanism, system, rank)
     {
         found.velocity = Some(Box::new(sweeps));
         return found;

@@ -35,7 +35,7 @@ mod place;
 mod solve;
 mod sweeps;
 pub(in crate::solver) mod velocity;
-mod workspace;
+pub(in crate::solver) mod workspace;
 
 use crate::geometry::lane_matrices::{Columns, Pair, Spatial};
 use crate::geometry::lanes::{Held, Lanes, Narrow};
@@ -47,6 +47,7 @@ use crate::tree::{Link, Tree};
 use efforts::Efforts;
 use link::{Constants, Work};
 use nalgebra::{Matrix3, Vector3};
+use part::Links;
 use vi_constraints::Constraints;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::Increments;
@@ -132,6 +133,34 @@ impl TreeStep {
             weight,
             variable,
         })
+    }
+
+    /// The links, what is added to their blocks, and `q_{n+1}`.
+    pub(in crate::solver) fn system(&mut self) -> (&mut Workspace, &[Spatial<Held>], &[f64]) {
+        let added = self.variable.as_ref().map_or(&[][..], |variable| &variable.blocks[..]);
+        (&mut self.at, added, &self.s.q1)
+    }
+
+    /// The links as the last sweeps have left them.
+    pub(in crate::solver) fn at_links(&self) -> Links<'_> {
+        self.at.at_links()
+    }
+
+    /// Writes `q_{n+1}` and `Δq` of the last residual, where it has not needed them.
+    pub(in crate::solver) fn close_interval(&mut self) {
+        if self.variable.is_none() {
+            self.close();
+        }
+    }
+
+    /// Before the sweeps of a linear system: blocks of what depends on coordinates, and nothing on any link.
+    pub(in crate::solver) fn assemble(&mut self, system: &SeparableSystem) {
+        let Self { at, tree, efforts, variable, s, .. } = self;
+        if let Some(variable) = variable {
+            variable.assemble((system, &*tree), s, &at.links);
+        }
+        efforts.assemble(system, s, (&at.links, &mut at.works, &mut at.columns));
+        at.release_links();
     }
 
     /// Writes `q_{n+1}` and `Δq` of the motion at hand, and closes the interval.
@@ -285,8 +314,10 @@ impl Scheme<SeparableSystem, Mechanism> for TreeStep {
     ) -> Result<(), Fault> {
         self.assemble(system);
         du.iter_mut().for_each(|x| *x *= -self.s.h);
-        self.eliminate(0..self.at.links.len(), du)?;
-        self.turn = self.substitute(0..self.at.links.len(), u, du);
+        let (at, added, _) = self.system();
+        let links = 0..at.links.len();
+        at.eliminate(links.clone(), added, du)?;
+        self.turn = at.substitute(links, u, du);
         if du.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 

@@ -20,28 +20,42 @@ use vi_core::{Configuration, MechanicalSystem, SeparableSystem};
 /// [`MomentumVelocity`] of the trees that [`super::TreeStep`] applies to, `O(N)`.
 #[derive(Debug)]
 pub(in crate::solver) struct TreeVelocity {
-    at: Workspace,
-    rest: Vec<f64>, // d  u = 0
-    nu: Vec<f64>,   // d
-    none: Vec<f64>, // n  impulse of constant forces
+    pub(in crate::solver) at: Workspace,
+    pub(in crate::solver) rest: Vec<f64>, // d  u = 0
+    pub(in crate::solver) nu: Vec<f64>,   // d
+    none: Vec<f64>,                       // n  impulse of constant forces
 }
 
 impl TreeVelocity {
-    /// `None` where the sweeps do not apply. Premise: no constraints but those of bodies and joints of the tree.
+    /// `None` where the sweeps do not apply. Premise: no constraints but those of bodies and joints of the tree, or closed loops
+    /// that are solved for on top.
     pub(in crate::solver) fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
         let at = Workspace::new(mechanism, system)?;
         let zeros = || vec![0.0; mechanism.tree().dof()];
         Some(Self { at, rest: zeros(), nu: zeros(), none: vec![0.0; system.dim()] })
     }
 
-    fn solve(&mut self, q: &[f64], p: &[f64]) -> Result<(), Fault> {
+    /// Opens the step `u = 0` of 1 s, `q_{n+1} = q_n = q`, and `ν ← Pᵀp`.
+    pub(in crate::solver) fn stand(&mut self, q: &[f64], p: &[f64]) -> Result<(), Fault> {
         let Self { at, rest, nu, none } = self;
         at.open([q, p, none]);
-        at.advance(rest, Some(1.0))?; // q_{n+1} = q_n
-        at.pull_back(nu); // Pᵀp
+        at.advance(rest, Some(1.0))?;
+        at.pull_back(nu);
+        Ok(())
+    }
+
+    fn solve(&mut self, q: &[f64], p: &[f64]) -> Result<(), Fault> {
+        self.stand(q, p)?;
+        let Self { at, rest, nu, .. } = self;
         at.eliminate(0..at.links.len(), &[], nu)?;
         at.substitute(0..at.links.len(), rest, nu); // ν
         Ok(())
+    }
+
+    /// `v ← P ν` of the last substitution at `q`.
+    pub(in crate::solver) fn push_forward(&self, q: &[f64], v: &mut [f64]) -> Result<(), Singular> {
+        push_forward(&self.at.links, &self.at.works, q, v);
+        if v.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Singular) }
     }
 }
 
@@ -54,8 +68,7 @@ impl MomentumVelocity for TreeVelocity {
         v: &mut [f64],
     ) -> Result<(), Singular> {
         self.solve(at.q, p).map_err(|_| Singular)?;
-        push_forward(&self.at.links, &self.at.works, at.q, v); // v̂ = P ν
-        if v.iter().all(|v| v.is_finite()) { Ok(()) } else { Err(Singular) }
+        self.push_forward(at.q, v) // v̂ = P ν
     }
 }
 

@@ -13,7 +13,7 @@ use vi_core::newton::Fault;
 
 /// What the sweeps of [`super::TreeStep`] read and write.
 #[derive(Debug)]
-pub(super) struct Workspace {
+pub(in crate::solver) struct Workspace {
     pub(super) links: Vec<Constants>,
     pub(super) works: Vec<Work>,
     pub(super) columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
@@ -25,7 +25,7 @@ pub(super) struct Workspace {
 
 impl Workspace {
     /// `None` where a pair, or the mass of a body, is of another kind.
-    pub(super) fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
+    pub(in crate::solver) fn new(mechanism: &Mechanism, system: &SeparableSystem) -> Option<Self> {
         let (links, slots) = link::constants(mechanism, system)?;
         let (count, d) = (links.len(), mechanism.tree().dof());
         let several = links.iter().any(|link| matches!(link.motion, Motion::Several(_)));
@@ -41,23 +41,23 @@ impl Workspace {
     }
 
     /// [`sweeps::open`].
-    pub(super) fn open(&mut self, at: [&[f64]; 3]) {
+    pub(in crate::solver) fn open(&mut self, at: [&[f64]; 3]) {
         sweeps::open(&self.links, &mut self.works, &mut self.columns, at);
     }
 
     /// [`sweeps::advance`].
-    pub(super) fn advance(&mut self, u: &[f64], h: Option<f64>) -> Result<(), Fault> {
+    pub(in crate::solver) fn advance(&mut self, u: &[f64], h: Option<f64>) -> Result<(), Fault> {
         let Self { links, works, columns, turns, .. } = self;
         sweeps::advance(links, works, (columns, turns), u, h)
     }
 
     /// [`sweeps::pull_back`].
-    pub(super) fn pull_back(&mut self, r: &mut [f64]) {
+    pub(in crate::solver) fn pull_back(&mut self, r: &mut [f64]) {
         sweeps::pull_back(&self.links, &mut self.works, &self.columns, r);
     }
 
     /// [`solve::eliminate`] of a range of links, with what is `added` to their blocks.
-    pub(super) fn eliminate(
+    pub(in crate::solver) fn eliminate(
         &mut self,
         range: Range<usize>,
         added: &[Spatial<Held>],
@@ -69,7 +69,12 @@ impl Workspace {
     }
 
     /// [`solve::substitute`] of a range of links.
-    pub(super) fn substitute(&mut self, range: Range<usize>, u: &[f64], x: &mut [f64]) -> f64 {
+    pub(in crate::solver) fn substitute(
+        &mut self,
+        range: Range<usize>,
+        u: &[f64],
+        x: &mut [f64],
+    ) -> f64 {
         let Self { links, works, columns, gains, .. } = self;
         solve::substitute((links, range), works, (columns, gains), u, x)
     }

@@ -1,0 +1,78 @@
+//! Loops on the sweeps of a tree: one sweep to the root and one back, clusters at their apexes.
+
+use super::cluster::Cluster;
+use super::loop_rank::LoopRank;
+use super::loops::Loops;
+use super::path::{Maps, Placed};
+use super::step_complement::StepComplement;
+use crate::geometry::lane_matrices::Spatial;
+use crate::geometry::lanes::Held;
+use crate::mechanism::Mechanism;
+use crate::pair::PairKind;
+use crate::solver::tree_step::workspace::Workspace;
+use vi_core::newton::Fault;
+
+/// The loops of a mechanism with the complements of their clusters.
+pub(super) struct LoopSweeps {
+    pub(super) loops: Loops,
+    complements: Vec<StepComplement>, // of the clusters
+}
+
+impl LoopSweeps {
+    /// On the sweeps `at` of the tree; `None` where the initial configuration is singular, or loops pass through other joints of
+    /// the tree than revolute, prismatic and fixed ones. Others may carry loops.
+    pub(super) fn new(mechanism: &Mechanism, rank: &LoopRank, at: &mut Workspace) -> Option<Self> {
+        const PLAIN: [PairKind; 3] = [PairKind::Revolute, PairKind::Prismatic, PairKind::Fixed];
+        if rank.is_singular() {
+            return None;
+        }
+        let mut loops = rank.loops(mechanism);
+        let links = loops.clusters.iter().flat_map(|cluster| &cluster.paths.links);
+        let mut kinds = links.map(|own| mechanism.tree().links()[own.link].joint.kind);
+        if !kinds.all(|kind| PLAIN.contains(&kind)) {
+            return None;
+        }
+        let Loops { tree, clusters, home, .. } = &mut loops;
+        clusters.iter_mut().for_each(|own| own.paths.compact_rows((tree, home), at.at_links()));
+        at.carry_loops(loops.clusters.iter().filter_map(Cluster::apex));
+        let complement = |cluster: &Cluster| StepComplement::new(&cluster.paths, cluster.rank());
+        let complements = loops.clusters.iter().map(complement).collect();
+        Some(Self { loops, complements })
+    }
+
+    /// Solves at the increments `u`, with what is `added` to the blocks of the links, and rows at `q`: `x` is `−h` times the
+    /// right-hand side, then `δ`.
+    pub(super) fn solve(
+        &mut self,
+        (at, added, q): (&mut Workspace, &[Spatial<Held>], &[f64]),
+        u: &[f64],
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        let Self { loops, complements } = self;
+        let Loops { tree, clusters, home, column_of, .. } = loops;
+        let after = |apex: Option<usize>| apex.map_or(0, |apex| apex + 1);
+        let mut rest = home.len(); // links that are not eliminated yet
+        for (cluster, complement) in clusters.iter_mut().zip(&mut *complements) {
+            let apex = cluster.apex();
+            at.eliminate(after(apex)..rest, added, x)?;
+            rest = after(apex);
+            let links = at.at_links();
+            let maps = Maps::Sweeps(links);
+            let placed = Placed { tree, maps, home, column_of, q, next: true };
+            complement.eliminate(cluster.rows(), (placed, links), x)?;
+            if let Some(apex) = apex {
+                complement.relieve(apex, at);
+            }
+        }
+        at.eliminate(0..rest, added, x)?;
+        let mut done = 0;
+        for (cluster, complement) in clusters.iter().zip(complements).rev() {
+            at.substitute(done..after(cluster.apex()), u, x);
+            done = after(cluster.apex());
+            let twist = cluster.apex().map(|apex| at.twist(apex));
+            complement.release(&cluster.paths, twist.as_ref(), x);
+        }
+        at.substitute(done..home.len(), u, x);
+        Ok(())
+    }
+}
