@@ -14,3 +14,11 @@ pub(crate) struct ClusterLink {
     /// Number of its degrees of freedom.
     pub(crate) dof: usize,
 }
+
+impl ClusterLink {
+    /// Its columns in the cluster.
+    #[inline(always)]
+    pub(crate) fn columns(&self) -> std::ops::Range<usize> {
+        self.first..self.first + self.dof
+    }
+}

@@ -1,6 +1,7 @@
 //! Loops on the sweeps of a tree: one sweep to the root and one back, clusters at their apexes.
 
 use super::cluster::Cluster;
+use super::cluster_link::ClusterLink;
 use super::loop_rank::LoopRank;
 use super::loops::Loops;
 use super::path::{Maps, Placed};
@@ -8,7 +9,6 @@ use super::step_complement::StepComplement;
 use crate::geometry::lane_matrices::Spatial;
 use crate::geometry::lanes::Held;
 use crate::mechanism::Mechanism;
-use crate::pair::PairKind;
 use crate::solver::tree_step::workspace::Workspace;
 use vi_core::newton::Fault;
 
@@ -19,22 +19,20 @@ pub(super) struct LoopSweeps {
 }
 
 impl LoopSweeps {
-    /// On the sweeps `at` of the tree; `None` where the initial configuration is singular, or loops pass through other joints of
-    /// the tree than revolute, prismatic and fixed ones. Others may carry loops.
+    /// On the sweeps `at` of the tree; `None` where the initial configuration is singular.
     pub(super) fn new(mechanism: &Mechanism, rank: &LoopRank, at: &mut Workspace) -> Option<Self> {
-        const PLAIN: [PairKind; 3] = [PairKind::Revolute, PairKind::Prismatic, PairKind::Fixed];
         if rank.is_singular() {
             return None;
         }
         let mut loops = rank.loops(mechanism);
-        let links = loops.clusters.iter().flat_map(|cluster| &cluster.paths.links);
-        let mut kinds = links.map(|own| mechanism.tree().links()[own.link].joint.kind);
-        if !kinds.all(|kind| PLAIN.contains(&kind)) {
-            return None;
-        }
         let Loops { tree, clusters, home, .. } = &mut loops;
         clusters.iter_mut().for_each(|own| own.paths.compact_rows((tree, home), at.at_links()));
-        at.carry_loops(loops.clusters.iter().filter_map(Cluster::apex));
+        let mut links = loops.clusters.iter().flat_map(|cluster| &cluster.paths.links);
+        let turns = |own: &ClusterLink| {
+            let kind = mechanism.tree().links()[own.link].joint.kind;
+            kind.rotation_vector().is_some()
+        };
+        at.carry_loops(loops.clusters.iter().filter_map(Cluster::apex), links.any(turns));
         let complement = |cluster: &Cluster| StepComplement::new(&cluster.paths, cluster.rank());
         let complements = loops.clusters.iter().map(complement).collect();
         Some(Self { loops, complements })

@@ -238,13 +238,13 @@ impl Paths {
             }
             self.write_four(&own[..count], at);
             let Self { rows, links, four, kept, .. } = self;
-            let columns = || rows[first].path.iter().map(|&k| &links[k]).filter(|k| k.dof > 0);
+            let columns = || rows[first].path.iter().flat_map(|&k| links[k].columns());
             for (row, &i) in own[..count].iter().enumerate() {
-                let entry = |link: &ClusterLink| four.values[link.first][row] * rows[i].scale;
-                kept.push(columns().map(|link| (link.first, entry(link))));
+                let entry = |column: usize| four.values[column][row] * rows[i].scale;
+                kept.push(columns().map(|column| (column, entry(column))));
                 echelon.push(kept.row(kept.len() - 1).iter().copied());
             }
-            columns().for_each(|link| four.values[link.first] = [0.0; 4]);
+            columns().for_each(|column| four.values[column] = [0.0; 4]);
         }
     }
 

@@ -9,9 +9,13 @@
 
 use super::cluster_link::ClusterLink;
 use super::echelon::Entry;
+use crate::geometry::lane_matrices::Columns;
 use crate::geometry::lane_vectors::{Screw, Transfer, Vector};
+use crate::geometry::lanes::Held;
 use crate::solver::tree_step::columns::{Act, Motion};
+use crate::solver::tree_step::link::Constants;
 use crate::solver::tree_step::part::Links;
+use crate::solver::tree_step::solve::Rotation;
 use nalgebra::Vector3;
 use vi_core::lanes::{Lanes, Register};
 
@@ -127,9 +131,7 @@ impl RowSweeps {
     pub(super) fn clear(&mut self, links: &[ClusterLink]) {
         for &k in &self.touched {
             self.marked[k] = false;
-            if links[k].dof > 0 {
-                self.values[links[k].first] = [0.0; 4];
-            }
+            self.values[links[k].columns()].fill([0.0; 4]);
         }
         self.touched.clear();
     }
@@ -156,12 +158,28 @@ impl RowSweeps {
         for (place, &k) in path.iter().enumerate() {
             let link = &links[k];
             let work = &at.works[link.link];
-            let wrench = take(lanes, &self.wrenches[place]);
+            let mut wrench = take(lanes, &self.wrenches[place]);
             self.wrenches[place] = [[0.0; 4]; 6];
-            if let Motion::Along(act) = at.constants[link.link].motion {
-                let axis = if next { &work.column.axis_next } else { &work.column.axis };
-                let value = &mut self.values[link.first];
-                *value = held(load(lanes, value) + along(act, lanes, &axis.xyz(), wrench));
+            let own = &mut self.values[link.columns()];
+            let constants = &at.constants[link.link];
+            match constants.motion {
+                Motion::Spherical => {
+                    add(lanes, own, wrench.angular);
+                    wrench.angular = zero(lanes); // no torque passes
+                }
+                Motion::Free => {
+                    let (linear, angular) = own.split_at_mut(3);
+                    add(lanes, linear, wrench.linear);
+                    add(lanes, angular, wrench.angular);
+                }
+                _ => {
+                    let columns = at.columns_of(link.link);
+                    for (value, (act, column)) in own.iter_mut().zip(columns) {
+                        let axis = if next { &column.axis_next } else { &column.axis };
+                        let part = along((constants, act), lanes, &axis.xyz(), wrench);
+                        *value = held(load(lanes, value) + part);
+                    }
+                }
             }
             if let Some(parent) = link.parent.filter(|&p| Some(links[p].link) != apex) {
                 let lever = if next { &work.lever_next } else { &work.lever };
@@ -182,14 +200,28 @@ impl RowSweeps {
             lanes,
             links,
             #[inline(always)]
-            |k, value, wrench| {
-                let (work, mut p) = (&at.works[k], take(lanes, wrench));
-                if let Motion::Along(act) = at.constants[k].motion {
-                    let value = &mut value[0];
-                    let u = load(lanes, value) - along(act, lanes, &work.column.axis.xyz(), p);
-                    *value = held(u);
-                    let AS = [at.forces[k].linear.xyz(), at.forces[k].angular.xyz()];
-                    p = p.plus(screw(lanes, AS).times(u * work.column.inverse));
+            |k, own, wrench| {
+                let (work, constants, mut p) =
+                    (&at.works[k], &at.constants[k], take(lanes, wrench));
+                match constants.motion {
+                    Motion::Spherical => p = rotate(lanes, &at.rotations[k], own, p),
+                    Motion::Free => {
+                        let (linear, angular) = own.split_at_mut(3);
+                        p = rotate(lanes, &at.rotations[k], angular, p);
+                        let rest = get(lanes, linear) - p.linear;
+                        put(linear, multiply(lanes, &at.rotations[k].translation, rest));
+                    }
+                    _ => {
+                        let forces = &at.forces[constants.unknown..][..own.len()];
+                        let columns = at.columns_of(k).zip(forces);
+                        for (value, ((act, column), AS)) in own.iter_mut().zip(columns).rev() {
+                            let along = along((constants, act), lanes, &column.axis.xyz(), p);
+                            let u = load(lanes, value) - along;
+                            *value = held(u);
+                            let AS = screw(lanes, [AS.linear.xyz(), AS.angular.xyz()]);
+                            p = p.plus(AS.times(u * column.inverse));
+                        }
+                    }
                 }
                 (p, work.lever.xyz())
             },
@@ -208,15 +240,26 @@ impl RowSweeps {
             lanes,
             links,
             #[inline(always)]
-            |k, value, wrench| {
-                let (work, mut p) = (&at.works[k], take(lanes, wrench));
-                if let Motion::Along(act) = at.constants[k].motion {
-                    let value = &mut value[0];
-                    let e = load(lanes, value) + along(act, lanes, &work.column.axis_next.xyz(), p);
-                    let v = e * work.column.inverse;
-                    *value = held(v);
-                    let SA = [work.column.SA.linear.xyz(), work.column.SA.angular.xyz()];
-                    p = p.plus(screw(lanes, SA).times(v * -1.0));
+            |k, own, wrench| {
+                let (work, constants, mut p) =
+                    (&at.works[k], &at.constants[k], take(lanes, wrench));
+                match constants.motion {
+                    Motion::Spherical => p = rotate_transposed(lanes, &at.rotations[k], own, p),
+                    Motion::Free => {
+                        let (linear, angular) = own.split_at_mut(3);
+                        p = rotate_transposed(lanes, &at.rotations[k], angular, p);
+                        add(lanes, linear, p.linear);
+                    }
+                    _ => {
+                        for (value, (act, column)) in own.iter_mut().zip(at.columns_of(k)).rev() {
+                            let next = &column.axis_next.xyz();
+                            let e = load(lanes, value) + along((constants, act), lanes, next, p);
+                            let v = e * column.inverse;
+                            *value = held(v);
+                            let SA = [column.SA.linear.xyz(), column.SA.angular.xyz()];
+                            p = p.plus(screw(lanes, SA).times(v * -1.0));
+                        }
+                    }
                 }
                 (p, work.lever_next.xyz())
             },
@@ -304,9 +347,79 @@ fn screw<T: Register>(lanes: T, [linear, angular]: [[f64; 3]; 2]) -> Screw<T::La
 
 /// `S·w` of a column along `axis`.
 #[inline(always)]
-fn along<T: Register>(act: Act, lanes: T, axis: &[f64; 3], w: Screw<T::Lanes>) -> T::Lanes {
+fn along<T: Register>(
+    (link, act): (&Constants, Act),
+    lanes: T,
+    axis: &[f64; 3],
+    w: Screw<T::Lanes>,
+) -> T::Lanes {
     let axis = Vector::splat(lanes, axis);
-    axis.dot(if act == Act::Slide { w.linear } else { w.angular })
+    match act {
+        Act::Slide => axis.dot(w.linear),
+        Act::Turn => axis.dot(w.angular),
+        Act::Screw => axis.dot(w.angular) + axis.dot(w.linear) * link.pitch,
+    }
+}
+
+/// Of a rotation vector: `û = Ã_aa⁻¹ (u − p_a)`, and `p_l + Ã_la û`; no torque passes.
+#[inline(always)]
+fn rotate<T: Register>(
+    lanes: T,
+    at: &Rotation,
+    own: &mut [Four],
+    p: Screw<T::Lanes>,
+) -> Screw<T::Lanes> {
+    let rest = get(lanes, own) - p.angular;
+    put(own, multiply(lanes, &at.inverse, rest));
+    Screw { linear: p.linear + multiply(lanes, &at.coupling, rest), angular: zero(lanes) }
+}
+
+/// The same transposed: `v̂ = c + p_a`, which the inverse has no part in, and `p_l − Gᵀ v̂`.
+#[inline(always)]
+fn rotate_transposed<T: Register>(
+    lanes: T,
+    at: &Rotation,
+    own: &mut [Four],
+    p: Screw<T::Lanes>,
+) -> Screw<T::Lanes> {
+    add(lanes, own, p.angular);
+    let v = get(lanes, own);
+    let column = |j: usize| Vector::splat(lanes, &at.gain.0[j].xyz()).dot(v);
+    let taken = Vector([column(0), column(1), column(2)]);
+    Screw { linear: p.linear - taken, angular: zero(lanes) }
+}
+
+/// `m x`.
+#[inline(always)]
+fn multiply<T: Register>(
+    lanes: T,
+    m: &Columns<Held>,
+    Vector([x, y, z]): Vector<T::Lanes>,
+) -> Vector<T::Lanes> {
+    let column = |j: usize, x: T::Lanes| Vector::splat(lanes, &m.0[j].xyz()).scaled(x);
+    column(0, x) + column(1, y) + column(2, z)
+}
+
+#[inline(always)]
+fn zero<T: Register>(lanes: T) -> Vector<T::Lanes> {
+    Vector::splat(lanes, &[0.0; 3])
+}
+
+/// The values of three columns.
+#[inline(always)]
+fn get<T: Register>(lanes: T, own: &[Four]) -> Vector<T::Lanes> {
+    Vector([load(lanes, &own[0]), load(lanes, &own[1]), load(lanes, &own[2])])
+}
+
+#[inline(always)]
+fn put(own: &mut [Four], Vector([x, y, z]): Vector<impl Lanes>) {
+    (own[0], own[1], own[2]) = (held(x), held(y), held(z));
+}
+
+#[inline(always)]
+fn add<T: Register>(lanes: T, own: &mut [Four], more: Vector<T::Lanes>) {
+    let sum = get(lanes, own) + more;
+    put(own, sum);
 }
 
 #[inline(always)]

@@ -300,6 +300,25 @@ mod tests {
         builder.build().unwrap()
     }
 
+    /// Three bodies in a loop of four joints of these kinds, on the ground or on a free body.
+    fn loop_of(kinds: [PairKind; 4], is_free: bool) -> BuiltMechanism {
+        let mut builder = MechanismBuilder::new().gravity([0.3, 0.2, -9.81]);
+        let points = [[0.0, 0.0, 0.0], [0.1, 0.4, 0.7], [1.1, 0.1, 0.9], [1.0, -0.2, 0.1]];
+        let axes = [[0.0, 0.8, 0.6], [0.6, 0.0, 0.8], [0.8, -0.6, 0.0], [0.36, 0.48, 0.8]];
+        let mut body = |name: &str, at: [f64; 3]| {
+            builder.body(name, Inertia::principal(1.0, [0.2, 0.1, 0.3])).at(at).id()
+        };
+        let carrier =
+            if is_free { body("carrier", [0.5, 0.5, -0.2]).into() } else { FrameId::Ground };
+        let [a, b, c] =
+            [[0.0, 0.2, 0.4], [0.6, 0.3, 0.9], [1.1, 0.0, 0.5]].map(|at| body("link", at));
+        let ends = [(carrier, a), (a.into(), b), (b.into(), c), (carrier, c)];
+        for (k, (parent, child)) in ends.into_iter().enumerate() {
+            builder.joint("joint", kinds[k], parent, child).at(points[k]).axis(axes[k]);
+        }
+        builder.build().unwrap()
+    }
+
     /// By how much the states of some steps differ from those by dense matrices.
     fn off_dense(built: &BuiltMechanism) -> f64 {
         let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
@@ -367,5 +386,28 @@ mod tests {
         let off = off_dense(&built);
         println!("states off by {off:.1e}, clusters {found:?}");
         assert!(off < 1e-11, "off by {off:e}");
+    }
+
+    #[test]
+    fn steps_are_those_of_dense_matrices_through_all_joints() {
+        use PairKind::{Cylindrical, Planar, Prismatic, Revolute, Screw, Spherical, Universal};
+        let screw = Screw(crate::pair::screw::Pitch::new(0.05));
+        for kinds in [
+            [Revolute, Universal, Spherical, Revolute],
+            [Revolute, Spherical, Spherical, Revolute],
+            [Spherical, Spherical, Universal, Universal],
+            [Cylindrical, Universal, Spherical, Revolute],
+            [Planar, Universal, Cylindrical, Revolute],
+            [screw, Universal, Spherical, Prismatic],
+            [Universal, screw, Spherical, Revolute],
+        ] {
+            for is_free in [false, true] {
+                let built = loop_of(kinds, is_free);
+                let found = clusters(&built);
+                let off = off_dense(&built);
+                println!("{kinds:?}: states off by {off:.1e}, clusters {found:?}");
+                assert!(off < 1e-11, "{kinds:?}: off by {off:e}");
+            }
+        }
     }
 }

@@ -139,8 +139,8 @@ impl StepComplement {
         let Paths { four, links, .. } = paths;
         let mut transmit = || in_registers!(lanes => four.transmit(lanes, links, at));
         let wrenches = transmit();
-        for link in four.touched.iter().map(|&k| &links[k]).filter(|link| link.dof > 0) {
-            self.left.push(link.first, (bundle, four.values[link.first]));
+        for column in four.touched.iter().flat_map(|&k| links[k].columns()) {
+            self.left.push(column, (bundle, four.values[column]));
         }
         wrenches
     }
@@ -162,14 +162,10 @@ impl StepComplement {
         let Paths { four, links, columns, .. } = paths;
         let twists = four.transmit_transposed(lanes, links, at);
         let mut moved = lanes.splat(0.0);
-        for &k in &four.touched {
-            let link = &links[k];
-            if link.dof == 0 {
-                continue;
-            }
-            let v = load(lanes, &four.values[link.first]);
-            moved = moved + v * x[columns[link.first]];
-            for LeftEntry { bundle, u, .. } in left.of_column(link.first) {
+        for column in four.touched.iter().flat_map(|&k| links[k].columns()) {
+            let v = load(lanes, &four.values[column]);
+            moved = moved + v * x[columns[column]];
+            for LeftEntry { bundle, u, .. } in left.of_column(column) {
                 let own = &mut line[4 * bundle..4 * bundle + 4];
                 if !marked[*bundle] {
                     marked[*bundle] = true;

@@ -32,7 +32,7 @@ pub(in crate::solver) mod end;
 pub(in crate::solver) mod link;
 pub(in crate::solver) mod part;
 mod place;
-mod solve;
+pub(in crate::solver) mod solve;
 mod sweeps;
 pub(in crate::solver) mod velocity;
 pub(in crate::solver) mod workspace;

@@ -1,6 +1,8 @@
 //! The linear systems of [`super::TreeStep`], some links at a time: closed loops are solved in between.
 
+use super::columns::{Act, ColumnWork, Motion};
 use super::link::{Constants, Sums, Work};
+use super::solve::Rotation;
 use super::workspace::Workspace;
 use crate::geometry::lane_matrices::Pair;
 use crate::geometry::lanes::{Held, Lanes, Narrow};
@@ -13,10 +15,32 @@ use vi_rigid::directors;
 pub(in crate::solver) struct Links<'a> {
     pub(in crate::solver) constants: &'a [Constants],
     pub(in crate::solver) works: &'a [Work],
-    pub(in crate::solver) forces: &'a [Pair<Held>], // Ã S'
+    pub(in crate::solver) columns: &'a [ColumnWork], // d  of joints of several columns
+    pub(in crate::solver) forces: &'a [Pair<Held>],  // d  Ã S'
+    pub(in crate::solver) rotations: &'a [Rotation], // of the links, where there are any
 }
 
-impl Links<'_> {
+impl<'a> Links<'a> {
+    /// The columns of a joint that is no rotation vector.
+    #[inline(always)]
+    pub(in crate::solver) fn columns_of(
+        self,
+        k: usize,
+    ) -> impl ExactSizeIterator<Item = (Act, &'a ColumnWork)> + DoubleEndedIterator {
+        let Self { constants, works, columns, .. } = self;
+        let (motion, unknown) = (constants[k].motion, constants[k].unknown);
+        let count = match motion {
+            Motion::Along(_) => 1,
+            Motion::Several(several) => several.len(),
+            _ => 0,
+        };
+        (0..count).map(move |j| match motion {
+            Motion::Several(several) => (several[j].act, &columns[unknown + j]),
+            Motion::Along(act) => (act, &works[k].column),
+            _ => (Act::Turn, &works[k].column),
+        })
+    }
+
     /// A wrench on a link at its centre, about its reference point.
     #[inline]
     pub(in crate::solver) fn about_reference(&self, k: usize, q: &[f64], wrench: &Twist) -> Twist {
@@ -33,10 +57,15 @@ fn lanes(t: &Twist) -> Pair<Lanes<Narrow>> {
 }
 
 impl Workspace {
-    /// Prepares for closed loops that hang on the links `apexes`.
-    pub(in crate::solver) fn carry_loops(&mut self, apexes: impl Iterator<Item = usize>) {
-        let Self { links, sums, part, .. } = self;
-        part.forces = vec![Pair::default(); links.len()];
+    /// Prepares for closed loops that hang on the links `apexes`; `turns`: whether they pass through a rotation vector.
+    pub(in crate::solver) fn carry_loops(
+        &mut self,
+        apexes: impl Iterator<Item = usize>,
+        turns: bool,
+    ) {
+        let Self { links, sums, part, turns: unknowns, .. } = self;
+        part.forces = vec![Pair::default(); unknowns.len()];
+        part.rotations = vec![Rotation::default(); if turns { links.len() } else { 0 }];
         for apex in apexes {
             if links[apex].slot.is_none() {
                 links[apex].slot = Some(sums.len());
@@ -48,8 +77,9 @@ impl Workspace {
 
     /// The links as the last sweeps have left them.
     pub(in crate::solver) fn at_links(&self) -> Links<'_> {
-        let Self { links, works, part, .. } = self;
-        Links { constants: links, works, forces: &part.forces }
+        let Self { links, works, columns, part, .. } = self;
+        let (forces, rotations) = (&part.forces[..], &part.rotations[..]);
+        Links { constants: links, works, columns, forces, rotations }
     }
 
     /// Before the sweeps of a linear system: nothing hangs on any link.

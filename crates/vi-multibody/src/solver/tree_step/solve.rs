@@ -13,13 +13,23 @@ use vi_rigid::rotation;
 /// `G` of a rotation vector: what a translation of the reference point takes from `δω`.
 pub(super) type Gain = Columns<Held>;
 
-/// What closed loops between the sweeps of a tree need: the links up to the next apex at a time, and columns of `Ã S'`.
+/// What closed loops between the sweeps of a tree need: the links up to the next apex at a time, and what is eliminated.
 #[derive(Debug, Default)]
 pub(in crate::solver) struct Part {
     pub(in crate::solver) links: Range<usize>,
-    pub(in crate::solver) forces: Vec<Pair<Held>>, // Ã S', none on trees
-    pub(in crate::solver) unwritten: Vec<usize>,   // slots of sums that no child writes
-    carried: Sums,                                 // by the link before, of its one child
+    pub(in crate::solver) forces: Vec<Pair<Held>>, // d  Ã S' of joints of columns, none on trees
+    pub(in crate::solver) rotations: Vec<Rotation>, // of the links, none where no loop passes through a rotation vector
+    pub(in crate::solver) unwritten: Vec<usize>,    // slots of sums that no child writes
+    carried: Sums,                                  // by the link before, of its one child
+}
+
+/// What the elimination of a rotation vector leaves, and of the translation of a free body.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::solver) struct Rotation {
+    pub(in crate::solver) inverse: Columns<Held>,  // Ã_aa⁻¹
+    pub(in crate::solver) coupling: Columns<Held>, // Ã_la Ã_aa⁻¹
+    pub(in crate::solver) gain: Gain,              // Ã_aa⁻¹ Ã_al
+    pub(in crate::solver) translation: Columns<Held>, // (Ã_ll − Ã_la G)⁻¹ of a free body
 }
 
 /// `−h A_α` of a link alone, about its reference point.
@@ -76,7 +86,7 @@ fn sweep_eliminate<W: Width>(
             Motion::Along(act) => {
                 let (work, u) = (&mut work.column, &mut x[link.unknown]);
                 let AS = eliminate_along((link, act), work, u, &mut A, &mut p)?;
-                if let Some(force) = part.forces.get_mut(k) {
+                if let Some(force) = part.forces.get_mut(link.unknown) {
                     *force = AS.held();
                 }
             }
@@ -84,16 +94,23 @@ fn sweep_eliminate<W: Width>(
                 for (j, column) in several.iter().enumerate().rev() {
                     let unknown = link.unknown + j;
                     let (work, u) = (&mut columns[unknown], &mut x[unknown]);
-                    _ = eliminate_along((link, column.act), work, u, &mut A, &mut p)?;
+                    let AS = eliminate_along((link, column.act), work, u, &mut A, &mut p)?;
+                    if let Some(force) = part.forces.get_mut(unknown) {
+                        *force = AS.held();
+                    }
                 }
             }
             Motion::Spherical => {
-                let own = &mut x[link.unknown..];
-                (A, p) = eliminate_rotation((A, p), &mut gains[k], own)?;
+                let (own, kept) = (&mut x[link.unknown..], part.rotations.get_mut(k));
+                (A, p) = eliminate_rotation((A, p), (&mut gains[k], kept), own)?;
             }
             Motion::Free => {
                 let (velocity, spin) = x[link.unknown..].split_at_mut(3);
-                (A, p) = eliminate_rotation((A, p), &mut gains[k], spin)?;
+                let kept = part.rotations.get_mut(k);
+                (A, p) = eliminate_rotation((A, p), (&mut gains[k], kept), spin)?;
+                if let Some(kept) = part.rotations.get_mut(k) {
+                    kept.translation = inverse(&A.ll)?.held();
+                }
                 solve_translation(&A.ll, p.linear, velocity)?;
             }
         }
@@ -175,7 +192,7 @@ fn sliding<W: Width>(
 #[inline(always)]
 fn eliminate_rotation<W: Width>(
     (A, p): (Spatial<Lanes<W>>, Pair<Lanes<W>>),
-    gain: &mut Gain,
+    (gain, kept): (&mut Gain, Option<&mut Rotation>),
     x: &mut [f64],
 ) -> Result<(Spatial<Lanes<W>>, Pair<Lanes<W>>), Fault> {
     let w = p.linear.width();
@@ -187,6 +204,11 @@ fn eliminate_rotation<W: Width>(
     let omega = Lanes::new(w, three!(i => sides[i][3]));
     omega.write(x);
     *gain = G.held();
+    if let Some(kept) = kept {
+        let inverse = inverse(&A.aa)?;
+        (kept.inverse, kept.gain) = (inverse.held(), *gain);
+        kept.coupling = A.la.times(&inverse).held();
+    }
     let ll = A.ll.minus(&A.la.times(&G));
     let linear = p.linear + A.la.mul(omega);
     let (zero, none) = (Columns::zero(w), Lanes::zero(w));
@@ -206,6 +228,15 @@ fn solve_translation<W: Width>(
     solve_block(rows(ll), &mut sides)?;
     x[..3].copy_from_slice(sides.as_flattened());
     Ok(())
+}
+
+/// `D⁻¹`.
+#[inline(always)]
+fn inverse<W: Width>(D: &Columns<Lanes<W>>) -> Result<Columns<Lanes<W>>, Fault> {
+    let w = D.0[0].width();
+    let mut sides = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    solve_block(rows(D), &mut sides)?;
+    Ok(Columns(three!(j => Lanes::new(w, three!(i => sides[i][j])))))
 }
 
 /// The rows of a matrix.

@@ -17,7 +17,7 @@ pub(in crate::solver) struct Workspace {
     pub(super) links: Vec<Constants>,
     pub(super) works: Vec<Work>,
     pub(super) columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
-    turns: Vec<Turn>,                    // d
+    pub(super) turns: Vec<Turn>,         // d
     gains: Vec<Gain>,
     pub(super) sums: Vec<Sums>,
     pub(super) part: Part,
