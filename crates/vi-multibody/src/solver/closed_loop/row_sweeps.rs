@@ -9,10 +9,10 @@
 
 use super::cluster_link::ClusterLink;
 use super::echelon::Entry;
-use crate::geometry::lane_matrices::Columns;
+use crate::geometry::lane_matrices::{Columns, Pair};
 use crate::geometry::lane_vectors::{Screw, Transfer, Vector};
 use crate::geometry::lanes::Held;
-use crate::solver::tree_step::columns::{Act, Motion};
+use crate::solver::tree_step::columns::{Act, Column, ColumnWork, Motion};
 use crate::solver::tree_step::link::Constants;
 use crate::solver::tree_step::part::Links;
 use crate::solver::tree_step::solve::Rotation;
@@ -172,12 +172,14 @@ impl RowSweeps {
                     add(lanes, linear, wrench.linear);
                     add(lanes, angular, wrench.angular);
                 }
-                _ => {
-                    let columns = at.columns_of(link.link);
-                    for (value, (act, column)) in own.iter_mut().zip(columns) {
-                        let axis = if next { &column.axis_next } else { &column.axis };
-                        let part = along((constants, act), lanes, &axis.xyz(), wrench);
-                        *value = held(load(lanes, value) + part);
+                Motion::Fixed => {}
+                Motion::Along(act) => {
+                    enter((constants, act), (lanes, &work.column, next), &mut own[0], wrench);
+                }
+                Motion::Several(several) => {
+                    let columns = at.columns[constants.unknown..].iter().zip(several);
+                    for (value, (column, Column { act, .. })) in own.iter_mut().zip(columns) {
+                        enter((constants, *act), (lanes, column, next), value, wrench);
                     }
                 }
             }
@@ -211,15 +213,18 @@ impl RowSweeps {
                         let rest = get(lanes, linear) - p.linear;
                         put(linear, multiply(lanes, &at.rotations[k].translation, rest));
                     }
-                    _ => {
-                        let forces = &at.forces[constants.unknown..][..own.len()];
-                        let columns = at.columns_of(k).zip(forces);
-                        for (value, ((act, column), AS)) in own.iter_mut().zip(columns).rev() {
-                            let along = along((constants, act), lanes, &column.axis.xyz(), p);
-                            let u = load(lanes, value) - along;
-                            *value = held(u);
-                            let AS = screw(lanes, [AS.linear.xyz(), AS.angular.xyz()]);
-                            p = p.plus(AS.times(u * column.inverse));
+                    Motion::Fixed => {}
+                    Motion::Along(act) => {
+                        let AS = &at.forces[constants.unknown];
+                        pass((constants, act), (lanes, &work.column, AS), &mut own[0], &mut p);
+                    }
+                    Motion::Several(several) => {
+                        let unknowns = constants.unknown..constants.unknown + several.len();
+                        let (columns, forces) =
+                            (&at.columns[unknowns.clone()], &at.forces[unknowns]);
+                        for (j, Column { act, .. }) in several.iter().enumerate().rev() {
+                            let column = (lanes, &columns[j], &forces[j]);
+                            pass((constants, *act), column, &mut own[j], &mut p);
                         }
                     }
                 }
@@ -250,14 +255,20 @@ impl RowSweeps {
                         p = rotate_transposed(lanes, &at.rotations[k], angular, p);
                         add(lanes, linear, p.linear);
                     }
-                    _ => {
-                        for (value, (act, column)) in own.iter_mut().zip(at.columns_of(k)).rev() {
-                            let next = &column.axis_next.xyz();
-                            let e = load(lanes, value) + along((constants, act), lanes, next, p);
-                            let v = e * column.inverse;
-                            *value = held(v);
-                            let SA = [column.SA.linear.xyz(), column.SA.angular.xyz()];
-                            p = p.plus(screw(lanes, SA).times(v * -1.0));
+                    Motion::Fixed => {}
+                    Motion::Along(act) => {
+                        pass_transposed(
+                            (constants, act),
+                            (lanes, &work.column),
+                            &mut own[0],
+                            &mut p,
+                        );
+                    }
+                    Motion::Several(several) => {
+                        let columns = &at.columns[constants.unknown..];
+                        for (j, Column { act, .. }) in several.iter().enumerate().rev() {
+                            let column = (lanes, &columns[j]);
+                            pass_transposed((constants, *act), column, &mut own[j], &mut p);
                         }
                     }
                 }
@@ -359,6 +370,46 @@ fn along<T: Register>(
         Act::Turn => axis.dot(w.angular),
         Act::Screw => axis.dot(w.angular) + axis.dot(w.linear) * link.pitch,
     }
+}
+
+/// `c ← c + S·W` of a column, `S'·W` where the `next` node is meant.
+#[inline(always)]
+fn enter<T: Register>(
+    of: (&Constants, Act),
+    (lanes, column, next): (T, &ColumnWork, bool),
+    value: &mut Four,
+    wrench: Screw<T::Lanes>,
+) {
+    let axis = if next { &column.axis_next } else { &column.axis };
+    *value = held(load(lanes, value) + along(of, lanes, &axis.xyz(), wrench));
+}
+
+/// Of a column: `û = u − S·p`, `p ← p + Ã S' D⁻¹ û`.
+#[inline(always)]
+fn pass<T: Register>(
+    of: (&Constants, Act),
+    (lanes, column, AS): (T, &ColumnWork, &Pair<Held>),
+    value: &mut Four,
+    p: &mut Screw<T::Lanes>,
+) {
+    let u = load(lanes, value) - along(of, lanes, &column.axis.xyz(), *p);
+    *value = held(u);
+    let AS = screw(lanes, [AS.linear.xyz(), AS.angular.xyz()]);
+    *p = p.plus(AS.times(u * column.inverse));
+}
+
+/// The same transposed: `v̂ = D⁻¹ (c + S'·p)`, `p ← p − Sᵀ Ã v̂`.
+#[inline(always)]
+fn pass_transposed<T: Register>(
+    of: (&Constants, Act),
+    (lanes, column): (T, &ColumnWork),
+    value: &mut Four,
+    p: &mut Screw<T::Lanes>,
+) {
+    let v = (load(lanes, value) + along(of, lanes, &column.axis_next.xyz(), *p)) * column.inverse;
+    *value = held(v);
+    let SA = screw(lanes, [column.SA.linear.xyz(), column.SA.angular.xyz()]);
+    *p = p.plus(SA.times(v * -1.0));
 }
 
 /// Of a rotation vector: `û = Ã_aa⁻¹ (u − p_a)`, and `p_l + Ã_la û`; no torque passes.

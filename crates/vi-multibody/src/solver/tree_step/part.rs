@@ -1,6 +1,6 @@
 //! The linear systems of [`super::TreeStep`], some links at a time: closed loops are solved in between.
 
-use super::columns::{Act, ColumnWork, Motion};
+use super::columns::ColumnWork;
 use super::link::{Constants, Sums, Work};
 use super::solve::Rotation;
 use super::workspace::Workspace;
@@ -20,27 +20,7 @@ pub(in crate::solver) struct Links<'a> {
     pub(in crate::solver) rotations: &'a [Rotation], // of the links, where there are any
 }
 
-impl<'a> Links<'a> {
-    /// The columns of a joint that is no rotation vector.
-    #[inline(always)]
-    pub(in crate::solver) fn columns_of(
-        self,
-        k: usize,
-    ) -> impl ExactSizeIterator<Item = (Act, &'a ColumnWork)> + DoubleEndedIterator {
-        let Self { constants, works, columns, .. } = self;
-        let (motion, unknown) = (constants[k].motion, constants[k].unknown);
-        let count = match motion {
-            Motion::Along(_) => 1,
-            Motion::Several(several) => several.len(),
-            _ => 0,
-        };
-        (0..count).map(move |j| match motion {
-            Motion::Several(several) => (several[j].act, &columns[unknown + j]),
-            Motion::Along(act) => (act, &works[k].column),
-            _ => (Act::Turn, &works[k].column),
-        })
-    }
-
+impl Links<'_> {
     /// A wrench on a link at its centre, about its reference point.
     #[inline]
     pub(in crate::solver) fn about_reference(&self, k: usize, q: &[f64], wrench: &Twist) -> Twist {
