@@ -56,6 +56,7 @@ pub(crate) mod loops;
 mod path;
 mod pending;
 mod relief;
+mod row_columns;
 mod row_sweeps;
 mod square_system;
 pub mod step;

@@ -1,4 +1,4 @@
-//! The nodal scheme on trees with closed loops of revolute and prismatic joints: the sweeps of the spanning tree, loops on top.
+//! The nodal scheme on closed loops: the sweeps of the spanning tree, loops on top.
 //!
 //! ```text
 //! b = P_treeᵀ [p̄_n + D_1 L_d + f_d^-],   −h A_α                 by the sweeps of the tree
@@ -8,8 +8,7 @@
 //! and loops are those of [`super`]. The balance is handed on with the momenta of these sweeps, along the null space of
 //! `J_n`.
 //!
-//! [`super::LoopNodal`] solves loops that start in a singular configuration or have other pairs, and potentials that
-//! couple bodies.
+//! [`super::LoopNodal`] solves loops that start in a singular configuration, and potentials that couple bodies.
 
 use super::loop_rank::LoopRank;
 use super::loop_sweeps::LoopSweeps;
@@ -27,8 +26,7 @@ use vi_core::state::{Memory, State};
 
 crate::opaque_debug!(LoopStep);
 
-/// The nodal scheme on a mechanism whose closed loops have revolute, prismatic and fixed joints of the tree; other joints carry
-/// loops, or are beside them.
+/// The nodal scheme on a mechanism with closed loops.
 pub struct LoopStep {
     tree: TreeStep,
     sweeps: LoopSweeps,

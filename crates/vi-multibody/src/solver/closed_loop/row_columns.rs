@@ -1,0 +1,134 @@
+//! What a joint takes from four rows of loops side by side, and what it passes on, for [`super::row_sweeps`].
+//!
+//! ```text
+//! column            c = S·W         û = u − S·p,            p ← p + Ã S' D⁻¹ û           v̂ = D⁻¹ (c + S'·p),  p ← p − Sᵀ Ã v̂
+//! rotation vector   c = W_a         û = Ã_aa⁻¹ (u − p_a),   p ← (p_l + Ã_la û, 0)        v̂ = c + p_a,         p ← (p_l − Gᵀ v̂, 0)
+//! ```
+//! `G = Ã_aa⁻¹ Ã_al`. Entries of a rotation vector belong to `δω`, of which `δθ = T⁻¹ δω` is made when all is solved.
+#![allow(non_snake_case)] // A, G, S
+
+use super::row_sweeps::{Four, held, load, screw};
+use crate::geometry::lane_matrices::{Columns, Pair};
+use crate::geometry::lane_vectors::{Screw, Vector};
+use crate::geometry::lanes::Held;
+use crate::solver::tree_step::columns::{Act, ColumnWork};
+use crate::solver::tree_step::link::Constants;
+use crate::solver::tree_step::solve::Rotation;
+use vi_core::lanes::{Lanes, Register};
+
+/// `S·w` of a column along `axis`.
+#[inline(always)]
+fn along<T: Register>(
+    (link, act): (&Constants, Act),
+    lanes: T,
+    axis: &[f64; 3],
+    w: Screw<T::Lanes>,
+) -> T::Lanes {
+    let axis = Vector::splat(lanes, axis);
+    match act {
+        Act::Slide => axis.dot(w.linear),
+        Act::Turn => axis.dot(w.angular),
+        Act::Screw => axis.dot(w.angular) + axis.dot(w.linear) * link.pitch,
+    }
+}
+
+/// `c ← c + S·W` of a column, `S'·W` where the `next` node is meant.
+#[inline(always)]
+pub(super) fn enter<T: Register>(
+    of: (&Constants, Act),
+    (lanes, column, next): (T, &ColumnWork, bool),
+    value: &mut Four,
+    wrench: Screw<T::Lanes>,
+) {
+    let axis = if next { &column.axis_next } else { &column.axis };
+    *value = held(load(lanes, value) + along(of, lanes, &axis.xyz(), wrench));
+}
+
+/// Of a column: `û = u − S·p`, `p ← p + Ã S' D⁻¹ û`.
+#[inline(always)]
+pub(super) fn pass<T: Register>(
+    of: (&Constants, Act),
+    (lanes, column, AS): (T, &ColumnWork, &Pair<Held>),
+    value: &mut Four,
+    p: &mut Screw<T::Lanes>,
+) {
+    let u = load(lanes, value) - along(of, lanes, &column.axis.xyz(), *p);
+    *value = held(u);
+    let AS = screw(lanes, [AS.linear.xyz(), AS.angular.xyz()]);
+    *p = p.plus(AS.times(u * column.inverse));
+}
+
+/// The same transposed: `v̂ = D⁻¹ (c + S'·p)`, `p ← p − Sᵀ Ã v̂`.
+#[inline(always)]
+pub(super) fn pass_transposed<T: Register>(
+    of: (&Constants, Act),
+    (lanes, column): (T, &ColumnWork),
+    value: &mut Four,
+    p: &mut Screw<T::Lanes>,
+) {
+    let v = (load(lanes, value) + along(of, lanes, &column.axis_next.xyz(), *p)) * column.inverse;
+    *value = held(v);
+    let SA = screw(lanes, [column.SA.linear.xyz(), column.SA.angular.xyz()]);
+    *p = p.plus(SA.times(v * -1.0));
+}
+
+/// Of a rotation vector: `û = Ã_aa⁻¹ (u − p_a)`, and `p_l + Ã_la û`; no torque passes.
+#[inline(always)]
+pub(super) fn rotate<T: Register>(
+    lanes: T,
+    at: &Rotation,
+    own: &mut [Four],
+    p: Screw<T::Lanes>,
+) -> Screw<T::Lanes> {
+    let rest = get(lanes, own) - p.angular;
+    put(own, multiply(lanes, &at.inverse, rest));
+    Screw { linear: p.linear + multiply(lanes, &at.coupling, rest), angular: zero(lanes) }
+}
+
+/// The same transposed: `v̂ = c + p_a`, which the inverse has no part in, and `p_l − Gᵀ v̂`.
+#[inline(always)]
+pub(super) fn rotate_transposed<T: Register>(
+    lanes: T,
+    at: &Rotation,
+    own: &mut [Four],
+    p: Screw<T::Lanes>,
+) -> Screw<T::Lanes> {
+    add(lanes, own, p.angular);
+    let v = get(lanes, own);
+    let column = |j: usize| Vector::splat(lanes, &at.gain.0[j].xyz()).dot(v);
+    let taken = Vector([column(0), column(1), column(2)]);
+    Screw { linear: p.linear - taken, angular: zero(lanes) }
+}
+
+/// `m x`.
+#[inline(always)]
+pub(super) fn multiply<T: Register>(
+    lanes: T,
+    m: &Columns<Held>,
+    Vector([x, y, z]): Vector<T::Lanes>,
+) -> Vector<T::Lanes> {
+    let column = |j: usize, x: T::Lanes| Vector::splat(lanes, &m.0[j].xyz()).scaled(x);
+    column(0, x) + column(1, y) + column(2, z)
+}
+
+#[inline(always)]
+pub(super) fn zero<T: Register>(lanes: T) -> Vector<T::Lanes> {
+    Vector::splat(lanes, &[0.0; 3])
+}
+
+/// The values of three columns.
+#[inline(always)]
+pub(super) fn get<T: Register>(lanes: T, own: &[Four]) -> Vector<T::Lanes> {
+    Vector([load(lanes, &own[0]), load(lanes, &own[1]), load(lanes, &own[2])])
+}
+
+#[inline(always)]
+pub(super) fn put(own: &mut [Four], Vector([x, y, z]): Vector<impl Lanes>) {
+    (own[0], own[1], own[2]) = (held(x), held(y), held(z));
+}
+
+#[inline(always)]
+pub(super) fn add<T: Register>(lanes: T, own: &mut [Four], more: Vector<T::Lanes>) {
+    let sum = get(lanes, own) + more;
+    put(own, sum);
+}
