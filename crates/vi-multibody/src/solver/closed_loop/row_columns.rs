@@ -13,7 +13,7 @@ use crate::geometry::lane_vectors::{Screw, Vector};
 use crate::geometry::lanes::Held;
 use crate::solver::tree_step::columns::{Act, ColumnWork};
 use crate::solver::tree_step::link::Constants;
-use crate::solver::tree_step::solve::Rotation;
+use crate::solver::tree_step::solve::{Gain, Rotation};
 use vi_core::lanes::{Lanes, Register};
 
 /// `S·w` of a column along `axis`.
@@ -89,13 +89,13 @@ pub(super) fn rotate<T: Register>(
 #[inline(always)]
 pub(super) fn rotate_transposed<T: Register>(
     lanes: T,
-    at: &Rotation,
+    gain: &Gain,
     own: &mut [Four],
     p: Screw<T::Lanes>,
 ) -> Screw<T::Lanes> {
     add(lanes, own, p.angular);
     let v = get(lanes, own);
-    let column = |j: usize| Vector::splat(lanes, &at.gain.0[j].xyz()).dot(v);
+    let column = |j: usize| Vector::splat(lanes, &gain.0[j].xyz()).dot(v);
     let taken = Vector([column(0), column(1), column(2)]);
     Screw { linear: p.linear - taken, angular: zero(lanes) }
 }

@@ -248,10 +248,10 @@ impl RowSweeps {
                 let (work, constants, mut p) =
                     (&at.works[k], &at.constants[k], take(lanes, wrench));
                 match constants.motion {
-                    Motion::Spherical => p = rotate_transposed(lanes, &at.rotations[k], own, p),
+                    Motion::Spherical => p = rotate_transposed(lanes, &at.gains[k], own, p),
                     Motion::Free => {
                         let (linear, angular) = own.split_at_mut(3);
-                        p = rotate_transposed(lanes, &at.rotations[k], angular, p);
+                        p = rotate_transposed(lanes, &at.gains[k], angular, p);
                         add(lanes, linear, p.linear);
                     }
                     Motion::Fixed => {}

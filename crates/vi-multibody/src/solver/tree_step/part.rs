@@ -2,7 +2,7 @@
 
 use super::columns::ColumnWork;
 use super::link::{Constants, Sums, Work};
-use super::solve::Rotation;
+use super::solve::{Gain, Rotation};
 use super::workspace::Workspace;
 use crate::geometry::lane_matrices::Pair;
 use crate::geometry::lanes::{Held, Lanes, Narrow};
@@ -17,6 +17,7 @@ pub(in crate::solver) struct Links<'a> {
     pub(in crate::solver) works: &'a [Work],
     pub(in crate::solver) columns: &'a [ColumnWork], // d  of joints of several columns
     pub(in crate::solver) forces: &'a [Pair<Held>],  // d  Ã S'
+    pub(in crate::solver) gains: &'a [Gain],         // of the links  G of rotation vectors
     pub(in crate::solver) rotations: &'a [Rotation], // of the links, where there are any
 }
 
@@ -57,9 +58,9 @@ impl Workspace {
 
     /// The links as the last sweeps have left them.
     pub(in crate::solver) fn at_links(&self) -> Links<'_> {
-        let Self { links, works, columns, part, .. } = self;
+        let Self { links, works, columns, gains, part, .. } = self;
         let (forces, rotations) = (&part.forces[..], &part.rotations[..]);
-        Links { constants: links, works, columns, forces, rotations }
+        Links { constants: links, works, columns, forces, gains, rotations }
     }
 
     /// Before the sweeps of a linear system: nothing hangs on any link.

@@ -11,7 +11,7 @@ use vi_core::newton::Fault;
 use vi_rigid::rotation;
 
 /// `G` of a rotation vector: what a translation of the reference point takes from `δω`.
-pub(super) type Gain = Columns<Held>;
+pub(in crate::solver) type Gain = Columns<Held>;
 
 /// What closed loops between the sweeps of a tree need: the links up to the next apex at a time, and what is eliminated.
 #[derive(Debug, Default)]
@@ -28,7 +28,6 @@ pub(in crate::solver) struct Part {
 pub(in crate::solver) struct Rotation {
     pub(in crate::solver) inverse: Columns<Held>,  // Ã_aa⁻¹
     pub(in crate::solver) coupling: Columns<Held>, // Ã_la Ã_aa⁻¹
-    pub(in crate::solver) gain: Gain,              // Ã_aa⁻¹ Ã_al
     pub(in crate::solver) translation: Columns<Held>, // (Ã_ll − Ã_la G)⁻¹ of a free body
 }
 
@@ -206,8 +205,7 @@ fn eliminate_rotation<W: Width>(
     *gain = G.held();
     if let Some(kept) = kept {
         let inverse = inverse(&A.aa)?;
-        (kept.inverse, kept.gain) = (inverse.held(), *gain);
-        kept.coupling = A.la.times(&inverse).held();
+        (kept.inverse, kept.coupling) = (inverse.held(), A.la.times(&inverse).held());
     }
     let ll = A.ll.minus(&A.la.times(&G));
     let linear = p.linear + A.la.mul(omega);

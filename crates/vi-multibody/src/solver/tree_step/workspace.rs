@@ -18,7 +18,7 @@ pub(in crate::solver) struct Workspace {
     pub(super) works: Vec<Work>,
     pub(super) columns: Vec<ColumnWork>, // d  of joints of several columns, else empty
     pub(super) turns: Vec<Turn>,         // d
-    gains: Vec<Gain>,
+    pub(super) gains: Vec<Gain>,
     pub(super) sums: Vec<Sums>,
     pub(super) part: Part,
 }
