@@ -9,13 +9,16 @@ use super::step_complement::StepComplement;
 use crate::geometry::lane_matrices::Spatial;
 use crate::geometry::lanes::Held;
 use crate::mechanism::Mechanism;
+use crate::solver::tree_step::part::Links;
 use crate::solver::tree_step::workspace::Workspace;
 use vi_core::newton::Fault;
+use vi_core::state::Memory;
 
 /// The loops of a mechanism with the complements of their clusters.
 pub(super) struct LoopSweeps {
     pub(super) loops: Loops,
     complements: Vec<StepComplement>, // of the clusters
+    initial: Memory,                  // before the first step
 }
 
 impl LoopSweeps {
@@ -35,7 +38,15 @@ impl LoopSweeps {
         at.carry_loops(loops.clusters.iter().filter_map(Cluster::apex), links.any(turns));
         let complement = |cluster: &Cluster| StepComplement::new(&cluster.paths, cluster.rank());
         let complements = loops.clusters.iter().map(complement).collect();
-        Some(Self { loops, complements })
+        let mut initial = Memory::default();
+        loops.remember(&mut initial);
+        Some(Self { loops, complements, initial })
+    }
+
+    /// `U` at `q_n`, with the links at hand and the `memory` of the state.
+    pub(super) fn begin(&mut self, links: Links<'_>, q: &[f64], memory: &Memory) {
+        let memory = if memory.indices.is_empty() { &self.initial } else { memory };
+        self.loops.begin(Maps::Sweeps(links), q, memory);
     }
 
     /// Solves at the increments `u`, with what is `added` to the blocks of the links, and rows at `q`: `x` is `−h` times the
@@ -46,7 +57,7 @@ impl LoopSweeps {
         u: &[f64],
         x: &mut [f64],
     ) -> Result<(), Fault> {
-        let Self { loops, complements } = self;
+        let Self { loops, complements, .. } = self;
         let Loops { tree, clusters, home, column_of, .. } = loops;
         let after = |apex: Option<usize>| apex.map_or(0, |apex| apex + 1);
         let mut rest = home.len(); // links that are not eliminated yet

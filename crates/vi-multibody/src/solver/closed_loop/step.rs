@@ -22,7 +22,7 @@ use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
 use vi_core::newton::{Block, Fault, Newton};
 use vi_core::predictor::Degree;
-use vi_core::state::{Memory, State};
+use vi_core::state::State;
 
 crate::opaque_debug!(LoopStep);
 
@@ -31,7 +31,6 @@ pub struct LoopStep {
     tree: TreeStep,
     sweeps: LoopSweeps,
     increments: Increments,
-    initial: Memory, // before the first step
     resolution: Resolution,
     fresh: bool, // rows not chosen yet in this step
 }
@@ -43,11 +42,9 @@ impl LoopStep {
     pub fn new(mechanism: &Mechanism, system: &SeparableSystem, rank: &LoopRank) -> Option<Self> {
         let mut tree = TreeStep::new(mechanism, system)?;
         let sweeps = LoopSweeps::new(mechanism, rank, tree.system().0)?;
-        let mut initial = Memory::default();
-        sweeps.loops.remember(&mut initial);
         let (resolution, fresh) = (Resolution::full(), true);
         let increments = Increments::new(sweeps.loops.blocks.clone());
-        Some(Self { tree, sweeps, increments, initial, resolution, fresh })
+        Some(Self { tree, sweeps, increments, resolution, fresh })
     }
 }
 
@@ -64,10 +61,8 @@ impl Scheme<SeparableSystem, Mechanism> for LoopStep {
         state: &mut State,
     ) {
         self.increments.open(mechanism, &state.q);
-        let Self { tree, sweeps, initial, .. } = self;
-        tree.begin(system, mechanism, step, state);
-        let memory = if state.memory.indices.is_empty() { initial } else { &state.memory };
-        sweeps.loops.begin(Maps::Sweeps(tree.at_links()), &state.q, memory);
+        self.tree.begin(system, mechanism, step, state);
+        self.sweeps.begin(self.tree.at_links(), &state.q, &state.memory);
         self.fresh = true;
     }
 

@@ -24,7 +24,6 @@ crate::opaque_debug!(LoopVelocity);
 pub(in crate::solver) struct LoopVelocity {
     tree: TreeVelocity,
     sweeps: LoopSweeps,
-    initial: Memory, // before the first step
 }
 
 impl LoopVelocity {
@@ -36,9 +35,7 @@ impl LoopVelocity {
     ) -> Option<Self> {
         let mut tree = TreeVelocity::new(mechanism, system)?;
         let sweeps = LoopSweeps::new(mechanism, rank, &mut tree.at)?;
-        let mut initial = Memory::default();
-        sweeps.loops.remember(&mut initial);
-        Some(Self { tree, sweeps, initial })
+        Some(Self { tree, sweeps })
     }
 
     fn solve(
@@ -46,12 +43,11 @@ impl LoopVelocity {
         (at, memory): (Configuration<'_>, &Memory),
         p: &[f64],
     ) -> Result<(), Fault> {
-        let Self { tree, sweeps, initial } = self;
+        let Self { tree, sweeps } = self;
         tree.stand(at.q, p)?; // q_{n+1} = q_n, Pᵀp
         let TreeVelocity { at: links, rest, nu, .. } = tree;
-        let memory = if memory.indices.is_empty() { initial } else { memory };
+        sweeps.begin(links.at_links(), at.q, memory);
         let loops = &mut sweeps.loops;
-        loops.begin(Maps::Sweeps(links.at_links()), at.q, memory);
         if !loops.clusters.iter_mut().all(Cluster::take_rows_of_basis) {
             loops.choose_rows(Maps::Sweeps(links.at_links()), at.q, rest);
         }
