@@ -16,6 +16,12 @@ use vi_core::sparse::{Entries, SparseMatrix};
 /// Largest estimate of the condition number of rows with which they are trusted.
 const LARGEST: f64 = 1e6;
 
+/// Number `i` of a fixed sequence in `[−1, 1]` without a pattern: a vector of them has a part in every direction.
+#[must_use]
+pub fn scattered(i: usize) -> f64 {
+    libm::sin(13.7 * ((i + 1) * (i + 1)) as f64)
+}
+
 /// Whether all rows are clearly independent.
 pub(crate) fn are_independent(jacobian: &SparseMatrix) -> bool {
     let (r, n) = jacobian.shape();
@@ -27,7 +33,7 @@ pub(crate) fn are_independent(jacobian: &SparseMatrix) -> bool {
         });
     });
     let mut x = vec![0.0; n + r];
-    (0..r).for_each(|k| x[n + k] = libm::sin(13.7 * ((k + 1) * (k + 1)) as f64));
+    (0..r).for_each(|k| x[n + k] = scattered(k));
     let size = norm_inf(&x);
     let solved = SparseLu::new(&matrix).and_then(|mut lu| lu.solve(&matrix, &mut x));
     solved.is_ok() && norm_inf(&x[..n]) * size <= LARGEST

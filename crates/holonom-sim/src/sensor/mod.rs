@@ -246,10 +246,7 @@ impl Gauge {
                 let Some(reactions) = reactions else { return };
                 let reaction = match frame {
                     ReactionFrame::Parent => reactions.joint(*joint),
-                    ReactionFrame::Child => {
-                        let axes = reactions.joint(*joint).axes_child;
-                        reactions.joint_along(*joint, &axes)
-                    }
+                    ReactionFrame::Child => reactions.joint_along_child(*joint),
                     ReactionFrame::Space => reactions.joint_along(*joint, &Matrix3::identity()),
                 };
                 out.extend(reaction.components().map(|c| c.unwrap_or(f64::NAN)));

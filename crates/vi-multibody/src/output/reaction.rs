@@ -31,7 +31,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use vi_constraints::Constraints;
 use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::null_space::NullSpaceQr;
-use vi_constraints::redundancy::least_multipliers;
+use vi_constraints::redundancy::{least_multipliers, scattered};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::sparse::{Entries, SparseMatrix};
@@ -115,9 +115,12 @@ impl Reactions {
         lambda: &[f64],
         rows: &IndependentRows,
     ) -> Self {
-        let mut multipliers = Multipliers::default();
-        multipliers.find_null(mechanism, at, (rows, &mut LeastNorm::default()));
-        let found = Found::Multipliers(lambda, &multipliers.null);
+        let (mut jacobian, mut null) = (None, Vec::new());
+        if rows.len() < mechanism.len() {
+            let jacobian = update(&mut jacobian, mechanism, at);
+            find_null(jacobian, (rows, &mut LeastNorm::default()), &mut null);
+        }
+        let found = Found::Multipliers(lambda, &null);
         let found = NodeReactions { mechanism, q: at.q, found };
         let description = mechanism.description();
         let scalars = (0..description.scalars.len()).flat_map(|k| mechanism.scalar_rows(k));
@@ -214,6 +217,13 @@ impl<'a> NodeReactions<'a> {
         self.joint_along(k, &axes)
     }
 
+    /// The same along the axes of the child.
+    #[must_use]
+    pub fn joint_along_child(&self, k: usize) -> Reaction {
+        let axes = self.mechanism.description().joints[k].configuration(self.q).axes_child();
+        self.joint_along(k, &axes)
+    }
+
     /// The same along other axes (columns, in space).
     #[must_use]
     pub fn joint_along(&self, k: usize, axes: &Matrix3<f64>) -> Reaction {
@@ -274,7 +284,6 @@ pub struct ReactionObserver {
 struct Multipliers {
     jacobian: Option<SparseMatrix>, // m × n
     lambda: Vec<f64>,               // m
-    scattered: Vec<f64>,            // m
     null: Vec<Vec<f64>>,            // of shape m
 }
 
@@ -316,32 +325,28 @@ impl Multipliers {
         (at, force): (Configuration<'_>, &[f64]),
         (rows, least_norm): (&IndependentRows, &mut LeastNorm),
     ) {
-        self.lambda.resize(mechanism.len(), 0.0);
-        let jacobian = update(&mut self.jacobian, mechanism, at);
-        least_multipliers(least_norm, jacobian, rows.len(), force, &mut self.lambda);
-        self.find_null(mechanism, at, (rows, least_norm));
-    }
-
-    /// Multipliers in `null Gᵀ` that contribute to all that is not unique.
-    fn find_null(
-        &mut self,
-        mechanism: &Mechanism,
-        at: Configuration<'_>,
-        (rows, least_norm): (&IndependentRows, &mut LeastNorm),
-    ) {
-        let Self { jacobian, scattered, null, .. } = self;
-        let m = mechanism.len();
-        null.resize_with(usize::from(rows.len() < m), Vec::new);
-        let Some(first) = null.first_mut() else { return };
+        let Self { jacobian, lambda, null } = self;
+        lambda.resize(mechanism.len(), 0.0);
         let jacobian = update(jacobian, mechanism, at);
-        if scattered.len() != m {
-            *scattered = (1..=m).map(|i| libm::sin(13.7 * (i * i) as f64)).collect();
-        }
-        first.clone_from(scattered);
-        if least_norm.null_part(jacobian, first).is_err() {
-            let columns = null_vectors(jacobian, rows);
-            *null = columns.column_iter().map(|z| z.as_slice().to_vec()).collect();
-        }
+        least_multipliers(least_norm, jacobian, rows.len(), force, lambda);
+        find_null(jacobian, (rows, least_norm), null);
+    }
+}
+
+/// Multipliers in `null Gᵀ` that contribute to all that is not unique.
+fn find_null(
+    jacobian: &SparseMatrix,
+    (rows, least_norm): (&IndependentRows, &mut LeastNorm),
+    null: &mut Vec<Vec<f64>>,
+) {
+    let m = jacobian.shape().0;
+    null.resize_with(usize::from(rows.len() < m), Vec::new);
+    let Some(first) = null.first_mut() else { return };
+    first.clear();
+    first.extend((0..m).map(scattered));
+    if least_norm.null_part(jacobian, first).is_err() {
+        let columns = null_vectors(jacobian, rows);
+        *null = columns.column_iter().map(|z| z.as_slice().to_vec()).collect();
     }
 }
 

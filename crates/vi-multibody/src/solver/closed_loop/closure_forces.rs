@@ -15,6 +15,7 @@ use super::loops::Loops;
 use super::path::{Maps, Paths, Placed};
 use crate::mechanism::Mechanism;
 use vi_constraints::null_space::RANK_TOLERANCE;
+use vi_constraints::redundancy::scattered;
 use vi_core::linear::Singular;
 use vi_rigid::directors::FRAME;
 
@@ -100,9 +101,9 @@ impl ClosureForces {
             part.clear();
             part.resize(rows.len(), 0.0);
             for (i, entries) in form.others() {
-                let scattered = libm::sin(13.7 * ((i + 1) * (i + 1)) as f64);
+                let factor = scattered(i);
                 for &(column, value) in entries.iter().filter(|e| e.0 >= width) {
-                    part[column - width] += scattered * value;
+                    part[column - width] += factor * value;
                 }
             }
             let largest = part.iter().fold(0.0_f64, |largest, part| largest.max(part.abs()));
@@ -121,9 +122,7 @@ fn eliminate(paths: &mut Paths, form: &mut Echelon, at: Placed<'_>) {
     form.clear();
     let width = paths.columns.len();
     for i in 0..paths.rows.len() {
-        let scale = paths.rows[i].scale;
-        let own = paths.write_row(i, at).iter().copied().chain([(width + i, 1.0)]);
-        form.push(own.map(|(column, value)| (column, scale * value)));
+        paths.push_row(form, i, at, Some((width + i, 1.0)));
     }
     form.eliminate(usize::MAX, RANK_TOLERANCE);
 }

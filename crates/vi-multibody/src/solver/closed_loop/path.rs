@@ -215,11 +215,22 @@ impl Paths {
             return;
         }
         for i in rows {
-            let (scale, number) = (self.rows[i].scale, self.rows[i].number);
-            let right = side.get(number).map(|g| (width, *g));
-            let entries = self.write_row(i, at).iter().copied().chain(right);
-            echelon.push(entries.map(|(column, value)| (column, scale * value)));
+            let right = side.get(self.rows[i].number).map(|g| (width, *g));
+            self.push_row(echelon, i, at, right);
         }
+    }
+
+    /// Row `i`, scaled, with an entry beyond the columns.
+    pub(super) fn push_row(
+        &mut self,
+        echelon: &mut Echelon,
+        i: usize,
+        at: Placed<'_>,
+        right: Option<Entry>,
+    ) {
+        let scale = self.rows[i].scale;
+        let entries = self.write_row(i, at).iter().copied().chain(right);
+        echelon.push(entries.map(|(column, value)| (column, scale * value)));
     }
 
     fn fill_by_fours(
