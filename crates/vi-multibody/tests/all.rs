@@ -7,5 +7,6 @@ mod ensemble;
 mod joint_coordinates;
 mod joint_efforts;
 mod loaded_trees;
+mod loop_step;
 mod random_trees;
 mod tree_step;
