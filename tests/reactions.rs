@@ -15,7 +15,7 @@ use holonom::vi_constraints::least_norm::LeastNorm;
 use holonom::vi_constraints::projection::Projections;
 use holonom::vi_core::{Configuration, Entries, MechanicalSystem, SparseMatrix};
 use holonom::{Model, Override, Sample, Simulation};
-use nalgebra::{DMatrix, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 use vi_multibody::joint::FrameId;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::reaction::{Reaction, ReactionObserver, Reactions, Tension};
@@ -408,6 +408,70 @@ fn reactions_in_flat_positions_are_those_of_the_multipliers() {
     }
     println!("down to {flat:.1e} rad from a flat position, largest difference {largest:.1e}");
     assert!(flat < 1e-2 && largest < 1e-9, "{flat:e}, {largest:e}");
+}
+
+const SQUARE: &str = r#"
+model = { name = "square", gravity = [0, -9.81, 0] }
+body = [
+  { name = "left", mass = 1.0, inertia = [0.1, 0.01, 0.1], position = [0, 0.5, 0] },
+  { name = "upper", mass = 1.0, inertia = [0.01, 0.1, 0.1], position = [0.5, 1, 0] },
+  { name = "right", mass = 1.0, inertia = [0.1, 0.01, 0.1], position = [1, 0.5, 0] },
+]
+joint = [
+  { name = "j1", type = "revolute", parent = "ground", child = "left", position = [0, 0, 0], axis = [0, 0, 1] },
+  { name = "j2", type = "revolute", parent = "left", child = "upper", position = [0, 1, 0], axis = [0, 0, 1] },
+  { name = "j3", type = "revolute", parent = "upper", child = "right", position = [1, 1, 0], axis = [0, 0, 1] },
+  { name = "j4", type = "revolute", parent = "ground", child = "right", position = [1, 0, 0], axis = [0, 0, 1] },
+]
+simulation = { step = 0.002, end = 0.2 }
+"#;
+
+/// In a flat position a parallelogram loses one more row, and a force may have a part along the motion that is free there alone: no
+/// constraint exerts it.
+#[test]
+fn reactions_of_a_flat_parallelogram_leave_out_what_no_constraint_exerts() {
+    let mut simulation = Simulation::new(&Model::from_toml(SQUARE).unwrap()).unwrap();
+    let run = simulation.integrator();
+    let mechanism = run.constraints();
+    let side = |x: f64| [x, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0];
+    let upper = [1.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
+    let q = [side(0.5), upper, side(1.5)].concat();
+    let (m, n) = (mechanism.len(), mechanism.dim());
+    let mut g = vec![1.0_f64; m];
+    mechanism.value(Configuration::new(0.0, &q), &mut g);
+    assert!(g.iter().all(|g| g.abs() < 1e-15), "{g:?}");
+    assert_eq!(null_vectors(mechanism, &q).len(), m - run.rows().len() + 1, "one row more");
+    let mut jacobian = DMatrix::zeros(m, n);
+    mechanism.jacobian(0.0, &q, &mut jacobian);
+    let lambda = DVector::from_fn(m, |i, _| 5.0 * (1.7 * i as f64).sin());
+    // turning both sides and nothing else is a motion here, turning the upper bar with the right one another
+    let gram = (jacobian.transpose() * &jacobian).symmetric_eigen();
+    let free: Vec<usize> = (0..n).filter(|&k| gram.eigenvalues[k].abs() < 1e-12).collect();
+    assert_eq!(free.len(), 2);
+    for part in [0.0, 1.0] {
+        let mut force = jacobian.tr_mul(&lambda);
+        free.iter().for_each(|&k| force += part * gram.eigenvectors.column(k));
+        let at = Configuration::new(0.0, &q);
+        let mut observer = ReactionObserver::new(mechanism);
+        let least = &mut LeastNorm::default();
+        let found = observer.observe(mechanism, at, force.as_slice(), (run.rows(), least));
+        let expected = Reactions::at(mechanism, at, lambda.as_slice(), run.rows());
+        let (mut off, mut unique) = (0.0_f64, 0);
+        for (k, expected) in expected.joints.iter().enumerate() {
+            let pairs = found.joint(k).components().into_iter().zip(expected.components());
+            for pair in pairs {
+                let (Some(found), Some(expected)) = pair else {
+                    assert_eq!(pair, (None, None), "joint {k}: unique in one way only");
+                    continue;
+                };
+                let apart = (found - expected).abs();
+                off = if apart <= off { off } else { apart };
+                unique += 1;
+            }
+        }
+        println!("part {part}: {unique} unique, off by {off:.1e}");
+        assert!(off < 1e-13 && unique == 8, "{unique}, {off:e}");
+    }
 }
 
 /// The linkage moves in the plane of `x` and `z`: what acts there is unique also along the axes of space.

@@ -3,13 +3,14 @@
 //! ```text
 //! [ I   G_sᵀ ] [x]   [0]
 //! [ G_s  0   ] [c] = [b]          scattered b of size one: x estimates 1/σ_min(G_s)
-//! G = C G_s,   λ ← C (CᵀC)⁻¹ Cᵀ λ                                the same force Gᵀλ, the least norm
+//! Gᵀ = Σ u_k σ_k v_kᵀ,   λ ← Σ_{k ≤ r} v_k u_kᵀ w/σ_k           force w, or what is next to it; the least norm
 //! ```
+#![allow(non_snake_case)] // G
 
 use crate::least_norm::LeastNorm;
 use crate::null_space::NullSpaceQr;
 use crate::saddle_point::IndependentRows;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVectorView;
 use vi_core::linear::{SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 
@@ -65,25 +66,26 @@ pub fn least_multipliers(
     }
 }
 
-/// The same with the `rank` rows that are most clearly independent here, by dense pivoted QR: `λ ← C (CᵀC)⁻¹ λ_s`,
-/// `λ_s = (G_s G_sᵀ)⁻¹ G_s w`.
+/// The same by singular values: as many as there are independent rows, here no more than `rank`. What `force` has outside the
+/// range of `Gᵀ` is left out, as where a configuration has lost rank.
 fn dense_minimum_norm(jacobian: &SparseMatrix, rank: usize, force: &[f64], lambda: &mut [f64]) {
-    let g = jacobian.to_dense();
-    let mut qr = NullSpaceQr::new(g.ncols(), g.nrows());
-    qr.factorize(&g);
-    let chosen = DMatrix::from_fn(rank, g.ncols(), |i, j| g[(qr.pivots()[i], j)]);
-    let gram = &chosen * chosen.transpose();
-    let Some(cholesky) = gram.cholesky() else { return };
-    let c = cholesky.solve(&(&chosen * g.transpose())).transpose(); // G G_sᵀ (G_s G_sᵀ)⁻¹
-    let of_chosen = cholesky.solve(&(&chosen * DVector::from_column_slice(force)));
-    if let Some(cholesky) = (c.transpose() * &c).cholesky() {
-        lambda.copy_from_slice((c * cholesky.solve(&of_chosen)).as_slice());
+    let G = jacobian.to_dense();
+    let rank = NullSpaceQr::new(G.ncols(), G.nrows()).factorize(&G).min(rank);
+    let rounds = 100 * lambda.len();
+    let Some(svd) = G.transpose().try_svd(true, true, f64::EPSILON, rounds) else { return };
+    let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return };
+    lambda.fill(0.0);
+    for k in 0..rank {
+        let part = u.column(k).dot(&DVectorView::from_slice(force, force.len()));
+        let factor = part / svd.singular_values[k];
+        lambda.iter_mut().zip(&v.row(k)).for_each(|(lambda, v)| *lambda += factor * v);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{DMatrix, DVector};
 
     /// Random rows of which some are combinations of the others.
     #[test]
