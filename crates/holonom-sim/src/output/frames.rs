@@ -82,11 +82,7 @@ impl FrameReader {
         numbers: usize,
         most: usize,
     ) -> io::Result<Self> {
-        let mut lines = trajectory()?;
-        let mut rows = 0;
-        while lines.advance()? {
-            rows += 1;
-        }
+        let rows = trajectory()?.pass_over(usize::MAX)?;
         let lines = trajectory()?;
         let members = members(lines.columns()).into_iter().map(|of| of.member);
         let members: Vec<Member> = members.collect();
@@ -118,14 +114,12 @@ impl FrameReader {
             return Ok(None);
         }
         let chosen = self.next * (self.rows - 1) / (self.count - 1).max(1);
-        while self.lines.advance()? {
-            self.row += 1;
-            if self.row - 1 == chosen {
-                self.next += 1;
-                return self.frame().map(Some);
-            }
+        self.lines.pass_over(chosen - self.row)?;
+        if !self.lines.advance()? {
+            return Ok(None);
         }
-        Ok(None)
+        (self.row, self.next) = (chosen + 1, self.next + 1);
+        self.frame().map(Some)
     }
 
     fn frame(&self) -> io::Result<Frame> {

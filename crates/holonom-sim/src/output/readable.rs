@@ -163,6 +163,32 @@ impl Lines {
         }
     }
 
+    /// Goes past some rows, without a copy of them; returns past how many.
+    pub(super) fn pass_over(&mut self, rows: usize) -> io::Result<usize> {
+        let is_blank = |text: &[u8]| text.trim_ascii().is_empty();
+        let (mut passed, mut begun) = (0, false); // begun: the line at hand is not blank
+        while passed < rows {
+            let block = self.reader.fill_buf()?;
+            if block.is_empty() {
+                return Ok(passed + usize::from(begun));
+            }
+            let mut used = 0;
+            for end in memchr::memchr_iter(b'\n', block) {
+                passed += usize::from(begun || !is_blank(&block[used..end]));
+                (used, begun) = (end + 1, false);
+                if passed == rows {
+                    break;
+                }
+            }
+            if passed < rows {
+                begun |= !is_blank(&block[used..]);
+                used = block.len();
+            }
+            self.reader.consume(used);
+        }
+        Ok(passed)
+    }
+
     /// The fields of a row without quoted text.
     pub(super) fn fields(&self) -> impl Iterator<Item = &[u8]> {
         let row = self.line.trim_ascii_end();
@@ -240,6 +266,27 @@ mod tests {
         write("residuals.csv", "ste");
         assert_eq!(readable(&folder, &files, false).unwrap().0["residuals.csv"], 0);
         fs::remove_dir_all(&folder).unwrap();
+    }
+
+    /// Blank lines are no rows, and a row may be longer than a block.
+    #[test]
+    fn rows_that_are_passed_over_are_those_that_would_be_read() {
+        let path = std::env::temp_dir().join(format!("passed-{}.csv", std::process::id()));
+        let long = "1,".repeat(50_000);
+        for end in ["", "\n", "\n \r\n"] {
+            let rows = format!("step,t\n0,0\r\n\n1,1\n{long}2\n \n{long}3\n4,4{end}");
+            fs::write(&path, rows).unwrap();
+            let open = || Lines::new(open(&path, None).unwrap()).unwrap();
+            assert_eq!(open().pass_over(usize::MAX).unwrap(), 5);
+            for passed in 0..=5 {
+                let (mut one, mut other) = (open(), open());
+                assert_eq!(one.pass_over(passed).unwrap(), passed);
+                (0..passed).for_each(|_| assert!(other.advance().unwrap()));
+                assert_eq!(one.advance().unwrap(), other.advance().unwrap());
+                assert!(passed == 5 || one.line == other.line, "after {passed} rows");
+            }
+        }
+        fs::remove_file(&path).unwrap();
     }
 
     #[test]
