@@ -38,6 +38,21 @@ bar = [
 ]
 "#;
 
+/// A spring between bodies of a chain.
+const SPRUNG: &str = r#"
+model = { name = "sprung", gravity = [0, 0, -9.81] }
+simulation = { step = 0.01, end = 1.0 }
+body = [
+  { name = "a", mass = 1.0, inertia = [0.1, 0.2, 0.2], position = [0.5, 0, 0] },
+  { name = "b", mass = 1.0, inertia = [0.1, 0.2, 0.2], position = [1.5, 0, 0] },
+]
+joint = [
+  { name = "first", type = "revolute", parent = "ground", child = "a", position = [0, 0, 0], axis = [0, 1, 0] },
+  { name = "second", type = "spherical", parent = "a", child = "b", position = [1, 0, 0] },
+]
+spring = [{ name = "tie", from = "a", point_from = [0, 0, 0.2], to = "b", point_to = [0, 0.1, 0.2], stiffness = 40.0 }]
+"#;
+
 #[test]
 fn no_step_allocates() {
     no_step_of(200);
@@ -51,7 +66,8 @@ fn none_of_many_steps_allocates() {
 
 /// `steps` steps of loops, 1000 of the other systems.
 fn no_step_of(steps: u32) {
-    let names = ["triangle", "pendulum", "free_body", "heavy_top_steady", "four_particles"];
+    let names =
+        ["triangle", "sprung", "pendulum", "free_body", "heavy_top_steady", "four_particles"];
     let loops = ["four_bar_windows", "six_hinge_cube", "bricard", "andrews_squeezer"];
     for name in names.into_iter().chain(loops) {
         for scheme in ["nodal", "reduced", "constrained", "dalembert"] {
@@ -65,8 +81,9 @@ fn no_step_of(steps: u32) {
                     ("simulation.order", order.to_string()),
                 ];
                 let mut simulation = match name {
-                    "triangle" => {
-                        let model = Model::from_toml_with(TRIANGLE, &overrides(&set)).unwrap();
+                    "triangle" | "sprung" => {
+                        let text = if name == "sprung" { SPRUNG } else { TRIANGLE };
+                        let model = Model::from_toml_with(text, &overrides(&set)).unwrap();
                         Simulation::new(&model).unwrap()
                     }
                     _ => simulation(name, &set),

@@ -217,7 +217,7 @@ pub enum LinearSolver {
     Auto,
     /// Dense matrices.
     Dense,
-    /// The articulated recursion, where nothing couples bodies but joints.
+    /// The articulated recursion, where nothing couples bodies but joints, and springs and dampers of neighbours.
     Articulated,
     /// Sparse factorizations.
     Sparse,

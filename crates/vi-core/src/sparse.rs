@@ -5,6 +5,7 @@
 //! repeated entries summed); every later emission only writes numbers, without a search and without
 //! an allocation.
 
+use nalgebra::Matrix3;
 use sprs::CsMat;
 
 /// A sink of matrix entries; entries at the same place add up.
@@ -14,6 +15,12 @@ pub trait Entries {
     /// Adds `value I_3` with its upper left corner at `(row, column)`.
     fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
         (0..3).for_each(|k| self.add(row + k, column + k, value));
+    }
+    /// Adds a block with its upper left corner at `(row, column)`, between two vectors.
+    fn add_block(&mut self, row: usize, column: usize, block: &Matrix3<f64>) {
+        for i in 0..3 {
+            (0..3).for_each(|j| self.add(row + i, column + j, block[(i, j)]));
+        }
     }
     /// Adds `value` on the diagonal at the unknown `j` of a step: what acts along it, see [`crate::coordinate_force`].
     /// Returns whether it was taken; if not, entries follow.

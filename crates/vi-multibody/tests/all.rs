@@ -8,5 +8,6 @@ mod joint_coordinates;
 mod joint_efforts;
 mod loaded_trees;
 mod loop_step;
+mod near_couplings;
 mod random_trees;
 mod tree_step;

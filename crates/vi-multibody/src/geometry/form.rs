@@ -124,6 +124,10 @@ impl Form {
         for a in &self.terms {
             for b in &self.terms {
                 let factor = a.coefficient * b.coefficient;
+                if a.dimension == 3 && b.dimension == 3 {
+                    out.add_block(a.offset, b.offset, &(factor * w));
+                    continue;
+                }
                 for i in 0..a.dimension {
                     for j in 0..b.dimension {
                         out.add(a.offset + i, b.offset + j, factor * w[(i, j)]);

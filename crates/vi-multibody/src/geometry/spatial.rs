@@ -81,6 +81,21 @@ impl SpatialMatrix {
         }
     }
 
+    /// `self += P(a)ᵀ M P'(b)`, with `P` as in [`SpatialMatrix::add_multiple`].
+    pub(crate) fn add_block(
+        &mut self,
+        block: &Matrix3<f64>,
+        a: Option<&Vector3<f64>>,
+        b: Option<&Vector3<f64>>,
+    ) {
+        match (a, b) {
+            (None, None) => self.ll += block,
+            (None, Some(b)) => self.la += times_minus_skew(block, b),
+            (Some(a), None) => self.al += skew_times(a, block),
+            (Some(a), Some(b)) => self.aa += skew_times(a, &times_minus_skew(block, b)),
+        }
+    }
+
     #[inline]
     pub(crate) fn add(&mut self, other: &Self) {
         self.ll += other.ll;
@@ -92,30 +107,50 @@ impl SpatialMatrix {
     /// `Xᵀ A X'`.
     #[inline]
     pub(crate) fn congruence(&self, left: &Transfer, right: &Transfer) -> Self {
-        let (a, b, point) = match (left, right) {
-            (Transfer::Rigid(a), Transfer::Rigid(b)) => (a, b, false),
-            (Transfer::Point(a), Transfer::Point(b)) => (a, b, true),
-            _ => return Self::zero(),
-        };
-        let minus_hat = |m: &Matrix3<f64>| -> Matrix3<f64> {
-            // −M b̂: row i is (b × row_i)
-            Matrix3::from_rows(&[
-                b.cross(&m.row(0).transpose()).transpose(),
-                b.cross(&m.row(1).transpose()).transpose(),
-                b.cross(&m.row(2).transpose()).transpose(),
-            ])
-        };
-        let hat = |m: &Matrix3<f64>| -> Matrix3<f64> {
-            // â M: columns a × column
-            let column = |j: usize| -> Vector3<f64> { a.cross(&m.column(j)) };
-            Matrix3::from_columns(&[column(0), column(1), column(2)])
-        };
-        let (ll, la) =
-            (self.ll, minus_hat(&self.ll) + if point { Matrix3::zeros() } else { self.la });
-        if point {
-            return Self { ll, la, al: hat(&ll), aa: hat(&la) };
-        }
-        let (al, aa) = (self.al, minus_hat(&self.al) + self.aa);
-        Self { ll, la, al: al + hat(&ll), aa: aa + hat(&la) }
+        self.times(right).transmitted(left)
     }
+
+    /// `A X'`.
+    #[inline]
+    pub(crate) fn times(&self, right: &Transfer) -> Self {
+        let Self { ll, al, .. } = *self;
+        match right {
+            Transfer::Rigid(b) => {
+                let (la, aa) = (times_minus_skew(&ll, b), times_minus_skew(&al, b));
+                Self { ll, la: la + self.la, al, aa: aa + self.aa }
+            }
+            Transfer::Point(b) => {
+                Self { ll, la: times_minus_skew(&ll, b), al, aa: times_minus_skew(&al, b) }
+            }
+            Transfer::None => Self::zero(),
+        }
+    }
+
+    /// `Xᵀ A`.
+    #[inline]
+    pub(crate) fn transmitted(&self, left: &Transfer) -> Self {
+        let Self { ll, la, .. } = *self;
+        match left {
+            Transfer::Rigid(a) => {
+                let (al, aa) = (skew_times(a, &ll), skew_times(a, &la));
+                Self { ll, la, al: self.al + al, aa: self.aa + aa }
+            }
+            Transfer::Point(a) => Self { ll, la, al: skew_times(a, &ll), aa: skew_times(a, &la) },
+            Transfer::None => Self::zero(),
+        }
+    }
+}
+
+/// `−M b̂`: row i is `b × row_i`.
+#[inline]
+fn times_minus_skew(m: &Matrix3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
+    let row = |i: usize| b.cross(&m.row(i).transpose()).transpose();
+    Matrix3::from_rows(&[row(0), row(1), row(2)])
+}
+
+/// `â M`: columns `a × column`.
+#[inline]
+fn skew_times(a: &Vector3<f64>, m: &Matrix3<f64>) -> Matrix3<f64> {
+    let column = |j: usize| -> Vector3<f64> { a.cross(&m.column(j)) };
+    Matrix3::from_columns(&[column(0), column(1), column(2)])
 }

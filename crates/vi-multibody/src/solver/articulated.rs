@@ -11,13 +11,20 @@
 //! `X, S` belong to `q_n`, `X', S'` to `q_{n+1}` with the tangent maps of the increments; the matrix is
 //! not symmetric. Work and memory are linear in the number of bodies, nothing is allocated.
 //!
+//! Springs and dampers between points may couple a body with its parent by the blocks `B_c = A_{c,parent}` and `C_c = A_{parent,c}`. Then
+//! ```text
+//! y_c = X_cᵀ Â_c S'_c + C_c S'_c,   z_cᵀ = S_cᵀ Â_c X'_c + S_cᵀ B_c
+//! Â_parent += X_cᵀ Â_c X'_c + X_cᵀ B_c + C_c X'_c − y_c D_c⁻¹ z_cᵀ                        leaf → root
+//! p_parent += X_cᵀ p_c + y_c D_c⁻¹ u_c,   δτ_c = D_c⁻¹ (u_c − z_cᵀ δt'_parent)           [5.31]
+//! ```
+//!
 //! Source: LMO08 §5 for the matrix; the elimination is the articulated-body recursion of Featherstone,
 //! Rigid Body Dynamics Algorithms, §7, without symmetry.
-#![allow(non_snake_case)] // A, D, X, S
+#![allow(non_snake_case)] // A, B, C, D, X, S
 
 use crate::geometry::spatial::SpatialMatrix;
 use crate::pair::{MAX_DOF, Motion, Transfer, Twist, VelocityMap};
-use crate::solver::body_blocks::BodyBlocks;
+use crate::solver::body_blocks::{BodyBlocks, NearBlocks};
 use crate::tree::Tree;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -36,6 +43,21 @@ struct LinkWork {
     D: [[f64; MAX_DOF]; MAX_DOF], // D⁻¹
 }
 
+/// Columns and rows of a joint that is eliminated, with what couples its link with the parent.
+#[derive(Clone, Copy, Debug)]
+struct NearLink {
+    y: [Twist; MAX_DOF], // Xᵀ Â S' + C S'
+    z: [Twist; MAX_DOF], // rows of Sᵀ Â X' + Sᵀ B
+}
+
+/// What couples bodies with their parents.
+#[derive(Debug)]
+struct Near {
+    B: Vec<SpatialMatrix>, // rows of each link, columns of its parent
+    C: Vec<SpatialMatrix>, // rows of its parent, columns of each link
+    links: Vec<NearLink>,
+}
+
 /// Factorization `P_ex(q_n)ᵀ blockdiag(A_α) P'_ex` of a tree.
 #[derive(Debug)]
 pub struct Articulated {
@@ -44,6 +66,7 @@ pub struct Articulated {
     links: Vec<LinkWork>,
     A: Vec<SpatialMatrix>, // A_α, then Â_α
     along: Vec<f64>,       // on the diagonal of each unknown, beside A
+    near: Option<Near>,    // where bodies are coupled with their parents
     motions: Vec<Motion>,  // scratch
     wrenches: Vec<Twist>,  // p_c, then δt'
 }
@@ -63,6 +86,7 @@ impl Articulated {
             tree,
             links: vec![work; count],
             A: vec![SpatialMatrix::zero(); count],
+            near: None,
             motions: vec![Motion::rest(); count],
             wrenches: vec![Twist::zero(); count],
         }
@@ -72,6 +96,18 @@ impl Articulated {
     #[must_use]
     pub fn applies(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
         !self.assemble(&|out: &mut dyn Entries| system.forced_d2_d1(s, out), s)
+    }
+
+    /// Whether it applies with blocks between bodies and their parents, which it has from now on, where it does.
+    #[must_use]
+    pub fn applies_near(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
+        let zeros = || vec![SpatialMatrix::zero(); self.links.len()];
+        let none = [Twist::zero(); MAX_DOF];
+        let links = vec![NearLink { y: none, z: none }; self.links.len()];
+        self.near = Some(Near { B: zeros(), C: zeros(), links });
+        let applies = self.applies(system, s);
+        self.near = self.near.take().filter(|_| applies);
+        applies
     }
 
     /// Units and scales of the increments.
@@ -175,8 +211,14 @@ impl Articulated {
     ) -> bool {
         self.A.fill(SpatialMatrix::zero());
         self.along.fill(0.0);
-        let (A, along, link_of) = (&mut self.A[..], &mut self.along[..], self.tree.link_of());
-        let mut blocks = BodyBlocks { A, link_of, along, q0, q1, coupled: false };
+        let Self { tree, A, along, near, .. } = self;
+        let near = near.as_mut().map(|Near { B, C, .. }| {
+            B.fill(SpatialMatrix::zero());
+            C.fill(SpatialMatrix::zero());
+            NearBlocks { tree, of_link: B, of_parent: C }
+        });
+        let link_of = tree.link_of();
+        let mut blocks = BodyBlocks { A, link_of, along, q0, q1, near, coupled: false };
         mixed(&mut blocks);
         blocks.coupled
     }
@@ -238,6 +280,26 @@ impl Articulated {
         }
         invert(&mut work.D, f).ok_or(Fault::SingularTangent)?;
         let Some(parent) = link.parent else { return Ok(()) };
+        if let Some(Near { B, C, links }) = &mut self.near {
+            let LinkWork { at, next, AS, SA, D } = work;
+            let (B, C, NearLink { y, z }) = (&B[k], &C[k], &mut links[k]);
+            let mut transmitted = A.congruence(&at.transfer, &next.transfer);
+            transmitted.add(&B.transmitted(&at.transfer));
+            transmitted.add(&C.times(&next.transfer));
+            for i in 0..f {
+                y[i] = at.transfer.apply_transposed(&AS[i]);
+                y[i].add_scaled(1.0, &C.mul(&next.s[i]));
+                z[i] = next.transfer.apply_transposed(&SA[i]);
+                z[i].add_scaled(1.0, &B.tr_mul(&at.s[i]));
+            }
+            for i in 0..f {
+                let mut row = Twist::zero();
+                (0..f).for_each(|j| row.add_scaled(D[i][j], &z[j]));
+                transmitted.sub_outer(&y[i], &row);
+            }
+            self.A[parent].add(&transmitted);
+            return Ok(());
+        }
         let mut reduced = *A; // Â − Â S' D⁻¹ Sᵀ Â
         for i in 0..f {
             let mut row = Twist::zero();
@@ -274,6 +336,14 @@ impl Articulated {
         let mut transmitted = *p;
         for (u, column) in own.iter_mut().zip(work.at.columns()) {
             *u -= column.dot(p);
+        }
+        if let Some(near) = &self.near {
+            transmitted = work.at.transfer.apply_transposed(p);
+            for i in 0..f {
+                let rate: f64 = (0..f).map(|j| work.D[i][j] * own[j]).sum();
+                transmitted.add_scaled(rate, &near.links[k].y[i]);
+            }
+            return transmitted;
         }
         for i in 0..f {
             let rate: f64 = (0..f).map(|j| work.D[i][j] * own[j]).sum();
@@ -314,10 +384,17 @@ impl Articulated {
         let (link, work) = (&self.tree.links()[k], &self.links[k]);
         let f = work.at.dof;
         let own = &mut x[link.offset..link.offset + f];
-        let inherited =
-            link.parent.map_or(Twist::zero(), |p| work.next.transfer.apply(&self.wrenches[p]));
-        for (u, row) in own.iter_mut().zip(&work.SA) {
-            *u -= row.dot(&inherited);
+        let of_parent = link.parent.map_or(Twist::zero(), |p| self.wrenches[p]);
+        let inherited = work.next.transfer.apply(&of_parent);
+        match &self.near {
+            Some(near) => {
+                let rows = own.iter_mut().zip(&near.links[k].z);
+                rows.for_each(|(u, z)| *u -= z.dot(&of_parent));
+            }
+            None => {
+                let rows = own.iter_mut().zip(&work.SA);
+                rows.for_each(|(u, row)| *u -= row.dot(&inherited));
+            }
         }
         let mut twist = inherited;
         let mut rate = [0.0; MAX_DOF];

@@ -5,7 +5,8 @@
 
 use crate::geometry::spatial::SpatialMatrix;
 use crate::pair::Twist;
-use nalgebra::Vector3;
+use crate::tree::Tree;
+use nalgebra::{Matrix3, Vector3};
 use vi_core::sparse::Entries;
 use vi_rigid::directors;
 
@@ -21,8 +22,20 @@ pub(super) struct BodyBlocks<'a> {
     pub q0: &'a [f64],
     /// `q_{n+1}`.
     pub q1: &'a [f64],
-    /// Whether an entry couples two frames: there is no block for it.
+    /// Where the blocks between a link and its parent go; `None`: there is no place for them.
+    pub near: Option<NearBlocks<'a>>,
+    /// Whether an entry couples two frames for which there is no block.
     pub coupled: bool,
+}
+
+/// `P_in(q_n)ᵀ K_αβ P_in(q_{n+1})` between links and their parents.
+pub(super) struct NearBlocks<'a> {
+    /// The tree.
+    pub tree: &'a Tree,
+    /// Rows of each link, columns of its parent.
+    pub of_link: &'a mut [SpatialMatrix],
+    /// Rows of its parent, columns of each link.
+    pub of_parent: &'a mut [SpatialMatrix],
 }
 
 /// Row `i` of `P_in`: the coordinate `i` of a frame moves by `row · t`.
@@ -40,18 +53,52 @@ fn arm(q: &[f64], i: usize) -> Option<Vector3<f64>> {
     (i > 0).then(|| directors::director(q, i / 3 - 1))
 }
 
+/// The coordinates of a frame.
+fn of_frame(q: &[f64], frame: usize) -> &[f64] {
+    &q[12 * frame..12 * frame + 12]
+}
+
+impl BodyBlocks<'_> {
+    /// The block between two frames.
+    fn block(&mut self, row: usize, column: usize) -> Option<&mut SpatialMatrix> {
+        let (row, column) = (self.link_of[row], self.link_of[column]);
+        if row == column {
+            return Some(&mut self.A[row]);
+        }
+        if let Some(NearBlocks { tree, of_link, of_parent }) = &mut self.near {
+            let parent = |link: usize| tree.links()[link].parent;
+            if parent(row) == Some(column) {
+                return Some(&mut of_link[row]);
+            }
+            if parent(column) == Some(row) {
+                return Some(&mut of_parent[column]);
+            }
+        }
+        self.coupled = true;
+        None
+    }
+}
+
 impl Entries for BodyBlocks<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
-        let frame = row / 12;
-        if frame != column / 12 {
-            self.coupled = true;
+        let (q0, q1) = (of_frame(self.q0, row / 12), of_frame(self.q1, column / 12));
+        let Some(block) = self.block(row / 12, column / 12) else { return };
+        let (left, right) = (row_of_null_space(q0, row % 12), row_of_null_space(q1, column % 12));
+        let scaled = Twist::new(-value * left.linear, -value * left.angular);
+        block.sub_outer(&scaled, &right);
+    }
+
+    fn add_block(&mut self, row: usize, column: usize, block: &Matrix3<f64>) {
+        let (i, j) = (row % 12, column % 12);
+        if i % 3 != 0 || j % 3 != 0 {
+            for k in 0..9 {
+                self.add(row + k / 3, column + k % 3, block[(k / 3, k % 3)]);
+            }
             return;
         }
-        let own = 12 * frame..12 * frame + 12;
-        let left = row_of_null_space(&self.q0[own.clone()], row % 12);
-        let right = row_of_null_space(&self.q1[own], column % 12);
-        let scaled = Twist::new(-value * left.linear, -value * left.angular);
-        self.A[self.link_of[frame]].sub_outer(&scaled, &right);
+        let (a, b) = (arm(of_frame(self.q0, row / 12), i), arm(of_frame(self.q1, column / 12), j));
+        let Some(own) = self.block(row / 12, column / 12) else { return };
+        own.add_block(block, a.as_ref(), b.as_ref());
     }
 
     fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
@@ -96,6 +143,7 @@ mod tests {
                     along: &mut [],
                     q0,
                     q1,
+                    near: None,
                     coupled: false,
                 };
                 blocks.add_multiple(12 + i, 12 + j, 0.7);
@@ -123,7 +171,7 @@ mod tests {
         let q = [0.0; 24];
         let mut A = [SpatialMatrix::zero(); 2];
         let (A, link_of, along, q) = (&mut A[..], &[0, 1], &mut [0.0; 2], &q[..]);
-        let mut blocks = BodyBlocks { A, link_of, along, q0: q, q1: q, coupled: false };
+        let mut blocks = BodyBlocks { A, link_of, along, q0: q, q1: q, near: None, coupled: false };
         assert!(blocks.add_along(1, 2.0) && !blocks.add_along(2, 2.0) && blocks.along[1] == 2.0);
         assert!(!blocks.coupled);
         blocks.add_multiple(0, 12, 1.0);

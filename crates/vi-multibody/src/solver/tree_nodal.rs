@@ -38,6 +38,12 @@ impl TreeNodal {
     pub fn applies(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
         self.articulated.applies(system, s)
     }
+
+    /// Whether it applies where bodies may be coupled with their parents; it is prepared for that from now on, where it does.
+    #[must_use]
+    pub fn applies_near(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
+        self.articulated.applies_near(system, s)
+    }
 }
 
 impl NodalOperators for TreeNodal {

@@ -74,7 +74,13 @@ pub(super) fn nodal(
         let nodal = Nodal::new(n, operators, reduced);
         return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
-    if uncoupled && !matches!(solver, Solver::Dense | Solver::Sparse) {
+    let by_recursion = !matches!(solver, Solver::Dense | Solver::Sparse);
+    let applies = uncoupled
+        || by_recursion
+            && !particles
+            && !elements
+            && recursion.applies_near(system, &probe(mechanism, system));
+    if applies && by_recursion {
         return Ok(Box::new(Nodal::new(n, recursion, reduced)));
     }
     if !sparse {

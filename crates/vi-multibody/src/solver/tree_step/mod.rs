@@ -90,7 +90,7 @@ fn couples_bodies(mechanism: &Mechanism, system: &SeparableSystem) -> bool {
     let mut A = vec![SpatialMatrix::zero(); mechanism.tree().links().len()];
     let link_of = mechanism.tree().link_of();
     let (A, along, q) = (&mut A[..], &mut [], &q[..]);
-    let mut blocks = BodyBlocks { A, link_of, along, q0: q, q1: q, coupled: false };
+    let mut blocks = BodyBlocks { A, link_of, along, q0: q, q1: q, near: None, coupled: false };
     system.other_d2_d1(&s, &mut blocks);
     blocks.coupled
 }
@@ -210,7 +210,8 @@ impl Variable {
     ) {
         self.matrices.fill(SpatialMatrix::zero());
         let (A, link_of, along) = (&mut self.matrices[..], tree.link_of(), &mut []);
-        let mut emitted = BodyBlocks { A, link_of, along, q0: &s.q0, q1: &s.q1, coupled: false };
+        let mut emitted =
+            BodyBlocks { A, link_of, along, q0: &s.q0, q1: &s.q1, near: None, coupled: false };
         system.other_d2_d1(s, &mut emitted);
         debug_assert!(
             !emitted.coupled,

@@ -1,0 +1,96 @@
+//! Springs and dampers between bodies and their parents: the recursion against dense matrices.
+
+use vi_constraints::{InitialValues, Options, SchemeKind};
+use vi_core::Quadrature;
+use vi_core::interval::Interval;
+use vi_core::linear::norm_inf;
+use vi_multibody::builder::Inertia;
+use vi_multibody::run::{Solver, integrator};
+use vi_multibody::tree_nodal::TreeNodal;
+use vi_multibody::{BuiltMechanism, FrameId, MechanismBuilder, PairKind};
+use vi_testkit::Sample;
+
+/// A random tree of all pairs; a spring of either law and a damper between each body and its parent, with `far` also between
+/// the first body and the last.
+fn tied_tree(bodies: usize, seed: u64, far: bool) -> BuiltMechanism {
+    let mut random = Sample::new(seed);
+    let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
+    let mut links = Vec::new();
+    for k in 0..bodies {
+        let inertia = Inertia::principal(2.0 + random.number(), [1.1, 1.2, 1.4]);
+        let body = builder.body(&format!("body {k}"), inertia).at(2.0 * random.vector());
+        let body = body.rotation_vector(random.vector()).id();
+        let kind = PairKind::ALL[random.index(PairKind::ALL.len() - 1)];
+        let parent =
+            if random.index(3) > 0 { k.checked_sub(1) } else { random.index(k + 1).checked_sub(1) };
+        let frame = parent.map_or(FrameId::Ground, |parent| FrameId::from(links[parent]));
+        let joint = builder.joint(&format!("joint {k}"), kind, frame, body).at(random.vector());
+        let joint = if kind.has_axis() { joint.axis(random.vector()) } else { joint };
+        let rates: [f64; 6] = random.array();
+        let count = kind.coordinate_count();
+        if count > 0 {
+            joint.rates(&rates[..count]);
+        }
+        if let Some(parent) = parent {
+            let ends = [links[parent], body].map(|body| body.point([0.3, -0.2, 0.1]));
+            builder.spring(ends[0], ends[1], 50.0);
+            let ends = [links[parent], body].map(|body| body.point([-0.1, 0.2, 0.4]));
+            builder.damper(ends[0], ends[1], 3.0);
+        }
+        links.push(body);
+    }
+    if far {
+        builder.spring(links[0].point([0.0; 3]), links[bodies - 1].point([0.1, 0.0, 0.0]), 5.0);
+    }
+    builder.build().unwrap()
+}
+
+/// Whether the recursion applies: at all, and without blocks between bodies.
+fn applies(built: &BuiltMechanism) -> [bool; 2] {
+    let system = built.system(Quadrature::Midpoint);
+    let q = built.mechanism.initial_configuration();
+    let mut s = Interval::new(q.len());
+    s.open(0.0, 1.0, &q);
+    let recursion = || TreeNodal::new(built.mechanism.tree().clone());
+    [recursion().applies_near(&system, &s), recursion().applies(&system, &s)]
+}
+
+#[test]
+fn the_recursion_takes_the_steps_of_dense_matrices() {
+    let (mut worst, mut coupled) = (0.0_f64, 0);
+    for seed in 0..40 {
+        let built = tied_tree(2 + seed as usize % 6, 3 + seed, false);
+        let [near, alone] = applies(&built);
+        assert!(near);
+        coupled += usize::from(!alone);
+        for scheme in [SchemeKind::Nodal, SchemeKind::Reduced] {
+            let (q, v) =
+                (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
+            let run = |solver| {
+                let at = InitialValues::new(0.0, &q, &v);
+                let (system, options) =
+                    (built.system(Quadrature::Midpoint), Options::new(scheme, 0.01));
+                let mut run =
+                    integrator(built.mechanism.clone(), system, options, solver, at).unwrap();
+                let count: usize = (0..20).map(|_| run.step().unwrap().iterations).sum();
+                ([&run.state().q[..], &run.state().p].concat(), count)
+            };
+            let ((found, count), (dense, least)) = (run(Solver::Auto), run(Solver::Dense));
+            let off: Vec<f64> = found.iter().zip(&dense).map(|(a, b)| a - b).collect();
+            let off = norm_inf(&off) / norm_inf(&dense);
+            println!(
+                "tree {seed}, {scheme:?}: off by {off:.1e}, {count} iterations, dense {least}"
+            );
+            assert!(off < 1e-11 && count <= least + 5, "tree {seed}: off by {off:e}");
+            worst = if off <= worst { worst } else { off };
+        }
+    }
+    println!("states off by {worst:.1e}, {coupled} trees of 40 with couplings");
+    assert!(coupled >= 30);
+}
+
+#[test]
+fn couplings_beyond_the_parent_are_refused() {
+    let built = tied_tree(6, 5, true);
+    assert_eq!(applies(&built), [false, false]);
+}
