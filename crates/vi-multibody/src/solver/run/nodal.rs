@@ -75,12 +75,9 @@ pub(super) fn nodal(
         return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
     let by_recursion = !matches!(solver, Solver::Dense | Solver::Sparse);
-    let applies = uncoupled
-        || by_recursion
-            && !particles
-            && !elements
-            && recursion.applies_near(system, &probe(mechanism, system));
-    if applies && by_recursion {
+    let mut applies_near =
+        || !particles && !elements && recursion.applies_near(system, &probe(mechanism, system));
+    if by_recursion && (uncoupled || applies_near()) {
         return Ok(Box::new(Nodal::new(n, recursion, reduced)));
     }
     if !sparse {
