@@ -3,6 +3,7 @@
 
 mod builder;
 mod control_points;
+mod dense;
 mod ensemble;
 mod joint_coordinates;
 mod joint_efforts;

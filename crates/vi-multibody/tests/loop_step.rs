@@ -1,13 +1,12 @@
 //! The sweeps of closed loops against dense matrices: small, band, sparse and full complements; loops on bodies and free
 //! bodies; loops through all joints.
 
-use vi_constraints::{InitialValues, Options, SchemeKind};
+use crate::dense::off_dense;
+use vi_constraints::{Options, SchemeKind};
 use vi_core::Quadrature;
-use vi_core::linear::norm_inf;
 use vi_multibody::builder::{BodyId, Inertia};
 use vi_multibody::closed_loop::step::LoopStep;
 use vi_multibody::loop_rank::LoopRank;
-use vi_multibody::run::{Solver, integrator};
 use vi_multibody::{BuiltMechanism, FrameId, MechanismBuilder, PairKind};
 
 const BAR: [f64; 3] = [0.1, 0.02, 0.1];
@@ -147,19 +146,8 @@ fn loop_of(kinds: [PairKind; 4], is_free: bool) -> BuiltMechanism {
 }
 
 /// By how much the states of some steps differ from those by dense matrices.
-fn off_dense(built: &BuiltMechanism) -> f64 {
-    let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
-    let run = |solver| {
-        let system = built.system(Quadrature::Midpoint);
-        let (options, at) =
-            (Options::new(SchemeKind::Nodal, 0.005), InitialValues::new(0.0, &q, &v));
-        let mut run = integrator(built.mechanism.clone(), system, options, solver, at).unwrap();
-        (0..20).for_each(|_| _ = run.step().unwrap());
-        [&run.state().q[..], &run.state().p].concat()
-    };
-    let (sweeps, dense) = (run(Solver::Auto), run(Solver::Dense));
-    let off: Vec<f64> = sweeps.iter().zip(&dense).map(|(a, b)| a - b).collect();
-    norm_inf(&off) / norm_inf(&dense)
+fn apart(built: &BuiltMechanism) -> f64 {
+    off_dense(built, Options::new(SchemeKind::Nodal, 0.005)).0
 }
 
 /// Rank and apex of the clusters that the sweeps solve.
@@ -178,7 +166,7 @@ fn steps_are_those_of_dense_matrices_by_small_band_and_sparse_complements() {
     {
         let built = windows(count, has_bar_over_all);
         assert_eq!(clusters(&built), [(rank, None)]);
-        let off = off_dense(&built);
+        let off = apart(&built);
         println!("{count} windows: states off by {off:.1e}");
         assert!(off < 1e-11, "{count} windows: off by {off:e}");
     }
@@ -189,7 +177,7 @@ fn steps_are_those_of_dense_matrices_by_full_complements() {
     for (count, rank) in [(5, 8), (70, 138)] {
         let built = scissors(count);
         assert_eq!(clusters(&built), [(rank, Some(0))]);
-        let off = off_dense(&built);
+        let off = apart(&built);
         println!("{count} pairs of bars: states off by {off:.1e}");
         assert!(off < 1e-11, "{count} pairs of bars: off by {off:e}");
     }
@@ -200,7 +188,7 @@ fn steps_are_those_of_dense_matrices_with_loops_on_bodies() {
     let built = clusters_on_bodies();
     let found = clusters(&built);
     assert_eq!(found.iter().filter(|cluster| cluster.1.is_some()).count(), 2, "{found:?}");
-    let off = off_dense(&built);
+    let off = apart(&built);
     println!("states off by {off:.1e}, clusters {found:?}");
     assert!(off < 1e-11, "off by {off:e}");
 }
@@ -210,7 +198,7 @@ fn steps_are_those_of_dense_matrices_with_loops_on_free_bodies() {
     let built = floating_clusters();
     let found = clusters(&built);
     assert!(found.len() == 2 && found.iter().all(|cluster| cluster.1.is_some()), "{found:?}");
-    let off = off_dense(&built);
+    let off = apart(&built);
     println!("states off by {off:.1e}, clusters {found:?}");
     assert!(off < 1e-11, "off by {off:e}");
 }
@@ -231,7 +219,7 @@ fn steps_are_those_of_dense_matrices_through_all_joints() {
         for is_free in [false, true] {
             let built = loop_of(kinds, is_free);
             let found = clusters(&built);
-            let off = off_dense(&built);
+            let off = apart(&built);
             println!("{kinds:?}: states off by {off:.1e}, clusters {found:?}");
             assert!(off < 1e-11, "{kinds:?}: off by {off:e}");
         }

@@ -1,16 +1,15 @@
 //! Springs and dampers between bodies and their parents: the recursion against dense matrices.
 
-use vi_constraints::{InitialValues, Options, SchemeKind};
+use crate::dense::off_dense;
+use vi_constraints::{Options, SchemeKind};
 use vi_core::Quadrature;
 use vi_core::interval::Interval;
-use vi_core::linear::norm_inf;
 use vi_multibody::builder::Inertia;
-use vi_multibody::run::{Solver, integrator};
 use vi_multibody::tree_nodal::TreeNodal;
 use vi_multibody::{BuiltMechanism, FrameId, MechanismBuilder, PairKind};
 use vi_testkit::Sample;
 
-/// A random tree of all pairs; a spring of either law and a damper between each body and its parent, with `far` also between
+/// A random tree of all pairs; a spring and a damper between each body and its parent, with `far` also between
 /// the first body and the last.
 fn tied_tree(bodies: usize, seed: u64, far: bool) -> BuiltMechanism {
     let mut random = Sample::new(seed);
@@ -64,20 +63,7 @@ fn the_recursion_takes_the_steps_of_dense_matrices() {
         assert!(near);
         coupled += usize::from(!alone);
         for scheme in [SchemeKind::Nodal, SchemeKind::Reduced] {
-            let (q, v) =
-                (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
-            let run = |solver| {
-                let at = InitialValues::new(0.0, &q, &v);
-                let (system, options) =
-                    (built.system(Quadrature::Midpoint), Options::new(scheme, 0.01));
-                let mut run =
-                    integrator(built.mechanism.clone(), system, options, solver, at).unwrap();
-                let count: usize = (0..20).map(|_| run.step().unwrap().iterations).sum();
-                ([&run.state().q[..], &run.state().p].concat(), count)
-            };
-            let ((found, count), (dense, least)) = (run(Solver::Auto), run(Solver::Dense));
-            let off: Vec<f64> = found.iter().zip(&dense).map(|(a, b)| a - b).collect();
-            let off = norm_inf(&off) / norm_inf(&dense);
+            let (off, [count, least]) = off_dense(&built, Options::new(scheme, 0.01));
             println!(
                 "tree {seed}, {scheme:?}: off by {off:.1e}, {count} iterations, dense {least}"
             );

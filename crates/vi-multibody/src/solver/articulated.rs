@@ -292,22 +292,12 @@ impl Articulated {
                 z[i] = next.transfer.apply_transposed(&SA[i]);
                 z[i].add_scaled(1.0, &B.tr_mul(&at.s[i]));
             }
-            for i in 0..f {
-                let mut row = Twist::zero();
-                (0..f).for_each(|j| row.add_scaled(D[i][j], &z[j]));
-                transmitted.sub_outer(&y[i], &row);
-            }
+            take_out(&mut transmitted, (y, D, z), f);
             self.A[parent].add(&transmitted);
             return Ok(());
         }
         let mut reduced = *A; // Â − Â S' D⁻¹ Sᵀ Â
-        for i in 0..f {
-            let mut row = Twist::zero();
-            for j in 0..f {
-                row.add_scaled(work.D[i][j], &work.SA[j]);
-            }
-            reduced.sub_outer(&work.AS[i], &row);
-        }
+        take_out(&mut reduced, (&work.AS, &work.D, &work.SA), f);
         let transmitted = reduced.congruence(&work.at.transfer, &work.next.transfer);
         self.A[parent].add(&transmitted);
         Ok(())
@@ -337,17 +327,16 @@ impl Articulated {
         for (u, column) in own.iter_mut().zip(work.at.columns()) {
             *u -= column.dot(p);
         }
+        let mut columns = &work.AS;
         if let Some(near) = &self.near {
-            transmitted = work.at.transfer.apply_transposed(p);
-            for i in 0..f {
-                let rate: f64 = (0..f).map(|j| work.D[i][j] * own[j]).sum();
-                transmitted.add_scaled(rate, &near.links[k].y[i]);
-            }
-            return transmitted;
+            (transmitted, columns) = (work.at.transfer.apply_transposed(p), &near.links[k].y);
         }
         for i in 0..f {
             let rate: f64 = (0..f).map(|j| work.D[i][j] * own[j]).sum();
-            transmitted.add_scaled(rate, &work.AS[i]);
+            transmitted.add_scaled(rate, &columns[i]);
+        }
+        if self.near.is_some() {
+            return transmitted;
         }
         work.at.transfer.apply_transposed(&transmitted)
     }
@@ -386,15 +375,12 @@ impl Articulated {
         let own = &mut x[link.offset..link.offset + f];
         let of_parent = link.parent.map_or(Twist::zero(), |p| self.wrenches[p]);
         let inherited = work.next.transfer.apply(&of_parent);
-        match &self.near {
-            Some(near) => {
-                let rows = own.iter_mut().zip(&near.links[k].z);
-                rows.for_each(|(u, z)| *u -= z.dot(&of_parent));
-            }
-            None => {
-                let rows = own.iter_mut().zip(&work.SA);
-                rows.for_each(|(u, row)| *u -= row.dot(&inherited));
-            }
+        let (rows, known) = match &self.near {
+            Some(near) => (&near.links[k].z, &of_parent),
+            None => (&work.SA, &inherited),
+        };
+        for (u, row) in own.iter_mut().zip(rows) {
+            *u -= row.dot(known);
         }
         let mut twist = inherited;
         let mut rate = [0.0; MAX_DOF];
@@ -411,6 +397,19 @@ impl Articulated {
         self.rest();
         (0..self.links.len()).rev().for_each(|k| self.forward(k, x));
         (0..self.links.len()).for_each(|k| self.backward(k, x));
+    }
+}
+
+/// Columns, inverse and rows of a joint.
+type JointParts<'a> = (&'a [Twist; MAX_DOF], &'a [[f64; MAX_DOF]; MAX_DOF], &'a [Twist; MAX_DOF]);
+
+/// `A ← A − y D⁻¹ zᵀ` of a joint of `f` degrees of freedom.
+#[inline]
+fn take_out(A: &mut SpatialMatrix, (y, D, z): JointParts<'_>, f: usize) {
+    for i in 0..f {
+        let mut row = Twist::zero();
+        (0..f).for_each(|j| row.add_scaled(D[i][j], &z[j]));
+        A.sub_outer(&y[i], &row);
     }
 }
 

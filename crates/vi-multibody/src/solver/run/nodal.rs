@@ -46,7 +46,8 @@ pub(super) fn nodal(
         }
     }
     let mut recursion = TreeNodal::new(mechanism.tree().clone());
-    let uncoupled = !particles && recursion.applies(system, &probe(mechanism, system));
+    let s = probe(mechanism, system);
+    let uncoupled = !particles && recursion.applies(system, &s);
     if let Some(rank) = &loops.rank {
         if !uncoupled {
             let what = "springs between the bodies of so many closed loops";
@@ -75,8 +76,7 @@ pub(super) fn nodal(
         return Ok(Box::new(nodal.starting_with(departure.rates)));
     }
     let by_recursion = !matches!(solver, Solver::Dense | Solver::Sparse);
-    let mut applies_near =
-        || !particles && !elements && recursion.applies_near(system, &probe(mechanism, system));
+    let mut applies_near = || !particles && !elements && recursion.applies_near(system, &s);
     if by_recursion && (uncoupled || applies_near()) {
         return Ok(Box::new(Nodal::new(n, recursion, reduced)));
     }
