@@ -149,6 +149,10 @@ pub(super) fn judge_output(method: Method, order: u32, compared: &Compared) -> F
             found.measured = scientific(largest, 0);
             found.verdict = Verdict::Pass;
         }
+        Err(refused @ NoOrder::RoundOff { largest }) => {
+            found.measured = scientific(largest, 0);
+            found.reason = refused.to_string();
+        }
         Err(refused) => {
             found.measured = "not a number".into();
             found.reason = refused.to_string();
@@ -213,11 +217,22 @@ pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding
     } else if !stays {
         found.reason = format!(
             "the means change by {:.1e} J, the second half is {:.2} times as far from the median as the first \
-             (at most {WIDENING})",
-            trend.variation, trend.widening
+             (at most {WIDENING}){}",
+            trend.variation,
+            trend.widening,
+            at_once(run, trend.variation)
         );
     }
     found
+}
+
+/// Where most of what the means change by comes at once: a force that jumps, for example.
+fn at_once(run: &LongRun, variation: f64) -> String {
+    let jump = run.largest_jump().filter(|(jump, _)| *jump >= 0.5 * variation);
+    jump.map_or(String::new(), |(jump, times)| {
+        let (from, to) = (times.start, times.end);
+        format!("; {jump:.1e} J of it from t = {from} s to {to} s: does a force jump there?")
+    })
 }
 
 /// The band of `H_d`, what is judged, and the condition under which it is.

@@ -3,6 +3,7 @@
 use super::fit::power_law;
 use super::subject::{Invariants, Method, Nature, Setting, Subject};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use vi_core::Composition;
 use vi_core::linear::norm_inf;
 use vi_core::shadow_energy;
@@ -29,13 +30,18 @@ pub struct LongRun {
     pub frequency: Option<f64>,
 }
 
+/// Steps from one sample to the next.
+fn every(steps: u64) -> u64 {
+    (steps / SAMPLES).max(1)
+}
+
 /// Takes `steps` steps and samples them evenly.
 ///
 /// # Errors
 /// Why the method does not apply or a step failed, in words.
 pub fn long_run(subject: &dyn Subject, setting: Setting, steps: u64) -> Result<LongRun, String> {
     let mut motion = subject.start(setting)?;
-    let every = (steps / SAMPLES).max(1);
+    let every = every(steps);
     let mut nature = motion.nature()?;
     let frequency = motion.frequency()?;
     let (mut times, mut samples) = (Vec::new(), Vec::new());
@@ -122,6 +128,16 @@ impl LongRun {
     pub fn resolution(&self) -> Option<f64> {
         let gammas = Composition::of_order(self.order).unwrap_or_default().gammas();
         Some(self.step.abs() * norm_inf(&gammas) * self.frequency?)
+    }
+
+    /// The largest change of the shadow energy from one sample to the next, J, and their times, s; `None` with fewer than
+    /// two samples.
+    #[must_use]
+    pub fn largest_jump(&self) -> Option<(f64, Range<f64>)> {
+        let shadow = self.shadow_energies();
+        let jump = |k: usize| (shadow[k] - shadow[k - 1]).abs();
+        let k = (1..shadow.len()).max_by(|&a, &b| jump(a).total_cmp(&jump(b)))?;
+        Some((jump(k), self.times[k - 1]..self.times[k]))
     }
 
     /// Largest coordinate.

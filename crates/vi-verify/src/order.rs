@@ -42,7 +42,7 @@ const UNCERTAIN: f64 = 1e-3;
 /// Errors above this many floors are of the scheme, even where they stop to fall.
 const ABOVE: f64 = 1e3;
 /// Round-off of a quantity that divides by `h²` stays below this.
-const AMPLIFIED: f64 = 1e-6;
+pub(crate) const AMPLIFIED: f64 = 1e-6;
 /// Errors below this many floors are known too badly for a fit.
 pub(crate) const CLEAR: f64 = 10.0;
 /// A stretch this straight is taken for asymptotic.
