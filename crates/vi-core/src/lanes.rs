@@ -147,8 +147,9 @@ pub use wide::{Wide, WideFour};
 #[cfg(target_arch = "x86_64")]
 mod wide {
     use super::{Lanes, Register};
+    use pulp::cast;
     use pulp::x86::V3;
-    use pulp::{Simd, f64x4};
+    use std::arch::x86_64::{__m256d, _CMP_GT_OQ, _CMP_LE_OQ};
     use std::ops::{Add, Mul, Sub};
 
     /// Registers of 256 bits.
@@ -163,19 +164,18 @@ mod wide {
         }
     }
 
-    /// Four numbers in a register.
+    /// Four numbers in a register. Not four fields: the compiler would move them one by one.
     #[derive(Clone, Copy, Debug)]
-    #[repr(align(32))]
     pub struct WideFour {
         simd: V3,
-        x: f64x4,
+        x: __m256d,
     }
 
     impl Add for WideFour {
         type Output = Self;
         #[inline(always)]
         fn add(self, other: Self) -> Self {
-            Self { x: self.simd.add_f64s(self.x, other.x), ..self }
+            Self { x: self.simd.avx._mm256_add_pd(self.x, other.x), ..self }
         }
     }
 
@@ -183,7 +183,7 @@ mod wide {
         type Output = Self;
         #[inline(always)]
         fn sub(self, other: Self) -> Self {
-            Self { x: self.simd.sub_f64s(self.x, other.x), ..self }
+            Self { x: self.simd.avx._mm256_sub_pd(self.x, other.x), ..self }
         }
     }
 
@@ -191,7 +191,7 @@ mod wide {
         type Output = Self;
         #[inline(always)]
         fn mul(self, other: Self) -> Self {
-            Self { x: self.simd.mul_f64s(self.x, other.x), ..self }
+            Self { x: self.simd.avx._mm256_mul_pd(self.x, other.x), ..self }
         }
     }
 
@@ -199,7 +199,7 @@ mod wide {
         type Output = Self;
         #[inline(always)]
         fn mul(self, x: f64) -> Self {
-            Self { x: self.simd.mul_f64s(self.x, self.simd.splat_f64s(x)), ..self }
+            Self { x: self.simd.avx._mm256_mul_pd(self.x, self.simd.avx._mm256_set1_pd(x)), ..self }
         }
     }
 
@@ -207,25 +207,28 @@ mod wide {
         const COUNT: usize = 4;
         #[inline(always)]
         fn at(self, k: usize) -> f64 {
-            [self.x.0, self.x.1, self.x.2, self.x.3][k]
+            cast::<__m256d, [f64; 4]>(self.x)[k]
         }
         #[inline(always)]
         fn with_first(self, x: f64) -> Self {
-            Self { x: f64x4(x, self.x.1, self.x.2, self.x.3), ..self }
+            let avx = self.simd.avx;
+            Self { x: avx._mm256_blend_pd::<0b0001>(self.x, avx._mm256_set1_pd(x)), ..self }
         }
         #[inline(always)]
         fn over(self, divisor: Self) -> Self {
-            Self { x: self.simd.div_f64s(self.x, divisor.x), ..self }
+            Self { x: self.simd.avx._mm256_div_pd(self.x, divisor.x), ..self }
         }
         #[inline(always)]
         fn larger(self, other: Self) -> Self {
-            let is_larger = self.simd.greater_than_f64s(self.x, other.x);
-            Self { x: self.simd.select_f64s(is_larger, self.x, other.x), ..self }
+            let avx = self.simd.avx;
+            let is_larger = avx._mm256_cmp_pd::<_CMP_GT_OQ>(self.x, other.x);
+            Self { x: avx._mm256_blendv_pd(other.x, self.x, is_larger), ..self }
         }
         #[inline(always)]
         fn if_at_most(self, bound: Self, then: Self, other: Self) -> Self {
-            let is_at_most = self.simd.less_than_or_equal_f64s(self.x, bound.x);
-            Self { x: self.simd.select_f64s(is_at_most, then.x, other.x), ..self }
+            let avx = self.simd.avx;
+            let is_at_most = avx._mm256_cmp_pd::<_CMP_LE_OQ>(self.x, bound.x);
+            Self { x: avx._mm256_blendv_pd(other.x, then.x, is_at_most), ..self }
         }
     }
 
@@ -233,11 +236,12 @@ mod wide {
         type Lanes = WideFour;
         #[inline(always)]
         fn splat(self, x: f64) -> WideFour {
-            WideFour { simd: self.0, x: self.0.splat_f64s(x) }
+            WideFour { simd: self.0, x: self.0.avx._mm256_set1_pd(x) }
         }
         #[inline(always)]
         fn gather(self, number: impl Fn(usize) -> f64) -> WideFour {
-            WideFour { simd: self.0, x: f64x4(number(0), number(1), number(2), number(3)) }
+            let x = cast([number(0), number(1), number(2), number(3)]);
+            WideFour { simd: self.0, x }
         }
         #[inline(always)]
         fn run<R>(self, f: impl FnOnce() -> R) -> R {
