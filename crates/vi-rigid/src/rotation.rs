@@ -142,10 +142,27 @@ pub fn exp(theta: &Vector3<f64>) -> Matrix3<f64> {
 #[must_use]
 pub fn vector(R: &Matrix3<f64>) -> Vector3<f64> {
     let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*R));
-    let half = turn.imag() * 1.0_f64.copysign(turn.scalar()); // sin(|θ|/2) θ/|θ|
+    of_quaternion(turn.scalar(), &turn.imag())
+}
+
+/// `θ` with `|θ| ≤ π` of a unit quaternion, which is `(cos(|θ|/2), sin(|θ|/2) θ/|θ|)` or its negative.
+fn of_quaternion(scalar: f64, imaginary: &Vector3<f64>) -> Vector3<f64> {
+    let half = imaginary * 1.0_f64.copysign(scalar);
     let sine = half.norm();
-    let angle = 2.0 * libm::atan2(sine, turn.scalar().abs());
+    let angle = 2.0 * libm::atan2(sine, scalar.abs());
     if sine == 0.0 { Vector3::zeros() } else { half * (angle / sine) }
+}
+
+/// `θ` with `exp θ̂ = exp(then^) exp(first^)` and `|θ| ≤ π`.
+#[must_use]
+pub fn composed(first: &Vector3<f64>, then: &Vector3<f64>) -> Vector3<f64> {
+    let quaternion = |theta: &Vector3<f64>| {
+        let square = 0.25 * theta.norm_squared();
+        let [sinc, gap] = coefficients(square);
+        (1.0 - square * gap, theta * (0.5 * sinc))
+    };
+    let ((a, x), (b, y)) = (quaternion(then), quaternion(first));
+    of_quaternion(a * b - x.dot(&y), &(y * a + x * b + x.cross(&y)))
 }
 
 /// `exp θ̂ − I`, accurate relative to its own size.
@@ -340,5 +357,29 @@ mod tests {
         let (a, b) = (sample.vector(), sample.vector());
         assert!((skew(&a) * b - a.cross(&b)).norm() < 1e-16);
         assert!((skew(&a) * skew(&a) - skew_square(&a)).abs().max() < 1e-15);
+    }
+
+    #[test]
+    fn composed_rotation_vectors_are_those_of_the_product() {
+        let mut sample = Sample::new(7);
+        let mut worst = 0.0_f64;
+        for size in [1e-9, 1e-3, 0.3, 1.5, 3.0] {
+            for _ in 0..200 {
+                let [first, then] = [sample.of_length(size), sample.of_length(0.8 * size)];
+                let product = exp(&then) * exp(&first);
+                let found = composed(&first, &then);
+                assert!(found.norm() <= MAX_ROTATION + 1e-15, "{found:?}");
+                worst = worst.max((exp(&found) - product).amax());
+                let series = first + then + then.cross(&first) * 0.5;
+                assert!(
+                    (found - series).norm() <= size.powi(3) + 1e-15 * size,
+                    "{size}: {found:?}"
+                );
+            }
+        }
+        println!("off by {worst:e}");
+        assert!(worst < 3e-15, "{worst:e}");
+        let theta = Vector3::new(0.3, -1.2, 0.5);
+        assert_eq!(composed(&theta, &-theta), Vector3::zeros());
     }
 }

@@ -284,8 +284,8 @@ impl Tree {
                 u[at] += first[at];
             }
             if let Some(at) = turning {
-                let turn = rotation::exp(&vector(u, at)) * rotation::exp(&vector(first, at));
-                u[at..at + 3].copy_from_slice(rotation::vector(&turn).as_slice());
+                let turn = rotation::composed(&vector(first, at), &vector(u, at));
+                u[at..at + 3].copy_from_slice(turn.as_slice());
             }
         }
     }
