@@ -4,6 +4,9 @@ pub use holonom_sim::digits::rounded;
 use holonom_sim::output::{EnergySummary, Status, Summary};
 use holonom_sim::statics::StaticFacts;
 
+/// A larger residual at momentum level is an error of the scheme, `O(h²)`.
+const ROUND_OFF: f64 = 1e-9;
+
 /// A time or a step, s, with the digits of a step times a count.
 #[must_use]
 pub fn time(t: f64) -> String {
@@ -79,11 +82,13 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
     let constraints = if summary.counts.constraints == 0 {
         "there are none".to_owned()
     } else {
+        let momentum = residual.momentum.max;
+        let falls = if momentum > ROUND_OFF { ", where it falls with the step" } else { "" };
         format!(
-            "residual {} at position level, {} at velocity level, {} at momentum level",
+            "residual {} at position level, {} at velocity level, {} at momentum level{falls}",
             number(residual.position.max),
             number(residual.velocity.max),
-            number(residual.momentum.max)
+            number(momentum)
         )
     };
     let mut facts = vec![
