@@ -13,7 +13,7 @@
 use nalgebra::DMatrix;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Block, CLOSING_SIZE, Fault};
 use vi_core::predictor::Degree;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
@@ -169,6 +169,7 @@ pub struct DenseNodal<R> {
     null_space: DMatrix<f64>, // n × d  P(q_n)
     tangent: DMatrix<f64>,    // n × d  ∂F_d/∂u
     newton: DenseNewton,
+    closes: bool,
 }
 
 impl<R: Reparametrization> DenseNodal<R> {
@@ -176,7 +177,16 @@ impl<R: Reparametrization> DenseNodal<R> {
     pub fn new(n: usize, map: R) -> Self {
         let (d, blocks) = (map.dof(), map.blocks());
         let nd = || DMatrix::zeros(n, d);
-        Self { map, blocks, null_space: nd(), tangent: nd(), newton: DenseNewton::new(n, d) }
+        let newton = DenseNewton::new(n, d);
+        Self { map, blocks, null_space: nd(), tangent: nd(), newton, closes: false }
+    }
+
+    /// For motions as smooth as those of rigid bodies: increments are extrapolated by polynomials of a fitting degree, and a
+    /// correction whose square is below rounding is the last one ([`CLOSING_SIZE`]).
+    #[must_use]
+    pub fn closing(mut self) -> Self {
+        self.closes = true;
+        self
     }
 
     /// The map.
@@ -239,6 +249,15 @@ impl<R: Reparametrization> NodalOperators for DenseNodal<R> {
     ) -> Result<(), Fault> {
         self.factorize(mixed, u, s);
         self.solve_factorized(x)
+    }
+
+    fn degree(&self) -> Degree {
+        if self.closes { Degree::Fitting } else { Degree::Cubic }
+    }
+
+    /// The residual is a balance that the next step takes over.
+    fn closing_size(&self) -> f64 {
+        if self.closes { CLOSING_SIZE } else { 0.0 }
     }
 
     fn clean(&mut self, t: f64, q: &mut [f64]) {

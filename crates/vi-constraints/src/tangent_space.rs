@@ -40,6 +40,7 @@ use vi_core::dense::{add_product, set_product};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
 use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Fault};
+use vi_core::predictor::Degree;
 use vi_core::sparse::Entries;
 use vi_core::state::Memory;
 
@@ -55,6 +56,7 @@ pub struct TangentSpace<C> {
     N: DMatrix<f64>,        // n × r  of q_n
     last: DMatrix<f64>,     // n × d  scratch: P of the last node
     overlap: DMatrix<f64>,  // d × d  P(q_n)ᵀ P(q_{n−1})
+    hands_on: bool,         // a balance, in the basis of this node
     turns: bool,            // the last step handed on a balance in the basis of its node
     carried: Vec<f64>,      // d
     refused: Option<Fault>, // at this node
@@ -99,6 +101,7 @@ impl<C: Constraints> TangentSpace<C> {
             N: zeros(n, r),
             last: zeros(n, d),
             overlap: zeros(d, d),
+            hands_on: true,
             turns: false,
             carried: vec![0.0; d],
             refused: None,
@@ -309,7 +312,8 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
             tangent_known = self.take_tangent(last).is_ok();
         }
         self.split(s.t, &s.q0, basis);
-        self.turns = last.is_none() && known;
+        self.hands_on = last.is_none();
+        self.turns = self.hands_on && known;
         if let Some(basis) = basis.filter(|_| self.turns) {
             self.last.as_mut_slice().copy_from_slice(basis);
             self.overlap.gemm_tr(1.0, &self.P, &self.last, 0.0);
@@ -386,5 +390,15 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
 
     fn noise(&self) -> f64 {
         1e-9 / self.qr.smallest().clamp(1e-8, 1.0)
+    }
+
+    fn degree(&self) -> Degree {
+        Degree::Fitting
+    }
+
+    /// A correction of the relative size `s` of increments `u` leaves `s² |u|/σ`, with the last pivot `σ` of `G(q_n)ᵀ`.
+    fn closing_size(&self) -> f64 {
+        let reach = norm_inf(&self.projection.base.0).max(1.0);
+        if self.hands_on { CLOSING_SIZE * (self.qr.smallest() / reach).sqrt() } else { 0.0 }
     }
 }

@@ -22,7 +22,7 @@ use vi_core::MechanicalSystem;
 use vi_core::sparse::Entries;
 use vi_multibody::closed_loop::with_floors;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::{Loops, begun, has_many_ancestors, has_nodes};
+use vi_multibody::run::{Loops, begun, has_many_ancestors};
 use vi_multibody::tree_map::TreeMap;
 use vi_multibody::tree_multipliers::TreeMultipliers;
 
@@ -139,7 +139,7 @@ fn nodal_on_tree(
     let scheme: BoxedScheme<Mechanism> = match averaged {
         Some(averaged) if sparse => {
             let operators = SparseOperators::new(mechanism, averaged);
-            let elements = has_nodes(mechanism);
+            let elements = mechanism.has_nodes();
             let operators = if elements { operators.for_elements(at.q) } else { operators };
             let operators = operators.in_flight(mechanism, system.mass());
             Box::new(

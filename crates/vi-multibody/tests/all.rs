@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used)] // tests
 
 mod builder;
+mod closing;
 mod control_points;
 mod dense;
 mod ensemble;

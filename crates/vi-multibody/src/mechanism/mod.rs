@@ -196,6 +196,13 @@ impl Mechanism {
             && self.description.scalars.is_empty())
     }
 
+    /// Whether some frame gets its mass from elements: it moves and has none of its own.
+    #[must_use]
+    pub fn has_nodes(&self) -> bool {
+        let massless = |frame: usize| self.description.bodies[frame].body.is_none();
+        self.tree.links().iter().any(|link| link.dof() > 0 && massless(link.frame))
+    }
+
     /// The constraints beside the internal ones of the bodies: of joints, then bars, then scalar
     /// constraints.
     #[must_use]

@@ -55,6 +55,11 @@ impl Chord {
         Self { blocks: blocks.to_vec(), next: vec![0.0; d], side: vec![0.0; d], last: None }
     }
 
+    /// Whether the last correction was one by the factors of an earlier iterate: what it leaves is not its square.
+    pub(crate) fn keeps_factors(&self) -> bool {
+        self.last.is_some_and(|last| last.ratio.is_some())
+    }
+
     /// The factors serve no longer.
     pub(crate) fn forget(&mut self) {
         self.last = None;

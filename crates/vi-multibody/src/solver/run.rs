@@ -30,7 +30,7 @@ mod start;
 mod structure;
 
 pub use start::{ConsistentStart, Loops, begun};
-pub use structure::{Solver, has_many_ancestors, has_nodes};
+pub use structure::{Solver, has_many_ancestors};
 
 use crate::mechanism::Mechanism;
 use crate::solver::tree_map::TreeMap;

@@ -32,7 +32,8 @@ use vi_constraints::{Constraints, NodalOperators};
 use vi_core::block_lu::inverse_root;
 use vi_core::interval::Interval;
 use vi_core::linear::SparseLu;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Block, CLOSING_SIZE, Fault};
+use vi_core::predictor::Degree;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 use vi_rigid::null_space;
@@ -403,6 +404,15 @@ impl NodalOperators for TreeDescriptor {
         if self.screws {
             r.fill(0.0);
         }
+    }
+
+    fn degree(&self) -> Degree {
+        if self.screws { Degree::Cubic } else { Degree::Fitting }
+    }
+
+    /// The residual is a balance that the next step takes over, but for that of screws.
+    fn closing_size(&self) -> f64 {
+        if self.screws { 0.0 } else { CLOSING_SIZE }
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {

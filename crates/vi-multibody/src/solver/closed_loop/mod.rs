@@ -103,6 +103,7 @@ pub struct LoopNodal {
     loops: Loops,
     solver: TreeSolver,
     coupled: Coupled, // of matrices that couple bodies
+    elements: bool,   // between frames
     initial: Memory,  // before the first step
     q_n: Vec<f64>,
     h: f64,
@@ -136,8 +137,8 @@ impl LoopNodal {
         let (mut initial, q_n) = (Memory::default(), vec![0.0; mechanism.dim()]);
         loops.remember(&mut initial);
         let (h, resolution) = (1.0, Resolution::full());
-        let (fresh, current) = (true, false);
-        Self { loops, solver, coupled, initial, q_n, h, resolution, fresh, current }
+        let (fresh, current, elements) = (true, false, mechanism.has_nodes());
+        Self { loops, solver, coupled, elements, initial, q_n, h, resolution, fresh, current }
     }
 
     /// The first node is a singular configuration: its null space is that of the branch, `Z_0`.
@@ -358,13 +359,13 @@ impl NodalOperators for LoopNodal {
     }
 
     fn degree(&self) -> Degree {
-        if let TreeSolver::Recursion = self.solver { Degree::Fitting } else { Degree::Cubic }
+        if self.elements { Degree::Cubic } else { Degree::Fitting }
     }
 
     fn closing_size(&self) -> f64 {
-        match self.solver {
-            TreeSolver::Recursion => self.resolution.closing_size(),
-            _ => 0.0,
+        match self.elements || self.coupled.chord.keeps_factors() {
+            true => 0.0,
+            false => self.resolution.closing_size(),
         }
     }
 }

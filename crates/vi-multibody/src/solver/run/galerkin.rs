@@ -1,7 +1,7 @@
 //! The Galerkin schemes on a mechanism.
 
 use super::start::Loops;
-use super::structure::{BoxedScheme, Solver, has_many_ancestors, has_nodes, probe};
+use super::structure::{BoxedScheme, Solver, has_many_ancestors, probe};
 use crate::mechanism::Mechanism;
 use crate::solver::closed_loop::control_points::LoopSweeps;
 use crate::solver::sparse_nodal::control_points::CoupledSweeps;
@@ -48,7 +48,7 @@ pub(super) fn galerkin(
         SchemeKind::Dalembert => refused("by the scheme `dalembert`"),
         SchemeKind::Reduced => refused("by the scheme `reduced`"),
         SchemeKind::Nodal if mechanism.has_loops() => match &loops.rank {
-            Some(rank) if !has_nodes(mechanism) && bodies() => {
+            Some(rank) if !mechanism.has_nodes() && bodies() => {
                 if rank.is_singular() {
                     return Err(loops.refusal(SingularStart::Scheme));
                 }
@@ -59,10 +59,10 @@ pub(super) fn galerkin(
                 "closed loops of beams or point masses by the scheme `nodal`, but by `constrained`",
             ),
         },
-        SchemeKind::Nodal if has_nodes(mechanism) && points => constrained_only(
+        SchemeKind::Nodal if mechanism.has_nodes() && points => constrained_only(
             "beams beside point masses by the scheme `nodal`, but by `constrained`",
         ),
-        SchemeKind::Nodal if has_nodes(mechanism) || solver == Solver::Sparse && !points => {
+        SchemeKind::Nodal if mechanism.has_nodes() || solver == Solver::Sparse && !points => {
             if has_many_ancestors(mechanism) {
                 // the matrix between the unknowns is full
                 let what = "the Galerkin schemes of beams on so many bodies in series";

@@ -1,7 +1,7 @@
 //! The nodal and the reduced scheme on a mechanism.
 
 use super::start::Loops;
-use super::structure::{BoxedScheme, Solver, has_nodes, probe, takes_descriptor};
+use super::structure::{BoxedScheme, Solver, probe, takes_descriptor};
 use crate::mechanism::Mechanism;
 use crate::solver::closed_loop::step::LoopStep;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
@@ -32,7 +32,7 @@ pub(super) fn nodal(
         let operators = TangentSpace::new(mechanism.clone(), &loops.rows);
         return Ok(Box::new(Nodal::new(n, operators, reduced)));
     }
-    let elements = has_nodes(mechanism);
+    let elements = mechanism.has_nodes();
     let sparse = solver.is_sparse(mechanism);
     let dense = || check_dense(n, "the solver `dense`", "write solver = \"auto\"");
     let by_sweeps = !particles && !reduced && !matches!(solver, Solver::Dense | Solver::Sparse);
@@ -83,6 +83,7 @@ pub(super) fn nodal(
     if !sparse {
         dense()?;
         let operators = DenseNodal::new(n, TreeMap::new(mechanism));
+        let operators = if elements { operators } else { operators.closing() };
         return Ok(Box::new(Nodal::new(n, operators, reduced)));
     }
     if takes_descriptor(mechanism) {

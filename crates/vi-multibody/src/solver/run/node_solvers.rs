@@ -2,7 +2,7 @@
 
 use super::nodal::descriptor;
 use super::start::Loops;
-use super::structure::{Solver, has_nodes, probe, takes_descriptor};
+use super::structure::{Solver, probe, takes_descriptor};
 use crate::mechanism::Mechanism;
 use crate::output::tree_multipliers::TreeMultipliers;
 use crate::solver::closed_loop::velocity::LoopVelocity;
@@ -60,7 +60,7 @@ pub(super) fn node_solvers(
     let uncoupled = !particles && recursion.is_uncoupled(&mass, &s);
     let sparse = || {
         let operators = SparseNodal::new(mechanism);
-        let screws = has_nodes(mechanism) && solver.is_sparse(mechanism);
+        let screws = mechanism.has_nodes() && solver.is_sparse(mechanism);
         if screws { operators.for_elements(at.q) } else { operators }
     };
     found.velocity = match &loops.rank {
@@ -81,7 +81,7 @@ pub(super) fn node_solvers(
             && solver.is_sparse(mechanism)
             && takes_descriptor(mechanism) =>
         {
-            let operators = descriptor(mechanism, has_nodes(mechanism), at.q);
+            let operators = descriptor(mechanism, mechanism.has_nodes(), at.q);
             Some(Box::new(NodalVelocity::new(n, operators)))
         }
         None if !mechanism.has_loops() && solver.is_sparse(mechanism) => {

@@ -1,7 +1,6 @@
 //! What of the structure of a mechanism decides how it is solved.
 
 use crate::mechanism::Mechanism;
-use crate::tree::Link;
 use serde::{Deserialize, Serialize};
 use vi_constraints::scheme::Scheme;
 use vi_core::interval::Interval;
@@ -34,7 +33,7 @@ impl Solver {
         match self {
             Self::Dense => false,
             Self::Sparse => true,
-            Self::Auto | Self::Articulated => has_nodes(mechanism) || d > DENSE_UP_TO,
+            Self::Auto | Self::Articulated => mechanism.has_nodes() || d > DENSE_UP_TO,
         }
     }
 }
@@ -54,14 +53,6 @@ pub fn has_many_ancestors(mechanism: &Mechanism) -> bool {
     }
     let squares: usize = unknowns.iter().map(|count| count * count).sum();
     squares > MOST * MOST * unknowns.len()
-}
-
-/// Whether some frame gets its mass from elements: it moves and has none of its own.
-#[must_use]
-pub fn has_nodes(mechanism: &Mechanism) -> bool {
-    let bodies = &mechanism.description().bodies;
-    let moves = |link: &&Link| link.dof() > 0;
-    mechanism.tree().links().iter().filter(moves).any(|link| bodies[link.frame].body.is_none())
 }
 
 /// An interval initially, to look at the pattern of the Newton matrix.
