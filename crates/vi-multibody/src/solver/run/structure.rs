@@ -38,21 +38,26 @@ impl Solver {
     }
 }
 
-/// Whether a sparse tree is solved in descriptor form: with point masses, and with many ancestors.
+/// Whether a sparse tree is solved in descriptor form: with point masses, and with so many ancestors that it is faster there
+/// (a chain of 70 links with springs across).
 pub(super) fn takes_descriptor(mechanism: &Mechanism) -> bool {
-    mechanism.particle_tree().dof() > 0 || has_many_ancestors(mechanism)
+    mechanism.particle_tree().dof() > 0 || has_ancestors(mechanism, 40)
 }
 
 /// Whether members have so many ancestors that the matrix over the unknowns is dense.
 #[must_use]
 pub fn has_many_ancestors(mechanism: &Mechanism) -> bool {
-    const MOST: usize = 64; // mean of the unknowns that move a member: root of the mean square
+    has_ancestors(mechanism, 64)
+}
+
+/// Whether a member is moved by more than so many unknowns, in the root of the mean square.
+fn has_ancestors(mechanism: &Mechanism, most: usize) -> bool {
     let mut unknowns: Vec<usize> = Vec::new();
     for link in mechanism.tree().links() {
         unknowns.push(link.parent.map_or(0, |p| unknowns[p]) + link.dof());
     }
     let squares: usize = unknowns.iter().map(|count| count * count).sum();
-    squares > MOST * MOST * unknowns.len()
+    squares > most * most * unknowns.len()
 }
 
 /// An interval initially, to look at the pattern of the Newton matrix.
