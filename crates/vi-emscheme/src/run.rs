@@ -118,6 +118,9 @@ fn dalembert(
     })
 }
 
+/// Degrees of freedom up to which a tree is solved densely.
+const DENSE_UP_TO: usize = 60;
+
 /// `em-nodal` on a tree; of these rows where its velocity maps have no average.
 fn nodal_on_tree(
     mechanism: &Mechanism,
@@ -128,7 +131,7 @@ fn nodal_on_tree(
     let (n, m, map) = (mechanism.dim(), mechanism.len(), TreeMap::new(mechanism));
     let (averaged, tree) = (AveragedTree::new(mechanism), TreeMultipliers::new(mechanism));
     let explicit = algebra.linearization == EmLinearization::NullSpaceDerivative;
-    let sparse = algebra.solver.is_sparse(mechanism)
+    let sparse = algebra.solver.is_sparse_above(DENSE_UP_TO, mechanism)
         && !explicit
         && !has_many_ancestors(mechanism)
         && averaged.is_some()

@@ -14,7 +14,7 @@ pub type EmOptions = Options<EmForm>;
 pub struct EmAlgebra {
     /// The derivative of `P̄`.
     pub linearization: EmLinearization,
-    /// On trees: [`Solver::Dense`], or sparse where [`Solver::is_sparse`].
+    /// On trees: [`Solver::Dense`], or sparse with nodes of elements and with more than 60 degrees of freedom.
     pub solver: Solver,
 }
 

@@ -3,7 +3,7 @@
 //! | mechanism | nodal and reduced | d'Alembert | constrained |
 //! |---|---|---|---|
 //! | tree of bodies, uncoupled potential | articulated recursion, `O(N)`; nodal: sweeps of their own | dense | sparse |
-//! | tree with couplings or point masses | dense up to 60 degrees of freedom, then sparse or descriptor form | dense | sparse |
+//! | tree with couplings or point masses | sparse or descriptor form, dense up to 12 degrees of freedom with point masses | dense | sparse |
 //! | tree with nodes of elements | sparse by blocks, descriptor form with point masses or many ancestors | dense | sparse |
 //! | closed loops of bodies | that of their tree + small complement; nodal on R, P, fixed: its sweeps, too | dense, QR | sparse |
 //! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |

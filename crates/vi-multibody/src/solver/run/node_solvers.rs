@@ -24,7 +24,7 @@ use vi_core::{MechanicalSystem, SeparableSystem};
 /// |---|---|---|
 /// | tree of bodies | sweeps of a step or articulated recursion, `O(N)` | sweep, `O(N)` |
 /// | tree with elements | sparse or descriptor form | sweep, `O(N)` |
-/// | tree with point masses | dense up to 60 degrees of freedom, then descriptor form | saddle point |
+/// | tree with point masses | dense up to 12 degrees of freedom, then descriptor form | saddle point |
 /// | closed loops of bodies | sweeps of a step with loops, or their tree + small complement | saddle point |
 /// | loops of bars, loops beside point masses | saddle point | saddle point |
 pub(super) fn node_solvers(

@@ -21,19 +21,26 @@ pub enum Solver {
     Sparse,
 }
 
-/// Degrees of freedom up to which a coupled tree is solved densely.
-const DENSE_UP_TO: usize = 60;
+/// Degrees of freedom up to which a coupled tree with point masses is solved densely.
+const DENSE_UP_TO: usize = 12;
 
 impl Solver {
-    /// Whether a tree that the recursion does not solve gets sparse matrices: when asked for; with nodes of
-    /// elements and with more than 60 degrees of freedom, when nothing is asked for.
+    /// Whether a tree that the recursion does not solve gets sparse matrices: when asked for; but for few point masses when
+    /// nothing is asked for.
     #[must_use]
     pub fn is_sparse(self, mechanism: &Mechanism) -> bool {
+        let with_points = mechanism.particle_tree().dof() > 0;
+        self.is_sparse_above(if with_points { DENSE_UP_TO } else { 0 }, mechanism)
+    }
+
+    /// The same, but for few degrees of freedom when nothing is asked for.
+    #[must_use]
+    pub fn is_sparse_above(self, most: usize, mechanism: &Mechanism) -> bool {
         let d = mechanism.tree().dof() + mechanism.particle_tree().dof();
         match self {
             Self::Dense => false,
             Self::Sparse => true,
-            Self::Auto | Self::Articulated => mechanism.has_nodes() || d > DENSE_UP_TO,
+            Self::Auto | Self::Articulated => mechanism.has_nodes() || d > most,
         }
     }
 }
