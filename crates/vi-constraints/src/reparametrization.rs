@@ -101,15 +101,21 @@ pub trait NodalOperators: Send {
     fn noise(&self) -> f64 {
         1e-9
     }
+    /// Whether motions are as smooth as those of rigid bodies, and the residual is a balance that the next step takes over in
+    /// full: then increments are extrapolated by polynomials of a fitting degree, and a correction whose square is below
+    /// rounding is the last one.
+    fn closes(&self) -> bool {
+        false
+    }
     /// Of which degree the increments of a step are extrapolated from the last ones.
     fn degree(&self) -> Degree {
-        Degree::Cubic
+        if self.closes() { Degree::Fitting } else { Degree::Cubic }
     }
     /// The next correction is one by the matrix of its own iterate.
     fn forget_factors(&mut self) {}
     /// See [`vi_core::newton::NewtonProblem::closing_size`].
     fn closing_size(&self) -> f64 {
-        0.0
+        if self.closes() { CLOSING_SIZE } else { 0.0 }
     }
 }
 
@@ -181,8 +187,7 @@ impl<R: Reparametrization> DenseNodal<R> {
         Self { map, blocks, null_space: nd(), tangent: nd(), newton, closes: false }
     }
 
-    /// For motions as smooth as those of rigid bodies: increments are extrapolated by polynomials of a fitting degree, and a
-    /// correction whose square is below rounding is the last one ([`CLOSING_SIZE`]).
+    /// For maps of bodies and points: see [`NodalOperators::closes`].
     #[must_use]
     pub fn closing(mut self) -> Self {
         self.closes = true;
@@ -251,13 +256,8 @@ impl<R: Reparametrization> NodalOperators for DenseNodal<R> {
         self.solve_factorized(x)
     }
 
-    fn degree(&self) -> Degree {
-        if self.closes { Degree::Fitting } else { Degree::Cubic }
-    }
-
-    /// The residual is a balance that the next step takes over.
-    fn closing_size(&self) -> f64 {
-        if self.closes { CLOSING_SIZE } else { 0.0 }
+    fn closes(&self) -> bool {
+        self.closes
     }
 
     fn clean(&mut self, t: f64, q: &mut [f64]) {

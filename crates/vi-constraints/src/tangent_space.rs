@@ -40,7 +40,6 @@ use vi_core::dense::{add_product, set_product};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
 use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Fault};
-use vi_core::predictor::Degree;
 use vi_core::sparse::Entries;
 use vi_core::state::Memory;
 
@@ -392,8 +391,8 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
         1e-9 / self.qr.smallest().clamp(1e-8, 1.0)
     }
 
-    fn degree(&self) -> Degree {
-        Degree::Fitting
+    fn closes(&self) -> bool {
+        true
     }
 
     /// A correction of the relative size `s` of increments `u` leaves `s² |u|/σ`, with the last pivot `σ` of `G(q_n)ᵀ`.

@@ -1,11 +1,10 @@
 //! Coupled systems: a correction whose square is below rounding is the last one, and what it leaves is handed on.
 
-use vi_constraints::{InitialValues, Options, SchemeKind};
-use vi_core::Quadrature;
-use vi_core::linear::norm_inf;
+use crate::dense::{relative_distance, run};
+use vi_constraints::{Options, SchemeKind};
 use vi_multibody::builder::Inertia;
-use vi_multibody::run::{Solver, integrator};
-use vi_multibody::{BuiltMechanism, FrameId, MechanismBuilder, PairKind};
+use vi_multibody::run::Solver;
+use vi_multibody::{FrameId, MechanismBuilder, PairKind};
 
 /// Steps of 1 ms.
 const STEPS: usize = 200;
@@ -83,16 +82,6 @@ fn bars(closed: bool) -> MechanismBuilder {
     builder
 }
 
-/// Iterations a step, and the state after some steps.
-fn run(built: &BuiltMechanism, scheme: SchemeKind, solver: Solver) -> (f64, Vec<f64>) {
-    let (q, v) = (built.mechanism.initial_configuration(), built.mechanism.initial_velocity());
-    let (system, at) = (built.system(Quadrature::Midpoint), InitialValues::new(0.0, &q, &v));
-    let (mechanism, options) = (built.mechanism.clone(), Options::new(scheme, 1e-3));
-    let mut run = integrator(mechanism, system, options, solver, at).unwrap();
-    let count: usize = (0..STEPS).map(|_| run.step().unwrap().iterations).sum();
-    (count as f64 / STEPS as f64, run.state().q.clone())
-}
-
 /// The scheme `constrained` makes corrections until they are round-off.
 #[test]
 fn one_correction_a_step_is_enough() {
@@ -110,10 +99,13 @@ fn one_correction_a_step_is_enough() {
     ];
     for (name, builder, solver) in cases {
         let built = builder.build().unwrap();
-        let (count, found) = run(&built, SchemeKind::Nodal, solver);
-        let (least, exact) = run(&built, SchemeKind::Constrained, Solver::Auto);
-        let off: Vec<f64> = found.iter().zip(&exact).map(|(a, b)| a - b).collect();
-        let off = norm_inf(&off) / norm_inf(&exact);
+        let run = |scheme, solver| {
+            let (state, count) = run(&built, Options::new(scheme, 1e-3), solver, STEPS);
+            (count as f64 / STEPS as f64, state.q)
+        };
+        let (count, found) = run(SchemeKind::Nodal, solver);
+        let (least, exact) = run(SchemeKind::Constrained, Solver::Auto);
+        let off = relative_distance(&found, &exact);
         println!(
             "{name}: {count:.2} iterations a step, `constrained` {least:.2}, off by {off:.1e}"
         );

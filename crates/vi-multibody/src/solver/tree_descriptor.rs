@@ -32,8 +32,7 @@ use vi_constraints::{Constraints, NodalOperators};
 use vi_core::block_lu::inverse_root;
 use vi_core::interval::Interval;
 use vi_core::linear::SparseLu;
-use vi_core::newton::{Block, CLOSING_SIZE, Fault};
-use vi_core::predictor::Degree;
+use vi_core::newton::{Block, Fault};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 use vi_rigid::null_space;
@@ -406,13 +405,8 @@ impl NodalOperators for TreeDescriptor {
         }
     }
 
-    fn degree(&self) -> Degree {
-        if self.screws { Degree::Cubic } else { Degree::Fitting }
-    }
-
-    /// The residual is a balance that the next step takes over, but for that of screws.
-    fn closing_size(&self) -> f64 {
-        if self.screws { 0.0 } else { CLOSING_SIZE }
+    fn closes(&self) -> bool {
+        !self.screws
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {

@@ -7,8 +7,7 @@ use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, CLOSING_SIZE, Fault};
-use vi_core::predictor::Degree;
+use vi_core::newton::{Block, Fault};
 use vi_core::state::Memory;
 
 /// [`NodalOperators`] of a tree of bodies, `O(N)`.
@@ -88,13 +87,8 @@ impl NodalOperators for TreeNodal {
         self.articulated.tree().clean(q);
     }
 
-    fn degree(&self) -> Degree {
-        Degree::Fitting
-    }
-
-    /// The residual is a balance that the next step takes over, in full.
-    fn closing_size(&self) -> f64 {
-        CLOSING_SIZE
+    fn closes(&self) -> bool {
+        true
     }
 }
 

@@ -83,7 +83,6 @@ use vi_constraints::{Constraints, DenseNodal, NodalOperators};
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::{Block, Fault};
-use vi_core::predictor::Degree;
 use vi_core::state::Memory;
 
 crate::opaque_debug!(TreeSolver, LoopNodal, ClosureForces);
@@ -358,14 +357,14 @@ impl NodalOperators for LoopNodal {
         self.resolution.noise()
     }
 
-    fn degree(&self) -> Degree {
-        if self.elements { Degree::Cubic } else { Degree::Fitting }
+    fn closes(&self) -> bool {
+        !self.elements
     }
 
     fn closing_size(&self) -> f64 {
-        match self.elements || self.coupled.chord.keeps_factors() {
-            true => 0.0,
-            false => self.resolution.closing_size(),
+        match self.closes() && !self.coupled.chord.keeps_factors() {
+            true => self.resolution.closing_size(),
+            false => 0.0,
         }
     }
 }

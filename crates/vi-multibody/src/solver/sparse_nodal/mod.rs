@@ -40,7 +40,6 @@ use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, norm_inf};
 use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Fault};
-use vi_core::predictor::Degree;
 use vi_core::sparse::SparseMatrix;
 use vi_core::state::Memory;
 
@@ -314,13 +313,12 @@ impl NodalOperators for SparseNodal {
         self.chord.forget();
     }
 
-    fn degree(&self) -> Degree {
-        if self.by_screws { Degree::Cubic } else { Degree::Fitting }
+    fn closes(&self) -> bool {
+        !self.by_screws
     }
 
-    /// The residual is a balance that the next step takes over, but for that of screws.
     fn closing_size(&self) -> f64 {
-        if self.by_screws || self.chord.keeps_factors() { 0.0 } else { CLOSING_SIZE }
+        if self.closes() && !self.chord.keeps_factors() { CLOSING_SIZE } else { 0.0 }
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
