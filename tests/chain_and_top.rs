@@ -18,7 +18,7 @@ fn the_tip_of_the_chain() {
     assert_order(&orders, 2.0, 0.1);
     let (_, orders) = study("chain, order 4", &[1e-2, 5e-3, 2.5e-3], |h| chain(h, 4));
     assert_order(&orders, 4.0, 0.3);
-    let (_, orders) = study("chain, order 6", &[2e-2, 1e-2, 5e-3], |h| chain(h, 6));
+    let (_, orders) = study("chain, order 6", &[4e-2, 2e-2, 1e-2], |h| chain(h, 6));
     assert_order(&orders, 6.0, 0.8);
     let (errors, _) = study("chain, order 8", &[1e-2, 5e-3], |h| chain(h, 8));
     assert!(errors[1] < 1e-9, "{:e}", errors[1]);

@@ -150,7 +150,7 @@ impl Certifier<'_> {
             if let Some(error) = saturated(&found, quantity).filter(|_| finding.value.is_none()) {
                 finding.measured = format!("does not converge (error {error:.0e})");
                 finding.reason =
-                    "the error is as large as the quantity at the step at which q has its order"
+                    "the error is as large as the quantity at a step at which the motion has its order"
                         .into();
                 finding.verdict = Verdict::Fail;
                 self.push(finding);

@@ -85,13 +85,23 @@ pub(super) fn clearest(found: &[Study], quantity: Quantity) -> Option<(&Study, &
     best.map(|(_, curve)| curve).or_else(|| found.first().and_then(with_curve))
 }
 
-/// The error of a quantity that is as large as the quantity at the finest step of a study in which `q` has its order.
+/// The error of a quantity that is as large as the quantity at the finest step of a study in which `q` has its order, and
+/// for multipliers, which need smaller steps, `p`.
 pub(super) fn saturated(found: &[Study], quantity: Quantity) -> Option<f64> {
+    let resolved: &[Quantity] = match quantity {
+        Quantity::Multiplier | Quantity::OtherMultiplier => {
+            &[Quantity::Position, Quantity::Momentum]
+        }
+        _ => &[Quantity::Position],
+    };
+    let has_order = |study: &Study, quantity| {
+        let observed = curve_of(study, quantity).and_then(|curve| curve.observed.as_ref().ok());
+        observed.is_some_and(|o| (o.order - f64::from(study.order)).abs() <= ORDER_TOLERANCE)
+    };
     let at_finest = |study: &Study| {
-        let q = curve_of(study, Quantity::Position)?.observed.as_ref().ok()?;
-        let has_order = (q.order - f64::from(study.order)).abs() <= ORDER_TOLERANCE;
         let error = curve_of(study, quantity)?.errors.last()?.error;
-        (has_order && error >= 0.5).then_some(error)
+        let resolved = resolved.iter().all(|quantity| has_order(study, *quantity));
+        (resolved && error >= 0.5).then_some(error)
     };
     found.iter().find_map(at_finest)
 }
