@@ -16,10 +16,16 @@
 //! u_{n+1} ≈ u_{n-1},   u_n + u_{n-1} − u_{n-2},   2u_n − 2u_{n-2} + u_{n-3}
 //! ```
 //! The formulas above would multiply `a` by 16 and more. A composition has one history for each sub-step,
-//! since sub-step `j` resembles sub-step `j` of the steps before, not its neighbour.
+//! since sub-step `j` resembles sub-step `j` of the steps before, not its neighbour. Where the degree is fitted, the
+//! sub-steps before serve as well, by weights for their lengths ([`SubStepWeights`]): they are taken if their terms of
+//! the highest degree are smaller than the miss of the polynomial.
 //!
 //! The history is part of the [`crate::State`]: it decides from where Newton's method starts, and so the
 //! last bits of the result.
+
+mod sub_steps;
+
+pub use sub_steps::{NODES, Place, SubStepWeights, Weights};
 
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::Wide;
@@ -51,6 +57,8 @@ pub struct History {
     alternating: Range<usize>,
     sub_steps: Vec<Known>,
     increments: Vec<f64>, // sub-steps × DEPTH × unknowns
+    #[serde(skip)]
+    weights: SubStepWeights,
 }
 
 /// What is known of a sub-step.
@@ -67,7 +75,13 @@ impl History {
     pub fn new(unknowns: usize, sub_steps: usize) -> Self {
         let sub_steps = vec![Known::default(); sub_steps.max(1)];
         let increments = vec![0.0; sub_steps.len() * DEPTH * unknowns];
-        Self { unknowns, alternating: 0..0, sub_steps, increments }
+        Self {
+            unknowns,
+            alternating: 0..0,
+            sub_steps,
+            increments,
+            weights: SubStepWeights::default(),
+        }
     }
 
     /// The unknowns in `range` alternate from step to step around a smooth course.
@@ -87,6 +101,10 @@ impl History {
         if !fits {
             *self = Self::new(unknowns, sub_steps).alternating(alternating);
         }
+        let composed = sub_steps > 1 && self.alternating.is_empty();
+        if composed && self.sub_steps.iter().all(|known| known.count > 0) {
+            self.weights.find(self.sub_steps.iter().map(|known| known.h));
+        }
     }
 
     /// Becomes a copy of another history; allocates only when that is larger.
@@ -94,6 +112,7 @@ impl History {
         (self.unknowns, self.alternating) = (other.unknowns, other.alternating.clone());
         self.sub_steps.clone_from(&other.sub_steps);
         self.increments.clone_from(&other.increments);
+        self.weights.copy_from(&other.weights);
     }
 
     /// The step of the increments of sub-step `k`.
@@ -149,29 +168,44 @@ impl History {
         }
     }
 
-    /// By as many of the differences of `count` increments as fit.
+    /// By as many of the differences of `count` increments as fit, or by the sub-steps before.
     fn fit_increments(&self, k: usize, count: usize, out: &mut [f64]) {
         let mut increments: [&[f64]; DEPTH] = [&[]; DEPTH]; // the newest first
         for age in 0..count {
             increments[age] = self.increment(k, age);
         }
+        let (same, before) = ((&increments, count), self.sub_steps_before(k));
         #[cfg(target_arch = "x86_64")]
         if let Some(wide) = Wide::detect() {
             return wide.run(
                 #[inline(always)]
-                || fit(wide, (increments, count), out),
+                || fit(wide, same, before.as_ref(), out),
             );
         }
-        fit(Plain, (increments, count), out);
+        fit(Plain, same, before.as_ref(), out);
     }
 
-    /// Remembers the increment of sub-step `k`; a change of `h` starts its history anew. After a failure
-    /// of the extrapolation (`anew`) only this increment is known.
+    /// The increments of the sub-steps before sub-step `k`, where all are known.
+    fn sub_steps_before(&self, k: usize) -> Option<Before<'_>> {
+        let weights = self.weights.of(k)?;
+        let mut increments: [&[f64]; NODES] = [&[]; NODES];
+        for (a, increment) in increments.iter_mut().enumerate() {
+            let Place { index, age, .. } = Place::before(k, a, self.sub_steps.len());
+            *increment = (age < self.sub_steps[index].count).then(|| self.increment(index, age))?;
+        }
+        Some(Before { weights, increments })
+    }
+
+    /// Remembers the increment of sub-step `k`; a change of `h` starts the history anew. After a failure
+    /// of the extrapolation (`anew`) only this increment is known of the sub-step.
     pub fn remember(&mut self, k: usize, h: f64, anew: bool, u: &[f64]) {
+        let Known { h: before, count, .. } = self.sub_steps[k];
+        if count > 0 && before.to_bits() != h.to_bits() {
+            self.clear();
+        }
         let known = &mut self.sub_steps[k];
-        if known.h.to_bits() != h.to_bits() {
-            (known.h, known.count) = (h, 0);
-        } else if anew {
+        known.h = h;
+        if anew {
             known.count = known.count.min(1);
         }
         known.newest = (known.newest + DEPTH - 1) % DEPTH;
@@ -183,38 +217,89 @@ impl History {
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.sub_steps.iter_mut().for_each(|known| known.count = 0);
+        self.weights.clear();
+    }
+}
+
+/// Increments of the sub-steps before, the last one first.
+struct Before<'a> {
+    weights: &'a Weights,
+    increments: [&'a [f64]; NODES],
+}
+
+impl Before<'_> {
+    /// The guess of degree 2 (`part` 0), or what degree 3 adds (1), of the unknowns from `first` on.
+    #[inline(always)]
+    fn part<T: Register>(&self, lanes: T, part: usize, first: usize) -> T::Lanes {
+        let mut sum = lanes.splat(0.0);
+        for (weight, increment) in self.weights[part].iter().zip(&self.increments) {
+            sum = sum + entries(lanes, increment, first) * *weight;
+        }
+        sum
     }
 }
 
 /// By as many of the differences of `count` increments, the newest first, as fit: the first that is left out is the
-/// smallest one; all where they only fall.
+/// smallest one; all where they only fall. By the sub-steps before where what degree 3 adds is smaller than that.
 #[inline(always)]
-fn fit<T: Register>(lanes: T, (increments, count): ([&[f64]; DEPTH], usize), out: &mut [f64]) {
+fn fit<T: Register>(
+    lanes: T,
+    (increments, count): (&[&[f64]; DEPTH], usize),
+    before: Option<&Before<'_>>,
+    out: &mut [f64],
+) {
     let (zero, width) = (lanes.splat(0.0), T::Lanes::COUNT);
-    let mut sizes = [zero; DEPTH]; // increments of steps that were taken are finite
+    let mut sizes = [zero; DEPTH + 1]; // increments of steps that were taken are finite
     for first in (0..out.len()).step_by(width) {
-        let differences = differences(lanes, &increments, first);
+        let differences = differences(lanes, increments, first);
         for j in 0..DEPTH {
             sizes[j] = sizes[j].larger(differences[j]).larger(zero - differences[j]);
         }
+        if let Some(before) = before {
+            let part = before.part(lanes, 1, first);
+            sizes[DEPTH] = sizes[DEPTH].larger(part).larger(zero - part);
+        }
     }
     let sizes = sizes.map(|size| (0..width).map(|i| size.at(i)).fold(0.0, f64::max));
-    let terms = terms(&sizes[..count]);
+    let (terms, missed) = terms(&sizes[..count]);
+    let before = before.filter(|_| sizes[DEPTH] < missed);
     for (block, out) in out.chunks_mut(width).enumerate() {
-        let differences = differences(lanes, &increments, block * width);
+        let first = block * width;
         let mut sum = zero;
-        for j in (0..DEPTH).rev().filter(|j| *j < terms) {
-            sum = sum + differences[j];
+        if let Some(before) = before {
+            sum = before.part(lanes, 0, first) + before.part(lanes, 1, first);
+        } else {
+            let differences = differences(lanes, increments, first);
+            for j in (0..DEPTH).rev().filter(|j| *j < terms) {
+                sum = sum + differences[j];
+            }
         }
         out.iter_mut().enumerate().for_each(|(i, out)| *out = sum.at(i));
     }
 }
 
-/// How many differences fit, from the largest entry of each: those before the smallest one, all where they only fall.
+/// How many differences fit, from the largest entry of each: those before the smallest one, all where they only fall; and
+/// the smallest one.
 #[must_use]
-pub fn terms(sizes: &[f64]) -> usize {
+pub fn terms(sizes: &[f64]) -> (usize, f64) {
     let smallest = (1..sizes.len()).min_by(|&a, &b| sizes[a].total_cmp(&sizes[b]));
-    smallest.map_or(1, |terms| if terms + 1 == sizes.len() { terms + 1 } else { terms })
+    let Some(terms) = smallest else { return (1, sizes[0]) };
+    (if terms + 1 == sizes.len() { terms + 1 } else { terms }, sizes[terms])
+}
+
+/// The unknowns from `first` on; what is beyond the last one is zero.
+#[inline(always)]
+fn entries<T: Register>(lanes: T, increment: &[f64], first: usize) -> T::Lanes {
+    match increment.get(first..first + T::Lanes::COUNT) {
+        Some(full) => lanes.gather(
+            #[inline(always)]
+            |i| full[i],
+        ),
+        None => lanes.gather(
+            #[inline(always)]
+            |i| increment.get(first + i).copied().unwrap_or(0.0),
+        ),
+    }
 }
 
 /// `∇^j u_n` of the unknowns from `first` on, from the last increments, the newest first; those that are not known, and what
@@ -227,16 +312,7 @@ fn differences<T: Register>(
 ) -> [T::Lanes; DEPTH] {
     let mut u = [lanes.splat(0.0); DEPTH];
     for (u, increment) in u.iter_mut().zip(increments) {
-        *u = match increment.get(first..first + T::Lanes::COUNT) {
-            Some(full) => lanes.gather(
-                #[inline(always)]
-                |i| full[i],
-            ),
-            None => lanes.gather(
-                #[inline(always)]
-                |i| increment.get(first + i).copied().unwrap_or(0.0),
-            ),
-        };
+        *u = entries(lanes, increment, first);
     }
     for j in 1..DEPTH {
         for age in (j..DEPTH).rev() {

@@ -2,7 +2,7 @@
 
 use super::link::MOST;
 use vi_core::lanes::{Lanes, Register};
-use vi_core::predictor::{DEPTH, History, terms};
+use vi_core::predictor::{DEPTH, History, NODES, Place, SubStepWeights, Weights, terms};
 
 /// The last increments of each sub-step of a composition, in lanes.
 #[derive(Debug)]
@@ -12,6 +12,7 @@ pub(super) struct LaneHistory<T: Register> {
     newest: Vec<usize>,               // of each sub-step
     known: Vec<[(f64, usize); MOST]>, // step and number of increments of each sub-step and lane
     increments: Vec<T::Lanes>,        // sub-steps × DEPTH × unknowns
+    weights: SubStepWeights,
 }
 
 impl<T: Register> LaneHistory<T> {
@@ -22,6 +23,7 @@ impl<T: Register> LaneHistory<T> {
             newest: vec![0; sub_steps],
             known: vec![[(0.0, 0); MOST]; sub_steps],
             increments: vec![lanes.splat(0.0); sub_steps * DEPTH * unknowns],
+            weights: SubStepWeights::default(),
         }
     }
 
@@ -76,12 +78,25 @@ impl<T: Register> LaneHistory<T> {
     /// Remembers the increments of sub-step `k`.
     pub(super) fn remember(&mut self, k: usize, h: f64, u: &[T::Lanes]) {
         self.newest[k] = (self.newest[k] + DEPTH - 1) % DEPTH;
-        for (step, count) in &mut self.known[k] {
-            *count = if step.to_bits() == h.to_bits() { (*count + 1).min(DEPTH) } else { 1 };
-            *step = h;
+        for lane in 0..MOST {
+            let (step, count) = self.known[k][lane];
+            if count > 0 && step.to_bits() != h.to_bits() {
+                self.forget(lane);
+                self.weights.clear();
+            }
+            let (step, count) = &mut self.known[k][lane];
+            (*step, *count) = (h, (*count + 1).min(DEPTH));
         }
         let place = self.place(k, 0);
         self.increments[place..place + self.unknowns].copy_from_slice(u);
+    }
+
+    /// Finds the weights of the sub-steps before one another, once a lane knows the lengths of all.
+    pub(super) fn weigh(&mut self) {
+        let knows_all = |lane: &usize| self.known.iter().all(|known| known[*lane].1 > 0);
+        if let Some(lane) = (0..T::Lanes::COUNT).find(knows_all).filter(|_| self.known.len() > 1) {
+            self.weights.find(self.known.iter().map(|known| known[lane].0));
+        }
     }
 
     /// Writes the initial guess of sub-step `k`.
@@ -89,11 +104,24 @@ impl<T: Register> LaneHistory<T> {
     pub(super) fn predict(&self, k: usize, out: &mut [T::Lanes]) {
         let zero = self.lanes.splat(0.0);
         let places: [usize; DEPTH] = std::array::from_fn(|age| self.place(k, age));
+        let before: [Place; NODES] = std::array::from_fn(|a| Place::before(k, a, self.known.len()));
+        let known = |lane: usize| {
+            let knows = |place: &Place| place.age < self.known[place.index][lane].1;
+            lane < T::Lanes::COUNT && before.iter().all(knows)
+        };
+        let known: [bool; MOST] = std::array::from_fn(known);
+        let weights = self.weights.of(k).filter(|_| known.contains(&true));
+        let before = before.map(|place| self.place(place.index, place.age));
         let mut sizes = [zero; DEPTH];
+        let mut third = zero;
         for i in 0..out.len() {
             let differences = self.differences(&places, i);
             for (size, d) in sizes.iter_mut().zip(differences) {
                 *size = size.larger(d).larger(zero - d);
+            }
+            if let Some(weights) = weights {
+                let part = self.part(weights, 1, &before, i);
+                third = third.larger(part).larger(zero - part);
             }
         }
         let chosen: [usize; MOST] = std::array::from_fn(|lane| {
@@ -101,7 +129,10 @@ impl<T: Register> LaneHistory<T> {
                 return 1;
             }
             let count = self.known[k][lane].1.max(1);
-            terms(&std::array::from_fn::<f64, DEPTH, _>(|j| sizes[j].at(lane))[..count])
+            let sizes = std::array::from_fn::<f64, DEPTH, _>(|j| sizes[j].at(lane));
+            let (terms, missed) = terms(&sizes[..count]);
+            let by_others = weights.is_some() && known[lane] && third.at(lane) < missed;
+            if by_others { 0 } else { terms }
         });
         let chosen = self.lanes.gather(
             #[inline(always)]
@@ -109,12 +140,30 @@ impl<T: Register> LaneHistory<T> {
         );
         for (i, out) in out.iter_mut().enumerate() {
             let differences = self.differences(&places, i);
-            *out = zero;
+            let mut sum = zero;
             for (j, d) in differences.iter().enumerate().rev() {
                 let term = self.lanes.splat((j + 1) as f64);
-                *out = term.if_at_most(chosen, *out + *d, zero);
+                sum = term.if_at_most(chosen, sum + *d, zero);
             }
+            if let Some(weights) = weights {
+                let parts = [0, 1].map(
+                    #[inline(always)]
+                    |part| self.part(weights, part, &before, i),
+                );
+                sum = self.lanes.splat(1.0).if_at_most(chosen, sum, parts[0] + parts[1]);
+            }
+            *out = sum;
         }
+    }
+
+    /// A part of the guess of an unknown by the sub-steps before, whose increments begin at `before`.
+    #[inline(always)]
+    fn part(&self, weights: &Weights, part: usize, before: &[usize; NODES], i: usize) -> T::Lanes {
+        let mut sum = self.lanes.splat(0.0);
+        for (weight, place) in weights[part].iter().zip(before) {
+            sum = sum + self.increments[place + i] * *weight;
+        }
+        sum
     }
 
     /// `∇^j u_n` of an unknown.

@@ -137,6 +137,7 @@ impl<T: Register> Kernel<T> {
     /// Solves sub-step `index` of length `h`; lanes that are not idle are then solved or refused.
     pub(super) fn solve(&mut self, index: usize, h: f64, settings: &NewtonSettings) {
         let (lanes, count) = (self.lanes, T::Lanes::COUNT);
+        self.history.weigh();
         lanes.run(
             #[inline(always)]
             || {
