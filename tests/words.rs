@@ -37,7 +37,8 @@ fn help() {
 fn iterations_of_a_composition_are_rounded() {
     let folder = folder("words", "iterations");
     said(&folder, &["examples", "pendulum", "-o", "pendulum.toml"]);
-    let report = said(&folder, &["run", "pendulum.toml", "--order", "8", "--end", "1"]);
+    let report =
+        said(&folder, &["run", "pendulum.toml", "--order", "8", "--step", "0.05", "--end", "1"]);
     let line = report.lines().find(|line| line.contains("Newton iterations")).unwrap();
     println!("{line}");
     let most = line.split(", ").nth(1).unwrap().split(' ').next().unwrap();

@@ -31,7 +31,7 @@ pub use sub_steps::{NODES, Place, SubStepWeights, Weights};
 use crate::lanes::Wide;
 use crate::lanes::{Lanes, Plain, Register};
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// Increments that are remembered.
 pub const DEPTH: usize = 7;
@@ -48,6 +48,8 @@ pub enum Degree {
     Cubic,
     /// That which would have met the last increment best, up to 6.
     Fitting,
+    /// The same of numbers around zero, where a difference is smaller than a fourth of the last number; else zero.
+    Correcting,
 }
 
 /// The last increments of each sub-step of a composition.
@@ -143,14 +145,14 @@ impl History {
 
     /// Writes the initial guess of sub-step `k` of length `h`; `false` when no increment is known.
     pub fn predict(&self, k: usize, h: f64, degree: Degree, out: &mut [f64]) -> bool {
-        let known = self.sub_steps[k];
+        let known = self.sub_steps.get(k).copied().unwrap_or_default();
         if known.count == 0 || known.h.to_bits() != h.to_bits() {
             return false;
         }
         match degree {
             Degree::Zero => self.extrapolate(k, 1, out),
-            Degree::Fitting if self.alternating.is_empty() => {
-                self.fit_increments(k, known.count, out);
+            Degree::Fitting | Degree::Correcting if self.alternating.is_empty() => {
+                self.fit_increments(k, usize::from(degree == Degree::Fitting), out);
             }
             _ => self.extrapolate(k, known.count.min(CUBIC.len()), out),
         }
@@ -168,13 +170,14 @@ impl History {
         }
     }
 
-    /// By as many of the differences of `count` increments as fit, or by the sub-steps before.
-    fn fit_increments(&self, k: usize, count: usize, out: &mut [f64]) {
+    /// By as many of the differences of the increments as fit, `least` or more, or by the sub-steps before.
+    fn fit_increments(&self, k: usize, least: usize, out: &mut [f64]) {
         let mut increments: [&[f64]; DEPTH] = [&[]; DEPTH]; // the newest first
+        let count = self.sub_steps[k].count;
         for age in 0..count {
             increments[age] = self.increment(k, age);
         }
-        let (same, before) = ((&increments, count), self.sub_steps_before(k));
+        let (same, before) = ((&increments, least..=count), self.sub_steps_before(k));
         #[cfg(target_arch = "x86_64")]
         if let Some(wide) = Wide::detect() {
             return wide.run(
@@ -239,12 +242,13 @@ impl Before<'_> {
     }
 }
 
-/// By as many of the differences of `count` increments, the newest first, as fit: the first that is left out is the
+/// By as many of the differences of some increments, the newest first, as fit: the first that is left out is the
 /// smallest one; all where they only fall. By the sub-steps before where what degree 3 adds is smaller than that.
+/// `counts`: the least number of differences, and of increments.
 #[inline(always)]
 fn fit<T: Register>(
     lanes: T,
-    (increments, count): (&[&[f64]; DEPTH], usize),
+    (increments, counts): (&[&[f64]; DEPTH], RangeInclusive<usize>),
     before: Option<&Before<'_>>,
     out: &mut [f64],
 ) {
@@ -261,7 +265,10 @@ fn fit<T: Register>(
         }
     }
     let sizes = sizes.map(|size| (0..width).map(|i| size.at(i)).fold(0.0, f64::max));
-    let (terms, missed) = terms(&sizes[..count]);
+    let (mut terms, missed) = terms(&sizes[..*counts.end()]);
+    if *counts.start() == 0 && sizes[0] <= 4.0 * missed {
+        terms = 0; // no clear course
+    }
     let before = before.filter(|_| sizes[DEPTH] < missed);
     for (block, out) in out.chunks_mut(width).enumerate() {
         let first = block * width;
@@ -359,6 +366,20 @@ mod tests {
         println!("missed by {resolved:e}, {vibration:e}, {polynomial:e}");
         assert!(resolved < 1e-5 && vibration < 5e-3 && polynomial < 1e-11);
         assert!(missed(&|_| 0.3) <= f64::EPSILON);
+    }
+
+    #[test]
+    fn numbers_without_a_course_around_zero_are_left_out() {
+        let guess = |u: &dyn Fn(f64) -> f64, count: u32| {
+            let mut history = History::new(1, 1);
+            (0..count).for_each(|k| history.remember(0, 0.1, false, &[u(f64::from(k))]));
+            let mut guess = [f64::NAN];
+            history.predict(0, 0.1, Degree::Correcting, &mut guess);
+            guess[0]
+        };
+        assert_eq!(guess(&|_| 0.5, 1), 0.0, "no difference is known");
+        assert_eq!(guess(&|k| if k % 2.0 == 0.0 { 1.0 } else { -1.0 }, 7), 0.0);
+        assert!((guess(&|k| (0.2 * k).sin(), 7) - 1.4_f64.sin()).abs() < 1e-4);
     }
 
     #[test]

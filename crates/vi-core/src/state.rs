@@ -59,6 +59,9 @@ pub struct Memory {
     pub values: Vec<f64>,
     /// `h²λ` of the last interval, shape `m`, for schemes whose nodes need it.
     pub multipliers: Vec<f64>,
+    /// By how much the polynomials of the last steps missed the steps after them, for Galerkin schemes.
+    #[serde(default)]
+    pub misses: History,
 }
 
 impl Memory {
@@ -84,6 +87,7 @@ impl Memory {
         copy(&mut self.indices, &other.indices);
         copy(&mut self.values, &other.values);
         copy(&mut self.multipliers, &other.multipliers);
+        self.misses.copy_from(&other.misses);
     }
 }
 

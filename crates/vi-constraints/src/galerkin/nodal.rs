@@ -9,7 +9,8 @@
 //! at the initial guess, and again while the corrections are large.
 //!
 //! # Initial guesses
-//! 1. the polynomial of the last step continued: `u_j ← Σ_i ℓ_i(1 + c̃_j) u_i` less `u_s`,
+//! 1. the polynomial of the last step continued: `u_j ← Σ_i ℓ_i(1 + c̃_j) u_i` less `u_s`, and by how much such polynomials
+//!    missed, extrapolated from the last steps,
 //! 2. `u = 0`, from where the first correction leads to `c̃_j h ν`,
 //! 3. the motion in four smaller steps.
 //!
@@ -42,10 +43,11 @@ pub struct GalerkinNodal<O> {
     sweeps: O,
     points: ControlPoints,
     increments: Increments,
-    first: Vec<f64>,    // s d  unknowns after the first correction
-    last: Vec<f64>,     // s d  those of the last step, while they are continued
-    corrections: usize, // since the initial guess
-    outdated: bool,     // the factors
+    first: Vec<f64>,     // s d  unknowns after the first correction
+    last: Vec<f64>,      // s d  those of the last step, while they are continued
+    continued: Vec<f64>, // s d  the polynomial of the last step; empty: another initial guess
+    corrections: usize,  // since the initial guess
+    outdated: bool,      // the factors
 }
 
 impl<O: Sweeps> GalerkinNodal<O> {
@@ -67,6 +69,7 @@ impl<O: Sweeps> GalerkinNodal<O> {
             increments: Increments::new(blocks),
             first: vec![0.0; s * d],
             last: vec![0.0; s * d],
+            continued: Vec::with_capacity(s * d),
             corrections: 0,
             outdated: true,
         }
@@ -233,9 +236,17 @@ impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNo
         x: &mut [f64],
     ) -> Option<Guess> {
         self.restart();
+        self.continued.clear();
         let continued = state.history.predict(step.index, step.h, Degree::Zero, x);
         match attempt + usize::from(!continued) {
-            0 if !x.is_empty() => self.extrapolate(x),
+            0 if !x.is_empty() => {
+                self.extrapolate(x);
+                self.continued.extend_from_slice(x);
+                let (misses, miss) = (&state.memory.misses, &mut self.last);
+                if misses.predict(step.index, step.h, Degree::Correcting, miss) {
+                    x.iter_mut().zip(miss).for_each(|(x, miss)| *x += *miss);
+                }
+            }
             0 | 1 => x.fill(0.0),
             2 => self.approach(system, step, state, x).ok()?,
             _ => return None,
@@ -283,9 +294,17 @@ impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNo
         _newton: &Newton,
         state: &mut State,
     ) -> Result<(), StepError> {
-        let Self { sweeps, points, .. } = self;
+        let Self { sweeps, points, continued, .. } = self;
         sweeps.close(system, points, &mut state.p); // p̄_{n+1}  [2.29]
         sweeps.remember(&mut state.memory);
+        let (u, misses) = (state.history.increment(0, 0), &mut state.memory.misses);
+        misses.fit(u.len(), 1, 0..0);
+        if continued.is_empty() {
+            misses.clear();
+        } else {
+            continued.iter_mut().zip(u).for_each(|(miss, u)| *miss = u - *miss);
+            misses.remember(0, points.step().h, false, continued);
+        }
         state.move_to_configuration(points.step(), |t, q| sweeps.clean(t, q));
         Ok(())
     }
