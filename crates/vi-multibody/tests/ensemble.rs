@@ -111,7 +111,12 @@ fn steps_in_parts_are_the_same_steps() {
 
 #[test]
 fn compositions_and_backward_steps() {
-    for (composition, step) in [(Composition::Suzuki5, 0.01), (Composition::Identity, -0.004)] {
+    let cases = [
+        (Composition::Suzuki5, 0.01),
+        (Composition::SofroniouSpaletta13, 0.04), // sub-steps from those before
+        (Composition::Identity, -0.004),
+    ];
+    for (composition, step) in cases {
         let options = Options::new(SchemeKind::Nodal, step).composition(composition);
         let models = members(10, 6);
         let mut ensemble = Ensemble::new(models.clone(), options).unwrap();

@@ -4,6 +4,9 @@ use super::link::MOST;
 use vi_core::lanes::{Lanes, Register};
 use vi_core::predictor::{DEPTH, History, NODES, Place, SubStepWeights, Weights, terms};
 
+/// Weights of the sub-steps before, and where their increments begin.
+type Others<'a> = (&'a Weights, [usize; NODES]);
+
 /// The last increments of each sub-step of a composition, in lanes.
 #[derive(Debug)]
 pub(super) struct LaneHistory<T: Register> {
@@ -103,24 +106,51 @@ impl<T: Register> LaneHistory<T> {
     #[inline(always)]
     pub(super) fn predict(&self, k: usize, out: &mut [T::Lanes]) {
         let zero = self.lanes.splat(0.0);
-        let places: [usize; DEPTH] = std::array::from_fn(|age| self.place(k, age));
+        let same: [usize; DEPTH] = std::array::from_fn(|age| self.place(k, age));
         let before: [Place; NODES] = std::array::from_fn(|a| Place::before(k, a, self.known.len()));
-        let known = |lane: usize| {
-            let knows = |place: &Place| place.age < self.known[place.index][lane].1;
-            lane < T::Lanes::COUNT && before.iter().all(knows)
+        let knows = |lane: usize| {
+            let is_known = |place: &Place| place.age < self.known[place.index][lane].1;
+            lane < T::Lanes::COUNT && before.iter().all(is_known)
         };
-        let known: [bool; MOST] = std::array::from_fn(known);
+        let known: [bool; MOST] = std::array::from_fn(knows);
         let weights = self.weights.of(k).filter(|_| known.contains(&true));
-        let before = before.map(|place| self.place(place.index, place.age));
-        let mut sizes = [zero; DEPTH];
-        let mut third = zero;
-        for i in 0..out.len() {
-            let differences = self.differences(&places, i);
+        let others = weights
+            .map(|weights| (weights, before.map(|place| self.place(place.index, place.age))));
+        let terms = self.terms(k, &same, others.as_ref(), known, out.len());
+        for (i, out) in out.iter_mut().enumerate() {
+            let differences = self.differences(&same, i);
+            let mut sum = zero;
+            for (j, d) in differences.iter().enumerate().rev() {
+                let term = self.lanes.splat((j + 1) as f64);
+                sum = term.if_at_most(terms, sum + *d, zero);
+            }
+            if let Some(others) = &others {
+                let guess = self.part(others, 0, i) + self.part(others, 1, i);
+                sum = self.lanes.splat(1.0).if_at_most(terms, sum, guess);
+            }
+            *out = sum;
+        }
+    }
+
+    /// How many differences of the same sub-step each lane takes; 0: the sub-steps before, if they are `known`.
+    #[inline(always)]
+    fn terms(
+        &self,
+        k: usize,
+        same: &[usize; DEPTH],
+        others: Option<&Others<'_>>,
+        known: [bool; MOST],
+        unknowns: usize,
+    ) -> T::Lanes {
+        let zero = self.lanes.splat(0.0);
+        let (mut sizes, mut third) = ([zero; DEPTH], zero);
+        for i in 0..unknowns {
+            let differences = self.differences(same, i);
             for (size, d) in sizes.iter_mut().zip(differences) {
                 *size = size.larger(d).larger(zero - d);
             }
-            if let Some(weights) = weights {
-                let part = self.part(weights, 1, &before, i);
+            if let Some(others) = others {
+                let part = self.part(others, 1, i);
                 third = third.larger(part).larger(zero - part);
             }
         }
@@ -131,34 +161,18 @@ impl<T: Register> LaneHistory<T> {
             let count = self.known[k][lane].1.max(1);
             let sizes = std::array::from_fn::<f64, DEPTH, _>(|j| sizes[j].at(lane));
             let (terms, missed) = terms(&sizes[..count]);
-            let by_others = weights.is_some() && known[lane] && third.at(lane) < missed;
+            let by_others = others.is_some() && known[lane] && third.at(lane) < missed;
             if by_others { 0 } else { terms }
         });
-        let chosen = self.lanes.gather(
+        self.lanes.gather(
             #[inline(always)]
             |lane| chosen[lane] as f64,
-        );
-        for (i, out) in out.iter_mut().enumerate() {
-            let differences = self.differences(&places, i);
-            let mut sum = zero;
-            for (j, d) in differences.iter().enumerate().rev() {
-                let term = self.lanes.splat((j + 1) as f64);
-                sum = term.if_at_most(chosen, sum + *d, zero);
-            }
-            if let Some(weights) = weights {
-                let parts = [0, 1].map(
-                    #[inline(always)]
-                    |part| self.part(weights, part, &before, i),
-                );
-                sum = self.lanes.splat(1.0).if_at_most(chosen, sum, parts[0] + parts[1]);
-            }
-            *out = sum;
-        }
+        )
     }
 
-    /// A part of the guess of an unknown by the sub-steps before, whose increments begin at `before`.
+    /// A part of the guess of an unknown by the sub-steps before.
     #[inline(always)]
-    fn part(&self, weights: &Weights, part: usize, before: &[usize; NODES], i: usize) -> T::Lanes {
+    fn part(&self, (weights, before): &Others<'_>, part: usize, i: usize) -> T::Lanes {
         let mut sum = self.lanes.splat(0.0);
         for (weight, place) in weights[part].iter().zip(before) {
             sum = sum + self.increments[place + i] * *weight;
