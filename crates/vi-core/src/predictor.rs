@@ -332,6 +332,7 @@ fn differences<T: Register>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::composition::Composition;
 
     #[test]
     fn cubic_increments_are_predicted_exactly() {
@@ -366,6 +367,30 @@ mod tests {
         println!("missed by {resolved:e}, {vibration:e}, {polynomial:e}");
         assert!(resolved < 1e-5 && vibration < 5e-3 && polynomial < 1e-11);
         assert!(missed(&|_| 0.3) <= f64::EPSILON);
+    }
+
+    /// Guesses of sub-steps by those before them, of a motion that is a polynomial of degree 4, after a change of the step.
+    #[test]
+    fn sub_steps_before_a_change_of_the_step_are_forgotten() {
+        let gammas = Composition::Suzuki5.gammas();
+        let q = |t: f64| t * (1.0 + t * (0.7 - t * (0.4 + 0.3 * t)));
+        let (mut history, mut t) = (History::default(), 0.0);
+        for h in [0.25, 0.2] {
+            let mut known = 0;
+            for macro_step in 0..4 {
+                for (k, gamma) in gammas.iter().enumerate() {
+                    history.fit(1, gammas.len(), 0..0);
+                    let (length, u) = (gamma * h, q(t + gamma * h) - q(t));
+                    let mut guess = [f64::NAN];
+                    known += usize::from(history.predict(k, length, Degree::Fitting, &mut guess));
+                    let missed = (guess[0] - u).abs();
+                    assert!(macro_step < 3 || missed < 1e-13, "h = {h}, {k}: {missed:e}");
+                    history.remember(k, length, false, &[u]);
+                    t += length;
+                }
+            }
+            assert_eq!(known, 3 * gammas.len());
+        }
     }
 
     #[test]
