@@ -27,7 +27,7 @@ fn conserved_shadow(steps: u64) {
         (SchemeKind::Nodal, 2, 0.005),
         (SchemeKind::Constrained, 2, 0.005),
         (SchemeKind::Nodal, 4, 0.005),
-        (SchemeKind::Nodal, 6, 0.01),
+        (SchemeKind::Nodal, 6, 0.02),
     ] {
         let setting = Setting::new(Method::Variational(scheme), order, h);
         let run = long_run(&subject, setting, steps).unwrap();

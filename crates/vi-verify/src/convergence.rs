@@ -5,6 +5,7 @@
 //! order 8, else (with dampers, which do not compose) an extrapolation of runs of order 2 in even
 //! powers of `h`. Its uncertainty is what the last refinement changed.
 
+use super::judge::round_off;
 use super::order::{CLEAR, ErrorAt, NoOrder, ObservedOrder, Scale, observed_order};
 use super::subject::{Method, Setting, Subject, Values};
 use serde::{Deserialize, Serialize};
@@ -258,7 +259,9 @@ impl Reference {
         let nodes = rows.pop().ok_or("no run")?;
         let steps = coarsest << (LEVELS - 1);
         let origin = format!("{}, order 2 extrapolated, to {steps} steps", method.name());
-        Ok(Self { nodes, uncertainty: change, origin })
+        // both columns have the rounding of the finest run
+        let rounding = round_off(u64::from(steps), 1.0);
+        Ok(Self { nodes, uncertainty: change.map(|change| change.max(rounding)), origin })
     }
 
     fn floor(&self, quantity: Quantity) -> f64 {

@@ -9,11 +9,9 @@ use super::judge::ORDER_TOLERANCE;
 use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, longest_observed_order};
 use super::subject::{Method, Subject};
 
-/// Whether little lies between the coarse end and round-off. The errors of a Galerkin scheme are smaller than those of a
-/// composition.
-fn is_high(method: Method, order: u32) -> bool {
-    let from = if matches!(method, Method::Galerkin(_)) { 6 } else { 8 };
-    order >= from
+/// Whether little lies between the coarse end and round-off.
+fn is_high(order: u32) -> bool {
+    order >= 6
 }
 
 /// Horizons are doubled this often where errors reach round-off too early.
@@ -59,7 +57,7 @@ impl<'a> Horizons<'a> {
                 Err(error) if extension == 0 => return Err(error),
                 Err(_) => break,
             };
-            if is_high(method, order) {
+            if is_high(order) {
                 curves.iter_mut().for_each(fewer_halvings);
             }
             found.push(Study { method, order, end: horizon.end, reference, curves });
@@ -132,7 +130,7 @@ fn a_longer_horizon_helps(found: &[Study]) -> bool {
 
 /// Whether an order was read over as many halvings as it takes: three where it is high.
 fn long_enough(observed: &ObservedOrder, curve: &Convergence, study: &Study) -> bool {
-    let wanted = if is_high(study.method, study.order) { HALVINGS - 1 } else { HALVINGS };
+    let wanted = if is_high(study.order) { HALVINGS - 1 } else { HALVINGS };
     let points = &curve.errors[observed.points.clone()];
     let halvings = (points[0].step / points[points.len() - 1].step).log2();
     halvings >= f64::from(wanted) - 0.1
