@@ -5,7 +5,7 @@
 //! further sums for 6 and 8.
 //!
 //! More sub-steps than an order needs leave free coefficients. For equal work Sofroniou & Spaletta's have errors of a
-//! fourth to an eighteenth of Kahan & Li's at order 6, and their longest sub-step is half as long (`docs/decisions.md`).
+//! fourth to a nineteenth of Kahan & Li's at order 6, and their longest sub-step is half as long (`docs/decisions.md`).
 //!
 //! Sources: Suzuki, Phys. Lett. A 146 (1990) 319 (order 4, s = 5); Yoshida, Phys. Lett. A 150 (1990)
 //! 262 (triple jump; order 6, s = 7); Kahan & Li, Math. Comp. 66 (1997) 1089 (order 6, s = 9; order
