@@ -17,9 +17,9 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
         Criterion::Order => (
             "`q`, `p`, `λ` converge with the order of the scheme",
             format!(
-                "slope within {ORDER_TOLERANCE} of the nominal order, over four halvings (order 8, Galerkin order 6 and more: two to four). `λ_0` of (47) and \
+                "slope within {ORDER_TOLERANCE} of the nominal order, over four halvings (order 6 and more: two to four). `λ_0` of (47) and \
                  multipliers of single energy–momentum steps: at least {FIRST_ORDER}. An error of half the quantity at the finest step, \
-                 in a study in which `q` has its order, fails"
+                 in a study in which `q` (for multipliers `q` and `p`) has its order, fails"
             ),
         ),
         Criterion::Output => (

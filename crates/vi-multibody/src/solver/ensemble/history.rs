@@ -4,8 +4,12 @@ use super::link::MOST;
 use vi_core::lanes::{Lanes, Register};
 use vi_core::predictor::{DEPTH, History, NODES, Place, SubStepWeights, Weights, terms};
 
-/// Weights of the sub-steps before, and where their increments begin.
-type Others<'a> = (&'a Weights, [usize; NODES]);
+/// The sub-steps before a sub-step.
+struct Others<'a> {
+    weights: &'a Weights,
+    places: [usize; NODES], // where their increments begin
+    known: [bool; MOST],    // whether a lane knows all of them
+}
 
 /// The last increments of each sub-step of a composition, in lanes.
 #[derive(Debug)]
@@ -107,16 +111,8 @@ impl<T: Register> LaneHistory<T> {
     pub(super) fn predict(&self, k: usize, out: &mut [T::Lanes]) {
         let zero = self.lanes.splat(0.0);
         let same: [usize; DEPTH] = std::array::from_fn(|age| self.place(k, age));
-        let before: [Place; NODES] = std::array::from_fn(|a| Place::before(k, a, self.known.len()));
-        let knows = |lane: usize| {
-            let is_known = |place: &Place| place.age < self.known[place.index][lane].1;
-            lane < T::Lanes::COUNT && before.iter().all(is_known)
-        };
-        let known: [bool; MOST] = std::array::from_fn(knows);
-        let weights = self.weights.of(k).filter(|_| known.contains(&true));
-        let others = weights
-            .map(|weights| (weights, before.map(|place| self.place(place.index, place.age))));
-        let terms = self.terms(k, &same, others.as_ref(), known, out.len());
+        let others = self.others(k);
+        let terms = self.terms(k, &same, others.as_ref(), out.len());
         for (i, out) in out.iter_mut().enumerate() {
             let differences = self.differences(&same, i);
             let mut sum = zero;
@@ -132,14 +128,26 @@ impl<T: Register> LaneHistory<T> {
         }
     }
 
-    /// How many differences of the same sub-step each lane takes; 0: the sub-steps before, if they are `known`.
+    /// The sub-steps before sub-step `k`, where a lane knows all of them.
+    fn others(&self, k: usize) -> Option<Others<'_>> {
+        let weights = self.weights.of(k)?;
+        let before: [Place; NODES] = std::array::from_fn(|a| Place::before(k, a, self.known.len()));
+        let knows = |lane: usize| {
+            let is_known = |place: &Place| place.age < self.known[place.index][lane].1;
+            lane < T::Lanes::COUNT && before.iter().all(is_known)
+        };
+        let known = std::array::from_fn(knows);
+        let places = before.map(|place| self.place(place.index, place.age));
+        known.contains(&true).then_some(Others { weights, places, known })
+    }
+
+    /// How many differences of the same sub-step each lane takes; 0: the sub-steps before.
     #[inline(always)]
     fn terms(
         &self,
         k: usize,
         same: &[usize; DEPTH],
         others: Option<&Others<'_>>,
-        known: [bool; MOST],
         unknowns: usize,
     ) -> T::Lanes {
         let zero = self.lanes.splat(0.0);
@@ -161,8 +169,8 @@ impl<T: Register> LaneHistory<T> {
             let count = self.known[k][lane].1.max(1);
             let sizes = std::array::from_fn::<f64, DEPTH, _>(|j| sizes[j].at(lane));
             let (terms, missed) = terms(&sizes[..count]);
-            let by_others = others.is_some() && known[lane] && third.at(lane) < missed;
-            if by_others { 0 } else { terms }
+            let known = others.is_some_and(|others| others.known[lane]);
+            if known && third.at(lane) < missed { 0 } else { terms }
         });
         self.lanes.gather(
             #[inline(always)]
@@ -172,9 +180,9 @@ impl<T: Register> LaneHistory<T> {
 
     /// A part of the guess of an unknown by the sub-steps before.
     #[inline(always)]
-    fn part(&self, (weights, before): &Others<'_>, part: usize, i: usize) -> T::Lanes {
+    fn part(&self, others: &Others<'_>, part: usize, i: usize) -> T::Lanes {
         let mut sum = self.lanes.splat(0.0);
-        for (weight, place) in weights[part].iter().zip(before) {
+        for (weight, place) in others.weights[part].iter().zip(&others.places) {
             sum = sum + self.increments[place + i] * *weight;
         }
         sum
