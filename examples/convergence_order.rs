@@ -10,7 +10,7 @@ use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::{FrameId::Ground, PairKind};
 use vi_rigid::Shape;
 
-/// `q(t = 0.5 s)` with `steps` steps of a composition.
+/// `q(t = 1 s)` with `steps` steps of a composition.
 fn end(composition: Composition, steps: u32) -> Result<Vec<f64>, Box<dyn Error>> {
     let bar = Inertia::shape_of_mass(Shape::Box { lengths: [0.6, 0.2, 0.1] }, 1.0);
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
@@ -20,7 +20,7 @@ fn end(composition: Composition, steps: u32) -> Result<Vec<f64>, Box<dyn Error>>
     builder.joint("ball", PairKind::Spherical, Ground, upper).at([0.0; 3]);
     let hinge = builder.joint("hinge", PairKind::Revolute, upper, lower).at([1.0, 0.0, 0.0]);
     hinge.axis([0.0, 1.0, 0.0]).rate(1.0);
-    let h = 0.5 / f64::from(steps);
+    let h = 1.0 / f64::from(steps);
     let options = Options::new(SchemeKind::Nodal, h).composition(composition);
     let mut run = builder.build()?.integrator(options)?;
     for _ in 0..steps {
@@ -31,10 +31,10 @@ fn end(composition: Composition, steps: u32) -> Result<Vec<f64>, Box<dyn Error>>
 
 fn main() -> Result<(), Box<dyn Error>> {
     let of_order = |order| Composition::of_order(order).ok_or("orders are 2, 4, 6 and 8");
-    let reference = end(of_order(8)?, 400)?;
+    let reference = end(of_order(8)?, 800)?;
     for order in [2, 4, 6] {
         let mut errors = Vec::new();
-        for steps in [20, 40, 80] {
+        for steps in [40, 80, 160] {
             let q = end(of_order(order)?, steps)?;
             let off = q.iter().zip(&reference).map(|(a, b)| (a - b).abs());
             errors.push(off.fold(0.0, f64::max));
