@@ -30,15 +30,20 @@ pub(super) fn covered(mut curves: Vec<Vec<Point>>) -> Vec<usize> {
     (0..curves.len()).map(of).collect()
 }
 
-/// Whether a curve lies on another one over much of its length.
+/// Whether a curve lies on another one over much of its length; both go from the left to the right.
 fn hides(curve: &[Point], other: &[Point]) -> bool {
-    let near = |p: &&Point| height(other, p[0]).is_some_and(|y| (y - p[1]).abs() < NEAR);
+    let mut next = 0;
+    let near = |p: &&Point| {
+        while other.get(next).is_some_and(|q| q[0] < p[0] || q[0].is_nan()) {
+            next += 1;
+        }
+        height(other, next, p[0]).is_some_and(|y| (y - p[1]).abs() < NEAR)
+    };
     curve.len() > 1 && curve.iter().filter(near).count() as f64 > MUCH * curve.len() as f64
 }
 
-/// Height of a curve over a place of the horizontal axis, for a curve that goes from the left to the right.
-fn height(curve: &[Point], x: f64) -> Option<f64> {
-    let next = curve.partition_point(|p| p[0] < x);
+/// Height of a curve over a place `x` of the horizontal axis, before its point `next`.
+fn height(curve: &[Point], next: usize, x: f64) -> Option<f64> {
     let b = curve.get(next)?;
     match next.checked_sub(1).map(|k| curve[k]) {
         Some(a) if b[0] > a[0] => Some(a[1] + (b[1] - a[1]) * (x - a[0]) / (b[0] - a[0])),
@@ -68,6 +73,14 @@ mod tests {
     fn curves_that_cross_are_solid() {
         let curves = vec![line(0.0, 1.0), line(100.0, -1.0), vec![[3.0, 3.0]], Vec::new()];
         assert_eq!(covered(curves), [0; 4]);
+    }
+
+    #[test]
+    fn a_gap_hides_nothing_and_ends_no_comparison() {
+        let mut gap = line(10.0, 0.0);
+        gap[10..13].fill([f64::NAN; 2]);
+        assert_eq!(covered(vec![line(10.5, 0.0), gap.clone()]), [1, 0]);
+        assert_eq!(covered(vec![gap, line(10.5, 0.0)]), [1, 0]);
     }
 
     #[test]

@@ -106,11 +106,14 @@ fn length(value: f64) -> String {
 fn push_tenths(list: &mut String, value: f64) {
     let tenths = (10.0 * value).round_ties_even() as i64;
     let (whole, rest) = (tenths.unsigned_abs() / 10, tenths.unsigned_abs() % 10);
-    let sign = if tenths < 0 { "-" } else { "" };
-    let _ = match rest {
-        0 => write!(list, "{sign}{whole}"),
-        _ => write!(list, "{sign}{whole}.{rest}"),
-    };
+    if tenths < 0 {
+        list.push('-');
+    }
+    list.push_str(itoa::Buffer::new().format(whole));
+    if rest > 0 {
+        list.push('.');
+        list.push(char::from(b'0' + rest as u8));
+    }
 }
 
 /// Without trailing zeros.
