@@ -1,5 +1,7 @@
 //! Rows of a CSV file of a run, found by their steps.
 
+use std::collections::BTreeMap;
+
 use holonom_sim::output::{RowReader, RunFolder};
 
 use crate::ExportError;
@@ -10,7 +12,7 @@ pub(crate) struct StepRows {
     next: csv::StringRecord,
     more: bool,
     failed: Box<dyn Fn(String) -> ExportError>,
-    columns: Vec<String>,
+    columns: BTreeMap<String, usize>,
 }
 
 impl StepRows {
@@ -23,7 +25,7 @@ impl StepRows {
         let failed = move |message: String| ExportError::Read { path: path.clone(), message };
         let mut reader = folder.reader(name).map_err(|e| failed(e.to_string()))?;
         let columns = reader.headers().map_err(|e| failed(e.to_string()))?;
-        let columns = columns.iter().map(str::to_owned).collect();
+        let columns = columns.iter().map(str::to_owned).zip(0..).collect();
         let next = csv::StringRecord::new();
         let mut rows = Self { reader, next, more: true, failed: Box::new(failed), columns };
         rows.advance()?;
@@ -32,7 +34,7 @@ impl StepRows {
 
     /// The index of a column.
     pub(crate) fn column(&self, name: &str) -> Option<usize> {
-        self.columns.iter().position(|column| column == name)
+        self.columns.get(name).copied()
     }
 
     fn advance(&mut self) -> Result<(), ExportError> {

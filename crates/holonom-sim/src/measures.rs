@@ -1,5 +1,7 @@
 //! Size, masses and stiffnesses of a model at a glance, and what in them looks like a slip of units.
 
+use std::collections::BTreeMap;
+
 use holonom_model::{Body, Constraint, Frame, Model, spatial};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -173,10 +175,11 @@ fn far_joints(model: &Model, mechanism: &Mechanism, far: &Far<'_>) -> Vec<String
 /// Points of springs, distances, loads and sensors far from the shape of their body.
 fn far_points(model: &Model, far: &Far<'_>) -> Vec<String> {
     let mut found = Vec::new();
+    let bodies: BTreeMap<&str, usize> =
+        model.bodies.iter().map(|body| body.name.as_str()).zip(0..).collect();
     let mut check = |section: &str, name: &str, of: &str, point: Option<&[f64]>| {
         let size = |x: &[f64]| Vector3::from(spatial(x)).norm();
-        let body = model.bodies.iter().position(|body| body.name == of);
-        let (Some(body), Some(point)) = (body, point) else { return };
+        let (Some(&body), Some(point)) = (bodies.get(of), point) else { return };
         found.extend(far(body, size(point), &format!("a point of {section} `{name}`")));
     };
     for spring in &model.springs {

@@ -20,15 +20,15 @@ impl Scales {
         sensors: Option<(&TimeSeries, &[sensor::Column])>,
     ) -> Self {
         let mut scales = Self::default();
-        let names = trajectory.members();
-        let places =
-            names.iter().flat_map(|name| ["x", "y", "z"].map(|axis| format!("{name}.{axis}")));
-        let places = places.map(|name| (name, "m"));
-        let rest =
-            [("E", "J"), ("H", "J"), ("Lx", "kg·m²/s"), ("Ly", "kg·m²/s"), ("Lz", "kg·m²/s")];
-        let rest = rest.into_iter().chain(["Px", "Py", "Pz"].map(|name| (name, "kg·m/s")));
-        for (name, unit) in places.chain(rest.map(|(name, unit)| (name.to_owned(), unit))) {
-            scales.add_all(unit, trajectory.column(&name).unwrap_or_default());
+        for (name, values) in trajectory.columns_read() {
+            let unit = match name {
+                "step" | "t" => continue,
+                "E" | "H" => "J",
+                "Lx" | "Ly" | "Lz" => "kg·m²/s",
+                "Px" | "Py" | "Pz" => "kg·m/s",
+                _ => "m",
+            };
+            scales.add_all(unit, values);
         }
         for values in energies.iter().flat_map(|table| &table.values) {
             scales.add_all("J", values);

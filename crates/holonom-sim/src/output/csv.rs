@@ -1,6 +1,6 @@
 //! `trajectory.csv` and `residuals.csv`: writing them row by row, reading them back.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 use std::ops::Range;
 
@@ -134,8 +134,8 @@ impl<W: Write> TrajectoryWriter<W> {
 pub struct Trajectory {
     /// Names of all columns of `trajectory.csv`.
     columns: Vec<String>,
-    /// Values of the columns that were read; the others are empty.
-    values: Vec<Vec<f64>>,
+    /// Values of the columns that were read, by name.
+    values: BTreeMap<String, Vec<f64>>,
     /// The rows of `residuals.csv`; empty when there is no such file.
     pub residuals: Vec<ResidualRow>,
 }
@@ -156,16 +156,19 @@ impl Trajectory {
         if !ends {
             return Err(invalid("not a trajectory of holonom"));
         }
-        let mut read = Self { values: vec![Vec::new(); columns.len()], columns, residuals: vec![] };
+        let mut read = Self { columns, ..Self::default() };
         let wanted = read.wanted(members);
+        let mut values = vec![Vec::new(); wanted.len()];
         while trajectory.advance()? {
             let (mut fields, mut next) = (trajectory.fields(), 0);
-            for &column in &wanted {
-                read.values[column].push(number(fields.nth(column - next), column)?);
+            for (&column, values) in wanted.iter().zip(&mut values) {
+                values.push(number(fields.nth(column - next), column)?);
                 next = column + 1;
             }
             end(fields)?; // the last column is wanted
         }
+        let names = wanted.iter().map(|&column| read.columns[column].clone());
+        read.values = names.zip(values).collect();
         if let Some(mut lines) = residuals {
             if lines.columns() != RESIDUALS {
                 return Err(invalid("not the residuals of a run"));
@@ -200,8 +203,12 @@ impl Trajectory {
     /// The values of a column that was read.
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&[f64]> {
-        let index = self.columns.iter().position(|c| c == name)?;
-        self.values.get(index).map(Vec::as_slice)
+        self.values.get(name).map(Vec::as_slice)
+    }
+
+    /// All columns that were read, by name.
+    pub fn columns_read(&self) -> impl Iterator<Item = (&str, &[f64])> {
+        self.values.iter().map(|(name, values)| (name.as_str(), values.as_slice()))
     }
 
     /// Names of all members, in order.
@@ -263,6 +270,28 @@ mod tests {
         let expected = "step,t,position,velocity,momentum,newton_iterations\n\
                         0,0.0,1e-16,0.0,2.5e-7,3.0\n";
         assert!(text.starts_with(expected), "{text}");
+    }
+
+    #[test]
+    fn only_the_columns_that_are_drawn_are_read() {
+        let member = |name: &str| Member { name: name.into(), kind: MemberKind::Particle2 };
+        let path = std::env::temp_dir().join(format!("columns-{}.csv", std::process::id()));
+        let (mut text, mut other) = (Vec::new(), Vec::new());
+        let members = [member("bob"), member("rob")];
+        let mut writer =
+            TrajectoryWriter::new(&mut text, &mut other, &members, &Columns::usual()).unwrap();
+        let q = vec![1.0, 2.0, 3.0, 4.0];
+        writer.record(&Sample { q, ..sample(3) }).unwrap();
+        writer.finish().unwrap();
+        std::fs::write(&path, text).unwrap();
+        let lines = Lines::new(super::super::readable::open(&path, None).unwrap()).unwrap();
+        let read = Trajectory::read(lines, None, 1).unwrap();
+        assert_eq!(read.members(), ["bob", "rob"]);
+        assert_eq!((read.column("bob.y"), read.column("rob.x")), (Some(&[2.0][..]), None));
+        let names: Vec<&str> = read.columns_read().map(|(name, _)| name).collect();
+        let expected = "E H Lx Ly Lz Px Py Pz bob.x bob.y step t";
+        assert_eq!(names.join(" "), expected);
+        std::fs::remove_file(&path).unwrap();
     }
 
     /// Fails after some bytes, keeping what it took.

@@ -1,7 +1,9 @@
 //! Columns of `sensors.csv`: names, quantities and units.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use crate::drive::joint_elements;
-use holonom_model::{Constraint, Model, Sensor, SensorKind};
+use holonom_model::{Constraint, Joint, Model, Sensor, SensorKind};
 use vi_multibody::pair::PairKind;
 
 /// A column of `sensors.csv`.
@@ -37,10 +39,11 @@ impl Column {
 /// The columns of all sensors of a model, in order.
 #[must_use]
 pub fn columns(model: &Model) -> Vec<Column> {
+    let members = Members::of(model);
     let of = |sensor: &Sensor| {
         let column =
             |(part, quantity, unit)| Column { sensor: sensor.name.clone(), part, quantity, unit };
-        parts(model, sensor).into_iter().map(column).collect::<Vec<_>>()
+        members.parts(sensor).into_iter().map(column).collect::<Vec<_>>()
     };
     model.sensors.iter().flat_map(of).collect()
 }
@@ -48,42 +51,97 @@ pub fn columns(model: &Model) -> Vec<Column> {
 /// Part, quantity and unit of a number.
 type Part = (String, &'static str, &'static str);
 
-/// Part, quantity and unit of each number of a sensor.
-fn parts(model: &Model, sensor: &Sensor) -> Vec<Part> {
-    let named = |names: &[&str], quantity, unit| -> Vec<Part> {
-        names.iter().map(|name| ((*name).to_owned(), quantity, unit)).collect()
-    };
-    let axes = if model.particle(&sensor.of).is_some() { model.header.dimension } else { 3 };
-    let axes = &["x", "y", "z"][..axes];
-    let pair = model.joints.iter().find(|j| j.name == sensor.of).map(holonom_model::Joint::pair);
-    match sensor.kind {
-        SensorKind::Position => named(axes, "position", "m"),
-        SensorKind::Velocity => named(axes, "velocity", "m/s"),
-        SensorKind::Orientation => named(&["w", "x", "y", "z"], "quaternion", ""),
-        SensorKind::AngularVelocity => named(axes, "angular velocity", "rad/s"),
-        SensorKind::JointCoordinate => joint_parts(pair, ["angle", "rad"], ["displacement", "m"]),
-        SensorKind::JointRate => joint_parts(pair, ["angular rate", "rad/s"], ["speed", "m/s"]),
-        SensorKind::Reaction => {
-            let mut parts = if model.bars.iter().any(|bar| bar.name == sensor.of) {
-                named(&["tension"], "tension", "N")
-            } else {
-                let mut parts = named(&["fx", "fy", "fz"], "force", "N");
-                parts.extend(named(&["mx", "my", "mz"], "moment", "N·m"));
+/// What sensors are of, by name.
+struct Members<'a> {
+    dimension: usize,
+    particles: BTreeSet<&'a str>,
+    bars: BTreeSet<&'a str>,
+    joints: BTreeMap<&'a str, &'a Joint>,
+    constraints: BTreeMap<&'a str, &'a Constraint>,
+}
+
+impl<'a> Members<'a> {
+    fn of(model: &'a Model) -> Self {
+        Self {
+            dimension: model.header.dimension,
+            particles: model.particles.iter().map(|particle| particle.name.as_str()).collect(),
+            bars: model.bars.iter().map(|bar| bar.name.as_str()).collect(),
+            joints: model.joints.iter().map(|joint| (joint.name.as_str(), joint)).collect(),
+            constraints: model.constraints.iter().map(|c| (c.name(), c)).collect(),
+        }
+    }
+
+    /// Part, quantity and unit of each number of a sensor.
+    fn parts(&self, sensor: &Sensor) -> Vec<Part> {
+        let of = sensor.of.as_str();
+        let named = |names: &[&str], quantity, unit| -> Vec<Part> {
+            names.iter().map(|name| ((*name).to_owned(), quantity, unit)).collect()
+        };
+        let axes = if self.particles.contains(of) { self.dimension } else { 3 };
+        let axes = &["x", "y", "z"][..axes];
+        let pair = self.joints.get(of).map(|joint| joint.pair());
+        match sensor.kind {
+            SensorKind::Position => named(axes, "position", "m"),
+            SensorKind::Velocity => named(axes, "velocity", "m/s"),
+            SensorKind::Orientation => named(&["w", "x", "y", "z"], "quaternion", ""),
+            SensorKind::AngularVelocity => named(axes, "angular velocity", "rad/s"),
+            SensorKind::JointCoordinate => {
+                joint_parts(pair, ["angle", "rad"], ["displacement", "m"])
+            }
+            SensorKind::JointRate => joint_parts(pair, ["angular rate", "rad/s"], ["speed", "m/s"]),
+            SensorKind::Reaction => {
+                let mut parts = if self.bars.contains(of) {
+                    named(&["tension"], "tension", "N")
+                } else {
+                    let mut parts = named(&["fx", "fy", "fz"], "force", "N");
+                    parts.extend(named(&["mx", "my", "mz"], "moment", "N·m"));
+                    parts
+                };
+                parts.extend(named(&["unique"], "", ""));
                 parts
+            }
+            SensorKind::Effort => self.effort_parts(of),
+            SensorKind::SectionForce => {
+                let mut parts = named(&["N1", "N2", "N3"], "section force", "N");
+                parts.extend(named(&["M1", "M2", "M3"], "section moment", "N·m"));
+                parts
+            }
+            SensorKind::Strain => {
+                let mut parts = named(&["Gamma1", "Gamma2", "Gamma3"], "strain", "");
+                parts.extend(named(&["K1", "K2", "K3"], "curvature", "1/m"));
+                parts
+            }
+        }
+    }
+
+    /// Part, quantity and unit of each number of an effort.
+    fn effort_parts(&self, of: &str) -> Vec<Part> {
+        let quantity = |unit| if unit == "N" { "force" } else { "torque" };
+        let along = |pair, freedom: usize| {
+            let parts = joint_parts(Some(pair), ["", "N·m"], ["", "N"]);
+            parts.get(freedom).map_or("N·m", |part| part.2)
+        };
+        let row =
+            |unit| vec![("effort".to_owned(), quantity(unit), unit), ("unique".into(), "", "")];
+        let joint = |name: &str| self.joints.get(name).copied();
+        if let Some(joint) = joint(of) {
+            let elements = joint_elements(joint);
+            let part = |part: &'static str| {
+                let element = elements.iter().find(|element| element.part == part)?;
+                let unit = along(joint.pair(), element.freedom);
+                Some((part.to_owned(), quantity(unit), unit))
             };
-            parts.extend(named(&["unique"], "", ""));
-            parts
+            return PARTS.into_iter().filter_map(part).collect();
         }
-        SensorKind::Effort => effort_parts(model, &sensor.of),
-        SensorKind::SectionForce => {
-            let mut parts = named(&["N1", "N2", "N3"], "section force", "N");
-            parts.extend(named(&["M1", "M2", "M3"], "section moment", "N·m"));
-            parts
-        }
-        SensorKind::Strain => {
-            let mut parts = named(&["Gamma1", "Gamma2", "Gamma3"], "strain", "");
-            parts.extend(named(&["K1", "K2", "K3"], "curvature", "1/m"));
-            parts
+        match self.constraints.get(of) {
+            Some(Constraint::Motion { joint: name, freedom, .. }) => {
+                row(joint(name).map_or("N·m", |joint| along(joint.pair(), *freedom)))
+            }
+            Some(Constraint::Gear { joints: [name, _], freedoms, .. }) => {
+                row(joint(name).map_or("N·m", |joint| along(joint.pair(), freedoms[0])))
+            }
+            Some(_) => row("N"),
+            None => vec![(String::new(), "force", "N")],
         }
     }
 }
@@ -116,37 +174,6 @@ fn joint_parts(
 
 /// The parts of the effort of a joint, in the order of their columns.
 pub(super) const PARTS: [&str; 3] = ["spring", "damper", "motor"];
-
-/// Names, quantities and units of the columns.
-fn effort_parts(model: &Model, of: &str) -> Vec<Part> {
-    let quantity = |unit| if unit == "N" { "force" } else { "torque" };
-    let along = |pair, freedom: usize| {
-        let parts = joint_parts(Some(pair), ["", "N·m"], ["", "N"]);
-        parts.get(freedom).map_or("N·m", |part| part.2)
-    };
-    let row = |unit| vec![("effort".to_owned(), quantity(unit), unit), ("unique".into(), "", "")];
-    let joint = |name: &str| model.joints.iter().find(|joint| joint.name == name);
-    if let Some(joint) = joint(of) {
-        let elements = joint_elements(joint);
-        let part = |part: &'static str| {
-            let element = elements.iter().find(|element| element.part == part)?;
-            let unit = along(joint.pair(), element.freedom);
-            Some((part.to_owned(), quantity(unit), unit))
-        };
-        return PARTS.into_iter().filter_map(part).collect();
-    }
-    let constraint = model.constraints.iter().find(|constraint| constraint.name() == of);
-    match constraint {
-        Some(Constraint::Motion { joint: name, freedom, .. }) => {
-            row(joint(name).map_or("N·m", |joint| along(joint.pair(), *freedom)))
-        }
-        Some(Constraint::Gear { joints: [name, _], freedoms, .. }) => {
-            row(joint(name).map_or("N·m", |joint| along(joint.pair(), freedoms[0])))
-        }
-        Some(_) => row("N"),
-        None => vec![(String::new(), "force", "N")],
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -33,6 +33,7 @@ use crate::beams::Beams;
 use crate::run_state::same_length;
 use holonom_model::{Model, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_beam::section_force::SectionPlace;
 use vi_beam::{Beam, BeamModel};
@@ -117,7 +118,17 @@ impl Sensors {
         principal: &[Matrix3<f64>],
         beams: &Beams,
     ) -> Self {
-        let builder = Builder { model, mechanism, forces, principal, beams };
+        let joints = mechanism.description().joints.iter();
+        let builder = Builder {
+            model,
+            mechanism,
+            forces,
+            principal,
+            beams,
+            bodies: model.bodies.iter().map(|body| body.name.as_str()).zip(0..).collect(),
+            joints: joints.map(|joint| joint.name.as_str()).zip(0..).collect(),
+            q: mechanism.initial_configuration(),
+        };
         let gauges: Vec<Gauge> = model.sensors.iter().filter_map(|s| builder.gauge(s)).collect();
         let reactions = gauges.iter().any(|gauge| match gauge {
             Gauge::Reaction(..) | Gauge::Tension(_) => true,
@@ -270,17 +281,21 @@ struct Builder<'a> {
     forces: &'a ForceElements,
     principal: &'a [Matrix3<f64>],
     beams: &'a Beams,
+    bodies: BTreeMap<&'a str, usize>, // by name
+    joints: BTreeMap<&'a str, usize>, // of the description, by name
+    q: Vec<f64>,                      // initial configuration
 }
 
 impl Builder<'_> {
     /// The frame of a body or a node.
     fn body(&self, name: &str) -> Option<usize> {
-        self.model.frame(name)
+        let node = || name.contains('.').then(|| self.model.frame(name)).flatten();
+        self.bodies.get(name).copied().or_else(node)
     }
 
     /// The joint of this name; what holds a fixed body or the end of a beam has the name of that.
     fn joint(&self, name: &str) -> Option<usize> {
-        self.mechanism.description().joints.iter().position(|j| j.name == name)
+        self.joints.get(name).copied()
     }
 
     /// The point of a position or velocity, and how many components it has.
@@ -338,10 +353,7 @@ impl Builder<'_> {
                 Gauge::Orientation(Attitude { first: 12 * k, to_own, last: Quaternion::identity() })
             }
             SensorKind::AngularVelocity => Gauge::AngularVelocity(12 * self.body(of)?),
-            SensorKind::JointCoordinate => {
-                let q = self.mechanism.initial_configuration();
-                Gauge::Coordinate(JointMotion::new(joint()?, &q))
-            }
+            SensorKind::JointCoordinate => Gauge::Coordinate(JointMotion::new(joint()?, &self.q)),
             SensorKind::JointRate => Gauge::Rate(joint()?),
             SensorKind::SectionForce | SensorKind::Strain => Gauge::Section(self.section(sensor)?),
             SensorKind::Reaction => match self.model.bars.iter().position(|b| b.name == of) {
