@@ -1,6 +1,6 @@
 //! Where the members of a model are among those of the mechanism.
 
-use holonom_model::Model;
+use holonom_model::{Joint, Model};
 use nalgebra::Matrix3;
 use std::collections::BTreeMap;
 use vi_multibody::builder::{BodyId, JointId, ParticleId, PointOn};
@@ -13,7 +13,7 @@ pub(crate) struct Names<'a> {
     pub(crate) particles: BTreeMap<&'a str, ParticleId>,
     pub(crate) frames: Vec<BodyId>,          // bodies, then nodes
     pub(crate) principal: Vec<Matrix3<f64>>, // of all frames: body components → principal components: its transpose
-    pub(crate) joints: Vec<JointId>,         // of the joints of the model
+    pub(crate) joints: BTreeMap<&'a str, (&'a Joint, JointId)>,
 }
 
 impl Names<'_> {
@@ -38,8 +38,7 @@ impl Names<'_> {
     }
 
     /// A joint of the model.
-    pub(crate) fn joint(&self, name: &str) -> Option<(&holonom_model::Joint, JointId)> {
-        let k = self.model.joints.iter().position(|joint| joint.name == name)?;
-        Some((&self.model.joints[k], self.joints[k]))
+    pub(crate) fn joint(&self, name: &str) -> Option<(&Joint, JointId)> {
+        self.joints.get(name).copied()
     }
 }

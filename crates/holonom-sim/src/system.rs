@@ -47,7 +47,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         particles: BTreeMap::new(),
         frames: model.bodies.iter().map(|body| add_body(&mut builder, body)).collect(),
         principal: Vec::new(),
-        joints: Vec::new(),
+        joints: BTreeMap::new(),
     };
     let mut parts = BeamModel::new(Vector3::from(model.gravity()));
     parts.description = builder.description().map_err(refusal)?; // nodes of beams follow the bodies
@@ -68,7 +68,8 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     }
     let start = StartPoints::new(model);
     for joint in &model.joints {
-        names.joints.push(add_joint(&mut builder, joint, &start, &names));
+        let id = add_joint(&mut builder, joint, &start, &names);
+        names.joints.insert(&joint.name, (joint, id));
     }
     for (body, id) in model.bodies.iter().zip(&names.frames).filter(|(body, _)| body.fixed) {
         builder.joint(&body.name, PairKind::Fixed, FrameId::Ground, *id).at(body.position);
@@ -81,8 +82,8 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         drive::add_constraint(&mut builder, constraint, &names)?;
     }
     model.springs.iter().for_each(|spring| add_spring(&mut builder, spring, &names));
-    for (joint, id) in model.joints.iter().zip(&names.joints) {
-        drive::add_joint_forces(&mut builder, joint, *id)?;
+    for joint in &model.joints {
+        drive::add_joint_forces(&mut builder, joint, names.joints[joint.name.as_str()].1)?;
     }
     let mut loads_of = Vec::new();
     for load in &model.loads {
@@ -98,8 +99,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
     let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces, loads_of };
     let beams = Beams { parts, list };
-    let acting = (&mechanism, &dynamics.forces);
-    let sensors = Sensors::new(model, acting, &names.principal, &beams);
+    let sensors = Sensors::new(&names, (&mechanism, &dynamics.forces), &beams);
     Ok(System { beams, mechanism, dynamics, members, sensors })
 }
 

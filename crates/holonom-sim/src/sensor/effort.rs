@@ -10,14 +10,12 @@
 //! Rates are those of `v̂`. Positive efforts on a joint coordinate act on the child along it, and oppositely on the
 //! parent. `λ_n` is that of the node, see [`crate::sensor`].
 
+use super::Builder;
 use super::columns::PARTS;
 use super::view::View;
 use crate::drive::{JointElement, joint_elements};
-use holonom_model::Model;
-use vi_multibody::builder::ForceElements;
-use vi_multibody::joint::Joint;
+use crate::names::Names;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
-use vi_multibody::mechanism::Mechanism;
 use vi_multibody::reaction::{NodeReactions, Tension};
 use vi_multibody::scalar_constraint::ScalarRow;
 use vi_multibody::spring::{Damper, Spring};
@@ -35,14 +33,12 @@ pub(crate) enum Effort {
 
 impl Effort {
     /// That of a joint, spring or constraint of the model; `None` when there is none of this name.
-    pub(crate) fn of(
-        name: &str,
-        (model, mechanism, forces): (&Model, &Mechanism, &ForceElements),
-    ) -> Option<Self> {
+    pub(super) fn of(name: &str, from: &Builder<'_>) -> Option<Self> {
+        let Builder { names: Names { model, .. }, mechanism, forces, .. } = *from;
         let description = mechanism.description();
-        if let Some(joint) = model.joints.iter().find(|joint| joint.name == name) {
-            let own: &Joint = description.joints.iter().find(|joint| joint.name == name)?;
-            let motion = JointMotion::new(own.clone(), &mechanism.initial_configuration());
+        if let Some((joint, _)) = from.names.joint(name) {
+            let own = description.joints[from.joint(name)?].clone();
+            let motion = JointMotion::new(own, &from.q);
             return Some(Self::Joint(joint_elements(joint), Box::new(motion)));
         }
         if let Some(k) = model.springs.iter().position(|spring| spring.name == name) {

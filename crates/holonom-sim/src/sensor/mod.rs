@@ -30,8 +30,9 @@ pub(crate) use view::View;
 use effort::Effort;
 
 use crate::beams::Beams;
+use crate::names::Names;
 use crate::run_state::same_length;
-use holonom_model::{Model, ReactionFrame, Sensor, SensorKind, spatial};
+use holonom_model::{ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -110,22 +111,19 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    /// For a valid model and its mechanism; `principal`: the principal axes of every body in its own
-    /// frame (columns).
+    /// For a valid model and its mechanism.
     pub(crate) fn new(
-        model: &Model,
+        names: &Names<'_>,
         (mechanism, forces): (&Mechanism, &ForceElements),
-        principal: &[Matrix3<f64>],
         beams: &Beams,
     ) -> Self {
+        let model = names.model;
         let joints = mechanism.description().joints.iter();
         let builder = Builder {
-            model,
+            names,
             mechanism,
             forces,
-            principal,
             beams,
-            bodies: model.bodies.iter().map(|body| body.name.as_str()).zip(0..).collect(),
             joints: joints.map(|joint| joint.name.as_str()).zip(0..).collect(),
             q: mechanism.initial_configuration(),
         };
@@ -276,23 +274,15 @@ impl Gauge {
 
 /// Finds what sensors name.
 struct Builder<'a> {
-    model: &'a Model,
+    names: &'a Names<'a>,
     mechanism: &'a Mechanism,
     forces: &'a ForceElements,
-    principal: &'a [Matrix3<f64>],
     beams: &'a Beams,
-    bodies: BTreeMap<&'a str, usize>, // by name
     joints: BTreeMap<&'a str, usize>, // of the description, by name
     q: Vec<f64>,                      // initial configuration
 }
 
 impl Builder<'_> {
-    /// The frame of a body or a node.
-    fn body(&self, name: &str) -> Option<usize> {
-        let node = || name.contains('.').then(|| self.model.frame(name)).flatten();
-        self.bodies.get(name).copied().or_else(node)
-    }
-
     /// The joint of this name; what holds a fixed body or the end of a beam has the name of that.
     fn joint(&self, name: &str) -> Option<usize> {
         self.joints.get(name).copied()
@@ -300,14 +290,14 @@ impl Builder<'_> {
 
     /// The point of a position or velocity, and how many components it has.
     fn point(&self, sensor: &Sensor) -> Option<(Form, usize)> {
-        if let Some(k) = self.body(&sensor.of) {
+        if let Some(k) = self.names.index(&sensor.of) {
             let own = Vector3::from(spatial(&sensor.point.unwrap_or_default()));
-            let along_directors = self.principal[k].tr_mul(&own);
+            let along_directors = self.names.principal[k].tr_mul(&own);
             return Some((self.mechanism.point_of(Attachment::Body(k), &along_directors), 3));
         }
-        let k = self.model.particles.iter().position(|p| p.name == sensor.of)?;
+        let k = self.names.particles.get(sensor.of.as_str())?.index();
         let point = self.mechanism.point_of(Attachment::Particle(k), &Vector3::zeros());
-        Some((point, self.model.header.dimension))
+        Some((point, self.names.model.header.dimension))
     }
 
     fn section(&self, sensor: &Sensor) -> Option<SectionGauge> {
@@ -348,21 +338,19 @@ impl Builder<'_> {
             SensorKind::Position => self.point(sensor).map(|(p, axes)| Gauge::Position(p, axes))?,
             SensorKind::Velocity => self.point(sensor).map(|(p, axes)| Gauge::Velocity(p, axes))?,
             SensorKind::Orientation => {
-                let k = self.body(of)?;
-                let to_own = self.principal[k].transpose();
+                let k = self.names.index(of)?;
+                let to_own = self.names.principal[k].transpose();
                 Gauge::Orientation(Attitude { first: 12 * k, to_own, last: Quaternion::identity() })
             }
-            SensorKind::AngularVelocity => Gauge::AngularVelocity(12 * self.body(of)?),
+            SensorKind::AngularVelocity => Gauge::AngularVelocity(12 * self.names.index(of)?),
             SensorKind::JointCoordinate => Gauge::Coordinate(JointMotion::new(joint()?, &self.q)),
             SensorKind::JointRate => Gauge::Rate(joint()?),
             SensorKind::SectionForce | SensorKind::Strain => Gauge::Section(self.section(sensor)?),
-            SensorKind::Reaction => match self.model.bars.iter().position(|b| b.name == of) {
+            SensorKind::Reaction => match self.names.model.bars.iter().position(|b| b.name == of) {
                 Some(bar) => Gauge::Tension(bar),
                 None => Gauge::Reaction(self.joint(of)?, sensor.frame.unwrap_or_default()),
             },
-            SensorKind::Effort => {
-                Gauge::Effort(Effort::of(of, (self.model, self.mechanism, self.forces))?)
-            }
+            SensorKind::Effort => Gauge::Effort(Effort::of(of, self)?),
         })
     }
 }
