@@ -127,6 +127,8 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators> Scheme<S, C> for 
         let Self { operators, reduced, s, .. } = self;
         state.compensation.balance.copy_from_slice(newton.residual());
         operators.carry_balance(&mut state.compensation.balance);
+        state.memory.indices.clear();
+        state.memory.values.clear();
         operators.remember(&mut state.memory);
         if *reduced {
             state.memory.keep(s);

@@ -89,6 +89,18 @@ pub trait RateOperators: NodalOperators {
     fn push_forward(&mut self, nu: &[f64], v: &mut [f64]);
 }
 
+impl<O: RateOperators + ?Sized> RateOperators for Box<O> {
+    fn stand(&mut self, s: &mut Interval, memory: &Memory, rest: &[f64]) -> Result<(), Fault> {
+        (**self).stand(s, memory, rest)
+    }
+    fn close_rates(&mut self, t: f64, r: &mut [f64]) {
+        (**self).close_rates(t, r);
+    }
+    fn push_forward(&mut self, nu: &[f64], v: &mut [f64]) {
+        (**self).push_forward(nu, v);
+    }
+}
+
 /// [`MomentumVelocity`] by the operators of the nodal scheme.
 #[derive(Debug)]
 pub struct NodalVelocity<O> {

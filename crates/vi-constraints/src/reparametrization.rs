@@ -66,7 +66,7 @@ pub trait NodalOperators: Send {
     /// Computes all that depends on `P(q_n)` alone, `q_n = s.q0`. With a `last` step, its `∂F_d/∂u` takes
     /// the place of `P(q_n)` (30). `memory`: of [`NodalOperators::remember`] after the last step.
     fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>);
-    /// Writes what the next node needs of this step beside `q_{n+1}`.
+    /// Adds what the next node needs of this step beside `q_{n+1}`.
     fn remember(&self, _memory: &mut Memory) {}
     /// Writes `s.q1`, `s.dq` and closes the interval.
     ///
@@ -116,6 +116,66 @@ pub trait NodalOperators: Send {
     /// See [`vi_core::newton::NewtonProblem::closing_size`].
     fn closing_size(&self) -> f64 {
         if self.closes() { CLOSING_SIZE } else { 0.0 }
+    }
+}
+
+impl<O: NodalOperators + ?Sized> NodalOperators for Box<O> {
+    fn dof(&self) -> usize {
+        (**self).dof()
+    }
+    fn blocks(&self) -> &[Block] {
+        (**self).blocks()
+    }
+    fn take_momentum(&mut self, p: &[f64], h: f64) {
+        (**self).take_momentum(p, h);
+    }
+    fn begin(&mut self, s: &Interval, memory: &Memory, last: Option<LastStep<'_>>) {
+        (**self).begin(s, memory, last);
+    }
+    fn remember(&self, memory: &mut Memory) {
+        (**self).remember(memory);
+    }
+    fn reparametrize(&mut self, u: &[f64], s: &mut Interval) -> Result<(), Fault> {
+        (**self).reparametrize(u, s)
+    }
+    fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
+        (**self).pull_back(w, out);
+    }
+    fn close(&mut self, r: &mut [f64]) {
+        (**self).close(r);
+    }
+    fn carry_balance(&self, r: &mut [f64]) {
+        (**self).carry_balance(r);
+    }
+    fn take_balance(&mut self, r: &mut [f64]) {
+        (**self).take_balance(r);
+    }
+    fn solve(
+        &mut self,
+        mixed: &Emission<'_>,
+        u: &[f64],
+        s: &Interval,
+        x: &mut [f64],
+    ) -> Result<(), Fault> {
+        (**self).solve(mixed, u, s, x)
+    }
+    fn clean(&mut self, t: f64, q: &mut [f64]) {
+        (**self).clean(t, q);
+    }
+    fn noise(&self) -> f64 {
+        (**self).noise()
+    }
+    fn closes(&self) -> bool {
+        (**self).closes()
+    }
+    fn degree(&self) -> Degree {
+        (**self).degree()
+    }
+    fn forget_factors(&mut self) {
+        (**self).forget_factors();
+    }
+    fn closing_size(&self) -> f64 {
+        (**self).closing_size()
     }
 }
 

@@ -302,8 +302,10 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
         if self.group.is_empty() {
             self.take_groups(s.t, &s.q0);
         }
-        let known = memory.values.len() == self.P.len() && !memory.values.is_empty();
-        let basis = known.then_some(&memory.values[..]);
+        // beside other operators its numbers are the last ones
+        let others = memory.values.len().checked_sub(self.P.len());
+        let basis = others.filter(|_| !self.P.is_empty()).map(|others| &memory.values[others..]);
+        let known = basis.is_some();
         let mut tangent_known = false;
         if let (Some(LastStep { s: last, .. }), Some(basis)) = (last, basis) {
             self.split(last.t, &last.q0, None);
@@ -324,7 +326,6 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
     }
 
     fn remember(&self, memory: &mut Memory) {
-        memory.values.clear();
         memory.values.extend_from_slice(self.P.as_slice());
     }
 

@@ -158,6 +158,29 @@ impl Interval {
         self.compensation.copy_from_slice(&other.compensation);
     }
 
+    /// Becomes what a step of more coordinates is for those from `first` on; allocates nothing but once.
+    pub fn take_part(&mut self, whole: &Self, first: usize) {
+        (self.t, self.h, self.t_rounding) = (whole.t, whole.h, whole.t_rounding);
+        let own = first..first + self.q0.len();
+        self.q0.copy_from_slice(&whole.q0[own.clone()]);
+        self.q1.copy_from_slice(&whole.q1[own.clone()]);
+        self.dq.copy_from_slice(&whole.dq[own.clone()]);
+        self.q_mid.copy_from_slice(&whole.q_mid[own.clone()]);
+        self.v_mid.copy_from_slice(&whole.v_mid[own.clone()]);
+        self.compensation.copy_from_slice(&whole.compensation[own]);
+        self.angles.clone_from(&whole.angles);
+        self.internal.clone_from(&whole.internal);
+    }
+
+    /// Writes its end into a step of more coordinates, from `first` on.
+    pub fn write_part(&self, first: usize, whole: &mut Self) {
+        let own = first..first + self.q0.len();
+        whole.q1[own.clone()].copy_from_slice(&self.q1);
+        whole.dq[own.clone()].copy_from_slice(&self.dq);
+        whole.q_mid[own.clone()].copy_from_slice(&self.q_mid);
+        whole.v_mid[own].copy_from_slice(&self.v_mid);
+    }
+
     /// The step ends at `t_end` (s), which is `t + h` up to rounding: over many steps `t_0 + n h`, not
     /// the sum of rounded steps. [`Interval::open`] sets `t + h`.
     pub fn end_at(&mut self, t_end: f64) {

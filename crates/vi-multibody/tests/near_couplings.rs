@@ -2,8 +2,8 @@
 
 use crate::dense::off_dense;
 use vi_constraints::{Options, SchemeKind};
-use vi_core::Quadrature;
 use vi_core::interval::Interval;
+use vi_core::{DiscreteLagrangian, Entries, Quadrature};
 use vi_multibody::builder::Inertia;
 use vi_multibody::tree_nodal::TreeNodal;
 use vi_multibody::{BuiltMechanism, FrameId, MechanismBuilder, PairKind};
@@ -51,7 +51,8 @@ fn applies(built: &BuiltMechanism) -> [bool; 2] {
     let mut s = Interval::new(q.len());
     s.open(0.0, 1.0, &q);
     let recursion = || TreeNodal::new(built.mechanism.tree().clone());
-    [recursion().applies_near(&system, &s), recursion().applies(&system, &s)]
+    let mixed = |out: &mut dyn Entries| system.forced_d2_d1(&s, out);
+    [recursion().applies_near(&mixed, &s), recursion().applies(&system, &s)]
 }
 
 #[test]

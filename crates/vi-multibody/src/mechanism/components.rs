@@ -47,6 +47,11 @@ fn first(set: &mut [usize], mut i: usize) -> usize {
 }
 
 impl Components {
+    /// Whether no component has one of the first members and one of the others.
+    pub(super) fn separate(&self, first: usize) -> bool {
+        self.of[first..].iter().all(|&component| component >= first) // each has the number of its first member
+    }
+
     /// From the rows of the constraints; `q`: the initial configuration.
     pub(super) fn find(description: &super::Description, rows: &[ScalarRow], q: &[f64]) -> Self {
         let (bodies, dimension) = (description.bodies.len(), description.dimension.max(1));

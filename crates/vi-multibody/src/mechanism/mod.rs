@@ -196,6 +196,18 @@ impl Mechanism {
             && self.description.scalars.is_empty())
     }
 
+    /// The same without bars, which constrain point masses alone.
+    #[must_use]
+    pub fn has_loops_of_bodies(&self) -> bool {
+        !(self.cut_joints.is_empty() && self.description.scalars.is_empty())
+    }
+
+    /// Whether no constraint has coordinates of bodies and of point masses.
+    #[must_use]
+    pub fn separates_points(&self) -> bool {
+        self.components.separate(self.description.bodies.len())
+    }
+
     /// Whether some frame gets its mass from elements: it moves and has none of its own.
     #[must_use]
     pub fn has_nodes(&self) -> bool {
@@ -312,6 +324,26 @@ impl Mechanism {
             }
             extra(out);
         })
+    }
+
+    /// The bodies with their joints and scalar constraints, and the point masses with their bars, each as a mechanism of its
+    /// own; `None` without bodies or without point masses, or where a constraint has coordinates of both.
+    #[must_use]
+    pub(crate) fn bodies_and_points(&self) -> Option<[Self; 2]> {
+        let Description { dimension, gravity, bodies, particles, .. } = &self.description;
+        if bodies.is_empty() || particles.is_empty() || !self.separates_points() {
+            return None;
+        }
+        let of_bodies =
+            Description { particles: Vec::new(), bars: Vec::new(), ..self.description.clone() };
+        let of_points = Description {
+            dimension: *dimension,
+            gravity: *gravity,
+            particles: particles.clone(),
+            bars: self.description.bars.clone(),
+            ..Description::default()
+        };
+        Some([Self::new(of_bodies), Self::new(of_points)])
     }
 
     /// The system with its mass matrix and gravity.

@@ -100,12 +100,12 @@ impl Articulated {
 
     /// Whether it applies with blocks between bodies and their parents, which it has from now on, where it does.
     #[must_use]
-    pub fn applies_near(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
+    pub fn applies_near(&mut self, mixed: &Emission<'_>, s: &Interval) -> bool {
         let zeros = || vec![SpatialMatrix::zero(); self.links.len()];
         let none = [Twist::zero(); MAX_DOF];
         let links = vec![NearLink { y: none, z: none }; self.links.len()];
         self.near = Some(Near { B: zeros(), C: zeros(), links });
-        let applies = self.applies(system, s);
+        let applies = !self.assemble(mixed, s);
         self.near = self.near.take().filter(|_| applies);
         applies
     }

@@ -1,6 +1,7 @@
 //! Operators of the Newton step for each topology, and the choice among them.
 
 pub mod articulated;
+mod beside;
 mod body_blocks;
 mod body_masses;
 mod chord;

@@ -3,10 +3,12 @@
 //! | mechanism | nodal and reduced | d'Alembert | constrained |
 //! |---|---|---|---|
 //! | tree of bodies, uncoupled potential | articulated recursion, `O(N)`; nodal: sweeps of their own | dense | sparse |
-//! | tree with couplings or point masses | sparse or descriptor form, dense up to 12 degrees of freedom with point masses | dense | sparse |
+//! | tree with couplings, or of point masses | sparse or descriptor form, dense up to 12 degrees of freedom with point masses | dense | sparse |
+//! | bodies beside point masses, no potential between the two | as the ones and as the others, side by side | dense | sparse |
 //! | tree with nodes of elements | sparse by blocks, descriptor form with point masses or many ancestors | dense | sparse |
 //! | closed loops of bodies | that of their tree + small complement; nodal on R, P, fixed: its sweeps, too | dense, QR | sparse |
-//! | loops of bars, loops beside point masses | dense, tangent space | dense, QR | sparse |
+//! | closed loops of bodies coupled with point masses | sparse matrices of their tree + dense complement | dense, QR | sparse |
+//! | loops of bars | dense, tangent space | dense, QR | sparse |
 //!
 //! Springs, dampers and motors on joint coordinates of the tree are no couplings ([`vi_core::coordinate_force`]), but in Galerkin schemes.
 //!

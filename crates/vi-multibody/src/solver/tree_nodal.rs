@@ -40,8 +40,8 @@ impl TreeNodal {
 
     /// Whether it applies where bodies may be coupled with their parents; it is prepared for that from now on, where it does.
     #[must_use]
-    pub fn applies_near(&mut self, system: &impl DiscreteLagrangian, s: &Interval) -> bool {
-        self.articulated.applies_near(system, s)
+    pub fn applies_near(&mut self, matrix: &Emission<'_>, s: &Interval) -> bool {
+        self.articulated.applies_near(matrix, s)
     }
 }
 

@@ -200,7 +200,8 @@ impl ParticleTree {
         }
     }
 
-    fn dof_of(&self, bead: &Bead) -> usize {
+    /// Degrees of freedom of one point mass.
+    pub(crate) fn dof_of(&self, bead: &Bead) -> usize {
         match bead.carrier {
             Carrier::Free => self.dimension,
             _ => self.dimension - 1,

@@ -100,6 +100,8 @@ pub enum TreeSolver {
 /// [`NodalOperators`] of a mechanism with closed loops.
 pub struct LoopNodal {
     loops: Loops,
+    blocks: Vec<Block>, // of the tree, then of point masses
+    dof: usize,
     solver: TreeSolver,
     coupled: Coupled, // of matrices that couple bodies
     elements: bool,   // between frames
@@ -126,18 +128,35 @@ impl LoopNodal {
     pub fn new(mechanism: &Mechanism, rank: &LoopRank, solver: TreeSolver) -> Self {
         let loops = rank.loops(mechanism);
         let size = if matches!(solver, TreeSolver::Recursion) { 0 } else { rank.generic };
+        let mut blocks = loops.blocks.clone();
+        blocks.extend(mechanism.particle_tree().blocks());
+        let blocks = with_floors(mechanism, blocks);
+        let dof = loops.dof() + mechanism.particle_tree().dof();
         let coupled = Coupled {
-            solutions: DMatrix::zeros(loops.dof(), size + 1),
+            solutions: DMatrix::zeros(dof, size + 1),
             complement: DMatrix::zeros(size, size),
             lu: DenseLu::new(size),
             mu: vec![0.0; size],
-            chord: Chord::new(&loops.blocks),
+            chord: Chord::new(&blocks),
         };
         let (mut initial, q_n) = (Memory::default(), vec![0.0; mechanism.dim()]);
         loops.remember(&mut initial);
         let (h, resolution) = (1.0, Resolution::full());
         let (fresh, current, elements) = (true, false, mechanism.has_nodes());
-        Self { loops, solver, coupled, elements, initial, q_n, h, resolution, fresh, current }
+        Self {
+            loops,
+            blocks,
+            dof,
+            solver,
+            coupled,
+            elements,
+            initial,
+            q_n,
+            h,
+            resolution,
+            fresh,
+            current,
+        }
     }
 
     /// The first node is a singular configuration: its null space is that of the branch, `Z_0`.
@@ -254,11 +273,11 @@ impl TreeSolver {
 
 impl NodalOperators for LoopNodal {
     fn dof(&self) -> usize {
-        self.loops.dof()
+        self.dof
     }
 
     fn blocks(&self) -> &[Block] {
-        &self.loops.blocks
+        &self.blocks
     }
 
     fn take_momentum(&mut self, p: &[f64], h: f64) {
@@ -345,8 +364,11 @@ impl NodalOperators for LoopNodal {
         if x.iter().all(|x| x.is_finite()) { Ok(()) } else { Err(Fault::SingularTangent) }
     }
 
-    fn clean(&mut self, _t: f64, q: &mut [f64]) {
-        self.loops.tree.tree().clean(q);
+    fn clean(&mut self, t: f64, q: &mut [f64]) {
+        match &mut self.solver {
+            TreeSolver::Sparse(sparse) => sparse.clean(t, q),
+            _ => self.loops.tree.tree().clean(q),
+        }
     }
 
     fn forget_factors(&mut self) {

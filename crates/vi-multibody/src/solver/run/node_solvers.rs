@@ -5,6 +5,8 @@ use super::start::Loops;
 use super::structure::{Solver, probe, takes_descriptor};
 use crate::mechanism::Mechanism;
 use crate::output::tree_multipliers::TreeMultipliers;
+use crate::solver::beside::{Beside, Share, shares};
+use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::closed_loop::velocity::LoopVelocity;
 use crate::solver::closed_loop::{LoopNodal, TreeSolver};
 use crate::solver::sparse_nodal::SparseNodal;
@@ -12,8 +14,10 @@ use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_nodal::TreeNodal;
 use crate::solver::tree_step::velocity::TreeVelocity;
 use std::sync::Arc;
-use vi_constraints::node_solvers::{NodalVelocity, NodeSolvers};
+use vi_constraints::node_solvers::{NodalVelocity, NodeSolvers, RateOperators};
+use vi_constraints::reparametrization::Emission;
 use vi_constraints::{Constraints, DenseNodal, InitialValues};
+use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 use vi_core::{MechanicalSystem, SeparableSystem};
 
@@ -24,9 +28,10 @@ use vi_core::{MechanicalSystem, SeparableSystem};
 /// |---|---|---|
 /// | tree of bodies | sweeps of a step or articulated recursion, `O(N)` | sweep, `O(N)` |
 /// | tree with elements | sparse or descriptor form | sweep, `O(N)` |
-/// | tree with point masses | dense up to 12 degrees of freedom, then descriptor form | saddle point |
+/// | tree of point masses | dense up to 12 degrees of freedom, then descriptor form | saddle point |
+/// | bodies beside point masses | as the ones and as the others | saddle point |
 /// | closed loops of bodies | sweeps of a step with loops, or their tree + small complement | saddle point |
-/// | loops of bars, loops beside point masses | saddle point | saddle point |
+/// | loops of bars | saddle point | saddle point |
 pub(super) fn node_solvers(
     mechanism: &Arc<Mechanism>,
     system: &SeparableSystem,
@@ -54,44 +59,77 @@ pub(super) fn node_solvers(
         found.velocity = Some(Box::new(sweeps));
         return found;
     }
-    let mut recursion = TreeNodal::new(mechanism.tree().clone());
     let s = probe(mechanism, system);
     let mass = |out: &mut dyn Entries| system.emit_mass_of_step(s.start(), s.h, out);
-    let uncoupled = !particles && recursion.is_uncoupled(&mass, &s);
+    let rank = loops.rank.as_ref();
+    let whole = Subject { mechanism, mass: &mass, s: &s, solver, rank, memory, q: at.q };
+    let operators = match shares(mechanism) {
+        Some(shares) => beside(&whole, shares),
+        None => operators(&whole),
+    };
+    if let Some(operators) = operators {
+        found.velocity = Some(Box::new(NodalVelocity::new(n, operators)));
+    }
+    found
+}
+
+/// What the operators are chosen by: a mechanism, or the bodies or the point masses of one.
+struct Subject<'a> {
+    mechanism: &'a Mechanism,
+    mass: &'a Emission<'a>,
+    s: &'a Interval,
+    solver: Solver,
+    rank: Option<&'a LoopRank>,
+    memory: bool,
+    q: &'a [f64], // initially
+}
+
+type BoxedOperators = Box<dyn RateOperators>;
+
+/// The operators of bodies and point masses side by side: no body shares its mass with a point.
+fn beside(whole: &Subject<'_>, shares: [Share; 2]) -> Option<BoxedOperators> {
+    let of = |share: &Share, rank| {
+        let mut s = Interval::new(share.mechanism.dim());
+        s.open(0.0, whole.s.h, share.of(&whole.s.q0));
+        let mass = |out: &mut dyn Entries| share.emit(whole.mass, out);
+        let (mechanism, q) = (&*share.mechanism, share.of(whole.q));
+        operators(&Subject { mechanism, mass: &mass, s: &s, rank, q, ..*whole })
+    };
+    let both = [of(&shares[0], whole.rank)?, of(&shares[1], None)?];
+    Some(Box::new(Beside::new(shares, both)))
+}
+
+/// The operators that `v̂` of a mechanism is found with; `None` where they are not of the nodal scheme.
+fn operators(of: &Subject<'_>) -> Option<BoxedOperators> {
+    let Subject { mechanism, mass, s, solver, rank, memory, q } = *of;
+    let n = mechanism.dim();
+    let particles = !mechanism.description().particles.is_empty();
+    let mut recursion = TreeNodal::new(mechanism.tree().clone());
+    let uncoupled = !particles && recursion.is_uncoupled(mass, s);
     let sparse = || {
         let operators = SparseNodal::new(mechanism);
         let screws = mechanism.has_nodes() && solver.is_sparse(mechanism);
-        if screws { operators.for_elements(at.q) } else { operators }
+        if screws { operators.for_elements(q) } else { operators }
     };
-    found.velocity = match &loops.rank {
-        Some(rank) if memory => {
-            let tree = match uncoupled {
-                true => TreeSolver::Recursion,
-                false if rank.is_singular() => {
-                    TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism)))
-                }
-                false => TreeSolver::Sparse(Box::new(sparse())),
-            };
-            Some(Box::new(NodalVelocity::new(n, LoopNodal::new(mechanism, rank, tree))))
-        }
-        None if !mechanism.has_loops() && uncoupled => {
-            Some(Box::new(NodalVelocity::new(n, recursion)))
-        }
-        None if !mechanism.has_loops()
-            && solver.is_sparse(mechanism)
-            && takes_descriptor(mechanism) =>
-        {
-            let operators = descriptor(mechanism, mechanism.has_nodes(), at.q);
-            Some(Box::new(NodalVelocity::new(n, operators)))
-        }
-        None if !mechanism.has_loops() && solver.is_sparse(mechanism) => {
-            Some(Box::new(NodalVelocity::new(n, sparse())))
-        }
-        None if !mechanism.has_loops() => {
-            let operators = DenseNodal::new(n, TreeMap::new(mechanism));
-            Some(Box::new(NodalVelocity::new(n, operators)))
-        }
-        _ => None,
-    };
-    found
+    if mechanism.has_loops() {
+        let rank = rank.filter(|_| memory && mechanism.cut_bars().is_empty())?;
+        let tree = match uncoupled {
+            true => TreeSolver::Recursion,
+            false if rank.is_singular() => {
+                TreeSolver::Sparse(Box::new(SparseNodal::new(mechanism)))
+            }
+            false => TreeSolver::Sparse(Box::new(sparse())),
+        };
+        return Some(Box::new(LoopNodal::new(mechanism, rank, tree)));
+    }
+    if uncoupled {
+        return Some(Box::new(recursion));
+    }
+    if !solver.is_sparse(mechanism) {
+        return Some(Box::new(DenseNodal::new(n, TreeMap::new(mechanism))));
+    }
+    if takes_descriptor(mechanism) {
+        return Some(Box::new(descriptor(mechanism, mechanism.has_nodes(), q)));
+    }
+    Some(Box::new(sparse()))
 }

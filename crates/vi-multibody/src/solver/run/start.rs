@@ -27,18 +27,24 @@ impl Loops {
     /// # Errors
     /// [`SetupError::RankAtStart`] where bars, or loops beside point masses, lose rank.
     pub fn find(mechanism: &Mechanism, t: f64, q: &[f64]) -> Result<Self, SetupError> {
-        let particles = !mechanism.description().particles.is_empty();
-        if mechanism.has_loops() && particles {
-            let rows = IndependentRows::find_generic(mechanism, t, q)?;
-            return Ok(Self { rows, rows_at_start: None, rank: None });
-        }
         if !mechanism.has_loops() {
             let rows = IndependentRows::all(mechanism.len());
             return Ok(Self { rows, rows_at_start: None, rank: None });
         }
+        if !mechanism.has_loops_of_bodies() || !mechanism.separates_points() {
+            let rows = IndependentRows::find_generic(mechanism, t, q)?;
+            return Ok(Self { rows, rows_at_start: None, rank: None });
+        }
         let rank = LoopRank::find(mechanism, t, q);
-        let rows_at_start = rank.is_singular().then(|| rank.rows_at_start(mechanism));
-        Ok(Self { rows: rank.rows(mechanism), rows_at_start, rank: Some(rank) })
+        let mut rows = rank.rows(mechanism);
+        let mut at_start = rank.is_singular().then(|| rank.rows_at_start(mechanism));
+        if let Some(dependent) = dependent_bars(mechanism, t, q)? {
+            [Some(&mut rows), at_start.as_mut()].into_iter().flatten().for_each(|rows| {
+                let independent = rows.rows().iter().filter(|row| !dependent.contains(row));
+                rows.replace(&independent.copied().collect::<Vec<_>>());
+            });
+        }
+        Ok(Self { rows, rows_at_start: at_start, rank: Some(rank) })
     }
 
     /// Consistent initial values at a singular configuration `at`; `leaves`: whether the scheme can leave a singular
@@ -81,6 +87,20 @@ impl Loops {
             |rank| rank.refusal(reason),
         )
     }
+}
+
+/// The constraints of bars that depend on others; `None` where bars close no loop.
+fn dependent_bars(
+    mechanism: &Mechanism,
+    t: f64,
+    q: &[f64],
+) -> Result<Option<Vec<usize>>, SetupError> {
+    if mechanism.cut_bars().is_empty() {
+        return Ok(None);
+    }
+    let Some([bodies, points]) = mechanism.bodies_and_points() else { return Ok(None) };
+    let rows = IndependentRows::find_generic(&points, t, &q[bodies.dim()..])?;
+    Ok(Some(rows.redundant().map(|bar| mechanism.bar_rows(bar).start).collect()))
 }
 
 /// Initial values in a singular configuration, consistent with the constraints that are independent there.

@@ -13,9 +13,9 @@ use crate::mechanism::Mechanism;
 use crate::pair::{Motion, PairKind, Transfer, Twist, VelocityMap};
 use crate::solver::member_blocks::Span;
 use crate::solver::screws::{Flight, RootMap, Screw};
-use crate::tree::particle::ParticleTree;
+use crate::tree::particle::{Carrier, ParticleTree};
 use crate::tree::{Link, Tree};
-use nalgebra::{DMatrix, Vector3, Vector6};
+use nalgebra::{Vector3, Vector6};
 use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::interval::Interval;
@@ -43,15 +43,14 @@ pub struct VelocityLayout {
     tree: Tree,
     particles: ParticleTree,
     pub(super) members: Vec<Member>, // links in the order of the tree, then particles
-    parents: Vec<Option<usize>>,     // of links
+    parents: Vec<Option<usize>>,     // of members
     free: Vec<usize>,                // links that are free roots
     roots: Vec<Option<usize>>,       // of links: their place among these
     pub(super) unknowns: Vec<usize>, // unknown of each column
     dim: usize,                      // n
     dof: usize,                      // d
-    maps: Vec<VelocityMap>,          // scratch, one for each link
-    motions: Vec<Motion>,            // scratch
-    particle_rows: Option<DMatrix<f64>>, // n × d scratch, where there are particles
+    maps: Vec<VelocityMap>,          // scratch, one for each member
+    motions: Vec<Motion>,            // scratch, one for each link
 }
 
 fn is_free_root(link: &Link) -> bool {
@@ -78,29 +77,27 @@ impl VelocityLayout {
             let columns = start..unknowns.len();
             members.push(Member { span: Span { first: 12 * link.frame, size: 12 }, columns });
         }
-        let description = mechanism.description();
-        let count = description.particles.len();
-        let mut particle_rows = None;
-        if count > 0 {
-            // which unknowns move a particle, from a configuration without symmetry
-            let mut probe = DMatrix::zeros(n, d);
-            let scattered: Vec<f64> = (0..n).map(|i| (1.0 + i as f64).sqrt().fract()).collect();
-            particles.null_space(&scattered, &mut probe);
-            for k in 0..count {
-                let (first, size) = (mechanism.particle_offset(k), description.dimension);
-                let start = unknowns.len();
-                unknowns.extend((0..d).filter(|&j| probe.view((first, j), (size, 1)).amax() > 0.0));
-                let columns = start..unknowns.len();
-                members.push(Member { span: Span { first, size }, columns });
-            }
-            particle_rows = Some(probe);
-        }
         let links = tree.links().len();
+        let mut parents: Vec<_> = tree.links().iter().map(|link| link.parent).collect();
+        for bead in particles.beads() {
+            let carrier = match bead.carrier {
+                Carrier::Particle(k) => Some(links + k),
+                Carrier::Free | Carrier::Ground(_) => None,
+            };
+            let start = unknowns.len();
+            if let Some(carrier) = carrier {
+                unknowns.extend_from_within(members[carrier].columns.clone());
+            }
+            unknowns.extend(bead.unknown..bead.unknown + particles.dof_of(bead));
+            parents.push(carrier);
+            let span = Span { first: bead.offset, size: particles.dimension() };
+            members.push(Member { span, columns: start..unknowns.len() });
+        }
         Self {
             free,
             roots,
-            parents: tree.links().iter().map(|link| link.parent).collect(),
-            maps: vec![VelocityMap::new(Transfer::None, &[]); links],
+            parents,
+            maps: vec![VelocityMap::new(Transfer::None, &[]); members.len()],
             motions: vec![Motion::rest(); links],
             dim: n,
             dof: d,
@@ -108,7 +105,6 @@ impl VelocityLayout {
             particles,
             members,
             unknowns,
-            particle_rows,
         }
     }
 
@@ -161,44 +157,39 @@ impl VelocityLayout {
         self.free.iter().map(|&k| &self.tree.links()[k])
     }
 
+    /// `X, S` of all members at `q`.
+    fn take_velocity_maps(&mut self, q: &[f64]) {
+        let (of_links, of_points) = self.maps.split_at_mut(self.motions.len());
+        self.tree.velocity_maps(q, of_links);
+        self.particles.velocity_maps(q, of_points);
+    }
+
     /// `out ← P(q)`.
     pub fn null_space(&mut self, q: &[f64], out: &mut Columns) {
-        self.tree.velocity_maps(q, &mut self.maps);
-        if let Some(rows) = &mut self.particle_rows {
-            rows.fill(0.0);
-            self.particles.null_space(q, rows);
-        }
+        self.take_velocity_maps(q);
         self.write_with_roots(q, out);
     }
 
     /// `out ← P_in(q) P_ex` with `P_ex` of the given velocity maps, one for each link: discrete null spaces
     /// from averaged vectors.
     pub fn with_maps(&mut self, q: &[f64], maps: &[VelocityMap], out: &mut Columns) {
-        self.maps.copy_from_slice(maps);
-        if let Some(rows) = &mut self.particle_rows {
-            rows.fill(0.0);
-            self.particles.null_space(q, rows);
-        }
+        let (of_links, of_points) = self.maps.split_at_mut(self.motions.len());
+        of_links.copy_from_slice(maps);
+        self.particles.velocity_maps(q, of_points);
         self.write_with_roots(q, out);
     }
 
     /// `out ← ∂F_d/∂u (u, q_n)` for a reparametrized interval.
     pub fn tangent(&mut self, u: &[f64], s: &Interval, out: &mut Columns) {
-        self.tree.tangents(u, &s.q1, &mut self.maps);
-        if let Some(rows) = &mut self.particle_rows {
-            rows.fill(0.0);
-            self.particles.tangent(u, s, rows);
-        }
+        let (of_links, of_points) = self.maps.split_at_mut(self.motions.len());
+        self.tree.tangents(u, &s.q1, of_links);
+        self.particles.tangents(u, s, of_points);
         self.write_with_roots(&s.q1, out);
     }
 
     /// `out ← P(q)` with screws as the unknowns of free roots.
     pub(super) fn null_space_by_screws(&mut self, q: &[f64], out: &mut Columns) {
-        self.tree.velocity_maps(q, &mut self.maps);
-        if let Some(rows) = &mut self.particle_rows {
-            rows.fill(0.0);
-            self.particles.null_space(q, rows);
-        }
+        self.take_velocity_maps(q);
         self.write(q, out);
         for (root, &k) in out.roots.iter_mut().zip(&self.free) {
             *root = RootMap::at_rest(&q[12 * self.tree.links()[k].frame..]);
@@ -218,10 +209,7 @@ impl VelocityLayout {
             let at = self.tree.configuration(link, &s.q1);
             link.joint.kind.write_tangent(own, &at, map);
         }
-        if let Some(rows) = &mut self.particle_rows {
-            rows.fill(0.0);
-            self.particles.tangent(u, s, rows);
-        }
+        self.particles.tangents(u, s, &mut self.maps[self.motions.len()..]);
         self.write(&s.q1, out);
         let maps = screws.iter().map(Screw::root_map);
         out.roots.iter_mut().zip(maps).for_each(|(root, map)| *root = map);
@@ -253,14 +241,6 @@ impl VelocityLayout {
             for column in map.columns() {
                 out.twists[at] = column.to_vector();
                 at += 1;
-            }
-        }
-        let Some(rows) = &self.particle_rows else { return };
-        for member in &self.members[self.maps.len()..] {
-            for c in member.columns.clone() {
-                let row = |i: usize| rows[(member.span.first + i, self.unknowns[c])];
-                out.twists[c] = Vector6::zeros();
-                (0..member.span.size).for_each(|i| out.twists[c][i] = row(i));
             }
         }
     }

@@ -13,7 +13,7 @@
 //!
 //! Later corrections of a step use the same factors where these are good enough (`solver/chord.rs`).
 //!
-//! Cut joints are not seen here: [`crate::solver::closed_loop`] puts them on top. Particles are served through dense rows.
+//! Cut joints are not seen here: [`crate::solver::closed_loop`] puts them on top.
 //! Where members have many ancestors the matrix is dense: [`crate::solver::tree_descriptor`].
 //!
 //! Letters: `J_αk` column of the velocity map of member `α` (a twist), `K` the mixed derivative.
