@@ -173,3 +173,83 @@ fn damping_is_read_in_all_its_forms() {
         assert!(error.contains(expected), "{damping}: {error}");
     }
 }
+
+/// Two legs at an angle, each strain with a stiffness and a relaxation time of its own.
+const TWO_LEGS: &str = r#"
+model = { name = "legs", gravity = [6, 9, -12] }
+simulation = { step = 1e-4, end = 0.05 }
+[[beam]]
+name = "beam"
+points = [[0, 0, 0], [0.6, 0, 0], [0.6, 0.4, 0.3]]
+elements = 4
+normal = [0, 0, 1]
+start = "clamped"
+[beam.section]
+EA = 60
+GA1 = 25
+GA2 = 40
+EI1 = 0.4
+EI2 = 0.7
+GJ = 0.3
+rhoA = 0.1
+rhoI1 = 1e-3
+rhoI2 = 2e-3
+damping = { EA = 3e-3, GA1 = 1e-3, GA2 = 2e-3, EI1 = 5e-3, EI2 = 4e-3, GJ = 6e-3 }
+"#;
+
+/// Of both legs, four of each.
+const ELEMENTS: usize = 8;
+
+/// `C_i` and `τ_i` of `Γ_1, Γ_2, Γ_3, K_1, K_2, K_3`.
+const STRAINS: [(f64, f64); 6] =
+    [(25.0, 1e-3), (40.0, 2e-3), (60.0, 3e-3), (0.4, 5e-3), (0.7, 4e-3), (0.3, 6e-3)];
+
+/// Strains of all elements, and those at two places by their arc length.
+fn strain_sensors() -> String {
+    let sensor = |name: &str, place: &str| {
+        format!("[[sensor]]\nname = \"{name}\"\ntype = \"strain\"\nof = \"beam\"\n{place}\n")
+    };
+    let each = (0..ELEMENTS).map(|k| sensor(&format!("s{k}"), &format!("element = {k}")));
+    let places = [("early", 0.1), ("late", 0.6 + 0.4)].into_iter();
+    each.chain(places.map(|(name, at)| sensor(name, &format!("at = {at}")))).collect()
+}
+
+/// `W = −Σ_e l_e Σ_i τ_i C_i ∫ ε̇_i² dt`, and strains at an arc length lie between those of the elements beside it.
+#[test]
+fn each_relaxation_time_damps_the_strain_it_names() {
+    for scheme in ["nodal", "em-nodal"] {
+        let text = format!("{TWO_LEGS}{}", strain_sensors());
+        let mut simulation =
+            Simulation::new(&model(&text, &[("simulation.scheme", scheme)])).unwrap();
+        let samples = samples(&mut simulation);
+        let columns = simulation.energy_columns();
+        let work = columns.iter().position(|name| name == "work_of_material_damping").unwrap();
+        let lengths: [f64; ELEMENTS] = std::array::from_fn(|e| if e < 4 { 0.15 } else { 0.125 });
+        let mut expected = [0.0; 6]; // of each strain
+        for pair in samples.windows(2) {
+            let h = pair[1].t - pair[0].t;
+            for (e, length) in lengths.iter().enumerate() {
+                for (i, (stiffness, time)) in STRAINS.iter().enumerate() {
+                    let rate = (pair[1].sensors[6 * e + i] - pair[0].sensors[6 * e + i]) / h;
+                    expected[i] -= length * time * stiffness * rate * rate * h;
+                }
+            }
+        }
+        let total: f64 = expected.iter().sum();
+        let found = samples.last().unwrap().energies[work];
+        let parts = expected.map(|part| format!("{part:.1e}"));
+        println!("{scheme}: {found:.6e} J, expected {total:.6e} J of {parts:?}");
+        assert!(expected.iter().all(|part| part / total > 0.01), "a strain stays at rest");
+        assert!((found / total - 1.0).abs() < 2e-3, "{scheme}: {found:e} and {total:e} J");
+        for sample in &samples {
+            let at = |k: usize| &sample.sensors[6 * k..6 * k + 6];
+            let between = |a: usize, b: usize, share: f64| -> Vec<f64> {
+                at(a).iter().zip(at(b)).map(|(a, b)| a + share * (b - a)).collect()
+            };
+            // of the middles at 0.075 and 0.225 m, and of those 0.3125 and 0.4375 m along the second leg
+            let early = apart(at(ELEMENTS), &between(0, 1, 1.0 / 6.0));
+            let late = apart(at(ELEMENTS + 1), &between(6, 7, 0.7));
+            assert!(early < 1e-12 && late < 1e-12, "at {} s: {early:e}, {late:e}", sample.t);
+        }
+    }
+}
