@@ -257,11 +257,80 @@ fn reactions_come_along_the_axes_that_are_asked_for() {
         let along = nalgebra::Vector3::new(angle.cos(), 0.0, -angle.sin());
         let radial = -2.0 * 0.5 * rate * rate - 2.0 * 9.81 * angle.sin();
         worst = worst.max((space.dot(&along) - radial).abs());
-        let turned = [(child.x.hypot(child.y)), parent.norm()];
-        assert!((turned[0] - turned[1]).abs() < 1e-9); // n is the axis: nothing acts along it
+        // the axes m_1', m_2' of the child are those of the parent, turned about n
+        let (sin, cos) = angle.sin_cos();
+        let turned = [cos * parent.x + sin * parent.y, cos * parent.y - sin * parent.x, parent.z];
+        assert!((child - nalgebra::Vector3::from(turned)).amax() < 1e-9, "{child} and {turned:?}");
+        assert!(parent.z.abs() < 1e-9); // n is the axis: nothing acts along it
     }
     println!("force along the bar off by {worst:.1e} N");
     assert!(worst < 2e-3);
+}
+
+/// A torque on a wheel that a rack moves: `θ + ϱ x` constant, `τ + λ = I θ̈`, `ϱ λ = m ẍ`.
+#[test]
+fn the_effort_of_a_gear_is_that_on_its_first_joint() {
+    const TEXT: &str = r#"
+model = { name = "rack", gravity = [0, 0, 0] }
+simulation = { step = 1e-3, end = 0.2 }
+[[body]]
+name = "wheel"
+mass = 1
+inertia = [0.2, 0.2, 0.3]
+position = [0, 0, 0]
+[[body]]
+name = "rack"
+mass = 2
+inertia = [0.1, 0.1, 0.1]
+position = [0, 1, 0]
+[[joint]]
+name = "shaft"
+type = "cylindrical"
+parent = "ground"
+child = "wheel"
+position = [0, 0, 0]
+axis = [0, 0, 1]
+motor = { freedom = 1, effort = 5 }
+[[joint]]
+name = "slide"
+type = "prismatic"
+parent = "ground"
+child = "rack"
+position = [0, 1, 0]
+axis = [1, 0, 0]
+[[constraint]]
+type = "gear"
+name = "teeth"
+joints = ["shaft", "slide"]
+freedoms = [1, 0]
+ratio = 4
+[[sensor]]
+name = "torque"
+type = "effort"
+of = "teeth"
+[[sensor]]
+name = "angle"
+type = "joint_coordinate"
+of = "shaft"
+[[sensor]]
+name = "way"
+type = "joint_coordinate"
+of = "slide"
+"#;
+    let (names, samples) = run(&model(TEXT, &[]));
+    println!("{names:?}");
+    let acceleration = 5.0 / (0.3 + 2.0 / 16.0);
+    let effort = 0.3 * acceleration - 5.0;
+    let mut worst = [0.0_f64; 2];
+    for s in &samples[1..] {
+        let [found, unique, .., angle, way] = s.sensors[..] else { panic!("{names:?}") };
+        worst[0] = worst[0].max((found - effort).abs());
+        let expected = 0.5 * acceleration * s.t * s.t;
+        worst[1] = worst[1].max((angle - expected).abs()).max((angle + 4.0 * way).abs());
+        assert_eq!((unique, s.sensors[2]), (1.0, 0.0)); // nothing moves along the shaft
+    }
+    println!("effort {effort:.3} N·m off by {:.1e}, angle by {:.1e} rad", worst[0], worst[1]);
+    assert!(worst[0] < 1e-5 && worst[1] < 1e-6); // of second order in the step
 }
 
 #[test]
