@@ -6,6 +6,7 @@ use vi_core::Composition;
 use vi_core::linear::norm_inf;
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::ensemble::Ensemble;
+use vi_multibody::pair::screw::Pitch;
 use vi_multibody::run::MechanismIntegrator;
 use vi_multibody::{BuiltMechanism, FrameId, PairKind};
 
@@ -216,6 +217,7 @@ fn momenta_and_energy_of_members_over_many_steps() {
     let mut worst = [[0.0_f64; 2]; 2]; // momenta and energy, together and alone
     for _ in 0..40 {
         ensemble.advance(500);
+        assert!(ensemble.failures().all(|failure| failure.is_none()));
         for (k, run) in alone.iter_mut().enumerate() {
             (0..500).for_each(|_| {
                 run.step().unwrap();
@@ -236,4 +238,42 @@ fn momenta_and_energy_of_members_over_many_steps() {
     assert!(together[1] < 1e-5, "{worst:?}");
     let members = ensemble.into_members();
     assert!(members.len() == 6 && members.iter().all(|run| run.state().step == 20_000));
+}
+
+/// A body on a screw of its own pitch, turned many times, with another on a hinge: lengths, revolutions and all of the state
+/// are those of its own integrator.
+#[test]
+fn members_have_the_pitch_and_the_revolutions_of_their_own() {
+    let model = |k: u32| {
+        let mut builder = MechanismBuilder::new().gravity([0.3, 0.2, -9.0]);
+        let pitch = Pitch::new(0.02 + 0.03 * f64::from(k));
+        let inertia = || Inertia::principal(1.0, [0.3, 0.4, 0.5]);
+        let nut = builder.body("nut", inertia()).at([0.2, 0.0, 0.1]).id();
+        let screw = builder.joint("screw", PairKind::Screw(pitch), FrameId::Ground, nut);
+        screw.at([0.0; 3]).axis([0.1, 0.0, 1.0]).rates(&[9.0 + f64::from(k)]);
+        let arm = builder.body("arm", inertia()).at([0.2, 0.5, 0.1]).id();
+        let hinge = builder.joint("hinge", PairKind::Revolute, FrameId::from(nut), arm);
+        hinge.at([0.2, 0.2, 0.1]).axis([1.0, 0.0, 0.0]).rates(&[-12.0]);
+        builder.build().unwrap()
+    };
+    let models: Vec<BuiltMechanism> = (0..7).map(model).collect();
+    let mut ensemble = Ensemble::new(models.clone(), options()).unwrap();
+    assert_eq!(ensemble.in_lanes(), 7);
+    ensemble.advance(500);
+    assert!(ensemble.failures().all(|failure| failure.is_none()));
+    let (mut worst, mut turned) = (0.0_f64, f64::INFINITY);
+    for (k, model) in models.into_iter().enumerate() {
+        let mut run = model.integrator(options()).unwrap();
+        (0..500).for_each(|_| {
+            run.step().unwrap();
+        });
+        let (own, alone) = (ensemble.member(k).state(), run.state());
+        worst = worst.max(apart(ensemble.member(k), &run));
+        let off: Vec<f64> = own.angles.iter().zip(&alone.angles).map(|(a, b)| a - b).collect();
+        assert_eq!(own.angles.len(), alone.angles.len());
+        worst = worst.max(norm_inf(&off));
+        turned = turned.min(norm_inf(&alone.angles));
+    }
+    println!("largest difference {worst:.1e}, least largest angle {turned:.1} rad");
+    assert!(worst < 1e-10 && turned > std::f64::consts::TAU, "{worst:e}, {turned}");
 }

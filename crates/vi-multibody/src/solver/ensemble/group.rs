@@ -6,10 +6,10 @@ use crate::solver::run::MechanismIntegrator;
 use crate::solver::tree_step::link::Constants;
 use crate::tree::Tree;
 use std::fmt::Debug;
-use vi_constraints::Options;
 use vi_constraints::integrator::ResumeError;
 use vi_constraints::scheme::StepError;
 use vi_constraints::unknowns::Increments;
+use vi_constraints::{Constraints, Options};
 #[cfg(target_arch = "x86_64")]
 use vi_core::lanes::Wide;
 use vi_core::lanes::{Lanes, Plain, Register, Twice};
@@ -73,6 +73,9 @@ pub(super) struct Lanewise<T: Register> {
     raised: bool,                // the floors, and before the first step
     origins: Vec<(f64, u64)>,    // time and step from which time is counted
     at: Vec<(f64, u64)>,         // time and step of the members
+    angles: Vec<Vec<f64>>,       // unwrapped, of the members
+    start_angles: Vec<Vec<f64>>, // the same when the step began
+    q: Vec<f64>,                 // n  scratch
 }
 
 impl<T: Register> Lanewise<T> {
@@ -101,6 +104,9 @@ impl<T: Register> Lanewise<T> {
             raised: true,
             increments: trees.iter().map(|tree| Increments::new(tree.blocks())).collect(),
             at: vec![(0.0, 0); count],
+            angles: vec![Vec::new(); count],
+            start_angles: Vec::new(),
+            q: vec![0.0; members[0].state().q.len()],
             origins: origins.collect(),
             trees,
         })
@@ -125,6 +131,16 @@ impl<T: Register> Lanewise<T> {
         history.load(lane, &known);
         what[lane] = Lane::Solved;
         self.at[lane] = (state.t, state.step);
+        self.angles[lane].clone_from(&state.angles);
+    }
+
+    /// Counts the revolutions of a member on to its present configuration.
+    fn unwrap_angles(&mut self, lane: usize, member: &MechanismIntegrator) {
+        let angles = &mut self.angles[lane];
+        if !angles.is_empty() {
+            self.q.iter_mut().zip(&self.kernel.q).for_each(|(q, all)| *q = all.at(lane));
+            member.constraints().unwrap_angles(&self.q, angles);
+        }
     }
 
     /// The state of a lane, after `like`.
@@ -140,6 +156,7 @@ impl<T: Register> Lanewise<T> {
         take(&mut state.compensation.q, compensation);
         take(&mut state.compensation.balance, balance);
         state.history = history.of(lane);
+        state.angles.clone_from(&self.angles[lane]);
         (state.t, state.step) = self.at[lane];
         state
     }
@@ -172,6 +189,7 @@ impl<T: Register> Lanewise<T> {
         let mut alone = [false; MOST];
         if sub_steps > 1 {
             self.kernel.keep_start();
+            self.start_angles.clone_from(&self.angles);
         }
         for index in 0..sub_steps {
             let h = self.sub_steps[index] * self.step;
@@ -182,6 +200,7 @@ impl<T: Register> Lanewise<T> {
                     (self.kernel.what[lane], alone[lane]) = (Lane::Idle, true);
                     if index > 0 {
                         self.kernel.return_to_start(lane);
+                        self.angles[lane].clone_from(&self.start_angles[lane]);
                     }
                     let start = self.state(lane, members[lane].state());
                     self.alone += 1;
@@ -189,6 +208,11 @@ impl<T: Register> Lanewise<T> {
                 }
             }
             self.kernel.end(index, h, &self.trees);
+            for (lane, member) in members.iter().enumerate() {
+                if self.kernel.what[lane] != Lane::Idle {
+                    self.unwrap_angles(lane, member);
+                }
+            }
         }
         for lane in 0..self.count {
             if alone[lane] && failures[lane].is_none() {
