@@ -43,6 +43,7 @@ mod material_damping;
 mod mode_models;
 mod model_file;
 mod momenta;
+mod motion_sensors;
 mod nested_loops;
 mod parameters;
 mod reactions;

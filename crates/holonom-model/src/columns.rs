@@ -49,14 +49,6 @@ pub(crate) fn resolve(model: &mut Model) {
         let mut names = std::iter::once(format!("{stem}_coordinate")).chain(numbers);
         let Some(name) = names.find(|name| !taken.contains(name)) else { continue };
         taken.insert(name.clone());
-        model.sensors.push(Sensor {
-            name,
-            kind: SensorKind::JointCoordinate,
-            of: joint,
-            point: None,
-            element: None,
-            at: None,
-            frame: None,
-        });
+        model.sensors.push(Sensor::new(name, SensorKind::JointCoordinate, joint));
     }
 }

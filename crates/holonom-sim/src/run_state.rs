@@ -5,6 +5,7 @@
 
 use crate::divided_steps::DividedSteps;
 use crate::energy_watch::EnergyWatch;
+use crate::method::Increment;
 use serde::{Deserialize, Serialize};
 use vi_constraints::integrator::ResumeError;
 use vi_core::State;
@@ -43,6 +44,7 @@ pub(crate) struct MotionState {
     pub(crate) ended: Option<f64>, // J  E_d of the composed step that ended at the node
     pub(crate) work: Vec<f64>,     // J  of each force, then of all prescribed motions
     pub(crate) impulse: Option<Impulse>, // with prescribed motions
+    pub(crate) increment: Option<Increment>, // with sensors of accelerations at order 2
 }
 
 /// What the impulse of constraints at a node is made of.

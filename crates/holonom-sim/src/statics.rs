@@ -232,7 +232,7 @@ impl Statics {
         self.facts.largest_time = self.facts.largest_time.max(point.factor);
         let rest = vec![0.0; point.q.len()];
         let force = self.constraint_force(point);
-        let view = View { t: point.factor, q: &point.q, v: &rest, force: &force };
+        let view = View { t: point.factor, q: &point.q, v: &rest, a: &rest, force: &force };
         let mut sample = Sample {
             step: self.step,
             t: point.factor,

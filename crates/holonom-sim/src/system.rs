@@ -99,7 +99,7 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
     let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces, loads_of };
     let beams = Beams { parts, list };
-    let sensors = Sensors::new(&names, (&mechanism, &dynamics.forces), &beams);
+    let sensors = Sensors::new(&names, (&mechanism, &dynamics), &beams);
     Ok(System { beams, mechanism, dynamics, members, sensors })
 }
 

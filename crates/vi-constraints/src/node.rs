@@ -39,6 +39,8 @@ pub struct Node {
     pub v: Vec<f64>,
     /// Projected Legendre transform `ᵠp_n = M v̂` (39), (40). Shape `n`.
     pub p_projected: Vec<f64>,
+    /// `q̈` of the acceleration level, where its constraint force was found; else what it was. Shape `n`.
+    pub acceleration: Vec<f64>,
     /// `E_d(q_n, q_{n+1})` (52).
     pub discrete_energy: Energies,
     /// `H_d` (53) with `p_n`; `None` when `M` is singular or a discrete potential adds to it.
@@ -245,11 +247,13 @@ impl NodeObserver {
         let (at, v) = (state.configuration(), &node.v[..]);
         let (here, how, out) =
             ((at, &state.memory), (v, solvers), (&mut *force, lambda.as_deref_mut()));
-        if projections.acceleration_sweeps(system, constraints, here, how, out).is_ok() {
-            return Ok(());
+        if projections.acceleration_sweeps(system, constraints, here, how, out).is_err() {
+            let lambda = lambda.unwrap_or(m_work);
+            projections.acceleration_force(system, constraints, (at, v), (force, lambda))?;
         }
-        let lambda = lambda.unwrap_or(m_work);
-        projections.acceleration_force(system, constraints, (at, v), (force, lambda))
+        node.acceleration.clear();
+        node.acceleration.extend_from_slice(projections.acceleration());
+        Ok(())
     }
 }
 

@@ -64,6 +64,12 @@ impl Projections {
         &mut self.least_norm
     }
 
+    /// `a` of the acceleration level, found last with its multiplier or its force; shape `n`.
+    #[must_use]
+    pub fn acceleration(&self) -> &[f64] {
+        &self.acceleration
+    }
+
     /// `G(q)`, shape `m × n`.
     pub fn jacobian(
         &mut self,
@@ -192,6 +198,7 @@ impl Projections {
     /// `λ` where it is asked for:
     /// ```text
     /// G a_0 = b,   w_0 = f − ∇V − M a_0,   Gᵀλ = w_0 − M P (PᵀMP)⁻¹ Pᵀ w_0                          [5.27]
+    /// a = a_0 + P (PᵀMP)⁻¹ Pᵀ w_0
     /// ```
     ///
     /// # Errors
@@ -220,12 +227,14 @@ impl Projections {
         a.iter_mut().for_each(|a| *a = -*a);
         system.add_momentum_of_step(at, 0.0, a, w);
         velocity.velocity(&mass, (at, memory), w, change)?;
+        a.iter_mut().zip(&*change).for_each(|(a, change)| *a = change - *a);
         change.iter_mut().for_each(|a| *a = -*a);
         system.add_momentum_of_step(at, 0.0, change, w);
         if constraints.is_rheonomic() {
-            a.fill(0.0); // less the velocity of no momentum
-            velocity.velocity(&mass, (at, memory), a, change)?;
+            force.fill(0.0); // less the velocity of no momentum
+            velocity.velocity(&mass, (at, memory), force, change)?;
             system.add_momentum_of_step(at, 0.0, change, w);
+            a.iter_mut().zip(&*change).for_each(|(a, change)| *a -= change);
         }
         force.copy_from_slice(w);
         match (lambda, multipliers) {
@@ -253,6 +262,7 @@ impl Projections {
         let solved = self.solve_mass(system, constraints, at, 0.0, &force);
         self.n_work = force;
         solved?;
+        self.acceleration.copy_from_slice(&self.x[..self.n]);
         let rows = self.mass_system.rows();
         rows.scatter(&self.x[self.n..], lambda);
         if rows.len() == lambda.len() {

@@ -168,6 +168,15 @@ impl Load {
         }
     }
 
+    /// `f·(φ̇ + ϱ_I ḋ_I) + τ·ω` at time `t`, for the coordinates `q` and velocities `v` of all frames, W.
+    #[must_use]
+    pub fn power(&self, t: f64, q: &[f64], v: &[f64]) -> f64 {
+        let frame = self.frame(q);
+        let mut force = [0.0; FRAME];
+        self.add(1.0, self.wrench(t, frame), frame, &mut force);
+        force.iter().zip(self.frame(v)).map(|(f, v)| f * v).sum()
+    }
+
     fn frame<'a>(&self, q: &'a [f64]) -> &'a [f64] {
         &q[self.offset..self.offset + FRAME]
     }

@@ -16,8 +16,19 @@ use crate::sections::{LISTS, TABLES};
 use crate::start::is_ground;
 
 /// Keys of a part that name other parts.
-const REFERENCES: [&str; 10] =
-    ["from", "to", "parent", "child", "joint", "joints", "body", "beam", "of", "relative_to"];
+const REFERENCES: [&str; 11] = [
+    "from",
+    "to",
+    "parent",
+    "child",
+    "joint",
+    "joints",
+    "body",
+    "beam",
+    "of",
+    "relative_to",
+    "seen_from",
+];
 
 type Value<'i> = Spanned<DeValue<'i>>;
 

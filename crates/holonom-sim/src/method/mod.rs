@@ -5,14 +5,17 @@
 //! | [`reading`] | what is read at a node |
 //! | [`running`] | an integrator of either family in motion |
 //! | [`family`] | what differs between the families |
+//! | [`increments`] | accelerations from the steps beside a node |
 //! | [`work`] | the work of loads, motors, dampers and prescribed motions |
 
 mod family;
+mod increments;
 pub(crate) mod reading;
 mod running;
 mod work;
 
-pub(crate) use reading::Reading;
+pub(crate) use increments::Increment;
+pub(crate) use reading::{Reading, Wanted};
 pub(crate) use running::Running;
 
 use crate::run_state::MotionState;
@@ -35,12 +38,12 @@ pub(crate) trait Method {
     /// Whether a node is read before the step from it is taken: with composed steps no quantity of a
     /// node belongs to that step.
     fn reads_first(&self) -> bool;
-    /// The present node by itself, its constraint force from the acceleration level where `forces` are asked for.
-    fn here(&mut self, forces: bool, found: &mut Reading) -> Result<(), Singular>;
+    /// The present node by itself; constraint force and acceleration, where they are `wanted`, of the acceleration level.
+    fn here(&mut self, wanted: Wanted, found: &mut Reading) -> Result<(), Singular>;
     /// The node that the last step has left, with the quantities of that step.
     fn left(&mut self, found: &mut Reading) -> Result<(), Singular>;
     /// The present node, with the quantities of the step from there if that can be taken.
-    fn last(&mut self, forces: bool, found: &mut Reading) -> Result<(), Singular>;
+    fn last(&mut self, wanted: Wanted, found: &mut Reading) -> Result<(), Singular>;
     /// The state of the motion, with the sums along its steps.
     fn state(&self) -> MotionState;
     /// Continues from the state of a motion of the same model.

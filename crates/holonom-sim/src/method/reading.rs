@@ -3,6 +3,22 @@
 use crate::sample::{Momenta, Residuals};
 use vi_core::momentum_map::Momentum;
 
+/// What is asked for of a node beside its state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Wanted {
+    /// Constraint forces.
+    pub(crate) forces: bool,
+    /// Accelerations.
+    pub(crate) accelerations: bool,
+}
+
+impl Wanted {
+    /// Whether anything is.
+    pub(crate) fn any(self) -> bool {
+        self.forces || self.accelerations
+    }
+}
+
 /// A node as a method reads it; filled anew at each node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reading {
@@ -16,6 +32,8 @@ pub(crate) struct Reading {
     pub(crate) angles: Vec<f64>,
     /// Velocity: `v̂` of the projected momentum, `v_n` of energy–momentum schemes.
     pub(crate) v: Vec<f64>,
+    /// `q̈`; empty unless it was asked for.
+    pub(crate) acceleration: Vec<f64>,
     /// `G(q_n)ᵀλ_n`, N; empty unless it was asked for.
     pub(crate) force: Vec<f64>,
     /// `E_d` of the step that starts here, where there is one; else as `hamiltonian`.

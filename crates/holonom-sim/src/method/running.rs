@@ -2,12 +2,13 @@
 //!
 //! The multiplier of a node is that of (36), of energy–momentum schemes the mean of the steps beside it; where a
 //! node has no such step (at the end, where a step fails, and with a composition) it is taken from the acceleration
-//! level.
+//! level. So are accelerations, [`super::increments`].
 
 use super::family::Family;
+use super::increments::Increments;
 use super::work::Work;
-use super::{Method, Reading};
-use crate::run_state::MotionState;
+use super::{Method, Reading, Wanted};
+use crate::run_state::{MotionState, same_length};
 use crate::sample::{Momenta, Residuals};
 use holonom_model::Settings;
 use vi_constraints::initialization::StartReport;
@@ -30,24 +31,27 @@ pub(crate) struct Running<S: Family> {
     order: u32,
     ended: Option<f64>, // J  E_d of the composed step that ended at the present node
     momenta: bool,      // whether they are asked for
-    forces: bool,       // whether constraint forces are
+    wanted: Wanted,     // what sensors ask for
     map: Option<TreeMap>, // for the reduced ones
     work: Work,
+    increments: Option<Increments>, // at order 2, where accelerations are asked for
 }
 
 impl<S: Family> Running<S> {
-    /// `forces`: whether sensors ask for constraint forces.
+    /// `wanted`: what sensors ask for.
     pub(crate) fn new(
         mut run: Integrator<S, Mechanism>,
         settings: &Settings,
-        forces: bool,
+        wanted: Wanted,
     ) -> Self {
         // the force of a variational scheme is that of its step equation, without multipliers
-        run.record_multipliers(settings.momenta || forces && !S::VARIATIONAL);
+        run.record_multipliers(settings.momenta || wanted.forces && !S::VARIATIONAL);
         let map = (settings.momenta && S::VARIATIONAL).then(|| TreeMap::new(run.constraints()));
         let work = S::work(&run);
         let Settings { order, momenta, .. } = *settings;
-        Self { run, order, ended: None, momenta, forces, map, work }
+        let differences = wanted.accelerations && !run.reads_states();
+        let increments = differences.then(|| Increments::new(run.state().q.len()));
+        Self { run, order, ended: None, momenta, wanted, map, work, increments }
     }
 
     /// Momenta of a node; without a `step` from there only those of its state.
@@ -85,7 +89,7 @@ impl<S: Family> Running<S> {
         found.angles.clone_from(&at.angles);
         found.v.clone_from(&node.v);
         found.force.clear();
-        if self.forces {
+        if self.wanted.forces {
             found.force.extend_from_slice(&node.constraint_force);
         }
         (found.energy, found.hamiltonian) = (energy, hamiltonian);
@@ -104,14 +108,28 @@ impl<S: Family> Running<S> {
     }
 }
 
+impl<S: Family> Running<S> {
+    /// `Gᵀλ` of the acceleration level at the present node, and its acceleration where that is asked for.
+    fn find_acceleration(&mut self, found: &mut Reading) -> Result<(), Singular> {
+        let lambda = found.momenta.as_mut().map(|momenta| &mut momenta.lambda);
+        self.run.find_acceleration_force(&mut found.force, lambda)?;
+        if self.wanted.accelerations {
+            found.acceleration.clone_from(&self.run.observed(self.run.state()).acceleration);
+        }
+        Ok(())
+    }
+}
+
 impl<S: Family + 'static> Method for Running<S> {
     fn step(&mut self, parts: u32) -> Result<StepReport, StepError> {
-        let Self { run, work, ended, .. } = self;
+        let Self { run, work, ended, increments, .. } = self;
         let composed = run.reads_states();
         work.begin();
+        increments.iter_mut().for_each(Increments::begin);
         let (mut action_rate, mut length) = (0.0, 0.0); // E_d = −∂/∂h of the action
         let taken = run.step_in_parts(parts, &mut |system, mechanism, step| {
             system.add_work(mechanism, step, work);
+            increments.iter_mut().for_each(|increments| increments.add(step.s));
             if composed {
                 action_rate += system.action_rate(step);
                 length += step.s.h;
@@ -120,7 +138,10 @@ impl<S: Family + 'static> Method for Running<S> {
         match taken {
             Ok(_) if composed => *ended = Some(action_rate / length),
             Ok(_) => {}
-            Err(_) => work.take_back(),
+            Err(_) => {
+                work.take_back();
+                increments.iter_mut().for_each(Increments::take_back);
+            }
         }
         taken
     }
@@ -134,12 +155,11 @@ impl<S: Family + 'static> Method for Running<S> {
         self.run.reads_states()
     }
 
-    fn here(&mut self, forces: bool, found: &mut Reading) -> Result<(), Singular> {
+    fn here(&mut self, wanted: Wanted, found: &mut Reading) -> Result<(), Singular> {
         self.run.observe_state()?;
         self.read(false, false, found);
-        if forces || self.momenta {
-            let lambda = found.momenta.as_mut().map(|momenta| &mut momenta.lambda);
-            self.run.find_acceleration_force(&mut found.force, lambda)?;
+        if wanted.any() || self.momenta {
+            self.find_acceleration(found)?;
         }
         Ok(())
     }
@@ -147,13 +167,19 @@ impl<S: Family + 'static> Method for Running<S> {
     fn left(&mut self, found: &mut Reading) -> Result<(), Singular> {
         self.run.node_before()?;
         self.read(true, true, found);
+        if let Some(increments) = &self.increments {
+            increments.acceleration(&mut found.acceleration); // at the start none: see `here`
+        }
         Ok(())
     }
 
-    fn last(&mut self, forces: bool, found: &mut Reading) -> Result<(), Singular> {
+    fn last(&mut self, wanted: Wanted, found: &mut Reading) -> Result<(), Singular> {
+        if wanted.accelerations && !self.run.reads_states() {
+            self.find_acceleration(found)?; // first: one node is observed at a time
+        }
         let alone = self.run.reads_states() || self.run.observe().is_err();
         if alone {
-            return self.here(forces, found);
+            return self.here(wanted, found);
         }
         self.read(false, true, found);
         Ok(())
@@ -165,12 +191,18 @@ impl<S: Family + 'static> Method for Running<S> {
             ended: self.ended,
             work: self.work.parts.clone(),
             impulse: self.work.impulse().cloned(),
+            increment: self.increments.as_ref().map(Increments::state),
         }
     }
 
     fn resume(&mut self, from: MotionState) -> Result<(), ResumeError> {
         let mut work = self.work.clone();
         work.resume(from.work, from.impulse)?;
+        let given = usize::from(from.increment.is_some());
+        same_length("the list of increments", given, usize::from(self.increments.is_some()))?;
+        if let (Some(own), Some(last)) = (&mut self.increments, from.increment) {
+            own.resume(last)?;
+        }
         self.run.resume(from.state)?;
         (self.work, self.ended) = (work, from.ended);
         Ok(())

@@ -77,18 +77,26 @@ impl<'a> Members<'a> {
         let named = |names: &[&str], quantity, unit| -> Vec<Part> {
             names.iter().map(|name| ((*name).to_owned(), quantity, unit)).collect()
         };
-        let axes = if self.particles.contains(of) { self.dimension } else { 3 };
+        let planar = self.particles.contains(of) && sensor.seen_from.is_none();
+        let axes = if planar { self.dimension } else { 3 };
         let axes = &["x", "y", "z"][..axes];
         let pair = self.joints.get(of).map(|joint| joint.pair());
         match sensor.kind {
             SensorKind::Position => named(axes, "position", "m"),
             SensorKind::Velocity => named(axes, "velocity", "m/s"),
+            SensorKind::Acceleration => named(axes, "acceleration", "m/s²"),
             SensorKind::Orientation => named(&["w", "x", "y", "z"], "quaternion", ""),
             SensorKind::AngularVelocity => named(axes, "angular velocity", "rad/s"),
+            SensorKind::AngularAcceleration => named(axes, "angular acceleration", "rad/s²"),
+            SensorKind::Distance => named(&[""], "distance", "m"),
+            SensorKind::DistanceRate => named(&[""], "speed", "m/s"),
             SensorKind::JointCoordinate => {
                 joint_parts(pair, ["angle", "rad"], ["displacement", "m"])
             }
             SensorKind::JointRate => joint_parts(pair, ["angular rate", "rad/s"], ["speed", "m/s"]),
+            SensorKind::JointAcceleration => {
+                joint_parts(pair, ["angular acceleration", "rad/s²"], ["acceleration", "m/s²"])
+            }
             SensorKind::Reaction => {
                 let mut parts = if self.bars.contains(of) {
                     named(&["tension"], "tension", "N")
@@ -101,6 +109,15 @@ impl<'a> Members<'a> {
                 parts
             }
             SensorKind::Effort => self.effort_parts(of),
+            SensorKind::Power => match self.joints.get(of) {
+                Some(joint) => {
+                    let elements = joint_elements(joint);
+                    let has = |part: &&str| elements.iter().any(|element| element.part == *part);
+                    let parts: Vec<&str> = PARTS.into_iter().filter(has).collect();
+                    named(&parts, "power", "W")
+                }
+                None => named(&[""], "power", "W"),
+            },
             SensorKind::SectionForce => {
                 let mut parts = named(&["N1", "N2", "N3"], "section force", "N");
                 parts.extend(named(&["M1", "M2", "M3"], "section moment", "N·m"));

@@ -10,9 +10,9 @@
 //! Rates are those of `v̂`. Positive efforts on a joint coordinate act on the child along it, and oppositely on the
 //! parent. `λ_n` is that of the node, see [`crate::sensor`].
 
-use super::Builder;
 use super::columns::PARTS;
 use super::view::View;
+use super::{Builder, length_rate};
 use crate::drive::{JointElement, joint_elements};
 use crate::names::Names;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
@@ -34,7 +34,8 @@ pub(crate) enum Effort {
 impl Effort {
     /// That of a joint, spring or constraint of the model; `None` when there is none of this name.
     pub(super) fn of(name: &str, from: &Builder<'_>) -> Option<Self> {
-        let Builder { names: Names { model, .. }, mechanism, forces, .. } = *from;
+        let Builder { names: Names { model, .. }, mechanism, dynamics, .. } = *from;
+        let forces = &dynamics.forces;
         let description = mechanism.description();
         if let Some((joint, _)) = from.names.joint(name) {
             let own = description.joints[from.joint(name)?].clone();
@@ -114,6 +115,29 @@ impl Effort {
                 out.push(if unique { factor * force } else { f64::NAN });
                 out.push(f64::from(u8::from(unique)));
             }
+        }
+    }
+
+    /// What the elements of a joint, each part by itself, or a spring with its damper put into the system, W.
+    pub(super) fn powers(&self, at: &View<'_>, out: &mut Vec<f64>) {
+        match self {
+            Self::Joint(elements, motion) => {
+                let rates = joint_rates(motion.joint(), at.q, at.v);
+                for part in PARTS {
+                    let own = elements.iter().filter(|element| element.part == part);
+                    let power = |element: &JointElement| {
+                        let (value, rate) =
+                            (motion.values()[element.freedom], rates[element.freedom]);
+                        rate * element.law.effort(at.t, value, rate)
+                    };
+                    out.extend(own.map(power).reduce(|sum, power| sum + power));
+                }
+            }
+            Self::Spring(spring, damper) => {
+                let tension = spring.tension(at.q) + damper.tension(at.q, at.v);
+                out.push(-tension * length_rate(&spring.between, at));
+            }
+            Self::Row(..) => {}
         }
     }
 }

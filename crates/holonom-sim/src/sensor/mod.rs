@@ -4,35 +4,48 @@
 //! position           x = φ + ϱ_I d_I                      velocity   ẋ, with v̂ of ᵠp_n
 //! orientation        R = (d_1 d_2 d_3) Aᵀ,  A: principal axes in the body's own frame
 //! angular velocity   ω = ½ Σ d_I × ḋ_I                    with v̂
+//! seen from a body   the same in its frame                observer
+//! acceleration       ẍ,  ω̇ = ½ Σ d_I × d̈_I                of the steps beside the node
+//! distance           l = |D|,  l̇ = D̂·Ḋ                    between two points
 //! joint              coordinates counted on, rates        vi_multibody::coordinates
 //! reaction           −Gᵀ λ_n on the child                 vi_multibody::reaction
 //! effort             springs, motors, prescribed motions  effort
+//! power              of these and of loads                power
 //! section force      N_I, M_I                             strain   Γ_I, K_I         vi_beam::section_force
 //! ```
 //! `λ_n` is that of the node (36) at order 2. It is that of the acceleration level with composed steps,
 //! at a node from which no step could be taken, and at the start, where (47) is of first order only (it
-//! is a one-sided difference). Unwrapped angles of joints and the sign of quaternions are followed at
+//! is a one-sided difference). Accelerations are second differences of the coordinates at order 2, those of the acceleration level
+//! at the other nodes. Unwrapped angles of joints and the sign of quaternions are followed at
 //! every step, whether it is recorded or not.
 //!
 //! | file | concept |
 //! |---|---|
 //! | `columns` | names, quantities and units of the numbers |
 //! | `view` | what sensors see of a node |
+//! | `observer` | what is seen from a body |
 //! | `effort` | springs, dampers, motors, prescribed motions |
+//! | `power` | what these and loads put into the system |
 
 mod columns;
 mod effort;
+mod observer;
+mod power;
 mod view;
 
 pub use columns::{Column, columns};
 pub(crate) use view::View;
 
 use effort::Effort;
+use observer::Observer;
+use power::Power;
 
 use crate::beams::Beams;
+use crate::dynamics::Dynamics;
+use crate::method::Wanted;
 use crate::names::Names;
 use crate::run_state::same_length;
-use holonom_model::{ReactionFrame, Sensor, SensorKind, spatial};
+use holonom_model::{Constraint, GROUND, ReactionFrame, Sensor, SensorKind, spatial};
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -42,10 +55,9 @@ use vi_constraints::integrator::ResumeError;
 use vi_constraints::least_norm::LeastNorm;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
-use vi_multibody::builder::ForceElements;
 use vi_multibody::form::Form;
 use vi_multibody::joint::Joint;
-use vi_multibody::joint_motion::{JointMotion, joint_rates};
+use vi_multibody::joint_motion::{JointMotion, joint_accelerations, joint_rates};
 use vi_multibody::mechanism::{Attachment, Mechanism};
 use vi_multibody::reaction::{NodeReactions, ReactionObserver};
 use vi_rigid::directors;
@@ -55,14 +67,29 @@ use vi_rigid::directors;
 enum Gauge {
     Position(Form, usize),
     Velocity(Form, usize),
+    Acceleration(Form, usize),
+    SeenPosition(Form, Observer),
+    SeenVelocity(Form, Observer),
     Orientation(Attitude),
-    AngularVelocity(usize), // first coordinate of the frame
+    AngularVelocity(usize, Option<Observer>), // first coordinate of the frame
+    AngularAcceleration(usize),
+    Distance(Form),
+    DistanceRate(Form),
     Coordinate(JointMotion),
     Rate(Joint),
+    JointAcceleration(Joint),
     Reaction(usize, ReactionFrame), // joint of the description
     Tension(usize),                 // bar of the description
     Effort(Effort),
+    Power(Power),
     Section(SectionGauge),
+}
+
+/// `l̇ = D̂·Ḋ` of the vector between two points, m/s; `|Ḋ|` where they coincide, the rate from there on.
+fn length_rate(between: &Form, at: &View<'_>) -> f64 {
+    let (d, rate) = (between.at(at.q), between.rate(at.v));
+    let length = d.norm();
+    if length > 0.0 { d.dot(&rate) / length } else { rate.norm() }
 }
 
 /// Section forces or strains at a place of a beam.
@@ -88,14 +115,18 @@ impl SectionGauge {
 /// The orientation of a body with a sign that does not jump.
 #[derive(Clone, Debug)]
 struct Attitude {
-    first: usize,         // first coordinate of the frame
-    to_own: Matrix3<f64>, // Aᵀ
+    own: Observer,
+    seen_from: Option<Observer>,
     last: Quaternion<f64>,
 }
 
 impl Attitude {
     fn follow(&mut self, q: &[f64]) {
-        let rotation = directors::triad(&q[self.first..]) * self.to_own;
+        let rotation = self.own.axes(q);
+        let rotation = match &self.seen_from {
+            Some(observer) => observer.axes(q).tr_mul(&rotation),
+            None => rotation,
+        };
         let rotation = Rotation3::from_matrix_unchecked(rotation);
         let next = UnitQuaternion::from_rotation_matrix(&rotation).into_inner();
         self.last = if next.dot(&self.last) < 0.0 { -next } else { next };
@@ -108,13 +139,14 @@ pub struct Sensors {
     columns: Vec<Column>,
     gauges: Vec<Gauge>,
     observer: Option<ReactionObserver>, // where sensors ask for reactions
+    accelerations: bool,                // whether any asks for them
 }
 
 impl Sensors {
     /// For a valid model and its mechanism.
     pub(crate) fn new(
         names: &Names<'_>,
-        (mechanism, forces): (&Mechanism, &ForceElements),
+        (mechanism, dynamics): (&Mechanism, &Dynamics),
         beams: &Beams,
     ) -> Self {
         let model = names.model;
@@ -122,7 +154,7 @@ impl Sensors {
         let builder = Builder {
             names,
             mechanism,
-            forces,
+            dynamics,
             beams,
             joints: joints.map(|joint| joint.name.as_str()).zip(0..).collect(),
             q: mechanism.initial_configuration(),
@@ -131,10 +163,19 @@ impl Sensors {
         let reactions = gauges.iter().any(|gauge| match gauge {
             Gauge::Reaction(..) | Gauge::Tension(_) => true,
             Gauge::Effort(effort) => effort.needs_force(),
+            Gauge::Power(power) => power.needs_force(),
             _ => false,
         });
+        let accelerations = gauges.iter().any(|gauge| {
+            matches!(
+                gauge,
+                Gauge::Acceleration(..)
+                    | Gauge::AngularAcceleration(_)
+                    | Gauge::JointAcceleration(_)
+            )
+        });
         let observer = reactions.then(|| ReactionObserver::new(mechanism));
-        Self { columns: columns(model), gauges, observer }
+        Self { columns: columns(model), gauges, observer, accelerations }
     }
 
     /// The columns of `sensors.csv`; empty without sensors.
@@ -143,9 +184,9 @@ impl Sensors {
         &self.columns
     }
 
-    /// Whether the constraint force is needed.
-    pub(crate) fn need_forces(&self) -> bool {
-        self.observer.is_some()
+    /// What is needed of a node.
+    pub(crate) fn wanted(&self) -> Wanted {
+        Wanted { forces: self.observer.is_some(), accelerations: self.accelerations }
     }
 
     /// Begins to count at the configuration `q`.
@@ -160,6 +201,7 @@ impl Sensors {
                     attitude.follow(q);
                 }
                 Gauge::Effort(effort) => effort.begin(q),
+                Gauge::Power(power) => power.effort_mut().into_iter().for_each(|e| e.begin(q)),
                 _ => {}
             }
         }
@@ -172,6 +214,7 @@ impl Sensors {
                 Gauge::Coordinate(tracker) => tracker.follow(q),
                 Gauge::Orientation(attitude) => attitude.follow(q),
                 Gauge::Effort(effort) => effort.follow(q),
+                Gauge::Power(power) => power.effort_mut().into_iter().for_each(|e| e.follow(q)),
                 _ => {}
             }
         }
@@ -183,6 +226,7 @@ impl Sensors {
             Gauge::Coordinate(tracker) => tracker.values().to_vec(),
             Gauge::Orientation(attitude) => attitude.last.coords.as_slice().to_vec(),
             Gauge::Effort(effort) => effort.followed().to_vec(),
+            Gauge::Power(power) => power.effort().map_or(Vec::new(), |e| e.followed().to_vec()),
             _ => Vec::new(),
         };
         self.gauges.iter().map(followed).collect()
@@ -210,6 +254,9 @@ impl Sensors {
                     attitude.last.coords.as_mut_slice().copy_from_slice(values);
                 }
                 Gauge::Effort(effort) => effort.resume(values),
+                Gauge::Power(power) => {
+                    power.effort_mut().into_iter().for_each(|e| e.resume(values));
+                }
                 _ => {}
             }
         }
@@ -240,16 +287,36 @@ impl Gauge {
         match self {
             Self::Position(point, axes) => out.extend(&point.at(at.q).as_slice()[..*axes]),
             Self::Velocity(point, axes) => out.extend(&point.rate(at.v).as_slice()[..*axes]),
+            Self::Acceleration(point, axes) => out.extend(&point.rate(at.a).as_slice()[..*axes]),
+            Self::SeenPosition(point, from) => {
+                out.extend(&from.position(at.q, point.at(at.q)));
+            }
+            Self::SeenVelocity(point, from) => {
+                let moving = (point.at(at.q), point.rate(at.v));
+                out.extend(&from.velocity(at.q, at.v, moving));
+            }
             Self::Orientation(Attitude { last, .. }) => {
                 out.extend([last.w, last.i, last.j, last.k])
             }
-            Self::AngularVelocity(first) => {
+            Self::AngularVelocity(first, from) => {
                 let (q, v) = frame(*first);
-                out.extend(&directors::angular_velocity(q, v));
+                let omega = directors::angular_velocity(q, v);
+                let seen = from.as_ref().map(|from| from.angular_velocity(at.q, at.v, omega));
+                out.extend(&seen.unwrap_or(omega));
             }
+            Self::AngularAcceleration(first) => {
+                let own = *first..first + 12;
+                out.extend(&directors::angular_velocity(&at.q[own.clone()], &at.a[own]));
+            }
+            Self::Distance(between) => out.push(between.at(at.q).norm()),
+            Self::DistanceRate(between) => out.push(length_rate(between, at)),
             Self::Coordinate(tracker) => out.extend(tracker.values()),
             Self::Rate(joint) => {
                 out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.dof()]);
+            }
+            Self::JointAcceleration(joint) => {
+                let all = joint_accelerations(joint, at.q, at.v, at.a);
+                out.extend(&all[..joint.kind.dof()]);
             }
             Self::Reaction(joint, frame) => {
                 let Some(reactions) = reactions else { return };
@@ -267,6 +334,7 @@ impl Gauge {
                 out.push(f64::from(u8::from(tension.unique)));
             }
             Self::Effort(effort) => effort.read(at, reactions, out),
+            Self::Power(power) => power.read(at, reactions, out),
             Self::Section(section) => section.read(at.q, out),
         }
     }
@@ -276,7 +344,7 @@ impl Gauge {
 struct Builder<'a> {
     names: &'a Names<'a>,
     mechanism: &'a Mechanism,
-    forces: &'a ForceElements,
+    dynamics: &'a Dynamics,
     beams: &'a Beams,
     joints: BTreeMap<&'a str, usize>, // of the description, by name
     q: Vec<f64>,                      // initial configuration
@@ -288,16 +356,61 @@ impl Builder<'_> {
         self.joints.get(name).copied()
     }
 
-    /// The point of a position or velocity, and how many components it has.
-    fn point(&self, sensor: &Sensor) -> Option<(Form, usize)> {
-        if let Some(k) = self.names.index(&sensor.of) {
-            let own = Vector3::from(spatial(&sensor.point.unwrap_or_default()));
+    /// A point of a body or node by its own components, of the ground in space, or a particle.
+    fn end(&self, name: &str, components: &[f64]) -> Option<Form> {
+        let own = Vector3::from(spatial(components));
+        if let Some(k) = self.names.index(name) {
             let along_directors = self.names.principal[k].tr_mul(&own);
-            return Some((self.mechanism.point_of(Attachment::Body(k), &along_directors), 3));
+            return Some(self.mechanism.point_of(Attachment::Body(k), &along_directors));
         }
-        let k = self.names.particles.get(sensor.of.as_str())?.index();
-        let point = self.mechanism.point_of(Attachment::Particle(k), &Vector3::zeros());
-        Some((point, self.names.model.header.dimension))
+        if name == GROUND {
+            return Some(Form::constant(own));
+        }
+        let k = self.names.particles.get(name)?.index();
+        Some(self.mechanism.point_of(Attachment::Particle(k), &Vector3::zeros()))
+    }
+
+    /// The point of a position, velocity or acceleration, and how many components it has.
+    fn point(&self, sensor: &Sensor) -> Option<(Form, usize)> {
+        let point = self.end(&sensor.of, &sensor.point.unwrap_or_default())?;
+        let planar = self.names.particles.contains_key(sensor.of.as_str());
+        Some((point, if planar { self.names.model.header.dimension } else { 3 }))
+    }
+
+    /// `D` between the ends of a distance.
+    fn between(&self, sensor: &Sensor) -> Option<Form> {
+        let model = self.names.model;
+        let of = sensor.of.as_str();
+        let form = |[from, to]: [&str; 2], [a, b]: [&[f64]; 2]| {
+            Some(self.end(to, b)?.minus(&self.end(from, a)?))
+        };
+        if let Some(to) = &sensor.to {
+            let [a, b] = [sensor.point, sensor.point_to].map(Option::unwrap_or_default);
+            return form([of, to], [&a, &b]);
+        }
+        if let Some(k) = model.springs.iter().position(|spring| spring.name == of) {
+            return Some(self.dynamics.forces.springs.get(k)?.between.clone());
+        }
+        if let Some(bar) = model.bars.iter().find(|bar| bar.name == of) {
+            return form([&bar.from, &bar.to], [bar.point.as_deref().unwrap_or_default(); 2]);
+        }
+        model.constraints.iter().find_map(|constraint| match constraint {
+            Constraint::Distance { name, from, to, point_from, point_to, .. } if name == of => {
+                form([from, to], [point_from, point_to])
+            }
+            _ => None,
+        })
+    }
+
+    /// The body that something is seen from.
+    fn observer(&self, sensor: &Sensor) -> Option<Observer> {
+        self.frame_of(sensor.seen_from.as_deref()?)
+    }
+
+    /// The frame of a body or node with its own axes.
+    fn frame_of(&self, name: &str) -> Option<Observer> {
+        let k = self.names.index(name)?;
+        Some(Observer::new(12 * k, &self.names.principal[k]))
     }
 
     fn section(&self, sensor: &Sensor) -> Option<SectionGauge> {
@@ -335,22 +448,39 @@ impl Builder<'_> {
         let of = sensor.of.as_str();
         let joint = || self.joint(of).map(|k| self.mechanism.description().joints[k].clone());
         Some(match sensor.kind {
-            SensorKind::Position => self.point(sensor).map(|(p, axes)| Gauge::Position(p, axes))?,
-            SensorKind::Velocity => self.point(sensor).map(|(p, axes)| Gauge::Velocity(p, axes))?,
-            SensorKind::Orientation => {
-                let k = self.names.index(of)?;
-                let to_own = self.names.principal[k].transpose();
-                Gauge::Orientation(Attitude { first: 12 * k, to_own, last: Quaternion::identity() })
+            SensorKind::Position => match (self.point(sensor)?, self.observer(sensor)) {
+                ((point, _), Some(observer)) => Gauge::SeenPosition(point, observer),
+                ((point, axes), None) => Gauge::Position(point, axes),
+            },
+            SensorKind::Velocity => match (self.point(sensor)?, self.observer(sensor)) {
+                ((point, _), Some(observer)) => Gauge::SeenVelocity(point, observer),
+                ((point, axes), None) => Gauge::Velocity(point, axes),
+            },
+            SensorKind::Acceleration => {
+                self.point(sensor).map(|(p, axes)| Gauge::Acceleration(p, axes))?
             }
-            SensorKind::AngularVelocity => Gauge::AngularVelocity(12 * self.names.index(of)?),
+            SensorKind::Orientation => {
+                let (own, seen_from) = (self.frame_of(of)?, self.observer(sensor));
+                Gauge::Orientation(Attitude { own, seen_from, last: Quaternion::identity() })
+            }
+            SensorKind::AngularVelocity => {
+                Gauge::AngularVelocity(12 * self.names.index(of)?, self.observer(sensor))
+            }
+            SensorKind::AngularAcceleration => {
+                Gauge::AngularAcceleration(12 * self.names.index(of)?)
+            }
+            SensorKind::Distance => Gauge::Distance(self.between(sensor)?),
+            SensorKind::DistanceRate => Gauge::DistanceRate(self.between(sensor)?),
             SensorKind::JointCoordinate => Gauge::Coordinate(JointMotion::new(joint()?, &self.q)),
             SensorKind::JointRate => Gauge::Rate(joint()?),
+            SensorKind::JointAcceleration => Gauge::JointAcceleration(joint()?),
             SensorKind::SectionForce | SensorKind::Strain => Gauge::Section(self.section(sensor)?),
             SensorKind::Reaction => match self.names.model.bars.iter().position(|b| b.name == of) {
                 Some(bar) => Gauge::Tension(bar),
                 None => Gauge::Reaction(self.joint(of)?, sensor.frame.unwrap_or_default()),
             },
             SensorKind::Effort => Gauge::Effort(Effort::of(of, self)?),
+            SensorKind::Power => Gauge::Power(Power::of(of, self)?),
         })
     }
 }

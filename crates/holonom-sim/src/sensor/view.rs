@@ -9,6 +9,8 @@ pub(crate) struct View<'a> {
     pub(crate) q: &'a [f64],
     /// `v̂`.
     pub(crate) v: &'a [f64],
+    /// `q̈`; read only by sensors of accelerations.
+    pub(crate) a: &'a [f64],
     /// `G(q_n)ᵀλ_n`, N; read only by sensors of reactions.
     pub(crate) force: &'a [f64],
 }

@@ -26,7 +26,7 @@ use crate::energies::Energies;
 use crate::energy_watch::EnergyWatch;
 use crate::experiment::Experiment;
 use crate::limits::{LimitWatch, Stiffness};
-use crate::method::{Method, Reading, Running};
+use crate::method::{Method, Reading, Running, Wanted};
 use crate::rotation_stability::unstable_steps;
 use crate::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
@@ -95,10 +95,10 @@ impl Simulation {
         let start = Start::of(model, &mechanism)?;
         let keeps_rates = start.how == How::WithRates;
         let at = InitialValues::new(0.0, &start.q, &start.v);
-        let forces = sensors.need_forces();
-        let mut method = method(mechanism, &dynamics, model, at, (solver, forces))?;
+        let wanted = sensors.wanted();
+        let mut method = method(mechanism, &dynamics, model, at, (solver, wanted))?;
         let mut first = Reading::default();
-        if method.here(false, &mut first).is_err() {
+        if method.here(Wanted::default(), &mut first).is_err() {
             return Err(assembly::without_mass(model));
         }
         agreement::paths((method.mechanism(), method.rows()), method.place().2, settings.end)?;
@@ -355,7 +355,7 @@ fn method(
     dynamics: &Dynamics,
     model: &Model,
     at: InitialValues<'_>,
-    (solver, forces): (Solver, bool),
+    (solver, wanted): (Solver, Wanted),
 ) -> Result<Box<dyn Method>, ModelError> {
     let settings = &model.settings;
     match settings.scheme.family() {
@@ -366,7 +366,7 @@ fn method(
             let system = dynamics.variational(&mechanism);
             let run = integrator(mechanism, system, options, solver, at)
                 .map_err(|error| assembly::refusal(&error, model))?;
-            Ok(Box::new(Running::new(run, settings, forces)))
+            Ok(Box::new(Running::new(run, settings, wanted)))
         }
         Family::EnergyMomentum(_) if model.dissipates_algorithmically() => {
             Err(ModelError::Unsupported {
@@ -383,7 +383,7 @@ fn method(
             let system = dynamics.energy_momentum(&mechanism);
             let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                 .map_err(|error| assembly::em_refusal(&error, model))?;
-            Ok(Box::new(Running::new(run, settings, forces)))
+            Ok(Box::new(Running::new(run, settings, wanted)))
         }
         Family::Static => Err(ModelError::Unsupported {
             key: "simulation.scheme".into(),

@@ -109,8 +109,8 @@ impl Simulation {
             let paused = !proceed(n, steps);
             if n >= steps {
                 course.done = true;
-                let forces = self.sensors.need_forces();
-                return Some(self.read(|method, found| method.last(forces, found)));
+                let wanted = self.sensors.wanted();
+                return Some(self.read(|method, found| method.last(wanted, found)));
             }
             if paused {
                 break;
@@ -127,8 +127,8 @@ impl Simulation {
 
     /// Takes one step; whether the node it started from was found, where it is to be recorded.
     fn advance(&mut self, recorded: bool) -> (bool, Result<(), RunFailure>) {
-        let (first, forces) = (self.method.reads_first(), self.sensors.need_forces());
-        let here = |method: &mut dyn Method, found: &mut Reading| method.here(forces, found);
+        let (first, wanted) = (self.method.reads_first(), self.sensors.wanted());
+        let here = |method: &mut dyn Method, found: &mut Reading| method.here(wanted, found);
         let mut found = false;
         if recorded && first {
             match self.read(here) {
@@ -136,10 +136,10 @@ impl Simulation {
                 Err(failure) => return (false, Err(failure)),
             }
         }
-        // at the start the multipliers of the step are of first order: sensors take the acceleration level
-        let at_start = recorded && !first && forces && self.method.place().0 == 0;
+        // at the start the multipliers of the step are of first order and no step ends: sensors take the acceleration level
+        let at_start = recorded && !first && wanted.any() && self.method.place().0 == 0;
         let mut start = Reading::default();
-        let known = at_start && self.method.here(true, &mut start).is_ok();
+        let known = at_start && self.method.here(wanted, &mut start).is_ok();
         let whole = self.method.step(1);
         // no whole step starts at this node: it is read by itself
         let alone = (whole.is_err() && recorded && !first).then(|| self.read(here));
@@ -151,6 +151,7 @@ impl Simulation {
                         method.left(found)?;
                         if known {
                             found.force.clone_from(&start.force);
+                            found.acceleration.clone_from(&start.acceleration);
                         }
                         Ok(())
                     };
@@ -207,7 +208,7 @@ impl Simulation {
             return Err(self.lost(&error.to_string()));
         }
         let Self { method, reading: at, sample, sensors, energies, watch, iterations, .. } = self;
-        let view = View { t: at.t, q: &at.q, v: &at.v, force: &at.force };
+        let view = View { t: at.t, q: &at.q, v: &at.v, a: &at.acceleration, force: &at.force };
         let (mechanism, rows, least_norm) = method.least_norm();
         sensors.read(mechanism, (rows, least_norm), view, &mut sample.sensors);
         sample.notice = watch.follow(at, energies);

@@ -3,6 +3,7 @@
 //! ```text
 //! θ_n = θ(q_n) + 2π round((θ_{n−1} − θ(q_n)) / 2π),     θ(q_n) ∈ (−π, π]
 //! ω² − ω¹,  ṙ' = (φ̇² + ω²×ϱ²) − (φ̇¹ + ω¹×(c + ϱ²)),     (ṙ', ω² − ω¹) = S' τ
+//! τ̇ = d/ds τ(q + s v, v + s a) at s = 0
 //! ```
 //! `θ_n` is the angle next to the last one, so revolutions are counted and round-off does not accumulate; a step must
 //! not rotate the joint by `π` or more. `S'` are the columns of the pair's velocity map moved to the
@@ -15,7 +16,7 @@
 //! against `(m_1, m_2, n)`, of length at most `π`, and their rates `ω² − ω¹`, both as components along
 //! `m_1, m_2, n`.
 
-use crate::pair::joint::{FrameId, Joint, JointConfiguration};
+use crate::pair::joint::{FrameId, Joint, JointConfiguration, Side};
 use crate::pair::{MAX_DOF, Twist};
 use nalgebra::{SMatrix, SVector, Vector3};
 use std::f64::consts::TAU;
@@ -85,8 +86,44 @@ fn principal(joint: &Joint, q: &[f64]) -> [f64; MAX_DOF] {
 /// count (m/s, rad/s).
 #[must_use]
 pub fn joint_rates(joint: &Joint, q: &[f64], v: &[f64]) -> [f64; MAX_DOF] {
-    let at = joint.configuration(q);
-    let (parent, child) = (twist(joint.parent.frame, q, v), twist(joint.child.frame, q, v));
+    rates(joint, [&joint.parent, &joint.child].map(|side| (side.coordinates(q), rate(side, v))))
+}
+
+/// The rates `τ̇` of [`joint_rates`] at `q` for the velocities `v` and accelerations `a` of all frames, m/s² and rad/s².
+///
+/// The derivative of `τ` along the motion is a difference of fourth order: `τ` of 5.1 of the theory is a rational function of the
+/// directors for each pair. Its step is a thousandth of the time in which a director turns by a radian, so the error is that of
+/// rounding, some `1e-12` of the terms.
+#[must_use]
+pub fn joint_accelerations(joint: &Joint, q: &[f64], v: &[f64], a: &[f64]) -> [f64; MAX_DOF] {
+    let sides = [&joint.parent, &joint.child];
+    let own = sides.map(|side| (side.coordinates(q), rate(side, v), rate(side, a)));
+    let speed = own.iter().flat_map(|(_, v, _)| &v[3..]).fold(0.0, |s: f64, v| s.max(v.abs()));
+    let step = if speed > 0.0 { 1e-3 / speed } else { 1.0 };
+    let at = |s: f64| {
+        let moved = own.map(|(q, v, a)| {
+            let place: [f64; 12] = std::array::from_fn(|i| q[i] + s * v[i]);
+            let rate: [f64; 12] = std::array::from_fn(|i| v[i] + s * a[i]);
+            (place, rate)
+        });
+        rates(joint, [(&moved[0].0, &moved[0].1), (&moved[1].0, &moved[1].1)])
+    };
+    let [near, far] = [step, 2.0 * step].map(|s| (at(s), at(-s)));
+    std::array::from_fn(|k| (8.0 * (near.0[k] - near.1[k]) - (far.0[k] - far.1[k])) / (12.0 * step))
+}
+
+/// The rates of the coordinates of the frame of a side among those of all frames.
+fn rate<'a>(side: &Side, v: &'a [f64]) -> &'a [f64] {
+    match side.frame {
+        FrameId::Ground => &[0.0; 12],
+        FrameId::Frame(k) => &v[12 * k..12 * k + 12],
+    }
+}
+
+/// `τ` from the coordinates and rates of both frames.
+fn rates(joint: &Joint, [parent, child]: [(&[f64], &[f64]); 2]) -> [f64; MAX_DOF] {
+    let at = JointConfiguration::new(joint, parent.0, child.0);
+    let (parent, child) = (twist(parent), twist(child));
     let to_child_anchor = |t: &Twist, arm: &Vector3<f64>| t.linear + t.angular.cross(arm);
     let linear = to_child_anchor(&child, &at.rho_child())
         - to_child_anchor(&parent, &(at.c() + at.rho_child()));
@@ -119,17 +156,14 @@ fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_DOF] {
 }
 
 /// The twist `(φ̇, ω)` of a frame.
-fn twist(frame: FrameId, q: &[f64], v: &[f64]) -> Twist {
-    let FrameId::Frame(k) = frame else { return Twist::zero() };
-    let own = 12 * k..12 * k + 12;
-    let (q, v) = (&q[own.clone()], &v[own]);
+fn twist((q, v): (&[f64], &[f64])) -> Twist {
     Twist::new(directors::center(v), directors::angular_velocity(q, v))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pair::joint::{Side, complete_axis};
+    use crate::pair::joint::complete_axis;
     use crate::pair::{Motion, PairKind};
     use nalgebra::{Matrix3, Rotation3};
 
@@ -213,6 +247,47 @@ mod tests {
                 let difference = (a[k] - b[k]) / (2.0 * e);
                 let error = (rates[k] - difference).abs();
                 assert!(error < 1e-6, "{kind:?}, freedom {k}: {} against {difference}", rates[k]);
+            }
+        }
+    }
+
+    /// Both frames rotate and accelerate; the coordinates of the joint are `u_k (t + t²)`.
+    #[test]
+    fn accelerations_are_the_second_derivatives_of_the_coordinates() {
+        for kind in PairKind::ALL.into_iter().filter(|kind| kind.dof() < 6) {
+            let mut start = two_frames();
+            let joint = joint(kind, &start);
+            let free = kind.rotation_vector().is_none();
+            let u: Vec<f64> = (0..kind.dof()).map(|k| [0.4, -0.3, 0.5][k]).collect();
+            if free {
+                advance(&joint, &mut start, &u);
+            }
+            let moved = |t: f64| {
+                let mut q = start.clone();
+                let u: Vec<f64> = u.iter().map(|u| (t + t * t) * u).collect();
+                advance(&joint, &mut q, &u);
+                let turn = (t - 3.0 * t * t) * Vector3::new(0.2, 0.5, -0.3);
+                let common = *Rotation3::from_scaled_axis(turn).matrix();
+                for frame in q.chunks_exact_mut(12) {
+                    let (center, triad) = (directors::center(frame), directors::triad(frame));
+                    directors::set_frame(frame, &(common * center), &(common * triad));
+                }
+                q
+            };
+            let e = 1e-3; // differences of fourth order
+            let at = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|k| moved(k * e));
+            let sum = |c: [f64; 5], scale: f64| -> Vec<f64> {
+                let term = |i: usize| c.iter().zip(&at).map(|(c, q)| c * q[i]).sum::<f64>();
+                (0..24).map(|i| term(i) / scale).collect()
+            };
+            let v = sum([1.0, -8.0, 0.0, 8.0, -1.0], 12.0 * e);
+            let a = sum([-1.0, 16.0, -30.0, 16.0, -1.0], 12.0 * e * e);
+            let found = joint_accelerations(&joint, &start, &v, &a);
+            for (k, u) in u.iter().enumerate() {
+                // a rotation vector from zero on has the rate u (1 + 2t) along fixed axes, too
+                let error = (found[k] - 2.0 * u).abs();
+                println!("{kind:?}, freedom {k}: off by {error:.1e}");
+                assert!(error < 1e-6, "{kind:?}, freedom {k}: {} against {}", found[k], 2.0 * u);
             }
         }
     }

@@ -1,0 +1,91 @@
+//! Powers: what springs, dampers, motors, loads and prescribed motions put into the system in a second.
+//!
+//! ```text
+//! along a joint        τ θ̇                      τ: the effort on the child
+//! spring of two points −(dV/dl + c dl/dt) dl/dt
+//! load                 f·ẋ + τ·ω                of all bodies and nodes that it acts on
+//! prescribed motion    −λ_n θ̇                   from g = θ − θ_ref(t)
+//! ```
+//! Rates are those of `v̂`, values those of the node, so the trapezoidal sum over all nodes is the work that the steps have done, to
+//! second order in the step.
+
+use super::Builder;
+use super::effort::Effort;
+use super::view::View;
+use holonom_model::Constraint;
+use vi_multibody::joint::Joint;
+use vi_multibody::joint_motion::joint_rates;
+use vi_multibody::reaction::NodeReactions;
+use vi_rigid::Load;
+
+/// What a sensor of a power reads.
+#[derive(Clone, Debug)]
+pub(super) enum Power {
+    /// Of the elements of a joint, or of a spring between points.
+    Effort(Effort),
+    /// Of a load, in all places where it acts.
+    Loads(Vec<Load>),
+    /// Of a prescribed motion: its row, the joint and the degree of freedom.
+    Motion(usize, Box<Joint>, usize),
+}
+
+impl Power {
+    /// That of a joint, spring, load or motion of the model; `None` when there is none of this name.
+    pub(super) fn of(name: &str, from: &Builder<'_>) -> Option<Self> {
+        let model = from.names.model;
+        if model.loads.iter().any(|load| load.name == name) {
+            let loads = from.dynamics.loads_of.iter().zip(&from.dynamics.forces.loads);
+            let own = loads.filter(|(of, _)| *of == name).map(|(_, load)| load.clone());
+            return Some(Self::Loads(own.collect()));
+        }
+        let effort = Effort::of(name, from)?;
+        let motion = model.constraints.iter().find(|c| c.name() == name);
+        match (effort, motion) {
+            (Effort::Row(row, _), Some(Constraint::Motion { joint, freedom, .. })) => {
+                let joint = from.mechanism.description().joints[from.joint(joint)?].clone();
+                Some(Self::Motion(row, Box::new(joint), *freedom))
+            }
+            (effort, _) => Some(Self::Effort(effort)),
+        }
+    }
+
+    /// Whether a constraint force is needed.
+    pub(super) fn needs_force(&self) -> bool {
+        matches!(self, Self::Motion(..))
+    }
+
+    /// What follows joint coordinates.
+    pub(super) fn effort(&self) -> Option<&Effort> {
+        match self {
+            Self::Effort(effort) => Some(effort),
+            _ => None,
+        }
+    }
+
+    /// The same, to go on.
+    pub(super) fn effort_mut(&mut self) -> Option<&mut Effort> {
+        match self {
+            Self::Effort(effort) => Some(effort),
+            _ => None,
+        }
+    }
+
+    pub(super) fn read(
+        &self,
+        at: &View<'_>,
+        reactions: Option<&NodeReactions<'_>>,
+        out: &mut Vec<f64>,
+    ) {
+        match self {
+            Self::Effort(effort) => effort.powers(at, out),
+            Self::Loads(loads) => {
+                out.push(loads.iter().map(|load| load.power(at.t, at.q, at.v)).sum());
+            }
+            Self::Motion(row, joint, freedom) => {
+                let Some(tension) = reactions.map(|all| all.scalar_row(*row)) else { return };
+                let rate = joint_rates(joint, at.q, at.v)[*freedom];
+                out.push(if tension.unique { tension.force * rate } else { f64::NAN });
+            }
+        }
+    }
+}
