@@ -21,6 +21,8 @@ mod includes;
 mod interrupted;
 mod interruption;
 mod invalid_models;
+mod layout;
+mod looks;
 mod meshes;
 mod program;
 mod run_files;

@@ -129,7 +129,7 @@ fn accelerations_have_the_order_of_the_scheme_at_every_node() {
     for (name, replaced, order) in cases {
         let steps = if order > 2.0 { [0.1, 0.05] } else { [0.02, 0.01] };
         let errors = steps.map(|h| pendulum_errors(h, replaced));
-        println!("{name}: {:.1e?}", errors[1]);
+        println!("{name}: {:?}", errors[1]);
         for i in 0..9 {
             let pair = [errors[0][i], errors[1][i]];
             if i < 3 {
@@ -137,7 +137,7 @@ fn accelerations_have_the_order_of_the_scheme_at_every_node() {
                 continue;
             }
             let found = orders(&format!("{name} {i}"), &steps, &pair);
-            assert!(pair[1] < 0.02, "{name}: {}", pair[1]);
+            assert!(pair[1] < 0.05, "{name}: {}", pair[1]); // of 30 m/s²
             // a single node may be better than its order by chance
             if i < 6 {
                 assert_order(&found, order, 0.4);
@@ -233,7 +233,10 @@ fn rates_of_sensors_are_the_differences_of_those_that_they_are_rates_of() {
             });
             let size = runs[1].column(rate).iter().fold(0.0_f64, |s, r| s.max(r.abs()));
             assert!(size > 0.05, "{rate} hardly moves: {size}");
-            assert_order(&orders(rate, &steps, &errors), 2.0, 0.3);
+            let found = orders(rate, &steps, &errors);
+            if errors[1] > 1e-10 {
+                assert_order(&found, 2.0, 0.3);
+            }
             assert!(errors[1] < 1e-3 * (1.0 + size), "{rate}: {} of {size}", errors[1]);
         }
         let run = &runs[1];
@@ -326,7 +329,7 @@ fn the_integral_of_a_power_is_the_work_of_the_steps() {
                 (sum - work).abs()
             });
             let work = both(&runs[1])[1];
-            println!("{replaced:?} {name}: {work:.4} J, integral off by {errors:.1e?}");
+            println!("{replaced:?} {name}: {work:.4} J, integral off by {errors:?}");
             assert!(errors[1] < 1e-3 * work.abs(), "{name}: {} of {work} J", errors[1]);
             if errors[0] > 1e-9 {
                 assert!(errors[0] / errors[1] > 3.0, "{name}: {errors:?}");
@@ -379,7 +382,8 @@ sensor = [{ name = "a", type = "acceleration", of = "stone" }]
 #[test]
 fn what_a_sensor_cannot_measure_is_said() {
     let of = |sensor: &str| {
-        let text = format!("{DRIVEN}\n[[sensor]]\nname = \"more\"\n{sensor}\n");
+        let more = format!("sensor = [{{ name = \"more\", {} }},", sensor.replace('\n', ", "));
+        let text = DRIVEN.replace("sensor = [", &more);
         holonom::Model::from_toml(&text).map(|_| ()).unwrap_err().to_string()
     };
     let cases = [

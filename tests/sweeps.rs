@@ -81,6 +81,9 @@ fn the_table_does_not_depend_on_threads_shards_and_interruptions() {
     assert_eq!(table(&folder, "one"), whole, "continued");
     let page = fs::read_to_string(folder.join("one/sweep.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("angle.last, by simulation.step"));
+    assert!(page.contains("angle.last (rad)"), "units");
+    assert!(page.contains("<a href=\"00000/summary.json\">0</a>"), "a link to each run");
+    assert!(!page.contains("0000000001"), "no digits of rounding");
     assert!(!folder.join("one/00000/report.html").exists());
 }
 

@@ -53,6 +53,7 @@ mod relative_frames;
 mod report;
 mod restart;
 mod rotating_models;
+mod rough_linkages;
 mod scalar_constraints;
 mod sensors;
 mod shadow_energy;

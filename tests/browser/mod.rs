@@ -55,6 +55,17 @@ pub(crate) struct Shown {
 }
 
 pub(crate) fn show(browser: &str, page: &Path, fragment: &str, size: [u32; 2]) -> Shown {
+    show_with(browser, page, fragment, size, &[])
+}
+
+/// The same with more options of the browser.
+pub(crate) fn show_with(
+    browser: &str,
+    page: &Path,
+    fragment: &str,
+    size: [u32; 2],
+    flags: &[&str],
+) -> Shown {
     let folder = page.parent().unwrap();
     let picture = folder.join("page.png");
     let mut command = Command::new(browser);
@@ -72,6 +83,7 @@ pub(crate) fn show(browser: &str, page: &Path, fragment: &str, size: [u32; 2]) -
         "--virtual-time-budget=3000",
         "--dump-dom",
     ]);
+    command.args(flags);
     command.arg(format!("--screenshot={}", picture.display()));
     command.arg(format!("--user-data-dir={}", folder.join("browser").display()));
     command.arg(format!("--window-size={},{}", size[0], size[1]));

@@ -1,6 +1,6 @@
 //! What a run looks like: surfaces that move with its members, as the scene of its page shows them.
 
-use holonom_model::{JointKind, Model, ShapeKind};
+use holonom_model::{Constraint, JointKind, Model, ShapeKind};
 use holonom_report::scene::parts::{Beam, Body, End, Joint, Line, Parts};
 use holonom_report::scene::{PALETTE, up};
 use holonom_sim::output::Frames;
@@ -26,6 +26,8 @@ pub(crate) struct Solid {
     /// Among all members.
     pub(crate) member: usize,
     pub(crate) color: Color,
+    /// In `[0, 1]`.
+    pub(crate) opacity: f64,
     /// Along the directors from the centre.
     pub(crate) mesh: Mesh,
     /// Where the points of its parts end; the mesh is one part where there are none.
@@ -70,7 +72,7 @@ impl NamedBeam {
     }
 }
 
-/// A bar or a spring with its name.
+/// A bar, a distance or a spring with its name.
 #[derive(Clone, Debug)]
 pub(crate) struct NamedLine {
     pub(crate) name: String,
@@ -88,6 +90,8 @@ pub(crate) struct Look {
     pub(crate) beams: Vec<NamedBeam>,
     pub(crate) joints: Vec<NamedJoint>,
     pub(crate) lines: Vec<NamedLine>,
+    /// Points of the ground where lines end.
+    pub(crate) feet: Vec<[f64; 3]>,
     /// Size of symbols, m.
     pub(crate) symbol: f64,
 }
@@ -96,20 +100,23 @@ impl Look {
     /// From the model and some frames of its run, the first one included. `None` where the frames are of another model.
     pub(crate) fn new(model: &Model, frames: &Frames) -> Option<Self> {
         let parts = Parts::new(model, frames)?;
-        let (bodies, joints) = (parts.bodies(), parts.joints());
-        let (bars, springs) = (parts.bars(), parts.springs());
-        let held = joints.iter().flat_map(|j| [&j.parent, &j.child]);
-        let held = held.chain(bars.iter().chain(&springs).flat_map(|l| [&l.from, &l.to]));
-        let fixed: Vec<[f64; 3]> = held.filter_map(End::on_ground).collect();
+        let bodies = parts.bodies();
+        let joints = parts.joints(&bodies);
+        let (bars, distances, springs) = (parts.bars(), parts.distances(), parts.springs());
+        let lines = bars.iter().chain(&distances).chain(&springs);
+        let ends = lines.flat_map(|line| [&line.from, &line.to]);
+        let feet: Vec<[f64; 3]> = ends.filter_map(End::on_ground).collect();
+        let held = joints.iter().flat_map(|j| [&j.parent, &j.child]).filter_map(End::on_ground);
+        let fixed: Vec<[f64; 3]> = held.chain(feet.iter().copied()).collect();
         let symbol = SYMBOL * size(frames, &bodies, &fixed);
         let mut solids: Vec<Solid> =
             bodies.iter().enumerate().map(|(k, body)| solid(body, color(k), symbol)).collect();
         for (solid, (shown, stated)) in solids.iter_mut().zip(bodies.iter().zip(&model.bodies)) {
             let surfaces = model.surfaces(stated);
-            if !surfaces.is_empty() {
+            if !surfaces.is_empty() || !shown.visible {
                 solid.mesh = Mesh::default();
             }
-            for surface in surfaces {
+            for surface in surfaces.into_iter().filter(|_| shown.visible) {
                 solid.mesh.append(Mesh::of_surface(&surface).turned(&axes(shown)));
                 solid.ends.push(solid.mesh.points.len());
             }
@@ -119,6 +126,7 @@ impl Look {
                 name: frames.members[member].name.clone(),
                 member,
                 color: color(bodies.len() + k),
+                opacity: 1.0,
                 mesh: ball(1.6 * symbol),
                 ends: Vec::new(),
             });
@@ -135,12 +143,19 @@ impl Look {
             spring,
         };
         let bars = model.bars.iter().zip(bars).map(|(bar, l)| (&bar.name, l, false));
+        let is_distance = |c: &&Constraint| matches!(c, Constraint::Distance { .. });
+        let names = model.constraints.iter().filter(is_distance).map(Constraint::name);
+        let distances: Vec<NamedLine> = names
+            .zip(distances)
+            .map(|(name, line)| NamedLine { name: name.to_owned(), line, spring: false })
+            .collect();
         let springs = model.springs.iter().zip(springs).map(|(spring, l)| (&spring.name, l, true));
         let joints = model.joints.iter().zip(joints);
         Some(Self {
             up: up(model),
             beams: beams.map(beam).collect(),
-            lines: bars.chain(springs).map(line).collect(),
+            lines: bars.map(line).chain(distances).chain(springs.map(line)).collect(),
+            feet,
             joints: joints.map(|(j, joint)| NamedJoint { name: j.name.clone(), joint }).collect(),
             solids,
             symbol,
@@ -186,6 +201,7 @@ fn axes(body: &Body) -> Matrix3<f64> {
 
 /// The shape of a body but for meshes; without one its links to joints, or the ellipsoid of its inertia.
 fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
+    let symbol = symbol.min(body.limit);
     let own = axes(body);
     let at = |k: usize| body.dimensions.get(k).copied().unwrap_or_default();
     let scaled = |x, y, z| own * Matrix3::from_diagonal(&Vector3::new(x, y, z));
@@ -211,8 +227,16 @@ fn solid(body: &Body, color: Color, symbol: f64) -> Solid {
             mesh.append(link);
         }
     }
-    let color = if body.fixed { FIXED } else { color };
-    Solid { name: body.name.clone(), member: body.member, color, mesh, ends: Vec::new() }
+    let color = body.color.unwrap_or(if body.fixed { FIXED } else { color });
+    let (name, opacity) = (body.name.clone(), body.opacity);
+    Solid { name, member: body.member, color, opacity, mesh, ends: Vec::new() }
+}
+
+/// What marks a point of the ground.
+pub(crate) fn foot(up: &[f64; 3], s: f64) -> Mesh {
+    let axes = along(&Vector3::from(*up)).unwrap_or_else(Matrix3::identity);
+    let axes = axes * Matrix3::from_diagonal(&Vector3::new(3.0 * s, 3.0 * s, 0.9 * s));
+    Mesh::cuboid().placed(&axes, &Vector3::zeros()).unwrap_or_default()
 }
 
 /// The symbol of a joint in the axes of space about its point, with the directions of its axes in space.
@@ -244,7 +268,7 @@ pub(crate) fn symbol(kind: JointKind, [axis, axis2]: [Vector3<f64>; 2], s: f64) 
 /// Half the diagonal of the box of the motion, m; of an instant where the system is free and travels far.
 fn size(frames: &Frames, bodies: &[Body], fixed: &[[f64; 3]]) -> f64 {
     let mut reach = vec![0.0; frames.members.len()];
-    for body in bodies {
+    for body in bodies.iter().filter(|body| body.visible) {
         reach[body.member] = body.reach;
     }
     let (mut whole, mut momentary) = (Extent::default(), 0.0_f64);

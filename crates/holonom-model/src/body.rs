@@ -59,6 +59,52 @@ pub struct Body {
     /// nothing.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub picture: Vec<Shape>,
+    /// Its colour in pictures, `"#rrggbb"` or one of the sixteen names of HTML and `"orange"`; one of a palette by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub color: Option<String>,
+    /// How much it covers in pictures, from 0, nothing, to 1, all that lies behind; 1 by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub opacity: Option<f64>,
+    /// Whether it is drawn in pictures; `true` by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub visible: Option<bool>,
+}
+
+/// Names of colours.
+const COLORS: [(&str, [u8; 3]); 17] = [
+    ("black", [0, 0, 0]),
+    ("silver", [192, 192, 192]),
+    ("gray", [128, 128, 128]),
+    ("white", [255, 255, 255]),
+    ("maroon", [128, 0, 0]),
+    ("red", [255, 0, 0]),
+    ("purple", [128, 0, 128]),
+    ("fuchsia", [255, 0, 255]),
+    ("green", [0, 128, 0]),
+    ("lime", [0, 255, 0]),
+    ("olive", [128, 128, 0]),
+    ("yellow", [255, 255, 0]),
+    ("navy", [0, 0, 128]),
+    ("blue", [0, 0, 255]),
+    ("teal", [0, 128, 128]),
+    ("aqua", [0, 255, 255]),
+    ("orange", [255, 165, 0]),
+];
+
+/// Red, green, blue (sRGB) of a name or of six hexadecimal digits; `None` where it is neither.
+pub(super) fn rgb(color: &str) -> Option<[u8; 3]> {
+    let named = COLORS.iter().find(|(name, _)| *name == color).map(|(_, rgb)| *rgb);
+    let digits = color.strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii());
+    let part = |digits: &str, k: usize| u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).ok();
+    named.or_else(|| {
+        let digits = digits?;
+        Some([part(digits, 0)?, part(digits, 1)?, part(digits, 2)?])
+    })
+}
+
+/// The names of colours in a list.
+pub(super) fn color_names() -> impl Iterator<Item = &'static str> {
+    COLORS.iter().map(|(name, _)| *name)
 }
 
 impl Body {
@@ -107,6 +153,18 @@ impl Body {
     /// The same, to change them.
     pub(super) fn shapes_mut(&mut self) -> impl Iterator<Item = &mut Shape> {
         self.shape.iter_mut().chain(&mut self.picture)
+    }
+
+    /// Its colour in pictures, red, green, blue (sRGB), where one is stated.
+    #[must_use]
+    pub fn rgb(&self) -> Option<[u8; 3]> {
+        rgb(self.color.as_deref()?)
+    }
+
+    /// Whether it is drawn in pictures.
+    #[must_use]
+    pub fn is_visible(&self) -> bool {
+        self.visible.unwrap_or(true)
     }
 
     /// How the orientation is stated.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use super::body::{color_names, rgb};
 use super::orientation::quaternion_fault;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
 use super::settings::Strain;
@@ -242,6 +243,7 @@ impl<'a> Checker<'a> {
         if let Some(problem) = body.orientation().fault() {
             self.add(problem.below(key));
         }
+        self.look(key, body);
         if body.angular_velocity.is_some() && body.body_angular_velocity.is_some() {
             let message = "the angular velocity is stated twice".to_owned();
             let help = "keep angular_velocity (in space) or body_angular_velocity (in the body)";
@@ -252,6 +254,22 @@ impl<'a> Checker<'a> {
         if body.fixed && moves {
             let help = "remove its velocities, or `fixed = true`";
             self.report(format!("{key}.fixed"), "a fixed body has a velocity".into(), help);
+        }
+    }
+
+    /// How a body is drawn.
+    fn look(&mut self, key: &str, body: &Body) {
+        if let Some(color) = body.color.as_deref().filter(|color| rgb(color).is_none()) {
+            let message = format!("`{color}` is no colour");
+            let help = match nearest(&color.to_lowercase(), color_names()) {
+                Some(best) => format!("did you mean `{best}`? Others are \"#rrggbb\", two hexadecimal digits each"),
+                None => "write \"#rrggbb\", two hexadecimal digits each for red, green and blue, or a name such as \"red\"".to_owned(),
+            };
+            self.report(format!("{key}.color"), message, help);
+        }
+        if let Some(opacity) = body.opacity.filter(|opacity| !(0.0..=1.0).contains(opacity)) {
+            let message = format!("the opacity {opacity} is not between 0 and 1");
+            self.report(format!("{key}.opacity"), message, "write 0.3 to see what is behind it");
         }
     }
 

@@ -1,10 +1,8 @@
 //! The page of a model that was checked: its initial configuration in 3-D, and what the assembly found.
 
-use std::fmt::Write;
-
 use holonom_model::{Model, ModelError};
 
-use super::page::{escape, foot, head, heading, push_list, push_model};
+use super::page::{foot, head, heading, push_list, push_model, push_warnings};
 use super::scene::Scene;
 
 /// What the assembly of a model found, in words.
@@ -30,9 +28,7 @@ pub fn configuration_page(
     let mut about = vec!["initial configuration".to_owned()];
     about.extend(model.header.description.clone().filter(|words| !words.is_empty()));
     html += &heading(name, &about, command);
-    for warning in &found.warnings {
-        let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(warning));
-    }
+    push_warnings(&mut html, &found.warnings);
     html += &Scene::initial(model)?.map_or_else(String::new, |scene| scene.html());
     push_list(&mut html, found.facts.iter().cloned());
     push_model(&mut html, &model.to_toml());

@@ -82,17 +82,18 @@ pub fn write(folder: &RunFolder) -> Result<Vec<PathBuf>, OutputError> {
     plots.iter_mut().for_each(|plot| plot.chart.resolution = scales.resolution(&plot.chart.y.unit));
     let mut files = Vec::new();
     let mut figures = Vec::new();
-    let mut draw = |title: &str, name: &str, caption: String, svg: Result<String, String>| {
-        let svg = svg.map_err(|reason| OutputError::Plot { name: name.to_owned(), reason })?;
-        files.push(folder.write_picture(&format!("plots/{name}.svg"), &svg)?);
-        figures.push(Figure { title: title.to_owned(), name: name.to_owned(), caption, svg });
+    let mut draw = |name: &str, svg: &str, html: String| {
+        files.push(folder.write_picture(&format!("plots/{name}.svg"), svg)?);
+        figures.push(Figure { name: name.to_owned(), html });
         Ok::<(), OutputError>(())
     };
     if let Some((picture, caption)) = centre_lines(folder, model.as_ref())? {
-        draw(&picture.title, "beams", caption, picture.svg())?;
+        let name = "beams".to_owned();
+        let svg = picture.svg().map_err(|reason| OutputError::Plot { name, reason })?;
+        draw("beams", &svg, page::framed(&page::inline(&svg, &picture.title), &caption))?;
     }
     for plot in &plots {
-        draw(&plot.chart.title, &plot.name, plot.words(), Ok(plot.chart.svg()))?;
+        draw(&plot.name, &plot.chart.svg(), page::figure(&plot.chart, &plot.words()))?;
     }
     folder.keep_pictures(&files)?; // a drawing of fewer nodes may have had others
     let scene = model.as_ref().map(|model| scene_of(folder, model, sensors.map(|s| s.0)));

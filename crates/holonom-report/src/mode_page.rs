@@ -6,7 +6,7 @@ use holonom_model::{Model, ModelError};
 use holonom_sim::modes::{About, Kind, Mode, Report};
 
 use super::facts::{counted, rounded};
-use super::page::{escape, foot, head, heading, push_list, push_model};
+use super::page::{escape, foot, head, heading, push_list, push_model, push_warnings};
 use super::scene::Scene;
 
 /// The page of a report of modes; `command` makes it again.
@@ -22,9 +22,7 @@ pub fn mode_page(model: &Model, report: &Report, command: &str) -> Result<String
         about(report)
     );
     html += &heading(&title, &[about], command);
-    for warning in &report.warnings {
-        let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(warning));
-    }
+    push_warnings(&mut html, &report.warnings);
     html += &Scene::of_modes(model, report)?.map_or_else(String::new, |scene| scene.html());
     push_list(&mut html, facts(report));
     html += "<h2>Modes</h2>\n";

@@ -2,7 +2,10 @@
 
 use std::fmt::Write;
 
-use super::facts::{counts, facts, iterations, rounded, time};
+use super::chart::Chart;
+use super::facts::{counted, counts, facts, iterations, rounded, time};
+use super::style::Style;
+use holonom_sim::is_note;
 use holonom_sim::output::{Status, Summary, Trajectory};
 
 const STYLE: &str = include_str!("page.css");
@@ -10,14 +13,40 @@ const STYLE: &str = include_str!("page.css");
 /// A drawing on the page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Figure {
-    /// What it shows.
-    pub title: String,
     /// File name without extension.
     pub name: String,
-    /// What to look for; may be empty.
-    pub caption: String,
-    /// The drawing.
-    pub svg: String,
+    /// The drawing with its caption, as a part of the page.
+    pub html: String,
+}
+
+/// A part of the page of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Section {
+    Sensors,
+    Motion,
+    Energy,
+    Method,
+}
+
+impl Section {
+    const ALL: [(Self, &str, &str); 4] = [
+        (Self::Sensors, "sensors", "Sensors"),
+        (Self::Motion, "motion", "Motion"),
+        (Self::Energy, "energy", "Energy"),
+        (Self::Method, "method", "Method"),
+    ];
+
+    /// Where a drawing stands; `parts`: whether the parts of the energy are drawn.
+    fn of(name: &str, parts: bool) -> Self {
+        match name {
+            "beams" | "load_path" => Self::Motion,
+            "energies" | "work" | "balance" => Self::Energy,
+            "energy" | "energy_error" if !parts => Self::Energy,
+            _ if name.starts_with("sensor_") => Self::Sensors,
+            _ if name.starts_with("position") => Self::Motion,
+            _ => Self::Method,
+        }
+    }
 }
 
 /// The page of a run, from its summary, its figures, the text of its model and its scene.
@@ -32,10 +61,36 @@ pub fn page(
     let mut html = head(&summary.model);
     html += &heading(&summary.model, &[counts(summary)], "holonom run model.toml");
     push_failure(&mut html, summary);
+    let parts = figures.iter().any(|figure| figure.name == "energies");
+    let of = |section: Section| -> Vec<&Figure> {
+        figures.iter().filter(|figure| Section::of(&figure.name, parts) == section).collect()
+    };
+    let sections: Vec<_> =
+        Section::ALL.into_iter().filter(|(section, ..)| !of(*section).is_empty()).collect();
+    let links = sections.iter().map(|(_, id, name)| (*id, *name));
+    push_contents(&mut html, links.chain([("numbers", "Numbers"), ("model", "Model")]));
     html += scene;
     push_list(&mut html, facts(summary).into_iter().map(|fact| (fact.subject, fact.finding)));
-    push_plots(&mut html, trajectory, figures);
-    html += "<h2>Numbers</h2>\n";
+    for (section, id, name) in sections {
+        let own = of(section);
+        if section == Section::Method {
+            let _ = writeln!(
+                html,
+                "<details id=\"{id}\">\n<summary><h2>{name}</h2>: {}</summary>",
+                counted(own.len() as u64, "chart of the scheme", "charts of the scheme")
+            );
+        } else {
+            let _ = writeln!(html, "<h2 id=\"{id}\">{name}</h2>");
+        }
+        push_figures(&mut html, own);
+        if section == Section::Motion {
+            push_left_out(&mut html, trajectory, figures);
+        }
+        if section == Section::Method {
+            html += "</details>\n";
+        }
+    }
+    html += "<h2 id=\"numbers\">Numbers</h2>\n";
     push_table(&mut html, summary);
     push_model(&mut html, model);
     foot(&mut html, &summary.version);
@@ -68,11 +123,41 @@ pub fn heading(title: &str, about: &[String], command: &str) -> String {
     )
 }
 
+/// Links to the sections of a page.
+fn push_contents<'a>(html: &mut String, links: impl Iterator<Item = (&'a str, &'a str)>) {
+    html.push_str("<nav class=\"contents\" aria-label=\"contents\">");
+    for (id, name) in links {
+        let _ = write!(html, "<a href=\"#{id}\">{name}</a>");
+    }
+    html.push_str("</nav>\n");
+}
+
+/// A chart as a part of a page, for wide and for narrow windows, with what to look for.
+#[must_use]
+pub fn figure(chart: &Chart, caption: &str) -> String {
+    let drawn = |style: &Style, class: &str| {
+        let svg = inline(&chart.drawing(style).svg(), &chart.title);
+        svg.replacen("<svg ", &format!("<svg class=\"{class}\" "), 1)
+    };
+    let both = drawn(&Style::page(), "wide") + &drawn(&Style::phone(), "narrow");
+    framed(&both, caption)
+}
+
+/// A drawing as a part of a page.
+#[must_use]
+pub fn framed(drawing: &str, caption: &str) -> String {
+    let caption = match caption.trim() {
+        "" => String::new(),
+        words => format!("<figcaption>{}</figcaption>\n", escape(words)),
+    };
+    format!("<figure>\n{drawing}{caption}</figure>\n")
+}
+
 /// A list of facts: subject and finding.
 pub fn push_list<'a>(html: &mut String, facts: impl IntoIterator<Item = (&'a str, String)>) {
     html.push_str("<dl class=\"facts\">\n");
     for (subject, finding) in facts {
-        let (subject, finding) = (escape(subject), escape(&finding));
+        let (subject, finding) = (escape(subject), unbroken(&escape(&finding)));
         let _ = writeln!(html, "<div><dt>{subject}</dt><dd>{finding}</dd></div>");
     }
     html.push_str("</dl>\n");
@@ -81,7 +166,8 @@ pub fn push_list<'a>(html: &mut String, facts: impl IntoIterator<Item = (&'a str
 /// The text of a model.
 pub fn push_model(html: &mut String, text: &str) {
     if !text.is_empty() {
-        let _ = write!(html, "<h2>Model</h2>\n<pre><code>{}</code></pre>\n", escape(text));
+        let text = escape(text);
+        let _ = write!(html, "<h2 id=\"model\">Model</h2>\n<pre><code>{text}</code></pre>\n");
     }
 }
 
@@ -125,22 +211,40 @@ fn push_failure(html: &mut String, summary: &Summary) {
     if let Some(note) = note {
         let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(&note));
     }
-    for warning in &summary.warnings {
-        let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(warning));
+    push_warnings(html, &summary.warnings);
+}
+
+/// Warnings; what says only that a wish of the model was granted is a remark.
+pub fn push_warnings(html: &mut String, warnings: &[String]) {
+    for words in warnings {
+        let class = if is_note(words) { "remark" } else { "warning" };
+        let _ = writeln!(html, "<p class=\"{class}\">{}</p>", unbroken(&escape(words)));
     }
 }
 
-fn push_plots(html: &mut String, trajectory: &Trajectory, figures: &[Figure]) {
-    html.push_str("<h2>Plots</h2>\n");
-    let mut positions = 0;
-    for Figure { title, name, caption, svg } in figures {
-        positions += usize::from(name.starts_with("position_"));
-        let _ = writeln!(html, "<figure>\n{}", inline(svg, title));
-        if !caption.is_empty() {
-            let _ = writeln!(html, "<figcaption>{}</figcaption>", escape(caption));
-        }
-        html.push_str("</figure>\n");
-    }
+/// HTML whose numbers with a power of ten stay on one line.
+fn unbroken(html: &str) -> String {
+    let word = |word: &str| {
+        let exponent = word.split_once("e-").or_else(|| word.split_once("e+"));
+        let number = exponent.is_some_and(|(mantissa, power)| {
+            mantissa.ends_with(|c: char| c.is_ascii_digit())
+                && power.starts_with(|c: char| c.is_ascii_digit())
+        });
+        if number { format!("<span class=\"number\">{word}</span>") } else { word.to_owned() }
+    };
+    html.split(' ').map(word).collect::<Vec<_>>().join(" ")
+}
+
+/// Drawings, side by side where there is room.
+fn push_figures(html: &mut String, figures: Vec<&Figure>) {
+    html.push_str("<div class=\"charts\">\n");
+    figures.into_iter().for_each(|figure| html.push_str(&figure.html));
+    html.push_str("</div>\n");
+}
+
+/// What is said of components that are not drawn.
+fn push_left_out(html: &mut String, trajectory: &Trajectory, figures: &[Figure]) {
+    let positions = figures.iter().filter(|figure| figure.name.starts_with("position_")).count();
     let members = trajectory.members().len();
     if members > positions {
         let _ = writeln!(

@@ -3,7 +3,7 @@
 use super::axis::{Axis, Scale, Tick};
 use super::chart::{Chart, Curve, Strokes};
 use super::coincidence;
-use super::drawing::{Anchor, Color, Drawing, Mark, Point, Stroke, Words, width};
+use super::drawing::{Anchor, BOLD, Color, Drawing, Mark, Point, Stroke, Words, shortened, width};
 use super::page::escape;
 use super::style::Style;
 
@@ -31,8 +31,9 @@ impl Chart {
 /// The charts in a style; with one horizontal axis if all have the same.
 pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
     let shared = charts.windows(2).all(|pair| pair[0].x == pair[1].x);
-    let mut drawing = Drawing::new(style.size, style.typeface);
     let mut parts: Vec<Panel> = charts.iter().map(|chart| Panel::new(chart, style)).collect();
+    let below: f64 = parts.iter().map(|part| part.below).sum();
+    let mut drawing = Drawing::new((style.size.0, style.size.1 + below), style.typeface);
     if shared {
         let all =
             || charts.iter().flat_map(|c| &c.curves).flat_map(|c| c.points.iter().map(|p| p.0));
@@ -50,7 +51,7 @@ pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
         let area =
             Area { left: 0.0, right, top: top + part.head, bottom: top + part.head + height };
         part.set(area);
-        top = part.area.bottom + foot(k);
+        top = part.area.bottom + foot(k) + part.below;
     }
     let left = parts.iter().map(Panel::left).fold(style.left, f64::max);
     for (k, part) in parts.iter_mut().enumerate() {
@@ -74,12 +75,18 @@ impl Style {
         self.tick_length() + 1.45 * self.tick + 1.6 * self.label
     }
 
+    /// Left of a title.
+    fn margin(&self) -> f64 {
+        0.82 * self.title
+    }
+
     fn tick_length(&self) -> f64 {
         0.36 * self.tick
     }
 
     fn words(&self, at: Point, text: String, size: f64, anchor: Anchor) -> Words {
-        Words { at, text, size, color: self.ink, anchor, bold: false, upward: false }
+        let (color, bold, upward, exact) = (self.ink, false, false, false);
+        Words { at, text, size, color, anchor, bold, upward, exact }
     }
 }
 
@@ -102,7 +109,10 @@ struct Panel<'a> {
     legend: Vec<Vec<(usize, String)>>,
     /// Whether the legend stands beside the title.
     beside: bool,
+    title: String,
     head: f64,
+    /// Room for a legend below the chart.
+    below: f64,
     area: Area,
     /// How many others each curve lies on.
     covered: Vec<usize>,
@@ -116,19 +126,35 @@ impl<'a> Panel<'a> {
         let y = Scale::up(&chart.y, points().map(|p| p.1), chart.resolution);
         let names = chart.legend().into_iter().enumerate().filter(|(_, name)| !name.is_empty());
         let names: Vec<(usize, String)> = names.collect();
-        let legend = Legend { style, names: &names };
         let titled = style.titled && !chart.title.is_empty();
-        let title =
-            if titled { width(&chart.title, 1.08 * style.title, style.typeface) } else { 0.0 };
-        let beside = titled && legend.width(&names) + title + 3.0 * style.title <= style.size.0;
-        let rows =
-            legend.rows(if beside { f64::INFINITY } else { style.size.0 - style.left.max(30.0) });
+        let across = style.size.0 - 2.0 * style.margin(); // for a title, and for a row of the legend
+        let title = match titled {
+            true => shortened(&chart.title, BOLD * style.title, style.typeface, across),
+            false => String::new(),
+        };
+        let all = Legend { style, names: &names }.width(&names);
+        let taken = width(&title, BOLD * style.title, style.typeface) + 3.0 * style.title;
+        let beside = titled && !style.legend_below && all + taken <= style.size.0;
+        let room = match (beside, titled) {
+            (true, _) => f64::INFINITY,
+            (false, true) => across,
+            (false, false) => style.size.0 - style.left.max(30.0),
+        };
+        let names: Vec<(usize, String)> =
+            names.into_iter().map(|(k, name)| (k, Legend::fitting(style, &name, room))).collect();
+        let rows = Legend { style, names: &names }.rows(room);
         let row = 1.35 * style.tick;
+        let height = row * rows.len() as f64;
+        let below = match style.legend_below && height > 0.0 {
+            true => height + 0.4 * style.tick,
+            false => 0.0,
+        };
         let head = if titled { 2.1 * style.title } else { 0.0 };
-        let head = if beside { head } else { head + row * rows.len() as f64 };
+        let head = if beside || style.legend_below { head } else { head + height };
         let head = head + if titled { 0.35 * style.title } else { 0.6 * style.tick };
         let (area, covered) = (Area::default(), Vec::new());
-        Self { chart, style, curves, x, y, legend: rows, beside, head, area, covered }
+        let legend = rows;
+        Self { chart, style, curves, x, y, legend, beside, title, head, below, area, covered }
     }
 
     fn set(&mut self, area: Area) {
@@ -291,16 +317,23 @@ impl<'a> Panel<'a> {
         let style = self.style;
         let begin = self.area.top - self.head;
         let mut y = begin + 0.7 * style.tick;
-        if style.titled && !self.chart.title.is_empty() {
-            let at = [0.82 * style.title, begin + 1.05 * style.title];
-            let words = style.words(at, self.chart.title.clone(), style.title, Anchor::Start);
-            drawing.push(Mark::Words(Words { bold: true, ..words }));
+        let titled = !self.title.is_empty();
+        if titled {
+            let at = [style.margin(), begin + 1.05 * style.title];
+            let words = style.words(at, self.title.clone(), style.title, Anchor::Start);
+            drawing.push(Mark::Words(Words { bold: true, exact: true, ..words }));
             y = if self.beside { at[1] } else { begin + 2.1 * style.title + 0.6 * style.tick };
+        }
+        if style.legend_below {
+            y = self.area.bottom + style.foot() + 0.8 * style.tick;
         }
         for row in &self.legend {
             let legend = Legend { style, names: row };
-            let mut x =
-                if self.beside { self.area.right - legend.width(row) } else { self.area.left };
+            let mut x = match (self.beside, titled) {
+                (true, _) => self.area.right - legend.width(row),
+                (false, true) => style.margin(),
+                (false, false) => self.area.left,
+            };
             for (i, name) in row {
                 let (color, dashes) = style.curve(*i); // solid, also where it lies on others
                 let line = vec![[x, y], [x + legend.sample(), y]];
@@ -308,7 +341,7 @@ impl<'a> Panel<'a> {
                 drawing.push(Mark::Line(line, Stroke { color, width, dashes }));
                 let at = [x + legend.sample() + legend.gap(), y];
                 let words = style.words(at, name.clone(), style.tick, Anchor::Start);
-                drawing.push(Mark::Words(words));
+                drawing.push(Mark::Words(Words { exact: style.titled, ..words }));
                 x += legend.entry(name);
             }
             y += 1.35 * style.tick;
@@ -364,6 +397,13 @@ struct Legend<'a> {
 }
 
 impl Legend<'_> {
+    /// A name that fits a row.
+    fn fitting(style: &Style, name: &str, room: f64) -> String {
+        let own = Legend { style, names: &[] };
+        let room = room - own.sample() - own.gap();
+        shortened(name, style.tick, style.typeface, room)
+    }
+
     /// Length of a sample.
     fn sample(&self) -> f64 {
         if self.style.patterns { 2.6 * self.style.tick } else { 1.6 * self.style.tick }

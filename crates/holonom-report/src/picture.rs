@@ -124,7 +124,8 @@ fn words(
     (anchor, bold): (Anchor, bool),
 ) -> Mark {
     let text = text.to_owned();
-    Mark::Words(drawing::Words { at, text, size, color, anchor, bold, upward: false })
+    let (upward, exact) = (false, false);
+    Mark::Words(drawing::Words { at, text, size, color, anchor, bold, upward, exact })
 }
 
 /// The head of an arrow, `None` for one that is shorter than that.

@@ -56,6 +56,8 @@ pub struct Style {
     pub(crate) left: f64,
     /// Distance of ticks, at least: across, up.
     pub(crate) ticks: [f64; 2],
+    /// Whether the legend stands below the chart, which is then as much higher.
+    pub(crate) legend_below: bool,
 }
 
 impl Style {
@@ -76,6 +78,30 @@ impl Style {
             mark: 4.0,
             left: 78.0,
             ticks: [85.0, 36.0],
+            legend_below: false,
+        }
+    }
+
+    /// As on a page, where two charts stand beside one another.
+    #[must_use]
+    pub fn page() -> Self {
+        Self { size: (760.0, 310.0), left: 70.0, ..Self::report() }
+    }
+
+    /// As on a page that is read on a phone.
+    #[must_use]
+    pub fn phone() -> Self {
+        Self {
+            size: (350.0, 240.0),
+            title: 14.0,
+            label: 12.5,
+            tick: 12.0,
+            widths: [1.5, 1.1, 1.0],
+            mark: 3.0,
+            left: 52.0,
+            ticks: [64.0, 34.0],
+            legend_below: true,
+            ..Self::report()
         }
     }
 
@@ -96,6 +122,7 @@ impl Style {
             mark: 1.3 * PT,
             left: 0.0,
             ticks: [38.0, 22.0],
+            legend_below: false,
         }
     }
 

@@ -114,6 +114,15 @@ impl AssemblyReport {
     }
 }
 
+/// What the words of a granted wish begin with.
+const GRANTED: [&str; 2] = ["the initial configuration was ", "the initial velocities were "];
+
+/// Whether a warning of a run says only what a key of its model has asked for: that the start was projected or relaxed.
+#[must_use]
+pub fn is_note(warning: &str) -> bool {
+    GRANTED.iter().any(|words| warning.starts_with(words))
+}
+
 /// Whether unresolved vibrations of beams are dissipated by the scheme.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -39,6 +39,7 @@ mod names;
 mod outcome;
 pub mod output;
 mod rotation_stability;
+mod rough_start;
 mod run_state;
 pub mod sample;
 pub mod sensor;
@@ -48,7 +49,7 @@ pub mod statics;
 pub mod system;
 mod unstable_steps;
 
-pub use assembly::Counts;
+pub use assembly::{Counts, is_note};
 pub use beams::{BeamParts, Beams};
 pub use limits::Stiffness;
 pub use run_state::RunState;

@@ -13,6 +13,7 @@
 use crate::assembly;
 use crate::digits::rounded;
 use crate::outcome::RunFailure;
+use crate::rough_start;
 use crate::statics::{InOwnRotation, Statics};
 use crate::system::{self, System};
 use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem};
@@ -51,7 +52,7 @@ impl Start {
         if model.settings.start == holonom_model::Start::Relaxed {
             return relaxed(model);
         }
-        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+        let (q, v) = (drawn(model, mechanism), mechanism.initial_velocity());
         let tolerance = model.settings.start_tolerance;
         let missed = assembly::velocity_inconsistencies(mechanism, (&q, &v), tolerance);
         if missed.is_empty() {
@@ -66,6 +67,13 @@ impl Start {
         }
         Ok(Self { q, v, how: How::Stated })
     }
+}
+
+/// The configuration that the model states, brought together where it is drawn roughly and may be projected.
+fn drawn(model: &Model, mechanism: &Mechanism) -> Vec<f64> {
+    let q = mechanism.initial_configuration();
+    let together = || rough_start::placed(mechanism, model.bodies.len(), &q);
+    model.settings.project_start.then(together).flatten().unwrap_or(q)
 }
 
 /// The equilibrium under the loads at `t = 0`, at rest or in the steady rotation of the initial velocities.
@@ -111,7 +119,7 @@ fn with_stated_rates(model: &Model) -> Result<(Vec<f64>, Vec<f64>), ModelError> 
     }
     let System { mechanism, dynamics, .. } = system::build(&driven)?;
     let system = dynamics.variational(&mechanism);
-    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+    let (q, v) = (drawn(model, &mechanism), mechanism.initial_velocity());
     let refused = |error: &SetupError| assembly::refusal(error, model);
     let loops = Loops::find(&mechanism, 0.0, &q).map_err(|error| refused(&error))?;
     let rows = loops.rows_at_start.unwrap_or(loops.rows);

@@ -7,7 +7,7 @@ use super::buffer::Buffer;
 use super::motion::{Motion, quaternion, rests, single};
 use super::skin;
 use crate::coil::coil;
-use crate::look::{Color, INK, Look, NamedJoint, NamedLine, point, symbol};
+use crate::look::{Color, INK, Look, NamedJoint, NamedLine, foot, point, symbol};
 use crate::mesh::{Mesh, along, stick};
 use crate::run::Run;
 use crate::tube::Pose;
@@ -19,7 +19,7 @@ pub(super) struct Writer {
     buffer: Buffer,
     nodes: Vec<Value>,
     meshes: Vec<Value>,
-    materials: Vec<(Color, Value)>,
+    materials: Vec<((Color, f64), Value)>,
     skins: Vec<Value>,
     channels: Vec<Value>,
     samplers: Vec<Value>,
@@ -63,7 +63,8 @@ impl Writer {
         let mut held = vec![0; run.members.len()]; // the node of each member
         for solid in &look.solids {
             held[solid.member] = self.member(&solid.name, solid.member, poses);
-            self.show(held[solid.member], &solid.name, &solid.mesh, solid.color);
+            let look = (solid.color, solid.opacity);
+            self.show(held[solid.member], &solid.name, &solid.mesh, look);
         }
         for beam in &look.beams {
             for leg in beam.legs() {
@@ -73,7 +74,7 @@ impl Writer {
             }
             for (k, skin) in skin::skins(beam, first).into_iter().enumerate() {
                 let name = if k == 0 { beam.name.clone() } else { format!("{} {k}", beam.name) };
-                self.skin(&name, (&skin, beam.color), &held, first);
+                self.skin(&name, (&skin, (beam.color, 1.0)), &held, first);
             }
         }
         for joint in &look.joints {
@@ -83,11 +84,16 @@ impl Writer {
         for line in &look.lines {
             self.line(line, poses, look.symbol);
         }
+        for place in &look.feet {
+            let place = single(&Vector3::from(*place));
+            let node = self.node(json!({ "name": "ground", "translation": place }), 0);
+            self.show(node, "ground", &foot(&look.up, look.symbol), (INK, 1.0));
+        }
     }
 
     /// The symbol of a joint on the node of its child.
     fn joint(&mut self, named: &NamedJoint, holder: usize, (look, first): (&Look, &[Pose])) {
-        let Joint { kind, parent, child, axis, axis2 } = &named.joint;
+        let Joint { kind, parent, child, axis, axis2, limit } = &named.joint;
         let axes = |member: i64| match usize::try_from(member) {
             Ok(member) => first[member].directors,
             Err(_) => Matrix3::identity(),
@@ -99,7 +105,8 @@ impl Writer {
         let both = [turned(parent.member, axis), turned(child.member, axis2)];
         let place = single(&Vector3::from(child.point));
         let node = self.node(json!({ "name": named.name, "translation": place }), holder);
-        self.show(node, &named.name, &symbol(*kind, both, look.symbol), INK);
+        let mesh = symbol(*kind, both, look.symbol.min(*limit));
+        self.show(node, &named.name, &mesh, (INK, 1.0));
     }
 
     /// A node below another one.
@@ -150,22 +157,29 @@ impl Writer {
         index
     }
 
-    fn material(&mut self, color: Color) -> usize {
-        if let Some(known) = self.materials.iter().position(|(own, _)| *own == color) {
+    /// Of a colour and an opacity.
+    #[allow(clippy::float_cmp)] // a stated number is that number
+    fn material(&mut self, look: (Color, f64)) -> usize {
+        if let Some(known) = self.materials.iter().position(|(own, _)| *own == look) {
             return known;
         }
+        let (color, opacity) = look;
         let [r, g, b] = color.map(linear);
-        let metal = json!({ "baseColorFactor": [r, g, b, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.6 });
+        let metal = json!({ "baseColorFactor": [r, g, b, opacity], "metallicFactor": 0.0, "roughnessFactor": 0.6 });
         // meshes may be open
-        self.materials.push((color, json!({ "pbrMetallicRoughness": metal, "doubleSided": true })));
+        let mut material = json!({ "pbrMetallicRoughness": metal, "doubleSided": true });
+        if opacity < 1.0 {
+            material["alphaMode"] = json!("BLEND");
+        }
+        self.materials.push((look, material));
         self.materials.len() - 1
     }
 
     /// Hangs a surface on a node; one without triangles is left out.
-    fn show(&mut self, node: usize, name: &str, mesh: &Mesh, color: Color) {
+    fn show(&mut self, node: usize, name: &str, mesh: &Mesh, look: (Color, f64)) {
         if !mesh.triangles.is_empty() {
             let attributes = self.attributes(mesh, &Rotation3::identity());
-            self.nodes[node]["mesh"] = json!(self.primitive(name, mesh, attributes, color));
+            self.nodes[node]["mesh"] = json!(self.primitive(name, mesh, attributes, look));
         }
     }
 
@@ -179,9 +193,15 @@ impl Writer {
         })
     }
 
-    fn primitive(&mut self, name: &str, mesh: &Mesh, attributes: Value, color: Color) -> usize {
+    fn primitive(
+        &mut self,
+        name: &str,
+        mesh: &Mesh,
+        attributes: Value,
+        look: (Color, f64),
+    ) -> usize {
         let indices = self.buffer.triangles(&mesh.triangles);
-        let material = self.material(color);
+        let material = self.material(look);
         let primitive =
             json!({ "attributes": attributes, "indices": indices, "material": material });
         self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
@@ -192,7 +212,7 @@ impl Writer {
     fn skin(
         &mut self,
         name: &str,
-        (skin, color): (&skin::Skin, Color),
+        (skin, look): (&skin::Skin, (Color, f64)),
         held: &[usize],
         first: &[Pose],
     ) {
@@ -203,7 +223,7 @@ impl Writer {
         let mut attributes = self.attributes(&surface, &world);
         attributes["JOINTS_0"] = json!(self.buffer.joints(&joints));
         attributes["WEIGHTS_0"] = json!(self.buffer.weights(&weights));
-        let mesh = self.primitive(name, &surface, attributes, color);
+        let mesh = self.primitive(name, &surface, attributes, look);
         let nodes: Vec<usize> = skin.nodes.clone().map(|member| held[member]).collect();
         let binds: Vec<[f32; 16]> =
             first[skin.nodes.clone()].iter().map(|pose| skin::inverse_bind(pose, &world)).collect();
@@ -214,7 +234,7 @@ impl Writer {
         self.nodes.push(json!({ "name": name, "mesh": mesh, "skin": self.skins.len() - 1 }));
     }
 
-    /// A bar or a spring between its ends, which is as long as it is at the first frame and scaled along.
+    /// A bar, a distance or a spring between its ends, which is as long as it is at the first frame and scaled along.
     fn line(&mut self, line: &NamedLine, poses: &[&[Pose]], symbol: f64) {
         let ends = |frame: &[Pose]| [&line.line.from, &line.line.to].map(|end| point(end, frame));
         // of two ends at one point nothing is seen, but the scale stays one that can be inverted
@@ -233,7 +253,7 @@ impl Writer {
             false => stick(&-half, &half, 0.4 * symbol).unwrap_or_default(),
         };
         let node = self.moving(&line.name, motion);
-        self.show(node, &line.name, &mesh, INK);
+        self.show(node, &line.name, &mesh, (INK, 1.0));
     }
 
     /// The document and its binary part.

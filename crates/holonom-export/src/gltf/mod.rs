@@ -3,7 +3,8 @@
 //! ```text
 //! root              turns the axes of the run so that y points upwards, as glTF demands
 //! ├ bodies          translation and rotation from centre and directors; the symbols of joints hang on the child
-//! ├ bars, springs   translation, rotation, length
+//! ├ bars, springs   translation, rotation, length; distances as bars
+//! ├ ground          where these end on the ground
 //! └ nodes of beams  translation and rotation
 //! surfaces of beams are skins over their nodes
 //! ```

@@ -21,6 +21,7 @@ pub(super) enum Stroke {
 pub(super) struct Item {
     pub(super) stroke: Stroke,
     pub(super) color: Color,
+    pub(super) opacity: f64, // in [0, 1]
     source: Vec<End>,
     pub(super) frames: Vec<Vec<Place>>,
     depth: f64, // sum over frames, of their mean depths
@@ -33,7 +34,8 @@ pub(super) fn all(look: &Look) -> Vec<Item> {
     let solids = look.solids.iter().flat_map(|solid| {
         solid.parts().map(move |points| {
             let points = extreme(points).into_iter().map(|point| of(solid.member, point));
-            Item::new(Stroke::Surface, solid.color, points.collect())
+            let item = Item::new(Stroke::Surface, solid.color, points.collect());
+            Item { opacity: solid.opacity, ..item }
         })
     });
     let beams = look.beams.iter().flat_map(|beam: &NamedBeam| {
@@ -51,16 +53,25 @@ pub(super) fn all(look: &Look) -> Vec<Item> {
     // a line of no length with round ends is a dot
     let joints = look.joints.iter().flat_map(|named| {
         let dot = vec![named.joint.child.clone(); 2];
-        let dot = Item::new(Stroke::Line(1.6 * look.symbol), INK, dot);
+        let symbol = look.symbol.min(named.joint.limit);
+        let dot = Item::new(Stroke::Line(1.6 * symbol), INK, dot);
         let axes =
             [(&named.joint.parent, named.joint.axis), (&named.joint.child, named.joint.axis2)];
-        let axes = axes.map(|(end, axis)| Some(pin(end, &axis?, 5.0 * look.symbol)));
+        let axes = axes.map(|(end, axis)| Some(pin(end, &axis?, 5.0 * symbol)));
         let lines = axes.into_iter().flatten();
         std::iter::once(dot)
-            .chain(lines.map(|ends| Item::new(Stroke::Line(0.7 * look.symbol), INK, ends)))
+            .chain(lines.map(move |ends| Item::new(Stroke::Line(0.7 * symbol), INK, ends)))
+    });
+    // a plate on the ground is seen from aside, a line across
+    let feet = look.feet.iter().map(|place| {
+        let up = nalgebra::Vector3::from(look.up);
+        let across = up.cross(&nalgebra::Vector3::new(0.0, -1.0, 0.0));
+        let across = if across.norm() > 1e-3 { across.normalize() } else { nalgebra::Vector3::x() };
+        let at = End { member: -1, point: *place };
+        Item::new(Stroke::Line(0.9 * look.symbol), INK, pin(&at, &across.into(), 1.5 * look.symbol))
     });
     let joints = joints.map(|item| Item { on_top: true, ..item });
-    solids.chain(beams).chain(lines).chain(joints).collect()
+    solids.chain(beams).chain(lines).chain(feet).chain(joints).collect()
 }
 
 /// An axis through a point of a member, `half` of its length to either side, m.
@@ -76,7 +87,8 @@ fn pin(end: &End, axis: &[f64; 3], half: f64) -> Vec<End> {
 
 impl Item {
     fn new(stroke: Stroke, color: Color, source: Vec<End>) -> Self {
-        Self { stroke, color, source, frames: Vec::new(), depth: 0.0, on_top: false }
+        let (frames, depth, on_top, opacity) = (Vec::new(), 0.0, false, 1.0);
+        Self { stroke, color, opacity, source, frames, depth, on_top }
     }
 
     /// Adds a frame.

@@ -90,7 +90,8 @@ fn element(out: &mut String, item: &Item, sheet: &Sheet, length: f64) {
         Stroke::Surface => (
             "polygon",
             format!(
-                "fill=\"{color}\" fill-opacity=\"{OPACITY}\" stroke=\"#404754\" stroke-width=\"8\""
+                "fill=\"{color}\" fill-opacity=\"{}\" stroke=\"#404754\" stroke-width=\"8\"",
+                OPACITY * item.opacity
             ),
         ),
         Stroke::Line(metres) => {

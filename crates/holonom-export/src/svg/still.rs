@@ -38,7 +38,9 @@ fn drawing(items: &[Item], sheet: &Sheet) -> Drawing {
     for item in items {
         let points = item.points().map(|point| sheet.placed(point)).collect();
         match item.stroke {
-            Stroke::Surface => drawing.area(points, item.color, OPACITY, INK),
+            Stroke::Surface => {
+                drawing.area(points, item.color, OPACITY * item.opacity, INK);
+            }
             Stroke::Line(metres) => {
                 drawing.line(points, item.color, (metres * sheet.scale).max(THINNEST));
             }

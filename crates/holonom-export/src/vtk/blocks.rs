@@ -66,7 +66,7 @@ impl Scene<'_> {
     fn bodies(&self) -> PolyData {
         let mut data = PolyData::default();
         let (mut normals, mut velocities) = (Vec::new(), Vec::new());
-        let (mut body, mut colors) = (Vec::new(), Vec::new());
+        let (mut body, mut colors, mut opacities) = (Vec::new(), Vec::new(), Vec::new());
         let known = self.all(|rate| rate.velocity).is_some();
         for (k, solid) in self.run.look.solids.iter().enumerate() {
             let (pose, rate) = (self.pose(solid.member), &self.rates[k]);
@@ -83,6 +83,7 @@ impl Scene<'_> {
             let count = solid.mesh.triangles.len();
             body.extend(std::iter::repeat_n(k as i32, count));
             colors.extend([solid.color].repeat(count).concat());
+            opacities.extend(std::iter::repeat_n(solid.opacity, count));
         }
         data.point_data.push(Array::normals(normals));
         let frames = self.run.look.solids.iter().zip(self.rates);
@@ -94,6 +95,9 @@ impl Scene<'_> {
         }
         data.cell_data.push(Array::scalars("body", Values::Int32(body)));
         data.cell_data.push(Array::colors(colors));
+        if opacities.iter().any(|opacity| *opacity < 1.0) {
+            data.cell_data.push(Array::scalars("opacity", Values::Float64(opacities)));
+        }
         data
     }
 

@@ -8,13 +8,13 @@
 //!
 //! | block | cells | arrays |
 //! |---|---|---|
-//! | `bodies` | triangles | points: `Normals`, `velocity`; cells: `body`, `color` |
+//! | `bodies` | triangles | points: `Normals`, `velocity`; cells: `body`, `color`, where any lets see through `opacity` |
 //! | `centers` | a point for each body and point mass | `name`, `body`, `displacement`, `d1`, `d2`, `d3`, `velocity`, `angular_velocity`, `momentum` |
 //! | `beams` | a line for each interval between nodes | points: `beam`, `node`, `displacement`, `d1`, `d2`, `d3`; cells: `Gamma`, `K`, `N`, `M` |
 //! | `beam_surfaces` | triangles | points: `Normals`; cells: `beam`, `color`, `Gamma`, `K`, `N`, `M` |
 //! | `joints` | a point for each joint | `name`, `axis` |
 //! | `reactions` | a point for each sensor of a reaction along the axes of space, where it is unique | `name`, `force`, `moment` |
-//! | `lines` | a line for each bar and spring | `name`, `spring`, `length` |
+//! | `lines` | a line for each bar, distance and spring | `name`, `spring`, `length` |
 //!
 //! Every block has `TimeValue` (s) and `step` as field data. Numbers are double precision, those of the files of the run
 //! bit for bit.

@@ -52,7 +52,8 @@ impl Font {
     }
 
     pub(super) fn width(&self, text: &str) -> f64 {
-        text.chars().map(|c| self.advance(self.glyph(c).unwrap_or(0))).sum()
+        // a letter that the font lacks is a square in most others
+        text.chars().map(|c| self.glyph(c).map_or(1.0, |glyph| self.advance(glyph))).sum()
     }
 
     /// Draws a glyph in units of [`Font::unit`], `y` upwards.

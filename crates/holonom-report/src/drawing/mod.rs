@@ -76,10 +76,14 @@ pub(crate) struct Words {
     pub(crate) bold: bool,
     /// Read from below.
     pub(crate) upward: bool,
+    /// As wide as it was measured, whatever font a reader has.
+    pub(crate) exact: bool,
 }
 
 /// Half the height of capitals, as a part of the size of the font.
 const HALF_CAPITAL: f64 = 0.36;
+/// Width of bold letters, as a part of that of plain ones.
+pub(crate) const BOLD: f64 = 1.08;
 /// Size and height of exponents, as parts of the size of the font.
 const RAISED: (f64, f64) = (0.65, 0.38);
 
@@ -210,6 +214,22 @@ pub(crate) fn width(text: &str, size: f64, typeface: Typeface) -> f64 {
     runs(text).into_iter().map(of).sum()
 }
 
+/// A text that is not wider than `room`: its middle is left out where it would be.
+pub(crate) fn shortened(text: &str, size: f64, typeface: Typeface, room: f64) -> String {
+    if width(text, size, typeface) <= room {
+        return text.to_owned();
+    }
+    let letters: Vec<char> = text.chars().collect();
+    let with = |kept: usize| -> String {
+        let (head, tail) = (kept.div_ceil(2), kept / 2);
+        let ends =
+            letters[..head].iter().chain(['…'].iter()).chain(&letters[letters.len() - tail..]);
+        ends.collect()
+    };
+    let kept = (1..letters.len()).rev().find(|kept| width(&with(*kept), size, typeface) <= room);
+    with(kept.unwrap_or(1))
+}
+
 /// Parts of a text, each with whether it is an exponent, written with ordinary letters.
 fn runs(text: &str) -> Vec<(String, bool)> {
     const EXPONENTS: &str = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻";
@@ -270,7 +290,8 @@ mod tests {
         drawing.push(Mark::Disc([100.0, 80.0], 8.0, ink));
         let words = |at, anchor, bold, upward| {
             let text = "ω <10⁻³ kg·m²/s>".to_owned();
-            Mark::Words(Words { at, text, size: 12.0, color: ink, anchor, bold, upward })
+            let exact = false;
+            Mark::Words(Words { at, text, size: 12.0, color: ink, anchor, bold, upward, exact })
         };
         drawing.push(words([100.0, 40.0], Anchor::Middle, true, false));
         drawing.push(words([180.0, 50.0], Anchor::Middle, false, true));
@@ -288,13 +309,25 @@ mod tests {
     }
 
     #[test]
+    fn long_words_lose_their_middle() {
+        let long = "Position of a very long name of a body with the number 17";
+        for room in [500.0, 200.0, 80.0] {
+            let found = shortened(long, 14.0, Typeface::Sans, room);
+            assert!(width(&found, 14.0, Typeface::Sans) <= room, "{found}");
+            assert!(found == long || found.contains('…') && found.starts_with("Po"), "{found}");
+        }
+        assert_eq!(shortened("x", 14.0, Typeface::Sans, 50.0), "x");
+    }
+
+    #[test]
     fn letters_without_a_glyph_are_named() {
         let mut drawing = sample();
         assert_eq!(drawing.missing_letters().unwrap(), "");
         let text = "振り子 φ\u{1b} 振".to_owned();
         let color = Color::new([0; 3]);
         let (at, size, anchor) = ([0.0, 0.0], 12.0, Anchor::Start);
-        let words = Words { at, text, size, color, anchor, bold: false, upward: false };
+        let (bold, upward, exact) = (false, false, false);
+        let words = Words { at, text, size, color, anchor, bold, upward, exact };
         drawing.push(Mark::Words(words));
         assert_eq!(drawing.missing_letters().unwrap(), "振り子");
     }

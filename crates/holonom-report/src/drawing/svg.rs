@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Anchor, Color, Drawing, HALF_CAPITAL, Mark, Point, Typeface, Words};
+use super::{Anchor, BOLD, Color, Drawing, HALF_CAPITAL, Mark, Point, Typeface, Words};
 use crate::page::escape;
 
 pub(super) fn write(drawing: &Drawing) -> String {
@@ -18,13 +18,13 @@ pub(super) fn write(drawing: &Drawing) -> String {
          <rect width=\"{width}\" height=\"{height}\" fill=\"#FFFFFF\"/>\n"
     );
     for mark in marks {
-        push(&mut svg, mark);
+        push(&mut svg, mark, *typeface);
     }
     svg += "</svg>\n";
     svg
 }
 
-fn push(svg: &mut String, mark: &Mark) {
+fn push(svg: &mut String, mark: &Mark, typeface: Typeface) {
     let _ = match mark {
         Mark::Line(points, stroke) => {
             let list: Vec<String> = stroke.dashes.iter().map(|d| length(*d)).collect();
@@ -51,11 +51,11 @@ fn push(svg: &mut String, mark: &Mark) {
             length(*radius),
             paint("fill", *color)
         ),
-        Mark::Words(words) => writeln!(svg, "{}", text(words)),
+        Mark::Words(words) => writeln!(svg, "{}", text(words, typeface)),
     };
 }
 
-fn text(words: &Words) -> String {
+fn text(words: &Words, typeface: Typeface) -> String {
     let (x, y) = (length(words.at[0]), length(words.at[1] + HALF_CAPITAL * words.size));
     let anchor = match words.anchor {
         Anchor::Start => "start",
@@ -69,8 +69,16 @@ fn text(words: &Words) -> String {
         }
         false => String::new(),
     };
+    let exact = match words.exact {
+        true => {
+            let bold = if words.bold { BOLD } else { 1.0 };
+            let wide = bold * super::width(&words.text, words.size, typeface);
+            format!(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", length(wide))
+        }
+        false => String::new(),
+    };
     format!(
-        "<text x=\"{x}\" y=\"{y}\" font-size=\"{}\" text-anchor=\"{anchor}\" {}{bold}{upward}>{}</text>",
+        "<text x=\"{x}\" y=\"{y}\" font-size=\"{}\" text-anchor=\"{anchor}\" {}{bold}{upward}{exact}>{}</text>",
         length(words.size),
         paint("fill", words.color),
         escape(&words.text)

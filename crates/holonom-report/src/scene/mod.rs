@@ -45,13 +45,15 @@ pub const PALETTE: [[u8; 3]; 8] = [
     [184, 161, 0],
 ];
 
-/// The viewer: WebGL 2, no library. One function in parts, in the order of their use.
-const VIEWER: [&str; 11] = [
+/// The viewer: WebGL 2, without it a plane canvas; no library. One function in parts, in the order of their use.
+const VIEWER: [&str; 13] = [
     "\"use strict\";\n(() => {\n",
     include_str!("viewer/data.js"),
     include_str!("viewer/numbers.js"),
     include_str!("viewer/motion.js"),
     include_str!("viewer/webgl.js"),
+    include_str!("viewer/flat.js"),
+    include_str!("viewer/meshes.js"),
     include_str!("viewer/parts.js"),
     include_str!("viewer/camera.js"),
     include_str!("viewer/picture.js"),
@@ -100,6 +102,7 @@ pub struct Scene {
     /// Members that are point masses.
     points: Vec<usize>,
     joints: Vec<Joint>,
+    /// Bars and distances.
     bars: Vec<Line>,
     springs: Vec<Line>,
     loads: Vec<Load>,
@@ -168,7 +171,9 @@ impl Scene {
             name: member.name.clone(),
             frame: member.kind == MemberKind::Frame,
         };
-        let (joints, bars, springs) = (parts.joints(), parts.bars(), parts.springs());
+        let mut bodies = parts.bodies();
+        let (joints, springs) = (parts.joints(&bodies), parts.springs());
+        let bars = [parts.bars(), parts.distances()].concat();
         let ends = joints.iter().flat_map(|joint| [&joint.parent, &joint.child]);
         let ends = ends.chain(bars.iter().chain(&springs).flat_map(|line| [&line.from, &line.to]));
         let fixed = ends.filter_map(parts::End::on_ground).collect();
@@ -177,7 +182,6 @@ impl Scene {
             Scheme::Static => Parameter::Load,
             _ => Parameter::Time,
         };
-        let mut bodies = parts.bodies();
         let sensors = sensors.map(|table| Measured::new(&frames.times, table));
         let sensors = sensors.as_ref();
         let Surfaces { list: meshes, note } = Surfaces::new(model, &mut bodies);

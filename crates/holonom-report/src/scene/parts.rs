@@ -2,8 +2,8 @@
 
 use super::{directors, encoded, quaternion};
 use holonom_model::{
-    Bar, Frame, GROUND, History, JointKind, Model, OutlineKind, Scheme, ShapeKind, Spring,
-    StartPoints,
+    Bar, Constraint, Frame, GROUND, History, JointKind, Model, OutlineKind, Scheme, ShapeKind,
+    Spring, StartPoints,
 };
 use holonom_sim::output::Frames;
 use holonom_sim::sample::{Member, MemberKind};
@@ -52,7 +52,18 @@ pub struct Body {
     pub link: bool,
     /// Largest distance of its points from the centre, m.
     pub reach: f64,
+    /// Largest size of a symbol on it, m.
+    pub limit: f64,
+    /// Red, green, blue (sRGB), where the model states it.
+    pub color: Option<[u8; 3]>,
+    /// In `[0, 1]`; 1: it covers what lies behind.
+    pub opacity: f64,
+    /// Whether it is drawn.
+    pub visible: bool,
 }
+
+/// Size of a symbol on a body, as a part of the reach of the body.
+const SYMBOL: f64 = 0.12;
 
 /// A beam as it is shown.
 #[derive(Clone, Debug, Serialize)]
@@ -85,9 +96,11 @@ pub struct Joint {
     pub axis: Option<[f64; 3]>,
     /// Its second axis along the directors of the child.
     pub axis2: Option<[f64; 3]>,
+    /// Largest size of its symbol, m: that of the smaller one of its bodies.
+    pub limit: f64,
 }
 
-/// A bar or a spring.
+/// A bar, a distance or a spring.
 #[derive(Clone, Debug, Serialize)]
 pub struct Line {
     /// Where it begins.
@@ -216,6 +229,10 @@ impl<'a> Parts<'a> {
                 anchors,
                 link,
                 reach,
+                limit: limit(reach),
+                color: body.rgb(),
+                opacity: body.opacity.unwrap_or(1.0),
+                visible: body.is_visible(),
             }
         };
         self.model.bodies.iter().enumerate().map(body).collect()
@@ -259,12 +276,17 @@ impl<'a> Parts<'a> {
         members.filter(|(_, m)| m.kind != MemberKind::Frame).map(|(k, _)| k).collect()
     }
 
-    /// The joints.
+    /// The joints between the `bodies` of the model.
     #[must_use]
-    pub fn joints(&self) -> Vec<Joint> {
+    pub fn joints(&self, bodies: &[Body]) -> Vec<Joint> {
+        let limit = |name: &str| {
+            let body = self.member(name).and_then(|member| bodies.get(member));
+            body.filter(|body| !body.fixed).map_or(f64::MAX, |body| body.limit)
+        };
         let joint = |joint: &holonom_model::Joint| {
             let [a, b] = self.start.joint(joint);
             Joint {
+                limit: limit(&joint.parent).min(limit(&joint.child)),
                 kind: joint.kind,
                 parent: self.end(&joint.parent, a),
                 child: self.end(&joint.child, b),
@@ -302,6 +324,28 @@ impl<'a> Parts<'a> {
 
     fn bar_line(&self, bar: &Bar) -> Line {
         self.line([&bar.from, &bar.to], self.start.bar(bar))
+    }
+
+    /// The constraints of distance.
+    #[must_use]
+    pub fn distances(&self) -> Vec<Line> {
+        let lines = self.model.constraints.iter().map(|constraint| self.distance_line(constraint));
+        lines.flatten().collect()
+    }
+
+    /// The constraint of distance of a name.
+    pub(super) fn distance(&self, name: &str) -> Option<Line> {
+        let found = self.model.constraints.iter().find(|constraint| constraint.name() == name)?;
+        self.distance_line(found)
+    }
+
+    fn distance_line(&self, constraint: &Constraint) -> Option<Line> {
+        let Constraint::Distance { from, to, point_from, point_to, .. } = constraint else {
+            return None;
+        };
+        let points = [(from, point_from), (to, point_to)];
+        let points = points.map(|(name, point)| self.start.point(name, Some(point)));
+        Some(self.line([from, to], points))
     }
 
     /// The springs.
@@ -364,6 +408,11 @@ impl<'a> Parts<'a> {
             factors: encoded(self.frames.times.iter().map(|t| history.value(*t))),
         })
     }
+}
+
+/// Largest size of a symbol on a body; none on a body without extent.
+fn limit(reach: f64) -> f64 {
+    if reach > 0.0 { SYMBOL * reach } else { f64::MAX }
 }
 
 /// Semi-axes of the homogeneous ellipsoid with a mass and an inertia, `a_1² = 5/2 (I_2 + I_3 − I_1)/m`.

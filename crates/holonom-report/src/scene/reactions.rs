@@ -1,4 +1,4 @@
-//! Reactions of joints, as far as sensors measure them along the axes of space; tensions of bars and springs.
+//! Reactions of joints, as far as sensors measure them along the axes of space; tensions of bars, distances and springs.
 
 use std::collections::HashMap;
 
@@ -17,7 +17,7 @@ pub(super) struct Reaction {
     forces: String,
 }
 
-/// The tension of a bar or a spring.
+/// The tension of a bar, a distance or a spring.
 #[derive(Debug, Serialize)]
 pub(super) struct Tension {
     line: Line,
@@ -60,14 +60,17 @@ impl<'a> Measured<'a> {
         model.sensors.iter().filter(kind).filter_map(reaction).collect()
     }
 
-    /// Tensions of bars and springs.
+    /// Tensions of bars, distances and springs.
     pub(super) fn tensions(&self, parts: &Parts<'_>, model: &Model) -> Vec<Tension> {
         let tension = |sensor: &Sensor| {
             let (line, column) = match sensor.kind {
                 SensorKind::Reaction => {
                     (parts.bar(&sensor.of)?, format!("{}.tension", sensor.name))
                 }
-                SensorKind::Effort => (parts.spring(&sensor.of)?, sensor.name.clone()),
+                SensorKind::Effort => match parts.spring(&sensor.of) {
+                    Some(spring) => (spring, sensor.name.clone()),
+                    None => (parts.distance(&sensor.of)?, format!("{}.effort", sensor.name)),
+                },
                 _ => return None,
             };
             Some(Tension { line, tensions: self.columns([column])? })

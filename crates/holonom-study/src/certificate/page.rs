@@ -3,7 +3,7 @@
 use super::{ModelCertificate, Recommendation};
 use crate::equations;
 use holonom_model::Model;
-use holonom_report::page::{escape, foot, head, heading, inline, push_list, push_model};
+use holonom_report::page::{escape, figure, foot, head, heading, push_list, push_model};
 use holonom_report::scene::Scene;
 use holonom_report::{Axis, Chart, Curve, Strokes};
 use std::collections::BTreeMap;
@@ -56,10 +56,11 @@ pub fn page(of: &ModelCertificate, model: &Model) -> String {
     for step in &of.steps {
         let _ = writeln!(html, "<li>{}</li>", escape(&sentence(step, of.accuracy)));
     }
-    html.push_str("</ul>\n<h2>Plots</h2>\n");
+    html.push_str("</ul>\n<h2>Plots</h2>\n<div class=\"charts\">\n");
     for chart in charts(of) {
-        let _ = writeln!(html, "<figure>\n{}</figure>", inline(&chart.svg(), &chart.title));
+        html += &figure(&chart, "");
     }
+    html.push_str("</div>\n");
     for table in tables(&of.certificate) {
         push_table(&mut html, &table);
     }

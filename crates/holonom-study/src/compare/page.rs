@@ -5,7 +5,7 @@ use super::record::{Comparison, Motion};
 use super::table::{self, Rows};
 use crate::equations;
 use holonom_model::{Model, Scheme};
-use holonom_report::page::{escape, foot, head, heading, inline};
+use holonom_report::page::{self, escape, foot, head, heading};
 use holonom_report::scene::{OverlaidMotion, Scene};
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ pub fn page(c: &Comparison, model: &Model, command: &str) -> String {
     let about: Vec<String> = table::head(c).lines().map(str::to_owned).collect();
     html += &heading(&title, &about, command);
     for (scheme, reason) in table::reasons(c) {
-        let _ = writeln!(html, "<p class=\"failed\">{}: {}</p>", escape(scheme), escape(&reason));
+        let _ = writeln!(html, "<p class=\"warning\">{}: {}</p>", escape(scheme), escape(&reason));
     }
     if let Some(scene) = scene(c, model) {
         html += &scene.html();
@@ -43,16 +43,11 @@ pub fn page(c: &Comparison, model: &Model, command: &str) -> String {
         ),
         ("Error against time", "Error at the end | time of the run, s.", table::work(c)),
     ];
-    html += "<h2>Plots</h2>\n";
+    html += "<h2>Plots</h2>\n<div class=\"charts\">\n";
     for figure in figures(c) {
-        let svg = figure.chart.svg();
-        let drawn = inline(&svg, &figure.chart.title);
-        let _ = write!(
-            html,
-            "<figure>\n{drawn}<figcaption>{}</figcaption>\n</figure>\n",
-            escape(figure.caption.trim())
-        );
+        html += &page::figure(&figure.chart, &figure.caption);
     }
+    html += "</div>\n";
     for (title, note, rows) in tables.iter().filter(|t| t.2.len() > 1) {
         let _ = writeln!(html, "<h2>{title}</h2>");
         push(&mut html, rows);

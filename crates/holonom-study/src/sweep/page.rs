@@ -1,9 +1,9 @@
 //! `sweep.html`: what the sensors and the energy answer to the varied keys.
 
 use super::manifest::PointStatus;
-use super::table::{ENERGY_ERROR, Row, Table};
-use holonom_report::page::{escape, foot, head, heading, inline};
-use holonom_report::{Axis, Chart, Curve, Strokes};
+use super::table::{BALANCE_ERROR, ENERGY_ERROR, Row, Table, WORK};
+use holonom_report::page::{escape, figure, foot, head, heading};
+use holonom_report::{Axis, Chart, Curve, Strokes, rounded};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -11,6 +11,8 @@ use std::fmt::Write;
 const CHARTS: usize = 12;
 /// Most curves of a chart.
 const CURVES: usize = 6;
+/// Points that are listed.
+const POINTS: usize = 500;
 /// A change, as a part of the size, that is none.
 const ROUND_OFF: f64 = 1e-12;
 
@@ -32,21 +34,51 @@ pub fn page(table: &Table, version: &str) -> String {
         let point = format!("point {}: {why}", row.entry.point);
         let _ = writeln!(html, "<p class=\"failed\">{}</p>", escape(&point));
     }
-    for chart in charts(table) {
-        let drawn = inline(&chart.svg(), &chart.title);
-        let _ = write!(html, "<figure>\n{drawn}</figure>\n");
-    }
-    html += "<p class=\"note\">All numbers: sweep.csv.</p>\n";
+    html += "<div class=\"charts\">\n";
+    charts(table).iter().for_each(|chart| html += &figure(chart, ""));
+    html += "</div>\n";
+    push_points(&mut html, table);
     foot(&mut html, version);
     html
 }
 
+/// The points with links to their runs.
+fn push_points(html: &mut String, table: &Table) {
+    let cell = |words: &str| format!("<td>{}</td>", escape(words));
+    *html += "<h2>Points</h2>\n<div class=\"scroll\"><table class=\"grid\">\n<tr><th>point</th>";
+    for key in &table.keys {
+        let _ = write!(html, "<th>{}</th>", escape(key));
+    }
+    *html += "<th>status</th></tr>\n";
+    for row in table.rows.iter().take(POINTS) {
+        let point = row.entry.point.to_string();
+        let point = match &row.link {
+            Some(link) => format!("<td><a href=\"{}\">{point}</a></td>", escape(link)),
+            None => cell(&point),
+        };
+        let values = row.entry.values.iter().enumerate().map(|(key, text)| {
+            cell(&row.number(key).map_or_else(|| text.clone(), |x| rounded(x, 7)))
+        });
+        let (values, status) = (values.collect::<String>(), cell(row.entry.status.name()));
+        let _ = writeln!(html, "<tr>{point}{values}{status}</tr>");
+    }
+    *html += "</table></div>\n";
+    let rows = table.rows.len();
+    if rows > POINTS {
+        let _ = writeln!(html, "<p class=\"note\">The first {POINTS} of {rows} points.</p>");
+    }
+    *html += "<p class=\"note\">All numbers: sweep.csv. A link leads to the page of the run, which \
+              <code>holonom plot FOLDER</code> makes where it is missing, else to its summary.</p>\n";
+}
+
 /// Each result that changes over each key that is a number: a curve for each combination of the other keys while these are
-/// few, points otherwise. The energy error comes last.
+/// few, points otherwise. The energy error comes last; where anything does work it is that of the balance.
 fn charts(table: &Table) -> Vec<Chart> {
     let done: Vec<&Row> =
         table.rows.iter().filter(|row| row.entry.status == PointStatus::Done).collect();
-    let energy = table.results.iter().position(|result| result == ENERGY_ERROR);
+    let place = |name: &str| table.results.iter().position(|result| result == name);
+    let works = |row: &&Row| place(WORK).and_then(|k| row.results[k]).is_some_and(|w| w != 0.0);
+    let energy = place(if done.iter().any(works) { BALANCE_ERROR } else { ENERGY_ERROR });
     let changes = |r: &usize| {
         let values = || done.iter().filter_map(|row| row.results[*r]);
         let size = values().fold(0.0, |size: f64, y| size.max(y.abs()));
@@ -83,7 +115,7 @@ fn chart(table: &Table, done: &[&Row], key: usize, result: usize) -> Chart {
     Chart {
         title: if few && !others.is_empty() { format!("{name}, by {keys}") } else { name.clone() },
         x: Axis::linear(&table.keys[key], ""),
-        y: Axis::linear(name, ""),
+        y: Axis::linear(name, &table.units[result]),
         strokes: if few { Strokes::MarkedLine } else { Strokes::Marks },
         resolution: 0.0,
         curves: curves.into_iter().map(sorted).collect(),

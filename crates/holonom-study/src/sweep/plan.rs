@@ -122,7 +122,7 @@ impl FromStr for Variation {
                     (0..count).map(|k| if k + 1 == count { b } else { at(k) }).collect();
                 let whole = [from, to].iter().all(|text| text.parse::<i64>().is_ok())
                     && values.iter().all(|x| x.fract() == 0.0);
-                let written = |x: &f64| if whole { format!("{x:.0}") } else { format!("{x:?}") };
+                let written = |x: &f64| if whole { format!("{x:.0}") } else { short(*x) };
                 Values::List(values.iter().map(written).collect())
             }
             _ => Values::List(split(values)),
@@ -150,6 +150,12 @@ fn split(list: &str) -> Vec<String> {
         }
     }
     parts.iter().map(|part| part.trim().to_owned()).collect()
+}
+
+/// A number without the rounding of its computation: with 15 digits.
+fn short(x: f64) -> String {
+    let rounded: f64 = format!("{x:.14e}").parse().unwrap_or(x);
+    format!("{rounded:?}")
 }
 
 /// All points of a sweep.

@@ -3,6 +3,7 @@
 use super::manifest::{self, Description, Entry, PointStatus};
 use super::{FILES, SweepError};
 use holonom_sim::output::{OutputError, RunFolder, Summary};
+use holonom_sim::sensor;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -17,6 +18,8 @@ pub struct Table {
     pub keys: Vec<String>,
     /// Names of the results.
     pub results: Vec<String>,
+    /// Their units; empty where there is none or where it is not known.
+    pub units: Vec<String>,
     /// The rows, in the order of the points.
     pub rows: Vec<Row>,
 }
@@ -28,6 +31,8 @@ pub struct Row {
     pub entry: Entry,
     /// Its results; `None` where it has none.
     pub results: Vec<Option<f64>>,
+    /// What a page links to, a path in the folder of the sweep: the page of the run, or its summary; `None` without a run.
+    pub link: Option<String>,
 }
 
 /// Collects the points that have ended, of all shards.
@@ -40,6 +45,7 @@ pub fn table(folder: &Path) -> Result<Table, SweepError> {
         OutputError::Io { path, source }
     })?;
     let mut names: Vec<String> = Vec::new();
+    let mut units: BTreeMap<String, &'static str> = BTreeMap::new();
     let mut model = String::new();
     let mut found = Vec::new();
     for entry in manifest::entries(folder)? {
@@ -48,6 +54,11 @@ pub fn table(folder: &Path) -> Result<Table, SweepError> {
             let run = RunFolder::open(folder.join(&entry.folder));
             let summary = run.summary()?;
             model.clone_from(&summary.model);
+            if units.is_empty() {
+                let columns = run.model().map(|model| sensor::columns(&model)).unwrap_or_default();
+                units.extend(columns.iter().map(|column| (column.name(), column.unit)));
+                units.extend(OF_SUMMARY.map(|(name, unit)| (name.to_owned(), unit)));
+            }
             for (name, value) in of_summary(&summary).into_iter().chain(of_sensors(&run)?) {
                 if !names.contains(&name) {
                     names.push(name.clone());
@@ -58,30 +69,41 @@ pub fn table(folder: &Path) -> Result<Table, SweepError> {
         found.push((entry, results));
     }
     let row = |(entry, results): (Entry, BTreeMap<String, f64>)| Row {
-        entry,
         results: names.iter().map(|name| results.get(name).copied()).collect(),
+        link: ["report.html", "summary.json"]
+            .map(|file| format!("{}/{file}", entry.folder))
+            .into_iter()
+            .find(|path| entry.status != PointStatus::Invalid && folder.join(path).exists()),
+        entry,
     };
     let rows = found.into_iter().map(row).collect();
     let command = description.command();
     let keys = description.plan.variations.into_iter().map(|variation| variation.key).collect();
-    Ok(Table { model, command, keys, results: names, rows })
+    let of_sensor = |name: &str| units.get(name.rsplit_once('.')?.0);
+    let unit = |name: &String| units.get(name).or_else(|| of_sensor(name)).copied();
+    let units = names.iter().map(|name| unit(name).unwrap_or_default().to_owned()).collect();
+    Ok(Table { model, command, keys, results: names, units, rows })
 }
 
 /// Results from the summary of a run; those of sensors follow them.
-const OF_SUMMARY: [&str; 10] = [
-    "steps",
-    "energy.initial",
-    "energy.final",
-    ENERGY_ERROR,
-    "energy.work",
-    "energy.balance_error",
-    "momentum.linear.max_abs_drift",
-    "momentum.angular.max_abs_drift",
-    "constraint_residual.position.max",
-    "newton_iterations.mean",
+const OF_SUMMARY: [(&str, &str); 10] = [
+    ("steps", ""),
+    ("energy.initial", "J"),
+    ("energy.final", "J"),
+    (ENERGY_ERROR, "J"),
+    (WORK, "J"),
+    (BALANCE_ERROR, "J"),
+    ("momentum.linear.max_abs_drift", "kg·m/s"),
+    ("momentum.angular.max_abs_drift", "kg·m²/s"),
+    ("constraint_residual.position.max", ""),
+    ("newton_iterations.mean", ""),
 ];
 /// Largest energy error of a run.
 pub(super) const ENERGY_ERROR: &str = "energy.max_abs_error";
+/// Work done in a run.
+pub(super) const WORK: &str = "energy.work";
+/// What of the change of the energy no work accounts for.
+pub(super) const BALANCE_ERROR: &str = "energy.balance_error";
 
 fn of_summary(summary: &Summary) -> Vec<(String, f64)> {
     let (energy, momentum) = (&summary.energy, &summary.momentum);
@@ -97,7 +119,7 @@ fn of_summary(summary: &Summary) -> Vec<(String, f64)> {
         summary.constraint_residual.position.max,
         summary.newton_iterations.mean,
     ];
-    OF_SUMMARY.iter().map(|name| (*name).to_owned()).zip(values).collect()
+    OF_SUMMARY.iter().map(|(name, _)| (*name).to_owned()).zip(values).collect()
 }
 
 /// Least, largest and last value of each column of the sensors.
@@ -124,7 +146,8 @@ impl Row {
 impl Table {
     /// The results of sensors.
     pub(super) fn of_sensors(&self) -> impl Iterator<Item = usize> {
-        let is_sensor = |result: &usize| !OF_SUMMARY.contains(&self.results[*result].as_str());
+        let is_sensor =
+            |result: &usize| !OF_SUMMARY.iter().any(|(name, _)| *name == self.results[*result]);
         (0..self.results.len()).filter(is_sensor)
     }
 
@@ -137,7 +160,7 @@ impl Table {
         let head = ["point"].into_iter().chain(self.keys.iter().map(String::as_str));
         let head = head.chain(["status"]).chain(self.results.iter().map(String::as_str));
         writer.write_record(head)?;
-        for Row { entry, results } in &self.rows {
+        for Row { entry, results, .. } in &self.rows {
             let number = |value: &Option<f64>| match value {
                 // reads back as the same number
                 Some(x) if x.fract() == 0.0 && x.abs() < 1e15 => format!("{x:.0}"),

@@ -13,6 +13,10 @@
   };
   new ResizeObserver(refresh).observe(canvas);
   dark.addEventListener("change", refresh);
-  window.addEventListener("hashchange", () => { fragment(); if (modes.length) mark(); });
+  window.addEventListener("hashchange", () => {
+    if (!location.hash.includes("=")) return; // a section of the page
+    fragment();
+    if (modes.length) mark();
+  });
   const asked = fragment();
   if (!asked && !matchMedia("(prefers-reduced-motion: reduce)").matches) play(true);

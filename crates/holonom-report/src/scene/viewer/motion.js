@@ -82,7 +82,7 @@
   };
   const half = (box) => 0.5 * norm(sub(box.high, box.low));
   const reach = data.members.map(() => 0);
-  for (const body of data.bodies) reach[body.member] = body.reach;
+  for (const body of data.bodies) reach[body.member] = body.visible ? body.reach : 0;
   const configuration = extent(); // at the first instant
   data.members.forEach((_, m) => grow(configuration, centre(motions[0], m, 0), reach[m]));
   data.fixed.forEach((end) => grow(configuration, end, 0));

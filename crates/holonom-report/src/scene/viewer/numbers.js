@@ -44,3 +44,4 @@
     const x = unit(cross(Math.abs(z[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0], z));
     return frame(scale(x, sx), scale(cross(z, x), sy), scale(z, sz), o);
   };
+  const identity = frame([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]);

@@ -23,19 +23,11 @@
   const options = { trails: path || modes.length > 0, grid: true, loads: true, reactions: true, labels: false, follow: travels };
   let tone = null; // the colour of everything that moves, where several motions are shown
   const paintOf = (k) => tone ?? palette[k % palette.length];
-  const draw = (mesh, model, color, { tinted = false, mode = gl.TRIANGLES } = {}) => {
-    gl.bindVertexArray(mesh.array);
-    gl.uniformMatrix4fv(uniform.model, false, model);
-    gl.uniform4f(uniform.color, ...color, 1);
-    gl.uniform1i(uniform.tinted, tinted ? 1 : 0);
-    if (mode === gl.TRIANGLES) gl.drawElements(mode, mesh.count, gl.UNSIGNED_INT, 0);
-    else gl.drawArrays(mode, 0, mesh.length);
-  };
   const axes = ({ c, q }, [x, y, z], offset = [0, 0, 0]) => frame(
     scale(rotate(q, [1, 0, 0]), x), scale(rotate(q, [0, 1, 0]), y), scale(rotate(q, [0, 0, 1]), z), add(c, rotate(q, offset)));
-  const stick = (a, b, thickness, color) => {
+  const stick = (a, b, thickness, color, options) => {
     const d = sub(b, a), length = norm(d);
-    if (length > 0) draw(meshes.cylinder, along(d, lerp(a, b, 0.5), [thickness, thickness, length]), color);
+    if (length > 0) draw(meshes.cylinder, along(d, lerp(a, b, 0.5), [thickness, thickness, length]), color, options);
   };
   const arrow = (tip, d, color, thick = 0.35) => {
     const length = norm(d), head = Math.min(0.35 * length, 5 * symbol);
@@ -44,28 +36,31 @@
     stick(sub(tip, d), neck, thick * symbol, color);
     draw(meshes.cone, along(scale(d, -1), neck, [symbol, symbol, head]), color);
   };
-  const drawBody = (body, k) => {
-    const at = now[body.member];
+  // symbols are smaller on small bodies, which they would cover
+  const fitted = ({ limit }) => Math.min(symbol, limit);
+  const drawBody = (body, k, seeThrough = false) => {
+    if (!body.visible || seeThrough !== body.opacity < 1) return;
+    const at = now[body.member], options = { opacity: body.opacity }, small = fitted(body);
     const own = { c: at.c, q: product(at.q, body.rotation) };
-    const color = body.fixed ? theme().grid : paintOf(k);
+    const color = tone ?? (body.color ? body.color.map((c) => c / 255) : body.fixed ? theme().grid : paintOf(k));
     const [a, b, c] = body.dimensions;
     switch (body.shape) {
-      case "mesh": draw(surfaces[body.mesh], axes(own, [1, 1, 1]), color); break;
-      case "box": draw(meshes.box, axes(own, [a, b, c]), color); break;
-      case "cylinder": draw(meshes.cylinder, axes(own, [a, a, b]), color); break;
-      case "rod": draw(meshes.cylinder, axes(own, [b, b, a]), color); break;
-      case "sphere": draw(meshes.sphere, axes(own, [a, a, a]), color); break;
-      case "cone": draw(meshes.cone, axes(own, [a, a, b], [0, 0, b / 4]), color); break;
+      case "mesh": draw(surfaces[body.mesh], axes(own, [1, 1, 1]), color, options); break;
+      case "box": draw(meshes.box, axes(own, [a, b, c]), color, options); break;
+      case "cylinder": draw(meshes.cylinder, axes(own, [a, a, b]), color, options); break;
+      case "rod": draw(meshes.cylinder, axes(own, [b, b, a]), color, options); break;
+      case "sphere": draw(meshes.sphere, axes(own, [a, a, a]), color, options); break;
+      case "cone": draw(meshes.cone, axes(own, [a, a, b], [0, 0, b / 4]), color, options); break;
       default: // the links to its joints; else the ellipsoid of inertia
-        if (body.link) draw(meshes.sphere, axes(at, [1.6 * symbol, 1.6 * symbol, 1.6 * symbol]), color);
-        else draw(meshes.sphere, axes(at, body.dimensions), color);
+        if (body.link) draw(meshes.sphere, axes(at, [1.6 * small, 1.6 * small, 1.6 * small]), color, options);
+        else draw(meshes.sphere, axes(at, body.dimensions), color, options);
     }
-    for (const anchor of body.anchors) stick(at.c, add(at.c, rotate(at.q, anchor)), (body.link ? 0.8 : 0.35) * symbol, color);
+    for (const anchor of body.anchors) stick(at.c, add(at.c, rotate(at.q, anchor)), (body.link ? 0.8 : 0.35) * small, color, options);
   };
   const drawJoint = (joint) => {
     const [a, b] = [point(joint.parent), point(joint.child)];
     const axis = joint.axis ? direction(joint.parent, joint.axis) : up;
-    const color = tone ?? theme().ink, s = symbol;
+    const color = tone ?? theme().ink, s = fitted(joint);
     const pin = (x, length, thick = s) => draw(meshes.cylinder, along(axis, x, [thick, thick, length]), color);
     if (norm(sub(b, a)) > 0.5 * s) stick(a, b, 0.3 * s, color);
     switch (joint.type) {
@@ -83,6 +78,11 @@
       default: draw(meshes.sphere, along([0, 0, 1], b, [1.3 * s, 1.3 * s, 1.3 * s]), color);
     }
   };
+  // where a line ends on the ground
+  const drawFoot = (end) => {
+    const s = symbol;
+    if (end.member < 0) draw(meshes.box, along(up, point(end), [3 * s, 3 * s, 0.9 * s]), tone ?? theme().ink);
+  };
   // a helix between two points
   const coil = { array: null };
   const drawSpring = (spring) => {
@@ -95,9 +95,8 @@
       const x = add(scale([m[0], m[1], m[2]], w * Math.cos(angle)), scale([m[4], m[5], m[6]], w * Math.sin(angle)));
       v.push(...add(add(a, scale(d, s)), x), 0, 0, 0, 1, 1, 1);
     }
-    upload(coil, v, null, gl.DYNAMIC_DRAW);
-    coil.length = steps + 1;
-    draw(coil, identity, tone ?? theme().ink, { mode: gl.LINE_STRIP });
+    upload(coil, v, null, true);
+    draw(coil, identity, tone ?? theme().ink, { lines: "strip" });
   };
   // a beam as a tube: a cubic between nodes along d_3, sections along d_1 and d_2
   const drawBeam = (beam, k) => {
@@ -127,7 +126,7 @@
       }
       node += count;
     }
-    upload(beam.mesh, v, f, gl.DYNAMIC_DRAW);
+    upload(beam.mesh, v, f, true);
     draw(beam.mesh, identity, beam.color, { tinted: true });
   };
   // the measure of a beam at an instant and an interval between nodes, over its largest value
@@ -136,15 +135,14 @@
     const here = beam.values[at + clamp(interval, 0, per - 1)], next = beam.values[at + clamp(interval + 1, 0, per - 1)];
     return (here * (1 - s) + next * s) / (beam.largest || 1);
   };
-  const line = {}, identity = frame([1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]);
+  const line = {};
   const polyline = (places, color) => {
-    upload(line, places.flatMap((x) => [...x, 0, 0, 0, 1, 1, 1]), null, gl.DYNAMIC_DRAW);
-    line.length = places.length;
-    draw(line, identity, color, { mode: gl.LINE_STRIP });
+    upload(line, places.flatMap((x) => [...x, 0, 0, 0, 1, 1, 1]), null, true);
+    draw(line, identity, color, { lines: "strip" });
   };
   // the ways of bodies and point masses up to now
   const drawTrails = (motion, k) => {
-    const moving = data.bodies.filter((b) => !b.fixed).map((b) => b.member).concat(data.points);
+    const moving = data.bodies.filter((b) => !b.fixed && b.visible).map((b) => b.member).concat(data.points);
     moving.slice(0, 40).forEach((member, i) => {
       const way = Array.from({ length: k + 1 }, (_, n) => centre(motion, member, n));
       polyline([...way, now[member].c], paintOf(i));
@@ -170,9 +168,7 @@
     const foot = add(middle, scale(up, level - dot(middle, up) - 1e-3 * radius)), v = [];
     const corner = (i, j) => v.push(...add(foot, add(scale(e1, i * spacing), scale(e2, j * spacing))), 0, 0, 0, 1, 1, 1);
     for (let i = -count; i <= count; i++) { corner(i, -count); corner(i, count); corner(-count, i); corner(count, i); }
-    const mesh = upload({}, v, null);
-    mesh.length = v.length / 9;
-    return mesh;
+    return upload({}, v, null);
   })();
   // the projection along `up` onto the ground
   const squash = new Float32Array(16);

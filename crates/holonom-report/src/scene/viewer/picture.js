@@ -3,10 +3,11 @@
   const several = motions.length > 1;
   const shownMotions = () => motions.filter((motion) => motion.shown);
   const everything = (k) => {
-    data.bodies.forEach(drawBody);
+    data.bodies.forEach((body, i) => drawBody(body, i));
     beams.forEach((beam) => drawBeam(beam, k));
     data.points.forEach((member, i) => draw(meshes.sphere, along([0, 0, 1], now[member].c, [1.6 * symbol, 1.6 * symbol, 1.6 * symbol]), paintOf(data.bodies.length + i)));
     data.bars.forEach((bar) => stick(point(bar.from), point(bar.to), 0.4 * symbol, tone ?? theme().ink));
+    data.bars.concat(data.springs).forEach(({ from, to }) => { drawFoot(from); drawFoot(to); });
     data.joints.forEach(drawJoint);
     // on the child, with the tip at the joint; one that is not unique is no number and not drawn
     if (options.reactions) reactions.forEach((reaction) => {
@@ -35,56 +36,39 @@
   const paint = () => {
     const ratio = window.devicePixelRatio || 1, [w, h] = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
     if (canvas.width !== w || canvas.height !== h) [canvas.width, canvas.height] = [w, h];
-    gl.viewport(0, 0, w, h);
     const moved = shownMotions();
     if (options.follow && moved.length) camera.target = centerOf(moved[0], instant(moved[0], state.t)); // before the view
     const colors = theme(), { matrix, eye, near, far } = viewMatrix();
-    gl.clearColor(...colors.back, 1);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
-    gl.enable(gl.DEPTH_TEST);
-    gl.uniformMatrix4fv(uniform.view, false, matrix);
-    gl.uniform3f(uniform.eye, ...eye);
-    gl.uniform3f(uniform.up, ...up);
-    gl.uniformMatrix4fv(uniform.squash, false, identity);
-    // surfaces that coincide show the colours of all motions in stripes
-    gl.uniform1f(uniform.behind, (0.02 * size * near * far) / (far - near));
-    gl.uniform1f(uniform.stripe, STRIPE * ratio);
+    const behind = (0.02 * size * near * far) / (far - near);
+    stage.begin({ width: w, height: h, ratio, back: colors.back, matrix, eye, up, behind, stripe: STRIPE * ratio });
     moved.forEach((motion, order) => {
       const k = place(motion);
       tone = several ? tones[motion.index] : null;
-      gl.uniform2i(uniform.turn, order, moved.length);
-      gl.uniform1i(uniform.shadeless, 0);
+      stage.turn(order, moved.length);
+      stage.shadeless(false);
       everything(k);
-      gl.uniform1i(uniform.shadeless, 1);
+      stage.shadeless(true);
       data.springs.forEach(drawSpring);
       if (options.trails) drawTrails(motion, k);
       if (options.trails && (path || modes.length)) drawShapes(motion);
     });
-    gl.uniform2i(uniform.turn, 0, 1);
+    stage.turn(0, 1);
     if (options.grid && camera.pitch > -0.05) {
-      draw(grid, identity, colors.grid, { mode: gl.LINES });
-      // shadows: every pixel of the ground once
-      gl.enable(gl.STENCIL_TEST);
-      gl.stencilFunc(gl.EQUAL, 0, 255);
-      gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR);
-      gl.enable(gl.BLEND);
-      gl.blendFunc(gl.ZERO, gl.CONSTANT_COLOR);
-      const d = 1 - colors.shadow;
-      gl.blendColor(d, d, d, 1);
-      gl.depthMask(false);
-      if (data.grounded) {
-        gl.uniformMatrix4fv(uniform.squash, false, squash);
-        moved.forEach((motion) => everything(place(motion)));
-      }
-      gl.depthMask(true);
-      gl.disable(gl.BLEND);
-      gl.disable(gl.STENCIL_TEST);
+      draw(grid, identity, colors.grid, { lines: "pairs" });
+      if (data.grounded) stage.shadows(squash, colors.shadow, () => moved.forEach((motion) => everything(place(motion))));
     }
+    stage.shadeless(false);
+    if (data.bodies.some((body) => body.opacity < 1)) stage.glass(() => moved.forEach((motion) => {
+      place(motion);
+      tone = several ? tones[motion.index] : null;
+      data.bodies.forEach((body, i) => drawBody(body, i, true));
+    }));
+    stage.end();
     tone = null;
     place(moved[0] ?? motions[0]); // names stand at the first one
     labels.textContent = "";
     if (options.labels) {
-      const named = data.bodies.map((b) => [b.name, b.member]).concat(data.points.map((m) => [data.members[m].name, m]));
+      const named = data.bodies.filter((b) => b.visible).map((b) => [b.name, b.member]).concat(data.points.map((m) => [data.members[m].name, m]));
       for (const [name, member] of named) {
         const tag = document.createElement("span"), [x, y] = pixel(now[member].c);
         tag.textContent = name;
