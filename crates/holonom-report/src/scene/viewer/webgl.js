@@ -113,7 +113,7 @@
     // what lets see through
     const glass = (paint) => {
       gl.enable(gl.BLEND);
-      gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+      gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ZERO, gl.ONE); // the canvas itself covers the page
       gl.depthMask(false);
       paint();
       gl.depthMask(true);
