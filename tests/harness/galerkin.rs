@@ -20,6 +20,70 @@ use vi_multibody::mechanism::{BodySpec, Mechanism};
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
 use vi_multibody::scalar_constraint::ScalarConstraint;
 
+/// Fields of a case: those that are read, those that say where it comes from.
+const KEYS: [&str; 31] = [
+    "agreement_with_null_space_form",
+    "bodies",
+    "constraint_residual",
+    "cut_joints",
+    "description",
+    "drive",
+    "elements",
+    "force_form",
+    "forces",
+    "gravity",
+    "h",
+    "joints",
+    "kind",
+    "length",
+    "mass",
+    "method",
+    "name",
+    "order",
+    "output_steps",
+    "outputs",
+    "q0",
+    "quadrature",
+    "rhoA",
+    "rhoI",
+    "springs",
+    "stages",
+    "steps",
+    "stiffness",
+    "tolerance",
+    "units",
+    "v0",
+];
+/// Fields of an output.
+const OUTPUT_KEYS: [&str; 17] = [
+    "E_d",
+    "H_dQ",
+    "angular_momentum",
+    "constraint_force",
+    "constraint_force_acceleration",
+    "constraint_force_minus",
+    "constraint_force_plus",
+    "interior",
+    "lambda",
+    "lambda_acceleration",
+    "lambda_plus",
+    "linear_momentum",
+    "p",
+    "p_projected",
+    "q",
+    "step",
+    "t",
+];
+
+/// That an object has no field but these.
+fn refuse_unknown(value: &Value, known: &[&str]) -> Result<(), String> {
+    let keys = value.as_object().into_iter().flat_map(|object| object.keys());
+    match keys.map(String::as_str).find(|key| !known.contains(key)) {
+        Some(key) => Err(format!("unknown field `{key}`")),
+        None => Ok(()),
+    }
+}
+
 /// A case, with what of the library has no Galerkin form in the place of its system.
 pub struct GalerkinCase {
     settings: Settings,
@@ -109,6 +173,9 @@ struct Output {
 impl GalerkinCase {
     pub fn read(value: &Value) -> Result<Self, String> {
         let unreadable = |e: serde_json::Error| format!("is no Galerkin case: {e}");
+        refuse_unknown(value, &KEYS)?;
+        let outputs = value.get("outputs").and_then(Value::as_array);
+        outputs.into_iter().flatten().try_for_each(|o| refuse_unknown(o, &OUTPUT_KEYS))?;
         let settings = Settings::deserialize(value).map_err(unreadable)?;
         let word = |key: &str| value.get(key).and_then(Value::as_str);
         let system = match (word("kind"), word("quadrature")) {
