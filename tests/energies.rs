@@ -138,6 +138,64 @@ fn parts_add_up_and_the_balance_closes() {
     }
 }
 
+/// A pendulum on a driven arm.
+const DRIVEN: &str = r#"
+model = { name = "driven", gravity = [0, 0, -9.81] }
+simulation = { step = 1e-2, end = 0.8 }
+[[body]]
+name = "arm"
+mass = 1.5
+inertia = [0.02, 0.03, 0.02]
+position = [0.3, 0, 0]
+[[body]]
+name = "bob"
+mass = 1
+inertia = [0.01, 0.02, 0.02]
+position = [0.9, 0, 0]
+[[joint]]
+name = "axle"
+type = "revolute"
+parent = "ground"
+child = "arm"
+position = [0, 0, 0]
+axis = [0, 1, 0]
+[[joint]]
+name = "elbow"
+type = "revolute"
+parent = "arm"
+child = "bob"
+position = [0.6, 0, 0]
+axis = [0, 1, 0]
+[[constraint]]
+type = "motion"
+name = "drive"
+joint = "axle"
+path = { amplitude = 0.5, frequency = 1.2, phase = -1.5707963267948966 }
+"#;
+
+/// The sub-steps of a composition have weights of opposite sign; the work of motions keeps its order all the same.
+#[test]
+fn the_work_of_motions_has_the_order_of_the_composition() {
+    for (order, scheme) in [(4, "nodal"), (4, "constrained"), (6, "nodal")] {
+        let steps = [8e-2, 4e-2, 2e-2];
+        let balances = steps.map(|h| {
+            let (step, order) = (format!("{h:e}"), order.to_string());
+            let own = [
+                ("simulation.step", step.as_str()),
+                ("simulation.order", order.as_str()),
+                ("simulation.scheme", scheme),
+            ];
+            let (_, samples) = run(&model(DRIVEN, &own));
+            let balance = |s: &Sample| s.energies.last().unwrap().abs();
+            let work = samples.iter().map(|s| s.work.abs()).fold(0.0, f64::max);
+            assert!(work > 0.1, "the drive works: {work} J");
+            samples.iter().map(balance).fold(0.0, f64::max)
+        });
+        println!("{scheme}, order {order}: balance {balances:?} J");
+        assert_order(&orders("balance", &steps, &balances), f64::from(order), 0.5);
+    }
+}
+
 /// Without prescribed motions an energy–momentum scheme closes the balance to round-off.
 #[test]
 fn energy_momentum_schemes_close_the_balance_exactly() {

@@ -31,11 +31,12 @@ impl Family for SeparableSystem {
 
     fn work(run: &MechanismIntegrator) -> Work {
         let driven = run.constraints().is_rheonomic();
-        Work::new(&run.state().p, run.initial_velocity(), run.system().force_count(), driven)
+        let start = (&run.state().p[..], run.initial_velocity());
+        Work::new(start, run.system().force_count(), (driven, run.reads_states()))
     }
 
-    fn add_work(&self, _: &Mechanism, step: Step<'_>, work: &mut Work) {
-        work.add(self, step);
+    fn add_work(&self, mechanism: &Mechanism, step: Step<'_>, work: &mut Work) {
+        work.add(self, mechanism, step);
     }
 
     fn action_rate(&self, step: Step<'_>) -> f64 {
@@ -56,7 +57,8 @@ impl Family for EmSystem {
 
     fn work(run: &EmIntegrator<Mechanism>) -> Work {
         // the multipliers of the step are at hand
-        Work::new(&run.state().q, &run.state().v, run.system().load_count(), false)
+        let start = (&run.state().q[..], &run.state().v[..]);
+        Work::new(start, run.system().load_count(), (false, false))
     }
 
     fn add_work(

@@ -7,37 +7,74 @@
 //!              −Σ_i w_i·V(c̃_i)                            over the control points of a Galerkin step [2.26]
 //!              −(p̄_N − ᵠp_N)·v̂_N                           the first half of the impulse of the last node
 //! ```
-//! `v_n` is interpolated between the velocities `Δq/h` of the steps beside the node. Constraints that do
-//! not depend on time do no work, so the second line is summed for prescribed motions alone. The energy
-//! changes by the sum to second order in the step (theory: discrete Lagrange–d'Alembert principle).
+//! `v_n` is interpolated between the velocities `Δq/h` of the steps beside the node. Between the sub-steps of a composition, whose
+//! lengths differ in size and sign, it is moved onto `G v_n = −∂g/∂t`: the work is then `h λ_n·∂g/∂t`, as it is of the exact motion, and keeps
+//! the order of the composition. Constraints that do not depend on time do no work, so the second line is summed for prescribed motions alone. The
+//! energy changes by the sum to the order of the scheme (theory: discrete Lagrange–d'Alembert principle).
 
 use crate::run_state::{Impulse, same_length};
+use vi_constraints::Constraints;
 use vi_constraints::discretization::Step;
 use vi_constraints::galerkin::GaussPoint;
 use vi_constraints::integrator::ResumeError;
+use vi_constraints::least_norm::LeastNorm;
 use vi_core::interpolation::StepPolynomial;
 use vi_core::linear::dot;
-use vi_core::{Configuration, DiscreteLagrangian, MechanicalSystem, SeparableSystem};
+use vi_core::{
+    Configuration, DiscreteLagrangian, Entries, MechanicalSystem, SeparableSystem, SparseMatrix,
+};
+use vi_multibody::mechanism::Mechanism;
 
 /// The work up to the present node and up to the one before.
 #[derive(Clone, Debug)]
 pub(crate) struct Work {
-    pub(super) force: Vec<f64>, // n  scratch
-    pub(super) rates: Vec<f64>, // m  ∂g/∂t, scratch
-    pub(super) parts: Vec<f64>, // J  of each force, then of all prescribed motions
-    balances: Vec<Vec<f64>>,    // (s + 1) × n  w_i of a Galerkin step, scratch
-    before: Vec<f64>,           // J  the same up to the node before
+    pub(super) force: Vec<f64>,            // n  scratch
+    pub(super) rates: Vec<f64>,            // m  ∂g/∂t, scratch
+    pub(super) parts: Vec<f64>,            // J  of each force, then of all prescribed motions
+    balances: Vec<Vec<f64>>,               // (s + 1) × n  w_i of a Galerkin step, scratch
+    before: Vec<f64>,                      // J  the same up to the node before
     node: Option<[Impulse; 2]>, // of the present node and the one before; None without prescribed motions
+    velocity: Option<Box<DrivenVelocity>>, // of composed steps with prescribed motions
+}
+
+/// Moves a velocity onto `G v = −∂g/∂t` by a change that is not much larger than the least one.
+#[derive(Clone, Debug, Default)]
+struct DrivenVelocity {
+    rates: Vec<f64>,  // m
+    v: Vec<f64>,      // n
+    change: Vec<f64>, // n
+}
+
+impl DrivenVelocity {
+    /// At the start of a step, from the velocity in `self.v`. What cannot be moved stays: constraints that are about to lose rank.
+    fn correct(&mut self, mechanism: &Mechanism, at: Configuration<'_>) {
+        let Self { rates, v, change } = self;
+        rates.resize(mechanism.len(), 0.0);
+        change.resize(v.len(), 0.0);
+        mechanism.time_derivative(at.t, at.q, rates);
+        let emit = |out: &mut dyn Entries| mechanism.jacobian(at.t, at.q, out);
+        let jacobian = SparseMatrix::assemble(mechanism.len(), mechanism.dim(), emit);
+        jacobian.mul_add(1.0, v, rates);
+        if LeastNorm::default().particular(&jacobian, rates, change).is_ok() {
+            v.iter_mut().zip(&*change).for_each(|(v, change)| *v -= change);
+        }
+    }
 }
 
 impl Work {
-    /// From the start with momentum `p` and velocity `v`, of `forces` forces; `driven`: some motion is prescribed.
-    pub(crate) fn new(p: &[f64], v: &[f64], forces: usize, driven: bool) -> Self {
+    /// From the start with momentum `p` and velocity `v`, of `forces` forces; `driven`: some motion is prescribed, and by whose steps it
+    /// is followed: `composed` ones.
+    pub(crate) fn new(
+        (p, v): (&[f64], &[f64]),
+        forces: usize,
+        (driven, composed): (bool, bool),
+    ) -> Self {
         let start = Impulse { p: p.to_vec(), v: v.to_vec(), h: 0.0 };
         let node = driven.then(|| [start.clone(), start]);
         let parts = vec![0.0; forces + 1];
         let (force, before) = (vec![0.0; p.len()], parts.clone());
-        Self { force, rates: Vec::new(), balances: Vec::new(), before, parts, node }
+        let velocity = (driven && composed).then(Box::default);
+        Self { force, rates: Vec::new(), balances: Vec::new(), before, parts, node, velocity }
     }
 
     /// A macro step begins.
@@ -82,7 +119,7 @@ impl Work {
     }
 
     /// Adds a (sub-)step of a variational scheme.
-    pub(crate) fn add(&mut self, system: &SeparableSystem, step: Step<'_>) {
+    pub(crate) fn add(&mut self, system: &SeparableSystem, mechanism: &Mechanism, step: Step<'_>) {
         let Step { s, gauss, polynomial, .. } = step;
         if let Some(polynomial) = polynomial {
             system.add_interpolated_work(&polynomial, &mut self.parts);
@@ -98,10 +135,19 @@ impl Work {
         let Some([node, _]) = &mut self.node else { return };
         system.forced_d1(s, &mut self.force);
         let weight = if node.h == 0.0 { 0.0 } else { node.h / (node.h + s.h) };
+        let between = |i: usize| node.v[i] + weight * (s.v_mid[i] - node.v[i]);
         let mut constraints = 0.0;
-        for (i, b) in self.force.iter().enumerate() {
-            let v = node.v[i] + weight * (s.v_mid[i] - node.v[i]);
-            constraints -= (node.p[i] + b) * v;
+        if let Some(velocity) = &mut self.velocity {
+            velocity.v.clear();
+            velocity.v.extend((0..node.v.len()).map(between));
+            velocity.correct(mechanism, s.start());
+            for ((p, b), v) in node.p.iter().zip(&self.force).zip(&velocity.v) {
+                constraints -= (p + b) * v;
+            }
+        } else {
+            for (i, b) in self.force.iter().enumerate() {
+                constraints -= (node.p[i] + b) * between(i);
+            }
         }
         system.forced_d2(s, &mut node.p);
         node.v.copy_from_slice(&s.v_mid);
