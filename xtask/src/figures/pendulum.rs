@@ -18,6 +18,7 @@ pub(super) fn free(model: &Model) -> Result<Section> {
     let fine = orbit(&with(model, &[("simulation.step", "0.1")])?, 100)?;
     let coarse = orbit(&with(model, &[("simulation.step", "0.8")])?, 13)?;
     let exact = |h: f64| 2.0 * (1.0 - (1.0 - h * h).sqrt()) / (h * h);
+    let level = |k: usize| largest(fine.iter().map(|p| p.residuals[k]));
     let off = |points: &[Point], h: f64| largest(points.iter().map(|p| p.lambda[0] - exact(h)));
     let figures = vec![
         Figure::picture(
@@ -45,6 +46,17 @@ pub(super) fn free(model: &Model) -> Result<Section> {
                 fine[0].discrete_energy.total(),
                 coarse[0].discrete_energy.total(),
                 largest(fine.iter().map(|p| p.discrete_energy.total() - 0.5 * exact(0.1)))
+            ),
+        )?,
+        Figure::chart(
+            "fig2_free_hidden_constraints.svg",
+            &hidden("no gravity", &fine),
+            format!(
+                "Without gravity the momentum is tangential: constraints of positions ({:.1e} m²), of velocities (45) \
+                 ({:.1e} m²/s) and of momenta (46) with p_n ({:.1e} m²/s) hold to round-off. Values of zero are not drawn.",
+                level(0),
+                level(1),
+                level(2)
             ),
         )?,
         Figure::picture(
@@ -97,8 +109,8 @@ pub(super) fn gravity(model: &Model) -> Result<Section> {
             ),
         )?,
         Figure::chart(
-            "fig6_gravity_hidden_constraints.svg",
-            &hidden(&coarse),
+            "fig4_gravity_hidden_constraints.svg",
+            &hidden("with gravity", &coarse),
             format!(
                 "Constraints at three levels: of positions g(q_n) (largest {position:.1e} m²) and \
                  of velocities (45) ({velocity:.1e} m²/s) at round-off, of momenta (46) with p_n \
@@ -178,11 +190,12 @@ fn energy_chart(title: String, curves: Vec<Curve>) -> Chart {
     }
 }
 
-fn hidden(points: &[Point]) -> Chart {
+/// Residuals at three levels at h = 0.1 s.
+fn hidden(which: &str, points: &[Point]) -> Chart {
     let level =
         |name: &str, of: fn(&Point) -> f64| curve(name, points.iter().map(|p| (p.t, of(p))));
     Chart {
-        title: "Constraints at three levels, with gravity, h = 0.1 s".into(),
+        title: format!("Constraints at three levels, {which}, h = 0.1 s"),
         x: Axis::time(),
         y: Axis::logarithmic("residual", "SI"),
         strokes: Strokes::Line,
