@@ -13,6 +13,7 @@ pub(super) fn page(all: &[Compared], provenance: &str) -> String {
     out += HEAD;
     let _ = writeln!(out, "\n{provenance}");
     claims::table(&mut out, all);
+    tables::equal_forms(&mut out, all);
     tables::equal_errors(&mut out, all);
     tables::same_step(&mut out, all);
     tables::conditions(&mut out, all);

@@ -64,7 +64,7 @@ pub fn run(options: &[&str]) -> Result<(), String> {
         let path = root.join(format!("examples/models/{name}.toml"));
         let text = text_file::read(&path)?;
         let model = Model::from_toml(&text).map_err(|e| format!("{name}: {e}"))?;
-        let (steps, effort) = if quick { (steps / 10, 0.2) } else { (steps, 2.0) };
+        let (steps, effort) = if quick { (steps / 10, 0.2) } else { (steps, 4.0) };
         all.push(compared(name, &model, (steps, step.unwrap_or(model.settings.step)), effort)?);
     }
     let page = markdown::page(&all, &provenance(root));
