@@ -29,6 +29,7 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Failure> {
         steps: arguments.step.clone(),
         end: arguments.end,
         orders: arguments.order.clone(),
+        budget: Some(arguments.effort),
         ..Request::default()
     };
     let mut progress = |part: &str| {

@@ -50,7 +50,8 @@ pub fn counts(summary: &Summary) -> String {
 }
 
 /// A number of things.
-pub(crate) fn counted(count: u64, one: &str, many: &str) -> String {
+#[must_use]
+pub fn counted(count: u64, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 

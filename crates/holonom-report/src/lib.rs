@@ -36,7 +36,7 @@ pub use command_line::command_line;
 pub use configuration_page::{Assembled, configuration_page};
 pub use drawing::{Drawing, Point, Typeface};
 pub use energies::energy_plots;
-pub use facts::{Fact, counts, facts, rounded, time};
+pub use facts::{Fact, counted, counts, facts, rounded, time};
 pub use mode_page::mode_page;
 pub use mode_shapes::{campbell_diagram, mode_picture};
 pub use page::{Figure, page};

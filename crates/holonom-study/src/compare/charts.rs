@@ -53,8 +53,14 @@ pub(super) fn figures(c: &Comparison) -> Vec<Figure> {
     for (energy_momentum, family) in [(false, "variational"), (true, "energy–momentum")] {
         figures.push(work_by_form(c, energy_momentum, family));
     }
-    figures.retain(|f| f.chart.curves.iter().any(|curve| !curve.points.is_empty()));
+    figures.retain(|f| is_drawn(&f.chart));
     figures
+}
+
+/// Whether a chart shows anything: values of zero have no place on a logarithmic axis.
+fn is_drawn(chart: &Chart) -> bool {
+    let mut points = chart.curves.iter().flat_map(|curve| &curve.points);
+    points.any(|(_, y)| !chart.y.logarithmic || *y > 0.0)
 }
 
 /// The same from where no load acts any more.

@@ -15,8 +15,6 @@ use vi_verify::trend::trend;
 
 /// Repeated measurements of a time.
 const REPEATS: usize = 5;
-/// Seconds of all repeated runs after which no more are made.
-const ENOUGH: f64 = 1.0;
 /// Seconds that one of them takes at least, where the run is long enough.
 const LEAST: f64 = 0.02;
 /// Points of a series.
@@ -234,13 +232,13 @@ pub(super) fn cost(
         for &count in &plan.counts {
             let model = plan.by_count(model, scheme, order, count);
             let expected = per_step.map(|s| s * (parts as u64 * count) as f64);
-            record.work.push(work_point(&model, count, expected, plan.effort, end));
+            record.work.push(work_point(&model, count, expected, (plan, end)));
         }
     }
 }
 
 /// Steps of the scheme in a macro step of an order.
-fn sub_steps(scheme: Scheme, order: u32) -> usize {
+pub(super) fn sub_steps(scheme: Scheme, order: u32) -> usize {
     let composition = vi_core::Composition::of_order(order).unwrap_or_default();
     match scheme.family() {
         Family::EnergyMomentum(_) => vi_emscheme::scheme::sub_steps(composition).len(),
@@ -256,6 +254,11 @@ pub(super) fn range(times: &[f64]) -> Option<[f64; 2]> {
 
 fn advance(run: &mut Simulation, count: u64) -> bool {
     (0..count).all(|_| run.step().is_ok())
+}
+
+/// Seconds of a step of a model, where it can be taken; over a few of its `steps`.
+pub(super) fn rate(model: &Model, steps: u64) -> Option<f64> {
+    seconds(model, steps.saturating_sub(1).clamp(1, 4))
 }
 
 /// Seconds of a step, over `count` steps after one that warms up.
@@ -277,8 +280,7 @@ fn work_point(
     model: &Model,
     count: u64,
     expected: Option<f64>,
-    effort: f64,
-    end: Option<&Vec<f64>>,
+    (plan, end): (&Plan, Option<&Vec<f64>>),
 ) -> WorkPoint {
     let (order, step) = (model.settings.order, model.settings.step);
     let without = |reason: String| WorkPoint {
@@ -290,12 +292,12 @@ fn work_point(
         missing: Some(reason),
     };
     let Some(end) = end else { return without("there is no reference".into()) };
-    if let Some(expected) = expected.filter(|e| *e > effort) {
-        return without(format!("would take {expected:.0} s"));
+    if let Some(expected) = expected.filter(|e| *e > plan.effort) {
+        return without(format!("would take {expected:.1} s"));
     }
     let mut times = Vec::new();
     let mut error = f64::NAN;
-    while times.len() < REPEATS && times.iter().sum::<f64>() < ENOUGH {
+    while times.len() < REPEATS && times.iter().sum::<f64>() < plan.enough {
         let mut run = match Simulation::new(model) {
             Ok(run) => run,
             Err(error) => {

@@ -40,6 +40,10 @@ use holonom_sim::simulation::Simulation;
 
 /// Steps of the table unless an end is given.
 const STEPS: u64 = 2000;
+/// No budget makes the table shorter than that.
+const LEAST_STEPS: u64 = 100;
+/// Time of a recorded step over that of a step, about.
+const RECORDED: f64 = 1.5;
 
 /// What to compare; what is left open is chosen.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,12 +59,15 @@ pub struct Request {
     pub orders: Vec<u32>,
     /// Seconds that a single measurement may take; longer ones are left out.
     pub effort: f64,
+    /// Seconds that everything may take, about: the end (where none is given) and the measurements are chosen for it, and `effort` does not
+    /// count.
+    pub budget: Option<f64>,
 }
 
 impl Default for Request {
     fn default() -> Self {
         let (schemes, steps) = (Vec::new(), Vec::new());
-        Self { schemes, steps, end: None, orders: vec![2, 4, 6], effort: 10.0 }
+        Self { schemes, steps, end: None, orders: vec![2, 4, 6], effort: 10.0, budget: None }
     }
 }
 
@@ -101,6 +108,8 @@ pub(crate) struct Plan {
     counts: Vec<u64>,
     orders: Vec<u32>,
     effort: f64,
+    /// Seconds of repeated runs after which no more are made.
+    enough: f64,
     /// Energy and momentum maps are looked at from here on, s.
     free_from: f64,
 }
@@ -137,7 +146,44 @@ impl Plan {
         let (orders, effort) = (request.orders.clone(), request.effort);
         let counts = sizes.iter().map(count).collect();
         let free_from = model.loads_end().filter(|t| *t < end).unwrap_or(0.0);
-        Ok(Self { schemes, step, steps: count(&step), counts, orders, effort, free_from })
+        let (steps, enough) = (count(&step), 1.0);
+        Ok(Self { schemes, step, steps, counts, orders, effort, enough, free_from })
+    }
+
+    /// Chooses what a budget allows, and gives the seconds that it takes, about. A fifth is for the runs of the table, three tenths for the
+    /// reference, four for errors against time, one for repetitions of these.
+    fn fit(&mut self, model: &Model, shorten: bool, budget: f64) -> f64 {
+        let rate = |scheme: &Scheme| measure::rate(&self.with(model, *scheme, 2, 1), self.steps);
+        let rates: Vec<f64> = self.schemes.iter().map(|s| rate(s).unwrap_or(0.0)).collect();
+        let all: f64 = rates.iter().sum::<f64>() * RECORDED;
+        if shorten && all * self.steps as f64 > 0.2 * budget {
+            let steps =
+                ((0.2 * budget / all) as u64).clamp(LEAST_STEPS.min(self.steps), self.steps);
+            let shorter = |count: &u64| (count * steps).div_ceil(self.steps);
+            (self.counts, self.steps) = (self.counts.iter().map(shorter).collect(), steps);
+        }
+        let table = all * self.steps as f64;
+        let mut expected = Vec::new();
+        for (scheme, rate) in self.schemes.iter().zip(&rates) {
+            for order in &self.orders {
+                let parts = rate * measure::sub_steps(*scheme, *order) as f64;
+                expected.extend(self.counts.iter().map(|count| parts * *count as f64));
+            }
+        }
+        expected.sort_by(f64::total_cmp);
+        let (mut work, most) = (0.0, budget / 30.0); // the reference takes nine times that at most
+        self.effort = most;
+        for one in &expected {
+            if work + one > 0.4 * budget {
+                self.effort = most.min(*one * (1.0 - 1e-9));
+                break;
+            }
+            if *one <= most {
+                work += one;
+            }
+        }
+        self.enough = 0.1 * budget / expected.len().max(1) as f64;
+        table + reference::seconds(model, self) + work + 0.1 * budget
     }
 
     /// End of all runs, s.
@@ -175,7 +221,11 @@ pub fn compare(
     request: &Request,
     progress: &mut dyn FnMut(&str),
 ) -> Result<Comparison, CompareError> {
-    let plan = Plan::new(model, request)?;
+    let mut plan = Plan::new(model, request)?;
+    if let Some(budget) = request.budget {
+        let seconds = plan.fit(model, request.end.is_none(), budget);
+        progress(&format!("about {:.0} s", seconds.ceil()));
+    }
     let any = plan.schemes.iter().map(|s| Simulation::new(&plan.with(model, *s, 2, 1)));
     let assembly = any.fold(None, |found, next| match (found, next) {
         (Some(Ok(found)), _) => Some(Ok(found)),
@@ -224,6 +274,9 @@ pub fn compare(
         step: plan.step,
         steps: plan.steps,
         end: plan.end(),
+        shortened_from: (request.end.is_none()
+            && plan.end() < model.settings.end - 0.5 * plan.step)
+            .then_some(model.settings.end),
         free_from: plan.free_from,
         reference,
         conserved: names.iter().zip(conserved).filter(|k| k.1).map(|k| (*k.0).to_owned()).collect(),

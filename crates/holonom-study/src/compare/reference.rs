@@ -52,6 +52,21 @@ pub(super) fn reference(model: &Model, plan: &Plan) -> (Reference, Option<Nodes>
     (Reference { description, known_to: None }, None)
 }
 
+/// Seconds that the reference takes, about.
+pub(super) fn seconds(model: &Model, plan: &Plan) -> f64 {
+    let tried = [Scheme::Nodal, Scheme::Constrained].into_iter().flat_map(|scheme| {
+        TRIED.map(|(order, refinement)| {
+            (scheme, order, 2 * (refinement * plan.finest()).div_ceil(2))
+        })
+    });
+    let mut expected = tried.filter_map(|(scheme, order, parts)| {
+        let cost = cost(&plan.with(model, scheme, order, parts)).ok()?;
+        Some(cost * (parts * plan.steps) as f64)
+    });
+    let within = |seconds: &f64| *seconds <= 6.0 * plan.effort;
+    expected.find(within).map_or(0.0, |seconds| 1.5 * seconds)
+}
+
 /// Seconds of a step.
 fn cost(model: &Model) -> Result<f64, String> {
     let mut run = Simulation::new(model).map_err(|e| e.to_string())?;

@@ -2,6 +2,7 @@
 
 use super::record::{Comparison, Measured, Outcome, Record, Verdict};
 use super::{Clock, larger};
+use holonom_report::counted;
 use std::fmt::Write;
 use vi_verify::judge::scientific;
 
@@ -35,7 +36,7 @@ pub(super) fn time_word(clock: Clock) -> &'static str {
     }
 }
 
-/// What was compared, in three lines.
+/// What was compared, in three lines; how much of the model, where that is not all.
 #[must_use]
 pub fn head(c: &Comparison) -> String {
     let known = c.reference.known_to.map_or(String::new(), |e| format!(", known to {e:.0e}"));
@@ -46,17 +47,14 @@ pub fn head(c: &Comparison) -> String {
         }
         false => String::new(),
     };
+    let dof = counted(c.dof as u64, "degree of freedom", "degrees of freedom");
+    let shortened = c
+        .shortened_from
+        .map_or(String::new(), |end| format!(" of {end} s (--end {end} takes all)"));
     format!(
-        "{}: {} degrees of freedom, {} coordinates, {} constraints; {} steps of {} s to t = {} s\n\
+        "{}: {dof}, {} coordinates, {} constraints; {} steps of {} s to t = {} s{shortened}\n\
          reference: {}{known} (m; directors 1)\nmomentum maps that the system conserves: {conserved}{free}\n",
-        c.model,
-        c.dof,
-        c.coordinates,
-        c.constraints,
-        c.steps,
-        c.step,
-        c.end,
-        c.reference.description
+        c.model, c.coordinates, c.constraints, c.steps, c.step, c.end, c.reference.description
     )
 }
 
@@ -85,7 +83,7 @@ pub(super) fn verdict(m: &Measured) -> &'static str {
         Verdict::Conserved => "conserved",
         Verdict::Bounded => "bounded",
         Verdict::Changes => "changes",
-        Verdict::Unknown => "",
+        Verdict::Unknown => "–",
     }
 }
 
@@ -114,7 +112,7 @@ pub(super) fn name(r: &Record) -> String {
 
 pub(super) fn quality(c: &Comparison) -> Rows {
     let head =
-        ["scheme", "distance", "in family", "energy", "", "momenta", "g", "Ḡ Δq/h", "G M⁻¹p"];
+        ["scheme", "distance", "in family", "energy", "is", "momenta", "g", "Ḡ Δq/h", "G M⁻¹p"];
     let mut rows = vec![row(head)];
     for record in &c.records {
         let Some(m) = &record.measured else { continue };
