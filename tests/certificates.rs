@@ -1,8 +1,9 @@
 //! Snapshots of certificates: the verdict on each property. Numbers are left out.
 #![allow(clippy::unwrap_used)] // a test
 
-use holonom::certificate::certify_model;
 use holonom::certificate::page::{sentence, verdict};
+use holonom::certificate::{ModelCertificate, certify_model};
+use holonom::verification::certificate::{Criterion, Verdict};
 use holonom::{Model, Override};
 
 /// Text with every number replaced by `#`.
@@ -82,5 +83,60 @@ fn no_step_is_recommended_beyond_what_was_measured() {
         println!("{found:?}");
         assert!(found.step.is_none_or(|step| step <= 0.01), "{found:?}");
         assert!(found.reason.contains("larger steps were not measured"), "{found:?}");
+    }
+}
+
+/// A model of the folder `tests/certificates`, its certificate by the scheme `scheme`.
+fn certified(name: &str, scheme: &str) -> ModelCertificate {
+    let file = format!("{}/../../tests/certificates/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(file).unwrap();
+    let model = Model::from_toml_with(&text, &[Override::new("simulation.scheme", scheme)]);
+    certify_model(&model.unwrap(), 1e-6, &mut |_| {}).unwrap()
+}
+
+/// Sound models of all kinds pass: nothing free, reactions of zero, forces that begin at zero, beams held at both ends.
+#[test]
+fn sound_models_do_not_fail() {
+    for (name, scheme) in [
+        ("driven_four_bar", "nodal"),
+        ("driven_wiper", "em-nodal"),
+        ("mass_on_spring", "nodal"),
+        ("mass_on_two_springs", "nodal"),
+        ("ramped_slide", "nodal"),
+        ("ramped_slide", "em-dalembert"),
+        ("translating_body", "nodal"),
+        ("clamped_beam", "nodal"),
+        ("planar_particles", "nodal"),
+    ] {
+        let found = certified(name, scheme);
+        println!("{name}, {scheme}: {}", verdict(&found));
+        let failed = found.certificate.findings.iter().find(|f| f.verdict == Verdict::Fail);
+        assert!(failed.is_none(), "{name}, {scheme}: {}", failed.unwrap());
+        let passed = found.certificate.count(Verdict::Pass);
+        assert!(passed >= 60, "{name}, {scheme}: {passed} pass");
+    }
+}
+
+/// Six driven joints: the motion is prescribed, momenta and multipliers converge, what needs a degree of freedom is not applicable.
+#[test]
+fn a_mechanism_without_a_degree_of_freedom_has_a_certificate() {
+    let found = certified("driven_arm", "nodal").certificate;
+    let of = |criterion, quantity: &str| {
+        let all = found.findings.iter().filter(move |f| f.criterion == criterion);
+        all.filter(|f| f.quantity == quantity).collect::<Vec<_>>()
+    };
+    assert!(found.holds() && found.count(Verdict::Inconclusive) == 0);
+    for quantity in ["p (constrained, 34)", "λ (36)"] {
+        for f in of(Criterion::Order, quantity) {
+            println!("{f}");
+            let order = f.value.unwrap();
+            assert!(f.verdict == Verdict::Pass && (order - 2.0).abs() < 0.1, "{f}");
+        }
+    }
+    let form = of(Criterion::Symplecticity, "change of Ω");
+    let matrix = of(Criterion::Conditioning, "κ ~ h^a, as written; as factorized");
+    assert!(!form.is_empty() && !matrix.is_empty());
+    for f in form.into_iter().chain(matrix) {
+        assert_eq!(f.verdict, Verdict::NotApplicable, "{f}");
     }
 }

@@ -19,6 +19,9 @@ fn a_comparison_writes_its_files_and_replaces_none() {
     let output = holonom(&folder, &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));
     assert!(output.stdout.is_empty() && words(&output).contains("em-nodal"));
+    let told = words(&output);
+    assert!(told.contains("pendulum: 1 degree of freedom,") && told.contains("  about "), "{told}");
+    assert!(told.contains("t = 0.5 s\n"), "an end that was asked for is not shortened: {told}");
     let out = folder.join("pendulum-compare");
     let expected = ["compare.html", "compare.json", "model.toml"];
     assert_eq!(files(&out), expected.map(str::to_owned).into());
@@ -45,6 +48,21 @@ fn a_comparison_writes_its_files_and_replaces_none() {
     assert_eq!(code(&folder, &["compare", "bad.toml"]), 3);
 }
 
+/// Without an end, what is left out is named.
+#[test]
+fn a_comparison_names_the_part_of_the_model_that_it_shows() {
+    let folder = folder("shortened");
+    let arguments = ["compare", "pendulum.toml", "--schemes", "nodal,em-nodal", "--order", "2"];
+    let long = ["--set", "simulation.end=40", "--set", "simulation.step=0.01", "--effort", "1"];
+    let output = holonom(&folder, &[&arguments[..], &long].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+    assert!(words(&output).contains(" s of 40 s (--end 40 takes all)"), "{}", words(&output));
+    let page = fs::read_to_string(folder.join("pendulum-compare/compare.html")).unwrap();
+    assert!(!page.contains("Change of the momentum maps"), "a chart of zeros is left out");
+    let usage = |effort: &str| code(&folder, &["compare", "pendulum.toml", "--effort", effort]);
+    assert_eq!((usage("0"), usage("much")), (2, 2));
+}
+
 #[test]
 fn verify_writes_a_certificate() {
     let folder = folder("verify");
@@ -69,7 +87,14 @@ fn verify_writes_a_certificate() {
     assert!((1.0e-4..1.7e-4).contains(&step), "{step}");
     let page = fs::read_to_string(out.join("certificate.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("Observed orders") && !page.contains("src="));
-    assert!(words(&output).contains("no property fails"));
+    // the verdict and the steps, in lines that fit a terminal; the tables where they are asked for
+    let told = words(&output);
+    let report = &told[told.find("pendulum: no property fails").unwrap()..];
+    assert!(
+        report.contains("order 2: a step of") && !report.contains("Observed orders"),
+        "{report}"
+    );
+    assert!(report.lines().all(|line| line.chars().count() <= 100), "{report}");
     // of which model and by which program
     let made = &printed["provenance"];
     let text = |key: &str| made[key].as_str().unwrap_or_default().to_owned();
@@ -80,7 +105,9 @@ fn verify_writes_a_certificate() {
     for stated in ["model_sha256", "date", "command"] {
         assert!(page.contains(&text(stated)), "{stated} on the page");
     }
-    assert!(page.contains("ZAMM 88 (2008)") && page.contains("<dt>(45)</dt>"), "cited equations");
+    assert!(page.contains("ZAMM 88 (2008)") && page.contains("<dt>(46)</dt>"), "cited equations");
+    let tables = holonom(&folder, &["verify", "pendulum.toml", "--force", "--tables"]);
+    assert!(words(&tables).contains("Observed orders"), "{}", words(&tables));
     // nothing is replaced unasked
     let again = holonom(&folder, &["verify", "pendulum.toml"]);
     assert_eq!(again.status.code(), Some(2), "{}", words(&again));

@@ -12,7 +12,7 @@ use xtask::{
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 const USAGE: &str = "\
-cargo xtask verify [--quick] [--only NAME] [--json FILE] [--from FILE] [--age]
+cargo xtask verify [--quick] [--only NAME] [--criterion NAME] [--json FILE] [--from FILE] [--age]
                        measures every property on every system; a full run writes VERIFICATION.md;
                        --json: stores the readings, --from: writes the page from stored readings;
                        --age: of which commit that page is

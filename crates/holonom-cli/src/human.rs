@@ -8,6 +8,28 @@ use holonom::output::Summary;
 use holonom::report::{counts, facts, rounded};
 use holonom::run::Finished;
 
+/// Characters of a line of a paragraph.
+const WIDTH: usize = 100;
+
+/// Words in lines of at most 100 characters, all but the first indented by two blanks more than `indent`.
+pub(crate) fn paragraph(words: &str, indent: &str) -> String {
+    let (mut text, mut line) = (String::new(), indent.to_owned());
+    let mut is_empty = true;
+    for word in words.split_whitespace() {
+        if !is_empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            text += &format!("{line}\n");
+            line = format!("{indent}  ");
+            is_empty = true;
+        }
+        if !is_empty {
+            line.push(' ');
+        }
+        line += word;
+        is_empty = false;
+    }
+    text + &line + "\n"
+}
+
 /// The summary of a run.
 pub(crate) fn summary(finished: &Finished) -> String {
     let summary: &Summary = &finished.summary;

@@ -9,6 +9,7 @@ use holonom::verification::table::{Cell, Table, remarks, tables};
 
 use crate::arguments::Verify;
 use crate::failure::Failure;
+use crate::human::paragraph;
 use crate::input::Input;
 use crate::reproduce::command;
 use crate::{stderr, stdout};
@@ -36,7 +37,7 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
         folder.write("certificate.html", &page(&certificate, &model))?,
     ];
     if !arguments.quiet {
-        stderr::print(&words(&certificate));
+        stderr::print(&words(&certificate, arguments.tables));
         let files = files.map(|file| file.display().to_string());
         stderr::line(&format!("  written: {}", files.join(", ")));
     }
@@ -49,19 +50,21 @@ pub(crate) fn verify(arguments: &Verify) -> Result<(), Failure> {
     if certificate.holds { Ok(()) } else { Err(Failure::Property(verdict(&certificate))) }
 }
 
-/// The certificate for a terminal.
-fn words(certificate: &ModelCertificate) -> String {
-    let mut text = format!("{}: {}\n", certificate.model, verdict(certificate));
+/// The certificate for a terminal: the verdict, recommended steps, what fails; all tables and remarks where they are asked for.
+fn words(certificate: &ModelCertificate, all: bool) -> String {
+    let mut text = paragraph(&format!("{}: {}", certificate.model, verdict(certificate)), "");
     for step in &certificate.steps {
-        text += &format!("  {}\n", sentence(step, certificate.accuracy));
+        text += &paragraph(&sentence(step, certificate.accuracy), "  ");
     }
-    for of in tables(&certificate.certificate) {
-        text += &table(&of);
-    }
+    let fails = |remark: &&String| remark.starts_with(Verdict::Fail.name());
     let remarks = remarks(&certificate.certificate);
-    if !remarks.is_empty() {
+    if all {
+        tables(&certificate.certificate).iter().for_each(|of| text += &table(of));
         text.push('\n');
-        remarks.iter().for_each(|remark| text += &format!("  {remark}\n"));
+        remarks.iter().for_each(|remark| text += &paragraph(remark, "  "));
+    } else {
+        remarks.iter().filter(fails).for_each(|remark| text += &paragraph(remark, "  "));
+        text += "  tables and remarks: on the page, or with --tables\n";
     }
     text
 }

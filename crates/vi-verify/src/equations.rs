@@ -11,6 +11,7 @@
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
+use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
 use vi_core::{Entries, MechanicalSystem, SparseMatrix};
 use vi_multibody::joint::{FrameId, Joint};
@@ -126,6 +127,8 @@ pub trait Equations {
     fn momentum_map(&self, q: &[f64], p: &[f64]) -> Momentum;
     /// `M a + ∇V(q) − f(t, q, v)`, N, shape `n`: what constraints have to supply.
     fn demand(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> Vec<f64>;
+    /// The largest entry of `M a`, `∇V(q)` and `f(t, q, v)`, N: what cancels in [`Equations::demand`].
+    fn acting(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> f64;
     /// `G(q)ᵀ λ`, N; of a force `Gᵀλ` itself, which stands for `λ` where constraints are redundant.
     fn constraint_force(&self, at: Configuration<'_>, lambda: &[f64]) -> Vec<f64>;
     /// `|g(t, q)|_∞`.
@@ -179,6 +182,14 @@ impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
         out
     }
 
+    fn acting(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> f64 {
+        let at = Configuration { angles: self.angles, ..at };
+        let [mut force, mut gradient] = [vec![0.0; at.q.len()], vec![0.0; at.q.len()]];
+        self.system.add_force(at, v, &mut force);
+        self.system.add_potential_gradient(at, 1.0, &mut gradient);
+        norm_inf(&[norm_inf(&force), norm_inf(&gradient), norm_inf(&self.momentum(a))])
+    }
+
     fn constraint_force(&self, at: Configuration<'_>, lambda: &[f64]) -> Vec<f64> {
         if self.redundant {
             return lambda.to_vec();
@@ -191,7 +202,7 @@ impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
     fn residual(&self, at: Configuration<'_>) -> f64 {
         let mut g = vec![0.0; self.constraints.len()];
         self.constraints.value(Configuration { angles: self.angles, ..at }, &mut g);
-        vi_core::linear::norm_inf(&g)
+        norm_inf(&g)
     }
 
     fn unsupported(

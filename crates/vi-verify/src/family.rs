@@ -7,7 +7,7 @@ use vi_constraints::discretization::{Discretization, Step};
 use vi_constraints::galerkin::GalerkinTangent;
 use vi_constraints::tangent_map::{TangentMap, Tangents};
 use vi_constraints::{Constraints, Integrator};
-use vi_core::{DiscreteLagrangian, Entries, Interval, SeparableSystem};
+use vi_core::{DiscreteLagrangian, SeparableSystem};
 use vi_emscheme::constraint::DiscreteConstraints;
 use vi_emscheme::tangent_map::EmTangentMap;
 use vi_emscheme::{EmIntegrator, EmSystem};
@@ -22,8 +22,6 @@ pub trait Family<C: Constraints> {
     fn exact<'a>(&'a self, run: &'a Integrator<Self::System, C>) -> &'a Self::Exact;
     /// `E_d` of a (sub-)step, J; `None` where it is the energy of the node itself.
     fn discrete_energy(system: &Self::System, step: Step<'_>) -> Option<f64>;
-    /// Emits the Jacobian that annihilates `Δq` in a step, shape `m × n`.
-    fn jacobian(constraints: &C, s: &Interval, out: &mut dyn Entries);
     /// See [`super::subject::Motion::values`].
     ///
     /// # Errors
@@ -75,10 +73,6 @@ impl<S: DiscreteLagrangian, C: Observed> Family<C> for Variational<S> {
 
     fn discrete_energy(system: &S, step: Step<'_>) -> Option<f64> {
         Some(step.discrete_energy(system))
-    }
-
-    fn jacobian(constraints: &C, s: &Interval, out: &mut dyn Entries) {
-        constraints.jacobian(s.t_mid(), &s.q_mid, out);
     }
 
     fn values(run: &mut Integrator<S, C>) -> Result<Values, String> {
@@ -158,10 +152,6 @@ impl<C: Observed + DiscreteConstraints> Family<C> for EnergyMomentum {
 
     fn discrete_energy(_: &EmSystem, _: Step<'_>) -> Option<f64> {
         None
-    }
-
-    fn jacobian(constraints: &C, s: &Interval, out: &mut dyn Entries) {
-        constraints.discrete_jacobian(s, out);
     }
 
     fn values(run: &mut EmIntegrator<C>) -> Result<Values, String> {

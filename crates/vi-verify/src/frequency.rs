@@ -16,7 +16,8 @@ use vi_core::{Configuration, DiscreteLagrangian, Entries, Interval, SparseMatrix
 /// `h ω_max` above which the fastest motion is not resolved.
 pub const RESOLVED: f64 = 1.0;
 
-/// `ω_max` at `at` with the multipliers `λ` (shape `m`), rad/s; `None` where `Pᵀ M P` is not positive definite. Dense.
+/// `ω_max` at `at` with the multipliers `λ` (shape `m`), rad/s; 0 without a degree of freedom, `None` where `Pᵀ M P` is not
+/// positive definite. Dense.
 #[must_use]
 pub fn frequency(
     system: &impl DiscreteLagrangian,
@@ -27,6 +28,9 @@ pub fn frequency(
 ) -> Option<f64> {
     let (n, m) = (constraints.dim(), constraints.len());
     let (t, q, P) = (at.t, at.q, null_space_at(constraints, at, rows.len()));
+    if P.ncols() == 0 {
+        return Some(0.0);
+    }
     let mut s = Interval::new(n);
     s.open(t, 1.0, q);
     let square = |emit: &dyn Fn(&mut dyn Entries)| SparseMatrix::assemble(n, n, |out| emit(out));

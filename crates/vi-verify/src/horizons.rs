@@ -4,18 +4,25 @@
 //! twice the time they are larger.
 
 use super::certificate::Study;
-use super::convergence::{Convergence, Horizon, Quantity, Reference, study};
-use super::judge::ORDER_TOLERANCE;
+use super::convergence::{Convergence, HIGH, Horizon, Quantity, Reference, study};
+use super::judge::order_tolerance;
 use super::order::{HALVINGS, NoOrder, ObservedOrder, Scale, longest_observed_order};
 use super::subject::{Method, Subject};
 
-/// Whether little lies between the coarse end and round-off.
-fn is_high(order: u32) -> bool {
-    order >= 6
+/// Halvings that an order is read over at least, and those that no longer horizon is tried for: little lies between
+/// the coarse end of high orders and round-off.
+fn halvings(order: u32) -> (u32, u32) {
+    match order {
+        0..6 => (HALVINGS, HALVINGS),
+        6..=8 => (2, HALVINGS - 1),
+        _ => (1, 1),
+    }
 }
 
 /// Horizons are doubled this often where errors reach round-off too early.
-const EXTENSIONS: usize = 3;
+fn extensions(order: u32) -> usize {
+    if order > HIGH { 5 } else { 3 }
+}
 
 /// A horizon with its doublings; their references are found once.
 pub(super) struct Horizons<'a> {
@@ -45,7 +52,7 @@ impl<'a> Horizons<'a> {
     /// At least one, or why there is none.
     pub(super) fn studies(&mut self, method: Method, order: u32) -> Result<Vec<Study>, String> {
         let mut found: Vec<Study> = Vec::new();
-        for extension in 0..=EXTENSIONS {
+        for extension in 0..=extensions(order) {
             let subject = self.subject;
             let (horizon, reference) = self.reference(extension);
             let studied = reference.as_ref().map_err(String::clone).and_then(|reference| {
@@ -57,9 +64,7 @@ impl<'a> Horizons<'a> {
                 Err(error) if extension == 0 => return Err(error),
                 Err(_) => break,
             };
-            if is_high(order) {
-                curves.iter_mut().for_each(fewer_halvings);
-            }
+            curves.iter_mut().for_each(|curve| fewer_halvings(curve, halvings(order).0));
             found.push(Study { method, order, end: horizon.end, reference, curves });
             if !a_longer_horizon_helps(&found) {
                 break;
@@ -94,7 +99,9 @@ pub(super) fn saturated(found: &[Study], quantity: Quantity) -> Option<f64> {
     };
     let has_order = |study: &Study, quantity| {
         let observed = curve_of(study, quantity).and_then(|curve| curve.observed.as_ref().ok());
-        observed.is_some_and(|o| (o.order - f64::from(study.order)).abs() <= ORDER_TOLERANCE)
+        observed.is_some_and(|o| {
+            (o.order - f64::from(study.order)).abs() <= order_tolerance(study.order)
+        })
     };
     let at_finest = |study: &Study| {
         let error = curve_of(study, quantity)?.errors.last()?.error;
@@ -128,18 +135,18 @@ fn a_longer_horizon_helps(found: &[Study]) -> bool {
     found.last().is_some_and(|s| s.curves.iter().any(|c| short(s, c) && !read(c.quantity)))
 }
 
-/// Whether an order was read over as many halvings as it takes: three where it is high.
+/// Whether an order was read over as many halvings as are wanted.
 fn long_enough(observed: &ObservedOrder, curve: &Convergence, study: &Study) -> bool {
-    let wanted = if is_high(study.order) { HALVINGS - 1 } else { HALVINGS };
+    let (_, wanted) = halvings(study.order);
     let points = &curve.errors[observed.points.clone()];
-    let halvings = (points[0].step / points[points.len() - 1].step).log2();
-    halvings >= f64::from(wanted) - 0.1
+    let found = (points[0].step / points[points.len() - 1].step).log2();
+    found >= f64::from(wanted) - 0.1
 }
 
-/// High orders are read over the longest straight stretch of four, three or two halvings.
-fn fewer_halvings(curve: &mut Convergence) {
+/// High orders are read over the longest straight stretch of four, three … `least` halvings.
+fn fewer_halvings(curve: &mut Convergence, least: u32) {
     let scale = Scale { size: 1.0, floor: curve.floor };
-    if let Ok(observed) = longest_observed_order(&curve.errors, scale) {
+    if let Ok(observed) = longest_observed_order(&curve.errors, scale, least) {
         curve.observed = Ok(observed);
     }
 }

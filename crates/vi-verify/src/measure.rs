@@ -108,7 +108,7 @@ impl LongRun {
         self.samples.iter().map(|node| read(&node.momentum) / scale).collect()
     }
 
-    /// Largest residuals at positions, velocities and momenta; at momenta where (46) is defined.
+    /// Largest residuals at positions and momenta; at momenta where (46) is defined.
     #[must_use]
     pub fn residuals(&self) -> Residuals {
         let largest = |of: fn(&Invariants) -> f64| {
@@ -118,7 +118,6 @@ impl LongRun {
             self.samples.iter().map(|node| node.momentum_level).collect();
         Residuals {
             position: largest(|node| node.position),
-            velocity: largest(|node| node.velocity),
             momentum: levels.map(|levels| norm_inf(&levels)),
         }
     }
@@ -147,13 +146,11 @@ impl LongRun {
     }
 }
 
-/// Largest residuals of the constraints at three levels.
+/// Largest residuals of the constraints at positions and momenta.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Residuals {
     /// `|g(q_n)|`.
     pub position: f64,
-    /// (45).
-    pub velocity: f64,
     /// (46), where it is defined.
     pub momentum: Option<f64>,
 }

@@ -9,7 +9,7 @@
 //! error of the reference (plateau). The estimator takes the finest straight stretch of at least four
 //! halvings between the two, and returns an error where there is none. Double precision does not offer four
 //! halvings to order 8, a fall by `4·10⁹` between an error that is asymptotic and round-off; there the
-//! longest straight stretch of at least two is taken ([`longest_observed_order`]).
+//! longest straight stretch of at least two is taken, and of one for orders above ([`longest_observed_order`]).
 
 use super::fit::{expansion, power_law};
 use serde::{Deserialize, Serialize};
@@ -43,6 +43,8 @@ const UNCERTAIN: f64 = 1e-3;
 const ABOVE: f64 = 1e3;
 /// Round-off of a quantity that divides by `h²` stays below this.
 pub(crate) const AMPLIFIED: f64 = 1e-6;
+/// A straight line over a single halving has at least as many points.
+const LEAST_POINTS: usize = 4;
 /// Errors below this many floors are known too badly for a fit.
 pub(crate) const CLEAR: f64 = 10.0;
 /// A stretch this straight is taken for asymptotic.
@@ -156,12 +158,16 @@ pub fn observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder,
     observed_order_over(errors, scale, HALVINGS)
 }
 
-/// The order over the longest asymptotic stretch of four, three or two halvings; where there is none, as
+/// The order over the longest asymptotic stretch of four, three … `least` halvings; where there is none, as
 /// [`observed_order`].
 ///
 /// # Errors
 /// [`NoOrder`] where nothing can be read.
-pub fn longest_observed_order(errors: &[ErrorAt], scale: Scale) -> Result<ObservedOrder, NoOrder> {
+pub fn longest_observed_order(
+    errors: &[ErrorAt],
+    scale: Scale,
+    least: u32,
+) -> Result<ObservedOrder, NoOrder> {
     let best = observed_order(errors, scale);
     if best.as_ref().is_ok_and(ObservedOrder::is_straight) {
         return best;
@@ -170,7 +176,7 @@ pub fn longest_observed_order(errors: &[ErrorAt], scale: Scale) -> Result<Observ
         let limit = if f64::from(wanted) < SHORT { SHORT_ASYMPTOTIC } else { ASYMPTOTIC };
         observed_order_over(errors, scale, wanted).ok().filter(|found| found.spread <= limit)
     };
-    (2..HALVINGS).rev().find_map(straight).map_or(best, Ok)
+    (least..HALVINGS).rev().find_map(straight).map_or(best, Ok)
 }
 
 /// The same as [`observed_order`] over another number of halvings.
@@ -192,7 +198,10 @@ pub fn observed_order_over(
         return Err(NoOrder::Uncertain { floor: scale.floor / scale.size });
     }
     let largest = errors.iter().map(|e| e.error).fold(0.0, f64::max);
-    if largest <= scale.floor {
+    let low = |e: &ErrorAt| e.error <= CLEAR * scale.floor;
+    // exact at the coarse end, and what grows from there as the step shrinks is round-off
+    let coarse = &errors[..errors.len().min(2)];
+    if errors.iter().all(low) || (coarse.iter().all(low) && largest <= AMPLIFIED) {
         return Err(NoOrder::Exact { largest });
     }
     let saturated = |e: &ErrorAt| e.error >= 0.5 * scale.size;
@@ -228,7 +237,8 @@ pub fn observed_order_over(
     }
     // the shortest stretch of enough halvings from every coarse end
     let stretches = (start..end).filter_map(|from| {
-        (from + 1..=end).find(|&to| halvings(from..to) >= needed).map(|to| from..to)
+        let points = if wanted < 2 { LEAST_POINTS } else { 2 };
+        (from + points..=end).find(|&to| halvings(from..to) >= needed).map(|to| from..to)
     });
     let falls =
         |range: &Range<usize>| errors[range.clone()].windows(2).all(|e| e[0].error > e[1].error);

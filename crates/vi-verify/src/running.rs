@@ -11,8 +11,7 @@ use vi_constraints::{Constraints, Integrator};
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
 use vi_core::{
-    Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem, SeparableSystem,
-    SparseMatrix,
+    Configuration, DiscreteLagrangian, Entries, MechanicalSystem, SeparableSystem, SparseMatrix,
 };
 use vi_emscheme::EmIntegrator;
 use vi_emscheme::constraint::DiscreteConstraints;
@@ -22,7 +21,6 @@ pub struct Running<F: Family<C>, C: Constraints> {
     run: Integrator<F::System, C>,
     family: F,
     discrete_energy: Option<f64>, // J  Σ γ_i E_{d,i} of the last step
-    velocity_level: f64,          // the largest (45) of its sub-steps
 }
 
 impl<F: Family<C>, C: Constraints> std::fmt::Debug for Running<F, C> {
@@ -35,7 +33,7 @@ impl<S: DiscreteLagrangian, C: Observed> Running<Variational<S>, C> {
     /// A variational integrator, from its present node.
     #[must_use]
     pub fn variational(run: Integrator<S, C>) -> Self {
-        Self { run, family: Variational::default(), discrete_energy: None, velocity_level: 0.0 }
+        Self { run, family: Variational::default(), discrete_energy: None }
     }
 }
 
@@ -45,30 +43,7 @@ impl<C: Observed + DiscreteConstraints> Running<EnergyMomentum, C> {
     #[must_use]
     pub fn energy_momentum(run: EmIntegrator<C>, forces: SeparableSystem) -> Self {
         let family = EnergyMomentum::new(forces);
-        Self { run, family, discrete_energy: None, velocity_level: 0.0 }
-    }
-}
-
-/// `|G Δq/h|_∞` of (45) with the Jacobian of the step; of constraints that depend on time `|Δg/h|_∞`.
-fn velocity_level<C: Constraints, F: Family<C>>(constraints: &C, s: &Interval) -> f64 {
-    let mut rate = vec![0.0; constraints.len()];
-    if constraints.is_rheonomic() {
-        constraints.value(s.end(), &mut rate);
-        return norm_inf(&rate) / s.h.abs();
-    }
-    F::jacobian(constraints, s, &mut Product { v: &s.v_mid, out: &mut rate });
-    norm_inf(&rate)
-}
-
-/// `out ← out + A v` from the entries of `A`, without the matrix.
-struct Product<'a> {
-    v: &'a [f64],
-    out: &'a mut [f64],
-}
-
-impl Entries for Product<'_> {
-    fn add(&mut self, row: usize, column: usize, value: f64) {
-        self.out[row] += value * self.v[column];
+        Self { run, family, discrete_energy: None }
     }
 }
 
@@ -141,40 +116,20 @@ fn nature(
         conservative: norm_inf(&force) == 0.0 && !constraints.is_rheonomic(),
         forced: norm_inf(&force) != 0.0,
         dissipative: system.is_dissipative(),
-        quadratic: is_quadratic(constraints, t, q),
     }
-}
-
-/// Whether `D²g` is the same at `q` and beside it, in a direction without a pattern.
-fn is_quadratic(constraints: &impl Observed, t: f64, q: &[f64]) -> bool {
-    let m = constraints.len();
-    let w: Vec<f64> = (0..q.len()).map(|i| (1.0 + 1.7 * i as f64).sin()).collect();
-    let beside: Vec<f64> = q.iter().zip(&w).map(|(q, w)| q + 0.1 * w).collect();
-    let (mut here, mut there) = (vec![0.0; m], vec![0.0; m]);
-    constraints.second_derivative(t, q, &w, &w, &mut here);
-    constraints.second_derivative(t, &beside, &w, &w, &mut there);
-    let change: Vec<f64> = here.iter().zip(&there).map(|(a, b)| a - b).collect();
-    norm_inf(&change) <= 1e-6 * (1.0 + norm_inf(&here))
 }
 
 impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
     fn step(&mut self) -> Result<(), String> {
         let mut action_rate = Some(0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
         let mut length = 0.0;
-        let composed = self.run.reads_states();
-        let mut level = vec![0.0];
-        let stepped = self.run.step_with(&mut |system, constraints, step| {
-            let s = step.s;
+        let stepped = self.run.step_with(&mut |system, _, step| {
             let added = F::discrete_energy(system, step).zip(action_rate);
-            action_rate = added.map(|(energy, rate)| rate + s.h * energy);
-            length += s.h;
-            if composed {
-                level.push(velocity_level::<C, F>(constraints, s));
-            }
+            action_rate = added.map(|(energy, rate)| rate + step.s.h * energy);
+            length += step.s.h;
         });
         stepped.map_err(|e| e.to_string())?;
         self.discrete_energy = action_rate.map(|rate| rate / length);
-        self.velocity_level = norm_inf(&level);
         Ok(())
     }
 
@@ -238,7 +193,6 @@ impl<F: Family<C>, C: Observed> Motion for Running<F, C> {
             momentum: momentum(&node.p_projected),
             momentum_size: momentum_size(&momentum, &node.p_projected),
             position: node.position_residual,
-            velocity: if composed { self.velocity_level } else { node.velocity_residual },
             // with a singular M, and at the nodes of a composition, there is no p_n to speak of
             momentum_level: (!composed && node.hamiltonian.is_some())
                 .then_some(node.momentum_residual),

@@ -150,8 +150,6 @@ pub struct Invariants {
     pub momentum_size: Momentum,
     /// `|g(q_n)|_∞`.
     pub position: f64,
-    /// `|f_d|_∞` of (45) in the step from here, the largest of its sub-steps.
-    pub velocity: f64,
     /// `|h_d|_∞` of (46) with `p_n`; `None` where it is not defined (composed steps, singular `M`).
     pub momentum_level: Option<f64>,
     /// `|q_n|_∞`.
@@ -170,8 +168,6 @@ pub struct Nature {
     pub forced: bool,
     /// A force takes energy out.
     pub dissipative: bool,
-    /// All constraints are at most quadratic in `q`: (45) then holds to round-off, not only to second order.
-    pub quadratic: bool,
 }
 
 /// Configuration and velocity of other initial values than those of the subject.

@@ -53,7 +53,7 @@ impl Derivatives {
     }
 }
 
-/// Largest change of `Ω` over `steps` steps, relative to the largest term that it is made of.
+/// Largest change of `Ω` over `steps` steps, relative to the largest term that it is made of; `None` without a degree of freedom.
 ///
 /// # Errors
 /// Why the method does not apply or a step failed, in words.
@@ -61,28 +61,31 @@ pub fn symplectic_defect(
     subject: &dyn Subject,
     setting: Setting,
     steps: u64,
-) -> Result<f64, String> {
+) -> Result<Option<f64>, String> {
     let mut least = f64::INFINITY;
     for parameter in PARAMETERS {
-        let defect = defect(subject, setting, (steps, parameter))?;
+        let Some(defect) = defect(subject, setting, (steps, parameter))? else { return Ok(None) };
         least = if defect.is_nan() { defect } else { least.min(defect) };
         if least <= SMALL || least.is_nan() {
             break;
         }
     }
-    Ok(least)
+    Ok(Some(least))
 }
 
 fn defect(
     subject: &dyn Subject,
     setting: Setting,
     (steps, unit): (u64, f64),
-) -> Result<f64, String> {
+) -> Result<Option<f64>, String> {
     let mut base = subject.start(setting)?;
     let (q0, v0) = (base.q().to_vec(), base.velocity()?);
     let n = q0.len();
     let tangents = base.tangents();
     let dof = tangents.dq.ncols() / 2;
+    if dof == 0 {
+        return Ok(None);
+    }
     let count = (2 * dof).min(CURVES);
     let directions = tangents.dq.columns(0, dof);
     let (mut before, mut after) = (Derivatives::new(n, count), Derivatives::new(n, count));
@@ -113,5 +116,5 @@ fn defect(
     }
     let change = after.form() - before.form();
     let size = norm_inf(before.size().as_slice()).max(norm_inf(after.size().as_slice()));
-    Ok(if size > 0.0 { norm_inf(change.as_slice()) / size } else { 0.0 })
+    Ok(Some(if size > 0.0 { norm_inf(change.as_slice()) / size } else { 0.0 }))
 }

@@ -25,7 +25,10 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
         Criterion::Output => (
             "momenta, multipliers, reactions, energies and momentum maps satisfy the equations of motion along the \
              configurations; reported `|g|` is `|g(q)|`",
-            format!("differences vanish with order {LEAST_ORDER} or more in `h`, or are below 1e-9; `|g|`: 1e-15 (1 + `|q|²`)"),
+            format!(
+                "differences from central differences of the order `p` of the scheme vanish with order {LEAST_ORDER} `p` or more in `h`, or are \
+                 below 1e-9 of the largest force that acts; `|g|`: 1e-15 (1 + `|q|²`)"
+            ),
         ),
         Criterion::Energy => (
             "variational: the error of `H` is bounded, without secular drift; energy–momentum: `H` is constant",
@@ -44,10 +47,9 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
             ),
         ),
         Criterion::Residual => (
-            "constraints at positions, (45) at velocities, (46) at momenta",
+            "constraints at positions and, (46), at momenta; (45) at velocities follows from that at positions",
             format!(
-                "`g`: 1e-13 (1 + `|q|²`); (45), in every sub-step: 2e-13 (1 + `|q|²`)/`h`, order 2 where a constraint of the mechanism \
-                 is not quadratic (known deviation); (46), where `p_n` is defined (order 2, regular `M`): order {:.1} or more, or 1e-11",
+                "`g`: 1e-13 (1 + `|q|²`); (46), where `p_n` is defined (order 2, regular `M`): order {:.1} or more, or 1e-11",
                 2.0 - 2.0 * ORDER_TOLERANCE
             ),
         ),
@@ -57,7 +59,7 @@ fn asks(criterion: Criterion) -> (&'static str, String) {
         ),
         Criterion::Symplecticity => (
             "`Ω` of curves on `T*C` does not change, by differences of real steps",
-            format!("{FORM_TOLERANCE:.0e} of its largest term; energy–momentum: more than that"),
+            format!("{FORM_TOLERANCE:.0e} of its largest term; energy–momentum schemes do not conserve it: not applicable"),
         ),
         Criterion::Conditioning => (
             "condition numbers of the Newton matrix against `h`",

@@ -29,6 +29,7 @@ struct Wanted {
     quick: bool,
     age: bool,
     only: Option<String>,
+    criterion: Option<String>,
     json: Option<PathBuf>,
     from: Option<PathBuf>,
 }
@@ -42,6 +43,7 @@ impl Wanted {
                 "--quick" => wanted.quick = true,
                 "--age" => wanted.age = true,
                 "--only" => wanted.only = Some(value("--only")?.to_owned()),
+                "--criterion" => wanted.criterion = Some(value("--criterion")?.to_owned()),
                 "--json" => wanted.json = Some(value("--json")?.into()),
                 "--from" => wanted.from = Some(value("--from")?.into()),
                 other => return Err(format!("unknown argument `{other}`")),
@@ -110,7 +112,14 @@ pub fn run(arguments: &[&str]) -> Result<bool, String> {
     let all = cases::all(wanted.quick)?;
     let known = all.iter().map(|case| case.name).collect::<Vec<_>>().join(", ");
     let chosen = |case: &Case| wanted.only.as_ref().is_none_or(|only| case.name.contains(&**only));
-    let cases: Vec<Case> = all.into_iter().filter(chosen).collect();
+    let mut cases: Vec<Case> = all.into_iter().filter(chosen).collect();
+    if let Some(name) = &wanted.criterion {
+        if !Criterion::ALL.iter().any(|criterion| criterion.name() == name) {
+            let known = Criterion::ALL.map(Criterion::name).join(", ");
+            return Err(format!("no criterion `{name}`; there are {known}"));
+        }
+        cases.iter_mut().for_each(|case| case.plan.criteria.retain(|c| c.name() == name));
+    }
     if cases.is_empty() {
         return Err(format!("no system of that name; there are {known}"));
     }
@@ -127,12 +136,12 @@ pub fn run(arguments: &[&str]) -> Result<bool, String> {
     let Readings { commit, seconds, systems } = readings;
     let certified: Vec<Certified> =
         cases.into_iter().zip(systems).map(|(case, reading)| Certified { case, reading }).collect();
-    let full = wanted.only.is_none() && !wanted.quick;
+    let full = wanted.only.is_none() && wanted.criterion.is_none() && !wanted.quick;
     let around = if full { Some(Around::measure(&root)?) } else { None };
     let text = markdown::page(&certified, around.as_ref(), (wanted.quick, seconds), &commit);
     if full {
         text_file::write(&root.join("VERIFICATION.md"), &text)?;
-    } else if wanted.only.is_some() {
+    } else if wanted.only.is_some() || wanted.criterion.is_some() {
         print!("{text}");
     }
     let findings: Vec<&Finding> =

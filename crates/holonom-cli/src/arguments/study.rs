@@ -20,12 +20,15 @@ pub(crate) struct Compare {
     /// Time steps, s: the first is that of the table; by default that of the model and three halvings
     #[arg(long, value_name = "H,…", value_delimiter = ',', allow_negative_numbers = true)]
     pub(crate) step: Vec<f64>,
-    /// End time, s; by default that of the model, but at most 2000 steps
+    /// End time, s; by default that of the model, but at most 2000 steps and fewer where these would take long
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub(crate) end: Option<f64>,
     /// Orders in error against time
-    #[arg(long, value_name = "K,…", value_delimiter = ',', default_values = ["2", "4", "6"])]
+    #[arg(long, value_name = "K,…", value_delimiter = ',', default_values = ["2", "4"])]
     pub(crate) order: Vec<u32>,
+    /// CPU time that everything may take, s, about; what would take longer is left out
+    #[arg(long, value_name = "SECONDS", value_parser = effort, default_value = "30")]
+    pub(crate) effort: f64,
     /// Replace the results of an earlier comparison
     #[arg(long)]
     pub(crate) force: bool,
@@ -69,6 +72,9 @@ pub(crate) struct Verify {
     /// Accuracy for the recommended step, relative to the largest coordinate
     #[arg(long, value_name = "E", default_value = "1e-6", value_parser = accuracy)]
     pub(crate) accuracy: f64,
+    /// Print all tables and remarks, too; the page has them in any case
+    #[arg(long)]
+    pub(crate) tables: bool,
     /// Replace an earlier certificate
     #[arg(long)]
     pub(crate) force: bool,
@@ -78,6 +84,13 @@ pub(crate) struct Verify {
     /// Print errors only
     #[arg(short, long)]
     pub(crate) quiet: bool,
+}
+
+fn effort(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number
+        .filter(|seconds| *seconds > 0.0)
+        .ok_or_else(|| "write a positive number of seconds, such as 30".to_owned())
 }
 
 fn accuracy(text: &str) -> Result<f64, String> {

@@ -5,7 +5,7 @@ use crate::equations;
 use holonom_model::Model;
 use holonom_report::page::{escape, figure, foot, head, heading, push_list, push_model};
 use holonom_report::scene::Scene;
-use holonom_report::{Axis, Chart, Curve, Strokes};
+use holonom_report::{Axis, Chart, Curve, Strokes, time};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use vi_verify::certificate::{Study, Verdict, counts};
@@ -24,6 +24,7 @@ pub fn verdict(of: &ModelCertificate) -> String {
 #[must_use]
 pub fn sentence(of: &Recommendation, accuracy: f64) -> String {
     let Recommendation { order, end, error, step, reason } = of;
+    let end = time(*end);
     let why = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
     match (step, error) {
         (Some(step), Some(error)) => format!(

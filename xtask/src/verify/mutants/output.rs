@@ -34,8 +34,6 @@ pub enum OutputDefect {
     MomentumRate(usize, f64),
     /// `|g|` with something added.
     Residual(f64),
-    /// (45) with something added.
-    VelocityLevel(f64),
     /// (46) with a part of first order in `h`.
     MomentumLevel(f64),
     /// The momentum `p̄` grows by a part of itself in every step.
@@ -140,7 +138,6 @@ impl Motion for Misreporting {
                     rate * t * size(reported.momentum_size.angular[k - 3]);
             }
             OutputDefect::Residual(by) => reported.position += by,
-            OutputDefect::VelocityLevel(by) => reported.velocity += by,
             OutputDefect::MomentumLevel(by) => {
                 reported.momentum_level =
                     reported.momentum_level.map(|level| level + by * self.h.abs());
