@@ -21,6 +21,7 @@
 //! | [`closure`] | the residual `g(q_n)` of every step against round-off |
 //! | [`projection`] | `R_d`, `Q`, `M⁻¹` at a node |
 //! | [`node_solvers`] | the same from the structure of a mechanism, in linear time |
+//! | [`fastest_motion`] | the fastest vibration about a node, by Lanczos' method |
 //! | [`legendre`] | discrete Legendre transforms, multipliers, energies of given configurations |
 //! | [`node`] | the same along an integration, and hidden constraints |
 //! | [`galerkin`] | schemes of order `2s` with `s` control points per step |
@@ -39,6 +40,7 @@ pub mod constrained;
 pub mod constraints;
 pub mod dalembert;
 pub mod discretization;
+pub mod fastest_motion;
 pub mod galerkin;
 mod independent_rows;
 pub mod initialization;

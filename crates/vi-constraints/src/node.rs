@@ -8,17 +8,19 @@
 //! LMO08 §3.
 
 use crate::constraints::Constraints;
+use crate::fastest_motion::{ConstrainedMass, FastestMotions, fastest_motion, quotient};
 use crate::least_norm::LeastNorm;
 use crate::legendre::add_constraint_impulse;
 use crate::node_solvers::NodeSolvers;
 use crate::projection::{Projections, hamiltonian, kinetic_energy};
+use crate::reparametrization::Emission;
 use crate::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::legendre::{Energies, discrete_energy, p_minus};
 use vi_core::linear::{Singular, norm_inf};
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
 
 /// Quantities of the node `n`, all buffers sized once.
@@ -174,21 +176,81 @@ impl NodeObserver {
         state: &State,
         h: f64,
     ) -> Result<(), Singular> {
-        let (node, at) = (&mut self.node, state.configuration());
-        constraints.residual(at, &mut self.m_work);
-        node.position_residual = norm_inf(&self.m_work);
+        let Self { projections, solvers, node, m_work, .. } = self;
+        let at = state.configuration();
+        constraints.residual(at, m_work);
+        node.position_residual = norm_inf(m_work);
 
-        let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, h, out);
-        let solved = self.solvers.velocity.as_mut().is_some_and(|solver| {
-            solver.velocity(&mass, (at, &state.memory), &state.p, &mut node.v).is_ok()
-        });
-        if !solved {
-            self.projections.velocity(system, constraints, at, h, &state.p, &mut node.v)?;
-        }
+        let solvers = (projections, solvers);
+        velocity(solvers, system, constraints, (state, at.t), (h, &state.p), &mut node.v)?;
         node.p_projected.fill(0.0);
         system.add_momentum_of_step(at, h, &node.v, &mut node.p_projected); // (40)
         node.hamiltonian_projected = hamiltonian(system, at, &node.v, &node.p_projected); // (53)
         Ok(())
+    }
+
+    /// `v ← v̂` of no momentum at the configuration of a state and the time `t`: the least motion that prescribed motions
+    /// need. Shape `n`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub fn prescribed_velocity(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        (state, t): (&State, f64),
+        v: &mut [f64],
+    ) -> Result<(), Singular> {
+        let rest = vec![0.0; v.len()];
+        let solvers = (&mut self.projections, &mut self.solvers);
+        velocity(solvers, system, constraints, (state, t), (0.0, &rest), v)
+    }
+
+    /// The fastest motions about a node: with the stiffness of potentials and constraint forces, and with that of the forces of
+    /// those constraints alone that are `counted`; `stiffness` emits `∇²V`, shape `n × n`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no mass.
+    pub fn fastest_motions(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        state: &State,
+        (stiffness, counted): (&Emission<'_>, &dyn Fn(usize) -> bool),
+    ) -> Result<FastestMotions, Singular> {
+        let (n, m) = (system.dim(), constraints.len());
+        let (mut lambda, mut prescribed) = (vec![0.0; m], Vec::new());
+        if self.solvers.multipliers.is_some() {
+            let mut force = vec![0.0; n];
+            self.acceleration_force(system, constraints, state, &mut force, Some(&mut lambda))?;
+        } else {
+            self.observe_state(system, constraints, state, 0.0)?;
+            let Self { projections, node, .. } = self;
+            let at = state.configuration();
+            projections.independent_multiplier(system, constraints, at, &node.v, &mut lambda)?;
+        }
+        if constraints.is_rheonomic() {
+            prescribed.resize(n, 0.0);
+            self.prescribed_velocity(system, constraints, (state, state.t), &mut prescribed)?;
+        }
+        let matrix = |lambda: &[f64], stiffness: &Emission<'_>| {
+            SparseMatrix::assemble(n, n, |out| {
+                stiffness(out);
+                constraints.weighted_hessian(state.t, &state.q, lambda, 1.0, out);
+            })
+        };
+        let whole = matrix(&lambda, stiffness);
+        for (_, lambda) in lambda.iter_mut().enumerate().filter(|(row, _)| !counted(*row)) {
+            *lambda = 0.0;
+        }
+        let geometric = matrix(&lambda, &|_| ());
+        let Self { projections, solvers, .. } = self;
+        let mut mass = AtNode { projections, solvers, system, constraints, state, prescribed };
+        let all = fastest_motion(&whole, &mut mass)?;
+        let by_constraint_forces = fastest_motion(&geometric, &mut mass)?;
+        let held = quotient(&whole, &by_constraint_forces.velocity) - by_constraint_forces.squared;
+        let held = held > by_constraint_forces.squared.abs();
+        Ok(FastestMotions { all, by_constraint_forces, held })
     }
 
     /// `p_n` (34), the constraint force and, where they are wanted, the multipliers. The step equation says
@@ -254,6 +316,50 @@ impl NodeObserver {
         node.acceleration.clear();
         node.acceleration.extend_from_slice(projections.acceleration());
         Ok(())
+    }
+}
+
+/// `v ← v̂` of a momentum `p` at the configuration of a state and the time `t`, with what is added to the mass in steps `h`.
+fn velocity(
+    (projections, solvers): (&mut Projections, &mut NodeSolvers),
+    system: &impl DiscreteLagrangian,
+    constraints: &impl Constraints,
+    (state, t): (&State, f64),
+    (h, p): (f64, &[f64]),
+    v: &mut [f64],
+) -> Result<(), Singular> {
+    let at = Configuration { t, ..state.configuration() };
+    let mass = |out: &mut dyn Entries| system.emit_mass_of_step(at, h, out);
+    if let Some(solver) = &mut solvers.velocity
+        && solver.velocity(&mass, (at, &state.memory), p, v).is_ok()
+    {
+        return Ok(());
+    }
+    projections.velocity(system, constraints, at, h, p, v)
+}
+
+/// The mass of a system on the directions that its constraints allow at a node.
+struct AtNode<'a, S, C> {
+    projections: &'a mut Projections,
+    solvers: &'a mut NodeSolvers,
+    system: &'a S,
+    constraints: &'a C,
+    state: &'a State,
+    prescribed: Vec<f64>, // n  v̂ of no momentum; empty where no motion is prescribed
+}
+
+impl<S: DiscreteLagrangian, C: Constraints> ConstrainedMass for AtNode<'_, S, C> {
+    fn velocity(&mut self, p: &[f64], v: &mut [f64]) -> Result<(), Singular> {
+        let (system, constraints, state) = (self.system, self.constraints, self.state);
+        let solvers = (&mut *self.projections, &mut *self.solvers);
+        velocity(solvers, system, constraints, (state, state.t), (0.0, p), v)?;
+        v.iter_mut().zip(&self.prescribed).for_each(|(v, own)| *v -= own);
+        Ok(())
+    }
+
+    fn momentum(&mut self, v: &[f64], p: &mut [f64]) {
+        p.fill(0.0);
+        self.system.add_momentum_of_step(self.state.configuration(), 0.0, v, p);
     }
 }
 

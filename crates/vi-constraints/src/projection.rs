@@ -244,6 +244,28 @@ impl Projections {
         }
     }
 
+    /// The multiplier of the acceleration level at `at` with the velocity `v` on independent constraints, zero on the others: in
+    /// the memory of a sparse factorization.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub(crate) fn independent_multiplier(
+        &mut self,
+        system: &impl MechanicalSystem,
+        constraints: &impl Constraints,
+        at: Configuration<'_>,
+        v: &[f64],
+        lambda: &mut [f64],
+    ) -> Result<(), Singular> {
+        self.acceleration_sides(system, constraints, at, v);
+        let force = std::mem::take(&mut self.n_work);
+        let solved = self.solve_mass(system, constraints, at, 0.0, &force);
+        self.n_work = force;
+        solved?;
+        self.mass_system.rows().scatter(&self.x[self.n..], lambda);
+        Ok(())
+    }
+
     /// The multiplier of the acceleration level at `at` with the velocity `v`; it has the order of
     /// `v`, also at the macro nodes of a composition.
     ///
@@ -257,14 +279,9 @@ impl Projections {
         v: &[f64],
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        self.acceleration_sides(system, constraints, at, v);
-        let force = std::mem::take(&mut self.n_work);
-        let solved = self.solve_mass(system, constraints, at, 0.0, &force);
-        self.n_work = force;
-        solved?;
+        self.independent_multiplier(system, constraints, at, v, lambda)?;
         self.acceleration.copy_from_slice(&self.x[..self.n]);
         let rows = self.mass_system.rows();
-        rows.scatter(&self.x[self.n..], lambda);
         if rows.len() == lambda.len() {
             return Ok(());
         }

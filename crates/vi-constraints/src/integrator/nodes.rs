@@ -4,6 +4,7 @@ use super::Integrator;
 use super::error::ObserveError;
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, ObserveNode, Step};
+use crate::fastest_motion::FastestMotions;
 use crate::least_norm::LeastNorm;
 use crate::node::{Node, NodeObserver};
 use crate::node_solvers::NodeSolvers;
@@ -11,6 +12,7 @@ use crate::saddle_point::IndependentRows;
 use crate::scheme::SubStep;
 use vi_core::linear::Singular;
 use vi_core::state::State;
+use vi_core::{Configuration, DiscreteLagrangian, Entries};
 
 impl<S: Discretization<C, Observer = NodeObserver>, C: Constraints> Integrator<S, C> {
     /// Reads nodes with what the mechanism offers in the place of the saddle-point matrix.
@@ -18,6 +20,42 @@ impl<S: Discretization<C, Observer = NodeObserver>, C: Constraints> Integrator<S
     pub fn reading_with(mut self, solvers: NodeSolvers) -> Self {
         self.observer.solve_with(solvers);
         self
+    }
+
+    /// `v̂` of no momentum in the present configuration at the time `t`, s: the least motion that prescribed motions
+    /// need. Shape `n`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank.
+    pub fn prescribed_velocity(&mut self, t: f64) -> Result<Vec<f64>, Singular>
+    where
+        S: DiscreteLagrangian,
+    {
+        let Self { observer, start_observer, system, constraints, state, .. } = self;
+        let mut v = vec![0.0; constraints.dim()];
+        let observer = observer_at(state, observer, start_observer);
+        observer.prescribed_velocity(system, &**constraints, (state, t), &mut v)?;
+        Ok(v)
+    }
+
+    /// The fastest motions about the current node ([`crate::fastest_motion`]): with the stiffness of potentials and constraint
+    /// forces, and with that of the forces of those constraints alone that are `counted`; `stiffness` emits `∇²V`, shape
+    /// `n × n`.
+    ///
+    /// # Errors
+    /// [`Singular`] when the constraints have lost rank, or a direction they leave free has no mass.
+    pub fn fastest_motions(
+        &mut self,
+        stiffness: &dyn Fn(&S, Configuration<'_>, &mut dyn Entries),
+        counted: &dyn Fn(usize) -> bool,
+    ) -> Result<FastestMotions, Singular>
+    where
+        S: DiscreteLagrangian,
+    {
+        let Self { observer, start_observer, system, constraints, state, .. } = self;
+        let emit = |out: &mut dyn Entries| stiffness(system, state.configuration(), out);
+        let observer = observer_at(state, observer, start_observer);
+        observer.fastest_motions(system, &**constraints, state, (&emit, counted))
     }
 }
 

@@ -41,7 +41,10 @@ impl StepError {
             Self::Newton(NewtonError::Refused {
                 fault: Fault::OutsideChart { kind: BlockKind::Rotation, .. },
                 ..
-            }) => "a step must turn no body by more than half a turn: reduce the time step",
+            }) => {
+                "a step must turn no body by more than half a turn, in the variational schemes of order 2 by less than \
+                 1 rad (sin θ = h ω): reduce the time step"
+            }
             Self::Newton(NewtonError::Refused { fault: Fault::FarFromGuess { .. }, .. }) => {
                 "the step has more than one solution: reduce the time step"
             }
