@@ -14,7 +14,8 @@ use super::subject::{Method, Subject};
 fn halvings(order: u32) -> (u32, u32) {
     match order {
         0..6 => (HALVINGS, HALVINGS),
-        6..=8 => (2, HALVINGS - 1),
+        6..8 => (2, HALVINGS - 1),
+        8 => (1, 2),
         _ => (1, 1),
     }
 }

@@ -9,7 +9,7 @@
 //! error of the reference (plateau). The estimator takes the finest straight stretch of at least four
 //! halvings between the two, and returns an error where there is none. Double precision does not offer four
 //! halvings to order 8, a fall by `4·10⁹` between an error that is asymptotic and round-off; there the
-//! longest straight stretch of at least two is taken, and of one for orders above ([`longest_observed_order`]).
+//! longest straight stretch of at least two is taken, and of one from order 8 on ([`longest_observed_order`]).
 
 use super::fit::{expansion, power_law};
 use serde::{Deserialize, Serialize};
@@ -200,8 +200,9 @@ pub fn observed_order_over(
     let largest = errors.iter().map(|e| e.error).fold(0.0, f64::max);
     let low = |e: &ErrorAt| e.error <= CLEAR * scale.floor;
     // exact at the coarse end, and what grows from there as the step shrinks is round-off
-    let coarse = &errors[..errors.len().min(2)];
-    if errors.iter().all(low) || (coarse.iter().all(low) && largest <= AMPLIFIED) {
+    let law = power_law(errors.iter().map(|e| [e.step, e.error]));
+    let grows = largest <= AMPLIFIED && law.is_some_and(|law| law.exponent < -0.5);
+    if errors.iter().all(low) || (low(&errors[0]) && grows) {
         return Err(NoOrder::Exact { largest });
     }
     let saturated = |e: &ErrorAt| e.error >= 0.5 * scale.size;
@@ -382,7 +383,7 @@ mod tests {
 
     #[test]
     fn where_there_are_no_four_halvings_the_longest_straight_stretch_counts() {
-        let longest = |errors: &[ErrorAt]| longest_observed_order(errors, UNIT);
+        let longest = |errors: &[ErrorAt]| longest_observed_order(errors, UNIT, 2);
         // eight halvings, of which the first is not asymptotic and three are above the plateau
         let errors = study(9, |h| 1e-4 * h.powi(8) * (1.0 + 30.0 * h.powi(8)) + 2e-15);
         let found = longest(&errors).unwrap();
