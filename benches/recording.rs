@@ -45,14 +45,8 @@ fn recorded(model: &Model, steps: u64, reactions: bool) -> Model {
     let mut model = model.clone();
     model.settings.every = 1;
     model.settings.end = model.settings.step * steps as f64;
-    let sensor = |joint: &Joint| Sensor {
-        name: format!("R{}", joint.name),
-        kind: SensorKind::Reaction,
-        of: joint.name.clone(),
-        point: None,
-        element: None,
-        at: None,
-        frame: None,
+    let sensor = |joint: &Joint| {
+        Sensor::new(format!("R{}", joint.name), SensorKind::Reaction, joint.name.clone())
     };
     let sensed = if reactions { &model.joints[..] } else { &[] };
     model.sensors = sensed.iter().map(sensor).collect();
