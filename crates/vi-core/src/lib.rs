@@ -19,6 +19,7 @@
 //! | [`dense`] | dense factorizations with equal bits on every processor |
 //! | [`lanes`] | four or eight numbers in a register, with equal bits on every processor |
 //! | [`eigen`] | `K x = ω² M x`, accurate where it is soft |
+//! | [`inertia`] | how many eigenvalues of a constrained stiffness are negative |
 //! | [`quadratic_eigen`] | `(λ² M + λ C + K) x = 0`: damped and gyroscopic vibrations |
 //! | [`composition`] | orders 4, 6, 8 |
 //! | [`galerkin`] | constants of the schemes of order `2s` with `s` control points per step |
@@ -46,6 +47,7 @@ pub mod eigen;
 pub mod force;
 pub mod galerkin;
 pub mod galerkin_pencil;
+pub mod inertia;
 pub mod interpolation;
 pub mod interval;
 pub mod isotropic;
