@@ -38,6 +38,12 @@ pub trait DiscreteForce: Send + Sync {
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
     /// Emits `scale ∂f/∂v (t, q, v)`; always the same places in the same order.
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
+    /// Whether it acts from the ground on what rotates, as a damper whose other end stands still: the rate that it sees in a
+    /// steady rotation changes with the configuration, by `W δq`. [`DiscreteForce::add_stiffness`] is then `∂f/∂q` at `v`,
+    /// and `∂f/∂v W` comes to it.
+    fn acts_from_ground(&self) -> bool {
+        false
+    }
     /// Whether the force takes energy out whichever way time runs (dampers, friction).
     fn is_dissipative(&self) -> bool;
     /// Number of internal variables; zero for most forces.
@@ -84,6 +90,10 @@ pub trait Force: Send + Sync {
         scale: f64,
         out: &mut dyn Entries,
     );
+    /// See [`DiscreteForce::acts_from_ground`].
+    fn acts_from_ground(&self) -> bool {
+        false
+    }
     /// Whether the force takes energy out whichever way time runs.
     fn is_dissipative(&self) -> bool;
 }
@@ -115,8 +125,14 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
         s.h * self.0.power(s.t_mid(), &s.q_mid, &s.v_mid, scratch)
     }
 
-    fn add_stiffness(&self, at: Configuration<'_>, _v: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.0.add_position_derivative(at.t, at.q, &vec![0.0; at.q.len()], scale, out);
+    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
+        let rest = vec![0.0; at.q.len()];
+        let v = if self.0.acts_from_ground() { v } else { &rest };
+        self.0.add_position_derivative(at.t, at.q, v, scale, out);
+    }
+
+    fn acts_from_ground(&self) -> bool {
+        self.0.acts_from_ground()
     }
 
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
@@ -162,6 +178,9 @@ impl Force for LinearDamping {
         for &(i, j, c) in &self.entries {
             block.add(i, j, c);
         }
+    }
+    fn acts_from_ground(&self) -> bool {
+        true
     }
     fn is_dissipative(&self) -> bool {
         true

@@ -213,6 +213,12 @@ impl SeparableSystem {
         self.forces.iter().for_each(|force| force.add_damping(at, v, -1.0, out));
     }
 
+    /// The same of the forces that act from the ground: [`DiscreteForce::acts_from_ground`].
+    pub fn damping_to_ground(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
+        let from_ground = self.forces.iter().filter(|force| force.acts_from_ground());
+        from_ground.for_each(|force| force.add_damping(at, v, -1.0, out));
+    }
+
     /// Adds the work of each force of strain rates in a Galerkin step to `out`, in the order in which forces were added.
     pub fn add_interpolated_work(&self, step: &StepPolynomial<'_>, out: &mut [f64]) {
         for (force, work) in self.forces.iter().zip(out) {

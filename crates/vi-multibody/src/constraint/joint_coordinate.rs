@@ -10,7 +10,7 @@
 //! mechanism lists the coordinate ([`crate::Mechanism::coordinate`]).
 
 use crate::geometry::form::Row;
-use crate::pair::joint::Joint;
+use crate::pair::joint::{FrameId, Joint};
 use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use vi_core::Configuration;
@@ -24,6 +24,7 @@ pub struct JointCoordinate {
     value: Value,
     slot: usize,                    // among the unwrapped angles
     unknown: Option<SignedUnknown>, // of a step, where the joint belongs to the tree
+    on_ground: bool,                // whether the joint is one with the ground
 }
 
 /// An angle as a principal value and whole revolutions; a length and zero.
@@ -83,7 +84,9 @@ impl JointCoordinate {
             }
             DegreeOfFreedom::Position | DegreeOfFreedom::Rotation => return None,
         };
-        Some(Self { value, slot: UNLISTED, unknown: None })
+        let on_ground =
+            [&joint.parent, &joint.child].iter().any(|end| end.frame == FrameId::Ground);
+        Some(Self { value, slot: UNLISTED, unknown: None, on_ground })
     }
 
     /// Notes the unknown of a step that it is.
@@ -104,6 +107,12 @@ impl JointCoordinate {
             self.slot = angles.len();
             angles.push(self.clone());
         }
+    }
+
+    /// Whether it is a length that is measured from the ground: in a steady rotation its rate changes with the configuration.
+    #[must_use]
+    pub fn is_length_from_ground(&self) -> bool {
+        self.on_ground && !self.is_angle()
     }
 
     /// What it is made of.
@@ -269,6 +278,15 @@ impl JointCoordinate {
                 bend / (square * square)
                     + (c * sine.second(v, w) - s * cosine.second(v, w)) / square
             }
+        }
+    }
+
+    /// Emits `scale ∇u (D²u v)ᵀ` of a length: the change of its rate with the configuration; nothing of an angle.
+    pub fn emit_rate_slope(&self, q: &[f64], v: &[f64], scale: f64, out: &mut dyn Entries) {
+        if let Value::Length(row) = &self.value {
+            row.for_each_slope(q, |i, left| {
+                row.for_each_bend(v, |j, right| out.add(i, j, scale * left * right));
+            });
         }
     }
 

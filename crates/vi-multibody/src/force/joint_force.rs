@@ -286,6 +286,13 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         self.coordinate.emit_product(at.q, at.q, scale * slope, out);
         let effort = self.law.effort(at.t, coordinate, rate);
         self.coordinate.emit_second(at.q, scale * effort, out);
+        if self.acts_from_ground() {
+            let slope = self.law.slopes(at.t, coordinate, rate).by_rate;
+            self.coordinate.emit_rate_slope(at.q, v, scale * slope, out);
+        }
+    }
+    fn acts_from_ground(&self) -> bool {
+        self.coordinate.is_length_from_ground()
     }
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
         let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));

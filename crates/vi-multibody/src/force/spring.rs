@@ -147,6 +147,9 @@ impl Force for Damper {
     ) {
         self.between.emit_congruence(&(scale * self.law(q, v).2), out);
     }
+    fn acts_from_ground(&self) -> bool {
+        self.between.is_seen_from_ground()
+    }
     fn is_dissipative(&self) -> bool {
         self.damping != 0.0
     }

@@ -19,6 +19,7 @@ use vi_core::sparse::Entries;
 pub struct Form {
     constant: Vector3<f64>,
     terms: Vec<Term>,
+    points: f64, // how far it moves where all bodies and point masses move by 1
 }
 
 /// `coefficient · q[offset .. offset + dimension]`.
@@ -48,14 +49,14 @@ impl Form {
     /// A constant vector.
     #[must_use]
     pub fn constant(value: Vector3<f64>) -> Self {
-        Self { constant: value, terms: Vec::new() }
+        Self { constant: value, terms: Vec::new(), points: 0.0 }
     }
 
     /// A point mass: the vector at `offset`.
     #[must_use]
     pub fn particle(offset: usize, dimension: usize) -> Self {
         let term = Term { offset, dimension, coefficient: 1.0 };
-        Self { constant: Vector3::zeros(), terms: vec![term] }
+        Self { constant: Vector3::zeros(), terms: vec![term], points: 1.0 }
     }
 
     /// The vector with components `c` in the directors of the frame at `offset`.
@@ -63,7 +64,7 @@ impl Form {
     pub fn vector(offset: usize, c: &Vector3<f64>) -> Self {
         let term = |i: usize| Term { offset: offset + 3 + 3 * i, dimension: 3, coefficient: c[i] };
         let terms = (0..3).filter(|&i| c[i] != 0.0).map(term).collect();
-        Self { constant: Vector3::zeros(), terms }
+        Self { constant: Vector3::zeros(), terms, points: 0.0 }
     }
 
     /// The point at `φ + Σ c_I d_I` of the frame at `offset`.
@@ -71,6 +72,7 @@ impl Form {
     pub fn point(offset: usize, c: &Vector3<f64>) -> Self {
         let mut form = Self::vector(offset, c);
         form.terms.insert(0, Term { offset, dimension: 3, coefficient: 1.0 });
+        form.points = 1.0;
         form
     }
 
@@ -79,7 +81,14 @@ impl Form {
     pub fn minus(&self, other: &Self) -> Self {
         let mut terms = self.terms.clone();
         terms.extend(other.terms.iter().map(|t| Term { coefficient: -t.coefficient, ..*t }));
-        Self { constant: self.constant - other.constant, terms }
+        let points = self.points - other.points;
+        Self { constant: self.constant - other.constant, terms, points }
+    }
+
+    /// Whether a translation of all bodies and point masses changes it: a point, or the distance of one from the ground.
+    #[must_use]
+    pub fn is_seen_from_ground(&self) -> bool {
+        self.points != 0.0
     }
 
     /// `c_0`.
@@ -233,6 +242,18 @@ impl Row {
     #[must_use]
     pub fn second(&self, v: &[f64], w: &[f64]) -> f64 {
         self.scale * (self.a.rate(v).dot(&self.b.rate(w)) + self.a.rate(w).dot(&self.b.rate(v)))
+    }
+
+    /// The entries of `D²g[v, ·]`: coordinate and value, always in the same order.
+    pub fn for_each_bend(&self, v: &[f64], mut visit: impl FnMut(usize, f64)) {
+        let (a, b) = (self.scale * self.a.rate(v), self.scale * self.b.rate(v));
+        for (form, f) in [(&self.a, b), (&self.b, a)] {
+            for term in form.terms() {
+                for i in 0..term.dimension {
+                    visit(term.offset + i, term.coefficient * f[i]);
+                }
+            }
+        }
     }
 
     /// Emits `weight D²g`.
