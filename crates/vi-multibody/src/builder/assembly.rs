@@ -1,7 +1,7 @@
 //! From the parts of a builder to a description, a mechanism, and its force elements.
 
 use super::error::{finite, positive};
-use super::force::{JointElementKind, LoadPart};
+use super::force::{JointElementKind, LoadPart, ParticleLoadPart};
 use super::joint::direction;
 use super::{
     BuildError, BuiltMechanism, ConstraintKind, ConstraintPart, CoordinateId, ForceElements, Guide,
@@ -10,6 +10,7 @@ use super::{
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::constraint::scalar_constraint::ScalarConstraint;
 use crate::force::joint_force::{JointForce, JointSpring};
+use crate::force::particle_load::ParticleLoad;
 use crate::force::spring::{Damper, Spring, SpringLaw};
 use crate::geometry::form::Form;
 use crate::mechanism::Mechanism;
@@ -171,6 +172,19 @@ impl MechanismBuilder {
                 }
             };
             forces.loads.push(load);
+        }
+        for (k, load) in self.particle_loads.iter().enumerate() {
+            let name = || format!("load {k} on point masses");
+            let ParticleLoadPart { particle, force, history } = load.clone();
+            known(name, "particle", particle.index(), self.particles.len())?;
+            finite(name, "force", force.as_slice())?;
+            history.validate().map_err(|source| {
+                let body = self.particles[particle.index()].name.clone();
+                BuildError::Load { body, source: source.into() }
+            })?;
+            let offset = mechanism.particle_offset(particle.index());
+            let dimension = mechanism.description().dimension;
+            forces.particle_loads.push(ParticleLoad { offset, dimension, force, history });
         }
         Ok(forces)
     }

@@ -1,9 +1,10 @@
 //! Force elements: springs, dampers, motors, loads, as parts of a builder and as numbers.
 
 use super::error::finite;
-use super::{BodyId, BuildError, CoordinateId, Place, PointOn};
+use super::{BodyId, BuildError, CoordinateId, ParticleId, Place, PointOn};
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::joint_force::{JointForce, JointLaw, JointSpring};
+use crate::force::particle_load::ParticleLoad;
 use crate::force::spring::{Damper, Spring, SpringLaw};
 use crate::mechanism::Mechanism;
 use crate::solver::run::{MechanismIntegrator, Solver, integrator};
@@ -30,6 +31,8 @@ pub struct ForceElements {
     pub joint_forces: Vec<JointForce<Arc<dyn JointLaw>>>,
     /// Forces and torques on bodies.
     pub loads: Vec<Load>,
+    /// Forces on point masses.
+    pub particle_loads: Vec<ParticleLoad>,
 }
 
 impl ForceElements {
@@ -50,6 +53,9 @@ impl ForceElements {
         }
         for load in &self.loads {
             system = system.force(Box::new(load.clone()));
+        }
+        for load in &self.particle_loads {
+            system = system.force(Box::new(MidpointForce(load.clone())));
         }
         system
     }
@@ -155,6 +161,14 @@ pub(super) enum JointElementKind {
 pub(super) enum LoadPart {
     Described(Box<DescribedLoad>),
     Given(Load),
+}
+
+/// A force on a point mass as it was described.
+#[derive(Clone, Debug)]
+pub(super) struct ParticleLoadPart {
+    pub(super) particle: ParticleId,
+    pub(super) force: Vector3<f64>,
+    pub(super) history: TimeHistory,
 }
 
 #[derive(Clone, Debug)]

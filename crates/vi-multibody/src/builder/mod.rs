@@ -23,13 +23,14 @@ use crate::mechanism::description::{BarEnd, BodySpec, ParticleSpec};
 use crate::pair::PairKind;
 use crate::pair::joint::{FrameId, Joint};
 use body::BodyPart;
-use force::{JointElement, JointElementKind, LoadPart, PointElement};
+use force::{JointElement, JointElementKind, LoadPart, ParticleLoadPart, PointElement};
 pub(crate) use id::Place;
 use joint::JointPart;
 use nalgebra::Vector3;
 use std::ops::Range;
 use std::sync::Arc;
 use vi_rigid::load::Load;
+use vi_rigid::time_history::TimeHistory;
 
 /// The parts of a mechanism.
 ///
@@ -68,6 +69,7 @@ pub struct MechanismBuilder {
     point_elements: Vec<PointElement>,
     joint_elements: Vec<JointElement>,
     loads: Vec<LoadPart>,
+    particle_loads: Vec<ParticleLoadPart>,
     beams: Vec<Range<usize>>,
 }
 
@@ -323,6 +325,17 @@ impl MechanismBuilder {
     pub fn load(&mut self, body: BodyId) -> LoadEntry<'_> {
         self.loads.push(LoadPart::new(body));
         LoadEntry::new(self.loads.last_mut().expect("it was just added"))
+    }
+
+    /// Adds a force on a point mass, N: components in space, times a history.
+    pub fn particle_load(
+        &mut self,
+        particle: ParticleId,
+        force: impl Into<Vector3<f64>>,
+        history: TimeHistory,
+    ) {
+        let force = force.into();
+        self.particle_loads.push(ParticleLoadPart { particle, force, history });
     }
 
     /// Adds a load as it is: components along principal axes, frame by its offset.

@@ -1,4 +1,5 @@
-//! Springs, dampers and motors.
+//! Springs, dampers, motors, forces on point masses.
 
 pub mod joint_force;
+pub mod particle_load;
 pub mod spring;
