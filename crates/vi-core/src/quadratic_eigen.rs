@@ -70,6 +70,12 @@ impl QuadraticEigen {
         self.found.iter().map(|(value, _)| *value).collect()
     }
 
+    /// `|y| = 1` of the `k`-th of [`QuadraticEigen::values`], in the undamped modes.
+    #[must_use]
+    pub fn modal_shape(&self, k: usize) -> &DVector<Complex<f64>> {
+        &self.found[k].1
+    }
+
     /// The pair of the `k`-th of [`QuadraticEigen::values`], refined.
     #[must_use]
     pub fn pair(&self, k: usize) -> QuadraticPair {

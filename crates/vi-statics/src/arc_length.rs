@@ -4,6 +4,9 @@
 //! r(u, μ, t) = 0,    a·u/s² + b (t − t_last)/T² = Δs    s: size (lengths) or 1 rad (angles), both times √d
 //! (a, b) unit tangent of the path:  K t' = −∂r/∂t,  (a, b) = ±(t', 1)/|(t', 1)|,  forwards
 //! ```
+//! A step at whose end the number of unstable directions ([`crate::stability`]) has changed although the load does not turn
+//! back has jumped to another branch or passed a bifurcation: it is halved, down to a thousandth of the largest.
+//!
 //! Each step solves for one unknown more by bordering, two solves with `K` per iteration. Multipliers
 //! take no part in the arc length.
 //!
@@ -50,6 +53,9 @@ impl Default for ArcLengthSettings {
         }
     }
 }
+
+/// Part of the largest arc length down to which a change of stability is located.
+const LOCATED: f64 = 1e-3;
 
 /// The unit tangent of the path.
 struct Tangent {
@@ -157,7 +163,8 @@ impl StaticProblem {
 
     /// Begins at the last equilibrium, towards larger load parameters.
     #[must_use]
-    pub fn continuation(&self, settings: &ArcLengthSettings) -> Continuation {
+    pub fn continuation(&mut self, settings: &ArcLengthSettings) -> Continuation {
+        self.unstable = self.unstable.or_else(|| self.unstable_directions());
         let rest = self.x.len();
         let mut forwards = vec![0.0; rest + 1];
         forwards[rest] = settings.full_load;
@@ -190,8 +197,20 @@ impl StaticProblem {
             .path_tangent(&path.forwards, path.settings.full_load, &mut path.column)
             .map_err(StepFailure::fault)?;
         loop {
+            let before = self.mark();
             match self.arc_step(path, &tangent) {
+                // perhaps on another branch: a shorter step stays on the path, or locates a bifurcation
+                Ok(point)
+                    if self.unstable != point.unstable
+                        && 0.5 * path.length >= LOCATED * path.settings.largest_length
+                        && !self.turns(path, &tangent) =>
+                {
+                    self.return_to(before);
+                    path.length *= 0.5;
+                    path.halvings += 1;
+                }
                 Ok(point) => {
+                    self.unstable = point.unstable;
                     path.forwards.copy_from_slice(&path.x);
                     let grown = if point.iterations <= 6 { 1.5 } else { 1.0 } * path.length;
                     path.length = grown.min(path.settings.largest_length);
@@ -204,6 +223,14 @@ impl StaticProblem {
                 Err(refused) => return Err(refused),
             }
         }
+    }
+
+    /// Whether the load turns back between the last two equilibria, at a limit point: there the number of unstable directions
+    /// changes along the path.
+    fn turns(&mut self, path: &mut Continuation, last: &Tangent) -> bool {
+        let forwards = path.x.clone();
+        let next = self.path_tangent(&forwards, path.settings.full_load, &mut path.column);
+        next.is_ok_and(|next| next.b * last.b < 0.0)
     }
 
     fn arc_step(

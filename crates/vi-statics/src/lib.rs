@@ -15,6 +15,7 @@
 //! | `lowest` | the lowest modes of a large system |
 //! | [`path`] | equilibria, paths, why a path ends |
 //! | [`rotation`] | steady rotation of a whole system |
+//! | [`stability`] | whether an equilibrium is stable: the signs of its stiffness |
 //! | [`step_stability`] | stability of a time step about a steady rotation |
 //! | [`step_bounds`] | bounds of the change of one step: jumps to other equilibria |
 //! | [`limit`] | bending of an element between its nodes |
@@ -38,6 +39,7 @@ pub mod path;
 pub mod problem;
 pub mod relaxation;
 pub mod rotation;
+pub mod stability;
 pub mod step_bounds;
 pub mod step_stability;
 pub mod vibrations;

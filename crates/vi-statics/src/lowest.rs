@@ -7,17 +7,22 @@
 //! ```
 //! Every frame moves on its own and joints are rows of `B`: the matrices are sparse and one case for trees and loops. The shift
 //! starts at the size of the stiffness and comes down to that of the seventh mode, or well below an unstable one,
-//! so that no unstable mode is beyond it. All else happens in the subspace: [`crate::modes`], [`mod@crate::vibrations`].
+//! so that no unstable mode is beyond it. How many unstable ones there are the signs of `K + ςM` on the null space of `B` say
+//! ([`vi_core::inertia`]); the subspace grows until it has them all. All else happens in it: [`crate::modes`],
+//! [`mod@crate::vibrations`].
 //!
 //! Source: K.-J. Bathe, Finite Element Procedures (1996), §11.6, subspace iteration; Z. Bai, Y. Su, SIAM J. Matrix Anal. Appl. 26
 //! (2005) 640–659, subspaces of second order.
 #![allow(non_snake_case)] // K, C, M, B, X, Y
 
-use crate::equations::FrameMatrices;
+use crate::equations::{FrameMatrices, separate};
 use crate::modes::{Balance, Linearization, ModeError, Subspace, entry_noise};
 use crate::problem::StaticProblem;
+use crate::stability::Stiffness;
+use crate::vibrations::{Motion, motion};
 use nalgebra::{Complex, DMatrix, DVector};
 use vi_core::eigen::{Eigen, generalized_eigen};
+use vi_core::inertia::negative_on_null_space;
 use vi_core::linear::SparseLu;
 use vi_core::quadratic_eigen::{QuadraticEigen, QuadraticPair};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
@@ -29,6 +34,12 @@ const SHIFTS: usize = 8;
 const SECOND_ORDER: usize = 12;
 /// Modes beyond those asked for, among them rigid-body motions.
 const SPARE: usize = 14;
+/// Most sizes of the subspace.
+const TRIALS: usize = 4;
+/// Degrees of freedom up to which all modes are found where most of them are wanted.
+const DENSE: usize = 1200;
+/// Asymmetry of the stiffness, as a part of its size, that is round-off.
+const SYMMETRIC: f64 = 1e-13;
 /// Change of an eigenvalue, as a part of itself, that ends an iteration.
 const SETTLED: f64 = 1e-12;
 /// The shift in units of the diagonal of the stiffness over that of the mass, at first.
@@ -42,35 +53,120 @@ struct Pencil {
 }
 
 impl Linearization {
-    /// In the subspace of about `count` lowest modes beside those without stiffness: linear in the size of the system.
+    /// In the subspace of about `count` lowest modes beside those that are unstable or without stiffness: linear in the size
+    /// of the system. All degrees of freedom where most of them would be in it.
     ///
     /// # Errors
-    /// [`ModeError`].
+    /// [`ModeError`]; [`ModeError::Unconfirmed`] where the modes found are not as many as the signs of the stiffness say, or
+    /// change with the size of the subspace.
     pub fn lowest(problem: &mut StaticProblem, count: usize) -> Result<Self, ModeError> {
         let balance = Balance::of(problem)?;
         let matrices = problem.work.frame_matrices();
+        let signs = Stiffness::new(matrices.K.clone(), matrices.B.clone(), problem.work.metric());
+        let asymmetry = asymmetry(&matrices.K);
         let mut pencil = Pencil { matrices, sigma: 0.0, factors: None };
-        let asymmetry = asymmetry(&pencil.matrices.K);
         let dof = pencil.size() - pencil.matrices.B.shape().0;
-        let (X, found) = pencil.undamped((count + SPARE).min(dof))?;
-        let mut damped = false;
-        pencil.matrices.C.for_each(|_, _, value| damped |= value != 0.0);
-        let (X, residual) = if damped {
-            pencil.second_order(X, count)?
-        } else {
-            let (residual, settled) = pencil.settled(&X, &found.squared)?;
-            (X.columns(0, settled).into_owned(), residual)
-        };
-        let FrameMatrices { K: stiffness, C, M, layout, columns, .. } = pencil.matrices;
-        let [K, C, M] = [&stiffness, &C, &M].map(|A| congruence(A, &X));
-        let (Z, subspace) = (Some(X), Some(Subspace { stiffness, residual }));
-        Ok(Self { K, C, M, Z, layout, columns, asymmetry, balance, dof, subspace })
+        let mut is_second_order = asymmetry > SYMMETRIC;
+        pencil.matrices.C.for_each(|_, _, value| is_second_order |= value != 0.0);
+        let mut negative = signs.negative(0.0);
+        let mut wanted = count + negative.unwrap_or(0) + SPARE;
+        let (mut last, mut refused) = (None, ModeError::NotFinite);
+        for _ in 0..TRIALS {
+            if 4 * wanted >= dof && dof <= DENSE {
+                return Self::all(problem);
+            }
+            wanted = wanted.min(dof);
+            let (X, found) = pencil.undamped(wanted)?;
+            let (X, residual) = if is_second_order {
+                pencil.second_order(X, count + negative.unwrap_or(0))?
+            } else {
+                let (residual, settled) = pencil.settled(&X, &found.squared)?;
+                (X.columns(0, settled).into_owned(), residual)
+            };
+            let FrameMatrices { K: stiffness, C, M, columns, .. } = &pencil.matrices;
+            let [K, C, M] = [stiffness, C, M].map(|A| congruence(A, &X));
+            let settled = X.ncols();
+            let subspace = Some(Subspace { stiffness: stiffness.clone(), residual, negative });
+            let (Z, layout, columns) =
+                (Some(X), separate(&problem.work.mechanism), columns.clone());
+            let mut linear =
+                Self { K, C, M, Z, layout, columns, asymmetry, balance, dof, subspace };
+            if is_second_order {
+                let growing = linear.growing()?;
+                let known = negative == Some(0) && growing == 0 && asymmetry <= SYMMETRIC;
+                if known || last == Some(growing) {
+                    return Ok(linear);
+                }
+                let expected = last.unwrap_or(growing);
+                refused = ModeError::Unconfirmed { found: growing, expected };
+                last = Some(growing);
+                wanted += SPARE + growing;
+                continue;
+            }
+            let Counts { unstable, zero, shift } = linear.counts()?;
+            negative = pencil.negative(shift);
+            let least = (unstable + zero + count).min(dof);
+            match negative {
+                Some(expected) if expected == unstable && settled >= least => {
+                    linear.subspace.as_mut().expect("just written").negative = negative;
+                    return Ok(linear);
+                }
+                Some(expected) if expected == unstable => {
+                    refused = ModeError::NotSettled { found: settled, wanted: least };
+                }
+                Some(expected) => {
+                    refused = ModeError::Unconfirmed { found: unstable, expected };
+                }
+                None => refused = ModeError::Uncounted,
+            }
+            wanted = (2 * wanted).max(negative.unwrap_or(0) + zero + count + SPARE);
+        }
+        Err(refused)
     }
+
+    /// How many eigenvalues grow, those of a pair both counted.
+    fn growing(&self) -> Result<usize, ModeError> {
+        let eigen = QuadraticEigen::new(&self.K, &self.C, &self.M)?;
+        let grows = |value: &&Complex<f64>| motion(**value) == Motion::Growth;
+        let both = |value: &Complex<f64>| if value.im > 0.0 { 2 } else { 1 };
+        Ok(eigen.values().iter().filter(grows).map(both).sum())
+    }
+
+    /// What the undamped modes are.
+    fn counts(&self) -> Result<Counts, ModeError> {
+        let found = generalized_eigen(&(0.5 * (&self.K + self.K.transpose())), &self.M)?;
+        let noise = self.noise(&found);
+        let pairs = || found.squared.iter().zip(&noise);
+        let sizes = pairs().filter(|(square, noise)| square.abs() > **noise);
+        let least = sizes.map(|(square, _)| square.abs()).fold(f64::INFINITY, f64::min);
+        Ok(Counts {
+            unstable: pairs().filter(|(square, noise)| **square < -**noise).count(),
+            zero: pairs().filter(|(square, noise)| square.abs() <= **noise).count(),
+            shift: if least.is_finite() { 0.5 * least } else { 0.0 },
+        })
+    }
+}
+
+/// How many modes there are of a kind.
+struct Counts {
+    unstable: usize,
+    zero: usize,
+    shift: f64, // between those that are round-off and the others, rad²/s²
 }
 
 impl Pencil {
     fn size(&self) -> usize {
         self.matrices.K.shape().0
+    }
+
+    /// Negative eigenvalues of `K + ςM` on the null space of `B`.
+    fn negative(&self, shift: f64) -> Option<usize> {
+        let FrameMatrices { K, M, B, .. } = &self.matrices;
+        let shifted = SparseMatrix::assemble(self.size(), self.size(), |out| {
+            K.emit(out);
+            M.emit(&mut Block { into: out, row: 0, column: 0, scale: shift, transposed: false });
+        });
+        negative_on_null_space(&shifted, B)
     }
 
     /// `Y` of `[K + σM, Bᵀ; B, 0] [Y; ·] = [R; 0]`.

@@ -5,8 +5,8 @@
 //! K_r = Pᵀ (∇²V − ∂f/∂q + Σ μ_i D²g_i) P + Σ_I ŵ_I d̂_I        P of the tree, then the null space of the loops
 //! ```
 //! Directions without stiffness show as `ω² = 0` to round-off, unstable ones as `ω² < 0`. Torques with fixed spatial
-//! components and followers make `K_r` unsymmetric; its symmetric part is taken, and the asymmetry is
-//! reported. Damping and gyroscopic terms: [`mod@crate::vibrations`]. Dense, `O(d³)`. The midpoint rule shows `ω` as
+//! components, followers and control make `K_r` unsymmetric ([`Linearization::is_circulatory`]): here its symmetric part is
+//! taken. Circulatory, damping and gyroscopic terms: [`mod@crate::vibrations`]. Dense, `O(d³)`. The midpoint rule shows `ω` as
 //! `(2/h) arctan(ωh/2)`.
 #![allow(non_snake_case)] // K, M, J, Z
 
@@ -30,6 +30,31 @@ pub enum ModeError {
     /// A value is not finite.
     #[error("the stiffness at this configuration is not finite")]
     NotFinite,
+    /// The unstable modes that were found are not as many as another way of counting says.
+    #[error(
+        "the number of unstable modes is not certain: {found} were found, the signs of the stiffness say {expected}"
+    )]
+    Unconfirmed {
+        /// Unstable modes found.
+        found: usize,
+        /// By the inertia of the stiffness.
+        expected: usize,
+    },
+    /// The unstable modes cannot be counted.
+    #[error(
+        "the number of unstable modes is not certain: rounding hides the signs of the stiffness"
+    )]
+    Uncounted,
+    /// The subspace iteration did not find the modes asked for.
+    #[error(
+        "{found} of {wanted} modes were found: the iteration for the lowest modes did not settle"
+    )]
+    NotSettled {
+        /// How many were found.
+        found: usize,
+        /// How many were asked for, at least.
+        wanted: usize,
+    },
 }
 
 impl From<EigenError> for ModeError {
@@ -87,8 +112,9 @@ pub struct Modes {
     pub residual: f64,
     /// `max |XᵀMX − I|`.
     pub orthogonality: f64,
-    /// How many modes are unstable by the inertia of `K_r + ςM_r`, `ς` half the least `|ω²|` that is no round-off: apart from
-    /// the eigenvalues, by the pivots of a factorization. `None` where only the lowest modes are computed.
+    /// How many modes are unstable by the inertia of `K + ςM`, `ς` half the least `|ω²|` that is no round-off: apart from
+    /// the eigenvalues, by the pivots of a factorization; of a large system those of its sparse matrices. `None` where
+    /// rounding hides them.
     pub negative: Option<usize>,
 }
 
@@ -121,6 +147,8 @@ pub(crate) struct Subspace {
     pub(crate) stiffness: SparseMatrix,
     /// The largest residual of a mode in it.
     pub(crate) residual: f64,
+    /// Negative eigenvalues of the whole stiffness.
+    pub(crate) negative: Option<usize>,
 }
 
 /// `M ẍ + C ẋ + K x = 0`: the motion near the last equilibrium of a static problem in independent velocities.
@@ -189,12 +217,37 @@ impl Linearization {
         self.C.iter().all(|c| *c == 0.0)
     }
 
-    /// The modes without damping and gyroscopic terms.
+    /// Whether the stiffness is not symmetric: whether some `x_iᵀ (K − Kᵀ) x_j/2` of undamped modes is more than rounding.
     ///
     /// # Errors
     /// [`ModeError`].
+    pub fn is_circulatory(&self) -> Result<bool, ModeError> {
+        if self.asymmetry <= f64::EPSILON {
+            return Ok(false);
+        }
+        let found = generalized_eigen(&self.symmetric_stiffness(), &self.M)?;
+        Ok(self.circulates(&found, &self.noise(&found)))
+    }
+
+    /// The same from the undamped modes and their noise.
+    pub(crate) fn circulates(&self, found: &Eigen, noise: &[f64]) -> bool {
+        let X = &found.vectors;
+        let N = X.tr_mul(&(0.5 * (&self.K - self.K.transpose()) * X));
+        let pairs = (0..noise.len()).flat_map(|j| (0..noise.len()).map(move |i| (i, j)));
+        pairs.into_iter().any(|(i, j)| N[(i, j)].abs() > (noise[i] * noise[j]).sqrt())
+    }
+
+    /// The modes without damping, gyroscopic and circulatory terms.
+    ///
+    /// # Errors
+    /// [`ModeError`]; [`ModeError::Unconfirmed`] where the inertia of the stiffness contradicts.
     pub fn modes(&self) -> Result<Modes, ModeError> {
-        Ok(self.modes_of(&generalized_eigen(&self.symmetric_stiffness(), &self.M)?))
+        let modes = self.modes_of(&generalized_eigen(&self.symmetric_stiffness(), &self.M)?);
+        let found = (0..modes.squared.len()).filter(|&k| modes.is_unstable(k)).count();
+        match modes.negative {
+            Some(expected) if expected != found => Err(ModeError::Unconfirmed { found, expected }),
+            _ => Ok(modes),
+        }
     }
 
     pub(crate) fn modes_of(&self, found: &Eigen) -> Modes {
@@ -202,7 +255,10 @@ impl Linearization {
         let noise = self.noise(found);
         Modes {
             omega: found.squared.iter().map(|square| square.max(0.0).sqrt()).collect(),
-            negative: self.subspace.is_none().then(|| self.negative(found, &noise)),
+            negative: match &self.subspace {
+                None => Some(self.negative(found, &noise)),
+                Some(subspace) => subspace.negative,
+            },
             noise,
             shapes: self.velocities(&found.vectors),
             asymmetry: self.asymmetry,

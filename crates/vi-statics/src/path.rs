@@ -12,6 +12,8 @@ pub struct StaticSettings {
     pub first_step: f64,
     /// Smallest step, as a part of the difference; below it the path ends.
     pub smallest_step: f64,
+    /// Step down to which a place where the equilibrium loses its stability is located, as a part of the difference.
+    pub located: f64,
     /// What one step may change.
     pub bounds: StepBounds,
     /// Newton's method.
@@ -22,7 +24,7 @@ impl Default for StaticSettings {
     fn default() -> Self {
         let newton = NewtonSettings { max_iterations: 25, ..NewtonSettings::default() };
         let bounds = StepBounds::default();
-        Self { first_step: 0.25, smallest_step: 1e-4, bounds, newton }
+        Self { first_step: 0.25, smallest_step: 1e-4, located: 1.0 / 64.0, bounds, newton }
     }
 }
 
@@ -48,6 +50,9 @@ pub struct Equilibrium {
     pub angles: Vec<f64>,
     /// Bending of the elements.
     pub limit: LimitReport,
+    /// Motions that leave it by themselves: [`StaticProblem::unstable_directions`](crate::StaticProblem::unstable_directions).
+    #[serde(default)]
+    pub unstable: Option<usize>,
 }
 
 /// The equilibria along a path.

@@ -6,7 +6,9 @@
 //! Loads and prescribed motions are taken at the time `t`: the path is the quasi-static motion of the
 //! system. A prescribed motion makes it a path of given displacements. A step that fails, that changes the
 //! configuration too much at once ([`StepBounds`]), or that bends an element beyond 90°, is halved; the
-//! last equilibrium is never lost. Closed loops, redundant constraints, point masses, springs and gear
+//! last equilibrium is never lost. A step at whose end more directions are unstable than before ([`crate::stability`]) is halved
+//! as well, down to [`StaticSettings::located`]: it may have jumped to another branch; what remains is a place where the path
+//! itself turns unstable. Closed loops, redundant constraints, point masses, springs and gear
 //! constraints are allowed; the tangent is exact and sparse. See [`crate::relaxation`] for an initial
 //! configuration that is no equilibrium.
 //!
@@ -19,9 +21,10 @@ use crate::rotation::{RotationError, SteadyRotation};
 use crate::step_bounds::{StepBounds, StepFailure};
 use vi_constraints::Constraints;
 use vi_constraints::closure::ClosureWatch;
+use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::linear::norm_inf;
-use vi_core::newton::{Block, Newton, NewtonReport, NewtonSettings};
+use vi_core::newton::{Block, Fault, Newton, NewtonError, NewtonReport, NewtonSettings};
 use vi_core::{MechanicalSystem, SeparableSystem};
 use vi_multibody::mechanism::Mechanism;
 
@@ -53,8 +56,18 @@ pub struct StaticProblem {
     pub(crate) mu: Vec<f64>, // μ of the last equilibrium, chosen rows
     pub(crate) work: Equations,
     pub(crate) neutral: bool, // some direction has no stiffness: steps are relaxed
+    pub(crate) unstable: Option<usize>, // directions at the last equilibrium of a path
     pub(crate) neighbours: Vec<[usize; 2]>, // nodes of elements
     pub(crate) elastic: Vec<bool>, // frames that are nodes of elements
+}
+
+/// A place to return to.
+pub(crate) struct Mark {
+    t: f64,
+    q: Vec<f64>,
+    angles: Vec<f64>,
+    mu: Vec<f64>,
+    rows: IndependentRows,
 }
 
 impl std::fmt::Debug for StaticProblem {
@@ -79,6 +92,7 @@ impl StaticProblem {
             mu: vec![0.0; rows],
             work,
             neutral: false,
+            unstable: None,
             neighbours: vec![],
             elastic,
         }
@@ -137,7 +151,7 @@ impl StaticProblem {
 
     /// The constraints that are enforced, without those inside the frames.
     #[must_use]
-    pub fn rows(&self) -> &vi_constraints::saddle_point::IndependentRows {
+    pub fn rows(&self) -> &IndependentRows {
         &self.work.rows
     }
 
@@ -158,6 +172,7 @@ impl StaticProblem {
     ) -> Result<StaticPath, StaticError> {
         self.newton.settings = settings.newton;
         self.bounds = settings.bounds;
+        self.unstable = self.unstable.or_else(|| self.unstable_directions());
         let mut path = StaticPath::default();
         for &target in factors {
             let start = self.work.t;
@@ -166,8 +181,16 @@ impl StaticProblem {
             while done < 1.0 {
                 let next = if done + 1.001 * step >= 1.0 { 1.0 } else { done + step };
                 let factor = if next < 1.0 { start + next * change } else { target };
+                let before = self.mark();
                 match self.step_to(factor) {
+                    // perhaps on another branch: a shorter step stays on the path, or locates where it turns unstable
+                    Ok(point) if self.loses_stability(&point) && 0.5 * step >= settings.located => {
+                        self.return_to(before);
+                        step *= 0.5;
+                        path.halvings += 1;
+                    }
                     Ok(point) => {
+                        self.unstable = point.unstable;
                         let easy = point.iterations <= 8;
                         path.points.push(point);
                         done = next;
@@ -182,6 +205,27 @@ impl StaticProblem {
             }
         }
         Ok(path)
+    }
+
+    /// Where the problem stands.
+    pub(crate) fn mark(&self) -> Mark {
+        let work = &self.work;
+        let (q, angles) = (work.s.q0.clone(), work.s.angles.clone());
+        Mark { t: work.t, q, angles, mu: self.mu.clone(), rows: work.rows.clone() }
+    }
+
+    pub(crate) fn return_to(&mut self, mark: Mark) {
+        self.work.t = mark.t;
+        self.work.stand_at(&mark.q, mark.angles);
+        self.mu = mark.mu;
+        if self.work.rows != mark.rows && self.work.balance(&mut self.x).is_ok() {
+            self.mu.copy_from_slice(&self.x[self.work.unknowns()..]);
+        }
+    }
+
+    fn loses_stability(&self, point: &Equilibrium) -> bool {
+        let pair = self.unstable.zip(point.unstable);
+        pair.is_some_and(|(before, after)| after > before)
     }
 
     pub(crate) fn failure(&self, refused: StepFailure, path: StaticPath) -> StaticError {
@@ -201,7 +245,18 @@ impl StaticProblem {
             let bounds = self.bounds;
             self.relax(&bounds)
         } else {
-            self.correct().and_then(|report| self.accept(&report))
+            let solved = self.correct().and_then(|report| self.accept(&report));
+            match solved {
+                // the step begins at a bifurcation, to the last bit
+                Err(StepFailure::Newton(NewtonError::Refused {
+                    fault: Fault::SingularTangent,
+                    ..
+                })) => {
+                    let bounds = self.bounds;
+                    self.relax(&bounds)
+                }
+                other => other,
+            }
         };
         if outcome.is_err() {
             self.work.t = before;
@@ -257,7 +312,8 @@ impl StaticProblem {
     }
 
     /// The last equilibrium.
-    pub(crate) fn here(&self, iterations: usize, residual: f64) -> Equilibrium {
+    pub(crate) fn here(&mut self, iterations: usize, residual: f64) -> Equilibrium {
+        let unstable = self.unstable_directions();
         let work = &self.work;
         let q = work.s.q0.clone();
         let mut multipliers = vec![0.0; work.mechanism.len()];
@@ -274,6 +330,7 @@ impl StaticProblem {
             position_residual: norm_inf(&g),
             angles: work.s.angles.clone(),
             limit: LimitReport::new(&self.neighbours, &q),
+            unstable,
             q,
         }
     }

@@ -5,8 +5,8 @@
 //! ```
 //! Steps of the implicit Euler method for a motion so slow that it is damped throughout,
 //! `S u̇ = −r`: the energy falls with every step, and a stable equilibrium is where it ends. The
-//! constraints are satisfied after every step. `σ` is at first large enough for small steps, falls after each good one, and is
-//! the ratio of Levenberg and Marquardt. A direction without stiffness (the spin of a hanging body about the
+//! constraints are satisfied after every step. `σ` is at first large enough for small steps, falls after each good one as long as
+//! `K + σS` stays positive definite ([`crate::stability`]), and is the ratio of Levenberg and Marquardt. A direction without stiffness (the spin of a hanging body about the
 //! vertical) stays where it is.
 //!
 //! Source: C. T. Kelley, D. E. Keyes, SIAM J. Numer. Anal. 35 (1998) 508–523, pseudo-transient
@@ -14,7 +14,10 @@
 
 use crate::path::{Equilibrium, StaticError};
 use crate::problem::StaticProblem;
+use crate::stability::Stiffness;
 use crate::step_bounds::{StepBounds, StepFailure};
+use vi_constraints::Constraints;
+use vi_core::Configuration;
 use vi_core::linear::norm_inf;
 use vi_core::newton::NewtonReport;
 
@@ -47,16 +50,57 @@ impl StaticProblem {
         let d = self.work.unknowns();
         self.mu.copy_from_slice(&self.x[d..]);
         let scale = self.work.force_scale();
-        let closed = self.here(0, residual).position_residual <= AT_REST;
-        let point = if residual <= (AT_REST * scale).max(self.work.round_off()) && closed {
-            self.here(0, residual)
-        } else {
-            self.relax(&StepBounds::NONE)?
+        let balanced = residual <= (AT_REST * scale).max(self.work.round_off());
+        let at_rest = balanced && self.is_closed() && !self.bends_further();
+        let relaxed = if at_rest { None } else { Some(self.relax(&StepBounds::NONE)?) };
+        self.neutral = self.is_neutral_here();
+        let polished = if at_rest || !self.bends_further() { None } else { self.polish() };
+        let point = match polished.or(relaxed) {
+            Some(point) => point,
+            None => self.here(0, residual),
         };
+        self.unstable = point.unstable;
+        Ok(point)
+    }
+
+    fn is_closed(&self) -> bool {
+        let mechanism = &self.work.mechanism;
+        let mut g = vec![0.0; mechanism.len()];
+        mechanism.value(Configuration { t: self.work.t, ..self.work.s.start() }, &mut g);
+        norm_inf(&g) <= AT_REST
+    }
+
+    fn is_neutral_here(&mut self) -> bool {
+        let d = self.work.unknowns();
         self.x[..d].fill(0.0);
         self.x[d..].copy_from_slice(&self.mu);
-        self.neutral = self.work.is_neutral(&self.x);
-        Ok(point)
+        let x = self.x.clone();
+        self.work.is_neutral(&x)
+    }
+
+    /// Whether forces that the round-off of stiff strains (extension, shear) hides still move something soft: whether
+    /// `K⁻¹ r` at the last equilibrium is more than rounding, in no neutral direction.
+    fn bends_further(&mut self) -> bool {
+        if self.is_neutral_here() {
+            return false;
+        }
+        let sigma = std::mem::replace(&mut self.work.sigma, 0.0);
+        let mut step = vec![0.0; self.x.len()];
+        let evaluated = self.work.evaluate(&self.x, &mut step);
+        self.work.fill_tangent(&self.x);
+        let solved = evaluated.is_ok() && self.work.solve(&mut step).is_ok();
+        self.work.sigma = sigma;
+        solved && self.work.product(&step, &step).sqrt() > AT_REST * self.work.size()
+    }
+
+    /// Newton's method without damping from a place near an equilibrium; `None` where it does not converge.
+    fn polish(&mut self) -> Option<Equilibrium> {
+        let mark = self.mark();
+        let found = self.correct().and_then(|report| self.accept(&report));
+        if found.is_err() {
+            self.return_to(mark);
+        }
+        found.ok()
     }
 
     /// Relaxes from the last equilibrium at the present load parameter. On failure everything is as
@@ -95,11 +139,14 @@ impl StaticProblem {
                     self.mu.copy_from_slice(&self.x[d..]);
                     self.advance();
                     self.refuse_far_end(start, &end, bounds)?;
-                    let rest = (REST * self.work.force_scale()).max(self.work.round_off());
-                    if report.residual <= rest || sigma <= 1e-280 {
+                    let rest = REST * self.work.force_scale();
+                    let hidden = report.residual <= self.work.round_off();
+                    let settled = report.residual <= rest || hidden && !self.bends_further();
+                    if settled || sigma <= 1e-280 {
                         return Ok(self.here(report.iterations, report.residual));
                     }
                     sigma *= if step.iterations <= 6 { 0.1 } else { 0.5 };
+                    sigma = self.descending(sigma);
                     last = None;
                 }
                 Err(error) => {
@@ -115,6 +162,24 @@ impl StaticProblem {
                 "after {STEPS} relaxation steps the residual is {residual:.1e} of the largest force"
             ))
         }))
+    }
+
+    /// The damping that is to come, increased until the stiffness with it has no negative eigenvalue: from an
+    /// unstable equilibrium the motion then leaves along what disturbs it, and the energy falls with every step.
+    fn descending(&mut self, sigma: f64) -> f64 {
+        const DOUBLINGS: usize = 60;
+        let Some(stiffness) = self.stiffness().filter(Stiffness::is_symmetric) else {
+            return sigma;
+        };
+        let mut damped = sigma;
+        for _ in 0..DOUBLINGS {
+            match stiffness.negative(damped) {
+                Some(0) => return damped,
+                Some(_) => damped *= 2.0,
+                None => return sigma,
+            }
+        }
+        sigma
     }
 
     fn relaxation_step(&mut self) -> Result<NewtonReport, StepFailure> {

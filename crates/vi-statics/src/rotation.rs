@@ -4,6 +4,9 @@
 //! v = W (q − q_o),   W x = Ω × x for every centre (from o) and director x
 //! M q̈ + 2 M W q̇ + M W² (q − q_o) + ∇V(q) − f(t, q, q̇ + v) + Gᵀ μ = 0,   g = 0      in the frame that rotates
 //! ```
+//! A damper to the ground, `f = −c ẋ` in space, is `−c (ẋ + Ω × x)` in the frame that rotates: beside `c` it adds the
+//! circulatory `c Ω̂`, without which every rotor would become unstable above its critical speed.
+//!
 //! A relative equilibrium is a static equilibrium under the centrifugal force `−M W² (q − q_o)`; small vibrations about it
 //! have the stiffness `M W²` and the gyroscopic matrix `2 M W`, which is skew since `M = M̃ ⊗ I` and `W = I ⊗ Ω̂`
 //! commute.
@@ -313,6 +316,16 @@ impl Field {
     pub(crate) fn emit_stiffness(&self, mass: &SparseMatrix, out: &mut dyn Entries) {
         let size = self.places.size;
         mass.emit(&mut TimesBlocks { into: out, block: self.W * self.W, size, scale: 1.0 });
+    }
+
+    /// Emits `C W` with the matrix `C = −∂f/∂v` of dampers to the ground: what stands still in space sees the velocity
+    /// `W δq` of a point that stands still in the frame that rotates.
+    pub(crate) fn emit_circulation(
+        &self,
+        dampers: &dyn Fn(&mut dyn Entries),
+        out: &mut dyn Entries,
+    ) {
+        dampers(&mut TimesBlocks { into: out, block: self.W, size: self.places.size, scale: 1.0 });
     }
 
     /// Emits `2 M W`.

@@ -15,8 +15,6 @@ use vi_core::quadratic_eigen::QuadraticEigen;
 
 /// A part of `λ` below this share of `|λ|` is round-off: two eigenvalues that meet part by the root of `ε`.
 const ROUND_OFF: f64 = 1e-6;
-/// Asymmetry of the stiffness, as a part of its size, that is round-off.
-const SYMMETRIC: f64 = 1e-12;
 
 /// What a motion `x e^{λt}` is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +67,7 @@ pub struct Vibration {
 pub struct Vibrations {
     linear: Linearization,
     eigen: QuadraticEigen,
-    conservative: bool,
+    imaginary: bool,              // λ of vibrations, but for partners of what grows
     rigid: Vec<usize>,            // of the undamped modes
     moving: Vec<(Motion, usize)>, // of the eigenvalues, sorted
 }
@@ -101,9 +99,15 @@ impl Linearization {
         let resists = |k: &usize| undamped.squared[*k].abs() > noise[*k];
         let rigid: Vec<usize> = (0..undamped.squared.len()).filter(|k| !resists(k)).collect();
         let least = rigid.iter().map(|&k| noise[k]).fold(0.0, f64::max);
+        // what rounding makes of λ² is a matter of its own shape: (Σ |y_j| √noise_j)² beside the modes y
+        let moves = |k: usize, value: Complex<f64>| {
+            let square = value.norm_sqr();
+            let own = || eigen.modal_shape(k).iter().zip(&noise).map(|(y, n)| y.norm() * n.sqrt());
+            square > least || square > own().sum::<f64>().powi(2)
+        };
         let mut moving: Vec<(Motion, usize)> = Vec::new();
         let values = eigen.values();
-        for (k, value) in values.iter().enumerate().filter(|(_, value)| value.norm_sqr() > least) {
+        for (k, value) in values.iter().enumerate().filter(|(k, value)| moves(*k, **value)) {
             let motion = motion(*value);
             moving.push((motion, k));
             if motion == Motion::Decay && value.im > 0.0 {
@@ -123,12 +127,16 @@ impl Linearization {
             let (a, b) = (key(a), key(b));
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         });
-        let conservative = !self.balance.dissipative && self.asymmetry <= SYMMETRIC;
-        Ok(Vibrations { linear: self, eigen, conservative, rigid, moving })
+        // λ of a vibration is then imaginary: what is left is round-off
+        let undamped = self.is_undamped();
+        let conservative = !self.balance.dissipative && !self.circulates(eigen.undamped(), &noise);
+        let imaginary = undamped || conservative;
+        Ok(Vibrations { linear: self, eigen, imaginary, rigid, moving })
     }
 }
 
-fn motion(value: Complex<f64>) -> Motion {
+/// What `λ` is that is not zero.
+pub(crate) fn motion(value: Complex<f64>) -> Motion {
     if value.re > ROUND_OFF * value.norm() {
         Motion::Growth
     } else if value.im > ROUND_OFF * value.norm() {
@@ -184,8 +192,11 @@ impl Vibrations {
         if motion == Motion::Decay {
             value.im = 0.0;
         }
-        if self.conservative && motion == Motion::Vibration {
-            value.re = 0.0; // skew C and symmetric K: what is left is round-off
+        if self.imaginary
+            && motion == Motion::Vibration
+            && value.re.abs() <= ROUND_OFF * value.norm()
+        {
+            value.re = 0.0;
         }
         let shape = self.shape(&DMatrix::from_columns(&[pair.vector]));
         let residual = self.residual(pair.residual);

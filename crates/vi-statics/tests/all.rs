@@ -3,8 +3,10 @@
 
 mod common;
 
+mod circulation;
 mod equilibria;
 mod frequency_bound;
+mod lost_stability;
 mod modes;
 mod rotation;
 mod stability;

@@ -9,7 +9,7 @@
 //! K   = [ P_inᵀ (∇²V − ∂f/∂q + Σ μ_i D²g_i) ∂F_d/∂u + Σ_I ŵ_I d̂_I + σ S    P_inᵀ Gᵀ ]
 //!       [ G ∂F_d/∂u                                                        0       ]
 //! ```
-//! In a steady rotation the force of inertia `M W² (q − q_o)` is part of `w`, `M W²` part of `K`
+//! In a steady rotation the force of inertia `M W² (q − q_o)` is part of `w`, `M W²` and `−∂f/∂v W` of dampers to the ground of `K`
 //! ([`crate::rotation`]).
 //! `t` is the load parameter: loads and prescribed motions are taken at the time `t`. The rows of `g`
 //! are an independent set, without the internal constraints of the frames, which `F_d` satisfies. `σ S` is
@@ -47,7 +47,6 @@ pub(crate) struct FrameMatrices {
     pub(crate) M: SparseMatrix,
     /// Independent rows of joints, bars and scalar constraints.
     pub(crate) B: SparseMatrix,
-    pub(crate) layout: VelocityLayout,
     pub(crate) columns: Columns,
 }
 
@@ -89,7 +88,7 @@ impl Entries for Transposed<'_> {
 }
 
 /// Columns of the system without joints and bars.
-fn separate(mechanism: &Mechanism) -> VelocityLayout {
+pub(crate) fn separate(mechanism: &Mechanism) -> VelocityLayout {
     let whole = mechanism.description();
     let description = Description {
         dimension: whole.dimension,
@@ -230,11 +229,15 @@ impl Equations {
         Configuration { t: self.t, ..self.s.end() }
     }
 
-    /// `∇²V − ∂f/∂q + M W² + Σ μ_i D²g_i` at the point last evaluated.
+    /// `∇²V − ∂f/∂q + M W² − ∂f/∂v W + Σ μ_i D²g_i` at the point last evaluated.
     fn emit_stiffness(&self, out: &mut dyn Entries) {
         self.system.stiffness(self.here(), &self.v, out);
         if let Some(field) = &self.rotation {
             field.emit_stiffness(self.system.mass(), out);
+            let dampers = |out: &mut dyn Entries| {
+                self.system.damping_to_ground(self.here(), &self.v, out);
+            };
+            field.emit_circulation(&dampers, out);
         }
         self.mechanism.weighted_hessian(self.t, &self.s.q1, &self.mu, 1.0, out);
     }
@@ -283,21 +286,46 @@ impl Equations {
         Ok(norm_inf(&r[..d]))
     }
 
-    /// Whether the tangent at the last equilibrium is singular to working precision: whether a force
-    /// spread over all directions moves something about `1/ε` times as far as the stiffness would let it.
+    /// Whether the tangent at the last equilibrium is singular to working precision: whether a force `b`
+    /// spread over all directions moves something about `1/ε` times as far as the stiffness would let it, by `z = K⁻¹ b`.
+    /// A slender beam bends as far. Its stiffness along `z` shows in the residual, `z·(r(ηz) − r(0))/η = z·b`, whereas
+    /// that of a neutral direction is round-off in both.
     pub(crate) fn is_neutral(&mut self, x: &[f64]) -> bool {
         const FAR: f64 = 1e13;
-        let (d, mut b) = (self.unknowns(), vec![0.0; x.len()]);
-        if self.evaluate(x, &mut b).is_err() {
+        const ALIKE: f64 = 0.25; // of round-off they are millions apart
+        const SHORT: [f64; 2] = [1e-8, 3e-8]; // parts of the size
+        let (d, mut z) = (self.unknowns(), vec![0.0; x.len()]);
+        if self.evaluate(x, &mut z).is_err() {
             return false;
         }
         self.fill_tangent(x);
         let stiffest = self.stiffest();
-        b.fill(0.0);
-        for (k, (b, s)) in b[..d].iter_mut().zip(&self.metric).enumerate() {
+        z.fill(0.0);
+        for (k, (b, s)) in z[..d].iter_mut().zip(&self.metric).enumerate() {
             *b = s.sqrt() * (0.5 + (1.0 + k as f64).sqrt().fract()); // of the size of 1, in no symmetry
         }
-        self.solve(&mut b).is_err() || self.product(&b, &b).sqrt() * stiffest > FAR
+        let b = z.clone();
+        if self.solve(&mut z).is_err() {
+            return true;
+        }
+        let length = self.product(&z, &z).sqrt();
+        if length * stiffest <= FAR {
+            return false;
+        }
+        let along = |r: &[f64]| z[..d].iter().zip(r).map(|(z, r)| z * r).sum::<f64>();
+        let (stiffness, size) = (along(&b), self.size());
+        let mut work = |part: f64| {
+            let (mut at, mut r) = (x.to_vec(), vec![0.0; x.len()]);
+            at[..d].iter_mut().zip(&z).for_each(|(at, z)| *at += part * z);
+            self.evaluate(&at, &mut r).is_ok().then(|| along(&r))
+        };
+        let Some(here) = work(0.0) else { return true };
+        let mut agrees = |short: f64| {
+            let part = short * size / length;
+            let slope = work(part).map_or(f64::NAN, |there| (there - here) / part);
+            (slope / stiffness - 1.0).abs() <= ALIKE
+        };
+        !SHORT.into_iter().all(&mut agrees)
     }
 
     /// Takes the configuration last evaluated as the last equilibrium.
@@ -331,7 +359,7 @@ impl Equations {
     /// Stiffness, damping and gyroscopic terms, and mass of the spanning tree at the point last evaluated, reduced by
     /// its null space.
     pub(crate) fn tree_matrices(&mut self) -> TreeMatrices {
-        self.fill_spin();
+        self.fill_symmetric_spin();
         let mut layout = VelocityLayout::new(&self.mechanism);
         let mut columns = layout.columns();
         layout.null_space(&self.s.q1, &mut columns);
@@ -348,26 +376,43 @@ impl Equations {
 
     /// The same without joints: every frame and point mass on its own, sparse, with the rows of joints.
     pub(crate) fn frame_matrices(&mut self) -> FrameMatrices {
-        self.fill_spin();
-        let layout = separate(&self.mechanism);
-        let mut columns = layout.columns();
-        self.layout.null_space(&self.s.q1, &mut columns);
-        let d = layout.dof();
-        let sparse = |emit: &dyn Fn(&mut dyn Entries), spin: &[Matrix6<f64>]| {
-            let mut matrix = ReducedMatrix::default();
-            matrix.fill(&layout, emit, &columns, &columns, spin);
-            SparseMatrix::assemble(d, d, |out| matrix.emit(out))
-        };
-        let K = sparse(&|out| self.emit_stiffness(out), &self.spin);
-        let C = sparse(&|out| self.emit_velocity_matrix(out), &[]);
-        let M = sparse(&|out| self.system.mass().emit(out), &[]);
+        let (K, B) = self.frame_stiffness();
+        let C = self.frame_matrix(&|out| self.emit_velocity_matrix(out), &[]);
+        let M = self.frame_matrix(&|out| self.system.mass().emit(out), &[]);
+        FrameMatrices { K, C, M, B, columns: self.left.clone() }
+    }
+
+    /// Stiffness and independent rows of joints, bars and scalar constraints in the velocities of all frames and point masses,
+    /// sparse, at the point last evaluated.
+    pub(crate) fn frame_stiffness(&mut self) -> (SparseMatrix, SparseMatrix) {
+        self.fill_symmetric_spin();
+        let K = self.frame_matrix(&|out| self.emit_stiffness(out), &self.spin);
         let place = JacobianPlace { row: 0, column: 0, scale: 1.0, transposed: false };
         let (mechanism, at) = (&self.mechanism, Configuration::new(self.t, &self.s.q1));
         let emit = |out: &mut dyn Entries| self.rows.emit_jacobian(mechanism, at, place, out);
         let mut rows = ReducedRows::default();
-        rows.fill(&layout, &emit, &columns);
-        let B = SparseMatrix::assemble(self.rows.len(), d, |out| rows.emit(out));
-        FrameMatrices { K, C, M, B, layout, columns }
+        rows.fill(&self.layout, &emit, &self.left);
+        let B = SparseMatrix::assemble(self.rows.len(), self.unknowns(), |out| rows.emit(out));
+        (K, B)
+    }
+
+    fn frame_matrix(&self, emit: &dyn Fn(&mut dyn Entries), spin: &[Matrix6<f64>]) -> SparseMatrix {
+        let (d, mut matrix) = (self.unknowns(), ReducedMatrix::default());
+        matrix.fill(&self.layout, emit, &self.left, &self.left, spin);
+        SparseMatrix::assemble(d, d, |out| matrix.emit(out))
+    }
+
+    /// The symmetric part of `Σ_I ŵ_I d̂_I`: all of it in equilibrium, and without the torque that is not in balance elsewhere.
+    fn fill_symmetric_spin(&mut self) {
+        self.fill_spin();
+        for spin in &mut self.spin {
+            *spin = 0.5 * (*spin + spin.transpose());
+        }
+    }
+
+    /// Whether a steady rotation takes the place of rest.
+    pub(crate) fn is_rotating(&self) -> bool {
+        self.rotation.is_some()
     }
 
     /// A steady rotation takes the place of rest.
