@@ -174,7 +174,7 @@ fn while_recording(model: &Model) -> usize {
     let mut simulation = Simulation::new(model).unwrap();
     let [a, b, c, d, e] = std::array::from_fn(|_| std::io::sink());
     let (columns, sensors) = (Columns::usual(), simulation.sensors().columns());
-    let mut rows = TrajectoryWriter::new(a, b, simulation.members(), &columns).unwrap();
+    let mut rows = TrajectoryWriter::new([a, b], simulation.members(), &columns, false).unwrap();
     let mut beams = BeamWriter::new(c, simulation.beams()).unwrap();
     let mut sensors = SensorWriter::new(d, sensors).unwrap();
     let mut energies = EnergyWriter::new(e, simulation.energy_columns()).unwrap();

@@ -35,6 +35,7 @@ fn sample(step: u64) -> Sample {
         sensors: vec![],
         energies: vec![],
         momenta: None,
+        unstable: None,
         notice: None,
     }
 }
@@ -47,7 +48,7 @@ fn run(case: &str, samples: u64, outcome: &RunOutcome) -> RunFolder {
     let folder = RunFolder::create(folder(case), false).unwrap();
     folder.write("model.toml", &model.to_toml()).unwrap();
     let members = [Member { name: NAME.into(), kind: MemberKind::Particle2 }];
-    let mut writer = folder.trajectory(&members, &Columns::usual()).unwrap();
+    let mut writer = folder.trajectory(&members, &Columns::usual(), false).unwrap();
     let mut builder = SummaryBuilder::default();
     for step in 0..samples {
         writer.record(&sample(step)).unwrap();

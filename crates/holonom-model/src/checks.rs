@@ -344,6 +344,11 @@ impl<'a> Checker<'a> {
         false
     }
 
+    /// Whether the name is that of a particle.
+    pub(super) fn is_particle(&self, name: &str) -> bool {
+        self.kinds.get(name) == Some(&"particle")
+    }
+
     pub(super) fn two_ends(&mut self, key: &str, from: &str, to: &str) {
         // the node of a beam may have two names
         let nodes = from.contains('.') && to.contains('.');

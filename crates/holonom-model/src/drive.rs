@@ -41,8 +41,8 @@ pub struct JointMotor {
     /// Force, N, or torque, N·m.
     #[serde(default)]
     pub effort: f64,
-    /// Factor of the effort in time, constant by default.
-    #[serde(default)]
+    /// Factor of the effort in time: constant by default, in statics growing from 0 to 1 at the end.
+    #[serde(default, skip_serializing_if = "History::is_unstated")]
     pub history: History,
     /// Control gain on the coordinate, N/m or N·m/rad.
     #[serde(default)]

@@ -1,4 +1,4 @@
-//! `[[load]]`: forces and torques on bodies, nodes and beams, with a history in time.
+//! `[[load]]`: forces and torques on bodies, nodes, beams and point masses, with a history in time.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,12 +17,15 @@ pub enum Frame {
     Body,
 }
 
-/// A factor in time. Kinks and jumps belong on step boundaries.
+/// A factor in time: 1 at all times where nothing is stated, in statics `t/end`. Kinks and jumps belong on step boundaries.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "lowercase", deny_unknown_fields)]
 pub enum History {
-    /// 1 at all times.
+    /// Nothing is stated.
     #[default]
+    #[serde(skip)]
+    Unstated,
+    /// 1 at all times, also in statics.
     Constant,
     /// `t/end`: 1 at `end`, and growing beyond.
     Linear {
@@ -75,7 +78,7 @@ impl History {
     pub fn time_history(&self) -> TimeHistory {
         let amplitude = 1.0;
         match self {
-            Self::Constant => TimeHistory::Constant { amplitude },
+            Self::Unstated | Self::Constant => TimeHistory::Constant { amplitude },
             &Self::Linear { end } => TimeHistory::Linear { slope: 1.0 / end },
             &Self::Ramp { start, end } => TimeHistory::Ramp { start, end, amplitude },
             &Self::Pulse { start, end } => TimeHistory::Pulse { start, end, amplitude },
@@ -92,6 +95,12 @@ impl History {
         }
     }
 
+    /// Whether nothing is stated.
+    #[must_use]
+    pub fn is_unstated(&self) -> bool {
+        matches!(self, Self::Unstated)
+    }
+
     /// The time from which it stays zero, s; `None` when it never does.
     #[must_use]
     pub fn end(&self) -> Option<f64> {
@@ -101,9 +110,11 @@ impl History {
                 let last = values.iter().rposition(|value| *value != 0.0);
                 times.get(last.map_or(0, |k| k + 1)).copied()
             }
-            Self::Constant | Self::Linear { .. } | Self::Ramp { .. } | Self::Harmonic { .. } => {
-                None
-            }
+            Self::Unstated
+            | Self::Constant
+            | Self::Linear { .. }
+            | Self::Ramp { .. }
+            | Self::Harmonic { .. } => None,
         }
     }
 
@@ -111,7 +122,7 @@ impl History {
     #[must_use]
     pub fn fault(&self) -> Option<String> {
         match self {
-            Self::Constant => None,
+            Self::Unstated | Self::Constant => None,
             Self::Linear { end } => (*end <= 0.0).then(|| format!("end = {end} must be positive")),
             Self::Ramp { start, end } | Self::Pulse { start, end } => {
                 (start >= end).then(|| format!("start = {start} must be before end = {end}"))
@@ -141,7 +152,7 @@ impl History {
 pub struct Load {
     /// Its name, unique in the model.
     pub name: String,
-    /// The body or the node of a beam it acts on.
+    /// The body, the node of a beam or the particle it acts on; on a particle a force with axes fixed in space.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
     /// The beam along which it is distributed, instead of `body`; force and torque are then per length of
@@ -165,15 +176,33 @@ pub struct Load {
     /// of a beam, a joint or a `[[frame]]`. They remain fixed in space; only with `frame = "space"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative_to: Option<String>,
-    /// Factor in time, constant by default.
-    #[serde(default)]
+    /// Factor in time: constant by default, in statics growing from 0 to 1 at the end.
+    #[serde(default, skip_serializing_if = "History::is_unstated")]
     pub history: History,
 }
 
 impl Checker<'_> {
+    /// What a particle cannot take.
+    fn load_on_particle(&mut self, key: &str, load: &Load, name: &str) {
+        let parts = [
+            ("torque", load.torque.iter().any(|x| *x != 0.0), "has no rotation"),
+            ("point", load.point.is_some(), "has no other points"),
+            ("frame", load.frame == Frame::Body, "has no axes of its own"),
+        ];
+        for (part, _, why) in parts.into_iter().filter(|(_, stated, _)| *stated) {
+            let message = format!("`{name}` is a particle, it {why}");
+            self.report(format!("{key}.{part}"), message, format!("remove `{part}`"));
+        }
+    }
+
     pub(super) fn load(&mut self, key: &str, load: &Load) {
         match (&load.body, &load.beam) {
-            (Some(body), None) => self.reference(format!("{key}.body"), body, &["body"]),
+            (Some(body), None) => {
+                self.reference(format!("{key}.body"), body, &["body", "particle"]);
+                if self.is_particle(body) {
+                    self.load_on_particle(key, load, body);
+                }
+            }
             (None, Some(beam)) => self.reference(format!("{key}.beam"), beam, &["beam"]),
             (None, None) => {
                 let help = "add `body = …`, or `beam = …` for a load along a beam";

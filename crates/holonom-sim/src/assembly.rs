@@ -78,7 +78,7 @@ impl AssemblyReport {
     }
 
     /// The initial configuration was relaxed: moved by `moved`, m; `speed`: of the steady rotation, rad/s.
-    pub(crate) fn configuration_relaxed(&mut self, moved: f64, speed: f64) {
+    pub(crate) fn configuration_relaxed(&mut self, moved: f64, speed: f64, unstable: usize) {
         let place = match speed {
             0.0 => "equilibrium".to_owned(),
             _ => {
@@ -90,6 +90,14 @@ impl AssemblyReport {
             "the initial configuration was relaxed to the {place}: moved by {} m",
             rounded(moved, 4)
         ));
+        if unstable > 0 {
+            let ways =
+                if unstable == 1 { "one direction" } else { &format!("{unstable} directions") };
+            self.warnings.push(format!(
+                "the {place} that the run starts from is unstable, in {ways}: the least disturbance leads away from it; a \
+                 small load across leads to a stable one"
+            ));
+        }
     }
 
     /// The initial configuration was projected onto the constraints: moved by `moved`, m.

@@ -36,7 +36,7 @@ pub struct Dynamics {
     pub quadrature: Quadrature,
     /// Springs, dampers, motors, loads.
     pub forces: ForceElements,
-    /// The name in the model of each of its loads.
+    /// The name in the model of each of its loads, those on point masses last.
     pub loads_of: Vec<String>,
 }
 
@@ -78,6 +78,9 @@ impl Dynamics {
         }
         for load in &forces.loads {
             system = system.load(load.clone());
+        }
+        for load in &forces.particle_loads {
+            system = system.load(AtMidpoint(load.clone()));
         }
         system
     }

@@ -39,6 +39,57 @@ pub struct StaticFacts {
     pub neutral: bool,
     /// Whether the path was followed by its arc length.
     pub arc_length: bool,
+    /// Equilibria that are unstable.
+    #[serde(default)]
+    pub unstable: u64,
+    /// Where the path first turned unstable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lost_stability: Option<LostStability>,
+    /// Time of the last equilibrium, s.
+    #[serde(skip)]
+    pub last_time: Option<f64>,
+}
+
+/// The first unstable equilibrium of a path.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LostStability {
+    /// Time of the loads at the stable equilibrium before, s; `None` where the first equilibrium is unstable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub after: Option<f64>,
+    /// Time of the loads there, s.
+    pub at: f64,
+    /// How many directions are unstable.
+    pub directions: usize,
+}
+
+impl StaticFacts {
+    /// Takes up the next equilibrium of the path.
+    pub(crate) fn follow_stability(&mut self, t: f64, unstable: Option<usize>) {
+        let directions = unstable.unwrap_or(0);
+        self.unstable += u64::from(directions > 0);
+        if directions > 0 && self.lost_stability.is_none() {
+            self.lost_stability = Some(LostStability { after: self.last_time, at: t, directions });
+        }
+        self.last_time = Some(t);
+    }
+
+    /// That the path turns unstable, in words.
+    pub(crate) fn stability_warning(&self) -> Option<String> {
+        let LostStability { after, at, directions } = self.lost_stability?;
+        let ways =
+            if directions == 1 { "one direction" } else { &format!("{directions} directions") };
+        let at = twelve_digits(at);
+        Some(match after {
+            Some(after) => format!(
+                "between t = {} and t = {at} the equilibrium turns unstable, in {ways}: a limit or bifurcation point is \
+                 there, and beyond it the real system leaves this path; a small load across shows where to",
+                twelve_digits(after)
+            ),
+            None => format!(
+                "the first equilibrium, at t = {at}, is unstable, in {ways}: the least disturbance leads away from it"
+            ),
+        })
+    }
 }
 
 /// A time for a message, s: without the round-off of a sum of steps.

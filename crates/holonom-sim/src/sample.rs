@@ -142,6 +142,9 @@ pub struct Sample {
     /// Multipliers and momenta, where the model asks for them (`simulation.momenta`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub momenta: Option<Box<Momenta>>,
+    /// Directions in which an equilibrium of statics is unstable, where that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unstable: Option<usize>,
     /// What was noticed at this node and at none before: the energy has left its band. Among
     /// [`crate::simulation::Simulation::warnings`] from here on.
     #[serde(default, skip_serializing_if = "Option::is_none")]

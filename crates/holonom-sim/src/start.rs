@@ -39,8 +39,13 @@ pub(crate) enum How {
     Stated,
     /// Projected with the stated rates of joints.
     WithRates,
-    /// Relaxed to an equilibrium; the speed of its rotation, rad/s.
-    Relaxed { speed: f64 },
+    /// Relaxed to an equilibrium.
+    Relaxed {
+        /// Of its rotation, rad/s.
+        speed: f64,
+        /// Directions in which it is unstable.
+        unstable: usize,
+    },
 }
 
 impl Start {
@@ -100,7 +105,8 @@ fn relaxed(model: &Model) -> Result<Start, ModelError> {
         rotation.velocities(statics.mechanism(), &q, &mut v);
     }
     let speed = rotation.map_or(0.0, |rotation| rotation.velocity.norm());
-    Ok(Start { q, v, how: How::Relaxed { speed } })
+    let unstable = statics.problem().unstable_directions().unwrap_or(0);
+    Ok(Start { q, v, how: How::Relaxed { speed, unstable } })
 }
 
 /// `(q_0, v_0)` that keep the rates which the joints of the model state.

@@ -3,12 +3,13 @@
 //! ```text
 //! ∇V(q) − f(t, q) + Gᵀ μ = 0,   g(t, q) = 0,        0 ≤ t ≤ end
 //! ```
-//! `t` is the time of the loads: loads and motors with a history and prescribed motions are taken at it. Those
+//! `t` is the time of the loads: loads and motors with a history (also a constant one) and prescribed motions are taken at it. Those
 //! without a history grow in proportion, `t/end` times what is stated, so that with `end = 1` it is the load
 //! factor. The weight is there from the beginning. The initial configuration is relaxed to the first equilibrium
 //! ([`vi_statics::relaxation`]); from there on every equilibrium of the continuation is a row of the trajectory,
 //! also those between the steps that halving needed. With `arc_length = true` the path is followed by its
-//! arc length, through limit points, until `t` first reaches the end.
+//! arc length, through limit points, until `t` first reaches the end. Every equilibrium says how many directions are unstable
+//! ([`vi_statics::stability`]); the first change of it is a warning.
 
 use crate::agreement;
 use crate::assembly::{self, AssemblyReport};
@@ -230,6 +231,7 @@ impl Statics {
         self.facts.equilibria += 1;
         self.facts.max_residual = self.facts.max_residual.max(point.residual);
         self.facts.largest_time = self.facts.largest_time.max(point.factor);
+        self.facts.follow_stability(point.factor, point.unstable);
         let rest = vec![0.0; point.q.len()];
         let force = self.constraint_force(point);
         let view = View { t: point.factor, q: &point.q, v: &rest, a: &rest, force: &force };
@@ -241,6 +243,7 @@ impl Statics {
             residuals: Residuals { position: point.position_residual, ..Residuals::default() },
             newton_iterations: point.iterations as f64,
             q: point.q.clone(),
+            unstable: point.unstable,
             ..Sample::default()
         };
         let rows = (&self.rows, &mut self.least_norm);
@@ -413,7 +416,14 @@ impl Experiment for Statics {
     }
 
     fn warnings(&self) -> Vec<String> {
-        self.assembly.warnings.iter().cloned().chain(self.limits.warnings()).collect()
+        let stability = self.facts.stability_warning();
+        self.assembly
+            .warnings
+            .iter()
+            .cloned()
+            .chain(self.limits.warnings())
+            .chain(stability)
+            .collect()
     }
 
     fn statics(&self) -> Option<StaticFacts> {
@@ -459,7 +469,7 @@ fn growing(model: &Model) -> Model {
     let loads = model.loads.iter_mut().map(|load| &mut load.history);
     let motors = model.joints.iter_mut().filter_map(|joint| joint.motor.as_mut());
     for history in loads.chain(motors.map(|motor| &mut motor.history)) {
-        if *history == History::Constant {
+        if history.is_unstated() {
             *history = History::Linear { end };
         }
     }

@@ -86,9 +86,17 @@ pub fn build(model: &Model) -> Result<System, ModelError> {
         drive::add_joint_forces(&mut builder, joint, names.joints[joint.name.as_str()].1)?;
     }
     let mut loads_of = Vec::new();
-    for load in &model.loads {
+    let on_particle = |load: &&holonom_model::Load| {
+        load.body.as_deref().is_some_and(|name| names.particles.contains_key(name))
+    };
+    for load in model.loads.iter().filter(|load| !on_particle(load)) {
         let count = add_load(&mut builder, load, &names, (&parts, &list))?;
         loads_of.extend(std::iter::repeat_n(load.name.clone(), count));
+    }
+    for load in model.loads.iter().filter(on_particle) {
+        let particle = names.particles[load.body.as_deref().unwrap_or_default()];
+        builder.particle_load(particle, load.force, load.history.time_history());
+        loads_of.push(load.name.clone());
     }
     parts.description = builder.description().map_err(refusal)?;
     let mut mechanism = parts.mechanism();

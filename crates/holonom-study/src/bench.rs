@@ -188,7 +188,7 @@ fn iterations_of(run: &mut Simulation, count: u64) -> Result<usize, String> {
 /// Takes `count` steps, and writes every node to where nothing is stored.
 fn record(run: &mut Simulation, count: u64) -> io::Result<()> {
     let mut writer =
-        TrajectoryWriter::new(io::sink(), io::sink(), run.members(), &Columns::usual())?;
+        TrajectoryWriter::new([io::sink(), io::sink()], run.members(), &Columns::usual(), false)?;
     let last = WARM_UP + count;
     let mut observe = |sample: &Sample| writer.record(black_box(sample));
     run.run_while(&mut observe, &mut |step, _| step < last).map(|_| ())

@@ -393,7 +393,7 @@ impl<'a> Parts<'a> {
             ends.extend(shown.map(|node| at(first + node, Vector3::zeros())));
         }
         let history = match (self.model.settings.scheme, load.history.clone()) {
-            (Scheme::Static, History::Constant) => {
+            (Scheme::Static, History::Unstated) => {
                 History::Linear { end: self.model.settings.end } // as equilibria take it
             }
             (_, history) => history,

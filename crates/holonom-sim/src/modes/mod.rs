@@ -43,6 +43,12 @@ pub enum ModesError {
     /// The system cannot rotate steadily as a whole.
     #[error(transparent)]
     Rotation(#[from] RotationError),
+    /// The modes found are not certain to be all.
+    #[error(transparent)]
+    Uncertain(ModeError),
+    /// No mode was found of a system that can move.
+    #[error("no mode was found of {0} degrees of freedom")]
+    Nothing(usize),
     /// No axis is known.
     #[error("the initial velocities are zero: there is no rotation to take modes about")]
     NoRotation,
@@ -113,11 +119,13 @@ impl ModalAnalysis {
         self.statics.members()
     }
 
-    /// The modes: the unstable ones, those without stiffness, and the `count` softest vibrations and slowest decays.
+    /// The modes: the unstable ones, those without stiffness, and the `count` softest vibrations, or all of these and the slowest
+    /// decays.
     ///
     /// # Errors
     /// [`ModesError::Model`] when a degree of freedom has no mass.
     pub fn modes(&mut self, count: usize) -> Result<Report, ModesError> {
+        let asked = count;
         let large = self.statics.assembly().counts.dof > LARGE;
         let problem = self.statics.problem();
         let linear = match large {
@@ -125,12 +133,13 @@ impl ModalAnalysis {
             false => Linearization::all(problem),
         };
         let linear = linear.map_err(refusal)?;
-        let (found, complex) = if linear.is_undamped() {
-            (linear.modes().map_err(refusal)?, None)
-        } else {
-            let vibrations = linear.vibrations().map_err(refusal)?;
-            (vibrations.undamped(), Some(vibrations))
-        };
+        let (found, complex) =
+            if linear.is_undamped() && !linear.is_circulatory().map_err(refusal)? {
+                (linear.modes().map_err(refusal)?, None)
+            } else {
+                let vibrations = linear.vibrations().map_err(refusal)?;
+                (vibrations.undamped(), Some(vibrations))
+            };
         let configuration = self.statics.problem().configuration().to_vec();
         let place = Place { members: self.statics.members(), q: &configuration };
         let list = match &complex {
@@ -141,12 +150,11 @@ impl ModalAnalysis {
             Some(vibrations) => vibrations.count(motion),
             None => (0..found.squared.len()).filter(|&k| kind(&found, k)).count(),
         };
-        let unsymmetric = complex.is_none() && found.asymmetry > 1e-9;
         let unstable = count(Motion::Growth, Modes::is_unstable);
         let by_inertia = found.negative.filter(|_| complex.is_none());
-        let missed = by_inertia.filter(|count| *count != unstable).map(|count| {
-            format!("the inertia of the stiffness has {count} negative eigenvalues, {unstable} unstable modes were found")
-        });
+        if list.is_empty() && found.dof > 0 && asked > 0 {
+            return Err(ModesError::Nothing(found.dof));
+        }
         let residual = list.iter().map(|(_, residual)| *residual).fold(found.residual, f64::max);
         Ok(Report {
             model: self.name.clone(),
@@ -164,13 +172,7 @@ impl ModalAnalysis {
             residual,
             orthogonality: found.orthogonality,
             unstable_by_inertia: by_inertia,
-            warnings: self
-                .ignored
-                .iter()
-                .cloned()
-                .chain(warnings(&found, unsymmetric))
-                .chain(missed)
-                .collect(),
+            warnings: self.ignored.iter().cloned().chain(warnings(&found)).collect(),
             configuration,
         })
     }
@@ -200,6 +202,13 @@ fn ignored(model: &Model) -> Option<String> {
 }
 
 fn refusal(error: ModeError) -> ModesError {
+    let uncertain = matches!(
+        error,
+        ModeError::Unconfirmed { .. } | ModeError::Uncounted | ModeError::NotSettled { .. }
+    );
+    if uncertain {
+        return ModesError::Uncertain(error);
+    }
     let member = String::new();
     ModesError::Model(ModelError::SingularMass { member, detail: error.to_string() })
 }
@@ -233,13 +242,14 @@ fn undamped_modes(place: &Place<'_>, found: &Modes, count: usize) -> Vec<(Mode, 
     kinds.iter().take(listed).enumerate().map(mode).collect()
 }
 
-/// The same with damping and gyroscopic forces, and `count` decays.
+/// The same with damping, gyroscopic and circulatory forces; decays where there are fewer vibrations than `count`.
 fn complex_modes(place: &Place<'_>, found: &Vibrations, count: usize) -> Vec<(Mode, f64)> {
+    let decays = count.saturating_sub(found.count(Motion::Vibration));
     let kinds = [
         (Motion::Growth, Kind::Unstable, usize::MAX),
         (Motion::Rigid, Kind::Zero, usize::MAX),
         (Motion::Vibration, Kind::Vibration, count),
-        (Motion::Decay, Kind::Decay, count),
+        (Motion::Decay, Kind::Decay, decays),
     ];
     let of_kind = |(motion, kind, most): (Motion, Kind, usize)| {
         let listed = (0..found.count(motion).min(most)).filter_map(move |k| found.get(motion, k));
@@ -265,19 +275,15 @@ fn mode(place: &Place<'_>, kind: Kind, value: Complex<f64>, v: &[Complex<f64>]) 
     }
 }
 
-fn warnings(found: &Modes, unsymmetric: bool) -> Vec<String> {
+fn warnings(found: &Modes) -> Vec<String> {
     let mut warnings = Vec::new();
-    if found.unbalanced > (BALANCED * found.applied).max(found.round_off) {
+    if found.dof == 0 {
+        warnings.push("0 degrees of freedom: nothing can move, and there are no modes".to_owned());
+    } else if found.unbalanced > (BALANCED * found.applied).max(found.round_off) {
         warnings.push(format!(
             "the configuration is no equilibrium, the residual force is {} N (N·m): these are \
              the modes of its stiffness alone; --at static computes the equilibrium",
             rounded(found.unbalanced, 3)
-        ));
-    } else if unsymmetric {
-        warnings.push(format!(
-            "the stiffness is not symmetric, by {:.1e} of its size (torques with fixed directions, \
-             followers, control): its symmetric part is used",
-            found.asymmetry
         ));
     }
     warnings

@@ -19,6 +19,9 @@ pub(super) const HEAD: [&str; 2] = ["step", "t"];
 /// Columns of `residuals.csv`.
 const RESIDUALS: [&str; 6] = ["step", "t", "position", "velocity", "momentum", "newton_iterations"];
 
+/// Its last column in statics: directions in which the equilibrium is unstable.
+const UNSTABLE: &str = "unstable";
+
 /// A row of `residuals.csv`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResidualRow {
@@ -37,11 +40,14 @@ pub struct ResidualRow {
 }
 
 impl ResidualRow {
-    fn read<'a>(mut fields: impl Iterator<Item = &'a [u8]>) -> io::Result<Self> {
+    fn read<'a>(mut fields: impl Iterator<Item = &'a [u8]>, is_static: bool) -> io::Result<Self> {
         let step = number(fields.next(), 0)?;
         let mut next = |column: usize| number(fields.next(), column);
         let [t, position, velocity, momentum, newton_iterations] =
             [next(1)?, next(2)?, next(3)?, next(4)?, next(5)?];
+        if is_static {
+            fields.next();
+        }
         end(fields)?;
         Ok(Self { step, t, position, velocity, momentum, newton_iterations })
     }
@@ -57,18 +63,19 @@ pub struct TrajectoryWriter<W: Write> {
     residuals: Rows<W>,
     /// Where the recorded coordinates are in `q`.
     recorded: Vec<Range<usize>>,
+    is_static: bool,
 }
 
 impl<W: Write> TrajectoryWriter<W> {
-    /// Writes both headers.
+    /// Writes both headers; of equilibria `is_static`, with how many directions are unstable.
     ///
     /// # Errors
     /// What the files say.
     pub fn new(
-        trajectory: W,
-        residuals: W,
+        [trajectory, residuals]: [W; 2],
         members: &[Member],
         columns: &[Columns],
+        is_static: bool,
     ) -> io::Result<Self> {
         let all = columns.contains(&Columns::Coordinates);
         let positions = columns.contains(&Columns::Positions);
@@ -88,10 +95,11 @@ impl<W: Write> TrajectoryWriter<W> {
         let recorded = members.iter().map(place).collect();
         let owned = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
         let header = [owned(&HEAD), columns.concat(), owned(&TAIL)].concat();
-        let mut writer =
-            Self { trajectory: Rows::new(trajectory), residuals: Rows::new(residuals), recorded };
+        let [trajectory, residuals] = [trajectory, residuals].map(Rows::new);
+        let mut writer = Self { trajectory, residuals, recorded, is_static };
         writer.trajectory.push(|row| row.write_record(&header))?;
-        writer.residuals.push(|row| row.write_record(RESIDUALS))?;
+        let header = RESIDUALS.into_iter().chain(is_static.then_some(UNSTABLE));
+        writer.residuals.push(|row| row.write_record(header))?;
         writer.flush()?; // a run that fails at once leaves two files with headers
         Ok(writer)
     }
@@ -108,7 +116,10 @@ impl<W: Write> TrajectoryWriter<W> {
         let numbers = t.iter().chain(own).chain(rest);
         self.trajectory.fields(*step, numbers.map(|x| Field::Number(*x)))?;
         let levels = [residuals.position, residuals.velocity, residuals.momentum];
-        self.residuals.numbers(*step, &[&t, &levels, &[sample.newton_iterations]])
+        let numbers = t.iter().chain(&levels).chain([&sample.newton_iterations]);
+        let unstable = || sample.unstable.map_or(Field::Empty, Field::Index);
+        let fields = numbers.map(|x| Field::Number(*x)).chain(self.is_static.then(unstable));
+        self.residuals.fields(*step, fields)
     }
 
     /// Hands everything to the files.
@@ -170,11 +181,13 @@ impl Trajectory {
         let names = wanted.iter().map(|&column| read.columns[column].clone());
         read.values = names.zip(values).collect();
         if let Some(mut lines) = residuals {
-            if lines.columns() != RESIDUALS {
+            let names = lines.columns();
+            let is_static = names.last().is_some_and(|name| name == UNSTABLE);
+            if names[..names.len() - usize::from(is_static)] != RESIDUALS {
                 return Err(invalid("not the residuals of a run"));
             }
             while lines.advance()? {
-                read.residuals.push(ResidualRow::read(lines.fields())?);
+                read.residuals.push(ResidualRow::read(lines.fields(), is_static)?);
             }
         }
         Ok(read)
@@ -245,6 +258,7 @@ mod tests {
             sensors: vec![],
             energies: vec![],
             momenta: None,
+            unstable: None,
             notice: None,
         }
     }
@@ -253,9 +267,13 @@ mod tests {
     fn header_and_rows_are_those_of_the_contract() {
         let members = [Member { name: "bob".into(), kind: MemberKind::Particle2 }];
         let (mut trajectory, mut residuals) = (Vec::new(), Vec::new());
-        let mut writer =
-            TrajectoryWriter::new(&mut trajectory, &mut residuals, &members, &Columns::usual())
-                .unwrap();
+        let mut writer = TrajectoryWriter::new(
+            [&mut trajectory, &mut residuals],
+            &members,
+            &Columns::usual(),
+            false,
+        )
+        .unwrap();
         writer.record(&sample(0)).unwrap();
         writer.record(&sample(3)).unwrap();
         writer.finish().unwrap();
@@ -279,15 +297,25 @@ mod tests {
         let (mut text, mut other) = (Vec::new(), Vec::new());
         let members = [member("bob"), member("rob")];
         let mut writer =
-            TrajectoryWriter::new(&mut text, &mut other, &members, &Columns::usual()).unwrap();
+            TrajectoryWriter::new([&mut text, &mut other], &members, &Columns::usual(), true)
+                .unwrap();
         let q = vec![1.0, 2.0, 3.0, 4.0];
-        writer.record(&Sample { q, ..sample(3) }).unwrap();
+        writer.record(&Sample { q: q.clone(), ..sample(3) }).unwrap();
+        writer.record(&Sample { q, unstable: Some(2), ..sample(4) }).unwrap();
         writer.finish().unwrap();
+        let other = String::from_utf8(other).unwrap();
+        let ends = ["newton_iterations,unstable", "3.0,", "3.0,2"];
+        assert!(other.lines().zip(ends).all(|(line, end)| line.ends_with(end)), "{other}");
+        let residuals = path.with_extension("residuals");
         std::fs::write(&path, text).unwrap();
+        std::fs::write(&residuals, &other).unwrap();
         let lines = Lines::new(super::super::readable::open(&path, None).unwrap()).unwrap();
-        let read = Trajectory::read(lines, None, 1).unwrap();
+        let others = Lines::new(super::super::readable::open(&residuals, None).unwrap()).unwrap();
+        let read = Trajectory::read(lines, Some(others), 1).unwrap();
+        std::fs::remove_file(&residuals).unwrap();
+        assert_eq!(read.residuals.len(), 2);
         assert_eq!(read.members(), ["bob", "rob"]);
-        assert_eq!((read.column("bob.y"), read.column("rob.x")), (Some(&[2.0][..]), None));
+        assert_eq!((read.column("bob.y"), read.column("rob.x")), (Some(&[2.0, 2.0][..]), None));
         let names: Vec<&str> = read.columns_read().map(|(name, _)| name).collect();
         let expected = "E H Lx Ly Lz Px Py Pz bob.x bob.y step t";
         assert_eq!(names.join(" "), expected);
@@ -314,13 +342,8 @@ mod tests {
         let members = [Member { name: "bob".into(), kind: MemberKind::Particle2 }];
         let disk = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
         let other = std::rc::Rc::default();
-        let mut writer = TrajectoryWriter::new(
-            Full(disk.clone(), 200_000),
-            Full(other, usize::MAX),
-            &members,
-            &Columns::usual(),
-        )
-        .unwrap();
+        let files = [Full(disk.clone(), 200_000), Full(other, usize::MAX)];
+        let mut writer = TrajectoryWriter::new(files, &members, &Columns::usual(), false).unwrap();
         let failed = (0..10_000).find_map(|step| writer.record(&sample(step)).err());
         assert!(failed.is_some());
         drop(writer);

@@ -203,7 +203,7 @@ impl RunFolder {
         PathBuf::from(name)
     }
 
-    /// Begins `trajectory.csv` and `residuals.csv`.
+    /// Begins `trajectory.csv` and `residuals.csv`, the latter of equilibria with a column `unstable`.
     ///
     /// # Errors
     /// [`OutputError::Io`].
@@ -211,11 +211,11 @@ impl RunFolder {
         &self,
         members: &[Member],
         columns: &[Columns],
+        is_static: bool,
     ) -> Result<TrajectoryWriter<RowFile>, OutputError> {
         let open = |name: &str| self.rows(name).map_err(|e| at(&self.path.join(name), e));
-        let (trajectory, residuals) = (open("trajectory.csv")?, open("residuals.csv")?);
-        TrajectoryWriter::new(trajectory, residuals, members, columns)
-            .map_err(|e| at(&self.path, e))
+        let files = [open("trajectory.csv")?, open("residuals.csv")?];
+        TrajectoryWriter::new(files, members, columns, is_static).map_err(|e| at(&self.path, e))
     }
 
     /// Begins `sensors.csv`; `None` without sensors.

@@ -40,7 +40,9 @@ impl Recorder {
         experiment: &dyn Experiment,
         summary: SummaryBuilder,
     ) -> Result<Self, OutputError> {
-        let trajectory = folder.trajectory(experiment.members(), experiment.columns())?;
+        let is_static = experiment.statics().is_some();
+        let trajectory =
+            folder.trajectory(experiment.members(), experiment.columns(), is_static)?;
         let sensors = folder.sensors(experiment.sensors().columns())?;
         let beams = folder.beams(experiment.beams())?;
         let momenta = folder.momenta(experiment.momenta_names().as_ref())?;

@@ -95,6 +95,7 @@ mod tests {
             sensors: vec![0.1, f64::NAN, 0.0],
             energies: vec![],
             momenta: None,
+            unstable: None,
             notice: None,
         };
         writer.record(&sample).unwrap();

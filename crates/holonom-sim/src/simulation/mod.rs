@@ -111,9 +111,9 @@ impl Simulation {
         assembly.step_judged(stiffness, &settings);
         let mass = dynamics.parts.mass_matrix(method.mechanism());
         assembly.measure(model, method.mechanism(), &mass);
-        if let How::Relaxed { speed } = start.how {
+        if let How::Relaxed { speed, unstable } = start.how {
             let moved = q.iter().zip(&start.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            assembly.configuration_relaxed(moved, speed);
+            assembly.configuration_relaxed(moved, speed, unstable);
         } else if keeps_rates || method.start_report().position_moved > 0.0 {
             let moved = q.iter().zip(&first.q).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assembly.configuration_projected(moved);
