@@ -5,8 +5,8 @@ use std::fmt::Write;
 
 use holonom::modes::{About, Campbell, Kind, ModalAnalysis, Mode, ModesError, Report};
 use holonom::output::OutputError;
-use holonom::report::{campbell_diagram, mode_page, mode_picture, rounded};
-use holonom::{Model, RunFolder};
+use holonom::report::{campbell_diagram, campbell_page, mode_page, mode_picture, rounded};
+use holonom::{Model, RunFailure, RunFolder};
 
 use crate::arguments::{At, Modes, Speeds};
 use crate::failure::Failure;
@@ -22,8 +22,8 @@ const PICTURES: usize = 20;
 pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
     if let Some(Speeds(speeds)) = &arguments.speeds {
         let analyse = |model: &Model| Campbell::new(model, speeds, arguments.number);
-        let (_, diagram) = analysed(arguments, analyse)?;
-        return campbell(arguments, &diagram);
+        let (model, diagram) = analysed(arguments, analyse)?;
+        return campbell(arguments, &model, &diagram);
     }
     let about = match arguments.at {
         At::Start => About::Start,
@@ -75,6 +75,12 @@ fn analysed<T>(
         (None, Some(ModesError::Statics(failure))) => {
             Err(Failure::Run { failure, files: Vec::new() })
         }
+        (None, Some(error @ (ModesError::Uncertain(_) | ModesError::Nothing(_)))) => {
+            let message = error.to_string();
+            let remedy = "ask for more modes (-n), state stiffnesses and masses of more alike sizes, or use more elements";
+            let failure = RunFailure { step: 0, t: 0.0, message, remedy: remedy.into() };
+            Err(Failure::Run { failure, files: Vec::new() })
+        }
         (None, error) => Err(Failure::Usage {
             message: error.map_or_else(|| "no modes were found".into(), |error| error.to_string()),
             help: "a steady rotation needs joints, supports and forces that are the same from all directions \
@@ -85,19 +91,20 @@ fn analysed<T>(
 }
 
 /// Tells and writes the Campbell diagram.
-fn campbell(arguments: &Modes, diagram: &Campbell) -> Result<(), Failure> {
+fn campbell(arguments: &Modes, model: &Model, diagram: &Campbell) -> Result<(), Failure> {
     diagram.warnings.iter().for_each(|warning| stderr::line(&format!("warning: {warning}")));
     if let Some(folder) = &arguments.output {
         let folder = RunFolder::open(folder);
-        let names = ["campbell.json", "campbell.csv"];
+        let names = ["campbell.json", "campbell.csv", "modes.html"];
         RunFolder::vacant(folder.path(), &names, arguments.force)?;
         let json = format!("{:#}\n", serde_json::to_value(diagram).unwrap_or_default());
         folder.write(names[0], &json)?;
         folder.write(names[1], &diagram.csv())?;
+        folder.write(names[2], &campbell_page(model, diagram, &command()))?;
         let name = "campbell.svg".to_owned();
         folder.write_picture(&name, &campbell_diagram(diagram).svg())?;
         let place = folder.path().display();
-        stderr::line(&format!("written to {place}: {}, {}, {name}", names[0], names[1]));
+        stderr::line(&format!("written to {place}: {}, {name}", names.join(", ")));
     }
     if arguments.json {
         return stdout::json(&serde_json::to_value(diagram).unwrap_or_default());
@@ -164,18 +171,26 @@ fn table(report: &Report) -> String {
         let (count, s) = (report.zero, if report.zero == 1 { "" } else { "s" });
         let _ = writeln!(text, "  {count} mode{s} without stiffness: 0 Hz");
     }
-    let (residual, orthogonality) = (report.residual, report.orthogonality);
+    if report.dof == 0 {
+        return text;
+    }
+    let size = |x: f64| if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") };
+    let (residual, orthogonality) = (size(report.residual), size(report.orthogonality));
     let inertia = report.unstable_by_inertia.map_or_else(String::new, |count| {
         format!(", {count} unstable by the inertia of the stiffness")
     });
-    let _ = writeln!(text, "  residual {residual:.1e}, orthogonality {orthogonality:.1e}{inertia}");
+    let _ = writeln!(text, "  residual {residual}, orthogonality {orthogonality}{inertia}");
     if report.modes.is_empty() {
+        return text;
+    }
+    let shown = || report.modes.iter().enumerate().filter(|(_, mode)| mode.kind != Kind::Zero);
+    if shown().next().is_none() {
         return text;
     }
     let damped = report.modes.iter().any(|mode| mode.decay != 0.0);
     let ratio = if damped { "  damping ratio" } else { "" };
     let _ = writeln!(text, "  mode         f [Hz]  omega [rad/s]{ratio}  moves most");
-    for (k, mode) in report.modes.iter().enumerate() {
+    for (k, mode) in shown() {
         let (number, most) = (k + 1, mode.moves_most());
         let ratio = match mode.kind {
             _ if !damped => String::new(),
@@ -188,7 +203,7 @@ fn table(report: &Report) -> String {
                 "  {number:4}       unstable  {:>8.4} 1/s {ratio}  {most}",
                 mode.growth
             ),
-            Kind::Zero => writeln!(text, "  {number:4}  {:>13}  {:>13}{ratio}  {most}", 0, 0),
+            Kind::Zero => Ok(()), // counted above
             Kind::Vibration => writeln!(
                 text,
                 "  {number:4}  {:>13}  {:>13}{ratio}  {most}",

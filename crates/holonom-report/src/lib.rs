@@ -37,7 +37,7 @@ pub use configuration_page::{Assembled, configuration_page};
 pub use drawing::{Drawing, Point, Typeface};
 pub use energies::energy_plots;
 pub use facts::{Fact, counted, counts, facts, rounded, time};
-pub use mode_page::mode_page;
+pub use mode_page::{campbell_page, mode_page};
 pub use mode_shapes::{campbell_diagram, mode_picture};
 pub use page::{Figure, page};
 pub use picture::{Item, Paint, Picture, Side, axonometric};

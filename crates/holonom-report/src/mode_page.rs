@@ -1,12 +1,13 @@
-//! `modes.html`: the modes of a model, moving, with their frequencies.
+//! `modes.html`: the modes of a model, moving, with their frequencies; of several speeds their Campbell diagram.
 
 use std::fmt::Write;
 
 use holonom_model::{Model, ModelError};
-use holonom_sim::modes::{About, Kind, Mode, Report};
+use holonom_sim::modes::{About, Campbell, Kind, Mode, Report};
 
 use super::facts::{counted, rounded};
-use super::page::{escape, foot, head, heading, push_list, push_model, push_warnings};
+use super::mode_shapes::campbell_diagram;
+use super::page::{escape, foot, head, heading, inline, push_list, push_model, push_warnings};
 use super::scene::Scene;
 
 /// The page of a report of modes; `command` makes it again.
@@ -30,6 +31,43 @@ pub fn mode_page(model: &Model, report: &Report, command: &str) -> Result<String
     push_model(&mut html, &model.to_toml());
     foot(&mut html, env!("CARGO_PKG_VERSION"));
     Ok(html)
+}
+
+/// The page of a Campbell diagram; `command` makes it again.
+#[must_use]
+pub fn campbell_page(model: &Model, campbell: &Campbell, command: &str) -> String {
+    let title = format!("{}: modes over the speed", campbell.model);
+    let mut html = head(&title);
+    let number = campbell.speeds.len() as u64;
+    let about =
+        format!("{}, frequencies in the rotating frame", counted(number, "speed", "speeds"));
+    html += &heading(&title, &[about], command);
+    for warning in &campbell.warnings {
+        let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(warning));
+    }
+    let svg = campbell_diagram(campbell).svg();
+    let _ = writeln!(html, "<figure>\n{}</figure>", inline(&svg, "Campbell diagram"));
+    let note = "A line `k × speed` meets a mode where a force that is fixed in space excites it k times a revolution.";
+    let _ = writeln!(html, "<p class=\"note\">{}</p>\n<h2>Frequencies</h2>", escape(note));
+    let count = campbell.speeds.first().map_or(0, |at| at.vibrations.len());
+    let modes: String = (1..=count).map(|k| format!("<th>mode {k} (Hz)</th>")).collect();
+    let _ = writeln!(
+        html,
+        "<div class=\"scroll\"><table class=\"grid modes\">\n<tr><th>speed (rad/s)</th>{modes}<th>unstable modes</th></tr>"
+    );
+    for at in &campbell.speeds {
+        let cell = |mode: &Option<Mode>| {
+            let frequency = mode.as_ref().map(|mode| rounded(mode.frequency, 7));
+            format!("<td>{}</td>", frequency.unwrap_or_default())
+        };
+        let cells: String = at.vibrations.iter().map(cell).collect();
+        let speed = rounded(at.speed, 7);
+        let _ = writeln!(html, "<tr><td>{speed}</td>{cells}<td>{}</td></tr>", at.unstable);
+    }
+    html += "</table></div>\n";
+    push_model(&mut html, &model.to_toml());
+    foot(&mut html, env!("CARGO_PKG_VERSION"));
+    html
 }
 
 /// About which configuration.

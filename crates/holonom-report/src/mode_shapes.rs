@@ -63,7 +63,7 @@ const MULTIPLES: [f64; 3] = [1.0, 2.0, 3.0];
 pub fn campbell_diagram(campbell: &Campbell) -> Chart {
     let count = campbell.speeds.first().map_or(0, |speed| speed.vibrations.len());
     let curve = |k: usize| Curve {
-        name: format!("{}", k + 1),
+        name: format!("mode {}", k + 1),
         points: campbell
             .speeds
             .iter()
@@ -74,16 +74,15 @@ pub fn campbell_diagram(campbell: &Campbell) -> Chart {
     let frequencies = curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.1));
     let highest = 1.1 * frequencies.fold(0.0, f64::max);
     let last = campbell.speeds.iter().map(|at| at.speed.abs()).fold(0.0, f64::max);
-    let mut rays = vec![(0.0, 0.0)];
     for multiple in MULTIPLES {
         let end = last.min(std::f64::consts::TAU * highest / multiple);
-        rays.extend([(end, multiple * end / std::f64::consts::TAU), (0.0, 0.0)]);
+        let points = vec![(0.0, 0.0), (end, multiple * end / std::f64::consts::TAU)];
+        curves.push(Curve { name: format!("{multiple} × speed"), points });
     }
-    curves.push(Curve { name: "1, 2, 3 × speed".to_owned(), points: rays });
     Chart {
-        title: "Campbell diagram".to_owned(),
+        title: "Campbell diagram, rotating frame".to_owned(),
         x: Axis::linear("speed", "rad/s"),
-        y: Axis::linear("frequency in the rotating frame", "Hz"),
+        y: Axis::linear("frequency", "Hz"),
         strokes: Strokes::Line,
         resolution: 0.0,
         curves,

@@ -28,17 +28,17 @@ pub(crate) struct Check {
 pub(crate) struct Modes {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
-    /// How many vibrations, softest first; modes without stiffness and unstable modes are added
+    /// How many vibrations, softest first; where there are fewer, decays; unstable modes are added
     #[arg(short, long, value_name = "K", default_value_t = 10)]
     pub(crate) number: usize,
     /// About which configuration
     #[arg(long, value_enum, default_value_t = At::Start)]
     pub(crate) at: At,
-    /// Follow the modes over speeds of rotation from A to B in N steps, rad/s: the Campbell diagram
+    /// Follow the modes over N speeds of rotation from A to B, rad/s: the Campbell diagram
     #[arg(long, value_name = "A:B:N", value_parser = speeds, conflicts_with = "at")]
     pub(crate) speeds: Option<Speeds>,
     /// Write modes.json, modes.csv, modes.html with the moving shapes, and pictures of them into this folder; with --speeds
-    /// campbell.json, campbell.csv and campbell.svg
+    /// campbell.json, campbell.csv, campbell.svg and the page modes.html
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
     /// Replace files of an earlier call
@@ -65,16 +65,18 @@ pub(crate) enum At {
 pub(crate) struct Speeds(pub(crate) Vec<f64>);
 
 fn speeds(text: &str) -> Result<Speeds, String> {
-    let help = || "write FIRST:LAST:STEPS in rad/s, such as 0:40:20".to_owned();
+    let help = || "write FIRST:LAST:NUMBER in rad/s, such as 0:40:21".to_owned();
     let parts: Vec<&str> = text.split(':').collect();
-    let [first, last, steps] = parts.as_slice() else { return Err(help()) };
+    let [first, last, number_of] = parts.as_slice() else { return Err(help()) };
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|x| x.is_finite());
     let (Some(first), Some(last)) = (number(first), number(last)) else { return Err(help()) };
-    let steps: u16 = steps.trim().parse().map_err(|_| help())?;
+    let count: u16 = number_of.trim().parse().map_err(|_| help())?;
     let apart = (last - first).abs() > 0.0;
-    if steps == 0 || steps > 10_000 || !apart {
-        return Err("between two different speeds there are 1 to 10000 steps".to_owned());
+    if !(2..=10_000).contains(&count) || !apart {
+        return Err(
+            "there are 2 to 10000 speeds, the first and the last of them different".to_owned()
+        );
     }
-    let at = |k: u16| first + (last - first) * f64::from(k) / f64::from(steps);
-    Ok(Speeds((0..=steps).map(at).collect()))
+    let at = |k: u16| first + (last - first) * f64::from(k) / f64::from(count - 1);
+    Ok(Speeds((0..count).map(at).collect()))
 }

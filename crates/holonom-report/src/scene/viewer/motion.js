@@ -122,7 +122,9 @@
   const level = Math.min(...[low, high].flatMap((a) => [low, high].flatMap((b) => [low, high].map((c) => dot([a[0], b[1], c[2]], up)))));
 
   // ---- where everything is now ---------------------------------------------------------------------------------
-  const state = { t: begin, mode: 0, playing: false, speed: 1, loop: true };
+  // modes begin with the first that is not without stiffness
+  const first = Math.max(0, modes.findIndex((mode) => mode.kind !== "zero"));
+  const state = { t: begin, mode: first, playing: false, speed: 1, loop: true };
   let now = []; // { c, q } of each member of the motion that is drawn
   // places the members of a motion; its last instant before
   const place = (motion) => {
