@@ -67,6 +67,7 @@ mod start_rates;
 mod static_models;
 mod stiff_beams;
 mod substeps;
+mod unstable_equilibria;
 mod work_and_energy;
 
 /// A file of this folder that no binary lists would not be compiled.

@@ -50,7 +50,7 @@ pub(crate) fn modes(arguments: &Modes) -> Result<(), Failure> {
     if arguments.json {
         return stdout::json(&serde_json::to_value(&report).unwrap_or_default());
     }
-    stdout::bytes(stderr::visible(&table(&report)).as_bytes())
+    stdout::bytes(stderr::visible(&table(&report, arguments.number)).as_bytes())
 }
 
 /// What an analysis of the model finds; errors of the model with their lines.
@@ -149,7 +149,8 @@ fn write(
     Ok(())
 }
 
-fn table(report: &Report) -> String {
+/// The unstable modes and `count` others: vibrations, or all of these and decays.
+fn table(report: &Report, count: usize) -> String {
     let dof = match report.dof {
         1 => "1 degree of freedom".to_owned(),
         number => format!("{number} degrees of freedom"),
@@ -183,7 +184,9 @@ fn table(report: &Report) -> String {
     if report.modes.is_empty() {
         return text;
     }
-    let shown = || report.modes.iter().enumerate().filter(|(_, mode)| mode.kind != Kind::Zero);
+    let first = report.modes.iter().filter(|mode| mode.kind == Kind::Unstable).count();
+    let moving = report.modes.iter().enumerate().filter(|(_, mode)| mode.kind != Kind::Zero);
+    let shown = || moving.clone().take(first + count);
     if shown().next().is_none() {
         return text;
     }

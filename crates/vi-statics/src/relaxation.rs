@@ -25,6 +25,8 @@ use vi_core::newton::NewtonReport;
 const STEPS: usize = 500;
 /// Displacement of the first step, as a part of the size of the system.
 const FIRST: f64 = 0.02;
+/// Displacement that hidden forces may still cause, as a part of the size of the system.
+const BENT: f64 = 1e-6;
 /// Residual force, as a part of the largest force, at which a relaxation ends.
 const REST: f64 = 1e-12;
 /// The same for an initial configuration that is an equilibrium already.
@@ -90,7 +92,7 @@ impl StaticProblem {
         self.work.fill_tangent(&self.x);
         let solved = evaluated.is_ok() && self.work.solve(&mut step).is_ok();
         self.work.sigma = sigma;
-        solved && self.work.product(&step, &step).sqrt() > AT_REST * self.work.size()
+        solved && self.work.product(&step, &step).sqrt() > BENT * self.work.size()
     }
 
     /// Newton's method without damping from a place near an equilibrium; `None` where it does not converge.

@@ -119,8 +119,7 @@ impl ModalAnalysis {
         self.statics.members()
     }
 
-    /// The modes: the unstable ones, those without stiffness, and the `count` softest vibrations, or all of these and the slowest
-    /// decays.
+    /// The modes: the unstable ones, those without stiffness, and the `count` softest vibrations and slowest decays.
     ///
     /// # Errors
     /// [`ModesError::Model`] when a degree of freedom has no mass.
@@ -242,14 +241,13 @@ fn undamped_modes(place: &Place<'_>, found: &Modes, count: usize) -> Vec<(Mode, 
     kinds.iter().take(listed).enumerate().map(mode).collect()
 }
 
-/// The same with damping, gyroscopic and circulatory forces; decays where there are fewer vibrations than `count`.
+/// The same with damping, gyroscopic and circulatory forces, and `count` decays.
 fn complex_modes(place: &Place<'_>, found: &Vibrations, count: usize) -> Vec<(Mode, f64)> {
-    let decays = count.saturating_sub(found.count(Motion::Vibration));
     let kinds = [
         (Motion::Growth, Kind::Unstable, usize::MAX),
         (Motion::Rigid, Kind::Zero, usize::MAX),
         (Motion::Vibration, Kind::Vibration, count),
-        (Motion::Decay, Kind::Decay, decays),
+        (Motion::Decay, Kind::Decay, count),
     ];
     let of_kind = |(motion, kind, most): (Motion, Kind, usize)| {
         let listed = (0..found.count(motion).min(most)).filter_map(move |k| found.get(motion, k));

@@ -1,0 +1,214 @@
+//! Model files whose equilibria lose their stability, and modes beside circulatory forces, against closed forms.
+#![allow(clippy::unwrap_used)] // a test
+
+use crate::harness::hostile::hostile;
+use holonom::model::Model;
+use holonom::modes::{About, Kind, ModalAnalysis, Report};
+use holonom::run::prepare;
+use holonom::{RunOutcome, Sample};
+
+/// The rows of a run, and what it warns of.
+fn rows(text: &str) -> (Vec<Sample>, Vec<String>) {
+    let model = Model::from_toml(text).unwrap();
+    let mut samples = Vec::new();
+    let mut observe = |sample: &Sample| {
+        samples.push(sample.clone());
+        Ok(())
+    };
+    let mut run = prepare(&model).unwrap();
+    let outcome = run.run(&mut observe, &mut |_, _| {}).unwrap();
+    assert_eq!(outcome, RunOutcome::Done);
+    (samples, run.warnings())
+}
+
+fn report(text: &str, about: About, count: usize) -> Report {
+    ModalAnalysis::new(&Model::from_toml(text).unwrap(), about).unwrap().modes(count).unwrap()
+}
+
+fn off(sample: &Sample, exact: [f64; 3]) -> f64 {
+    sample.sensors.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_column_bends_by_arc_length_as_by_steps_of_the_load() {
+    let by_arc = hostile("column_arc_length");
+    for text in [by_arc.replace("arc_length = true", ""), by_arc] {
+        let (samples, warnings) = rows(&text);
+        let last = samples.last().unwrap();
+        println!("tip {:.4?}, {} equilibria", last.sensors, samples.len());
+        assert!(off(last, [0.3635, 0.0, 0.789]) < 1e-3);
+        assert!(samples.iter().all(|sample| sample.unstable == Some(0)));
+        assert!(warnings.iter().all(|warning| !warning.contains("unstable")), "{warnings:?}");
+    }
+}
+
+#[test]
+fn a_perfect_column_warns_where_it_turns_unstable() {
+    let (samples, warnings) = rows(&hostile("column_perfect"));
+    let critical = 863.55 / 1295.4;
+    for sample in &samples {
+        if (sample.t - critical).abs() > 1e-3 {
+            assert_eq!(sample.unstable, Some(usize::from(sample.t > critical)), "t = {}", sample.t);
+        }
+    }
+    println!("{warnings:?}");
+    let warning = warnings.iter().find(|warning| warning.contains("turns unstable")).unwrap();
+    assert!(warning.contains("0.66"), "it names the place: {warning}");
+    assert_eq!(warnings.len(), 1);
+}
+
+#[test]
+fn a_relaxed_start_is_stable_or_says_that_it_is_not() {
+    let text = hostile("column_relaxed").replace("end = 10.0", "end = 0.02");
+    let (samples, warnings) = rows(&text);
+    println!("tip {:.4?}, {warnings:?}", samples[0].sensors);
+    assert!(off(&samples[0], [0.060, 0.795, 0.0]) < 2e-3);
+    assert!(warnings.iter().all(|warning| !warning.contains("unstable")));
+    let (samples, warnings) = rows(&text.replace("0.001", "0.0"));
+    println!("tip {:.4?}, {warnings:?}", samples[0].sensors);
+    assert!(warnings.iter().any(|warning| warning.contains("is unstable, in one direction")));
+}
+
+#[test]
+fn a_slender_wire_bends_as_the_elastica() {
+    let text = hostile("slender_wire");
+    let (samples, _) = rows(&text);
+    let own = samples.last().unwrap().sensors[2];
+    let thinner = text
+        .replace("[2e-05, 2e-05]", "[1e-05, 1e-05]")
+        .replace("2.8000000000000015e-09", "1.75e-10");
+    let half = rows(&thinner).0.last().unwrap().sensors[2];
+    println!("tip.z = {own:.6}, {half:.6}");
+    assert!((own - 0.30172).abs() < 1e-4 && (half - 0.30172).abs() < 1e-4);
+}
+
+#[test]
+fn a_constant_load_is_there_from_the_beginning() {
+    let text = hostile("constant_preload");
+    let (samples, _) = rows(&text);
+    let all: Vec<f64> = samples.iter().map(|sample| sample.sensors[1]).collect();
+    let ones =
+        text.replace("type = \"constant\"", "type = \"table\", times = [0, 1], values = [1, 1]");
+    let same: Vec<f64> = rows(&ones).0.iter().map(|sample| sample.sensors[1]).collect();
+    println!("tip.y = {all:?}");
+    assert!((all[0] - 0.0333).abs() < 1e-4 && all == same);
+    // nothing stated: it grows, as before
+    let grows = rows(&text.replace("history = { type = \"constant\" }", "")).0;
+    assert!(grows[0].sensors[1] == 0.0 && (grows[4].sensors[1] / all[4] - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn written_models_keep_whether_a_history_is_stated() {
+    for text in [
+        hostile("constant_preload"),
+        hostile("constant_preload").replace("history = { type = \"constant\" }", ""),
+    ] {
+        let model = Model::from_toml(&text).unwrap();
+        let again = Model::from_toml(&model.to_toml()).unwrap();
+        assert_eq!(model.loads, again.loads);
+    }
+}
+
+#[test]
+fn dampers_to_the_ground_damp_both_whirls() {
+    let report = report(&hostile("damped_whirl"), About::Rotation, 4);
+    let found: Vec<[f64; 2]> = report
+        .modes
+        .iter()
+        .filter(|mode| mode.kind == Kind::Vibration)
+        .map(|mode| [mode.omega, mode.decay])
+        .collect();
+    println!("{found:?}");
+    let exact = [[10.0125, 0.5], [29.9875, 0.5]];
+    assert_eq!((report.unstable, report.zero, found.len()), (0, 1, 2));
+    for (found, exact) in found.iter().zip(exact) {
+        assert!((found[0] - exact[0]).abs() < 1e-3 && (found[1] - exact[1]).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn a_follower_column_is_stable_below_its_flutter_load() {
+    let text = hostile("follower_column");
+    let found = report(&text, About::Static, 3);
+    let omega: Vec<f64> = found
+        .modes
+        .iter()
+        .filter(|mode| mode.kind == Kind::Vibration)
+        .map(|mode| mode.omega)
+        .collect();
+    println!("{omega:?}");
+    assert_eq!(found.unstable, 0);
+    assert!((omega[0] - 5.1758).abs() < 2e-3 && (omega[1] - 18.587).abs() < 1e-2);
+    let beyond = report(&text.replace("-10.0", "-20.3"), About::Static, 3);
+    assert!(beyond.unstable == 1 && beyond.modes[0].omega > 0.0, "flutter");
+}
+
+#[test]
+fn whirls_and_unstable_modes_are_all_counted() {
+    let shaft = report(&hostile("shaft_between_critical_speeds"), About::Rotation, 4);
+    println!("growth {:.4} 1/s", shaft.modes[0].growth);
+    assert!(shaft.unstable == 1 && (shaft.modes[0].growth - 0.511).abs() < 2e-3);
+    let column = hostile("column_eight_unstable");
+    for (elements, count) in [("60", 3), ("60", 4), ("20", 3)] {
+        let text = column.replace("elements = 60", &format!("elements = {elements}"));
+        let found = report(&text, About::Static, count);
+        let vibrations = found.modes.iter().filter(|mode| mode.kind == Kind::Vibration).count();
+        println!("{elements} elements, {count}: {} unstable", found.unstable);
+        assert_eq!((found.unstable, vibrations), (8, count));
+        assert_eq!(found.unstable_by_inertia, Some(8));
+    }
+}
+
+#[test]
+fn nothing_that_can_move_is_said() {
+    let locked = "[model]\nname = \"locked\"\n[simulation]\nstep = 0.01\nend = 1.0\n[[body]]\nname = \"a\"\nmass = 1.0\n\
+                  inertia = [1, 1, 1]\n[[joint]]\nname = \"weld\"\ntype = \"fixed\"\nparent = \"ground\"\nchild = \"a\"\n\
+                  position = [0, 0, 0]\n";
+    let found = report(locked, About::Start, 4);
+    println!("{:?}", found.warnings);
+    assert_eq!((found.dof, found.modes.len()), (0, 0));
+    assert!(found.warnings.iter().any(|warning| warning.contains("nothing can move")));
+}
+
+/// `k (1 − l₀/l) · 2y = F` of the mass between two springs, every scheme; the work of the load in the balance.
+#[test]
+fn a_load_acts_on_a_point_mass() {
+    let text = hostile("particle_load");
+    let still = text.replace("step = 0.01", "step = 0.5\nscheme = \"static\"");
+    let (samples, _) = rows(&still);
+    let y = samples.last().unwrap().q[1];
+    let l0 = 1.04_f64.sqrt();
+    let force = 2.0 * 1000.0 * (1.0 - l0 / (1.0 + y * y).sqrt()) * y;
+    println!("y = {y:.6}, springs carry {force:.6} N");
+    assert!((force + 1.0).abs() < 1e-9);
+    // free fall of a particle under its load, and the energy column of it
+    let free = "[model]\nname = \"free\"\n[simulation]\nstep = 0.01\nend = 0.5\n[[particle]]\nname = \"p\"\nmass = 2.0\n\
+                position = [0, 0, 0]\n[[load]]\nname = \"push\"\nbody = \"p\"\nforce = [0, 3, 1]\n";
+    for scheme in ["nodal", "reduced", "constrained", "em-nodal", "em-constrained"] {
+        let model = free.replace("end = 0.5", &format!("end = 0.5\nscheme = \"{scheme}\""));
+        let parsed = Model::from_toml(&model).unwrap();
+        let mut run = prepare(&parsed).unwrap();
+        let columns = run.energy_columns().to_vec();
+        let mut last = None;
+        let mut observe = |sample: &Sample| {
+            last = Some(sample.clone());
+            Ok(())
+        };
+        run.run(&mut observe, &mut |_, _| {}).unwrap();
+        let last = last.unwrap();
+        let at = columns.iter().position(|name| name == "work.push").unwrap();
+        let (t, work) = (last.t, last.energies[at]);
+        let exact = 0.5 * t * t / 2.0; // times F
+        let off = (last.q[1] - 3.0 * exact).abs() + (last.q[2] - exact).abs();
+        println!("{scheme}: off by {off:.1e} m, work {work:.6} J, {:.6}", 10.0 * exact);
+        assert!(off < 1e-12 && (work - 10.0 * exact).abs() < 1e-12);
+    }
+    for (change, word) in [
+        ("torque = [0.0, 0.0, 1.0]", "has no rotation"),
+        ("point = [0.0, 0.0, 1.0]", "has no other points"),
+        ("frame = \"body\"", "has no axes"),
+    ] {
+        let words = crate::harness::hostile::refusal(&format!("{text}\n{change}\n")).unwrap();
+        assert!(words.contains(word), "{words}");
+    }
+}
