@@ -42,9 +42,7 @@ pub fn campbell_page(model: &Model, campbell: &Campbell, command: &str) -> Strin
     let about =
         format!("{}, frequencies in the rotating frame", counted(number, "speed", "speeds"));
     html += &heading(&title, &[about], command);
-    for warning in &campbell.warnings {
-        let _ = writeln!(html, "<p class=\"warning\">{}</p>", escape(warning));
-    }
+    push_warnings(&mut html, &campbell.warnings);
     let svg = campbell_diagram(campbell).svg();
     let _ = writeln!(html, "<figure>\n{}</figure>", inline(&svg, "Campbell diagram"));
     let note = "A line `k × speed` meets a mode where a force that is fixed in space excites it k times a revolution.";
