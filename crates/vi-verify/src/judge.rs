@@ -17,7 +17,7 @@ pub const ORDER_TOLERANCE: f64 = 0.2;
 /// have even orders, so that 14 and 18 are excluded.
 pub const HIGH_ORDER_TOLERANCE: f64 = 0.05;
 /// Halvings below which a slope that misses the nominal order by less than 1 decides nothing.
-const SHORT: f64 = 1.95;
+const SHORT: f64 = 2.5;
 /// Orders that are known to be 1 are at least this.
 pub const FIRST_ORDER: f64 = 1.0 - 2.0 * ORDER_TOLERANCE;
 /// Momentum maps stay below this times `ε √N`, however they grow.

@@ -174,7 +174,11 @@ pub fn longest_observed_order(
     }
     let straight = |wanted: u32| {
         let limit = if f64::from(wanted) < SHORT { SHORT_ASYMPTOTIC } else { ASYMPTOTIC };
-        observed_order_over(errors, scale, wanted).ok().filter(|found| found.spread <= limit)
+        // where steps are close, two halvings of four points lie at the coarse end
+        let few =
+            |found: &ObservedOrder| least < 2 && wanted >= 2 && found.points.len() <= LEAST_POINTS;
+        let found = observed_order_over(errors, scale, wanted).ok()?;
+        (found.spread <= limit && !few(&found)).then_some(found)
     };
     (least..HALVINGS).rev().find_map(straight).map_or(best, Ok)
 }
