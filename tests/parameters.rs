@@ -107,3 +107,22 @@ fn what_is_wrong_is_named_at_its_place() {
     let Err(ModelError::Invalid(problems)) = unknown else { panic!("refused") };
     assert!(problems[0].message.contains("no parameter `with`") && problems[0].span.is_none());
 }
+
+/// Each of many parameters depends on the one that stands after it.
+#[test]
+fn parameters_of_a_long_chain_are_found() {
+    let count = 20_000;
+    let mut text = String::from(
+        "[model]\nname = \"m\"\n[simulation]\nstep = 0.1\nend = 1.0\n[[body]]\nname = \"b\"\nmass = \"= p0\"\nshape = { type = \"sphere\", dimensions = [0.1] }\n[parameters]\n",
+    );
+    for k in 0..count {
+        text += &format!("p{k} = \"= p{} + 1\"\n", k + 1);
+    }
+    let closed = format!("{text}p{count} = 1\n");
+    let model = Model::from_toml(&closed).unwrap();
+    assert!((model.bodies[0].mass() - 20_001.0).abs() < 1e-9, "{}", model.bodies[0].mass());
+    let circle = Model::from_toml(&format!("{text}p{count} = \"= p0\"\n")).unwrap_err().to_string();
+    assert!(circle.contains("depends on"), "{circle}");
+    let typo = Model::from_toml(&format!("{text}p{count} = \"= q0\"\n")).unwrap_err().to_string();
+    assert!(typo.contains("q0"), "{typo}");
+}

@@ -61,6 +61,16 @@ pub(crate) struct ExpressionError {
     pub(crate) unknown: Option<String>,
 }
 
+/// The names of parameters in an expression, valid or not.
+pub(crate) fn names(text: &str) -> Vec<String> {
+    let mut names = Vec::new();
+    renamed(text, &mut |name| {
+        names.push(name.to_owned());
+        String::new()
+    });
+    names
+}
+
 /// An expression with other names for its parameters.
 pub(crate) fn renamed(text: &str, name: &mut dyn FnMut(&str) -> String) -> String {
     let (mut out, mut rest) = (String::new(), text);

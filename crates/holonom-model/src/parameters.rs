@@ -8,13 +8,13 @@
 //! Parameters may depend on each other in any order. Expressions are evaluated after overrides, so that one
 //! `--set parameters.length=0.4` changes a mechanism consistently; the model itself has numbers alone.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::expression::{evaluate, is_reserved, vocabulary};
+use super::expression::{evaluate, is_reserved, names, vocabulary};
 use super::key_path::below;
 use super::overrides::Override;
 use super::problem::{MAX_PROBLEMS, Problem, nearest};
@@ -146,23 +146,41 @@ fn take(table: &mut DeTable<'_>, problems: &mut Vec<Problem>) -> BTreeMap<String
     parameters
 }
 
-/// Finds the values: in each round those that depend on known ones.
+/// Finds the values, each parameter after those it depends on.
 fn resolve(parameters: &mut BTreeMap<String, Parameter>, problems: &mut Vec<Problem>) {
-    loop {
-        let known: BTreeMap<String, f64> =
-            parameters.iter().filter_map(|(name, p)| Some((name.clone(), p.value?))).collect();
-        let mut found = 0;
-        for parameter in parameters.values_mut().filter(|parameter| parameter.value.is_none()) {
-            let value = evaluate(&parameter.text, &mut |name| known.get(name).copied());
-            parameter.value = value.ok();
-            found += usize::from(parameter.value.is_some());
+    // of each parameter those that wait for it, and for how many parameters it waits itself
+    let mut waiting: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut missing: BTreeMap<String, usize> = BTreeMap::new();
+    for (name, parameter) in parameters.iter() {
+        let used: BTreeSet<String> = names(&parameter.text)
+            .into_iter()
+            .filter(|used| parameters.contains_key(used))
+            .collect();
+        missing.insert(name.clone(), used.len());
+        for other in used {
+            waiting.entry(other).or_default().push(name.clone());
         }
-        if found == 0 {
-            break;
+    }
+    let mut ready: Vec<String> =
+        missing.iter().filter(|(_, count)| **count == 0).map(|(name, _)| name.clone()).collect();
+    while let Some(name) = ready.pop() {
+        let known = &mut |name: &str| parameters.get(name).and_then(|parameter| parameter.value);
+        let value = parameters.get(&name).and_then(|own| evaluate(&own.text, known).ok());
+        let (Some(own), Some(value)) = (parameters.get_mut(&name), value) else { continue };
+        own.value = Some(value);
+        for other in waiting.remove(&name).unwrap_or_default() {
+            let count = missing.entry(other.clone()).or_default();
+            *count -= 1;
+            if *count == 0 {
+                ready.push(other);
+            }
         }
     }
     let (mut circles, mut causes) = (Vec::new(), Vec::new());
     for (name, parameter) in parameters.iter().filter(|(_, parameter)| parameter.value.is_none()) {
+        if causes.len() == MAX_PROBLEMS {
+            break;
+        }
         let value = |name: &str| parameters.get(name).and_then(|parameter| parameter.value);
         let Err(error) = evaluate(&parameter.text, &mut |name| value(name)) else { continue };
         let on = error.unknown.as_deref().filter(|other| parameters.contains_key(*other));
@@ -176,7 +194,9 @@ fn resolve(parameters: &mut BTreeMap<String, Parameter>, problems: &mut Vec<Prob
             None => suggestion(error.unknown.as_deref(), parameters),
         };
         let list = if on.is_some() { &mut circles } else { &mut causes };
-        list.push(problem.at(Some(parameter.place.clone())));
+        if list.len() < MAX_PROBLEMS {
+            list.push(problem.at(Some(parameter.place.clone())));
+        }
     }
     problems.extend(if causes.is_empty() { circles } else { causes });
 }
